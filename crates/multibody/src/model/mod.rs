@@ -1,0 +1,110 @@
+//! The immutable description of a mechanism.
+
+mod builder;
+mod error;
+mod filter;
+mod geometry;
+mod parts;
+
+pub use builder::ModelBuilder;
+pub use error::ModelError;
+pub use filter::ContactFilter;
+pub use geometry::{Geometry, HeightField, Mesh};
+pub use parts::{
+    Actuator, ActuatorKind, Body, BodyId, Geom, GeomId, GeomPair, Inertia, Joint, JointId, JointKind, Keyframe,
+};
+
+use glamx::glam::DVec3;
+
+/// A mechanism: bodies in a tree, joints, shapes, actuators. Made by [`ModelBuilder`], checked once, never changed.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Name.
+    pub name: String,
+    /// Gravity in world, m/s².
+    pub gravity: DVec3,
+    /// Suggested time step Δt, s.
+    pub timestep: f64,
+    /// Bodies, parents before children; body 0 is the world.
+    pub bodies: Vec<Body>,
+    /// Joints, in the order of their bodies.
+    pub joints: Vec<Joint>,
+    /// Shapes.
+    pub geoms: Vec<Geom>,
+    /// Pairs of geoms with a friction of their own.
+    pub pairs: Vec<GeomPair>,
+    /// Which pairs of geoms can touch.
+    pub contact_filter: ContactFilter,
+    /// Actuators.
+    pub actuators: Vec<Actuator>,
+    /// Named states.
+    pub keyframes: Vec<Keyframe>,
+    /// Size of `q`.
+    pub nq: usize,
+    /// Size of `v`.
+    pub nv: usize,
+    /// For every degree of freedom the one before it on the way to the root, if any.
+    pub dof_parent: Vec<Option<usize>>,
+    /// For every degree of freedom its joint.
+    pub dof_joint: Vec<JointId>,
+    /// For every body the last degree of freedom that moves it, if any.
+    pub body_last_dof: Vec<Option<usize>>,
+    /// For every body the nearest ancestor (or itself) that has joints: bodies with the same one are welded together.
+    /// The world for bodies that cannot move.
+    pub body_weld: Vec<BodyId>,
+}
+
+impl Model {
+    /// The configuration at which every body is at its `placement`, `[nq]`.
+    pub fn reference_configuration(&self) -> Vec<f64> {
+        let mut q = Vec::with_capacity(self.nq);
+        for joint in &self.joints {
+            match joint.kind {
+                JointKind::Free => {
+                    let x = self.bodies[joint.body.index()].placement;
+                    let r = x.rotation;
+                    q.extend([x.position.x, x.position.y, x.position.z, r.w, r.x, r.y, r.z]);
+                }
+                JointKind::Ball => q.extend([1.0, 0.0, 0.0, 0.0]),
+                JointKind::Hinge { .. } | JointKind::Slide { .. } => q.push(joint.reference),
+            }
+        }
+        q
+    }
+
+    /// The joints that move a body, in order.
+    pub fn joints_of(&self, body: BodyId) -> &[Joint] {
+        let b = &self.bodies[body.index()];
+        &self.joints[b.first_joint..b.first_joint + b.joint_count]
+    }
+
+    /// The body of that name.
+    pub fn body_named(&self, name: &str) -> Option<BodyId> {
+        self.bodies.iter().position(|b| b.name == name).map(|i| BodyId(i as u32))
+    }
+
+    /// The joint of that name.
+    pub fn joint_named(&self, name: &str) -> Option<JointId> {
+        self.joints.iter().position(|j| j.name == name).map(|i| JointId(i as u32))
+    }
+
+    /// The geom of that name.
+    pub fn geom_named(&self, name: &str) -> Option<GeomId> {
+        self.geoms.iter().position(|g| g.name == name).map(|i| GeomId(i as u32))
+    }
+
+    /// The keyframe of that name.
+    pub fn keyframe_named(&self, name: &str) -> Option<&Keyframe> {
+        self.keyframes.iter().find(|k| k.name == name)
+    }
+
+    /// Friction of a pair of geoms: the pair's own entry, else 0 if both are frictionless, else the larger of the two.
+    pub fn pair_friction(&self, a: GeomId, b: GeomId) -> f64 {
+        let own = |p: &&GeomPair| (p.geom_a, p.geom_b) == (a, b) || (p.geom_a, p.geom_b) == (b, a);
+        if let Some(pair) = self.pairs.iter().find(own) {
+            return pair.friction;
+        }
+        let (a, b) = (&self.geoms[a.index()], &self.geoms[b.index()]);
+        if a.frictional || b.frictional { a.friction.max(b.friction) } else { 0.0 }
+    }
+}

@@ -1,0 +1,257 @@
+//! The parts a model is made of.
+
+use glamx::glam::{DMat3, DVec3};
+
+use super::Geometry;
+use crate::math::Pose;
+
+macro_rules! id {
+    ($name:ident, $what:literal) => {
+        #[doc = concat!("Index of a ", $what, " in its model.")]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        pub struct $name(pub u32);
+
+        impl $name {
+            /// As an index into the model's list.
+            pub fn index(self) -> usize {
+                self.0 as usize
+            }
+        }
+    };
+}
+id!(BodyId, "body");
+id!(JointId, "joint");
+id!(GeomId, "geom");
+
+impl BodyId {
+    /// The world, body 0: it never moves.
+    pub const WORLD: Self = Self(0);
+}
+
+/// Mass distribution of a body in its own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia {
+    /// Mass, kg.
+    pub mass: f64,
+    /// Centre of mass in the body frame, m.
+    pub center_of_mass: DVec3,
+    /// Rotational inertia about the centre of mass in the body's axes, kg·m², symmetric.
+    pub rotational: DMat3,
+}
+
+impl Inertia {
+    /// No mass.
+    pub const ZERO: Self = Self { mass: 0.0, center_of_mass: DVec3::ZERO, rotational: DMat3::ZERO };
+}
+
+/// A rigid body. Its frame B sits at `placement` in its parent's frame, then its joints move it, in order.
+#[derive(Clone, Debug)]
+pub struct Body {
+    /// Unique name.
+    pub name: String,
+    /// Parent; the world's parent is itself. Always has a smaller index than its children.
+    pub parent: BodyId,
+    /// `X_PB` at the reference configuration. For a body with a free joint this is its reference pose in world.
+    pub placement: Pose,
+    /// Mass, centre of mass, rotational inertia.
+    pub inertia: Inertia,
+    /// First joint in [`Model::joints`](super::Model::joints); a body's joints are consecutive.
+    pub first_joint: usize,
+    /// Number of joints; 0 welds the body to its parent.
+    pub joint_count: usize,
+}
+
+/// How a joint lets its body move relative to the parent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum JointKind {
+    /// Six degrees of freedom: `q = [p_WB, quat_WB]`, `v = [v_WB in world axes, ω_WB in body axes]`. Only on children of
+    /// the world, and the only joint of its body.
+    Free,
+    /// Three rotations about the anchor: `q = quat` (relative to the frame before the joint), `v = ω` in the axes of the
+    /// frame after the joint.
+    Ball,
+    /// Rotation about an axis: `q`, `v` in rad, rad/s.
+    Hinge {
+        /// Unit axis in the body frame.
+        axis: DVec3,
+    },
+    /// Translation along an axis: `q`, `v` in m, m/s.
+    Slide {
+        /// Unit axis in the body frame.
+        axis: DVec3,
+    },
+}
+
+impl JointKind {
+    /// Number of entries in `q`.
+    pub fn nq(self) -> usize {
+        match self {
+            Self::Free => 7,
+            Self::Ball => 4,
+            Self::Hinge { .. } | Self::Slide { .. } => 1,
+        }
+    }
+
+    /// Number of entries in `v`.
+    pub fn nv(self) -> usize {
+        match self {
+            Self::Free => 6,
+            Self::Ball => 3,
+            Self::Hinge { .. } | Self::Slide { .. } => 1,
+        }
+    }
+}
+
+/// A joint of a body, with what acts in it.
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// Unique name.
+    pub name: String,
+    /// The body it moves.
+    pub body: BodyId,
+    /// Its kind and axis.
+    pub kind: JointKind,
+    /// A point on the axis (hinge) or the centre (ball), in the body frame, m.
+    pub anchor: DVec3,
+    /// Value of a hinge's or slide's `q` at which the body is at its `placement` (rad, m).
+    pub reference: f64,
+    /// Lower and upper limit of a hinge's or slide's `q` (rad, m).
+    pub limits: Option<[f64; 2]>,
+    /// Viscous damping of every degree of freedom, N·s/m or N·m·s/rad, ≥ 0.
+    pub damping: f64,
+    /// Spring stiffness towards `spring_reference`, N/m or N·m/rad, ≥ 0 (hinge and slide).
+    pub stiffness: f64,
+    /// Rest value of the spring (rad, m).
+    pub spring_reference: f64,
+    /// Rotor inertia added to every degree of freedom's diagonal of the mass matrix, kg or kg·m², ≥ 0.
+    pub armature: f64,
+    /// Dry friction bound `τ_f` of every degree of freedom, N or N·m, ≥ 0 (formulation §5).
+    pub friction_loss: f64,
+    /// Where its entries in `q` begin; set by the builder.
+    pub q_index: usize,
+    /// Where its entries in `v` begin; set by the builder.
+    pub v_index: usize,
+}
+
+impl Joint {
+    /// A joint with no limits and nothing acting in it.
+    pub fn new(name: impl Into<String>, kind: JointKind) -> Self {
+        Self {
+            name: name.into(),
+            body: BodyId::WORLD,
+            kind,
+            anchor: DVec3::ZERO,
+            reference: 0.0,
+            limits: None,
+            damping: 0.0,
+            stiffness: 0.0,
+            spring_reference: 0.0,
+            armature: 0.0,
+            friction_loss: 0.0,
+            q_index: 0,
+            v_index: 0,
+        }
+    }
+}
+
+/// A shape fixed to a body.
+#[derive(Clone, Debug)]
+pub struct Geom {
+    /// Unique name.
+    pub name: String,
+    /// The body it is fixed to.
+    pub body: BodyId,
+    /// `X_BG`, the geom's frame in the body's.
+    pub placement: Pose,
+    /// Its shape.
+    pub geometry: Geometry,
+    /// Coefficient of sliding friction, ≥ 0; a pair takes the larger of the two unless it has an entry of its own.
+    pub friction: f64,
+    /// Whether contacts with it have friction (MJCF `condim` ≥ 3 of either geom).
+    pub frictional: bool,
+    /// Which collision groups it belongs to (bit mask); two geoms meet if one's type shares a bit with the other's affinity.
+    pub contact_type: u32,
+    /// Which collision groups it meets (bit mask).
+    pub contact_affinity: u32,
+    /// Colour for pictures: red, green, blue, opacity in [0, 1].
+    pub rgba: [f32; 4],
+}
+
+impl Geom {
+    /// A geom at its body's origin with friction 1 that meets everything.
+    pub fn new(name: impl Into<String>, geometry: Geometry) -> Self {
+        Self {
+            name: name.into(),
+            body: BodyId::WORLD,
+            placement: Pose::IDENTITY,
+            geometry,
+            friction: 1.0,
+            frictional: true,
+            contact_type: 1,
+            contact_affinity: 1,
+            rgba: [0.5, 0.5, 0.5, 1.0],
+        }
+    }
+}
+
+/// Two geoms that meet whatever their masks say, with a friction of their own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GeomPair {
+    /// One geom.
+    pub geom_a: GeomId,
+    /// The other.
+    pub geom_b: GeomId,
+    /// Coefficient of friction of the pair; 0 is frictionless.
+    pub friction: f64,
+}
+
+/// What an actuator does with its control value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ActuatorKind {
+    /// Force = control (N, N·m).
+    Motor,
+    /// PD servo: force = `kp (control − q) − kv q̇`, integrated implicitly.
+    Position {
+        /// Stiffness, N/m or N·m/rad.
+        kp: f64,
+        /// Damping, N·s/m or N·m·s/rad.
+        kv: f64,
+    },
+    /// Velocity servo: force = `kv (control − q̇)`, integrated implicitly.
+    Velocity {
+        /// Gain, N·s/m or N·m·s/rad.
+        kv: f64,
+    },
+}
+
+/// An actuator on a hinge or slide.
+#[derive(Clone, Debug)]
+pub struct Actuator {
+    /// Unique name.
+    pub name: String,
+    /// The joint it drives.
+    pub joint: JointId,
+    /// Factor from actuator force to joint force, and from joint position to actuator length.
+    pub gear: f64,
+    /// Its law.
+    pub kind: ActuatorKind,
+    /// Range the control value is clamped to.
+    pub control_range: Option<[f64; 2]>,
+    /// Range the force is clamped to (N, N·m), before the gear.
+    pub force_range: Option<[f64; 2]>,
+}
+
+/// A named state.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Keyframe {
+    /// Unique name.
+    pub name: String,
+    /// Time, s.
+    pub time: f64,
+    /// Configuration, `[nq]`.
+    pub q: Vec<f64>,
+    /// Velocity, `[nv]`.
+    pub v: Vec<f64>,
+    /// Control, `[actuators]`.
+    pub control: Vec<f64>,
+}
