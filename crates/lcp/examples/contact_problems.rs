@@ -8,7 +8,7 @@ mod npz;
 
 use std::time::Instant;
 
-use signorini_lcp::{Lemke, Method};
+use signorini_lcp::{Lemke, Method, Solution};
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
@@ -23,25 +23,30 @@ fn main() {
         for named in contact_data::lcps(path, max_pairs) {
             let start = Instant::now();
             let solution = lemke.solve(&named.problem, None);
-            let seconds = start.elapsed().as_secs_f64();
-            let status = format!("{:?}", solution.status);
-            let attempts: Vec<String> = solution
-                .report
-                .attempts
-                .iter()
-                .map(|a| format!("{:?}:{:?}/{}/{:.0e}", a.start, a.outcome, a.pivots, a.residual.unwrap_or(f64::NAN)))
-                .collect();
-            println!(
-                "{:44} {:5} {:10} {:9.6} {:7} {:9.1e}  {} {}",
-                named.name,
-                named.problem.len(),
-                named.expected,
-                seconds,
-                solution.iterations,
-                solution.residual.value,
-                status.split(['(', ' ']).next().unwrap(),
-                if attempts.len() > 1 { attempts.join(", ") } else { String::new() }
-            );
+            print_row(&named.name, &named.expected, start.elapsed().as_secs_f64(), &solution);
+        }
+        if let Some(named) = contact_data::mixed(path) {
+            let start = Instant::now();
+            let solution = named.problem.solve(&mut lemke, None);
+            print_row(&named.name, &named.expected, start.elapsed().as_secs_f64(), &solution);
         }
     }
+}
+
+fn print_row(name: &str, expected: &str, seconds: f64, solution: &Solution) {
+    let status = format!("{:?}", solution.status);
+    let attempts: Vec<String> = solution
+        .report
+        .attempts
+        .iter()
+        .map(|a| format!("{:?}: {:?} after {} at {:.0e}", a.start, a.outcome, a.pivots, a.residual.unwrap_or(f64::NAN)))
+        .collect();
+    println!(
+        "{name:44} {:5} {expected:10} {seconds:9.6} {:7} {:9.1e}  {} {}",
+        solution.z.len(),
+        solution.iterations,
+        solution.residual.value,
+        status.split(['(', ' ']).next().unwrap(),
+        if attempts.len() > 1 { attempts.join(", ") } else { String::new() }
+    );
 }

@@ -70,7 +70,8 @@ impl Enumeration {
         let n = problem.len();
         let basis = Basis { z_basic: (0..n).map(|i| code >> i & 1 == 1).collect() };
         let mut z = vec![0.0; n];
-        if !self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &basis.active(), &mut z) {
+        let active = basis.active();
+        if !self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z) {
             return None;
         }
         z.iter_mut().for_each(|z| *z = z.max(0.0));

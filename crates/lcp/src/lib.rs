@@ -20,11 +20,13 @@
 #![allow(non_snake_case)] // matrices keep the letters of the formulas
 
 mod enumeration;
+mod equilibrate;
 mod error;
 mod lemke;
 mod linalg;
 mod matrix;
 mod method;
+mod mixed;
 mod polish;
 mod problem;
 mod residual;

@@ -41,6 +41,11 @@ pub enum Status {
     NoSolution,
     /// The number of pivots allowed was used up.
     IterationLimit,
+    /// The equation of this free row contradicts the others: no `z` of any sign satisfies them together.
+    Inconsistent {
+        /// The free row.
+        row: usize,
+    },
     /// A linear system on the way was singular to working precision.
     Singular,
     /// The problem is too large for the method.
@@ -75,7 +80,8 @@ pub struct Ray {
 
 /// A proof of infeasibility: `y ≥ 0`, `Aᵀ y ≤ 0`, `bᵀ y < 0`.
 ///
-/// For any `z ≥ 0`, `yᵀ(A z + b) = (Aᵀy)ᵀz + bᵀy < 0`, so `A z + b ≥ 0` is impossible.
+/// For any `z ≥ 0`, `yᵀ(A z + b) = (Aᵀy)ᵀz + bᵀy < 0`, so `A z + b ≥ 0` is impossible. In a mixed problem `y` has
+/// any sign on free rows and `Aᵀy = 0` in free columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Farkas {
     /// The multipliers, one per row.
@@ -152,6 +158,8 @@ pub enum Start {
 pub enum Outcome {
     /// At a complementary basis.
     Complementary,
+    /// At the basis given, which does not solve the problem.
+    Rejected,
     /// On a secondary ray that survived a fresh factorisation.
     Ray,
     /// A basis came back: the ties were not resolved.

@@ -1,4 +1,4 @@
-use super::scaled::Scaled;
+use crate::equilibrate::Scaled;
 use crate::linalg::{DoubleSum, Lu, add_scaled};
 
 /// A basis of `w − A z − d z0 = b`, factorised, with product-form updates.

@@ -9,14 +9,13 @@
 mod factor;
 mod path;
 mod ray;
-mod scaled;
 mod settings;
 
 use path::{Limits, Path, Walk, mix};
 use ray::Direction;
-use scaled::Scaled;
 pub use settings::LemkeSettings;
 
+use crate::equilibrate::Scaled;
 use crate::polish::Polish;
 use crate::{Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Residual, Solution, Start, Status};
 
@@ -59,10 +58,15 @@ impl Lemke {
         Ok(Self { settings, ..Self::default() })
     }
 
+    fn load(&mut self, problem: &Lcp) {
+        self.scaled.load(problem.A(), problem.b(), problem.scaling());
+    }
+
     /// The caller's basis: one factorisation, and only if that is not the answer, pivots from there.
     fn try_warm(&mut self, search: &mut Search, warm: &Basis) {
         let residual = self.finish(search, warm.clone(), None);
-        search.note(Start::Warm, Outcome::Complementary, None, residual);
+        let outcome = if search.status.is_some() { Outcome::Complementary } else { Outcome::Rejected };
+        search.note(Start::Warm, outcome, None, residual);
     }
 
     /// Walks once and keeps the result if it is the best.
@@ -111,7 +115,8 @@ impl Lemke {
     fn finish(&mut self, search: &mut Search, basis: Basis, pivoted: Option<Vec<f64>>) -> Option<f64> {
         let problem = search.problem;
         let mut z = vec![0.0; problem.len()];
-        let solved = self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &basis.active(), &mut z);
+        let active = basis.active();
+        let solved = self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z);
         let mut best: Option<f64> = None;
         for mut z in solved.then_some(z).into_iter().chain(pivoted) {
             z.iter_mut().for_each(|z| *z = z.max(0.0));
@@ -140,33 +145,50 @@ impl Lemke {
     /// The attempts, from the cheapest to the most patient, until one settles the problem.
     fn run(&mut self, search: &mut Search, warm: Option<&Basis>) {
         let n = search.problem.len();
-        let tie = self.settings.tie;
-        if let Some(warm) = warm.filter(|warm| warm.z_basic.len() == n) {
+        let warm = warm.filter(|warm| warm.z_basic.len() == n);
+        if let Some(warm) = warm {
             self.try_warm(search, warm);
             if search.status.is_some() {
                 return;
             }
-            self.scaled.load(search.problem);
-            self.attempt(search, Start::Advanced, warm, 0, tie);
-        } else {
-            self.scaled.load(search.problem);
         }
-        let slack = Basis::slack(n);
+        self.load(search.problem);
+        if let Some(warm) = warm {
+            self.attempt(search, Start::Advanced, warm, 0, self.settings.tie);
+        }
+        self.run_cold(search);
+        // Where every walk met a ray, a regularised problem has a solution that is none of ours.
+        if search.report.attempts.iter().any(|attempt| attempt.outcome != Outcome::Ray) {
+            self.run_regularized(search);
+        }
+    }
+
+    fn run_cold(&mut self, search: &mut Search) {
+        let slack = Basis::slack(search.problem.len());
         for covering in 0..self.settings.covering_vectors {
             if search.status.is_some() {
                 return;
             }
             // Other ties are seen when the tolerance is another.
-            let tie = tie * [1.0, 1e-2, 1e2][covering as usize % 3];
+            let tie = self.settings.tie * [1.0, 1e-2, 1e2][covering as usize % 3];
             self.attempt(search, Start::Cold { covering }, &slack, covering, tie);
+            if search.status.is_none() && search.ended(Outcome::Complementary) {
+                // A basis taken for feasible within the tie tolerance is repaired with a finer one.
+                let basis = search.basis.clone();
+                self.attempt(search, Start::Advanced, &basis, covering, 1e-3 * tie);
+            }
         }
+    }
+
+    fn run_regularized(&mut self, search: &mut Search) {
+        let slack = Basis::slack(search.problem.len());
         for exponent in [-8, -6, -4] {
             if search.status.is_some() {
                 return;
             }
             self.scaled.add_diagonal(10f64.powi(exponent));
-            self.attempt(search, Start::Regularized { exponent }, &slack, 0, tie);
-            self.scaled.load(search.problem);
+            self.attempt(search, Start::Regularized { exponent }, &slack, 0, self.settings.tie);
+            self.load(search.problem);
         }
     }
 }
@@ -200,13 +222,18 @@ impl Search<'_> {
         self.report.attempts.push(Attempt { start, outcome, pivots, factorizations, residual });
     }
 
+    /// Whether a walk on the problem itself (not a regularised one) ended so.
+    fn ended(&self, outcome: Outcome) -> bool {
+        let regularized = |start| matches!(start, Start::Regularized { .. });
+        self.report.attempts.iter().any(|attempt| attempt.outcome == outcome && !regularized(attempt.start))
+    }
+
     fn into_solution(self, scaled: &Scaled) -> Solution {
-        let ended = |outcome: Outcome| self.report.attempts.iter().any(|attempt| attempt.outcome == outcome);
-        let status = match (self.status, &self.ray) {
-            (Some(status), _) => status,
+        let status = match (&self.status, &self.ray) {
+            (Some(status), _) => status.clone(),
+            (None, _) if self.ended(Outcome::Complementary) => Status::Inaccurate,
             (None, Some(direction)) => Status::Ray(direction.unscaled(scaled, self.problem.scaling().z())),
-            (None, None) if ended(Outcome::Complementary) => Status::Inaccurate,
-            (None, None) if ended(Outcome::IterationLimit) || ended(Outcome::Cycle) => Status::IterationLimit,
+            (None, None) if self.ended(Outcome::IterationLimit) || self.ended(Outcome::Cycle) => Status::IterationLimit,
             (None, None) => Status::Singular,
         };
         Solution {

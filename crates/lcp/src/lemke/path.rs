@@ -1,7 +1,7 @@
 use std::collections::HashSet;
 
 use super::factor::FactoredBasis;
-use super::scaled::Scaled;
+use crate::equilibrate::Scaled;
 use crate::Outcome;
 
 /// Numbers that steer one walk; all refer to the equilibrated problem, whose data have size 1.

@@ -1,5 +1,5 @@
 use super::path::Path;
-use super::scaled::Scaled;
+use crate::equilibrate::Scaled;
 use crate::linalg::{add_scaled, dot};
 use crate::{Farkas, Ray};
 

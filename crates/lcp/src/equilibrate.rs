@@ -1,5 +1,5 @@
-use crate::Lcp;
 use crate::linalg::power_of_two;
+use crate::{Matrix, Scaling};
 
 /// Rounds of max-norm equilibration after the scaling by the diagonal.
 const ROUNDS: usize = 3;
@@ -9,66 +9,66 @@ const ROUNDS: usize = 3;
 ///
 /// Positive scaling keeps complementarity; it changes only which path Lemke's method follows.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Scaled {
-    pub(super) n: usize,
+pub(crate) struct Scaled {
+    pub(crate) n: usize,
     /// Columns of `A'`, one after another.
     columns: Vec<f64>,
-    pub(super) b: Vec<f64>,
+    pub(crate) b: Vec<f64>,
     row_scale: Vec<f64>,
     col_scale: Vec<f64>,
     b_scale: f64,
 }
 
 impl Scaled {
-    pub(super) fn load(&mut self, problem: &Lcp) {
-        self.n = problem.len();
-        self.choose_scales(problem);
+    pub(crate) fn load(&mut self, A: &Matrix, b: &[f64], scaling: &Scaling) {
+        self.n = b.len();
+        self.choose_scales(A, scaling);
         let n = self.n;
         self.columns.clear();
         self.columns.resize(n * n, 0.0);
         for i in 0..n {
-            for (j, a) in problem.A().row(i).iter().enumerate() {
+            for (j, a) in A.row(i).iter().enumerate() {
                 self.columns[j * n + i] = self.row_scale[i] * a * self.col_scale[j];
             }
         }
         self.b.clear();
-        self.b.extend(problem.b().iter().zip(&self.row_scale).map(|(b, r)| r * b));
+        self.b.extend(b.iter().zip(&self.row_scale).map(|(b, r)| r * b));
         self.b_scale = power_of_two(self.b.iter().fold(0.0, |max, b| max.max(b.abs())));
         let b_scale = self.b_scale;
         self.b.iter_mut().for_each(|b| *b /= b_scale);
     }
 
     /// Column `j` of `A'`.
-    pub(super) fn column(&self, j: usize) -> &[f64] {
+    pub(crate) fn column(&self, j: usize) -> &[f64] {
         &self.columns[j * self.n..(j + 1) * self.n]
     }
 
     /// Adds `epsilon` to the diagonal of `A'`.
-    pub(super) fn add_diagonal(&mut self, epsilon: f64) {
+    pub(crate) fn add_diagonal(&mut self, epsilon: f64) {
         for j in 0..self.n {
             self.columns[j * self.n + j] += epsilon;
         }
     }
 
     /// `z_j` in the units of the problem.
-    pub(super) fn unscaled_z(&self, j: usize, z: f64) -> f64 {
+    pub(crate) fn unscaled_z(&self, j: usize, z: f64) -> f64 {
         z * self.b_scale * self.col_scale[j]
     }
 
     /// The multiplier of row `i` in the units of the problem, up to a common factor.
-    pub(super) fn unscaled_y(&self, i: usize, y: f64) -> f64 {
+    pub(crate) fn unscaled_y(&self, i: usize, y: f64) -> f64 {
         y * self.row_scale[i]
     }
 
     /// `w_i` in the units of the problem.
-    pub(super) fn unscaled_w(&self, i: usize, w: f64) -> f64 {
+    pub(crate) fn unscaled_w(&self, i: usize, w: f64) -> f64 {
         w * self.b_scale / self.row_scale[i]
     }
 
     /// Unit diagonal where there is one, as for `D W D` of a Delassus matrix, then unit rows and columns.
-    fn choose_scales(&mut self, problem: &Lcp) {
-        let (n, A) = (problem.len(), problem.A());
-        let (s, t) = (problem.scaling().z(), problem.scaling().w());
+    fn choose_scales(&mut self, A: &Matrix, scaling: &Scaling) {
+        let n = self.n;
+        let (s, t) = (scaling.z(), scaling.w());
         let in_one_unit = |i: usize, j: usize| (t[i] / s[j] * A[(i, j)]).abs();
         let largest = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).fold(0.0f64, |max, (i, j)| max.max(in_one_unit(i, j)));
         self.row_scale.clear();
@@ -85,7 +85,7 @@ impl Scaled {
             self.col_scale[i] /= s[i];
         }
         for _ in 0..ROUNDS {
-            self.equilibrate(problem);
+            self.equilibrate(A);
         }
         for scale in self.row_scale.iter_mut().chain(&mut self.col_scale) {
             *scale = power_of_two(*scale);
@@ -112,12 +112,12 @@ impl Scaled {
     }
 
     /// One round of Ruiz's equilibration (2001).
-    fn equilibrate(&mut self, problem: &Lcp) {
+    fn equilibrate(&mut self, A: &Matrix) {
         let n = self.n;
         let mut rows = vec![0.0f64; n];
         let mut cols = vec![0.0f64; n];
         for i in 0..n {
-            for (j, a) in problem.A().row(i).iter().enumerate() {
+            for (j, a) in A.row(i).iter().enumerate() {
                 let size = (self.row_scale[i] * a * self.col_scale[j]).abs();
                 rows[i] = rows[i].max(size);
                 cols[j] = cols[j].max(size);
