@@ -1,1 +1,42 @@
-//! .
+//! Linear complementarity problems, from their data to a checked solution.
+//!
+//! - [`Lcp`]: find `z` with `0 ≤ z ⟂ w = A z + b ≥ 0`; [`MixedLcp`]: the same with free variables on rows `w = 0`.
+//! - [`Residual`]: how far a point is from a solution, independent of units. Methods, tests and benchmarks all
+//!   judge by this one number, computed from the original data.
+//! - [`Method`]: an algorithm. [`Lemke`] is lexicographic Lemke with a factorised basis, made for degenerate
+//!   problems; [`Enumeration`] tries all complementary bases of a tiny problem and serves as oracle.
+//! - [`Solution`]: point, [`Status`], [`Basis`] for the next warm start, and a [`Report`] of what was done.
+//!
+//! ```
+//! use signorini_lcp::{Lcp, Lemke, Matrix, Method};
+//!
+//! let A = Matrix::new(2, 2, vec![2.0, 1.0, 1.0, 2.0])?;
+//! let problem = Lcp::new(A, vec![-5.0, -6.0])?;
+//! let solution = Lemke::default().solve(&problem, None);
+//! assert!(solution.status.is_solved());
+//! assert!((solution.z[0] - 4.0 / 3.0).abs() < 1e-12);
+//! # Ok::<(), signorini_lcp::LcpError>(())
+//! ```
+#![allow(non_snake_case)] // matrices keep the letters of the formulas
+
+mod enumeration;
+mod equilibrate;
+mod error;
+mod lemke;
+mod linalg;
+mod matrix;
+mod method;
+mod mixed;
+mod polish;
+mod problem;
+mod residual;
+mod solution;
+
+pub use enumeration::{Enumeration, EnumerationSettings};
+pub use error::LcpError;
+pub use lemke::{Lemke, LemkeSettings};
+pub use matrix::Matrix;
+pub use method::{Method, MethodKind};
+pub use problem::{Lcp, MixedLcp};
+pub use residual::{Residual, Scaling};
+pub use solution::{Attempt, Basis, Farkas, Outcome, Ray, Report, Solution, Start, Status};

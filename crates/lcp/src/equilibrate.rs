@@ -1,0 +1,136 @@
+use crate::linalg::power_of_two;
+use crate::{Matrix, Scaling};
+
+/// Rounds of max-norm equilibration after the scaling by the diagonal.
+const ROUNDS: usize = 3;
+
+/// A problem with rows, columns and right-hand side brought to size 1 by powers of two, hence without rounding:
+/// `A' = R A C`, `b' = R b / β`, `z = β C z'`.
+///
+/// Positive scaling keeps complementarity; it changes only which path Lemke's method follows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scaled {
+    pub(crate) n: usize,
+    /// Columns of `A'`, one after another.
+    columns: Vec<f64>,
+    pub(crate) b: Vec<f64>,
+    row_scale: Vec<f64>,
+    col_scale: Vec<f64>,
+    b_scale: f64,
+}
+
+impl Scaled {
+    pub(crate) fn load(&mut self, A: &Matrix, b: &[f64], scaling: &Scaling) {
+        self.n = b.len();
+        self.choose_scales(A, scaling);
+        let n = self.n;
+        self.columns.clear();
+        self.columns.resize(n * n, 0.0);
+        for i in 0..n {
+            for (j, a) in A.row(i).iter().enumerate() {
+                self.columns[j * n + i] = self.row_scale[i] * a * self.col_scale[j];
+            }
+        }
+        self.b.clear();
+        self.b.extend(b.iter().zip(&self.row_scale).map(|(b, r)| r * b));
+        self.b_scale = power_of_two(self.b.iter().fold(0.0, |max, b| max.max(b.abs())));
+        let b_scale = self.b_scale;
+        self.b.iter_mut().for_each(|b| *b /= b_scale);
+    }
+
+    /// Column `j` of `A'`.
+    pub(crate) fn column(&self, j: usize) -> &[f64] {
+        &self.columns[j * self.n..(j + 1) * self.n]
+    }
+
+    /// Adds `epsilon` to the diagonal of `A'`.
+    pub(crate) fn add_diagonal(&mut self, epsilon: f64) {
+        for j in 0..self.n {
+            self.columns[j * self.n + j] += epsilon;
+        }
+    }
+
+    /// `z_j` in the units of the problem.
+    pub(crate) fn unscaled_z(&self, j: usize, z: f64) -> f64 {
+        z * self.b_scale * self.col_scale[j]
+    }
+
+    /// The multiplier of row `i` in the units of the problem, up to a common factor.
+    pub(crate) fn unscaled_y(&self, i: usize, y: f64) -> f64 {
+        y * self.row_scale[i]
+    }
+
+    /// `w_i` in the units of the problem.
+    pub(crate) fn unscaled_w(&self, i: usize, w: f64) -> f64 {
+        w * self.b_scale / self.row_scale[i]
+    }
+
+    /// Unit diagonal where there is one, as for `D W D` of a Delassus matrix, then unit rows and columns.
+    fn choose_scales(&mut self, A: &Matrix, scaling: &Scaling) {
+        let n = self.n;
+        let (s, t) = (scaling.z(), scaling.w());
+        let in_one_unit = |i: usize, j: usize| (t[i] / s[j] * A[(i, j)]).abs();
+        let largest = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).fold(0.0f64, |max, (i, j)| max.max(in_one_unit(i, j)));
+        self.row_scale.clear();
+        self.col_scale.clear();
+        for i in 0..n {
+            let diagonal = in_one_unit(i, i);
+            let root = if diagonal > 1e-12 * largest { diagonal.sqrt() } else { 0.0 };
+            self.row_scale.push(root);
+            self.col_scale.push(root);
+        }
+        self.scale_rows_without_diagonal(n, in_one_unit);
+        for i in 0..n {
+            self.row_scale[i] *= t[i];
+            self.col_scale[i] /= s[i];
+        }
+        for _ in 0..ROUNDS {
+            self.equilibrate(A);
+        }
+        for scale in self.row_scale.iter_mut().chain(&mut self.col_scale) {
+            *scale = power_of_two(*scale);
+        }
+    }
+
+    /// Turns the roots of the diagonal into scales and gives the other rows and columns the size of what they meet.
+    fn scale_rows_without_diagonal(&mut self, n: usize, entry: impl Fn(usize, usize) -> f64) {
+        let invert = |x: f64| if x > 0.0 { 1.0 / x } else { 0.0 };
+        for i in 0..n {
+            self.row_scale[i] = invert(self.row_scale[i]);
+            self.col_scale[i] = invert(self.col_scale[i]);
+        }
+        for i in (0..n).filter(|&i| self.row_scale[i] == 0.0).collect::<Vec<_>>() {
+            let row = (0..n).fold(0.0f64, |max, j| max.max(entry(i, j) * self.col_scale[j]));
+            let col = (0..n).fold(0.0f64, |max, j| max.max(entry(j, i) * self.row_scale[j]));
+            // Written negative first: later rows must not see the scales of earlier ones.
+            self.row_scale[i] = -invert(row);
+            self.col_scale[i] = -invert(col);
+        }
+        for scale in self.row_scale.iter_mut().chain(&mut self.col_scale) {
+            *scale = if *scale == 0.0 { 1.0 } else { scale.abs() };
+        }
+    }
+
+    /// One round of Ruiz's equilibration (2001).
+    fn equilibrate(&mut self, A: &Matrix) {
+        let n = self.n;
+        let mut rows = vec![0.0f64; n];
+        let mut cols = vec![0.0f64; n];
+        for i in 0..n {
+            for (j, a) in A.row(i).iter().enumerate() {
+                let size = (self.row_scale[i] * a * self.col_scale[j]).abs();
+                rows[i] = rows[i].max(size);
+                cols[j] = cols[j].max(size);
+            }
+        }
+        let apply = |scales: &mut [f64], sizes: &[f64]| {
+            for (scale, size) in scales.iter_mut().zip(sizes) {
+                if *size > 0.0 {
+                    *scale /= size.sqrt();
+                }
+            }
+        };
+        apply(&mut self.row_scale, &rows);
+        apply(&mut self.col_scale, &cols);
+    }
+}

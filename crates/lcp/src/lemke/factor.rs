@@ -1,0 +1,144 @@
+use crate::equilibrate::Scaled;
+use crate::linalg::{DoubleSum, Lu, add_scaled};
+
+/// A basis of `w − A z − d z0 = b`, factorised, with product-form updates.
+///
+/// Variables are numbered `w_i = i`, `z_j = n + j`, `z0 = 2n`. Columns of basic `w` are unit vectors, so only the
+/// core needs factors: rows whose `w` is not basic, columns of the basic `z` and `z0`.
+///
+/// Source: Dantzig, Orchard-Hays (1954), product form of the inverse.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FactoredBasis {
+    pub(super) n: usize,
+    /// The variable at each position.
+    pub(super) head: Vec<usize>,
+    pub(super) d: Vec<f64>,
+    core_rows: Vec<usize>,
+    core_cols: Vec<usize>,
+    core: Lu,
+    /// Transformed entering columns since the factorisation, `[updates, n]`, and their positions.
+    etas: Vec<f64>,
+    eta_positions: Vec<usize>,
+    core_rhs: Vec<f64>,
+    sums: Vec<DoubleSum>,
+}
+
+impl FactoredBasis {
+    /// Starts from a complementary basis.
+    pub(super) fn start(&mut self, n: usize, z_basic: &[bool]) {
+        self.n = n;
+        self.d.clear();
+        self.d.resize(n, 0.0);
+        self.head.clear();
+        self.head.extend((0..n).map(|i| if z_basic[i] { n + i } else { i }));
+    }
+
+    pub(super) fn updates(&self) -> usize {
+        self.eta_positions.len()
+    }
+
+    /// Factorises the basis afresh and orders `head` anew; returns the smallest relative pivot, 0 if singular.
+    pub(super) fn factorize(&mut self, problem: &Scaled) -> f64 {
+        let n = self.n;
+        self.etas.clear();
+        self.eta_positions.clear();
+        self.core_cols.clear();
+        self.core_cols.extend(self.head.iter().copied().filter(|&v| v >= n));
+        self.core_cols.sort_unstable();
+        self.core_rows.clear();
+        let mut w_basic = vec![false; n];
+        self.head.iter().filter(|&&v| v < n).for_each(|&v| w_basic[v] = true);
+        self.core_rows.extend((0..n).filter(|&i| !w_basic[i]));
+        for i in 0..n {
+            self.head[i] = i;
+        }
+        let k = self.core_cols.len();
+        let data = self.core.start(k);
+        for (c, &variable) in self.core_cols.iter().enumerate() {
+            self.head[self.core_rows[c]] = variable;
+            let column = if variable == 2 * n { &self.d[..] } else { problem.column(variable - n) };
+            for (r, &i) in self.core_rows.iter().enumerate() {
+                data[r * k + c] = -column[i];
+            }
+        }
+        if k == 0 { 1.0 } else { self.core.factorize() }
+    }
+
+    /// `v ← B⁻¹ v`: by row on entry, by position on return.
+    pub(super) fn solve(&mut self, problem: &Scaled, v: &mut [f64]) {
+        self.core_rhs.clear();
+        self.core_rhs.extend(self.core_rows.iter().map(|&i| v[i]));
+        if self.core_rhs.iter().any(|&x| x != 0.0) {
+            self.core.solve(&mut self.core_rhs);
+            for (&variable, &x) in self.core_cols.iter().zip(&self.core_rhs) {
+                if x != 0.0 {
+                    let column = if variable == 2 * self.n { &self.d[..] } else { problem.column(variable - self.n) };
+                    add_scaled(v, x, column);
+                }
+            }
+        }
+        for (&i, &x) in self.core_rows.iter().zip(&self.core_rhs) {
+            v[i] = x;
+        }
+        for (eta, &position) in self.etas.chunks_exact(self.n.max(1)).zip(&self.eta_positions) {
+            if v[position] != 0.0 {
+                let x = v[position] / eta[position];
+                add_scaled(v, -x, eta);
+                v[position] = x;
+            }
+        }
+    }
+
+    /// `out ←` the column of a variable, by row.
+    pub(super) fn column_into(&self, problem: &Scaled, variable: usize, out: &mut [f64]) {
+        let n = self.n;
+        if variable < n {
+            out.fill(0.0);
+            out[variable] = 1.0;
+        } else {
+            let column = if variable == 2 * n { &self.d[..] } else { problem.column(variable - n) };
+            out.iter_mut().zip(column).for_each(|(out, x)| *out = -x);
+        }
+    }
+
+    /// Puts `entering`, whose transformed column is `a`, in the place of the variable at `position`.
+    pub(super) fn replace(&mut self, position: usize, entering: usize, a: &[f64]) {
+        self.etas.extend_from_slice(a);
+        self.eta_positions.push(position);
+        self.head[position] = entering;
+    }
+
+    /// `out ← B x`: `x` by position, `out` by row.
+    pub(super) fn multiply_into(&self, problem: &Scaled, x: &[f64], out: &mut [f64]) {
+        let n = self.n;
+        out.fill(0.0);
+        for (&variable, &x) in self.head.iter().zip(x) {
+            if variable < n {
+                out[variable] += x;
+            } else if x != 0.0 {
+                let column = if variable == 2 * n { &self.d[..] } else { problem.column(variable - n) };
+                add_scaled(out, -x, column);
+            }
+        }
+    }
+
+    /// `out ← rhs − B x`, accumulated in doubled precision.
+    pub(super) fn residual_into(&mut self, problem: &Scaled, rhs: &[f64], x: &[f64], out: &mut [f64]) {
+        let n = self.n;
+        self.sums.clear();
+        self.sums.extend(rhs.iter().map(|&r| DoubleSum::new(r)));
+        for (&variable, &x) in self.head.iter().zip(x) {
+            if variable < n {
+                self.sums[variable].add_product(-1.0, x);
+            } else if x != 0.0 {
+                let column = if variable == 2 * n { &self.d[..] } else { problem.column(variable - n) };
+                for (sum, &a) in self.sums.iter_mut().zip(column) {
+                    sum.add_product(a, x);
+                }
+            }
+        }
+        for (out, sum) in out.iter_mut().zip(&self.sums) {
+            *out = sum.value();
+        }
+    }
+}

@@ -1,0 +1,249 @@
+//! Lexicographic Lemke with a factorised basis.
+//!
+//! Contact problems are always degenerate: tolerances in the ratio test, not the method, are where Lemke's method
+//! fails in practice. Here the problem is equilibrated by powers of two; the basis is kept as factors, never as a
+//! rounded tableau; ties are resolved lexicographically; a small pivot or a ray is believed only after a fresh,
+//! refined factorisation; and the complementary basis found is solved afresh from the original data. When the
+//! result fails its residual, the walk is repeated from elsewhere, and the report says so.
+
+mod factor;
+mod path;
+mod ray;
+mod settings;
+
+use path::{Limits, Path, Walk, mix};
+use ray::Direction;
+pub use settings::LemkeSettings;
+
+use crate::equilibrate::Scaled;
+use crate::polish::Polish;
+use crate::{Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Residual, Solution, Start, Status};
+
+/// Lemke's complementary pivoting method.
+///
+/// # Cost
+/// O(n·k) per pivot with k basic `z`, plus O(k³) every [`updates`](LemkeSettings::updates) pivots.
+///
+/// # Source
+/// Lemke (1965); Cottle, Pang, Stone, *The Linear Complementarity Problem* (2009), §4.4 and §4.9.
+#[derive(Clone, Debug, Default)]
+pub struct Lemke {
+    settings: LemkeSettings,
+    scaled: Scaled,
+    path: Path,
+    polish: Polish,
+    cover: Vec<f64>,
+    perturbation: Vec<f64>,
+}
+
+/// The best point so far and what is known about the problem.
+struct Search<'a> {
+    problem: &'a Lcp,
+    z: Vec<f64>,
+    residual: Residual,
+    basis: Basis,
+    ray: Option<Direction>,
+    status: Option<Status>,
+    pivots: usize,
+    report: Report,
+}
+
+impl Lemke {
+    /// The method with these settings.
+    ///
+    /// # Errors
+    /// [`LcpError::Setting`] when a setting is outside its range.
+    pub fn new(settings: LemkeSettings) -> Result<Self, LcpError> {
+        settings.validate()?;
+        Ok(Self { settings, ..Self::default() })
+    }
+
+    fn load(&mut self, problem: &Lcp) {
+        self.scaled.load(problem.A(), problem.b(), problem.scaling());
+    }
+
+    /// The caller's basis: one factorisation, and only if that is not the answer, pivots from there.
+    fn try_warm(&mut self, search: &mut Search, warm: &Basis) {
+        let residual = self.finish(search, warm.clone(), None);
+        let outcome = if search.status.is_some() { Outcome::Complementary } else { Outcome::Rejected };
+        search.note(Start::Warm, outcome, None, residual);
+    }
+
+    /// Walks once and keeps the result if it is the best.
+    fn attempt(&mut self, search: &mut Search, start: Start, from: &Basis, seed: u32, tie: f64) {
+        let n = search.problem.len();
+        let uniform = |stream: u64, i: usize| 1.0 + (mix(stream << 32 | i as u64) >> 11) as f64 / (1u64 << 53) as f64;
+        self.cover.clear();
+        self.cover.extend((0..n).map(|i| if seed == 0 { 1.0 } else { uniform(2 * seed as u64, i) }));
+        self.perturbation.clear();
+        self.perturbation.extend((0..n).map(|i| uniform(2 * seed as u64 + 1, i)));
+        let limits = Limits {
+            pivots: self.settings.pivots_per_pair * n + 100,
+            updates: self.settings.updates,
+            tie,
+            pivot: self.settings.pivot,
+        };
+        let walk = self.path.walk(&self.scaled, &from.z_basic, &self.cover, &self.perturbation, limits);
+        let residual = match walk.outcome {
+            Outcome::Complementary => {
+                let (basis, z) = self.end_point(n);
+                self.finish(search, basis, Some(z))
+            }
+            Outcome::Ray => {
+                self.keep_ray(search, &walk);
+                None
+            }
+            _ => None,
+        };
+        search.note(start, walk.outcome, Some(walk), residual);
+    }
+
+    /// Basis and point at the end of the walk.
+    fn end_point(&self, n: usize) -> (Basis, Vec<f64>) {
+        let mut basis = Basis::slack(n);
+        let mut z = vec![0.0; n];
+        for (&variable, &x) in self.path.basis.head.iter().zip(&self.path.x) {
+            if (n..2 * n).contains(&variable) {
+                basis.z_basic[variable - n] = true;
+                z[variable - n] = self.scaled.unscaled_z(variable - n, x);
+            }
+        }
+        (basis, z)
+    }
+
+    /// Solves the basis afresh from the original data and keeps the better of that point and the pivoted one.
+    fn finish(&mut self, search: &mut Search, basis: Basis, pivoted: Option<Vec<f64>>) -> Option<f64> {
+        let problem = search.problem;
+        let mut z = vec![0.0; problem.len()];
+        let active = basis.active();
+        let solved = self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z);
+        let mut best: Option<f64> = None;
+        for mut z in solved.then_some(z).into_iter().chain(pivoted) {
+            z.iter_mut().for_each(|z| *z = z.max(0.0));
+            let residual = problem.residual(&z);
+            best = Some(best.unwrap_or(f64::INFINITY).min(residual.value));
+            if residual.value < search.residual.value {
+                (search.z, search.residual) = (z, residual);
+                search.basis.clone_from(&basis);
+            }
+            if residual.within(self.settings.tolerance) {
+                search.status = Some(Status::Solved);
+                break;
+            }
+        }
+        best
+    }
+
+    fn keep_ray(&mut self, search: &mut Search, walk: &Walk) {
+        let Some(direction) = Direction::of(&self.path, &self.scaled, walk.entering) else {
+            return;
+        };
+        search.status = direction.certificate(&self.scaled).map(Status::Infeasible);
+        search.ray.get_or_insert(direction);
+    }
+
+    /// The attempts, from the cheapest to the most patient, until one settles the problem.
+    fn run(&mut self, search: &mut Search, warm: Option<&Basis>) {
+        let n = search.problem.len();
+        let warm = warm.filter(|warm| warm.z_basic.len() == n);
+        if let Some(warm) = warm {
+            self.try_warm(search, warm);
+            if search.status.is_some() {
+                return;
+            }
+        }
+        self.load(search.problem);
+        if let Some(warm) = warm {
+            self.attempt(search, Start::Advanced, warm, 0, self.settings.tie);
+        }
+        self.run_cold(search);
+        // Where every walk met a ray, a regularised problem has a solution that is none of ours.
+        if search.report.attempts.iter().any(|attempt| attempt.outcome != Outcome::Ray) {
+            self.run_regularized(search);
+        }
+    }
+
+    fn run_cold(&mut self, search: &mut Search) {
+        let slack = Basis::slack(search.problem.len());
+        for covering in 0..self.settings.covering_vectors {
+            if search.status.is_some() {
+                return;
+            }
+            // Other ties are seen when the tolerance is another.
+            let tie = self.settings.tie * [1.0, 1e-2, 1e2][covering as usize % 3];
+            self.attempt(search, Start::Cold { covering }, &slack, covering, tie);
+            if search.status.is_none() && search.ended(Outcome::Complementary) {
+                // A basis taken for feasible within the tie tolerance is repaired with a finer one.
+                let basis = search.basis.clone();
+                self.attempt(search, Start::Advanced, &basis, covering, 1e-3 * tie);
+            }
+        }
+    }
+
+    fn run_regularized(&mut self, search: &mut Search) {
+        let slack = Basis::slack(search.problem.len());
+        for exponent in [-8, -6, -4] {
+            if search.status.is_some() {
+                return;
+            }
+            self.scaled.add_diagonal(10f64.powi(exponent));
+            self.attempt(search, Start::Regularized { exponent }, &slack, 0, self.settings.tie);
+            self.load(search.problem);
+        }
+    }
+}
+
+impl Method for Lemke {
+    fn solve(&mut self, problem: &Lcp, warm: Option<&Basis>) -> Solution {
+        let n = problem.len();
+        let mut search = Search {
+            problem,
+            z: vec![0.0; n],
+            residual: problem.residual(&vec![0.0; n]),
+            basis: Basis::slack(n),
+            ray: None,
+            status: None,
+            pivots: 0,
+            report: Report::default(),
+        };
+        self.run(&mut search, warm);
+        search.into_solution(&self.scaled)
+    }
+
+    fn tolerance(&self) -> f64 {
+        self.settings.tolerance
+    }
+}
+
+impl Search<'_> {
+    fn note(&mut self, start: Start, outcome: Outcome, walk: Option<Walk>, residual: Option<f64>) {
+        let (pivots, factorizations) = walk.map_or((0, 1), |walk| (walk.pivots, walk.factorizations));
+        self.pivots += pivots;
+        self.report.attempts.push(Attempt { start, outcome, pivots, factorizations, residual });
+    }
+
+    /// Whether a walk on the problem itself (not a regularised one) ended so.
+    fn ended(&self, outcome: Outcome) -> bool {
+        let regularized = |start| matches!(start, Start::Regularized { .. });
+        self.report.attempts.iter().any(|attempt| attempt.outcome == outcome && !regularized(attempt.start))
+    }
+
+    fn into_solution(self, scaled: &Scaled) -> Solution {
+        let status = match (&self.status, &self.ray) {
+            (Some(status), _) => status.clone(),
+            (None, _) if self.ended(Outcome::Complementary) => Status::Inaccurate,
+            (None, Some(direction)) => Status::Ray(direction.unscaled(scaled, self.problem.scaling().z())),
+            (None, None) if self.ended(Outcome::IterationLimit) || self.ended(Outcome::Cycle) => Status::IterationLimit,
+            (None, None) => Status::Singular,
+        };
+        Solution {
+            w: self.problem.w(&self.z),
+            z: self.z,
+            status,
+            basis: self.basis,
+            iterations: self.pivots,
+            residual: self.residual,
+            report: self.report,
+        }
+    }
+}

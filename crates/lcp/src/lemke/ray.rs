@@ -1,0 +1,76 @@
+use super::path::Path;
+use crate::equilibrate::Scaled;
+use crate::linalg::{add_scaled, dot};
+use crate::{Farkas, Ray};
+
+/// Violations of a ray's sign conditions up to this, in the equilibrated problem with the ray of size 1, are
+/// rounding.
+const ROUNDING: f64 = 1e-8;
+/// A certificate of infeasibility must be this sharp, relative to the sum of its multipliers …
+const CERTIFICATE: f64 = 1e-13;
+/// … and its right-hand side must be negative by at least this much.
+const MARGIN: f64 = 1e-7;
+
+/// The direction in which a walk left to infinity, in the equilibrated problem.
+#[derive(Clone, Debug)]
+pub(super) struct Direction {
+    z: Vec<f64>,
+    w: Vec<f64>,
+    z0: f64,
+}
+
+impl Direction {
+    /// The direction of a walk that ended on a ray while `entering` grew; `None` if recomputing it from the data
+    /// contradicts its signs.
+    pub(super) fn of(path: &Path, problem: &Scaled, entering: usize) -> Option<Self> {
+        let n = problem.n;
+        let (mut z, mut w_pivoted, mut z0) = (vec![0.0; n], vec![0.0; n], 0.0);
+        let mut set = |variable: usize, value: f64| match variable {
+            v if v == 2 * n => z0 = value,
+            v if v >= n => z[v - n] = value,
+            v => w_pivoted[v] = value,
+        };
+        set(entering, 1.0);
+        for (&variable, &a) in path.basis.head.iter().zip(&path.a) {
+            set(variable, (-a).max(0.0));
+        }
+        let size = z.iter().fold(z0, |max, z| max.max(*z));
+        if size == 0.0 {
+            return None;
+        }
+        z.iter_mut().for_each(|z| *z /= size);
+        z0 /= size;
+        let mut w = vec![0.0; n];
+        add_scaled(&mut w, z0, &path.basis.d);
+        for (j, &z) in z.iter().enumerate().filter(|(_, z)| **z != 0.0) {
+            add_scaled(&mut w, z, problem.column(j));
+        }
+        let holds = (0..n).all(|i| w[i] >= -ROUNDING && z[i].min(w[i]) <= ROUNDING);
+        w.iter_mut().zip(&w_pivoted).for_each(|(w, pivoted)| *w = if *pivoted == 0.0 { 0.0 } else { w.max(0.0) });
+        holds.then_some(Self { z, w, z0 })
+    }
+
+    /// The proof of infeasibility that the direction gives, where it gives one: `y = z`.
+    ///
+    /// For copositive-plus `A` it always does (Cottle, Pang, Stone 2009, theorem 4.4.9).
+    pub(super) fn certificate(&self, problem: &Scaled) -> Option<Farkas> {
+        let sum: f64 = self.z.iter().sum();
+        let holds = sum > 0.0
+            && dot(&problem.b, &self.z) <= -MARGIN * sum
+            && (0..problem.n).all(|j| dot(problem.column(j), &self.z) <= CERTIFICATE * sum);
+        holds.then(|| Farkas { y: (0..problem.n).map(|i| problem.unscaled_y(i, self.z[i])).collect() })
+    }
+
+    /// The direction in the units of the problem, its largest `z` (or else `z0`) being 1 in one unit.
+    pub(super) fn unscaled(&self, problem: &Scaled, unit: &[f64]) -> Ray {
+        let mut z: Vec<f64> = self.z.iter().enumerate().map(|(j, &z)| problem.unscaled_z(j, z)).collect();
+        let mut w: Vec<f64> = self.w.iter().enumerate().map(|(i, &w)| problem.unscaled_w(i, w)).collect();
+        let mut size = z.iter().zip(unit).fold(0.0f64, |max, (z, s)| max.max(z * s));
+        if size == 0.0 {
+            size = self.z0;
+        }
+        z.iter_mut().chain(&mut w).for_each(|x| *x /= size);
+        let support = (0..z.len()).filter(|&i| z[i] > 0.0).collect();
+        Ray { z, w, z0: self.z0 / size, support }
+    }
+}

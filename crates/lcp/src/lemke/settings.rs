@@ -1,0 +1,54 @@
+use crate::LcpError;
+use crate::method::check_tolerance;
+
+/// Settings of [`Lemke`](crate::Lemke).
+///
+/// `tie` and `pivot` refer to the equilibrated problem, whose rows, columns and right-hand side have size 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LemkeSettings {
+    /// Relative residual up to which a point is called solved. Default 1e-10; in (0, 1).
+    pub tolerance: f64,
+    /// Basic variables within this of zero, relative to the largest, are tied. Default 1e-12; in (0, 1e-4].
+    pub tie: f64,
+    /// Entries of a transformed column below this, relative to its largest, count as zero. Default 1e-10; in
+    /// (0, 1e-4].
+    pub pivot: f64,
+    /// Updates of the basis between factorisations. Default 50; at least 1.
+    pub updates: usize,
+    /// Pivots allowed per walk, per complementary pair. Default 20; at least 1.
+    pub pivots_per_pair: usize,
+    /// Covering vectors tried from `z = 0`. Default 3; at least 1.
+    pub covering_vectors: u32,
+}
+
+impl Default for LemkeSettings {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, tie: 1e-12, pivot: 1e-10, updates: 50, pivots_per_pair: 20, covering_vectors: 3 }
+    }
+}
+
+impl LemkeSettings {
+    /// Checks every field against its range.
+    ///
+    /// # Errors
+    /// [`LcpError::Setting`] naming the first field outside its range.
+    pub fn validate(&self) -> Result<(), LcpError> {
+        check_tolerance(self.tolerance)?;
+        for (setting, value) in [("tie", self.tie), ("pivot", self.pivot)] {
+            if !(value > 0.0 && value <= 1e-4) {
+                return Err(LcpError::Setting { setting, value, range: "greater than 0, at most 1e-4" });
+            }
+        }
+        let counts = [
+            ("updates", self.updates as f64),
+            ("pivots_per_pair", self.pivots_per_pair as f64),
+            ("covering_vectors", f64::from(self.covering_vectors)),
+        ];
+        for (setting, value) in counts {
+            if value < 1.0 {
+                return Err(LcpError::Setting { setting, value, range: "at least 1" });
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,160 @@
+use super::kernels::{dot, subtract_four};
+
+/// Columns factorised together before the trailing matrix is updated.
+const PANEL: usize = 32;
+
+/// LU factorisation with partial pivoting of a square matrix, `P K = L U`, row-major, in place.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lu {
+    n: usize,
+    data: Vec<f64>,
+    /// `swaps[k]` is the row exchanged with row `k` in step `k`.
+    swaps: Vec<usize>,
+}
+
+impl Lu {
+    /// Makes room for an `n`×`n` matrix and returns it, zeroed, to be filled.
+    pub(crate) fn start(&mut self, n: usize) -> &mut [f64] {
+        self.n = n;
+        self.data.clear();
+        self.data.resize(n * n, 0.0);
+        &mut self.data
+    }
+
+    /// Factorises what [`Lu::start`] returned.
+    ///
+    /// Returns the smallest pivot relative to the largest entry of its column before elimination;
+    /// 0 means exactly singular, and then no solve may follow.
+    pub(crate) fn factorize(&mut self) -> f64 {
+        let n = self.n;
+        self.swaps.clear();
+        self.swaps.resize(n, 0);
+        let mut column_scale = vec![0.0f64; n];
+        for row in self.data.chunks_exact(n.max(1)) {
+            for (scale, x) in column_scale.iter_mut().zip(row) {
+                *scale = scale.max(x.abs());
+            }
+        }
+        let mut smallest = 1.0f64;
+        let mut start = 0;
+        while start < n {
+            let end = (start + PANEL).min(n);
+            for k in start..end {
+                let pivot = self.eliminate_column(k, end);
+                if pivot == 0.0 {
+                    return 0.0;
+                }
+                smallest = smallest.min(pivot / column_scale[k]);
+            }
+            self.update_trailing(start, end);
+            start = end;
+        }
+        if smallest.is_finite() { smallest } else { 0.0 }
+    }
+
+    /// One step of partial pivoting inside the panel that ends at column `end`; returns |pivot|.
+    fn eliminate_column(&mut self, k: usize, end: usize) -> f64 {
+        let n = self.n;
+        let mut best = (k, 0.0f64);
+        for i in k..n {
+            let size = self.data[i * n + k].abs();
+            if size > best.1 {
+                best = (i, size);
+            }
+        }
+        self.swaps[k] = best.0;
+        if best.1 == 0.0 {
+            return 0.0;
+        }
+        if best.0 != k {
+            let (head, tail) = self.data.split_at_mut(best.0 * n);
+            head[k * n..(k + 1) * n].swap_with_slice(&mut tail[..n]);
+        }
+        let (head, tail) = self.data.split_at_mut((k + 1) * n);
+        let pivot_row = &head[k * n..];
+        let pivot = pivot_row[k];
+        for row in tail.chunks_exact_mut(n) {
+            if row[k] != 0.0 {
+                row[k] /= pivot;
+                let factor = row[k];
+                for j in k + 1..end {
+                    row[j] -= factor * pivot_row[j];
+                }
+            }
+        }
+        best.1
+    }
+
+    /// Applies the panel `start..end` to the columns right of it.
+    fn update_trailing(&mut self, start: usize, end: usize) {
+        let n = self.n;
+        if end == n {
+            return;
+        }
+        for i in start + 1..n {
+            let (head, tail) = self.data.split_at_mut(i * n);
+            let (left, right) = tail[..n].split_at_mut(end);
+            let upper = |k: usize| &head[k * n + end..(k + 1) * n];
+            let last = end.min(i);
+            let mut k = start;
+            while k + 4 <= last {
+                let factors = [left[k], left[k + 1], left[k + 2], left[k + 3]];
+                if factors != [0.0; 4] {
+                    subtract_four(right, factors, [upper(k), upper(k + 1), upper(k + 2), upper(k + 3)]);
+                }
+                k += 4;
+            }
+            for k in k..last {
+                if left[k] != 0.0 {
+                    super::add_scaled(right, -left[k], upper(k));
+                }
+            }
+        }
+    }
+
+    /// Solves `K x = rhs` in place.
+    pub(crate) fn solve(&self, x: &mut [f64]) {
+        let n = self.n;
+        for k in 0..n {
+            x.swap(k, self.swaps[k]);
+        }
+        let first = x.iter().position(|&v| v != 0.0).unwrap_or(n);
+        for i in first + 1..n {
+            x[i] -= dot(&self.data[i * n + first..i * n + i], &x[first..i]);
+        }
+        for i in (0..n).rev() {
+            let row = &self.data[i * n..(i + 1) * n];
+            x[i] = (x[i] - dot(&row[i + 1..], &x[i + 1..n])) / row[i];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solves_across_panel_borders() {
+        for n in [1, 2, 31, 32, 33, 70] {
+            let entry = |i: usize, j: usize| (((i * 37 + j * 91 + i * j) % 101) as f64 - 50.0) / 50.0;
+            let mut lu = Lu::default();
+            for (k, x) in lu.start(n).iter_mut().enumerate() {
+                *x = entry(k / n, k % n);
+            }
+            let wanted: Vec<f64> = (0..n).map(|i| i as f64 - 3.0).collect();
+            let mut x: Vec<f64> = (0..n).map(|i| (0..n).map(|j| entry(i, j) * wanted[j]).sum()).collect();
+            assert!(lu.factorize() > 0.0);
+            lu.solve(&mut x);
+            for i in 0..n {
+                assert!((x[i] - wanted[i]).abs() < 1e-8, "n {n}: x[{i}] = {}", x[i]);
+            }
+        }
+    }
+
+    #[test]
+    fn a_zero_column_is_reported() {
+        let mut lu = Lu::default();
+        lu.start(2).copy_from_slice(&[0.0, 1.0, 0.0, 2.0]);
+        assert_eq!(lu.factorize(), 0.0);
+    }
+}

@@ -1,0 +1,72 @@
+use std::fmt;
+use std::str::FromStr;
+
+use crate::{Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution};
+
+/// A method for linear complementarity problems.
+///
+/// A method owns its memory and keeps it from call to call, hence `&mut self`; its answer depends on the
+/// arguments and its settings only.
+pub trait Method {
+    /// Solves the problem, from `warm` where one is given and fits the problem.
+    fn solve(&mut self, problem: &Lcp, warm: Option<&Basis>) -> Solution;
+
+    /// The tolerance on the relative residual below which this method says [`Solved`](crate::Status::Solved).
+    fn tolerance(&self) -> f64;
+}
+
+/// The methods by name, each with its settings.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum MethodKind {
+    /// Lexicographic Lemke, `"lemke"`.
+    Lemke(LemkeSettings),
+    /// All complementary bases, `"enumeration"`.
+    Enumeration(EnumerationSettings),
+}
+
+impl MethodKind {
+    /// Every method with its default settings.
+    pub fn all() -> Vec<Self> {
+        vec![Self::Lemke(LemkeSettings::default()), Self::Enumeration(EnumerationSettings::default())]
+    }
+
+    /// The method, ready to solve.
+    ///
+    /// # Errors
+    /// [`LcpError::Setting`] when a setting is outside its range.
+    pub fn build(&self) -> Result<Box<dyn Method>, LcpError> {
+        Ok(match self {
+            Self::Lemke(settings) => Box::new(Lemke::new(settings.clone())?),
+            Self::Enumeration(settings) => Box::new(Enumeration::new(settings.clone())?),
+        })
+    }
+}
+
+impl fmt::Display for MethodKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Lemke(_) => "lemke",
+            Self::Enumeration(_) => "enumeration",
+        })
+    }
+}
+
+impl FromStr for MethodKind {
+    type Err = LcpError;
+
+    /// The method of this name with its default settings.
+    fn from_str(name: &str) -> Result<Self, LcpError> {
+        Self::all().into_iter().find(|kind| kind.to_string() == name).ok_or_else(|| LcpError::UnknownMethod {
+            name: name.to_owned(),
+            known: "lemke, enumeration",
+        })
+    }
+}
+
+pub(crate) fn check_tolerance(value: f64) -> Result<(), LcpError> {
+    if value > 0.0 && value < 1.0 {
+        return Ok(());
+    }
+    Err(LcpError::Setting { setting: "tolerance", value, range: "between 0 and 1, both excluded" })
+}

@@ -1,0 +1,3 @@
+#![allow(non_snake_case)]
+mod contact_data;
+mod npz;
