@@ -1,1 +1,27 @@
-//! .
+//! Contact with dry friction as a linear complementarity problem.
+//!
+//! The way through this crate: contact frames and friction polygons → [`ContactProblem`] (plain data: `M`, `v^f`, `Δt`, `J_N`,
+//! `J_T`, `φ`, `μ`, `D`) → the structured [`ContactSolver`], or the mixed and the standard LCP for any method of
+//! `signorini-lcp` → [`ContactSolution`] → [`certify`]. A researcher with matrices of their own starts at [`ContactProblem`].
+
+mod assemble;
+mod certificate;
+mod error;
+mod frame;
+mod jacobian;
+mod polygon;
+mod problem;
+pub mod problem_file;
+mod recovery;
+mod solution;
+mod solver;
+
+pub use assemble::Layout;
+pub use certificate::{Certificate, certify};
+pub use error::ProblemError;
+pub use frame::ContactFrame;
+pub use jacobian::SparseRows;
+pub use polygon::FrictionPolygon;
+pub use problem::ContactProblem;
+pub use solution::{ContactMode, ContactSolution};
+pub use solver::{ContactSolver, SolveReport, SolveStatus, SolverSettings, WarmStart};

@@ -23,7 +23,7 @@ mod enumeration;
 mod equilibrate;
 mod error;
 mod lemke;
-mod linalg;
+pub mod linalg;
 mod matrix;
 mod method;
 mod mixed;

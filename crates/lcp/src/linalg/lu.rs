@@ -5,7 +5,7 @@ const PANEL: usize = 32;
 
 /// LU factorisation with partial pivoting of a square matrix, `P K = L U`, row-major, in place.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Lu {
+pub struct Lu {
     n: usize,
     data: Vec<f64>,
     /// `swaps[k]` is the row exchanged with row `k` in step `k`.
@@ -14,7 +14,7 @@ pub(crate) struct Lu {
 
 impl Lu {
     /// Makes room for an `n`×`n` matrix and returns it, zeroed, to be filled.
-    pub(crate) fn start(&mut self, n: usize) -> &mut [f64] {
+    pub fn start(&mut self, n: usize) -> &mut [f64] {
         self.n = n;
         self.data.clear();
         self.data.resize(n * n, 0.0);
@@ -25,7 +25,7 @@ impl Lu {
     ///
     /// Returns the smallest pivot relative to the largest entry of its column before elimination;
     /// 0 means exactly singular, and then no solve may follow.
-    pub(crate) fn factorize(&mut self) -> f64 {
+    pub fn factorize(&mut self) -> f64 {
         let n = self.n;
         self.swaps.clear();
         self.swaps.resize(n, 0);
@@ -113,7 +113,7 @@ impl Lu {
     }
 
     /// Solves `K x = rhs` in place.
-    pub(crate) fn solve(&self, x: &mut [f64]) {
+    pub fn solve(&self, x: &mut [f64]) {
         let n = self.n;
         for k in 0..n {
             x.swap(k, self.swaps[k]);

@@ -6,4 +6,4 @@ mod kernels;
 mod lu;
 
 pub(crate) use kernels::{DoubleSum, add_scaled, dot, power_of_two};
-pub(crate) use lu::Lu;
+pub use lu::Lu;

@@ -1,0 +1,188 @@
+//! The complementarity problems of a contact problem: mixed (formulation §3) and standard (§4).
+
+#![allow(non_snake_case)]
+
+use signorini_lcp::{Lcp, Matrix, MixedLcp, Scaling};
+
+use crate::{ContactProblem, ProblemError};
+
+/// Where the unknowns of a complementarity problem lie. Row order: velocity (mixed form only), bilateral, normal,
+/// tangential, bounds (formulation §5).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Layout {
+    /// Entries of `v⁺`; 0 in the standard form.
+    pub velocity: usize,
+    /// First entry of `λ_B`.
+    pub bilateral: usize,
+    /// First entry of `λ_N`.
+    pub normal: usize,
+    /// First entry of `α`.
+    pub tangential: usize,
+    /// First entry of `β`.
+    pub bounds: usize,
+    /// Number of unknowns.
+    pub size: usize,
+}
+
+impl Layout {
+    fn new(problem: &ContactProblem, velocity: usize) -> Self {
+        let normal = velocity + problem.bilateral_violation.len();
+        let tangential = normal + problem.contact_count();
+        let bounds = tangential + problem.direction_count();
+        Self { velocity, bilateral: velocity, normal, tangential, bounds, size: bounds + problem.contact_count() }
+    }
+}
+
+impl ContactProblem {
+    /// Layout of [`mixed_lcp`](Self::mixed_lcp).
+    pub fn mixed_layout(&self) -> Layout {
+        Layout::new(self, self.nv())
+    }
+
+    /// Layout of [`condensed_lcp`](Self::condensed_lcp) and, without bilateral rows, of [`standard_lcp`](Self::standard_lcp).
+    pub fn standard_layout(&self) -> Layout {
+        Layout::new(self, 0)
+    }
+
+    /// The mixed LCP in `(v⁺, λ_B, λ_N, α, β)`: `v⁺` and `λ_B` are free (formulation §3, with the bilateral rows of §5).
+    ///
+    /// # Errors
+    /// [`ProblemError::Lcp`] if a number is not finite.
+    pub fn mixed_lcp(&self) -> Result<MixedLcp, ProblemError> {
+        let at = self.mixed_layout();
+        let mut A = Matrix::zeros(at.size, at.size);
+        let mut b = vec![0.0; at.size];
+        for &block in self.mass.blocks() {
+            for (k, &m) in self.mass.block(block).iter().enumerate() {
+                A[(block.start + k / block.size, block.start + k % block.size)] = m;
+            }
+        }
+        self.mass.multiply_into(&self.free_velocity, &mut b[..at.velocity]);
+        b[..at.velocity].iter_mut().for_each(|x| *x = -*x);
+        self.for_each_row(&at, |row, columns, direction| {
+            for (&column, entry) in columns.iter().zip(direction) {
+                A[(row, column as usize)] = *entry;
+                A[(column as usize, row)] = -*entry;
+            }
+        });
+        self.fill_gap_rates(&at, &mut b);
+        self.fill_friction(&at, &mut A);
+        let free = (0..at.size).map(|i| i < at.normal).collect();
+        Ok(MixedLcp::with_scaling(A, b, free, self.scaling(&at)?)?)
+    }
+
+    /// The LCP in `(λ_B, λ_N, α, β)` after elimination of `v⁺`; `λ_B` is free.
+    ///
+    /// # Errors
+    /// [`ProblemError::Lcp`] if a number is not finite.
+    pub fn condensed_lcp(&self) -> Result<MixedLcp, ProblemError> {
+        let at = self.standard_layout();
+        let (A, b) = self.condensed_arrays(&at);
+        let free = (0..at.size).map(|i| i < at.normal).collect();
+        Ok(MixedLcp::with_scaling(A, b, free, self.scaling(&at)?)?)
+    }
+
+    /// The standard LCP in `z = (λ_N, α, β)` (formulation §4).
+    ///
+    /// # Errors
+    /// [`ProblemError::Length`] if there are bilateral rows (take [`condensed_lcp`](Self::condensed_lcp) then);
+    /// [`ProblemError::Lcp`] if a number is not finite.
+    pub fn standard_lcp(&self) -> Result<Lcp, ProblemError> {
+        let found = self.bilateral_violation.len();
+        if found > 0 {
+            return Err(ProblemError::Length { array: "bilateral rows of a standard LCP", expected: 0, found });
+        }
+        let at = self.standard_layout();
+        let (A, b) = self.condensed_arrays(&at);
+        Ok(Lcp::with_scaling(A, b, self.scaling(&at)?)?)
+    }
+
+    /// `A` and `b` with `v⁺` eliminated: `A = R M⁻¹ Rᵀ` over the rows R of all impulses, plus the friction blocks.
+    fn condensed_arrays(&self, at: &Layout) -> (Matrix, Vec<f64>) {
+        let mut A = Matrix::zeros(at.size, at.size);
+        let mut b = vec![0.0; at.size];
+        let mut column = vec![0.0; self.nv()];
+        let mut rows: Vec<(usize, Vec<u32>, Vec<f64>)> = Vec::new();
+        self.for_each_row(at, |row, columns, entries| rows.push((row, columns.to_vec(), entries.to_vec())));
+        let dot = |(_, columns, entries): &(usize, Vec<u32>, Vec<f64>), x: &[f64]| -> f64 {
+            columns.iter().zip(entries).map(|(&c, e)| e * x[c as usize]).sum()
+        };
+        for source in &rows {
+            column.fill(0.0);
+            for (&c, e) in source.1.iter().zip(&source.2) {
+                column[c as usize] = *e;
+            }
+            self.mass_factor.solve_in_place(&mut column);
+            for target in &rows {
+                A[(target.0, source.0)] = dot(target, &column);
+            }
+            b[source.0] = dot(source, &self.free_velocity);
+        }
+        self.fill_gap_rates(at, &mut b);
+        self.fill_friction(at, &mut A);
+        (A, b)
+    }
+
+    /// Calls `visit(row, columns, entries)` for the Jacobian row of every impulse: bilateral, normal, tangential.
+    fn for_each_row(&self, at: &Layout, mut visit: impl FnMut(usize, &[u32], &[f64])) {
+        let mut entries = Vec::new();
+        for k in 0..self.bilateral_violation.len() {
+            let (columns, group) = self.bilateral_jacobian.group(k);
+            entries.clear();
+            entries.extend(group.iter().map(|e| e[0]));
+            visit(at.bilateral + k, columns, &entries);
+        }
+        for i in 0..self.contact_count() {
+            let (columns, group) = self.jacobian.group(i);
+            entries.clear();
+            entries.extend(group.iter().map(|e| e[0]));
+            visit(at.normal + i, columns, &entries);
+            for (k, d) in self.directions_of(i).iter().enumerate() {
+                entries.clear();
+                entries.extend(group.iter().map(|e| d[0] * e[1] + d[1] * e[2]));
+                visit(at.tangential + self.direction_offsets[i] + k, columns, &entries);
+            }
+        }
+    }
+
+    /// Adds `φ/Δt` and `Θ/Δt`.
+    fn fill_gap_rates(&self, at: &Layout, b: &mut [f64]) {
+        for (k, theta) in self.bilateral_violation.iter().enumerate() {
+            b[at.bilateral + k] += theta / self.timestep;
+        }
+        for (i, phi) in self.gap.iter().enumerate() {
+            b[at.normal + i] += phi / self.timestep;
+        }
+    }
+
+    /// The blocks `E`, `M_μ`, `−Eᵀ`.
+    fn fill_friction(&self, at: &Layout, A: &mut Matrix) {
+        for i in 0..self.contact_count() {
+            A[(at.bounds + i, at.normal + i)] = self.friction[i];
+            for k in self.direction_offsets[i]..self.direction_offsets[i + 1] {
+                A[(at.tangential + k, at.bounds + i)] = 1.0;
+                A[(at.bounds + i, at.tangential + k)] = -1.0;
+            }
+        }
+    }
+
+    /// One unit for all rows (formulation §8): impulses times `g`, the residuals of the bounds times `g`, and momentum rows
+    /// divided by `max|M|`.
+    fn scaling(&self, at: &Layout) -> Result<Scaling, ProblemError> {
+        let g = self.delassus_scale();
+        let g = if g > 0.0 { g } else { 1.0 };
+        let mass = self.mass.blocks().iter().flat_map(|&b| self.mass.block(b)).fold(0.0, |a: f64, m| a.max(m.abs()));
+        let kind = |i: usize, velocity: f64, impulse: f64, bound: f64| {
+            if i < at.velocity {
+                velocity
+            } else if i < at.bounds {
+                impulse
+            } else {
+                bound
+            }
+        };
+        let z = (0..at.size).map(|i| kind(i, 1.0, g, 1.0)).collect();
+        let w = (0..at.size).map(|i| kind(i, 1.0 / mass, 1.0, g)).collect();
+        Ok(Scaling::new(z, w)?)
+    }
+}

@@ -1,0 +1,227 @@
+//! The certificate: what a solution must show, computed from the data alone (formulation §8).
+//!
+//! Nothing here knows how the solution was found. Every residual is relative to the data's own scales, so that it does not
+//! change with the units of mass, length or time.
+
+use crate::{ContactProblem, ContactSolution};
+
+/// Residuals of the laws of one step. Each is 0 for an exact solution.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Certificate {
+    /// `r_dyn`: momentum balance of the claimed `v⁺` and impulses.
+    pub momentum: f64,
+    /// `r_nat`: natural map of the standard LCP in one unit, `w` computed from `z` (and the free rows of bilateral
+    /// constraints).
+    pub natural_map: f64,
+    /// `r_sig`: Signorini's condition with the gap velocity of the claimed `v⁺`.
+    pub signorini: f64,
+    /// `r_cone`: friction bound in the polygon's gauge.
+    pub friction: f64,
+    /// `r_mdp`: maximum dissipation, the distance from the linear program's minimum.
+    pub dissipation: f64,
+    /// Bilateral rows `∇Θ v⁺ + Θ/Δt` with the claimed `v⁺`.
+    pub bilateral: f64,
+}
+
+impl Certificate {
+    /// The largest residual; NaN counts as infinite.
+    pub fn worst(&self) -> f64 {
+        let all = [self.momentum, self.natural_map, self.signorini, self.friction, self.dissipation, self.bilateral];
+        all.into_iter().fold(0.0, |worst, r| if r.is_nan() { f64::INFINITY } else { r.max(worst) })
+    }
+
+    /// Whether every law holds within `tolerance`.
+    pub fn holds(&self, tolerance: f64) -> bool {
+        self.worst() <= tolerance
+    }
+
+    /// Keeps the larger of each residual.
+    pub fn merge(&mut self, other: &Self) {
+        let keep = |a: &mut f64, b: f64| *a = if b.is_nan() { f64::INFINITY } else { a.max(b) };
+        keep(&mut self.momentum, other.momentum);
+        keep(&mut self.natural_map, other.natural_map);
+        keep(&mut self.signorini, other.signorini);
+        keep(&mut self.friction, other.friction);
+        keep(&mut self.dissipation, other.dissipation);
+        keep(&mut self.bilateral, other.bilateral);
+    }
+}
+
+/// Memory of the certificate.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    force: Vec<f64>,
+    change: Vec<f64>,
+    momentum: Vec<f64>,
+    column: Vec<f64>,
+}
+
+/// Certifies a claimed solution `(v⁺, λ_N, α, β, λ_B)`; only these of `solution` are read.
+///
+/// - `problem`: the data.
+/// - `solution`: arrays of the problem's sizes; a missing entry makes every residual infinite.
+///
+/// # Source
+/// The formulation, §8.
+pub fn certify(problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
+    certify_with(problem, solution, &mut Scratch::default())
+}
+
+pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution, scratch: &mut Scratch) -> Certificate {
+    let (nv, nc) = (problem.nv(), problem.contact_count());
+    let sizes_fit = solution.velocity.len() == nv
+        && solution.lambda_n.len() == nc
+        && solution.alpha.len() == problem.direction_count()
+        && solution.beta.len() == nc
+        && solution.bilateral.len() == problem.bilateral_violation.len();
+    if !sizes_fit {
+        let r = f64::INFINITY;
+        return Certificate { momentum: r, natural_map: r, signorini: r, friction: r, dissipation: r, bilateral: r };
+    }
+    scratch.resize(nv);
+    scratch.add_forces(problem, solution);
+    let scales = Scales::of(problem, &mut scratch.column);
+    let mut certificate = Certificate { momentum: scratch.momentum_residual(problem, solution), ..Default::default() };
+    scratch.velocity_from_impulses(problem);
+    for i in 0..nc {
+        contact_laws(problem, solution, i, &scratch.change, &scales, &mut certificate);
+    }
+    for k in 0..solution.bilateral.len() {
+        let stabilization = problem.bilateral_violation[k] / problem.timestep;
+        let [claimed] = problem.bilateral_jacobian.multiply(k, &solution.velocity);
+        let [computed] = problem.bilateral_jacobian.multiply(k, &scratch.change);
+        certificate.bilateral = certificate.bilateral.max((claimed + stabilization).abs());
+        certificate.natural_map = certificate.natural_map.max((computed + stabilization).abs());
+    }
+    scales.normalise(problem, solution, certificate)
+}
+
+/// `v^f + M⁻¹(J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B)`.
+pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
+    let mut scratch = Scratch::default();
+    scratch.resize(problem.nv());
+    scratch.add_forces(problem, solution);
+    scratch.velocity_from_impulses(problem);
+    scratch.change
+}
+
+/// The scales of the data.
+struct Scales {
+    /// `g`: largest diagonal entry of `J M⁻¹ Jᵀ` over normals and directions, 1/kg.
+    delassus: f64,
+    /// `s_v = max|b|`, m/s.
+    velocity: f64,
+    /// `max|M|`.
+    mass: f64,
+}
+
+impl Scales {
+    fn of(problem: &ContactProblem, column: &mut [f64]) -> Self {
+        let mut delassus = 0.0_f64;
+        for i in 0..problem.contact_count() {
+            delassus = problem.delassus_diagonal(i, column).into_iter().fold(delassus, f64::max);
+        }
+        let blocks = problem.mass.blocks().iter().flat_map(|&b| problem.mass.block(b));
+        Self {
+            delassus: if delassus > 0.0 { delassus } else { 1.0 },
+            velocity: problem.velocity_scale(),
+            mass: blocks.fold(0.0, |a, m| a.max(m.abs())),
+        }
+    }
+
+    /// Divides the raw residuals by their scales; where the data are zero the solution is zero and so are the residuals.
+    fn normalise(&self, problem: &ContactProblem, solution: &ContactSolution, raw: Certificate) -> Certificate {
+        let s = self.velocity;
+        if s == 0.0 {
+            let still = raw.natural_map == 0.0 && solution.velocity == problem.free_velocity;
+            let r = if still { 0.0 } else { f64::INFINITY };
+            return Certificate { momentum: r, natural_map: r, ..Default::default() };
+        }
+        Certificate {
+            momentum: raw.momentum / (self.mass * s),
+            natural_map: raw.natural_map / s,
+            signorini: raw.signorini / s,
+            friction: raw.friction * self.delassus / s,
+            dissipation: raw.dissipation * self.delassus / (s * s),
+            bilateral: raw.bilateral / s,
+        }
+    }
+}
+
+impl Scratch {
+    fn resize(&mut self, nv: usize) {
+        for x in [&mut self.force, &mut self.change, &mut self.momentum, &mut self.column] {
+            x.clear();
+            x.resize(nv, 0.0);
+        }
+    }
+
+    /// `force = J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B`.
+    fn add_forces(&mut self, problem: &ContactProblem, solution: &ContactSolution) {
+        for i in 0..problem.contact_count() {
+            let [t_1, t_2] = tangential_impulse(problem, solution, i);
+            problem.jacobian.add_transposed(i, [solution.lambda_n[i], t_1, t_2], &mut self.force);
+        }
+        for (k, p) in solution.bilateral.iter().enumerate() {
+            problem.bilateral_jacobian.add_transposed(k, [*p], &mut self.force);
+        }
+    }
+
+    /// `‖M(v⁺ − v^f) − force‖_∞`.
+    fn momentum_residual(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> f64 {
+        for ((d, v), f) in self.change.iter_mut().zip(&solution.velocity).zip(&problem.free_velocity) {
+            *d = v - f;
+        }
+        problem.mass.multiply_into(&self.change, &mut self.momentum);
+        let differences = self.momentum.iter().zip(&self.force).map(|(p, f)| (p - f).abs());
+        differences.fold(0.0, |a, d| if d.is_nan() { f64::INFINITY } else { a.max(d) })
+    }
+
+    /// `change = v^f + M⁻¹ force`, the velocity that the impulses give.
+    fn velocity_from_impulses(&mut self, problem: &ContactProblem) {
+        self.change.copy_from_slice(&self.force);
+        problem.mass_factor.solve_in_place(&mut self.change);
+        self.change.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    }
+}
+
+/// `λ_T = D α` of contact `i`.
+fn tangential_impulse(problem: &ContactProblem, solution: &ContactSolution, i: usize) -> [f64; 2] {
+    let alpha = &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
+    let sum = |r: usize| problem.directions_of(i).iter().zip(alpha).map(|(d, a)| d[r] * a).sum();
+    [sum(0), sum(1)]
+}
+
+/// Raw residuals of contact `i`. `from_impulses`: the velocity that the impulses give.
+fn contact_laws(
+    problem: &ContactProblem,
+    solution: &ContactSolution,
+    i: usize,
+    from_impulses: &[f64],
+    scales: &Scales,
+    raw: &mut Certificate,
+) {
+    let g = scales.delassus;
+    let (lambda, beta, mu) = (solution.lambda_n[i], solution.beta[i], problem.friction[i]);
+    let alpha = &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
+    let gap_rate = problem.gap[i] / problem.timestep;
+    let keep = |a: &mut f64, b: f64| *a = if b.is_nan() { f64::INFINITY } else { a.max(b) };
+
+    let [c_n, c_1, c_2] = problem.contact_velocity(i, from_impulses);
+    keep(&mut raw.natural_map, (g * lambda).min(c_n + gap_rate).abs());
+    for (d, a) in problem.directions_of(i).iter().zip(alpha) {
+        keep(&mut raw.natural_map, (g * a).min(d[0] * c_1 + d[1] * c_2 + beta).abs());
+    }
+    let bound = mu * lambda - alpha.iter().sum::<f64>();
+    keep(&mut raw.natural_map, beta.min(g * bound).abs());
+
+    let [c_n, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
+    keep(&mut raw.signorini, (g * lambda).min(c_n + gap_rate).abs());
+    keep(&mut raw.friction, -bound);
+    keep(&mut raw.friction, alpha.iter().fold(0.0, |a: f64, x| a.max(-x)));
+    if !alpha.is_empty() {
+        let [t_1, t_2] = tangential_impulse(problem, solution, i);
+        let support = problem.directions_of(i).iter().map(|d| -(d[0] * c_1 + d[1] * c_2)).fold(f64::MIN, f64::max);
+        keep(&mut raw.dissipation, c_1 * t_1 + c_2 * t_2 + mu * lambda * support);
+    }
+}

@@ -1,0 +1,71 @@
+//! What can be wrong with a contact problem.
+
+use std::path::PathBuf;
+
+/// Wrong input, found when a problem is built or read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProblemError {
+    /// An array has the wrong size.
+    #[error("{array} has {found} entries, expected {expected}")]
+    Length {
+        /// The array.
+        array: &'static str,
+        /// Entries it should have.
+        expected: usize,
+        /// Entries it has.
+        found: usize,
+    },
+    /// A number is out of its range or not finite.
+    #[error("{array}[{index}] = {value}: must be {expected}")]
+    Number {
+        /// The array.
+        array: &'static str,
+        /// Position in it.
+        index: usize,
+        /// What it is.
+        value: f64,
+        /// What it has to be.
+        expected: &'static str,
+    },
+    /// A set of friction directions is not a balanced set of unit vectors.
+    #[error("friction directions{}: {reason}", contact.map(|c| format!(" of contact {c}")).unwrap_or_default())]
+    Directions {
+        /// The contact, where it is known.
+        contact: Option<usize>,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The mass matrix is not symmetric positive definite.
+    #[error(
+        "the mass matrix is not positive definite at degree of freedom {dof}: give every moving body a mass and inertia"
+    )]
+    SingularMass {
+        /// Where the factorisation broke down.
+        dof: usize,
+    },
+    /// A column index lies beyond the degrees of freedom.
+    #[error("row {row} of the Jacobian has an entry at column {column}, but there are only {nv} degrees of freedom")]
+    Column {
+        /// Contact or bilateral row.
+        row: usize,
+        /// The column.
+        column: usize,
+        /// Degrees of freedom.
+        nv: usize,
+    },
+    /// A file cannot be read or lacks something.
+    #[error(transparent)]
+    Archive(#[from] signorini_npz::NpzError),
+    /// A file holds a problem of an unknown kind or of inconsistent parts.
+    #[error("{}: {reason}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong and what to do.
+        reason: String,
+    },
+    /// The assembled complementarity problem is malformed.
+    #[error(transparent)]
+    Lcp(#[from] signorini_lcp::LcpError),
+}

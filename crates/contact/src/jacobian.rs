@@ -1,0 +1,90 @@
+//! Sparse Jacobian rows.
+
+/// Groups of `R` Jacobian rows, each group over its own few columns.
+///
+/// A contact is a group of three rows (normal, first tangent, second tangent: `J_N` and the two rows of `J_T`); a
+/// bilateral constraint is a group of one. Only the degrees of freedom that move the two bodies have columns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SparseRows<const R: usize> {
+    offsets: Vec<usize>,
+    columns: Vec<u32>,
+    entries: Vec<[f64; R]>,
+}
+
+impl<const R: usize> Default for SparseRows<R> {
+    fn default() -> Self {
+        Self { offsets: vec![0], columns: Vec::new(), entries: Vec::new() }
+    }
+}
+
+impl<const R: usize> SparseRows<R> {
+    /// Number of groups.
+    pub fn len(&self) -> usize {
+        self.offsets.len() - 1
+    }
+
+    /// Whether there are no groups.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Removes all groups and keeps the memory.
+    pub fn clear(&mut self) {
+        self.offsets.truncate(1);
+        self.columns.clear();
+        self.entries.clear();
+    }
+
+    /// Adds a group from its columns (strictly ascending) and, for each column, its `R` entries.
+    pub fn push(&mut self, group: impl IntoIterator<Item = (u32, [f64; R])>) {
+        for (column, entry) in group {
+            self.columns.push(column);
+            self.entries.push(entry);
+        }
+        self.offsets.push(self.columns.len());
+    }
+
+    /// The columns of group `i` and the entries in them.
+    pub fn group(&self, i: usize) -> (&[u32], &[[f64; R]]) {
+        let range = self.offsets[i]..self.offsets[i + 1];
+        (&self.columns[range.clone()], &self.entries[range])
+    }
+
+    /// `J_i x` for a vector over all degrees of freedom.
+    pub fn multiply(&self, i: usize, x: &[f64]) -> [f64; R] {
+        let (columns, entries) = self.group(i);
+        let mut y = [0.0; R];
+        for (&column, entry) in columns.iter().zip(entries) {
+            let x = x[column as usize];
+            for r in 0..R {
+                y[r] += entry[r] * x;
+            }
+        }
+        y
+    }
+
+    /// `y += J_iᵀ p`.
+    pub fn add_transposed(&self, i: usize, p: [f64; R], y: &mut [f64]) {
+        let (columns, entries) = self.group(i);
+        for (&column, entry) in columns.iter().zip(entries) {
+            let mut sum = 0.0;
+            for r in 0..R {
+                sum += entry[r] * p[r];
+            }
+            y[column as usize] += sum;
+        }
+    }
+
+    /// The first column index of any group that is not below `nv`, with its group.
+    pub(crate) fn column_beyond(&self, nv: usize) -> Option<(usize, usize)> {
+        let k = self.columns.iter().position(|&c| c as usize >= nv)?;
+        Some((self.offsets.partition_point(|&o| o <= k) - 1, self.columns[k] as usize))
+    }
+
+    /// The first entry that is not finite, with its group.
+    pub(crate) fn not_finite(&self) -> Option<(usize, f64)> {
+        let bad = |e: &[f64; R]| e.iter().copied().find(|x| !x.is_finite());
+        let (k, x) = self.entries.iter().enumerate().find_map(|(k, e)| bad(e).map(|x| (k, x)))?;
+        Some((self.offsets.partition_point(|&o| o <= k) - 1, x))
+    }
+}

@@ -1,0 +1,220 @@
+//! The contact problem of one time step as plain data.
+
+use signorini_multibody::{BlockCholesky, BlockDiagonal};
+
+use crate::ProblemError;
+use crate::jacobian::SparseRows;
+use crate::polygon::{FrictionPolygon, check_directions};
+
+/// Everything the formulation needs for one step: `M`, `v^f`, `Δt`, and for each contact `J_N`, `J_T`, `φ`, `μ`, `D`; for
+/// each bilateral row its Jacobian and `Θ` (formulation §§1–5).
+///
+/// Plain data: it can be saved, loaded, solved by any method and checked by a separate program. Sizes: `nv` degrees of
+/// freedom, `nc` contacts, `nb` bilateral rows, `m` friction directions in all.
+#[derive(Clone, Debug, Default)]
+pub struct ContactProblem {
+    /// Mass matrix `M`, `[nv, nv]`, symmetric positive definite, one block per kinematic tree; kg, kg·m, kg·m².
+    pub mass: BlockDiagonal,
+    /// Cholesky factor of `mass`.
+    pub mass_factor: BlockCholesky,
+    /// Free velocity `v^f`, `[nv]`, m/s or rad/s.
+    pub free_velocity: Vec<f64>,
+    /// Time step Δt, s.
+    pub timestep: f64,
+    /// Contact Jacobian: group i holds row i of `J_N` and rows 2i, 2i+1 of `J_T`.
+    pub jacobian: SparseRows<3>,
+    /// Gaps φ, `[nc]`, m.
+    pub gap: Vec<f64>,
+    /// Coefficients of friction μ, `[nc]`.
+    pub friction: Vec<f64>,
+    /// Friction directions `D`, contact after contact, `[m]`.
+    pub directions: Vec<[f64; 2]>,
+    /// Where each contact's directions begin in `directions`, `[nc + 1]`.
+    pub direction_offsets: Vec<usize>,
+    /// Jacobian of the bilateral rows, `∇Θ`.
+    pub bilateral_jacobian: SparseRows<1>,
+    /// Violation Θ of each bilateral row at `q_t`, `[nb]`, m or rad.
+    pub bilateral_violation: Vec<f64>,
+}
+
+impl ContactProblem {
+    /// A problem without contacts.
+    ///
+    /// # Errors
+    /// [`ProblemError::SingularMass`] if `mass` is not positive definite, [`ProblemError::Length`] or
+    /// [`ProblemError::Number`] if `free_velocity` or `timestep` do not fit.
+    pub fn new(mass: BlockDiagonal, free_velocity: Vec<f64>, timestep: f64) -> Result<Self, ProblemError> {
+        let mut mass_factor = BlockCholesky::default();
+        mass_factor.factor(&mass).map_err(|e| ProblemError::SingularMass { dof: e.dof })?;
+        let problem =
+            Self { mass, mass_factor, free_velocity, timestep, direction_offsets: vec![0], ..Self::default() };
+        problem.check()?;
+        Ok(problem)
+    }
+
+    /// Degrees of freedom.
+    pub fn nv(&self) -> usize {
+        self.free_velocity.len()
+    }
+
+    /// Number of contacts.
+    pub fn contact_count(&self) -> usize {
+        self.gap.len()
+    }
+
+    /// Number of friction directions of all contacts, `m`.
+    pub fn direction_count(&self) -> usize {
+        self.directions.len()
+    }
+
+    /// The directions of contact `i`.
+    pub fn directions_of(&self, i: usize) -> &[[f64; 2]] {
+        &self.directions[self.direction_offsets[i]..self.direction_offsets[i + 1]]
+    }
+
+    /// Removes contacts and bilateral rows and keeps the memory.
+    pub fn clear_contacts(&mut self) {
+        self.jacobian.clear();
+        self.gap.clear();
+        self.friction.clear();
+        self.directions.clear();
+        self.direction_offsets.clear();
+        self.direction_offsets.push(0);
+        self.bilateral_jacobian.clear();
+        self.bilateral_violation.clear();
+    }
+
+    /// Adds a contact: its Jacobian columns with entries (normal, tangent 1, tangent 2), gap φ (m), friction μ, directions.
+    pub fn push_contact(
+        &mut self,
+        columns: impl IntoIterator<Item = (u32, [f64; 3])>,
+        gap: f64,
+        friction: f64,
+        polygon: &FrictionPolygon,
+    ) {
+        self.jacobian.push(columns);
+        self.gap.push(gap);
+        self.friction.push(friction);
+        self.directions.extend_from_slice(polygon.directions());
+        self.direction_offsets.push(self.directions.len());
+    }
+
+    /// Adds a bilateral row `∇Θ v⁺ + Θ/Δt = 0`: its columns with entries, and Θ (m or rad).
+    pub fn push_bilateral(&mut self, columns: impl IntoIterator<Item = (u32, [f64; 1])>, violation: f64) {
+        self.bilateral_jacobian.push(columns);
+        self.bilateral_violation.push(violation);
+    }
+
+    /// Gives every frictional contact `count` equally spaced directions, its first direction kept.
+    ///
+    /// # Errors
+    /// [`ProblemError::Directions`] if `count` is odd or zero.
+    pub fn with_directions(&self, count: usize) -> Result<Self, ProblemError> {
+        let mut other = self.clone();
+        other.directions.clear();
+        other.direction_offsets = vec![0];
+        for i in 0..self.contact_count() {
+            if let Some(first) = self.directions_of(i).first() {
+                let polygon = FrictionPolygon::regular(count, first[1].atan2(first[0]))?;
+                other.directions.extend_from_slice(polygon.directions());
+            }
+            other.direction_offsets.push(other.directions.len());
+        }
+        Ok(other)
+    }
+
+    /// Checks sizes, ranges, finiteness and directions.
+    ///
+    /// # Errors
+    /// The first [`ProblemError`] met; every variant names the array and index.
+    pub fn check(&self) -> Result<(), ProblemError> {
+        let (nv, nc) = (self.nv(), self.contact_count());
+        length("mass", self.mass.size(), nv)?;
+        length("mu", self.friction.len(), nc)?;
+        length("J_N", self.jacobian.len(), nc)?;
+        length("directions per contact", self.direction_offsets.len(), nc + 1)?;
+        length("Theta", self.bilateral_violation.len(), self.bilateral_jacobian.len())?;
+        number("dt", 0, self.timestep, "positive and finite", |x| x > 0.0)?;
+        numbers("v_free", &self.free_velocity, "finite", |_| true)?;
+        numbers("phi", &self.gap, "finite", |_| true)?;
+        numbers("mu", &self.friction, "finite and not negative", |x| x >= 0.0)?;
+        numbers("Theta", &self.bilateral_violation, "finite", |_| true)?;
+        let beyond = self.jacobian.column_beyond(nv).or(self.bilateral_jacobian.column_beyond(nv));
+        if let Some((row, column)) = beyond {
+            return Err(ProblemError::Column { row, column, nv });
+        }
+        if let Some((index, value)) = self.jacobian.not_finite().or(self.bilateral_jacobian.not_finite()) {
+            return Err(ProblemError::Number { array: "J", index, value, expected: "finite" });
+        }
+        for i in 0..nc {
+            check_directions(self.directions_of(i))
+                .map_err(|reason| ProblemError::Directions { contact: Some(i), reason })?;
+        }
+        Ok(())
+    }
+
+    /// Contact velocity `c_i = J_i v` as (normal, tangent 1, tangent 2), m/s.
+    pub fn contact_velocity(&self, i: usize, v: &[f64]) -> [f64; 3] {
+        self.jacobian.multiply(i, v)
+    }
+
+    /// `g`: the largest diagonal entry of `J M⁻¹ Jᵀ` over normal and tangential rows, 1/kg; 0 without contacts.
+    pub fn delassus_scale(&self) -> f64 {
+        let mut column = vec![0.0; self.nv()];
+        (0..self.contact_count()).flat_map(|i| self.delassus_diagonal(i, &mut column)).fold(0.0, f64::max)
+    }
+
+    /// The diagonal of contact `i`'s block of `J M⁻¹ Jᵀ`. `scratch`: `[nv]`, all zero before and after.
+    pub fn delassus_diagonal(&self, i: usize, scratch: &mut [f64]) -> [f64; 3] {
+        let mut diagonal = [0.0; 3];
+        for r in 0..3 {
+            let mut unit = [0.0; 3];
+            unit[r] = 1.0;
+            self.jacobian.add_transposed(i, unit, scratch);
+            self.mass_factor.solve_in_place(scratch);
+            diagonal[r] = self.jacobian.multiply(i, scratch)[r];
+            scratch.fill(0.0);
+        }
+        diagonal
+    }
+
+    /// `s_v = max|b|`, the data's velocity scale (formulation §8), m/s.
+    pub fn velocity_scale(&self) -> f64 {
+        let mut scale = 0.0_f64;
+        for i in 0..self.contact_count() {
+            let [c_n, c_1, c_2] = self.contact_velocity(i, &self.free_velocity);
+            scale = scale.max((c_n + self.gap[i] / self.timestep).abs());
+            for d in self.directions_of(i) {
+                scale = scale.max((d[0] * c_1 + d[1] * c_2).abs());
+            }
+        }
+        for (k, theta) in self.bilateral_violation.iter().enumerate() {
+            let [rate] = self.bilateral_jacobian.multiply(k, &self.free_velocity);
+            scale = scale.max((rate + theta / self.timestep).abs());
+        }
+        scale
+    }
+}
+
+fn length(array: &'static str, found: usize, expected: usize) -> Result<(), ProblemError> {
+    if found == expected { Ok(()) } else { Err(ProblemError::Length { array, expected, found }) }
+}
+
+fn number(
+    array: &'static str,
+    index: usize,
+    value: f64,
+    expected: &'static str,
+    ok: impl Fn(f64) -> bool,
+) -> Result<(), ProblemError> {
+    if value.is_finite() && ok(value) { Ok(()) } else { Err(ProblemError::Number { array, index, value, expected }) }
+}
+
+fn numbers(
+    array: &'static str,
+    values: &[f64],
+    expected: &'static str,
+    ok: impl Fn(f64) -> bool + Copy,
+) -> Result<(), ProblemError> {
+    values.iter().enumerate().try_for_each(|(i, &x)| number(array, i, x, expected, ok))
+}

@@ -1,0 +1,389 @@
+//! Problems and solutions as `.npz` files.
+//!
+//! The field `kind` says what a file holds: `lcp`, `mlcp`, `contact`, `frictional3d`, `frictional2d`. Matrices are dense arrays
+//! `X` or CSR (`X_data`, `X_indices`, `X_indptr`, `X_shape`). See [`ProblemFile`] for the arrays of each kind.
+
+use std::path::Path;
+
+use signorini_lcp::{Lcp, Matrix, MixedLcp, Scaling};
+use signorini_multibody::BlockDiagonal;
+use signorini_npz::{Archive, ArchiveWriter, SparseMatrix};
+
+use crate::{ContactProblem, ContactSolution, FrictionPolygon, ProblemError};
+
+/// A problem as a file holds it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum ProblemFile {
+    /// `A` (n × n), `b`.
+    Lcp(Lcp),
+    /// `A`, `b`, `is_comp` (1 where the row is complementary, 0 where it is free).
+    MixedLcp(MixedLcp),
+    /// `M`, `JN`, `JT`, `phi`, `dt`, `vf`, `mu`, `m`, `D`; with bilateral rows also `JB`, `theta`.
+    Contact(Box<ContactProblem>),
+    /// `W`, `q`, `mu`: `u = W r + q` with Coulomb's law, per contact (normal, tangents).
+    Frictional(FrictionalProblem),
+}
+
+/// A frictional contact problem in impulse space: `u = W r + q`, per contact a normal and one or two tangents.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FrictionalProblem {
+    /// Delassus operator `W`, `[dimension·nc, dimension·nc]`.
+    pub delassus: Matrix,
+    /// Velocity without impulses `q`, `[dimension·nc]`.
+    pub free_velocity: Vec<f64>,
+    /// Coefficients of friction, `[nc]`.
+    pub friction: Vec<f64>,
+    /// 2 (normal, tangent) or 3 (normal, two tangents).
+    pub dimension: usize,
+}
+
+impl FrictionalProblem {
+    /// The standard LCP with `count` equally spaced directions for each contact (in the plane always the two directions
+    /// ±1): `A`, `b` of the formulation, §4, with `W` in place of `J M⁻¹ Jᵀ`.
+    ///
+    /// # Errors
+    /// [`ProblemError::Directions`] for an odd count, [`ProblemError::Lcp`] for malformed data.
+    #[allow(non_snake_case)]
+    pub fn polygonal_lcp(&self, count: usize) -> Result<Lcp, ProblemError> {
+        let nc = self.friction.len();
+        let polygon = FrictionPolygon::regular(if self.dimension == 2 { 2 } else { count }, 0.0)?;
+        let directions = polygon.directions();
+        let m = directions.len();
+        // Every impulse is a combination of one contact's rows: (contact, weights on normal and tangents).
+        let normal = (0..nc).map(|i| (i, [1.0, 0.0, 0.0]));
+        let tangential = (0..nc).flat_map(|i| directions.iter().map(move |d| (i, [0.0, d[0], d[1]])));
+        let rows: Vec<(usize, [f64; 3])> = normal.chain(tangential).collect();
+        let size = rows.len() + nc;
+        let mut A = Matrix::zeros(size, size);
+        let mut b = vec![0.0; size];
+        let mut g = 0.0_f64;
+        for (k, (i, a)) in rows.iter().enumerate() {
+            for r in 0..self.dimension {
+                b[k] += a[r] * self.free_velocity[self.dimension * i + r];
+            }
+            for (l, (j, c)) in rows.iter().enumerate() {
+                let mut sum = 0.0;
+                for r in 0..self.dimension {
+                    for s in 0..self.dimension {
+                        sum += a[r] * self.delassus[(self.dimension * i + r, self.dimension * j + s)] * c[s];
+                    }
+                }
+                A[(k, l)] = sum;
+            }
+            g = g.max(A[(k, k)]);
+        }
+        for i in 0..nc {
+            A[(rows.len() + i, i)] = self.friction[i];
+            for k in 0..m {
+                A[(nc + m * i + k, rows.len() + i)] = 1.0;
+                A[(rows.len() + i, nc + m * i + k)] = -1.0;
+            }
+        }
+        let g = if g > 0.0 { g } else { 1.0 };
+        let unit = |impulse: f64, bound: f64| (0..size).map(|k| if k < rows.len() { impulse } else { bound }).collect();
+        Ok(Lcp::with_scaling(A, b, Scaling::new(unit(g, 1.0), unit(1.0, g))?)?)
+    }
+}
+
+/// Reads a problem of any kind.
+///
+/// # Errors
+/// [`ProblemError::Archive`] for an unreadable file or a missing array, [`ProblemError::File`] for an unknown kind or parts that
+/// do not fit, and the errors of the problem types.
+pub fn read(path: impl AsRef<Path>) -> Result<ProblemFile, ProblemError> {
+    let archive = Archive::read(&path)?;
+    let kind = archive.string("kind")?;
+    match kind.as_str() {
+        "lcp" => Ok(ProblemFile::Lcp(Lcp::new(dense(&archive, "A")?, archive.f64("b")?)?)),
+        "mlcp" => {
+            let free = archive.u8("is_comp")?.iter().map(|&c| c == 0).collect();
+            Ok(ProblemFile::MixedLcp(MixedLcp::new(dense(&archive, "A")?, archive.f64("b")?, free)?))
+        }
+        "contact" => Ok(ProblemFile::Contact(Box::new(read_contact(&archive)?))),
+        "frictional3d" => read_frictional(&archive, 3),
+        "frictional2d" => read_frictional(&archive, 2),
+        _ => Err(fault(
+            &archive,
+            format!("unknown kind '{kind}'; known are lcp, mlcp, contact, frictional3d, frictional2d"),
+        )),
+    }
+}
+
+fn fault(archive: &Archive, reason: String) -> ProblemError {
+    ProblemError::File { path: archive.file().to_owned(), reason }
+}
+
+fn dense(archive: &Archive, name: &str) -> Result<Matrix, ProblemError> {
+    let matrix = archive.matrix(name)?.to_dense().map_err(|e| fault(archive, format!("{name}: {e}")))?;
+    Ok(Matrix::new(matrix.rows, matrix.cols, matrix.values)?)
+}
+
+/// The rows of a matrix in either storage, as (column, value) pairs in ascending columns.
+fn sparse_rows(archive: &Archive, name: &str, shape: (usize, usize)) -> Result<Vec<Vec<(u32, f64)>>, ProblemError> {
+    let matrix = archive.matrix(name)?;
+    if matrix.shape() != shape {
+        let (rows, cols) = matrix.shape();
+        return Err(fault(archive, format!("{name} is {rows} x {cols}, expected {} x {}", shape.0, shape.1)));
+    }
+    let mut rows = vec![Vec::new(); shape.0];
+    match matrix {
+        signorini_npz::Matrix::Dense(m) => {
+            for (i, row) in m.values.chunks_exact(shape.1.max(1)).enumerate().take(shape.0) {
+                let nonzero = row.iter().enumerate().filter(|(_, x)| **x != 0.0);
+                rows[i].extend(nonzero.map(|(j, &x)| (j as u32, x)));
+            }
+        }
+        signorini_npz::Matrix::Sparse(m) => {
+            m.validate().map_err(|e| fault(archive, format!("{name}: {e}")))?;
+            for (i, row) in rows.iter_mut().enumerate() {
+                let range = m.indptr[i]..m.indptr[i + 1];
+                row.extend(m.indices[range.clone()].iter().map(|&j| j as u32).zip(m.values[range].iter().copied()));
+                row.sort_by_key(|entry| entry.0);
+            }
+        }
+    }
+    Ok(rows)
+}
+
+fn read_frictional(archive: &Archive, dimension: usize) -> Result<ProblemFile, ProblemError> {
+    let (friction, free_velocity) = (archive.f64("mu")?, archive.f64("q")?);
+    let delassus = dense(archive, "W")?;
+    let expected = dimension * friction.len();
+    for (array, found) in
+        [("q", free_velocity.len()), ("rows of W", delassus.rows()), ("columns of W", delassus.cols())]
+    {
+        if found != expected {
+            return Err(ProblemError::Length { array, expected, found });
+        }
+    }
+    Ok(ProblemFile::Frictional(FrictionalProblem { delassus, free_velocity, friction, dimension }))
+}
+
+fn read_contact(archive: &Archive) -> Result<ContactProblem, ProblemError> {
+    let free_velocity = archive.f64("vf")?;
+    let nv = free_velocity.len();
+    let mass = block_diagonal(&sparse_rows(archive, "M", (nv, nv))?);
+    let mut problem = ContactProblem::new(mass, free_velocity, archive.scalar_f64("dt")?)?;
+    let (gap, friction) = (archive.f64("phi")?, archive.f64("mu")?);
+    let nc = gap.len();
+    let counts = archive.i32("m")?;
+    for (array, found) in [("mu", friction.len()), ("m", counts.len())] {
+        if found != nc {
+            return Err(ProblemError::Length { array, expected: nc, found });
+        }
+    }
+    let (normal, tangential) = (sparse_rows(archive, "JN", (nc, nv))?, sparse_rows(archive, "JT", (2 * nc, nv))?);
+    let directions = archive.f64("D")?;
+    let total: i64 = counts.iter().map(|&m| i64::from(m.max(0))).sum();
+    if directions.len() as i64 != 2 * total {
+        return Err(ProblemError::Length { array: "D", expected: 2 * total as usize, found: directions.len() });
+    }
+    let mut start = 0;
+    for i in 0..nc {
+        let m = counts[i].max(0) as usize;
+        let own = directions[2 * start..2 * (start + m)].chunks_exact(2).map(|d| [d[0], d[1]]).collect();
+        let polygon = FrictionPolygon::from_directions(own).map_err(|e| match e {
+            ProblemError::Directions { reason, .. } => ProblemError::Directions { contact: Some(i), reason },
+            other => other,
+        })?;
+        let group = merge_rows([&normal[i], &tangential[2 * i], &tangential[2 * i + 1]]);
+        problem.push_contact(group, gap[i], friction[i], &polygon);
+        start += m;
+    }
+    if archive.contains("theta") {
+        let violation = archive.f64("theta")?;
+        for (row, theta) in sparse_rows(archive, "JB", (violation.len(), nv))?.iter().zip(violation) {
+            problem.push_bilateral(merge_rows([row]), theta);
+        }
+    }
+    problem.check()?;
+    Ok(problem)
+}
+
+/// Rows over the union of their columns.
+fn merge_rows<const R: usize>(rows: [&Vec<(u32, f64)>; R]) -> Vec<(u32, [f64; R])> {
+    let mut merged = std::collections::BTreeMap::<u32, [f64; R]>::new();
+    for (r, row) in rows.into_iter().enumerate() {
+        for &(column, value) in row {
+            merged.entry(column).or_insert([0.0; R])[r] += value;
+        }
+    }
+    merged.into_iter().collect()
+}
+
+/// The finest contiguous blocks that hold all entries.
+fn block_diagonal(rows: &[Vec<(u32, f64)>]) -> BlockDiagonal {
+    let mut sizes = Vec::new();
+    let (mut start, mut reach) = (0, 0);
+    // An entry below the diagonal ties its row to an earlier block: extend every block to the last row that reaches into it.
+    let mut last_row = (0..rows.len()).collect::<Vec<_>>();
+    for (i, row) in rows.iter().enumerate() {
+        for &(j, _) in row {
+            last_row[i] = last_row[i].max(j as usize);
+            last_row[j as usize] = last_row[j as usize].max(i);
+        }
+    }
+    for (i, &last) in last_row.iter().enumerate() {
+        reach = reach.max(last);
+        if reach == i {
+            sizes.push(i + 1 - start);
+            start = i + 1;
+        }
+    }
+    let mut mass = BlockDiagonal::zeros(sizes);
+    for k in 0..mass.blocks().len() {
+        let block = mass.blocks()[k];
+        let data = mass.block_mut(block);
+        for i in 0..block.size {
+            for &(j, value) in &rows[block.start + i] {
+                data[i * block.size + j as usize - block.start] += value;
+            }
+        }
+    }
+    mass
+}
+
+/// Writes a contact problem with `kind = "contact"`.
+///
+/// # Errors
+/// [`ProblemError::Archive`] if the file cannot be written.
+pub fn write_contact(path: impl AsRef<Path>, problem: &ContactProblem) -> Result<(), ProblemError> {
+    let (nv, nc) = (problem.nv(), problem.contact_count());
+    let mut mass = SparseBuilder::new(nv);
+    for &block in problem.mass.blocks() {
+        for row in problem.mass.block(block).chunks_exact(block.size) {
+            mass.push_row(row.iter().enumerate().map(|(j, &x)| (block.start + j, x)));
+        }
+    }
+    let (mut normal, mut tangential, mut bilateral) =
+        (SparseBuilder::new(nv), SparseBuilder::new(nv), SparseBuilder::new(nv));
+    for i in 0..nc {
+        let (columns, entries) = problem.jacobian.group(i);
+        let row = |r: usize| columns.iter().zip(entries).map(move |(&c, e)| (c as usize, e[r]));
+        normal.push_row(row(0));
+        tangential.push_row(row(1));
+        tangential.push_row(row(2));
+    }
+    for k in 0..problem.bilateral_violation.len() {
+        let (columns, entries) = problem.bilateral_jacobian.group(k);
+        bilateral.push_row(columns.iter().zip(entries).map(|(&c, e)| (c as usize, e[0])));
+    }
+    let counts: Vec<i32> = (0..nc).map(|i| problem.directions_of(i).len() as i32).collect();
+    let directions: Vec<f64> = problem.directions.iter().flatten().copied().collect();
+    let mut writer = ArchiveWriter::new();
+    writer.string("kind", "contact")?.csr("M", &mass.finish())?.csr("JN", &normal.finish())?;
+    writer.csr("JT", &tangential.finish())?.f64("phi", &[nc], &problem.gap)?;
+    writer.scalar_f64("dt", problem.timestep)?.f64("vf", &[nv], &problem.free_velocity)?;
+    writer.f64("mu", &[nc], &problem.friction)?.i32("m", &[nc], &counts)?;
+    writer.f64("D", &[problem.directions.len(), 2], &directions)?;
+    if !problem.bilateral_violation.is_empty() {
+        let theta = &problem.bilateral_violation;
+        writer.csr("JB", &bilateral.finish())?.f64("theta", &[theta.len()], theta)?;
+    }
+    writer.write(path)?;
+    Ok(())
+}
+
+/// Collects the rows of a sparse matrix.
+struct SparseBuilder(SparseMatrix);
+
+impl SparseBuilder {
+    fn new(cols: usize) -> Self {
+        Self(SparseMatrix { rows: 0, cols, indptr: vec![0], indices: Vec::new(), values: Vec::new() })
+    }
+
+    fn push_row(&mut self, entries: impl Iterator<Item = (usize, f64)>) {
+        for (column, value) in entries.filter(|e| e.1 != 0.0) {
+            self.0.indices.push(column);
+            self.0.values.push(value);
+        }
+        self.0.rows += 1;
+        self.0.indptr.push(self.0.values.len());
+    }
+
+    fn finish(self) -> SparseMatrix {
+        self.0
+    }
+}
+
+/// Writes a contact solution: `z` (λ_N, α, β), `v`, `lambda_n`, `alpha`, `beta`, and `lambda_b` for bilateral rows.
+///
+/// # Errors
+/// [`ProblemError::Archive`] if the file cannot be written.
+pub fn write_contact_solution(path: impl AsRef<Path>, solution: &ContactSolution) -> Result<(), ProblemError> {
+    let mut writer = ArchiveWriter::new();
+    let z = solution.z();
+    writer.f64("z", &[z.len()], &z)?;
+    for (name, x) in [
+        ("v", &solution.velocity),
+        ("lambda_n", &solution.lambda_n),
+        ("alpha", &solution.alpha),
+        ("beta", &solution.beta),
+        ("lambda_b", &solution.bilateral),
+    ] {
+        writer.f64(name, &[x.len()], x)?;
+    }
+    writer.write(path)?;
+    Ok(())
+}
+
+/// Writes a plain solution: `z`.
+///
+/// # Errors
+/// [`ProblemError::Archive`] if the file cannot be written.
+pub fn write_plain_solution(path: impl AsRef<Path>, z: &[f64]) -> Result<(), ProblemError> {
+    let mut writer = ArchiveWriter::new();
+    writer.f64("z", &[z.len()], z)?;
+    writer.write(path)?;
+    Ok(())
+}
+
+/// Reads the solution of a contact problem. `v` is computed from the impulses where the file has only `z`.
+///
+/// # Errors
+/// [`ProblemError::Archive`] for an unreadable file, [`ProblemError::Length`] if `z` does not fit the problem.
+pub fn read_contact_solution(
+    path: impl AsRef<Path>,
+    problem: &ContactProblem,
+) -> Result<ContactSolution, ProblemError> {
+    let archive = Archive::read(path)?;
+    let mut solution = ContactSolution::default();
+    solution.prepare(problem);
+    let (nc, m) = (problem.contact_count(), problem.direction_count());
+    if archive.contains("lambda_n") {
+        solution.lambda_n = archive.f64("lambda_n")?;
+        solution.alpha = archive.f64("alpha")?;
+        solution.beta = archive.f64("beta")?;
+    } else {
+        let z = archive.f64("z")?;
+        if z.len() != 2 * nc + m {
+            return Err(ProblemError::Length { array: "z", expected: 2 * nc + m, found: z.len() });
+        }
+        solution.lambda_n = z[..nc].to_vec();
+        solution.alpha = z[nc..nc + m].to_vec();
+        solution.beta = z[nc + m..].to_vec();
+    }
+    if archive.contains("lambda_b") {
+        solution.bilateral = archive.f64("lambda_b")?;
+    }
+    for (array, found, expected) in [
+        ("lambda_n", solution.lambda_n.len(), nc),
+        ("alpha", solution.alpha.len(), m),
+        ("beta", solution.beta.len(), nc),
+        ("lambda_b", solution.bilateral.len(), problem.bilateral_violation.len()),
+    ] {
+        if found != expected {
+            return Err(ProblemError::Length { array, expected, found });
+        }
+    }
+    solution.velocity = if archive.contains("v") {
+        archive.f64("v")?
+    } else {
+        crate::certificate::velocity_from_impulses(problem, &solution)
+    };
+    if solution.velocity.len() != problem.nv() {
+        return Err(ProblemError::Length { array: "v", expected: problem.nv(), found: solution.velocity.len() });
+    }
+    Ok(solution)
+}

@@ -1,0 +1,65 @@
+//! From impulses to a complete solution: `v⁺`, `α`, `β` and the contact modes.
+
+use crate::solver::{Cones, Mode};
+use crate::{ContactMode, ContactProblem, ContactSolution};
+
+/// Contacts slower than this fraction of the data's velocity scale stick.
+const STICKING: f64 = 1e-9;
+
+/// Fills `velocity`, `lambda_n`, `alpha`, `beta` and `modes` of a solution from `impulse` and `bilateral`.
+///
+/// `v⁺ = v^f + M⁻¹(Jᵀλ + J_Bᵀλ_B)`; `α` splits `λ_T` over the two directions that enclose it; `β = max_k(−d_kᵀ c_T)`, the
+/// sliding speed seen by the polygon, is the smallest multiplier that `w_α ≥ 0` admits.
+pub(crate) fn recover_into(problem: &ContactProblem, cones: &Cones, solution: &mut ContactSolution) {
+    let velocity = &mut solution.velocity;
+    velocity.fill(0.0);
+    for (i, p) in solution.impulse.iter().enumerate() {
+        problem.jacobian.add_transposed(i, *p, velocity);
+    }
+    for (k, p) in solution.bilateral.iter().enumerate() {
+        problem.bilateral_jacobian.add_transposed(k, [*p], velocity);
+    }
+    problem.mass_factor.solve_in_place(velocity);
+    velocity.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    let slow = STICKING * problem.velocity_scale();
+    for i in 0..problem.contact_count() {
+        let impulse = solution.impulse[i];
+        let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
+        let directions = problem.directions_of(i);
+        let speed = directions.iter().map(|d| -(d[0] * c_1 + d[1] * c_2)).fold(0.0, f64::max);
+        let range = problem.direction_offsets[i]..problem.direction_offsets[i + 1];
+        let alpha = &mut solution.alpha[range];
+        let piece = cones.mode_at(i, impulse);
+        cones.decompose(i, if piece == Mode::Open { Mode::Open } else { Mode::Stick }, impulse, alpha);
+        solution.lambda_n[i] = impulse[0];
+        solution.beta[i] = speed;
+        solution.modes[i] = contact_mode(impulse[0], alpha, speed > slow, cones.friction(i) > 0.0);
+    }
+}
+
+fn contact_mode(lambda_n: f64, alpha: &[f64], slides: bool, frictional: bool) -> ContactMode {
+    if lambda_n <= 0.0 {
+        return ContactMode::Open;
+    }
+    if !frictional {
+        return ContactMode::Frictionless;
+    }
+    if !slides {
+        return ContactMode::Sticking;
+    }
+    let (mut first, mut second) = (0, None);
+    for (k, &a) in alpha.iter().enumerate() {
+        if a > alpha[first] {
+            first = k;
+        }
+    }
+    for (k, &a) in alpha.iter().enumerate() {
+        if k != first && a > STICKING * alpha[first] {
+            second = Some(k);
+        }
+    }
+    match second {
+        None => ContactMode::Sliding { k: first as u32 },
+        Some(k) => ContactMode::SlidingBetween { j: first.min(k) as u32, k: first.max(k) as u32 },
+    }
+}

@@ -1,0 +1,84 @@
+//! The solution of a contact problem.
+
+use crate::ContactProblem;
+use crate::certificate::Certificate;
+use crate::solver::{Mode, SolveReport, SolveStatus};
+
+/// What a contact does in a solution. Directions are numbered as in the problem.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ContactMode {
+    /// No impulse.
+    #[default]
+    Open,
+    /// Closed without friction.
+    Frictionless,
+    /// Closed, impulse inside the friction cone.
+    Sticking,
+    /// Slides; the friction impulse is at direction `k`.
+    Sliding {
+        /// The direction.
+        k: u32,
+    },
+    /// Slides; the friction impulse is on the edge between two directions.
+    SlidingBetween {
+        /// One direction.
+        j: u32,
+        /// The next one.
+        k: u32,
+    },
+}
+
+/// Velocity and impulses of one step, with their certificate.
+#[derive(Clone, Debug, Default)]
+pub struct ContactSolution {
+    /// Next velocity `v⁺`, `[nv]`, m/s or rad/s.
+    pub velocity: Vec<f64>,
+    /// Normal impulses `λ_N`, `[nc]`, N·s.
+    pub lambda_n: Vec<f64>,
+    /// Impulses along the directions `α`, `[m]`, N·s; `λ_T = D α`.
+    pub alpha: Vec<f64>,
+    /// Multipliers of the friction bounds `β`, `[nc]`, m/s.
+    pub beta: Vec<f64>,
+    /// Impulses of the bilateral rows `λ_B`, `[nb]`, N·s or N·m·s.
+    pub bilateral: Vec<f64>,
+    /// Impulses (normal, tangent 1, tangent 2) of each contact: `(λ_N, D α)`, `[nc]`, N·s.
+    pub impulse: Vec<[f64; 3]>,
+    /// What each contact does, `[nc]`.
+    pub modes: Vec<ContactMode>,
+    /// How the solve ended.
+    pub status: SolveStatus,
+    /// Residuals of the laws, computed from the data.
+    pub certificate: Certificate,
+    /// What was done.
+    pub report: SolveReport,
+    pub(crate) solver_modes: Vec<Mode>,
+}
+
+impl ContactSolution {
+    /// Zero impulses of the right sizes.
+    pub(crate) fn prepare(&mut self, problem: &ContactProblem) {
+        let nc = problem.contact_count();
+        let zero = |x: &mut Vec<f64>, n| {
+            x.clear();
+            x.resize(n, 0.0);
+        };
+        zero(&mut self.velocity, problem.nv());
+        zero(&mut self.lambda_n, nc);
+        zero(&mut self.alpha, problem.direction_count());
+        zero(&mut self.beta, nc);
+        zero(&mut self.bilateral, problem.bilateral_violation.len());
+        self.impulse.clear();
+        self.impulse.resize(nc, [0.0; 3]);
+        self.modes.clear();
+        self.modes.resize(nc, ContactMode::Open);
+        self.solver_modes.clear();
+        self.solver_modes.resize(nc, Mode::Open);
+        self.report = SolveReport::default();
+        self.status = SolveStatus::Solved;
+    }
+
+    /// `z = (λ_N, α, β)` of the standard LCP (formulation §4).
+    pub fn z(&self) -> Vec<f64> {
+        self.lambda_n.iter().chain(&self.alpha).chain(&self.beta).copied().collect()
+    }
+}

@@ -1,0 +1,349 @@
+//! Proximal iterations on one island.
+//!
+//! Around a centre `λ̄` the proximal problem is `λ_c = P_c(λ̄_c − ρ_c u_c)`, `M(v − v^f) = Jᵀλ`, `u = J v + (φ/Δt, 0, 0)`,
+//! with `ρ_c = 1/(ε g_c)` and `g_c` the scale of the contact's Delassus block. It has a regular system however redundant the
+//! contacts are, and a fixed point of `λ̄ ← λ` solves the contact problem exactly. Everything is computed in differences from
+//! `λ̄`, so that the last iterations work with small numbers and reach rounding.
+
+use super::SolverSettings;
+use super::island::Island;
+use super::mode::{Cones, Mode};
+use super::path::{Path, PathOutcome};
+use super::system::ProximalSystem;
+use crate::ContactProblem;
+
+/// Counters of one island's solve.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Effort {
+    pub factorizations: u32,
+    pub mode_changes: u32,
+    pub proximal_iterations: u32,
+}
+
+/// The solver's memory and, during a solve, its iterate.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct IslandSolver {
+    pub system: ProximalSystem,
+    path: Path,
+    /// ρ of each contact and of each bilateral row.
+    pub weight: Vec<f64>,
+    bilateral_weight: Vec<f64>,
+    /// Largest diagonal entry of each contact's Delassus block, and of each bilateral row.
+    scale: Vec<f64>,
+    bilateral_scale: Vec<f64>,
+    /// `max|b|` of the island.
+    velocity_scale: f64,
+    free_velocity: Vec<f64>,
+    velocity: Vec<f64>,
+    /// The centre and, at the end, the solution.
+    pub impulse: Vec<[f64; 3]>,
+    pub bilateral_impulse: Vec<f64>,
+    pub modes: Vec<Mode>,
+    /// `u` at the centre.
+    slack: Vec<[f64; 3]>,
+    bilateral_slack: Vec<f64>,
+    /// `λ̄ − ρ u`.
+    pub trial: Vec<[f64; 3]>,
+    /// Trial impulse of the current solution of the proximal problem.
+    pub y: Vec<[f64; 3]>,
+    work: Vec<f64>,
+    best: Vec<[f64; 3]>,
+    best_bilateral: Vec<f64>,
+    best_modes: Vec<Mode>,
+    pub effort: Effort,
+}
+
+impl IslandSolver {
+    /// Reads an island and the start: impulses and modes from a warm start, or zero and open.
+    pub fn start(&mut self, problem: &ContactProblem, island: &Island) {
+        island.gather(&problem.free_velocity, &mut self.free_velocity);
+        self.velocity.resize(island.nv(), 0.0);
+        self.work.clear();
+        self.work.resize(island.nv(), 0.0);
+        self.find_scales(problem, island);
+        self.effort = Effort::default();
+        self.impulse.clear();
+        self.impulse.resize(island.contacts.len(), [0.0; 3]);
+        self.bilateral_impulse.clear();
+        self.bilateral_impulse.resize(island.bilateral.len(), 0.0);
+        self.modes.clear();
+    }
+
+    fn find_scales(&mut self, problem: &ContactProblem, island: &Island) {
+        self.scale.clear();
+        self.bilateral_scale.clear();
+        self.velocity_scale = 0.0;
+        for (k, &i) in island.contacts.iter().enumerate() {
+            let group = island.jacobian.group(k);
+            let g = (0..3).map(|r| delassus_entry(problem, island, group, r, &mut self.work)).fold(0.0, f64::max);
+            self.scale.push(if g > 0.0 { g } else { 1.0 });
+            let c = island.jacobian.multiply(k, &self.free_velocity);
+            let b = (c[0] + problem.gap[i as usize] / problem.timestep).abs().max(c[1].abs()).max(c[2].abs());
+            self.velocity_scale = self.velocity_scale.max(b);
+        }
+        for (k, &i) in island.bilateral.iter().enumerate() {
+            let g = delassus_entry(problem, island, island.bilateral_jacobian.group(k), 0, &mut self.work);
+            self.bilateral_scale.push(if g > 0.0 { g } else { 1.0 });
+            let [c] = island.bilateral_jacobian.multiply(k, &self.free_velocity);
+            let b = (c + problem.bilateral_violation[i as usize] / problem.timestep).abs();
+            self.velocity_scale = self.velocity_scale.max(b);
+        }
+    }
+
+    /// Runs proximal iterations from the present centre and modes until the residual (of the contact laws, relative to
+    /// the island's velocity scale) is at `settings.polish` or stops falling. Returns the residual of what is in `impulse`.
+    pub fn run(
+        &mut self,
+        problem: &ContactProblem,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        attempt: u32,
+    ) -> f64 {
+        let epsilon = settings.proximal_weight;
+        self.set_weights(epsilon);
+        self.system.prepare(problem, island, &self.bilateral_weight);
+        let (mut best, mut stalled, mut factored) = (f64::INFINITY, 0, false);
+        for iteration in 0..settings.max_proximal_iterations {
+            let residual = self.evaluate_centre(problem, cones, island);
+            if residual < 0.5 * best {
+                stalled = 0;
+            } else {
+                stalled += 1;
+            }
+            if residual < best {
+                best = residual;
+                self.keep_best();
+            }
+            if best <= settings.polish
+                || stalled >= settings.max_stalled_iterations
+                || iteration + 1 == settings.max_proximal_iterations
+            {
+                break;
+            }
+            if self.modes.is_empty() {
+                self.guess_modes(cones, island);
+            }
+            if !self.solve_proximal(cones, island, settings, attempt, &mut factored) {
+                break;
+            }
+            self.effort.proximal_iterations += 1;
+            for (c, &i) in island.contacts.iter().enumerate() {
+                let mode = cones.mode_at(i as usize, self.y[c]);
+                self.impulse[c] = cones.project(i as usize, mode, self.y[c]);
+            }
+        }
+        self.restore_best();
+        best
+    }
+
+    fn set_weights(&mut self, epsilon: f64) {
+        self.weight.clear();
+        self.weight.extend(self.scale.iter().map(|g| 1.0 / (epsilon * g)));
+        self.bilateral_weight.clear();
+        self.bilateral_weight.extend(self.bilateral_scale.iter().map(|g| 1.0 / (epsilon * g)));
+    }
+
+    fn keep_best(&mut self) {
+        self.best.clone_from(&self.impulse);
+        self.best_bilateral.clone_from(&self.bilateral_impulse);
+        self.best_modes.clone_from(&self.modes);
+    }
+
+    fn restore_best(&mut self) {
+        self.impulse.clone_from(&self.best);
+        self.bilateral_impulse.clone_from(&self.best_bilateral);
+        self.modes.clone_from(&self.best_modes);
+    }
+
+    /// Computes `v`, `u` and the trial impulses at the centre; returns the residual of the contact laws there.
+    fn evaluate_centre(&mut self, problem: &ContactProblem, cones: &Cones, island: &Island) -> f64 {
+        self.work.fill(0.0);
+        for (c, p) in self.impulse.iter().enumerate() {
+            island.jacobian.add_transposed(c, *p, &mut self.work);
+        }
+        for (k, p) in self.bilateral_impulse.iter().enumerate() {
+            island.bilateral_jacobian.add_transposed(k, [*p], &mut self.work);
+        }
+        island.solve_mass(&problem.mass_factor, &mut self.work);
+        for ((v, f), d) in self.velocity.iter_mut().zip(&self.free_velocity).zip(&self.work) {
+            *v = f + d;
+        }
+        let mut worst = 0.0_f64;
+        self.slack.clear();
+        self.trial.clear();
+        for (c, &i) in island.contacts.iter().enumerate() {
+            let mut u = island.jacobian.multiply(c, &self.velocity);
+            u[0] += problem.gap[i as usize] / problem.timestep;
+            let (p, rho, g) = (self.impulse[c], self.weight[c], self.scale[c]);
+            worst = worst.max(law_residual(cones, i as usize, p, u, g));
+            self.slack.push(u);
+            self.trial.push(std::array::from_fn(|r| p[r] - rho * u[r]));
+        }
+        self.bilateral_slack.clear();
+        for (k, &i) in island.bilateral.iter().enumerate() {
+            let [c] = island.bilateral_jacobian.multiply(k, &self.velocity);
+            let u = c + problem.bilateral_violation[i as usize] / problem.timestep;
+            worst = worst.max(u.abs());
+            self.bilateral_slack.push(u);
+        }
+        if self.velocity_scale > 0.0 { worst / self.velocity_scale } else { 0.0 }
+    }
+
+    /// The modes in which the trial impulses at the centre lie.
+    fn guess_modes(&mut self, cones: &Cones, island: &Island) {
+        let modes = island.contacts.iter().zip(&self.trial).map(|(&i, &y)| cones.mode_at(i as usize, y));
+        self.modes.extend(modes);
+    }
+
+    /// Solves the proximal problem around the centre: modes, `y`, bilateral impulses. `false` if neither Newton's
+    /// iterations nor the path found its modes.
+    fn solve_proximal(
+        &mut self,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        attempt: u32,
+        factored: &mut bool,
+    ) -> bool {
+        for round in 0..settings.max_rounds {
+            let newton = if round == 0 && attempt == 0 { settings.newton_iterations } else { 0 };
+            for iteration in 0..=newton {
+                if !*factored {
+                    self.effort.factorizations += 1;
+                    if !self.system.factor(island, cones, &self.modes, &self.weight) {
+                        return false;
+                    }
+                    *factored = true;
+                }
+                self.solve_fixed_modes(cones, island);
+                if !self.has_violation(cones, island, settings) {
+                    self.take_bilateral(island);
+                    return true;
+                }
+                if iteration < newton {
+                    for (c, &i) in island.contacts.iter().enumerate() {
+                        let mode = cones.mode_at(i as usize, self.y[c]);
+                        self.effort.mode_changes += u32::from(mode != self.modes[c]);
+                        self.modes[c] = mode;
+                    }
+                    *factored = false;
+                }
+            }
+            let mut path = std::mem::take(&mut self.path);
+            let outcome = path.follow(self, cones, island, settings, attempt * 8 + round);
+            self.path = path;
+            // The path leaves updates behind; the fixed-mode solve that follows starts from a fresh factorisation.
+            *factored = false;
+            if outcome != PathOutcome::Reached {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Solution of the proximal problem with the modes fixed: `H δv = Jᵀ(B y₀ − λ̄)`, `y = y₀ − ρ J δv`.
+    fn solve_fixed_modes(&mut self, cones: &Cones, island: &Island) {
+        self.solve_shifted(cones, island, |_| ([0.0; 3], [0.0; 3]));
+    }
+
+    /// The same for data shifted by `remaining` times a path's shift: `y` as it is on the path.
+    pub fn place_on_path(
+        &mut self,
+        cones: &Cones,
+        island: &Island,
+        shift: &[[f64; 3]],
+        offset: &[[f64; 3]],
+        remaining: f64,
+    ) {
+        self.solve_shifted(cones, island, |c| (shift[c].map(|s| remaining * s), offset[c].map(|o| remaining * o)));
+    }
+
+    /// `H δv = Jᵀ(B (y₀ + s) − o − λ̄)`, `y = y₀ + s − ρ J δv` for the shift and offset `(s, o)` of each contact.
+    fn solve_shifted(&mut self, cones: &Cones, island: &Island, shifted: impl Fn(usize) -> ([f64; 3], [f64; 3])) {
+        self.work.fill(0.0);
+        for (c, &i) in island.contacts.iter().enumerate() {
+            let (s, o) = shifted(c);
+            let y0 = self.trial[c];
+            let p = cones.project(i as usize, self.modes[c], std::array::from_fn(|r| y0[r] + s[r]));
+            let d = std::array::from_fn(|r| p[r] - o[r] - self.impulse[c][r]);
+            island.jacobian.add_transposed(c, d, &mut self.work);
+        }
+        for (k, u) in self.bilateral_slack.iter().enumerate() {
+            island.bilateral_jacobian.add_transposed(k, [-self.bilateral_weight[k] * u], &mut self.work);
+        }
+        self.system.solve(island, &mut self.work);
+        self.y.clear();
+        for (c, y0) in self.trial.iter().enumerate() {
+            let u = island.jacobian.multiply(c, &self.work);
+            let (s, _) = shifted(c);
+            self.y.push(std::array::from_fn(|r| y0[r] + s[r] - self.weight[c] * u[r]));
+        }
+    }
+
+    /// Moves the bilateral impulses to the solution whose `δv` is in `work`.
+    fn take_bilateral(&mut self, island: &Island) {
+        for k in 0..self.bilateral_impulse.len() {
+            let [du] = island.bilateral_jacobian.multiply(k, &self.work);
+            self.bilateral_impulse[k] -= self.bilateral_weight[k] * (self.bilateral_slack[k] + du);
+        }
+    }
+
+    /// How far contact `c`'s trial impulse lies outside its mode's cone, relative to its typical size; ≤ 0 inside.
+    pub fn violation(&self, cones: &Cones, island: &Island, c: usize) -> f64 {
+        let y = self.y[c];
+        let mut worst = f64::NEG_INFINITY;
+        cones.facets(island.contacts[c] as usize, self.modes[c], y, |facet| {
+            let f = facet.normal;
+            let length = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
+            worst = worst.max(-(f[0] * y[0] + f[1] * y[1] + f[2] * y[2]) / length);
+        });
+        worst / self.typical_impulse(c)
+    }
+
+    /// The impulse that changes contact `c`'s velocity by the island's velocity scale.
+    pub fn typical_impulse(&self, c: usize) -> f64 {
+        (self.velocity_scale / self.scale[c]).max(f64::MIN_POSITIVE)
+    }
+
+    fn has_violation(&self, cones: &Cones, island: &Island, settings: &SolverSettings) -> bool {
+        (0..self.modes.len()).any(|c| self.violation(cones, island, c) > settings.mode_tolerance)
+    }
+}
+
+/// Entry `r` of the diagonal of `J_c M⁻¹ J_cᵀ`. `scratch`: local degrees of freedom, all zero before and after.
+fn delassus_entry<const R: usize>(
+    problem: &ContactProblem,
+    island: &Island,
+    (columns, entries): (&[u32], &[[f64; R]]),
+    r: usize,
+    scratch: &mut [f64],
+) -> f64 {
+    let mut sum = 0.0;
+    let mut first = 0;
+    while first < columns.len() {
+        let block = island.starts.partition_point(|&s| s <= columns[first] as usize) - 1;
+        let (start, end) = (island.starts[block], island.starts[block + 1]);
+        let last = first + columns[first..].partition_point(|&c| (c as usize) < end);
+        for k in first..last {
+            scratch[columns[k] as usize] = entries[k][r];
+        }
+        problem.mass_factor.solve_block_in_place(island.blocks[block] as usize, &mut scratch[start..end]);
+        for k in first..last {
+            sum += entries[k][r] * scratch[columns[k] as usize];
+        }
+        scratch[start..end].fill(0.0);
+        first = last;
+    }
+    sum
+}
+
+/// Distance from the laws of one contact in velocity units: `g |λ − P(λ − u/g)|` for the projection of the cone, and the
+/// natural map of the normal pair.
+fn law_residual(cones: &Cones, i: usize, p: [f64; 3], u: [f64; 3], g: f64) -> f64 {
+    let normal = (g * p[0]).min(u[0]).abs();
+    let y = [p[0], p[1] - u[1] / g, p[2] - u[2] / g];
+    let mode = cones.mode_at(i, y);
+    let q = cones.project(i, mode, y);
+    normal.max(g * (p[1] - q[1]).abs()).max(g * (p[2] - q[2]).abs())
+}

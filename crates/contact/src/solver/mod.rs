@@ -1,0 +1,225 @@
+//! The structured contact solver: exact, warm-started, with Lemke's method behind it.
+//!
+//! The cascade, island by island:
+//! 1. proximal iterations from the warm start, a few Newton steps on the modes in each, then the [path](path);
+//! 2. the same from a cold start with other random shifts, a few times;
+//! 3. lexicographic Lemke on the standard LCP ([`signorini_lcp::Lemke`]), which ends in a solution, or in a ray where the
+//!    contacts wedge.
+//!
+//! What was tried and why the solver moved on is in the [`SolveReport`].
+
+mod fallback;
+mod island;
+mod island_solver;
+mod mode;
+mod path;
+mod settings;
+mod system;
+
+pub use settings::SolverSettings;
+
+use crate::certificate::{Scratch, certify_with};
+use crate::recovery::recover_into;
+use crate::{ContactProblem, ContactSolution, ProblemError};
+use island::Islands;
+use island_solver::{Effort, IslandSolver};
+pub(crate) use mode::{Cones, Mode};
+
+/// What a solve ended with.
+#[derive(Clone, Debug, PartialEq, Default)]
+#[non_exhaustive]
+pub enum SolveStatus {
+    /// Every law holds within the tolerance.
+    #[default]
+    Solved,
+    /// The best point found; its residuals exceed the tolerance.
+    Inaccurate,
+    /// Lemke's path ended on a ray: these contacts wedge each other (φ < 0 and a cone that is not pointed).
+    Ray {
+        /// Contacts with an impulse along the ray, ascending.
+        contacts: Vec<usize>,
+    },
+    /// No impulses satisfy the rows: the gaps contradict each other.
+    Infeasible {
+        /// Contacts whose rows contradict each other, ascending.
+        contacts: Vec<usize>,
+    },
+    /// The number of pivots was used up.
+    IterationLimit,
+}
+
+/// What was done, for reports and recordings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SolveReport {
+    /// Islands with at least one contact or bilateral row.
+    pub islands: usize,
+    /// LU factorisations.
+    pub factorizations: u32,
+    /// Changes of a contact's mode.
+    pub mode_changes: u32,
+    /// Proximal iterations.
+    pub proximal_iterations: u32,
+    /// Islands whose warm start did not lead to the solution.
+    pub restarts: u32,
+    /// Islands given to Lemke's method, and its pivots.
+    pub lemke_islands: u32,
+    /// Pivots of Lemke's method.
+    pub lemke_pivots: u32,
+}
+
+impl SolveReport {
+    /// One number for plots: mode changes, proximal iterations and pivots.
+    pub fn iterations(&self) -> u32 {
+        self.mode_changes + self.proximal_iterations + self.lemke_pivots
+    }
+
+    fn add(&mut self, effort: Effort) {
+        self.factorizations += effort.factorizations;
+        self.mode_changes += effort.mode_changes;
+        self.proximal_iterations += effort.proximal_iterations;
+    }
+}
+
+/// Impulses and modes of an earlier solve, one entry per contact of the next problem.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct WarmStart {
+    pub(crate) contacts: Vec<Option<([f64; 3], Mode)>>,
+    pub(crate) bilateral: Vec<f64>,
+}
+
+impl WarmStart {
+    /// Forgets everything and keeps the memory.
+    pub fn clear(&mut self) {
+        self.contacts.clear();
+        self.bilateral.clear();
+    }
+
+    /// Adds the entry for the next contact: the earlier solution's contact `from`, or nothing for a new contact.
+    pub fn push(&mut self, earlier: &ContactSolution, from: Option<usize>) {
+        self.contacts.push(from.and_then(|i| Some((*earlier.impulse.get(i)?, *earlier.solver_modes.get(i)?))));
+    }
+
+    /// Carries the bilateral impulses over.
+    pub fn set_bilateral(&mut self, impulses: &[f64]) {
+        self.bilateral.clear();
+        self.bilateral.extend_from_slice(impulses);
+    }
+}
+
+/// The structured contact solver with its memory.
+#[derive(Debug, Default)]
+pub struct ContactSolver {
+    settings: SolverSettings,
+    cones: Cones,
+    islands: Islands,
+    island_solver: IslandSolver,
+    scratch: Scratch,
+}
+
+impl ContactSolver {
+    /// A solver with these settings.
+    ///
+    /// # Errors
+    /// [`ProblemError::Number`] for a setting out of its range.
+    pub fn new(settings: SolverSettings) -> Result<Self, ProblemError> {
+        settings.validate()?;
+        Ok(Self { settings, ..Self::default() })
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &SolverSettings {
+        &self.settings
+    }
+
+    /// Solves a problem into `solution`, whose memory is reused.
+    ///
+    /// `warm`: the start, if it has one entry per contact. The status is decided by the [certificate](crate::certify) of
+    /// the result, never by the solver's own numbers. No allocation after warm-up unless Lemke's method is needed.
+    pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
+        self.cones.prepare(problem);
+        self.islands.find(problem);
+        solution.prepare(problem);
+        solution.report.islands = self.islands.all().len();
+        let mut failure = None;
+        for island in self.islands.all() {
+            let residual =
+                solve_island(&mut self.island_solver, problem, &self.cones, island, &self.settings, warm, solution);
+            if residual > self.settings.tolerance {
+                let outcome =
+                    fallback::solve_with_lemke(problem, &self.cones, island, &self.settings, residual, solution);
+                failure = failure.or(outcome);
+            }
+        }
+        recover_into(problem, &self.cones, solution);
+        solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        solution.status = match failure {
+            Some(status) => status,
+            None if solution.certificate.worst() <= self.settings.tolerance => SolveStatus::Solved,
+            None => SolveStatus::Inaccurate,
+        };
+    }
+
+    /// Solves a problem; see [`solve_into`](Self::solve_into).
+    pub fn solve(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>) -> ContactSolution {
+        let mut solution = ContactSolution::default();
+        self.solve_into(problem, warm, &mut solution);
+        solution
+    }
+}
+
+/// Runs the first two stages of the cascade on an island and writes its impulses and modes. Returns the residual.
+fn solve_island(
+    solver: &mut IslandSolver,
+    problem: &ContactProblem,
+    cones: &Cones,
+    island: &island::Island,
+    settings: &SolverSettings,
+    warm: Option<&WarmStart>,
+    solution: &mut ContactSolution,
+) -> f64 {
+    let mut best = f64::INFINITY;
+    for attempt in 0..=settings.max_restarts {
+        solver.start(problem, island);
+        if attempt == 0 {
+            load_warm_start(solver, problem, cones, island, warm);
+        }
+        let residual = solver.run(problem, cones, island, settings, attempt);
+        solution.report.add(solver.effort);
+        if residual < best {
+            best = residual;
+            for (c, &i) in island.contacts.iter().enumerate() {
+                solution.impulse[i as usize] = solver.impulse[c];
+                solution.solver_modes[i as usize] = solver.modes.get(c).copied().unwrap_or(Mode::Open);
+            }
+            for (k, &i) in island.bilateral.iter().enumerate() {
+                solution.bilateral[i as usize] = solver.bilateral_impulse[k];
+            }
+        }
+        if best <= settings.accept {
+            break;
+        }
+        solution.report.restarts += 1;
+    }
+    best
+}
+
+fn load_warm_start(
+    solver: &mut IslandSolver,
+    problem: &ContactProblem,
+    cones: &Cones,
+    island: &island::Island,
+    warm: Option<&WarmStart>,
+) {
+    let Some(warm) = warm.filter(|w| w.contacts.len() == problem.contact_count()) else { return };
+    for (c, &i) in island.contacts.iter().enumerate() {
+        let (impulse, mode) = warm.contacts[i as usize].unwrap_or(([0.0; 3], Mode::Open));
+        let mode = cones.nearest_valid(i as usize, mode);
+        solver.impulse[c] = cones.project(i as usize, cones.mode_at(i as usize, impulse), impulse);
+        solver.modes.push(mode);
+    }
+    if warm.bilateral.len() == problem.bilateral_violation.len() {
+        for (k, &i) in island.bilateral.iter().enumerate() {
+            solver.bilateral_impulse[k] = warm.bilateral[i as usize];
+        }
+    }
+}

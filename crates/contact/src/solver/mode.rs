@@ -1,0 +1,299 @@
+//! The piecewise linear projection onto the friction cone of one contact, and its pieces.
+//!
+//! For a trial impulse `y = (y_N, y_T)` the projection `P(y)` is 0 where `y_N ≤ 0`; otherwise its normal part is `y_N` and
+//! its tangential part the Euclidean projection of `y_T` onto the polygon `μ y_N · conv{d_k}`. Each piece ([`Mode`]) is a
+//! polyhedral cone with its apex at 0, on which `P` is linear; two pieces that share a facet `f·y = 0` have slopes that
+//! differ by the rank-one matrix `a fᵀ`, because `P` is continuous. That is all that the path method needs.
+
+use crate::ContactProblem;
+
+/// A linear piece of the projection of one contact. Vertices and edges are numbered counterclockwise; edge `k` runs from
+/// vertex `k` to vertex `k + 1`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Mode {
+    /// No impulse.
+    Open,
+    /// Closed without friction: `λ_T = 0`.
+    Closed,
+    /// Inside the cone: `P(y) = y`.
+    Stick,
+    /// On edge `k` of the polygon.
+    Edge(u16),
+    /// At vertex `k` of the polygon.
+    Vertex(u16),
+}
+
+/// A facet of a mode's cone: the mode holds where `normal · y ≥ 0`. On its far side the mode is `next`, and the slope of
+/// the projection is larger by `jump normalᵀ`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Facet {
+    pub normal: [f64; 3],
+    pub jump: [f64; 3],
+    pub next: Mode,
+}
+
+/// One edge of a polygon of radius 1.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    /// Its first vertex.
+    vertex: [f64; 2],
+    /// Unit vector along the edge.
+    tangent: [f64; 2],
+    /// Outward unit normal.
+    normal: [f64; 2],
+    /// Distance from the centre.
+    height: f64,
+    /// Index of its first vertex among the contact's directions.
+    direction: u32,
+}
+
+/// The friction cones of all contacts, with directions in angular order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Cones {
+    edges: Vec<Edge>,
+    offsets: Vec<usize>,
+    friction: Vec<f64>,
+    order: Vec<u32>,
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+impl Cones {
+    /// Reads friction and directions of a problem; memory is reused.
+    pub fn prepare(&mut self, problem: &ContactProblem) {
+        self.edges.clear();
+        self.offsets.clear();
+        self.offsets.push(0);
+        self.friction.clear();
+        for i in 0..problem.contact_count() {
+            let directions = problem.directions_of(i);
+            let frictional = problem.friction[i] > 0.0 && !directions.is_empty();
+            self.friction.push(if frictional { problem.friction[i] } else { 0.0 });
+            if frictional {
+                self.push_edges(directions);
+            }
+            self.offsets.push(self.edges.len());
+        }
+    }
+
+    fn push_edges(&mut self, directions: &[[f64; 2]]) {
+        let angle = |k: &u32| directions[*k as usize][1].atan2(directions[*k as usize][0]);
+        self.order.clear();
+        self.order.extend(0..directions.len() as u32);
+        self.order.sort_unstable_by(|a, b| angle(a).total_cmp(&angle(b)));
+        for (k, &direction) in self.order.iter().enumerate() {
+            let vertex = directions[direction as usize];
+            let next = directions[self.order[(k + 1) % self.order.len()] as usize];
+            let along = [next[0] - vertex[0], next[1] - vertex[1]];
+            let length = along[0].hypot(along[1]);
+            let tangent = [along[0] / length, along[1] / length];
+            let normal = [tangent[1], -tangent[0]];
+            self.edges.push(Edge { vertex, tangent, normal, height: dot(normal, vertex), direction });
+        }
+    }
+
+    fn edges(&self, i: usize) -> &[Edge] {
+        &self.edges[self.offsets[i]..self.offsets[i + 1]]
+    }
+
+    /// The effective coefficient of friction of contact `i`: 0 where it has no directions.
+    pub fn friction(&self, i: usize) -> f64 {
+        self.friction[i]
+    }
+
+    /// The mode whose cone holds `y`.
+    pub fn mode_at(&self, i: usize, y: [f64; 3]) -> Mode {
+        let edges = self.edges(i);
+        if y[0] <= 0.0 {
+            return Mode::Open;
+        }
+        if edges.is_empty() {
+            return Mode::Closed;
+        }
+        let (radius, t) = (self.friction[i] * y[0], [y[1], y[2]]);
+        if edges.len() == 2 {
+            let s = dot(edges[0].tangent, t);
+            return if s.abs() <= radius { Mode::Edge(0) } else { Mode::Vertex(u16::from(s > 0.0)) };
+        }
+        let beyond = |e: &Edge| dot(e.normal, t) - radius * e.height;
+        let (k, worst) = edges.iter().map(beyond).enumerate().fold((0, f64::MIN), |a, b| if b.1 > a.1 { b } else { a });
+        if worst <= 0.0 {
+            return Mode::Stick;
+        }
+        self.nearest_on_boundary(i, k, radius, t)
+    }
+
+    /// Walks along the boundary from edge `k` to the edge or vertex nearest to a point `t` outside.
+    fn nearest_on_boundary(&self, i: usize, mut k: usize, radius: f64, t: [f64; 2]) -> Mode {
+        let edges = self.edges(i);
+        let m = edges.len();
+        let mut direction = 0_i32;
+        for _ in 0..=m {
+            let edge = &edges[k];
+            let next = &edges[(k + 1) % m];
+            let before = dot(edge.tangent, t) < radius * dot(edge.tangent, edge.vertex);
+            let after = dot(edge.tangent, t) > radius * dot(edge.tangent, next.vertex);
+            if !before && !after {
+                return Mode::Edge(k as u16);
+            }
+            let step = if after { 1 } else { -1 };
+            if step == -direction {
+                return Mode::Vertex(if step > 0 { (k + 1) % m } else { k } as u16);
+            }
+            direction = step;
+            k = if after { (k + 1) % m } else { (k + m - 1) % m };
+        }
+        Mode::Vertex(k as u16)
+    }
+
+    /// The mode itself if contact `i` has it, else its sticking mode (a polygon or friction may have changed).
+    pub fn nearest_valid(&self, i: usize, mode: Mode) -> Mode {
+        let m = self.edges(i).len();
+        match mode {
+            Mode::Open => Mode::Open,
+            _ if m == 0 => Mode::Closed,
+            Mode::Vertex(k) | Mode::Edge(k) if (k as usize) < m && (m > 2 || mode != Mode::Edge(1)) => mode,
+            _ if m == 2 => Mode::Edge(0),
+            _ => Mode::Stick,
+        }
+    }
+
+    /// The projection `B y` of the mode's piece.
+    pub fn project(&self, i: usize, mode: Mode, y: [f64; 3]) -> [f64; 3] {
+        let radius = self.friction[i] * y[0];
+        match mode {
+            Mode::Open => [0.0; 3],
+            Mode::Closed => [y[0], 0.0, 0.0],
+            Mode::Stick => y,
+            Mode::Edge(k) => {
+                let e = &self.edges(i)[k as usize];
+                let (n, s) = (radius * e.height, dot(e.tangent, [y[1], y[2]]));
+                [y[0], n * e.normal[0] + s * e.tangent[0], n * e.normal[1] + s * e.tangent[1]]
+            }
+            Mode::Vertex(k) => {
+                let d = self.edges(i)[k as usize].vertex;
+                [y[0], radius * d[0], radius * d[1]]
+            }
+        }
+    }
+
+    /// The slope `B` of the mode's piece, rows (normal, tangent 1, tangent 2).
+    pub fn slope(&self, i: usize, mode: Mode) -> [[f64; 3]; 3] {
+        let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|unit| self.project(i, mode, unit));
+        std::array::from_fn(|r| std::array::from_fn(|c| columns[c][r]))
+    }
+
+    /// Calls `visit` with every facet of the mode's cone, given the trial impulse (which decides where an opening contact
+    /// would begin to slide).
+    pub fn facets(&self, i: usize, mode: Mode, y: [f64; 3], mut visit: impl FnMut(Facet)) {
+        let edges = self.edges(i);
+        let (mu, m) = (self.friction[i], edges.len());
+        let open = |jump| Facet { normal: [1.0, 0.0, 0.0], jump, next: Mode::Open };
+        let tangential = |normal: [f64; 2], n: f64| [n, normal[0], normal[1]];
+        match mode {
+            Mode::Open => {
+                let (next, d) = self.closing_mode(i, y);
+                visit(Facet { normal: [-1.0, 0.0, 0.0], jump: [-1.0, -mu * d[0], -mu * d[1]], next });
+            }
+            Mode::Closed => visit(open([-1.0, 0.0, 0.0])),
+            Mode::Stick => {
+                for (k, e) in edges.iter().enumerate() {
+                    let normal = [mu * e.height, -e.normal[0], -e.normal[1]];
+                    visit(Facet { normal, jump: tangential(e.normal, 0.0), next: Mode::Edge(k as u16) });
+                }
+            }
+            Mode::Edge(k) => {
+                let e = &edges[k as usize];
+                let to = (k as usize + 1) % m;
+                if m > 2 {
+                    let normal = tangential(e.normal, -mu * e.height);
+                    visit(Facet { normal, jump: tangential(e.normal, 0.0), next: Mode::Stick });
+                }
+                let t = e.tangent;
+                let (first, last) = (mu * dot(e.vertex, t), mu * dot(edges[to].vertex, t));
+                visit(Facet { normal: [-first, t[0], t[1]], jump: [0.0, -t[0], -t[1]], next: Mode::Vertex(k) });
+                visit(Facet { normal: [last, -t[0], -t[1]], jump: [0.0, t[0], t[1]], next: Mode::Vertex(to as u16) });
+            }
+            Mode::Vertex(k) => {
+                let d = edges[k as usize].vertex;
+                visit(open([-1.0, -mu * d[0], -mu * d[1]]));
+                let before = (k as usize + m - 1) % m;
+                if m > 2 || k == 0 {
+                    let t = edges[k as usize].tangent;
+                    let normal = [mu * dot(d, t), -t[0], -t[1]];
+                    visit(Facet { normal, jump: [0.0, -t[0], -t[1]], next: Mode::Edge(k) });
+                }
+                if m > 2 || k == 1 {
+                    let t = edges[before].tangent;
+                    let normal = [-mu * dot(d, t), t[0], t[1]];
+                    visit(Facet { normal, jump: [0.0, t[0], t[1]], next: Mode::Edge(before as u16) });
+                }
+            }
+        }
+    }
+
+    /// Where an open contact with trial impulse `y` lands when it closes: its mode and, with friction, the vertex.
+    fn closing_mode(&self, i: usize, y: [f64; 3]) -> (Mode, [f64; 2]) {
+        let edges = self.edges(i);
+        let along = |e: &Edge| dot(e.vertex, [y[1], y[2]]);
+        let best = (0..edges.len()).max_by(|&a, &b| along(&edges[a]).total_cmp(&along(&edges[b])));
+        best.map_or((Mode::Closed, [0.0; 2]), |k| (Mode::Vertex(k as u16), edges[k].vertex))
+    }
+
+    /// A trial impulse of normal size `size` well inside the mode's cone.
+    pub fn interior_point(&self, i: usize, mode: Mode, size: f64) -> [f64; 3] {
+        let mu = self.friction[i];
+        match mode {
+            Mode::Open => [-size, 0.0, 0.0],
+            Mode::Closed | Mode::Stick => [size, 0.0, 0.0],
+            Mode::Edge(k) => {
+                let e = &self.edges(i)[k as usize];
+                let middle = mu * size * e.height;
+                let out = if self.edges(i).len() == 2 { 0.0 } else { middle + size };
+                [size, out * e.normal[0], out * e.normal[1]]
+            }
+            Mode::Vertex(k) => {
+                let d = self.edges(i)[k as usize].vertex;
+                let out = (mu + 1.0) * size;
+                [size, out * d[0], out * d[1]]
+            }
+        }
+    }
+
+    /// Splits a tangential impulse into its direction multipliers `α ≥ 0`, `D α = λ_T`, over the two neighbouring
+    /// directions that enclose it. `alpha`: the contact's entries, zeroed by this function first.
+    pub fn decompose(&self, i: usize, mode: Mode, lambda: [f64; 3], alpha: &mut [f64]) {
+        alpha.fill(0.0);
+        let edges = self.edges(i);
+        let t = [lambda[1], lambda[2]];
+        let m = edges.len();
+        match mode {
+            _ if m == 0 => {}
+            Mode::Open | Mode::Closed => {}
+            Mode::Vertex(k) => alpha[edges[k as usize].direction as usize] = self.friction[i] * lambda[0],
+            _ if m == 2 => {
+                let s = dot(edges[1].vertex, t);
+                alpha[edges[usize::from(s > 0.0)].direction as usize] = s.abs();
+            }
+            Mode::Edge(k) => split(&edges[k as usize], &edges[(k as usize + 1) % m], t, alpha),
+            Mode::Stick => {
+                let inside = |k: &usize| {
+                    let (a, b) = (edges[*k].vertex, edges[(k + 1) % m].vertex);
+                    a[0] * t[1] - a[1] * t[0] >= 0.0 && t[0] * b[1] - t[1] * b[0] >= 0.0
+                };
+                let k = (0..m).find(inside).unwrap_or(0);
+                split(&edges[k], &edges[(k + 1) % m], t, alpha);
+            }
+        }
+    }
+}
+
+/// `α_a d_a + α_b d_b = t`, rounding below zero cut off.
+fn split(a: &Edge, b: &Edge, t: [f64; 2], alpha: &mut [f64]) {
+    let (u, v) = (a.vertex, b.vertex);
+    let determinant = u[0] * v[1] - u[1] * v[0];
+    alpha[a.direction as usize] = ((t[0] * v[1] - t[1] * v[0]) / determinant).max(0.0);
+    alpha[b.direction as usize] = ((u[0] * t[1] - u[1] * t[0]) / determinant).max(0.0);
+}

@@ -1,0 +1,211 @@
+//! The parametric path: from modes that were guessed to the modes of the solution, one facet at a time.
+//!
+//! Where the guessed modes do not hold, the data are shifted so that they do: contact `c` gets the trial impulse
+//! `y_c + (1 − t) s_c`, and the momentum balance the term `−(1 − t) Σ J_cᵀ B⁰_c s_c` that keeps the velocity unchanged. At `t = 0`
+//! the guess is the solution; at `t = 1` the problem is the true one. Between breakpoints everything is linear in `t`; at a
+//! breakpoint one contact crosses one facet, the system changes by rank one, and the path goes on in the direction that
+//! enters the new piece. Where the determinant changes its sign the path turns back in `t`, as Lemke's does.
+
+use super::SolverSettings;
+use super::island::Island;
+use super::island_solver::IslandSolver;
+use super::mode::{Cones, Facet, Mode};
+
+/// How a path ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum PathOutcome {
+    /// The modes are those of the true problem.
+    Reached,
+    /// The path ran back beyond its start, or met a singular system or its limit.
+    Lost,
+}
+
+/// How far back `t` may run before the path counts as lost.
+const FARTHEST_BACK: f64 = -1e4;
+
+/// The memory of a path.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Path {
+    /// `s_c`.
+    shift: Vec<[f64; 3]>,
+    /// `B⁰_c s_c`.
+    offset: Vec<[f64; 3]>,
+    /// `dy_c/dt`.
+    rate: Vec<[f64; 3]>,
+    work: Vec<f64>,
+}
+
+fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+impl Path {
+    /// Follows the path from `solver.modes`, whose fixed-mode solution is in `solver.y` and whose system is factorised.
+    /// Leaves the modes found in `solver.modes`.
+    pub fn follow(
+        &mut self,
+        solver: &mut IslandSolver,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        seed: u32,
+    ) -> PathOutcome {
+        self.begin(solver, cones, island, settings, seed);
+        let (mut t, mut direction) = (0.0, 1.0);
+        let limit = settings.path_changes_base + settings.path_changes_per_contact * solver.modes.len() as u32;
+        for _ in 0..limit {
+            let Some((step, crossing)) = self.next_breakpoint(solver, cones, island, direction, t) else {
+                return PathOutcome::Lost;
+            };
+            t += direction * step;
+            for (y, rate) in solver.y.iter_mut().zip(&self.rate) {
+                for r in 0..3 {
+                    y[r] += direction * step * rate[r];
+                }
+            }
+            let Some((c, facet)) = crossing else { return PathOutcome::Reached };
+            if t < FARTHEST_BACK {
+                return PathOutcome::Lost;
+            }
+            let Some(ratio) = self.cross(solver, island, c, &facet) else { return PathOutcome::Lost };
+            if ratio < 0.0 {
+                direction = -direction;
+            }
+            if solver.system.is_worn() && !self.refresh(solver, cones, island, t) {
+                return PathOutcome::Lost;
+            }
+        }
+        PathOutcome::Lost
+    }
+
+    /// Shifts the contacts whose modes do not hold into their modes' cones.
+    fn begin(
+        &mut self,
+        solver: &mut IslandSolver,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        seed: u32,
+    ) {
+        let mut random = Random::new(seed);
+        self.shift.clear();
+        self.offset.clear();
+        self.rate.clear();
+        for c in 0..solver.modes.len() {
+            let (i, mode) = (island.contacts[c] as usize, solver.modes[c]);
+            let y = solver.y[c];
+            let factor = random.between(0.5, 1.5);
+            let shift = if solver.violation(cones, island, c) > settings.mode_tolerance {
+                let target = cones.interior_point(i, mode, solver.typical_impulse(c) * factor);
+                std::array::from_fn(|r| target[r] - y[r])
+            } else {
+                [0.0; 3]
+            };
+            self.offset.push(cones.project(i, mode, shift));
+            self.rate.push(shift.map(|s| -s));
+            solver.y[c] = std::array::from_fn(|r| y[r] + shift[r]);
+            self.shift.push(shift);
+        }
+    }
+
+    /// The step to the next breakpoint and what crosses there; nothing crosses when `t = 1` comes first; none if the path
+    /// runs back for ever.
+    fn next_breakpoint(
+        &self,
+        solver: &IslandSolver,
+        cones: &Cones,
+        island: &Island,
+        direction: f64,
+        t: f64,
+    ) -> Option<(f64, Option<(usize, Facet)>)> {
+        let mut step = if direction > 0.0 { 1.0 - t } else { f64::INFINITY };
+        let mut speed = 0.0;
+        let mut crossing = None;
+        for c in 0..solver.modes.len() {
+            let (y, rate) = (solver.y[c], self.rate[c]);
+            cones.facets(island.contacts[c] as usize, solver.modes[c], y, |facet| {
+                let slope = direction * dot(facet.normal, rate);
+                if slope >= 0.0 {
+                    return;
+                }
+                let candidate = dot(facet.normal, y).max(0.0) / -slope;
+                if candidate < step || (candidate == step && crossing.is_some() && -slope > speed) {
+                    (step, speed, crossing) = (candidate, -slope, Some((c, facet)));
+                }
+            });
+        }
+        step.is_finite().then(|| (step, self.landing(solver, cones, island, crossing, direction * step)))
+    }
+
+    /// An opening facet's far side depends on where the contact is when it crosses, not on where it is now.
+    fn landing(
+        &self,
+        solver: &IslandSolver,
+        cones: &Cones,
+        island: &Island,
+        crossing: Option<(usize, Facet)>,
+        step: f64,
+    ) -> Option<(usize, Facet)> {
+        let (c, mut facet) = crossing?;
+        if solver.modes[c] == Mode::Open {
+            let y = std::array::from_fn(|r| solver.y[c][r] + step * self.rate[c][r]);
+            cones.facets(island.contacts[c] as usize, Mode::Open, y, |f| facet = f);
+        }
+        Some((c, facet))
+    }
+
+    /// Lets contact `c` cross and corrects the rates; returns the ratio of the determinants.
+    fn cross(&mut self, solver: &mut IslandSolver, island: &Island, c: usize, facet: &Facet) -> Option<f64> {
+        let weight = solver.weight[c];
+        let (column, ratio) = solver.system.cross(island, c, facet, weight)?;
+        let factor = dot(facet.normal, self.rate[c]) / ratio;
+        for (k, rate) in self.rate.iter_mut().enumerate() {
+            let u = island.jacobian.multiply(k, column);
+            for r in 0..3 {
+                rate[r] -= solver.weight[k] * u[r] * factor;
+            }
+        }
+        solver.modes[c] = facet.next;
+        solver.effort.mode_changes += 1;
+        Some(ratio)
+    }
+
+    /// Factorises afresh and recomputes `y` and its rate at `t` from the data.
+    fn refresh(&mut self, solver: &mut IslandSolver, cones: &Cones, island: &Island, t: f64) -> bool {
+        solver.effort.factorizations += 1;
+        let IslandSolver { system, modes, weight, .. } = solver;
+        if !system.factor(island, cones, modes, weight) {
+            return false;
+        }
+        self.work.clear();
+        self.work.resize(island.nv(), 0.0);
+        for (c, &i) in island.contacts.iter().enumerate() {
+            let drive = cones.project(i as usize, modes[c], self.shift[c]);
+            let d = std::array::from_fn(|r| self.offset[c][r] - drive[r]);
+            island.jacobian.add_transposed(c, d, &mut self.work);
+        }
+        system.solve(island, &mut self.work);
+        for (c, rate) in self.rate.iter_mut().enumerate() {
+            let u = island.jacobian.multiply(c, &self.work);
+            *rate = std::array::from_fn(|r| -weight[c] * u[r] - self.shift[c][r]);
+        }
+        solver.place_on_path(cones, island, &self.shift, &self.offset, 1.0 - t);
+        true
+    }
+}
+
+/// A small seeded generator (xorshift): ties between breakpoints are broken by it, the same way every time.
+struct Random(u64);
+
+impl Random {
+    fn new(seed: u32) -> Self {
+        Self((u64::from(seed) + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
+    }
+
+    fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        low + (high - low) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+}

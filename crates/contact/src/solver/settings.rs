@@ -1,0 +1,87 @@
+//! Settings of the structured contact solver.
+
+use crate::ProblemError;
+
+/// Settings of the structured contact solver. All tolerances are relative to `max|b|`, the data's velocity scale.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolverSettings {
+    /// A solution is `Solved` when every residual of the certificate is at most this. Default 1e-9; range (0, 1).
+    pub tolerance: f64,
+    /// An island is restarted when its residual is above this. Default 1e-10; range (0, 1).
+    pub accept: f64,
+    /// Proximal iterations stop at this residual. Default 1e-14; range (0, 1).
+    pub polish: f64,
+    /// ε of the proximal term, relative to each contact's Delassus block. Default 1e-5; range (0, 1).
+    pub proximal_weight: f64,
+    /// How far outside its mode's cone a trial impulse may lie, relative to its typical size. Default 1e-11; range (0, 1).
+    pub mode_tolerance: f64,
+    /// Newton steps on all modes at once before the path is followed. Default 4.
+    pub newton_iterations: u32,
+    /// How often the path is followed for one proximal problem. Default 4; at least 1.
+    pub max_rounds: u32,
+    /// Proximal iterations at most. Default 60; at least 1.
+    pub max_proximal_iterations: u32,
+    /// Proximal iterations without halving the residual before giving up. Default 3; at least 1.
+    pub max_stalled_iterations: u32,
+    /// Cold restarts before Lemke's method. Default 3.
+    pub max_restarts: u32,
+    /// Mode changes a path may use: this many … Default 100.
+    pub path_changes_base: u32,
+    /// … and this many for each contact. Default 20.
+    pub path_changes_per_contact: u32,
+    /// Pivots Lemke's method may use for each row. Default 30.
+    pub lemke_pivots_per_row: usize,
+    /// Islands with more rows in their LCP than this are not given to Lemke's method. Default 3000.
+    pub lemke_max_rows: usize,
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-9,
+            accept: 1e-10,
+            polish: 1e-14,
+            proximal_weight: 1e-5,
+            mode_tolerance: 1e-11,
+            newton_iterations: 4,
+            max_rounds: 4,
+            max_proximal_iterations: 60,
+            max_stalled_iterations: 3,
+            max_restarts: 3,
+            path_changes_base: 100,
+            path_changes_per_contact: 20,
+            lemke_pivots_per_row: 30,
+            lemke_max_rows: 3000,
+        }
+    }
+}
+
+impl SolverSettings {
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// [`ProblemError::Number`] naming the setting.
+    pub fn validate(&self) -> Result<(), ProblemError> {
+        for (array, value) in [
+            ("tolerance", self.tolerance),
+            ("accept", self.accept),
+            ("polish", self.polish),
+            ("proximal_weight", self.proximal_weight),
+            ("mode_tolerance", self.mode_tolerance),
+        ] {
+            if !(value > 0.0 && value < 1.0) {
+                return Err(ProblemError::Number { array, index: 0, value, expected: "between 0 and 1" });
+            }
+        }
+        for (array, value) in [
+            ("max_rounds", self.max_rounds),
+            ("max_proximal_iterations", self.max_proximal_iterations),
+            ("max_stalled_iterations", self.max_stalled_iterations),
+        ] {
+            if value == 0 {
+                return Err(ProblemError::Number { array, index: 0, value: 0.0, expected: "at least 1" });
+            }
+        }
+        Ok(())
+    }
+}
