@@ -1,4 +1,4 @@
-//! From impulses to a complete solution: `v⁺`, `α`, `β` and the contact modes.
+//! From impulses and velocity to a complete solution: `α`, `β` and the contact modes.
 
 use crate::solver::{Cones, Mode};
 use crate::{ContactMode, ContactProblem, ContactSolution};
@@ -6,21 +6,11 @@ use crate::{ContactMode, ContactProblem, ContactSolution};
 /// Contacts slower than this fraction of the data's velocity scale stick.
 const STICKING: f64 = 1e-9;
 
-/// Fills `velocity`, `lambda_n`, `alpha`, `beta` and `modes` of a solution from `impulse` and `bilateral`.
+/// Fills `lambda_n`, `alpha`, `beta` and `modes` of a solution from `impulse` and `velocity`.
 ///
-/// `v⁺ = v^f + M⁻¹(Jᵀλ + J_Bᵀλ_B)`; `α` splits `λ_T` over the two directions that enclose it; `β = max_k(−d_kᵀ c_T)`, the
+/// `α` splits `λ_T` over the two directions that enclose it; `β = max_k(−d_kᵀ c_T)`, the
 /// sliding speed seen by the polygon, is the smallest multiplier that `w_α ≥ 0` admits.
 pub(crate) fn recover_into(problem: &ContactProblem, cones: &Cones, solution: &mut ContactSolution) {
-    let velocity = &mut solution.velocity;
-    velocity.fill(0.0);
-    for (i, p) in solution.impulse.iter().enumerate() {
-        problem.jacobian.add_transposed(i, *p, velocity);
-    }
-    for (k, p) in solution.bilateral.iter().enumerate() {
-        problem.bilateral_jacobian.add_transposed(k, [*p], velocity);
-    }
-    problem.mass_factor.solve_in_place(velocity);
-    velocity.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
     let slow = STICKING * problem.velocity_scale();
     for i in 0..problem.contact_count() {
         let impulse = solution.impulse[i];

@@ -62,7 +62,7 @@ impl ContactSolution {
             x.clear();
             x.resize(n, 0.0);
         };
-        zero(&mut self.velocity, problem.nv());
+        self.velocity.clone_from(&problem.free_velocity);
         zero(&mut self.lambda_n, nc);
         zero(&mut self.alpha, problem.direction_count());
         zero(&mut self.beta, nc);

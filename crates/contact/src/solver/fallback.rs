@@ -102,4 +102,19 @@ fn take_impulses(local: &ContactProblem, cones: &Cones, island: &Island, z: &[f6
     for (k, &i) in island.bilateral.iter().enumerate() {
         solution.bilateral[i as usize] = z[at.bilateral + k];
     }
+    island.scatter(&island_velocity(local, solution, island), &mut solution.velocity);
+}
+
+/// `v^f + M⁻¹(Jᵀλ + J_Bᵀλ_B)` of the island.
+fn island_velocity(local: &ContactProblem, solution: &ContactSolution, island: &Island) -> Vec<f64> {
+    let mut velocity = vec![0.0; local.nv()];
+    for (c, &i) in island.contacts.iter().enumerate() {
+        local.jacobian.add_transposed(c, solution.impulse[i as usize], &mut velocity);
+    }
+    for (k, &i) in island.bilateral.iter().enumerate() {
+        local.bilateral_jacobian.add_transposed(k, [solution.bilateral[i as usize]], &mut velocity);
+    }
+    local.mass_factor.solve_in_place(&mut velocity);
+    velocity.iter_mut().zip(&local.free_velocity).for_each(|(v, f)| *v += f);
+    velocity
 }

@@ -8,9 +8,17 @@
 use super::SolverSettings;
 use super::island::Island;
 use super::mode::{Cones, Mode};
-use super::path::{Path, PathOutcome};
+use super::path::{Path, PathOutcome, Shift};
 use super::system::ProximalSystem;
 use crate::ContactProblem;
+
+/// A proximal iteration that reduces the residual by less than this factor calls for a smaller ε.
+const SLOW: f64 = 0.03;
+/// What ε is then multiplied by.
+const WEIGHT_REDUCTION: f64 = 1e-2;
+/// ε of the last iterations. The rounding of `u` enters the impulses divided by ε: once a small ε has found the impulses in
+/// the directions of small Delassus eigenvalues, a large one removes that noise from the others.
+const FINISHING_WEIGHT: f64 = 1e-3;
 
 /// Counters of one island's solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -34,7 +42,8 @@ pub(crate) struct IslandSolver {
     /// `max|b|` of the island.
     velocity_scale: f64,
     free_velocity: Vec<f64>,
-    velocity: Vec<f64>,
+    /// The velocity that goes with `impulse`.
+    pub velocity: Vec<f64>,
     /// The centre and, at the end, the solution.
     pub impulse: Vec<[f64; 3]>,
     pub bilateral_impulse: Vec<f64>,
@@ -100,26 +109,36 @@ impl IslandSolver {
         settings: &SolverSettings,
         attempt: u32,
     ) -> f64 {
-        let epsilon = settings.proximal_weight;
-        self.set_weights(epsilon);
-        self.system.prepare(problem, island, &self.bilateral_weight);
-        let (mut best, mut stalled, mut factored) = (f64::INFINITY, 0, false);
+        let mut epsilon = settings.proximal_weight;
+        self.set_weights(problem, island, epsilon);
+        let (mut best, mut last, mut stalled) = (f64::INFINITY, f64::INFINITY, 0);
+        let (mut factored, mut finishing) = (false, false);
         for iteration in 0..settings.max_proximal_iterations {
             let residual = self.evaluate_centre(problem, cones, island);
-            if residual < 0.5 * best {
-                stalled = 0;
-            } else {
-                stalled += 1;
-            }
+            stalled = if residual < 0.5 * best { 0 } else { stalled + 1 };
             if residual < best {
                 best = residual;
                 self.keep_best();
             }
-            if best <= settings.polish
-                || stalled >= settings.max_stalled_iterations
-                || iteration + 1 == settings.max_proximal_iterations
-            {
+            let last_iteration = iteration + 1 == settings.max_proximal_iterations;
+            if best <= settings.polish || last_iteration || (finishing && stalled > 0) {
                 break;
+            }
+            let next = if stalled >= settings.max_stalled_iterations {
+                finishing = true;
+                self.restore_best();
+                FINISHING_WEIGHT
+            } else if residual > SLOW * last && !finishing {
+                (epsilon * WEIGHT_REDUCTION).max(settings.smallest_proximal_weight)
+            } else {
+                epsilon
+            };
+            last = residual;
+            if next != epsilon {
+                epsilon = next;
+                self.set_weights(problem, island, epsilon);
+                self.evaluate_centre(problem, cones, island);
+                factored = false;
             }
             if self.modes.is_empty() {
                 self.guess_modes(cones, island);
@@ -128,20 +147,46 @@ impl IslandSolver {
                 break;
             }
             self.effort.proximal_iterations += 1;
-            for (c, &i) in island.contacts.iter().enumerate() {
-                let mode = cones.mode_at(i as usize, self.y[c]);
-                self.impulse[c] = cones.project(i as usize, mode, self.y[c]);
-            }
+            self.take_impulses(cones, island);
         }
+        factored &= self.modes == self.best_modes;
         self.restore_best();
+        self.refine_velocity(problem, cones, island, settings, factored);
         best
     }
 
-    fn set_weights(&mut self, epsilon: f64) {
+    /// The velocity of the solution, one more fixed-mode correction beyond what the impulses can express: where impulses
+    /// are large against the masses they move, `v^f + M⁻¹Jᵀλ` cancels, while `v + δv` satisfies the contact rows to rounding.
+    fn refine_velocity(
+        &mut self,
+        problem: &ContactProblem,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        mut factored: bool,
+    ) {
+        self.evaluate_centre(problem, cones, island);
+        if self.modes.is_empty() || !self.solve_modes(cones, island, &mut factored) {
+            return;
+        }
+        if !self.has_violation(cones, island, settings) {
+            self.velocity.iter_mut().zip(&self.work).for_each(|(v, d)| *v += d);
+        }
+    }
+
+    fn take_impulses(&mut self, cones: &Cones, island: &Island) {
+        for (c, &i) in island.contacts.iter().enumerate() {
+            let mode = cones.mode_at(i as usize, self.y[c]);
+            self.impulse[c] = cones.project(i as usize, mode, self.y[c]);
+        }
+    }
+
+    fn set_weights(&mut self, problem: &ContactProblem, island: &Island, epsilon: f64) {
         self.weight.clear();
         self.weight.extend(self.scale.iter().map(|g| 1.0 / (epsilon * g)));
         self.bilateral_weight.clear();
         self.bilateral_weight.extend(self.bilateral_scale.iter().map(|g| 1.0 / (epsilon * g)));
+        self.system.prepare(problem, island, &self.bilateral_weight);
     }
 
     fn keep_best(&mut self) {
@@ -197,7 +242,11 @@ impl IslandSolver {
     }
 
     /// Solves the proximal problem around the centre: modes, `y`, bilateral impulses. `false` if neither Newton's
-    /// iterations nor the path found its modes.
+    /// iterations nor the paths found its modes.
+    ///
+    /// The paths of the first round start from the modes at hand. Later rounds start with every contact open: the matrix
+    /// of the proximal problem is strictly copositive, so that this path, which is Lemke's in other coordinates, cannot end
+    /// on a ray.
     fn solve_proximal(
         &mut self,
         cones: &Cones,
@@ -209,37 +258,67 @@ impl IslandSolver {
         for round in 0..settings.max_rounds {
             let newton = if round == 0 && attempt == 0 { settings.newton_iterations } else { 0 };
             for iteration in 0..=newton {
-                if !*factored {
-                    self.effort.factorizations += 1;
-                    if !self.system.factor(island, cones, &self.modes, &self.weight) {
-                        return false;
-                    }
-                    *factored = true;
+                if !self.solve_modes(cones, island, factored) {
+                    return false;
                 }
-                self.solve_fixed_modes(cones, island);
                 if !self.has_violation(cones, island, settings) {
                     self.take_bilateral(island);
                     return true;
                 }
                 if iteration < newton {
-                    for (c, &i) in island.contacts.iter().enumerate() {
-                        let mode = cones.mode_at(i as usize, self.y[c]);
-                        self.effort.mode_changes += u32::from(mode != self.modes[c]);
-                        self.modes[c] = mode;
-                    }
+                    self.take_modes_of_trial(cones, island);
                     *factored = false;
                 }
             }
-            let mut path = std::mem::take(&mut self.path);
-            let outcome = path.follow(self, cones, island, settings, attempt * 8 + round);
-            self.path = path;
-            // The path leaves updates behind; the fixed-mode solve that follows starts from a fresh factorisation.
             *factored = false;
-            if outcome != PathOutcome::Reached {
-                return false;
+            let seed = attempt * settings.max_rounds + round;
+            if !self.follow_path(cones, island, settings, Shift::Violated, seed) {
+                self.modes.fill(Mode::Open);
+                if !self.solve_modes(cones, island, factored) {
+                    return false;
+                }
+                *factored = false;
+                if !self.follow_path(cones, island, settings, Shift::All, seed) {
+                    return false;
+                }
             }
         }
         false
+    }
+
+    fn follow_path(
+        &mut self,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        shift: Shift,
+        seed: u32,
+    ) -> bool {
+        let mut path = std::mem::take(&mut self.path);
+        let outcome = path.follow(self, cones, island, settings, shift, seed);
+        self.path = path;
+        outcome == PathOutcome::Reached
+    }
+
+    /// Factorises if need be and solves with the modes fixed.
+    fn solve_modes(&mut self, cones: &Cones, island: &Island, factored: &mut bool) -> bool {
+        if !*factored {
+            self.effort.factorizations += 1;
+            if !self.system.factor(island, cones, &self.modes, &self.weight) {
+                return false;
+            }
+            *factored = true;
+        }
+        self.solve_fixed_modes(cones, island);
+        true
+    }
+
+    fn take_modes_of_trial(&mut self, cones: &Cones, island: &Island) {
+        for (c, &i) in island.contacts.iter().enumerate() {
+            let mode = cones.mode_at(i as usize, self.y[c]);
+            self.effort.mode_changes += u32::from(mode != self.modes[c]);
+            self.modes[c] = mode;
+        }
     }
 
     /// Solution of the proximal problem with the modes fixed: `H δv = Jᵀ(B y₀ − λ̄)`, `y = y₀ − ρ J δv`.

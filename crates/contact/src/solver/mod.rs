@@ -194,6 +194,7 @@ fn solve_island(
             for (k, &i) in island.bilateral.iter().enumerate() {
                 solution.bilateral[i as usize] = solver.bilateral_impulse[k];
             }
+            island.scatter(&solver.velocity, &mut solution.velocity);
         }
         if best <= settings.accept {
             break;

@@ -20,6 +20,15 @@ pub(crate) enum PathOutcome {
     Lost,
 }
 
+/// Which contacts' data a path shifts at its start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shift {
+    /// Those whose modes do not hold.
+    Violated,
+    /// All; their modes are open.
+    All,
+}
+
 /// How far back `t` may run before the path counts as lost.
 const FARTHEST_BACK: f64 = -1e4;
 
@@ -48,9 +57,10 @@ impl Path {
         cones: &Cones,
         island: &Island,
         settings: &SolverSettings,
+        shift: Shift,
         seed: u32,
     ) -> PathOutcome {
-        self.begin(solver, cones, island, settings, seed);
+        self.begin(solver, cones, island, settings, shift, seed);
         let (mut t, mut direction) = (0.0, 1.0);
         let limit = settings.path_changes_base + settings.path_changes_per_contact * solver.modes.len() as u32;
         for _ in 0..limit {
@@ -85,6 +95,7 @@ impl Path {
         cones: &Cones,
         island: &Island,
         settings: &SolverSettings,
+        which: Shift,
         seed: u32,
     ) {
         let mut random = Random::new(seed);
@@ -95,7 +106,10 @@ impl Path {
             let (i, mode) = (island.contacts[c] as usize, solver.modes[c]);
             let y = solver.y[c];
             let factor = random.between(0.5, 1.5);
-            let shift = if solver.violation(cones, island, c) > settings.mode_tolerance {
+            let violated = solver.violation(cones, island, c) > settings.mode_tolerance;
+            let shift = if which == Shift::All {
+                [-y[0].max(0.0) - solver.typical_impulse(c) * factor, 0.0, 0.0]
+            } else if violated {
                 let target = cones.interior_point(i, mode, solver.typical_impulse(c) * factor);
                 std::array::from_fn(|r| target[r] - y[r])
             } else {

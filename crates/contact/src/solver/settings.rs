@@ -9,10 +9,12 @@ pub struct SolverSettings {
     pub tolerance: f64,
     /// An island is restarted when its residual is above this. Default 1e-10; range (0, 1).
     pub accept: f64,
-    /// Proximal iterations stop at this residual. Default 1e-14; range (0, 1).
+    /// Proximal iterations stop at this residual. Default 1e-13; range (0, 1).
     pub polish: f64,
     /// ε of the proximal term, relative to each contact's Delassus block. Default 1e-5; range (0, 1).
     pub proximal_weight: f64,
+    /// ε is lowered to this where the iterations converge slowly. Default 1e-10; range (0, 1).
+    pub smallest_proximal_weight: f64,
     /// How far outside its mode's cone a trial impulse may lie, relative to its typical size. Default 1e-11; range (0, 1).
     pub mode_tolerance: f64,
     /// Newton steps on all modes at once before the path is followed. Default 4.
@@ -21,7 +23,7 @@ pub struct SolverSettings {
     pub max_rounds: u32,
     /// Proximal iterations at most. Default 60; at least 1.
     pub max_proximal_iterations: u32,
-    /// Proximal iterations without halving the residual before giving up. Default 3; at least 1.
+    /// Proximal iterations without halving the residual before the finishing ones. Default 2; at least 1.
     pub max_stalled_iterations: u32,
     /// Cold restarts before Lemke's method. Default 3.
     pub max_restarts: u32,
@@ -40,13 +42,14 @@ impl Default for SolverSettings {
         Self {
             tolerance: 1e-9,
             accept: 1e-10,
-            polish: 1e-14,
+            polish: 1e-13,
             proximal_weight: 1e-5,
+            smallest_proximal_weight: 1e-10,
             mode_tolerance: 1e-11,
             newton_iterations: 4,
             max_rounds: 4,
             max_proximal_iterations: 60,
-            max_stalled_iterations: 3,
+            max_stalled_iterations: 2,
             max_restarts: 3,
             path_changes_base: 100,
             path_changes_per_contact: 20,
@@ -67,6 +70,7 @@ impl SolverSettings {
             ("accept", self.accept),
             ("polish", self.polish),
             ("proximal_weight", self.proximal_weight),
+            ("smallest_proximal_weight", self.smallest_proximal_weight),
             ("mode_tolerance", self.mode_tolerance),
         ] {
             if !(value > 0.0 && value < 1.0) {
