@@ -9,12 +9,10 @@
 //! - a free joint has `q = [p_WB, quat_WB]` and `v = [velocity of B's origin in world axes, angular velocity in body axes]`;
 //!   a ball joint has the angular velocity in body axes; hinges and slides are scalars.
 
-mod mass;
 mod math;
 pub mod model;
 mod state;
 
-pub use mass::{Block, BlockCholesky, BlockDiagonal, NotPositiveDefinite};
 pub use math::Pose;
 pub use model::{
     Actuator, ActuatorKind, Body, BodyId, ContactFilter, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId,
