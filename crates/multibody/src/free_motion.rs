@@ -21,10 +21,11 @@
 //! constant force `f_e` with no share in `D` and `K`, and the step is solved again. For one actuator this is the exact
 //! solution of the implicit step with the clamped law, because its force falls monotonically with `v⁺`.
 
+use crate::cholesky::BlockCholesky;
 use crate::composite::{MassMatrix, mass_matrix_into};
 use crate::inverse_dynamics::{NewtonEuler, bias_force_into};
 use crate::kinematics::Kinematics;
-use crate::mass::{BlockCholesky, MassError};
+use crate::mass::MassError;
 use crate::model::{Actuator, ActuatorKind, Joint, JointKind, Model};
 use crate::state::{Input, State, StateError};
 

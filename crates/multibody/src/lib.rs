@@ -14,6 +14,7 @@
 //! - a free joint has `q = [p_WB, quat_WB]` and `v = [velocity of B's origin in world axes, angular velocity in body axes]`;
 //!   a ball joint has the angular velocity in body axes; hinges and slides are scalars.
 
+mod cholesky;
 mod composite;
 mod configuration;
 mod energy;
@@ -27,6 +28,7 @@ mod math;
 pub mod model;
 mod state;
 
+pub use cholesky::BlockCholesky;
 pub use composite::{MassMatrix, mass_matrix_into};
 pub use configuration::{difference_into, integrate_into};
 pub use energy::{angular_momentum, center_of_mass, kinetic_energy, linear_momentum, potential_energy, total_mass};
@@ -38,7 +40,7 @@ pub use jacobian::{
     point_rows_into,
 };
 pub use kinematics::{Kinematics, forward_kinematics_into};
-pub use mass::{Block, BlockCholesky, BlockDiagonal, MassError};
+pub use mass::{Block, BlockDiagonal, MassError};
 pub use math::{Pose, rotation_exp, rotation_log};
 pub use model::{
     Actuator, ActuatorKind, Body, BodyId, ContactFilter, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId,

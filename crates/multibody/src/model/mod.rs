@@ -5,6 +5,7 @@ mod check;
 mod error;
 mod filter;
 mod geometry;
+mod hash;
 mod parts;
 
 pub use builder::ModelBuilder;

@@ -3,3 +3,6 @@
 mod random_model;
 
 mod identities;
+mod mass;
+mod motion;
+mod mujoco;

@@ -68,13 +68,13 @@ impl Random {
         joint
     }
 
-    /// Zero to three joints; a ball turns last, so that everything that turns before it is a hinge.
-    fn joint_kinds(&mut self) -> Vec<JointKind> {
+    /// Zero to `most` joints, at most one of them a ball (two would share a rotation).
+    fn joint_kinds(&mut self, most: usize) -> Vec<JointKind> {
         let mut kinds = Vec::new();
-        for _ in 0..self.below(4) {
+        for _ in 0..self.below(most + 1) {
             let axis = self.direction();
             kinds.push(match self.below(5) {
-                0 => JointKind::Ball,
+                0 if !kinds.contains(&JointKind::Ball) => JointKind::Ball,
                 1 | 2 => JointKind::Slide { axis },
                 _ => JointKind::Hinge { axis },
             });
@@ -89,7 +89,8 @@ pub struct Recipe {
     pub bodies: usize,
     /// Every child of the world has a free joint.
     pub floating: bool,
-    /// Joints have rotor inertia.
+    /// Joints have rotor inertia. Without it a body has at most one joint, since the mass matrix of several joints in
+    /// one body can come close to singular.
     pub armature: bool,
 }
 
@@ -106,7 +107,7 @@ pub fn random_model(random: &mut Random, recipe: Recipe) -> Model {
         let kinds = if at_root && (recipe.floating || random.below(3) == 0) {
             vec![JointKind::Free]
         } else {
-            random.joint_kinds()
+            random.joint_kinds(if recipe.armature { 3 } else { 1 })
         };
         for (j, kind) in kinds.into_iter().enumerate() {
             let mut joint = random.joint(format!("b{i}j{j}"), kind);
