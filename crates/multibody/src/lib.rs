@@ -3,22 +3,50 @@
 //! The first rooms of the house: an immutable [`Model`] (made by [`ModelBuilder`]), a [`State`] `(t, q, v)`, and the
 //! nouns that the other crates share ([`Geometry`], [`Geom`], [`ContactPoint`]). Everything is `f64` and SI.
 //!
+//! Algorithms are free functions on `(&Model, …, &mut out)` that allocate nothing: [`forward_kinematics_into`] first, then
+//! what is computed from its [`Kinematics`]: Jacobians, [`mass_matrix_into`] (CRBA), [`inverse_dynamics_into`] (RNEA),
+//! [`forward_dynamics_into`] (ABA), [`free_motion_into`] (all that a step needs before contact), energies and momenta;
+//! [`integrate_into`] ends the step.
+//!
 //! Conventions (the whole law is in `NOTATION.md`):
 //! - frames in monogram notation: `X_WB` is the pose of body frame B in world W, `p_WB` its origin;
 //! - quaternions in `q` are (w, x, y, z);
 //! - a free joint has `q = [p_WB, quat_WB]` and `v = [velocity of B's origin in world axes, angular velocity in body axes]`;
 //!   a ball joint has the angular velocity in body axes; hinges and slides are scalars.
 
+mod cholesky;
+mod composite;
+mod configuration;
+mod energy;
+mod forward_dynamics;
+mod free_motion;
+mod inverse_dynamics;
+mod jacobian;
+mod kinematics;
+mod mass;
 mod math;
 pub mod model;
 mod state;
 
-pub use math::Pose;
+pub use cholesky::BlockCholesky;
+pub use composite::{MassMatrix, mass_matrix_into};
+pub use configuration::{difference_into, integrate_into};
+pub use energy::{angular_momentum, center_of_mass, kinetic_energy, linear_momentum, potential_energy, total_mass};
+pub use forward_dynamics::{ArticulatedBodies, forward_dynamics_into};
+pub use free_motion::{FreeMotion, FreeMotionError, Saturation, free_motion_into};
+pub use inverse_dynamics::{NewtonEuler, bias_force_into, inverse_dynamics_into};
+pub use jacobian::{
+    SparseRows, angular_jacobian_into, angular_rows_into, contact_rows_into, point_column, point_jacobian_into,
+    point_rows_into,
+};
+pub use kinematics::{Kinematics, forward_kinematics_into};
+pub use mass::{Block, BlockDiagonal, MassError};
+pub use math::{Pose, rotation_exp, rotation_log};
 pub use model::{
     Actuator, ActuatorKind, Body, BodyId, ContactFilter, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId,
     JointKind, Keyframe, Model, ModelBuilder, ModelError,
 };
-pub use state::{ContactPoint, Input, State};
+pub use state::{ContactPoint, Input, State, StateError};
 
 /// The vector library of the public interface, re-exported so that users have the same types.
 pub use glamx::glam;

@@ -1,4 +1,4 @@
-//! Rigid poses.
+//! Rigid poses and rotations.
 
 use glamx::glam::{DMat3, DQuat, DVec3};
 
@@ -48,4 +48,43 @@ impl std::ops::Mul for Pose {
     fn mul(self, other: Pose) -> Pose {
         Pose { position: self.transform_point(other.position), rotation: self.rotation * other.rotation }
     }
+}
+
+/// The rotation by a rotation vector (axis times angle, rad): `exp` of the rotation group as a unit quaternion.
+pub fn rotation_exp(w: DVec3) -> DQuat {
+    let angle = w.length();
+    // sin(x/2)/x = 1/2 − x²/48 + …; below 1e-4 the next term is under the rounding of 1/2.
+    let scale = if angle < 1e-4 { 0.5 - angle * angle / 48.0 } else { (0.5 * angle).sin() / angle };
+    let v = w * scale;
+    DQuat::from_xyzw(v.x, v.y, v.z, (0.5 * angle).cos())
+}
+
+/// The rotation vector (rad, length at most π) of a unit quaternion: inverse of [`rotation_exp`].
+pub fn rotation_log(r: DQuat) -> DVec3 {
+    let sign = if r.w < 0.0 { -1.0 } else { 1.0 };
+    let (v, w) = (DVec3::new(r.x, r.y, r.z) * sign, r.w * sign);
+    let sine = v.length();
+    // atan(x)/x = 1 − x²/3 + …; below 1e-5 the next term is under the rounding of 1.
+    let half_over_sine = if sine < 1e-5 * w { (1.0 - sine * sine / (3.0 * w * w)) / w } else { sine.atan2(w) / sine };
+    v * (2.0 * half_over_sine)
+}
+
+/// The quaternion stored as (w, x, y, z) at the front of a slice of `q`, normalised.
+pub(crate) fn read_quaternion(q: &[f64]) -> DQuat {
+    DQuat::from_xyzw(q[1], q[2], q[3], q[0]).normalize()
+}
+
+/// Stores a quaternion as (w, x, y, z).
+pub(crate) fn write_quaternion(r: DQuat, q: &mut [f64]) {
+    q[..4].copy_from_slice(&[r.w, r.x, r.y, r.z]);
+}
+
+/// The outer product `a bᵀ`.
+pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// `s` times the identity.
+pub(crate) fn scalar(s: f64) -> DMat3 {
+    DMat3::from_diagonal(DVec3::splat(s))
 }

@@ -2,7 +2,49 @@
 
 use glamx::glam::DVec3;
 
-use crate::model::{BodyId, GeomId, Model};
+use crate::model::{BodyId, GeomId, Joint, JointKind, Model};
+
+/// A state or input that does not fit its model.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum StateError {
+    /// A list with the wrong number of entries.
+    #[error("{quantity} has {found} entries, the model needs {expected}")]
+    WrongLength {
+        /// Which list.
+        quantity: &'static str,
+        /// How many the model needs.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A number that is not finite.
+    #[error("{quantity}[{index}] ({part}) is {found}: it must be finite")]
+    NotFinite {
+        /// Which list.
+        quantity: &'static str,
+        /// Where in the list.
+        index: usize,
+        /// The joint or actuator it belongs to.
+        part: String,
+        /// What it is.
+        found: f64,
+    },
+    /// An orientation that is not a unit quaternion.
+    #[error("the quaternion of joint '{joint}' has norm {norm}: it must be 1 within 1e-6; normalise it")]
+    NotUnitQuaternion {
+        /// The joint.
+        joint: String,
+        /// Its norm.
+        norm: f64,
+    },
+    /// A time step that is not positive and finite.
+    #[error("the time step is {found} s: it must be positive and finite")]
+    InvalidTimeStep {
+        /// What it is.
+        found: f64,
+    },
+}
 
 /// The state of a model: time, configuration, generalized velocity, and nothing else.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +62,55 @@ impl State {
     pub fn new(model: &Model) -> Self {
         Self { time: 0.0, q: model.reference_configuration(), v: vec![0.0; model.nv] }
     }
+
+    /// Whether the state fits the model: lengths, finite numbers, unit quaternions (within 1e-6).
+    ///
+    /// # Errors
+    /// The first [`StateError`], naming the joint.
+    pub fn check(&self, model: &Model) -> Result<(), StateError> {
+        check_length("q", &self.q, model.nq)?;
+        check_length("v", &self.v, model.nv)?;
+        if !self.time.is_finite() {
+            return Err(StateError::NotFinite { quantity: "time", index: 0, part: "state".into(), found: self.time });
+        }
+        for joint in &model.joints {
+            check_entries("q", &self.q, joint.q_index, joint.kind.nq(), joint)?;
+            check_entries("v", &self.v, joint.v_index, joint.kind.nv(), joint)?;
+            let start = match joint.kind {
+                JointKind::Free => joint.q_index + 3,
+                JointKind::Ball => joint.q_index,
+                JointKind::Hinge { .. } | JointKind::Slide { .. } => continue,
+            };
+            let norm = self.q[start..start + 4].iter().map(|x| x * x).sum::<f64>().sqrt();
+            if (norm - 1.0).abs() > 1e-6 {
+                return Err(StateError::NotUnitQuaternion { joint: joint.name.clone(), norm });
+            }
+        }
+        Ok(())
+    }
+}
+
+fn check_length(quantity: &'static str, values: &[f64], expected: usize) -> Result<(), StateError> {
+    if values.len() == expected {
+        return Ok(());
+    }
+    Err(StateError::WrongLength { quantity, expected, found: values.len() })
+}
+
+fn check_entries(
+    quantity: &'static str,
+    values: &[f64],
+    start: usize,
+    count: usize,
+    joint: &Joint,
+) -> Result<(), StateError> {
+    match (start..start + count).find(|&i| !values[i].is_finite()) {
+        None => Ok(()),
+        Some(index) => {
+            let part = format!("joint '{}'", joint.name);
+            Err(StateError::NotFinite { quantity, index, part, found: values[index] })
+        }
+    }
 }
 
 /// What acts on a model during a step.
@@ -30,6 +121,31 @@ pub struct Input {
     pub control: Vec<f64>,
     /// Applied generalized force `τ`, `[nv]` (N, N·m). Empty means zero.
     pub generalized_force: Vec<f64>,
+}
+
+impl Input {
+    /// Whether the input fits the model: lengths (or empty) and finite numbers.
+    ///
+    /// # Errors
+    /// The first [`StateError`], naming the actuator or joint.
+    pub fn check(&self, model: &Model) -> Result<(), StateError> {
+        if !self.control.is_empty() {
+            check_length("control", &self.control, model.actuators.len())?;
+        }
+        if !self.generalized_force.is_empty() {
+            check_length("generalized force", &self.generalized_force, model.nv)?;
+            for joint in &model.joints {
+                check_entries("generalized force", &self.generalized_force, joint.v_index, joint.kind.nv(), joint)?;
+            }
+        }
+        match self.control.iter().position(|u| !u.is_finite()) {
+            None => Ok(()),
+            Some(index) => {
+                let part = format!("actuator '{}'", model.actuators[index].name);
+                Err(StateError::NotFinite { quantity: "control", index, part, found: self.control[index] })
+            }
+        }
+    }
 }
 
 /// A place where two geoms touch or could touch within the step (formulation §1).

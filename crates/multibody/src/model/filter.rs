@@ -45,6 +45,11 @@ impl ContactFilter {
         masks && !self.are_neighbours(a.body, b.body) && !self.excluded.contains(&ordered(a.body, b.body))
     }
 
+    /// Pairs of bodies that are kept from touching, ordered.
+    pub fn excluded_bodies(&self) -> impl Iterator<Item = &(BodyId, BodyId)> {
+        self.excluded.iter()
+    }
+
     /// Parent and child across a joint, the world not counted as a parent.
     fn are_neighbours(&self, a: BodyId, b: BodyId) -> bool {
         let is_parent = |p: BodyId, c: BodyId| {

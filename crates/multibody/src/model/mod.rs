@@ -1,9 +1,11 @@
 //! The immutable description of a mechanism.
 
 mod builder;
+mod check;
 mod error;
 mod filter;
 mod geometry;
+mod hash;
 mod parts;
 
 pub use builder::ModelBuilder;
@@ -76,6 +78,25 @@ impl Model {
     pub fn joints_of(&self, body: BodyId) -> &[Joint] {
         let b = &self.bodies[body.index()];
         &self.joints[b.first_joint..b.first_joint + b.joint_count]
+    }
+
+    /// The degrees of freedom of a body's own joints, as a range of indices into `v`.
+    pub fn dofs_of(&self, body: BodyId) -> std::ops::Range<usize> {
+        match self.joints_of(body) {
+            [] => 0..0,
+            [first, .., last] => first.v_index..last.v_index + last.kind.nv(),
+            [only] => only.v_index..only.v_index + only.kind.nv(),
+        }
+    }
+
+    /// The degrees of freedom that move a body, from the last one to the root's.
+    pub fn dofs_moving(&self, body: BodyId) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(self.body_last_dof[body.index()], |&k| self.dof_parent[k])
+    }
+
+    /// The body that a degree of freedom belongs to.
+    pub fn dof_body(&self, dof: usize) -> BodyId {
+        self.joints[self.dof_joint[dof].index()].body
     }
 
     /// The body of that name.

@@ -1,0 +1,75 @@
+//! Energies, momenta and the centre of mass of a whole model.
+
+use glamx::glam::DVec3;
+
+use crate::kinematics::Kinematics;
+use crate::model::Model;
+
+/// Mass of all bodies, kg; the world's is not counted.
+pub fn total_mass(model: &Model) -> f64 {
+    model.bodies[1..].iter().map(|body| body.inertia.mass).sum()
+}
+
+/// Centre of mass of all bodies in world, m; the origin if there is no mass.
+pub fn center_of_mass(model: &Model, kinematics: &Kinematics) -> DVec3 {
+    let mass = total_mass(model);
+    if mass == 0.0 {
+        return DVec3::ZERO;
+    }
+    let weighted = |i: usize| kinematics.center_of_mass[i] * (model.bodies[i].inertia.mass / mass);
+    (1..model.bodies.len()).map(weighted).sum()
+}
+
+/// Kinetic energy `½ vᵀ M v`, armature included, J, from the bodies' motion.
+pub fn kinetic_energy(model: &Model, kinematics: &Kinematics, v: &[f64]) -> f64 {
+    let bodies: f64 = (1..model.bodies.len())
+        .map(|i| {
+            let spin = angular_momentum_about_com(model, kinematics, i);
+            let speed2 = com_velocity(model, kinematics, i).length_squared();
+            0.5 * (kinematics.angular_velocity[i].dot(spin) + model.bodies[i].inertia.mass * speed2)
+        })
+        .sum();
+    let rotors = model.joints.iter().map(|joint| {
+        let speeds = &v[joint.v_index..joint.v_index + joint.kind.nv()];
+        0.5 * joint.armature * speeds.iter().map(|v| v * v).sum::<f64>()
+    });
+    bodies + rotors.sum::<f64>()
+}
+
+/// Potential energy of gravity (zero at the world's origin) and of the joint springs, J. Servos are not counted.
+pub fn potential_energy(model: &Model, kinematics: &Kinematics, q: &[f64]) -> f64 {
+    let weight = |i: usize| -model.bodies[i].inertia.mass * model.gravity.dot(kinematics.center_of_mass[i]);
+    let gravity: f64 = (1..model.bodies.len()).map(weight).sum();
+    let springs = model.joints.iter().filter(|joint| joint.stiffness != 0.0).map(|joint| {
+        let stretch = q[joint.q_index] - joint.spring_reference;
+        0.5 * joint.stiffness * stretch * stretch
+    });
+    gravity + springs.sum::<f64>()
+}
+
+/// Linear momentum of all bodies, world axes, kg·m/s.
+pub fn linear_momentum(model: &Model, kinematics: &Kinematics) -> DVec3 {
+    (1..model.bodies.len()).map(|i| com_velocity(model, kinematics, i) * model.bodies[i].inertia.mass).sum()
+}
+
+/// Angular momentum of all bodies about a point in world, world axes, kg·m²/s. Rotors (armature) are not counted.
+pub fn angular_momentum(model: &Model, kinematics: &Kinematics, about: DVec3) -> DVec3 {
+    (1..model.bodies.len())
+        .map(|i| {
+            let momentum = com_velocity(model, kinematics, i) * model.bodies[i].inertia.mass;
+            let arm = kinematics.center_of_mass[i] - about;
+            angular_momentum_about_com(model, kinematics, i) + arm.cross(momentum)
+        })
+        .sum()
+}
+
+fn com_velocity(model: &Model, kinematics: &Kinematics, i: usize) -> DVec3 {
+    let arm = kinematics.rotation[i] * model.bodies[i].inertia.center_of_mass;
+    kinematics.linear_velocity[i] + kinematics.angular_velocity[i].cross(arm)
+}
+
+fn angular_momentum_about_com(model: &Model, kinematics: &Kinematics, i: usize) -> DVec3 {
+    let rotation = kinematics.rotation[i];
+    let velocity_b = rotation.mul_transpose_vec3(kinematics.angular_velocity[i]);
+    rotation * (model.bodies[i].inertia.rotational * velocity_b)
+}

@@ -1,0 +1,241 @@
+//! The motion of a step without contact: effective mass matrix and free velocity.
+//!
+//! Springs, dampers and servos are taken linearly implicitly, so that stiff ones are stable at any step. With
+//! `q⁺ = q + Δt v⁺` in the spring terms, the step without contact is
+//!
+//! ```text
+//! M (v⁺ − v) = Δt (τ − h + f_e − D v⁺ − K (q + Δt v⁺ − q_r))
+//! ```
+//!
+//! where `D` and `K` are diagonal: joint damping and stiffness plus the gains of the servos, through their gears. Moving
+//! the terms in `v⁺ − v` to the left gives
+//!
+//! ```text
+//! M̂ (v⁺ − v) = Δt (τ − h + f_e − D v − K (q + Δt v − q_r)),   M̂ = M + Δt D + Δt² K.
+//! ```
+//!
+//! `M̂` and the `v⁺` of this equation are what the contact problem takes as its `M` and `v^f`: impulses then act on the
+//! implicit springs too. `M` and `h` are those of the beginning of the step (formulation §1, §6).
+//!
+//! An actuator whose force at the end of the step would leave its range is held at the end of the range instead, as a
+//! constant force `f_e` with no share in `D` and `K`, and the step is solved again. For one actuator this is the exact
+//! solution of the implicit step with the clamped law, because its force falls monotonically with `v⁺`.
+
+use crate::cholesky::BlockCholesky;
+use crate::composite::{MassMatrix, mass_matrix_into};
+use crate::inverse_dynamics::{NewtonEuler, bias_force_into};
+use crate::kinematics::Kinematics;
+use crate::mass::MassError;
+use crate::model::{Actuator, ActuatorKind, Joint, JointKind, Model};
+use crate::state::{Input, State, StateError};
+
+/// Why there is no free motion.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum FreeMotionError {
+    /// The state or the input does not fit the model.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// The mass matrix is singular.
+    #[error(transparent)]
+    Mass(#[from] MassError),
+}
+
+/// What [`free_motion_into`] computes, and the storage it needs.
+#[derive(Clone, Debug)]
+pub struct FreeMotion {
+    /// `M̂ = M + Δt D + Δt² K`.
+    pub mass: MassMatrix,
+    /// Factor of `M̂`.
+    pub factor: BlockCholesky,
+    /// `h(q, v)`, `[nv]`, N, N·m.
+    pub bias: Vec<f64>,
+    /// `v^f`, `[nv]`, m/s, rad/s.
+    pub free_velocity: Vec<f64>,
+    /// Force of every actuator at the end of the step without contact, before the gear, N or N·m.
+    pub actuator_force: Vec<f64>,
+    /// Which end of its force range an actuator is held at, if any.
+    pub saturation: Vec<Saturation>,
+    newton_euler: NewtonEuler,
+    rhs: Vec<f64>,
+}
+
+/// Whether an actuator is at an end of its force range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Saturation {
+    /// Within its range.
+    Within,
+    /// Held at the lower end.
+    Lower,
+    /// Held at the upper end.
+    Upper,
+}
+
+impl FreeMotion {
+    /// Storage for a model.
+    pub fn new(model: &Model) -> Self {
+        let mass = MassMatrix::new(model);
+        Self {
+            factor: BlockCholesky::new(&mass.matrix),
+            mass,
+            bias: vec![0.0; model.nv],
+            free_velocity: vec![0.0; model.nv],
+            actuator_force: vec![0.0; model.actuators.len()],
+            saturation: vec![Saturation::Within; model.actuators.len()],
+            newton_euler: NewtonEuler::new(model),
+            rhs: vec![0.0; model.nv],
+        }
+    }
+}
+
+/// Effective mass matrix and free velocity of a step of length Δt (the scheme is derived at the top of this module).
+///
+/// Joint limits and joint friction are not forces; they are rows of the contact problem.
+/// - `kinematics`: from [`forward_kinematics_into`](crate::forward_kinematics_into) at the state
+/// - `dt`: Δt > 0, s
+/// - `out`: see [`FreeMotion`]
+///
+/// # Errors
+/// [`FreeMotionError::State`] if the state or input has a wrong length or a number that is not finite or Δt is not
+/// positive; [`FreeMotionError::Mass`] if `M̂` is not positive definite.
+///
+/// # Cost
+/// One factorisation, and one more each time an actuator runs into its range; no allocation.
+pub fn free_motion_into(
+    model: &Model,
+    kinematics: &Kinematics,
+    state: &State,
+    input: &Input,
+    dt: f64,
+    out: &mut FreeMotion,
+) -> Result<(), FreeMotionError> {
+    state.check(model)?;
+    input.check(model)?;
+    if !(dt > 0.0 && dt.is_finite()) {
+        return Err(StateError::InvalidTimeStep { found: dt }.into());
+    }
+    bias_force_into(model, kinematics, &mut out.newton_euler, &mut out.bias);
+    out.saturation.fill(Saturation::Within);
+    loop {
+        assemble(model, kinematics, state, input, dt, out);
+        out.factor.refactor(&out.mass.matrix)?;
+        out.free_velocity.copy_from_slice(&out.rhs);
+        out.factor.solve_in_place(&mut out.free_velocity);
+        for (v_free, v) in out.free_velocity.iter_mut().zip(&state.v) {
+            *v_free += v;
+        }
+        if !saturate(model, state, input, dt, out) {
+            return Ok(());
+        }
+    }
+}
+
+/// `M̂` and the right-hand side for the present saturations.
+fn assemble(model: &Model, kinematics: &Kinematics, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) {
+    mass_matrix_into(model, kinematics, &mut out.mass);
+    for k in 0..model.nv {
+        out.rhs[k] = dt * (input.generalized_force.get(k).unwrap_or(&0.0) - out.bias[k]);
+    }
+    for joint in &model.joints {
+        if joint.damping != 0.0 || joint.stiffness != 0.0 {
+            for k in joint.v_index..joint.v_index + joint.kind.nv() {
+                add_implicit(joint_spring(joint, state), k, state, dt, out);
+            }
+        }
+    }
+    for (a, actuator) in model.actuators.iter().enumerate() {
+        let joint = &model.joints[actuator.joint.index()];
+        let law = match (out.saturation[a], actuator.force_range) {
+            (Saturation::Lower, Some([lower, _])) => AffineForce::constant(lower),
+            (Saturation::Upper, Some([_, upper])) => AffineForce::constant(upper),
+            _ => actuator_law(actuator, joint, control(actuator, input, a), state),
+        };
+        add_implicit(law.through_gear(actuator.gear), joint.v_index, state, dt, out);
+    }
+}
+
+/// A force `value − stiffness (q⁺ − q) − damping v⁺` of the end of a step, with `value` that at the step's
+/// configuration and no velocity.
+#[derive(Clone, Copy, Debug)]
+struct AffineForce {
+    value: f64,
+    stiffness: f64,
+    damping: f64,
+}
+
+impl AffineForce {
+    fn constant(value: f64) -> Self {
+        Self { value, stiffness: 0.0, damping: 0.0 }
+    }
+
+    /// The joint force of an actuator force.
+    fn through_gear(self, gear: f64) -> Self {
+        let Self { value, stiffness, damping } = self;
+        Self { value: gear * value, stiffness: gear * stiffness, damping: gear * damping }
+    }
+
+    /// The force at the end of a step of length `dt` with velocity `v`.
+    fn at(self, v: f64, dt: f64) -> f64 {
+        self.value - (self.damping + dt * self.stiffness) * v
+    }
+}
+
+fn add_implicit(force: AffineForce, k: usize, state: &State, dt: f64, out: &mut FreeMotion) {
+    out.mass.matrix.add_to_diagonal(k, dt * (force.damping + dt * force.stiffness));
+    out.rhs[k] += dt * force.at(state.v[k], dt);
+}
+
+/// The spring and damper of a joint.
+fn joint_spring(joint: &Joint, state: &State) -> AffineForce {
+    let stretch = match joint.kind {
+        JointKind::Hinge { .. } | JointKind::Slide { .. } => state.q[joint.q_index] - joint.spring_reference,
+        JointKind::Ball | JointKind::Free => 0.0,
+    };
+    AffineForce { value: -joint.stiffness * stretch, stiffness: joint.stiffness, damping: joint.damping }
+}
+
+/// The force of an actuator as a function of its joint's motion, before the gear.
+fn actuator_law(actuator: &Actuator, joint: &Joint, control: f64, state: &State) -> AffineForce {
+    let gear = actuator.gear;
+    match actuator.kind {
+        ActuatorKind::Motor => {
+            let [lower, upper] = actuator.force_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+            AffineForce::constant(control.clamp(lower, upper))
+        }
+        ActuatorKind::Position { kp, kv } => {
+            let value = kp * (control - gear * state.q[joint.q_index]);
+            AffineForce { value, stiffness: gear * kp, damping: gear * kv }
+        }
+        ActuatorKind::Velocity { kv } => AffineForce { value: kv * control, stiffness: 0.0, damping: gear * kv },
+    }
+}
+
+/// The control value of actuator `a`, clamped to its range.
+fn control(actuator: &Actuator, input: &Input, a: usize) -> f64 {
+    let value = *input.control.get(a).unwrap_or(&0.0);
+    actuator.control_range.map_or(value, |[lower, upper]| value.clamp(lower, upper))
+}
+
+/// Stores the actuator forces at the end of the step and holds those that would leave their range at its end; whether
+/// there is a new one. An actuator that is held stays held, so this ends after at most one round per actuator.
+fn saturate(model: &Model, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) -> bool {
+    let mut changed = false;
+    for (a, actuator) in model.actuators.iter().enumerate() {
+        let [lower, upper] = actuator.force_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        out.actuator_force[a] = match out.saturation[a] {
+            Saturation::Lower => lower,
+            Saturation::Upper => upper,
+            Saturation::Within => {
+                let joint = &model.joints[actuator.joint.index()];
+                let law = actuator_law(actuator, joint, control(actuator, input, a), state);
+                let force = law.at(out.free_velocity[joint.v_index], dt);
+                if force < lower || force > upper {
+                    out.saturation[a] = if force < lower { Saturation::Lower } else { Saturation::Upper };
+                    changed = true;
+                }
+                force
+            }
+        };
+    }
+    changed
+}

@@ -1,0 +1,188 @@
+//! Where every body is and how it moves.
+//!
+//! All vectors are in world axes. Motions refer to the body's own origin, and a body's origin is reached from its
+//! parent's by `offset`, which is never computed as a difference of world positions: what is derived from a
+//! [`Kinematics`] is as precise far from the world's origin as near it, and at high speed as at rest.
+
+use glamx::glam::{DMat3, DQuat, DVec3};
+
+use crate::math::{Pose, read_quaternion};
+use crate::model::{BodyId, Joint, JointKind, Model};
+
+/// Poses, velocities, joint axes and velocity-product accelerations at one `(q, v)`.
+#[derive(Clone, Debug)]
+pub struct Kinematics {
+    /// `X_WB` of every body, m.
+    pub pose: Vec<Pose>,
+    /// Rotation of `X_WB` as a matrix, of every body.
+    pub rotation: Vec<DMat3>,
+    /// From the parent's origin to the body's, of every body, world axes, m.
+    pub offset: Vec<DVec3>,
+    /// Centre of mass in world of every body, m.
+    pub center_of_mass: Vec<DVec3>,
+    /// Angular velocity of every body, world axes, rad/s.
+    pub angular_velocity: Vec<DVec3>,
+    /// Velocity of every body's origin, world axes, m/s.
+    pub linear_velocity: Vec<DVec3>,
+    /// Angular velocity of its body per unit of every degree of freedom's rate, world axes.
+    pub dof_angular: Vec<DVec3>,
+    /// Velocity of its body's origin per unit of every degree of freedom's rate, world axes.
+    pub dof_linear: Vec<DVec3>,
+    /// Angular acceleration of every body less its parent's, when `v̇ = 0`, world axes, rad/s².
+    pub bias_angular: Vec<DVec3>,
+    /// Acceleration of every body's origin less what the parent's acceleration gives it, when `v̇ = 0`, world axes, m/s².
+    pub bias_linear: Vec<DVec3>,
+}
+
+impl Kinematics {
+    /// Storage for a model, with every body at the world's origin.
+    pub fn new(model: &Model) -> Self {
+        let (n, nv) = (model.bodies.len(), model.nv);
+        let zeros = vec![DVec3::ZERO; n];
+        Self {
+            pose: vec![Pose::IDENTITY; n],
+            rotation: vec![DMat3::IDENTITY; n],
+            offset: zeros.clone(),
+            center_of_mass: zeros.clone(),
+            angular_velocity: zeros.clone(),
+            linear_velocity: zeros.clone(),
+            dof_angular: vec![DVec3::ZERO; nv],
+            dof_linear: vec![DVec3::ZERO; nv],
+            bias_angular: zeros.clone(),
+            bias_linear: zeros,
+        }
+    }
+
+    /// Velocity of the material point of a body that is at `point` in world, world axes, m/s.
+    pub fn point_velocity(&self, body: BodyId, point: DVec3) -> DVec3 {
+        let i = body.index();
+        self.linear_velocity[i] + self.angular_velocity[i].cross(point - self.pose[i].position)
+    }
+}
+
+/// Poses and velocities of all bodies.
+///
+/// Joints move their body in order: each has its anchor and axis in the body frame as the earlier joints of the same body
+/// left it; hinges and balls turn about the anchor, which stays where it is.
+/// - `q`: configuration, `[nq]`; quaternions are normalised when read
+/// - `v`: generalized velocity, `[nv]`
+/// - `kinematics`: out
+///
+/// # Panics
+/// If a length does not fit the model ([`State::check`](crate::State::check) reports it as an error).
+///
+/// # Cost
+/// O(bodies + dofs), no allocation.
+pub fn forward_kinematics_into(model: &Model, q: &[f64], v: &[f64], kinematics: &mut Kinematics) {
+    assert_eq!(q.len(), model.nq, "q must have nq entries");
+    assert_eq!(v.len(), model.nv, "v must have nv entries");
+    assert_eq!(kinematics.pose.len(), model.bodies.len(), "the kinematics belong to another model");
+    for i in 1..model.bodies.len() {
+        match model.joints_of(BodyId(i as u32)) {
+            [joint] if joint.kind == JointKind::Free => {
+                place_free_body(joint, i, q, kinematics);
+                move_free_body(joint, i, v, kinematics);
+            }
+            joints => {
+                place_body(model, joints, i, q, kinematics);
+                move_body(model, joints, i, v, kinematics);
+            }
+        }
+        let com = kinematics.rotation[i] * model.bodies[i].inertia.center_of_mass;
+        kinematics.center_of_mass[i] = kinematics.pose[i].position + com;
+    }
+}
+
+fn place_free_body(joint: &Joint, i: usize, q: &[f64], out: &mut Kinematics) {
+    let q = &q[joint.q_index..joint.q_index + 7];
+    let position = DVec3::new(q[0], q[1], q[2]);
+    let rotation = read_quaternion(&q[3..]);
+    let matrix = DMat3::from_quat(rotation);
+    out.pose[i] = Pose::new(position, rotation);
+    out.rotation[i] = matrix;
+    out.offset[i] = position;
+    let k = joint.v_index;
+    for (a, (axis, column)) in DVec3::AXES.into_iter().zip([matrix.x_axis, matrix.y_axis, matrix.z_axis]).enumerate() {
+        (out.dof_angular[k + a], out.dof_linear[k + a]) = (DVec3::ZERO, axis);
+        (out.dof_angular[k + 3 + a], out.dof_linear[k + 3 + a]) = (column, DVec3::ZERO);
+    }
+}
+
+fn move_free_body(joint: &Joint, i: usize, v: &[f64], out: &mut Kinematics) {
+    let v = &v[joint.v_index..joint.v_index + 6];
+    out.linear_velocity[i] = DVec3::new(v[0], v[1], v[2]);
+    out.angular_velocity[i] = out.rotation[i] * DVec3::new(v[3], v[4], v[5]);
+    (out.bias_angular[i], out.bias_linear[i]) = (DVec3::ZERO, DVec3::ZERO);
+}
+
+fn place_body(model: &Model, joints: &[Joint], i: usize, q: &[f64], out: &mut Kinematics) {
+    let body = &model.bodies[i];
+    let parent = body.parent.index();
+    let mut rotation = out.pose[parent].rotation * body.placement.rotation;
+    let mut offset = out.rotation[parent] * body.placement.position;
+    let first_dof = joints.first().map_or(0, |joint| joint.v_index);
+    for joint in joints {
+        let step = apply_joint(joint, q, &mut rotation, out);
+        // The origin has moved on: the earlier joints of this body now carry it with a longer lever.
+        for k in first_dof..joint.v_index {
+            out.dof_linear[k] += out.dof_angular[k].cross(step);
+        }
+        offset += step;
+    }
+    out.pose[i] = Pose::new(out.pose[parent].position + offset, rotation);
+    out.rotation[i] = DMat3::from_quat(rotation);
+    out.offset[i] = offset;
+}
+
+/// Turns `rotation` by one joint, stores the joint's axes, and returns how far the body's origin moved.
+fn apply_joint(joint: &Joint, q: &[f64], rotation: &mut DQuat, out: &mut Kinematics) -> DVec3 {
+    let k = joint.v_index;
+    let turn = match joint.kind {
+        JointKind::Slide { axis } => {
+            let axis = *rotation * axis;
+            (out.dof_angular[k], out.dof_linear[k]) = (DVec3::ZERO, axis);
+            return axis * (q[joint.q_index] - joint.reference);
+        }
+        JointKind::Hinge { axis } => DQuat::from_axis_angle(axis, q[joint.q_index] - joint.reference),
+        JointKind::Ball | JointKind::Free => read_quaternion(&q[joint.q_index..joint.q_index + 4]),
+    };
+    let before = *rotation * joint.anchor;
+    *rotation *= turn;
+    let after = *rotation * joint.anchor;
+    if let JointKind::Hinge { axis } = joint.kind {
+        let axis = *rotation * axis;
+        (out.dof_angular[k], out.dof_linear[k]) = (axis, after.cross(axis));
+    } else {
+        for (a, axis) in DVec3::AXES.into_iter().enumerate() {
+            let axis = *rotation * axis;
+            (out.dof_angular[k + a], out.dof_linear[k + a]) = (axis, after.cross(axis));
+        }
+    }
+    before - after
+}
+
+/// Velocities and velocity-product accelerations, joint by joint.
+///
+/// `u` is the velocity of the body's origin as if the parent's origin were at rest, so that a common velocity of the whole
+/// mechanism does not enter the accelerations (Featherstone 2008, ch. 2.11 and 4.4, with classical accelerations).
+fn move_body(model: &Model, joints: &[Joint], i: usize, v: &[f64], out: &mut Kinematics) {
+    let parent = model.bodies[i].parent.index();
+    let mut w = out.angular_velocity[parent];
+    let mut u = w.cross(out.offset[i]);
+    let (mut bias_angular, mut bias_linear) = (DVec3::ZERO, DVec3::ZERO);
+    for joint in joints {
+        let (mut joint_w, mut joint_u) = (DVec3::ZERO, DVec3::ZERO);
+        for k in joint.v_index..joint.v_index + joint.kind.nv() {
+            joint_w += out.dof_angular[k] * v[k];
+            joint_u += out.dof_linear[k] * v[k];
+        }
+        bias_angular += w.cross(joint_w);
+        bias_linear += w.cross(joint_u) + u.cross(joint_w);
+        w += joint_w;
+        u += joint_u;
+    }
+    out.angular_velocity[i] = w;
+    out.linear_velocity[i] = out.linear_velocity[parent] + u;
+    out.bias_angular[i] = bias_angular;
+    out.bias_linear[i] = bias_linear + w.cross(u);
+}

@@ -1,0 +1,228 @@
+//! What a model must satisfy; the builder runs these checks once.
+
+use std::collections::HashSet;
+
+use glamx::glam::{DMat3, DVec3};
+
+use super::{ActuatorKind, Body, BodyId, Geometry, JointKind, Model, ModelError};
+use crate::math::Pose;
+
+pub(super) fn unique<'a>(sort: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), ModelError> {
+    let mut seen = HashSet::new();
+    for name in names {
+        if !seen.insert(name) {
+            return Err(ModelError::DuplicateName { sort, name: name.clone() });
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn number(
+    part: impl Fn() -> String,
+    quantity: &'static str,
+    expected: &'static str,
+    found: f64,
+    ok: impl Fn(f64) -> bool,
+) -> Result<(), ModelError> {
+    if found.is_finite() && ok(found) {
+        return Ok(());
+    }
+    Err(ModelError::InvalidNumber { part: part(), quantity, expected, found })
+}
+
+fn check_pose(part: impl Fn() -> String + Copy, pose: &Pose) -> Result<(), ModelError> {
+    for x in pose.position.to_array() {
+        number(part, "position", "finite", x, |_| true)?;
+    }
+    number(part, "norm of the quaternion", "1", pose.rotation.length(), |n| (n - 1.0).abs() < 1e-6)
+}
+
+pub(super) fn check_inertia(body: &Body) -> Result<(), ModelError> {
+    let part = || format!("body '{}'", body.name);
+    check_pose(part, &body.placement)?;
+    number(part, "mass", "finite and not negative", body.inertia.mass, |m| m >= 0.0)?;
+    for x in body.inertia.center_of_mass.to_array() {
+        number(part, "centre of mass", "finite", x, |_| true)?;
+    }
+    for x in body.inertia.rotational.to_cols_array() {
+        number(part, "rotational inertia", "finite", x, |_| true)?;
+    }
+    let moments = principal_moments(body.inertia.rotational);
+    let slack = 1e-6 * moments[2].abs();
+    if moments[0] < -slack || moments[2] > moments[0] + moments[1] + slack {
+        return Err(ModelError::InvalidInertia { body: body.name.clone(), moments });
+    }
+    Ok(())
+}
+
+/// Eigenvalues of a symmetric 3×3 matrix in ascending order, by the trigonometric formula
+/// (O. K. Smith, Eigenvalues of a symmetric 3 × 3 matrix, CACM 1961).
+fn principal_moments(a: DMat3) -> [f64; 3] {
+    let a = (a + a.transpose()) * 0.5;
+    let mean = (a.x_axis.x + a.y_axis.y + a.z_axis.z) / 3.0;
+    let b = a - DMat3::from_diagonal(DVec3::splat(mean));
+    let norm2 = b.x_axis.length_squared() + b.y_axis.length_squared() + b.z_axis.length_squared();
+    let p = (norm2 / 6.0).sqrt();
+    if p == 0.0 {
+        return [mean; 3];
+    }
+    let angle = ((b * (1.0 / p)).determinant() / 2.0).clamp(-1.0, 1.0).acos() / 3.0;
+    let third = 2.0 * std::f64::consts::FRAC_PI_3;
+    let largest = mean + 2.0 * p * angle.cos();
+    let smallest = mean + 2.0 * p * (angle + third).cos();
+    [smallest, 3.0 * mean - largest - smallest, largest]
+}
+
+pub(super) fn check_joints(model: &Model) -> Result<(), ModelError> {
+    for joint in &model.joints {
+        let body = &model.bodies[joint.body.index()];
+        let invalid =
+            |reason| Err(ModelError::InvalidJoint { joint: joint.name.clone(), body: body.name.clone(), reason });
+        match joint.kind {
+            _ if joint.body == BodyId::WORLD => return invalid("the world cannot have joints"),
+            JointKind::Free if body.parent != BodyId::WORLD => {
+                return invalid("a free joint is only possible on a child of the world");
+            }
+            JointKind::Free | JointKind::Ball if joint.stiffness != 0.0 => {
+                return invalid("only hinges and slides can have a spring");
+            }
+            JointKind::Free if body.joint_count > 1 => return invalid("a free joint must be its body's only joint"),
+            JointKind::Hinge { axis } | JointKind::Slide { axis } if (axis.length() - 1.0).abs() > 1e-9 => {
+                return invalid("the axis must be a unit vector");
+            }
+            _ => {}
+        }
+        let part = || format!("joint '{}'", joint.name);
+        for (quantity, x) in [
+            ("damping", joint.damping),
+            ("stiffness", joint.stiffness),
+            ("armature", joint.armature),
+            ("friction loss", joint.friction_loss),
+        ] {
+            number(part, quantity, "finite and not negative", x, |x| x >= 0.0)?;
+        }
+        for x in joint.anchor.to_array().into_iter().chain([joint.reference, joint.spring_reference]) {
+            number(part, "anchor or reference", "finite", x, |_| true)?;
+        }
+        if let Some([lower, upper]) = joint.limits {
+            number(part, "lower limit", "finite", lower, |_| true)?;
+            number(part, "upper limit", "finite and not below the lower one", upper, |x| x >= lower)?;
+        }
+    }
+    Ok(())
+}
+
+/// Every joint must move some mass (or have an armature): otherwise the mass matrix is singular.
+pub(super) fn check_mass(model: &Model) -> Result<(), ModelError> {
+    let mut mass: Vec<f64> = model.bodies.iter().map(|b| b.inertia.mass).collect();
+    let mut rotational: Vec<f64> = model.bodies.iter().map(|b| principal_moments(b.inertia.rotational)[2]).collect();
+    for i in (1..model.bodies.len()).rev() {
+        let parent = model.bodies[i].parent.index();
+        let arm = mass[i] * model.bodies[i].inertia.center_of_mass.length_squared();
+        rotational[parent] += rotational[i] + arm + mass[i] * model.bodies[i].placement.position.length_squared();
+        mass[parent] += mass[i];
+    }
+    for joint in model.joints.iter().filter(|j| j.armature == 0.0) {
+        let i = joint.body.index();
+        let body = &model.bodies[i];
+        let turning = rotational[i] + mass[i] * (body.inertia.center_of_mass - joint.anchor).length_squared();
+        let missing = match joint.kind {
+            JointKind::Free if mass[i] <= 0.0 => "mass",
+            JointKind::Slide { .. } if mass[i] <= 0.0 => "mass",
+            JointKind::Free if rotational[i] <= 0.0 => "rotational inertia",
+            JointKind::Ball | JointKind::Hinge { .. } if turning <= 0.0 => "rotational inertia",
+            _ => continue,
+        };
+        return Err(ModelError::Massless { body: body.name.clone(), missing });
+    }
+    Ok(())
+}
+
+pub(super) fn check_geoms(model: &Model) -> Result<(), ModelError> {
+    for geom in &model.geoms {
+        let part = || format!("geom '{}'", geom.name);
+        check_pose(part, &geom.placement)?;
+        number(part, "friction", "finite and not negative", geom.friction, |x| x >= 0.0)?;
+        let invalid = |reason| {
+            Err(ModelError::InvalidGeometry { geom: geom.name.clone(), kind: geom.geometry.kind_name(), reason })
+        };
+        if let Err(reason) = geom.geometry.check() {
+            return invalid(reason);
+        }
+        let moves = model.body_weld[geom.body.index()] != BodyId::WORLD;
+        if matches!(geom.geometry, Geometry::Plane) && moves {
+            return invalid("a plane can only be fixed to the world or to a body that cannot move".into());
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn check_pairs(model: &Model) -> Result<(), ModelError> {
+    for pair in &model.pairs {
+        for geom in [pair.geom_a, pair.geom_b] {
+            known("a contact pair".into(), "geom", geom.index(), model.geoms.len())?;
+        }
+        number(|| "a contact pair".into(), "friction", "finite and not negative", pair.friction, |x| x >= 0.0)?;
+    }
+    Ok(())
+}
+
+pub(super) fn check_actuators(model: &Model) -> Result<(), ModelError> {
+    for actuator in &model.actuators {
+        let part = || format!("actuator '{}'", actuator.name);
+        known(part(), "joint", actuator.joint.index(), model.joints.len())?;
+        let joint = &model.joints[actuator.joint.index()];
+        if joint.kind.nv() != 1 {
+            return Err(ModelError::InvalidJoint {
+                joint: joint.name.clone(),
+                body: model.bodies[joint.body.index()].name.clone(),
+                reason: "only hinges and slides can have an actuator",
+            });
+        }
+        number(part, "gear", "finite", actuator.gear, |_| true)?;
+        let gains = match actuator.kind {
+            ActuatorKind::Motor => [0.0, 0.0],
+            ActuatorKind::Position { kp, kv } => [kp, kv],
+            ActuatorKind::Velocity { kv } => [0.0, kv],
+        };
+        gains.iter().try_for_each(|&g| number(part, "gain", "finite and not negative", g, |g| g >= 0.0))?;
+        for range in [actuator.control_range, actuator.force_range].into_iter().flatten() {
+            number(part, "upper end of a range", "finite and not below the lower one", range[1], |x| x >= range[0])?;
+            number(part, "lower end of a range", "finite", range[0], |_| true)?;
+        }
+    }
+    Ok(())
+}
+
+/// Checks sizes and numbers and normalises the quaternions.
+pub(super) fn check_keyframes(model: &mut Model) -> Result<(), ModelError> {
+    let (nq, nv, nu) = (model.nq, model.nv, model.actuators.len());
+    for keyframe in &mut model.keyframes {
+        let part = format!("keyframe '{}'", keyframe.name);
+        for (list, expected, values) in
+            [("qpos", nq, &keyframe.q), ("qvel", nv, &keyframe.v), ("ctrl", nu, &keyframe.control)]
+        {
+            if values.len() != expected {
+                return Err(ModelError::WrongLength { part, list, expected, found: values.len() });
+            }
+            for &x in values {
+                number(|| part.clone(), list, "finite", x, |_| true)?;
+            }
+        }
+        for joint in &model.joints {
+            let start = joint.q_index + if joint.kind == JointKind::Free { 3 } else { 0 };
+            if !matches!(joint.kind, JointKind::Free | JointKind::Ball) {
+                continue;
+            }
+            let quat = &mut keyframe.q[start..start + 4];
+            let norm = quat.iter().map(|x| x * x).sum::<f64>().sqrt();
+            number(|| part.clone(), "norm of a quaternion", "positive", norm, |n| n > 1e-12)?;
+            quat.iter_mut().for_each(|x| *x /= norm);
+        }
+    }
+    Ok(())
+}
+
+fn known(part: String, sort: &'static str, index: usize, count: usize) -> Result<(), ModelError> {
+    if index < count { Ok(()) } else { Err(ModelError::UnknownPart { part, sort, index, count }) }
+}

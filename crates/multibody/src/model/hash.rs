@@ -1,0 +1,242 @@
+//! A hash of a model's whole content.
+
+use glamx::glam::{DMat3, DVec3};
+
+use super::{
+    Actuator, ActuatorKind, Body, ContactFilter, Geom, GeomPair, Geometry, HeightField, Inertia, Joint, JointKind,
+    Keyframe, Mesh, Model,
+};
+use crate::math::Pose;
+
+impl Model {
+    /// A hash of everything the model is: equal for equal models on every machine, so that a recording or a stored problem
+    /// can name the model it belongs to. 64-bit FNV-1a over the fields in order, numbers by their bits.
+    pub fn content_hash(&self) -> u64 {
+        let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
+        // What is derived from the other fields is left out.
+        let Self {
+            name,
+            gravity,
+            timestep,
+            bodies,
+            joints,
+            geoms,
+            pairs,
+            contact_filter,
+            actuators,
+            keyframes,
+            nq: _,
+            nv: _,
+            dof_parent: _,
+            dof_joint: _,
+            body_last_dof: _,
+            body_weld: _,
+        } = self;
+        name.feed(&mut hash);
+        gravity.feed(&mut hash);
+        timestep.feed(&mut hash);
+        bodies.feed(&mut hash);
+        joints.feed(&mut hash);
+        geoms.feed(&mut hash);
+        pairs.feed(&mut hash);
+        contact_filter.feed(&mut hash);
+        actuators.feed(&mut hash);
+        keyframes.feed(&mut hash);
+        hash.0
+    }
+}
+
+/// The 64-bit FNV-1a hash (Fowler, Noll, Vo).
+struct Fnv(u64);
+
+impl Fnv {
+    fn bytes(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            self.0 = (self.0 ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+}
+
+trait Feed {
+    fn feed(&self, hash: &mut Fnv);
+}
+
+macro_rules! feed_number {
+    ($($t:ty),*) => {
+        $(impl Feed for $t {
+            fn feed(&self, hash: &mut Fnv) {
+                hash.bytes(&self.to_le_bytes());
+            }
+        })*
+    };
+}
+feed_number!(u8, u32, u64, f32, f64);
+
+/// Feeds every field; a new field is a compile error here.
+macro_rules! feed_fields {
+    ($t:ident { $($field:ident),* $(,)? }) => {
+        impl Feed for $t {
+            fn feed(&self, hash: &mut Fnv) {
+                let Self { $($field),* } = self;
+                $($field.feed(hash);)*
+            }
+        }
+    };
+}
+feed_fields!(Pose { position, rotation });
+feed_fields!(Inertia { mass, center_of_mass, rotational });
+feed_fields!(Body { name, parent, placement, inertia, first_joint, joint_count });
+feed_fields!(Joint {
+    name,
+    body,
+    kind,
+    anchor,
+    reference,
+    limits,
+    damping,
+    stiffness,
+    spring_reference,
+    armature,
+    friction_loss,
+    q_index,
+    v_index,
+});
+feed_fields!(Geom { name, body, placement, geometry, friction, frictional, contact_type, contact_affinity, rgba });
+feed_fields!(GeomPair { geom_a, geom_b, friction });
+feed_fields!(Actuator { name, joint, gear, kind, control_range, force_range });
+feed_fields!(Keyframe { name, time, q, v, control });
+feed_fields!(Mesh { vertices, triangles });
+feed_fields!(HeightField { size, half_extents, heights });
+
+macro_rules! feed_id {
+    ($($t:ident),*) => {
+        $(impl Feed for super::$t {
+            fn feed(&self, hash: &mut Fnv) {
+                self.0.feed(hash);
+            }
+        })*
+    };
+}
+feed_id!(BodyId, JointId, GeomId);
+
+impl Feed for usize {
+    fn feed(&self, hash: &mut Fnv) {
+        (*self as u64).feed(hash);
+    }
+}
+
+impl Feed for bool {
+    fn feed(&self, hash: &mut Fnv) {
+        u8::from(*self).feed(hash);
+    }
+}
+
+impl Feed for String {
+    fn feed(&self, hash: &mut Fnv) {
+        self.len().feed(hash);
+        hash.bytes(self.as_bytes());
+    }
+}
+
+impl Feed for DVec3 {
+    fn feed(&self, hash: &mut Fnv) {
+        self.to_array().feed(hash);
+    }
+}
+
+impl Feed for DMat3 {
+    fn feed(&self, hash: &mut Fnv) {
+        self.to_cols_array().feed(hash);
+    }
+}
+
+impl Feed for glamx::glam::DQuat {
+    fn feed(&self, hash: &mut Fnv) {
+        self.to_array().feed(hash);
+    }
+}
+
+impl<T: Feed, const N: usize> Feed for [T; N] {
+    fn feed(&self, hash: &mut Fnv) {
+        self.iter().for_each(|x| x.feed(hash));
+    }
+}
+
+impl<T: Feed> Feed for Vec<T> {
+    fn feed(&self, hash: &mut Fnv) {
+        self.len().feed(hash);
+        self.iter().for_each(|x| x.feed(hash));
+    }
+}
+
+impl<T: Feed> Feed for Option<T> {
+    fn feed(&self, hash: &mut Fnv) {
+        u8::from(self.is_some()).feed(hash);
+        self.iter().for_each(|x| x.feed(hash));
+    }
+}
+
+impl Feed for JointKind {
+    fn feed(&self, hash: &mut Fnv) {
+        match self {
+            Self::Free => 0u8.feed(hash),
+            Self::Ball => 1u8.feed(hash),
+            Self::Hinge { axis } => {
+                2u8.feed(hash);
+                axis.feed(hash);
+            }
+            Self::Slide { axis } => {
+                3u8.feed(hash);
+                axis.feed(hash);
+            }
+        }
+    }
+}
+
+impl Feed for ActuatorKind {
+    fn feed(&self, hash: &mut Fnv) {
+        match self {
+            Self::Motor => 0u8.feed(hash),
+            Self::Position { kp, kv } => {
+                1u8.feed(hash);
+                [*kp, *kv].feed(hash);
+            }
+            Self::Velocity { kv } => {
+                2u8.feed(hash);
+                kv.feed(hash);
+            }
+        }
+    }
+}
+
+impl Feed for Geometry {
+    fn feed(&self, hash: &mut Fnv) {
+        // The kind's name tells the shapes apart; then come its sizes.
+        hash.bytes(self.kind_name().as_bytes());
+        match self {
+            Self::Plane => {}
+            Self::Sphere { radius } => radius.feed(hash),
+            Self::Box { half_extents } => half_extents.feed(hash),
+            Self::Capsule { radius, half_length }
+            | Self::Cylinder { radius, half_length }
+            | Self::Cone { radius, half_length } => [*radius, *half_length].feed(hash),
+            Self::Ellipsoid { semi_axes } => semi_axes.feed(hash),
+            Self::ConvexMesh(mesh) | Self::TriangleMesh(mesh) => mesh.feed(hash),
+            Self::HeightField(field) => field.feed(hash),
+        }
+    }
+}
+
+impl Feed for ContactFilter {
+    fn feed(&self, hash: &mut Fnv) {
+        // Only the excluded pairs are not in the model's other fields.
+        self.excluded_bodies().copied().collect::<Vec<_>>().feed(hash);
+    }
+}
+
+impl<A: Feed, B: Feed> Feed for (A, B) {
+    fn feed(&self, hash: &mut Fnv) {
+        self.0.feed(hash);
+        self.1.feed(hash);
+    }
+}

@@ -1,0 +1,143 @@
+//! Block-diagonal matrices and their factors against dense algebra.
+
+use signorini_multibody::{
+    BlockCholesky, BlockDiagonal, BodyId, Inertia, Joint, JointKind, MassError, ModelBuilder, Pose, SparseRows, State,
+    contact_rows_into,
+};
+
+use crate::identities::{FIXED, kinematics, mass_matrix, relative_error};
+use crate::random_model::{Random, for_random_models};
+
+#[test]
+fn solving_undoes_multiplying() {
+    for_random_models(21, FIXED, |model, state, random| {
+        let matrix = mass_matrix(model, &kinematics(model, state)).matrix;
+        let x = random.list(model.nv, 3.0);
+        let mut y = vec![0.0; model.nv];
+        matrix.multiply_into(&x, &mut y);
+        matrix.factor().unwrap().solve_in_place(&mut y);
+        assert!(relative_error(&y, &x) < 1e-10, "{}", relative_error(&y, &x));
+    });
+}
+
+#[test]
+fn half_solves_of_contact_rows_give_the_delassus_block() {
+    for_random_models(22, FIXED, |model, state, random| {
+        let at = kinematics(model, state);
+        let factor = mass_matrix(model, &at).matrix.factor().unwrap();
+        let mut rows = SparseRows::new(model);
+        let bodies = [0; 2].map(|_: i32| BodyId(random.below(model.bodies.len()) as u32));
+        let directions = [0; 3].map(|_: i32| random.direction());
+        contact_rows_into(model, &at, bodies.into(), random.vector(1.0), &directions, &mut rows);
+        let mut half = rows.columns.clone();
+        factor.half_solve_sparse(&rows.dofs, &mut half);
+        for r in 0..3 {
+            let mut column = vec![0.0; model.nv];
+            rows.dofs.iter().zip(&rows.columns).for_each(|(&k, c)| column[k] = c[r]);
+            factor.solve_in_place(&mut column);
+            let expected = rows.multiply(&column);
+            let product: [f64; 3] = std::array::from_fn(|s| half.iter().map(|y| y[r] * y[s]).sum());
+            assert!(relative_error(&product, &expected) < 1e-12, "{product:?} {expected:?}");
+        }
+    });
+}
+
+#[test]
+fn dense_form_round_trips_with_the_trees_as_blocks() {
+    for_random_models(23, FIXED, |model, state, _| {
+        let matrix = mass_matrix(model, &kinematics(model, state)).matrix;
+        let dense = matrix.to_dense();
+        let again = BlockDiagonal::from_dense(model.nv, &dense).unwrap();
+        assert_eq!(again.to_dense(), dense);
+        assert!(again.blocks().len() >= matrix.blocks().len());
+        for row in 0..model.nv {
+            for column in 0..model.nv {
+                assert_eq!(matrix.get(row, column), dense[row * model.nv + column]);
+            }
+        }
+    });
+}
+
+#[test]
+fn every_tree_is_one_block() {
+    let mut builder = ModelBuilder::new("boxes");
+    let mut random = Random(5);
+    for i in 0..3 {
+        let body = builder.add_body(format!("box{i}"), BodyId::WORLD, Pose::IDENTITY, random.inertia()).unwrap();
+        builder.add_joint(body, Joint::new(format!("free{i}"), JointKind::Free)).unwrap();
+        if i == 1 {
+            let arm = builder.add_body("arm", body, random.pose(), random.inertia()).unwrap();
+            builder.add_joint(arm, Joint::new("ball", JointKind::Ball)).unwrap();
+        }
+    }
+    let model = builder.build().unwrap();
+    let matrix = BlockDiagonal::new(&model);
+    let blocks: Vec<_> = matrix.blocks().iter().map(|b| (b.start, b.size, b.offset)).collect();
+    assert_eq!(blocks, [(0, 6, 0), (6, 9, 36), (15, 6, 117)]);
+    assert_eq!(matrix.block_of(14), 1);
+    assert_eq!(matrix.data().len(), 36 + 81 + 36);
+}
+
+/// Branches do not fill in: two legs of one base have no coupling in the factor.
+#[test]
+fn factor_keeps_branches_apart() {
+    let mut builder = ModelBuilder::new("two legs");
+    let mut random = Random(6);
+    let base = builder.add_body("base", BodyId::WORLD, Pose::IDENTITY, random.inertia()).unwrap();
+    builder.add_joint(base, Joint::new("root", JointKind::Free)).unwrap();
+    for leg in ["left", "right"] {
+        let body = builder.add_body(leg, base, random.pose(), random.inertia()).unwrap();
+        builder.add_joint(body, Joint::new(leg, JointKind::Ball)).unwrap();
+    }
+    let model = builder.build().unwrap();
+    let factor = mass_matrix(&model, &kinematics(&model, &State::new(&model))).matrix.factor().unwrap();
+    let mut rows = [[0.0], [0.0], [0.0], [0.0], [0.0], [0.0], [1.0], [2.0], [3.0], [0.0], [0.0], [0.0]];
+    factor.half_solve_sparse(&(0..12).collect::<Vec<_>>(), &mut rows);
+    assert_eq!(rows[9..], [[0.0]; 3]);
+    let mut rows = [[0.0], [0.0], [0.0], [0.0], [0.0], [0.0], [0.0], [0.0], [0.0], [1.0], [2.0], [3.0]];
+    factor.half_solve_sparse(&(0..12).collect::<Vec<_>>(), &mut rows);
+    assert_eq!(rows[6..9], [[0.0]; 3]);
+}
+
+#[test]
+fn a_direction_without_inertia_is_named() {
+    let dense = [2.0, 1.0, 0.0, 1.0, 0.5, 0.0, 0.0, 0.0, 3.0];
+    let matrix = BlockDiagonal::from_dense(3, &dense).unwrap();
+    let singular = matrix.factor().unwrap_err();
+    assert!(matches!(singular, MassError::NotPositiveDefinite { dof: 0, pivot } if pivot.abs() < 1e-15), "{singular}");
+    let not_a_number = BlockDiagonal::from_dense(1, &[f64::NAN]).unwrap_err();
+    assert!(matches!(not_a_number, MassError::NotSymmetric { row: 0, column: 0, .. }), "{not_a_number}");
+    let skew = BlockDiagonal::from_dense(2, &[1.0, 0.1, 0.2, 1.0]).unwrap_err();
+    assert_eq!(skew, MassError::NotSymmetric { row: 0, column: 1, upper: 0.1, lower: 0.2 });
+    let short = BlockDiagonal::from_dense(2, &[1.0]).unwrap_err();
+    assert_eq!(short, MassError::WrongLength { nv: 2, expected: 4, found: 1 });
+}
+
+/// A slide along x under a hinge about x: a massless hinge cannot be built, but one whose inertia vanishes in a certain
+/// configuration shows in the factorisation. Here a point mass on the axis of a hinge.
+#[test]
+fn a_singular_configuration_is_an_error_and_not_a_number() {
+    let mut builder = ModelBuilder::new("point");
+    let point = Inertia { mass: 1.0, ..Inertia::ZERO };
+    let body = builder.add_body("point", BodyId::WORLD, Pose::IDENTITY, point).unwrap();
+    let (x, y) = (glam_axis(0), glam_axis(1));
+    let mut hinge = Joint::new("hinge", JointKind::Hinge { axis: x });
+    hinge.anchor = x * 0.5;
+    builder.add_joint(body, hinge).unwrap();
+    builder.add_joint(body, Joint::new("slide", JointKind::Slide { axis: y })).unwrap();
+    let model = builder.build().unwrap();
+    let mut state = State::new(&model);
+    let matrix = mass_matrix(&model, &kinematics(&model, &state)).matrix;
+    let mut factor = BlockCholesky::new(&matrix);
+    assert_eq!(factor.refactor(&matrix), Err(MassError::NotPositiveDefinite { dof: 0, pivot: 0.0 }));
+    state.q[1] = 0.5;
+    let matrix = mass_matrix(&model, &kinematics(&model, &state)).matrix;
+    factor.refactor(&matrix).unwrap();
+    let mut x = [1.0, 3.0];
+    factor.solve_in_place(&mut x);
+    assert_eq!(x, [4.0, 3.0]);
+}
+
+fn glam_axis(i: usize) -> signorini_multibody::glam::DVec3 {
+    signorini_multibody::glam::DVec3::AXES[i]
+}
