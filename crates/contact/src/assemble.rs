@@ -52,8 +52,8 @@ impl ContactProblem {
         let at = self.mixed_layout();
         let mut A = Matrix::zeros(at.size, at.size);
         let mut b = vec![0.0; at.size];
-        for &block in self.mass.blocks() {
-            for (k, &m) in self.mass.block(block).iter().enumerate() {
+        for (index, block) in self.mass.blocks().iter().enumerate() {
+            for (k, &m) in self.mass.block_data(index).iter().enumerate() {
                 A[(block.start + k / block.size, block.start + k % block.size)] = m;
             }
         }
@@ -171,7 +171,7 @@ impl ContactProblem {
     fn scaling(&self, at: &Layout) -> Result<Scaling, ProblemError> {
         let g = self.delassus_scale();
         let g = if g > 0.0 { g } else { 1.0 };
-        let mass = self.mass.blocks().iter().flat_map(|&b| self.mass.block(b)).fold(0.0, |a: f64, m| a.max(m.abs()));
+        let mass = self.mass.data().iter().fold(0.0, |a: f64, m| a.max(m.abs()));
         let kind = |i: usize, velocity: f64, impulse: f64, bound: f64| {
             if i < at.velocity {
                 velocity

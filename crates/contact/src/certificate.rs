@@ -121,11 +121,10 @@ impl Scales {
         for i in 0..problem.contact_count() {
             delassus = problem.delassus_diagonal(i, column).into_iter().fold(delassus, f64::max);
         }
-        let blocks = problem.mass.blocks().iter().flat_map(|&b| problem.mass.block(b));
         Self {
             delassus: if delassus > 0.0 { delassus } else { 1.0 },
             velocity: problem.velocity_scale(),
-            mass: blocks.fold(0.0, |a, m| a.max(m.abs())),
+            mass: problem.mass.data().iter().fold(0.0, |a, m| a.max(m.abs())),
         }
     }
 

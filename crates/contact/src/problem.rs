@@ -11,7 +11,7 @@ use crate::polygon::{FrictionPolygon, check_directions};
 ///
 /// Plain data: it can be saved, loaded, solved by any method and checked by a separate program. Sizes: `nv` degrees of
 /// freedom, `nc` contacts, `nb` bilateral rows, `m` friction directions in all.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct ContactProblem {
     /// Mass matrix `M`, `[nv, nv]`, symmetric positive definite, one block per kinematic tree; kg, kg·m, kg·m².
     pub mass: BlockDiagonal,
@@ -41,13 +41,23 @@ impl ContactProblem {
     /// A problem without contacts.
     ///
     /// # Errors
-    /// [`ProblemError::SingularMass`] if `mass` is not positive definite, [`ProblemError::Length`] or
+    /// [`ProblemError::Mass`] if `mass` is not positive definite, [`ProblemError::Length`] or
     /// [`ProblemError::Number`] if `free_velocity` or `timestep` do not fit.
     pub fn new(mass: BlockDiagonal, free_velocity: Vec<f64>, timestep: f64) -> Result<Self, ProblemError> {
-        let mut mass_factor = BlockCholesky::default();
-        mass_factor.factor(&mass).map_err(|e| ProblemError::SingularMass { dof: e.dof })?;
-        let problem =
-            Self { mass, mass_factor, free_velocity, timestep, direction_offsets: vec![0], ..Self::default() };
+        let mass_factor = mass.factor()?;
+        let problem = Self {
+            mass,
+            mass_factor,
+            free_velocity,
+            timestep,
+            jacobian: SparseRows::default(),
+            gap: Vec::new(),
+            friction: Vec::new(),
+            directions: Vec::new(),
+            direction_offsets: vec![0],
+            bilateral_jacobian: SparseRows::default(),
+            bilateral_violation: Vec::new(),
+        };
         problem.check()?;
         Ok(problem)
     }
@@ -129,7 +139,7 @@ impl ContactProblem {
     /// The first [`ProblemError`] met; every variant names the array and index.
     pub fn check(&self) -> Result<(), ProblemError> {
         let (nv, nc) = (self.nv(), self.contact_count());
-        length("mass", self.mass.size(), nv)?;
+        length("mass", self.mass.dimension(), nv)?;
         length("mu", self.friction.len(), nc)?;
         length("J_N", self.jacobian.len(), nc)?;
         length("directions per contact", self.direction_offsets.len(), nc + 1)?;

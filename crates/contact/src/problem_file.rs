@@ -163,7 +163,7 @@ fn read_frictional(archive: &Archive, dimension: usize) -> Result<ProblemFile, P
 fn read_contact(archive: &Archive) -> Result<ContactProblem, ProblemError> {
     let free_velocity = archive.f64("vf")?;
     let nv = free_velocity.len();
-    let mass = block_diagonal(&sparse_rows(archive, "M", (nv, nv))?);
+    let mass = BlockDiagonal::from_dense(nv, dense(archive, "M")?.data())?;
     let mut problem = ContactProblem::new(mass, free_velocity, archive.scalar_f64("dt")?)?;
     let (gap, friction) = (archive.f64("phi")?, archive.f64("mu")?);
     let nc = gap.len();
@@ -212,38 +212,6 @@ fn merge_rows<const R: usize>(rows: [&Vec<(u32, f64)>; R]) -> Vec<(u32, [f64; R]
     merged.into_iter().collect()
 }
 
-/// The finest contiguous blocks that hold all entries.
-fn block_diagonal(rows: &[Vec<(u32, f64)>]) -> BlockDiagonal {
-    let mut sizes = Vec::new();
-    let (mut start, mut reach) = (0, 0);
-    // An entry below the diagonal ties its row to an earlier block: extend every block to the last row that reaches into it.
-    let mut last_row = (0..rows.len()).collect::<Vec<_>>();
-    for (i, row) in rows.iter().enumerate() {
-        for &(j, _) in row {
-            last_row[i] = last_row[i].max(j as usize);
-            last_row[j as usize] = last_row[j as usize].max(i);
-        }
-    }
-    for (i, &last) in last_row.iter().enumerate() {
-        reach = reach.max(last);
-        if reach == i {
-            sizes.push(i + 1 - start);
-            start = i + 1;
-        }
-    }
-    let mut mass = BlockDiagonal::zeros(sizes);
-    for k in 0..mass.blocks().len() {
-        let block = mass.blocks()[k];
-        let data = mass.block_mut(block);
-        for i in 0..block.size {
-            for &(j, value) in &rows[block.start + i] {
-                data[i * block.size + j as usize - block.start] += value;
-            }
-        }
-    }
-    mass
-}
-
 /// Writes a contact problem with `kind = "contact"`.
 ///
 /// # Errors
@@ -251,8 +219,8 @@ fn block_diagonal(rows: &[Vec<(u32, f64)>]) -> BlockDiagonal {
 pub fn write_contact(path: impl AsRef<Path>, problem: &ContactProblem) -> Result<(), ProblemError> {
     let (nv, nc) = (problem.nv(), problem.contact_count());
     let mut mass = SparseBuilder::new(nv);
-    for &block in problem.mass.blocks() {
-        for row in problem.mass.block(block).chunks_exact(block.size) {
+    for (index, block) in problem.mass.blocks().iter().enumerate() {
+        for row in problem.mass.block_data(index).chunks_exact(block.size) {
             mass.push_row(row.iter().enumerate().map(|(j, &x)| (block.start + j, x)));
         }
     }

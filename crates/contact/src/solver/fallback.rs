@@ -68,12 +68,9 @@ fn run_lemke(local: &ContactProblem, settings: &SolverSettings) -> Option<(Solut
 
 /// The island as a problem of its own, with its contacts and rows in the island's order.
 fn local_problem(problem: &ContactProblem, island: &Island) -> Option<ContactProblem> {
-    let blocks = problem.mass.blocks();
-    let mut mass = BlockDiagonal::zeros(island.blocks.iter().map(|&b| blocks[b as usize].size));
-    for (k, &b) in island.blocks.iter().enumerate() {
-        let own = mass.blocks()[k];
-        mass.block_mut(own).copy_from_slice(problem.mass.block(blocks[b as usize]));
-    }
+    let mut dense = vec![0.0; island.nv() * island.nv()];
+    island.add_mass(&problem.mass, &mut dense);
+    let mass = BlockDiagonal::from_dense(island.nv(), &dense).ok()?;
     let mut free_velocity = Vec::new();
     island.gather(&problem.free_velocity, &mut free_velocity);
     let mut local = ContactProblem::new(mass, free_velocity, problem.timestep).ok()?;

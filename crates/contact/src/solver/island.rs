@@ -57,10 +57,10 @@ impl Island {
     pub fn add_mass(&self, mass: &BlockDiagonal, dense: &mut [f64]) {
         let n = self.nv();
         for (k, &block) in self.blocks.iter().enumerate() {
-            let block = mass.blocks()[block as usize];
-            for (i, row) in mass.block(block).chunks_exact(block.size).enumerate() {
+            let size = mass.blocks()[block as usize].size;
+            for (i, row) in mass.block_data(block as usize).chunks_exact(size).enumerate() {
                 let start = (self.starts[k] + i) * n + self.starts[k];
-                dense[start..start + block.size].iter_mut().zip(row).for_each(|(h, m)| *h += m);
+                dense[start..start + size].iter_mut().zip(row).for_each(|(h, m)| *h += m);
             }
         }
     }
