@@ -37,13 +37,8 @@ pub enum ProblemError {
         reason: String,
     },
     /// The mass matrix is not symmetric positive definite.
-    #[error(
-        "the mass matrix is not positive definite at degree of freedom {dof}: give every moving body a mass and inertia"
-    )]
-    SingularMass {
-        /// Where the factorisation broke down.
-        dof: usize,
-    },
+    #[error(transparent)]
+    Mass(#[from] signorini_multibody::MassError),
     /// A column index lies beyond the degrees of freedom.
     #[error("row {row} of the Jacobian has an entry at column {column}, but there are only {nv} degrees of freedom")]
     Column {
