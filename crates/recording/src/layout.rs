@@ -1,0 +1,286 @@
+//! Frames as bytes; the layout is in the crate's documentation.
+
+use crate::frame::{ContactFrame, ContactModeCode, Frame, FrictionPolygon, Pose, StepStatus};
+use crate::header::Header;
+
+/// First byte of a frame's payload.
+pub(crate) const FRAME: u8 = 1;
+/// First byte of the payload that ends a run.
+pub(crate) const END: u8 = 2;
+
+const STATUSES: [StepStatus; 6] = [
+    StepStatus::Solved,
+    StepStatus::Inaccurate,
+    StepStatus::Ray,
+    StepStatus::Infeasible,
+    StepStatus::IterationLimit,
+    StepStatus::NumericalFailure,
+];
+const FIXED_SIZE: usize = 4 + 4 + 8 + 8 + 7 * 8 + 5 * 4;
+const CONTACT_SIZE: usize = 10 * 4 + 20 * 8;
+
+/// A field whose length or value does not fit the header.
+pub(crate) struct Mismatch {
+    pub field: &'static str,
+    pub expected: usize,
+    pub found: usize,
+}
+
+/// Checks lengths and indices of a frame against the header.
+pub(crate) fn check(frame: &Frame, header: &Header) -> Result<(), Mismatch> {
+    let same = |field, found, expected| {
+        if found == expected {
+            Ok(())
+        } else {
+            Err(Mismatch {
+                field,
+                expected,
+                found,
+            })
+        }
+    };
+    let below = |field, found: u32, expected| {
+        let found = found as usize;
+        if found < expected {
+            Ok(())
+        } else {
+            Err(Mismatch {
+                field,
+                expected,
+                found,
+            })
+        }
+    };
+    same("q", frame.q.len(), header.nq)?;
+    same("v", frame.v.len(), header.nv)?;
+    same("body_poses", frame.body_poses.len(), header.bodies.len())?;
+    for contact in &frame.contacts {
+        below("contact body A", contact.body_a, header.bodies.len())?;
+        below("contact body B", contact.body_b, header.bodies.len())?;
+        below("contact geom A", contact.geom_a, header.geoms.len())?;
+        below("contact geom B", contact.geom_b, header.geoms.len())?;
+        if let FrictionPolygon::Listed { start, count } = contact.polygon {
+            let end = start as usize + count as usize;
+            let expected = frame.listed_directions.len();
+            if end > expected {
+                return Err(Mismatch {
+                    field: "listed directions",
+                    expected,
+                    found: end,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Appends a frame's payload. Allocates only to grow `bytes`.
+pub(crate) fn encode(frame: &Frame, bytes: &mut Vec<u8>) {
+    let status = STATUSES.iter().position(|&status| status == frame.status);
+    let status = status.expect("every status is in the table") as u8;
+    bytes.extend([FRAME, status, u8::from(frame.missed_tolerance), 0]);
+    bytes.extend(frame.iterations.to_le_bytes());
+    bytes.extend(frame.step.to_le_bytes());
+    let r = &frame.residuals;
+    let e = &frame.energy;
+    put(
+        bytes,
+        &[
+            frame.time,
+            r.momentum,
+            r.natural_map,
+            r.signorini,
+            r.friction,
+            r.dissipation,
+        ],
+    );
+    put(bytes, &[e.kinetic, e.potential]);
+    for count in counts(frame) {
+        bytes.extend((count as u32).to_le_bytes());
+    }
+    put(bytes, &frame.q);
+    put(bytes, &frame.v);
+    put(bytes, frame.body_poses.as_flattened());
+    put(bytes, frame.listed_directions.as_flattened());
+    for contact in &frame.contacts {
+        encode_contact(contact, bytes);
+    }
+}
+
+/// Size of a frame's payload in bytes; `None` when a count or the size exceeds 32 bits.
+pub(crate) fn encoded_size(frame: &Frame) -> Option<u32> {
+    let counts = counts(frame);
+    counts
+        .iter()
+        .try_for_each(|&count| u32::try_from(count).ok().map(drop))?;
+    u32::try_from(size(counts)?).ok()
+}
+
+fn counts(frame: &Frame) -> [usize; 5] {
+    [
+        frame.q.len(),
+        frame.v.len(),
+        frame.body_poses.len(),
+        frame.contacts.len(),
+        frame.listed_directions.len(),
+    ]
+}
+
+fn size([nq, nv, bodies, contacts, directions]: [usize; 5]) -> Option<usize> {
+    let floats = nq.checked_add(nv)?.checked_add(bodies.checked_mul(7)?)?;
+    let floats = floats.checked_add(directions.checked_mul(2)?)?;
+    FIXED_SIZE
+        .checked_add(floats.checked_mul(8)?)?
+        .checked_add(contacts.checked_mul(CONTACT_SIZE)?)
+}
+
+fn put(bytes: &mut Vec<u8>, values: &[f64]) {
+    for value in values {
+        bytes.extend(value.to_le_bytes());
+    }
+}
+
+fn encode_contact(contact: &ContactFrame, bytes: &mut Vec<u8>) {
+    let mode = match contact.mode {
+        ContactModeCode::Open => [0, 0, 0],
+        ContactModeCode::Sticking => [1, 0, 0],
+        ContactModeCode::Sliding { direction } => [2, direction, direction],
+        ContactModeCode::SlidingBetween { first, second } => [3, first, second],
+    };
+    let (polygon, angle) = match contact.polygon {
+        FrictionPolygon::Regular { directions, angle } => ([0, directions, 0], angle),
+        FrictionPolygon::Listed { start, count } => ([1, count, start], 0.0),
+    };
+    let pair = [
+        contact.body_a,
+        contact.body_b,
+        contact.geom_a,
+        contact.geom_b,
+    ];
+    for number in pair.into_iter().chain(mode).chain(polygon) {
+        bytes.extend(number.to_le_bytes());
+    }
+    put(bytes, &contact.point);
+    put(bytes, &contact.normal);
+    put(bytes, &contact.tangent_1);
+    put(bytes, &contact.tangent_2);
+    put(bytes, &[contact.gap, contact.friction, contact.lambda_n]);
+    put(bytes, &contact.lambda_t);
+    put(bytes, &contact.velocity_t);
+    put(bytes, &[angle]);
+}
+
+/// Fills `frame` from a payload; `None` when the payload is not a frame. Re-uses its memory.
+pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
+    let mut fields = Fields(payload);
+    let [FRAME, status, missed @ (0 | 1), _] = fields.array()? else {
+        return None;
+    };
+    frame.status = *STATUSES.get(usize::from(status))?;
+    frame.missed_tolerance = missed == 1;
+    frame.iterations = fields.u32()?;
+    frame.step = u64::from_le_bytes(fields.array()?);
+    frame.time = fields.f64()?;
+    let r = &mut frame.residuals;
+    [
+        r.momentum,
+        r.natural_map,
+        r.signorini,
+        r.friction,
+        r.dissipation,
+    ] = fields.floats()?;
+    [frame.energy.kinetic, frame.energy.potential] = fields.floats()?;
+    let mut counts = [0; 5];
+    for count in &mut counts {
+        *count = fields.u32()? as usize;
+    }
+    if size(counts) != Some(payload.len()) {
+        return None;
+    }
+    let [nq, nv, bodies, contacts, directions] = counts;
+    refill(&mut frame.q, nq, || fields.f64())?;
+    refill(&mut frame.v, nv, || fields.f64())?;
+    refill(&mut frame.body_poses, bodies, || {
+        fields.floats::<7>() as Option<Pose>
+    })?;
+    refill(&mut frame.listed_directions, directions, || fields.floats())?;
+    refill(&mut frame.contacts, contacts, || {
+        decode_contact(&mut fields)
+    })
+}
+
+fn refill<T>(values: &mut Vec<T>, count: usize, mut next: impl FnMut() -> Option<T>) -> Option<()> {
+    values.clear();
+    values.reserve(count);
+    for _ in 0..count {
+        values.push(next()?);
+    }
+    Some(())
+}
+
+fn decode_contact(fields: &mut Fields) -> Option<ContactFrame> {
+    let [body_a, body_b, geom_a, geom_b] =
+        [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
+    let mode = match [fields.u32()?, fields.u32()?, fields.u32()?] {
+        [0, ..] => ContactModeCode::Open,
+        [1, ..] => ContactModeCode::Sticking,
+        [2, direction, _] => ContactModeCode::Sliding { direction },
+        [3, first, second] => ContactModeCode::SlidingBetween { first, second },
+        _ => return None,
+    };
+    let [polygon, count, start] = [fields.u32()?, fields.u32()?, fields.u32()?];
+    let mut contact = ContactFrame {
+        body_a,
+        body_b,
+        geom_a,
+        geom_b,
+        mode,
+        point: fields.floats()?,
+        normal: fields.floats()?,
+        tangent_1: fields.floats()?,
+        tangent_2: fields.floats()?,
+        gap: fields.f64()?,
+        friction: fields.f64()?,
+        lambda_n: fields.f64()?,
+        lambda_t: fields.floats()?,
+        velocity_t: fields.floats()?,
+        polygon: FrictionPolygon::default(),
+    };
+    let angle = fields.f64()?;
+    contact.polygon = match polygon {
+        0 => FrictionPolygon::Regular {
+            directions: count,
+            angle,
+        },
+        1 => FrictionPolygon::Listed { start, count },
+        _ => return None,
+    };
+    Some(contact)
+}
+
+/// What is left of a payload.
+struct Fields<'a>(&'a [u8]);
+
+impl Fields<'_> {
+    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (field, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*field)
+    }
+
+    fn u32(&mut self) -> Option<u32> {
+        self.array().map(u32::from_le_bytes)
+    }
+
+    fn f64(&mut self) -> Option<f64> {
+        self.array().map(f64::from_le_bytes)
+    }
+
+    fn floats<const N: usize>(&mut self) -> Option<[f64; N]> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            *value = self.f64()?;
+        }
+        Some(values)
+    }
+}

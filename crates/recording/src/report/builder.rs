@@ -1,0 +1,198 @@
+//! Collecting frames for a report, thinning as they come.
+
+use std::io::Write;
+
+use base64::Engine;
+use base64::engine::general_purpose::STANDARD;
+use serde::Serialize;
+
+use super::ReportSettings;
+use super::payload::{Bin, Payload, kept_size};
+use super::run::Run;
+use crate::error::RecordingError;
+use crate::frame::Frame;
+use crate::header::Header;
+use crate::layout;
+use crate::reader::Ending;
+
+const PAGE: &str = include_str!("../../assets/report.html");
+const TITLE: &str = "@@TITLE@@";
+const ABOUT: &str = "@@ABOUT@@";
+const DATA: &str = "@@DATA@@";
+
+/// A kept frame and what the frames up to the next kept one add to it.
+#[derive(Debug)]
+struct Kept {
+    frame: Frame,
+    bin: Bin,
+}
+
+/// Builds a report from frames that come one at a time; memory stays within the settings' limits
+/// however long the run is.
+#[derive(Debug)]
+pub struct ReportBuilder {
+    header: Header,
+    settings: ReportSettings,
+    run: Run,
+    kept: Vec<Kept>,
+    /// Frames from one kept frame to the next.
+    stride: usize,
+    /// The latest frame, while it is not a kept one.
+    latest: Option<Frame>,
+    /// Bytes of the kept frames, and how many there may be.
+    bytes: usize,
+    max_bytes: usize,
+}
+
+/// The page's description of its data.
+#[derive(Serialize)]
+struct About<'a> {
+    header: &'a Header,
+    run: &'a Run,
+    /// `null` when the run did not end by itself.
+    ending: Option<&'a str>,
+    stride: usize,
+    notes: &'a [(String, String)],
+    arrays: &'a [super::payload::ArrayPlace],
+}
+
+impl ReportBuilder {
+    /// A report without frames.
+    ///
+    /// # Errors
+    /// [`RecordingError::InvalidHeader`].
+    pub fn new(header: Header, settings: ReportSettings) -> Result<Self, RecordingError> {
+        header.validate()?;
+        let text = PAGE.len() + to_json(&header)?.len();
+        let max_bytes = settings.max_bytes.saturating_sub(text) / 4 * 3;
+        Ok(Self {
+            header,
+            settings,
+            run: Run::default(),
+            kept: Vec::new(),
+            stride: 1,
+            latest: None,
+            bytes: 0,
+            max_bytes,
+        })
+    }
+
+    /// Adds the next frame.
+    ///
+    /// # Errors
+    /// [`RecordingError::FrameMismatch`] when it does not fit the header.
+    pub fn push(&mut self, frame: &Frame) -> Result<(), RecordingError> {
+        let index = self.run.frames;
+        layout::check(frame, &self.header).map_err(|mismatch| mismatch.in_frame(index))?;
+        self.run.add(frame);
+        let bin = Bin::of(frame);
+        match self.kept.last_mut() {
+            Some(kept) if !index.is_multiple_of(self.stride) => {
+                kept.bin.merge(&bin);
+                self.latest = Some(frame.clone());
+            }
+            _ => {
+                self.bytes += kept_size(frame);
+                self.kept.push(Kept {
+                    frame: frame.clone(),
+                    bin,
+                });
+                self.latest = None;
+            }
+        }
+        while self.kept.len() > 2 && self.exceeds_limits() {
+            self.thin();
+        }
+        Ok(())
+    }
+
+    /// Writes the page; `ending` says how the run ended.
+    ///
+    /// # Errors
+    /// [`RecordingError::Io`].
+    pub fn write(&self, output: &mut impl Write, ending: &Ending) -> Result<(), RecordingError> {
+        let mut payload = Payload::default();
+        for kept in &self.kept {
+            payload.add(&kept.frame, &kept.bin);
+        }
+        if let Some(latest) = &self.latest {
+            payload.add(latest, &Bin::of(latest));
+        }
+        let (arrays, bytes) = payload.pack();
+        let about = to_json(&About {
+            header: &self.header,
+            run: &self.run,
+            ending: match ending {
+                Ending::Finished { reason } => Some(reason),
+                Ending::Interrupted { .. } | Ending::Damaged { .. } => None,
+            },
+            stride: self.stride,
+            notes: &self.settings.notes,
+            arrays: &arrays,
+        })?;
+        let title = match self.settings.title.as_str() {
+            "" => &self.header.model_name,
+            title => title,
+        };
+        let data = STANDARD.encode(miniz_oxide::deflate::compress_to_vec_zlib(&bytes, 6));
+        let values = [(TITLE, escape_html(title)), (ABOUT, about), (DATA, data)];
+        fill(PAGE, &values, output).map_err(|source| RecordingError::Io {
+            file: "(report)".into(),
+            source,
+        })
+    }
+
+    fn exceeds_limits(&self) -> bool {
+        self.kept.len() > self.settings.max_frames.max(2) || self.bytes > self.max_bytes
+    }
+
+    /// Keeps every second of the kept frames.
+    fn thin(&mut self) {
+        let last = self.kept.len() - 1;
+        self.stride *= 2;
+        let mut thinned: Vec<Kept> = Vec::with_capacity(self.kept.len() / 2 + 1);
+        for (i, kept) in self.kept.drain(..).enumerate() {
+            if i % 2 == 0 {
+                thinned.push(kept);
+                continue;
+            }
+            if let Some(before) = thinned.last_mut() {
+                before.bin.merge(&kept.bin);
+            }
+            if i == last && self.latest.is_none() {
+                self.latest = Some(kept.frame);
+            }
+        }
+        self.kept = thinned;
+        self.bytes = self.kept.iter().map(|kept| kept_size(&kept.frame)).sum();
+    }
+}
+
+/// JSON that may stand inside a `<script>` element.
+fn to_json(value: &impl Serialize) -> Result<String, RecordingError> {
+    let json = serde_json::to_string(value).map_err(|_| RecordingError::InvalidHeader {
+        field: "header".into(),
+        problem: "cannot be written as JSON",
+    })?;
+    Ok(json.replace('<', "\\u003c"))
+}
+
+fn escape_html(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}
+
+/// Writes `page` with each marker (in the order in which the page has them) replaced by its value.
+fn fill(page: &str, values: &[(&str, String)], output: &mut impl Write) -> std::io::Result<()> {
+    let mut rest = page;
+    for (marker, value) in values {
+        let (before, after) = rest
+            .split_once(marker)
+            .expect("the page has every marker once, in order");
+        output.write_all(before.as_bytes())?;
+        output.write_all(value.as_bytes())?;
+        rest = after;
+    }
+    output.write_all(rest.as_bytes())
+}

@@ -1,0 +1,81 @@
+//! One HTML file that shows a recording in any browser, without server or network.
+//!
+//! The page is built from the folder `viewer/` of the project; this module puts the data in. A long
+//! run is thinned: the page holds every k-th frame, k a power of two, while residuals, iterations
+//! and contact counts are the largest of the frames that each kept one stands for, so that a bad
+//! step shows however short it was. The summary covers every frame.
+
+mod builder;
+mod payload;
+mod run;
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+pub use builder::ReportBuilder;
+
+use crate::error::RecordingError;
+use crate::recording::Recording;
+
+/// What the report shows and how large it may get.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ReportSettings {
+    /// Title of the page; the model's name when empty.
+    pub title: String,
+    /// Frames in the page, at most. Default 2000, at least 2.
+    pub max_frames: usize,
+    /// Size of the file in bytes, at most, as far as leaving out frames can achieve it.
+    /// Default 10 million.
+    pub max_bytes: usize,
+    /// Further lines of the summary: a label and its text, for example what the import left out.
+    pub notes: Vec<(String, String)>,
+}
+
+impl Default for ReportSettings {
+    fn default() -> Self {
+        Self {
+            title: String::new(),
+            max_frames: 2000,
+            max_bytes: 10_000_000,
+            notes: Vec::new(),
+        }
+    }
+}
+
+/// Writes the report of a recording to a file.
+///
+/// A run too long to hold in memory goes frame by frame through a [`ReportBuilder`] instead.
+///
+/// # Errors
+/// [`RecordingError::Io`].
+pub fn write_html(
+    recording: &Recording,
+    path: impl AsRef<Path>,
+    settings: &ReportSettings,
+) -> Result<(), RecordingError> {
+    let file = path.as_ref();
+    let io = |source| RecordingError::Io {
+        file: file.to_path_buf(),
+        source,
+    };
+    let mut output = BufWriter::new(File::create(file).map_err(io)?);
+    write_html_to(recording, &mut output, settings)?;
+    output.flush().map_err(io)
+}
+
+/// Writes the report of a recording to any output.
+///
+/// # Errors
+/// [`RecordingError::Io`].
+pub fn write_html_to(
+    recording: &Recording,
+    output: &mut impl Write,
+    settings: &ReportSettings,
+) -> Result<(), RecordingError> {
+    let mut builder = ReportBuilder::new(recording.header().clone(), settings.clone())?;
+    for frame in recording.frames() {
+        builder.push(frame)?;
+    }
+    builder.write(output, recording.ending())
+}

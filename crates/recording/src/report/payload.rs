@@ -1,0 +1,228 @@
+//! The report's numbers: named arrays in one block of bytes.
+
+use std::collections::HashMap;
+
+use serde::Serialize;
+
+use super::run::residuals;
+use crate::frame::{ContactFrame, ContactModeCode, Frame, FrictionPolygon, StepStatus};
+
+/// Numbers per contact in the array `contacts`, in the order of [`contact_numbers`].
+const CONTACT_NUMBERS: usize = 25;
+/// Arrays start at a multiple of this, as typed arrays in browsers need it.
+const ALIGNMENT: usize = 8;
+
+/// Where an array lies in the block.
+#[derive(Debug, Serialize)]
+pub(super) struct ArrayPlace {
+    name: &'static str,
+    #[serde(rename = "type")]
+    element: &'static str,
+    offset: usize,
+    length: usize,
+}
+
+/// The largest values over the frames that a kept frame stands for.
+#[derive(Debug, Clone)]
+pub(super) struct Bin {
+    residuals: [f64; 5],
+    iterations: u32,
+    contacts: usize,
+    missed: bool,
+    unsolved: bool,
+}
+
+impl Bin {
+    pub fn of(frame: &Frame) -> Self {
+        Self {
+            residuals: residuals(frame),
+            iterations: frame.iterations,
+            contacts: frame.contacts.len(),
+            missed: frame.missed_tolerance,
+            unsolved: frame.status != StepStatus::Solved,
+        }
+    }
+
+    pub fn merge(&mut self, other: &Self) {
+        for (mine, theirs) in self.residuals.iter_mut().zip(other.residuals) {
+            if theirs > *mine || theirs.is_nan() {
+                *mine = theirs;
+            }
+        }
+        self.iterations = self.iterations.max(other.iterations);
+        self.contacts = self.contacts.max(other.contacts);
+        self.missed |= other.missed;
+        self.unsolved |= other.unsolved;
+    }
+}
+
+/// Bytes that a frame takes in the block.
+pub(super) fn kept_size(frame: &Frame) -> usize {
+    let scalars = 4 * 8 + 9 * 4 + 4;
+    scalars
+        + 4 * (7 * frame.body_poses.len() + CONTACT_NUMBERS * frame.contacts.len())
+        + 8 * frame.listed_directions.len()
+}
+
+/// The arrays while they grow.
+#[derive(Default)]
+pub(super) struct Payload {
+    time: Vec<f64>,
+    step: Vec<f64>,
+    kinetic: Vec<f64>,
+    potential: Vec<f64>,
+    residuals: Vec<f32>,
+    iterations: Vec<f32>,
+    contact_counts: Vec<f32>,
+    missed: Vec<f32>,
+    unsolved: Vec<f32>,
+    poses: Vec<f32>,
+    contact_ends: Vec<u32>,
+    contacts: Vec<f32>,
+    directions: Vec<f32>,
+    known_directions: HashMap<Vec<u32>, u32>,
+}
+
+impl Payload {
+    pub fn add(&mut self, frame: &Frame, bin: &Bin) {
+        self.time.push(frame.time);
+        self.step.push(frame.step as f64);
+        self.kinetic.push(frame.energy.kinetic);
+        self.potential.push(frame.energy.potential);
+        self.residuals.extend(bin.residuals.map(|x| x as f32));
+        self.iterations.push(bin.iterations as f32);
+        self.contact_counts.push(bin.contacts as f32);
+        self.missed.push(f32::from(bin.missed));
+        self.unsolved.push(f32::from(bin.unsolved));
+        self.poses
+            .extend(frame.body_poses.as_flattened().iter().map(|&x| x as f32));
+        for contact in &frame.contacts {
+            let polygon = self.polygon(contact, frame);
+            self.contacts.extend(contact_numbers(contact, polygon));
+        }
+        self.contact_ends
+            .push((self.contacts.len() / CONTACT_NUMBERS) as u32);
+    }
+
+    /// The arrays' places, and the block.
+    pub fn pack(&self) -> (Vec<ArrayPlace>, Vec<u8>) {
+        let mut block = Block::default();
+        block.add("time", "f64", &self.time, |x| x.to_le_bytes());
+        block.add("step", "f64", &self.step, |x| x.to_le_bytes());
+        block.add("kinetic", "f64", &self.kinetic, |x| x.to_le_bytes());
+        block.add("potential", "f64", &self.potential, |x| x.to_le_bytes());
+        block.add("residuals", "f32", &self.residuals, |x| x.to_le_bytes());
+        block.add("iterations", "f32", &self.iterations, |x| x.to_le_bytes());
+        block.add("contact_counts", "f32", &self.contact_counts, |x| {
+            x.to_le_bytes()
+        });
+        block.add("missed", "f32", &self.missed, |x| x.to_le_bytes());
+        block.add("unsolved", "f32", &self.unsolved, |x| x.to_le_bytes());
+        block.add("poses", "f32", &self.poses, |x| x.to_le_bytes());
+        block.add("contact_ends", "u32", &self.contact_ends, |x| {
+            x.to_le_bytes()
+        });
+        block.add("contacts", "f32", &self.contacts, |x| x.to_le_bytes());
+        block.add("directions", "f32", &self.directions, |x| x.to_le_bytes());
+        (block.places, block.bytes)
+    }
+
+    /// Three numbers for a polygon: number of directions; the first one's angle; −1 or, for listed
+    /// directions, their place in `directions`.
+    fn polygon(&mut self, contact: &ContactFrame, frame: &Frame) -> [f32; 3] {
+        match contact.polygon {
+            FrictionPolygon::Regular { directions, angle } => {
+                [directions as f32, angle as f32, -1.0]
+            }
+            FrictionPolygon::Listed { start, count } => {
+                let (start, end) = (start as usize, start as usize + count as usize);
+                let listed = frame.listed_directions.get(start..end).unwrap_or(&[]);
+                [listed.len() as f32, 0.0, self.place_of(listed) as f32]
+            }
+        }
+    }
+
+    /// Index of the first of these directions in `directions`; equal lists share their place.
+    fn place_of(&mut self, listed: &[[f64; 2]]) -> u32 {
+        let values: Vec<f32> = listed.as_flattened().iter().map(|&x| x as f32).collect();
+        let bits = values.iter().map(|x| x.to_bits()).collect();
+        let next = (self.directions.len() / 2) as u32;
+        let place = *self.known_directions.entry(bits).or_insert(next);
+        if place == next {
+            self.directions.extend(values);
+        }
+        place
+    }
+}
+
+/// A contact as the page reads it; tangent 2 is normal × tangent 1.
+fn contact_numbers(contact: &ContactFrame, polygon: [f32; 3]) -> [f32; CONTACT_NUMBERS] {
+    let (mode, first, second) = match contact.mode {
+        ContactModeCode::Open => (0, 0, 0),
+        ContactModeCode::Sticking => (1, 0, 0),
+        ContactModeCode::Sliding { direction } => (2, direction, direction),
+        ContactModeCode::SlidingBetween { first, second } => (3, first, second),
+    };
+    let [p0, p1, p2] = contact.point.map(|x| x as f32);
+    let [n0, n1, n2] = contact.normal.map(|x| x as f32);
+    let [t0, t1, t2] = contact.tangent_1.map(|x| x as f32);
+    let [f0, f1] = contact.lambda_t.map(|x| x as f32);
+    let [v0, v1] = contact.velocity_t.map(|x| x as f32);
+    let [directions, angle, listed] = polygon;
+    [
+        contact.body_a as f32,
+        contact.body_b as f32,
+        contact.geom_a as f32,
+        contact.geom_b as f32,
+        mode as f32,
+        first as f32,
+        second as f32,
+        directions,
+        angle,
+        listed,
+        p0,
+        p1,
+        p2,
+        n0,
+        n1,
+        n2,
+        t0,
+        t1,
+        t2,
+        contact.gap as f32,
+        contact.friction as f32,
+        contact.lambda_n as f32,
+        f0,
+        f1,
+        (v0 * v0 + v1 * v1).sqrt(),
+    ]
+}
+
+/// Arrays one after the other.
+#[derive(Default)]
+struct Block {
+    places: Vec<ArrayPlace>,
+    bytes: Vec<u8>,
+}
+
+impl Block {
+    fn add<T: Copy, const N: usize>(
+        &mut self,
+        name: &'static str,
+        element: &'static str,
+        values: &[T],
+        to_bytes: impl Fn(T) -> [u8; N],
+    ) {
+        self.bytes
+            .resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
+        let (offset, length) = (self.bytes.len(), values.len());
+        self.places.push(ArrayPlace {
+            name,
+            element,
+            offset,
+            length,
+        });
+        self.bytes
+            .extend(values.iter().flat_map(|&value| to_bytes(value)));
+    }
+}

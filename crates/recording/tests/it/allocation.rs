@@ -1,0 +1,68 @@
+//! Appending and re-reading frames allocates nothing after warm-up.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::io::Cursor;
+
+use signorini_recording::{ContactFrame, Frame, Reader, Writer};
+
+use crate::samples;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The system's allocator, counting the calls of each thread.
+struct Counting;
+
+#[allow(unsafe_code)]
+// SAFETY: every call is handed to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the contract of `dealloc`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(work: impl FnOnce()) -> usize {
+    let before = ALLOCATIONS.with(Cell::get);
+    work();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+#[test]
+fn none_per_frame() {
+    let frame = Frame {
+        q: vec![0.0; 7],
+        v: vec![0.0; 6],
+        body_poses: vec![[0.0; 7]; 3],
+        contacts: vec![ContactFrame::default(); 20],
+        ..Frame::default()
+    };
+    assert!(
+        allocations(|| drop(frame.clone())) > 0,
+        "the counter counts"
+    );
+    let mut output = vec![0; 1 << 20];
+    let mut writer = Writer::new(&mut output[..], samples::header()).unwrap();
+    writer.append(&frame).unwrap();
+    let appended = allocations(|| (0..50).for_each(|_| writer.append(&frame).unwrap()));
+    assert_eq!(appended, 0);
+
+    let mut reader = Reader::new("memory", Cursor::new(output)).unwrap();
+    let mut read = Frame::default();
+    reader.frame_into(0, &mut read).unwrap();
+    let count = reader.len();
+    assert_eq!(count, 51);
+    let re_read = allocations(|| (0..count).for_each(|i| reader.frame_into(i, &mut read).unwrap()));
+    assert_eq!(re_read, 0);
+}

@@ -1,0 +1,7 @@
+//! Integration tests of `signorini-recording`.
+
+mod allocation;
+mod broken_files;
+mod report;
+mod round_trip;
+mod samples;
