@@ -1,8 +1,12 @@
-use crate::linalg::power_of_two;
+use crate::linalg::{add_scaled, power_of_two};
 use crate::{Matrix, Scaling};
 
 /// Rounds of max-norm equilibration after the scaling by the diagonal.
 const ROUNDS: usize = 3;
+/// Matrices of at least this size are looked at for zeros …
+const SPARSE_SIZE: usize = 64;
+/// … which pay when at most one entry in this many is nonzero.
+const SPARSE_RATIO: usize = 4;
 
 /// A problem with rows, columns and right-hand side brought to size 1 by powers of two, hence without rounding:
 /// `A' = R A C`, `b' = R b / β`, `z = β C z'`.
@@ -13,6 +17,7 @@ pub(crate) struct Scaled {
     pub(crate) n: usize,
     /// Columns of `A'`, one after another.
     columns: Vec<f64>,
+    pattern: Pattern,
     pub(crate) b: Vec<f64>,
     row_scale: Vec<f64>,
     col_scale: Vec<f64>,
@@ -31,6 +36,7 @@ impl Scaled {
                 self.columns[j * n + i] = self.row_scale[i] * a * self.col_scale[j];
             }
         }
+        self.pattern.load(n, &self.columns);
         self.b.clear();
         self.b.extend(b.iter().zip(&self.row_scale).map(|(b, r)| r * b));
         self.b_scale = power_of_two(self.b.iter().fold(0.0, |max, b| max.max(b.abs())));
@@ -43,11 +49,35 @@ impl Scaled {
         &self.columns[j * self.n..(j + 1) * self.n]
     }
 
+    /// `out += factor ·` column `j` of `A'`.
+    pub(crate) fn add_column(&self, j: usize, factor: f64, out: &mut [f64]) {
+        let column = self.column(j);
+        match self.pattern.rows(j) {
+            Some(rows) => rows.iter().for_each(|&i| out[i as usize] += factor * column[i as usize]),
+            None => add_scaled(out, factor, column),
+        }
+    }
+
+    /// Calls `visit(i, A'_ij)` for the entries of column `j`, but for zeros where the pattern knows them.
+    pub(crate) fn for_each_in_column(&self, j: usize, mut visit: impl FnMut(usize, f64)) {
+        let column = self.column(j);
+        match self.pattern.rows(j) {
+            Some(rows) => rows.iter().for_each(|&i| visit(i as usize, column[i as usize])),
+            None => column.iter().enumerate().for_each(|(i, &a)| visit(i, a)),
+        }
+    }
+
+    /// Place of pair `i` in an order that keeps coupled pairs together.
+    pub(crate) fn rank(&self, i: usize) -> usize {
+        self.pattern.rank.get(i).map_or(i, |&rank| rank as usize)
+    }
+
     /// Adds `epsilon` to the diagonal of `A'`.
     pub(crate) fn add_diagonal(&mut self, epsilon: f64) {
         for j in 0..self.n {
             self.columns[j * self.n + j] += epsilon;
         }
+        self.pattern.load(self.n, &self.columns);
     }
 
     /// `z_j` in the units of the problem.
@@ -132,5 +162,70 @@ impl Scaled {
         };
         apply(&mut self.row_scale, &rows);
         apply(&mut self.col_scale, &cols);
+    }
+}
+
+/// Where the nonzeros of a sparse matrix are; empty for a dense one.
+#[derive(Clone, Debug, Default)]
+struct Pattern {
+    starts: Vec<usize>,
+    rows: Vec<u32>,
+    rank: Vec<u32>,
+}
+
+impl Pattern {
+    fn load(&mut self, n: usize, columns: &[f64]) {
+        self.starts.clear();
+        self.rows.clear();
+        self.rank.clear();
+        let nonzeros = columns.iter().filter(|a| **a != 0.0).count();
+        if n < SPARSE_SIZE || nonzeros * SPARSE_RATIO > n * n {
+            return;
+        }
+        self.starts.push(0);
+        for column in columns.chunks_exact(n) {
+            self.rows.extend((0..n).filter(|&i| column[i] != 0.0).map(|i| i as u32));
+            self.starts.push(self.rows.len());
+        }
+        self.order(n);
+    }
+
+    fn rows(&self, j: usize) -> Option<&[u32]> {
+        let end = *self.starts.get(j + 1)?;
+        Some(&self.rows[self.starts[j]..end])
+    }
+
+    /// Breadth first from a pair with few neighbours, neighbours in the order of their degree.
+    ///
+    /// Source: Cuthill, McKee (1969).
+    fn order(&mut self, n: usize) {
+        let degree = |j: usize| self.starts[j + 1] - self.starts[j];
+        let mut by_degree: Vec<usize> = (0..n).collect();
+        by_degree.sort_by_key(|&j| degree(j));
+        let mut rank = vec![u32::MAX; n];
+        let mut queue: Vec<usize> = Vec::with_capacity(n);
+        let mut next = 0;
+        for start in by_degree {
+            if rank[start] != u32::MAX {
+                continue;
+            }
+            rank[start] = queue.len() as u32;
+            queue.push(start);
+            while next < queue.len() {
+                let first = queue.len();
+                for &i in &self.rows[self.starts[queue[next]]..self.starts[queue[next] + 1]] {
+                    if rank[i as usize] == u32::MAX {
+                        rank[i as usize] = 0;
+                        queue.push(i as usize);
+                    }
+                }
+                queue[first..].sort_by_key(|&j| degree(j));
+                for (place, &j) in queue.iter().enumerate().skip(first) {
+                    rank[j] = place as u32;
+                }
+                next += 1;
+            }
+        }
+        self.rank = rank;
     }
 }

@@ -44,11 +44,12 @@ impl FactoredBasis {
         self.eta_positions.clear();
         self.core_cols.clear();
         self.core_cols.extend(self.head.iter().copied().filter(|&v| v >= n));
-        self.core_cols.sort_unstable();
+        self.core_cols.sort_unstable_by_key(|&v| if v == 2 * n { n } else { problem.rank(v - n) });
         self.core_rows.clear();
         let mut w_basic = vec![false; n];
         self.head.iter().filter(|&&v| v < n).for_each(|&v| w_basic[v] = true);
         self.core_rows.extend((0..n).filter(|&i| !w_basic[i]));
+        self.core_rows.sort_unstable_by_key(|&i| problem.rank(i));
         for i in 0..n {
             self.head[i] = i;
         }
@@ -72,8 +73,7 @@ impl FactoredBasis {
             self.core.solve(&mut self.core_rhs);
             for (&variable, &x) in self.core_cols.iter().zip(&self.core_rhs) {
                 if x != 0.0 {
-                    let column = if variable == 2 * self.n { &self.d[..] } else { problem.column(variable - self.n) };
-                    add_scaled(v, x, column);
+                    self.add_column(problem, variable, x, v);
                 }
             }
         }
@@ -86,6 +86,15 @@ impl FactoredBasis {
                 add_scaled(v, -x, eta);
                 v[position] = x;
             }
+        }
+    }
+
+    /// `out += factor · A'_j` for the variable `z_j`, `factor · d` for `z0`.
+    fn add_column(&self, problem: &Scaled, variable: usize, factor: f64, out: &mut [f64]) {
+        if variable == 2 * self.n {
+            add_scaled(out, factor, &self.d);
+        } else {
+            problem.add_column(variable - self.n, factor, out);
         }
     }
 
@@ -116,8 +125,7 @@ impl FactoredBasis {
             if variable < n {
                 out[variable] += x;
             } else if x != 0.0 {
-                let column = if variable == 2 * n { &self.d[..] } else { problem.column(variable - n) };
-                add_scaled(out, -x, column);
+                self.add_column(problem, variable, -x, out);
             }
         }
     }
@@ -130,11 +138,11 @@ impl FactoredBasis {
         for (&variable, &x) in self.head.iter().zip(x) {
             if variable < n {
                 self.sums[variable].add_product(-1.0, x);
+            } else if variable == 2 * n {
+                self.sums.iter_mut().zip(&self.d).for_each(|(sum, &d)| sum.add_product(d, x));
             } else if x != 0.0 {
-                let column = if variable == 2 * n { &self.d[..] } else { problem.column(variable - n) };
-                for (sum, &a) in self.sums.iter_mut().zip(column) {
-                    sum.add_product(a, x);
-                }
+                let sums = &mut self.sums;
+                problem.for_each_in_column(variable - n, |i, a| sums[i].add_product(a, x));
             }
         }
         for (out, sum) in out.iter_mut().zip(&self.sums) {

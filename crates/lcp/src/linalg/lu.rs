@@ -10,6 +10,9 @@ pub struct Lu {
     data: Vec<f64>,
     /// `swaps[k]` is the row exchanged with row `k` in step `k`.
     swaps: Vec<usize>,
+    /// For each row the columns between which its nonzeros lie: `first[i] ≤ j < last[i]`.
+    first: Vec<usize>,
+    last: Vec<usize>,
 }
 
 impl Lu {
@@ -49,7 +52,17 @@ impl Lu {
             self.update_trailing(start, end);
             start = end;
         }
+        self.find_envelope();
         if smallest.is_finite() { smallest } else { 0.0 }
+    }
+
+    fn find_envelope(&mut self) {
+        self.first.clear();
+        self.last.clear();
+        for row in self.data.chunks_exact(self.n.max(1)) {
+            self.first.push(row.iter().position(|x| *x != 0.0).unwrap_or(0));
+            self.last.push(row.iter().rposition(|x| *x != 0.0).map_or(0, |j| j + 1));
+        }
     }
 
     /// One step of partial pivoting inside the panel that ends at column `end`; returns |pivot|.
@@ -88,13 +101,17 @@ impl Lu {
     /// Applies the panel `start..end` to the columns right of it.
     fn update_trailing(&mut self, start: usize, end: usize) {
         let n = self.n;
-        if end == n {
+        // The rows of the panel reach no further right than this, and change nothing beyond.
+        let reach = |k: usize| self.data[k * n + end..(k + 1) * n].iter().rposition(|x| *x != 0.0).map_or(0, |j| j + 1);
+        let width = (start..end).map(reach).max().unwrap_or(0);
+        if width == 0 {
             return;
         }
         for i in start + 1..n {
             let (head, tail) = self.data.split_at_mut(i * n);
             let (left, right) = tail[..n].split_at_mut(end);
-            let upper = |k: usize| &head[k * n + end..(k + 1) * n];
+            let right = &mut right[..width];
+            let upper = |k: usize| &head[k * n + end..k * n + end + width];
             let last = end.min(i);
             let mut k = start;
             while k + 4 <= last {
@@ -120,11 +137,15 @@ impl Lu {
         }
         let first = x.iter().position(|&v| v != 0.0).unwrap_or(n);
         for i in first + 1..n {
-            x[i] -= dot(&self.data[i * n + first..i * n + i], &x[first..i]);
+            let start = self.first[i].max(first);
+            if start < i {
+                x[i] -= dot(&self.data[i * n + start..i * n + i], &x[start..i]);
+            }
         }
         for i in (0..n).rev() {
             let row = &self.data[i * n..(i + 1) * n];
-            x[i] = (x[i] - dot(&row[i + 1..], &x[i + 1..n])) / row[i];
+            let end = self.last[i];
+            x[i] = (x[i] - dot(&row[i + 1..end], &x[i + 1..end])) / row[i];
         }
     }
 }
@@ -136,7 +157,7 @@ mod tests {
     #[test]
     fn solves_across_panel_borders() {
         for n in [1, 2, 31, 32, 33, 70] {
-            let entry = |i: usize, j: usize| (((i * 37 + j * 91 + i * j) % 101) as f64 - 50.0) / 50.0;
+            let entry = |i: usize, j: usize| (((i * n + j + 1) as f64).sin() * 43758.5453).fract();
             let mut lu = Lu::default();
             for (k, x) in lu.start(n).iter_mut().enumerate() {
                 *x = entry(k / n, k % n);

@@ -1,3 +1,14 @@
+//! Integration tests of `signorini-lcp`.
 #![allow(non_snake_case)]
+
+mod cases;
 mod contact_data;
+mod input;
+mod known;
+mod mixed;
 mod npz;
+mod oracle;
+mod shared_data;
+mod support;
+mod units;
+mod warm;

@@ -1,0 +1,103 @@
+//! Mixed problems: free variables.
+
+use signorini_lcp::{Enumeration, Lemke, Matrix, Method, MixedLcp, Status};
+
+use crate::support::{Random, gram, inner};
+
+fn mixed(rows: &[&[f64]], b: &[f64], free: &[bool]) -> MixedLcp {
+    MixedLcp::new(Matrix::new(b.len(), b.len(), rows.concat()).unwrap(), b.to_vec(), free.to_vec()).unwrap()
+}
+
+/// The conditions of a mixed problem, checked one by one.
+fn solves(problem: &MixedLcp, z: &[f64], tolerance: f64) -> bool {
+    (0..problem.len()).all(|i| {
+        let w = inner(problem.A().row(i), z) + problem.b()[i];
+        let complementary = z[i] >= -tolerance && w >= -tolerance && z[i].min(w) <= tolerance;
+        if problem.free()[i] { w.abs() <= tolerance } else { complementary }
+    })
+}
+
+#[test]
+fn hand_computed_problems() {
+    // 2u + z = 0 from the free row; z > 0, so u + z − 1 = 0: z = 2, u = −1.
+    let regular = mixed(&[&[2.0, 1.0], &[1.0, 1.0]], &[0.0, -1.0], &[true, false]);
+    // The free block is 0: z = 1 from the free row, w = 0 since z > 0, so u = −3.
+    let singular = mixed(&[&[0.0, 1.0], &[1.0, 0.0]], &[-1.0, 3.0], &[true, false]);
+    // Only free variables: a linear system.
+    let linear = mixed(&[&[0.0, 2.0], &[4.0, 0.0]], &[-2.0, -8.0], &[true, true]);
+    let known = [(regular, [-1.0, 2.0]), (singular, [-3.0, 1.0]), (linear, [2.0, 1.0])];
+    for (problem, answer) in known {
+        let solution = problem.solve(&mut Lemke::default(), None);
+        assert!(solution.status.is_solved(), "{:?}", solution.status);
+        for (found, wanted) in solution.z.iter().zip(answer) {
+            assert!((found - wanted).abs() < 1e-14, "{:?} instead of {answer:?}", solution.z);
+        }
+    }
+}
+
+#[test]
+fn outcomes_of_a_singular_free_block() {
+    let outcome = |problem: MixedLcp| problem.solve(&mut Lemke::default(), None).status;
+    // Rows 1 and 2 say u + v = 1 and u + v = 2.
+    let contradiction = mixed(&[&[1.0, 1.0], &[1.0, 1.0]], &[-1.0, -2.0], &[true, true]);
+    assert!(matches!(outcome(contradiction), Status::Inconsistent { .. }));
+    // Twice the same equation: one variable is idle.
+    let redundant = mixed(&[&[1.0, 1.0], &[1.0, 1.0]], &[-1.0, -1.0], &[true, true]);
+    assert_eq!(outcome(redundant), Status::Solved);
+    // The free row says z = 1, and no free variable can hold it: w = 5 then contradicts z > 0.
+    let overdetermined = mixed(&[&[0.0, 1.0], &[0.0, 0.0]], &[-1.0, 5.0], &[true, false]);
+    assert_eq!(outcome(overdetermined), Status::Singular);
+}
+
+#[test]
+fn infeasibility_is_proved_in_the_original_rows() {
+    // u − z = 0 and w = −u − 1 = −z − 1 < 0.
+    let problem = mixed(&[&[1.0, -1.0], &[-1.0, 0.0]], &[0.0, -1.0], &[true, false]);
+    let solution = problem.solve(&mut Lemke::default(), None);
+    let Status::Infeasible(farkas) = &solution.status else { panic!("{:?}", solution.status) };
+    let At = problem.A().transposed();
+    assert!(inner(At.row(0), &farkas.y).abs() < 1e-14, "free column: {farkas:?}");
+    assert!(inner(At.row(1), &farkas.y) <= 1e-14 && farkas.y[1] >= 0.0, "complementary column: {farkas:?}");
+    assert!(inner(problem.b(), &farkas.y) < 0.0, "{farkas:?}");
+}
+
+#[test]
+fn elimination_agrees_with_a_quadratic_program_solved_directly() {
+    // minimise ½|x|² + cᵀx with x free and G x ≥ h: x = Gᵀz − c, w = G x − h, a problem in z alone.
+    for seed in 0..100 {
+        let mut random = Random(10_000 + seed);
+        let (free, rows) = (1 + random.below(4), 1 + random.below(6));
+        let G = random.matrix(rows, free);
+        let (c, h) = (random.vector(free), random.vector(rows));
+        let n = free + rows;
+        let A = Matrix::from_fn(n, n, |i, j| match (i < free, j < free) {
+            (true, true) => f64::from(u8::from(i == j)),
+            (true, false) => -G[(j - free, i)],
+            (false, true) => G[(i - free, j)],
+            (false, false) => 0.0,
+        });
+        let b = c.iter().copied().chain(h.iter().map(|h| -h)).collect();
+        let problem = MixedLcp::new(A, b, (0..n).map(|i| i < free).collect()).unwrap();
+        let eliminated = signorini_lcp::Lcp::new(gram(&G), (0..rows).map(|i| -inner(G.row(i), &c) - h[i]).collect()).unwrap();
+        let solution = problem.solve(&mut Lemke::default(), None);
+        let direct = Enumeration::default().solve(&eliminated, None);
+        assert_eq!(solution.status.is_solved(), direct.status.is_solved(), "seed {seed}: {:?}", solution.status);
+        if solution.status.is_solved() {
+            assert!(solves(&problem, &solution.z, 1e-9), "seed {seed}");
+            for i in 0..free {
+                let x: f64 = (0..rows).map(|r| G[(r, i)] * direct.z[r]).sum::<f64>() - c[i];
+                assert!((x - solution.z[i]).abs() < 1e-7, "seed {seed}: the minimiser is unique");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_warm_basis_is_passed_on() {
+    let problem = mixed(&[&[0.0, 1.0], &[1.0, 0.0]], &[-1.0, 3.0], &[true, false]);
+    let mut lemke = Lemke::default();
+    let cold = problem.solve(&mut lemke, None);
+    let warm = problem.solve(&mut lemke, Some(&cold.basis));
+    assert!(warm.status.is_solved() && warm.iterations == 0 && warm.report.attempts.len() == 1, "{warm:?}");
+    assert!(lemke.tolerance() > 0.0);
+}

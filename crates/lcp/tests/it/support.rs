@@ -1,0 +1,109 @@
+//! Random numbers, problem families and checks that do not use the code under test.
+
+use signorini_lcp::{Lcp, Matrix, Solution, Status};
+
+use crate::contact_data::polyhedral;
+
+/// SplitMix64 (Steele, Lea, Flood 2014).
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        x ^ (x >> 31)
+    }
+
+    /// Uniform in [-1, 1).
+    pub fn signed(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    /// Uniform in 0..n.
+    pub fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    /// −1, 0 or 1.
+    pub fn sign(&mut self) -> f64 {
+        self.below(3) as f64 - 1.0
+    }
+
+    pub fn vector(&mut self, n: usize) -> Vec<f64> {
+        (0..n).map(|_| self.signed()).collect()
+    }
+
+    pub fn matrix(&mut self, rows: usize, cols: usize) -> Matrix {
+        Matrix::from_fn(rows, cols, |_, _| self.signed())
+    }
+}
+
+/// `G Gᵀ`: positive semidefinite of the rank of `G`.
+pub fn gram(G: &Matrix) -> Matrix {
+    Matrix::from_fn(G.rows(), G.rows(), |i, j| G.row(i).iter().zip(G.row(j)).map(|(a, b)| a * b).sum())
+}
+
+/// `x·y` in plain arithmetic.
+pub fn inner(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
+
+/// Contacts of a body with `nv` coordinates and unit mass, gaps zero, hence solvable; `duplicates` of the contacts
+/// are copies of the first.
+pub fn touching_contacts(random: &mut Random, nc: usize, m: usize, nv: usize, duplicates: usize) -> Lcp {
+    let per_contact = if m == 2 { 2 } else { 3 };
+    let mut J = random.matrix(per_contact * nc, nv);
+    for c in nc - duplicates..nc {
+        for r in 0..per_contact {
+            for j in 0..nv {
+                J[(c * per_contact + r, j)] = J[(r, j)];
+            }
+        }
+    }
+    let v_free = random.vector(nv);
+    let q: Vec<f64> = (0..J.rows()).map(|r| inner(J.row(r), &v_free)).collect();
+    let mu: Vec<f64> = (0..nc).map(|_| [0.0, 0.3, 1.0][random.below(3)]).collect();
+    let polygon: Vec<Vec<f64>> = match m {
+        2 => vec![vec![1.0], vec![-1.0]],
+        _ => (0..m).map(|k| std::f64::consts::TAU * k as f64 / m as f64).map(|a| vec![a.cos(), a.sin()]).collect(),
+    };
+    polyhedral(&gram(&J), &q, &mu, &vec![polygon; nc])
+}
+
+/// Whether `z` solves the problem to `tolerance`, entry by entry in the unit of `b`.
+pub fn solves(problem: &Lcp, z: &[f64], tolerance: f64) -> bool {
+    let (s, t) = (problem.scaling().z(), problem.scaling().w());
+    let size = problem.b().iter().fold(0.0f64, |max, b| max.max(b.abs()));
+    (0..problem.len()).all(|i| {
+        let w = t[i] * (inner(problem.A().row(i), z) + problem.b()[i]);
+        let z = s[i] * z[i];
+        let allowed = tolerance * size;
+        z >= -allowed && w >= -allowed && (z <= allowed || w <= allowed)
+    })
+}
+
+/// Fails when the solution claims what does not hold: a status is checked with plain arithmetic.
+pub fn assert_honest(problem: &Lcp, solution: &Solution, tolerance: f64, name: &str) {
+    let solved = solves(problem, &solution.z, 1.01 * tolerance);
+    match &solution.status {
+        Status::Solved => assert!(solved, "{name}: claims to be solved, z = {:?}", solution.z),
+        Status::Infeasible(farkas) => {
+            let sum: f64 = farkas.y.iter().sum();
+            assert!(farkas.y.iter().all(|&y| y >= 0.0) && sum > 0.0, "{name}: multipliers {:?}", farkas.y);
+            let At = problem.A().transposed();
+            let largest = At.data().iter().fold(0.0f64, |max, a| max.max(a.abs()));
+            for j in 0..problem.len() {
+                assert!(inner(At.row(j), &farkas.y) <= 1e-10 * largest * sum, "{name}: column {j} of the proof");
+            }
+            assert!(inner(problem.b(), &farkas.y) < 0.0, "{name}: right-hand side of the proof");
+        }
+        Status::Ray(ray) => {
+            assert!(ray.z.iter().chain(&ray.w).all(|&x| x >= 0.0) && ray.z0 >= 0.0, "{name}: signs of the ray");
+            assert!((0..problem.len()).all(|i| ray.z[i] == 0.0 || ray.w[i] == 0.0), "{name}: ray not complementary");
+            assert!(ray.z0 > 0.0 || !ray.support.is_empty(), "{name}: the ray is zero");
+        }
+        _ => {}
+    }
+    assert!(!solved || solution.status.is_solved(), "{name}: {:?}, but z solves the problem", solution.status);
+}
