@@ -145,8 +145,7 @@ impl ContactSolver {
             let residual =
                 solve_island(&mut self.island_solver, problem, &self.cones, island, &self.settings, warm, solution);
             if residual > self.settings.tolerance {
-                let outcome =
-                    fallback::solve_with_lemke(problem, &self.cones, island, &self.settings, residual, solution);
+                let outcome = fallback::solve_with_lemke(problem, island, &self.settings, residual, solution);
                 failure = failure.or(outcome);
             }
         }
