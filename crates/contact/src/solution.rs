@@ -77,6 +77,13 @@ impl ContactSolution {
         self.status = SolveStatus::Solved;
     }
 
+    /// Copies what a [`WarmStart`](crate::WarmStart) is made from: impulses and modes.
+    pub fn copy_warm_part(&mut self, other: &Self) {
+        self.impulse.clone_from(&other.impulse);
+        self.solver_modes.clone_from(&other.solver_modes);
+        self.bilateral.clone_from(&other.bilateral);
+    }
+
     /// `z = (λ_N, α, β)` of the standard LCP (formulation §4).
     pub fn z(&self) -> Vec<f64> {
         self.lambda_n.iter().chain(&self.alpha).chain(&self.beta).copied().collect()

@@ -1,1 +1,49 @@
-//! .
+//! signorini: multibody dynamics with hard contact and dry friction, in which every time step is a linear complementarity
+//! problem that is solved exactly and comes with a certificate.
+//!
+//! The way through the engine, one module or crate for each arrow:
+//! model file → [`Model`](multibody::Model) → [`State`](multibody::State) → contact points → [`ContactProblem`](contact::ContactProblem)
+//! → solution and [`Certificate`](contact::Certificate) → next state → [`recording`].
+//!
+//! [`step`] is one step on one screen; [`Simulation`] owns what a run needs and repeats it.
+//!
+//! ```
+//! use signorini::multibody::{Geom, Geometry, Inertia, Joint, JointKind, BodyId, ModelBuilder, Pose};
+//! use signorini::multibody::glam::{DMat3, DVec3};
+//! use signorini::{Settings, Simulation};
+//!
+//! let mut b = ModelBuilder::new("ball on a floor");
+//! let inertia = Inertia { mass: 1.0, center_of_mass: DVec3::ZERO, rotational: DMat3::from_diagonal(DVec3::splat(0.004)) };
+//! let ball = b.add_body("ball", BodyId::WORLD, Pose::from_position(DVec3::new(0.0, 0.0, 0.1)), inertia)?;
+//! b.add_joint(ball, Joint::new("free", JointKind::Free))?;
+//! b.add_geom(ball, Geom::new("skin", Geometry::Sphere { radius: 0.1 }))?;
+//! b.add_geom(BodyId::WORLD, Geom::new("floor", Geometry::Plane))?;
+//! let mut simulation = Simulation::new(b.build()?, Settings::default())?;
+//! for _ in 0..100 {
+//!     let report = simulation.step()?;
+//!     assert!(report.certificate.holds(1e-9));
+//! }
+//! assert!((simulation.state().q[2] - 0.1).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+
+mod build;
+mod error;
+mod reach;
+mod recorder;
+mod settings;
+mod simulation;
+mod step;
+mod warm;
+
+pub use error::SimulationError;
+pub use recorder::{frame_into, recording_header};
+pub use settings::{ContactMethod, InfeasiblePolicy, Settings};
+pub use simulation::{RunEnd, Simulation, Summary};
+pub use step::{StepReport, Workspace, step};
+
+pub use signorini_collision as collision;
+pub use signorini_contact as contact;
+pub use signorini_lcp as lcp;
+pub use signorini_multibody as multibody;
+pub use signorini_recording as recording;

@@ -1,0 +1,112 @@
+//! Contact points and joint limits become a contact problem.
+
+use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon};
+use signorini_multibody::{ContactPoint, FreeMotion, Kinematics, Model, SparseRows, State, contact_rows_into};
+
+use crate::warm::{ContactKey, limit_key, point_key};
+
+/// The contact problem of a step with what belongs to it, and the storage to build it.
+#[derive(Clone, Debug)]
+pub(crate) struct ProblemBuilder {
+    pub problem: ContactProblem,
+    /// Frames of the contact points, in order; joint limits come after them and have none.
+    pub frames: Vec<ContactFrame>,
+    /// Identity of every contact of the problem, ascending.
+    pub keys: Vec<ContactKey>,
+    rows: SparseRows,
+    polygon: FrictionPolygon,
+    frictionless: FrictionPolygon,
+    stabilization: f64,
+}
+
+impl ProblemBuilder {
+    pub fn new(model: &Model, problem: ContactProblem, polygon: FrictionPolygon, stabilization: f64) -> Self {
+        Self {
+            problem,
+            frames: Vec::new(),
+            keys: Vec::new(),
+            rows: SparseRows::new(model),
+            polygon,
+            frictionless: FrictionPolygon::frictionless(),
+            stabilization,
+        }
+    }
+
+    /// Takes mass matrix, factor and free velocity from `smooth`, which gets the storage of the last step in exchange.
+    pub fn take_smooth(&mut self, smooth: &mut FreeMotion, dt: f64) {
+        std::mem::swap(&mut self.problem.mass, &mut smooth.mass.matrix);
+        std::mem::swap(&mut self.problem.mass_factor, &mut smooth.factor);
+        self.problem.free_velocity.copy_from_slice(&smooth.free_velocity);
+        self.problem.timestep = dt;
+    }
+
+    /// Fills in the contacts: the points in their order, then the limits that can be reached.
+    pub fn build(&mut self, model: &Model, state: &State, kinematics: &Kinematics, points: &[ContactPoint]) {
+        self.problem.clear_contacts();
+        self.frames.clear();
+        self.keys.clear();
+        for point in points {
+            self.push_point(model, kinematics, point);
+        }
+        self.push_limits(model, state);
+    }
+
+    fn push_point(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint) {
+        let frame = ContactFrame::from_normal(point.normal);
+        let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
+        contact_rows_into(model, kinematics, (point.body_a, point.body_b), point.position, &directions, &mut self.rows);
+        let columns = self.rows.dofs.iter().map(|&k| k as u32).zip(self.rows.columns.iter().copied());
+        let polygon = if point.friction > 0.0 { &self.polygon } else { &self.frictionless };
+        self.problem.push_contact(columns, stabilized(point.gap, self.stabilization), point.friction, polygon);
+        self.frames.push(frame);
+        self.keys.push(point_key(point));
+    }
+
+    /// Joint limits are contacts without friction in the joint's own coordinate (formulation §5). Those that the step
+    /// cannot reach are left out by the same margin as contact points; see [`limits_exceeded`](Self::limits_exceeded).
+    fn push_limits(&mut self, model: &Model, state: &State) {
+        let dt = self.problem.timestep;
+        for (j, joint) in model.joints.iter().enumerate() {
+            let Some([lower, upper]) = joint.limits else { continue };
+            let (q, k) = (state.q[joint.q_index], joint.v_index);
+            let reach = 4.0 * dt * state.v[k].abs().max(self.problem.free_velocity[k].abs());
+            for (side, gap, sign) in [(0, q - lower, 1.0), (1, upper - q, -1.0)] {
+                if gap <= reach {
+                    let column = [(k as u32, [sign, 0.0, 0.0])];
+                    let gap = stabilized(gap, self.stabilization);
+                    self.problem.push_contact(column, gap, 0.0, &self.frictionless);
+                    self.keys.push(limit_key(j, side));
+                }
+            }
+        }
+    }
+
+    /// Adds the limits that `v` would cross in this step although they are not in the problem; whether there were any.
+    pub fn add_crossed_limits(&mut self, model: &Model, state: &State, v: &[f64]) -> bool {
+        let dt = self.problem.timestep;
+        let before = self.keys.len();
+        for (j, joint) in model.joints.iter().enumerate() {
+            let Some([lower, upper]) = joint.limits else { continue };
+            let (q, k) = (state.q[joint.q_index], joint.v_index);
+            for (side, gap, sign) in [(0, q - lower, 1.0), (1, upper - q, -1.0)] {
+                let crosses = gap + sign * dt * v[k] < 0.0;
+                if crosses && self.keys.binary_search(&limit_key(j, side)).is_err() && gap > 0.0 {
+                    self.problem.push_contact([(k as u32, [sign, 0.0, 0.0])], gap, 0.0, &self.frictionless);
+                    self.keys.push(limit_key(j, side));
+                }
+            }
+        }
+        self.keys.len() > before
+    }
+
+    /// Takes negative gaps as zero; whether there were any.
+    pub fn clip_gaps(&mut self) -> bool {
+        let negative = self.problem.gap.iter().any(|&phi| phi < 0.0);
+        self.problem.gap.iter_mut().for_each(|phi| *phi = phi.max(0.0));
+        negative
+    }
+}
+
+fn stabilized(gap: f64, stabilization: f64) -> f64 {
+    if gap < 0.0 { stabilization * gap } else { gap }
+}

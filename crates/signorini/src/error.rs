@@ -1,0 +1,44 @@
+//! Why a simulation cannot be set up or cannot go on.
+
+use signorini_collision::CollisionError;
+use signorini_contact::ProblemError;
+use signorini_multibody::{FreeMotionError, StateError};
+
+/// Wrong input to a simulation. How a contact problem ended is not an error: it is in the
+/// [`StepReport`](crate::StepReport).
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimulationError {
+    /// A setting is out of its range.
+    #[error("setting {setting} = {found}: must be {expected}")]
+    Setting {
+        /// The setting.
+        setting: &'static str,
+        /// What it has to be.
+        expected: &'static str,
+        /// What it is.
+        found: f64,
+    },
+    /// The model's shapes cannot be prepared for collision.
+    #[error(transparent)]
+    Collision(#[from] CollisionError),
+    /// The motion without contact cannot be computed.
+    #[error(transparent)]
+    FreeMotion(#[from] FreeMotionError),
+    /// The state does not fit the model.
+    #[error(transparent)]
+    State(#[from] StateError),
+    /// The contact problem is malformed.
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// A name that the model does not have.
+    #[error("there is no {sort} '{name}'; the model has: {known}")]
+    UnknownName {
+        /// Sort of part.
+        sort: &'static str,
+        /// The name.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+}

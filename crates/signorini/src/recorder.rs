@@ -1,0 +1,170 @@
+//! From a simulation to the frames of a recording.
+
+use signorini_contact::{ContactMode, SolveStatus};
+use signorini_multibody::{Geometry, Kinematics, Model, Pose, State, kinetic_energy, potential_energy};
+use signorini_recording::{
+    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, JointLabel, Residuals,
+    SCHEMA_VERSION, ShapeVisual, StepStatus,
+};
+
+use crate::settings::{ContactMethod, Settings};
+use crate::step::{StepReport, Workspace};
+
+/// The header of a recording of this model.
+pub fn recording_header(model: &Model, settings: &Settings) -> Header {
+    Header {
+        schema_version: SCHEMA_VERSION,
+        model_name: model.name.clone(),
+        model_hash: model.content_hash(),
+        nq: model.nq,
+        nv: model.nv,
+        timestep: settings.timestep.unwrap_or(model.timestep),
+        directions: settings.directions as u32,
+        gravity: model.gravity.to_array(),
+        method: match &settings.method {
+            ContactMethod::Structured(_) => "structured".into(),
+            ContactMethod::Lcp(kind) => kind.to_string(),
+        },
+        tolerance: settings.tolerance,
+        bodies: model.bodies.iter().map(|b| b.name.clone()).collect(),
+        joints: model.joints.iter().map(joint_label).collect(),
+        geoms: model.geoms.iter().map(geom_visual).collect(),
+        ..Header::default()
+    }
+}
+
+fn joint_label(joint: &signorini_multibody::Joint) -> JointLabel {
+    JointLabel {
+        name: joint.name.clone(),
+        body: joint.body.index(),
+        q: (joint.q_index, joint.kind.nq()),
+        v: (joint.v_index, joint.kind.nv()),
+    }
+}
+
+fn geom_visual(geom: &signorini_multibody::Geom) -> GeomVisual {
+    GeomVisual {
+        name: geom.name.clone(),
+        body: geom.body.index(),
+        shape: shape_visual(&geom.geometry),
+        pose: pose_array(&geom.placement),
+        rgba: Some(geom.rgba),
+    }
+}
+
+fn shape_visual(geometry: &Geometry) -> ShapeVisual {
+    match geometry {
+        Geometry::Plane => ShapeVisual::Plane,
+        Geometry::Sphere { radius } => ShapeVisual::Sphere { radius: *radius },
+        Geometry::Box { half_extents } => ShapeVisual::Box { half_extents: half_extents.to_array() },
+        &Geometry::Capsule { radius, half_length } => ShapeVisual::Capsule { radius, half_length },
+        &Geometry::Cylinder { radius, half_length } => ShapeVisual::Cylinder { radius, half_length },
+        &Geometry::Cone { radius, half_length } => ShapeVisual::Cone { radius, half_height: half_length },
+        Geometry::Ellipsoid { semi_axes } => ShapeVisual::Ellipsoid { radii: semi_axes.to_array() },
+        Geometry::ConvexMesh(mesh) | Geometry::TriangleMesh(mesh) => ShapeVisual::Mesh {
+            vertices: mesh.vertices.iter().map(|p| p.to_array().map(|x| x as f32)).collect(),
+            faces: mesh.triangles.clone(),
+        },
+        Geometry::HeightField(field) => ShapeVisual::HeightField {
+            half_extents: field.half_extents,
+            rows: field.size[1],
+            cols: field.size[0],
+            heights: field.heights.iter().map(|&h| h as f32).collect(),
+        },
+    }
+}
+
+fn pose_array(pose: &Pose) -> [f64; 7] {
+    let (p, r) = (pose.position, pose.rotation);
+    [p.x, p.y, p.z, r.w, r.x, r.y, r.z]
+}
+
+/// Fills a frame with the beginning of a step and that step's contacts, impulses and certificate.
+///
+/// - `index`: number of the step
+/// - `state`: the state at the beginning of the step
+/// - `workspace`, `report`: after the step
+pub fn frame_into(
+    model: &Model,
+    index: u64,
+    state: &State,
+    workspace: &Workspace,
+    report: &StepReport,
+    frame: &mut Frame,
+) {
+    let kinematics = &workspace.kinematics;
+    frame.step = index;
+    frame.time = state.time;
+    frame.q.clone_from(&state.q);
+    frame.v.clone_from(&state.v);
+    frame.body_poses.clear();
+    frame.body_poses.extend(kinematics.pose.iter().map(pose_array));
+    frame.energy = energy(model, kinematics, state);
+    frame.iterations = report.solver.iterations();
+    frame.missed_tolerance = report.missed_tolerance;
+    frame.status = status_code(&report.status);
+    let c = &report.certificate;
+    frame.residuals = Residuals {
+        momentum: c.momentum,
+        natural_map: c.natural_map.max(c.bilateral),
+        signorini: c.signorini,
+        friction: c.friction,
+        dissipation: c.dissipation,
+    };
+    frame.contacts.clear();
+    frame.listed_directions.clear();
+    frame.contacts.extend((0..workspace.points.len()).map(|i| contact_frame(workspace, i)));
+}
+
+fn energy(model: &Model, kinematics: &Kinematics, state: &State) -> Energy {
+    Energy {
+        kinetic: kinetic_energy(model, kinematics, &state.v),
+        potential: potential_energy(model, kinematics, &state.q),
+    }
+}
+
+fn contact_frame(workspace: &Workspace, i: usize) -> ContactFrame {
+    let (point, frame) = (&workspace.points[i], &workspace.builder.frames[i]);
+    let (problem, solution) = (&workspace.builder.problem, &workspace.solution);
+    let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
+    let [lambda_n, t_1, t_2] = solution.impulse[i];
+    let directions = problem.directions_of(i);
+    let angle = directions.first().map_or(0.0, |d| d[1].atan2(d[0]));
+    ContactFrame {
+        body_a: point.body_a.0,
+        body_b: point.body_b.0,
+        geom_a: point.geom_a.0,
+        geom_b: point.geom_b.0,
+        point: point.position.to_array(),
+        normal: frame.normal.to_array(),
+        tangent_1: frame.tangent_1.to_array(),
+        tangent_2: frame.tangent_2.to_array(),
+        gap: point.gap,
+        friction: point.friction,
+        lambda_n,
+        lambda_t: [t_1, t_2],
+        velocity_t: [c_1, c_2],
+        mode: mode_code(solution.modes[i]),
+        polygon: FrictionPolygon::Regular { directions: directions.len() as u32, angle },
+    }
+}
+
+/// A closed contact without friction counts as sticking in pictures: its polygon is a point.
+fn mode_code(mode: ContactMode) -> ContactModeCode {
+    match mode {
+        ContactMode::Open => ContactModeCode::Open,
+        ContactMode::Sticking | ContactMode::Frictionless => ContactModeCode::Sticking,
+        ContactMode::Sliding { k } => ContactModeCode::Sliding { direction: k },
+        ContactMode::SlidingBetween { j, k } => ContactModeCode::SlidingBetween { first: j, second: k },
+    }
+}
+
+fn status_code(status: &SolveStatus) -> StepStatus {
+    match status {
+        SolveStatus::Solved => StepStatus::Solved,
+        SolveStatus::Ray { .. } => StepStatus::Ray,
+        SolveStatus::Infeasible { .. } => StepStatus::Infeasible,
+        SolveStatus::IterationLimit => StepStatus::IterationLimit,
+        _ => StepStatus::Inaccurate,
+    }
+}

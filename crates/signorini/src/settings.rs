@@ -1,0 +1,89 @@
+//! Settings of a simulation.
+
+use signorini_contact::{FrictionPolygon, SolverSettings};
+use signorini_lcp::MethodKind;
+
+use crate::SimulationError;
+
+/// How contact problems are solved.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ContactMethod {
+    /// The structured solver of `signorini-contact`.
+    Structured(SolverSettings),
+    /// The standard LCP by a method of `signorini-lcp`, dense; for comparison.
+    Lcp(MethodKind),
+}
+
+impl Default for ContactMethod {
+    fn default() -> Self {
+        Self::Structured(SolverSettings::default())
+    }
+}
+
+/// What happens when a step's contact problem has no solution, which only penetrations (φ < 0) can cause.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum InfeasiblePolicy {
+    /// The simulation stops before the step, with the report.
+    #[default]
+    Stop,
+    /// The step is solved again with negative gaps taken as zero, and its report says so.
+    ClipGaps,
+}
+
+/// Settings of a simulation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Time step Δt, s; the model's own where it is not given.
+    pub timestep: Option<f64>,
+    /// Friction directions of every contact; even, at least 4. Default 8.
+    pub directions: usize,
+    /// Angle of the first direction from the first tangent, rad. Default 0.
+    pub direction_angle: f64,
+    /// Constraint stabilization γ ∈ (0, 1]: factor on φ/Δt and Θ/Δt where φ, Θ < 0 (formulation §5). Default 1.
+    pub stabilization: f64,
+    /// A step has missed its tolerance when the certificate's worst residual exceeds this. Default 1e-9; in (0, 1).
+    pub tolerance: f64,
+    /// Solver.
+    pub method: ContactMethod,
+    /// What to do where there is no solution.
+    pub infeasible: InfeasiblePolicy,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            timestep: None,
+            directions: 8,
+            direction_angle: 0.0,
+            stabilization: 1.0,
+            tolerance: 1e-9,
+            method: ContactMethod::default(),
+            infeasible: InfeasiblePolicy::Stop,
+        }
+    }
+}
+
+impl Settings {
+    /// Checks the ranges and makes the friction polygon.
+    ///
+    /// # Errors
+    /// [`SimulationError::Setting`] naming the setting; [`SimulationError::Problem`] for an odd number of directions or a
+    /// solver setting out of its range.
+    pub fn validate(&self) -> Result<FrictionPolygon, SimulationError> {
+        let check = |setting, found: f64, expected, ok: bool| {
+            if ok { Ok(()) } else { Err(SimulationError::Setting { setting, expected, found }) }
+        };
+        if let Some(dt) = self.timestep {
+            check("timestep", dt, "positive and finite", dt > 0.0 && dt.is_finite())?;
+        }
+        let gamma = self.stabilization;
+        check("stabilization", gamma, "in (0, 1]", gamma > 0.0 && gamma <= 1.0)?;
+        check("tolerance", self.tolerance, "in (0, 1)", self.tolerance > 0.0 && self.tolerance < 1.0)?;
+        check("direction_angle", self.direction_angle, "finite", self.direction_angle.is_finite())?;
+        check("directions", self.directions as f64, "even and at least 4", self.directions >= 4)?;
+        if let ContactMethod::Structured(solver) = &self.method {
+            solver.validate()?;
+        }
+        Ok(FrictionPolygon::regular(self.directions, self.direction_angle)?)
+    }
+}

@@ -1,0 +1,184 @@
+//! A run: a model, its state, and the same step again and again.
+
+use std::sync::Arc;
+
+use signorini_contact::Certificate;
+use signorini_multibody::{
+    Input, Keyframe, Kinematics, Model, State, forward_kinematics_into, kinetic_energy, potential_energy,
+};
+
+use crate::step::{StepReport, Workspace, step};
+use crate::{Settings, SimulationError};
+
+/// What a run adds up to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Summary {
+    /// Steps made.
+    pub steps: u64,
+    /// Steps whose residuals exceed the tolerance.
+    pub missed_steps: u64,
+    /// Steps in which negative gaps were taken as zero.
+    pub clipped_steps: u64,
+    /// Largest number of contacts in a step.
+    pub contacts_max: usize,
+    /// Largest residual of each law over the run.
+    pub worst: Certificate,
+    /// Deepest penetration of a contact point at the beginning of a step, m (≥ 0).
+    pub deepest_penetration: f64,
+    /// Solver iterations of all steps.
+    pub iterations: u64,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RunEnd {
+    /// The time is over.
+    Finished,
+    /// A step has no solution; the state is the one before it. The report tells which contacts contradict each other.
+    NoSolution(Box<StepReport>),
+    /// The observer asked for it.
+    Stopped,
+}
+
+/// A model with its state, input and everything needed to step.
+pub struct Simulation {
+    model: Arc<Model>,
+    settings: Settings,
+    workspace: Workspace,
+    state: State,
+    next: State,
+    /// What acts on the model in the next step.
+    pub input: Input,
+    report: StepReport,
+    summary: Summary,
+}
+
+impl Simulation {
+    /// A simulation at the model's reference configuration, at rest.
+    ///
+    /// # Errors
+    /// [`SimulationError`] if a setting is out of its range or a shape cannot be prepared.
+    pub fn new(model: impl Into<Arc<Model>>, settings: Settings) -> Result<Self, SimulationError> {
+        let model = model.into();
+        let workspace = Workspace::new(&model, &settings)?;
+        let state = State::new(&model);
+        let next = state.clone();
+        let (input, report, summary) = (Input::default(), StepReport::default(), Summary::default());
+        Ok(Self { model, settings, workspace, state, next, input, report, summary })
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Time step Δt, s.
+    pub fn timestep(&self) -> f64 {
+        self.settings.timestep.unwrap_or(self.model.timestep)
+    }
+
+    /// The present state.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    /// Contact points, problem and solution of the last step.
+    pub fn workspace(&self) -> &Workspace {
+        &self.workspace
+    }
+
+    /// Sums over the steps made so far.
+    pub fn summary(&self) -> &Summary {
+        &self.summary
+    }
+
+    /// Sets the state and forgets the warm start.
+    ///
+    /// # Errors
+    /// [`SimulationError::State`] if a length is wrong or a number not finite.
+    pub fn set_state(&mut self, state: &State) -> Result<(), SimulationError> {
+        state.check(&self.model)?;
+        self.state.clone_from(state);
+        self.workspace.clear_warm_start();
+        Ok(())
+    }
+
+    /// Sets state and control from a keyframe of the model.
+    ///
+    /// # Errors
+    /// [`SimulationError::UnknownName`] if the model has no such keyframe.
+    pub fn reset_to(&mut self, keyframe: &str) -> Result<(), SimulationError> {
+        let Some(Keyframe { time, q, v, control, .. }) = self.model.keyframe_named(keyframe) else {
+            let known = self.model.keyframes.iter().map(|k| k.name.as_str()).collect::<Vec<_>>().join(", ");
+            return Err(SimulationError::UnknownName { sort: "keyframe", name: keyframe.into(), known });
+        };
+        let state = State { time: *time, q: q.clone(), v: v.clone() };
+        self.input.control = control.clone();
+        self.set_state(&state)
+    }
+
+    /// Makes one step.
+    ///
+    /// # Errors
+    /// See [`step`](crate::step()).
+    pub fn step(&mut self) -> Result<&StepReport, SimulationError> {
+        let Self { model, settings, workspace, state, next, input, .. } = self;
+        self.report = step(model, state, input, settings, workspace, next)?;
+        if self.report.advanced() {
+            std::mem::swap(&mut self.state, &mut self.next);
+            self.summary.add(&self.report, &self.workspace);
+        }
+        Ok(&self.report)
+    }
+
+    /// Steps until `duration` (s) has passed. `observe` is called after each step with the simulation, whose
+    /// [`workspace`](Self::workspace) holds the step's contacts; it returns whether to go on.
+    ///
+    /// # Errors
+    /// See [`step`](crate::step()).
+    pub fn run(
+        &mut self,
+        duration: f64,
+        mut observe: impl FnMut(&Self, &StepReport) -> bool,
+    ) -> Result<RunEnd, SimulationError> {
+        let steps = (duration / self.timestep()).round() as u64;
+        for _ in 0..steps {
+            self.step()?;
+            let go_on = observe(self, &self.report);
+            if !self.report.advanced() {
+                return Ok(RunEnd::NoSolution(Box::new(self.report.clone())));
+            }
+            if !go_on {
+                return Ok(RunEnd::Stopped);
+            }
+        }
+        Ok(RunEnd::Finished)
+    }
+
+    /// Kinetic and potential energy of the present state, J.
+    pub fn energy(&self) -> (f64, f64) {
+        let mut kinematics = Kinematics::new(&self.model);
+        forward_kinematics_into(&self.model, &self.state.q, &self.state.v, &mut kinematics);
+        let kinetic = kinetic_energy(&self.model, &kinematics, &self.state.v);
+        (kinetic, potential_energy(&self.model, &kinematics, &self.state.q))
+    }
+}
+
+impl Summary {
+    fn add(&mut self, report: &StepReport, workspace: &Workspace) {
+        self.steps += 1;
+        self.missed_steps += u64::from(report.missed_tolerance);
+        self.clipped_steps += u64::from(report.clipped_gaps);
+        self.contacts_max = self.contacts_max.max(report.contacts);
+        self.worst.merge(&report.certificate);
+        self.iterations += u64::from(report.solver.iterations());
+        for point in workspace.contact_points() {
+            self.deepest_penetration = self.deepest_penetration.max(-point.gap);
+        }
+    }
+}

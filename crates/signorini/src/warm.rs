@@ -1,0 +1,58 @@
+//! Carrying a solution from one step's contacts to the next's, by feature.
+
+use signorini_contact::{ContactSolution, WarmStart};
+use signorini_multibody::ContactPoint;
+
+/// What identifies a contact from step to step: its geoms and feature, or a joint's limit.
+pub(crate) type ContactKey = [u32; 3];
+
+/// Marks the keys of joint limits; no geom has this index.
+const LIMIT: u32 = u32::MAX;
+
+/// The key of a contact point.
+pub(crate) fn point_key(point: &ContactPoint) -> ContactKey {
+    [point.geom_a.0, point.geom_b.0, point.feature]
+}
+
+/// The key of the lower (`side` 0) or upper (1) limit of joint `joint`.
+pub(crate) fn limit_key(joint: usize, side: u32) -> ContactKey {
+    [LIMIT, joint as u32, side]
+}
+
+/// The last solution with the keys of its contacts, ascending.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WarmCache {
+    keys: Vec<ContactKey>,
+    solution: ContactSolution,
+    start: WarmStart,
+}
+
+impl WarmCache {
+    /// Forgets the last solution.
+    pub fn clear(&mut self) {
+        self.keys.clear();
+    }
+
+    /// The start for contacts with these keys, ascending.
+    pub fn start_for(&mut self, keys: &[ContactKey]) -> &WarmStart {
+        self.start.clear();
+        let mut earlier = 0;
+        for key in keys {
+            while self.keys.get(earlier).is_some_and(|k| k < key) {
+                earlier += 1;
+            }
+            let same = self.keys.get(earlier) == Some(key);
+            self.start.push(&self.solution, same.then_some(earlier));
+            earlier += usize::from(same);
+        }
+        self.start.set_bilateral(&self.solution.bilateral);
+        &self.start
+    }
+
+    /// Keeps a solution, taking its place in exchange.
+    pub fn keep(&mut self, keys: &[ContactKey], solution: &ContactSolution) {
+        self.keys.clear();
+        self.keys.extend_from_slice(keys);
+        self.solution.copy_warm_part(solution);
+    }
+}
