@@ -138,7 +138,7 @@ fn build() -> Model {
 }
 
 /// One state of the reference file; quantities by name.
-fn quantity<'a>(lines: &[(&'a str, Vec<f64>)], name: &str) -> Vec<f64> {
+fn quantity(lines: &[(&str, Vec<f64>)], name: &str) -> Vec<f64> {
     lines.iter().find(|line| line.0 == name).unwrap_or_else(|| panic!("the reference has no {name}")).1.clone()
 }
 
