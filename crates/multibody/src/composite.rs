@@ -28,6 +28,13 @@ impl RigidInertia {
         Self { mass: inertia.mass, first_moment, rotational }
     }
 
+    /// Adds an inertia about the same origin.
+    fn add(&mut self, other: &Self) {
+        self.mass += other.mass;
+        self.first_moment += other.first_moment;
+        self.rotational += other.rotational;
+    }
+
     /// Adds an inertia whose origin is at `r` from this one's.
     fn add_at(&mut self, other: &Self, r: DVec3) {
         let (m, h) = (other.mass, other.first_moment);
@@ -100,7 +107,7 @@ pub fn mass_matrix_into(model: &Model, kinematics: &Kinematics, mass: &mut MassM
             free_columns(joint.v_index, body.inertia.mass, arm, rotational, kinematics, &mut mass.matrix);
             continue;
         }
-        mass.composite[i].add_at(&RigidInertia::of_body(&body.inertia, rotation), DVec3::ZERO);
+        mass.composite[i].add(&RigidInertia::of_body(&body.inertia, rotation));
         let composite = mass.composite[i];
         if let [joint] = model.joints_of(id)
             && joint.kind == JointKind::Free
@@ -125,17 +132,27 @@ pub fn mass_matrix_into(model: &Model, kinematics: &Kinematics, mass: &mut MassM
     }
 }
 
-/// Column `k` of a dof of body `i` up to and including its diagonal: the momentum that its unit rate gives to all it
-/// carries, seen along every axis on the way to the root.
+/// Row `k` of a dof of body `i` up to and including its diagonal, and the column: the momentum that its unit rate gives to
+/// all it carries, seen along every axis on the way to the root.
 fn column(model: &Model, kinematics: &Kinematics, i: usize, k: usize, inertia: &RigidInertia, out: &mut BlockDiagonal) {
     let (mut moment, force) = inertia.times(kinematics.dof_angular[k], kinematics.dof_linear[k]);
-    let mut b = i;
-    while b != 0 {
-        for j in model.dofs_of(BodyId(b as u32)).filter(|&j| j <= k) {
-            out.set(k, j, kinematics.dof_angular[j].dot(moment) + kinematics.dof_linear[j].dot(force));
+    let (block, data) = out.block_mut(out.block_of(k));
+    let row = k - block.start;
+    let mut fill = |dofs: std::ops::Range<usize>, moment: DVec3| {
+        for j in dofs {
+            let value = kinematics.dof_angular[j].dot(moment) + kinematics.dof_linear[j].dot(force);
+            let column = j - block.start;
+            data[row * block.size + column] = value;
+            data[column * block.size + row] = value;
         }
+    };
+    let own = model.dofs_of(BodyId(i as u32));
+    fill(own.start..k + 1, moment);
+    let mut b = i;
+    while model.bodies[b].parent != BodyId::WORLD {
         moment += kinematics.offset[b].cross(force);
         b = model.bodies[b].parent.index();
+        fill(model.dofs_of(BodyId(b as u32)), moment);
     }
 }
 

@@ -57,6 +57,8 @@ pub struct FreeMotion {
     /// Which end of its force range an actuator is held at, if any.
     pub saturation: Vec<Saturation>,
     newton_euler: NewtonEuler,
+    /// Diagonal of `M`, to which the implicit terms are added anew when an actuator saturates.
+    diagonal: Vec<f64>,
     rhs: Vec<f64>,
 }
 
@@ -83,6 +85,7 @@ impl FreeMotion {
             actuator_force: vec![0.0; model.actuators.len()],
             saturation: vec![Saturation::Within; model.actuators.len()],
             newton_euler: NewtonEuler::new(model),
+            diagonal: vec![0.0; model.nv],
             rhs: vec![0.0; model.nv],
         }
     }
@@ -115,9 +118,13 @@ pub fn free_motion_into(
         return Err(StateError::InvalidTimeStep { found: dt }.into());
     }
     bias_force_into(model, kinematics, &mut out.newton_euler, &mut out.bias);
+    mass_matrix_into(model, kinematics, &mut out.mass);
+    for k in 0..model.nv {
+        out.diagonal[k] = out.mass.matrix.get(k, k);
+    }
     out.saturation.fill(Saturation::Within);
     loop {
-        assemble(model, kinematics, state, input, dt, out);
+        assemble(model, state, input, dt, out);
         out.factor.refactor(&out.mass.matrix)?;
         out.free_velocity.copy_from_slice(&out.rhs);
         out.factor.solve_in_place(&mut out.free_velocity);
@@ -131,9 +138,9 @@ pub fn free_motion_into(
 }
 
 /// `M̂` and the right-hand side for the present saturations.
-fn assemble(model: &Model, kinematics: &Kinematics, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) {
-    mass_matrix_into(model, kinematics, &mut out.mass);
+fn assemble(model: &Model, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) {
     for k in 0..model.nv {
+        out.mass.matrix.set(k, k, out.diagonal[k]);
         out.rhs[k] = dt * (input.generalized_force.get(k).unwrap_or(&0.0) - out.bias[k]);
     }
     for joint in &model.joints {

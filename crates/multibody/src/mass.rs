@@ -169,6 +169,15 @@ impl BlockDiagonal {
         &self.data
     }
 
+    /// Takes over the entries of a matrix with the same blocks, without allocation.
+    ///
+    /// # Panics
+    /// If the blocks differ.
+    pub fn copy_from(&mut self, other: &Self) {
+        assert_eq!(self.blocks, other.blocks, "the matrices have different blocks");
+        self.data.copy_from_slice(&other.data);
+    }
+
     /// Sets every entry to zero.
     pub fn set_zero(&mut self) {
         self.data.fill(0.0);
@@ -188,6 +197,12 @@ impl BlockDiagonal {
     pub fn add_to_diagonal(&mut self, dof: usize, value: f64) {
         let block = self.blocks[self.block_of[dof]];
         self.data[block.offset + (dof - block.start) * (block.size + 1)] += value;
+    }
+
+    /// A block and its entries.
+    pub(crate) fn block_mut(&mut self, block: usize) -> (Block, &mut [f64]) {
+        let block = self.blocks[block];
+        (block, &mut self.data[block.data_range()])
     }
 
     /// Sets the entries at (row, column) and (column, row), which must be in one block.

@@ -20,6 +20,7 @@ for _ in range(6):
     # Along a random velocity from the reference configuration, so that quaternions are unit.
     mujoco.mj_integratePos(model, data.qpos, random.uniform(-1.5, 1.5, model.nv), 1.0)
     data.qvel[:] = random.uniform(-3, 3, model.nv)
+    data.ctrl[:] = random.uniform(-1, 1, model.nu)
     mujoco.mj_forward(model, data)
     mass = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, mass)
@@ -29,9 +30,11 @@ for _ in range(6):
     quantities = {
         "qpos": data.qpos,
         "qvel": data.qvel,
+        "ctrl": data.ctrl,
         "mass": mass,
         "bias": data.qfrc_bias,
         "passive": data.qfrc_passive,
+        "actuator": data.qfrc_actuator,
         "xpos": data.xpos,
         "xquat": data.xquat,
         "energy": data.energy,

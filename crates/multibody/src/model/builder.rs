@@ -6,7 +6,8 @@ use super::check::{
     check_actuators, check_geoms, check_inertia, check_joints, check_keyframes, check_mass, check_pairs, number, unique,
 };
 use super::{
-    Actuator, Body, BodyId, ContactFilter, Geom, GeomId, GeomPair, Inertia, Joint, JointId, Keyframe, Model, ModelError,
+    Actuator, Body, BodyId, ContactFilter, Geom, GeomId, GeomPair, Inertia, Joint, JointId, JointKind, Keyframe, Model,
+    ModelError,
 };
 use crate::math::Pose;
 
@@ -143,7 +144,7 @@ impl ModelBuilder {
         self
     }
 
-    /// Checks everything and orders the joints.
+    /// Checks everything, orders the joints, and makes rotations and axes unit to the last digit.
     ///
     /// # Errors
     /// The first [`ModelError`] met, in the order names, bodies, joints, geoms, actuators, keyframes.
@@ -160,6 +161,7 @@ impl ModelBuilder {
         check_pairs(&model)?;
         check_actuators(&model)?;
         check_keyframes(&mut model)?;
+        normalise(&mut model);
         Ok(model)
     }
 
@@ -238,6 +240,19 @@ impl ModelBuilder {
             dof_joint,
             body_last_dof,
             body_weld,
+        }
+    }
+}
+
+/// Removes what the checks tolerate: norms of rotations and axes that are off 1.
+fn normalise(model: &mut Model) {
+    let bodies = model.bodies.iter_mut().map(|body| &mut body.placement);
+    for placement in bodies.chain(model.geoms.iter_mut().map(|geom| &mut geom.placement)) {
+        placement.rotation = placement.rotation.normalize();
+    }
+    for joint in &mut model.joints {
+        if let JointKind::Hinge { axis } | JointKind::Slide { axis } = &mut joint.kind {
+            *axis = axis.normalize();
         }
     }
 }

@@ -2,7 +2,10 @@
 
 mod random_model;
 
+mod closed_forms;
+mod free_motion;
 mod identities;
 mod mass;
+mod model;
 mod motion;
 mod mujoco;

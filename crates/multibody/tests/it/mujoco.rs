@@ -2,8 +2,8 @@
 
 use signorini_multibody::glam::{DMat3, DQuat, DVec3};
 use signorini_multibody::{
-    BodyId, FreeMotion, Inertia, Input, Joint, JointKind, Model, ModelBuilder, Pose, State, free_motion_into,
-    kinetic_energy, potential_energy,
+    Actuator, ActuatorKind, BodyId, FreeMotion, Inertia, Input, Joint, JointKind, Model, ModelBuilder, Pose, State,
+    free_motion_into, kinetic_energy, potential_energy,
 };
 
 use crate::identities::{bias_force, kinematics, mass_matrix, relative_error};
@@ -134,11 +134,19 @@ fn build() -> Model {
         inertia(ORIGIN, 2.0, [0.02, 0.03, 0.04, 0.0, 0.0, 0.0]),
         vec![Joint::new("box_free", JointKind::Free)],
     );
+    let model = builder.clone().build().unwrap();
+    let mut drive = |name: &str, joint: &str, kind: ActuatorKind, gear: f64, control_range: Option<[f64; 2]>| {
+        let joint = model.joint_named(joint).unwrap();
+        builder.add_actuator(Actuator { name: name.into(), joint, gear, kind, control_range, force_range: None });
+    };
+    drive("push", "arm_slide", ActuatorKind::Motor, 3.0, Some([-0.5, 0.5]));
+    drive("hold", "leg_hinge", ActuatorKind::Position { kp: 50.0, kv: 2.0 }, -1.5, None);
+    drive("turn", "pole_hinge", ActuatorKind::Velocity { kv: 4.0 }, 2.0, None);
     builder.build().unwrap()
 }
 
 /// One state of the reference file; quantities by name.
-fn quantity<'a>(lines: &[(&'a str, Vec<f64>)], name: &str) -> Vec<f64> {
+fn quantity(lines: &[(&str, Vec<f64>)], name: &str) -> Vec<f64> {
     lines.iter().find(|line| line.0 == name).unwrap_or_else(|| panic!("the reference has no {name}")).1.clone()
 }
 
@@ -159,21 +167,29 @@ fn check_state(model: &Model, lines: &[(&str, Vec<f64>)]) {
     assert!(relative_error(&bias, &quantity(lines, "bias")) < TOLERANCE);
     let energy = [potential_energy(model, &at, &state.q), kinetic_energy(model, &at, &state.v)];
     assert!(relative_error(&energy, &quantity(lines, "energy")) < TOLERANCE);
-    assert!(relative_error(&passive_force(model, &state), &quantity(lines, "passive")) < 1e-9);
+    let mut force = quantity(lines, "passive");
+    force.iter_mut().zip(quantity(lines, "actuator")).for_each(|(f, a)| *f += a);
+    let input = Input { control: quantity(lines, "ctrl"), ..Input::default() };
+    assert!(relative_error(&joint_force(model, &state, &input), &force) < 1e-10);
 }
 
-/// Springs and dampers, read back from the equation of the free motion:
-/// `M̂ (v^f − v) / Δt = passive − h − Δt K v`.
-fn passive_force(model: &Model, state: &State) -> Vec<f64> {
+/// Forces of springs, dampers and actuators, read back from the equation of the free motion:
+/// `M̂ (v^f − v) / Δt = force − h − Δt K v`.
+fn joint_force(model: &Model, state: &State, input: &Input) -> Vec<f64> {
     let (dt, at) = (1e-3, kinematics(model, state));
     let mut free = FreeMotion::new(model);
-    free_motion_into(model, &at, state, &Input::default(), dt, &mut free).unwrap();
+    free_motion_into(model, &at, state, input, dt, &mut free).unwrap();
     let change: Vec<f64> = free.free_velocity.iter().zip(&state.v).map(|(a, b)| (a - b) / dt).collect();
     let mut force = vec![0.0; model.nv];
     free.mass.matrix.multiply_into(&change, &mut force);
+    let mut stiffness: Vec<f64> = model.dof_joint.iter().map(|j| model.joints[j.index()].stiffness).collect();
+    for actuator in &model.actuators {
+        if let ActuatorKind::Position { kp, .. } = actuator.kind {
+            stiffness[model.joints[actuator.joint.index()].v_index] += actuator.gear * actuator.gear * kp;
+        }
+    }
     for k in 0..model.nv {
-        let stiffness = model.joints[model.dof_joint[k].index()].stiffness;
-        force[k] += free.bias[k] + dt * stiffness * state.v[k];
+        force[k] += free.bias[k] + dt * stiffness[k] * state.v[k];
     }
     force
 }

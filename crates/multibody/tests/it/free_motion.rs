@@ -1,0 +1,181 @@
+//! The linearly implicit step without contact.
+
+use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::{
+    Actuator, ActuatorKind, BodyId, FreeMotion, FreeMotionError, Inertia, Input, Joint, JointId, JointKind, Model,
+    ModelBuilder, Pose, Saturation, State, StateError, free_motion_into,
+};
+
+use crate::identities::{FIXED, bias_force, forward_dynamics, kinematics, mass_matrix, relative_error};
+use crate::random_model::for_random_models;
+
+fn free_motion(model: &Model, state: &State, input: &Input, dt: f64) -> FreeMotion {
+    let mut free = FreeMotion::new(model);
+    free_motion_into(model, &kinematics(model, state), state, input, dt, &mut free).unwrap();
+    free
+}
+
+fn actuator(joint: usize, kind: ActuatorKind) -> Actuator {
+    let name = format!("actuator{joint}");
+    Actuator { name, joint: JointId(joint as u32), gear: 1.0, kind, control_range: None, force_range: None }
+}
+
+/// A mass on a slide along x, without gravity.
+fn slider(mass: f64, joint: Joint, actuators: Vec<Actuator>) -> Model {
+    let mut builder = ModelBuilder::new("slider");
+    builder.gravity(DVec3::ZERO);
+    let inertia = Inertia { mass, center_of_mass: DVec3::ZERO, rotational: DMat3::ZERO };
+    let body = builder.add_body("mass", BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
+    builder.add_joint(body, joint).unwrap();
+    actuators.into_iter().for_each(|a| {
+        builder.add_actuator(a);
+    });
+    builder.build().unwrap()
+}
+
+fn slide() -> Joint {
+    Joint::new("slide", JointKind::Slide { axis: DVec3::X })
+}
+
+#[test]
+fn without_springs_it_is_forward_dynamics() {
+    for_random_models(41, FIXED, |model, state, random| {
+        let input = Input { generalized_force: random.list(model.nv, 10.0), ..Input::default() };
+        let free = free_motion(model, state, &input, 1e-2);
+        let acceleration = forward_dynamics(model, &kinematics(model, state), &input.generalized_force);
+        let expected: Vec<f64> = state.v.iter().zip(&acceleration).map(|(v, a)| v + 1e-2 * a).collect();
+        let error = relative_error(&free.free_velocity, &expected);
+        assert!(error < 1e-11, "{error}");
+    });
+}
+
+/// The residual of the implicit equation, with every force evaluated at the end of the step.
+#[test]
+fn the_implicit_equation_is_satisfied() {
+    for_random_models(42, FIXED, |model, state, random| {
+        let (mut model, dt) = (model.clone(), 5e-3);
+        for i in 0..model.joints.len() {
+            let joint = &mut model.joints[i];
+            joint.damping = random.uniform(0.0, 5.0);
+            if joint.kind.nv() > 1 {
+                continue;
+            }
+            (joint.stiffness, joint.spring_reference) = (random.uniform(0.0, 1e4), random.uniform(-1.0, 1.0));
+            let (kp, kv) = (random.uniform(0.0, 1e4), random.uniform(0.0, 100.0));
+            let kind = [ActuatorKind::Motor, ActuatorKind::Position { kp, kv }, ActuatorKind::Velocity { kv }][i % 3];
+            let force_range = Some([-random.uniform(0.0, 300.0), random.uniform(0.0, 300.0)]);
+            model.actuators.push(Actuator { gear: random.uniform(-2.0, 2.0), force_range, ..actuator(i, kind) });
+        }
+        let input =
+            Input { control: random.list(model.actuators.len(), 1.5), generalized_force: random.list(model.nv, 10.0) };
+        let free = free_motion(&model, state, &input, dt);
+        let at = kinematics(&model, state);
+        let v = &free.free_velocity;
+        let change: Vec<f64> = v.iter().zip(&state.v).map(|(a, b)| (a - b) / dt).collect();
+        let mut left = vec![0.0; model.nv];
+        mass_matrix(&model, &at).matrix.multiply_into(&change, &mut left);
+        left.iter_mut().zip(bias_force(&model, &at)).for_each(|(l, h)| *l += h);
+        let mut right = input.generalized_force.clone();
+        for joint in &model.joints {
+            for k in joint.v_index..joint.v_index + joint.kind.nv() {
+                right[k] -= joint.damping * v[k];
+            }
+            if joint.stiffness > 0.0 {
+                let k = joint.v_index;
+                right[k] -= joint.stiffness * (state.q[joint.q_index] + dt * v[k] - joint.spring_reference);
+            }
+        }
+        for (a, actuator) in model.actuators.iter().enumerate() {
+            let joint = &model.joints[actuator.joint.index()];
+            let [lower, upper] = actuator.force_range.unwrap();
+            let rate = actuator.gear * v[joint.v_index];
+            let length = actuator.gear * state.q[joint.q_index] + dt * rate;
+            let law = match actuator.kind {
+                ActuatorKind::Motor => input.control[a],
+                ActuatorKind::Position { kp, kv } => kp * (input.control[a] - length) - kv * rate,
+                ActuatorKind::Velocity { kv } => kv * (input.control[a] - rate),
+            };
+            let force = free.actuator_force[a];
+            assert!((lower..=upper).contains(&force));
+            match free.saturation[a] {
+                Saturation::Within => assert!((force - law.clamp(lower, upper)).abs() < 1e-8, "{force} {law}"),
+                Saturation::Lower => assert_eq!(force, lower),
+                Saturation::Upper => assert_eq!(force, upper),
+            }
+            right[joint.v_index] += actuator.gear * force;
+        }
+        let error = relative_error(&left, &right);
+        assert!(error < 1e-10, "{error}");
+    });
+}
+
+/// `v⁺ = (m v − Δt k (q − q_r)) / (m + Δt c + Δt² k)`.
+#[test]
+fn spring_and_damper_on_a_mass() {
+    let (m, k, c, dt) = (1.7, 300.0, 4.0, 0.01);
+    let joint = Joint { stiffness: k, spring_reference: 0.25, damping: c, ..slide() };
+    let model = slider(m, joint, vec![]);
+    let state = State { time: 0.0, q: vec![0.6], v: vec![-0.4] };
+    let free = free_motion(&model, &state, &Input::default(), dt);
+    let effective = m + dt * c + dt * dt * k;
+    let expected = (m * -0.4 - dt * k * (0.6 - 0.25)) / effective;
+    assert!((free.mass.matrix.get(0, 0) - effective).abs() < 1e-15);
+    assert!((free.free_velocity[0] - expected).abs() < 1e-15);
+}
+
+/// An explicit step of this servo is unstable: Δt² kp / m = 2.5 · 10³.
+#[test]
+fn a_stiff_servo_settles_at_its_target() {
+    let servo = actuator(0, ActuatorKind::Position { kp: 1e4, kv: 10.0 });
+    let model = slider(1e-4, slide(), vec![servo]);
+    let mut state = State { time: 0.0, q: vec![0.0], v: vec![50.0] };
+    let input = Input { control: vec![0.3], ..Input::default() };
+    for _ in 0..200 {
+        state.v = free_motion(&model, &state, &input, 5e-3).free_velocity;
+        state.q[0] += 5e-3 * state.v[0];
+    }
+    assert!((state.q[0] - 0.3).abs() < 1e-12 && state.v[0].abs() < 1e-10, "{state:?}");
+}
+
+#[test]
+fn a_servo_out_of_its_range_pushes_with_the_end_of_it() {
+    let servo = Actuator {
+        force_range: Some([-2.0, 3.0]),
+        control_range: Some([-1.0, 1.0]),
+        gear: 4.0,
+        ..actuator(0, ActuatorKind::Position { kp: 1e4, kv: 10.0 })
+    };
+    let model = slider(2.0, slide(), vec![servo]);
+    let state = State { time: 0.0, q: vec![0.1], v: vec![0.5] };
+    let pushed =
+        |control: f64| free_motion(&model, &state, &Input { control: vec![control], ..Input::default() }, 0.01);
+    let up = pushed(5.0);
+    assert_eq!((up.saturation[0], up.actuator_force[0]), (Saturation::Upper, 3.0));
+    assert!((up.free_velocity[0] - (0.5 + 0.01 * 4.0 * 3.0 / 2.0)).abs() < 1e-15);
+    assert_eq!(up.mass.matrix.get(0, 0), 2.0);
+    let down = pushed(-5.0);
+    assert_eq!((down.saturation[0], down.actuator_force[0]), (Saturation::Lower, -2.0));
+    assert!((down.free_velocity[0] - (0.5 - 0.01 * 4.0 * 2.0 / 2.0)).abs() < 1e-15);
+}
+
+#[test]
+fn wrong_input_is_an_error_that_names_the_part() {
+    let model = slider(1.0, slide(), vec![actuator(0, ActuatorKind::Motor)]);
+    let at = kinematics(&model, &State::new(&model));
+    let error = |state: &State, input: &Input, dt: f64| {
+        free_motion_into(&model, &at, state, input, dt, &mut FreeMotion::new(&model)).unwrap_err()
+    };
+    let (state, input) = (State::new(&model), Input::default());
+    let wrong = State { v: vec![f64::NAN], ..state.clone() };
+    assert!(error(&wrong, &input, 0.01).to_string().starts_with("v[0] (joint 'slide') is NaN"));
+    let wrong = State { q: vec![], ..state.clone() };
+    let expected = StateError::WrongLength { quantity: "q", expected: 1, found: 0 };
+    assert_eq!(error(&wrong, &input, 0.01), FreeMotionError::State(expected));
+    let wrong = Input { control: vec![1.0, 2.0], ..input.clone() };
+    let expected = StateError::WrongLength { quantity: "control", expected: 1, found: 2 };
+    assert_eq!(error(&state, &wrong, 0.01), FreeMotionError::State(expected));
+    let wrong = Input { control: vec![f64::INFINITY], ..input.clone() };
+    assert!(error(&state, &wrong, 0.01).to_string().starts_with("control[0] (actuator 'actuator0') is inf"));
+    let expected = StateError::InvalidTimeStep { found: 0.0 };
+    assert_eq!(error(&state, &input, 0.0), FreeMotionError::State(expected));
+}
