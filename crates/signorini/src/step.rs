@@ -10,11 +10,11 @@ use signorini_multibody::{
     free_motion_into, integrate_into,
 };
 
+use crate::SimulationError;
 use crate::build::ProblemBuilder;
 use crate::reach::BodyReach;
 use crate::settings::{ContactMethod, InfeasiblePolicy, Settings};
 use crate::warm::WarmCache;
-use crate::SimulationError;
 
 /// How often a step is found and solved again because a body moved farther than its reach.
 const MAX_ENLARGEMENTS: u32 = 8;

@@ -1,0 +1,256 @@
+//! The search for contact points of a whole model.
+
+use glamx::glam::{DMat3, DVec3};
+use signorini_multibody::{ContactPoint, GeomId, Model, Pose};
+
+use crate::CollisionError;
+use crate::convex::{Convex, Placed};
+use crate::halfspace::HalfSpace;
+use crate::manifold::Touch;
+use crate::narrow::Narrow;
+use crate::shape::{Prepared, Shape};
+use crate::sweep::{Aabb, Sweep};
+
+/// How far a body can travel within the step.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Reach {
+    /// Largest distance the body's origin can move, m.
+    pub linear: f64,
+    /// Largest angle the body can turn, rad.
+    pub angular: f64,
+}
+
+/// Finds the contact points of one model; holds its prepared shapes and all buffers.
+#[derive(Clone, Debug)]
+pub struct Collider {
+    geoms: Vec<Prepared>,
+    half_spaces: Vec<u32>,
+    own_friction: Vec<(u32, u32, f64)>,
+    placed: Vec<GeomPose>,
+    boxes: Vec<Aabb>,
+    travel: Vec<f64>,
+    pairs: Vec<(u32, u32)>,
+    sweep: Sweep,
+    narrow: Narrow,
+    touches: Vec<Touch>,
+}
+
+/// A geom in world.
+#[derive(Clone, Copy, Debug)]
+struct GeomPose {
+    rotation: DMat3,
+    position: DVec3,
+    center: DVec3,
+}
+
+impl Collider {
+    /// Prepares the shapes of a model.
+    ///
+    /// # Errors
+    /// [`CollisionError::FlatHull`] for a convex mesh without volume, [`CollisionError::TwoMeshes`] if two triangle
+    /// meshes or height fields can meet.
+    pub fn new(model: &Model) -> Result<Self, CollisionError> {
+        let geoms = model.geoms.iter().map(Prepared::new).collect::<Result<Vec<_>, _>>()?;
+        check_meshes(model, &geoms)?;
+        let half_spaces = (0..geoms.len() as u32).filter(|&i| matches!(geoms[i as usize].shape, Shape::HalfSpace));
+        let half_spaces = half_spaces.collect();
+        let mut own_friction: Vec<(u32, u32, f64)> = Vec::new();
+        for pair in &model.pairs {
+            let (a, b) = (pair.geom_a.0.min(pair.geom_b.0), pair.geom_a.0.max(pair.geom_b.0));
+            own_friction.push((a, b, model.pair_friction(GeomId(a), GeomId(b))));
+        }
+        own_friction.sort_by_key(|p| (p.0, p.1));
+        own_friction.dedup_by_key(|p| (p.0, p.1));
+        Ok(Self {
+            geoms,
+            half_spaces,
+            own_friction,
+            placed: Vec::new(),
+            boxes: Vec::new(),
+            travel: Vec::new(),
+            pairs: Vec::new(),
+            sweep: Sweep::default(),
+            narrow: Narrow::default(),
+            touches: Vec::new(),
+        })
+    }
+
+    /// Every point at which two geoms could touch within the step.
+    ///
+    /// A geom of a body with [`Reach`] `r` travels at most `r.linear + r.angular · (distance of its farthest point from
+    /// the body's origin)`; a point is returned when its gap is at most the sum of both geoms' travels. Points are
+    /// ordered by `(geom_a, geom_b, feature)`, `geom_a < geom_b`; the result depends on nothing but the arguments.
+    /// Geoms whose pose is not a number touch nothing.
+    /// - `model`: the model this collider was made for;
+    /// - `body_pose`: `X_WB`, `[bodies]`; `reach`: `[bodies]`;
+    /// - `out`: cleared, then filled.
+    ///
+    /// # Cost
+    /// No allocation once the buffers have grown to the scene.
+    ///
+    /// # Panics
+    /// If `body_pose` or `reach` is shorter than the model's list of bodies.
+    pub fn find(&mut self, model: &Model, body_pose: &[Pose], reach: &[Reach], out: &mut Vec<ContactPoint>) {
+        out.clear();
+        self.place(body_pose, reach);
+        self.collect_pairs(model);
+        for k in 0..self.pairs.len() {
+            let (i, j) = self.pairs[k];
+            self.touches.clear();
+            let origin = self.touch(i as usize, j as usize);
+            let start = out.len();
+            let friction = self.friction(model, i, j);
+            let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
+            out.extend(self.touches.iter().map(|t| ContactPoint {
+                geom_a: GeomId(i),
+                geom_b: GeomId(j),
+                body_a: a.body,
+                body_b: b.body,
+                position: t.position + origin,
+                normal: t.normal,
+                gap: t.gap,
+                friction,
+                feature: t.feature.code(),
+            }));
+            order_features(&mut out[start..]);
+        }
+    }
+
+    /// `X_WG` of a geom, m.
+    pub fn geom_pose(&self, geom: GeomId, body_pose: &[Pose]) -> Pose {
+        let prepared = &self.geoms[geom.index()];
+        body_pose[prepared.body] * prepared.placement
+    }
+
+    /// World poses, travels and the boxes around all that the geoms can reach.
+    fn place(&mut self, body_pose: &[Pose], reach: &[Reach]) {
+        self.placed.clear();
+        self.boxes.clear();
+        self.travel.clear();
+        for geom in &self.geoms {
+            let pose = body_pose[geom.body] * geom.placement;
+            let rotation = pose.rotation_matrix();
+            let center = rotation * geom.center + pose.position;
+            let reach = reach[geom.body];
+            let travel = reach.linear + reach.angular * geom.arm;
+            let half = rotation.abs() * geom.half + DVec3::splat(travel);
+            self.placed.push(GeomPose { rotation, position: pose.position, center });
+            self.boxes.push(Aabb { low: center - half, high: center + half });
+            self.travel.push(travel);
+        }
+    }
+
+    /// Pairs that can touch, in order.
+    fn collect_pairs(&mut self, model: &Model) {
+        self.pairs.clear();
+        let (geoms, pairs) = (&self.geoms, &mut self.pairs);
+        let allowed = |i: u32, j: u32| {
+            let both = (&model.geoms[i as usize], &model.geoms[j as usize]);
+            model.contact_filter.allows((GeomId(i), GeomId(j)), both)
+        };
+        let bounded = |i: usize| !matches!(geoms[i].shape, Shape::HalfSpace);
+        self.sweep.pairs(&self.boxes, bounded, |i, j| {
+            let (i, j) = (i.min(j), i.max(j));
+            if allowed(i, j) {
+                pairs.push((i, j));
+            }
+        });
+        for &h in &self.half_spaces {
+            let plane = &self.placed[h as usize];
+            let normal = plane.rotation.z_axis;
+            for i in 0..geoms.len() {
+                let margin = self.travel[i] + self.travel[h as usize];
+                let height = normal.dot(self.placed[i].center - plane.position) - geoms[i].size;
+                if height <= margin && bounded(i) && allowed(h, i as u32) {
+                    pairs.push((h.min(i as u32), h.max(i as u32)));
+                }
+            }
+        }
+        pairs.sort_unstable();
+    }
+
+    /// Contact points of geoms `i < j` relative to the returned origin, normals from `i` to `j`.
+    fn touch(&mut self, i: usize, j: usize) -> DVec3 {
+        let margin = self.travel[i] + self.travel[j];
+        let flip = rank(&self.geoms[i].shape) > rank(&self.geoms[j].shape);
+        let (a, b) = if flip { (j, i) } else { (i, j) };
+        let origin = self.placed[b].center;
+        let (narrow, touches) = (&mut self.narrow, &mut self.touches);
+        match (&self.geoms[a].shape, &self.geoms[b].shape) {
+            (Shape::HalfSpace, Shape::Convex(shape)) => {
+                let placed = place(&self.geoms[b], shape, &self.placed[b], origin);
+                let half_space = half_space(&self.placed[a], origin);
+                half_space.touch(&placed, margin, &mut narrow.manifold.patch_b, touches);
+                narrow.reducer.limit(touches, self.geoms[b].size);
+            }
+            (Shape::Convex(shape_a), Shape::Convex(shape_b)) => {
+                let placed_a = place(&self.geoms[a], shape_a, &self.placed[a], origin);
+                let placed_b = place(&self.geoms[b], shape_b, &self.placed[b], origin);
+                narrow.convex(&placed_a, &placed_b, margin, touches);
+            }
+            _ => {}
+        }
+        if flip {
+            for touch in touches {
+                touch.normal = -touch.normal;
+                touch.feature = touch.feature.swapped();
+            }
+        }
+        origin
+    }
+
+    fn friction(&self, model: &Model, i: u32, j: u32) -> f64 {
+        if let Ok(k) = self.own_friction.binary_search_by_key(&(i, j), |p| (p.0, p.1)) {
+            return self.own_friction[k].2;
+        }
+        let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
+        if a.frictional || b.frictional { a.friction.max(b.friction) } else { 0.0 }
+    }
+}
+
+/// Order in which shapes take the A side of the narrow phase.
+fn rank(shape: &Shape) -> u32 {
+    match shape {
+        Shape::HalfSpace => 0,
+        Shape::Triangles(_) => 1,
+        Shape::Convex(_) => 2,
+    }
+}
+
+fn place<'a>(geom: &Prepared, shape: &'a Convex, pose: &GeomPose, origin: DVec3) -> Placed<'a> {
+    let (position, center) = (pose.position - origin, pose.center - origin);
+    Placed { shape, rotation: pose.rotation, position, center, size: geom.size }
+}
+
+fn half_space(pose: &GeomPose, origin: DVec3) -> HalfSpace {
+    let normal = pose.rotation.z_axis;
+    HalfSpace { normal, offset: normal.dot(pose.position - origin) }
+}
+
+fn check_meshes(model: &Model, geoms: &[Prepared]) -> Result<(), CollisionError> {
+    let meshes: Vec<usize> = (0..geoms.len()).filter(|&i| matches!(geoms[i].shape, Shape::Triangles(_))).collect();
+    for (k, &i) in meshes.iter().enumerate() {
+        for &j in &meshes[k + 1..] {
+            let (a, b) = (&model.geoms[i], &model.geoms[j]);
+            if model.contact_filter.allows((GeomId(i as u32), GeomId(j as u32)), (a, b)) {
+                return Err(CollisionError::TwoMeshes { geom_a: a.name.clone(), geom_b: b.name.clone() });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Sorts the points of a pair by feature and makes the features unique.
+fn order_features(points: &mut [ContactPoint]) {
+    points.sort_unstable_by(|p, q| {
+        let place = |c: &ContactPoint| c.position.to_array();
+        let ([px, py, pz], [qx, qy, qz]) = (place(p), place(q));
+        let by_place = px.total_cmp(&qx).then(py.total_cmp(&qy)).then(pz.total_cmp(&qz));
+        p.feature.cmp(&q.feature).then(by_place)
+    });
+    for k in 1..points.len() {
+        if points[k].feature <= points[k - 1].feature {
+            points[k].feature = points[k - 1].feature.wrapping_add(1);
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Names of contact points: which vertices, edges or faces meet.
+
+/// What of the two shapes meets at a contact point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Feature {
+    /// A vertex of A and a face (or the inside of an edge) of B.
+    VertexA(u32),
+    /// A vertex of B and a face (or the inside of an edge) of A.
+    VertexB(u32),
+    /// An edge of A, by its vertices, and an edge of B.
+    Edges([u32; 2], [u32; 2]),
+    /// The one closest pair of points, where no vertices or edges meet.
+    Closest,
+}
+
+impl Feature {
+    /// The same contact seen with A and B exchanged.
+    pub fn swapped(self) -> Self {
+        match self {
+            Self::VertexA(i) => Self::VertexB(i),
+            Self::VertexB(i) => Self::VertexA(i),
+            Self::Edges(a, b) => Self::Edges(b, a),
+            Self::Closest => Self::Closest,
+        }
+    }
+
+    /// A 32-bit name: the same for the same feature, almost always another one for another feature.
+    pub fn code(self) -> u32 {
+        match self {
+            Self::VertexA(i) => mix(&[1, i]),
+            Self::VertexB(i) => mix(&[2, i]),
+            Self::Edges([a, b], [c, d]) => mix(&[3, a.min(b), a.max(b), c.min(d), c.max(d)]),
+            Self::Closest => 0,
+        }
+    }
+}
+
+/// FNV-1a over 32-bit words with a final avalanche (Fowler, Noll, Vo; MurmurHash3's finalizer).
+fn mix(words: &[u32]) -> u32 {
+    let mut h = 0x811c_9dc5_u32;
+    for w in words {
+        h = (h ^ w).wrapping_mul(0x0100_0193).rotate_left(13);
+    }
+    h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
+    h = (h ^ (h >> 13)).wrapping_mul(0xc2b2_ae35);
+    h ^ (h >> 16)
+}

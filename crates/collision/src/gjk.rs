@@ -1,0 +1,177 @@
+//! Closest points of two convex cores (Gilbert, Johnson, Keerthi 1988; simplex projection after Ericson 2005).
+
+use glamx::glam::DVec3;
+
+use crate::convex::Placed;
+
+/// What the search found.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Outcome {
+    /// The cores are farther apart than asked for.
+    Beyond,
+    /// The cores do not meet.
+    Apart(ClosestPair),
+    /// The cores overlap or touch.
+    Overlapping,
+}
+
+/// Closest points of the cores.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ClosestPair {
+    pub distance: f64,
+    /// Unit, from A to B.
+    pub normal: DVec3,
+    pub point_a: DVec3,
+    pub point_b: DVec3,
+}
+
+/// A vertex `w = b − a` of the difference of the shapes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Vertex {
+    pub w: DVec3,
+    pub a: DVec3,
+    pub b: DVec3,
+}
+
+const ITERATIONS: usize = 96;
+
+/// Closest points of the cores of A and B, given up as soon as they are known to be farther apart than `beyond` (m).
+pub(crate) fn closest(a: &Placed, b: &Placed, beyond: f64) -> Outcome {
+    let size = a.size + b.size;
+    let mut simplex = Simplex::default();
+    let first = difference(a, b, (a.center - b.center).try_normalize().unwrap_or(DVec3::X));
+    simplex.vertices[0] = first;
+    simplex.weights[0] = 1.0;
+    simplex.count = 1;
+    let mut v = first.w;
+    let mut length2 = v.length_squared();
+    for _ in 0..ITERATIONS {
+        if length2 <= (1e-14 * size).powi(2) {
+            return Outcome::Overlapping;
+        }
+        let vertex = difference(a, b, -v);
+        let bound = v.dot(vertex.w);
+        if bound > beyond * length2.sqrt() {
+            return Outcome::Beyond;
+        }
+        if length2 - bound <= 1e-15 * length2 || simplex.has(vertex.w) {
+            break;
+        }
+        let kept = simplex;
+        simplex.vertices[simplex.count] = vertex;
+        simplex.count += 1;
+        let Some(next) = simplex.project() else { return Outcome::Overlapping };
+        let next2 = next.length_squared();
+        if next2.is_nan() || next2 >= length2 {
+            if std::env::var("GJKDBG").is_ok() { eprintln!("noprogress {next2:e} {length2:e} bound {bound:e} rel {:e}", (length2-bound)/length2); }
+            simplex = kept;
+            break;
+        }
+        (v, length2) = (next, next2);
+    }
+    if std::env::var("GJKDBG").is_ok() { eprintln!("gjk end count {} len {}", simplex.count, length2.sqrt()); }
+    let distance = length2.sqrt();
+    let (point_a, point_b) = simplex.points();
+    Outcome::Apart(ClosestPair { distance, normal: v / distance, point_a, point_b })
+}
+
+/// The vertex of `B − A` (cores) that is farthest along `d`.
+fn difference(a: &Placed, b: &Placed, d: DVec3) -> Vertex {
+    let (pa, pb) = (a.core_support(-d), b.core_support(d));
+    Vertex { w: pb - pa, a: pa, b: pb }
+}
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Simplex {
+    vertices: [Vertex; 4],
+    weights: [f64; 4],
+    count: usize,
+}
+
+impl Simplex {
+    fn has(&self, w: DVec3) -> bool {
+        self.vertices[..self.count].iter().any(|v| v.w == w)
+    }
+
+    fn points(&self) -> (DVec3, DVec3) {
+        let mut points = (DVec3::ZERO, DVec3::ZERO);
+        for (vertex, weight) in self.vertices.iter().zip(self.weights).take(self.count) {
+            points = (points.0 + vertex.a * weight, points.1 + vertex.b * weight);
+        }
+        points
+    }
+
+    /// The point nearest to the origin; drops what it does not need. `None` if the origin is inside.
+    fn project(&mut self) -> Option<DVec3> {
+        let w = self.vertices.map(|v| v.w);
+        let (ids, weights): ([usize; 3], [f64; 3]) = match self.count {
+            2 => {
+                let (s, t) = segment_weights(w[0], w[1]);
+                ([0, 1, 0], [s, t, 0.0])
+            }
+            3 => ([0, 1, 2], triangle_weights(w[0], w[1], w[2])),
+            _ => tetrahedron(&w)?,
+        };
+        let (mut kept, mut nearest) = (Self::default(), DVec3::ZERO);
+        for (i, weight) in ids.into_iter().zip(weights) {
+            if weight > 0.0 {
+                kept.vertices[kept.count] = self.vertices[i];
+                kept.weights[kept.count] = weight;
+                kept.count += 1;
+                nearest += w[i] * weight;
+            }
+        }
+        *self = kept;
+        Some(nearest)
+    }
+}
+
+fn segment_weights(a: DVec3, b: DVec3) -> (f64, f64) {
+    let e = b - a;
+    let length2 = e.length_squared();
+    let t = if length2 > 0.0 { (-a.dot(e) / length2).clamp(0.0, 1.0) } else { 0.0 };
+    (1.0 - t, t)
+}
+
+/// Barycentric weights of the point of a triangle nearest to the origin: the best of its three sides and, where the
+/// origin projects into it, of its inside. Needles lose nothing this way: the answer is never worse than a side's.
+pub(crate) fn triangle_weights(a: DVec3, b: DVec3, c: DVec3) -> [f64; 3] {
+    let (ab, bc, ca) = (segment_weights(a, b), segment_weights(b, c), segment_weights(c, a));
+    let mut best = (f64::INFINITY, [1.0, 0.0, 0.0]);
+    for weights in [[ab.0, ab.1, 0.0], [0.0, bc.0, bc.1], [ca.1, 0.0, ca.0]] {
+        let length2 = (a * weights[0] + b * weights[1] + c * weights[2]).length_squared();
+        if length2 < best.0 {
+            best = (length2, weights);
+        }
+    }
+    let normal = (b - a).cross(c - a);
+    let areas = [normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))];
+    let sum = areas[0] + areas[1] + areas[2];
+    if areas.iter().all(|x| *x > 0.0) && sum > 0.0 {
+        let weights = areas.map(|x| x / sum);
+        let length2 = (a * weights[0] + b * weights[1] + c * weights[2]).length_squared();
+        if length2 < best.0 {
+            best = (length2, weights);
+        }
+    }
+    best.1
+}
+
+/// The face of a tetrahedron nearest to the origin and the weights there; `None` if the origin is inside.
+fn tetrahedron(w: &[DVec3; 4]) -> Option<([usize; 3], [f64; 3])> {
+    let mut inside = true;
+    let mut best = (f64::INFINITY, [0, 1, 2], [1.0, 0.0, 0.0]);
+    for (face, opposite) in [([0, 1, 2], 3), ([0, 1, 3], 2), ([0, 2, 3], 1), ([1, 2, 3], 0)] {
+        let [a, b, c] = face.map(|i| w[i]);
+        let normal = (b - a).cross(c - a);
+        let (origin_side, vertex_side) = (-a.dot(normal), (w[opposite] - a).dot(normal));
+        let flat = vertex_side.abs() <= 1e-13 * normal.length() * (w[opposite] - a).length();
+        inside &= !flat && origin_side * vertex_side > 0.0;
+        let weights = triangle_weights(a, b, c);
+        let length2 = (a * weights[0] + b * weights[1] + c * weights[2]).length_squared();
+        if length2 < best.0 {
+            best = (length2, face, weights);
+        }
+    }
+    (!inside).then_some((best.1, best.2))
+}

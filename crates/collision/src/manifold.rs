@@ -1,0 +1,292 @@
+//! Contact points along one normal: the facing patches of two shapes, clipped against each other in the contact plane.
+
+use glamx::glam::{DVec2, DVec3};
+
+use crate::feature::Feature;
+use crate::patch::Patch;
+
+/// A contact point of two shapes in the common frame, not yet a [`ContactPoint`](signorini_multibody::ContactPoint).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Touch {
+    pub position: DVec3,
+    /// Unit, from A to B.
+    pub normal: DVec3,
+    pub gap: f64,
+    pub feature: Feature,
+}
+
+/// Directions of the contact plane and its normal, right-handed.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    u: DVec3,
+    v: DVec3,
+    n: DVec3,
+}
+
+impl Plane {
+    fn new(n: DVec3) -> Self {
+        let u = n.any_orthonormal_vector();
+        Self { u, v: n.cross(u), n }
+    }
+
+    fn flatten(&self, p: DVec3) -> DVec2 {
+        DVec2::new(self.u.dot(p), self.v.dot(p))
+    }
+
+    fn raise(&self, p: DVec2, height: f64) -> DVec3 {
+        self.u * p.x + self.v * p.y + self.n * height
+    }
+}
+
+/// A side of the clipped polygon: the vertices of the original side it lies on.
+#[derive(Clone, Copy, Debug)]
+enum Side {
+    OfA([u32; 2]),
+    OfB([u32; 2]),
+}
+
+/// A corner of the clipped polygon and the side that follows it.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    p: DVec2,
+    feature: Feature,
+    next: Side,
+}
+
+/// Buffers of [`Manifold::clip`].
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Manifold {
+    pub patch_a: Patch,
+    pub patch_b: Patch,
+    corners: Vec<Corner>,
+    clipped: Vec<Corner>,
+}
+
+impl Manifold {
+    /// Appends the corners of the overlap of `patch_a` and `patch_b` seen along the unit normal `n` (A to B), whatever
+    /// their gap, and returns the smallest gap (infinite if the patches do not overlap). `tolerance` (m) is the lateral
+    /// distance at which patches that just miss each other still count as overlapping.
+    pub fn clip(&mut self, n: DVec3, tolerance: f64, out: &mut Vec<Touch>) -> f64 {
+        let plane = Plane::new(n);
+        let (count_a, count_b) = (self.patch_a.points.len(), self.patch_b.points.len());
+        self.corners.clear();
+        match (count_a, count_b) {
+            (0, _) | (_, 0) => {}
+            (1, _) => self.point(&plane, true, tolerance),
+            (_, 1) => self.point(&plane, false, tolerance),
+            (2, 2) => self.lines(&plane, tolerance),
+            (2, _) => self.line_in_polygon(&plane, true, tolerance),
+            (_, 2) => self.line_in_polygon(&plane, false, tolerance),
+            _ => self.polygons(&plane, tolerance),
+        }
+        let height_a = Height::new(&plane, &self.patch_a);
+        let height_b = Height::new(&plane, &self.patch_b);
+        let mut smallest = f64::INFINITY;
+        for corner in &self.corners {
+            let (za, zb) = (height_a.at(corner.p), height_b.at(corner.p));
+            smallest = smallest.min(zb - za);
+            let position = plane.raise(corner.p, 0.5 * (za + zb));
+            out.push(Touch { position, normal: n, gap: zb - za, feature: corner.feature });
+        }
+        smallest
+    }
+
+    /// The single point of A (or of B) if the other patch covers it.
+    fn point(&mut self, plane: &Plane, of_a: bool, tolerance: f64) {
+        let (own, other) = if of_a { (&self.patch_a, &self.patch_b) } else { (&self.patch_b, &self.patch_a) };
+        let p = plane.flatten(own.points[0]);
+        if covers(plane, other, p, tolerance) {
+            let feature = if of_a { Feature::VertexA(own.ids[0]) } else { Feature::VertexB(own.ids[0]) };
+            let next = Side::OfA([0, 0]);
+            self.corners.push(Corner { p, feature, next });
+        }
+    }
+
+    /// Two lines: the ends of their common part when they run along each other, else where they cross.
+    fn lines(&mut self, plane: &Plane, tolerance: f64) {
+        let [a, b] = [&self.patch_a, &self.patch_b].map(|l| [plane.flatten(l.points[0]), plane.flatten(l.points[1])]);
+        let (ids_a, ids_b) = ([self.patch_a.ids[0], self.patch_a.ids[1]], [self.patch_b.ids[0], self.patch_b.ids[1]]);
+        let (u, v) = (a[1] - a[0], b[1] - b[0]);
+        let (length_a, length_b) = (u.length(), v.length());
+        if length_a <= tolerance || length_b <= tolerance {
+            return;
+        }
+        let sine = u.perp_dot(v) / (length_a * length_b);
+        let next = Side::OfA([0, 0]);
+        if sine.abs() < PARALLEL {
+            let along = u / length_a;
+            let beside = |p: DVec2| (p - a[0]).perp_dot(along).abs() <= tolerance + PARALLEL * (length_a + length_b);
+            let place = |p: DVec2| (p - a[0]).dot(along);
+            let (low, high) = (place(b[0]).min(place(b[1])), place(b[0]).max(place(b[1])));
+            for k in 0..2 {
+                let inside = place(b[k]) >= -tolerance && place(b[k]) <= length_a + tolerance;
+                if inside && beside(b[k]) {
+                    self.corners.push(Corner { p: b[k], feature: Feature::VertexB(ids_b[k]), next });
+                }
+                let inside = place(a[k]) > low + tolerance && place(a[k]) < high - tolerance;
+                if inside && beside(b[0]) && beside(b[1]) {
+                    self.corners.push(Corner { p: a[k], feature: Feature::VertexA(ids_a[k]), next });
+                }
+            }
+            return;
+        }
+        let s = (b[0] - a[0]).perp_dot(v) / u.perp_dot(v);
+        let t = (b[0] - a[0]).perp_dot(u) / u.perp_dot(v);
+        let within = |x: f64, length: f64| x * length >= -tolerance && (x - 1.0) * length <= tolerance;
+        if within(s, length_a) && within(t, length_b) {
+            let p = 0.5 * (a[0] + u * s.clamp(0.0, 1.0) + b[0] + v * t.clamp(0.0, 1.0));
+            self.corners.push(Corner { p, feature: Feature::Edges(ids_a, ids_b), next });
+        }
+    }
+
+    /// The part of the line of A (or of B) that the other polygon covers.
+    fn line_in_polygon(&mut self, plane: &Plane, of_a: bool, tolerance: f64) {
+        let (line, polygon) = if of_a { (&self.patch_a, &self.patch_b) } else { (&self.patch_b, &self.patch_a) };
+        let ends = [plane.flatten(line.points[0]), plane.flatten(line.points[1])];
+        let ids = [line.ids[0], line.ids[1]];
+        let vertex = |id| if of_a { Feature::VertexA(id) } else { Feature::VertexB(id) };
+        let crossing = |side| if of_a { Feature::Edges(ids, side) } else { Feature::Edges(side, ids) };
+        let mut first = (0.0, vertex(ids[0]));
+        let mut last = (1.0, vertex(ids[1]));
+        let turn = orientation(plane, polygon);
+        let count = polygon.points.len();
+        for k in 0..count {
+            let l = (k + 1) % count;
+            let (p, q) = (plane.flatten(polygon.points[k]), plane.flatten(polygon.points[l]));
+            let Some(inward) = (q - p).try_normalize().map(|e| e.perp() * turn) else { continue };
+            let depth = ends.map(|e| inward.dot(e - p));
+            if depth[0] < -tolerance && depth[1] < -tolerance {
+                return;
+            }
+            let cut = depth[0] / (depth[0] - depth[1]);
+            let side = crossing([polygon.ids[k], polygon.ids[l]]);
+            if depth[0] < -tolerance && cut > first.0 {
+                first = (cut, side);
+            } else if depth[1] < -tolerance && cut < last.0 {
+                last = (cut, side);
+            }
+        }
+        let length = (ends[1] - ends[0]).length();
+        if (first.0 - last.0) * length > tolerance {
+            return;
+        }
+        let next = Side::OfA([0, 0]);
+        for (place, feature) in [first, last] {
+            self.corners.push(Corner { p: ends[0].lerp(ends[1], place), feature, next });
+        }
+    }
+
+    /// The overlap of two convex polygons (Sutherland & Hodgman 1974), A clipping B.
+    fn polygons(&mut self, plane: &Plane, tolerance: f64) {
+        let (patch_a, patch_b) = (&self.patch_a, &self.patch_b);
+        let count = patch_b.points.len();
+        for k in 0..count {
+            let (id, next) = (patch_b.ids[k], patch_b.ids[(k + 1) % count]);
+            let p = plane.flatten(patch_b.points[k]);
+            self.corners.push(Corner { p, feature: Feature::VertexB(id), next: Side::OfB([id, next]) });
+        }
+        let turn = orientation(plane, patch_a);
+        let count = patch_a.points.len();
+        for k in 0..count {
+            let l = (k + 1) % count;
+            let (p, q) = (plane.flatten(patch_a.points[k]), plane.flatten(patch_a.points[l]));
+            let Some(inward) = (q - p).try_normalize().map(|e| e.perp() * turn) else { continue };
+            self.clipped.clear();
+            let side = [patch_a.ids[k], patch_a.ids[l]];
+            cut(&self.corners, p, inward, side, tolerance, &mut self.clipped);
+            std::mem::swap(&mut self.corners, &mut self.clipped);
+        }
+    }
+}
+
+/// Lines that turn from each other by less than this sine run along each other.
+const PARALLEL: f64 = 1e-3;
+
+/// Keeps the part of a polygon on the inward side of a line, the line's border included.
+fn cut(corners: &[Corner], p: DVec2, inward: DVec2, side: [u32; 2], tolerance: f64, out: &mut Vec<Corner>) {
+    for (k, corner) in corners.iter().enumerate() {
+        let after = &corners[(k + 1) % corners.len()];
+        let (here, there) = (inward.dot(corner.p - p), inward.dot(after.p - p));
+        let (keep, keep_after) = (here >= -tolerance, there >= -tolerance);
+        if keep {
+            out.push(*corner);
+        }
+        if keep != keep_after {
+            let place = corner.p.lerp(after.p, (here / (here - there)).clamp(0.0, 1.0));
+            let feature = match corner.next {
+                Side::OfB(edge) => Feature::Edges(side, edge),
+                Side::OfA(edge) => Feature::VertexA(shared_vertex(edge, side)),
+            };
+            let next = if keep { Side::OfA(side) } else { corner.next };
+            out.push(Corner { p: place, feature, next });
+        }
+    }
+}
+
+fn shared_vertex(e: [u32; 2], f: [u32; 2]) -> u32 {
+    if f.contains(&e[0]) { e[0] } else { e[1] }
+}
+
+/// +1 if the polygon runs counter-clockwise in the plane, else −1.
+fn orientation(plane: &Plane, polygon: &Patch) -> f64 {
+    let first = plane.flatten(polygon.points[0]);
+    let edges = polygon.points[1..].windows(2);
+    let area: f64 = edges.map(|e| (plane.flatten(e[0]) - first).perp_dot(plane.flatten(e[1]) - first)).sum();
+    if area >= 0.0 { 1.0 } else { -1.0 }
+}
+
+fn covers(plane: &Plane, patch: &Patch, p: DVec2, tolerance: f64) -> bool {
+    let count = patch.points.len();
+    let flat = |k: usize| plane.flatten(patch.points[k % count]);
+    match count {
+        1 => (flat(0) - p).length() <= tolerance,
+        2 => {
+            let (a, b) = (flat(0), flat(1));
+            let length2 = (b - a).length_squared();
+            let place = if length2 < 1e-30 { 0.0 } else { ((p - a).dot(b - a) / length2).clamp(0.0, 1.0) };
+            (a.lerp(b, place) - p).length() <= tolerance
+        }
+        _ => {
+            let turn = orientation(plane, patch);
+            (0..count).all(|k| {
+                let inward = (flat(k + 1) - flat(k)).normalize_or_zero().perp() * turn;
+                inward.dot(p - flat(k)) >= -tolerance
+            })
+        }
+    }
+}
+
+/// Height of a patch over the contact plane, extended linearly.
+struct Height {
+    origin: DVec2,
+    base: f64,
+    slope: DVec2,
+}
+
+impl Height {
+    fn new(plane: &Plane, patch: &Patch) -> Self {
+        let Some(&first) = patch.points.first() else {
+            return Self { origin: DVec2::ZERO, base: 0.0, slope: DVec2::ZERO };
+        };
+        let (origin, base) = (plane.flatten(first), plane.n.dot(first));
+        let slope = match patch.points.len() {
+            1 => DVec2::ZERO,
+            2 => {
+                let along = plane.flatten(patch.points[1]) - origin;
+                let length2 = along.length_squared();
+                if length2 < 1e-30 { DVec2::ZERO } else { along * ((plane.n.dot(patch.points[1]) - base) / length2) }
+            }
+            _ => {
+                let fan = patch.points[1..].windows(2);
+                let normal: DVec3 = fan.map(|e| (e[0] - first).cross(e[1] - first)).sum();
+                let rise = plane.n.dot(normal);
+                if rise == 0.0 { DVec2::ZERO } else { plane.flatten(normal) * (-1.0 / rise) }
+            }
+        };
+        Self { origin, base, slope }
+    }
+
+    fn at(&self, p: DVec2) -> f64 {
+        self.base + self.slope.dot(p - self.origin)
+    }
+}

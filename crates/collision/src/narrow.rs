@@ -1,0 +1,74 @@
+//! Contact points of one pair of shapes.
+
+use crate::capsule;
+use crate::convex::{Convex, Placed};
+use crate::feature::Feature;
+use crate::manifold::{Manifold, Touch};
+use crate::reduce::Reducer;
+use crate::separation::{self, Search, Separation};
+
+/// Patches that miss each other by less than this share of the size still touch.
+const LATERAL: f64 = 1e-9;
+/// A patch contact deeper than the separation by no more than this share of the size realises it.
+const REALISED: f64 = 1e-7;
+
+/// Buffers of the narrow phase.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Narrow {
+    pub manifold: Manifold,
+    pub search: Search,
+    pub reducer: Reducer,
+}
+
+impl Narrow {
+    /// Appends the contact points of two convex shapes within `margin` (m), the normal from A to B.
+    pub fn convex(&mut self, a: &Placed, b: &Placed, margin: f64, out: &mut Vec<Touch>) {
+        let size = a.size + b.size;
+        let from = out.len();
+        let first = match (a.shape, b.shape) {
+            (_, Convex::Sphere { radius }) => {
+                return push_closest(separation::sphere(a, b, *radius, margin), out);
+            }
+            (Convex::Sphere { radius }, _) => {
+                return push_closest(separation::sphere(b, a, *radius, margin).map(Separation::swapped), out);
+            }
+            (
+                Convex::Capsule { radius: ra, half_length: ha },
+                Convex::Capsule { radius: rb, half_length: hb },
+            ) => {
+                capsule::capsules((a, *ra, *ha), (b, *rb, *hb), margin, out);
+                return capsule::drop_redundant(out, from, LATERAL * size);
+            }
+            (Convex::Box { half: half_a }, Convex::Box { half: half_b }) => {
+                separation::boxes(a, b, *half_a, *half_b, margin)
+            }
+            _ => self.search.general(a, b, margin),
+        };
+        let Some(first) = first else { return };
+        let smallest = self.patches(a, b, &first, size, out);
+        if smallest <= first.gap + REALISED * size {
+            return self.reducer.outline(out, from, margin, size);
+        }
+        out.truncate(from);
+        let exact = if first.midpoint.is_some() { Some(first) } else { self.search.general(a, b, margin) };
+        let Some(exact) = exact else { return };
+        let smallest = self.patches(a, b, &exact, size, out);
+        if smallest > exact.gap + REALISED * size {
+            push_closest(Some(exact), out);
+        }
+        self.reducer.outline(out, from, margin, size);
+    }
+
+    /// Clips the patches of A and B that face each other along the normal.
+    pub fn patches(&mut self, a: &Placed, b: &Placed, s: &Separation, size: f64, out: &mut Vec<Touch>) -> f64 {
+        self.manifold.patch_a.fill(a, s.normal);
+        self.manifold.patch_b.fill(b, -s.normal);
+        self.manifold.clip(s.normal, LATERAL * size, out)
+    }
+}
+
+fn push_closest(separation: Option<Separation>, out: &mut Vec<Touch>) {
+    if let Some(Separation { normal, gap, midpoint: Some(position) }) = separation {
+        out.push(Touch { position, normal, gap, feature: Feature::Closest });
+    }
+}

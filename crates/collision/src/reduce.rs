@@ -1,0 +1,134 @@
+//! Manifolds reduced to the points that matter: merged, and only the corners of their outline.
+
+use glamx::glam::{DVec2, DVec3};
+
+use crate::manifold::Touch;
+
+/// A flat contact keeps at most this many points.
+const MOST: usize = 8;
+
+/// Buffers of the reduction.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Reducer {
+    flat: Vec<(DVec2, usize)>,
+    outline: Vec<(DVec2, usize)>,
+    kept: Vec<Touch>,
+}
+
+impl Reducer {
+    /// Reduces `touches[from..]`, which share one normal, to those within `margin` (m) and of these to the corners of
+    /// their outline in the contact plane (at most 8) and the deepest. Points closer than a billionth of `size` are one.
+    pub fn outline(&mut self, touches: &mut Vec<Touch>, from: usize, margin: f64, size: f64) {
+        let mut end = from;
+        for i in from..touches.len() {
+            if touches[i].gap <= margin {
+                touches[end] = touches[i];
+                end += 1;
+            }
+        }
+        touches.truncate(end);
+        if touches.len() - from < 2 {
+            return;
+        }
+        let tolerance = 1e-8 * size;
+        let n = touches[from].normal;
+        let u = n.any_orthonormal_vector();
+        let v = n.cross(u);
+        let origin = touches[from].position;
+        let flatten = |p: DVec3| DVec2::new(u.dot(p - origin), v.dot(p - origin));
+        self.flat.clear();
+        self.flat.extend(touches[from..].iter().enumerate().map(|(i, t)| (flatten(t.position), i)));
+        let own = &touches[from..];
+        let deepest = (0..own.len()).min_by(|&i, &j| own[i].gap.total_cmp(&own[j].gap)).unwrap_or(0);
+        merge(&mut self.flat, own, tolerance);
+        convex_outline(&self.flat, &mut self.outline, tolerance);
+        while self.outline.len() > MOST {
+            drop_bluntest(&mut self.outline, deepest);
+        }
+        self.kept.clear();
+        self.kept.extend(self.outline.iter().map(|&(_, i)| touches[from + i]));
+        let lowest = touches[from + deepest];
+        if self.kept.iter().all(|t| t.gap > lowest.gap + tolerance) {
+            self.kept.push(lowest);
+        }
+        touches.truncate(from);
+        touches.extend_from_slice(&self.kept);
+    }
+}
+
+impl Reducer {
+    /// Reduces more than 8 points with one normal to their outline.
+    pub fn limit(&mut self, touches: &mut Vec<Touch>, size: f64) {
+        if touches.len() > MOST {
+            self.outline(touches, 0, f64::INFINITY, size);
+        }
+    }
+}
+
+/// Of points within `tolerance` of each other only the deepest stays, the first of equals.
+fn merge(flat: &mut Vec<(DVec2, usize)>, touches: &[Touch], tolerance: f64) {
+    let mut end = 0;
+    for k in 0..flat.len() {
+        let (p, i) = flat[k];
+        match (0..end).find(|&m| (flat[m].0 - p).length_squared() <= tolerance * tolerance) {
+            Some(m) if touches[i].gap < touches[flat[m].1].gap => flat[m].1 = i,
+            Some(_) => {}
+            None => {
+                flat[end] = (p, i);
+                end += 1;
+            }
+        }
+    }
+    flat.truncate(end);
+}
+
+/// Corners of the convex outline, counter-clockwise, without points within `tolerance` of its sides: two points far from
+/// each other, then ever the point farthest beyond a side (quickhull; Eddy 1977).
+fn convex_outline(flat: &[(DVec2, usize)], out: &mut Vec<(DVec2, usize)>, tolerance: f64) {
+    out.clear();
+    if flat.len() < 3 {
+        out.extend_from_slice(flat);
+        return;
+    }
+    let farthest_from = |p: DVec2| {
+        let mut best = flat[0];
+        for q in flat {
+            if (q.0 - p).length_squared() > (best.0 - p).length_squared() {
+                best = *q;
+            }
+        }
+        best
+    };
+    let first = farthest_from(flat[0].0);
+    out.push(first);
+    out.push(farthest_from(first.0));
+    let mut k = 0;
+    while k < out.len() {
+        let (start, end) = (out[k].0, out[(k + 1) % out.len()].0);
+        let along = (end - start).normalize_or_zero();
+        let mut beyond = (tolerance, None);
+        for point in flat {
+            let distance = -along.perp_dot(point.0 - start);
+            if distance > beyond.0 {
+                beyond = (distance, Some(*point));
+            }
+        }
+        match beyond.1 {
+            Some(point) if out.len() < flat.len() => out.insert(k + 1, point),
+            _ => k += 1,
+        }
+    }
+}
+
+/// Removes the corner whose loss costs the least area, never `spared`.
+fn drop_bluntest(outline: &mut Vec<(DVec2, usize)>, spared: usize) {
+    let count = outline.len();
+    let area = |k: usize| {
+        let (a, b, c) = (outline[(k + count - 1) % count].0, outline[k].0, outline[(k + 1) % count].0);
+        (b - a).perp_dot(c - b)
+    };
+    let candidates = (0..count).filter(|&k| outline[k].1 != spared);
+    if let Some(k) = candidates.min_by(|&i, &j| area(i).total_cmp(&area(j))) {
+        outline.remove(k);
+    }
+}

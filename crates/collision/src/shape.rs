@@ -1,0 +1,67 @@
+//! Geoms made ready for the search.
+
+use glamx::glam::DVec3;
+use signorini_multibody::{Geom, Geometry, Pose};
+
+use crate::CollisionError;
+use crate::convex::Convex;
+use crate::hull::Hull;
+use crate::mesh::TriangleSet;
+
+/// A geometry made ready.
+#[derive(Clone, Debug)]
+pub(crate) enum Shape {
+    HalfSpace,
+    Convex(Convex),
+    Triangles(TriangleSet),
+}
+
+/// A geom made ready.
+#[derive(Clone, Debug)]
+pub(crate) struct Prepared {
+    pub shape: Shape,
+    pub body: usize,
+    /// `X_BG`.
+    pub placement: Pose,
+    /// Centre of the shape's bounding box in its own frame, m.
+    pub center: DVec3,
+    /// Half-lengths of the bounding box, m; zero for a half-space.
+    pub half: DVec3,
+    /// Distance of the farthest point of the shape from the body's origin (an upper bound), m.
+    pub arm: f64,
+    /// Radius of a ball about `center` that holds the shape, m.
+    pub size: f64,
+}
+
+impl Prepared {
+    pub fn new(geom: &Geom) -> Result<Self, CollisionError> {
+        let shape = match &geom.geometry {
+            Geometry::Plane => Shape::HalfSpace,
+            Geometry::Sphere { radius } => Shape::Convex(Convex::Sphere { radius: *radius }),
+            Geometry::Box { half_extents } => Shape::Convex(Convex::Box { half: *half_extents }),
+            &Geometry::Capsule { radius, half_length } => Shape::Convex(Convex::Capsule { radius, half_length }),
+            &Geometry::Cylinder { radius, half_length } => Shape::Convex(Convex::Cylinder { radius, half_length }),
+            &Geometry::Cone { radius, half_length } => Shape::Convex(Convex::Cone { radius, half_length }),
+            Geometry::Ellipsoid { semi_axes } => Shape::Convex(Convex::Ellipsoid { axes: *semi_axes }),
+            Geometry::ConvexMesh(mesh) => {
+                let flat = |reason| CollisionError::FlatHull { geom: geom.name.clone(), reason };
+                Shape::Convex(Convex::Hull(Hull::new(&mesh.vertices).map_err(flat)?))
+            }
+            Geometry::TriangleMesh(mesh) => Shape::Triangles(TriangleSet::from_mesh(mesh)),
+            Geometry::HeightField(field) => Shape::Triangles(TriangleSet::from_height_field(field)),
+        };
+        let (low, high) = match &shape {
+            Shape::HalfSpace => (DVec3::ZERO, DVec3::ZERO),
+            Shape::Convex(convex) => convex.bounds(),
+            Shape::Triangles(set) => set.bounds(),
+        };
+        let (center, half) = (0.5 * (low + high), 0.5 * (high - low));
+        let size = match &shape {
+            Shape::Convex(Convex::Sphere { radius }) => *radius,
+            Shape::Convex(Convex::Capsule { radius, half_length }) => radius + half_length,
+            _ => half.length(),
+        };
+        let arm = geom.placement.transform_point(center).length() + size;
+        Ok(Self { shape, body: geom.body.index(), placement: geom.placement, center, half, arm, size })
+    }
+}

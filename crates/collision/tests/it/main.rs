@@ -1,0 +1,7 @@
+//! Contact points against closed forms, support functions and brute force.
+
+mod pairs;
+mod random;
+mod scene;
+mod stacking;
+mod support;
