@@ -2,8 +2,9 @@
 
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{
-    BodyId, FreeMotion, Inertia, Input, Joint, JointKind, Model, ModelBuilder, Pose, State, angular_momentum,
-    forward_kinematics_into, free_motion_into, integrate_into, kinetic_energy, potential_energy,
+    BodyId, FreeMotion, Inertia, Input, Joint, JointKind, Kinematics, Model, ModelBuilder, Pose, State,
+    angular_momentum, forward_kinematics_into, free_motion_into, integrate_into, kinetic_energy, potential_energy,
+    rotation_exp,
 };
 
 use crate::identities::{FIXED, forward_dynamics, kinematics, relative_error};
@@ -45,7 +46,7 @@ fn step(model: &Model, state: &mut State, dt: f64, free: &mut FreeMotion) {
 
 /// The derivative of `(q, v)` in coordinates, quaternions by `½ r (0, ω)`.
 fn rates(model: &Model, q: &[f64], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
-    let mut at = signorini_multibody::Kinematics::new(model);
+    let mut at = Kinematics::new(model);
     forward_kinematics_into(model, q, v, &mut at);
     let springs: Vec<f64> = (0..model.nv)
         .map(|k| {
@@ -167,7 +168,7 @@ fn symmetric_top_precesses_about_its_angular_momentum() {
     let momentum = angular_momentum(&model, &kinematics(&model, &state), DVec3::ZERO);
     let time = 1.7;
     let end = kinematics(&model, &runge_kutta(&model, &state, time, 2000));
-    let turn = signorini_multibody::rotation_exp(momentum * (time / across));
+    let turn = rotation_exp(momentum * (time / across));
     let error = (end.rotation[1].z_axis - turn * (r * DVec3::Z)).length();
     assert!(error < 1e-11, "{error}");
 }

@@ -151,7 +151,7 @@ fn quantity(lines: &[(&str, Vec<f64>)], name: &str) -> Vec<f64> {
 }
 
 fn check_state(model: &Model, lines: &[(&str, Vec<f64>)]) {
-    const TOLERANCE: f64 = 1e-12;
+    const TOLERANCE: f64 = 1e-13;
     let state = State { time: 0.0, q: quantity(lines, "qpos"), v: quantity(lines, "qvel") };
     state.check(model).unwrap();
     let at = kinematics(model, &state);
