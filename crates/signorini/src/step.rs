@@ -70,9 +70,9 @@ impl Workspace {
     /// [`SimulationError`] if a setting is out of its range or a shape cannot be prepared.
     pub fn new(model: &Model, settings: &Settings) -> Result<Self, SimulationError> {
         let polygon = settings.validate()?;
-        let identity: Vec<f64> =
-            (0..model.nv * model.nv).map(|k| f64::from(u8::from(k % (model.nv + 1) == 0))).collect();
-        let mass = BlockDiagonal::from_dense(model.nv, &identity).map_err(signorini_contact::ProblemError::from)?;
+        // The problem starts with the identity in the model's blocks; every step exchanges it for the step's own matrix.
+        let mut mass = BlockDiagonal::new(model);
+        (0..model.nv).for_each(|k| mass.add_to_diagonal(k, 1.0));
         let problem = ContactProblem::new(mass, vec![0.0; model.nv], settings.timestep.unwrap_or(model.timestep))?;
         let solver = match &settings.method {
             ContactMethod::Structured(solver) => Solver::Structured(Box::new(ContactSolver::new(solver.clone())?)),
