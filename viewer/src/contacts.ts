@@ -6,7 +6,9 @@ import {
   BufferAttribute, BufferGeometry, Color, ConeGeometry, CylinderGeometry, DoubleSide, DynamicDrawUsage,
   Group, InstancedMesh, Material, Matrix4, Mesh, MeshBasicMaterial, Quaternion, SphereGeometry, Vector3,
 } from "three";
+import { MODES } from "./data.js";
 import type { Contact, RunData } from "./data.js";
+import { number } from "./format.js";
 import type { Theme } from "./theme.js";
 
 export interface ContactOptions {
@@ -23,7 +25,6 @@ const HIDDEN_OPACITY = 0.28;
 const Z = new Vector3(0, 0, 1);
 /** Triangles per polygon side: ring (2) and fill (1). */
 const VERTICES_PER_SIDE = 9;
-const RING = 0.9;
 
 /** A pair of meshes with the same geometry: what is in view and what is hidden. */
 class Overlay extends Group {
@@ -97,6 +98,7 @@ export class ContactView extends Group {
   private modeColors: Color[] = [];
   private forceColor = new Color();
   private readonly largestForce: number;
+  private shown: Contact[] = [];
 
   constructor(private readonly run: RunData, private readonly sceneRadius: number) {
     super();
@@ -126,6 +128,7 @@ export class ContactView extends Group {
 
   show(frame: number, options: ContactOptions): void {
     const contacts = this.run.contacts(frame).filter((contact) => options.open || contact.mode > 0);
+    this.shown = options.points ? contacts : [];
     for (const copies of [this.points, this.tips, this.shafts, this.heads]) copies.clearCopies();
     const polygons = new PolygonWriter(this.polygonGeometry);
     for (const contact of contacts) {
@@ -138,6 +141,23 @@ export class ContactView extends Group {
     }
     for (const copies of [this.points, this.tips, this.shafts, this.heads]) copies.commit();
     polygons.commit();
+  }
+
+  /** What the shown contact at a place is; `near` says whether a point is at that place. */
+  describe(near: (point: Vector3) => boolean): string | null {
+    const contact = this.shown.find((candidate) => near(new Vector3(...candidate.point)));
+    if (!contact) return null;
+    const { bodies, timestep } = this.run.about.header;
+    const [first, second] = contact.directionsOfMode;
+    const along = ["", "", ` along direction ${first}`, ` ${first} and ${second}`][contact.mode];
+    const newtons = (impulse: number) => `${number(impulse / timestep)} N`;
+    const bound = contact.friction * contact.normalImpulse;
+    return [
+      `${bodies[contact.bodyA]} – ${bodies[contact.bodyB]}: ${MODES[contact.mode]}${along}`,
+      `normal ${newtons(contact.normalImpulse)}, gap ${number(contact.gap)} m`,
+      `friction ${newtons(Math.hypot(...contact.tangentialImpulse))} of ${newtons(bound)}, μ = ${number(contact.friction)}`,
+      `sliding at ${number(contact.slip)} m/s`,
+    ].join("\n");
   }
 
   /** Force in N on body B, or on body A where B is the world. */
@@ -187,7 +207,8 @@ export class ContactView extends Group {
     const corner = ([x, y]: [number, number]) =>
       new Vector3().addScaledVector(tangent1, x * radius).addScaledVector(tangent2, y * radius);
     const color = this.modeColors[contact.mode];
-    polygons.put(centre, corners.map(corner), color);
+    const ring = Math.min(Math.max(0.1, (0.008 * this.sceneRadius) / radius), 0.5);
+    polygons.put(centre, corners.map(corner), color, ring);
     const tip = centre.clone().addScaledVector(force.tangential, perNewton);
     const size = Math.min(0.09 * radius, 0.012 * this.sceneRadius);
     this.tips.put(placed(tip, Z, size, size), color);
@@ -205,11 +226,12 @@ class PolygonWriter {
     this.colors = geometry.getAttribute("color") as BufferAttribute;
   }
 
-  put(centre: Vector3, corners: Vector3[], color: Color): void {
+  /** `ring` is the ring's width as a share of the radius. */
+  put(centre: Vector3, corners: Vector3[], color: Color, ring: number): void {
     corners.forEach((corner, k) => {
       const next = corners[(k + 1) % corners.length];
       const at = (point: Vector3, factor: number) => centre.clone().addScaledVector(point, factor);
-      const [a, b, c, d] = [at(corner, RING), at(corner, 1), at(next, 1), at(next, RING)];
+      const [a, b, c, d] = [at(corner, 1 - ring), at(corner, 1), at(next, 1), at(next, 1 - ring)];
       for (const point of [a, b, c, a, c, d]) this.push(point, color, 0.95);
       for (const point of [centre, a, d]) this.push(point, color, 0.2);
     });

@@ -76,14 +76,14 @@ function timeInAddress(): number {
   return Number(new URLSearchParams(location.hash.slice(1)).get("t")) || 0;
 }
 
-/** Names the body under the pointer. */
+/** Says what is under the pointer. */
 function showNames(scene: SceneView): void {
   const canvas = byId("scene");
   const tooltip = byId("tooltip");
   canvas.addEventListener("pointermove", (event) => {
-    const name = event.buttons === 0 ? scene.bodyAt(event.offsetX, event.offsetY) : null;
-    tooltip.hidden = name === null;
-    tooltip.textContent = name;
+    const text = event.buttons === 0 ? scene.describe(event.offsetX, event.offsetY) : null;
+    tooltip.hidden = text === null;
+    tooltip.textContent = text;
     tooltip.style.left = `${event.offsetX}px`;
     tooltip.style.top = `${event.offsetY}px`;
   });

@@ -235,7 +235,7 @@ export class Plot {
       lastY = y;
     }
     pen.stroke();
-    if (!this.spec.counts) return;
+    if (!this.spec.counts || series !== this.spec.series[0]) return;
     pen.lineTo(this.x(this.times[1]), MARGIN.top + this.height);
     pen.lineTo(this.x(this.times[0]), MARGIN.top + this.height);
     pen.globalAlpha = 0.12;

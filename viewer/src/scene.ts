@@ -26,6 +26,8 @@ const LIGHT_DIRECTION = new Vector3(0.35, -0.45, 1).normalize();
 const FIELD_OF_VIEW = 32;
 /** Edges are drawn where faces meet at more than this angle, degrees. */
 const EDGE_ANGLE = 35;
+/** A contact point is under the pointer within this distance. */
+const PICK_PIXELS = 8;
 
 interface Visual {
   geom: Geom;
@@ -115,8 +117,11 @@ export class SceneView {
 
   /** Brings everything into view, from the side where one sees best. */
   fit(): void {
-    const half = (Math.min(FIELD_OF_VIEW, FIELD_OF_VIEW * this.camera.aspect) * Math.PI) / 360;
-    const distance = (1.12 * this.extent.radius) / Math.sin(half);
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const [left, top, bottom] = this.covered();
+    const perPixel = (2 * Math.tan((FIELD_OF_VIEW * Math.PI) / 360)) / Math.max(height, 1);
+    const free = Math.max(Math.min(width - left, height - top - bottom), 50);
+    const distance = this.extent.radius / Math.sin(Math.atan((free / 2) * perPixel));
     const centre = this.extent.centre.clone();
     if (this.options.follow) centre.copy(this.middle());
     this.controls.target.copy(centre);
@@ -136,16 +141,31 @@ export class SceneView {
     this.renderer.render(this.scene, this.camera);
   }
 
-  /** Name of the body at a place of the canvas, in pixels. */
-  bodyAt(x: number, y: number): string | null {
-    const place = new Vector2((2 * x) / this.canvas.clientWidth - 1, 1 - (2 * y) / this.canvas.clientHeight);
+  /** What is at a place of the canvas, in pixels: a contact, else a body, else null. */
+  describe(x: number, y: number): string | null {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const place = new Vector2((2 * x) / width - 1, 1 - (2 * y) / height);
+    const pixels = (point: Vector3) => {
+      const seen = point.project(this.camera);
+      return Math.hypot(((seen.x - place.x) * width) / 2, ((seen.y - place.y) * height) / 2);
+    };
+    return this.contacts.describe((point) => pixels(point) < PICK_PIXELS) ?? this.bodyAt(place);
+  }
+
+  private bodyAt(place: Vector2): string | null {
+    if (!this.options.bodies) return null;
     const ray = new Raycaster();
     ray.setFromCamera(place, this.camera);
     const hit = ray.intersectObjects(this.visuals.map((visual) => visual.mesh), false)[0];
     const visual = this.visuals.find((candidate) => candidate.mesh === hit?.object);
-    if (!visual || !this.options.bodies) return null;
+    if (!visual) return null;
     const body = this.run.about.header.bodies[visual.geom.body];
     return visual.geom.name && visual.geom.name !== body ? `${body} · ${visual.geom.name}` : body;
+  }
+
+  /** Pixels of the canvas that panels cover: at the left, the top and the bottom. */
+  private covered(): [number, number, number] {
+    return this.canvas.clientWidth > 700 ? [230, 90, 90] : [0, 90, 90];
   }
 
   private resize(): void {
@@ -157,7 +177,8 @@ export class SceneView {
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / Math.max(height, 1);
-    this.camera.updateProjectionMatrix();
+    const [left, top, bottom] = this.covered();
+    this.camera.setViewOffset(width, height, -left / 2, (bottom - top) / 2, width, height);
     if (firstTime) this.fit();
     this.changed = true;
   }

@@ -124,7 +124,8 @@ export class Controls {
   }
 
   private buildShow(): void {
-    const show = byId("show");
+    const show = byId<HTMLDetailsElement>("show");
+    show.open = innerWidth > 860;
     for (const [name, label, key] of SWITCHES) {
       const box = element("input", { type: "checkbox", checked: Boolean(this.options[name]) });
       box.addEventListener("change", () => this.setOption(name, box.checked));
