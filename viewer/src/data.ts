@@ -1,0 +1,233 @@
+// A run as the page sees it: the interface that every view reads, and the run embedded in a report.
+
+export type Vec3 = [number, number, number];
+
+export type Shape =
+  | { type: "plane" }
+  | { type: "sphere"; radius: number }
+  | { type: "box"; half_extents: Vec3 }
+  | { type: "capsule" | "cylinder"; radius: number; half_length: number }
+  | { type: "cone"; radius: number; half_height: number }
+  | { type: "ellipsoid"; radii: Vec3 }
+  | { type: "mesh"; vertices: Vec3[]; faces: Vec3[] }
+  | { type: "height_field"; half_extents: [number, number]; rows: number; cols: number; heights: number[] };
+
+export interface Geom {
+  name: string;
+  body: number;
+  shape: Shape;
+  /** x, y, z, qw, qx, qy, qz in the body's frame */
+  pose: number[];
+  rgba: [number, number, number, number] | null;
+}
+
+export interface Header {
+  model_name: string;
+  model_hash: string;
+  generator: string;
+  nq: number;
+  nv: number;
+  timestep: number;
+  directions: number;
+  gravity: Vec3;
+  method: string;
+  tolerance: number;
+  bodies: string[];
+  geoms: Geom[];
+}
+
+export interface Worst {
+  /** null when it is not finite */
+  value: number | null;
+  step: number;
+}
+
+/** Figures over every frame of the run, also those that the page does not hold. */
+export interface Run {
+  frames: number;
+  first_time: number;
+  last_time: number;
+  missed_steps: number;
+  first_missed_step: number | null;
+  unsolved_steps: number;
+  last_status: string;
+  worst: Worst[];
+  contacts_max: number;
+  iterations_max: number;
+  energy_start: [number | null, number | null];
+  energy_end: [number | null, number | null];
+}
+
+export interface About {
+  header: Header;
+  run: Run;
+  ending: string | null;
+  /** steps from one frame of the page to the next */
+  stride: number;
+  notes: [string, string][];
+}
+
+export const RESIDUALS = ["momentum", "natural map", "Signorini", "friction bound", "dissipation"];
+
+export const MODES = ["open", "sticking", "sliding", "between directions"];
+
+/** What a view needs of a run; frames are numbered from 0. A live run may grow. */
+export interface RunData {
+  readonly about: About;
+  readonly frames: number;
+  time(frame: number): number;
+  step(frame: number): number;
+  kinetic(frame: number): number;
+  potential(frame: number): number;
+  residual(frame: number, law: number): number;
+  iterations(frame: number): number;
+  contactCount(frame: number): number;
+  /** contacts with an impulse */
+  pressing(frame: number): number;
+  missed(frame: number): boolean;
+  /** 7 numbers per body: x, y, z, qw, qx, qy, qz */
+  poses(frame: number): Float32Array;
+  contacts(frame: number): Contact[];
+}
+
+const CONTACT_NUMBERS = 25;
+
+/** One contact; the layout is that of the Rust module `report::payload`. */
+export class Contact {
+  constructor(
+    private readonly numbers: Float32Array,
+    private readonly at: number,
+    private readonly directions: Float32Array,
+  ) {}
+
+  private get(offset: number): number {
+    return this.numbers[this.at + offset];
+  }
+  private vector(offset: number): Vec3 {
+    return [this.get(offset), this.get(offset + 1), this.get(offset + 2)];
+  }
+
+  get bodyA(): number { return this.get(0); }
+  get bodyB(): number { return this.get(1); }
+  get geomA(): number { return this.get(2); }
+  get geomB(): number { return this.get(3); }
+  /** index into MODES */
+  get mode(): number { return this.get(4); }
+  get directionsOfMode(): [number, number] { return [this.get(5), this.get(6)]; }
+  get point(): Vec3 { return this.vector(10); }
+  /** from body A to body B */
+  get normal(): Vec3 { return this.vector(13); }
+  get tangent(): Vec3 { return this.vector(16); }
+  get gap(): number { return this.get(19); }
+  get friction(): number { return this.get(20); }
+  /** N·s, on body B */
+  get normalImpulse(): number { return this.get(21); }
+  get tangentialImpulse(): [number, number] { return [this.get(22), this.get(23)]; }
+  /** sliding speed, m/s */
+  get slip(): number { return this.get(24); }
+
+  /** The unit directions of the friction polygon in tangent coordinates, by angle. */
+  polygon(): [number, number][] {
+    const [count, angle, listed] = [this.get(7), this.get(8), this.get(9)];
+    const direction = (k: number): [number, number] => {
+      if (listed < 0) {
+        const a = angle + (2 * Math.PI * k) / count;
+        return [Math.cos(a), Math.sin(a)];
+      }
+      return [this.directions[2 * (listed + k)], this.directions[2 * (listed + k) + 1]];
+    };
+    const polygon = Array.from({ length: Math.min(count, 256) }, (_, k) => direction(k));
+    return listed < 0 ? polygon : polygon.sort((a, b) => Math.atan2(a[1], a[0]) - Math.atan2(b[1], b[0]));
+  }
+}
+
+interface ArrayPlace {
+  name: string;
+  type: "f64" | "f32" | "u32";
+  offset: number;
+  length: number;
+}
+
+/** The run embedded in this page. */
+export class StoredRun implements RunData {
+  readonly frames: number;
+  private readonly arrays = new Map<string, Float64Array | Float32Array | Uint32Array>();
+  private readonly allPoses: Float32Array;
+  private readonly allContacts: Float32Array;
+  private readonly directions: Float32Array;
+  private readonly pressingCounts: number[];
+
+  private constructor(readonly about: About & { arrays: ArrayPlace[] }, block: ArrayBuffer) {
+    const kinds = { f64: Float64Array, f32: Float32Array, u32: Uint32Array };
+    for (const { name, type, offset, length } of about.arrays) {
+      this.arrays.set(name, new kinds[type](block, offset, length));
+    }
+    this.frames = this.array("time").length;
+    this.allPoses = this.array("poses") as Float32Array;
+    this.allContacts = this.array("contacts") as Float32Array;
+    this.directions = this.array("directions") as Float32Array;
+    this.pressingCounts = Array.from(
+      { length: this.frames },
+      (_, frame) => this.contacts(frame).filter((contact) => contact.mode > 0).length,
+    );
+  }
+
+  /** Reads the elements `about` and `data` of the page. */
+  static async load(page: Document): Promise<StoredRun> {
+    const text = (id: string) => page.getElementById(id)?.textContent ?? "";
+    const about = JSON.parse(text("about"));
+    const packed = Uint8Array.from(atob(text("data").trim()), (c) => c.charCodeAt(0));
+    const inflated = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new StoredRun(about, await new Response(inflated).arrayBuffer());
+  }
+
+  time(frame: number): number { return this.array("time")[frame]; }
+  step(frame: number): number { return this.array("step")[frame]; }
+  kinetic(frame: number): number { return this.array("kinetic")[frame]; }
+  potential(frame: number): number { return this.array("potential")[frame]; }
+  residual(frame: number, law: number): number {
+    return this.array("residuals")[frame * RESIDUALS.length + law];
+  }
+  iterations(frame: number): number { return this.array("iterations")[frame]; }
+  contactCount(frame: number): number { return this.array("contact_counts")[frame]; }
+  pressing(frame: number): number { return this.pressingCounts[frame]; }
+  missed(frame: number): boolean { return this.array("missed")[frame] > 0; }
+
+  poses(frame: number): Float32Array {
+    const size = 7 * this.about.header.bodies.length;
+    return this.allPoses.subarray(frame * size, (frame + 1) * size);
+  }
+
+  contacts(frame: number): Contact[] {
+    const ends = this.array("contact_ends");
+    const start = frame > 0 ? ends[frame - 1] : 0;
+    return Array.from(
+      { length: ends[frame] - start },
+      (_, i) => new Contact(this.allContacts, (start + i) * CONTACT_NUMBERS, this.directions),
+    );
+  }
+
+  private array(name: string): Float64Array | Float32Array | Uint32Array {
+    const array = this.arrays.get(name);
+    if (!array) throw new Error(`the page's data has no array "${name}"`);
+    return array;
+  }
+}
+
+/** The last frame whose time is not after `time`. */
+export function frameAt(run: RunData, time: number): number {
+  let [low, high] = [0, run.frames - 1];
+  while (low < high) {
+    const middle = Math.ceil((low + high) / 2);
+    if (run.time(middle) <= time + 1e-12) low = middle;
+    else high = middle - 1;
+  }
+  return low;
+}
+
+/** The frame that holds step number `step`. */
+export function frameOfStep(run: RunData, step: number): number {
+  let frame = 0;
+  while (frame + 1 < run.frames && run.step(frame + 1) <= step) frame++;
+  return frame;
+}

@@ -1,0 +1,67 @@
+// Shapes of a recording as three.js geometries, axes as the recording has them (z for round shapes).
+
+import {
+  BoxGeometry, BufferAttribute, BufferGeometry, CapsuleGeometry, ConeGeometry, CylinderGeometry,
+  SphereGeometry,
+} from "three";
+import { toCreasedNormals } from "three/addons/utils/BufferGeometryUtils.js";
+import type { Shape } from "./data.js";
+
+const SEGMENTS = 40;
+/** Neighbouring triangles of a mesh are shaded as one surface below this angle, rad. */
+const CREASE = 0.6;
+
+/** The geometry; null for a plane, which has no end. */
+export function geometryOf(shape: Shape): BufferGeometry | null {
+  switch (shape.type) {
+    case "plane":
+      return null;
+    case "sphere":
+      return new SphereGeometry(shape.radius, SEGMENTS, SEGMENTS / 2);
+    case "ellipsoid":
+      return new SphereGeometry(1, SEGMENTS, SEGMENTS / 2).scale(...shape.radii);
+    case "box": {
+      const [x, y, z] = shape.half_extents;
+      return new BoxGeometry(2 * x, 2 * y, 2 * z);
+    }
+    case "capsule":
+      return upright(new CapsuleGeometry(shape.radius, 2 * shape.half_length, 12, SEGMENTS));
+    case "cylinder":
+      return upright(new CylinderGeometry(shape.radius, shape.radius, 2 * shape.half_length, SEGMENTS));
+    case "cone":
+      return upright(new ConeGeometry(shape.radius, 2 * shape.half_height, SEGMENTS));
+    case "mesh":
+      return triangles(shape.vertices.flat(), shape.faces.flat());
+    case "height_field":
+      return heightField(shape);
+  }
+}
+
+/** From three's axis y to z. */
+function upright(geometry: BufferGeometry): BufferGeometry {
+  return geometry.rotateX(Math.PI / 2);
+}
+
+function triangles(vertices: number[], faces: number[]): BufferGeometry {
+  const geometry = new BufferGeometry();
+  geometry.setAttribute("position", new BufferAttribute(new Float32Array(vertices), 3));
+  geometry.setIndex(faces);
+  return toCreasedNormals(geometry, CREASE);
+}
+
+function heightField(field: Extract<Shape, { type: "height_field" }>): BufferGeometry {
+  const { rows, cols, heights, half_extents: [hx, hy] } = field;
+  const along = (i: number, count: number, half: number) => half * ((2 * i) / Math.max(count - 1, 1) - 1);
+  const vertices: number[] = [];
+  const faces: number[] = [];
+  for (let row = 0; row < rows; row++) {
+    for (let col = 0; col < cols; col++) {
+      const k = row * cols + col;
+      vertices.push(along(col, cols, hx), along(row, rows, hy), heights[k]);
+      if (row + 1 < rows && col + 1 < cols) {
+        faces.push(k, k + 1, k + cols + 1, k, k + cols + 1, k + cols);
+      }
+    }
+  }
+  return triangles(vertices, faces);
+}

@@ -1,0 +1,188 @@
+// Opens a report in headless Chromium and uses it like a reader would.
+//
+// The report is that of the Rust example `report`; its closed forms say what must be seen. Set
+// CHROMIUM to the browser's path where it is not /usr/bin/chromium.
+
+import assert from "node:assert/strict";
+import { execFileSync } from "node:child_process";
+import { mkdtempSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { fileURLToPath, pathToFileURL } from "node:url";
+import { chromium } from "playwright-core";
+
+const ROOT = fileURLToPath(new URL("../..", import.meta.url));
+const LAST_FRAME = 750;
+const BAD_STEP = 214;
+const BROWSER_FLAGS = [
+  "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+  "--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+];
+
+let browser;
+let page;
+let address;
+const problems = [];
+const requests = [];
+
+before(async () => {
+  const report = join(mkdtempSync(join(tmpdir(), "signorini-viewer-")), "report.html");
+  const example = ["run", "--quiet", "-p", "signorini-recording", "--example", "report", "--", report];
+  execFileSync("cargo", example, { cwd: ROOT, stdio: "inherit" });
+  address = pathToFileURL(report).href;
+  const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
+  browser = await chromium.launch({ executablePath, headless: true, args: BROWSER_FLAGS });
+  page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "light" });
+  page.on("pageerror", (error) => problems.push(error.message));
+  page.on("console", (message) => message.type() === "error" && problems.push(message.text()));
+  page.on("request", (request) => requests.push(request.url()));
+  await page.goto(address);
+  await page.waitForSelector("body[data-frame]");
+});
+
+after(() => browser?.close());
+
+const frame = () => page.evaluate(() => Number(document.body.dataset.frame));
+
+/** Pixels of an element as the screen has them: how many differ from the most frequent colour. */
+async function drawnShare(selector) {
+  await page.waitForTimeout(200);
+  const png = (await page.locator(selector).screenshot()).toString("base64");
+  return page.evaluate(async (data) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${data}`;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [image.width, image.height];
+    const pen = canvas.getContext("2d");
+    pen.drawImage(image, 0, 0);
+    const pixels = new Uint32Array(pen.getImageData(0, 0, image.width, image.height).data.buffer);
+    const counts = new Map();
+    for (const pixel of pixels) counts.set(pixel, (counts.get(pixel) ?? 0) + 1);
+    return 1 - Math.max(...counts.values()) / pixels.length;
+  }, png);
+}
+
+/** Number of pixels of the scene whose colour is close to a theme colour. */
+async function pixelsOfColor(variable) {
+  await page.waitForTimeout(200);
+  const png = (await page.locator("#scene").screenshot()).toString("base64");
+  return page.evaluate(async ([data, name]) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${data}`;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [image.width, image.height];
+    const pen = canvas.getContext("2d", { willReadFrequently: true });
+    pen.fillStyle = getComputedStyle(document.documentElement).getPropertyValue(name);
+    pen.fillRect(0, 0, 1, 1);
+    const [r, g, b] = pen.getImageData(0, 0, 1, 1).data;
+    pen.drawImage(image, 0, 0);
+    // The right half of the scene: the legend with its swatches is on the left.
+    const { data: pixels } = pen.getImageData(320, 80, image.width - 320, image.height - 180);
+    let count = 0;
+    for (let i = 0; i < pixels.length; i += 4) {
+      const distance = Math.abs(pixels[i] - r) + Math.abs(pixels[i + 1] - g) + Math.abs(pixels[i + 2] - b);
+      if (distance < 24) count++;
+    }
+    return count;
+  }, [png, variable]);
+}
+
+test("the scene draws, and bodies can be hidden", async () => {
+  assert.ok((await drawnShare("#scene")) > 0.2);
+  const shown = await page.locator("#scene").screenshot();
+  await page.keyboard.press("1");
+  await page.waitForTimeout(200);
+  assert.notDeepEqual(await page.locator("#scene").screenshot(), shown);
+  await page.keyboard.press("1");
+});
+
+test("forces and friction polygons are drawn, each with its switch", async () => {
+  for (const [key, color] of [["3", "--force"], ["4", "--mode-1"]]) {
+    await page.keyboard.press("2");
+    const shown = await pixelsOfColor(color);
+    await page.keyboard.press(key);
+    const hidden = await pixelsOfColor(color);
+    await page.keyboard.press(key);
+    await page.keyboard.press("2");
+    assert.ok(shown > 40, `${color}: ${shown} pixels`);
+    assert.ok(hidden < shown / 4, `${color}: ${hidden} pixels remain of ${shown}`);
+  }
+});
+
+test("contact modes are counted: the block slides between two directions, then rests", async () => {
+  const counts = () => page.locator("#show .mode b").allTextContents();
+  assert.deepEqual(await counts(), ["0", "16", "0", "4"]);
+  await page.keyboard.press("End");
+  assert.deepEqual(await counts(), ["0", "21", "0", "0"]);
+  await page.keyboard.press("Home");
+});
+
+test("playing advances in time with the clock, and stops", async () => {
+  await page.selectOption("#transport select", "0.25");
+  await page.locator("#scene").click();
+  await page.keyboard.press("Space");
+  const now = () => page.evaluate(() => [performance.now() / 1000, 0.002 * Number(document.body.dataset.frame)]);
+  await page.waitForTimeout(300);
+  const [clock0, time0] = await now();
+  await page.waitForTimeout(1500);
+  const [clock1, time1] = await now();
+  await page.keyboard.press("Space");
+  const rate = (time1 - time0) / (clock1 - clock0);
+  assert.ok(Math.abs(rate - 0.25) < 0.06, `${rate} s of the run per second`);
+  const stopped = await frame();
+  await page.waitForTimeout(300);
+  assert.equal(await frame(), stopped);
+});
+
+test("slider, keys and plots seek", async () => {
+  await page.locator("#slider").fill("300");
+  assert.equal(await frame(), 300);
+  assert.match(await page.locator("#clock").textContent(), /^0\.600 \/ 1\.500 s$/);
+  await page.keyboard.press("ArrowRight");
+  assert.equal(await frame(), 301);
+  await page.keyboard.press("Shift+ArrowLeft");
+  assert.equal(await frame(), 291);
+  await page.keyboard.press("End");
+  assert.equal(await frame(), LAST_FRAME);
+  const plot = await page.locator("#plot-energy canvas").boundingBox();
+  await page.mouse.click(plot.x + plot.width / 2, plot.y + 40);
+  assert.ok(Math.abs((await frame()) - LAST_FRAME / 2) < 40);
+});
+
+test("the missed step is announced, and leads there", async () => {
+  const chip = page.locator("#chips button");
+  assert.match(await chip.textContent(), /1 step missed 10⁻⁹, the first is 214/);
+  await chip.click();
+  assert.equal(await frame(), BAD_STEP);
+  assert.equal(await page.locator("#now dd.bad").textContent(), "3×10⁻⁷");
+});
+
+test("every plot draws, with the values at the cursor", async () => {
+  for (const name of ["energy", "contacts", "residuals", "iterations"]) {
+    assert.ok((await drawnShare(`#plot-${name} canvas`)) > 0.01, name);
+  }
+  await page.keyboard.press("Home");
+  const energy = await page.locator("#plot-energy .reading b").allTextContents();
+  // Kinetic: block 2.4² / 2. Potential: heights of block, ball and tower times 9.81.
+  const potential = 9.81 * (0.06 + 0.9 + 0.1 + 0.3 + 0.5 + 0.7);
+  assert.deepEqual(energy.map(Number), [2.88, Number(potential.toPrecision(3)), Number((potential + 2.88).toPrecision(3))]);
+});
+
+test("light and dark", async () => {
+  const background = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
+  const light = await background();
+  await page.keyboard.press("t");
+  assert.notEqual(await background(), light);
+  assert.ok((await drawnShare("#scene")) > 0.2);
+  await page.keyboard.press("t");
+  assert.equal(await background(), light);
+});
+
+test("nothing failed and nothing was fetched", () => {
+  assert.deepEqual(problems, []);
+  const outside = requests.filter((url) => url !== address && !/^(data|blob):/.test(url));
+  assert.deepEqual(outside, []);
+});
