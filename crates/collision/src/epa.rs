@@ -19,53 +19,83 @@ struct Face {
     distance: f64,
 }
 
+/// The face nearest to the origin and how far it may still be from the boundary.
+#[derive(Clone, Copy, Debug)]
+struct Nearest {
+    outward: DVec3,
+    corners: [Vertex; 3],
+    open: f64,
+}
+
 /// Buffers of the polytope.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Epa {
     vertices: Vec<Vertex>,
     faces: Vec<Face>,
     edges: Vec<[usize; 2]>,
+    seen: Vec<usize>,
+    inflation: f64,
 }
 
 const ITERATIONS: usize = 160;
 /// Relative to the size: when the bounds of the overlap are this close the search ends.
 const PRECISION: f64 = 1e-12;
+/// Relative to the size: bounds farther apart than this ask for another start.
+const POOR: f64 = 1e-9;
 
 impl Epa {
     /// The direction of least overlap (largest separation), or `None` if the difference of the shapes has no volume.
-    /// `axes` are directions worth trying first.
-    pub fn search(&mut self, a: &Placed, b: &Placed, axes: &[DVec3]) -> Option<Separation> {
+    /// `axes` are directions worth trying first. Shapes that are apart by less than `inflation` (m) are looked at as if
+    /// B were thicker by it, which makes the direction of their distance that of least overlap.
+    pub fn search(&mut self, a: &Placed, b: &Placed, axes: &[DVec3], inflation: f64) -> Option<Separation> {
+        self.inflation = inflation;
         let size = a.size + b.size;
-        self.start(a, b, axes, size)?;
-        let mut best: Option<(f64, Face)> = None;
-        for _ in 0..ITERATIONS {
-            let face = *self.faces.iter().min_by(|f, g| f.distance.total_cmp(&g.distance))?;
-            let vertex = difference(a, b, face.normal);
-            let reach = face.normal.dot(vertex.w);
-            if best.is_none_or(|(r, _)| reach < r) {
-                best = Some((reach, face));
-            }
-            let open = best.map_or(f64::INFINITY, |(r, _)| r) - face.distance;
-            if open <= PRECISION * size || !self.insert(vertex, PRECISION * size) {
-                break;
-            }
-        }
-        let (_, face) = best?;
-        let normal = -face.normal;
-        let vertices = face.v.map(|i| self.vertices[i]);
-        let weights = triangle_weights(vertices[0].w, vertices[1].w, vertices[2].w);
-        let midpoint = vertices.iter().zip(weights).map(|(v, w)| (v.a + v.b) * (0.5 * w)).sum();
+        let full = self.grow(a, b, axes, true)?;
+        // Supports that nearly share a plane can spoil the start; a bare tetrahedron has none of those.
+        let found = if full.open <= POOR * size {
+            full
+        } else {
+            self.grow(a, b, axes, false).filter(|bare| bare.open < full.open).unwrap_or(full)
+        };
+        let normal = -found.outward;
+        let weights = triangle_weights(found.corners[0].w, found.corners[1].w, found.corners[2].w);
+        let midpoint = found.corners.iter().zip(weights).map(|(v, w)| (v.a + v.b) * (0.5 * w)).sum();
         Some(Separation { normal, gap: separation_along(a, b, normal), midpoint: Some(midpoint) })
     }
 
-    /// A tetrahedron from the supports that span most, then the other supports.
-    fn start(&mut self, a: &Placed, b: &Placed, axes: &[DVec3], size: f64) -> Option<()> {
+    /// Grows the polytope until the face nearest to the origin is on the boundary.
+    fn grow(&mut self, a: &Placed, b: &Placed, axes: &[DVec3], full: bool) -> Option<Nearest> {
+        let size = a.size + b.size;
+        self.start(a, b, axes, size, full)?;
+        let mut best: Option<(f64, Nearest)> = None;
+        for _ in 0..ITERATIONS {
+            let face = *self.faces.iter().min_by(|f, g| f.distance.total_cmp(&g.distance))?;
+            let vertex = self.difference(a, b, face.normal);
+            let reach = face.normal.dot(vertex.w);
+            if best.is_none_or(|(r, _)| reach < r) {
+                let corners = face.v.map(|i| self.vertices[i]);
+                best = Some((reach, Nearest { outward: face.normal, corners, open: 0.0 }));
+            }
+            if let Some((reach, nearest)) = &mut best {
+                nearest.open = *reach - face.distance;
+                if nearest.open <= PRECISION * size || !self.insert(vertex, PRECISION * size) {
+                    break;
+                }
+            }
+        }
+        best.map(|(_, nearest)| nearest)
+    }
+
+    /// A tetrahedron from the supports that span most, then (if `full`) the other supports.
+    fn start(&mut self, a: &Placed, b: &Placed, axes: &[DVec3], size: f64, full: bool) -> Option<()> {
         self.vertices.clear();
         self.faces.clear();
         let own = [a.rotation.x_axis, a.rotation.y_axis, a.rotation.z_axis];
         for d in own.iter().chain(axes) {
-            self.vertices.push(difference(a, b, *d));
-            self.vertices.push(difference(a, b, -*d));
+            let vertex = self.difference(a, b, *d);
+            self.vertices.push(vertex);
+            let vertex = self.difference(a, b, -*d);
+            self.vertices.push(vertex);
         }
         let first = self.vertices[0].w;
         let second = self.farthest(|w| (w - first).length_squared());
@@ -81,13 +111,19 @@ impl Epa {
         for v in [[p, q, r], [p, s, q], [q, s, r], [r, s, p]] {
             self.add_face(v);
         }
-        for i in 0..self.vertices.len() {
+        for i in 0..if full { self.vertices.len() } else { 0 } {
             if ![p, q, r, s].contains(&i) {
                 let vertex = self.vertices[i];
                 self.insert(vertex, 1e-9 * size);
             }
         }
         Some(())
+    }
+
+    /// The vertex of `B − A` farthest along the unit vector `d`.
+    fn difference(&self, a: &Placed, b: &Placed, d: DVec3) -> Vertex {
+        let (pa, pb) = (a.support(-d), b.support(d));
+        Vertex { w: pb - pa + d * self.inflation, a: pa, b: pb }
     }
 
     fn farthest(&self, measure: impl Fn(DVec3) -> f64) -> usize {
@@ -111,23 +147,28 @@ impl Epa {
     /// Adds a vertex that lies beyond some face by more than `tolerance`; `false` if it lies beyond none or if rounding
     /// spoils the polytope.
     fn insert(&mut self, vertex: Vertex, tolerance: f64) -> bool {
+        let height = |f: &Face| f.normal.dot(vertex.w) - f.distance;
+        let highest = (0..self.faces.len()).max_by(|&i, &j| height(&self.faces[i]).total_cmp(&height(&self.faces[j])));
+        let Some(seed) = highest.filter(|&i| height(&self.faces[i]) > tolerance) else { return false };
         self.edges.clear();
-        let beyond = |f: &Face| f.normal.dot(vertex.w) - f.distance > tolerance;
-        for face in self.faces.iter().filter(|f| beyond(f)) {
-            for k in 0..3 {
-                let edge = [face.v[k], face.v[(k + 1) % 3]];
-                match self.edges.iter().position(|e| *e == [edge[1], edge[0]]) {
-                    Some(i) => {
-                        self.edges.swap_remove(i);
-                    }
-                    None => self.edges.push(edge),
+        self.seen.clear();
+        self.seen.push(seed);
+        let mut next = 0;
+        while next < self.seen.len() {
+            let v = self.faces[self.seen[next]].v;
+            next += 1;
+            for edge in [[v[0], v[1]], [v[1], v[2]], [v[2], v[0]]] {
+                match self.faces.iter().position(|f| f.has_edge([edge[1], edge[0]])) {
+                    Some(i) if self.seen.contains(&i) => {}
+                    Some(i) if height(&self.faces[i]) > tolerance => self.seen.push(i),
+                    _ => self.edges.push(edge),
                 }
             }
         }
-        if self.edges.is_empty() || !is_one_loop(&self.edges) {
-            return false;
+        self.seen.sort_unstable();
+        while let Some(i) = self.seen.pop() {
+            self.faces.swap_remove(i);
         }
-        self.faces.retain(|f| !beyond(f));
         let new = self.vertices.len();
         self.vertices.push(vertex);
         let edges = std::mem::take(&mut self.edges);
@@ -137,24 +178,9 @@ impl Epa {
     }
 }
 
-/// Whether directed edges form a single closed loop.
-fn is_one_loop(edges: &[[usize; 2]]) -> bool {
-    let start = edges[0][0];
-    let mut at = edges[0][1];
-    for _ in 1..edges.len() {
-        if at == start {
-            return false;
-        }
-        match edges.iter().find(|e| e[0] == at) {
-            Some(e) => at = e[1],
-            None => return false,
-        }
+impl Face {
+    fn has_edge(&self, e: [usize; 2]) -> bool {
+        let [a, b, c] = self.v;
+        e == [a, b] || e == [b, c] || e == [c, a]
     }
-    at == start
-}
-
-/// The vertex of `B − A` farthest along `d`.
-fn difference(a: &Placed, b: &Placed, d: DVec3) -> Vertex {
-    let (pa, pb) = (a.support(-d), b.support(d));
-    Vertex { w: pb - pa, a: pa, b: pb }
 }

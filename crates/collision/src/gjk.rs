@@ -23,6 +23,8 @@ pub(crate) struct ClosestPair {
     pub normal: DVec3,
     pub point_a: DVec3,
     pub point_b: DVec3,
+    /// How much larger than the true distance `distance` may be, m.
+    pub open: f64,
 }
 
 /// A vertex `w = b − a` of the difference of the shapes.
@@ -45,6 +47,7 @@ pub(crate) fn closest(a: &Placed, b: &Placed, beyond: f64) -> Outcome {
     simplex.count = 1;
     let mut v = first.w;
     let mut length2 = v.length_squared();
+    let mut open = f64::INFINITY;
     for _ in 0..ITERATIONS {
         if length2 <= (1e-14 * size).powi(2) {
             return Outcome::Overlapping;
@@ -54,6 +57,7 @@ pub(crate) fn closest(a: &Placed, b: &Placed, beyond: f64) -> Outcome {
         if bound > beyond * length2.sqrt() {
             return Outcome::Beyond;
         }
+        open = (length2 - bound) / length2.sqrt();
         if length2 - bound <= 1e-15 * length2 || simplex.has(vertex.w) {
             break;
         }
@@ -63,16 +67,14 @@ pub(crate) fn closest(a: &Placed, b: &Placed, beyond: f64) -> Outcome {
         let Some(next) = simplex.project() else { return Outcome::Overlapping };
         let next2 = next.length_squared();
         if next2.is_nan() || next2 >= length2 {
-            if std::env::var("GJKDBG").is_ok() { eprintln!("noprogress {next2:e} {length2:e} bound {bound:e} rel {:e}", (length2-bound)/length2); }
             simplex = kept;
             break;
         }
         (v, length2) = (next, next2);
     }
-    if std::env::var("GJKDBG").is_ok() { eprintln!("gjk end count {} len {}", simplex.count, length2.sqrt()); }
     let distance = length2.sqrt();
     let (point_a, point_b) = simplex.points();
-    Outcome::Apart(ClosestPair { distance, normal: v / distance, point_a, point_b })
+    Outcome::Apart(ClosestPair { distance, normal: v / distance, point_a, point_b, open })
 }
 
 /// The vertex of `B − A` (cores) that is farthest along `d`.

@@ -10,7 +10,7 @@ use crate::separation::{self, Search, Separation};
 /// Patches that miss each other by less than this share of the size still touch.
 const LATERAL: f64 = 1e-9;
 /// A patch contact deeper than the separation by no more than this share of the size realises it.
-const REALISED: f64 = 1e-7;
+const REALISED: f64 = 1e-8;
 
 /// Buffers of the narrow phase.
 #[derive(Clone, Debug, Default)]

@@ -146,21 +146,19 @@ impl Search {
         match gjk::closest(a, b, margin + radii) {
             Outcome::Beyond => None,
             Outcome::Apart(pair) if pair.distance > TOUCHING * size => {
-                let mid_core = 0.5 * (pair.point_a + pair.point_b);
-                let found = separation_along(a, b, pair.normal);
-                // The axis is exact where the closest points only determine the normal to rounding.
-                let (gap, normal) = if best.0 >= found - 1e-12 * size { best } else { (found, pair.normal) };
-                let midpoint = mid_core + pair.normal * (0.5 * (a.shape.radius() - b.shape.radius()));
-                Some(Separation { normal, gap, midpoint: Some(midpoint) })
+                let between = 0.5 * (pair.point_a + pair.point_b);
+                let midpoint = between + pair.normal * (0.5 * (a.shape.radius() - b.shape.radius()));
+                let gap = separation_along(a, b, pair.normal);
+                let found = Separation { normal: pair.normal, gap, midpoint: Some(midpoint) };
+                let stalled = pair.open > STALLED * size;
+                let polished = if stalled { self.epa.search(a, b, &self.axes, 2.0 * pair.distance) } else { None };
+                let found = polished.filter(|p| p.gap > gap).unwrap_or(found);
+                Some(prefer_axis(best, found, 1e-12 * size))
             }
             _ => {
-                let found = self.epa.search(a, b, &self.axes);
                 let axis = Separation { normal: best.1, gap: best.0, midpoint: None };
-                Some(match found {
-                    Some(f) if f.gap > best.0 + 1e-10 * size => f,
-                    Some(f) => Separation { midpoint: f.midpoint, ..axis },
-                    None => axis,
-                })
+                let found = self.epa.search(a, b, &self.axes, 0.0);
+                Some(found.map_or(axis, |f| prefer_axis(best, f, 1e-10 * size)))
             }
         }
         .filter(|s| s.gap <= margin)
@@ -181,7 +179,7 @@ impl Search {
         let to_b = b.center - a.center;
         for placed in [a, b] {
             let axis = placed.rotation.z_axis;
-            self.axes.extend((to_b - axis * to_b.dot(axis)).try_normalize());
+            self.axes.extend(perpendicular(to_b, axis));
             if let Convex::Cone { radius, half_length } = placed.shape {
                 self.axes.extend(cone_normals(placed, *radius, *half_length, to_b, a, b));
             }
@@ -194,8 +192,22 @@ impl Search {
     }
 }
 
+/// A search's result, but with a closed-form axis that separates as well: the axis is exact where the search determines
+/// its direction only to rounding.
+fn prefer_axis(axis: (f64, DVec3), found: Separation, tolerance: f64) -> Separation {
+    if axis.0 >= found.gap - tolerance { Separation { gap: axis.0, normal: axis.1, ..found } } else { found }
+}
+
+/// Uncertainty of the distance, as a share of the size, at which GJK is taken to have stalled.
+const STALLED: f64 = 1e-11;
 /// Core distance, as a share of the size, below which closest points no longer give a direction.
 const TOUCHING: f64 = 1e-7;
+
+/// Unit vector of the part of `d` across the unit vector `axis`, if there is one.
+fn perpendicular(d: DVec3, axis: DVec3) -> Option<DVec3> {
+    let across = d - axis * d.dot(axis);
+    if across.length() > 1e-6 * d.length() { across.try_normalize() } else { None }
+}
 
 /// Outward normals of a cone's side: towards the other shape, and where a face normal of the other leans on it.
 fn cone_normals(
@@ -210,7 +222,7 @@ fn cone_normals(
     let axis = cone.rotation.z_axis;
     let towards = [to_b, -to_b, a.rotation.z_axis, b.rotation.z_axis, -a.rotation.z_axis, -b.rotation.z_axis];
     towards.into_iter().filter_map(move |d| {
-        let out = (d - axis * d.dot(axis)).try_normalize()?;
+        let out = perpendicular(d, axis)?;
         Some(out * (2.0 * half_length / slant) + axis * (radius / slant))
     })
 }

@@ -100,15 +100,18 @@ fn check_pair(scene: &mut Scene, a: (&Geometry, &Pose), b: (&Geometry, &Pose)) {
     assert!(!points.is_empty(), "{name}");
     let first = deepest(&points);
     let own = separation(a, b, first.normal);
-    assert!((own - first.gap).abs() < 1e-9, "{name}: gap {} but separation {own} along its normal", first.gap);
+    assert!((own - first.gap).abs() < 2e-8, "{name}: gap {} but separation {own} along its normal", first.gap);
     let best = largest_separation(a, b).0;
     assert!(first.gap > best - 2e-8 - 1.1e-3 * best.abs(), "{name}: gap {} but {best} is possible", first.gap);
     assert!((first.normal.length() - 1.0).abs() < 1e-12);
+    // Closest points of curved shapes are found less sharply than their distance.
+    let flat = |shape: &Geometry| matches!(shape, Geometry::Box { .. } | Geometry::ConvexMesh(_));
+    let tolerance = if flat(a.0) && flat(b.0) { 1e-8 } else { 2e-6 };
     for p in &points {
         let (on_a, on_b) = (p.position - p.normal * (0.5 * p.gap), p.position + p.normal * (0.5 * p.gap));
         for d in directions(300) {
-            assert!(d.dot(on_a) <= extent(a.0, a.1, d) + 2e-8, "{name}: {p:?} is not on A");
-            assert!(d.dot(on_b) <= extent(b.0, b.1, d) + 2e-8, "{name}: {p:?} is not on B");
+            assert!(d.dot(on_a) <= extent(a.0, a.1, d) + tolerance, "{name}: {p:?} is not on A");
+            assert!(d.dot(on_b) <= extent(b.0, b.1, d) + tolerance, "{name}: {p:?} is not on B");
         }
     }
 }
@@ -146,7 +149,7 @@ fn moving_both_shapes_together_moves_the_points_along() {
                 let motion = Pose::new(random.vector() * 10.0, random.rotation());
                 let (p, q) = (scene.find(&[x_a, x_b], 0.2), scene.find(&[motion * x_a, motion * x_b], 0.2));
                 let name = format!("{} {}", a.kind_name(), b.kind_name());
-                assert!((smallest_gap(&p) - smallest_gap(&q)).abs() < 1e-9, "{name}");
+                assert!((smallest_gap(&p) - smallest_gap(&q)).abs() < 1e-8, "{name}");
                 let (p, q) = (deepest(&p), deepest(&q));
                 assert!((motion.rotation * p.normal - q.normal).length() < 1e-4, "{name}: {p:?} {q:?}");
             }

@@ -43,7 +43,7 @@ pub fn largest_separation(a: (&Geometry, &Pose), b: (&Geometry, &Pose)) -> (f64,
     starts.sort_by(|p, q| q.0.total_cmp(&p.0));
     let climb = |&(mut best, mut n): &(f64, DVec3)| {
         let mut step = 0.05;
-        while step > 1e-10 {
+        for _ in 0..300 {
             let (u, v) = n.any_orthonormal_pair();
             let around = (0..12).map(|k| {
                 let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 12.0).sin_cos();
@@ -56,5 +56,5 @@ pub fn largest_separation(a: (&Geometry, &Pose), b: (&Geometry, &Pose)) -> (f64,
         }
         (best, n)
     };
-    starts[..12].iter().map(climb).max_by(|p, q| p.0.total_cmp(&q.0)).unwrap()
+    starts[..6].iter().map(climb).max_by(|p, q| p.0.total_cmp(&q.0)).unwrap()
 }
