@@ -1,0 +1,61 @@
+//! The entry points.
+
+use std::path::{Path, PathBuf};
+
+use signorini_multibody::Model;
+
+use crate::error::FormatError;
+use crate::mesh::read_file;
+use crate::report::ImportReport;
+use crate::{mjcf, xml};
+
+/// Model files larger than this are refused.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// How to read what a file leaves open.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct LoadOptions {
+    /// Folders in which the packages of `package://…` are looked for (URDF). The folders above the model are searched
+    /// after them. Default: none.
+    pub package_dirs: Vec<PathBuf>,
+    /// Whether the root link of a URDF gets a free joint; otherwise it is fixed to the world. Default: false.
+    pub floating_base: bool,
+}
+
+/// A model and what the file had that the model has not.
+#[derive(Clone, Debug)]
+pub struct Imported {
+    /// The model.
+    pub model: Model,
+    /// What was left out or altered.
+    pub report: ImportReport,
+}
+
+/// Reads a model file; its root element says whether it is MJCF or URDF.
+///
+/// # Errors
+/// [`FormatError`] with the place in the file; [`FormatError::Unreadable`] if there is no such file or it is not text.
+pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
+    let path = path.as_ref();
+    let unreadable = |reason| FormatError::Unreadable { path: path.to_owned(), reason };
+    let bytes = read_file(path, MAX_BYTES).map_err(unreadable)?;
+    let text = String::from_utf8(bytes).map_err(|_| unreadable("not UTF-8 text".into()))?;
+    let base = path.parent().unwrap_or(Path::new(""));
+    let tree = xml::parse(&text, &path.to_string_lossy())?;
+    match tree.root().name() {
+        "mujoco" => mjcf::import(tree, base, Some(path), options),
+        found => Err(FormatError::UnknownFormat { at: tree.root().at(), found: found.to_owned() }),
+    }
+}
+
+/// Reads MJCF from text; files that it names are looked for in `base`.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_mjcf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
+    let tree = xml::parse(text, "(MJCF text)")?;
+    match tree.root().name() {
+        "mujoco" => mjcf::import(tree, base.as_ref(), None, options),
+        found => Err(FormatError::UnknownFormat { at: tree.root().at(), found: found.to_owned() }),
+    }
+}

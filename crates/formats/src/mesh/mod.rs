@@ -1,0 +1,70 @@
+//! Meshes from files and from numbers in a model, and what they weigh.
+
+mod hull;
+mod obj;
+mod stl;
+mod volume;
+
+pub(crate) use hull::convex_hull;
+pub(crate) use volume::{Orientation, shell, solid};
+
+use std::path::Path;
+
+use signorini_multibody::model::Mesh;
+
+/// Mesh files larger than this are refused.
+const MAX_BYTES: u64 = 512 << 20;
+
+/// The formats of mesh files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    /// STL, binary or text.
+    Stl,
+    /// Wavefront OBJ.
+    Obj,
+}
+
+impl MeshFormat {
+    /// From the extension of a file name.
+    fn of(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "stl" => Some(Self::Stl),
+            "obj" => Some(Self::Obj),
+            _ => None,
+        }
+    }
+}
+
+/// Reads triangles from the bytes of a mesh file. Vertices at the same place are one vertex; triangles without area
+/// stay. Lengths are as in the file.
+///
+/// # Errors
+/// What is wrong, in words.
+pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, String> {
+    let mesh = match format {
+        MeshFormat::Stl => stl::read(bytes)?,
+        MeshFormat::Obj => obj::read(bytes)?,
+    };
+    if mesh.vertices.len() < 3 {
+        return Err(format!("holds {} vertices, a mesh needs at least 3", mesh.vertices.len()));
+    }
+    Ok(mesh)
+}
+
+/// Reads a mesh file; its extension says which format it is.
+pub(crate) fn load(path: &Path) -> Result<Mesh, String> {
+    let format = MeshFormat::of(path).ok_or("unknown mesh format: convert it to STL or OBJ")?;
+    read_mesh(&read_file(path, MAX_BYTES)?, format)
+}
+
+/// All bytes of a regular file of at most `limit` bytes.
+pub(crate) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
+    let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
+    if !metadata.is_file() {
+        return Err("not a regular file".into());
+    }
+    if metadata.len() > limit {
+        return Err(format!("larger than {limit} bytes"));
+    }
+    std::fs::read(path).map_err(|e| e.to_string())
+}

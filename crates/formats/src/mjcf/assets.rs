@@ -1,0 +1,228 @@
+//! `<asset>`: meshes, height fields, material colours.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+use std::sync::Arc;
+
+use signorini_multibody::Inertia;
+use signorini_multibody::glam::{DQuat, DVec3};
+use signorini_multibody::model::{HeightField, Mesh};
+
+use super::compiler::{Compiler, portable};
+use super::defaults::Defaults;
+use crate::error::FormatError;
+use crate::mesh::{self, Orientation};
+use crate::xml::{Attributes, Element};
+
+/// How the mass of a mesh is spread.
+#[derive(Clone, Copy)]
+enum MeshInertia {
+    Convex,
+    Exact,
+    Legacy,
+    Shell,
+}
+
+/// A mesh as geoms use it: offset, turned and scaled as its asset says.
+pub(super) struct MeshAsset {
+    pub mesh: Arc<Mesh>,
+    inertia: MeshInertia,
+}
+
+impl MeshAsset {
+    /// Inertia at density 1 kg/m³ (of a shell: 1 kg/m²); none if the mesh encloses nothing.
+    pub fn unit_inertia(&self) -> Option<Inertia> {
+        let hull;
+        let mesh = match self.inertia {
+            MeshInertia::Convex => {
+                hull = mesh::convex_hull(&self.mesh.vertices)?;
+                &hull
+            }
+            _ if self.mesh.triangles.is_empty() => {
+                hull = mesh::convex_hull(&self.mesh.vertices)?;
+                &hull
+            }
+            _ => &*self.mesh,
+        };
+        match self.inertia {
+            MeshInertia::Convex | MeshInertia::Exact => mesh::solid(mesh, Orientation::Signed),
+            MeshInertia::Legacy => mesh::solid(mesh, Orientation::Ignored),
+            MeshInertia::Shell => mesh::shell(mesh),
+        }
+    }
+}
+
+/// The assets of a file; meshes are read when a geom first needs them.
+pub(super) struct Assets<'t> {
+    meshes: HashMap<String, Attributes<'t>>,
+    height_fields: HashMap<&'t str, Element<'t>>,
+    materials: HashMap<&'t str, [f32; 4]>,
+    base: PathBuf,
+    loaded: RefCell<HashMap<String, Rc<MeshAsset>>>,
+}
+
+impl<'t> Assets<'t> {
+    pub fn read(root: Element<'t>, base: &Path, defaults: &Defaults<'t>) -> Result<Self, FormatError> {
+        let mut assets = Self {
+            meshes: HashMap::new(),
+            height_fields: HashMap::new(),
+            materials: HashMap::new(),
+            base: base.to_owned(),
+            loaded: RefCell::default(),
+        };
+        for element in root.children_named("asset").flat_map(|a| a.children()) {
+            match element.name() {
+                "mesh" => {
+                    let attributes = defaults.of(element, None, &["mesh"])?;
+                    let name = asset_name(&attributes)?;
+                    if let Some(first) = assets.meshes.insert(name.clone(), attributes) {
+                        return Err(duplicate(element, "mesh", name, first.element()));
+                    }
+                }
+                "hfield" => {
+                    let name = element.attributes().required("name", "geoms refer to the height field by it")?;
+                    if let Some(first) = assets.height_fields.insert(name, element) {
+                        return Err(duplicate(element, "height field", name.to_owned(), first));
+                    }
+                }
+                "material" => {
+                    let attributes = defaults.of(element, None, &["material"])?;
+                    let name = element.attributes().required("name", "geoms refer to the material by it")?;
+                    assets.materials.insert(name, colour(&attributes, [1.0; 4])?);
+                }
+                _ => {}
+            }
+        }
+        Ok(assets)
+    }
+
+    /// The colour of the material that `attributes` names, if it names one.
+    pub fn material(&self, attributes: &Attributes) -> Result<Option<[f32; 4]>, FormatError> {
+        let Some(name) = attributes.text("material").filter(|m| !m.is_empty()) else { return Ok(None) };
+        match self.materials.get(name) {
+            Some(rgba) => Ok(Some(*rgba)),
+            None => Err(attributes.unknown("material", "material", self.materials.keys().copied())),
+        }
+    }
+
+    /// The mesh that a geom names.
+    pub fn mesh(&self, geom: &Attributes, compiler: &Compiler) -> Result<Rc<MeshAsset>, FormatError> {
+        let name = geom.required("mesh", "the mesh asset to use")?;
+        if let Some(asset) = self.loaded.borrow().get(name) {
+            return Ok(asset.clone());
+        }
+        let Some(attributes) = self.meshes.get(name) else {
+            return Err(geom.unknown("mesh", "mesh", self.meshes.keys().map(String::as_str)));
+        };
+        let asset = Rc::new(self.load_mesh(attributes, compiler)?);
+        self.loaded.borrow_mut().insert(name.to_owned(), asset.clone());
+        Ok(asset)
+    }
+
+    fn load_mesh(&self, a: &Attributes, compiler: &Compiler) -> Result<MeshAsset, FormatError> {
+        let mut mesh = match a.text("file") {
+            Some(file) => {
+                let path = compiler.asset_path(&self.base, file);
+                let asset = |reason| FormatError::Asset {
+                    at: a.at("file"),
+                    element: "mesh".into(),
+                    path: path.clone(),
+                    reason,
+                };
+                mesh::load(&path).map_err(asset)?
+            }
+            None => inline_mesh(a)?,
+        };
+        let offset = a.vec3("refpos")?.unwrap_or(DVec3::ZERO);
+        let turn = a.quaternion("refquat")?.unwrap_or(DQuat::IDENTITY).conjugate();
+        let scale = a.vec3("scale")?.unwrap_or(DVec3::ONE);
+        mesh.vertices.iter_mut().for_each(|p| *p = turn * (*p - offset) * scale);
+        if scale.x * scale.y * scale.z < 0.0 {
+            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        }
+        let kinds = [
+            ("convex", MeshInertia::Convex),
+            ("exact", MeshInertia::Exact),
+            ("legacy", MeshInertia::Legacy),
+            ("shell", MeshInertia::Shell),
+        ];
+        let inertia = a.choice("inertia", &kinds)?.unwrap_or(MeshInertia::Legacy);
+        Ok(MeshAsset { mesh: Arc::new(mesh), inertia })
+    }
+
+    /// The height field that a geom names; none if its data is in a file.
+    pub fn height_field(&self, geom: &Attributes) -> Result<Option<HeightField>, FormatError> {
+        let name = geom.required("hfield", "the height field asset to use")?;
+        let Some(element) = self.height_fields.get(name) else {
+            return Err(geom.unknown("hfield", "height field", self.height_fields.keys().copied()));
+        };
+        let a = element.attributes();
+        if a.has("file") {
+            return Ok(None);
+        }
+        let [half_x, half_y, top, _base] =
+            a.vector::<4>("size")?.ok_or_else(|| element.incomplete("attribute 'size': half x, half y, top, base"))?;
+        let (rows, columns) = (grid(&a, "nrow")?, grid(&a, "ncol")?);
+        let elevation = match a.numbers("elevation")? {
+            Some(numbers) if rows.checked_mul(columns) == Some(numbers.len()) => numbers,
+            Some(n) => {
+                return Err(
+                    a.invalid("elevation", format!("nrow x ncol = {rows} x {columns} numbers, found {}", n.len()))
+                );
+            }
+            None => return Err(element.incomplete("attribute 'elevation': nrow x ncol heights")),
+        };
+        let low = elevation.iter().copied().fold(f64::INFINITY, f64::min);
+        let span = elevation.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
+        let height = |e: &f64| if span > 0.0 { (e - low) / span * top } else { 0.0 };
+        let heights = elevation.chunks_exact(columns).rev().flatten().map(height).collect();
+        Ok(Some(HeightField { size: [columns, rows], half_extents: [half_x, half_y], heights }))
+    }
+}
+
+fn grid(a: &Attributes, name: &'static str) -> Result<usize, FormatError> {
+    match a.integer(name)? {
+        Some(n) if n >= 2 => usize::try_from(n).map_err(|_| a.invalid(name, "a smaller number")),
+        _ => Err(a.invalid(name, "a number of grid points, at least 2")),
+    }
+}
+
+/// Vertices and faces given in the model file.
+fn inline_mesh(a: &Attributes) -> Result<Mesh, FormatError> {
+    let numbers = match a.numbers("vertex")? {
+        Some(numbers) if numbers.len() >= 9 && numbers.len() % 3 == 0 => numbers,
+        Some(n) => {
+            return Err(a.invalid("vertex", format!("3 numbers for each of at least 3 vertices, found {}", n.len())));
+        }
+        None => return Err(a.element().incomplete("attribute 'file' or 'vertex': the shape of the mesh")),
+    };
+    let vertices: Vec<DVec3> = numbers.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2])).collect();
+    let faces = a.integers("face")?.unwrap_or_default();
+    if faces.len() % 3 != 0 || faces.iter().any(|&k| k < 0 || k as usize >= vertices.len()) {
+        return Err(a.invalid("face", format!("3 vertex numbers for each face, 0 to {}", vertices.len() - 1)));
+    }
+    let triangles = faces.chunks_exact(3).map(|t| [t[0] as u32, t[1] as u32, t[2] as u32]).collect();
+    Ok(Mesh { vertices, triangles })
+}
+
+/// The asset's name, or that of its file without folder and extension.
+fn asset_name(a: &Attributes) -> Result<String, FormatError> {
+    if let Some(name) = a.text("name").filter(|n| !n.is_empty()) {
+        return Ok(name.to_owned());
+    }
+    let file = a.required("file", "a mesh needs a name or a file")?;
+    let stem = portable(file).file_stem().map(|s| s.to_string_lossy().into_owned());
+    stem.ok_or_else(|| a.invalid("file", "the name of a file"))
+}
+
+fn duplicate(element: Element, sort: &'static str, name: String, first: Element) -> FormatError {
+    FormatError::DuplicateName { at: element.at(), sort, name, first: Box::new(first.at()) }
+}
+
+/// `rgba` written over `initial`.
+pub(super) fn colour(a: &Attributes, initial: [f32; 4]) -> Result<[f32; 4], FormatError> {
+    let (rgba, _) = a.overlay::<4>("rgba", initial.map(f64::from))?;
+    Ok(rgba.map(|x| x as f32))
+}

@@ -1,0 +1,193 @@
+//! `<worldbody>`: bodies, frames, replicas, and the order in which they become parts of the model.
+
+use signorini_multibody::{BodyId, Inertia, Pose};
+
+use super::Importer;
+use super::compiler::InertiaSource;
+use crate::error::FormatError;
+use crate::inertia::{moved, scaled, sum};
+use crate::xml::{Attributes, Element};
+
+use signorini_multibody::glam::{DMat3, DQuat, DVec3};
+
+/// What elements inside `<frame>` and `<replicate>` inherit.
+#[derive(Clone)]
+pub(super) struct Scope<'t> {
+    /// The frame in its body.
+    pub frame: Pose,
+    /// The inherited default class.
+    pub class: Option<&'t str>,
+    /// What replication adds to names.
+    suffix: String,
+}
+
+impl Scope<'_> {
+    /// The element's name with the suffix of its replica; none if it has no name.
+    pub fn name(&self, element: Element) -> Option<String> {
+        let name = element.raw("name").map(|a| a.value.trim()).filter(|n| !n.is_empty())?;
+        Some(format!("{name}{}", self.suffix))
+    }
+}
+
+/// A body that has been met and not read yet.
+struct Pending<'t> {
+    element: Element<'t>,
+    parent: BodyId,
+    /// Of the parent, in world.
+    parent_pose: Pose,
+    scope: Scope<'t>,
+}
+
+/// A body being read.
+pub(super) struct OpenBody {
+    pub id: BodyId,
+    /// In world, at the reference configuration.
+    pub pose: Pose,
+    /// What its geoms weigh; empty if its inertia does not come from geoms.
+    pub weights: Vec<Inertia>,
+    pub weighs_geoms: bool,
+}
+
+/// Reads all bodies, parents before children, in the order of the file.
+pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
+    let mut inertias = vec![(BodyId::WORLD, Inertia::ZERO)];
+    let mut pending = Vec::new();
+    for section in root.children_named("worldbody") {
+        let class = importer.defaults.class_of(section, "childclass")?;
+        let scope = Scope { frame: Pose::IDENTITY, class, suffix: String::new() };
+        let mut world = OpenBody { id: BodyId::WORLD, pose: Pose::IDENTITY, weights: Vec::new(), weighs_geoms: false };
+        let children = read_contents(importer, section, scope, &mut world)?;
+        pending.extend(children.into_iter().rev());
+        while let Some(body) = pending.pop() {
+            let children = read_body(importer, body, &mut inertias)?;
+            pending.extend(children.into_iter().rev());
+        }
+    }
+    let mut values: Vec<Inertia> = inertias.iter().map(|(_, inertia)| *inertia).collect();
+    importer.compiler.rescaled(&mut values);
+    inertias.iter().zip(values).skip(1).try_for_each(|((body, _), inertia)| importer.parts.set_inertia(*body, inertia))
+}
+
+fn read_body<'t>(
+    importer: &mut Importer<'t>,
+    pending: Pending<'t>,
+    inertias: &mut Vec<(BodyId, Inertia)>,
+) -> Result<Vec<Pending<'t>>, FormatError> {
+    let Pending { element, parent, parent_pose, scope } = pending;
+    let attributes = element.attributes();
+    let placement = scope.frame * importer.compiler.pose(&attributes)?;
+    let placement = Pose::new(placement.position, placement.rotation.normalize());
+    let id = importer.parts.add_body(element, scope.name(element), parent, placement)?;
+    let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
+    let inner = Scope { frame: Pose::IDENTITY, class, suffix: scope.suffix };
+    let inertial = element.child("inertial");
+    let weighs_geoms = match importer.compiler.inertia_source {
+        InertiaSource::Auto => inertial.is_none(),
+        InertiaSource::Geoms => true,
+        InertiaSource::Inertial => false,
+    };
+    let mut body = OpenBody { id, pose: parent_pose * placement, weights: Vec::new(), weighs_geoms };
+    let children = read_contents(importer, element, inner, &mut body)?;
+    let inertia = match inertial {
+        Some(inertial) if !weighs_geoms => read_inertial(importer, inertial)?,
+        _ => sum(&body.weights),
+    };
+    inertias.push((id, importer.compiler.adjusted(inertia)));
+    Ok(children)
+}
+
+/// Joints and geoms of a body, with what `<frame>` and `<replicate>` hold; gives back its child bodies.
+fn read_contents<'t>(
+    importer: &mut Importer<'t>,
+    container: Element<'t>,
+    scope: Scope<'t>,
+    body: &mut OpenBody,
+) -> Result<Vec<Pending<'t>>, FormatError> {
+    let mut bodies = Vec::new();
+    let mut open: Vec<(Element<'t>, Scope<'t>)> = children_in(container, &scope);
+    while let Some((element, scope)) = open.pop() {
+        importer.count_element(element)?;
+        match element.name() {
+            "body" => bodies.push(Pending { element, parent: body.id, parent_pose: body.pose, scope }),
+            "joint" | "freejoint" => super::joints::read(importer, element, &scope, body)?,
+            "geom" => super::geoms::read(importer, element, &scope, body)?,
+            "frame" => {
+                let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
+                let frame = scope.frame * importer.compiler.pose(&element.attributes())?;
+                open.extend(children_in(element, &Scope { frame, class, suffix: scope.suffix }));
+            }
+            "replicate" => {
+                for replica in replicas(importer, element, &scope)?.iter().rev() {
+                    open.extend(children_in(element, replica));
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(bodies)
+}
+
+/// The children with their scope, last first, as a stack wants them.
+fn children_in<'t>(container: Element<'t>, scope: &Scope<'t>) -> Vec<(Element<'t>, Scope<'t>)> {
+    container.children().rev().map(|child| (child, scope.clone())).collect()
+}
+
+/// The scopes of the copies that `<replicate>` makes, each turned and moved from the one before.
+fn replicas<'t>(
+    importer: &Importer<'t>,
+    element: Element<'t>,
+    scope: &Scope<'t>,
+) -> Result<Vec<Scope<'t>>, FormatError> {
+    const MAX: i64 = 100_000;
+    let a = element.attributes();
+    let count = match a.integer("count")? {
+        Some(n) if (0..=MAX).contains(&n) => n as usize,
+        _ => return Err(a.invalid("count", format!("a number of copies, 0 to {MAX}"))),
+    };
+    let offset = a.vec3("offset")?.unwrap_or(DVec3::ZERO);
+    let turn = a.vector::<3>("euler")?.map_or(DQuat::IDENTITY, |angles| importer.compiler.euler(angles));
+    let step = Pose::new(offset, turn);
+    let separator = a.text("sep").unwrap_or_default();
+    let digits = count.to_string().len();
+    let mut frame = scope.frame;
+    let copies = (0..count).map(|k| {
+        let copy = Scope { frame, class: scope.class, suffix: format!("{separator}{k:0digits$}{}", scope.suffix) };
+        frame = frame * step;
+        frame.rotation = frame.rotation.normalize();
+        copy
+    });
+    Ok(copies.collect())
+}
+
+/// `<inertial>` in the body frame.
+fn read_inertial(importer: &Importer, element: Element) -> Result<Inertia, FormatError> {
+    let a = element.attributes();
+    let mass = a.non_negative("mass")?.ok_or_else(|| element.incomplete("attribute 'mass': kg"))?;
+    let placement = importer.compiler.pose(&a)?;
+    let rotational = rotational_inertia(&a)?;
+    Ok(moved(Inertia { mass, center_of_mass: DVec3::ZERO, rotational }, &placement))
+}
+
+fn rotational_inertia(a: &Attributes) -> Result<DMat3, FormatError> {
+    if let Some([xx, yy, zz, xy, xz, yz]) = a.vector::<6>("fullinertia")? {
+        if a.has("diaginertia") {
+            return Err(a.element().invalid("both 'diaginertia' and 'fullinertia': keep one"));
+        }
+        return Ok(DMat3::from_cols_array_2d(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]));
+    }
+    match a.vec3("diaginertia")? {
+        Some(moments) => Ok(DMat3::from_diagonal(moments)),
+        None => Err(a.element().incomplete("attribute 'diaginertia' or 'fullinertia': kg m²")),
+    }
+}
+
+impl OpenBody {
+    /// Adds what a geom weighs: `unit` at density 1 in the geom's frame.
+    pub fn weigh(&mut self, unit: Inertia, mass: Option<f64>, density: f64, placement: &Pose) {
+        let factor = match mass {
+            Some(m) => m / unit.mass,
+            None => density,
+        };
+        self.weights.push(moved(scaled(unit, factor), placement));
+    }
+}

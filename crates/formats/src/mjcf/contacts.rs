@@ -1,0 +1,51 @@
+//! `<contact>`: pairs with a friction of their own, and pairs of bodies that never touch.
+
+use signorini_multibody::{BodyId, GeomId, GeomPair};
+
+use super::Importer;
+use crate::error::FormatError;
+use crate::xml::{Attributes, Element};
+
+pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
+    for element in root.children_named("contact").flat_map(|c| c.children()) {
+        match element.name() {
+            "pair" => read_pair(importer, element)?,
+            "exclude" => {
+                let a = element.attributes();
+                let (first, second) = (body(importer, &a, "body1")?, body(importer, &a, "body2")?);
+                importer.parts.builder.exclude(first, second);
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+fn read_pair<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<(), FormatError> {
+    let a = importer.defaults.of(element, None, &["pair"])?;
+    let (geom_a, geom_b) = (geom(importer, &a, "geom1")?, geom(importer, &a, "geom2")?);
+    let [first, second] = [geom_a, geom_b].map(|g| importer.contact_properties[g.index()]);
+    let mixed = first.friction.max(second.friction);
+    let ([slide_x, slide_y, ..], given) = a.overlay::<5>("friction", [mixed, mixed, 0.0, 0.0, 0.0])?;
+    if slide_x < 0.0 {
+        return Err(a.invalid("friction", "a number that is not negative"));
+    }
+    if given >= 2 && slide_x != slide_y {
+        let effect = "the first of the two sliding coefficients counts in all directions";
+        importer.report.motion(a.at("friction"), "pair", "anisotropic friction is not supported", effect);
+    }
+    let frictional = importer.condim(&a)?.map_or(first.frictional || second.frictional, |condim| condim >= 3);
+    let friction = if frictional { slide_x } else { 0.0 };
+    importer.parts.builder.add_pair(GeomPair { geom_a, geom_b, friction });
+    Ok(())
+}
+
+fn body(importer: &Importer, a: &Attributes, attribute: &'static str) -> Result<BodyId, FormatError> {
+    let name = a.required(attribute, "the name of a body")?;
+    importer.parts.body(name).ok_or_else(|| a.unknown(attribute, "body", importer.parts.body_names()))
+}
+
+fn geom(importer: &Importer, a: &Attributes, attribute: &'static str) -> Result<GeomId, FormatError> {
+    let name = a.required(attribute, "the name of a geom")?;
+    importer.parts.geom(name).ok_or_else(|| a.unknown(attribute, "geom", importer.parts.geom_names()))
+}

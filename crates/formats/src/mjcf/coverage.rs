@@ -1,0 +1,302 @@
+//! What of MJCF is read, what does not matter to the motion, and what matters and is missing.
+
+use crate::coverage::{Coverage, Ignored};
+use crate::report::Reporter;
+use crate::xml::Element;
+
+const SOFT: &str = "contacts and limits are rigid here, so that softness has no counterpart";
+
+const fn ignored(name: &'static str, neutral: &'static str, effect: &'static str) -> Ignored {
+    Ignored { name, neutral, effect }
+}
+
+/// What is done with an element of a section.
+enum Treatment {
+    /// Its attributes are looked at, and its children in turn.
+    Read(&'static Coverage),
+    /// No influence on the motion.
+    Harmless(&'static str),
+    /// Matters and is missing.
+    Missing(&'static str),
+}
+use Treatment::{Harmless, Missing, Read};
+
+/// Reports everything in the file that the importer does not take over.
+pub(super) fn audit(root: Element, report: &mut Reporter) {
+    const ROOT: Coverage = Coverage { read: "model", harmless: "", ignored: &[] };
+    ROOT.audit(root, report);
+    let mut open: Vec<(Element, &'static str)> = root.children().rev().map(|c| (c, "mujoco")).collect();
+    while let Some((element, parent)) = open.pop() {
+        match treatment(parent, element.name()) {
+            Read(coverage) => {
+                coverage.audit(element, report);
+                let section = section_of(parent, element.name());
+                open.extend(element.children().rev().map(|c| (c, section)));
+            }
+            Harmless(effect) => report.other(element.at(), element.name(), "is not taken over", effect),
+            Missing(effect) => report.motion(element.at(), element.name(), "is not supported", effect),
+        }
+    }
+}
+
+/// The name under which the children of an element are looked up.
+fn section_of(parent: &'static str, name: &str) -> &'static str {
+    match name {
+        "worldbody" | "body" | "frame" | "replicate" => "body",
+        "default" => "default",
+        "asset" => "asset",
+        "contact" => "contact",
+        "actuator" => "actuator",
+        "keyframe" => "keyframe",
+        "option" => "option",
+        "compiler" => "compiler",
+        "equality" => "equality",
+        "tendon" => "tendon",
+        "mesh" => "mesh",
+        "geom" => "geom",
+        _ if parent == "mujoco" => "unknown",
+        _ => "leaf",
+    }
+}
+
+const SECTION: Coverage = Coverage { read: "", harmless: "", ignored: &[] };
+
+fn treatment(section: &str, name: &str) -> Treatment {
+    match (section, name) {
+        ("mujoco", "compiler") => Read(&COMPILER),
+        ("mujoco", "option") => Read(&OPTION),
+        ("mujoco" | "default", "default") => Read(&DEFAULT),
+        ("mujoco", "asset" | "contact" | "actuator" | "keyframe" | "equality" | "tendon") => Read(&SECTION),
+        ("mujoco", "worldbody") => Read(&WORLDBODY),
+        ("mujoco", "size" | "statistic" | "visual") => Harmless("only memory and pictures depend on it"),
+        ("mujoco", "sensor") => Harmless("there are no sensors"),
+        ("mujoco", "custom") => Harmless("user data is not kept"),
+        ("mujoco", "deformable") => Missing("deformable bodies are left out"),
+        ("mujoco", "extension") => Missing("plugins have no effect"),
+        ("body", "body") => Read(&BODY),
+        ("body", "frame") => Read(&FRAME),
+        ("body", "replicate") => Read(&REPLICATE),
+        ("body", "freejoint") => Read(&FREEJOINT),
+        ("body", "inertial") => Read(&INERTIAL),
+        ("body" | "default", "joint") => Read(&JOINT),
+        ("body" | "default", "geom") => Read(&GEOM),
+        ("asset" | "default", "mesh") => Read(&MESH),
+        ("asset" | "default", "material") => Read(&MATERIAL),
+        ("asset", "hfield") => Read(&HFIELD),
+        ("asset", "texture" | "skin") | ("default", "texture") => Harmless("only pictures depend on it"),
+        ("body" | "default", "site") => Harmless("sites have no mass and touch nothing"),
+        ("body" | "default", "camera" | "light") => Harmless("only pictures depend on it"),
+        ("material", "layer") => Harmless("only pictures depend on it"),
+        ("body", "flexcomp" | "composite" | "attach") => Missing("the parts that it would make are left out"),
+        ("body" | "geom" | "mesh", "plugin") => Missing("plugins have no effect"),
+        ("contact" | "default", "pair") => Read(&PAIR),
+        ("contact", "exclude") => Read(&EXCLUDE),
+        ("actuator" | "default", "motor") => Read(&MOTOR),
+        ("actuator" | "default", "position") => Read(&POSITION),
+        ("actuator" | "default", "velocity") => Read(&VELOCITY),
+        ("actuator" | "default", "general") => Read(&GENERAL),
+        // Reported one by one where they are read.
+        ("actuator", _) => Read(&ANYTHING),
+        ("keyframe", "key") => Read(&KEY),
+        ("option", "flag") => Read(&FLAG),
+        ("compiler", "lengthrange") => Harmless("only muscles depend on it"),
+        ("equality", _) => Missing("the constraint is left out"),
+        ("tendon", _) => Missing("the tendon is left out, with its spring, friction and limits"),
+        ("default", _) => Harmless("default of something that is not read"),
+        _ => Missing("not a known element here: it is ignored; is it misspelt?"),
+    }
+}
+
+const SOLVER: &str = "belongs to MuJoCo's solvers";
+const FLUID: &str = "bodies move as in a vacuum";
+
+const COMPILER: Coverage = Coverage {
+    read: "angle eulerseq autolimits inertiafromgeom inertiagrouprange boundmass boundinertia balanceinertia \
+           settotalmass meshdir assetdir strippath coordinate",
+    harmless: "texturedir usethread saveinertial savecompiled savecanonical discardvisual fusestatic conflict passthrough",
+    ignored: &[
+        ignored(
+            "alignfree",
+            "false",
+            "the frame of a free body stays where the file has it, and so does the meaning of its q and v",
+        ),
+        ignored("fitaabb", "false", "meshes are not fitted with primitives"),
+    ],
+};
+
+const OPTION: Coverage = Coverage {
+    read: "timestep gravity",
+    harmless: "ccd_iterations ccd_tolerance cone integrator iterations jacobian ls_iterations ls_tolerance \
+               noslip_iterations noslip_tolerance sdf_initpoints sdf_iterations sleep_tolerance solver tolerance apirate",
+    ignored: &[
+        ignored("density", "0", FLUID),
+        ignored("viscosity", "0", FLUID),
+        ignored("wind", "0 0 0", FLUID),
+        ignored("magnetic", "0 -0.5 0", "only magnetometers depend on it"),
+        ignored("impratio", "1", SOLVER),
+        ignored("o_margin", "0", SOLVER),
+        ignored("o_solref", "", SOLVER),
+        ignored("o_solimp", "", SOLVER),
+        ignored("o_friction", "", "contacts keep their own friction"),
+        ignored("actuatorgroupdisable", "", "all actuators work"),
+    ],
+};
+
+const FLAG: Coverage = Coverage {
+    read: "gravity",
+    harmless: "autoreset diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd refsafe \
+               sensor sleep speculative warmstart",
+    ignored: &[
+        ignored("actuation", "enable", "actuators work"),
+        ignored("clampctrl", "enable", "controls are clamped to their range"),
+        ignored("constraint", "enable", "contacts, limits and friction work"),
+        ignored("contact", "enable", "bodies touch"),
+        ignored("damper", "enable", "dampers work"),
+        ignored("equality", "enable", "there are no equality constraints"),
+        ignored("filterparent", "enable", "a body does not touch its parent"),
+        ignored("frictionloss", "enable", "joints have dry friction"),
+        ignored("limit", "enable", "joint limits work"),
+        ignored("override", "disable", SOLVER),
+        ignored("spring", "enable", "springs work"),
+    ],
+};
+
+const DEFAULT: Coverage = Coverage { read: "class", harmless: "", ignored: &[] };
+const WORLDBODY: Coverage = Coverage { read: "childclass", harmless: "name", ignored: &[] };
+const ANYTHING: Coverage = Coverage { read: "", harmless: "", ignored: &[] };
+const EXCLUDE: Coverage = Coverage { read: "body1 body2", harmless: "name", ignored: &[] };
+
+const BODY: Coverage = Coverage {
+    read: "name childclass pos quat axisangle xyaxes zaxis euler",
+    harmless: "user fuse simple sleep",
+    ignored: &[
+        ignored("mocap", "false", "the body does not move by itself and cannot be moved by hand"),
+        ignored("gravcomp", "0", "gravity acts in full"),
+    ],
+};
+
+const FRAME: Coverage =
+    Coverage { read: "childclass pos quat axisangle xyaxes zaxis euler", harmless: "name", ignored: &[] };
+const REPLICATE: Coverage = Coverage { read: "count offset euler sep", harmless: "", ignored: &[] };
+
+const FREEJOINT: Coverage = Coverage {
+    read: "name",
+    harmless: "group",
+    ignored: &[ignored(
+        "align",
+        "false",
+        "the body's frame stays where the file has it, and so does the meaning of q and v",
+    )],
+};
+
+const INERTIAL: Coverage =
+    Coverage { read: "pos quat axisangle xyaxes zaxis euler mass diaginertia fullinertia", harmless: "", ignored: &[] };
+
+const JOINT: Coverage = Coverage {
+    read: "name class type pos axis range limited ref springref stiffness damping armature frictionloss \
+           actuatorfrcrange actuatorfrclimited",
+    harmless: "group user actuatorgravcomp",
+    ignored: &[
+        ignored("springdamper", "0 0", "stiffness and damping stay as given"),
+        ignored("springyield", "0", "springs are elastic"),
+        ignored("margin", "0", "limits act where they are"),
+        ignored("solreflimit", "0.02 1", SOFT),
+        ignored("solimplimit", "0.9 0.95 0.001 0.5 2", SOFT),
+        ignored("solreffriction", "0.02 1", SOFT),
+        ignored("solimpfriction", "0.9 0.95 0.001 0.5 2", SOFT),
+    ],
+};
+
+const GEOM: Coverage = Coverage {
+    read: "name class type size fromto pos quat axisangle xyaxes zaxis euler mesh hfield mass density group friction \
+           condim contype conaffinity rgba material",
+    harmless: "user castshadow",
+    ignored: &[
+        ignored("solref", "0.02 1", SOFT),
+        ignored("solimp", "0.9 0.95 0.001 0.5 2", SOFT),
+        ignored("solmix", "1", SOFT),
+        ignored("margin", "0", "contact acts when surfaces touch"),
+        ignored("gap", "0", "contact acts when surfaces touch"),
+        ignored("priority", "0", "a pair has the larger friction of its geoms, not that of the one with priority"),
+        ignored("adhesion", "0", "surfaces do not stick"),
+        ignored("surfacevel", "0 0 0", "surfaces do not run"),
+        ignored("shellinertia", "false", "the geom is solid"),
+        ignored("fluidshape", "none", FLUID),
+        ignored("fluidcoef", "0.5 0.25 1.5 1.0 1.0", FLUID),
+        ignored("fitscale", "1", "meshes are not fitted with primitives"),
+    ],
+};
+
+const MESH: Coverage = Coverage {
+    read: "name class file vertex face scale refpos refquat inertia",
+    harmless: "normal texcoord material smoothnormal content_type",
+    ignored: &[
+        ignored("maxhullvert", "-1", "the hull has all its vertices"),
+        ignored("builtin", "", "the mesh needs vertices or a file"),
+        ignored("params", "", "the mesh needs vertices or a file"),
+    ],
+};
+
+const MATERIAL: Coverage = Coverage {
+    read: "name class rgba",
+    harmless: "emission metallic reflectance roughness shininess specular texrepeat texture texuniform",
+    ignored: &[],
+};
+
+const HFIELD: Coverage =
+    Coverage { read: "name nrow ncol size elevation file", harmless: "content_type", ignored: &[] };
+
+const PAIR: Coverage = Coverage {
+    read: "class geom1 geom2 friction condim",
+    harmless: "name",
+    ignored: &[
+        ignored("solref", "0.02 1", SOFT),
+        ignored("solimp", "0.9 0.95 0.001 0.5 2", SOFT),
+        ignored("solreffriction", "0.02 1", SOFT),
+        ignored("margin", "0", "contact acts when surfaces touch"),
+        ignored("gap", "0", "contact acts when surfaces touch"),
+        ignored("adhesion", "0", "surfaces do not stick"),
+    ],
+};
+
+macro_rules! actuator {
+    ($read:literal, [$($more:expr),*]) => {
+        Coverage {
+            read: concat!("name class joint jointinparent gear ctrlrange ctrllimited forcerange forcelimited ", $read),
+            harmless: "group user lengthrange interp nsample tendon site body slidersite cranksite refsite cranklength",
+            ignored: &[
+                ignored("armature", "0", "the actuator adds no inertia"),
+                ignored("damping", "0", "the actuator adds no damping"),
+                ignored("delay", "0", "controls act at once"),
+                $($more),*
+            ],
+        }
+    };
+}
+const MOTOR: Coverage = actuator!("", []);
+const POSITION: Coverage = actuator!("kp kv dampratio timeconst inheritrange", []);
+const VELOCITY: Coverage = actuator!("kv", []);
+const GENERAL: Coverage = actuator!(
+    "gaintype gainprm biastype biasprm dyntype",
+    [
+        ignored("actdim", "", "there is no activation"),
+        ignored("actearly", "false", "there is no activation"),
+        ignored("actlimited", "auto", "there is no activation"),
+        ignored("actrange", "0 0", "there is no activation"),
+        ignored("dynprm", "1 0 0", "there is no activation"),
+        ignored("inheritrange", "0", "the control has the range 'ctrlrange' or none"),
+        ignored("ffrange", "0 0", "there is no feed-forward"),
+        ignored("velrange", "0 0", "the control has the range 'ctrlrange' or none"),
+        ignored("input", "", "the control is the servo's set point")
+    ]
+);
+
+const KEY: Coverage = Coverage {
+    read: "name time qpos qvel ctrl",
+    harmless: "",
+    ignored: &[
+        ignored("act", "", "actuators have no activation"),
+        ignored("mpos", "", "there are no motion-capture bodies"),
+        ignored("mquat", "", "there are no motion-capture bodies"),
+    ],
+};

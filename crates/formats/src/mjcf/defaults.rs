@@ -1,0 +1,74 @@
+//! `<default>`: classes of attribute values.
+
+use std::collections::HashMap;
+
+use crate::error::FormatError;
+use crate::xml::{Attributes, Element};
+
+/// Name of the class at the top when the file gives it none.
+const MAIN: &str = "main";
+
+struct Class<'t> {
+    sections: Vec<Element<'t>>,
+    parent: Option<&'t str>,
+}
+
+/// All classes of a file.
+pub(super) struct Defaults<'t> {
+    classes: HashMap<&'t str, Class<'t>>,
+    main: &'t str,
+}
+
+impl<'t> Defaults<'t> {
+    pub fn read(root: Element<'t>) -> Result<Self, FormatError> {
+        let top: Vec<Element> = root.children_named("default").collect();
+        let main = top.iter().find_map(|d| d.attributes().text("class").filter(|c| !c.is_empty())).unwrap_or(MAIN);
+        let mut defaults = Self { classes: HashMap::new(), main };
+        let mut open: Vec<(Element<'t>, &'t str)> = Vec::new();
+        for section in &top {
+            open.extend(section.children_named("default").map(|d| (d, main)));
+        }
+        defaults.classes.insert(main, Class { sections: top, parent: None });
+        while let Some((section, parent)) = open.pop() {
+            let name = section.attributes().required("class", "the name of the default class")?;
+            let class = Class { sections: vec![section], parent: Some(parent) };
+            if let Some(first) = defaults.classes.insert(name, class) {
+                let first = Box::new(first.sections.first().map_or_else(|| root.at(), |s| s.at()));
+                let (at, name) = (section.at(), name.to_owned());
+                return Err(FormatError::DuplicateName { at, sort: "default class", name, first });
+            }
+            open.extend(section.children_named("default").map(|d| (d, name)));
+        }
+        Ok(defaults)
+    }
+
+    /// The attributes of an element with the defaults of its class (its own `class`, else `inherited`, else the top one)
+    /// for elements of any of the names `kinds`.
+    pub fn of(
+        &self,
+        element: Element<'t>,
+        inherited: Option<&'t str>,
+        kinds: &[&str],
+    ) -> Result<Attributes<'t>, FormatError> {
+        let own = self.class_of(element, "class")?;
+        let mut class = Some(own.or(inherited).unwrap_or(self.main));
+        let mut layers = Vec::new();
+        while let Some(Class { sections, parent }) = class.and_then(|name| self.classes.get(name)) {
+            let elements = sections.iter().rev().flat_map(|s| s.children().rev());
+            layers.extend(elements.filter(|e| kinds.contains(&e.name())));
+            class = *parent;
+        }
+        Ok(Attributes::new(element, layers))
+    }
+
+    /// The class an attribute (`class`, `childclass`) names, checked to exist.
+    pub fn class_of(&self, element: Element<'t>, attribute: &'static str) -> Result<Option<&'t str>, FormatError> {
+        let attributes = element.attributes();
+        match attributes.text(attribute) {
+            None | Some("") => Ok(None),
+            Some(MAIN) => Ok(Some(self.main)),
+            Some(name) if self.classes.contains_key(name) => Ok(Some(name)),
+            Some(_) => Err(attributes.unknown(attribute, "default class", self.classes.keys().copied())),
+        }
+    }
+}

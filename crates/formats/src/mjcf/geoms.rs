@@ -1,0 +1,173 @@
+//! `<geom>`: shape, place, weight, contact properties.
+
+use std::rc::Rc;
+use std::sync::Arc;
+
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{Geom, Geometry, Pose};
+
+use super::assets::{MeshAsset, colour};
+use super::bodies::{OpenBody, Scope};
+use super::compiler::z_to;
+use super::{ContactProperties, Importer};
+use crate::error::FormatError;
+use crate::inertia::solid;
+use crate::xml::{Attributes, Element};
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Type {
+    Plane,
+    HeightField,
+    Sphere,
+    Capsule,
+    Ellipsoid,
+    Cylinder,
+    Box,
+    Mesh,
+    SignedDistance,
+}
+
+const TYPES: [(&str, Type); 9] = [
+    ("plane", Type::Plane),
+    ("hfield", Type::HeightField),
+    ("sphere", Type::Sphere),
+    ("capsule", Type::Capsule),
+    ("ellipsoid", Type::Ellipsoid),
+    ("cylinder", Type::Cylinder),
+    ("box", Type::Box),
+    ("mesh", Type::Mesh),
+    ("sdf", Type::SignedDistance),
+];
+
+/// A geometry, where it is in the element's frame, and the mesh behind it.
+struct Shape {
+    geometry: Geometry,
+    placement: Pose,
+    mesh: Option<Rc<MeshAsset>>,
+}
+
+pub(super) fn read<'t>(
+    importer: &mut Importer<'t>,
+    element: Element<'t>,
+    scope: &Scope<'t>,
+    body: &mut OpenBody,
+) -> Result<(), FormatError> {
+    let a = importer.defaults.of(element, scope.class, &["geom"])?;
+    let Some(shape) = read_shape(importer, &a)? else { return Ok(()) };
+    let placement = scope.frame * shape.placement;
+    let placement = Pose::new(placement.position, placement.rotation.normalize());
+    weigh(importer, &a, &shape, &placement, body)?;
+    let mut geom = Geom::new("", shape.geometry);
+    geom.placement = placement;
+    read_contact(importer, &a, &mut geom)?;
+    let material = importer.assets.material(&a)?;
+    geom.rgba = colour(&a, material.unwrap_or(geom.rgba))?;
+    importer.contact_properties.push(ContactProperties { friction: geom.friction, frictional: geom.frictional });
+    importer.parts.add_geom(element, scope.name(element), body.id, geom).map(drop)
+}
+
+/// The shape; none if it is of a sort that is not supported.
+fn read_shape(importer: &mut Importer, a: &Attributes) -> Result<Option<Shape>, FormatError> {
+    let sort = a.choice("type", &TYPES)?.unwrap_or(Type::Sphere);
+    let ([x, y, z], _) = a.overlay::<3>("size", [0.0; 3])?;
+    let (mut size, mut placement) = (DVec3::new(x, y, z), importer.compiler.pose(a)?);
+    if a.has("mesh") || sort == Type::Mesh {
+        return mesh_shape(importer, a, sort, placement).map(Some);
+    }
+    if let Some([ax, ay, az, bx, by, bz]) = a.vector::<6>("fromto")? {
+        let (from, to) = (DVec3::new(ax, ay, az), DVec3::new(bx, by, bz));
+        let half = (from - to).length() / 2.0;
+        size = match sort {
+            Type::Capsule | Type::Cylinder => DVec3::new(x, half, 0.0),
+            Type::Box | Type::Ellipsoid => DVec3::new(x, x, half),
+            _ => return Err(a.invalid("fromto", "only capsules, cylinders, boxes and ellipsoids have 'fromto'")),
+        };
+        if a.has("pos") {
+            return Err(a.element().invalid("both 'pos' and 'fromto': keep one"));
+        }
+        let axis = crate::xml::unit(from - to).ok_or_else(|| a.invalid("fromto", "two different points"))?;
+        placement = Pose::new((from + to) / 2.0, z_to(axis));
+    }
+    let geometry = match sort {
+        Type::Plane => Geometry::Plane,
+        Type::Sphere => Geometry::Sphere { radius: size.x },
+        Type::Capsule => Geometry::Capsule { radius: size.x, half_length: size.y },
+        Type::Cylinder => Geometry::Cylinder { radius: size.x, half_length: size.y },
+        Type::Ellipsoid => Geometry::Ellipsoid { semi_axes: size },
+        Type::Box => Geometry::Box { half_extents: size },
+        Type::HeightField => match importer.assets.height_field(a)? {
+            Some(field) => Geometry::HeightField(Arc::new(field)),
+            None => return Ok(left_out(importer, a, "height fields from files are not supported")),
+        },
+        Type::Mesh | Type::SignedDistance => return Ok(left_out(importer, a, "type 'sdf' is not supported")),
+    };
+    geometry.check().map_err(|reason| a.element().invalid(format!("{} geom: {reason}", geometry.kind_name())))?;
+    Ok(Some(Shape { geometry, placement, mesh: None }))
+}
+
+fn left_out(importer: &mut Importer, a: &Attributes, what: &str) -> Option<Shape> {
+    importer.report.motion(a.element().at(), "geom", what, "the geom is left out: nothing touches it");
+    None
+}
+
+/// A mesh as its convex hull, in the frame of the file.
+fn mesh_shape(importer: &mut Importer, a: &Attributes, sort: Type, placement: Pose) -> Result<Shape, FormatError> {
+    let asset = importer.assets.mesh(a, &importer.compiler)?;
+    if sort == Type::SignedDistance {
+        let effect = "the mesh's convex hull is used";
+        importer.report.motion(a.at("type"), "geom", "type 'sdf' is not supported", effect);
+    } else if sort != Type::Mesh {
+        let effect = "the mesh's convex hull is used";
+        importer.report.motion(a.at("mesh"), "geom", "fitting a primitive to a mesh is not supported", effect);
+    }
+    let geometry = Geometry::ConvexMesh(asset.mesh.clone());
+    geometry.check().map_err(|reason| a.element().invalid(format!("mesh geom: {reason}")))?;
+    Ok(Shape { geometry, placement, mesh: Some(asset) })
+}
+
+fn weigh(
+    importer: &Importer,
+    a: &Attributes,
+    shape: &Shape,
+    placement: &Pose,
+    body: &mut OpenBody,
+) -> Result<(), FormatError> {
+    let (mass, density) = (a.non_negative("mass")?, a.non_negative("density")?.unwrap_or(1000.0));
+    let group = a.integer("group")?.unwrap_or(0);
+    let [first, last] = importer.compiler.inertia_groups;
+    let weightless = mass == Some(0.0) || (mass.is_none() && density == 0.0);
+    if !body.weighs_geoms || weightless || group < first || group > last {
+        return Ok(());
+    }
+    let unit = match &shape.mesh {
+        Some(asset) => asset.unit_inertia().ok_or_else(|| {
+            a.element().invalid("the mesh encloses no volume: give the body an <inertial>, or the geom mass=\"0\"")
+        })?,
+        None => match solid(&shape.geometry) {
+            Some(unit) => unit,
+            None => return Ok(()),
+        },
+    };
+    body.weigh(unit, mass, density, placement);
+    Ok(())
+}
+
+fn read_contact(importer: &mut Importer, a: &Attributes, geom: &mut Geom) -> Result<(), FormatError> {
+    let ([friction, _, _], _) = a.overlay::<3>("friction", [geom.friction, 0.005, 0.0001])?;
+    if friction < 0.0 {
+        return Err(a.invalid("friction", "a number that is not negative"));
+    }
+    geom.friction = friction;
+    geom.frictional = importer.condim(a)?.unwrap_or(3) >= 3;
+    geom.contact_type = mask(a, "contype")?;
+    geom.contact_affinity = mask(a, "conaffinity")?;
+    Ok(())
+}
+
+fn mask(a: &Attributes, name: &'static str) -> Result<u32, FormatError> {
+    match a.integer(name)? {
+        None => Ok(1),
+        Some(bits) if (i64::from(i32::MIN)..=i64::from(u32::MAX)).contains(&bits) => Ok(bits as u32),
+        Some(_) => Err(a.invalid(name, "a bit mask of 32 bits")),
+    }
+}

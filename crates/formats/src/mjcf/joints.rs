@@ -1,0 +1,107 @@
+//! `<joint>` and `<freejoint>`.
+
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{Joint, JointKind};
+
+use super::Importer;
+use super::bodies::{OpenBody, Scope};
+use crate::error::FormatError;
+use crate::xml::{Attributes, Element};
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Type {
+    Free,
+    Ball,
+    Slide,
+    Hinge,
+}
+
+pub(super) fn read<'t>(
+    importer: &mut Importer<'t>,
+    element: Element<'t>,
+    scope: &Scope<'t>,
+    body: &OpenBody,
+) -> Result<(), FormatError> {
+    let name = scope.name(element);
+    let joint = if element.is("freejoint") {
+        Joint::new("", JointKind::Free)
+    } else {
+        let attributes = importer.defaults.of(element, scope.class, &["joint"])?;
+        read_joint(importer, &attributes, scope)?
+    };
+    importer.parts.add_joint(element, name, body.id, &body.pose, joint).map(drop)
+}
+
+fn read_joint(importer: &mut Importer, a: &Attributes, scope: &Scope) -> Result<Joint, FormatError> {
+    let types = [("free", Type::Free), ("ball", Type::Ball), ("slide", Type::Slide), ("hinge", Type::Hinge)];
+    let sort = a.choice("type", &types)?.unwrap_or(Type::Hinge);
+    let axis = match sort {
+        Type::Hinge | Type::Slide => scope.frame.rotation * a.direction("axis")?.unwrap_or(DVec3::Z),
+        _ => DVec3::Z,
+    };
+    let kind = match sort {
+        Type::Free => JointKind::Free,
+        Type::Ball => JointKind::Ball,
+        Type::Slide => JointKind::Slide { axis: axis.normalize() },
+        Type::Hinge => JointKind::Hinge { axis: axis.normalize() },
+    };
+    let unit = if sort == Type::Hinge { importer.compiler.angle(1.0) } else { 1.0 };
+    let mut joint = Joint::new("", kind);
+    if sort != Type::Free {
+        joint.anchor = scope.frame.transform_point(a.vec3("pos")?.unwrap_or(DVec3::ZERO));
+    }
+    if matches!(sort, Type::Hinge | Type::Slide) {
+        joint.reference = unit * a.number_or("ref", 0.0)?;
+        joint.spring_reference = unit * a.number_or("springref", 0.0)?;
+    }
+    joint.limits = limits(importer, a, sort, unit)?;
+    joint.stiffness = stiffness(importer, a, sort)?;
+    joint.damping = linear(importer, a, "damping")?;
+    joint.armature = a.non_negative("armature")?.unwrap_or(0.0);
+    joint.friction_loss = a.non_negative("frictionloss")?.unwrap_or(0.0);
+    warn_about_rest(importer, a, sort)?;
+    Ok(joint)
+}
+
+fn limits(importer: &mut Importer, a: &Attributes, sort: Type, unit: f64) -> Result<Option<[f64; 2]>, FormatError> {
+    let Some(range) = importer.range(a, "range", "limited")? else { return Ok(None) };
+    match sort {
+        Type::Free => Ok(None),
+        Type::Ball => {
+            let effect = "the joint turns without limit";
+            importer.report.motion(a.at("range"), "joint", "range of a ball joint is not supported", effect);
+            Ok(None)
+        }
+        Type::Slide | Type::Hinge => Ok(Some(range.map(|x| unit * x))),
+    }
+}
+
+fn stiffness(importer: &mut Importer, a: &Attributes, sort: Type) -> Result<f64, FormatError> {
+    let stiffness = linear(importer, a, "stiffness")?;
+    if stiffness > 0.0 && matches!(sort, Type::Ball | Type::Free) {
+        let what = "stiffness of a ball or free joint is not supported";
+        importer.report.motion(a.at("stiffness"), "joint", what, "the joint has no spring");
+        return Ok(0.0);
+    }
+    Ok(stiffness)
+}
+
+/// The first of up to three polynomial coefficients.
+fn linear(importer: &mut Importer, a: &Attributes, name: &'static str) -> Result<f64, FormatError> {
+    let ([first, second, third], _) = a.overlay::<3>(name, [0.0; 3])?;
+    if second != 0.0 || third != 0.0 {
+        let what = format!("second and third coefficient of '{name}' are not supported");
+        importer.report.motion(a.at(name), "joint", what, "the force is linear");
+    }
+    if first < 0.0 { Err(a.invalid(name, "a number that is not negative")) } else { Ok(first) }
+}
+
+fn warn_about_rest(importer: &mut Importer, a: &Attributes, sort: Type) -> Result<(), FormatError> {
+    if matches!(sort, Type::Hinge | Type::Slide)
+        && importer.range(a, "actuatorfrcrange", "actuatorfrclimited")?.is_some()
+    {
+        let effect = "the total force of the actuators on the joint has no bound of its own";
+        importer.report.motion(a.at("actuatorfrcrange"), "joint", "'actuatorfrcrange' is not supported", effect);
+    }
+    Ok(())
+}

@@ -1,0 +1,33 @@
+//! `<keyframe>`: named states.
+
+use signorini_multibody::Keyframe;
+
+use super::Importer;
+use crate::error::FormatError;
+use crate::xml::{Attributes, Element};
+
+/// `kept`: for each actuator of the file whether the model has it.
+pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>, kept: &[bool]) -> Result<(), FormatError> {
+    for key in root.children_named("keyframe").flat_map(|k| k.children_named("key")) {
+        let a = key.attributes();
+        let q = list(&a, "qpos", "numbers in q (nq)", &importer.parts.reference)?;
+        let v = list(&a, "qvel", "numbers in v (nv)", &vec![0.0; importer.parts.nv])?;
+        let control = list(&a, "ctrl", "actuators", &vec![0.0; kept.len()])?;
+        let control = control.into_iter().zip(kept).filter(|(_, kept)| **kept).map(|(c, _)| c).collect();
+        let time = a.number_or("time", 0.0)?;
+        let name = a.text("name").filter(|n| !n.is_empty()).map(str::to_owned);
+        importer.parts.add_keyframe(key, name, Keyframe { name: String::new(), time, q, v, control })?;
+    }
+    Ok(())
+}
+
+fn list(a: &Attributes, name: &'static str, what: &str, default: &[f64]) -> Result<Vec<f64>, FormatError> {
+    match a.numbers(name)? {
+        None => Ok(default.to_owned()),
+        Some(numbers) if numbers.len() == default.len() => Ok(numbers),
+        Some(numbers) => {
+            let expected = format!("{} {what} as the model has, found {}", default.len(), numbers.len());
+            Err(a.invalid(name, expected))
+        }
+    }
+}

@@ -1,0 +1,129 @@
+//! MJCF, MuJoCo's model format.
+//!
+//! The way through a file: includes are put in, `<compiler>` says how to read, `<default>` gives attributes to those
+//! who lack them, then bodies with joints and geoms, contact pairs, actuators, keyframes. What is in the file and not in
+//! the model is found by comparing the file with a table of what is read (`coverage`).
+
+mod actuators;
+mod assets;
+mod bodies;
+mod compiler;
+mod contacts;
+mod coverage;
+mod defaults;
+mod geoms;
+mod include;
+mod joints;
+mod keyframes;
+mod options;
+
+use std::collections::HashSet;
+use std::path::Path;
+
+use assets::Assets;
+use compiler::Compiler;
+use defaults::Defaults;
+
+use crate::error::FormatError;
+use crate::parts::Parts;
+use crate::report::Reporter;
+use crate::xml::{Attributes, Element, Tree};
+use crate::{Imported, LoadOptions};
+
+/// Elements read under `<worldbody>`, copies counted, beyond which a file is refused.
+const MAX_ELEMENTS: usize = 4_000_000;
+
+/// Contact properties of a geom, for pairs.
+#[derive(Clone, Copy)]
+struct ContactProperties {
+    friction: f64,
+    frictional: bool,
+}
+
+/// What the readers of the sections share.
+struct Importer<'t> {
+    compiler: Compiler,
+    defaults: Defaults<'t>,
+    assets: Assets<'t>,
+    parts: Parts,
+    report: Reporter,
+    /// By geom.
+    contact_properties: Vec<ContactProperties>,
+    elements: usize,
+}
+
+/// Turns a parsed document into a model; `main` is the file it came from, if any.
+pub(crate) fn import(
+    mut tree: Tree,
+    base: &Path,
+    main: Option<&Path>,
+    _options: &LoadOptions,
+) -> Result<Imported, FormatError> {
+    include::expand(&mut tree, base, main)?;
+    let root = tree.root();
+    let names = tree.elements().filter_map(|e| e.raw("name")).map(|a| a.value.trim().to_owned());
+    let reserved: HashSet<String> = names.collect();
+    let defaults = Defaults::read(root)?;
+    let mut importer = Importer {
+        compiler: Compiler::read(root)?,
+        assets: Assets::read(root, base, &defaults)?,
+        defaults,
+        parts: Parts::new(root.attributes().text("model").unwrap_or("MuJoCo Model"), root, reserved),
+        report: Reporter::default(),
+        contact_properties: Vec::new(),
+        elements: 0,
+    };
+    options::read(&mut importer, root)?;
+    bodies::read(&mut importer, root)?;
+    contacts::read(&mut importer, root)?;
+    let kept = actuators::read(&mut importer, root)?;
+    keyframes::read(&mut importer, root, &kept)?;
+    coverage::audit(root, &mut importer.report);
+    Ok(Imported { model: importer.parts.build()?, report: importer.report.finish() })
+}
+
+impl Importer<'_> {
+    /// A range that counts if its switch says so, or if it is given and `autolimits` holds.
+    fn range(
+        &self,
+        a: &Attributes,
+        range: &'static str,
+        switch: &'static str,
+    ) -> Result<Option<[f64; 2]>, FormatError> {
+        let words = [("true", Some(true)), ("false", Some(false)), ("auto", None)];
+        let limited = a.choice(switch, &words)?.flatten();
+        let values = a.vector::<2>(range)?.filter(|_| limited != Some(false));
+        match (values, limited) {
+            (None, Some(true)) => Err(a.invalid(switch, format!("'{range}' to be given as well"))),
+            (None, _) => Ok(None),
+            (Some([low, high]), _) if low == 0.0 && high == 0.0 && limited.is_none() => Ok(None),
+            (Some(_), None) if !self.compiler.autolimits => {
+                Err(a.invalid(range, format!("'{switch}' to be given as well, because autolimits is false")))
+            }
+            (Some([low, high]), _) if low >= high => Err(a.invalid(range, "the lower number first")),
+            (Some(values), _) => Ok(Some(values)),
+        }
+    }
+
+    /// `condim`, with a warning for contacts that resist spinning and rolling.
+    fn condim(&mut self, a: &Attributes) -> Result<Option<i64>, FormatError> {
+        let condim = a.integer("condim")?;
+        match condim {
+            None | Some(1 | 3) => {}
+            Some(4 | 6) => {
+                let effect = "contacts slide with friction but spin and roll without";
+                self.report.motion(a.at("condim"), a.element().name(), "condim 4 or 6 is not supported", effect);
+            }
+            Some(_) => return Err(a.invalid("condim", "1, 3, 4 or 6")),
+        }
+        Ok(condim)
+    }
+
+    fn count_element(&mut self, element: Element) -> Result<(), FormatError> {
+        self.elements += 1;
+        if self.elements > MAX_ELEMENTS {
+            return Err(element.invalid(format!("more than {MAX_ELEMENTS} elements after replication")));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,254 @@
+//! The parts of a model under construction, each with its place in the file.
+
+use std::collections::{HashMap, HashSet};
+
+use signorini_multibody::{
+    Actuator, BodyId, Geom, GeomId, Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder, ModelError, Pose,
+};
+
+use crate::error::{FormatError, Location};
+use crate::xml::Element;
+
+/// More parts of one sort than this are refused, so that a small file cannot fill the memory by repetition.
+const MAX_PARTS: usize = 1_000_000;
+
+/// A sort of named part, as [`ModelError`] calls it.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Sort {
+    Body,
+    Joint,
+    Geom,
+    Actuator,
+    Keyframe,
+}
+
+impl Sort {
+    fn word(self) -> &'static str {
+        match self {
+            Self::Body => "body",
+            Self::Joint => "joint",
+            Self::Geom => "geom",
+            Self::Actuator => "actuator",
+            Self::Keyframe => "keyframe",
+        }
+    }
+}
+
+struct Place {
+    at: Location,
+    index: u32,
+}
+
+/// What the importers need to know about a joint they have added.
+#[derive(Clone, Copy)]
+pub(crate) struct JointRecord {
+    pub id: JointId,
+    pub kind: JointKind,
+    pub limits: Option<[f64; 2]>,
+}
+
+/// A [`ModelBuilder`] that gives names to unnamed parts, finds parts by name, and turns its errors into errors with a
+/// place.
+pub(crate) struct Parts {
+    pub builder: ModelBuilder,
+    /// Reference configuration of the joints so far.
+    pub reference: Vec<f64>,
+    /// Number of velocities so far.
+    pub nv: usize,
+    pub joints: Vec<JointRecord>,
+    root: Location,
+    reserved: HashSet<String>,
+    places: HashMap<(Sort, String), Place>,
+    counts: HashMap<Sort, usize>,
+}
+
+impl Parts {
+    /// `reserved`: names that occur in the file and that generated names must avoid.
+    pub fn new(name: &str, root: Element, reserved: HashSet<String>) -> Self {
+        Self {
+            builder: ModelBuilder::new(name),
+            reference: Vec::new(),
+            nv: 0,
+            joints: Vec::new(),
+            root: root.at(),
+            reserved,
+            places: HashMap::new(),
+            counts: HashMap::new(),
+        }
+    }
+
+    pub fn add_body(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        parent: BodyId,
+        placement: Pose,
+    ) -> Result<BodyId, FormatError> {
+        let name = self.claim(Sort::Body, element, name)?;
+        let added = self.builder.add_body(name.clone(), parent, placement, Inertia::ZERO);
+        let id = added.map_err(|e| self.blame(e))?;
+        self.settle(Sort::Body, name, id.0);
+        Ok(id)
+    }
+
+    pub fn set_inertia(&mut self, body: BodyId, inertia: Inertia) -> Result<(), FormatError> {
+        self.builder.set_inertia(body, inertia).map_err(|e| self.blame(e))
+    }
+
+    /// `placement`: of the joint's body in world, for a free joint.
+    pub fn add_joint(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        body: BodyId,
+        placement: &Pose,
+        mut joint: Joint,
+    ) -> Result<JointId, FormatError> {
+        joint.name = self.claim(Sort::Joint, element, name)?;
+        let (name, kind, reference, limits) = (joint.name.clone(), joint.kind, joint.reference, joint.limits);
+        let id = self.builder.add_joint(body, joint).map_err(|e| self.blame(e))?;
+        self.settle(Sort::Joint, name, id.0);
+        self.joints.push(JointRecord { id, kind, limits });
+        self.nv += kind.nv();
+        match kind {
+            JointKind::Free => {
+                let (p, r) = (placement.position, placement.rotation);
+                self.reference.extend([p.x, p.y, p.z, r.w, r.x, r.y, r.z]);
+            }
+            JointKind::Ball => self.reference.extend([1.0, 0.0, 0.0, 0.0]),
+            JointKind::Hinge { .. } | JointKind::Slide { .. } => self.reference.push(reference),
+        }
+        Ok(id)
+    }
+
+    pub fn add_geom(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        body: BodyId,
+        mut geom: Geom,
+    ) -> Result<GeomId, FormatError> {
+        geom.name = self.claim(Sort::Geom, element, name)?;
+        let name = geom.name.clone();
+        let id = self.builder.add_geom(body, geom).map_err(|e| self.blame(e))?;
+        self.settle(Sort::Geom, name, id.0);
+        Ok(id)
+    }
+
+    pub fn add_actuator(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        mut actuator: Actuator,
+    ) -> Result<(), FormatError> {
+        actuator.name = self.claim(Sort::Actuator, element, name)?;
+        self.builder.add_actuator(actuator);
+        Ok(())
+    }
+
+    pub fn add_keyframe(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        mut keyframe: Keyframe,
+    ) -> Result<(), FormatError> {
+        keyframe.name = self.claim(Sort::Keyframe, element, name)?;
+        self.builder.add_keyframe(keyframe);
+        Ok(())
+    }
+
+    /// The body of that name; "world" is the world.
+    pub fn body(&self, name: &str) -> Option<BodyId> {
+        if name == "world" {
+            return Some(BodyId::WORLD);
+        }
+        self.places.get(&(Sort::Body, name.to_owned())).map(|p| BodyId(p.index))
+    }
+
+    pub fn joint(&self, name: &str) -> Option<JointRecord> {
+        self.places.get(&(Sort::Joint, name.to_owned())).map(|p| self.joints[p.index as usize])
+    }
+
+    pub fn geom(&self, name: &str) -> Option<GeomId> {
+        self.places.get(&(Sort::Geom, name.to_owned())).map(|p| GeomId(p.index))
+    }
+
+    pub fn body_names(&self) -> impl Iterator<Item = &str> {
+        self.names(Sort::Body)
+    }
+
+    pub fn joint_names(&self) -> impl Iterator<Item = &str> {
+        self.names(Sort::Joint)
+    }
+
+    pub fn geom_names(&self) -> impl Iterator<Item = &str> {
+        self.names(Sort::Geom)
+    }
+
+    /// Builds the model; an error stands where the part to blame stands.
+    pub fn build(mut self) -> Result<Model, FormatError> {
+        let builder = std::mem::replace(&mut self.builder, ModelBuilder::new(""));
+        builder.build().map_err(|e| self.blame(e))
+    }
+
+    fn names(&self, sort: Sort) -> impl Iterator<Item = &str> {
+        self.places.keys().filter(move |(s, _)| *s == sort).map(|(_, name)| name.as_str())
+    }
+
+    /// The part's own name, checked to be new, or a generated one.
+    fn claim(&mut self, sort: Sort, element: Element, name: Option<String>) -> Result<String, FormatError> {
+        let count = self.counts.entry(sort).or_insert(0);
+        *count += 1;
+        if *count > MAX_PARTS {
+            return Err(element.invalid(format!("more than {MAX_PARTS} parts of this sort")));
+        }
+        let name = match name {
+            Some(name) => name,
+            None => unused(&format!("{}{}", sort.word(), *count - usize::from(sort != Sort::Body)), &self.reserved),
+        };
+        if sort == Sort::Body && name == "world" {
+            return Err(element.invalid("'world' is the name of the world itself: give the body another one"));
+        }
+        if let Some(first) = self.places.get(&(sort, name.clone())) {
+            let first = Box::new(first.at.clone());
+            return Err(FormatError::DuplicateName { at: element.at(), sort: sort.word(), name, first });
+        }
+        let place = Place { at: element.at(), index: 0 };
+        self.reserved.insert(name.clone());
+        self.places.insert((sort, name.clone()), place);
+        Ok(name)
+    }
+
+    fn settle(&mut self, sort: Sort, name: String, index: u32) {
+        if let Some(place) = self.places.get_mut(&(sort, name)) {
+            place.index = index;
+        }
+    }
+
+    /// The error with the place of the part it names.
+    fn blame(&self, error: ModelError) -> FormatError {
+        let named = |sort: &str, name: &str| format!("{sort} '{name}'");
+        let part = match &error {
+            ModelError::DuplicateName { sort, name } => named(sort, name),
+            ModelError::UnknownPart { part, .. }
+            | ModelError::InvalidNumber { part, .. }
+            | ModelError::WrongLength { part, .. } => part.clone(),
+            ModelError::InvalidGeometry { geom, .. } => named("geom", geom),
+            ModelError::InvalidInertia { body, .. } | ModelError::Massless { body, .. } => named("body", body),
+            ModelError::InvalidJoint { joint, .. } => named("joint", joint),
+            _ => String::new(),
+        };
+        let place = self.places.iter().find(|((sort, name), _)| named(sort.word(), name) == part);
+        let at = place.map_or_else(|| self.root.clone(), |(_, p)| p.at.clone());
+        FormatError::Model { at, error: Box::new(error) }
+    }
+}
+
+/// The name, or the name with an underscore and the first number that makes it new.
+fn unused(name: &str, taken: &HashSet<String>) -> String {
+    if !taken.contains(name) {
+        return name.to_owned();
+    }
+    let numbered = (2..).map(|k| format!("{name}_{k}"));
+    numbered.into_iter().find(|n| !taken.contains(n)).unwrap_or_default()
+}

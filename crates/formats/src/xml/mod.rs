@@ -1,0 +1,8 @@
+//! XML as the importers see it: a tree of elements from one or several files, every element and attribute with its
+//! place, and typed reading of attributes.
+
+mod attributes;
+mod tree;
+
+pub(crate) use attributes::{Attributes, unit};
+pub(crate) use tree::{Element, Tree, parse};

@@ -1,0 +1,5 @@
+//! Integration tests of the readers.
+
+mod mjcf_errors;
+mod mjcf_reference;
+mod report;

@@ -1,0 +1,50 @@
+//! What is left out is said.
+
+use signorini_formats::{Imported, LoadOptions, load_mjcf_str};
+
+fn import(inner: &str) -> Imported {
+    load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "", &LoadOptions::default()).unwrap()
+}
+
+#[test]
+fn ignored_attributes_are_grouped_and_placed() {
+    let text = "<default>\n<geom solref='.01 1'/></default><worldbody>\n<geom size='1' solref='.02 1'/>\n\
+                <geom size='1' solref='.03 1'/><geom size='1' solref='.04 1' colour='red'/></worldbody>";
+    let Imported { report, .. } = import(text);
+    let [solref, colour] = &report.warnings[..] else { panic!("{report}") };
+    assert_eq!((solref.line, solref.count, solref.element.as_str()), (3, 3, "geom"));
+    assert!(solref.changes_motion && solref.effect.contains("rigid"), "{solref}");
+    assert!(colour.what.contains("'colour' is not a known attribute") && colour.line == 5, "{colour}");
+}
+
+#[test]
+fn unsupported_sections_are_listed() {
+    let text = "<worldbody><body name='b'><joint name='j'/><geom size='.1'/><site/><camera/><light/></body></worldbody>\n\
+                <equality><joint joint1='j'/></equality>\n<tendon><fixed><joint joint='j' coef='1'/></fixed></tendon>\n\
+                <actuator><muscle joint='j'/><motor name='m' joint='j'/></actuator>\n<sensor><gyro site='s'/></sensor>\n\
+                <keyframe><key ctrl='3 4'/></keyframe>";
+    let Imported { model, report } = import(text);
+    let motion: Vec<(u32, &str)> = report.motion_warnings().map(|w| (w.line, w.element.as_str())).collect();
+    assert_eq!(motion, [(5, "muscle"), (3, "joint"), (4, "fixed")]);
+    let other: Vec<&str> = report.warnings.iter().filter(|w| !w.changes_motion).map(|w| w.element.as_str()).collect();
+    assert_eq!(other, ["site", "camera", "light", "sensor"]);
+    // The control of the actuator that is left out is left out of the keyframe too.
+    assert_eq!((model.actuators[0].name.as_str(), model.keyframes[0].control.as_slice()), ("m", &[4.0][..]));
+}
+
+#[test]
+fn a_plain_file_has_no_warnings() {
+    let text = "<worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 1'><freejoint/><geom size='.1'/></body>\
+                </worldbody>";
+    let Imported { model, report } = import(text);
+    assert!(report.warnings.is_empty(), "{report}");
+    assert_eq!((model.nq, model.nv), (7, 6));
+}
+
+#[test]
+fn generated_names_do_not_clash() {
+    let text = "<worldbody><geom name='geom1' size='1'/><geom size='1'/><geom name='geom3' size='1'/><geom size='1'/>\
+                <body name='body2'/><body/></worldbody>";
+    let names: Vec<String> = import(text).model.geoms.into_iter().map(|g| g.name).collect();
+    assert_eq!(names, ["geom1", "geom1_2", "geom3", "geom3_2"]);
+}
