@@ -59,7 +59,7 @@ pub(crate) struct Scratch {
 /// Certifies a claimed solution `(v⁺, λ_N, α, β, λ_B)`; only these of `solution` are read.
 ///
 /// - `problem`: the data.
-/// - `solution`: arrays of the problem's sizes; a missing entry makes every residual infinite.
+/// - `solution`: arrays of the problem's sizes; an entry that is missing or not finite makes every residual infinite.
 ///
 /// # Source
 /// The formulation, §8.
@@ -74,9 +74,9 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
         && solution.alpha.len() == problem.direction_count()
         && solution.beta.len() == nc
         && solution.bilateral.len() == problem.bilateral_violation.len();
-    if !sizes_fit {
-        let r = f64::INFINITY;
-        return Certificate { momentum: r, natural_map: r, signorini: r, friction: r, dissipation: r, bilateral: r };
+    let claimed = [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta, &solution.bilateral];
+    if !sizes_fit || claimed.into_iter().flatten().any(|x| !x.is_finite()) {
+        return refused();
     }
     scratch.resize(nv);
     scratch.add_forces(problem, solution);
@@ -94,6 +94,12 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
         certificate.natural_map = certificate.natural_map.max((computed + stabilization).abs());
     }
     scales.normalise(problem, solution, certificate)
+}
+
+/// Residuals of what is no claim of a solution.
+pub(crate) fn refused() -> Certificate {
+    let r = f64::INFINITY;
+    Certificate { momentum: r, natural_map: r, signorini: r, friction: r, dissipation: r, bilateral: r }
 }
 
 /// `v^f + M⁻¹(J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B)`.
