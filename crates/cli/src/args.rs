@@ -16,7 +16,7 @@ use crate::exit::{EXIT_CODES, Exit};
 ///
 /// `signorini simulate` without a model runs a house of cards and writes a report for the browser.
 #[derive(Debug, Parser)]
-#[command(name = "signorini", version, after_long_help = EXIT_CODES, propagate_version = true)]
+#[command(name = "signorini", version, after_help = EXIT_CODES, propagate_version = true)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -107,10 +107,10 @@ pub struct StepArguments {
     #[arg(long, value_name = "NAME", default_value = "structured", value_parser = MethodChoice::parse)]
     pub method: MethodChoice,
     /// A step has missed its tolerance when a residual of its certificate is above this.
-    #[arg(long, value_name = "X", default_value_t = 1e-9, value_parser = fraction)]
+    #[arg(long, value_name = "X", default_value = "1e-9", value_parser = fraction)]
     pub tolerance: f64,
     /// Factor γ in (0, 1] on penetrations: the part of them that one step removes.
-    #[arg(long, value_name = "γ", default_value_t = 1.0)]
+    #[arg(long, value_name = "γ", default_value = "1", value_parser = part)]
     pub stabilization: f64,
     /// Where a step has no solution, take its penetrations as zero instead of stopping.
     #[arg(long)]
@@ -182,6 +182,14 @@ pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
         _ => Err("must be a positive number".into()),
+    }
+}
+
+/// A number in (0, 1].
+fn part(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 && x <= 1.0 => Ok(x),
+        _ => Err("must be above 0 and at most 1".into()),
     }
 }
 

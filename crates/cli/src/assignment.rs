@@ -83,22 +83,29 @@ impl Assignment {
             let body = &model.bodies[body.index()];
             return Ok(body.first_joint..body.first_joint + body.joint_count);
         }
-        let names = model.joints.iter().map(|j| &j.name).chain(model.bodies.iter().skip(1).map(|b| &b.name));
-        let lower = self.name.to_lowercase();
-        let similar = |known: &&String| {
-            let known = known.to_lowercase();
-            known.contains(&lower) || lower.contains(&known)
-        };
-        Err(CliError::UnknownPart { name: self.name.clone(), similar: names.into_iter().find(similar).cloned() })
+        Err(CliError::UnknownPart { name: self.name.clone(), known: known_names(model) })
     }
 
     fn expect(&self, count: usize, list: char, expected: String) -> Result<(), CliError> {
         if self.values.len() == count && count > 0 {
             return Ok(());
         }
-        let expected = if count == 0 { "none: it has no joints".to_owned() } else { expected };
+        let expected = if count == 0 { "no (it has no joints)".to_owned() } else { expected };
         Err(CliError::ValueCount { name: self.name.clone(), list, expected, found: self.values.len() })
     }
+}
+
+/// The joints and moving bodies of a model, the first few of each.
+fn known_names(model: &Model) -> String {
+    const SHOWN: usize = 12;
+    let list = |what: &str, names: &mut dyn Iterator<Item = &String>| {
+        let names: Vec<&str> = names.map(String::as_str).collect();
+        let rest = if names.len() > SHOWN { ", …" } else { "" };
+        format!("the {what} {}{rest}", names[..names.len().min(SHOWN)].join(", "))
+    };
+    let joints = list("joints", &mut model.joints.iter().map(|joint| &joint.name));
+    let moving = model.bodies.iter().filter(|body| body.joint_count > 0);
+    format!("{joints} and {}", list("bodies", &mut moving.map(|body| &body.name)))
 }
 
 /// Makes a quaternion unit; zero stays zero, which the check of the state refuses.

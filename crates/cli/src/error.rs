@@ -55,15 +55,15 @@ pub enum CliError {
         known: String,
     },
     /// `--set` names nothing in the model.
-    #[error("--set {name}: the model has no joint or body of this name{}", nearest(similar))]
+    #[error("--set {name}: the model has no joint or body of this name; it has {known}")]
     UnknownPart {
         /// The name.
         name: String,
-        /// The name that is most like it.
-        similar: Option<String>,
+        /// Names there are.
+        known: String,
     },
     /// `--set` gives a part the wrong number of values.
-    #[error("--set {name}.{list}: {found} values, expected {expected}")]
+    #[error("--set {name}.{list}: expected {expected} values, found {found}")]
     ValueCount {
         /// The joint or body.
         name: String,
@@ -127,8 +127,4 @@ fn prefix(path: &Path, source: &ProblemError) -> String {
         ProblemError::Archive(_) | ProblemError::File { .. } => String::new(),
         _ => format!("{}: ", path.display()),
     }
-}
-
-fn nearest(similar: &Option<String>) -> String {
-    similar.as_ref().map(|name| format!("; did you mean '{name}'?")).unwrap_or_default()
 }

@@ -32,7 +32,7 @@ pub struct Arguments {
     #[arg(value_name = "SOLUTION.npz")]
     pub solution: PathBuf,
     /// A law holds when its residual is at most this.
-    #[arg(long, value_name = "X", default_value_t = 1e-8, value_parser = fraction)]
+    #[arg(long, value_name = "X", default_value = "1e-8", value_parser = fraction)]
     pub tol: f64,
     /// Friction directions of every contact, as given to `solve`. [default: the file's own for contact, 8 for frictional3d]
     #[arg(long, value_name = "M", value_parser = directions)]

@@ -63,6 +63,8 @@ pub struct Exported {
     pub directions: usize,
     /// How the simulation's own solve of the step ended.
     pub status: &'static str,
+    /// Whether the problem's negative gaps were taken as zero.
+    pub clipped_gaps: bool,
     /// Steps before it that missed their tolerance.
     pub missed_steps: u64,
     /// Why the simulation did not get there.
@@ -103,8 +105,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         write_contact(&arguments.out, problem).map_err(CliError::in_file(&arguments.out))?;
     }
     let steps = simulation.summary().steps;
-    let contradiction =
-        stopped.map(|report| Contradiction::of(simulation.model(), simulation.workspace(), &report, steps, time));
+    let contradiction = stopped.map(|report| Contradiction::of(&simulation, &report, steps));
     let result = Exported {
         out: contradiction.is_none().then(|| arguments.out.clone()),
         source: loaded.source.clone(),
@@ -114,6 +115,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         contacts: problem.contact_count(),
         directions: problem.direction_count(),
         status: solve_status(&report.status).0,
+        clipped_gaps: report.clipped_gaps,
         missed_steps,
         contradiction,
         warnings: import_warnings(&loaded.report),

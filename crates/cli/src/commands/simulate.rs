@@ -35,7 +35,7 @@ pub struct Arguments {
     #[command(flatten)]
     pub model: ModelArguments,
     /// Simulated time in seconds.
-    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = positive)]
+    #[arg(long, value_name = "S", default_value = "2", value_parser = positive)]
     pub duration: f64,
     /// The state to start from.
     #[command(flatten)]
@@ -80,9 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     let end = end.map_err(|source| CliError::Step { time, source })?;
     let contradiction = match &end {
-        RunEnd::NoSolution(report) => {
-            Some(Contradiction::of(simulation.model(), simulation.workspace(), report, index - 1, time))
-        }
+        RunEnd::NoSolution(report) => Some(Contradiction::of(&simulation, report, index - 1)),
         _ => None,
     };
     let mut result = summarise(&loaded, &simulation, seconds);
@@ -94,6 +92,11 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         None if result.missed_steps > 0 => RunStatus::MissedTolerance,
         None => RunStatus::Finished,
     };
+    if let (Some(_), RunEnd::NoSolution(report)) = (&contradiction, &end) {
+        result.contacts_max = result.contacts_max.max(report.contacts);
+        let points = simulation.workspace().contact_points();
+        result.deepest_penetration = points.iter().fold(result.deepest_penetration, |d, point| d.max(-point.gap));
+    }
     result.contradiction = contradiction;
     result.recording = arguments.record.clone();
     result.report = report;

@@ -43,7 +43,7 @@ pub struct Arguments {
     #[arg(long, value_name = "M", value_parser = directions)]
     pub directions: Option<usize>,
     /// A problem is solved when every residual is at most this.
-    #[arg(long, value_name = "X", default_value_t = 1e-8, value_parser = fraction)]
+    #[arg(long, value_name = "X", default_value = "1e-8", value_parser = fraction)]
     pub tol: f64,
     /// Write the solution (of a single problem), or the best point found.
     #[arg(long, value_name = "SOLUTION.npz")]

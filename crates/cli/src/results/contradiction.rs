@@ -2,8 +2,7 @@
 
 use serde::Serialize;
 use signorini::contact::SolveStatus;
-use signorini::multibody::Model;
-use signorini::{ContactSource, StepReport, Workspace};
+use signorini::{ContactSource, Simulation, StepReport};
 
 /// A step without solution.
 #[derive(Clone, Debug, Serialize)]
@@ -65,36 +64,44 @@ pub enum Place {
 impl Contradiction {
     /// The contradiction that a step's report tells of.
     ///
-    /// - `workspace`: after the step
-    /// - `step`, `time`: of the step's beginning
-    pub fn of(model: &Model, workspace: &Workspace, report: &StepReport, step: u64, time: f64) -> Self {
+    /// - `simulation`: after the step, which leaves it in the state before
+    /// - `step`: number of the step
+    pub fn of(simulation: &Simulation, report: &StepReport, step: u64) -> Self {
         let (status, contacts) = match &report.status {
             SolveStatus::Infeasible { contacts } => ("infeasible", contacts.as_slice()),
             SolveStatus::Ray { contacts } => ("ray", contacts.as_slice()),
             _ => ("ray", &[][..]),
         };
-        let contacts = contacts.iter().filter_map(|&i| involved(model, workspace, i)).collect();
-        Self { status, step, time, contacts }
+        let contacts = contacts.iter().filter_map(|&i| involved(simulation, i)).collect();
+        Self { status, step, time: simulation.state().time, contacts }
     }
 }
 
-fn involved(model: &Model, workspace: &Workspace, i: usize) -> Option<Involved> {
+fn involved(simulation: &Simulation, i: usize) -> Option<Involved> {
+    let (model, workspace) = (simulation.model(), simulation.workspace());
     let problem = workspace.problem();
     let layout = problem.standard_layout();
-    let place = match workspace.contact_source(i)? {
-        ContactSource::Point(point) => Place::Geoms {
-            geom_a: model.geoms[point.geom_a.index()].name.clone(),
-            geom_b: model.geoms[point.geom_b.index()].name.clone(),
-            body_a: model.bodies[point.body_a.index()].name.clone(),
-            body_b: model.bodies[point.body_b.index()].name.clone(),
-            position: point.position.to_array(),
-            normal: point.normal.to_array(),
-        },
-        ContactSource::Limit { joint, upper } => Place::Limit {
-            joint: model.joints[joint.index()].name.clone(),
-            limit: if upper { "upper" } else { "lower" },
-        },
+    // The gaps of the problem may be scaled or clipped; the true ones say more.
+    let (gap, place) = match workspace.contact_source(i)? {
+        ContactSource::Point(point) => (
+            point.gap,
+            Place::Geoms {
+                geom_a: model.geoms[point.geom_a.index()].name.clone(),
+                geom_b: model.geoms[point.geom_b.index()].name.clone(),
+                body_a: model.bodies[point.body_a.index()].name.clone(),
+                body_b: model.bodies[point.body_b.index()].name.clone(),
+                position: point.position.to_array(),
+                normal: point.normal.to_array(),
+            },
+        ),
+        ContactSource::Limit { joint, upper } => {
+            let joint = &model.joints[joint.index()];
+            let [low, high] = joint.limits?;
+            let q = simulation.state().q[joint.q_index];
+            let (gap, limit) = if upper { (high - q, "upper") } else { (q - low, "lower") };
+            (gap, Place::Limit { joint: joint.name.clone(), limit })
+        }
     };
     let friction_rows = [i, i + 1].map(|k| layout.tangential + problem.direction_offsets[k]);
-    Some(Involved { contact: i, normal_row: layout.normal + i, friction_rows, gap: problem.gap[i], place })
+    Some(Involved { contact: i, normal_row: layout.normal + i, friction_rows, gap, place })
 }

@@ -126,6 +126,9 @@ pub fn export(result: &Exported) -> String {
         result.directions,
         result.status.replace('_', " ")
     );
+    if result.clipped_gaps {
+        out.push_str("clipped      its penetrations are taken as zero\n");
+    }
     if let Some(path) = &result.out {
         let _ = writeln!(out, "problem      {}", path.display());
     }
