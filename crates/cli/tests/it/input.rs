@@ -1,0 +1,111 @@
+//! Bad input: the exit code, and a message that says where and what to do.
+
+use signorini_npz::ArchiveWriter;
+
+use crate::problems::{lcp, sliding_point};
+use crate::support::{BALL, Folder};
+
+#[test]
+fn bad_models_are_refused_with_file_and_line() {
+    let folder = Folder::new("bad_models");
+    folder.write("open.xml", "<mujoco>\n <worldbody>\n  <body name=\"a\">\n </worldbody>\n</mujoco>");
+    folder.write("negative.xml", &BALL.replace("mass=\"2\"", "mass=\"-2\""));
+    folder.write("nan.xml", &BALL.replace("pos=\"0 0 5\"", "pos=\"0 0 nan\""));
+    folder.write("joint.xml", &BALL.replace("<keyframe>", "<actuator><motor joint=\"knee\"/></actuator><keyframe>"));
+    folder.write("sdf.xml", "<sdf version=\"1.9\"/>");
+    for command in ["simulate", "inspect"] {
+        let run = |file: &str| folder.run(&[command, file]).exits(1);
+        run("missing.xml").complains(&["missing.xml", "No such file"]);
+        run("open.xml").complains(&["open.xml:4", "well-formed"]);
+        run("negative.xml").complains(&["negative.xml:4", "mass"]);
+        run("nan.xml").complains(&["nan.xml:4", "pos"]);
+        run("joint.xml").complains(&["joint.xml:6", "'knee'"]);
+        run("sdf.xml").complains(&["sdf.xml:1", "<sdf>", "<mujoco>"]);
+    }
+    let failed = folder.run(&["simulate", "open.xml", "--json"]).exits(1);
+    assert!(failed.json()["error"].as_str().expect("an error").contains("open.xml:4"));
+}
+
+#[test]
+fn unknown_names_are_answered_with_the_known_ones() {
+    let folder = Folder::new("unknown_names");
+    folder.write("ball.xml", BALL);
+    let run = |words: &[&str]| folder.run(&[&["simulate", "ball.xml"], words].concat());
+    run(&["--keyframe", "low"]).exits(1).complains(&["keyframe 'low'", "high"]);
+    run(&["--set", "bal.q=1"]).exits(1).complains(&["bal", "float", "ball"]);
+    run(&["--set", "ball.q=1,2"]).exits(1).complains(&["ball.q", "7", "found 2"]);
+    run(&["--set", "ball.v=1,2,3"]).exits(1).complains(&["ball.v", "6", "found 3"]);
+    run(&["--set", "ball.q=0,0,1,0,0,0,0"]).exits(1).complains(&["quaternion", "float"]);
+    folder.run(&["simulate", "--scene", "moon"]).exits(1).complains(&["moon", "house_of_cards"]);
+    run(&["--record", "nowhere/run.rec"]).exits(1).complains(&["nowhere/run.rec"]);
+    run(&["--report", "nowhere/run.html"]).exits(1).complains(&["nowhere/run.html"]);
+    folder.run(&["export", "ball.xml", "--time", "-1", "--out", "p.npz"]).exits(64);
+    folder.run(&["export", "ball.xml", "--time=-1", "--out", "p.npz"]).exits(1).complains(&["--time", "0 s"]);
+}
+
+#[test]
+fn wrong_command_lines_exit_with_64() {
+    let folder = Folder::new("usage");
+    folder.write("ball.xml", BALL);
+    let run = |words: &[&str]| folder.run(&[&["simulate", "ball.xml"], words].concat()).exits(64);
+    run(&["--method", "magic"]).complains(&["magic", "structured, lemke, enumeration"]);
+    run(&["--directions", "7"]).complains(&["even"]);
+    run(&["--dt", "0"]).complains(&["positive"]);
+    run(&["--duration", "nan"]).complains(&["positive"]);
+    run(&["--stabilization", "2"]).complains(&["at most 1"]);
+    run(&["--set", "ball.q"]).complains(&["NAME.q=VALUES"]);
+    run(&["--set", "ball.q=up"]).complains(&["'up' is not a finite number"]);
+    run(&["--scene", "house_of_cards"]).complains(&["--scene"]);
+    folder.run(&["fly"]).exits(64);
+    folder.run(&["solve", "a.npz", "b.npz", "--out", "c.npz"]).exits(64).complains(&["--out"]);
+    let help = folder.run(&["--help"]).exits(0).stdout;
+    assert!(help.contains("Exit codes:"));
+    for command in ["simulate", "inspect", "scenes", "export", "solve", "check"] {
+        let help = folder.run(&[command, "--help"]).exits(0).stdout;
+        assert!(help.contains(&format!("  signorini {command}")), "{command} has an example");
+        assert!(help.contains("--json"));
+    }
+}
+
+#[test]
+fn numbers_that_are_not_finite_are_named() {
+    let folder = Folder::new("not_finite");
+    folder.save("lcp.npz", &lcp(&[1.0], &[f64::NAN]));
+    folder.run(&["solve", "lcp.npz"]).exits(1).complains(&["lcp.npz", "b[0] = NaN"]);
+    folder.save("p.npz", &sliding_point());
+    for (name, values, message) in [
+        ("v", [f64::INFINITY, 0.0, 0.0].as_slice(), "v[0] = inf"),
+        ("lambda_n", &[f64::NAN], "lambda_n[0] = NaN"),
+        ("beta", &[f64::NAN], "beta[0] = NaN"),
+    ] {
+        let mut writer = ArchiveWriter::new();
+        let parts: [(&str, &[f64]); 4] =
+            [("v", &[0.0; 3]), ("lambda_n", &[0.0]), ("alpha", &[0.0; 4]), ("beta", &[0.0])];
+        for (part, zeros) in parts {
+            let values = if part == name { values } else { zeros };
+            writer.f64(part, &[values.len()], values).expect("a well-formed archive");
+        }
+        folder.save("s.npz", &writer);
+        folder.run(&["check", "p.npz", "s.npz"]).exits(1).complains(&["s.npz", message]);
+    }
+}
+
+#[test]
+fn bad_problem_files_say_what_they_lack() {
+    let folder = Folder::new("bad_problems");
+    folder.save("ok.npz", &lcp(&[1.0], &[-1.0]));
+    folder.run(&["solve", "ok.npz", "--method", "structured"]).exits(1).complains(&["ok.npz", "contact", "lemke"]);
+    folder.run(&["solve", "missing.npz"]).exits(1).complains(&["missing.npz", "No such file"]);
+    folder.save("empty.npz", &ArchiveWriter::new());
+    folder.run(&["solve", "empty.npz"]).exits(1).complains(&["empty.npz", "kind"]);
+    let mut unknown = ArchiveWriter::new();
+    unknown.string("kind", "sudoku").expect("a name");
+    folder.save("unknown.npz", &unknown);
+    folder.run(&["solve", "unknown.npz"]).exits(1).complains(&["unknown.npz", "sudoku", "frictional3d"]);
+    folder.save("long.npz", &{
+        let mut writer = ArchiveWriter::new();
+        writer.f64("z", &[2], &[1.0, 1.0]).expect("a name");
+        writer
+    });
+    folder.run(&["check", "ok.npz", "long.npz"]).exits(1).complains(&["long.npz", "2 entries, expected 1"]);
+}

@@ -1,0 +1,142 @@
+//! `simulate` and `scenes`: results against closed forms.
+
+use serde_json::Value;
+use signorini::recording::{Ending, Reader, StepStatus};
+
+use crate::support::{BALL, BOX, Folder, assert_near, number};
+
+/// The scheme `v⁺ = v + Δt g`, `q⁺ = q + Δt v⁺` loses `½ m g² Δt T` in free fall.
+#[test]
+fn free_fall_has_the_energy_of_the_scheme() {
+    let folder = Folder::new("free_fall");
+    folder.write("ball.xml", BALL);
+    let run = folder.run(&["simulate", "ball.xml", "--duration", "0.5", "--json"]).exits(0).json();
+    assert_eq!(run["steps"], 50);
+    assert_eq!(run["missed_steps"], 0);
+    assert_eq!(run["contacts_max"], 0);
+    assert_eq!(run["status"], "finished");
+    assert_eq!(run["warnings"], Value::Array(vec![]));
+    assert_near(number(&run, "/energy/start"), 2.0 * 10.0 * 5.0, 1e-12);
+    assert_near(number(&run, "/energy/end"), 100.0 - 0.5 * 2.0 * 100.0 * 0.01 * 0.5, 1e-10);
+    assert_near(number(&run, "/time/end"), 0.5, 1e-12);
+    assert!(number(&run, "/steps_per_second") > 0.0);
+    for law in ["momentum", "natural_map", "signorini", "friction", "dissipation"] {
+        assert_eq!(number(&run, &format!("/worst/{law}")), 0.0, "{law} without contacts");
+    }
+    assert!(!folder.path("signorini-report.html").exists(), "only bundled scenes write a report unasked");
+}
+
+#[test]
+fn a_box_at_rest_keeps_its_energy() {
+    let folder = Folder::new("box_at_rest");
+    folder.write("box.xml", BOX);
+    for method in ["structured", "lemke"] {
+        let words = ["simulate", "box.xml", "--duration", "0.5", "--method", method, "--directions", "4", "--json"];
+        let run = folder.run(&words).exits(0).json();
+        assert_eq!(run["method"], method);
+        assert_eq!(run["directions"], 4);
+        assert_eq!(run["contacts_max"], 4);
+        assert_near(number(&run, "/energy/start"), 1.0, 1e-12);
+        assert_near(number(&run, "/energy/end"), 1.0, 1e-12);
+        assert!(number(&run, "/deepest_penetration") < 1e-12);
+        assert!(number(&run, "/worst/natural_map") <= 1e-9);
+    }
+}
+
+/// With friction μ along a direction of the polygon, N steps from v₀ travel `Δt Σ (v₀ − k μ g Δt)`.
+#[test]
+fn set_starts_a_slide_of_known_length() {
+    let folder = Folder::new("slide");
+    folder.write("box.xml", BOX);
+    let words = ["simulate", "box.xml", "--duration", "0.2", "--set", "cube.v=2,0,0,0,0,0", "--record", "run.rec"];
+    folder.run(&words).exits(0);
+    let mut recording = Reader::open(folder.path("run.rec")).expect("a recording");
+    assert_eq!(recording.len(), 40);
+    let frame = recording.frame(39).expect("the last frame");
+    let (dt, mu_g) = (0.005, 5.0);
+    let travelled: f64 = (1..=39).map(|k| dt * (2.0 - f64::from(k) * mu_g * dt)).sum();
+    assert_near(frame.q[0], travelled, 1e-12);
+    assert_near(frame.v[0], 2.0 - 39.0 * mu_g * dt, 1e-12);
+    assert_eq!(frame.contacts.len(), 4);
+    assert!(matches!(recording.ending(), Ending::Finished { reason } if reason.contains("0.2 s")));
+}
+
+#[test]
+fn set_and_keyframe_place_the_body() {
+    let folder = Folder::new("set_and_keyframe");
+    folder.write("ball.xml", BALL);
+    let start = |words: &[&str]| {
+        let words = [&["simulate", "ball.xml", "--duration", "0.01", "--json"], words].concat();
+        number(&folder.run(&words).exits(0).json(), "/energy/start")
+    };
+    assert_near(start(&["--keyframe", "high"]), 180.0, 1e-12);
+    assert_near(start(&["--set", "ball.q=0,0,3"]), 60.0, 1e-12);
+    assert_near(start(&["--set", "float=0,0,3,1,1,0,0"]), 60.0, 1e-12);
+    assert_near(start(&["--set", "ball.q=0,0,3", "--set", "ball.v=0,0,4,0,0,0"]), 60.0 + 16.0, 1e-12);
+}
+
+#[test]
+fn dt_replaces_the_time_step_of_the_model() {
+    let folder = Folder::new("dt");
+    folder.write("ball.xml", BALL);
+    let run = folder.run(&["simulate", "ball.xml", "--duration", "0.5", "--dt", "0.025", "--json"]).exits(0).json();
+    assert_eq!(run["steps"], 20);
+    assert_near(number(&run, "/energy/end"), 100.0 - 0.5 * 2.0 * 100.0 * 0.025 * 0.5, 1e-10);
+}
+
+#[test]
+fn a_missed_tolerance_shows() {
+    let folder = Folder::new("missed");
+    folder.write("box.xml", BOX);
+    let slide = ["--set", "cube.v=1.7,0.3,0,0,0,0.1", "--tolerance", "1e-30", "--duration", "0.1"];
+    let run = folder.run(&[&["simulate", "box.xml", "--json"], &slide[..]].concat()).exits(2).json();
+    assert_eq!(run["status"], "missed_tolerance");
+    let missed = run["missed_steps"].as_u64().expect("a count");
+    assert!(missed > 0 && missed <= 20);
+    let worst = number(&run, "/missed/worst");
+    assert!(worst > 1e-30 && worst < 1e-9, "the residuals themselves are those of a solved run, found {worst}");
+    let law = run["missed"]["worst_law"].as_str().expect("a law");
+    assert_eq!(number(&run, &format!("/worst/{law}")), worst);
+    let text = folder.run(&[&["simulate", "box.xml"], &slide[..]].concat()).exits(2).stdout;
+    assert!(text.contains(&format!("{missed} steps MISSED 1e-30: the first at ")), "{text}");
+}
+
+#[test]
+fn the_report_holds_the_run() {
+    let folder = Folder::new("report");
+    folder.write("box.xml", &BOX.replace("</mujoco>", "<tendon><fixed name=\"string\"/></tendon></mujoco>"));
+    let words = ["simulate", "box.xml", "--duration", "0.1", "--report", "run.html", "--json"];
+    let run = folder.run(&words).exits(0).json();
+    assert_eq!(run["report"], "run.html");
+    let page = std::fs::read_to_string(folder.path("run.html")).expect("a page");
+    for part in ["box on a floor", "cube", "box.xml:10", "reached 0.1 s"] {
+        assert!(page.contains(part), "no '{part}' in the report");
+    }
+    assert!(page.trim_end().ends_with("</html>"));
+}
+
+#[test]
+fn every_bundled_scene_is_listed_and_runs() {
+    let folder = Folder::new("scenes");
+    let scenes = folder.run(&["scenes", "--json"]).exits(0).json();
+    let scenes = scenes["scenes"].as_array().expect("a list");
+    assert!(scenes.iter().any(|scene| scene["name"] == "house_of_cards"));
+    for scene in scenes {
+        let name = scene["name"].as_str().expect("a name");
+        assert!(scene["description"].as_str().expect("a sentence").ends_with('.'), "{name} says what to see");
+        let run = folder.run(&["simulate", "--scene", name, "--duration", "0.02", "--json"]).exits(0).json();
+        assert_eq!(run["missed_steps"], 0, "{name}");
+    }
+}
+
+#[test]
+fn without_a_model_a_house_of_cards_stands() {
+    let folder = Folder::new("default_scene");
+    let run = folder.run(&["simulate", "--duration", "0.05", "--record", "run.rec", "--json"]).exits(0).json();
+    assert_eq!(run["source"], "scenes/house_of_cards.xml");
+    assert!(folder.path("signorini-report.html").exists());
+    let mut recording = Reader::open(folder.path("run.rec")).expect("a recording");
+    for frame in recording.frames() {
+        assert_eq!(frame.expect("a frame").status, StepStatus::Solved);
+    }
+}
