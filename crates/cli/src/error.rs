@@ -15,7 +15,7 @@ use crate::exit::Exit;
 pub enum CliError {
     /// A model file.
     #[error(transparent)]
-    Model(#[from] FormatError),
+    Model(Box<FormatError>),
     /// Settings, keyframe or state of a simulation.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
@@ -33,7 +33,7 @@ pub enum CliError {
         /// The file.
         path: PathBuf,
         /// What is wrong with it.
-        source: ProblemError,
+        source: Box<ProblemError>,
     },
     /// A recording or report.
     #[error(transparent)]
@@ -107,6 +107,12 @@ pub enum CliError {
     },
 }
 
+impl From<FormatError> for CliError {
+    fn from(error: FormatError) -> Self {
+        Self::Model(Box::new(error))
+    }
+}
+
 impl CliError {
     /// The exit code it leads to.
     pub fn exit(&self) -> Exit {
@@ -118,7 +124,7 @@ impl CliError {
 
     /// Attaches the file to an error of its contents.
     pub fn in_file(path: &Path) -> impl FnOnce(ProblemError) -> Self + '_ {
-        |source| Self::Problem { path: path.to_owned(), source }
+        |source| Self::Problem { path: path.to_owned(), source: Box::new(source) }
     }
 }
 

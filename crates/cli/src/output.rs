@@ -45,10 +45,10 @@ pub fn problem_error(path: &Path, error: &CliError, json: bool) {
 
 /// A progress bar, drawn only where a terminal watches.
 pub fn progress(length: u64, unit: &str) -> ProgressBar {
-    if !std::io::stderr().is_terminal() {
+    if length < 2 || !std::io::stderr().is_terminal() {
         return ProgressBar::hidden();
     }
-    let template = format!("{{bar:40}} {{pos}}/{{len}} {unit}, {{per_sec}}, {{eta}} left");
+    let template = format!("{{bar:40}} {{pos}}/{{len}} {unit}, {{eta}} left");
     let style = ProgressStyle::with_template(&template).expect("the template is well-formed");
     ProgressBar::new(length).with_style(style)
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::ProgressBar;
-use signorini::{ContactMethod, RunEnd, Simulation, StepReport};
+use signorini::{ContactMethod, RunEnd, Simulation, SimulationError, StepReport};
 
 use crate::args::{ModelArguments, StartArguments, StepArguments, positive};
 use crate::error::CliError;
@@ -61,43 +61,12 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let default_report = arguments.model.model.is_none().then(|| DEFAULT_REPORT.into());
     let report = arguments.report.clone().or(default_report);
     let outputs = Outputs::create(&simulation, arguments.record.as_deref(), report.as_deref(), &loaded)?;
-    let steps = (arguments.duration / simulation.timestep()).round();
-    let progress = output::progress(steps as u64, "steps");
 
-    let mut watch = Watch::new(outputs, &simulation, progress);
-    let begin = Instant::now();
     let (start_time, start_energy) = (simulation.state().time, total_energy(&simulation));
-    let end = simulation.run(arguments.duration, |simulation, report| watch.after_step(simulation, report));
-    watch.seconds = begin.elapsed().saturating_sub(watch.observing).as_secs_f64();
-    watch.progress.finish_and_clear();
-
-    let reason = ending(&end, &simulation);
-    let (index, time) = (watch.index, simulation.state().time);
-    let (misses, seconds, broken) = (watch.misses, watch.seconds, watch.broken);
-    watch.outputs.finish(&reason)?;
-    if let Some(error) = broken {
-        return Err(error);
-    }
-    let end = end.map_err(|source| CliError::Step { time, source })?;
-    let contradiction = match &end {
-        RunEnd::NoSolution(report) => Some(Contradiction::of(&simulation, report, index - 1)),
-        _ => None,
-    };
-    let mut result = summarise(&loaded, &simulation, seconds);
+    let driven = drive(&mut simulation, arguments.duration, outputs)?;
+    let mut result = summarise(&loaded, &simulation, &driven);
     result.time.start = start_time;
     result.energy.start = start_energy;
-    result.missed = misses;
-    result.status = match &contradiction {
-        Some(_) => RunStatus::NoSolution,
-        None if result.missed_steps > 0 => RunStatus::MissedTolerance,
-        None => RunStatus::Finished,
-    };
-    if let (Some(_), RunEnd::NoSolution(report)) = (&contradiction, &end) {
-        result.contacts_max = result.contacts_max.max(report.contacts);
-        let points = simulation.workspace().contact_points();
-        result.deepest_penetration = points.iter().fold(result.deepest_penetration, |d, point| d.max(-point.gap));
-    }
-    result.contradiction = contradiction;
     result.recording = arguments.record.clone();
     result.report = report;
     output::print_result(&result, arguments.json, text::run);
@@ -108,29 +77,48 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     })
 }
 
+/// What was seen on the way.
+struct Driven {
+    end: RunEnd,
+    /// Steps tried.
+    tried: u64,
+    misses: Option<Miss>,
+    /// Wall time of the steps, s.
+    seconds: f64,
+}
+
+/// Runs the simulation and finishes the outputs however it ends.
+fn drive(simulation: &mut Simulation, duration: f64, outputs: Outputs) -> Result<Driven, CliError> {
+    let steps = (duration / simulation.timestep()).round();
+    let progress = output::progress(steps as u64, "steps");
+    let mut watch = Watch { outputs, progress, tried: 0, misses: None, observing: Duration::ZERO, broken: None };
+    let begin = Instant::now();
+    let end = simulation.run(duration, |simulation, report| watch.after_step(simulation, report));
+    let seconds = begin.elapsed().saturating_sub(watch.observing).as_secs_f64();
+    watch.progress.finish_and_clear();
+    if let Some(error) = watch.broken {
+        return Err(error);
+    }
+    let time = simulation.state().time;
+    watch.outputs.finish(&reason(&end, time))?;
+    let end = end.map_err(|source| CliError::Step { time, source })?;
+    Ok(Driven { end, tried: watch.tried, misses: watch.misses, seconds })
+}
+
 /// Looks at every step of a run.
 struct Watch {
     outputs: Outputs,
     progress: ProgressBar,
-    /// Steps seen.
-    index: u64,
+    tried: u64,
     misses: Option<Miss>,
     /// Time spent here and not on stepping.
     observing: Duration,
-    seconds: f64,
     /// Why the outputs cannot be written.
     broken: Option<CliError>,
 }
 
 impl Watch {
-    fn new(outputs: Outputs, simulation: &Simulation, progress: ProgressBar) -> Self {
-        let mut watch =
-            Self { outputs, progress, index: 0, misses: None, observing: Duration::ZERO, seconds: 0.0, broken: None };
-        watch.outputs.begin(simulation.state());
-        watch
-    }
-
-    /// Records the step and goes on unless that fails.
+    /// Records the step; whether to go on.
     fn after_step(&mut self, simulation: &Simulation, report: &StepReport) -> bool {
         let begin = Instant::now();
         let time = self.outputs.time();
@@ -141,11 +129,11 @@ impl Watch {
                 (miss.worst, miss.worst_law, miss.worst_time) = (worst, law, time);
             }
         }
-        if let Err(error) = self.outputs.add(self.index, simulation, report) {
+        if let Err(error) = self.outputs.add(self.tried, simulation, report) {
             self.broken = Some(error);
         }
-        self.index += 1;
-        self.progress.set_position(self.index);
+        self.tried += 1;
+        self.progress.set_position(self.tried);
         self.observing += begin.elapsed();
         self.broken.is_none()
     }
@@ -157,23 +145,23 @@ fn total_energy(simulation: &Simulation) -> f64 {
 }
 
 /// Why the run ended, for the recording.
-fn ending(end: &Result<RunEnd, signorini::SimulationError>, simulation: &Simulation) -> String {
-    let time = simulation.state().time;
+fn reason(end: &Result<RunEnd, SimulationError>, time: f64) -> String {
+    let time = text::number(time);
     match end {
-        Ok(RunEnd::Finished) => format!("reached {} s", text::number(time)),
-        Ok(RunEnd::NoSolution(_)) => format!("the contacts contradict each other at {} s", text::number(time)),
-        Ok(RunEnd::Stopped) => format!("stopped at {} s", text::number(time)),
-        Err(error) => format!("broke down at {} s: {error}", text::number(time)),
+        Ok(RunEnd::Finished) => format!("reached {time} s"),
+        Ok(RunEnd::NoSolution(_)) => format!("the contacts contradict each other at {time} s"),
+        Ok(RunEnd::Stopped) => format!("stopped at {time} s"),
+        Err(error) => format!("broke down at {time} s: {error}"),
     }
 }
 
-/// What the simulation itself knows about the run.
-fn summarise(loaded: &Loaded, simulation: &Simulation, seconds: f64) -> RunResult {
+/// The result but for what only the caller knows: start, recording and report.
+fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunResult {
     let (summary, settings, model) = (simulation.summary(), simulation.settings(), simulation.model());
     let (time, energy) = (simulation.state().time, total_energy(simulation));
     let has_bilateral = !simulation.workspace().problem().bilateral_violation.is_empty();
-    RunResult {
-        status: RunStatus::Finished,
+    let mut result = RunResult {
+        status: if summary.missed_steps > 0 { RunStatus::MissedTolerance } else { RunStatus::Finished },
         model: model.name.clone(),
         source: loaded.source.clone(),
         bodies: model.bodies.len() - 1,
@@ -188,18 +176,34 @@ fn summarise(loaded: &Loaded, simulation: &Simulation, seconds: f64) -> RunResul
         time: Range { start: time, end: time },
         steps: summary.steps,
         missed_steps: summary.missed_steps,
-        missed: None,
+        missed: driven.misses,
         clipped_steps: summary.clipped_steps,
         contacts_max: summary.contacts_max,
         worst: Laws::of_contacts(&summary.worst, has_bilateral),
         iterations: summary.iterations,
-        seconds,
-        steps_per_second: if seconds > 0.0 { summary.steps as f64 / seconds } else { 0.0 },
+        seconds: driven.seconds,
+        steps_per_second: if driven.seconds > 0.0 { summary.steps as f64 / driven.seconds } else { 0.0 },
         energy: Range { start: energy, end: energy },
         deepest_penetration: summary.deepest_penetration,
         contradiction: None,
         warnings: import_warnings(&loaded.report),
         recording: None,
         report: None,
+    };
+    if let RunEnd::NoSolution(report) = &driven.end {
+        result.add_contradiction(simulation, report, driven.tried - 1);
+    }
+    result
+}
+
+impl RunResult {
+    /// Adds the step that has no solution, which the simulation's own summary leaves out.
+    fn add_contradiction(&mut self, simulation: &Simulation, report: &StepReport, step: u64) {
+        self.status = RunStatus::NoSolution;
+        self.contradiction = Some(Contradiction::of(simulation, report, step));
+        self.contacts_max = self.contacts_max.max(report.contacts);
+        for point in simulation.workspace().contact_points() {
+            self.deepest_penetration = self.deepest_penetration.max(-point.gap);
+        }
     }
 }

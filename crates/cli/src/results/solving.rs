@@ -63,8 +63,8 @@ pub struct CheckResult {
 impl CheckResult {
     /// Compares residuals with the tolerance.
     pub fn new(problem: PathBuf, solution: PathBuf, kind: &'static str, tolerance: f64, laws: Laws) -> Self {
-        // Written so that NaN counts as violated.
-        let violated: Vec<_> = laws.list().filter(|(_, r)| !(*r <= tolerance)).map(|(name, _)| name).collect();
+        let exceeds = |r: f64| r.is_nan() || r > tolerance;
+        let violated: Vec<_> = laws.list().filter(|law| exceeds(law.1)).map(|law| law.0).collect();
         let ok = violated.is_empty();
         Self { problem, solution, kind, tolerance, laws, violated, ok }
     }

@@ -7,7 +7,10 @@ use crate::results::{BodyLine, Inspection};
 
 /// A model: sizes, tree, actuators, keyframes, import report.
 pub fn inspection(result: &Inspection) -> String {
-    let bodies = count(result.bodies.len() as u64 - 1, "body").replace("bodys", "bodies");
+    let bodies = match result.bodies.len() - 1 {
+        1 => "1 body".to_owned(),
+        n => format!("{n} bodies"),
+    };
     let mut out = format!("model        {} ({})\n", result.model, result.source);
     let _ = writeln!(out, "sizes        nq {}, nv {}", result.nq, result.nv);
     let _ = writeln!(

@@ -50,11 +50,6 @@ impl Outputs {
         Ok(Self { writer, report, frame: Frame::default(), before })
     }
 
-    /// Takes the state at the beginning of the first step.
-    pub fn begin(&mut self, state: &State) {
-        self.before.clone_from(state);
-    }
-
     /// Time at the beginning of the step that comes next, s.
     pub fn time(&self) -> f64 {
         self.before.time
