@@ -2,15 +2,12 @@
 
 use std::fmt::Write;
 
-use super::{count, import, number, numbers};
+use super::{bodies, count, import, number, numbers};
 use crate::results::{BodyLine, Inspection};
 
 /// A model: sizes, tree, actuators, keyframes, import report.
 pub fn inspection(result: &Inspection) -> String {
-    let bodies = match result.bodies.len() - 1 {
-        1 => "1 body".to_owned(),
-        n => format!("{n} bodies"),
-    };
+    let bodies = bodies(result.bodies.len() - 1);
     let mut out = format!("model        {} ({})\n", result.model, result.source);
     let _ = writeln!(out, "sizes        nq {}, nv {}", result.nq, result.nv);
     let _ = writeln!(

@@ -36,6 +36,11 @@ fn count(n: u64, one: &str) -> String {
     if n == 1 { format!("1 {one}") } else { format!("{n} {one}s") }
 }
 
+/// A count of bodies.
+fn bodies(n: usize) -> String {
+    if n == 1 { "1 body".into() } else { format!("{n} bodies") }
+}
+
 /// Residuals in one line.
 fn laws(laws: &Laws) -> String {
     laws.list().map(|(name, r)| format!("{} {r:.1e}", name.replace('_', " "))).collect::<Vec<_>>().join(", ")

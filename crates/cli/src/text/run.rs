@@ -2,15 +2,18 @@
 
 use std::fmt::Write;
 
-use super::{count, import, laws, number};
+use super::{bodies, count, import, laws, number};
 use crate::commands::export::Exported;
 use crate::results::{Contradiction, Involved, Place, RunResult};
 
 /// The summary of a run.
 pub fn run(result: &RunResult) -> String {
     let mut out = format!(
-        "model        {} ({}): {} bodies, {} degrees of freedom\n",
-        result.model, result.source, result.bodies, result.nv
+        "model        {} ({}): {}, {} degrees of freedom\n",
+        result.model,
+        result.source,
+        bodies(result.bodies),
+        result.nv
     );
     out.push_str(&import(&result.warnings));
     let _ = writeln!(
