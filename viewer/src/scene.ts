@@ -72,7 +72,7 @@ export class SceneView {
       else this.addGround(geom);
     });
     if (this.grounds.length === 0) this.addFloor();
-    this.contacts = new ContactView(run, this.extent.radius);
+    this.contacts = new ContactView(run, this.extent.unit);
     this.addLight();
     this.scene.add(...this.bodies, this.contacts);
     this.placeBodies();
@@ -121,7 +121,7 @@ export class SceneView {
     const [left, top, bottom] = this.covered();
     const perPixel = (2 * Math.tan((FIELD_OF_VIEW * Math.PI) / 360)) / Math.max(height, 1);
     const free = Math.max(Math.min(width - left, height - top - bottom), 50);
-    const distance = this.extent.radius / Math.sin(Math.atan((free / 2) * perPixel));
+    const distance = (1.08 * this.extent.radius) / Math.sin(Math.atan((free / 2) * perPixel));
     const centre = this.extent.centre.clone();
     if (this.options.follow) centre.copy(this.middle());
     this.controls.target.copy(centre);
