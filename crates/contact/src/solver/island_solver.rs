@@ -15,7 +15,7 @@ use crate::ContactProblem;
 /// A proximal iteration that leaves more than this part of the residual calls for another ε.
 const SLOW: f64 = 0.1;
 /// Cosine between two changes of the impulses that counts as the same direction.
-const PARALLEL: f64 = 0.999;
+const PARALLEL: f64 = 0.99;
 /// The factor between one ε and the next.
 const WEIGHT_STEP: f64 = 1e2;
 /// Below this residual a slow iteration is a matter of rounding: ε goes up. Above it the impulses still have a long way to
@@ -124,7 +124,7 @@ impl IslandSolver {
     ) -> f64 {
         let mut epsilon = settings.proximal_weight;
         self.set_weights(problem, island, epsilon);
-        let (mut best, mut last) = (f64::INFINITY, f64::INFINITY);
+        let (mut best, mut last, mut slow) = (f64::INFINITY, f64::INFINITY, 0);
         let (mut factored, mut ascending) = (false, false);
         for _ in 0..settings.max_proximal_iterations {
             let residual = self.evaluate_centre(problem, cones, island);
@@ -135,23 +135,27 @@ impl IslandSolver {
             if best <= settings.polish {
                 break;
             }
-            let slow = residual > SLOW * last;
+            // The first slow iteration gives the second change of the impulses that an extrapolation needs.
+            slow = if residual > SLOW * last { slow + 1 } else { 0 };
             last = residual;
-            if slow && !ascending && self.extrapolate(cones, island) {
-                self.evaluate_centre(problem, cones, island);
-            } else if slow {
-                ascending |= best <= ROUNDING_FLOOR || epsilon <= settings.smallest_proximal_weight;
-                if ascending && epsilon >= LARGEST_WEIGHT {
-                    break;
-                }
-                epsilon = if ascending {
-                    (epsilon * WEIGHT_STEP).min(LARGEST_WEIGHT)
+            if slow == 2 {
+                slow = 0;
+                if self.extrapolate(cones, island) {
+                    last = f64::INFINITY;
                 } else {
-                    (epsilon / WEIGHT_STEP).max(settings.smallest_proximal_weight)
-                };
-                self.set_weights(problem, island, epsilon);
+                    ascending |= best <= ROUNDING_FLOOR || epsilon <= settings.smallest_proximal_weight;
+                    if ascending && epsilon >= LARGEST_WEIGHT {
+                        break;
+                    }
+                    epsilon = if ascending {
+                        (epsilon * WEIGHT_STEP).min(LARGEST_WEIGHT)
+                    } else {
+                        (epsilon / WEIGHT_STEP).max(settings.smallest_proximal_weight)
+                    };
+                    self.set_weights(problem, island, epsilon);
+                    factored = false;
+                }
                 self.evaluate_centre(problem, cones, island);
-                factored = false;
             }
             if self.modes.is_empty() {
                 self.guess_modes(cones, island);
