@@ -19,15 +19,27 @@ fn expect(name: &str, expected: &str, solution: &Solution) {
         _ => solution.status.is_solved() || ray,
     };
     let excused = NOT_FOR_LEMKE.contains(&name) && ray;
-    assert!(as_expected || excused, "{name} ({expected}): {:?}, residual {:e}", solution.status, solution.residual.value);
+    assert!(
+        as_expected || excused,
+        "{name} ({expected}): {:?}, residual {:e}",
+        solution.status,
+        solution.residual.value
+    );
 }
 
 #[test]
 fn all_problems_with_a_solution_are_solved() {
     let Some(folder) = folder() else { return };
-    let mut lemke = Lemke::new(LemkeSettings { tolerance: 1e-8, ..LemkeSettings::default() }).unwrap();
+    let mut lemke = Lemke::new(LemkeSettings {
+        tolerance: 1e-8,
+        ..LemkeSettings::default()
+    })
+    .unwrap();
     let mut count = 0;
-    for path in files(&folder).iter().chain(&files(&folder.join("synthetic"))) {
+    for path in files(&folder)
+        .iter()
+        .chain(&files(&folder.join("synthetic")))
+    {
         for named in lcps(path, MAX_PAIRS) {
             let solution = lemke.solve(&named.problem, None);
             assert_honest(&named.problem, &solution, lemke.tolerance(), &named.name);
@@ -37,7 +49,14 @@ fn all_problems_with_a_solution_are_solved() {
         if let Some(named) = mixed(path) {
             let solution = named.problem.solve(&mut lemke, None);
             expect(&named.name, &named.expected, &solution);
-            assert!(named.problem.residual(&solution.z).within(lemke.tolerance()), "{}", named.name);
+            assert!(
+                named
+                    .problem
+                    .residual(&solution.z)
+                    .within(lemke.tolerance()),
+                "{}",
+                named.name
+            );
             count += 1;
         }
     }

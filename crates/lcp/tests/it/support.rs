@@ -41,7 +41,9 @@ impl Random {
 
 /// `G Gᵀ`: positive semidefinite of the rank of `G`.
 pub fn gram(G: &Matrix) -> Matrix {
-    Matrix::from_fn(G.rows(), G.rows(), |i, j| G.row(i).iter().zip(G.row(j)).map(|(a, b)| a * b).sum())
+    Matrix::from_fn(G.rows(), G.rows(), |i, j| {
+        G.row(i).iter().zip(G.row(j)).map(|(a, b)| a * b).sum()
+    })
 }
 
 /// `x·y` in plain arithmetic.
@@ -51,7 +53,13 @@ pub fn inner(x: &[f64], y: &[f64]) -> f64 {
 
 /// Contacts of a body with `nv` coordinates and unit mass, gaps zero, hence solvable; `duplicates` of the contacts
 /// are copies of the first.
-pub fn touching_contacts(random: &mut Random, nc: usize, m: usize, nv: usize, duplicates: usize) -> Lcp {
+pub fn touching_contacts(
+    random: &mut Random,
+    nc: usize,
+    m: usize,
+    nv: usize,
+    duplicates: usize,
+) -> Lcp {
     let per_contact = if m == 2 { 2 } else { 3 };
     let mut J = random.matrix(per_contact * nc, nv);
     for c in nc - duplicates..nc {
@@ -66,7 +74,10 @@ pub fn touching_contacts(random: &mut Random, nc: usize, m: usize, nv: usize, du
     let mu: Vec<f64> = (0..nc).map(|_| [0.0, 0.3, 1.0][random.below(3)]).collect();
     let polygon: Vec<Vec<f64>> = match m {
         2 => vec![vec![1.0], vec![-1.0]],
-        _ => (0..m).map(|k| std::f64::consts::TAU * k as f64 / m as f64).map(|a| vec![a.cos(), a.sin()]).collect(),
+        _ => (0..m)
+            .map(|k| std::f64::consts::TAU * k as f64 / m as f64)
+            .map(|a| vec![a.cos(), a.sin()])
+            .collect(),
     };
     polyhedral(&gram(&J), &q, &mu, &vec![polygon; nc])
 }
@@ -90,20 +101,43 @@ pub fn assert_honest(problem: &Lcp, solution: &Solution, tolerance: f64, name: &
         Status::Solved => assert!(solved, "{name}: claims to be solved, z = {:?}", solution.z),
         Status::Infeasible(farkas) => {
             let sum: f64 = farkas.y.iter().sum();
-            assert!(farkas.y.iter().all(|&y| y >= 0.0) && sum > 0.0, "{name}: multipliers {:?}", farkas.y);
+            assert!(
+                farkas.y.iter().all(|&y| y >= 0.0) && sum > 0.0,
+                "{name}: multipliers {:?}",
+                farkas.y
+            );
             let At = problem.A().transposed();
             let largest = At.data().iter().fold(0.0f64, |max, a| max.max(a.abs()));
             for j in 0..problem.len() {
-                assert!(inner(At.row(j), &farkas.y) <= 1e-10 * largest * sum, "{name}: column {j} of the proof");
+                assert!(
+                    inner(At.row(j), &farkas.y) <= 1e-10 * largest * sum,
+                    "{name}: column {j} of the proof"
+                );
             }
-            assert!(inner(problem.b(), &farkas.y) < 0.0, "{name}: right-hand side of the proof");
+            assert!(
+                inner(problem.b(), &farkas.y) < 0.0,
+                "{name}: right-hand side of the proof"
+            );
         }
         Status::Ray(ray) => {
-            assert!(ray.z.iter().chain(&ray.w).all(|&x| x >= 0.0) && ray.z0 >= 0.0, "{name}: signs of the ray");
-            assert!((0..problem.len()).all(|i| ray.z[i] == 0.0 || ray.w[i] == 0.0), "{name}: ray not complementary");
-            assert!(ray.z0 > 0.0 || !ray.support.is_empty(), "{name}: the ray is zero");
+            assert!(
+                ray.z.iter().chain(&ray.w).all(|&x| x >= 0.0) && ray.z0 >= 0.0,
+                "{name}: signs of the ray"
+            );
+            assert!(
+                (0..problem.len()).all(|i| ray.z[i] == 0.0 || ray.w[i] == 0.0),
+                "{name}: ray not complementary"
+            );
+            assert!(
+                ray.z0 > 0.0 || !ray.support.is_empty(),
+                "{name}: the ray is zero"
+            );
         }
         _ => {}
     }
-    assert!(!solved || solution.status.is_solved(), "{name}: {:?}, but z solves the problem", solution.status);
+    assert!(
+        !solved || solution.status.is_solved(),
+        "{name}: {:?}, but z solves the problem",
+        solution.status
+    );
 }
