@@ -1,9 +1,9 @@
 //! Every method on the shared set of cases.
 
-use signorini_lcp::{Enumeration, MethodKind};
+use signorini_lcp::{Enumeration, Lemke, MethodKind};
 
 use crate::cases;
-use crate::support::{assert_honest, solves};
+use crate::support::{assert_honest, assert_proof, solves};
 
 #[test]
 fn the_known_answers_are_answers() {
@@ -85,6 +85,27 @@ fn enumeration_finds_exactly_the_known_solutions() {
                 "{}: {known:?} not found",
                 case.name
             );
+        }
+    }
+}
+
+#[test]
+fn infeasibility_is_proved_where_there_is_any() {
+    let infeasible = [
+        "zero matrix, negative b",
+        "negative matrix, negative b",
+        "squeezed",
+    ];
+    for case in cases::all() {
+        let proof = case.problem.infeasibility(&mut Lemke::default());
+        assert_eq!(
+            proof.is_some(),
+            infeasible.contains(&case.name),
+            "{}: {proof:?}",
+            case.name
+        );
+        if let Some(proof) = proof {
+            assert_proof(&case.problem, &proof, case.name);
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, Method};
 
-use crate::support::{Random, assert_honest, gram, touching_contacts};
+use crate::support::{Random, assert_honest, assert_proof, gram, touching_contacts};
 
 /// Solves with both methods; returns (Lemke solved it, enumeration solved it).
 fn compare(problem: &Lcp, name: &str) -> (bool, bool) {
@@ -153,5 +153,22 @@ fn ill_conditioned_problems_are_solved_or_admitted() {
             lemke.tolerance(),
             &format!("Hilbert {n}"),
         );
+    }
+}
+
+#[test]
+fn every_semidefinite_problem_is_either_solved_or_proved_infeasible() {
+    for seed in 0..200 {
+        let mut random = Random(11_000 + seed);
+        let n = 2 + random.below(10);
+        let rank = 1 + random.below(n);
+        let problem = Lcp::new(gram(&random.matrix(n, rank)), random.vector(n)).unwrap();
+        let mut lemke = Lemke::default();
+        let solved = lemke.solve(&problem, None).status.is_solved();
+        let proof = problem.infeasibility(&mut lemke);
+        assert_ne!(solved, proof.is_some(), "seed {seed}");
+        proof
+            .iter()
+            .for_each(|proof| assert_proof(&problem, proof, &format!("seed {seed}")));
     }
 }
