@@ -7,8 +7,10 @@ use crate::CollisionError;
 use crate::convex::{Convex, Placed};
 use crate::halfspace::HalfSpace;
 use crate::manifold::Touch;
+use crate::mesh::TriangleSet;
 use crate::narrow::Narrow;
 use crate::shape::{Prepared, Shape};
+use crate::surface::{PlacedSet, Surface};
 use crate::sweep::{Aabb, Sweep};
 
 /// How far a body can travel within the step.
@@ -32,6 +34,7 @@ pub struct Collider {
     pairs: Vec<(u32, u32)>,
     sweep: Sweep,
     narrow: Narrow,
+    surface: Surface,
     touches: Vec<Touch>,
 }
 
@@ -71,6 +74,7 @@ impl Collider {
             pairs: Vec::new(),
             sweep: Sweep::default(),
             narrow: Narrow::default(),
+            surface: Surface::default(),
             touches: Vec::new(),
         })
     }
@@ -188,6 +192,17 @@ impl Collider {
                 let placed_b = place(&self.geoms[b], shape_b, &self.placed[b], origin);
                 narrow.convex(&placed_a, &placed_b, margin, touches);
             }
+            (Shape::HalfSpace, Shape::Triangles(set)) => {
+                let placed = place_set(set, &self.placed[b], origin);
+                let half_space = half_space(&self.placed[a], origin);
+                self.surface.half_space(&half_space, &placed, self.geoms[b].size, margin, narrow, touches);
+            }
+            (Shape::Triangles(set), Shape::Convex(shape)) => {
+                let placed_a = place_set(set, &self.placed[a], origin);
+                let placed_b = place(&self.geoms[b], shape, &self.placed[b], origin);
+                self.surface.convex(&placed_a, &placed_b, self.geoms[b].half, margin, narrow, touches);
+            }
+            // Two half-spaces or two meshes that can meet are refused by `new`, or never move against each other.
             _ => {}
         }
         if flip {
@@ -220,6 +235,10 @@ fn rank(shape: &Shape) -> u32 {
 fn place<'a>(geom: &Prepared, shape: &'a Convex, pose: &GeomPose, origin: DVec3) -> Placed<'a> {
     let (position, center) = (pose.position - origin, pose.center - origin);
     Placed { shape, rotation: pose.rotation, position, center, size: geom.size }
+}
+
+fn place_set<'a>(set: &'a TriangleSet, pose: &GeomPose, origin: DVec3) -> PlacedSet<'a> {
+    PlacedSet { set, rotation: pose.rotation, position: pose.position - origin }
 }
 
 fn half_space(pose: &GeomPose, origin: DVec3) -> HalfSpace {

@@ -23,38 +23,51 @@ pub(crate) struct Narrow {
 impl Narrow {
     /// Appends the contact points of two convex shapes within `margin` (m), the normal from A to B.
     pub fn convex(&mut self, a: &Placed, b: &Placed, margin: f64, out: &mut Vec<Touch>) {
-        let size = a.size + b.size;
         let from = out.len();
-        let first = match (a.shape, b.shape) {
-            (_, Convex::Sphere { radius }) => {
-                return push_closest(separation::sphere(a, b, *radius, margin), out);
-            }
-            (Convex::Sphere { radius }, _) => {
-                return push_closest(separation::sphere(b, a, *radius, margin).map(Separation::swapped), out);
-            }
-            (
-                Convex::Capsule { radius: ra, half_length: ha },
-                Convex::Capsule { radius: rb, half_length: hb },
-            ) => {
-                capsule::capsules((a, *ra, *ha), (b, *rb, *hb), margin, out);
-                return capsule::drop_redundant(out, from, LATERAL * size);
-            }
+        if let (
+            &Convex::Capsule { radius: ra, half_length: ha },
+            &Convex::Capsule { radius: rb, half_length: hb },
+        ) = (a.shape, b.shape)
+        {
+            capsule::capsules((a, ra, ha), (b, rb, hb), margin, out);
+            return capsule::drop_redundant(out, from, LATERAL * (a.size + b.size));
+        }
+        if let Some(found) = self.separation(a, b, margin) {
+            self.realise(a, b, found, margin, out);
+        }
+    }
+
+    /// The direction in which the shapes are farthest apart, or `None` if that is more than `margin`.
+    pub fn separation(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<Separation> {
+        match (a.shape, b.shape) {
+            (_, Convex::Sphere { radius }) => separation::sphere(a, b, *radius, margin),
+            (Convex::Sphere { radius }, _) => separation::sphere(b, a, *radius, margin).map(Separation::swapped),
             (Convex::Box { half: half_a }, Convex::Box { half: half_b }) => {
                 separation::boxes(a, b, *half_a, *half_b, margin)
             }
             _ => self.search.general(a, b, margin),
-        };
-        let Some(first) = first else { return };
-        let smallest = self.patches(a, b, &first, size, out);
-        if smallest <= first.gap + REALISED * size {
-            return self.reducer.outline(out, from, margin, size);
         }
-        out.truncate(from);
-        let exact = if first.midpoint.is_some() { Some(first) } else { self.search.general(a, b, margin) };
-        let Some(exact) = exact else { return };
-        let smallest = self.patches(a, b, &exact, size, out);
-        if smallest > exact.gap + REALISED * size {
-            push_closest(Some(exact), out);
+    }
+
+    /// Appends the points at which the separation is attained: the overlap of the facing patches if it attains it, else
+    /// the closest points.
+    pub fn realise(&mut self, a: &Placed, b: &Placed, first: Separation, margin: f64, out: &mut Vec<Touch>) {
+        let is_sphere = |p: &Placed| matches!(p.shape, Convex::Sphere { .. });
+        if is_sphere(a) || is_sphere(b) {
+            return push_closest(Some(first), out);
+        }
+        let size = a.size + b.size;
+        let from = out.len();
+        let mut found = first;
+        let mut smallest = self.patches(a, b, &found, size, out);
+        if smallest > found.gap + REALISED * size && found.midpoint.is_none() {
+            out.truncate(from);
+            let Some(exact) = self.search.general(a, b, margin) else { return };
+            found = exact;
+            smallest = self.patches(a, b, &found, size, out);
+        }
+        if smallest > found.gap + REALISED * size {
+            push_closest(Some(found), out);
         }
         self.reducer.outline(out, from, margin, size);
     }
