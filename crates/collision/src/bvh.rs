@@ -1,10 +1,25 @@
-//! A static tree of boxes over triangles.
+//! A tree of axis-aligned boxes: over the geoms of a model, made anew in every search, and over the triangles of a mesh.
 
 use glamx::glam::DVec3;
 
-use crate::sweep::Aabb;
+/// An axis-aligned box, m.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Aabb {
+    pub low: DVec3,
+    pub high: DVec3,
+}
 
-/// Triangles per leaf.
+impl Aabb {
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
+    }
+
+    pub fn is_nan(&self) -> bool {
+        self.low.is_nan() || self.high.is_nan()
+    }
+}
+
+/// Items per leaf.
 const LEAF: usize = 4;
 
 #[derive(Clone, Debug)]
@@ -24,12 +39,14 @@ pub(crate) struct Bvh {
 }
 
 impl Bvh {
-    pub fn new(boxes: &[Aabb]) -> Self {
-        let mut tree = Self { nodes: Vec::new(), items: (0..boxes.len() as u32).collect() };
-        if !boxes.is_empty() {
-            tree.split(boxes, 0, boxes.len());
+    /// Makes the tree over the boxes named by `items`; none may be NaN.
+    pub fn build(&mut self, boxes: &[Aabb], items: impl Iterator<Item = u32>) {
+        self.nodes.clear();
+        self.items.clear();
+        self.items.extend(items);
+        if !self.items.is_empty() {
+            self.split(boxes, 0, self.items.len());
         }
-        tree
     }
 
     fn split(&mut self, boxes: &[Aabb], start: usize, end: usize) {
@@ -61,9 +78,8 @@ impl Bvh {
         self.nodes[node].count = 0;
     }
 
-    /// Fills `out` with the items whose leaves overlap `query`, ascending.
-    pub fn overlapping(&self, query: &Aabb, out: &mut Vec<u32>) {
-        out.clear();
+    /// Calls `visit` for every item of the leaves that overlap `query`, in the order of the tree.
+    pub fn overlapping(&self, query: &Aabb, mut visit: impl FnMut(u32)) {
         let mut stack = [0_u32; 64];
         let mut depth = usize::from(!self.nodes.is_empty());
         while depth > 0 {
@@ -74,7 +90,7 @@ impl Bvh {
                 continue;
             }
             if node.count > 0 {
-                out.extend_from_slice(&self.items[node.first as usize..(node.first + node.count) as usize]);
+                self.items[node.first as usize..(node.first + node.count) as usize].iter().for_each(|&i| visit(i));
             } else {
                 // Balanced: the depth is at most log2 of the number of items, far below the stack's 64.
                 stack[depth] = index + 1;
@@ -82,7 +98,6 @@ impl Bvh {
                 depth += 2;
             }
         }
-        out.sort_unstable();
     }
 
     /// The box around everything; a point at the origin if there is nothing.

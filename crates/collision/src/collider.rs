@@ -4,6 +4,7 @@ use glamx::glam::{DMat3, DVec3};
 use signorini_multibody::{ContactPoint, GeomId, Model, Pose};
 
 use crate::CollisionError;
+use crate::bvh::{Aabb, Bvh};
 use crate::convex::{Convex, Placed};
 use crate::halfspace::HalfSpace;
 use crate::manifold::Touch;
@@ -11,7 +12,6 @@ use crate::mesh::TriangleSet;
 use crate::narrow::Narrow;
 use crate::shape::{Prepared, Shape};
 use crate::surface::{PlacedSet, Surface};
-use crate::sweep::{Aabb, Sweep};
 
 /// How far a body can travel within the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -32,7 +32,7 @@ pub struct Collider {
     boxes: Vec<Aabb>,
     travel: Vec<f64>,
     pairs: Vec<(u32, u32)>,
-    sweep: Sweep,
+    tree: Bvh,
     narrow: Narrow,
     surface: Surface,
     touches: Vec<Touch>,
@@ -72,7 +72,7 @@ impl Collider {
             boxes: Vec::new(),
             travel: Vec::new(),
             pairs: Vec::new(),
-            sweep: Sweep::default(),
+            tree: Bvh::default(),
             narrow: Narrow::default(),
             surface: Surface::default(),
             touches: Vec::new(),
@@ -152,21 +152,26 @@ impl Collider {
             let both = (&model.geoms[i as usize], &model.geoms[j as usize]);
             model.contact_filter.allows((GeomId(i), GeomId(j)), both)
         };
-        let bounded = |i: usize| !matches!(geoms[i].shape, Shape::HalfSpace);
-        self.sweep.pairs(&self.boxes, bounded, |i, j| {
-            let (i, j) = (i.min(j), i.max(j));
-            if allowed(i, j) {
-                pairs.push((i, j));
-            }
-        });
+        let bounded = |i: u32| !matches!(geoms[i as usize].shape, Shape::HalfSpace);
+        let boxes = &self.boxes;
+        let known = |i: u32| bounded(i) && !boxes[i as usize].is_nan();
+        self.tree.build(boxes, (0..geoms.len() as u32).filter(|&i| known(i)));
+        for i in (0..geoms.len() as u32).filter(|&i| known(i)) {
+            self.tree.overlapping(&boxes[i as usize], |j| {
+                if i < j && boxes[i as usize].overlaps(&boxes[j as usize]) && allowed(i, j) {
+                    pairs.push((i, j));
+                }
+            });
+        }
         for &h in &self.half_spaces {
             let plane = &self.placed[h as usize];
             let normal = plane.rotation.z_axis;
-            for i in 0..geoms.len() {
-                let margin = self.travel[i] + self.travel[h as usize];
-                let height = normal.dot(self.placed[i].center - plane.position) - geoms[i].size;
-                if height <= margin && bounded(i) && allowed(h, i as u32) {
-                    pairs.push((h.min(i as u32), h.max(i as u32)));
+            for i in 0..geoms.len() as u32 {
+                let k = i as usize;
+                let margin = self.travel[k] + self.travel[h as usize];
+                let height = normal.dot(self.placed[k].center - plane.position) - geoms[k].size;
+                if height <= margin && bounded(i) && allowed(h, i) {
+                    pairs.push((h.min(i), h.max(i)));
                 }
             }
         }

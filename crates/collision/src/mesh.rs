@@ -5,9 +5,8 @@ use std::collections::HashMap;
 use glamx::glam::DVec3;
 use signorini_multibody::model::{HeightField, Mesh};
 
-use crate::bvh::Bvh;
+use crate::bvh::{Aabb, Bvh};
 use crate::convex::{Triangle, bounds_of};
-use crate::sweep::Aabb;
 
 /// Triangles with what their neighbours allow.
 #[derive(Clone, Debug)]
@@ -72,7 +71,9 @@ impl TriangleSet {
                 Aabb { low, high }
             })
             .collect();
-        Self { vertices, faces, bvh: Bvh::new(&boxes), solid_below }
+        let mut bvh = Bvh::default();
+        bvh.build(&boxes, 0..boxes.len() as u32);
+        Self { vertices, faces, bvh, solid_below }
     }
 
     pub fn bounds(&self) -> (DVec3, DVec3) {

@@ -12,6 +12,9 @@ const LATERAL: f64 = 1e-9;
 /// A patch contact deeper than the separation by no more than this share of the size realises it.
 const REALISED: f64 = 1e-8;
 
+/// An overlap of no more than this share of the size is shallow.
+const SHALLOW: f64 = 1e-5;
+
 /// Buffers of the narrow phase.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Narrow {
@@ -32,44 +35,44 @@ impl Narrow {
             capsule::capsules((a, ra, ha), (b, rb, hb), margin, out);
             return capsule::drop_redundant(out, from, LATERAL * (a.size + b.size));
         }
-        if let Some(found) = self.separation(a, b, margin) {
-            self.realise(a, b, found, margin, out);
-        }
+        self.touch(a, b, margin, out);
     }
 
-    /// The direction in which the shapes are farthest apart, or `None` if that is more than `margin`.
-    pub fn separation(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<Separation> {
-        match (a.shape, b.shape) {
-            (_, Convex::Sphere { radius }) => separation::sphere(a, b, *radius, margin),
-            (Convex::Sphere { radius }, _) => separation::sphere(b, a, *radius, margin).map(Separation::swapped),
-            (Convex::Box { half: half_a }, Convex::Box { half: half_b }) => {
-                separation::boxes(a, b, *half_a, *half_b, margin)
+    /// Appends the contact points along the direction in which the shapes are farthest apart and returns that
+    /// direction, or `None` if they are more than `margin` apart.
+    ///
+    /// Closed-form directions come first. Where the facing patches attain the gap of the best of them, it is the
+    /// distance (for shapes apart) or a least overlap (for shallow overlaps), and no search is needed.
+    pub fn touch(&mut self, a: &Placed, b: &Placed, margin: f64, out: &mut Vec<Touch>) -> Option<Separation> {
+        let (size, from) = (a.size + b.size, out.len());
+        let first = match (a.shape, b.shape) {
+            (_, Convex::Sphere { radius }) => {
+                return push_closest(separation::sphere(a, b, *radius, margin), out);
             }
-            _ => self.search.general(a, b, margin),
-        }
-    }
-
-    /// Appends the points at which the separation is attained: the overlap of the facing patches if it attains it, else
-    /// the closest points.
-    pub fn realise(&mut self, a: &Placed, b: &Placed, first: Separation, margin: f64, out: &mut Vec<Touch>) {
-        let is_sphere = |p: &Placed| matches!(p.shape, Convex::Sphere { .. });
-        if is_sphere(a) || is_sphere(b) {
-            return push_closest(Some(first), out);
-        }
-        let size = a.size + b.size;
-        let from = out.len();
-        let mut found = first;
-        let mut smallest = self.patches(a, b, &found, size, out);
-        if smallest > found.gap + REALISED * size && found.midpoint.is_none() {
+            (Convex::Sphere { radius }, _) => {
+                return push_closest(separation::sphere(b, a, *radius, margin).map(Separation::swapped), out);
+            }
+            (Convex::Box { half: half_a }, Convex::Box { half: half_b }) => {
+                separation::boxes(a, b, *half_a, *half_b, margin)?
+            }
+            _ => self.search.axis(a, b, margin)?,
+        };
+        let closed_form = matches!((a.shape, b.shape), (Convex::Box { .. }, Convex::Box { .. }));
+        if closed_form || first.gap >= -SHALLOW * size {
+            let smallest = self.patches(a, b, &first, size, out);
+            if smallest <= first.gap + REALISED * size {
+                self.reducer.outline(out, from, margin, size);
+                return Some(first);
+            }
             out.truncate(from);
-            let Some(exact) = self.search.general(a, b, margin) else { return };
-            found = exact;
-            smallest = self.patches(a, b, &found, size, out);
         }
-        if smallest > found.gap + REALISED * size {
-            push_closest(Some(found), out);
+        let exact = self.search.general(a, b, margin)?;
+        let smallest = self.patches(a, b, &exact, size, out);
+        if smallest > exact.gap + REALISED * size {
+            push_closest(Some(exact), out);
         }
         self.reducer.outline(out, from, margin, size);
+        Some(exact)
     }
 
     /// Clips the patches of A and B that face each other along the normal.
@@ -80,8 +83,9 @@ impl Narrow {
     }
 }
 
-fn push_closest(separation: Option<Separation>, out: &mut Vec<Touch>) {
+fn push_closest(separation: Option<Separation>, out: &mut Vec<Touch>) -> Option<Separation> {
     if let Some(Separation { normal, gap, midpoint: Some(position) }) = separation {
         out.push(Touch { position, normal, gap, feature: Feature::Closest });
     }
+    separation
 }

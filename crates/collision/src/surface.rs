@@ -2,6 +2,7 @@
 
 use glamx::glam::{DMat3, DVec3};
 
+use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed, separation_along};
 use crate::feature::Feature;
 use crate::halfspace::HalfSpace;
@@ -9,7 +10,6 @@ use crate::manifold::Touch;
 use crate::mesh::TriangleSet;
 use crate::narrow::Narrow;
 use crate::separation::Separation;
-use crate::sweep::Aabb;
 
 /// A mesh at a pose in the common frame.
 #[derive(Clone, Copy, Debug)]
@@ -47,7 +47,9 @@ impl Surface {
         let relative = a.rotation.transpose() * b.rotation;
         let center = a.rotation.transpose() * (b.center - a.position);
         let half = relative.abs() * half + DVec3::splat(margin);
-        a.set.bvh.overlapping(&Aabb { low: center - half, high: center + half }, &mut self.candidates);
+        self.candidates.clear();
+        a.set.bvh.overlapping(&Aabb { low: center - half, high: center + half }, |i| self.candidates.push(i));
+        self.candidates.sort_unstable();
         self.found.clear();
         for &index in &self.candidates {
             let triangle = a.set.triangle(index);
@@ -100,11 +102,10 @@ fn touch_triangle(
     out: &mut Vec<Touch>,
 ) {
     let from = out.len();
-    let Some(found) = narrow.separation(a, b, margin) else { return };
+    let Some(found) = narrow.touch(a, b, margin, out) else { return };
     let (allowed, free) = set.set.allowed_normal(index, a.local(found.normal));
-    if free {
-        narrow.realise(a, b, found, margin, out);
-    } else {
+    if !free {
+        out.truncate(from);
         let normal = a.rotation * allowed;
         let gap = separation_along(a, b, normal);
         if gap <= margin {
