@@ -29,7 +29,7 @@ fn malformed_xml_is_placed() {
 fn numbers_that_are_not_finite_are_placed() {
     let inertial =
         "<worldbody>\n<body><joint/>\n<inertial mass='1' pos='0 0 0' diaginertia='1 nan 1'/></body></worldbody>";
-    assert_says(inertial, &["text):4:33", "diaginertia", "finite numbers", "'nan'"]);
+    assert_says(inertial, &["text):4:32", "diaginertia", "finite numbers", "'nan'"]);
     assert_says("<option gravity='0 0 1e999'/>", &["text):2:9", "finite numbers"]);
 }
 
@@ -46,7 +46,7 @@ fn unknown_names_are_placed_with_a_suggestion() {
     let unknown = [
         ("<actuator><motor joint='kneee'/></actuator>", "joint 'kneee'", "did you mean 'knee'"),
         ("<contact><exclude body1='b' body2='c'/></contact>", "body 'c'", "(MJCF text):3"),
-        ("<contact><pair geom1='geom0' geom2='nothing at all'/></contact>", "geom 'nothing at all'", ":3:33"),
+        ("<contact><pair geom1='geom0' geom2='nothing at all'/></contact>", "geom 'nothing at all'", ":3:30"),
     ];
     for (section, name, more) in unknown {
         assert_says(&format!("{scene}{section}"), &[name, more]);
