@@ -6,7 +6,7 @@ use signorini_formats::{FormatError, LoadOptions, load_mjcf_str};
 #[track_caller]
 pub fn message(inner: &str) -> String {
     let text = format!("<mujoco>\n{inner}\n</mujoco>");
-    let error = load_mjcf_str(&text, "no such folder", &LoadOptions::default()).expect_err("must be refused");
+    let error = load_mjcf_str(&text, "no such folder").expect_err("must be refused");
     error.to_string()
 }
 
@@ -106,7 +106,7 @@ fn contradictions_are_placed() {
 
 #[test]
 fn another_root_is_refused() {
-    let error = load_mjcf_str("<sdf/>", ".", &LoadOptions::default()).unwrap_err();
+    let error = load_mjcf_str("<sdf/>", ".").unwrap_err();
     assert!(matches!(error, FormatError::UnknownFormat { ref found, .. } if found == "sdf"), "{error}");
 }
 
