@@ -61,6 +61,8 @@ pub(crate) struct IslandSolver {
     /// Trial impulse of the current solution of the proximal problem.
     pub y: Vec<[f64; 3]>,
     work: Vec<f64>,
+    /// Global degrees of freedom, all zero.
+    scratch: Vec<f64>,
     /// What the last proximal iteration added to the impulses, and the one before it.
     change: Vec<[f64; 3]>,
     earlier_change: Vec<[f64; 3]>,
@@ -78,6 +80,7 @@ impl IslandSolver {
         self.velocity.resize(island.nv(), 0.0);
         self.work.clear();
         self.work.resize(island.nv(), 0.0);
+        self.scratch.resize(problem.nv(), 0.0);
         self.find_scales(problem, island);
         self.effort = Effort::default();
         self.impulse.clear();
@@ -96,15 +99,14 @@ impl IslandSolver {
         self.bilateral_scale.clear();
         self.velocity_scale = 0.0;
         for (k, &i) in island.contacts.iter().enumerate() {
-            let group = island.jacobian.group(k);
-            let g = (0..3).map(|r| delassus_entry(problem, island, group, r, &mut self.work)).fold(0.0, f64::max);
+            let g = problem.delassus_diagonal(i as usize, &mut self.scratch).into_iter().fold(0.0, f64::max);
             self.scale.push(if g > 0.0 { g } else { 1.0 });
             let c = island.jacobian.multiply(k, &self.free_velocity);
             let b = (c[0] + problem.gap[i as usize] / problem.timestep).abs().max(c[1].abs()).max(c[2].abs());
             self.velocity_scale = self.velocity_scale.max(b);
         }
         for (k, &i) in island.bilateral.iter().enumerate() {
-            let g = delassus_entry(problem, island, island.bilateral_jacobian.group(k), 0, &mut self.work);
+            let g = problem.bilateral_delassus(i as usize, &mut self.scratch);
             self.bilateral_scale.push(if g > 0.0 { g } else { 1.0 });
             let [c] = island.bilateral_jacobian.multiply(k, &self.free_velocity);
             let b = (c + problem.bilateral_violation[i as usize] / problem.timestep).abs();
@@ -458,33 +460,6 @@ impl IslandSolver {
     fn has_violation(&self, cones: &Cones, island: &Island, settings: &SolverSettings) -> bool {
         (0..self.modes.len()).any(|c| self.violation(cones, island, c) > settings.mode_tolerance)
     }
-}
-
-/// Entry `r` of the diagonal of `J_c M⁻¹ J_cᵀ`. `scratch`: local degrees of freedom, all zero before and after.
-fn delassus_entry<const R: usize>(
-    problem: &ContactProblem,
-    island: &Island,
-    (columns, entries): (&[u32], &[[f64; R]]),
-    r: usize,
-    scratch: &mut [f64],
-) -> f64 {
-    let mut sum = 0.0;
-    let mut first = 0;
-    while first < columns.len() {
-        let block = island.starts.partition_point(|&s| s <= columns[first] as usize) - 1;
-        let (start, end) = (island.starts[block], island.starts[block + 1]);
-        let last = first + columns[first..].partition_point(|&c| (c as usize) < end);
-        for k in first..last {
-            scratch[columns[k] as usize] = entries[k][r];
-        }
-        problem.mass_factor.solve_block_in_place(island.blocks[block] as usize, &mut scratch[start..end]);
-        for k in first..last {
-            sum += entries[k][r] * scratch[columns[k] as usize];
-        }
-        scratch[start..end].fill(0.0);
-        first = last;
-    }
-    sum
 }
 
 /// Distance from the laws of one contact in velocity units: `g |λ − P(λ − u/g)|` for the projection of the cone, and the
