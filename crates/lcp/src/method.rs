@@ -9,7 +9,7 @@ use crate::{
 ///
 /// A method owns its memory and keeps it from call to call, hence `&mut self`; its answer depends on the
 /// arguments and its settings only.
-pub trait Method {
+pub trait Method: Send {
     /// Solves the problem, from `warm` where one is given and fits the problem.
     fn solve(&mut self, problem: &Lcp, warm: Option<&Basis>) -> Solution;
 

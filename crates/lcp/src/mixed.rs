@@ -6,7 +6,9 @@
 
 use crate::equilibrate::Scaled;
 use crate::polish::Polish;
-use crate::{Basis, Farkas, Lcp, Matrix, Method, MixedLcp, Ray, Scaling, Solution, Status};
+use crate::{
+    Basis, Farkas, Lcp, LcpError, Matrix, Method, MixedLcp, Ray, Report, Scaling, Solution, Status,
+};
 
 /// Pivots below this count as zero; the entries of the equilibrated problem have size 1.
 const SMALLEST_PIVOT: f64 = 1e-10;
@@ -60,9 +62,11 @@ impl MixedLcp {
         scaled.load(self.A(), self.b(), self.scaling());
         let reduction = match Reduction::of(self, &scaled) {
             Ok(reduction) => reduction,
-            Err(status) => return self.unsolved(status),
+            Err(status) => return self.unsolved(status, method.tolerance()),
         };
-        let reduced = reduction.problem(&scaled, self.scaling());
+        let Ok(reduced) = reduction.problem(&scaled, self.scaling()) else {
+            return self.unsolved(Status::Singular, method.tolerance());
+        };
         let warm = warm
             .filter(|warm| warm.z_basic.len() == self.len())
             .map(|warm| reduction.reduced_basis(warm));
@@ -70,18 +74,24 @@ impl MixedLcp {
         reduction.lift(self, &scaled, inner, method.tolerance())
     }
 
-    fn unsolved(&self, status: Status) -> Solution {
+    /// The zero point, with the status that ended the elimination unless it happens to be a solution.
+    fn unsolved(&self, status: Status, tolerance: f64) -> Solution {
         let z = vec![0.0; self.len()];
+        let residual = self.residual(&z);
         Solution {
             w: self.w(&z),
-            residual: self.residual(&z),
-            status,
+            z,
+            status: if residual.within(tolerance) {
+                Status::Solved
+            } else {
+                status
+            },
             basis: Basis {
                 z_basic: self.free().to_vec(),
             },
             iterations: 0,
-            report: Default::default(),
-            z,
+            residual,
+            report: Report::default(),
         }
     }
 }
@@ -164,7 +174,9 @@ impl Reduction {
     }
 
     /// The reduced problem in the units of the original one, so that its residual is comparable.
-    fn problem(&self, scaled: &Scaled, scaling: &Scaling) -> Lcp {
+    ///
+    /// Fails only where the elimination overflowed.
+    fn problem(&self, scaled: &Scaled, scaling: &Scaling) -> Result<Lcp, LcpError> {
         let entry = |p: usize, q: usize| self.exchange.T[(self.pairs[p].row, self.pairs[q].col)];
         let k = self.pairs.len();
         // An exchanged pair has z in the row and w in the column.
@@ -183,9 +195,8 @@ impl Reduction {
             .map(|p| rows[p].0 * self.exchange.t[self.pairs[p].row])
             .collect();
         let weights = |units: &[(f64, f64)]| units.iter().map(|unit| unit.1).collect();
-        let scaling =
-            Scaling::new(weights(&cols), weights(&rows)).expect("weights of a valid scaling");
-        Lcp::with_scaling(A, b, scaling).expect("pivots are bounded away from zero")
+        let scaling = Scaling::new(weights(&cols), weights(&rows))?;
+        Lcp::with_scaling(A, b, scaling)
     }
 
     fn reduced_basis(&self, basis: &Basis) -> Basis {

@@ -116,7 +116,7 @@ pub struct Solution {
 /// The history of a solve: one entry per attempt, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
-    /// The attempts; the last one gave the solution unless an earlier one had a smaller residual.
+    /// The attempts, of which the one with the smallest residual gave the solution; none where `z = 0` was it.
     pub attempts: Vec<Attempt>,
 }
 

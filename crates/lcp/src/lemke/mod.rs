@@ -269,8 +269,12 @@ impl Method for Lemke {
             pivots: 0,
             report: Report::default(),
         };
-        self.run(&mut search, warm);
-        search.into_solution(&self.scaled)
+        if search.residual.value == 0.0 {
+            search.status = Some(Status::Solved);
+        } else {
+            self.run(&mut search, warm);
+        }
+        search.into_solution(&self.scaled, self.settings.tolerance)
     }
 
     fn tolerance(&self) -> f64 {
@@ -301,8 +305,9 @@ impl Search<'_> {
             .any(|attempt| attempt.outcome == outcome && !regularized(attempt.start))
     }
 
-    fn into_solution(self, scaled: &Scaled) -> Solution {
+    fn into_solution(self, scaled: &Scaled, tolerance: f64) -> Solution {
         let status = match (&self.status, &self.ray) {
+            _ if self.residual.within(tolerance) => Status::Solved,
             (Some(status), _) => status.clone(),
             (None, _) if self.ended(Outcome::Complementary) => Status::Inaccurate,
             (None, Some(direction)) => {

@@ -134,13 +134,13 @@ fn elimination_agrees_with_a_quadratic_program_solved_directly() {
 
 #[test]
 fn a_warm_basis_is_passed_on() {
-    let problem = mixed(&[&[0.0, 1.0], &[1.0, 0.0]], &[-1.0, 3.0], &[true, false]);
+    let problem = mixed(&[&[2.0, 1.0], &[1.0, 1.0]], &[0.0, -1.0], &[true, false]);
     let mut lemke = Lemke::default();
     let cold = problem.solve(&mut lemke, None);
+    assert!(cold.iterations > 0, "{cold:?}");
     let warm = problem.solve(&mut lemke, Some(&cold.basis));
     assert!(
         warm.status.is_solved() && warm.iterations == 0 && warm.report.attempts.len() == 1,
         "{warm:?}"
     );
-    assert!(lemke.tolerance() > 0.0);
 }

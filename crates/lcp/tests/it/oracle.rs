@@ -1,6 +1,6 @@
 //! Lemke against the enumeration of all complementary bases on seeded random problems.
 
-use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, Method};
+use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, Method, MixedLcp};
 
 use crate::support::{Random, assert_honest, assert_proof, gram, touching_contacts};
 
@@ -171,4 +171,48 @@ fn every_semidefinite_problem_is_either_solved_or_proved_infeasible() {
             .iter()
             .for_each(|proof| assert_proof(&problem, proof, &format!("seed {seed}")));
     }
+}
+
+#[test]
+fn extreme_magnitudes_are_solved_or_admitted() {
+    let mut solved = 0;
+    for seed in 0..300 {
+        let mut random = Random(12_000 + seed);
+        let n = 1 + random.below(5);
+        let range = [3.0, 30.0, 300.0][random.below(3)];
+        let mut entry = || random.sign() * 10f64.powf(range * random.signed());
+        let A = Matrix::from_fn(n, n, |_, _| entry());
+        let b: Vec<f64> = (0..n).map(|_| entry()).collect();
+        let free = (0..n).map(|i| i % 2 == 0).collect();
+        let mixed = MixedLcp::new(A.clone(), b.clone(), free).unwrap();
+        let problem = Lcp::new(A, b).unwrap();
+        let mut lemke = Lemke::default();
+        for solution in [
+            lemke.solve(&problem, None),
+            Enumeration::default().solve(&problem, None),
+        ] {
+            assert_eq!(
+                solution.residual,
+                problem.residual(&solution.z),
+                "seed {seed}"
+            );
+            let within = solution.residual.within(lemke.tolerance());
+            assert_eq!(
+                solution.status.is_solved(),
+                within,
+                "seed {seed}: {:?}",
+                solution.status
+            );
+            solved += usize::from(within);
+        }
+        let solution = mixed.solve(&mut lemke, None);
+        let within = mixed.residual(&solution.z).within(lemke.tolerance());
+        assert_eq!(
+            solution.status.is_solved(),
+            within,
+            "seed {seed}: {:?}",
+            solution.status
+        );
+    }
+    assert!(solved > 100, "solved: {solved}");
 }
