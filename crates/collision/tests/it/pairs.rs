@@ -156,6 +156,19 @@ fn capsule_and_cylinder_lying_on_a_box_touch_at_both_ends() {
 }
 
 #[test]
+fn a_capsule_standing_on_its_end_touches_at_one_point() {
+    let rod = capsule(0.1, 0.4);
+    for (tilt, gap) in [(0.0, 0.0), (1e-12, 0.0), (1e-9, 1e-3), (1e-6, -1e-3), (1e-3, 0.0), (0.1, 1e-9), (1.0, 0.0)] {
+        let height = 0.1 + 0.4 * f64::cos(tilt) + gap;
+        let p =
+            contacts(&cuboid(2.0, 2.0, 0.5), at(0.0, 0.0, -0.5), &rod, turned(0.0, 0.0, height, DVec3::X, tilt), 2e-3);
+        assert_close(single(&p).gap, gap, 1e-12);
+        assert_near(p[0].normal, DVec3::Z, 1e-9);
+        assert_near(p[0].position, DVec3::new(0.0, 0.4 * f64::sin(tilt), 0.5 * gap), 1e-9);
+    }
+}
+
+#[test]
 fn a_cylinder_standing_flat_touches_at_eight_points_of_its_rim() {
     let can = cylinder(0.1, 0.2);
     let ring = |z: f64| {
