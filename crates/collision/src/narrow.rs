@@ -27,10 +27,8 @@ impl Narrow {
     /// Appends the contact points of two convex shapes within `margin` (m), the normal from A to B.
     pub fn convex(&mut self, a: &Placed, b: &Placed, margin: f64, out: &mut Vec<Touch>) {
         let from = out.len();
-        if let (
-            &Convex::Capsule { radius: ra, half_length: ha },
-            &Convex::Capsule { radius: rb, half_length: hb },
-        ) = (a.shape, b.shape)
+        if let (&Convex::Capsule { radius: ra, half_length: ha }, &Convex::Capsule { radius: rb, half_length: hb }) =
+            (a.shape, b.shape)
         {
             capsule::capsules((a, ra, ha), (b, rb, hb), margin, out);
             return capsule::drop_redundant(out, from, LATERAL * (a.size + b.size));

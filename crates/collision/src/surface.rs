@@ -3,7 +3,7 @@
 use glamx::glam::{DMat3, DVec3};
 
 use crate::bvh::Aabb;
-use crate::convex::{Convex, Placed, separation_along};
+use crate::convex::{Convex, Placed, bounds_of, separation_along};
 use crate::feature::Feature;
 use crate::halfspace::HalfSpace;
 use crate::manifold::Touch;
@@ -48,7 +48,13 @@ impl Surface {
         let center = a.rotation.transpose() * (b.center - a.position);
         let half = relative.abs() * half + DVec3::splat(margin);
         self.candidates.clear();
-        a.set.bvh.overlapping(&Aabb { low: center - half, high: center + half }, |i| self.candidates.push(i));
+        let near = Aabb { low: center - half, high: center + half };
+        a.set.bvh.overlapping(&near, |i| {
+            let (low, high) = bounds_of(&a.set.triangle(i).vertices);
+            if near.overlaps(&Aabb { low, high }) {
+                self.candidates.push(i);
+            }
+        });
         self.candidates.sort_unstable();
         self.found.clear();
         for &index in &self.candidates {
@@ -65,7 +71,15 @@ impl Surface {
     }
 
     /// Appends the vertices of the surface B within `margin` of the half-space A.
-    pub fn half_space(&mut self, a: &HalfSpace, b: &PlacedSet, size: f64, margin: f64, narrow: &mut Narrow, out: &mut Vec<Touch>) {
+    pub fn half_space(
+        &mut self,
+        a: &HalfSpace,
+        b: &PlacedSet,
+        size: f64,
+        margin: f64,
+        narrow: &mut Narrow,
+        out: &mut Vec<Touch>,
+    ) {
         for (i, p) in b.set.vertices.iter().enumerate() {
             a.touch_point(b.rotation * *p + b.position, Feature::VertexB(i as u32), margin, out);
         }
@@ -81,7 +95,8 @@ impl Surface {
             self.rest.clear();
             for touch in &self.found {
                 let same = touch.normal.dot(first.normal) > 1.0 - SAME_NORMAL;
-                let group = if same && (surface(touch) - level).abs() <= 1e-6 * size { &mut *out } else { &mut self.rest };
+                let group =
+                    if same && (surface(touch) - level).abs() <= 1e-6 * size { &mut *out } else { &mut self.rest };
                 group.push(*touch);
             }
             narrow.reducer.outline(out, from, margin, size);

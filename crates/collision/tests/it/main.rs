@@ -1,5 +1,6 @@
 //! Contact points against closed forms, support functions and brute force.
 
+mod allocation;
 mod pairs;
 mod random;
 mod scene;

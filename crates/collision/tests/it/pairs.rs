@@ -45,7 +45,8 @@ fn every_convex_shape_has_its_exact_height_over_a_plane() {
                 assert_eq!(p.normal, DVec3::Z);
                 let on_shape = p.position + DVec3::Z * (0.5 * p.gap);
                 assert_close(on_shape.z, p.gap, 1e-12);
-                let inside = crate::support::directions(200).all(|d| d.dot(on_shape) <= extent(&shape, &pose, d) + 1e-9);
+                let inside =
+                    crate::support::directions(200).all(|d| d.dot(on_shape) <= extent(&shape, &pose, d) + 1e-9);
                 assert!(inside, "{p:?} is not on the {}", shape.kind_name());
             }
         }
@@ -155,9 +156,24 @@ fn capsule_and_cylinder_lying_on_a_box_touch_at_both_ends() {
 }
 
 #[test]
+fn a_capsule_standing_on_its_end_touches_at_one_point() {
+    let rod = capsule(0.1, 0.4);
+    for (tilt, gap) in [(0.0, 0.0), (1e-12, 0.0), (1e-9, 1e-3), (1e-6, -1e-3), (1e-3, 0.0), (0.1, 1e-9), (1.0, 0.0)] {
+        let height = 0.1 + 0.4 * f64::cos(tilt) + gap;
+        let p =
+            contacts(&cuboid(2.0, 2.0, 0.5), at(0.0, 0.0, -0.5), &rod, turned(0.0, 0.0, height, DVec3::X, tilt), 2e-3);
+        assert_close(single(&p).gap, gap, 1e-12);
+        assert_near(p[0].normal, DVec3::Z, 1e-9);
+        assert_near(p[0].position, DVec3::new(0.0, 0.4 * f64::sin(tilt), 0.5 * gap), 1e-9);
+    }
+}
+
+#[test]
 fn a_cylinder_standing_flat_touches_at_eight_points_of_its_rim() {
     let can = cylinder(0.1, 0.2);
-    let ring = |z: f64| (0..8).map(move |k| DVec3::new(0.1 * (f64::from(k) * QUARTER).cos(), 0.1 * (f64::from(k) * QUARTER).sin(), z));
+    let ring = |z: f64| {
+        (0..8).map(move |k| DVec3::new(0.1 * (f64::from(k) * QUARTER).cos(), 0.1 * (f64::from(k) * QUARTER).sin(), z))
+    };
     let on_plane = contacts(&Geometry::Plane, Pose::IDENTITY, &can, at(0.0, 0.0, 0.2), 1e-6);
     assert_positions(&on_plane, &ring(0.0).collect::<Vec<_>>(), 1e-12);
     for other in [can.clone(), cuboid(0.5, 0.5, 0.2), cylinder(0.3, 0.2)] {

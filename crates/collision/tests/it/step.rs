@@ -26,7 +26,11 @@ fn find(model: &Model, poses: &[Pose], reach: &[Reach]) -> Vec<ContactPoint> {
 /// A wall 1 mm thick and something that flies at 300 m/s with steps of 10 ms: 3 m per step.
 #[test]
 fn what_flies_through_a_thin_wall_within_the_step_is_found() {
-    for shape in [Geometry::Sphere { radius: 0.01 }, cuboid(0.01, 0.02, 0.005), Geometry::Capsule { radius: 0.01, half_length: 0.02 }] {
+    for shape in [
+        Geometry::Sphere { radius: 0.01 },
+        cuboid(0.01, 0.02, 0.005),
+        Geometry::Capsule { radius: 0.01, half_length: 0.02 },
+    ] {
         let mut builder = ModelBuilder::new("shot");
         builder.add_geom(BodyId::WORLD, Geom::new("wall", cuboid(0.0005, 1.0, 1.0))).unwrap();
         let body = free_body(&mut builder, "bullet");
@@ -90,7 +94,11 @@ fn filters_and_friction_are_those_of_the_model() {
     builder.exclude(BodyId(1), BodyId(2));
     builder.add_pair(GeomPair { geom_a: geoms[3], geom_b: geoms[0], friction: 0.77 });
     let model = builder.build().unwrap();
-    let p = find(&model, &[Pose::IDENTITY; 5].map(|x| Pose { position: x.position + DVec3::X * 0.1, ..x }), &[Reach::default(); 5]);
+    let p = find(
+        &model,
+        &[Pose::IDENTITY; 5].map(|x| Pose { position: x.position + DVec3::X * 0.1, ..x }),
+        &[Reach::default(); 5],
+    );
     let pairs: Vec<(u32, u32)> = p.iter().map(|c| (c.geom_a.0, c.geom_b.0)).collect();
     assert_eq!(pairs, [(0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]);
     for c in &p {

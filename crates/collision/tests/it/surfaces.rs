@@ -141,8 +141,11 @@ fn a_box_mesh_and_a_box_agree_from_outside() {
     let mesh = Geometry::TriangleMesh(Arc::new(Mesh { vertices: points.vertices.clone(), triangles }));
     let solid = cuboid(0.5, 0.4, 0.3);
     let mut random = Random(23);
-    for shape in [cuboid(0.2, 0.1, 0.15), Geometry::Sphere { radius: 0.2 }, Geometry::Capsule { radius: 0.1, half_length: 0.2 }] {
-        let (mut by_mesh, mut by_box) = (Scene::new(&[mesh.clone(), shape.clone()]), Scene::new(&[solid.clone(), shape]));
+    for shape in
+        [cuboid(0.2, 0.1, 0.15), Geometry::Sphere { radius: 0.2 }, Geometry::Capsule { radius: 0.1, half_length: 0.2 }]
+    {
+        let (mut by_mesh, mut by_box) =
+            (Scene::new(&[mesh.clone(), shape.clone()]), Scene::new(&[solid.clone(), shape]));
         for _ in 0..100 {
             let ray = random.vector().normalize();
             let pose = Pose::new(ray * (0.75 + 0.15 * random.unit()), random.rotation());
