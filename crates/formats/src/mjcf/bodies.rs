@@ -175,10 +175,7 @@ fn rotational_inertia(a: &Attributes) -> Result<DMat3, FormatError> {
         }
         return Ok(DMat3::from_cols_array_2d(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]));
     }
-    match a.vec3("diaginertia")? {
-        Some(moments) => Ok(DMat3::from_diagonal(moments)),
-        None => Err(a.element().incomplete("attribute 'diaginertia' or 'fullinertia': kg m²")),
-    }
+    Ok(DMat3::from_diagonal(a.vec3("diaginertia")?.unwrap_or(DVec3::ZERO)))
 }
 
 impl OpenBody {
