@@ -44,7 +44,7 @@ struct Options {
     #[arg(long, default_value_t = 1.0)]
     stabilization: f64,
     /// What is done to the recording before it is compared
-    #[arg(long, value_enum, default_value = "cal")]
+    #[arg(long, value_enum, default_value = "raw")]
     protocol: Protocol,
     /// Friction; identified where it is not given
     #[arg(long)]
