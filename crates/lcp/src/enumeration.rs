@@ -13,15 +13,18 @@ pub struct EnumerationSettings {
 
 impl Default for EnumerationSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-10, max_pairs: 16 }
+        Self {
+            tolerance: 1e-10,
+            max_pairs: 16,
+        }
     }
 }
 
 /// Solves every complementary basis of a tiny problem: slow, simple, and therefore the oracle of the tests.
 ///
-/// It finds every basic solution whose matrix `A_SS` is regular. Where only singular bases solve the problem, an
-/// extreme point of that basis' solution set is itself the solution of a regular one, unless the free directions
-/// of the set are blocked by no sign; [`Status::NoSolution`] is a proof for nondegenerate `A` only.
+/// It finds every solution whose basis matrix `A_SS` is regular. Of a singular one it tries the point near the
+/// least-norm solution of `A_SS z_S = −b_S` only, so that [`Status::NoSolution`] is a proof where `A` has no
+/// singular principal submatrix.
 #[derive(Clone, Debug, Default)]
 pub struct Enumeration {
     settings: EnumerationSettings,
@@ -37,9 +40,16 @@ impl Enumeration {
         check_tolerance(settings.tolerance)?;
         if settings.max_pairs > 24 {
             let value = settings.max_pairs as f64;
-            return Err(LcpError::Setting { setting: "max_pairs", value, range: "at most 24" });
+            return Err(LcpError::Setting {
+                setting: "max_pairs",
+                value,
+                range: "at most 24",
+            });
         }
-        Ok(Self { settings, polish: Polish::default() })
+        Ok(Self {
+            settings,
+            polish: Polish::default(),
+        })
     }
 
     /// All basic solutions, each once, in the order of the bases read as binary numbers.
@@ -51,7 +61,9 @@ impl Enumeration {
             if let Some(solution) = self.solve_basis(problem, code) {
                 let scale = problem.scaling().z();
                 let distance = |other: &Solution| {
-                    (0..problem.len()).fold(0.0f64, |max, i| max.max(scale[i] * (other.z[i] - solution.z[i]).abs()))
+                    (0..problem.len()).fold(0.0f64, |max, i| {
+                        max.max(scale[i] * (other.z[i] - solution.z[i]).abs())
+                    })
                 };
                 let size = problem.b().iter().fold(0.0f64, |max, b| max.max(b.abs()));
                 if found.iter().all(|other| distance(other) > 1e-8 * size) {
@@ -63,15 +75,28 @@ impl Enumeration {
     }
 
     fn codes(&self, problem: &Lcp) -> std::ops::Range<u32> {
-        if problem.len() > self.settings.max_pairs { 0..0 } else { 0..1 << problem.len() }
+        if problem.len() > self.settings.max_pairs {
+            0..0
+        } else {
+            0..1 << problem.len()
+        }
     }
 
     fn solve_basis(&mut self, problem: &Lcp, code: u32) -> Option<Solution> {
         let n = problem.len();
-        let basis = Basis { z_basic: (0..n).map(|i| code >> i & 1 == 1).collect() };
+        let basis = Basis {
+            z_basic: (0..n).map(|i| code >> i & 1 == 1).collect(),
+        };
         let mut z = vec![0.0; n];
         let active = basis.active();
-        if !self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z) {
+        if !self.polish.solve_active(
+            problem.A(),
+            problem.b(),
+            problem.scaling(),
+            &active,
+            &active,
+            &mut z,
+        ) {
             return None;
         }
         z.iter_mut().for_each(|z| *z = z.max(0.0));
@@ -94,12 +119,17 @@ impl Method for Enumeration {
         let n = problem.len();
         let codes = self.codes(problem);
         let tried = codes.len();
-        if let Some(solution) = codes.into_iter().find_map(|code| self.solve_basis(problem, code)) {
+        if let Some(solution) = codes
+            .into_iter()
+            .find_map(|code| self.solve_basis(problem, code))
+        {
             return solution;
         }
         let z = vec![0.0; n];
         let status = match tried {
-            0 => Status::TooLarge { limit: self.settings.max_pairs },
+            0 => Status::TooLarge {
+                limit: self.settings.max_pairs,
+            },
             _ => Status::NoSolution,
         };
         Solution {
@@ -126,5 +156,7 @@ fn report(bases: usize, residual: Option<f64>) -> Report {
         factorizations: bases,
         residual,
     };
-    Report { attempts: vec![attempt] }
+    Report {
+        attempts: vec![attempt],
+    }
 }

@@ -1,7 +1,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution};
+use crate::{
+    Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution,
+};
 
 /// A method for linear complementarity problems.
 ///
@@ -28,7 +30,10 @@ pub enum MethodKind {
 impl MethodKind {
     /// Every method with its default settings.
     pub fn all() -> Vec<Self> {
-        vec![Self::Lemke(LemkeSettings::default()), Self::Enumeration(EnumerationSettings::default())]
+        vec![
+            Self::Lemke(LemkeSettings::default()),
+            Self::Enumeration(EnumerationSettings::default()),
+        ]
     }
 
     /// The method, ready to solve.
@@ -57,10 +62,13 @@ impl FromStr for MethodKind {
 
     /// The method of this name with its default settings.
     fn from_str(name: &str) -> Result<Self, LcpError> {
-        Self::all().into_iter().find(|kind| kind.to_string() == name).ok_or_else(|| LcpError::UnknownMethod {
-            name: name.to_owned(),
-            known: "lemke, enumeration",
-        })
+        Self::all()
+            .into_iter()
+            .find(|kind| kind.to_string() == name)
+            .ok_or_else(|| LcpError::UnknownMethod {
+                name: name.to_owned(),
+                known: "lemke, enumeration",
+            })
     }
 }
 
@@ -68,5 +76,9 @@ pub(crate) fn check_tolerance(value: f64) -> Result<(), LcpError> {
     if value > 0.0 && value < 1.0 {
         return Ok(());
     }
-    Err(LcpError::Setting { setting: "tolerance", value, range: "between 0 and 1, both excluded" })
+    Err(LcpError::Setting {
+        setting: "tolerance",
+        value,
+        range: "between 0 and 1, both excluded",
+    })
 }

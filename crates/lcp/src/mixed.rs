@@ -63,7 +63,9 @@ impl MixedLcp {
             Err(status) => return self.unsolved(status),
         };
         let reduced = reduction.problem(&scaled, self.scaling());
-        let warm = warm.filter(|warm| warm.z_basic.len() == self.len()).map(|warm| reduction.reduced_basis(warm));
+        let warm = warm
+            .filter(|warm| warm.z_basic.len() == self.len())
+            .map(|warm| reduction.reduced_basis(warm));
         let inner = method.solve(&reduced, warm.as_ref());
         reduction.lift(self, &scaled, inner, method.tolerance())
     }
@@ -74,7 +76,9 @@ impl MixedLcp {
             w: self.w(&z),
             residual: self.residual(&z),
             status,
-            basis: Basis { z_basic: self.free().to_vec() },
+            basis: Basis {
+                z_basic: self.free().to_vec(),
+            },
             iterations: 0,
             report: Default::default(),
             z,
@@ -106,7 +110,11 @@ impl Exchange {
     }
 
     /// The largest of `size` over the pairs of two index sets, where it exceeds the smallest pivot allowed.
-    fn largest(rows: &[usize], cols: &[usize], size: impl Fn(usize, usize) -> f64) -> Option<(usize, usize)> {
+    fn largest(
+        rows: &[usize],
+        cols: &[usize],
+        size: impl Fn(usize, usize) -> f64,
+    ) -> Option<(usize, usize)> {
         let mut best = (SMALLEST_PIVOT, None);
         for (r, &i) in rows.iter().enumerate() {
             for (c, &j) in cols.iter().enumerate() {
@@ -132,7 +140,12 @@ impl Reduction {
         let mut cols = rows.clone();
         let mut pairs: Vec<Pair> = (0..n)
             .filter(|&i| !problem.free()[i])
-            .map(|i| Pair { index: i, row: i, col: i, exchanged: false })
+            .map(|i| Pair {
+                index: i,
+                row: i,
+                col: i,
+                exchanged: false,
+            })
             .collect();
         loop {
             if let Some((r, c)) = Exchange::largest(&rows, &cols, |i, j| exchange.T[(i, j)].abs()) {
@@ -142,7 +155,12 @@ impl Reduction {
             }
         }
         let redundant = exchange.redundant_rows(&rows, &pairs)?;
-        Ok(Self { exchange, pairs, idle: cols, redundant })
+        Ok(Self {
+            exchange,
+            pairs,
+            idle: cols,
+            redundant,
+        })
     }
 
     /// The reduced problem in the units of the original one, so that its residual is comparable.
@@ -152,36 +170,58 @@ impl Reduction {
         // An exchanged pair has z in the row and w in the column.
         let unit = |pair: &Pair, of_row: bool| {
             let i = pair.index;
-            if pair.exchanged == of_row { (scaled.unscaled_z(i, 1.0), scaling.z()[i]) } else { (scaled.unscaled_w(i, 1.0), scaling.w()[i]) }
+            if pair.exchanged == of_row {
+                (scaled.unscaled_z(i, 1.0), scaling.z()[i])
+            } else {
+                (scaled.unscaled_w(i, 1.0), scaling.w()[i])
+            }
         };
         let rows: Vec<(f64, f64)> = self.pairs.iter().map(|pair| unit(pair, true)).collect();
         let cols: Vec<(f64, f64)> = self.pairs.iter().map(|pair| unit(pair, false)).collect();
         let A = Matrix::from_fn(k, k, |p, q| rows[p].0 * entry(p, q) / cols[q].0);
-        let b = (0..k).map(|p| rows[p].0 * self.exchange.t[self.pairs[p].row]).collect();
+        let b = (0..k)
+            .map(|p| rows[p].0 * self.exchange.t[self.pairs[p].row])
+            .collect();
         let weights = |units: &[(f64, f64)]| units.iter().map(|unit| unit.1).collect();
-        let scaling = Scaling::new(weights(&cols), weights(&rows)).expect("weights of a valid scaling");
+        let scaling =
+            Scaling::new(weights(&cols), weights(&rows)).expect("weights of a valid scaling");
         Lcp::with_scaling(A, b, scaling).expect("pivots are bounded away from zero")
     }
 
     fn reduced_basis(&self, basis: &Basis) -> Basis {
-        Basis { z_basic: self.pairs.iter().map(|pair| basis.z_basic[pair.index] != pair.exchanged).collect() }
+        Basis {
+            z_basic: self
+                .pairs
+                .iter()
+                .map(|pair| basis.z_basic[pair.index] != pair.exchanged)
+                .collect(),
+        }
     }
 }
 
 /// Pivots on a 2×2 block through the pair that makes it most regular; false when there is none.
-fn join_through_pair(exchange: &mut Exchange, rows: &mut Vec<usize>, cols: &mut Vec<usize>, pairs: &mut [Pair]) -> bool {
+fn join_through_pair(
+    exchange: &mut Exchange,
+    rows: &mut Vec<usize>,
+    cols: &mut Vec<usize>,
+    pairs: &mut [Pair],
+) -> bool {
     let mut best: (f64, Option<(usize, usize, usize)>) = (SMALLEST_PIVOT, None);
     for (p, pair) in pairs.iter().enumerate().filter(|(_, pair)| !pair.exchanged) {
         let along = Exchange::largest(rows, &[pair.col], |i, j| exchange.T[(i, j)].abs());
         let across = Exchange::largest(&[pair.row], cols, |i, j| exchange.T[(i, j)].abs());
         if let (Some((r, _)), Some((_, c))) = (along, across) {
-            let size = exchange.T[(rows[r], pair.col)].abs().min(exchange.T[(pair.row, cols[c])].abs());
+            let size = exchange.T[(rows[r], pair.col)]
+                .abs()
+                .min(exchange.T[(pair.row, cols[c])].abs());
             if size > best.0 {
                 best = (size, Some((p, r, c)));
             }
         }
     }
-    let Some((p, r, c)) = best.1 else { return false };
+    let Some((p, r, c)) = best.1 else {
+        return false;
+    };
     let pair = &mut pairs[p];
     let (row, col) = (rows.swap_remove(r), cols.swap_remove(c));
     exchange.pivot(row, pair.col);
@@ -194,7 +234,10 @@ impl Exchange {
     /// The free rows left over, which must read 0 = 0.
     fn redundant_rows(&self, rows: &[usize], pairs: &[Pair]) -> Result<Vec<usize>, Status> {
         for &i in rows {
-            if pairs.iter().any(|pair| self.T[(i, pair.col)].abs() > SMALLEST_PIVOT) {
+            if pairs
+                .iter()
+                .any(|pair| self.T[(i, pair.col)].abs() > SMALLEST_PIVOT)
+            {
                 return Err(Status::Singular);
             }
             if self.t[i].abs() > CONSISTENT {
@@ -207,20 +250,37 @@ impl Exchange {
 
 impl Reduction {
     /// The solution of the whole problem from that of the reduced one.
-    fn lift(&self, problem: &MixedLcp, scaled: &Scaled, inner: Solution, tolerance: f64) -> Solution {
+    fn lift(
+        &self,
+        problem: &MixedLcp,
+        scaled: &Scaled,
+        inner: Solution,
+        tolerance: f64,
+    ) -> Solution {
         let n = problem.len();
-        let mut basis = Basis { z_basic: problem.free().to_vec() };
+        let mut basis = Basis {
+            z_basic: problem.free().to_vec(),
+        };
         for (pair, z_basic) in self.pairs.iter().zip(&inner.basis.z_basic) {
             basis.z_basic[pair.index] = z_basic != &pair.exchanged;
         }
         let (mut z, _) = self.point(scaled, &inner.z, &inner.w, 1.0);
         let mut residual = problem.residual(&z);
         let without = |left_out: &[usize]| -> Vec<usize> {
-            (0..n).filter(|i| basis.z_basic[*i] && !left_out.contains(i)).collect()
+            (0..n)
+                .filter(|i| basis.z_basic[*i] && !left_out.contains(i))
+                .collect()
         };
         let (rows, cols) = (without(&self.redundant), without(&self.idle));
         let mut polished = vec![0.0; n];
-        if Polish::default().solve_active(problem.A(), problem.b(), problem.scaling(), &rows, &cols, &mut polished) {
+        if Polish::default().solve_active(
+            problem.A(),
+            problem.b(),
+            problem.scaling(),
+            &rows,
+            &cols,
+            &mut polished,
+        ) {
             let clamp = |(z, &free): (&mut f64, &bool)| *z = if free { *z } else { z.max(0.0) };
             polished.iter_mut().zip(problem.free()).for_each(clamp);
             let polished_residual = problem.residual(&polished);
@@ -232,15 +292,31 @@ impl Reduction {
             _ if residual.within(tolerance) => Status::Solved,
             Status::Solved => Status::Inaccurate,
             Status::Ray(ray) => Status::Ray(self.lift_ray(scaled, &ray)),
-            Status::Infeasible(farkas) => Status::Infeasible(self.lift_certificate(scaled, &farkas)),
+            Status::Infeasible(farkas) => {
+                Status::Infeasible(self.lift_certificate(scaled, &farkas))
+            }
             other => other,
         };
         let (iterations, report) = (inner.iterations, inner.report);
-        Solution { w: problem.w(&z), z, status, basis, iterations, residual, report }
+        Solution {
+            w: problem.w(&z),
+            z,
+            status,
+            basis,
+            iterations,
+            residual,
+            report,
+        }
     }
 
     /// All `z` and `w` from those of the reduced problem; `constant` is 1 for a point and 0 for a direction.
-    fn point(&self, scaled: &Scaled, reduced_z: &[f64], reduced_w: &[f64], constant: f64) -> (Vec<f64>, Vec<f64>) {
+    fn point(
+        &self,
+        scaled: &Scaled,
+        reduced_z: &[f64],
+        reduced_w: &[f64],
+        constant: f64,
+    ) -> (Vec<f64>, Vec<f64>) {
         let n = self.exchange.t.len();
         let (mut z, mut w) = (vec![0.0; n], vec![0.0; n]);
         let mut values = vec![0.0; n];
@@ -248,15 +324,27 @@ impl Reduction {
             let i = pair.index;
             let (z_i, w_i) = if pair.exchanged { (y, x) } else { (x, y) };
             (z[i], w[i]) = (z_i, w_i);
-            let unit = if pair.exchanged { scaled.unscaled_w(i, 1.0) } else { scaled.unscaled_z(i, 1.0) };
+            let unit = if pair.exchanged {
+                scaled.unscaled_w(i, 1.0)
+            } else {
+                scaled.unscaled_z(i, 1.0)
+            };
             values[pair.col] = x / unit;
         }
         for row in 0..n {
             let variable = self.exchange.basic[row];
             let free = variable >= n && self.pairs.iter().all(|pair| pair.row != row);
             if free {
-                let sum: f64 = self.exchange.T.row(row).iter().zip(&values).map(|(t, x)| t * x).sum();
-                z[variable - n] = scaled.unscaled_z(variable - n, sum + constant * self.exchange.t[row]);
+                let sum: f64 = self
+                    .exchange
+                    .T
+                    .row(row)
+                    .iter()
+                    .zip(&values)
+                    .map(|(t, x)| t * x)
+                    .sum();
+                z[variable - n] =
+                    scaled.unscaled_z(variable - n, sum + constant * self.exchange.t[row]);
             }
         }
         (z, w)
@@ -265,7 +353,12 @@ impl Reduction {
     fn lift_ray(&self, scaled: &Scaled, ray: &Ray) -> Ray {
         let (z, w) = self.point(scaled, &ray.z, &ray.w, 0.0);
         let support = (0..z.len()).filter(|&i| z[i] != 0.0).collect();
-        Ray { z, w, z0: ray.z0, support }
+        Ray {
+            z,
+            w,
+            z0: ray.z0,
+            support,
+        }
     }
 
     /// Multipliers of all rows: with `y` for the reduced rows, those of the variables in the columns are `−Tᵀy`.
@@ -275,7 +368,11 @@ impl Reduction {
         let mut in_columns = vec![0.0; n];
         for (pair, &multiplier) in self.pairs.iter().zip(&farkas.y) {
             let i = pair.index;
-            let unit = if pair.exchanged { scaled.unscaled_z(i, 1.0) } else { scaled.unscaled_w(i, 1.0) };
+            let unit = if pair.exchanged {
+                scaled.unscaled_z(i, 1.0)
+            } else {
+                scaled.unscaled_w(i, 1.0)
+            };
             if !pair.exchanged {
                 y[i] = multiplier;
             }

@@ -10,17 +10,23 @@ pub struct Basis {
 impl Basis {
     /// The basis of all `w`, in which Lemke's method starts: `z = 0`.
     pub fn slack(n: usize) -> Self {
-        Self { z_basic: vec![false; n] }
+        Self {
+            z_basic: vec![false; n],
+        }
     }
 
     /// The basis with `z_i` basic where it exceeds `w_i`, both in one unit.
     pub fn from_signs(z: &[f64], w: &[f64]) -> Self {
-        Self { z_basic: z.iter().zip(w).map(|(z, w)| z > w).collect() }
+        Self {
+            z_basic: z.iter().zip(w).map(|(z, w)| z > w).collect(),
+        }
     }
 
     /// Indices of the basic `z`.
     pub fn active(&self) -> Vec<usize> {
-        (0..self.z_basic.len()).filter(|&i| self.z_basic[i]).collect()
+        (0..self.z_basic.len())
+            .filter(|&i| self.z_basic[i])
+            .collect()
     }
 }
 
@@ -137,8 +143,8 @@ pub enum Start {
     Warm,
     /// Pivots from an advanced basis (the caller's, or one found before).
     Advanced,
-    /// Pivots from `z = 0` with the covering vector of this number: 0 is the vector of ones, the others are
-    /// drawn from [1, 2] with a seed.
+    /// Pivots from `z = 0` with the covering vector of this number: 0 is the vector of ones; the others are drawn
+    /// with a seed from [1, 2], times 1, 8 or 1/8 by turns in rows without a diagonal.
     Cold {
         /// Number of the covering vector.
         covering: u32,

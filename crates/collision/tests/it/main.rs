@@ -4,4 +4,6 @@ mod pairs;
 mod random;
 mod scene;
 mod stacking;
+mod step;
 mod support;
+mod surfaces;

@@ -51,6 +51,11 @@ pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, String> {
     Ok(mesh)
 }
 
+/// Whether the extension of a file is that of a mesh format that can be read.
+pub(crate) fn is_supported(path: &Path) -> bool {
+    MeshFormat::of(path).is_some()
+}
+
 /// Reads a mesh file; its extension says which format it is.
 pub(crate) fn load(path: &Path) -> Result<Mesh, String> {
     let format = MeshFormat::of(path).ok_or("unknown mesh format: convert it to STL or OBJ")?;

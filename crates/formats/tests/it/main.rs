@@ -3,3 +3,5 @@
 mod mjcf_errors;
 mod mjcf_reference;
 mod report;
+mod robots;
+mod urdf;

@@ -20,6 +20,7 @@ pub(super) struct FactoredBasis {
     etas: Vec<f64>,
     eta_positions: Vec<usize>,
     core_rhs: Vec<f64>,
+    w_basic: Vec<bool>,
     sums: Vec<DoubleSum>,
 }
 
@@ -30,7 +31,8 @@ impl FactoredBasis {
         self.d.clear();
         self.d.resize(n, 0.0);
         self.head.clear();
-        self.head.extend((0..n).map(|i| if z_basic[i] { n + i } else { i }));
+        self.head
+            .extend((0..n).map(|i| if z_basic[i] { n + i } else { i }));
     }
 
     pub(super) fn updates(&self) -> usize {
@@ -43,11 +45,17 @@ impl FactoredBasis {
         self.etas.clear();
         self.eta_positions.clear();
         self.core_cols.clear();
-        self.core_cols.extend(self.head.iter().copied().filter(|&v| v >= n));
-        self.core_cols.sort_unstable_by_key(|&v| if v == 2 * n { n } else { problem.rank(v - n) });
+        self.core_cols
+            .extend(self.head.iter().copied().filter(|&v| v >= n));
+        self.core_cols
+            .sort_unstable_by_key(|&v| if v == 2 * n { n } else { problem.rank(v - n) });
         self.core_rows.clear();
-        let mut w_basic = vec![false; n];
-        self.head.iter().filter(|&&v| v < n).for_each(|&v| w_basic[v] = true);
+        self.w_basic.clear();
+        self.w_basic.resize(n, false);
+        for &v in self.head.iter().filter(|&&v| v < n) {
+            self.w_basic[v] = true;
+        }
+        let w_basic = &self.w_basic;
         self.core_rows.extend((0..n).filter(|&i| !w_basic[i]));
         self.core_rows.sort_unstable_by_key(|&i| problem.rank(i));
         for i in 0..n {
@@ -57,7 +65,11 @@ impl FactoredBasis {
         let data = self.core.start(k);
         for (c, &variable) in self.core_cols.iter().enumerate() {
             self.head[self.core_rows[c]] = variable;
-            let column = if variable == 2 * n { &self.d[..] } else { problem.column(variable - n) };
+            let column = if variable == 2 * n {
+                &self.d[..]
+            } else {
+                problem.column(variable - n)
+            };
             for (r, &i) in self.core_rows.iter().enumerate() {
                 data[r * k + c] = -column[i];
             }
@@ -80,7 +92,11 @@ impl FactoredBasis {
         for (&i, &x) in self.core_rows.iter().zip(&self.core_rhs) {
             v[i] = x;
         }
-        for (eta, &position) in self.etas.chunks_exact(self.n.max(1)).zip(&self.eta_positions) {
+        for (eta, &position) in self
+            .etas
+            .chunks_exact(self.n.max(1))
+            .zip(&self.eta_positions)
+        {
             if v[position] != 0.0 {
                 let x = v[position] / eta[position];
                 add_scaled(v, -x, eta);
@@ -105,7 +121,11 @@ impl FactoredBasis {
             out.fill(0.0);
             out[variable] = 1.0;
         } else {
-            let column = if variable == 2 * n { &self.d[..] } else { problem.column(variable - n) };
+            let column = if variable == 2 * n {
+                &self.d[..]
+            } else {
+                problem.column(variable - n)
+            };
             out.iter_mut().zip(column).for_each(|(out, x)| *out = -x);
         }
     }
@@ -131,7 +151,13 @@ impl FactoredBasis {
     }
 
     /// `out ← rhs − B x`, accumulated in doubled precision.
-    pub(super) fn residual_into(&mut self, problem: &Scaled, rhs: &[f64], x: &[f64], out: &mut [f64]) {
+    pub(super) fn residual_into(
+        &mut self,
+        problem: &Scaled,
+        rhs: &[f64],
+        x: &[f64],
+        out: &mut [f64],
+    ) {
         let n = self.n;
         self.sums.clear();
         self.sums.extend(rhs.iter().map(|&r| DoubleSum::new(r)));
@@ -139,7 +165,10 @@ impl FactoredBasis {
             if variable < n {
                 self.sums[variable].add_product(-1.0, x);
             } else if variable == 2 * n {
-                self.sums.iter_mut().zip(&self.d).for_each(|(sum, &d)| sum.add_product(d, x));
+                self.sums
+                    .iter_mut()
+                    .zip(&self.d)
+                    .for_each(|(sum, &d)| sum.add_product(d, x));
             } else if x != 0.0 {
                 let sums = &mut self.sums;
                 problem.for_each_in_column(variable - n, |i, a| sums[i].add_product(a, x));

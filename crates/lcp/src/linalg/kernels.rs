@@ -34,7 +34,8 @@ pub(super) fn subtract_four(y: &mut [f64], factors: [f64; 4], rows: [&[f64]; 4])
     let n = y.len();
     let [r0, r1, r2, r3] = rows.map(|r| &r[..n]);
     for j in 0..n {
-        y[j] -= (factors[0] * r0[j] + factors[1] * r1[j]) + (factors[2] * r2[j] + factors[3] * r3[j]);
+        y[j] -=
+            (factors[0] * r0[j] + factors[1] * r1[j]) + (factors[2] * r2[j] + factors[3] * r3[j]);
     }
 }
 
@@ -57,7 +58,10 @@ pub(crate) struct DoubleSum {
 
 impl DoubleSum {
     pub(crate) fn new(value: f64) -> Self {
-        Self { high: value, low: 0.0 }
+        Self {
+            high: value,
+            low: 0.0,
+        }
     }
 
     pub(crate) fn add_product(&mut self, a: f64, b: f64) {

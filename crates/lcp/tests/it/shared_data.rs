@@ -3,7 +3,7 @@
 use signorini_lcp::{Lemke, LemkeSettings, Method, Solution, Status};
 
 use crate::contact_data::{files, folder, lcps, mixed};
-use crate::support::assert_honest;
+use crate::support::{assert_honest, assert_proof};
 
 /// Larger ones are for the example that prints the whole table.
 const MAX_PAIRS: usize = 700;
@@ -19,25 +19,57 @@ fn expect(name: &str, expected: &str, solution: &Solution) {
         _ => solution.status.is_solved() || ray,
     };
     let excused = NOT_FOR_LEMKE.contains(&name) && ray;
-    assert!(as_expected || excused, "{name} ({expected}): {:?}, residual {:e}", solution.status, solution.residual.value);
+    assert!(
+        as_expected || excused,
+        "{name} ({expected}): {:?}, residual {:e}",
+        solution.status,
+        solution.residual.value
+    );
 }
 
 #[test]
 fn all_problems_with_a_solution_are_solved() {
     let Some(folder) = folder() else { return };
-    let mut lemke = Lemke::new(LemkeSettings { tolerance: 1e-8, ..LemkeSettings::default() }).unwrap();
+    let mut lemke = Lemke::new(LemkeSettings {
+        tolerance: 1e-8,
+        ..LemkeSettings::default()
+    })
+    .unwrap();
     let mut count = 0;
-    for path in files(&folder).iter().chain(&files(&folder.join("synthetic"))) {
+    for path in files(&folder)
+        .iter()
+        .chain(&files(&folder.join("synthetic")))
+    {
         for named in lcps(path, MAX_PAIRS) {
             let solution = lemke.solve(&named.problem, None);
             assert_honest(&named.problem, &solution, lemke.tolerance(), &named.name);
             expect(&named.name, &named.expected, &solution);
+            if matches!(solution.status, Status::Ray(_)) {
+                // Squeezed: provably infeasible. Jammed, or a game: only complementarity cannot be met.
+                let proof = named.problem.infeasibility(&mut lemke);
+                assert_eq!(
+                    proof.is_some(),
+                    named.expected == "infeasible",
+                    "{}",
+                    named.name
+                );
+                proof
+                    .iter()
+                    .for_each(|proof| assert_proof(&named.problem, proof, &named.name));
+            }
             count += 1;
         }
         if let Some(named) = mixed(path) {
             let solution = named.problem.solve(&mut lemke, None);
             expect(&named.name, &named.expected, &solution);
-            assert!(named.problem.residual(&solution.z).within(lemke.tolerance()), "{}", named.name);
+            assert!(
+                named
+                    .problem
+                    .residual(&solution.z)
+                    .within(lemke.tolerance()),
+                "{}",
+                named.name
+            );
             count += 1;
         }
     }

@@ -189,7 +189,17 @@ fn long_runs_are_thinned_without_hiding_a_bad_step() {
 
 #[test]
 fn the_file_stays_below_the_size_asked_for() {
-    let recording = recording((0..600).map(|step| frame(step, 40)));
+    let noise = |k: u64| (k.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11) as f64;
+    let noisy = |step: u64| {
+        let mut frame = frame(step, 40);
+        for (k, contact) in (0..).zip(&mut frame.contacts) {
+            contact.point = [0, 1, 2].map(|axis| noise(step * 200 + k * 4 + axis));
+            contact.normal = contact.point.map(f64::sqrt);
+            contact.lambda_n = noise(step * 200 + k * 4 + 3);
+        }
+        frame
+    };
+    let recording = recording((0..600).map(noisy));
     let empty = page(&recording_without_frames(), &ReportSettings::default())
         .html
         .len();
@@ -241,9 +251,15 @@ fn frame_by_frame_is_the_same_as_at_once() {
     let mut streamed = Vec::new();
     builder.write(&mut streamed, recording.ending()).unwrap();
     assert_eq!(streamed, at_once);
+}
+
+#[test]
+fn a_killed_run_is_called_so() {
+    let builder = ReportBuilder::new(samples::header(), ReportSettings::default()).unwrap();
+    let mut html = Vec::new();
     builder
-        .write(&mut streamed, &Ending::Interrupted { leftover: 0 })
+        .write(&mut html, &Ending::Interrupted { leftover: 0 })
         .unwrap();
-    let unfinished = Page::parse(streamed.split_off(at_once.len()));
+    let unfinished = Page::parse(html);
     assert_eq!(unfinished.about["ending"], Value::Null);
 }
