@@ -13,10 +13,7 @@ pub struct EnumerationSettings {
 
 impl Default for EnumerationSettings {
     fn default() -> Self {
-        Self {
-            tolerance: 1e-10,
-            max_pairs: 16,
-        }
+        Self { tolerance: 1e-10, max_pairs: 16 }
     }
 }
 
@@ -40,16 +37,9 @@ impl Enumeration {
         check_tolerance(settings.tolerance)?;
         if settings.max_pairs > 24 {
             let value = settings.max_pairs as f64;
-            return Err(LcpError::Setting {
-                setting: "max_pairs",
-                value,
-                range: "at most 24",
-            });
+            return Err(LcpError::Setting { setting: "max_pairs", value, range: "at most 24" });
         }
-        Ok(Self {
-            settings,
-            polish: Polish::default(),
-        })
+        Ok(Self { settings, polish: Polish::default() })
     }
 
     /// All basic solutions, each once, in the order of the bases read as binary numbers.
@@ -61,9 +51,7 @@ impl Enumeration {
             if let Some(solution) = self.solve_basis(problem, code) {
                 let scale = problem.scaling().z();
                 let distance = |other: &Solution| {
-                    (0..problem.len()).fold(0.0f64, |max, i| {
-                        max.max(scale[i] * (other.z[i] - solution.z[i]).abs())
-                    })
+                    (0..problem.len()).fold(0.0f64, |max, i| max.max(scale[i] * (other.z[i] - solution.z[i]).abs()))
                 };
                 let size = problem.b().iter().fold(0.0f64, |max, b| max.max(b.abs()));
                 if found.iter().all(|other| distance(other) > 1e-8 * size) {
@@ -75,28 +63,15 @@ impl Enumeration {
     }
 
     fn codes(&self, problem: &Lcp) -> std::ops::Range<u32> {
-        if problem.len() > self.settings.max_pairs {
-            0..0
-        } else {
-            0..1 << problem.len()
-        }
+        if problem.len() > self.settings.max_pairs { 0..0 } else { 0..1 << problem.len() }
     }
 
     fn solve_basis(&mut self, problem: &Lcp, code: u32) -> Option<Solution> {
         let n = problem.len();
-        let basis = Basis {
-            z_basic: (0..n).map(|i| code >> i & 1 == 1).collect(),
-        };
+        let basis = Basis { z_basic: (0..n).map(|i| code >> i & 1 == 1).collect() };
         let mut z = vec![0.0; n];
         let active = basis.active();
-        if !self.polish.solve_active(
-            problem.A(),
-            problem.b(),
-            problem.scaling(),
-            &active,
-            &active,
-            &mut z,
-        ) {
+        if !self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z) {
             return None;
         }
         z.iter_mut().for_each(|z| *z = z.max(0.0));
@@ -119,17 +94,12 @@ impl Method for Enumeration {
         let n = problem.len();
         let codes = self.codes(problem);
         let tried = codes.len();
-        if let Some(solution) = codes
-            .into_iter()
-            .find_map(|code| self.solve_basis(problem, code))
-        {
+        if let Some(solution) = codes.into_iter().find_map(|code| self.solve_basis(problem, code)) {
             return solution;
         }
         let z = vec![0.0; n];
         let status = match tried {
-            0 => Status::TooLarge {
-                limit: self.settings.max_pairs,
-            },
+            0 => Status::TooLarge { limit: self.settings.max_pairs },
             _ => Status::NoSolution,
         };
         Solution {
@@ -156,7 +126,5 @@ fn report(bases: usize, residual: Option<f64>) -> Report {
         factorizations: bases,
         residual,
     };
-    Report {
-        attempts: vec![attempt],
-    }
+    Report { attempts: vec![attempt] }
 }

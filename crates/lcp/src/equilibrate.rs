@@ -38,8 +38,7 @@ impl Scaled {
         }
         self.pattern.load(n, &self.columns);
         self.b.clear();
-        self.b
-            .extend(b.iter().zip(&self.row_scale).map(|(b, r)| r * b));
+        self.b.extend(b.iter().zip(&self.row_scale).map(|(b, r)| r * b));
         self.b_scale = power_of_two(self.b.iter().fold(0.0, |max, b| max.max(b.abs())));
         let b_scale = self.b_scale;
         self.b.iter_mut().for_each(|b| *b /= b_scale);
@@ -54,9 +53,7 @@ impl Scaled {
     pub(crate) fn add_column(&self, j: usize, factor: f64, out: &mut [f64]) {
         let column = self.column(j);
         match self.pattern.rows(j) {
-            Some(rows) => rows
-                .iter()
-                .for_each(|&i| out[i as usize] += factor * column[i as usize]),
+            Some(rows) => rows.iter().for_each(|&i| out[i as usize] += factor * column[i as usize]),
             None => add_scaled(out, factor, column),
         }
     }
@@ -65,9 +62,7 @@ impl Scaled {
     pub(crate) fn for_each_in_column(&self, j: usize, mut visit: impl FnMut(usize, f64)) {
         let column = self.column(j);
         match self.pattern.rows(j) {
-            Some(rows) => rows
-                .iter()
-                .for_each(|&i| visit(i as usize, column[i as usize])),
+            Some(rows) => rows.iter().for_each(|&i| visit(i as usize, column[i as usize])),
             None => column.iter().enumerate().for_each(|(i, &a)| visit(i, a)),
         }
     }
@@ -105,18 +100,13 @@ impl Scaled {
         let n = self.n;
         let (s, t) = (scaling.z(), scaling.w());
         let in_one_unit = |i: usize, j: usize| (t[i] / s[j] * A[(i, j)]).abs();
-        let largest = (0..n)
-            .flat_map(|i| (0..n).map(move |j| (i, j)))
-            .fold(0.0f64, |max, (i, j)| max.max(in_one_unit(i, j)));
+        let largest =
+            (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).fold(0.0f64, |max, (i, j)| max.max(in_one_unit(i, j)));
         self.row_scale.clear();
         self.col_scale.clear();
         for i in 0..n {
             let diagonal = in_one_unit(i, i);
-            let root = if diagonal > 1e-12 * largest {
-                diagonal.sqrt()
-            } else {
-                0.0
-            };
+            let root = if diagonal > 1e-12 * largest { diagonal.sqrt() } else { 0.0 };
             self.row_scale.push(root);
             self.col_scale.push(root);
         }
@@ -140,10 +130,7 @@ impl Scaled {
             self.row_scale[i] = invert(self.row_scale[i]);
             self.col_scale[i] = invert(self.col_scale[i]);
         }
-        for i in (0..n)
-            .filter(|&i| self.row_scale[i] == 0.0)
-            .collect::<Vec<_>>()
-        {
+        for i in (0..n).filter(|&i| self.row_scale[i] == 0.0).collect::<Vec<_>>() {
             let row = (0..n).fold(0.0f64, |max, j| max.max(entry(i, j) * self.col_scale[j]));
             let col = (0..n).fold(0.0f64, |max, j| max.max(entry(j, i) * self.row_scale[j]));
             // Written negative first: later rows must not see the scales of earlier ones.
@@ -198,8 +185,7 @@ impl Pattern {
         }
         self.starts.push(0);
         for column in columns.chunks_exact(n) {
-            self.rows
-                .extend((0..n).filter(|&i| column[i] != 0.0).map(|i| i as u32));
+            self.rows.extend((0..n).filter(|&i| column[i] != 0.0).map(|i| i as u32));
             self.starts.push(self.rows.len());
         }
         self.order(n);

@@ -13,9 +13,7 @@ pub enum LcpError {
         found: usize,
     },
     /// `A` must be square.
-    #[error(
-        "A has {rows} rows and {cols} columns: a complementarity problem needs a square matrix"
-    )]
+    #[error("A has {rows} rows and {cols} columns: a complementarity problem needs a square matrix")]
     NotSquare {
         /// Rows of `A`.
         rows: usize,

@@ -38,15 +38,13 @@ impl Lcp {
         };
         let A = |i: usize, j: usize| in_one_unit[(i, j)] / A_size;
         let b = |i: usize| t[i] * self.b()[i] / b_size;
-        let matrix = Matrix::from_fn(2 * n + 1, 2 * n + 1, |i, j| {
-            match (i / n.max(1), j / n.max(1)) {
-                (0, 0) => f64::from(u8::from(i == j)),
-                (0, 1) => A(i, j - n),
-                (0, _) => b(i),
-                (1, 0) => -A(j, i - n),
-                (2, 0) => -b(j),
-                _ => 0.0,
-            }
+        let matrix = Matrix::from_fn(2 * n + 1, 2 * n + 1, |i, j| match (i / n.max(1), j / n.max(1)) {
+            (0, 0) => f64::from(u8::from(i == j)),
+            (0, 1) => A(i, j - n),
+            (0, _) => b(i),
+            (1, 0) => -A(j, i - n),
+            (2, 0) => -b(j),
+            _ => 0.0,
         });
         let mut right_hand_side = vec![0.0; 2 * n + 1];
         right_hand_side[2 * n] = -1.0;
@@ -56,8 +54,6 @@ impl Lcp {
         let column = |j: usize| (0..n).map(|i| A(i, j) * y[i]).sum::<f64>();
         let negative = (0..n).map(|i| b(i) * y[i]).sum::<f64>() <= -0.5;
         let proved = negative && (0..n).all(|j| column(j) <= ROUNDING * sum);
-        proved.then(|| Farkas {
-            y: (0..n).map(|i| y[i] * t[i]).collect(),
-        })
+        proved.then(|| Farkas { y: (0..n).map(|i| y[i] * t[i]).collect() })
     }
 }

@@ -16,22 +16,14 @@ impl Matrix {
     /// [`LcpError::MatrixSize`] when `data` does not hold `rows·cols` numbers.
     pub fn new(rows: usize, cols: usize, data: Vec<f64>) -> Result<Self, LcpError> {
         if data.len() != rows * cols {
-            return Err(LcpError::MatrixSize {
-                rows,
-                cols,
-                found: data.len(),
-            });
+            return Err(LcpError::MatrixSize { rows, cols, found: data.len() });
         }
         Ok(Self { rows, cols, data })
     }
 
     /// The zero matrix.
     pub fn zeros(rows: usize, cols: usize) -> Self {
-        Self {
-            rows,
-            cols,
-            data: vec![0.0; rows * cols],
-        }
+        Self { rows, cols, data: vec![0.0; rows * cols] }
     }
 
     /// A matrix whose entry `(i, j)` is `entry(i, j)`.

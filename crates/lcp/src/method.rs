@@ -1,9 +1,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{
-    Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution,
-};
+use crate::{Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution};
 
 /// A method for linear complementarity problems.
 ///
@@ -30,10 +28,7 @@ pub enum MethodKind {
 impl MethodKind {
     /// Every method with its default settings.
     pub fn all() -> Vec<Self> {
-        vec![
-            Self::Lemke(LemkeSettings::default()),
-            Self::Enumeration(EnumerationSettings::default()),
-        ]
+        vec![Self::Lemke(LemkeSettings::default()), Self::Enumeration(EnumerationSettings::default())]
     }
 
     /// The method, ready to solve.
@@ -65,10 +60,7 @@ impl FromStr for MethodKind {
         Self::all()
             .into_iter()
             .find(|kind| kind.to_string() == name)
-            .ok_or_else(|| LcpError::UnknownMethod {
-                name: name.to_owned(),
-                known: "lemke, enumeration",
-            })
+            .ok_or_else(|| LcpError::UnknownMethod { name: name.to_owned(), known: "lemke, enumeration" })
     }
 }
 
@@ -76,9 +68,5 @@ pub(crate) fn check_tolerance(value: f64) -> Result<(), LcpError> {
     if value > 0.0 && value < 1.0 {
         return Ok(());
     }
-    Err(LcpError::Setting {
-        setting: "tolerance",
-        value,
-        range: "between 0 and 1, both excluded",
-    })
+    Err(LcpError::Setting { setting: "tolerance", value, range: "between 0 and 1, both excluded" })
 }

@@ -6,9 +6,7 @@
 
 use crate::equilibrate::Scaled;
 use crate::polish::Polish;
-use crate::{
-    Basis, Farkas, Lcp, LcpError, Matrix, Method, MixedLcp, Ray, Report, Scaling, Solution, Status,
-};
+use crate::{Basis, Farkas, Lcp, LcpError, Matrix, Method, MixedLcp, Ray, Report, Scaling, Solution, Status};
 
 /// Pivots below this count as zero; the entries of the equilibrated problem have size 1.
 const SMALLEST_PIVOT: f64 = 1e-10;
@@ -67,9 +65,7 @@ impl MixedLcp {
         let Ok(reduced) = reduction.problem(&scaled, self.scaling()) else {
             return self.unsolved(Status::Singular, method.tolerance());
         };
-        let warm = warm
-            .filter(|warm| warm.z_basic.len() == self.len())
-            .map(|warm| reduction.reduced_basis(warm));
+        let warm = warm.filter(|warm| warm.z_basic.len() == self.len()).map(|warm| reduction.reduced_basis(warm));
         let inner = method.solve(&reduced, warm.as_ref());
         reduction.lift(self, &scaled, inner, method.tolerance())
     }
@@ -81,14 +77,8 @@ impl MixedLcp {
         Solution {
             w: self.w(&z),
             z,
-            status: if residual.within(tolerance) {
-                Status::Solved
-            } else {
-                status
-            },
-            basis: Basis {
-                z_basic: self.free().to_vec(),
-            },
+            status: if residual.within(tolerance) { Status::Solved } else { status },
+            basis: Basis { z_basic: self.free().to_vec() },
             iterations: 0,
             residual,
             report: Report::default(),
@@ -120,11 +110,7 @@ impl Exchange {
     }
 
     /// The largest of `size` over the pairs of two index sets, where it exceeds the smallest pivot allowed.
-    fn largest(
-        rows: &[usize],
-        cols: &[usize],
-        size: impl Fn(usize, usize) -> f64,
-    ) -> Option<(usize, usize)> {
+    fn largest(rows: &[usize], cols: &[usize], size: impl Fn(usize, usize) -> f64) -> Option<(usize, usize)> {
         let mut best = (SMALLEST_PIVOT, None);
         for (r, &i) in rows.iter().enumerate() {
             for (c, &j) in cols.iter().enumerate() {
@@ -150,12 +136,7 @@ impl Reduction {
         let mut cols = rows.clone();
         let mut pairs: Vec<Pair> = (0..n)
             .filter(|&i| !problem.free()[i])
-            .map(|i| Pair {
-                index: i,
-                row: i,
-                col: i,
-                exchanged: false,
-            })
+            .map(|i| Pair { index: i, row: i, col: i, exchanged: false })
             .collect();
         loop {
             if let Some((r, c)) = Exchange::largest(&rows, &cols, |i, j| exchange.T[(i, j)].abs()) {
@@ -165,12 +146,7 @@ impl Reduction {
             }
         }
         let redundant = exchange.redundant_rows(&rows, &pairs)?;
-        Ok(Self {
-            exchange,
-            pairs,
-            idle: cols,
-            redundant,
-        })
+        Ok(Self { exchange, pairs, idle: cols, redundant })
     }
 
     /// The reduced problem in the units of the original one, so that its residual is comparable.
@@ -191,22 +167,14 @@ impl Reduction {
         let rows: Vec<(f64, f64)> = self.pairs.iter().map(|pair| unit(pair, true)).collect();
         let cols: Vec<(f64, f64)> = self.pairs.iter().map(|pair| unit(pair, false)).collect();
         let A = Matrix::from_fn(k, k, |p, q| rows[p].0 * entry(p, q) / cols[q].0);
-        let b = (0..k)
-            .map(|p| rows[p].0 * self.exchange.t[self.pairs[p].row])
-            .collect();
+        let b = (0..k).map(|p| rows[p].0 * self.exchange.t[self.pairs[p].row]).collect();
         let weights = |units: &[(f64, f64)]| units.iter().map(|unit| unit.1).collect();
         let scaling = Scaling::new(weights(&cols), weights(&rows))?;
         Lcp::with_scaling(A, b, scaling)
     }
 
     fn reduced_basis(&self, basis: &Basis) -> Basis {
-        Basis {
-            z_basic: self
-                .pairs
-                .iter()
-                .map(|pair| basis.z_basic[pair.index] != pair.exchanged)
-                .collect(),
-        }
+        Basis { z_basic: self.pairs.iter().map(|pair| basis.z_basic[pair.index] != pair.exchanged).collect() }
     }
 }
 
@@ -222,9 +190,7 @@ fn join_through_pair(
         let along = Exchange::largest(rows, &[pair.col], |i, j| exchange.T[(i, j)].abs());
         let across = Exchange::largest(&[pair.row], cols, |i, j| exchange.T[(i, j)].abs());
         if let (Some((r, _)), Some((_, c))) = (along, across) {
-            let size = exchange.T[(rows[r], pair.col)]
-                .abs()
-                .min(exchange.T[(pair.row, cols[c])].abs());
+            let size = exchange.T[(rows[r], pair.col)].abs().min(exchange.T[(pair.row, cols[c])].abs());
             if size > best.0 {
                 best = (size, Some((p, r, c)));
             }
@@ -245,10 +211,7 @@ impl Exchange {
     /// The free rows left over, which must read 0 = 0.
     fn redundant_rows(&self, rows: &[usize], pairs: &[Pair]) -> Result<Vec<usize>, Status> {
         for &i in rows {
-            if pairs
-                .iter()
-                .any(|pair| self.T[(i, pair.col)].abs() > SMALLEST_PIVOT)
-            {
+            if pairs.iter().any(|pair| self.T[(i, pair.col)].abs() > SMALLEST_PIVOT) {
                 return Err(Status::Singular);
             }
             if self.t[i].abs() > CONSISTENT {
@@ -261,37 +224,20 @@ impl Exchange {
 
 impl Reduction {
     /// The solution of the whole problem from that of the reduced one.
-    fn lift(
-        &self,
-        problem: &MixedLcp,
-        scaled: &Scaled,
-        inner: Solution,
-        tolerance: f64,
-    ) -> Solution {
+    fn lift(&self, problem: &MixedLcp, scaled: &Scaled, inner: Solution, tolerance: f64) -> Solution {
         let n = problem.len();
-        let mut basis = Basis {
-            z_basic: problem.free().to_vec(),
-        };
+        let mut basis = Basis { z_basic: problem.free().to_vec() };
         for (pair, z_basic) in self.pairs.iter().zip(&inner.basis.z_basic) {
             basis.z_basic[pair.index] = z_basic != &pair.exchanged;
         }
         let (mut z, _) = self.point(scaled, &inner.z, &inner.w, 1.0);
         let mut residual = problem.residual(&z);
         let without = |left_out: &[usize]| -> Vec<usize> {
-            (0..n)
-                .filter(|i| basis.z_basic[*i] && !left_out.contains(i))
-                .collect()
+            (0..n).filter(|i| basis.z_basic[*i] && !left_out.contains(i)).collect()
         };
         let (rows, cols) = (without(&self.redundant), without(&self.idle));
         let mut polished = vec![0.0; n];
-        if Polish::default().solve_active(
-            problem.A(),
-            problem.b(),
-            problem.scaling(),
-            &rows,
-            &cols,
-            &mut polished,
-        ) {
+        if Polish::default().solve_active(problem.A(), problem.b(), problem.scaling(), &rows, &cols, &mut polished) {
             let clamp = |(z, &free): (&mut f64, &bool)| *z = if free { *z } else { z.max(0.0) };
             polished.iter_mut().zip(problem.free()).for_each(clamp);
             let polished_residual = problem.residual(&polished);
@@ -303,31 +249,15 @@ impl Reduction {
             _ if residual.within(tolerance) => Status::Solved,
             Status::Solved => Status::Inaccurate,
             Status::Ray(ray) => Status::Ray(self.lift_ray(scaled, &ray)),
-            Status::Infeasible(farkas) => {
-                Status::Infeasible(self.lift_certificate(scaled, &farkas))
-            }
+            Status::Infeasible(farkas) => Status::Infeasible(self.lift_certificate(scaled, &farkas)),
             other => other,
         };
         let (iterations, report) = (inner.iterations, inner.report);
-        Solution {
-            w: problem.w(&z),
-            z,
-            status,
-            basis,
-            iterations,
-            residual,
-            report,
-        }
+        Solution { w: problem.w(&z), z, status, basis, iterations, residual, report }
     }
 
     /// All `z` and `w` from those of the reduced problem; `constant` is 1 for a point and 0 for a direction.
-    fn point(
-        &self,
-        scaled: &Scaled,
-        reduced_z: &[f64],
-        reduced_w: &[f64],
-        constant: f64,
-    ) -> (Vec<f64>, Vec<f64>) {
+    fn point(&self, scaled: &Scaled, reduced_z: &[f64], reduced_w: &[f64], constant: f64) -> (Vec<f64>, Vec<f64>) {
         let n = self.exchange.t.len();
         let (mut z, mut w) = (vec![0.0; n], vec![0.0; n]);
         let mut values = vec![0.0; n];
@@ -335,27 +265,15 @@ impl Reduction {
             let i = pair.index;
             let (z_i, w_i) = if pair.exchanged { (y, x) } else { (x, y) };
             (z[i], w[i]) = (z_i, w_i);
-            let unit = if pair.exchanged {
-                scaled.unscaled_w(i, 1.0)
-            } else {
-                scaled.unscaled_z(i, 1.0)
-            };
+            let unit = if pair.exchanged { scaled.unscaled_w(i, 1.0) } else { scaled.unscaled_z(i, 1.0) };
             values[pair.col] = x / unit;
         }
         for row in 0..n {
             let variable = self.exchange.basic[row];
             let free = variable >= n && self.pairs.iter().all(|pair| pair.row != row);
             if free {
-                let sum: f64 = self
-                    .exchange
-                    .T
-                    .row(row)
-                    .iter()
-                    .zip(&values)
-                    .map(|(t, x)| t * x)
-                    .sum();
-                z[variable - n] =
-                    scaled.unscaled_z(variable - n, sum + constant * self.exchange.t[row]);
+                let sum: f64 = self.exchange.T.row(row).iter().zip(&values).map(|(t, x)| t * x).sum();
+                z[variable - n] = scaled.unscaled_z(variable - n, sum + constant * self.exchange.t[row]);
             }
         }
         (z, w)
@@ -364,12 +282,7 @@ impl Reduction {
     fn lift_ray(&self, scaled: &Scaled, ray: &Ray) -> Ray {
         let (z, w) = self.point(scaled, &ray.z, &ray.w, 0.0);
         let support = (0..z.len()).filter(|&i| z[i] != 0.0).collect();
-        Ray {
-            z,
-            w,
-            z0: ray.z0,
-            support,
-        }
+        Ray { z, w, z0: ray.z0, support }
     }
 
     /// Multipliers of all rows: with `y` for the reduced rows, those of the variables in the columns are `−Tᵀy`.
@@ -379,11 +292,7 @@ impl Reduction {
         let mut in_columns = vec![0.0; n];
         for (pair, &multiplier) in self.pairs.iter().zip(&farkas.y) {
             let i = pair.index;
-            let unit = if pair.exchanged {
-                scaled.unscaled_z(i, 1.0)
-            } else {
-                scaled.unscaled_w(i, 1.0)
-            };
+            let unit = if pair.exchanged { scaled.unscaled_z(i, 1.0) } else { scaled.unscaled_w(i, 1.0) };
             if !pair.exchanged {
                 y[i] = multiplier;
             }

@@ -46,8 +46,7 @@ impl Polish {
         }
         // Powers of two: the scaled system has exactly the solution of the original one.
         self.col_scale.clear();
-        self.col_scale
-            .extend(cols.iter().map(|&j| 1.0 / power_of_two(scaling.z()[j])));
+        self.col_scale.extend(cols.iter().map(|&j| 1.0 / power_of_two(scaling.z()[j])));
         self.load(A, rows, cols, 0.0);
         if self.lu.factorize() < NEARLY_SINGULAR {
             self.load(A, rows, cols, PROXIMAL);
@@ -99,10 +98,7 @@ impl Polish {
                 self.correction.push(sum.value() * row_scale);
             }
             self.lu.solve(&mut self.correction);
-            let step = self
-                .correction
-                .iter()
-                .fold(0.0f64, |max, x| max.max(x.abs()));
+            let step = self.correction.iter().fold(0.0f64, |max, x| max.max(x.abs()));
             if step >= 0.5 * last_step || step.is_nan() {
                 break;
             }

@@ -32,11 +32,7 @@ impl Lcp {
     pub fn with_scaling(A: Matrix, b: Vec<f64>, scaling: Scaling) -> Result<Self, LcpError> {
         check_data(&A, &b)?;
         if scaling.len() != b.len() {
-            return Err(LcpError::Length {
-                what: "scaling",
-                expected: b.len(),
-                found: scaling.len(),
-            });
+            return Err(LcpError::Length { what: "scaling", expected: b.len(), found: scaling.len() });
         }
         Ok(Self { A, b, scaling })
     }
@@ -112,28 +108,14 @@ impl MixedLcp {
     ///
     /// # Errors
     /// As [`MixedLcp::new`], and [`LcpError::Length`] when the scaling is for another size.
-    pub fn with_scaling(
-        A: Matrix,
-        b: Vec<f64>,
-        free: Vec<bool>,
-        scaling: Scaling,
-    ) -> Result<Self, LcpError> {
+    pub fn with_scaling(A: Matrix, b: Vec<f64>, free: Vec<bool>, scaling: Scaling) -> Result<Self, LcpError> {
         check_data(&A, &b)?;
         for (what, found) in [("free", free.len()), ("scaling", scaling.len())] {
             if found != b.len() {
-                return Err(LcpError::Length {
-                    what,
-                    expected: b.len(),
-                    found,
-                });
+                return Err(LcpError::Length { what, expected: b.len(), found });
             }
         }
-        Ok(Self {
-            A,
-            b,
-            free,
-            scaling,
-        })
+        Ok(Self { A, b, free, scaling })
     }
 
     /// The matrix `A`, `[n, n]`.
@@ -195,31 +177,16 @@ fn affine(A: &Matrix, b: &[f64], z: &[f64]) -> Vec<f64> {
 
 fn check_data(A: &Matrix, b: &[f64]) -> Result<(), LcpError> {
     if A.rows() != A.cols() {
-        return Err(LcpError::NotSquare {
-            rows: A.rows(),
-            cols: A.cols(),
-        });
+        return Err(LcpError::NotSquare { rows: A.rows(), cols: A.cols() });
     }
     if A.rows() != b.len() {
-        return Err(LcpError::Length {
-            what: "b",
-            expected: A.rows(),
-            found: b.len(),
-        });
+        return Err(LcpError::Length { what: "b", expected: A.rows(), found: b.len() });
     }
     if let Some(k) = A.data().iter().position(|x| !x.is_finite()) {
-        return Err(LcpError::MatrixNotFinite {
-            row: k / A.cols(),
-            col: k % A.cols(),
-            value: A.data()[k],
-        });
+        return Err(LcpError::MatrixNotFinite { row: k / A.cols(), col: k % A.cols(), value: A.data()[k] });
     }
     if let Some(index) = b.iter().position(|x| !x.is_finite()) {
-        return Err(LcpError::VectorNotFinite {
-            what: "b",
-            index,
-            value: b[index],
-        });
+        return Err(LcpError::VectorNotFinite { what: "b", index, value: b[index] });
     }
     Ok(())
 }

@@ -19,19 +19,11 @@ impl Scaling {
     /// positive and finite.
     pub fn new(z: Vec<f64>, w: Vec<f64>) -> Result<Self, LcpError> {
         if z.len() != w.len() {
-            return Err(LcpError::Length {
-                what: "scaling weights w",
-                expected: z.len(),
-                found: w.len(),
-            });
+            return Err(LcpError::Length { what: "scaling weights w", expected: z.len(), found: w.len() });
         }
         for (what, weights) in [("z", &z), ("w", &w)] {
             if let Some(index) = weights.iter().position(|&x| !(x > 0.0 && x.is_finite())) {
-                return Err(LcpError::Weight {
-                    what,
-                    index,
-                    value: weights[index],
-                });
+                return Err(LcpError::Weight { what, index, value: weights[index] });
             }
         }
         Ok(Self { z, w })
@@ -44,14 +36,8 @@ impl Scaling {
         let largest = |max: f64, x: f64| max.max(x.abs());
         let diagonal = (0..n).map(|i| A[(i, i)]).fold(0.0, largest);
         let all = A.data().iter().copied().fold(0.0, largest);
-        let g = [diagonal, all]
-            .into_iter()
-            .find(|&g| g > 0.0)
-            .unwrap_or(1.0);
-        Self {
-            z: vec![g; n],
-            w: vec![1.0; n],
-        }
+        let g = [diagonal, all].into_iter().find(|&g| g > 0.0).unwrap_or(1.0);
+        Self { z: vec![g; n], w: vec![1.0; n] }
     }
 
     /// Weights of the variables.
@@ -89,34 +75,14 @@ pub struct Residual {
 }
 
 impl Residual {
-    pub(crate) fn of(
-        z: &[f64],
-        w: &[f64],
-        b: &[f64],
-        scaling: &Scaling,
-        free: impl Fn(usize) -> bool,
-    ) -> Self {
-        let mut worst = Self {
-            value: 0.0,
-            row: None,
-        };
+    pub(crate) fn of(z: &[f64], w: &[f64], b: &[f64], scaling: &Scaling, free: impl Fn(usize) -> bool) -> Self {
+        let mut worst = Self { value: 0.0, row: None };
         for i in 0..z.len() {
-            let natural = if free(i) {
-                scaling.w[i] * w[i]
-            } else {
-                (scaling.z[i] * z[i]).min(scaling.w[i] * w[i])
-            };
+            let natural = if free(i) { scaling.w[i] * w[i] } else { (scaling.z[i] * z[i]).min(scaling.w[i] * w[i]) };
             // `min` drops a NaN, so the inputs are tested and not only the result.
-            let size = if z[i].is_finite() && w[i].is_finite() {
-                natural.abs()
-            } else {
-                f64::INFINITY
-            };
+            let size = if z[i].is_finite() && w[i].is_finite() { natural.abs() } else { f64::INFINITY };
             if size > worst.value {
-                worst = Self {
-                    value: size,
-                    row: Some(i),
-                };
+                worst = Self { value: size, row: Some(i) };
             }
         }
         if worst.row.is_some() {

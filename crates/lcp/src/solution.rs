@@ -10,23 +10,17 @@ pub struct Basis {
 impl Basis {
     /// The basis of all `w`, in which Lemke's method starts: `z = 0`.
     pub fn slack(n: usize) -> Self {
-        Self {
-            z_basic: vec![false; n],
-        }
+        Self { z_basic: vec![false; n] }
     }
 
     /// The basis with `z_i` basic where it exceeds `w_i`, both in one unit.
     pub fn from_signs(z: &[f64], w: &[f64]) -> Self {
-        Self {
-            z_basic: z.iter().zip(w).map(|(z, w)| z > w).collect(),
-        }
+        Self { z_basic: z.iter().zip(w).map(|(z, w)| z > w).collect() }
     }
 
     /// Indices of the basic `z`.
     pub fn active(&self) -> Vec<usize> {
-        (0..self.z_basic.len())
-            .filter(|&i| self.z_basic[i])
-            .collect()
+        (0..self.z_basic.len()).filter(|&i| self.z_basic[i]).collect()
     }
 }
 

@@ -31,8 +31,7 @@ impl FactoredBasis {
         self.d.clear();
         self.d.resize(n, 0.0);
         self.head.clear();
-        self.head
-            .extend((0..n).map(|i| if z_basic[i] { n + i } else { i }));
+        self.head.extend((0..n).map(|i| if z_basic[i] { n + i } else { i }));
     }
 
     pub(super) fn updates(&self) -> usize {
@@ -45,10 +44,8 @@ impl FactoredBasis {
         self.etas.clear();
         self.eta_positions.clear();
         self.core_cols.clear();
-        self.core_cols
-            .extend(self.head.iter().copied().filter(|&v| v >= n));
-        self.core_cols
-            .sort_unstable_by_key(|&v| if v == 2 * n { n } else { problem.rank(v - n) });
+        self.core_cols.extend(self.head.iter().copied().filter(|&v| v >= n));
+        self.core_cols.sort_unstable_by_key(|&v| if v == 2 * n { n } else { problem.rank(v - n) });
         self.core_rows.clear();
         self.w_basic.clear();
         self.w_basic.resize(n, false);
@@ -65,11 +62,7 @@ impl FactoredBasis {
         let data = self.core.start(k);
         for (c, &variable) in self.core_cols.iter().enumerate() {
             self.head[self.core_rows[c]] = variable;
-            let column = if variable == 2 * n {
-                &self.d[..]
-            } else {
-                problem.column(variable - n)
-            };
+            let column = if variable == 2 * n { &self.d[..] } else { problem.column(variable - n) };
             for (r, &i) in self.core_rows.iter().enumerate() {
                 data[r * k + c] = -column[i];
             }
@@ -92,11 +85,7 @@ impl FactoredBasis {
         for (&i, &x) in self.core_rows.iter().zip(&self.core_rhs) {
             v[i] = x;
         }
-        for (eta, &position) in self
-            .etas
-            .chunks_exact(self.n.max(1))
-            .zip(&self.eta_positions)
-        {
+        for (eta, &position) in self.etas.chunks_exact(self.n.max(1)).zip(&self.eta_positions) {
             if v[position] != 0.0 {
                 let x = v[position] / eta[position];
                 add_scaled(v, -x, eta);
@@ -121,11 +110,7 @@ impl FactoredBasis {
             out.fill(0.0);
             out[variable] = 1.0;
         } else {
-            let column = if variable == 2 * n {
-                &self.d[..]
-            } else {
-                problem.column(variable - n)
-            };
+            let column = if variable == 2 * n { &self.d[..] } else { problem.column(variable - n) };
             out.iter_mut().zip(column).for_each(|(out, x)| *out = -x);
         }
     }
@@ -151,13 +136,7 @@ impl FactoredBasis {
     }
 
     /// `out ← rhs − B x`, accumulated in doubled precision.
-    pub(super) fn residual_into(
-        &mut self,
-        problem: &Scaled,
-        rhs: &[f64],
-        x: &[f64],
-        out: &mut [f64],
-    ) {
+    pub(super) fn residual_into(&mut self, problem: &Scaled, rhs: &[f64], x: &[f64], out: &mut [f64]) {
         let n = self.n;
         self.sums.clear();
         self.sums.extend(rhs.iter().map(|&r| DoubleSum::new(r)));
@@ -165,10 +144,7 @@ impl FactoredBasis {
             if variable < n {
                 self.sums[variable].add_product(-1.0, x);
             } else if variable == 2 * n {
-                self.sums
-                    .iter_mut()
-                    .zip(&self.d)
-                    .for_each(|(sum, &d)| sum.add_product(d, x));
+                self.sums.iter_mut().zip(&self.d).for_each(|(sum, &d)| sum.add_product(d, x));
             } else if x != 0.0 {
                 let sums = &mut self.sums;
                 problem.for_each_in_column(variable - n, |i, a| sums[i].add_product(a, x));

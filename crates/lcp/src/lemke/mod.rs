@@ -17,9 +17,7 @@ pub use settings::LemkeSettings;
 
 use crate::equilibrate::Scaled;
 use crate::polish::Polish;
-use crate::{
-    Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Residual, Solution, Start, Status,
-};
+use crate::{Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Residual, Solution, Start, Status};
 
 /// Diagonal entries of the equilibrated matrix below this count as zero.
 const NO_DIAGONAL: f64 = 1e-9;
@@ -60,25 +58,17 @@ impl Lemke {
     /// [`LcpError::Setting`] when a setting is outside its range.
     pub fn new(settings: LemkeSettings) -> Result<Self, LcpError> {
         settings.validate()?;
-        Ok(Self {
-            settings,
-            ..Self::default()
-        })
+        Ok(Self { settings, ..Self::default() })
     }
 
     fn load(&mut self, problem: &Lcp) {
-        self.scaled
-            .load(problem.A(), problem.b(), problem.scaling());
+        self.scaled.load(problem.A(), problem.b(), problem.scaling());
     }
 
     /// The caller's basis: one factorisation, and only if that is not the answer, pivots from there.
     fn try_warm(&mut self, search: &mut Search, warm: &Basis) {
         let residual = self.finish(search, warm.clone(), None);
-        let outcome = if search.status.is_some() {
-            Outcome::Complementary
-        } else {
-            Outcome::Rejected
-        };
+        let outcome = if search.status.is_some() { Outcome::Complementary } else { Outcome::Rejected };
         search.note(Start::Warm, outcome, None, residual);
     }
 
@@ -92,13 +82,7 @@ impl Lemke {
             tie,
             pivot: self.settings.pivot,
         };
-        let walk = self.path.walk(
-            &self.scaled,
-            &from.z_basic,
-            &self.cover,
-            &self.perturbation,
-            limits,
-        );
+        let walk = self.path.walk(&self.scaled, &from.z_basic, &self.cover, &self.perturbation, limits);
         let residual = match walk.outcome {
             Outcome::Complementary => {
                 let (basis, z) = self.end_point(n);
@@ -124,20 +108,11 @@ impl Lemke {
         let bound_weight = [1.0, 8.0, 0.125][seed as usize % 3];
         self.cover.clear();
         for i in 0..n {
-            let weight = if self.scaled.column(i)[i].abs() < NO_DIAGONAL {
-                bound_weight
-            } else {
-                1.0
-            };
-            self.cover.push(if seed == 0 {
-                1.0
-            } else {
-                weight * uniform(2 * seed, i)
-            });
+            let weight = if self.scaled.column(i)[i].abs() < NO_DIAGONAL { bound_weight } else { 1.0 };
+            self.cover.push(if seed == 0 { 1.0 } else { weight * uniform(2 * seed, i) });
         }
         self.perturbation.clear();
-        self.perturbation
-            .extend((0..n).map(|i| uniform(2 * seed + 1, i)));
+        self.perturbation.extend((0..n).map(|i| uniform(2 * seed + 1, i)));
     }
 
     /// Basis and point at the end of the walk.
@@ -154,23 +129,11 @@ impl Lemke {
     }
 
     /// Solves the basis afresh from the original data and keeps the better of that point and the pivoted one.
-    fn finish(
-        &mut self,
-        search: &mut Search,
-        basis: Basis,
-        pivoted: Option<Vec<f64>>,
-    ) -> Option<f64> {
+    fn finish(&mut self, search: &mut Search, basis: Basis, pivoted: Option<Vec<f64>>) -> Option<f64> {
         let problem = search.problem;
         let mut z = vec![0.0; problem.len()];
         let active = basis.active();
-        let solved = self.polish.solve_active(
-            problem.A(),
-            problem.b(),
-            problem.scaling(),
-            &active,
-            &active,
-            &mut z,
-        );
+        let solved = self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z);
         let mut best: Option<f64> = None;
         for mut z in solved.then_some(z).into_iter().chain(pivoted) {
             z.iter_mut().for_each(|z| *z = z.max(0.0));
@@ -212,10 +175,7 @@ impl Lemke {
         }
         self.run_cold(search);
         // Regularisation helps against ties that were not resolved, not against a ray or a long path.
-        if [Outcome::Complementary, Outcome::Cycle, Outcome::Singular]
-            .iter()
-            .any(|&outcome| search.ended(outcome))
-        {
+        if [Outcome::Complementary, Outcome::Cycle, Outcome::Singular].iter().any(|&outcome| search.ended(outcome)) {
             self.run_regularized(search);
         }
     }
@@ -244,13 +204,7 @@ impl Lemke {
                 return;
             }
             self.scaled.add_diagonal(10f64.powi(exponent));
-            self.attempt(
-                search,
-                Start::Regularized { exponent },
-                &slack,
-                0,
-                self.settings.tie,
-            );
+            self.attempt(search, Start::Regularized { exponent }, &slack, 0, self.settings.tie);
             self.load(search.problem);
         }
     }
@@ -284,25 +238,15 @@ impl Method for Lemke {
 
 impl Search<'_> {
     fn note(&mut self, start: Start, outcome: Outcome, walk: Option<Walk>, residual: Option<f64>) {
-        let (pivots, factorizations) =
-            walk.map_or((0, 1), |walk| (walk.pivots, walk.factorizations));
+        let (pivots, factorizations) = walk.map_or((0, 1), |walk| (walk.pivots, walk.factorizations));
         self.pivots += pivots;
-        self.report.attempts.push(Attempt {
-            start,
-            outcome,
-            pivots,
-            factorizations,
-            residual,
-        });
+        self.report.attempts.push(Attempt { start, outcome, pivots, factorizations, residual });
     }
 
     /// Whether a walk on the problem itself (not a regularised one) ended so.
     fn ended(&self, outcome: Outcome) -> bool {
         let regularized = |start| matches!(start, Start::Regularized { .. });
-        self.report
-            .attempts
-            .iter()
-            .any(|attempt| attempt.outcome == outcome && !regularized(attempt.start))
+        self.report.attempts.iter().any(|attempt| attempt.outcome == outcome && !regularized(attempt.start))
     }
 
     fn into_solution(self, scaled: &Scaled, tolerance: f64) -> Solution {
@@ -310,12 +254,8 @@ impl Search<'_> {
             _ if self.residual.within(tolerance) => Status::Solved,
             (Some(status), _) => status.clone(),
             (None, _) if self.ended(Outcome::Complementary) => Status::Inaccurate,
-            (None, Some(direction)) => {
-                Status::Ray(direction.unscaled(scaled, self.problem.scaling().z()))
-            }
-            (None, None) if self.ended(Outcome::IterationLimit) || self.ended(Outcome::Cycle) => {
-                Status::IterationLimit
-            }
+            (None, Some(direction)) => Status::Ray(direction.unscaled(scaled, self.problem.scaling().z())),
+            (None, None) if self.ended(Outcome::IterationLimit) || self.ended(Outcome::Cycle) => Status::IterationLimit,
             (None, None) => Status::Singular,
         };
         Solution {

@@ -69,25 +69,13 @@ impl Path {
         limits: Limits,
     ) -> Walk {
         let n = problem.n;
-        for v in [
-            &mut self.x,
-            &mut self.xp,
-            &mut self.p,
-            &mut self.a,
-            &mut self.rhs,
-            &mut self.work,
-        ] {
+        for v in [&mut self.x, &mut self.xp, &mut self.p, &mut self.a, &mut self.rhs, &mut self.work] {
             v.clear();
             v.resize(n, 0.0);
         }
         self.seen.clear();
         self.basis.start(n, z_basic);
-        let mut walk = Walk {
-            outcome: Outcome::Singular,
-            pivots: 0,
-            factorizations: 0,
-            entering: 2 * n,
-        };
+        let mut walk = Walk { outcome: Outcome::Singular, pivots: 0, factorizations: 0, entering: 2 * n };
         if self.basis.factorize(problem) == 0.0 {
             return walk;
         }
@@ -110,9 +98,7 @@ impl Path {
     /// The first pivot: `z0` becomes so large that every basic variable is nonnegative.
     fn enter_covering(&mut self, cover: &[f64], walk: &mut Walk, limits: Limits) {
         let n = self.basis.n;
-        let least = (0..n)
-            .map(|i| self.x[i] / cover[i])
-            .fold(f64::INFINITY, f64::min);
+        let least = (0..n).map(|i| self.x[i] / cover[i]).fold(f64::INFINITY, f64::min);
         let slack = limits.tie * self.size();
         let leaving = (0..n)
             .filter(|&i| self.x[i] / cover[i] <= least + slack)
@@ -172,13 +158,9 @@ impl Path {
         }
         self.rhs.copy_from_slice(&self.a);
         self.basis.solve(problem, &mut self.a);
-        self.basis
-            .residual_into(problem, &self.rhs, &self.a, &mut self.work);
+        self.basis.residual_into(problem, &self.rhs, &self.a, &mut self.work);
         self.basis.solve(problem, &mut self.work);
-        self.a
-            .iter_mut()
-            .zip(&self.work)
-            .for_each(|(a, da)| *a += da);
+        self.a.iter_mut().zip(&self.work).for_each(|(a, da)| *a += da);
     }
 
     /// Fresh factors and basic solution, refined; false when the basis is singular.
@@ -238,11 +220,7 @@ impl Path {
     fn precedes(&self, i: usize, j: usize) -> bool {
         let (left, right) = (self.xp[i] * self.a[j], self.xp[j] * self.a[i]);
         let tie = 1e-10 * (left.abs() + right.abs());
-        if (left - right).abs() <= tie {
-            self.a[i] > self.a[j]
-        } else {
-            left < right
-        }
+        if (left - right).abs() <= tie { self.a[i] > self.a[j] } else { left < right }
     }
 
     /// Exchanges the variable at `position` for `entering` and returns the complement of the one that left.
@@ -257,21 +235,12 @@ impl Path {
             x[position] = step;
         }
         self.basis.replace(position, entering, &self.a);
-        if leaving < n {
-            leaving + n
-        } else {
-            leaving - n
-        }
+        if leaving < n { leaving + n } else { leaving - n }
     }
 
     /// A hash of the basis and the entering variable.
     fn fingerprint(&self, entering: usize) -> u64 {
-        self.basis
-            .head
-            .iter()
-            .fold(mix(entering as u64 ^ 0x5bd1_e995), |hash, &v| {
-                hash ^ mix(v as u64)
-            })
+        self.basis.head.iter().fold(mix(entering as u64 ^ 0x5bd1_e995), |hash, &v| hash ^ mix(v as u64))
     }
 }
 

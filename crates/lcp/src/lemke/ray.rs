@@ -46,9 +46,7 @@ impl Direction {
             add_scaled(&mut w, z, problem.column(j));
         }
         let holds = (0..n).all(|i| w[i] >= -ROUNDING && z[i].min(w[i]) <= ROUNDING);
-        w.iter_mut()
-            .zip(&w_pivoted)
-            .for_each(|(w, pivoted)| *w = if *pivoted == 0.0 { 0.0 } else { w.max(0.0) });
+        w.iter_mut().zip(&w_pivoted).for_each(|(w, pivoted)| *w = if *pivoted == 0.0 { 0.0 } else { w.max(0.0) });
         holds.then_some(Self { z, w, z0 })
     }
 
@@ -60,41 +58,19 @@ impl Direction {
         let holds = sum > 0.0
             && dot(&problem.b, &self.z) <= -MARGIN * sum
             && (0..problem.n).all(|j| dot(problem.column(j), &self.z) <= CERTIFICATE * sum);
-        holds.then(|| Farkas {
-            y: (0..problem.n)
-                .map(|i| problem.unscaled_y(i, self.z[i]))
-                .collect(),
-        })
+        holds.then(|| Farkas { y: (0..problem.n).map(|i| problem.unscaled_y(i, self.z[i])).collect() })
     }
 
     /// The direction in the units of the problem, its largest `z` (or else `z0`) being 1 in one unit.
     pub(super) fn unscaled(&self, problem: &Scaled, unit: &[f64]) -> Ray {
-        let mut z: Vec<f64> = self
-            .z
-            .iter()
-            .enumerate()
-            .map(|(j, &z)| problem.unscaled_z(j, z))
-            .collect();
-        let mut w: Vec<f64> = self
-            .w
-            .iter()
-            .enumerate()
-            .map(|(i, &w)| problem.unscaled_w(i, w))
-            .collect();
-        let mut size = z
-            .iter()
-            .zip(unit)
-            .fold(0.0f64, |max, (z, s)| max.max(z * s));
+        let mut z: Vec<f64> = self.z.iter().enumerate().map(|(j, &z)| problem.unscaled_z(j, z)).collect();
+        let mut w: Vec<f64> = self.w.iter().enumerate().map(|(i, &w)| problem.unscaled_w(i, w)).collect();
+        let mut size = z.iter().zip(unit).fold(0.0f64, |max, (z, s)| max.max(z * s));
         if size == 0.0 {
             size = self.z0;
         }
         z.iter_mut().chain(&mut w).for_each(|x| *x /= size);
         let support = (0..z.len()).filter(|&i| z[i] > 0.0).collect();
-        Ray {
-            z,
-            w,
-            z0: self.z0 / size,
-            support,
-        }
+        Ray { z, w, z0: self.z0 / size, support }
     }
 }

@@ -23,14 +23,7 @@ pub struct LemkeSettings {
 
 impl Default for LemkeSettings {
     fn default() -> Self {
-        Self {
-            tolerance: 1e-10,
-            tie: 1e-12,
-            pivot: 1e-10,
-            updates: 50,
-            pivots_per_pair: 20,
-            covering_vectors: 3,
-        }
+        Self { tolerance: 1e-10, tie: 1e-12, pivot: 1e-10, updates: 50, pivots_per_pair: 20, covering_vectors: 3 }
     }
 }
 
@@ -43,11 +36,7 @@ impl LemkeSettings {
         check_tolerance(self.tolerance)?;
         for (setting, value) in [("tie", self.tie), ("pivot", self.pivot)] {
             if !(value > 0.0 && value <= 1e-4) {
-                return Err(LcpError::Setting {
-                    setting,
-                    value,
-                    range: "greater than 0, at most 1e-4",
-                });
+                return Err(LcpError::Setting { setting, value, range: "greater than 0, at most 1e-4" });
             }
         }
         let counts = [
@@ -57,11 +46,7 @@ impl LemkeSettings {
         ];
         for (setting, value) in counts {
             if value < 1.0 {
-                return Err(LcpError::Setting {
-                    setting,
-                    value,
-                    range: "at least 1",
-                });
+                return Err(LcpError::Setting { setting, value, range: "at least 1" });
             }
         }
         Ok(())

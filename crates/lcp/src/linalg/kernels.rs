@@ -2,23 +2,13 @@
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
-    let tail: f64 = a_chunks
-        .remainder()
-        .iter()
-        .zip(b_chunks.remainder())
-        .map(|(x, y)| x * y)
-        .sum();
+    let tail: f64 = a_chunks.remainder().iter().zip(b_chunks.remainder()).map(|(x, y)| x * y).sum();
     for (x, y) in a_chunks.zip(b_chunks) {
         for k in 0..8 {
             sums[k] += x[k] * y[k];
         }
     }
-    let half = [
-        sums[0] + sums[4],
-        sums[1] + sums[5],
-        sums[2] + sums[6],
-        sums[3] + sums[7],
-    ];
+    let half = [sums[0] + sums[4], sums[1] + sums[5], sums[2] + sums[6], sums[3] + sums[7]];
     tail + (half[0] + half[2]) + (half[1] + half[3])
 }
 
@@ -34,8 +24,7 @@ pub(super) fn subtract_four(y: &mut [f64], factors: [f64; 4], rows: [&[f64]; 4])
     let n = y.len();
     let [r0, r1, r2, r3] = rows.map(|r| &r[..n]);
     for j in 0..n {
-        y[j] -=
-            (factors[0] * r0[j] + factors[1] * r1[j]) + (factors[2] * r2[j] + factors[3] * r3[j]);
+        y[j] -= (factors[0] * r0[j] + factors[1] * r1[j]) + (factors[2] * r2[j] + factors[3] * r3[j]);
     }
 }
 
@@ -58,10 +47,7 @@ pub(crate) struct DoubleSum {
 
 impl DoubleSum {
     pub(crate) fn new(value: f64) -> Self {
-        Self {
-            high: value,
-            low: 0.0,
-        }
+        Self { high: value, low: 0.0 }
     }
 
     pub(crate) fn add_product(&mut self, a: f64, b: f64) {

@@ -62,10 +62,8 @@ impl Lu {
         self.first.clear();
         self.last.clear();
         for row in self.data.chunks_exact(self.n.max(1)) {
-            self.first
-                .push(row.iter().position(|x| *x != 0.0).unwrap_or(0));
-            self.last
-                .push(row.iter().rposition(|x| *x != 0.0).map_or(0, |j| j + 1));
+            self.first.push(row.iter().position(|x| *x != 0.0).unwrap_or(0));
+            self.last.push(row.iter().rposition(|x| *x != 0.0).map_or(0, |j| j + 1));
         }
     }
 
@@ -106,12 +104,7 @@ impl Lu {
     fn update_trailing(&mut self, start: usize, end: usize) {
         let n = self.n;
         // The rows of the panel reach no further right than this, and change nothing beyond.
-        let reach = |k: usize| {
-            self.data[k * n + end..(k + 1) * n]
-                .iter()
-                .rposition(|x| *x != 0.0)
-                .map_or(0, |j| j + 1)
-        };
+        let reach = |k: usize| self.data[k * n + end..(k + 1) * n].iter().rposition(|x| *x != 0.0).map_or(0, |j| j + 1);
         let width = (start..end).map(reach).max().unwrap_or(0);
         if width == 0 {
             return;
@@ -126,11 +119,7 @@ impl Lu {
             while k + 4 <= last {
                 let factors = [left[k], left[k + 1], left[k + 2], left[k + 3]];
                 if factors != [0.0; 4] {
-                    subtract_four(
-                        right,
-                        factors,
-                        [upper(k), upper(k + 1), upper(k + 2), upper(k + 3)],
-                    );
+                    subtract_four(right, factors, [upper(k), upper(k + 1), upper(k + 2), upper(k + 3)]);
                 }
                 k += 4;
             }
@@ -176,9 +165,7 @@ mod tests {
                 *x = entry(k / n, k % n);
             }
             let wanted: Vec<f64> = (0..n).map(|i| i as f64 - 3.0).collect();
-            let mut x: Vec<f64> = (0..n)
-                .map(|i| (0..n).map(|j| entry(i, j) * wanted[j]).sum())
-                .collect();
+            let mut x: Vec<f64> = (0..n).map(|i| (0..n).map(|j| entry(i, j) * wanted[j]).sum()).collect();
             assert!(lu.factorize() > 0.0);
             lu.solve(&mut x);
             for i in 0..n {

@@ -19,10 +19,7 @@ pub struct Named<P> {
 
 /// The folder of the data, or `None` (and a line that says so) when it is absent.
 pub fn folder() -> Option<PathBuf> {
-    let folder = Path::new(concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../../shared/data/contact_problems"
-    ));
+    let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/contact_problems"));
     if folder.is_dir() {
         return Some(folder.to_owned());
     }
@@ -46,9 +43,7 @@ pub fn lcps(path: &Path, max_pairs: usize) -> Vec<Named<Lcp>> {
     let stem = path.file_stem().unwrap().to_string_lossy().into_owned();
     let named = |suffix: &str, problem| Named {
         name: format!("{stem}{suffix}"),
-        expected: arrays
-            .get("expected")
-            .map_or_else(|| "solvable".to_owned(), Array::text),
+        expected: arrays.get("expected").map_or_else(|| "solvable".to_owned(), Array::text),
         problem,
     };
     match arrays["kind"].text().as_str() {
@@ -71,13 +66,8 @@ pub fn lcps(path: &Path, max_pairs: usize) -> Vec<Named<Lcp>> {
                 .filter(|m| (m + 2) * nc <= max_pairs)
                 .map(|m| {
                     let angle = |k: usize| TAU * k as f64 / m as f64;
-                    let polygon: Vec<Vec<f64>> = (0..m)
-                        .map(|k| vec![angle(k).cos(), angle(k).sin()])
-                        .collect();
-                    named(
-                        &format!(" m={m}"),
-                        from_delassus(&arrays, &vec![polygon; nc]),
-                    )
+                    let polygon: Vec<Vec<f64>> = (0..m).map(|k| vec![angle(k).cos(), angle(k).sin()]).collect();
+                    named(&format!(" m={m}"), from_delassus(&arrays, &vec![polygon; nc]))
                 })
                 .collect()
         }
@@ -99,11 +89,7 @@ pub fn mixed(path: &Path) -> Option<Named<MixedLcp>> {
         return None;
     }
     let A = dense(&arrays, "A");
-    let free = arrays["is_comp"]
-        .values
-        .iter()
-        .map(|&comp| comp == 0.0)
-        .collect();
+    let free = arrays["is_comp"].values.iter().map(|&comp| comp == 0.0).collect();
     Some(Named {
         name: path.file_stem().unwrap().to_string_lossy().into_owned(),
         expected: "solvable".to_owned(),
@@ -116,8 +102,7 @@ fn dense(arrays: &Arrays, name: &str) -> Matrix {
         return Matrix::new(array.shape[0], array.shape[1], array.values.clone()).unwrap();
     }
     let part = |suffix: &str| &arrays[&format!("{name}_{suffix}")].values;
-    let (data, indices, indptr, shape) =
-        (part("data"), part("indices"), part("indptr"), part("shape"));
+    let (data, indices, indptr, shape) = (part("data"), part("indices"), part("indptr"), part("shape"));
     let mut matrix = Matrix::zeros(shape[0] as usize, shape[1] as usize);
     for i in 0..matrix.rows() {
         for k in indptr[i] as usize..indptr[i + 1] as usize {
@@ -128,55 +113,27 @@ fn dense(arrays: &Arrays, name: &str) -> Matrix {
 }
 
 fn from_delassus(arrays: &Arrays, directions: &[Vec<Vec<f64>>]) -> Lcp {
-    polyhedral(
-        &dense(arrays, "W"),
-        &arrays["q"].values,
-        &arrays["mu"].values,
-        directions,
-    )
+    polyhedral(&dense(arrays, "W"), &arrays["q"].values, &arrays["mu"].values, directions)
 }
 
 /// W = J M⁻¹ Jᵀ = (L⁻¹Jᵀ)ᵀ(L⁻¹Jᵀ) with the Cholesky factor of M; q = J v_f + (φ/Δt, 0, 0).
 fn from_jacobians(arrays: &Arrays, m: &[usize]) -> Lcp {
     let (mass, jn, jt) = (dense(arrays, "M"), dense(arrays, "JN"), dense(arrays, "JT"));
     let (nc, nv) = (m.len(), mass.rows());
-    let (v_free, phi, dt) = (
-        &arrays["vf"].values,
-        &arrays["phi"].values,
-        arrays["dt"].values[0],
-    );
+    let (v_free, phi, dt) = (&arrays["vf"].values, &arrays["phi"].values, arrays["dt"].values[0]);
     let jacobian_row = |r: usize| {
-        if r.is_multiple_of(3) {
-            jn.row(r / 3)
-        } else {
-            jt.row(2 * (r / 3) + r % 3 - 1)
-        }
+        if r.is_multiple_of(3) { jn.row(r / 3) } else { jt.row(2 * (r / 3) + r % 3 - 1) }
     };
     let L = cholesky(&mass);
-    let half: Vec<Vec<f64>> = (0..3 * nc)
-        .map(|r| forward_substitution(&L, jacobian_row(r)))
-        .collect();
+    let half: Vec<Vec<f64>> = (0..3 * nc).map(|r| forward_substitution(&L, jacobian_row(r))).collect();
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let W = Matrix::from_fn(3 * nc, 3 * nc, |r, s| product(&half[r], &half[s]));
     let q: Vec<f64> = (0..3 * nc)
-        .map(|r| {
-            product(jacobian_row(r), v_free)
-                + if r.is_multiple_of(3) {
-                    phi[r / 3] / dt
-                } else {
-                    0.0
-                }
-        })
+        .map(|r| product(jacobian_row(r), v_free) + if r.is_multiple_of(3) { phi[r / 3] / dt } else { 0.0 })
         .collect();
     assert_eq!(v_free.len(), nv);
-    let mut rows = dense(arrays, "D")
-        .data()
-        .chunks_exact(2)
-        .map(<[f64]>::to_vec)
-        .collect::<Vec<_>>()
-        .into_iter();
-    let directions: Vec<Vec<Vec<f64>>> =
-        m.iter().map(|&m| rows.by_ref().take(m).collect()).collect();
+    let mut rows = dense(arrays, "D").data().chunks_exact(2).map(<[f64]>::to_vec).collect::<Vec<_>>().into_iter();
+    let directions: Vec<Vec<Vec<f64>>> = m.iter().map(|&m| rows.by_ref().take(m).collect()).collect();
     polyhedral(&W, &q, &arrays["mu"].values, &directions)
 }
 
@@ -208,20 +165,12 @@ fn forward_substitution(L: &Matrix, rhs: &[f64]) -> Vec<f64> {
 pub fn polyhedral(W: &Matrix, q: &[f64], mu: &[f64], directions: &[Vec<Vec<f64>>]) -> Lcp {
     let nc = mu.len();
     let per_contact = W.rows() / nc;
-    let alphas: Vec<(usize, &[f64])> = directions
-        .iter()
-        .enumerate()
-        .flat_map(|(c, ds)| ds.iter().map(move |d| (c, &d[..])))
-        .collect();
+    let alphas: Vec<(usize, &[f64])> =
+        directions.iter().enumerate().flat_map(|(c, ds)| ds.iter().map(move |d| (c, &d[..]))).collect();
     // Every impulse (λ_N or α) acts along a few rows of W with weights.
     let mut terms: Vec<Vec<(usize, f64)>> = (0..nc).map(|c| vec![(c * per_contact, 1.0)]).collect();
     for (c, d) in &alphas {
-        terms.push(
-            d.iter()
-                .enumerate()
-                .map(|(t, d)| (c * per_contact + 1 + t, *d))
-                .collect(),
-        );
+        terms.push(d.iter().enumerate().map(|(t, d)| (c * per_contact + 1 + t, *d)).collect());
     }
     let impulses = terms.len();
     let n = impulses + nc;
@@ -230,10 +179,7 @@ pub fn polyhedral(W: &Matrix, q: &[f64], mu: &[f64], directions: &[Vec<Vec<f64>>
     for (i, row) in terms.iter().enumerate() {
         b[i] = row.iter().map(|(r, d)| d * q[*r]).sum();
         for (j, col) in terms.iter().enumerate() {
-            A[(i, j)] = row
-                .iter()
-                .flat_map(|(r, d)| col.iter().map(move |(s, e)| d * e * W[(*r, *s)]))
-                .sum();
+            A[(i, j)] = row.iter().flat_map(|(r, d)| col.iter().map(move |(s, e)| d * e * W[(*r, *s)])).sum();
         }
     }
     for (k, (c, _)) in alphas.iter().enumerate() {
@@ -244,12 +190,6 @@ pub fn polyhedral(W: &Matrix, q: &[f64], mu: &[f64], directions: &[Vec<Vec<f64>>
         A[(impulses + c, c)] = mu[c];
     }
     let g = (0..W.rows()).fold(0.0f64, |max, i| max.max(W[(i, i)]));
-    let in_velocity =
-        |impulse: f64, bound: f64| [vec![impulse; impulses], vec![bound; nc]].concat();
-    Lcp::with_scaling(
-        A,
-        b,
-        Scaling::new(in_velocity(g, 1.0), in_velocity(1.0, g)).unwrap(),
-    )
-    .unwrap()
+    let in_velocity = |impulse: f64, bound: f64| [vec![impulse; impulses], vec![bound; nc]].concat();
+    Lcp::with_scaling(A, b, Scaling::new(in_velocity(g, 1.0), in_velocity(1.0, g)).unwrap()).unwrap()
 }

@@ -1,92 +1,36 @@
 //! Wrong input is refused at construction, with its place.
 
 use signorini_lcp::{
-    Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Matrix, MethodKind,
-    MixedLcp,
+    Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Matrix, MethodKind, MixedLcp,
 };
 use signorini_lcp::{Method, Scaling, Status};
 
 #[test]
 fn shapes_and_entries_are_checked() {
-    assert_eq!(
-        Matrix::new(2, 2, vec![0.0; 3]),
-        Err(LcpError::MatrixSize {
-            rows: 2,
-            cols: 2,
-            found: 3
-        })
-    );
-    assert_eq!(
-        Lcp::new(Matrix::zeros(2, 3), vec![0.0; 2]),
-        Err(LcpError::NotSquare { rows: 2, cols: 3 })
-    );
+    assert_eq!(Matrix::new(2, 2, vec![0.0; 3]), Err(LcpError::MatrixSize { rows: 2, cols: 2, found: 3 }));
+    assert_eq!(Lcp::new(Matrix::zeros(2, 3), vec![0.0; 2]), Err(LcpError::NotSquare { rows: 2, cols: 3 }));
     let short = Lcp::new(Matrix::zeros(2, 2), vec![0.0; 3]);
-    assert_eq!(
-        short,
-        Err(LcpError::Length {
-            what: "b",
-            expected: 2,
-            found: 3
-        })
-    );
+    assert_eq!(short, Err(LcpError::Length { what: "b", expected: 2, found: 3 }));
     let mut A = Matrix::zeros(3, 3);
     A[(1, 2)] = f64::INFINITY;
     let error = Lcp::new(A, vec![0.0; 3]).unwrap_err();
-    assert_eq!(
-        error,
-        LcpError::MatrixNotFinite {
-            row: 1,
-            col: 2,
-            value: f64::INFINITY
-        }
-    );
+    assert_eq!(error, LcpError::MatrixNotFinite { row: 1, col: 2, value: f64::INFINITY });
     assert!(error.to_string().contains("A[1, 2]"));
     let error = Lcp::new(Matrix::zeros(2, 2), vec![0.0, f64::NAN]).unwrap_err();
-    assert!(matches!(
-        error,
-        LcpError::VectorNotFinite {
-            what: "b",
-            index: 1,
-            ..
-        }
-    ));
+    assert!(matches!(error, LcpError::VectorNotFinite { what: "b", index: 1, .. }));
     let mixed = MixedLcp::new(Matrix::zeros(2, 2), vec![0.0; 2], vec![true]);
-    assert_eq!(
-        mixed,
-        Err(LcpError::Length {
-            what: "free",
-            expected: 2,
-            found: 1
-        })
-    );
+    assert_eq!(mixed, Err(LcpError::Length { what: "free", expected: 2, found: 1 }));
 }
 
 #[test]
 fn weights_are_positive() {
     for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
         let error = Scaling::new(vec![1.0, 1.0], vec![1.0, bad]).unwrap_err();
-        assert!(
-            matches!(
-                error,
-                LcpError::Weight {
-                    what: "w",
-                    index: 1,
-                    ..
-                }
-            ),
-            "{bad}: {error}"
-        );
+        assert!(matches!(error, LcpError::Weight { what: "w", index: 1, .. }), "{bad}: {error}");
     }
     let scaling = Scaling::new(vec![1.0], vec![1.0]).unwrap();
     let error = Lcp::with_scaling(Matrix::zeros(2, 2), vec![0.0; 2], scaling).unwrap_err();
-    assert_eq!(
-        error,
-        LcpError::Length {
-            what: "scaling",
-            expected: 2,
-            found: 1
-        }
-    );
+    assert_eq!(error, LcpError::Length { what: "scaling", expected: 2, found: 1 });
 }
 
 #[test]
@@ -96,67 +40,15 @@ fn settings_are_checked() {
         other => panic!("{field}: {other:?}"),
     };
     let default = LemkeSettings::default;
-    refused(
-        LemkeSettings {
-            tolerance: 0.0,
-            ..default()
-        },
-        "tolerance",
-    );
-    refused(
-        LemkeSettings {
-            tolerance: f64::NAN,
-            ..default()
-        },
-        "tolerance",
-    );
-    refused(
-        LemkeSettings {
-            tie: 1.0,
-            ..default()
-        },
-        "tie",
-    );
-    refused(
-        LemkeSettings {
-            pivot: -1.0,
-            ..default()
-        },
-        "pivot",
-    );
-    refused(
-        LemkeSettings {
-            updates: 0,
-            ..default()
-        },
-        "updates",
-    );
-    refused(
-        LemkeSettings {
-            pivots_per_pair: 0,
-            ..default()
-        },
-        "pivots_per_pair",
-    );
-    refused(
-        LemkeSettings {
-            covering_vectors: 0,
-            ..default()
-        },
-        "covering_vectors",
-    );
-    let error = Enumeration::new(EnumerationSettings {
-        max_pairs: 25,
-        ..EnumerationSettings::default()
-    })
-    .unwrap_err();
-    assert!(matches!(
-        error,
-        LcpError::Setting {
-            setting: "max_pairs",
-            ..
-        }
-    ));
+    refused(LemkeSettings { tolerance: 0.0, ..default() }, "tolerance");
+    refused(LemkeSettings { tolerance: f64::NAN, ..default() }, "tolerance");
+    refused(LemkeSettings { tie: 1.0, ..default() }, "tie");
+    refused(LemkeSettings { pivot: -1.0, ..default() }, "pivot");
+    refused(LemkeSettings { updates: 0, ..default() }, "updates");
+    refused(LemkeSettings { pivots_per_pair: 0, ..default() }, "pivots_per_pair");
+    refused(LemkeSettings { covering_vectors: 0, ..default() }, "covering_vectors");
+    let error = Enumeration::new(EnumerationSettings { max_pairs: 25, ..EnumerationSettings::default() }).unwrap_err();
+    assert!(matches!(error, LcpError::Setting { setting: "max_pairs", .. }));
 }
 
 #[test]

@@ -9,28 +9,12 @@ use crate::support::{assert_honest, assert_proof, solves};
 fn the_known_answers_are_answers() {
     for case in cases::all() {
         for z in &case.solutions {
-            assert!(
-                solves(&case.problem, z, 1e-12),
-                "{}: {z:?} does not solve it",
-                case.name
-            );
-            assert!(
-                case.problem.residual(z).value <= 1e-12,
-                "{}: residual of {z:?}",
-                case.name
-            );
+            assert!(solves(&case.problem, z, 1e-12), "{}: {z:?} does not solve it", case.name);
+            assert!(case.problem.residual(z).value <= 1e-12, "{}: residual of {z:?}", case.name);
         }
         for z in &case.non_solutions {
-            assert!(
-                !solves(&case.problem, z, 1e-2),
-                "{}: {z:?} solves it",
-                case.name
-            );
-            assert!(
-                case.problem.residual(z).value > 1e-2,
-                "{}: residual of {z:?}",
-                case.name
-            );
+            assert!(!solves(&case.problem, z, 1e-2), "{}: {z:?} solves it", case.name);
+            assert!(case.problem.residual(z).value > 1e-2, "{}: residual of {z:?}", case.name);
         }
     }
 }
@@ -45,23 +29,10 @@ fn every_method_solves_what_has_a_solution_and_nothing_else() {
             assert_honest(&case.problem, &solution, method.tolerance(), &name);
             let solvable = !case.solutions.is_empty();
             let refused = case.may_refuse.contains(&kind.to_string().as_str());
-            assert!(
-                solution.status.is_solved() == solvable || refused,
-                "{name}: {:?}",
-                solution.status
-            );
+            assert!(solution.status.is_solved() == solvable || refused, "{name}: {:?}", solution.status);
             if solution.status.is_solved() && case.complete {
-                let near = |known: &Vec<f64>| {
-                    known
-                        .iter()
-                        .zip(&solution.z)
-                        .all(|(a, b)| (a - b).abs() < 1e-9)
-                };
-                assert!(
-                    case.solutions.iter().any(near),
-                    "{name}: unknown solution {:?}",
-                    solution.z
-                );
+                let near = |known: &Vec<f64>| known.iter().zip(&solution.z).all(|(a, b)| (a - b).abs() < 1e-9);
+                assert!(case.solutions.iter().any(near), "{name}: unknown solution {:?}", solution.z);
             }
         }
     }
@@ -71,39 +42,20 @@ fn every_method_solves_what_has_a_solution_and_nothing_else() {
 fn enumeration_finds_exactly_the_known_solutions() {
     for case in cases::all().into_iter().filter(|case| case.complete) {
         let found = Enumeration::default().all(&case.problem);
-        assert_eq!(
-            found.len(),
-            case.solutions.len(),
-            "{}: {:?}",
-            case.name,
-            found
-        );
+        assert_eq!(found.len(), case.solutions.len(), "{}: {:?}", case.name, found);
         for known in &case.solutions {
             let near = |z: &[f64]| known.iter().zip(z).all(|(a, b)| (a - b).abs() < 1e-9);
-            assert!(
-                found.iter().any(|solution| near(&solution.z)),
-                "{}: {known:?} not found",
-                case.name
-            );
+            assert!(found.iter().any(|solution| near(&solution.z)), "{}: {known:?} not found", case.name);
         }
     }
 }
 
 #[test]
 fn infeasibility_is_proved_where_there_is_any() {
-    let infeasible = [
-        "zero matrix, negative b",
-        "negative matrix, negative b",
-        "squeezed",
-    ];
+    let infeasible = ["zero matrix, negative b", "negative matrix, negative b", "squeezed"];
     for case in cases::all() {
         let proof = case.problem.infeasibility(&mut Lemke::default());
-        assert_eq!(
-            proof.is_some(),
-            infeasible.contains(&case.name),
-            "{}: {proof:?}",
-            case.name
-        );
+        assert_eq!(proof.is_some(), infeasible.contains(&case.name), "{}: {proof:?}", case.name);
         if let Some(proof) = proof {
             assert_proof(&case.problem, &proof, case.name);
         }

@@ -5,12 +5,7 @@ use signorini_lcp::{Enumeration, Lemke, Matrix, Method, MixedLcp, Status};
 use crate::support::{Random, gram, inner};
 
 fn mixed(rows: &[&[f64]], b: &[f64], free: &[bool]) -> MixedLcp {
-    MixedLcp::new(
-        Matrix::new(b.len(), b.len(), rows.concat()).unwrap(),
-        b.to_vec(),
-        free.to_vec(),
-    )
-    .unwrap()
+    MixedLcp::new(Matrix::new(b.len(), b.len(), rows.concat()).unwrap(), b.to_vec(), free.to_vec()).unwrap()
 }
 
 /// The conditions of a mixed problem, checked one by one.
@@ -18,11 +13,7 @@ fn solves(problem: &MixedLcp, z: &[f64], tolerance: f64) -> bool {
     (0..problem.len()).all(|i| {
         let w = inner(problem.A().row(i), z) + problem.b()[i];
         let complementary = z[i] >= -tolerance && w >= -tolerance && z[i].min(w) <= tolerance;
-        if problem.free()[i] {
-            w.abs() <= tolerance
-        } else {
-            complementary
-        }
+        if problem.free()[i] { w.abs() <= tolerance } else { complementary }
     })
 }
 
@@ -34,20 +25,12 @@ fn hand_computed_problems() {
     let singular = mixed(&[&[0.0, 1.0], &[1.0, 0.0]], &[-1.0, 3.0], &[true, false]);
     // Only free variables: a linear system.
     let linear = mixed(&[&[0.0, 2.0], &[4.0, 0.0]], &[-2.0, -8.0], &[true, true]);
-    let known = [
-        (regular, [-1.0, 2.0]),
-        (singular, [-3.0, 1.0]),
-        (linear, [2.0, 1.0]),
-    ];
+    let known = [(regular, [-1.0, 2.0]), (singular, [-3.0, 1.0]), (linear, [2.0, 1.0])];
     for (problem, answer) in known {
         let solution = problem.solve(&mut Lemke::default(), None);
         assert!(solution.status.is_solved(), "{:?}", solution.status);
         for (found, wanted) in solution.z.iter().zip(answer) {
-            assert!(
-                (found - wanted).abs() < 1e-14,
-                "{:?} instead of {answer:?}",
-                solution.z
-            );
+            assert!((found - wanted).abs() < 1e-14, "{:?} instead of {answer:?}", solution.z);
         }
     }
 }
@@ -57,10 +40,7 @@ fn outcomes_of_a_singular_free_block() {
     let outcome = |problem: MixedLcp| problem.solve(&mut Lemke::default(), None).status;
     // Rows 1 and 2 say u + v = 1 and u + v = 2.
     let contradiction = mixed(&[&[1.0, 1.0], &[1.0, 1.0]], &[-1.0, -2.0], &[true, true]);
-    assert!(matches!(
-        outcome(contradiction),
-        Status::Inconsistent { .. }
-    ));
+    assert!(matches!(outcome(contradiction), Status::Inconsistent { .. }));
     // Twice the same equation: one variable is idle.
     let redundant = mixed(&[&[1.0, 1.0], &[1.0, 1.0]], &[-1.0, -1.0], &[true, true]);
     assert_eq!(outcome(redundant), Status::Solved);
@@ -74,18 +54,10 @@ fn infeasibility_is_proved_in_the_original_rows() {
     // u − z = 0 and w = −u − 1 = −z − 1 < 0.
     let problem = mixed(&[&[1.0, -1.0], &[-1.0, 0.0]], &[0.0, -1.0], &[true, false]);
     let solution = problem.solve(&mut Lemke::default(), None);
-    let Status::Infeasible(farkas) = &solution.status else {
-        panic!("{:?}", solution.status)
-    };
+    let Status::Infeasible(farkas) = &solution.status else { panic!("{:?}", solution.status) };
     let At = problem.A().transposed();
-    assert!(
-        inner(At.row(0), &farkas.y).abs() < 1e-14,
-        "free column: {farkas:?}"
-    );
-    assert!(
-        inner(At.row(1), &farkas.y) <= 1e-14 && farkas.y[1] >= 0.0,
-        "complementary column: {farkas:?}"
-    );
+    assert!(inner(At.row(0), &farkas.y).abs() < 1e-14, "free column: {farkas:?}");
+    assert!(inner(At.row(1), &farkas.y) <= 1e-14 && farkas.y[1] >= 0.0, "complementary column: {farkas:?}");
     assert!(inner(problem.b(), &farkas.y) < 0.0, "{farkas:?}");
 }
 
@@ -106,27 +78,16 @@ fn elimination_agrees_with_a_quadratic_program_solved_directly() {
         });
         let b = c.iter().copied().chain(h.iter().map(|h| -h)).collect();
         let problem = MixedLcp::new(A, b, (0..n).map(|i| i < free).collect()).unwrap();
-        let eliminated = signorini_lcp::Lcp::new(
-            gram(&G),
-            (0..rows).map(|i| -inner(G.row(i), &c) - h[i]).collect(),
-        )
-        .unwrap();
+        let eliminated =
+            signorini_lcp::Lcp::new(gram(&G), (0..rows).map(|i| -inner(G.row(i), &c) - h[i]).collect()).unwrap();
         let solution = problem.solve(&mut Lemke::default(), None);
         let direct = Enumeration::default().solve(&eliminated, None);
-        assert_eq!(
-            solution.status.is_solved(),
-            direct.status.is_solved(),
-            "seed {seed}: {:?}",
-            solution.status
-        );
+        assert_eq!(solution.status.is_solved(), direct.status.is_solved(), "seed {seed}: {:?}", solution.status);
         if solution.status.is_solved() {
             assert!(solves(&problem, &solution.z, 1e-9), "seed {seed}");
             for i in 0..free {
                 let x: f64 = (0..rows).map(|r| G[(r, i)] * direct.z[r]).sum::<f64>() - c[i];
-                assert!(
-                    (x - solution.z[i]).abs() < 1e-7,
-                    "seed {seed}: the minimiser is unique"
-                );
+                assert!((x - solution.z[i]).abs() < 1e-7, "seed {seed}: the minimiser is unique");
             }
         }
     }
@@ -139,8 +100,5 @@ fn a_warm_basis_is_passed_on() {
     let cold = problem.solve(&mut lemke, None);
     assert!(cold.iterations > 0, "{cold:?}");
     let warm = problem.solve(&mut lemke, Some(&cold.basis));
-    assert!(
-        warm.status.is_solved() && warm.iterations == 0 && warm.report.attempts.len() == 1,
-        "{warm:?}"
-    );
+    assert!(warm.status.is_solved() && warm.iterations == 0 && warm.report.attempts.len() == 1, "{warm:?}");
 }

@@ -25,18 +25,10 @@ fn p_matrices_have_one_solution_and_lemke_finds_it() {
         }
         let problem = Lcp::new(A, random.vector(n)).unwrap();
         let solution = Lemke::default().solve(&problem, None);
-        assert!(
-            solution.status.is_solved(),
-            "seed {seed}: {:?}",
-            solution.status
-        );
+        assert!(solution.status.is_solved(), "seed {seed}: {:?}", solution.status);
         let all = Enumeration::default().all(&problem);
         assert_eq!(all.len(), 1, "seed {seed}");
-        let distance = all[0]
-            .z
-            .iter()
-            .zip(&solution.z)
-            .fold(0.0f64, |max, (a, b)| max.max((a - b).abs()));
+        let distance = all[0].z.iter().zip(&solution.z).fold(0.0f64, |max, (a, b)| max.max((a - b).abs()));
         assert!(distance < 1e-7, "seed {seed}: {distance}");
     }
 }
@@ -51,9 +43,7 @@ fn semidefinite_problems_are_solved_exactly_when_they_can_be() {
         let mut G = random.matrix(n, rank);
         if seed % 2 == 0 {
             // Small integers: exact ties and exactly singular blocks.
-            G.data_mut()
-                .iter_mut()
-                .for_each(|x| *x = (3.0 * *x).round());
+            G.data_mut().iter_mut().for_each(|x| *x = (3.0 * *x).round());
         }
         let mut b = random.vector(n);
         if seed % 3 == 0 {
@@ -63,10 +53,7 @@ fn semidefinite_problems_are_solved_exactly_when_they_can_be() {
         assert_eq!(lemke, oracle, "seed {seed}");
         solvable += usize::from(oracle);
     }
-    assert!(
-        (50..350).contains(&solvable),
-        "the family should mix both kinds: {solvable} of 400 solvable"
-    );
+    assert!((50..350).contains(&solvable), "the family should mix both kinds: {solvable} of 400 solvable");
 }
 
 #[test]
@@ -78,11 +65,7 @@ fn touching_contacts_are_always_solved() {
         let duplicates = if nc > 1 { random.below(nc) } else { 0 };
         let problem = touching_contacts(&mut random, nc, m, nv, duplicates);
         let solved = compare(&problem, &format!("seed {seed}"));
-        assert_eq!(
-            solved,
-            (true, true),
-            "seed {seed}: {nc} contacts, m = {m}, nv = {nv}, {duplicates} duplicates"
-        );
+        assert_eq!(solved, (true, true), "seed {seed}: {nc} contacts, m = {m}, nv = {nv}, {duplicates} duplicates");
     }
 }
 
@@ -96,18 +79,8 @@ fn larger_redundant_contacts_are_solved() {
         let problem = touching_contacts(&mut random, nc, m, nv, duplicates);
         let mut lemke = Lemke::default();
         let solution = lemke.solve(&problem, None);
-        assert_honest(
-            &problem,
-            &solution,
-            lemke.tolerance(),
-            &format!("seed {seed}"),
-        );
-        assert!(
-            solution.status.is_solved(),
-            "seed {seed}: {:?} {:?}",
-            solution.status,
-            solution.report
-        );
+        assert_honest(&problem, &solution, lemke.tolerance(), &format!("seed {seed}"));
+        assert!(solution.status.is_solved(), "seed {seed}: {:?} {:?}", solution.status, solution.report);
     }
 }
 
@@ -119,11 +92,7 @@ fn lemke_claims_nothing_false_on_arbitrary_matrices() {
         let n = 1 + random.below(7);
         let integer = seed % 2 == 0;
         let mut entry = || {
-            if integer {
-                random.sign()
-            } else {
-                random.signed()
-            }
+            if integer { random.sign() } else { random.signed() }
         };
         let A = Matrix::from_fn(n, n, |_, _| entry());
         let b = (0..n).map(|_| entry()).collect();
@@ -131,28 +100,18 @@ fn lemke_claims_nothing_false_on_arbitrary_matrices() {
         by_lemke += usize::from(lemke);
         by_oracle += usize::from(oracle);
     }
-    assert!(
-        by_lemke > 200 && by_oracle > 300,
-        "solved: {by_lemke} by Lemke, {by_oracle} by enumeration"
-    );
+    assert!(by_lemke > 200 && by_oracle > 300, "solved: {by_lemke} by Lemke, {by_oracle} by enumeration");
 }
 
 #[test]
 fn ill_conditioned_problems_are_solved_or_admitted() {
     for n in 2..=14 {
         let hilbert = Matrix::from_fn(n, n, |i, j| 1.0 / (i + j + 1) as f64);
-        let b = (0..n)
-            .map(|i| if i % 3 == 0 { -1.0 } else { 0.1 })
-            .collect();
+        let b = (0..n).map(|i| if i % 3 == 0 { -1.0 } else { 0.1 }).collect();
         let problem = Lcp::new(hilbert, b).unwrap();
         let mut lemke = Lemke::default();
         let solution = lemke.solve(&problem, None);
-        assert_honest(
-            &problem,
-            &solution,
-            lemke.tolerance(),
-            &format!("Hilbert {n}"),
-        );
+        assert_honest(&problem, &solution, lemke.tolerance(), &format!("Hilbert {n}"));
     }
 }
 
@@ -167,9 +126,7 @@ fn every_semidefinite_problem_is_either_solved_or_proved_infeasible() {
         let solved = lemke.solve(&problem, None).status.is_solved();
         let proof = problem.infeasibility(&mut lemke);
         assert_ne!(solved, proof.is_some(), "seed {seed}");
-        proof
-            .iter()
-            .for_each(|proof| assert_proof(&problem, proof, &format!("seed {seed}")));
+        proof.iter().for_each(|proof| assert_proof(&problem, proof, &format!("seed {seed}")));
     }
 }
 
@@ -187,32 +144,15 @@ fn extreme_magnitudes_are_solved_or_admitted() {
         let mixed = MixedLcp::new(A.clone(), b.clone(), free).unwrap();
         let problem = Lcp::new(A, b).unwrap();
         let mut lemke = Lemke::default();
-        for solution in [
-            lemke.solve(&problem, None),
-            Enumeration::default().solve(&problem, None),
-        ] {
-            assert_eq!(
-                solution.residual,
-                problem.residual(&solution.z),
-                "seed {seed}"
-            );
+        for solution in [lemke.solve(&problem, None), Enumeration::default().solve(&problem, None)] {
+            assert_eq!(solution.residual, problem.residual(&solution.z), "seed {seed}");
             let within = solution.residual.within(lemke.tolerance());
-            assert_eq!(
-                solution.status.is_solved(),
-                within,
-                "seed {seed}: {:?}",
-                solution.status
-            );
+            assert_eq!(solution.status.is_solved(), within, "seed {seed}: {:?}", solution.status);
             solved += usize::from(within);
         }
         let solution = mixed.solve(&mut lemke, None);
         let within = mixed.residual(&solution.z).within(lemke.tolerance());
-        assert_eq!(
-            solution.status.is_solved(),
-            within,
-            "seed {seed}: {:?}",
-            solution.status
-        );
+        assert_eq!(solution.status.is_solved(), within, "seed {seed}: {:?}", solution.status);
     }
     assert!(solved > 100, "solved: {solved}");
 }

@@ -30,16 +30,9 @@ fn expect(name: &str, expected: &str, solution: &Solution) {
 #[test]
 fn all_problems_with_a_solution_are_solved() {
     let Some(folder) = folder() else { return };
-    let mut lemke = Lemke::new(LemkeSettings {
-        tolerance: 1e-8,
-        ..LemkeSettings::default()
-    })
-    .unwrap();
+    let mut lemke = Lemke::new(LemkeSettings { tolerance: 1e-8, ..LemkeSettings::default() }).unwrap();
     let mut count = 0;
-    for path in files(&folder)
-        .iter()
-        .chain(&files(&folder.join("synthetic")))
-    {
+    for path in files(&folder).iter().chain(&files(&folder.join("synthetic"))) {
         for named in lcps(path, MAX_PAIRS) {
             let solution = lemke.solve(&named.problem, None);
             assert_honest(&named.problem, &solution, lemke.tolerance(), &named.name);
@@ -47,29 +40,15 @@ fn all_problems_with_a_solution_are_solved() {
             if matches!(solution.status, Status::Ray(_)) {
                 // Squeezed: provably infeasible. Jammed, or a game: only complementarity cannot be met.
                 let proof = named.problem.infeasibility(&mut lemke);
-                assert_eq!(
-                    proof.is_some(),
-                    named.expected == "infeasible",
-                    "{}",
-                    named.name
-                );
-                proof
-                    .iter()
-                    .for_each(|proof| assert_proof(&named.problem, proof, &named.name));
+                assert_eq!(proof.is_some(), named.expected == "infeasible", "{}", named.name);
+                proof.iter().for_each(|proof| assert_proof(&named.problem, proof, &named.name));
             }
             count += 1;
         }
         if let Some(named) = mixed(path) {
             let solution = named.problem.solve(&mut lemke, None);
             expect(&named.name, &named.expected, &solution);
-            assert!(
-                named
-                    .problem
-                    .residual(&solution.z)
-                    .within(lemke.tolerance()),
-                "{}",
-                named.name
-            );
+            assert!(named.problem.residual(&solution.z).within(lemke.tolerance()), "{}", named.name);
             count += 1;
         }
     }

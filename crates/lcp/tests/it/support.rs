@@ -41,9 +41,7 @@ impl Random {
 
 /// `G Gᵀ`: positive semidefinite of the rank of `G`.
 pub fn gram(G: &Matrix) -> Matrix {
-    Matrix::from_fn(G.rows(), G.rows(), |i, j| {
-        G.row(i).iter().zip(G.row(j)).map(|(a, b)| a * b).sum()
-    })
+    Matrix::from_fn(G.rows(), G.rows(), |i, j| G.row(i).iter().zip(G.row(j)).map(|(a, b)| a * b).sum())
 }
 
 /// `x·y` in plain arithmetic.
@@ -53,13 +51,7 @@ pub fn inner(x: &[f64], y: &[f64]) -> f64 {
 
 /// Contacts of a body with `nv` coordinates and unit mass, gaps zero, hence solvable; `duplicates` of the contacts
 /// are copies of the first.
-pub fn touching_contacts(
-    random: &mut Random,
-    nc: usize,
-    m: usize,
-    nv: usize,
-    duplicates: usize,
-) -> Lcp {
+pub fn touching_contacts(random: &mut Random, nc: usize, m: usize, nv: usize, duplicates: usize) -> Lcp {
     let per_contact = if m == 2 { 2 } else { 3 };
     let mut J = random.matrix(per_contact * nc, nv);
     for c in nc - duplicates..nc {
@@ -74,10 +66,7 @@ pub fn touching_contacts(
     let mu: Vec<f64> = (0..nc).map(|_| [0.0, 0.3, 1.0][random.below(3)]).collect();
     let polygon: Vec<Vec<f64>> = match m {
         2 => vec![vec![1.0], vec![-1.0]],
-        _ => (0..m)
-            .map(|k| std::f64::consts::TAU * k as f64 / m as f64)
-            .map(|a| vec![a.cos(), a.sin()])
-            .collect(),
+        _ => (0..m).map(|k| std::f64::consts::TAU * k as f64 / m as f64).map(|a| vec![a.cos(), a.sin()]).collect(),
     };
     polyhedral(&gram(&J), &q, &mu, &vec![polygon; nc])
 }
@@ -103,26 +92,13 @@ pub fn assert_honest(problem: &Lcp, solution: &Solution, tolerance: f64, name: &
             assert_proof(problem, farkas, name);
         }
         Status::Ray(ray) => {
-            assert!(
-                ray.z.iter().chain(&ray.w).all(|&x| x >= 0.0) && ray.z0 >= 0.0,
-                "{name}: signs of the ray"
-            );
-            assert!(
-                (0..problem.len()).all(|i| ray.z[i] == 0.0 || ray.w[i] == 0.0),
-                "{name}: ray not complementary"
-            );
-            assert!(
-                ray.z0 > 0.0 || !ray.support.is_empty(),
-                "{name}: the ray is zero"
-            );
+            assert!(ray.z.iter().chain(&ray.w).all(|&x| x >= 0.0) && ray.z0 >= 0.0, "{name}: signs of the ray");
+            assert!((0..problem.len()).all(|i| ray.z[i] == 0.0 || ray.w[i] == 0.0), "{name}: ray not complementary");
+            assert!(ray.z0 > 0.0 || !ray.support.is_empty(), "{name}: the ray is zero");
         }
         _ => {}
     }
-    assert!(
-        !solved || solution.status.is_solved(),
-        "{name}: {:?}, but z solves the problem",
-        solution.status
-    );
+    assert!(!solved || solution.status.is_solved(), "{name}: {:?}, but z solves the problem", solution.status);
 }
 
 /// Fails unless y ≥ 0, Aᵀy ≤ 0 and bᵀy < 0.
@@ -132,21 +108,12 @@ pub fn assert_proof(problem: &Lcp, farkas: &Farkas, name: &str) {
     // In one unit, as A is: the row of y times the column of z.
     let y: Vec<f64> = (0..n).map(|i| farkas.y[i] / t[i]).collect();
     let sum: f64 = y.iter().sum();
-    assert!(
-        y.iter().all(|&y| y >= 0.0) && sum > 0.0,
-        "{name}: multipliers {y:?}"
-    );
+    assert!(y.iter().all(|&y| y >= 0.0) && sum > 0.0, "{name}: multipliers {y:?}");
     let entry = |i: usize, j: usize| t[i] * problem.A()[(i, j)] / s[j];
     let largest = (0..n * n).fold(0.0f64, |max, k| max.max(entry(k / n, k % n).abs()));
     for j in 0..n {
         let column: f64 = (0..n).map(|i| entry(i, j) * y[i]).sum();
-        assert!(
-            column <= 1e-9 * largest * sum,
-            "{name}: column {j} of the proof, {column:e}"
-        );
+        assert!(column <= 1e-9 * largest * sum, "{name}: column {j} of the proof, {column:e}");
     }
-    assert!(
-        inner(problem.b(), &farkas.y) < 0.0,
-        "{name}: right-hand side of the proof"
-    );
+    assert!(inner(problem.b(), &farkas.y) < 0.0, "{name}: right-hand side of the proof");
 }

@@ -11,10 +11,7 @@ fn in_other_units(problem: &Lcp, z: &[f64], w: &[f64]) -> Lcp {
     let b = (0..n).map(|i| w[i] * problem.b()[i]).collect();
     // The unit of the residual stays that of the first problem: b is measured there.
     let (s, t) = (problem.scaling().z(), problem.scaling().w());
-    let scaling = Scaling::new(
-        (0..n).map(|i| s[i] / z[i]).collect(),
-        (0..n).map(|i| t[i] / w[i]).collect(),
-    );
+    let scaling = Scaling::new((0..n).map(|i| s[i] / z[i]).collect(), (0..n).map(|i| t[i] / w[i]).collect());
     Lcp::with_scaling(A, b, scaling.unwrap()).unwrap()
 }
 
@@ -27,33 +24,16 @@ fn mass_and_time_units_do_not_matter() {
         let impulses = n - 3;
         // Mass in other units: impulses × 2¹⁰, W and the friction bound accordingly; speeds as they are.
         let mass = 1024.0;
-        let z: Vec<f64> = (0..n)
-            .map(|i| if i < impulses { mass } else { 1.0 })
-            .collect();
-        let w: Vec<f64> = (0..n)
-            .map(|i| if i < impulses { 1.0 } else { mass })
-            .collect();
+        let z: Vec<f64> = (0..n).map(|i| if i < impulses { mass } else { 1.0 }).collect();
+        let w: Vec<f64> = (0..n).map(|i| if i < impulses { 1.0 } else { mass }).collect();
         let other = in_other_units(&problem, &z, &w);
-        let (first, second) = (
-            Lemke::default().solve(&problem, None),
-            Lemke::default().solve(&other, None),
-        );
-        assert!(
-            first.status.is_solved() && second.status.is_solved(),
-            "seed {seed}"
-        );
+        let (first, second) = (Lemke::default().solve(&problem, None), Lemke::default().solve(&other, None));
+        assert!(first.status.is_solved() && second.status.is_solved(), "seed {seed}");
         assert_eq!(first.basis, second.basis, "seed {seed}");
-        assert_eq!(
-            first.residual.value, second.residual.value,
-            "seed {seed}: powers of two are exact"
-        );
+        assert_eq!(first.residual.value, second.residual.value, "seed {seed}: powers of two are exact");
         let point = random.vector(n);
         let moved: Vec<f64> = (0..n).map(|i| z[i] * point[i]).collect();
-        assert_eq!(
-            problem.residual(&point).value,
-            other.residual(&moved).value,
-            "seed {seed}"
-        );
+        assert_eq!(problem.residual(&point).value, other.residual(&moved).value, "seed {seed}");
     }
 }
 
@@ -70,26 +50,16 @@ fn one_unit_for_all_rows_cancels_out() {
         let z = random.vector(n);
         let moved: Vec<f64> = z.iter().map(|z| 1e-9 * z).collect();
         let (left, right) = (first.residual(&z).value, second.residual(&moved).value);
-        assert!(
-            (left - right).abs() <= 1e-12 * left,
-            "seed {seed}: {left} and {right}"
-        );
+        assert!((left - right).abs() <= 1e-12 * left, "seed {seed}: {left} and {right}");
     }
 }
 
 #[test]
 fn a_point_that_is_not_finite_has_an_infinite_residual() {
-    let problem = Lcp::new(
-        Matrix::new(2, 2, vec![1.0, 0.0, 0.0, 1.0]).unwrap(),
-        vec![-1.0, -1.0],
-    )
-    .unwrap();
+    let problem = Lcp::new(Matrix::new(2, 2, vec![1.0, 0.0, 0.0, 1.0]).unwrap(), vec![-1.0, -1.0]).unwrap();
     for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let residual = problem.residual(&[1.0, bad]);
-        assert!(
-            residual.value.is_infinite() && !residual.within(1e300),
-            "{bad}: {residual:?}"
-        );
+        assert!(residual.value.is_infinite() && !residual.within(1e300), "{bad}: {residual:?}");
     }
     assert!(problem.residual(&[f64::MAX, f64::MAX]).value > 1.0);
 }

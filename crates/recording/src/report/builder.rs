@@ -71,16 +71,7 @@ impl ReportBuilder {
         header.validate()?;
         let text = PAGE.len() + to_json(&header)?.len();
         let room = settings.max_bytes.saturating_sub(text);
-        Ok(Self {
-            header,
-            settings,
-            run: Run::default(),
-            kept: Vec::new(),
-            stride: 1,
-            latest: None,
-            bytes: 0,
-            room,
-        })
+        Ok(Self { header, settings, run: Run::default(), kept: Vec::new(), stride: 1, latest: None, bytes: 0, room })
     }
 
     /// Adds the next frame.
@@ -99,10 +90,7 @@ impl ReportBuilder {
             }
             _ => {
                 self.bytes += kept_size(frame);
-                self.kept.push(Kept {
-                    frame: frame.clone(),
-                    bin,
-                });
+                self.kept.push(Kept { frame: frame.clone(), bin });
                 self.latest = None;
             }
         }
@@ -138,10 +126,7 @@ impl ReportBuilder {
             title => title,
         };
         let values = [(TITLE, escape_html(title)), (ABOUT, about), (DATA, data)];
-        fill(PAGE, &values, output).map_err(|source| RecordingError::Io {
-            file: "(report)".into(),
-            source,
-        })
+        fill(PAGE, &values, output).map_err(|source| RecordingError::Io { file: "(report)".into(), source })
     }
 
     /// The kept frames' arrays, deflated and as text.
@@ -159,8 +144,7 @@ impl ReportBuilder {
     }
 
     fn exceeds_limits(&self) -> bool {
-        self.kept.len() > self.settings.max_frames.max(2)
-            || self.bytes > EXPECTED_COMPRESSION * self.room
+        self.kept.len() > self.settings.max_frames.max(2) || self.bytes > EXPECTED_COMPRESSION * self.room
     }
 
     /// Keeps every second of the kept frames.
@@ -187,26 +171,20 @@ impl ReportBuilder {
 
 /// JSON that may stand inside a `<script>` element.
 fn to_json(value: &impl Serialize) -> Result<String, RecordingError> {
-    let json = serde_json::to_string(value).map_err(|_| RecordingError::InvalidHeader {
-        field: "header".into(),
-        problem: "cannot be written as JSON",
-    })?;
+    let json = serde_json::to_string(value)
+        .map_err(|_| RecordingError::InvalidHeader { field: "header".into(), problem: "cannot be written as JSON" })?;
     Ok(json.replace('<', "\\u003c"))
 }
 
 fn escape_html(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// Writes `page` with each marker (in the order in which the page has them) replaced by its value.
 fn fill(page: &str, values: &[(&str, String)], output: &mut impl Write) -> std::io::Result<()> {
     let mut rest = page;
     for (marker, value) in values {
-        let (before, after) = rest
-            .split_once(marker)
-            .expect("the page has every marker once, in order");
+        let (before, after) = rest.split_once(marker).expect("the page has every marker once, in order");
         output.write_all(before.as_bytes())?;
         output.write_all(value.as_bytes())?;
         rest = after;
