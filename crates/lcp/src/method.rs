@@ -1,7 +1,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution};
+use crate::{Automatic, Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution};
 
 /// A method for linear complementarity problems.
 ///
@@ -19,6 +19,8 @@ pub trait Method: Send {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MethodKind {
+    /// Lemke, then on tiny problems enumeration, `"automatic"`.
+    Automatic(LemkeSettings, EnumerationSettings),
     /// Lexicographic Lemke, `"lemke"`.
     Lemke(LemkeSettings),
     /// All complementary bases, `"enumeration"`.
@@ -28,7 +30,11 @@ pub enum MethodKind {
 impl MethodKind {
     /// Every method with its default settings.
     pub fn all() -> Vec<Self> {
-        vec![Self::Lemke(LemkeSettings::default()), Self::Enumeration(EnumerationSettings::default())]
+        vec![
+            Self::Automatic(LemkeSettings::default(), EnumerationSettings::default()),
+            Self::Lemke(LemkeSettings::default()),
+            Self::Enumeration(EnumerationSettings::default()),
+        ]
     }
 
     /// The method, ready to solve.
@@ -37,6 +43,7 @@ impl MethodKind {
     /// [`LcpError::Setting`] when a setting is outside its range.
     pub fn build(&self) -> Result<Box<dyn Method>, LcpError> {
         Ok(match self {
+            Self::Automatic(lemke, enumeration) => Box::new(Automatic::new(lemke.clone(), enumeration.clone())?),
             Self::Lemke(settings) => Box::new(Lemke::new(settings.clone())?),
             Self::Enumeration(settings) => Box::new(Enumeration::new(settings.clone())?),
         })
@@ -46,6 +53,7 @@ impl MethodKind {
 impl fmt::Display for MethodKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Automatic(..) => "automatic",
             Self::Lemke(_) => "lemke",
             Self::Enumeration(_) => "enumeration",
         })
@@ -60,7 +68,7 @@ impl FromStr for MethodKind {
         Self::all()
             .into_iter()
             .find(|kind| kind.to_string() == name)
-            .ok_or_else(|| LcpError::UnknownMethod { name: name.to_owned(), known: "lemke, enumeration" })
+            .ok_or_else(|| LcpError::UnknownMethod { name: name.to_owned(), known: "automatic, lemke, enumeration" })
     }
 }
 

@@ -15,7 +15,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
         return Err("an MSH file without four counts".into());
     };
     let words = (bytes.len() - HEADER) / 4;
-    if 3 * vertices + 3 * normals + 2 * textures + 3 * faces != words || bytes.len() % 4 != 0 {
+    if 3 * vertices + 3 * normals + 2 * textures + 3 * faces != words || !bytes.len().is_multiple_of(4) {
         return Err("an MSH file whose length is not what its counts say".into());
     }
     let number = |k: usize| word(k + HEADER / 4).map_or(0.0, |b| f64::from(f32::from_le_bytes(b)));
