@@ -84,7 +84,8 @@ impl Collider {
     /// A geom of a body with [`Reach`] `r` travels at most `r.linear + r.angular · (distance of its farthest point from
     /// the body's origin)`; a point is returned when its gap is at most the sum of both geoms' travels. Points are
     /// ordered by `(geom_a, geom_b, feature)`, `geom_a < geom_b`; the result depends on nothing but the arguments.
-    /// Geoms whose pose is not a number touch nothing.
+    /// Geoms whose pose is not a number touch nothing. A body at rest still needs the reach of a step of free fall: with
+    /// no reach at all a gap of one rounding error is too far.
     /// - `model`: the model this collider was made for;
     /// - `body_pose`: `X_WB`, `[bodies]`; `reach`: `[bodies]`;
     /// - `out`: cleared, then filled.

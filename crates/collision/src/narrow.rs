@@ -1,7 +1,7 @@
 //! Contact points of one pair of shapes.
 
 use crate::capsule;
-use crate::convex::{Convex, Placed};
+use crate::convex::{Convex, Placed, scale};
 use crate::feature::Feature;
 use crate::manifold::{Manifold, Touch};
 use crate::reduce::Reducer;
@@ -31,7 +31,7 @@ impl Narrow {
             (a.shape, b.shape)
         {
             capsule::capsules((a, ra, ha), (b, rb, hb), margin, out);
-            return capsule::drop_redundant(out, from, LATERAL * (a.size + b.size));
+            return capsule::drop_redundant(out, from, LATERAL * scale(a, b));
         }
         self.touch(a, b, margin, out);
     }
@@ -42,7 +42,7 @@ impl Narrow {
     /// Closed-form directions come first. Where the facing patches attain the gap of the best of them, it is the
     /// distance (for shapes apart) or a least overlap (for shallow overlaps), and no search is needed.
     pub fn touch(&mut self, a: &Placed, b: &Placed, margin: f64, out: &mut Vec<Touch>) -> Option<Separation> {
-        let (size, from) = (a.size + b.size, out.len());
+        let (size, from) = (scale(a, b), out.len());
         let first = match (a.shape, b.shape) {
             (_, Convex::Sphere { radius }) => {
                 return push_closest(separation::sphere(a, b, *radius, margin), out);

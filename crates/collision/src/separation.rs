@@ -6,7 +6,7 @@
 
 use glamx::glam::DVec3;
 
-use crate::convex::{Convex, Placed, separation_along};
+use crate::convex::{Convex, Placed, scale, separation_along};
 use crate::distance::signed_distance;
 use crate::epa::Epa;
 use crate::gjk::{self, Outcome};
@@ -39,7 +39,7 @@ pub(crate) fn boxes(a: &Placed, b: &Placed, half_a: DVec3, half_b: DVec3, margin
     let to_b = b.position - a.position;
     let (ra, rb) = (a.rotation, b.rotation);
     let relative = ra.transpose() * rb;
-    let size = a.size + b.size;
+    let size = scale(a, b);
     let center = ra.transpose() * to_b;
     let abs = [relative.x_axis.abs(), relative.y_axis.abs(), relative.z_axis.abs()];
     let reach_b = abs[0] * half_b.x + abs[1] * half_b.y + abs[2] * half_b.z;
@@ -88,7 +88,7 @@ pub(crate) fn boxes(a: &Placed, b: &Placed, half_a: DVec3, half_b: DVec3, margin
 /// Where a corner (an edge) of one box touches a corner of the other, every direction between the two face normals
 /// separates them equally well: the middle one, so that neither box is preferred. `None` if this is not such a case.
 fn between_faces(a: &Placed, b: &Placed, face_a: (f64, DVec3), face_b: (f64, DVec3)) -> Option<(f64, DVec3)> {
-    let size = a.size + b.size;
+    let size = scale(a, b);
     let touching = face_a.0.abs().max(face_b.0.abs()) <= CORNER * size;
     let distinct = face_a.1.dot(face_b.1) < 1.0 - 1e-6;
     if !touching || !distinct {
@@ -132,7 +132,7 @@ impl Search {
         for &axis in &self.axes {
             for n in [axis, -axis] {
                 let gap = separation_along(a, b, n);
-                if gap > best.0 + 1e-12 * (a.size + b.size) {
+                if gap > best.0 + 1e-12 * scale(a, b) {
                     best = (gap, n);
                 }
             }
@@ -143,7 +143,7 @@ impl Search {
     /// Any two convex shapes: characteristic axes first, then GJK between the cores (Gilbert, Johnson, Keerthi 1988) when
     /// they are apart, else an expanding polytope (van den Bergen 2001). `None` if farther apart than `margin`.
     pub fn general(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<Separation> {
-        let size = a.size + b.size;
+        let size = scale(a, b);
         let radii = a.shape.radius() + b.shape.radius();
         let axis = self.axis(a, b, margin)?;
         match gjk::closest(a, b, margin + radii) {

@@ -3,7 +3,7 @@
 use glamx::glam::{DMat3, DVec3};
 
 use crate::bvh::Aabb;
-use crate::convex::{Convex, Placed, bounds_of, separation_along};
+use crate::convex::{Convex, Placed, bounds_of, scale, separation_along};
 use crate::feature::Feature;
 use crate::halfspace::HalfSpace;
 use crate::manifold::Touch;
@@ -124,7 +124,7 @@ fn touch_triangle(
         let normal = a.rotation * allowed;
         let gap = separation_along(a, b, normal);
         if gap <= margin {
-            let size = a.size + b.size;
+            let size = scale(a, b);
             narrow.patches(a, b, &Separation { normal, gap, midpoint: None }, size, out);
             narrow.reducer.outline(out, from, margin, size);
         }

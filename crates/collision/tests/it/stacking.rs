@@ -190,6 +190,21 @@ fn boxes_corner_to_corner_have_their_true_distance() {
     }
 }
 
+/// Tolerances follow the small shape: a 2 mm die on a floor of 200 m, also near the floor's border.
+#[test]
+fn a_tiny_box_on_a_huge_one_is_as_sharp_as_on_a_plane() {
+    let (floor, die) = (cuboid(100.0, 100.0, 1.0), cuboid(0.001, 0.001, 0.001));
+    for x in [0.0, 37.5, 100.0 - 1e-3 - 1e-6, 100.0 + 1e-3 - 1e-5] {
+        for gap in [-1e-7, 0.0, 1e-7] {
+            let points = contacts(&floor, at(0.0, 0.0, -1.0), &die, at(x, 3.0, 0.001 + gap), 1e-6);
+            let right = (x + 0.001).min(100.0);
+            let corners = [[x - 0.001, 2.999], [right, 2.999], [x - 0.001, 3.001], [right, 3.001]];
+            assert_positions(&points, &corners.map(|[x, y]| DVec3::new(x, y, 0.5 * gap)), 1e-9);
+            assert!(points.iter().all(|p| p.normal == DVec3::Z && (p.gap - gap).abs() < 1e-12), "{points:?}");
+        }
+    }
+}
+
 #[test]
 fn distant_boxes_do_not_touch() {
     let cube = cuboid(0.5, 0.5, 0.5);
