@@ -84,6 +84,7 @@ def mesh_vertices(model, geom):
 
 def reference(path):
     model = mujoco.MjModel.from_xml_path(str(path))
+    weightless = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
     bodies = []
     for b in range(model.nbody):
         r = rotation(model.body_iquat[b])
@@ -159,7 +160,7 @@ def reference(path):
         "nq": model.nq,
         "nv": model.nv,
         "timestep": model.opt.timestep,
-        "gravity": model.opt.gravity.tolist(),
+        "gravity": [0.0] * 3 if weightless else model.opt.gravity.tolist(),
         "qpos0": model.qpos0.tolist(),
         "bodies": bodies,
         "joints": joints,
