@@ -84,6 +84,8 @@ def mesh_vertices(model, geom):
 
 def reference(path):
     model = mujoco.MjModel.from_xml_path(str(path))
+    weightless = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
+    touching = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
     bodies = []
     for b in range(model.nbody):
         r = rotation(model.body_iquat[b])
@@ -125,8 +127,8 @@ def reference(path):
             "rotation": rotation(model.geom_quat[g]).tolist(),
             "friction": float(model.geom_friction[g][0]),
             "condim": int(model.geom_condim[g]),
-            "contype": int(model.geom_contype[g]),
-            "conaffinity": int(model.geom_conaffinity[g]),
+            "contype": int(model.geom_contype[g]) if touching else 0,
+            "conaffinity": int(model.geom_conaffinity[g]) if touching else 0,
             "rgba": model.geom_rgba[g].tolist(),
             "vertices": mesh_vertices(model, g),
         })
@@ -159,7 +161,7 @@ def reference(path):
         "nq": model.nq,
         "nv": model.nv,
         "timestep": model.opt.timestep,
-        "gravity": model.opt.gravity.tolist(),
+        "gravity": [0.0] * 3 if weightless else model.opt.gravity.tolist(),
         "qpos0": model.qpos0.tolist(),
         "bodies": bodies,
         "joints": joints,

@@ -14,8 +14,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let [vertices, normals, textures, faces] = counts.ok_or("an MSH file with negative counts")?[..] else {
         return Err("an MSH file without four counts".into());
     };
-    let words = (bytes.len() - HEADER) / 4;
-    if 3 * vertices + 3 * normals + 2 * textures + 3 * faces != words || !bytes.len().is_multiple_of(4) {
+    let words = 3 * (vertices as u64 + normals as u64 + faces as u64) + 2 * textures as u64;
+    if HEADER as u64 + 4 * words != bytes.len() as u64 {
         return Err("an MSH file whose length is not what its counts say".into());
     }
     let number = |k: usize| word(k + HEADER / 4).map_or(0.0, |b| f64::from(f32::from_le_bytes(b)));

@@ -52,16 +52,16 @@ pub(super) struct OpenBody {
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
     let mut inertias = vec![(BodyId::WORLD, Inertia::ZERO)];
     let mut pending = Vec::new();
+    let mut world = OpenBody { id: BodyId::WORLD, pose: Pose::IDENTITY, weights: Vec::new(), weighs_geoms: false };
     for section in root.children_named("worldbody") {
         let class = importer.defaults.class_of(section, "childclass")?;
         let scope = Scope { frame: Pose::IDENTITY, class, suffix: String::new() };
-        let mut world = OpenBody { id: BodyId::WORLD, pose: Pose::IDENTITY, weights: Vec::new(), weighs_geoms: false };
-        let children = read_contents(importer, section, scope, &mut world)?;
+        pending.extend(read_contents(importer, section, scope, &mut world)?);
+    }
+    pending.reverse();
+    while let Some(body) = pending.pop() {
+        let children = read_body(importer, body, &mut inertias)?;
         pending.extend(children.into_iter().rev());
-        while let Some(body) = pending.pop() {
-            let children = read_body(importer, body, &mut inertias)?;
-            pending.extend(children.into_iter().rev());
-        }
     }
     let mut values: Vec<Inertia> = inertias.iter().map(|(_, inertia)| *inertia).collect();
     importer.compiler.rescaled(&mut values);

@@ -145,14 +145,13 @@ const OPTION: Coverage = Coverage {
 };
 
 const FLAG: Coverage = Coverage {
-    read: "gravity",
+    read: "gravity contact",
     harmless: "autoreset diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd refsafe \
                sensor sleep speculative warmstart",
     ignored: &[
         ignored("actuation", "enable", "actuators work"),
         ignored("clampctrl", "enable", "controls are clamped to their range"),
         ignored("constraint", "enable", "contacts, limits and friction work"),
-        ignored("contact", "enable", "bodies touch"),
         ignored("damper", "enable", "dampers work"),
         ignored("equality", "enable", "there are no equality constraints"),
         ignored("filterparent", "enable", "a body does not touch its parent"),

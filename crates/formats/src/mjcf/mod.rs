@@ -50,6 +50,7 @@ struct Importer<'t> {
     /// By geom.
     contact_properties: Vec<ContactProperties>,
     elements: usize,
+    contacts_disabled: bool,
 }
 
 /// Turns a parsed document into a model; `main` is the file it came from, if any.
@@ -67,6 +68,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result
         report: Reporter::default(),
         contact_properties: Vec::new(),
         elements: 0,
+        contacts_disabled: false,
     };
     options::read(&mut importer, root)?;
     bodies::read(&mut importer, root)?;

@@ -282,6 +282,11 @@ fn mesh_vertices_inertia_and_height_fields() {
 }
 
 #[test]
+fn disabled_contacts_and_gravity() {
+    compare("disabled");
+}
+
+#[test]
 fn included_files_and_total_mass() {
     compare("include");
 }
