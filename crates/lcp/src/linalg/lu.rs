@@ -13,6 +13,7 @@ pub struct Lu {
     /// For each row the columns between which its nonzeros lie: `first[i] ≤ j < last[i]`.
     first: Vec<usize>,
     last: Vec<usize>,
+    /// Largest entry of each column before elimination.
     column_scale: Vec<f64>,
 }
 
