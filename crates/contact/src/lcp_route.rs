@@ -39,6 +39,7 @@ pub fn solve_as_lcp(
     solution.status = match &outcome.status {
         Status::Ray(ray) => SolveStatus::Ray { contacts: contacts_in(problem, &at, &ray.z) },
         Status::Infeasible(farkas) => SolveStatus::Infeasible { contacts: contacts_in(problem, &at, &farkas.y) },
+        Status::Inconsistent { .. } => SolveStatus::Infeasible { contacts: Vec::new() },
         Status::IterationLimit => SolveStatus::IterationLimit,
         _ if solution.certificate.holds(tolerance) => SolveStatus::Solved,
         _ => SolveStatus::Inaccurate,
