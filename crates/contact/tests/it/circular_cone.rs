@@ -3,7 +3,8 @@
 //! What theory says: where a contact sticks inside both cones the two agree. Where it slides, the polygon's impulse is a point
 //! of the polygon while the cone's is on the circle. Along the sliding direction the two differ by at most
 //! `1 − cos(π/m) ≈ π²/2m²` of `μ λ_N`; across it by up to `sin(π/m) ≈ π/m`, because the impulse sits at the vertex nearest to
-//! the sliding direction. So the speed converges with `1/m²`, the velocity vector only with `1/m`.
+//! the sliding direction. So the velocity vector converges with `1/m`, and with `1/m²` what the sliding loses in speed and in
+//! energy, where tangential impulses do not change normal ones; where they do, the energy also has a part in `1/m`.
 
 use std::f64::consts::{PI, TAU};
 
@@ -151,10 +152,11 @@ fn errors(problem: &ContactProblem, count: usize, random: &mut Random) -> [f64; 
     sums.map(|s| (s / ORIENTATIONS as f64).sqrt())
 }
 
-/// First order in the velocity vector, second order in the energy that friction takes: sixteen times as many directions.
+/// First order in the velocity vector and, if `uncoupled`, second order in the energy that friction takes, over sixteen times
+/// as many directions. `uncoupled`: tangential impulses do not change normal ones.
 ///
 /// Returns false where the contacts stick: both errors then vanish for every number of directions.
-fn assert_orders(problem: &ContactProblem, random: &mut Random, name: &str) -> bool {
+fn assert_orders(problem: &ContactProblem, uncoupled: bool, random: &mut Random, name: &str) -> bool {
     let all: Vec<[f64; 2]> = COUNTS.iter().map(|&count| errors(problem, count, random)).collect();
     println!("{name}: {all:?}");
     if all.iter().flatten().all(|e| *e <= 1e-9) {
@@ -162,10 +164,12 @@ fn assert_orders(problem: &ContactProblem, random: &mut Random, name: &str) -> b
     }
     let order = |k: usize| (all[0][k] / all[3][k]).ln() / 16_f64.ln();
     assert!(order(0) >= 0.8, "{name}: velocity converges with order {:.2}: {all:?}", order(0));
-    assert!(order(1) >= 1.6, "{name}: energy converges with order {:.2}: {all:?}", order(1));
+    let least = if uncoupled { 1.8 } else { 0.8 };
+    assert!(order(1) >= least, "{name}: energy converges with order {:.2}: {all:?}", order(1));
     for (count, [v, e]) in COUNTS.iter().zip(&all) {
         let half = PI / *count as f64;
-        assert!(*v <= half && *e <= half * half, "{name}, m = {count}: {v:e}, {e:e}");
+        let most = if uncoupled { half * half } else { half };
+        assert!(*v <= half && *e <= most, "{name}, m = {count}: {v:e}, {e:e}");
     }
     true
 }
@@ -178,7 +182,7 @@ fn one_body_problems_converge_to_the_cone() {
         let friction = random.between(0.05, 0.3);
         let parameters = Parameters { friction, gap: Gap::Zero, motion: Motion::Impact, ..Parameters::default() };
         let problem = families::cluster(&mut random, &parameters, 1);
-        sliding += usize::from(assert_orders(&problem, &mut random, &format!("body {seed}")));
+        sliding += usize::from(assert_orders(&problem, false, &mut random, &format!("body {seed}")));
     }
     assert!(sliding >= 8, "only {sliding} of 12 slide");
 }
@@ -198,6 +202,6 @@ fn sliding_boxes_and_spinning_tables_converge_to_the_cone() {
             scene.contact(None, Some(body), DVec3::new(x, y, 0.0), DVec3::Z, 0.0);
         }
         let problem = scene.problem(|_| (0.2, FrictionPolygon::regular(4, 0.0).expect("even")));
-        assert!(assert_orders(&problem, &mut Random::new(9), name), "{name} sticks");
+        assert!(assert_orders(&problem, true, &mut Random::new(9), name), "{name} sticks");
     }
 }

@@ -27,12 +27,18 @@ fn solve_honestly(problem: &ContactProblem, name: &str) -> ContactSolution {
     cold
 }
 
+fn save(problem: &ContactProblem, name: &str) {
+    if let Ok(dir) = std::env::var("SAVE") {
+        let file = format!("{dir}/extreme_{}.npz", name.replace([' ', ',', '[', ']'], "_"));
+        signorini_contact::problem_file::write_contact(file, problem).unwrap();
+    }
+}
+
 fn assert_solved(problem: &ContactProblem, name: &str) -> ContactSolution {
     let solution = solve_honestly(problem, name);
     let residual = solution.certificate.worst();
-    if let (Ok(dir), true) = (std::env::var("SAVE"), solution.status != SolveStatus::Solved) {
-        let file = format!("{dir}/extreme_{}.npz", name.replace([' ', ',', '.', '='], "_"));
-        signorini_contact::problem_file::write_contact(file, problem).unwrap();
+    if solution.status != SolveStatus::Solved {
+        save(problem, name);
     }
     assert_eq!(solution.status, SolveStatus::Solved, "{name}: residual {residual:e}");
     solution
@@ -56,18 +62,23 @@ fn coefficients_of_friction_from_nothing_to_rubber() {
     }
 }
 
+/// Mass ratios beyond what double precision resolves: no solution may be denied that must exist, and most are found.
 #[test]
 fn masses_from_milligrams_to_kilotons() {
-    let mut unsolved = Vec::new();
-    for seed in 0..60 {
-        let ratio = [1e-12, 1e-8, 1e6, 1e8, 1e10, 1e12][seed as usize % 6];
+    let (mut unsolved, ratios) = (Vec::new(), [1e-12, 1e-8, 1e-6, 1e6, 1e8, 1e12]);
+    for seed in 0..120 {
+        let ratio = ratios[seed as usize % ratios.len()];
         let problem = random_small(seed, |p, _| p.mass_ratio = ratio);
         let solution = solve_honestly(&problem, &format!("seed {seed}, mass ratio {ratio:e}"));
+        let denied = matches!(solution.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
+        assert!(!denied, "seed {seed}, mass ratio {ratio:e}: {:?}", solution.status);
         if solution.status != SolveStatus::Solved {
-            unsolved.push((seed, ratio, solution.status, solution.certificate.worst()));
+            unsolved.push((seed, ratio, solution.certificate.worst()));
+            save(&problem, &format!("mass_ratio_{ratio:e}_{seed}"));
         }
     }
-    println!("unsolved at extreme mass ratios: {unsolved:?}");
+    println!("unsolved at extreme mass ratios (seed, ratio, residual): {unsolved:?}");
+    assert!(unsolved.len() <= 12, "{} of 120: {unsolved:?}", unsolved.len());
 }
 
 #[test]
