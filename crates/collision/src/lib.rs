@@ -20,6 +20,7 @@
 //! The gap is always the separation of the two shapes along the returned normal, computed from their support functions:
 //! it can be smaller than the true distance when a search ends early, never larger.
 
+mod bvh;
 mod capsule;
 mod collider;
 mod convex;
@@ -37,7 +38,7 @@ mod patch;
 mod reduce;
 mod separation;
 mod shape;
-mod sweep;
+mod surface;
 
 pub use collider::{Collider, Reach};
 pub use error::CollisionError;

@@ -4,7 +4,7 @@
     .venv/bin/python crates/formats/testdata/make_reference.py
 
 Written to testdata/reference/NAME.json: masses, inertias, joints, geoms, keyframes, and the pairs of geoms that MuJoCo
-lets collide (all margins are made so large that every admitted pair yields a contact).
+lets collide (every geom but planes and height fields is made a huge sphere, so that every admitted pair touches).
 """
 
 import json
@@ -52,14 +52,15 @@ def rotation(quat):
     return matrix.reshape(3, 3)
 
 
-def admitted_pairs(model):
-    model.geom_margin[:] = 1000
-    model.geom_gap[:] = 0
-    model.pair_margin[:] = 1000
+def admitted_pairs(path):
+    spec = mujoco.MjSpec.from_file(str(path))
+    for geom in spec.geoms:
+        if geom.type not in (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD):
+            geom.type, geom.size, geom.meshname = mujoco.mjtGeom.mjGEOM_SPHERE, [1000, 0, 0], ""
+            geom.fromto = [np.nan] * 6
+    model = spec.compile()
     data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_collision(model, data)
+    mujoco.mj_forward(model, data)
     return sorted({tuple(sorted(map(int, c.geom))) for c in data.contact})
 
 
@@ -167,7 +168,7 @@ def reference(path):
         "actuators": actuators,
         "keyframes": keys,
         "pairs": pair_frictions(model),
-        "admitted": admitted_pairs(model),
+        "admitted": admitted_pairs(path),
     }
 
 

@@ -22,6 +22,7 @@
 mod enumeration;
 mod equilibrate;
 mod error;
+mod infeasibility;
 mod lemke;
 pub mod linalg;
 mod matrix;

@@ -7,7 +7,7 @@ use crate::{Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, Lemke
 ///
 /// A method owns its memory and keeps it from call to call, hence `&mut self`; its answer depends on the
 /// arguments and its settings only.
-pub trait Method {
+pub trait Method: Send {
     /// Solves the problem, from `warm` where one is given and fits the problem.
     fn solve(&mut self, problem: &Lcp, warm: Option<&Basis>) -> Solution;
 
@@ -57,10 +57,10 @@ impl FromStr for MethodKind {
 
     /// The method of this name with its default settings.
     fn from_str(name: &str) -> Result<Self, LcpError> {
-        Self::all().into_iter().find(|kind| kind.to_string() == name).ok_or_else(|| LcpError::UnknownMethod {
-            name: name.to_owned(),
-            known: "lemke, enumeration",
-        })
+        Self::all()
+            .into_iter()
+            .find(|kind| kind.to_string() == name)
+            .ok_or_else(|| LcpError::UnknownMethod { name: name.to_owned(), known: "lemke, enumeration" })
     }
 }
 

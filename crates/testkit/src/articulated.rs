@@ -51,7 +51,8 @@ pub fn articulated(random: &mut Random, p: &Parameters, nv: usize, nc: usize) ->
     }
     let timestep = 0.01;
     let acceleration = mass.inverse().apply(&force);
-    let mut velocity: Vec<f64> = (0..nv).map(|_| if p.motion == Motion::Random { random.normal() } else { 0.0 }).collect();
+    let mut velocity: Vec<f64> =
+        (0..nv).map(|_| if p.motion == Motion::Random { random.normal() } else { 0.0 }).collect();
     let (v, w) = p.draw_motion(random);
     velocity[..6].copy_from_slice(&[v.to_array(), w.to_array()].concat());
     let free_velocity = velocity.iter().zip(&acceleration).map(|(v, a)| v + timestep * a).collect();

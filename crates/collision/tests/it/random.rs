@@ -149,7 +149,7 @@ fn moving_both_shapes_together_moves_the_points_along() {
                 let motion = Pose::new(random.vector() * 10.0, random.rotation());
                 let (p, q) = (scene.find(&[x_a, x_b], 0.2), scene.find(&[motion * x_a, motion * x_b], 0.2));
                 let name = format!("{} {}", a.kind_name(), b.kind_name());
-                assert!((smallest_gap(&p) - smallest_gap(&q)).abs() < 1e-8, "{name}");
+                assert!((smallest_gap(&p) - smallest_gap(&q)).abs() < 1e-8, "{name}: {p:?} {q:?}");
                 let (p, q) = (deepest(&p), deepest(&q));
                 assert!((motion.rotation * p.normal - q.normal).length() < 1e-4, "{name}: {p:?} {q:?}");
             }

@@ -76,7 +76,10 @@ fn three_routes_give_one_velocity_where_it_is_unique() {
             assert!(difference <= 1e-10, "seed {seed}, route {k}: v differs by {difference:e}");
         }
     }
-    println!("largest difference from the standard form: mixed {:.1e}, structured {:.1e}; unsolved {unsolved:?}", worst[0], worst[1]);
+    println!(
+        "largest difference from the standard form: mixed {:.1e}, structured {:.1e}; unsolved {unsolved:?}",
+        worst[0], worst[1]
+    );
     assert!(unsolved.is_empty(), "unsolved: {unsolved:?}");
 }
 

@@ -1,6 +1,6 @@
 //! The certificate: zero for exact solutions, each law's violation in its own residual, independent of units.
 
-use signorini_contact::{Certificate, ContactProblem, ContactSolution, FrictionPolygon, ContactSolver, certify};
+use signorini_contact::{Certificate, ContactProblem, ContactSolution, ContactSolver, FrictionPolygon, certify};
 use signorini_multibody::BlockDiagonal;
 use signorini_testkit::{Family, Parameters, Random};
 
@@ -180,11 +180,18 @@ fn merging_keeps_the_larger_of_each() {
 }
 
 /// The same problem and solution in other units of mass and time (and of length, for what translates).
-fn in_units(problem: &ContactProblem, solution: &ContactSolution, m: f64, l: f64, t: f64) -> (ContactProblem, ContactSolution) {
+fn in_units(
+    problem: &ContactProblem,
+    solution: &ContactSolution,
+    m: f64,
+    l: f64,
+    t: f64,
+) -> (ContactProblem, ContactSolution) {
     let scaled = |x: &[f64], factor: f64| x.iter().map(|x| x * factor).collect::<Vec<f64>>();
     let nv = problem.nv();
     let mass = BlockDiagonal::from_dense(nv, &scaled(&problem.mass.to_dense(), m)).expect("symmetric");
-    let mut out = ContactProblem::new(mass, scaled(&problem.free_velocity, l / t), problem.timestep * t).expect("valid");
+    let mut out =
+        ContactProblem::new(mass, scaled(&problem.free_velocity, l / t), problem.timestep * t).expect("valid");
     out.jacobian = problem.jacobian.clone();
     out.gap = scaled(&problem.gap, l);
     out.friction.clone_from(&problem.friction);
@@ -217,7 +224,10 @@ fn residuals_do_not_depend_on_units() {
             let (other, moved) = in_units(&problem, &solution, m, l, t);
             let there = residuals(&certify(&other, &moved));
             for (a, b) in here.iter().zip(there) {
-                assert!((a - b).abs() <= 1e-9 * here.iter().fold(0.0, |x: f64, y| x.max(*y)), "seed {seed}: {here:?} and {there:?}");
+                assert!(
+                    (a - b).abs() <= 1e-9 * here.iter().fold(0.0, |x: f64, y| x.max(*y)),
+                    "seed {seed}: {here:?} and {there:?}"
+                );
             }
         }
     }

@@ -54,8 +54,11 @@ fn no_solution_is_claimed_falsely_and_none_missed_that_must_exist() {
                 solution.certificate.worst()
             ));
         }
-        if let (Ok(dir), Some(true)) = (std::env::var("SAVE"), failures.last().map(|f| f.starts_with(&format!("seed {seed} ")))) {
-            signorini_contact::problem_file::write_contact(format!("{dir}/family_{family:?}_{seed}.npz"), &problem).unwrap();
+        if let (Ok(dir), Some(true)) =
+            (std::env::var("SAVE"), failures.last().map(|f| f.starts_with(&format!("seed {seed} "))))
+        {
+            signorini_contact::problem_file::write_contact(format!("{dir}/family_{family:?}_{seed}.npz"), &problem)
+                .unwrap();
         }
     }
     println!("{:12} {:>5} {:>6} {:>10} {:>10} {:>6}", "family", "all", "solved", "ray/infeas", "inaccurate", "missed");

@@ -78,7 +78,8 @@ impl Matrices {
             }
         }
         self.place_friction(self.nb, &mut A);
-        let mut b: Vec<f64> = self.rows.apply(&self.free_velocity).iter().zip(&self.rates).map(|(c, r)| c + r).collect();
+        let mut b: Vec<f64> =
+            self.rows.apply(&self.free_velocity).iter().zip(&self.rates).map(|(c, r)| c + r).collect();
         b.resize(impulses + self.nc, 0.0);
         (A, b)
     }

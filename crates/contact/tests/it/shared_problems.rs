@@ -28,10 +28,15 @@ fn every_shared_problem_ends_as_it_must() {
     let Some(folder) = shared_data("contact_problems/synthetic") else { return };
     let mut solver = ContactSolver::default();
     let (mut misses, mut count) = (Vec::new(), 0);
-    println!("{:24} {:>5} {:>5} {:>9} {:>9}  {:>6} {:>5} {:>6}  status", "problem", "nc", "nv", "worst", "own", "modes", "fact", "lemke");
+    println!(
+        "{:24} {:>5} {:>5} {:>9} {:>9}  {:>6} {:>5} {:>6}  status",
+        "problem", "nc", "nv", "worst", "own", "modes", "fact", "lemke"
+    );
     for path in files_in(&folder, "npz") {
         let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
-        let Ok(ProblemFile::Contact(problem)) = problem_file::read(&path) else { panic!("{name} is no contact problem") };
+        let Ok(ProblemFile::Contact(problem)) = problem_file::read(&path) else {
+            panic!("{name} is no contact problem")
+        };
         if problem.contact_count() > MAX_CONTACTS {
             continue;
         }
@@ -50,7 +55,9 @@ fn every_shared_problem_ends_as_it_must() {
         );
         let as_expected = match (&solution.status, expected(&name)) {
             (SolveStatus::Solved, Expected::Solved) => solution.certificate.holds(1e-9) && own <= 1e-8,
-            (SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts }, Expected::Failure) => !contacts.is_empty(),
+            (SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts }, Expected::Failure) => {
+                !contacts.is_empty()
+            }
             _ => false,
         };
         if !as_expected {

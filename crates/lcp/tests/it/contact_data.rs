@@ -121,13 +121,15 @@ fn from_jacobians(arrays: &Arrays, m: &[usize]) -> Lcp {
     let (mass, jn, jt) = (dense(arrays, "M"), dense(arrays, "JN"), dense(arrays, "JT"));
     let (nc, nv) = (m.len(), mass.rows());
     let (v_free, phi, dt) = (&arrays["vf"].values, &arrays["phi"].values, arrays["dt"].values[0]);
-    let jacobian_row = |r: usize| if r % 3 == 0 { jn.row(r / 3) } else { jt.row(2 * (r / 3) + r % 3 - 1) };
+    let jacobian_row = |r: usize| {
+        if r.is_multiple_of(3) { jn.row(r / 3) } else { jt.row(2 * (r / 3) + r % 3 - 1) }
+    };
     let L = cholesky(&mass);
     let half: Vec<Vec<f64>> = (0..3 * nc).map(|r| forward_substitution(&L, jacobian_row(r))).collect();
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let W = Matrix::from_fn(3 * nc, 3 * nc, |r, s| product(&half[r], &half[s]));
     let q: Vec<f64> = (0..3 * nc)
-        .map(|r| product(jacobian_row(r), v_free) + if r % 3 == 0 { phi[r / 3] / dt } else { 0.0 })
+        .map(|r| product(jacobian_row(r), v_free) + if r.is_multiple_of(3) { phi[r / 3] / dt } else { 0.0 })
         .collect();
     assert_eq!(v_free.len(), nv);
     let mut rows = dense(arrays, "D").data().chunks_exact(2).map(<[f64]>::to_vec).collect::<Vec<_>>().into_iter();
