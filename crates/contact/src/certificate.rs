@@ -88,7 +88,8 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
         && solution.alpha.len() == problem.direction_count()
         && solution.beta.len() == nc
         && solution.bilateral.len() == problem.bilateral_violation.len();
-    let mut numbers = [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta, &solution.bilateral].into_iter();
+    let mut numbers =
+        [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta, &solution.bilateral].into_iter();
     if !sizes_fit || numbers.any(|x| x.iter().any(|x| !x.is_finite())) {
         return Certificate::everything_violated();
     }

@@ -197,7 +197,10 @@ fn read_contact(archive: &Archive) -> Result<ContactProblem, ProblemError> {
     let total: usize = counts.iter().map(|&m| m as usize).sum();
     let directions = archive.array("D")?;
     if directions.shape != [total, 2] {
-        return Err(fault(archive, format!("D has shape {:?}, expected [{total}, 2] (the sum of m)", directions.shape)));
+        return Err(fault(
+            archive,
+            format!("D has shape {:?}, expected [{total}, 2] (the sum of m)", directions.shape),
+        ));
     }
     let directions = archive.f64("D")?;
     let mut start = 0;

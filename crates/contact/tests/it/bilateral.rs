@@ -8,7 +8,8 @@ use signorini_testkit::{Dense, Family, Gap, Parameters, Random, largest_differen
 use crate::reference::{Matrices, random_problem, worst_violation};
 
 fn identity(n: usize, factor: f64) -> BlockDiagonal {
-    BlockDiagonal::from_dense(n, &Dense::from_fn(n, n, |i, j| if i == j { factor } else { 0.0 }).data).expect("symmetric")
+    BlockDiagonal::from_dense(n, &Dense::from_fn(n, n, |i, j| if i == j { factor } else { 0.0 }).data)
+        .expect("symmetric")
 }
 
 /// Bob of mass 2 kg on a massless rod at 30° from the vertical, in the plane: the row of the length is the unit vector along
@@ -137,7 +138,8 @@ fn contacts_with_bilateral_rows_are_solved_as_lemke_solves_them() {
         if lemke.status == SolveStatus::Solved && structured.status != SolveStatus::Solved {
             misses.push((seed, family, structured.status, structured.certificate.worst()));
             if let Ok(dir) = std::env::var("SAVE") {
-                signorini_contact::problem_file::write_contact(format!("{dir}/bilateral_{seed}.npz"), &problem).unwrap();
+                signorini_contact::problem_file::write_contact(format!("{dir}/bilateral_{seed}.npz"), &problem)
+                    .unwrap();
             }
         }
     }

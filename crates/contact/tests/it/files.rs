@@ -6,7 +6,7 @@ use signorini_contact::problem_file::{
     ProblemFile, read, read_contact_solution, write_contact, write_contact_solution, write_plain_solution,
 };
 use signorini_contact::{ContactProblem, ContactSolver, ProblemError, certify};
-use signorini_npz::{Archive, Array, ArrayData, ArchiveWriter};
+use signorini_npz::{Archive, ArchiveWriter, Array, ArrayData};
 use signorini_testkit::{Family, Gap, Motion, Parameters, Random, families};
 
 use crate::reference::random_problem;
@@ -75,7 +75,10 @@ fn solutions_survive_a_round_trip_and_are_certified_alike() {
         let solution = ContactSolver::default().solve(&problem, None);
         write_contact_solution(&file.0, &solution).expect("a writable file");
         let again = read_contact_solution(&file.0, &problem).expect("a readable file");
-        assert_eq!((&again.velocity, again.z(), &again.bilateral), (&solution.velocity, solution.z(), &solution.bilateral));
+        assert_eq!(
+            (&again.velocity, again.z(), &again.bilateral),
+            (&solution.velocity, solution.z(), &solution.bilateral)
+        );
         assert_eq!(certify(&problem, &again), certify(&problem, &solution));
         for (a, b) in again.impulse.iter().zip(&solution.impulse) {
             let size = 1e-12 * b.iter().fold(0.0, |s: f64, x| s.max(x.abs()));
@@ -172,10 +175,8 @@ fn numbers_out_of_range_are_named() {
 
 #[test]
 fn shapes_and_types_that_do_not_fit_are_named() {
-    let float = |shape: &[usize]| Array {
-        shape: shape.to_vec(),
-        data: ArrayData::F64(vec![0.0; shape.iter().product()]),
-    };
+    let float =
+        |shape: &[usize]| Array { shape: shape.to_vec(), data: ArrayData::F64(vec![0.0; shape.iter().product()]) };
     let integers = |x: &[i64]| Array { shape: vec![x.len()], data: ArrayData::I64(x.to_vec()) };
     let text = |t: &str| Array { shape: vec![], data: ArrayData::Bytes(vec![t.into()]) };
     let changes = [
@@ -222,7 +223,10 @@ fn plain_and_frictional_kinds_are_read() {
         read(&file.0)
     };
     let lcp = write(|w| {
-        w.string("kind", "lcp").and_then(|w| w.f64("A", &[1, 1], &[2.0])).and_then(|w| w.f64("b", &[1], &[-1.0])).expect("arrays");
+        w.string("kind", "lcp")
+            .and_then(|w| w.f64("A", &[1, 1], &[2.0]))
+            .and_then(|w| w.f64("b", &[1], &[-1.0]))
+            .expect("arrays");
     });
     assert!(matches!(lcp, Ok(ProblemFile::Lcp(lcp)) if lcp.b() == [-1.0] && lcp.A()[(0, 0)] == 2.0));
     let mixed = write(|w| {

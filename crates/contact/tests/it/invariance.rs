@@ -32,7 +32,7 @@ fn unique(seed: u64) -> ContactProblem {
     let mut random = Random::new(80_000 + seed);
     let gap = random.choice(&[Gap::Zero, Gap::Positive]);
     let drawn = Parameters { gap, mass_ratio: 1.0, ..Parameters::random(&mut random) };
-    if seed % 2 == 0 {
+    if seed.is_multiple_of(2) {
         return random.choice(&Family::ALL).small(&mut random, &Parameters { friction: 0.0, ..drawn });
     }
     let friction = random.between(0.0, 0.05);
@@ -141,7 +141,7 @@ fn a_solution_is_its_own_warm_start() {
         checked += 1;
     }
     println!("factorisations of an island: {factorizations:?}");
-    assert!(factorizations[1] >= 190 && factorizations[5..].iter().all(|n| *n == 0), "{factorizations:?}");
+    assert!(factorizations[1] >= 190 && factorizations[3..].iter().all(|n| *n == 0), "{factorizations:?}");
     assert!(checked >= 195, "only {checked} of 200 checked");
 }
 
@@ -157,6 +157,10 @@ fn a_solver_has_no_memory_of_earlier_problems() {
         used.solve_into(&problem, None, &mut reused);
         let fresh = ContactSolver::default().solve(&problem, None);
         assert_eq!(reused.velocity, fresh.velocity, "seed {seed}");
-        assert_eq!((reused.z(), &reused.modes, &reused.status), (fresh.z(), &fresh.modes, &fresh.status), "seed {seed}");
+        assert_eq!(
+            (reused.z(), &reused.modes, &reused.status),
+            (fresh.z(), &fresh.modes, &fresh.status),
+            "seed {seed}"
+        );
     }
 }

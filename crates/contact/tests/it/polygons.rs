@@ -56,7 +56,9 @@ fn polygon_lies_in_the_disc_and_reaches_the_cosine_of_half_its_angle() {
         assert!((support(&polygon, start) - 1.0).abs() < 1e-15, "along a direction");
     }
     let percent = |m: f64| 100.0 * (1.0 - (PI / m).cos());
-    assert!((percent(4.0) - 29.0).abs() < 0.5 && (percent(8.0) - 7.6).abs() < 0.05 && (percent(16.0) - 1.9).abs() < 0.05);
+    assert!(
+        (percent(4.0) - 29.0).abs() < 0.5 && (percent(8.0) - 7.6).abs() < 0.05 && (percent(16.0) - 1.9).abs() < 0.05
+    );
 }
 
 #[test]
