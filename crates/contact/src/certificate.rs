@@ -73,7 +73,7 @@ pub(crate) struct Scratch {
 /// Certifies a claimed solution `(v⁺, λ_N, α, β, λ_B)`; only these of `solution` are read.
 ///
 /// - `problem`: the data.
-/// - `solution`: arrays of the problem's sizes; a missing entry makes every residual infinite.
+/// - `solution`: arrays of the problem's sizes; a missing entry, or one that is not finite, makes every residual infinite.
 ///
 /// # Source
 /// The formulation, §8.
@@ -88,7 +88,9 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
         && solution.alpha.len() == problem.direction_count()
         && solution.beta.len() == nc
         && solution.bilateral.len() == problem.bilateral_violation.len();
-    if !sizes_fit {
+    let mut numbers =
+        [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta, &solution.bilateral].into_iter();
+    if !sizes_fit || numbers.any(|x| x.iter().any(|x| !x.is_finite())) {
         return Certificate::everything_violated();
     }
     scratch.resize(nv);
@@ -150,7 +152,7 @@ impl Scales {
             return Certificate { momentum: r, natural_map: r, ..Default::default() };
         }
         Certificate {
-            momentum: raw.momentum / (self.mass * s),
+            momentum: if raw.momentum == 0.0 { 0.0 } else { raw.momentum / (self.mass * s) },
             natural_map: raw.natural_map / s,
             signorini: raw.signorini / s,
             friction: raw.friction * self.delassus / s,
@@ -198,7 +200,7 @@ impl Scratch {
 }
 
 /// `λ_T = D α` of contact `i`.
-fn tangential_impulse(problem: &ContactProblem, solution: &ContactSolution, i: usize) -> [f64; 2] {
+pub(crate) fn tangential_impulse(problem: &ContactProblem, solution: &ContactSolution, i: usize) -> [f64; 2] {
     let alpha = &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
     let sum = |r: usize| problem.directions_of(i).iter().zip(alpha).map(|(d, a)| d[r] * a).sum();
     [sum(0), sum(1)]

@@ -153,6 +153,10 @@ impl ContactProblem {
         if let Some((row, column)) = beyond {
             return Err(ProblemError::Column { row, column, nv });
         }
+        let descent = self.jacobian.column_out_of_order().or(self.bilateral_jacobian.column_out_of_order());
+        if let Some((row, column)) = descent {
+            return Err(ProblemError::ColumnOrder { row, column });
+        }
         if let Some((index, value)) = self.jacobian.not_finite().or(self.bilateral_jacobian.not_finite()) {
             return Err(ProblemError::Number { array: "J", index, value, expected: "finite" });
         }

@@ -6,8 +6,6 @@
 
 #[path = "../tests/it/contact_data.rs"]
 mod contact_data;
-#[path = "../tests/it/npz.rs"]
-mod npz;
 #[path = "../tests/it/support.rs"]
 mod support;
 

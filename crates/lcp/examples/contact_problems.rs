@@ -4,8 +4,6 @@
 
 #[path = "../tests/it/contact_data.rs"]
 mod contact_data;
-#[path = "../tests/it/npz.rs"]
-mod npz;
 
 use std::path::PathBuf;
 use std::time::Instant;

@@ -101,6 +101,9 @@ fn zero_data_accept_rest_and_nothing_else() {
     assert_eq!(certify(&problem, &solution).worst(), f64::INFINITY);
 }
 
+/// A way to spoil the data, with its name.
+pub type Damage = (&'static str, fn(&mut ContactProblem));
+
 type Entry = (&'static str, fn(&mut ContactSolution, f64));
 
 const ENTRIES: [Entry; 4] = [
@@ -133,7 +136,7 @@ fn a_number_that_is_none_makes_the_certificate_infinite() {
 #[test]
 fn data_that_are_no_numbers_are_never_certified() {
     let (problem, solution) = sliding();
-    let damages: [(&str, fn(&mut ContactProblem)); 5] = [
+    let damages: [Damage; 5] = [
         ("phi", |p| p.gap[0] = f64::NAN),
         ("mu", |p| p.friction[0] = f64::NAN),
         ("v_free", |p| p.free_velocity[2] = f64::NAN),
