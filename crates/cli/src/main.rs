@@ -1,2 +1,39 @@
-//! .
-fn main() {}
+//! The `signorini` command: simulate, inspect and export models; solve and check contact problems.
+//!
+//! Arguments → [`commands`] compute → [`results`] (plain data, JSON as they are) → [`text`] for people.
+
+mod args;
+mod assignment;
+mod commands;
+mod error;
+mod exit;
+mod loading;
+mod output;
+mod results;
+mod scene;
+mod text;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::Cli;
+use exit::Exit;
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(message) => {
+            // Help and version come this way too; a closed pipe is no reason to complain.
+            let _ = message.print();
+            return if message.use_stderr() { Exit::Usage.into() } else { Exit::Success.into() };
+        }
+    };
+    match cli.command.run() {
+        Ok(exit) => exit.into(),
+        Err(error) => {
+            output::error(&error, cli.command.json());
+            error.exit().into()
+        }
+    }
+}

@@ -24,7 +24,7 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    fn everything_violated() -> Self {
+    pub(crate) fn everything_violated() -> Self {
         let r = f64::INFINITY;
         Self { momentum: r, natural_map: r, signorini: r, friction: r, dissipation: r, bilateral: r }
     }

@@ -8,6 +8,7 @@ mod assemble;
 mod certificate;
 mod error;
 mod frame;
+mod frictional_certificate;
 mod jacobian;
 mod lcp_route;
 mod polygon;

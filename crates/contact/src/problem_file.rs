@@ -331,6 +331,27 @@ pub fn write_plain_solution(path: impl AsRef<Path>, z: &[f64]) -> Result<(), Pro
     Ok(())
 }
 
+/// Reads a plain solution: `z` with `expected` finite entries.
+///
+/// # Errors
+/// [`ProblemError::Archive`] for an unreadable file or one without `z`, [`ProblemError::Length`],
+/// [`ProblemError::Number`].
+pub fn read_plain_solution(path: impl AsRef<Path>, expected: usize) -> Result<Vec<f64>, ProblemError> {
+    let z = Archive::read(path)?.f64("z")?;
+    if z.len() != expected {
+        return Err(ProblemError::Length { array: "z", expected, found: z.len() });
+    }
+    finite("z", &z)?;
+    Ok(z)
+}
+
+fn finite(array: &'static str, values: &[f64]) -> Result<(), ProblemError> {
+    match values.iter().position(|x| !x.is_finite()) {
+        Some(index) => Err(ProblemError::Number { array, index, value: values[index], expected: "finite" }),
+        None => Ok(()),
+    }
+}
+
 /// Reads the solution of a contact problem. `v` is computed from the impulses where the file has only `z`.
 ///
 /// # Errors
@@ -364,15 +385,16 @@ fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<C
     if archive.contains("lambda_b") {
         solution.bilateral = archive.f64("lambda_b")?;
     }
-    for (array, found, expected) in [
-        ("lambda_n", solution.lambda_n.len(), nc),
-        ("alpha", solution.alpha.len(), m),
-        ("beta", solution.beta.len(), nc),
-        ("lambda_b", solution.bilateral.len(), problem.bilateral_violation.len()),
+    for (array, values, expected) in [
+        ("lambda_n", &solution.lambda_n, nc),
+        ("alpha", &solution.alpha, m),
+        ("beta", &solution.beta, nc),
+        ("lambda_b", &solution.bilateral, problem.bilateral_violation.len()),
     ] {
-        if found != expected {
-            return Err(ProblemError::Length { array, expected, found });
+        if values.len() != expected {
+            return Err(ProblemError::Length { array, expected, found: values.len() });
         }
+        finite(array, values)?;
     }
     for i in 0..nc {
         let [t_1, t_2] = crate::certificate::tangential_impulse(problem, &solution, i);
@@ -386,5 +408,6 @@ fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<C
     if solution.velocity.len() != problem.nv() {
         return Err(ProblemError::Length { array: "v", expected: problem.nv(), found: solution.velocity.len() });
     }
+    finite("v", &solution.velocity)?;
     Ok(solution)
 }

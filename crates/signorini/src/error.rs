@@ -32,7 +32,7 @@ pub enum SimulationError {
     #[error(transparent)]
     Problem(#[from] ProblemError),
     /// A name that the model does not have.
-    #[error("there is no {sort} '{name}'; the model has: {known}")]
+    #[error("there is no {sort} '{name}'; the model has {}", if known.is_empty() { "none" } else { known })]
     UnknownName {
         /// Sort of part.
         sort: &'static str,

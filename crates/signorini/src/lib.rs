@@ -40,7 +40,7 @@ pub use error::SimulationError;
 pub use recorder::{frame_into, recording_header};
 pub use settings::{ContactMethod, InfeasiblePolicy, Settings};
 pub use simulation::{RunEnd, Simulation, Summary};
-pub use step::{StepReport, Workspace, step};
+pub use step::{ContactSource, StepReport, Workspace, step};
 
 pub use signorini_collision as collision;
 pub use signorini_contact as contact;

@@ -6,7 +6,7 @@ use signorini_contact::{
 };
 use signorini_lcp::Method;
 use signorini_multibody::{
-    BlockDiagonal, ContactPoint, FreeMotion, Input, Kinematics, Model, State, forward_kinematics_into,
+    BlockDiagonal, ContactPoint, FreeMotion, Input, JointId, Kinematics, Model, State, forward_kinematics_into,
     free_motion_into, integrate_into,
 };
 
@@ -14,7 +14,7 @@ use crate::SimulationError;
 use crate::build::ProblemBuilder;
 use crate::reach::BodyReach;
 use crate::settings::{ContactMethod, InfeasiblePolicy, Settings};
-use crate::warm::WarmCache;
+use crate::warm::{WarmCache, limit_of};
 
 /// How often a step is found and solved again because a body moved farther than its reach.
 const MAX_ENLARGEMENTS: u32 = 8;
@@ -43,6 +43,20 @@ impl StepReport {
     pub fn advanced(&self) -> bool {
         !matches!(self.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. })
     }
+}
+
+/// What a contact of a step's problem comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ContactSource {
+    /// Two geoms that touch or could touch.
+    Point(ContactPoint),
+    /// A limit of a joint.
+    Limit {
+        /// The joint.
+        joint: JointId,
+        /// Whether it is the upper limit.
+        upper: bool,
+    },
 }
 
 /// Everything a step needs besides model and state; made once, so that a step allocates nothing.
@@ -107,6 +121,15 @@ impl Workspace {
     /// The contact problem of the last step: first the contact points in their order, then joint limits.
     pub fn problem(&self) -> &ContactProblem {
         &self.builder.problem
+    }
+
+    /// What contact `i` of the [problem](Self::problem) comes from.
+    pub fn contact_source(&self, i: usize) -> Option<ContactSource> {
+        if let Some(point) = self.points.get(i) {
+            return Some(ContactSource::Point(*point));
+        }
+        let (joint, upper) = limit_of(self.builder.keys.get(i)?);
+        Some(ContactSource::Limit { joint, upper })
     }
 
     /// The solution of the last step.

@@ -1,7 +1,7 @@
 //! Carrying a solution from one step's contacts to the next's, by feature.
 
 use signorini_contact::{ContactSolution, WarmStart};
-use signorini_multibody::ContactPoint;
+use signorini_multibody::{ContactPoint, JointId};
 
 /// What identifies a contact from step to step: its geoms and feature, or a joint's limit.
 pub(crate) type ContactKey = [u32; 3];
@@ -17,6 +17,11 @@ pub(crate) fn point_key(point: &ContactPoint) -> ContactKey {
 /// The key of the lower (`side` 0) or upper (1) limit of joint `joint`.
 pub(crate) fn limit_key(joint: usize, side: u32) -> ContactKey {
     [LIMIT, joint as u32, side]
+}
+
+/// The joint and side (whether upper) of a limit's key.
+pub(crate) fn limit_of(key: &ContactKey) -> (JointId, bool) {
+    (JointId(key[1]), key[2] == 1)
 }
 
 /// The last solution with the keys of its contacts, ascending.

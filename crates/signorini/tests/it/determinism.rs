@@ -18,7 +18,8 @@ fn difference(a: &State, b: &State) -> f64 {
 
 #[test]
 fn same_input_same_bits() {
-    let starts: [fn() -> Simulation; 3] = [|| balls_in_a_bin(30), || bundled("house_of_cards"), || bundled("quadruped")];
+    let starts: [fn() -> Simulation; 3] =
+        [|| balls_in_a_bin(30), || bundled("house_of_cards"), || bundled("quadruped")];
     for start in starts {
         let (mut first, mut second) = (start(), start());
         run_certified(&mut first, 0.4);

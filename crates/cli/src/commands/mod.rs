@@ -1,0 +1,8 @@
+//! The commands, one file each.
+
+pub mod check;
+pub mod export;
+pub mod inspect;
+pub mod scenes;
+pub mod simulate;
+pub mod solve;

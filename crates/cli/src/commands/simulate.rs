@@ -1,0 +1,202 @@
+//! `signorini simulate`.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use indicatif::ProgressBar;
+use signorini::{ContactMethod, RunEnd, Simulation, StepReport};
+
+use crate::args::{ModelArguments, StartArguments, StepArguments, positive};
+use crate::error::CliError;
+use crate::exit::Exit;
+use crate::loading::{Loaded, load_model, start};
+use crate::results::{Contradiction, Laws, Miss, Range, RunResult, RunStatus, import_warnings};
+use crate::{output, text};
+
+mod outputs;
+
+use outputs::Outputs;
+
+const EXAMPLE: &str = "\
+Examples:
+  signorini simulate
+  signorini simulate robot.xml --duration 5 --keyframe home --report robot.html
+  signorini simulate ball.xml --set ball.q=0,0,1 --set ball.v=1,0,0,0,0,0 --record ball.rec --json";
+
+/// Report that a run of a bundled scene leaves where none is named.
+const DEFAULT_REPORT: &str = "signorini-report.html";
+
+/// Arguments of `simulate`.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLE)]
+pub struct Arguments {
+    /// The model.
+    #[command(flatten)]
+    pub model: ModelArguments,
+    /// Simulated time in seconds.
+    #[arg(long, value_name = "S", default_value_t = 2.0, value_parser = positive)]
+    pub duration: f64,
+    /// The state to start from.
+    #[command(flatten)]
+    pub start: StartArguments,
+    /// How steps are made.
+    #[command(flatten)]
+    pub step: StepArguments,
+    /// Write a recording of every step; what is written stays readable if the run is cut off.
+    #[arg(long, value_name = "FILE")]
+    pub record: Option<PathBuf>,
+    /// Write a report, one HTML file for the browser. [default for a bundled scene: signorini-report.html]
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
+    /// Print one JSON object.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Runs a model, writes recording and report, prints the summary.
+pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    let loaded = load_model(&arguments.model)?;
+    let mut simulation = start(&loaded, &arguments.start, arguments.step.settings())?;
+    let default_report = arguments.model.model.is_none().then(|| DEFAULT_REPORT.into());
+    let report = arguments.report.clone().or(default_report);
+    let outputs = Outputs::create(&simulation, arguments.record.as_deref(), report.as_deref(), &loaded)?;
+    let steps = (arguments.duration / simulation.timestep()).round();
+    let progress = output::progress(steps as u64, "steps");
+
+    let mut watch = Watch::new(outputs, &simulation, progress);
+    let begin = Instant::now();
+    let (start_time, start_energy) = (simulation.state().time, total_energy(&simulation));
+    let end = simulation.run(arguments.duration, |simulation, report| watch.after_step(simulation, report));
+    watch.seconds = begin.elapsed().saturating_sub(watch.observing).as_secs_f64();
+    watch.progress.finish_and_clear();
+
+    let reason = ending(&end, &simulation);
+    let (index, time) = (watch.index, simulation.state().time);
+    let (misses, seconds, broken) = (watch.misses, watch.seconds, watch.broken);
+    watch.outputs.finish(&reason)?;
+    if let Some(error) = broken {
+        return Err(error);
+    }
+    let end = end.map_err(|source| CliError::Step { time, source })?;
+    let contradiction = match &end {
+        RunEnd::NoSolution(report) => {
+            Some(Contradiction::of(simulation.model(), simulation.workspace(), report, index - 1, time))
+        }
+        _ => None,
+    };
+    let mut result = summarise(&loaded, &simulation, seconds);
+    result.time.start = start_time;
+    result.energy.start = start_energy;
+    result.missed = misses;
+    result.status = match &contradiction {
+        Some(_) => RunStatus::NoSolution,
+        None if result.missed_steps > 0 => RunStatus::MissedTolerance,
+        None => RunStatus::Finished,
+    };
+    result.contradiction = contradiction;
+    result.recording = arguments.record.clone();
+    result.report = report;
+    output::print_result(&result, arguments.json, text::run);
+    Ok(match result.status {
+        RunStatus::Finished => Exit::Success,
+        RunStatus::MissedTolerance => Exit::NotSolved,
+        RunStatus::NoSolution => Exit::Contradiction,
+    })
+}
+
+/// Looks at every step of a run.
+struct Watch {
+    outputs: Outputs,
+    progress: ProgressBar,
+    /// Steps seen.
+    index: u64,
+    misses: Option<Miss>,
+    /// Time spent here and not on stepping.
+    observing: Duration,
+    seconds: f64,
+    /// Why the outputs cannot be written.
+    broken: Option<CliError>,
+}
+
+impl Watch {
+    fn new(outputs: Outputs, simulation: &Simulation, progress: ProgressBar) -> Self {
+        let mut watch =
+            Self { outputs, progress, index: 0, misses: None, observing: Duration::ZERO, seconds: 0.0, broken: None };
+        watch.outputs.begin(simulation.state());
+        watch
+    }
+
+    /// Records the step and goes on unless that fails.
+    fn after_step(&mut self, simulation: &Simulation, report: &StepReport) -> bool {
+        let begin = Instant::now();
+        let time = self.outputs.time();
+        if report.advanced() && report.missed_tolerance {
+            let (law, worst) = Laws::of_contacts(&report.certificate, true).worst();
+            let miss = self.misses.get_or_insert(Miss { first_time: time, worst, worst_law: law, worst_time: time });
+            if worst > miss.worst {
+                (miss.worst, miss.worst_law, miss.worst_time) = (worst, law, time);
+            }
+        }
+        if let Err(error) = self.outputs.add(self.index, simulation, report) {
+            self.broken = Some(error);
+        }
+        self.index += 1;
+        self.progress.set_position(self.index);
+        self.observing += begin.elapsed();
+        self.broken.is_none()
+    }
+}
+
+fn total_energy(simulation: &Simulation) -> f64 {
+    let (kinetic, potential) = simulation.energy();
+    kinetic + potential
+}
+
+/// Why the run ended, for the recording.
+fn ending(end: &Result<RunEnd, signorini::SimulationError>, simulation: &Simulation) -> String {
+    let time = simulation.state().time;
+    match end {
+        Ok(RunEnd::Finished) => format!("reached {} s", text::number(time)),
+        Ok(RunEnd::NoSolution(_)) => format!("the contacts contradict each other at {} s", text::number(time)),
+        Ok(RunEnd::Stopped) => format!("stopped at {} s", text::number(time)),
+        Err(error) => format!("broke down at {} s: {error}", text::number(time)),
+    }
+}
+
+/// What the simulation itself knows about the run.
+fn summarise(loaded: &Loaded, simulation: &Simulation, seconds: f64) -> RunResult {
+    let (summary, settings, model) = (simulation.summary(), simulation.settings(), simulation.model());
+    let (time, energy) = (simulation.state().time, total_energy(simulation));
+    let has_bilateral = !simulation.workspace().problem().bilateral_violation.is_empty();
+    RunResult {
+        status: RunStatus::Finished,
+        model: model.name.clone(),
+        source: loaded.source.clone(),
+        bodies: model.bodies.len() - 1,
+        nv: model.nv,
+        timestep: simulation.timestep(),
+        directions: settings.directions,
+        method: match &settings.method {
+            ContactMethod::Structured(_) => "structured".into(),
+            ContactMethod::Lcp(kind) => kind.to_string(),
+        },
+        tolerance: settings.tolerance,
+        time: Range { start: time, end: time },
+        steps: summary.steps,
+        missed_steps: summary.missed_steps,
+        missed: None,
+        clipped_steps: summary.clipped_steps,
+        contacts_max: summary.contacts_max,
+        worst: Laws::of_contacts(&summary.worst, has_bilateral),
+        iterations: summary.iterations,
+        seconds,
+        steps_per_second: if seconds > 0.0 { summary.steps as f64 / seconds } else { 0.0 },
+        energy: Range { start: energy, end: energy },
+        deepest_penetration: summary.deepest_penetration,
+        contradiction: None,
+        warnings: import_warnings(&loaded.report),
+        recording: None,
+        report: None,
+    }
+}

@@ -1,0 +1,91 @@
+//! Recording and report, written while the run goes on.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use signorini::multibody::State;
+use signorini::recording::report::{ReportBuilder, ReportSettings};
+use signorini::recording::{Ending, Frame, Writer};
+use signorini::{Simulation, StepReport, frame_into, recording_header};
+
+use crate::error::CliError;
+use crate::loading::Loaded;
+
+/// Where the frames of a run go.
+pub struct Outputs {
+    writer: Option<Writer<File>>,
+    report: Option<Report>,
+    frame: Frame,
+    /// State at the beginning of the step.
+    before: State,
+}
+
+/// The file is opened before the run, so that a bad path shows at once.
+struct Report {
+    path: PathBuf,
+    file: File,
+    builder: ReportBuilder,
+}
+
+impl Outputs {
+    /// Creates the files.
+    pub fn create(
+        simulation: &Simulation,
+        record: Option<&Path>,
+        report: Option<&Path>,
+        loaded: &Loaded,
+    ) -> Result<Self, CliError> {
+        let header = recording_header(simulation.model(), simulation.settings());
+        let writer = record.map(|path| Writer::create(path, header.clone())).transpose()?;
+        let report = report.map(|path| -> Result<Report, CliError> {
+            let file = File::create(path).map_err(|source| CliError::Write { path: path.to_owned(), source })?;
+            let left_out = loaded.report.warnings.iter().map(|w| ("left out".to_owned(), w.to_string()));
+            let model = ("model file".to_owned(), loaded.source.clone());
+            let notes = std::iter::once(model).chain(left_out).collect();
+            let builder = ReportBuilder::new(header.clone(), ReportSettings { notes, ..ReportSettings::default() })?;
+            Ok(Report { path: path.to_owned(), file, builder })
+        });
+        let (report, before) = (report.transpose()?, simulation.state().clone());
+        Ok(Self { writer, report, frame: Frame::default(), before })
+    }
+
+    /// Takes the state at the beginning of the first step.
+    pub fn begin(&mut self, state: &State) {
+        self.before.clone_from(state);
+    }
+
+    /// Time at the beginning of the step that comes next, s.
+    pub fn time(&self) -> f64 {
+        self.before.time
+    }
+
+    /// Adds the step just made.
+    pub fn add(&mut self, index: u64, simulation: &Simulation, report: &StepReport) -> Result<(), CliError> {
+        if self.writer.is_some() || self.report.is_some() {
+            let workspace = simulation.workspace();
+            frame_into(simulation.model(), index, &self.before, workspace, report, &mut self.frame);
+            if let Some(writer) = &mut self.writer {
+                writer.append(&self.frame)?;
+            }
+            if let Some(report) = &mut self.report {
+                report.builder.push(&self.frame)?;
+            }
+        }
+        self.before.clone_from(simulation.state());
+        Ok(())
+    }
+
+    /// Ends the recording and writes the report.
+    pub fn finish(self, reason: &str) -> Result<(), CliError> {
+        if let Some(writer) = self.writer {
+            writer.finish(reason)?;
+        }
+        if let Some(Report { path, file, builder }) = self.report {
+            let mut output = BufWriter::new(file);
+            builder.write(&mut output, &Ending::Finished { reason: reason.to_owned() })?;
+            output.flush().map_err(|source| CliError::Write { path, source })?;
+        }
+        Ok(())
+    }
+}

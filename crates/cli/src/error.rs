@@ -1,0 +1,134 @@
+//! What can go wrong, in words for people.
+
+use std::path::{Path, PathBuf};
+
+use signorini::SimulationError;
+use signorini::contact::ProblemError;
+use signorini::multibody::StateError;
+use signorini::recording::RecordingError;
+use signorini_formats::FormatError;
+
+use crate::exit::Exit;
+
+/// Input that a command cannot use. Every message says where and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum CliError {
+    /// A model file.
+    #[error(transparent)]
+    Model(#[from] FormatError),
+    /// Settings, keyframe or state of a simulation.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The run broke down on the way; what was recorded up to there is kept.
+    #[error("at t = {time} s: {source}")]
+    Step {
+        /// Time at the beginning of the step.
+        time: f64,
+        /// What is wrong.
+        source: SimulationError,
+    },
+    /// A problem or solution file. The path is given where the error itself does not name it.
+    #[error("{}{source}", prefix(path, source))]
+    Problem {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: ProblemError,
+    },
+    /// A recording or report.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// A file that cannot be written.
+    #[error("cannot write '{}': {source}", path.display())]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// No bundled scene has this name.
+    #[error("there is no bundled scene '{name}'; the scenes are: {known}")]
+    UnknownScene {
+        /// The name.
+        name: String,
+        /// The names there are.
+        known: String,
+    },
+    /// `--set` names nothing in the model.
+    #[error("--set {name}: the model has no joint or body of this name{}", nearest(similar))]
+    UnknownPart {
+        /// The name.
+        name: String,
+        /// The name that is most like it.
+        similar: Option<String>,
+    },
+    /// `--set` gives a part the wrong number of values.
+    #[error("--set {name}.{list}: {found} values, expected {expected}")]
+    ValueCount {
+        /// The joint or body.
+        name: String,
+        /// `q` or `v`.
+        list: char,
+        /// What fits.
+        expected: String,
+        /// What was given.
+        found: usize,
+    },
+    /// `--set` makes a state that the model cannot be in.
+    #[error("--set: {0}")]
+    State(StateError),
+    /// The structured solver was asked for where there are no contacts.
+    #[error("{}: the structured solver needs kind 'contact', this is '{kind}'; use --method lemke", path.display())]
+    NeedsContacts {
+        /// The file.
+        path: PathBuf,
+        /// Its kind.
+        kind: &'static str,
+    },
+    /// A kind of problem that this version does not know.
+    #[error("{}: problems of this kind cannot be solved or checked", path.display())]
+    UnsupportedKind {
+        /// The file.
+        path: PathBuf,
+    },
+    /// One solution file for several problems.
+    #[error("--out takes the solution of one problem, {problems} are given; solve them one by one")]
+    OneSolution {
+        /// Number of problems.
+        problems: usize,
+    },
+    /// `export` for a time before the beginning.
+    #[error("--time {time}: the model starts at t = {start} s")]
+    TimeBeforeStart {
+        /// The time asked for.
+        time: f64,
+        /// The time of the first state.
+        start: f64,
+    },
+}
+
+impl CliError {
+    /// The exit code it leads to.
+    pub fn exit(&self) -> Exit {
+        match self {
+            Self::OneSolution { .. } => Exit::Usage,
+            _ => Exit::Failure,
+        }
+    }
+
+    /// Attaches the file to an error of its contents.
+    pub fn in_file(path: &Path) -> impl FnOnce(ProblemError) -> Self + '_ {
+        |source| Self::Problem { path: path.to_owned(), source }
+    }
+}
+
+fn prefix(path: &Path, source: &ProblemError) -> String {
+    match source {
+        ProblemError::Archive(_) | ProblemError::File { .. } => String::new(),
+        _ => format!("{}: ", path.display()),
+    }
+}
+
+fn nearest(similar: &Option<String>) -> String {
+    similar.as_ref().map(|name| format!("; did you mean '{name}'?")).unwrap_or_default()
+}

@@ -1,0 +1,56 @@
+//! From arguments to a simulation that is ready to step.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use signorini::multibody::Model;
+use signorini::{Settings, Simulation};
+use signorini_formats::{ImportReport, LoadOptions, load, load_mjcf_str};
+
+use crate::args::{ModelArguments, StartArguments};
+use crate::error::CliError;
+use crate::scene;
+
+/// A model with where it comes from.
+#[derive(Debug)]
+pub struct Loaded {
+    /// The model.
+    pub model: Arc<Model>,
+    /// File, or `scenes/NAME.xml` for a bundled scene.
+    pub source: String,
+    /// What the import left out.
+    pub report: ImportReport,
+    /// The keyframe to start from where none is asked for.
+    pub first_keyframe: Option<String>,
+}
+
+/// Reads the model file or bundled scene.
+pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
+    let options = LoadOptions { package_dirs: arguments.package_dir.clone(), floating_base: arguments.floating_base };
+    if let Some(path) = &arguments.model {
+        let imported = load(path, &options)?;
+        let source = path.display().to_string();
+        return Ok(Loaded { model: Arc::new(imported.model), source, report: imported.report, first_keyframe: None });
+    }
+    let scene = scene::named(arguments.scene.as_deref().unwrap_or(scene::DEFAULT))?;
+    let mut imported = load_mjcf_str(scene.text, Path::new(""), &options)?;
+    let source = format!("scenes/{}.xml", scene.name);
+    imported.report.warnings.iter_mut().for_each(|warning| warning.file.clone_from(&source));
+    let first_keyframe = imported.model.keyframes.first().map(|keyframe| keyframe.name.clone());
+    Ok(Loaded { model: Arc::new(imported.model), source, report: imported.report, first_keyframe })
+}
+
+/// A simulation in the state asked for.
+pub fn start(loaded: &Loaded, start: &StartArguments, settings: Settings) -> Result<Simulation, CliError> {
+    let mut simulation = Simulation::new(Arc::clone(&loaded.model), settings)?;
+    if let Some(keyframe) = start.keyframe.as_ref().or(loaded.first_keyframe.as_ref()) {
+        simulation.reset_to(keyframe)?;
+    }
+    if !start.assignments.is_empty() {
+        let mut state = simulation.state().clone();
+        start.assignments.iter().try_for_each(|assignment| assignment.apply(&loaded.model, &mut state))?;
+        state.check(&loaded.model).map_err(CliError::State)?;
+        simulation.set_state(&state)?;
+    }
+    Ok(simulation)
+}

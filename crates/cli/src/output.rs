@@ -1,0 +1,54 @@
+//! Writing to the terminal.
+
+use std::io::{IsTerminal, Write};
+use std::path::Path;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
+
+use crate::error::CliError;
+
+/// Prints to standard output and ends quietly when nobody reads on.
+pub fn print(text: &str) {
+    let mut out = std::io::stdout().lock();
+    if out.write_all(text.as_bytes()).and_then(|()| out.flush()).is_err() {
+        std::process::exit(0);
+    }
+}
+
+/// Prints one JSON object on one line. Numbers that are not finite become `null`.
+pub fn print_json(value: &impl Serialize) {
+    let json = serde_json::to_string(value).expect("results have text keys");
+    print(&format!("{json}\n"));
+}
+
+/// Prints a result in the form asked for.
+pub fn print_result<T: Serialize>(result: &T, json: bool, text: impl FnOnce(&T) -> String) {
+    if json { print_json(result) } else { print(&text(result)) }
+}
+
+/// Prints an error for people, and for machines too where they listen.
+pub fn error(error: &CliError, json: bool) {
+    eprintln!("error: {error}");
+    if json {
+        print_json(&serde_json::json!({ "error": error.to_string() }));
+    }
+}
+
+/// Prints the error of one problem among several.
+pub fn problem_error(path: &Path, error: &CliError, json: bool) {
+    eprintln!("error: {error}");
+    if json {
+        print_json(&serde_json::json!({ "problem": path, "error": error.to_string() }));
+    }
+}
+
+/// A progress bar, drawn only where a terminal watches.
+pub fn progress(length: u64, unit: &str) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let template = format!("{{bar:40}} {{pos}}/{{len}} {unit}, {{per_sec}}, {{eta}} left");
+    let style = ProgressStyle::with_template(&template).expect("the template is well-formed");
+    ProgressBar::new(length).with_style(style)
+}

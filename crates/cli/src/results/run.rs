@@ -1,0 +1,100 @@
+//! What a simulation adds up to.
+
+use std::path::PathBuf;
+
+use serde::Serialize;
+
+use super::{Contradiction, ImportWarning, Laws};
+
+/// The result of `simulate`.
+#[derive(Clone, Debug, Serialize)]
+pub struct RunResult {
+    /// How the run ended.
+    pub status: RunStatus,
+    /// Name of the model.
+    pub model: String,
+    /// File, or bundled scene.
+    pub source: String,
+    /// Number of moving bodies.
+    pub bodies: usize,
+    /// Degrees of freedom.
+    pub nv: usize,
+    /// Time step, s.
+    pub timestep: f64,
+    /// Friction directions.
+    pub directions: usize,
+    /// Solver.
+    pub method: String,
+    /// Tolerance on every residual.
+    pub tolerance: f64,
+    /// Time at start and end, s.
+    pub time: Range,
+    /// Steps made.
+    pub steps: u64,
+    /// Steps whose residuals exceed the tolerance.
+    pub missed_steps: u64,
+    /// Details of the steps that missed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub missed: Option<Miss>,
+    /// Steps in which penetrations were taken as zero.
+    pub clipped_steps: u64,
+    /// Largest number of contacts in a step.
+    pub contacts_max: usize,
+    /// Largest residual of each law over the run.
+    pub worst: Laws,
+    /// Solver iterations of all steps.
+    pub iterations: u64,
+    /// Wall time of the steps, s; writing recording and report is not counted.
+    pub seconds: f64,
+    /// Steps in one second of wall time.
+    pub steps_per_second: f64,
+    /// Kinetic and potential energy together, J.
+    pub energy: Range,
+    /// Deepest penetration at the beginning of a step, m.
+    pub deepest_penetration: f64,
+    /// Why the run could not go on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contradiction: Option<Contradiction>,
+    /// Import report.
+    pub warnings: Vec<ImportWarning>,
+    /// Recording written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub recording: Option<PathBuf>,
+    /// Report written.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub report: Option<PathBuf>,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum RunStatus {
+    /// The time is over and every step is within the tolerance.
+    Finished,
+    /// The time is over; steps missed their tolerance.
+    MissedTolerance,
+    /// A step has no solution.
+    NoSolution,
+}
+
+/// A quantity at the start and at the end.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Range {
+    /// At the start.
+    pub start: f64,
+    /// At the end.
+    pub end: f64,
+}
+
+/// Steps that missed their tolerance.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Miss {
+    /// Time of the first one, s.
+    pub first_time: f64,
+    /// Largest residual.
+    pub worst: f64,
+    /// The law it belongs to.
+    pub worst_law: &'static str,
+    /// Its time, s.
+    pub worst_time: f64,
+}

@@ -1,0 +1,133 @@
+//! Results of `simulate` and `export` in words.
+
+use std::fmt::Write;
+
+use super::{count, import, laws, number};
+use crate::commands::export::Exported;
+use crate::results::{Contradiction, Involved, Place, RunResult};
+
+/// The summary of a run.
+pub fn run(result: &RunResult) -> String {
+    let mut out = format!(
+        "model        {} ({}): {} bodies, {} degrees of freedom\n",
+        result.model, result.source, result.bodies, result.nv
+    );
+    out.push_str(&import(&result.warnings));
+    let _ = writeln!(
+        out,
+        "run          {} s to {} s in {} of {} s, {} solver, {} friction directions",
+        number(result.time.start),
+        number(result.time.end),
+        count(result.steps, "step"),
+        number(result.timestep),
+        result.method,
+        result.directions,
+    );
+    let _ = writeln!(out, "speed        {} steps per second", number(result.steps_per_second.round()));
+    let penetration = match result.deepest_penetration {
+        0.0 => "no penetration".into(),
+        depth => format!("deepest penetration {} m", number(depth)),
+    };
+    let _ = writeln!(out, "contacts     {} at most, {penetration}", result.contacts_max);
+    let (start, end) = (result.energy.start, result.energy.end);
+    let _ = writeln!(out, "energy       {} J at the start, {} J at the end", number(start), number(end));
+    let _ = writeln!(out, "residuals    {}", laws(&result.worst));
+    out.push_str(&tolerance(result));
+    if result.clipped_steps > 0 {
+        let _ = writeln!(out, "clipped      {} with penetrations taken as zero", count(result.clipped_steps, "step"));
+    }
+    for (name, path) in [("recording", &result.recording), ("report", &result.report)] {
+        if let Some(path) = path {
+            let _ = writeln!(out, "{name:12} {}", path.display());
+        }
+    }
+    if let Some(contradiction) = &result.contradiction {
+        out.push_str(&stopped(contradiction));
+    }
+    out
+}
+
+/// Whether every step is within its tolerance, and where not.
+fn tolerance(result: &RunResult) -> String {
+    match &result.missed {
+        None if result.missed_steps == 0 => {
+            format!("tolerance    every step is within {:e}\n", result.tolerance)
+        }
+        missed => {
+            let details = missed.map(|m| {
+                format!(
+                    ": the first at {} s, the worst at {} s ({} {:.1e})",
+                    number(m.first_time),
+                    number(m.worst_time),
+                    m.worst_law.replace('_', " "),
+                    m.worst
+                )
+            });
+            let steps = count(result.missed_steps, "step");
+            format!("tolerance    {steps} MISSED {:e}{}\n", result.tolerance, details.unwrap_or_default())
+        }
+    }
+}
+
+/// Why a run could not go on.
+fn stopped(contradiction: &Contradiction) -> String {
+    let mut out = format!(
+        "STOPPED      step {} at {} s has no solution ({}): no velocity satisfies all of its contacts\n",
+        contradiction.step,
+        number(contradiction.time),
+        contradiction.status
+    );
+    for contact in &contradiction.contacts {
+        let _ = writeln!(out, "  {}", involved(contact));
+    }
+    if contradiction.contacts.is_empty() {
+        out.push_str("  the solver cannot tell which contacts are to blame\n");
+    }
+    out.push_str("  Move the bodies apart (--set, --keyframe), or take penetrations as zero (--clip-gaps).\n");
+    out
+}
+
+fn involved(contact: &Involved) -> String {
+    let gap = number(contact.gap);
+    let [first, end] = contact.friction_rows;
+    let rows = match end - first {
+        0 => format!("row {}", contact.normal_row),
+        _ => format!("rows {}, {first} to {}", contact.normal_row, end - 1),
+    };
+    match &contact.place {
+        Place::Geoms { geom_a, geom_b, body_a, body_b, .. } => format!(
+            "contact {}: geom '{geom_a}' (body '{body_a}') and geom '{geom_b}' (body '{body_b}'), gap {gap} m, {rows}",
+            contact.contact
+        ),
+        Place::Limit { joint, limit } => {
+            format!("contact {}: {limit} limit of joint '{joint}', gap {gap}, {rows}", contact.contact)
+        }
+    }
+}
+
+/// What was exported.
+pub fn export(result: &Exported) -> String {
+    let mut out = format!("model        {}\n", result.source);
+    out.push_str(&import(&result.warnings));
+    if result.missed_steps > 0 {
+        let _ = writeln!(out, "tolerance    {} before it MISSED their tolerance", count(result.missed_steps, "step"));
+    }
+    if let Some(contradiction) = &result.contradiction {
+        out.push_str(&stopped(contradiction));
+        return out;
+    }
+    let _ = writeln!(
+        out,
+        "step         from {} s to {} s: {} degrees of freedom, {}, {} friction directions ({})",
+        number(result.time),
+        number(result.time + result.timestep),
+        result.nv,
+        count(result.contacts as u64, "contact"),
+        result.directions,
+        result.status.replace('_', " ")
+    );
+    if let Some(path) = &result.out {
+        let _ = writeln!(out, "problem      {}", path.display());
+    }
+    out
+}
