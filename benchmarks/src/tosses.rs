@@ -8,7 +8,9 @@
 use std::path::Path;
 
 use signorini::multibody::glam::{DMat3, DQuat, DVec3};
-use signorini::multibody::{BodyId, Geom, Geometry, Inertia, Joint, JointKind, Model, ModelBuilder, ModelError, Pose, State};
+use signorini::multibody::{
+    BodyId, Geom, Geometry, Inertia, Joint, JointKind, Model, ModelBuilder, ModelError, Pose, State,
+};
 use signorini::{RunEnd, Settings, Simulation, SimulationError};
 use signorini_npz::{Archive, NpzError};
 
@@ -64,8 +66,9 @@ pub fn load(folder: &Path, protocol: Protocol) -> Result<Vec<Toss>, NpzError> {
     let rows: Vec<[f64; 13]> = state.as_chunks::<13>().0.iter().map(|row| prepared(*row, protocol)).collect();
     let tosses = numbers.iter().zip(&starts).zip(&lengths);
     Ok(tosses
-        .map(|((&number, &start), &length)| {
-            Toss { number, samples: rows[start as usize..(start + length) as usize].to_vec() }
+        .map(|((&number, &start), &length)| Toss {
+            number,
+            samples: rows[start as usize..(start + length) as usize].to_vec(),
         })
         .collect())
 }
