@@ -3,7 +3,7 @@
 use signorini_lcp::Lcp;
 
 use crate::problem_file::FrictionalProblem;
-use crate::{Certificate, certificate};
+use crate::Certificate;
 
 impl FrictionalProblem {
     /// Certifies a claimed `z = (λ_N, α, β)` (formulation §8). The problem has no velocity of its own: the velocity is
