@@ -51,6 +51,18 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, F
 
 /// Reads MJCF from text; files that it names are looked for in `base`.
 ///
+/// ```
+/// let text = r#"<mujoco>
+///   <worldbody>
+///     <body name="ball" pos="0 0 1"><freejoint/><geom size="0.1" mass="2" solref="0.01 1"/></body>
+///   </worldbody>
+/// </mujoco>"#;
+/// let imported = signorini_formats::load_mjcf_str(text, ".")?;
+/// assert_eq!((imported.model.nq, imported.model.bodies[1].inertia.mass), (7, 2.0));
+/// assert_eq!(imported.report.warnings[0].line, 3); // contacts are rigid, 'solref' has no meaning
+/// # Ok::<(), signorini_formats::FormatError>(())
+/// ```
+///
 /// # Errors
 /// As [`load`].
 pub fn load_mjcf_str(text: &str, base: impl AsRef<Path>) -> Result<Imported, FormatError> {

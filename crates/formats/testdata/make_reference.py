@@ -144,7 +144,7 @@ def reference(path):
             "joint": int(model.actuator_trnid[k][0]),
             "gear": float(model.actuator_gear[k][0]),
             "gain": float(model.actuator_gainprm[k][0]),
-            "bias": model.actuator_biasprm[k][:3].tolist(),
+            "bias": model.actuator_biasprm[k][:3].tolist() if model.actuator_biastype[k] else [0.0] * 3,
             "ctrlrange": limited(model.actuator_ctrllimited[k], model.actuator_ctrlrange[k]),
             "forcerange": limited(model.actuator_forcelimited[k], model.actuator_forcerange[k]),
         })

@@ -272,6 +272,11 @@ fn joints_actuators_and_keyframes() {
 }
 
 #[test]
+fn actuators_with_defaults_of_each_other() {
+    compare("actuators");
+}
+
+#[test]
 fn contact_masks_pairs_and_exclusions() {
     compare("contacts");
 }
