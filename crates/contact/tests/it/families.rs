@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use signorini_contact::{ContactProblem, ContactSolution, ContactSolver, SolveStatus};
-use signorini_testkit::{Family, Gap, Parameters, Random};
+use signorini_lcp::{Enumeration, Method};
+use signorini_testkit::{Family, Gap, Motion, Parameters, Random, families};
 
-use crate::reference::{keep, worst_violation};
+use crate::reference::{keep, random_problem, worst_violation};
 
 fn problem(seed: u64) -> (Family, Parameters, ContactProblem) {
     let mut random = Random::new(20_000 + seed);
@@ -60,4 +61,53 @@ fn no_solution_is_claimed_falsely_and_none_missed_that_must_exist() {
         println!("{name:12} {all:5} {solved:6} {denied:6} {other:10}");
     }
     assert!(faults.is_empty(), "{}\n{}", faults.len(), faults.join("\n"));
+}
+
+/// A problem of at most two contacts with four directions, its gaps negative.
+fn tiny(seed: u64) -> ContactProblem {
+    let mut random = Random::new(30_000 + seed);
+    let problem = match seed % 3 {
+        0 => {
+            let friction = random.choice(&[0.1, 0.5, 1.0, 2.0]);
+            let motion = random.choice(&[Motion::Rest, Motion::Impact, Motion::Random]);
+            let parameters = Parameters { friction, gap: Gap::Negative, motion, ..Parameters::default() };
+            let half_angle = random.between(0.15, 1.0);
+            families::wedge(&mut random, &parameters, half_angle, 1)
+        }
+        _ => {
+            let nc = 1 + random.below(2);
+            let mut problem = random_problem(&mut random, nc, 0);
+            problem.gap.iter_mut().for_each(|gap| *gap = -*gap);
+            problem
+        }
+    };
+    problem.with_directions(4).expect("an even number")
+}
+
+/// All complementary bases of tiny problems, one after another: where there is no solution none is claimed, and what is called
+/// infeasible is.
+#[test]
+fn outcomes_agree_with_enumeration() {
+    let mut solver = ContactSolver::default();
+    let mut counts = [0; 4];
+    for seed in 0..300 {
+        let problem = tiny(seed);
+        let exists =
+            Enumeration::default().solve(&problem.standard_lcp().expect("finite data"), None).status.is_solved();
+        let solution = solver.solve(&problem, None);
+        match (&solution.status, exists) {
+            (SolveStatus::Solved, true) => counts[0] += 1,
+            (SolveStatus::Infeasible { .. } | SolveStatus::Ray { .. }, false) => counts[1] += 1,
+            (SolveStatus::Ray { .. }, true) => counts[2] += 1,
+            (SolveStatus::Solved | SolveStatus::Infeasible { .. }, _) => {
+                keep(&problem, &format!("enumeration_{seed}"));
+                panic!("seed {seed}: {:?}, but enumeration says solvable: {exists}", solution.status)
+            }
+            _ => counts[3] += 1,
+        }
+    }
+    let [solved, denied, ray, other] = counts;
+    println!("{solved} solved, {denied} rightly denied, {ray} ended on a ray though solvable, {other} other");
+    assert!(solved >= 150 && denied >= 20, "the problems are not what they should be: {counts:?}");
+    assert!(ray + other == 0, "{counts:?}");
 }
