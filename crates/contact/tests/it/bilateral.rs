@@ -5,7 +5,7 @@ use signorini_lcp::Lemke;
 use signorini_multibody::BlockDiagonal;
 use signorini_testkit::{Dense, Family, Gap, Parameters, Random, largest_difference};
 
-use crate::reference::{Matrices, random_problem, worst_violation};
+use crate::reference::{Matrices, keep, random_problem, worst_violation};
 
 fn identity(n: usize, factor: f64) -> BlockDiagonal {
     BlockDiagonal::from_dense(n, &Dense::from_fn(n, n, |i, j| if i == j { factor } else { 0.0 }).data)
@@ -137,10 +137,7 @@ fn contacts_with_bilateral_rows_are_solved_as_lemke_solves_them() {
         }
         if lemke.status == SolveStatus::Solved && structured.status != SolveStatus::Solved {
             misses.push((seed, family, structured.status, structured.certificate.worst()));
-            if let Ok(dir) = std::env::var("SAVE") {
-                signorini_contact::problem_file::write_contact(format!("{dir}/bilateral_{seed}.npz"), &problem)
-                    .unwrap();
-            }
+            keep(&problem, &format!("bilateral_{seed}"));
         }
     }
     println!("of 120: structured {}, Lemke {} solved", solved[0], solved[1]);

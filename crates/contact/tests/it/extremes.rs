@@ -6,7 +6,7 @@ use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_testkit::{Family, Gap, Motion, Parameters, Random, RigidBody, Scene, families};
 
 use crate::certificate::{Damage, particle};
-use crate::reference::worst_violation;
+use crate::reference::{keep, worst_violation};
 
 /// Solves cold and once more from the result; nothing false may be claimed either time. Returns the first solution.
 fn solve_honestly(problem: &ContactProblem, name: &str) -> ContactSolution {
@@ -27,18 +27,11 @@ fn solve_honestly(problem: &ContactProblem, name: &str) -> ContactSolution {
     cold
 }
 
-fn save(problem: &ContactProblem, name: &str) {
-    if let Ok(dir) = std::env::var("SAVE") {
-        let file = format!("{dir}/extreme_{}.npz", name.replace([' ', ',', '[', ']'], "_"));
-        signorini_contact::problem_file::write_contact(file, problem).unwrap();
-    }
-}
-
 fn assert_solved(problem: &ContactProblem, name: &str) -> ContactSolution {
     let solution = solve_honestly(problem, name);
     let residual = solution.certificate.worst();
     if solution.status != SolveStatus::Solved {
-        save(problem, name);
+        keep(problem, name);
     }
     assert_eq!(solution.status, SolveStatus::Solved, "{name}: residual {residual:e}");
     solution
@@ -74,7 +67,7 @@ fn masses_from_milligrams_to_kilotons() {
         assert!(!denied, "seed {seed}, mass ratio {ratio:e}: {:?}", solution.status);
         if solution.status != SolveStatus::Solved {
             unsolved.push((seed, ratio, solution.certificate.worst()));
-            save(&problem, &format!("mass_ratio_{ratio:e}_{seed}"));
+            keep(&problem, &format!("mass_ratio_{ratio:e}_{seed}"));
         }
     }
     println!("unsolved at extreme mass ratios (seed, ratio, residual): {unsolved:?}");
@@ -216,7 +209,7 @@ fn light_and_heavy_bodies_in_both_orders() {
             let denied = matches!(solution.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
             assert!(!denied, "{name}: {:?}", solution.status);
             println!("{name}: {:?}, residual {:.1e}", solution.status, solution.certificate.worst());
-            save(&problem, &name);
+            keep(&problem, &name);
         }
     }
 }

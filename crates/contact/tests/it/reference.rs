@@ -1,5 +1,6 @@
 //! The formulation in dense matrices, computed with nothing but the problem's data: what the crate is compared with.
 
+use signorini_contact::problem_file::write_contact;
 use signorini_contact::{ContactProblem, ContactSolution, FrictionPolygon};
 use signorini_multibody::BlockDiagonal;
 use signorini_testkit::{Dense, Random};
@@ -139,6 +140,14 @@ pub fn worst_violation(problem: &ContactProblem, solution: &ContactSolution) -> 
     let difference: Vec<f64> = velocity.iter().zip(&solution.velocity).map(|(a, b)| a - b).collect();
     worst = rows.apply(&difference).iter().fold(worst, |a, c| a.max(c.abs()));
     if scale > 0.0 { worst / scale } else { worst }
+}
+
+/// Writes a problem that failed a test to the folder named by the environment variable `KEEP_FAILURES`, if there is one.
+pub fn keep(problem: &ContactProblem, name: &str) {
+    if let Ok(folder) = std::env::var("KEEP_FAILURES") {
+        let name = name.replace(|c: char| !c.is_ascii_alphanumeric() && c != '-', "_");
+        write_contact(format!("{folder}/{name}.npz"), problem).expect("a writable folder");
+    }
 }
 
 /// A balanced set of `2·pairs` unit directions at random angles in random order; opposite directions are exact negatives.
