@@ -17,6 +17,7 @@ FOLDER = TARGET / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
 ROBOTS = {
     "solo12": "solo_description/robots/solo12.urdf",
     "a1": "a1_description/urdf/a1.urdf",
+    "go1": "go1_description/urdf/go1.urdf",
     "anymal": "anymal_b_simple_description/robots/anymal.urdf",
     "panda": "panda_description/urdf/panda.urdf",
     "talos": "talos_data/robots/talos_reduced.urdf",
