@@ -100,13 +100,14 @@ export class ContactView extends Group {
   private readonly largestForce: number;
   private shown: Contact[] = [];
 
-  constructor(private readonly run: RunData, private readonly sceneRadius: number) {
+  /** `unit` is the length in m to which points, arrows and polygons are sized. */
+  constructor(private readonly run: RunData, private readonly unit: number) {
     super();
     let [contacts, sides] = [1, 1];
     for (let frame = 0; frame < run.frames; frame++) {
       const list = run.contacts(frame);
       contacts = Math.max(contacts, list.length);
-      sides = Math.max(sides, list.reduce((sum, contact) => sum + contact.polygon().length, 0));
+      sides = Math.max(sides, list.reduce((sum, contact) => sum + contact.sides, 0));
     }
     this.largestForce = typicalForce(run);
     this.points = new Copies(new SphereGeometry(1, 16, 12), contacts);
@@ -178,19 +179,19 @@ export class ContactView extends Group {
     if (!(force > 0) || !Number.isFinite(force)) return 0;
     const relative = force / this.largestForce;
     const shown = options.logarithmic ? Math.max(0, 1 + Math.log10(relative) / 4) : relative;
-    return Math.min(0.42 * options.scale * shown, 20) * this.sceneRadius;
+    return Math.min(0.42 * options.scale * shown, 20) * this.unit;
   }
 
   private putPoint(contact: Contact): void {
-    const radius = 0.014 * this.sceneRadius;
+    const radius = 0.014 * this.unit;
     this.points.put(placed(new Vector3(...contact.point), Z, radius, radius), this.modeColors[contact.mode]);
   }
 
   private putArrow(contact: Contact, force: Force, length: number): void {
-    if (length < 1e-3 * this.sceneRadius) return;
+    if (length < 1e-3 * this.unit) return;
     const start = new Vector3(...contact.point);
     const direction = force.vector.clone().normalize();
-    const head = Math.min(0.075 * this.sceneRadius, 0.45 * length);
+    const head = Math.min(0.075 * this.unit, 0.45 * length);
     const neck = start.clone().addScaledVector(direction, length - head);
     this.shafts.put(placed(start, direction, 0.1 * head, length - head), this.forceColor);
     this.heads.put(placed(neck, direction, 0.3 * head, head), this.forceColor);
@@ -199,7 +200,7 @@ export class ContactView extends Group {
   private putPolygon(contact: Contact, force: Force, perNewton: number, polygons: PolygonWriter): void {
     const radius = force.bound * perNewton;
     const corners = contact.polygon();
-    if (corners.length === 0 || radius < 1e-3 * this.sceneRadius) return;
+    if (corners.length === 0 || radius < 1e-3 * this.unit) return;
     const normal = new Vector3(...contact.normal);
     const tangent1 = new Vector3(...contact.tangent);
     const tangent2 = new Vector3().crossVectors(normal, tangent1);
@@ -207,10 +208,10 @@ export class ContactView extends Group {
     const corner = ([x, y]: [number, number]) =>
       new Vector3().addScaledVector(tangent1, x * radius).addScaledVector(tangent2, y * radius);
     const color = this.modeColors[contact.mode];
-    const ring = Math.min(Math.max(0.1, (0.008 * this.sceneRadius) / radius), 0.5);
+    const ring = Math.min(Math.max(0.1, (0.008 * this.unit) / radius), 0.5);
     polygons.put(centre, corners.map(corner), color, ring);
     const tip = centre.clone().addScaledVector(force.tangential, perNewton);
-    const size = Math.min(0.09 * radius, 0.012 * this.sceneRadius);
+    const size = Math.min(0.09 * radius, 0.012 * this.unit);
     this.tips.put(placed(tip, Z, size, size), color);
   }
 }

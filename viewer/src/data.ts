@@ -91,6 +91,8 @@ export interface RunData {
 }
 
 const CONTACT_NUMBERS = 25;
+/** Further directions of a polygon are not drawn. */
+const MOST_SIDES = 256;
 
 /** One contact; the layout is that of the Rust module `report::payload`. */
 export class Contact {
@@ -126,6 +128,9 @@ export class Contact {
   /** sliding speed, m/s */
   get slip(): number { return this.get(24); }
 
+  /** number of directions of the friction polygon */
+  get sides(): number { return Math.min(this.get(7), MOST_SIDES); }
+
   /** The unit directions of the friction polygon in tangent coordinates, by angle. */
   polygon(): [number, number][] {
     const [count, angle, listed] = [this.get(7), this.get(8), this.get(9)];
@@ -136,7 +141,7 @@ export class Contact {
       }
       return [this.directions[2 * (listed + k)], this.directions[2 * (listed + k) + 1]];
     };
-    const polygon = Array.from({ length: Math.min(count, 256) }, (_, k) => direction(k));
+    const polygon = Array.from({ length: this.sides }, (_, k) => direction(k));
     return listed < 0 ? polygon : polygon.sort((a, b) => Math.atan2(a[1], a[0]) - Math.atan2(b[1], b[0]));
   }
 }

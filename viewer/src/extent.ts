@@ -9,6 +9,8 @@ export interface Extent {
   radius: number;
   /** lowest height at the start */
   bottom: number;
+  /** a length that suits a single body: between 0.15 and 1 times the radius */
+  unit: number;
 }
 
 const SAMPLED_FRAMES = 60;
@@ -23,7 +25,7 @@ export function extentOf(run: RunData, geometries: (BufferGeometry | null)[]): E
   const chosen = moving.length > 0 ? moving : visible;
   const balls = (frame: number) => chosen.map((i) => ballOf(run, i, geometries[i] as BufferGeometry, frame));
   if (chosen.length === 0 || run.frames === 0) {
-    return { centre: new Vector3(), radius: 1, bottom: 0 };
+    return { centre: new Vector3(), radius: 1, bottom: 0, unit: 1 };
   }
   const start = balls(0);
   const first = enclose(start);
@@ -33,7 +35,11 @@ export function extentOf(run: RunData, geometries: (BufferGeometry | null)[]): E
     all.push(...balls(frame).filter((ball) => ball.centre.distanceTo(first.centre) < WIDEST * first.radius));
   }
   const bottom = Math.min(...start.map((ball) => ball.centre.z - ball.radius));
-  return { ...enclose(all), bottom };
+  const whole = enclose(all);
+  const sizes = start.map((ball) => ball.radius).sort((a, b) => a - b);
+  const median = sizes[Math.floor(sizes.length / 2)];
+  const unit = Math.min(Math.max(5 * median, 0.15 * whole.radius), whole.radius);
+  return { ...whole, bottom, unit };
 }
 
 interface Ball {

@@ -32,7 +32,7 @@ function open(run: RunData): void {
 
   const player = new Player(run, () => update());
   const seek = (frame: number) => player.seek(frame);
-  const scene = new SceneView(byId<HTMLCanvasElement>("scene"), run, options);
+  const scene = new SceneView(byId("scene"), byId("axes"), run, options);
   const plots = plotsOf(run).map((spec) => new Plot(byId("plots"), spec, run, seek));
   const applyTheme = () => {
     setTheme(dark);

@@ -22,9 +22,11 @@ export interface PlotSpec {
   limit: { label: string; value: number } | null;
 }
 
-const MARGIN = { left: 48, right: 20, top: 8, bottom: 18 };
+const MARGIN = { left: 52, right: 20, top: 8, bottom: 18 };
 /** Smaller values are drawn at the lower edge of a logarithmic plot. */
 const SMALLEST = 1e-18;
+/** A linear axis spans at least this share of its largest value, so that its labels differ. */
+const LEAST_RELATIVE_SPAN = 1e-3;
 
 export function plotsOf(run: RunData): PlotSpec[] {
   const { tolerance } = run.about.header;
@@ -180,7 +182,7 @@ export class Plot {
     for (const tick of this.axis.ticks) {
       const y = Math.round(this.y(this.spec.logarithmic ? 10 ** tick : tick)) + 0.5;
       line(pen, MARGIN.left, y, MARGIN.left + this.width, y);
-      const label = this.spec.logarithmic ? power(tick) : number(tick);
+      const label = this.spec.logarithmic ? power(tick) : number(tick, 6);
       pen.fillText(label, MARGIN.left - 6, y);
     }
     pen.textAlign = "center";
@@ -300,8 +302,8 @@ function logarithmicAxis(low: number, high: number): Axis {
 }
 
 function linearAxis(low: number, high: number, counts: boolean): Axis {
-  const span = high - low || Math.max(Math.abs(high) * 0.1, counts ? 1 : 1e-9);
-  const padding = 0.06 * span;
+  const narrowest = LEAST_RELATIVE_SPAN * Math.max(Math.abs(low), Math.abs(high)) || 1;
+  const padding = Math.max(0.06 * (high - low), (narrowest - (high - low)) / 2);
   const axis = { low: counts ? 0 : low - padding, high: high + padding };
   const ticks = niceTicks(axis.low, axis.high, 4).filter((tick) => !counts || Number.isInteger(tick));
   return { ...axis, ticks };

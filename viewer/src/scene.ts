@@ -6,6 +6,7 @@ import {
   Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { Axes } from "./axes.js";
 import { ContactView } from "./contacts.js";
 import type { ContactOptions } from "./contacts.js";
 import type { Geom, RunData } from "./data.js";
@@ -44,6 +45,7 @@ export class SceneView {
   private readonly visuals: Visual[] = [];
   private readonly grounds: Ground[] = [];
   private readonly contacts: ContactView;
+  private readonly axes: Axes;
   private readonly sun = new DirectionalLight(0xffffff, 1.7);
   private readonly sky = new HemisphereLight(0xffffff, 0xb4b6c4, 2.2);
   private readonly extent: Extent;
@@ -51,7 +53,13 @@ export class SceneView {
   private frame = 0;
   private changed = true;
 
-  constructor(private readonly canvas: HTMLCanvasElement, private readonly run: RunData, public options: SceneOptions) {
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    corner: HTMLCanvasElement,
+    private readonly run: RunData,
+    private readonly options: SceneOptions,
+  ) {
+    this.axes = new Axes(corner, run.about.header.gravity);
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
     this.renderer.toneMapping = NeutralToneMapping;
     this.renderer.shadowMap.enabled = true;
@@ -72,7 +80,7 @@ export class SceneView {
       else this.addGround(geom);
     });
     if (this.grounds.length === 0) this.addFloor();
-    this.contacts = new ContactView(run, this.extent.radius);
+    this.contacts = new ContactView(run, this.extent.unit);
     this.addLight();
     this.scene.add(...this.bodies, this.contacts);
     this.placeBodies();
@@ -112,6 +120,7 @@ export class SceneView {
     }
     this.grounds.forEach((ground) => ground.setTheme(theme));
     this.contacts.setTheme(theme);
+    this.axes.setTheme(theme);
     this.show(this.frame);
   }
 
@@ -121,7 +130,7 @@ export class SceneView {
     const [left, top, bottom] = this.covered();
     const perPixel = (2 * Math.tan((FIELD_OF_VIEW * Math.PI) / 360)) / Math.max(height, 1);
     const free = Math.max(Math.min(width - left, height - top - bottom), 50);
-    const distance = this.extent.radius / Math.sin(Math.atan((free / 2) * perPixel));
+    const distance = (1.08 * this.extent.radius) / Math.sin(Math.atan((free / 2) * perPixel));
     const centre = this.extent.centre.clone();
     if (this.options.follow) centre.copy(this.middle());
     this.controls.target.copy(centre);
@@ -139,6 +148,7 @@ export class SceneView {
     if (!this.changed) return;
     this.changed = false;
     this.renderer.render(this.scene, this.camera);
+    this.axes.draw(this.camera);
   }
 
   /** What is at a place of the canvas, in pixels: a contact, else a body, else null. */

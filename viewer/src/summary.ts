@@ -31,6 +31,7 @@ function chips(run: RunData, seek: (frame: number) => void): HTMLElement[] {
 /** Whether every step reached its tolerance; if not, leads to the first that did not. */
 function verdict(run: RunData, seek: (frame: number) => void): HTMLElement {
   const { run: figures, header } = run.about;
+  if (figures.frames === 0) return element("span", { className: "chip" }, "no step");
   if (figures.missed_steps === 0 && figures.unsolved_steps === 0) {
     const text = `every step certified to ${number(header.tolerance)}`;
     return element("span", { className: "chip good" }, text);

@@ -15,6 +15,8 @@ export interface Theme {
   modes: string[];
   force: string;
   neutral: string;
+  /** x, y, z */
+  axes: string[];
   bodies: string[];
 }
 
@@ -38,6 +40,7 @@ export function currentTheme(): Theme {
     modes: list("mode", 4),
     force: color("force"),
     neutral: color("neutral"),
+    axes: list("axis", 3),
     bodies: list("body", 8),
   };
 }

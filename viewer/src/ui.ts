@@ -63,6 +63,7 @@ export class Controls {
   /** Takes up the player's frame. */
   update(): void {
     const { run, player } = this;
+    document.body.dataset.frame = String(player.frame);
     if (run.frames === 0) return;
     const frame = player.frame;
     const { timestep, tolerance } = run.about.header;
@@ -80,7 +81,6 @@ export class Controls {
     this.read("contacts", integer(run.contactCount(frame)));
     this.read("iterations", integer(run.iterations(frame)));
     this.read("residual", number(worst, 2), !(worst <= tolerance));
-    document.body.dataset.frame = String(frame);
   }
 
   private read(name: string, text: string, bad = false): void {

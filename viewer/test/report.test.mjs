@@ -148,8 +148,14 @@ test("slider, keys and plots seek", async () => {
   await page.keyboard.press("End");
   assert.equal(await frame(), LAST_FRAME);
   const plot = await page.locator("#plot-energy canvas").boundingBox();
-  await page.mouse.click(plot.x + plot.width / 2, plot.y + 40);
-  assert.ok(Math.abs((await frame()) - LAST_FRAME / 2) < 40);
+  const clickAt = async (x) => {
+    await page.mouse.click(plot.x + x, plot.y + 40);
+    return frame();
+  };
+  assert.equal(await clickAt(2), 0, "left of the axis is the start");
+  assert.equal(await clickAt(plot.width - 2), LAST_FRAME, "right of the axis is the end");
+  const [third, half] = [await clickAt(plot.width / 3), await clickAt(plot.width / 2)];
+  assert.ok(0 < third && third < half && half < LAST_FRAME);
 });
 
 test("the missed step is announced, and leads there", async () => {

@@ -33,7 +33,7 @@ pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
         return Ok(Loaded { model: Arc::new(imported.model), source, report: imported.report, first_keyframe: None });
     }
     let scene = scene::named(arguments.scene.as_deref().unwrap_or(scene::DEFAULT))?;
-    let mut imported = load_mjcf_str(scene.text, Path::new(""), &options)?;
+    let mut imported = load_mjcf_str(scene.text, Path::new(""))?;
     let source = format!("scenes/{}.xml", scene.name);
     imported.report.warnings.iter_mut().for_each(|warning| warning.file.clone_from(&source));
     let first_keyframe = imported.model.keyframes.first().map(|keyframe| keyframe.name.clone());

@@ -4,12 +4,14 @@ use glamx::glam::{DMat3, DVec3};
 use signorini_multibody::{ContactPoint, GeomId, Model, Pose};
 
 use crate::CollisionError;
+use crate::bvh::{Aabb, Bvh};
 use crate::convex::{Convex, Placed};
 use crate::halfspace::HalfSpace;
 use crate::manifold::Touch;
+use crate::mesh::TriangleSet;
 use crate::narrow::Narrow;
 use crate::shape::{Prepared, Shape};
-use crate::sweep::{Aabb, Sweep};
+use crate::surface::{PlacedSet, Surface};
 
 /// How far a body can travel within the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -30,8 +32,9 @@ pub struct Collider {
     boxes: Vec<Aabb>,
     travel: Vec<f64>,
     pairs: Vec<(u32, u32)>,
-    sweep: Sweep,
+    tree: Bvh,
     narrow: Narrow,
+    surface: Surface,
     touches: Vec<Touch>,
 }
 
@@ -69,8 +72,9 @@ impl Collider {
             boxes: Vec::new(),
             travel: Vec::new(),
             pairs: Vec::new(),
-            sweep: Sweep::default(),
+            tree: Bvh::default(),
             narrow: Narrow::default(),
+            surface: Surface::default(),
             touches: Vec::new(),
         })
     }
@@ -80,7 +84,8 @@ impl Collider {
     /// A geom of a body with [`Reach`] `r` travels at most `r.linear + r.angular · (distance of its farthest point from
     /// the body's origin)`; a point is returned when its gap is at most the sum of both geoms' travels. Points are
     /// ordered by `(geom_a, geom_b, feature)`, `geom_a < geom_b`; the result depends on nothing but the arguments.
-    /// Geoms whose pose is not a number touch nothing.
+    /// Geoms whose pose is not a number touch nothing. A body at rest still needs the reach of a step of free fall: with
+    /// no reach at all a gap of one rounding error is too far.
     /// - `model`: the model this collider was made for;
     /// - `body_pose`: `X_WB`, `[bodies]`; `reach`: `[bodies]`;
     /// - `out`: cleared, then filled.
@@ -148,21 +153,26 @@ impl Collider {
             let both = (&model.geoms[i as usize], &model.geoms[j as usize]);
             model.contact_filter.allows((GeomId(i), GeomId(j)), both)
         };
-        let bounded = |i: usize| !matches!(geoms[i].shape, Shape::HalfSpace);
-        self.sweep.pairs(&self.boxes, bounded, |i, j| {
-            let (i, j) = (i.min(j), i.max(j));
-            if allowed(i, j) {
-                pairs.push((i, j));
-            }
-        });
+        let bounded = |i: u32| !matches!(geoms[i as usize].shape, Shape::HalfSpace);
+        let boxes = &self.boxes;
+        let known = |i: u32| bounded(i) && !boxes[i as usize].is_nan();
+        self.tree.build(boxes, (0..geoms.len() as u32).filter(|&i| known(i)));
+        for i in (0..geoms.len() as u32).filter(|&i| known(i)) {
+            self.tree.overlapping(&boxes[i as usize], |j| {
+                if i < j && boxes[i as usize].overlaps(&boxes[j as usize]) && allowed(i, j) {
+                    pairs.push((i, j));
+                }
+            });
+        }
         for &h in &self.half_spaces {
             let plane = &self.placed[h as usize];
             let normal = plane.rotation.z_axis;
-            for i in 0..geoms.len() {
-                let margin = self.travel[i] + self.travel[h as usize];
-                let height = normal.dot(self.placed[i].center - plane.position) - geoms[i].size;
-                if height <= margin && bounded(i) && allowed(h, i as u32) {
-                    pairs.push((h.min(i as u32), h.max(i as u32)));
+            for i in 0..geoms.len() as u32 {
+                let k = i as usize;
+                let margin = self.travel[k] + self.travel[h as usize];
+                let height = normal.dot(self.placed[k].center - plane.position) - geoms[k].size;
+                if height <= margin && bounded(i) && allowed(h, i) {
+                    pairs.push((h.min(i), h.max(i)));
                 }
             }
         }
@@ -188,6 +198,17 @@ impl Collider {
                 let placed_b = place(&self.geoms[b], shape_b, &self.placed[b], origin);
                 narrow.convex(&placed_a, &placed_b, margin, touches);
             }
+            (Shape::HalfSpace, Shape::Triangles(set)) => {
+                let placed = place_set(set, &self.placed[b], origin);
+                let half_space = half_space(&self.placed[a], origin);
+                self.surface.half_space(&half_space, &placed, self.geoms[b].size, margin, narrow, touches);
+            }
+            (Shape::Triangles(set), Shape::Convex(shape)) => {
+                let placed_a = place_set(set, &self.placed[a], origin);
+                let placed_b = place(&self.geoms[b], shape, &self.placed[b], origin);
+                self.surface.convex(&placed_a, &placed_b, self.geoms[b].half, margin, narrow, touches);
+            }
+            // Two half-spaces or two meshes that can meet are refused by `new`, or never move against each other.
             _ => {}
         }
         if flip {
@@ -220,6 +241,10 @@ fn rank(shape: &Shape) -> u32 {
 fn place<'a>(geom: &Prepared, shape: &'a Convex, pose: &GeomPose, origin: DVec3) -> Placed<'a> {
     let (position, center) = (pose.position - origin, pose.center - origin);
     Placed { shape, rotation: pose.rotation, position, center, size: geom.size }
+}
+
+fn place_set<'a>(set: &'a TriangleSet, pose: &GeomPose, origin: DVec3) -> PlacedSet<'a> {
+    PlacedSet { set, rotation: pose.rotation, position: pose.position - origin }
 }
 
 fn half_space(pose: &GeomPose, origin: DVec3) -> HalfSpace {

@@ -141,6 +141,12 @@ impl Placed<'_> {
     }
 }
 
+/// The length that tolerances of a pair are shares of, m: the smaller shape's, but not so small that the larger one's
+/// rounding exceeds them.
+pub(crate) fn scale(a: &Placed, b: &Placed) -> f64 {
+    (2.0 * a.size.min(b.size)).max(1e-3 * (a.size + b.size))
+}
+
 /// How far two shapes are apart along a unit normal from A to B: `min n·b − max n·a`, m.
 pub(crate) fn separation_along(a: &Placed, b: &Placed, n: DVec3) -> f64 {
     let core = n.dot(b.core_support(-n) - a.core_support(n));

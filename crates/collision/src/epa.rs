@@ -40,6 +40,8 @@ pub(crate) struct Epa {
 const ITERATIONS: usize = 160;
 /// Relative to the size: when the bounds of the overlap are this close the search ends.
 const PRECISION: f64 = 1e-12;
+/// Relative to the size: faces whose distances from the origin differ by less may be parts of one.
+const COPLANAR: f64 = 1e-8;
 /// Relative to the size: bounds farther apart than this ask for another start.
 const POOR: f64 = 1e-9;
 
@@ -83,7 +85,30 @@ impl Epa {
                 }
             }
         }
-        best.map(|(_, nearest)| nearest)
+        let (_, mut nearest) = best?;
+        self.move_to_projection(&mut nearest, size);
+        Some(nearest)
+    }
+
+    /// Flat parts of the boundary are made of several faces: takes the corners of the one that holds the projection of
+    /// the origin.
+    fn move_to_projection(&self, nearest: &mut Nearest, size: f64) {
+        let off = |corners: &[Vertex; 3]| {
+            let weights = triangle_weights(corners[0].w, corners[1].w, corners[2].w);
+            let point: DVec3 = corners.iter().zip(weights).map(|(v, w)| v.w * w).sum();
+            (point - nearest.outward * nearest.outward.dot(point)).length()
+        };
+        let level = nearest.outward.dot(nearest.corners[0].w);
+        let mut best = off(&nearest.corners);
+        let mut corners = nearest.corners;
+        for face in self.faces.iter().filter(|f| (f.distance - level).abs() <= COPLANAR * size) {
+            let others = face.v.map(|i| self.vertices[i]);
+            let distance = off(&others);
+            if distance < best {
+                (best, corners) = (distance, others);
+            }
+        }
+        nearest.corners = corners;
     }
 
     /// A tetrahedron from the supports that span most, then (if `full`) the other supports.

@@ -11,6 +11,8 @@ pub(crate) enum Feature {
     Edges([u32; 2], [u32; 2]),
     /// The one closest pair of points, where no vertices or edges meet.
     Closest,
+    /// The closest points of a convex shape and this triangle of a surface.
+    OnTriangle(u32),
 }
 
 impl Feature {
@@ -20,7 +22,7 @@ impl Feature {
             Self::VertexA(i) => Self::VertexB(i),
             Self::VertexB(i) => Self::VertexA(i),
             Self::Edges(a, b) => Self::Edges(b, a),
-            Self::Closest => Self::Closest,
+            Self::Closest | Self::OnTriangle(_) => self,
         }
     }
 
@@ -31,6 +33,7 @@ impl Feature {
             Self::VertexB(i) => mix(&[2, i]),
             Self::Edges([a, b], [c, d]) => mix(&[3, a.min(b), a.max(b), c.min(d), c.max(d)]),
             Self::Closest => 0,
+            Self::OnTriangle(i) => mix(&[4, i]),
         }
     }
 }

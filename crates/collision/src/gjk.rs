@@ -64,7 +64,14 @@ pub(crate) fn closest(a: &Placed, b: &Placed, beyond: f64) -> Outcome {
         let kept = simplex;
         simplex.vertices[simplex.count] = vertex;
         simplex.count += 1;
-        let Some(next) = simplex.project() else { return Outcome::Overlapping };
+        let Some(next) = simplex.project() else {
+            // A needle can seem to hold the origin although a plane between the shapes is already known.
+            if bound > 1e-12 * size * length2.sqrt() {
+                simplex = kept;
+                break;
+            }
+            return Outcome::Overlapping;
+        };
         let next2 = next.length_squared();
         if next2.is_nan() || next2 >= length2 {
             simplex = kept;

@@ -5,21 +5,30 @@
 //! the bodies can travel ([`Reach`]), so that nothing tunnels. The answer is a pure function of the poses: no manifold
 //! is carried from call to call.
 //!
-//! What is exact and what is not, by pair:
+//! # What is exact
 //!
 //! | pair | normal and gap | points |
 //! |---|---|---|
-//! | plane – box, convex mesh | exact | every vertex of a face that looks at the plane (at most 8 by outline) |
-//! | plane – sphere, capsule, ellipsoid, cone, cylinder | exact | support points; a disc lying flat: 8 rim points |
-//! | sphere – anything convex | exact (ellipsoid: root finding to rounding) | 1 |
-//! | capsule – capsule | exact | 1; along each other: the ends of the common part |
-//! | box – box | exact: 15 axes; corner against corner: closest points | overlap of the faces |
-//! | triangle – the above | exact | overlap of the triangle with the facing patch |
-//! | other convex pairs | the best of closed-form axes, GJK (apart) and an expanding polytope (overlapping); polyhedra end exactly, curved sides to 1e-12 of the size in the gap, about 1e-6 rad in the normal | overlap of the facing patches, discs as octagons through the deepest point of the rim, or the closest points |
+//! | plane – box, convex mesh, triangle mesh | exact | every vertex that looks at the plane within the margin (at most 8 by outline) |
+//! | plane – sphere, capsule, ellipsoid, cone, cylinder | exact | points of support; a disc lying flat: 8 points of its rim |
+//! | sphere – anything convex | exact (ellipsoid: root finding to rounding; hull: GJK to rounding) | 1 |
+//! | capsule – capsule | exact | 1; where they run along each other: the ends of the common part |
+//! | box – box | exact: 15 axes; apart corner to corner: closest points. A face normal is preferred to an edge axis that is better by less than a thousandth; where two corners meet, the direction between both face normals is taken | overlap of the facing faces, up to 8 |
+//! | other convex pairs, contact along a face normal, an axis or a common perpendicular | exact | overlap of the facing faces, lines and discs (octagons through the lowest point of the rim) |
+//! | other convex pairs, apart | GJK, polished: polyhedra exact; curved shapes to 1e-8 of the size in the gap, 1e-5 in normal and position | the same, or the closest points |
+//! | other convex pairs, overlapping | expanding polytope: polyhedra exact; curved shapes as above | the same |
+//! | triangle mesh, height field – convex | as for a triangle | per triangle, then one outline per flat part |
 //!
 //! The gap is always the separation of the two shapes along the returned normal, computed from their support functions:
-//! it can be smaller than the true distance when a search ends early, never larger.
+//! where a search ends early it is smaller than the true distance, never larger (but for the rounding given above).
+//!
+//! A pair has one normal (capsules along each other and meshes may have several), so a point that would only be reached
+//! by a large turn within the step can be missing; the next step finds it. Triangle meshes are thin and have two outsides;
+//! a height field is solid below. Edges inside a flat or hollow part of a surface let no normal lean over them; between
+//! separate geoms (a floor of boxes) this is not known, and a box sliding over their seam can catch on it. Two triangle
+//! meshes against each other are refused by [`Collider::new`].
 
+mod bvh;
 mod capsule;
 mod collider;
 mod convex;
@@ -37,7 +46,7 @@ mod patch;
 mod reduce;
 mod separation;
 mod shape;
-mod sweep;
+mod surface;
 
 pub use collider::{Collider, Reach};
 pub use error::CollisionError;

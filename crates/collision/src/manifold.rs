@@ -68,6 +68,8 @@ impl Manifold {
     /// distance at which patches that just miss each other still count as overlapping.
     pub fn clip(&mut self, n: DVec3, tolerance: f64, out: &mut Vec<Touch>) -> f64 {
         let plane = Plane::new(n);
+        drop_far_end(&mut self.patch_a, n);
+        drop_far_end(&mut self.patch_b, -n);
         let (count_a, count_b) = (self.patch_a.points.len(), self.patch_b.points.len());
         self.corners.clear();
         match (count_a, count_b) {
@@ -198,6 +200,22 @@ impl Manifold {
         }
     }
 }
+
+/// A line seen almost end-on bears at the end that is farther along `n`; its length across is not well determined.
+fn drop_far_end(patch: &mut Patch, n: DVec3) {
+    let [p, q] = patch.points[..] else { return };
+    let (line, rise) = (q - p, n.dot(q - p));
+    if line.length_squared() - rise * rise < END_ON * END_ON * line.length_squared() {
+        let near = usize::from(rise > 0.0);
+        patch.points.swap(0, near);
+        patch.ids.swap(0, near);
+        patch.points.truncate(1);
+        patch.ids.truncate(1);
+    }
+}
+
+/// Sine to the normal below which a line is seen end-on.
+const END_ON: f64 = 0.02;
 
 /// Lines that turn from each other by less than this sine run along each other.
 const PARALLEL: f64 = 1e-3;

@@ -1,9 +1,150 @@
+//! Triangle meshes and height fields, made ready.
+
+use std::collections::HashMap;
+
 use glamx::glam::DVec3;
 use signorini_multibody::model::{HeightField, Mesh};
+
+use crate::bvh::{Aabb, Bvh};
+use crate::convex::{Triangle, bounds_of};
+
+/// Triangles with what their neighbours allow.
 #[derive(Clone, Debug)]
-pub(crate) struct TriangleSet {}
+pub(crate) struct TriangleSet {
+    pub vertices: Vec<DVec3>,
+    faces: Vec<Face>,
+    pub bvh: Bvh,
+    /// Whether the side behind the triangles is solid (height fields); otherwise both sides are outside.
+    pub solid_below: bool,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Face {
+    ids: [u32; 3],
+    normal: DVec3,
+    /// For the edge from vertex k to vertex k + 1: the angle from this normal to the neighbour's, positive across a
+    /// ridge, negative across a valley, rad; π where there is no neighbour.
+    fold: [f64; 3],
+}
+
+/// Leaning over an edge by less than this angle (rad) beyond what it allows is rounding.
+const LEAN: f64 = 1e-6;
+
 impl TriangleSet {
-    pub fn from_mesh(_mesh: &Mesh) -> Self { Self {} }
-    pub fn from_height_field(_field: &HeightField) -> Self { Self {} }
-    pub fn bounds(&self) -> (DVec3, DVec3) { (DVec3::ZERO, DVec3::ZERO) }
+    pub fn from_mesh(mesh: &Mesh) -> Self {
+        let (vertices, same) = weld(&mesh.vertices);
+        let triangles = mesh.triangles.iter().map(|t| t.map(|i| same[i as usize]));
+        Self::new(vertices, triangles, false)
+    }
+
+    pub fn from_height_field(field: &HeightField) -> Self {
+        let [nx, ny] = field.size;
+        let place = |i: usize, n: usize, half: f64| half * (2.0 * i as f64 / (n - 1) as f64 - 1.0);
+        let vertices = (0..nx * ny).map(|k| {
+            let (ix, iy) = (k % nx, k / nx);
+            DVec3::new(place(ix, nx, field.half_extents[0]), place(iy, ny, field.half_extents[1]), field.heights[k])
+        });
+        let cells = (0..ny - 1).flat_map(|iy| (0..nx - 1).map(move |ix| iy * nx + ix));
+        let triangles = cells.flat_map(|k| {
+            let [a, b, c, d] = [k, k + 1, k + nx + 1, k + nx].map(|i| i as u32);
+            [[a, b, c], [a, c, d]]
+        });
+        Self::new(vertices.collect(), triangles, true)
+    }
+
+    fn new(vertices: Vec<DVec3>, triangles: impl Iterator<Item = [u32; 3]>, solid_below: bool) -> Self {
+        let mut faces: Vec<Face> = triangles
+            .filter_map(|ids| {
+                let [a, b, c] = ids.map(|i| vertices[i as usize]);
+                let area = (b - a).cross(c - a);
+                let longest = (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
+                let thin = area.length() <= 1e-12 * longest;
+                let normal = area.try_normalize().filter(|_| !thin)?;
+                Some(Face { ids, normal, fold: [std::f64::consts::PI; 3] })
+            })
+            .collect();
+        find_folds(&vertices, &mut faces);
+        let boxes: Vec<Aabb> = faces
+            .iter()
+            .map(|f| {
+                let (low, high) = bounds_of(&f.ids.map(|i| vertices[i as usize]));
+                Aabb { low, high }
+            })
+            .collect();
+        let mut bvh = Bvh::default();
+        bvh.build(&boxes, 0..boxes.len() as u32);
+        Self { vertices, faces, bvh, solid_below }
+    }
+
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.bvh.bounds()
+    }
+
+    pub fn triangle(&self, index: u32) -> Triangle {
+        let face = &self.faces[index as usize];
+        Triangle { vertices: face.ids.map(|i| self.vertices[i as usize]), ids: face.ids, normal: face.normal }
+    }
+
+    /// The normal (in the mesh's frame) at which a contact of a triangle with normal `n` is made: `n` itself where the
+    /// triangle's edges let it lean so far, else the face normal; and whether it is `n`. An edge inside a flat or hollow
+    /// part of the surface lets nothing lean over it, so that bodies slide over it unhindered.
+    pub fn allowed_normal(&self, index: u32, n: DVec3) -> (DVec3, bool) {
+        let face = &self.faces[index as usize];
+        let front = self.solid_below || n.dot(face.normal) >= 0.0;
+        let side = if front { face.normal } else { -face.normal };
+        if self.solid_below && n.dot(face.normal) <= 0.0 {
+            return (side, false);
+        }
+        for k in 0..3 {
+            let [p, q] = [face.ids[k], face.ids[(k + 1) % 3]].map(|i| self.vertices[i as usize]);
+            let out = (q - p).cross(face.normal).normalize_or_zero();
+            let lean = n.dot(out).atan2(n.dot(side));
+            let fold = if front || face.fold[k] == std::f64::consts::PI { face.fold[k] } else { -face.fold[k] };
+            if lean > fold.max(0.0) + LEAN {
+                return (side, false);
+            }
+        }
+        (n, true)
+    }
+}
+
+/// Vertices at the same place become one.
+fn weld(points: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
+    let mut first: HashMap<[u64; 3], u32> = HashMap::new();
+    let mut vertices = Vec::new();
+    let same = points
+        .iter()
+        .map(|p| {
+            *first.entry(p.to_array().map(|x| (x + 0.0).to_bits())).or_insert_with(|| {
+                vertices.push(*p);
+                vertices.len() as u32 - 1
+            })
+        })
+        .collect();
+    (vertices, same)
+}
+
+/// Fills in the folds of edges that two triangles share; edges of more than two stay free.
+fn find_folds(vertices: &[DVec3], faces: &mut [Face]) {
+    let mut edges: Vec<(u32, u32, u32, u32)> = Vec::with_capacity(3 * faces.len());
+    for (i, face) in faces.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (face.ids[k], face.ids[(k + 1) % 3]);
+            edges.push((a.min(b), a.max(b), i as u32, k as u32));
+        }
+    }
+    edges.sort_unstable();
+    for group in edges.chunk_by(|e, f| (e.0, e.1) == (f.0, f.1)) {
+        let [first, second] = group else { continue };
+        for (own, other) in [(first, second), (second, first)] {
+            let (face, k) = (faces[own.2 as usize], own.3 as usize);
+            let neighbour = faces[other.2 as usize];
+            let [a, b] = [face.ids[k], face.ids[(k + 1) % 3]];
+            let l = other.3 as usize;
+            let aligned = neighbour.ids[l] == b && neighbour.ids[(l + 1) % 3] == a;
+            let normal = if aligned { neighbour.normal } else { -neighbour.normal };
+            let out = (vertices[b as usize] - vertices[a as usize]).cross(face.normal).normalize_or_zero();
+            faces[own.2 as usize].fold[k] = normal.dot(out).atan2(normal.dot(face.normal));
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Contact points of one pair of shapes.
 
 use crate::capsule;
-use crate::convex::{Convex, Placed};
+use crate::convex::{Convex, Placed, scale};
 use crate::feature::Feature;
 use crate::manifold::{Manifold, Touch};
 use crate::reduce::Reducer;
@@ -11,6 +11,9 @@ use crate::separation::{self, Search, Separation};
 const LATERAL: f64 = 1e-9;
 /// A patch contact deeper than the separation by no more than this share of the size realises it.
 const REALISED: f64 = 1e-8;
+
+/// An overlap of no more than this share of the size is shallow.
+const SHALLOW: f64 = 1e-5;
 
 /// Buffers of the narrow phase.
 #[derive(Clone, Debug, Default)]
@@ -23,8 +26,23 @@ pub(crate) struct Narrow {
 impl Narrow {
     /// Appends the contact points of two convex shapes within `margin` (m), the normal from A to B.
     pub fn convex(&mut self, a: &Placed, b: &Placed, margin: f64, out: &mut Vec<Touch>) {
-        let size = a.size + b.size;
         let from = out.len();
+        if let (&Convex::Capsule { radius: ra, half_length: ha }, &Convex::Capsule { radius: rb, half_length: hb }) =
+            (a.shape, b.shape)
+        {
+            capsule::capsules((a, ra, ha), (b, rb, hb), margin, out);
+            return capsule::drop_redundant(out, from, LATERAL * scale(a, b));
+        }
+        self.touch(a, b, margin, out);
+    }
+
+    /// Appends the contact points along the direction in which the shapes are farthest apart and returns that
+    /// direction, or `None` if they are more than `margin` apart.
+    ///
+    /// Closed-form directions come first. Where the facing patches attain the gap of the best of them, it is the
+    /// distance (for shapes apart) or a least overlap (for shallow overlaps), and no search is needed.
+    pub fn touch(&mut self, a: &Placed, b: &Placed, margin: f64, out: &mut Vec<Touch>) -> Option<Separation> {
+        let (size, from) = (scale(a, b), out.len());
         let first = match (a.shape, b.shape) {
             (_, Convex::Sphere { radius }) => {
                 return push_closest(separation::sphere(a, b, *radius, margin), out);
@@ -32,31 +50,27 @@ impl Narrow {
             (Convex::Sphere { radius }, _) => {
                 return push_closest(separation::sphere(b, a, *radius, margin).map(Separation::swapped), out);
             }
-            (
-                Convex::Capsule { radius: ra, half_length: ha },
-                Convex::Capsule { radius: rb, half_length: hb },
-            ) => {
-                capsule::capsules((a, *ra, *ha), (b, *rb, *hb), margin, out);
-                return capsule::drop_redundant(out, from, LATERAL * size);
-            }
             (Convex::Box { half: half_a }, Convex::Box { half: half_b }) => {
-                separation::boxes(a, b, *half_a, *half_b, margin)
+                separation::boxes(a, b, *half_a, *half_b, margin)?
             }
-            _ => self.search.general(a, b, margin),
+            _ => self.search.axis(a, b, margin)?,
         };
-        let Some(first) = first else { return };
-        let smallest = self.patches(a, b, &first, size, out);
-        if smallest <= first.gap + REALISED * size {
-            return self.reducer.outline(out, from, margin, size);
+        let closed_form = matches!((a.shape, b.shape), (Convex::Box { .. }, Convex::Box { .. }));
+        if closed_form || first.gap >= -SHALLOW * size {
+            let smallest = self.patches(a, b, &first, size, out);
+            if smallest <= first.gap + REALISED * size {
+                self.reducer.outline(out, from, margin, size);
+                return Some(first);
+            }
+            out.truncate(from);
         }
-        out.truncate(from);
-        let exact = if first.midpoint.is_some() { Some(first) } else { self.search.general(a, b, margin) };
-        let Some(exact) = exact else { return };
+        let exact = self.search.general(a, b, margin)?;
         let smallest = self.patches(a, b, &exact, size, out);
         if smallest > exact.gap + REALISED * size {
             push_closest(Some(exact), out);
         }
         self.reducer.outline(out, from, margin, size);
+        Some(exact)
     }
 
     /// Clips the patches of A and B that face each other along the normal.
@@ -67,8 +81,9 @@ impl Narrow {
     }
 }
 
-fn push_closest(separation: Option<Separation>, out: &mut Vec<Touch>) {
+fn push_closest(separation: Option<Separation>, out: &mut Vec<Touch>) -> Option<Separation> {
     if let Some(Separation { normal, gap, midpoint: Some(position) }) = separation {
         out.push(Touch { position, normal, gap, feature: Feature::Closest });
     }
+    separation
 }

@@ -6,7 +6,7 @@
 
 use glamx::glam::DVec3;
 
-use crate::convex::{Convex, Placed, separation_along};
+use crate::convex::{Convex, Placed, scale, separation_along};
 use crate::distance::signed_distance;
 use crate::epa::Epa;
 use crate::gjk::{self, Outcome};
@@ -39,7 +39,7 @@ pub(crate) fn boxes(a: &Placed, b: &Placed, half_a: DVec3, half_b: DVec3, margin
     let to_b = b.position - a.position;
     let (ra, rb) = (a.rotation, b.rotation);
     let relative = ra.transpose() * rb;
-    let size = a.size + b.size;
+    let size = scale(a, b);
     let center = ra.transpose() * to_b;
     let abs = [relative.x_axis.abs(), relative.y_axis.abs(), relative.z_axis.abs()];
     let reach_b = abs[0] * half_b.x + abs[1] * half_b.y + abs[2] * half_b.z;
@@ -88,7 +88,7 @@ pub(crate) fn boxes(a: &Placed, b: &Placed, half_a: DVec3, half_b: DVec3, margin
 /// Where a corner (an edge) of one box touches a corner of the other, every direction between the two face normals
 /// separates them equally well: the middle one, so that neither box is preferred. `None` if this is not such a case.
 fn between_faces(a: &Placed, b: &Placed, face_a: (f64, DVec3), face_b: (f64, DVec3)) -> Option<(f64, DVec3)> {
-    let size = a.size + b.size;
+    let size = scale(a, b);
     let touching = face_a.0.abs().max(face_b.0.abs()) <= CORNER * size;
     let distinct = face_a.1.dot(face_b.1) < 1.0 - 1e-6;
     if !touching || !distinct {
@@ -125,24 +125,27 @@ pub(crate) struct Search {
 }
 
 impl Search {
-    /// Any two convex shapes: characteristic axes first, then GJK between the cores (Gilbert, Johnson, Keerthi 1988) when
-    /// they are apart, else an expanding polytope (van den Bergen 2001). `None` if farther apart than `margin`.
-    pub fn general(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<Separation> {
-        let size = a.size + b.size;
-        let radii = a.shape.radius() + b.shape.radius();
+    /// The best of the characteristic axes of two convex shapes, or `None` if they are more than `margin` apart.
+    pub fn axis(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<Separation> {
         self.collect_axes(a, b);
         let mut best = (f64::NEG_INFINITY, DVec3::Z);
         for &axis in &self.axes {
             for n in [axis, -axis] {
                 let gap = separation_along(a, b, n);
-                if gap > best.0 + 1e-12 * size {
+                if gap > best.0 + 1e-12 * scale(a, b) {
                     best = (gap, n);
                 }
             }
         }
-        if best.0 > margin {
-            return None;
-        }
+        (best.0 <= margin).then_some(Separation { normal: best.1, gap: best.0, midpoint: None })
+    }
+
+    /// Any two convex shapes: characteristic axes first, then GJK between the cores (Gilbert, Johnson, Keerthi 1988) when
+    /// they are apart, else an expanding polytope (van den Bergen 2001). `None` if farther apart than `margin`.
+    pub fn general(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<Separation> {
+        let size = scale(a, b);
+        let radii = a.shape.radius() + b.shape.radius();
+        let axis = self.axis(a, b, margin)?;
         match gjk::closest(a, b, margin + radii) {
             Outcome::Beyond => None,
             Outcome::Apart(pair) if pair.distance > TOUCHING * size => {
@@ -153,12 +156,11 @@ impl Search {
                 let stalled = pair.open > STALLED * size;
                 let polished = if stalled { self.epa.search(a, b, &self.axes, 2.0 * pair.distance) } else { None };
                 let found = polished.filter(|p| p.gap > gap).unwrap_or(found);
-                Some(prefer_axis(best, found, 1e-12 * size))
+                Some(prefer_axis(axis, found, 1e-12 * size))
             }
             _ => {
-                let axis = Separation { normal: best.1, gap: best.0, midpoint: None };
                 let found = self.epa.search(a, b, &self.axes, 0.0);
-                Some(found.map_or(axis, |f| prefer_axis(best, f, 1e-10 * size)))
+                Some(found.map_or(axis, |f| prefer_axis(axis, f, 1e-10 * size)))
             }
         }
         .filter(|s| s.gap <= margin)
@@ -173,6 +175,11 @@ impl Search {
                 Convex::Box { .. } => self.axes.extend([r.x_axis, r.y_axis, r.z_axis]),
                 Convex::Cylinder { .. } | Convex::Cone { .. } => self.axes.push(r.z_axis),
                 Convex::Triangle(t) => self.axes.push(r * t.normal),
+                Convex::Hull(hull) => {
+                    let to_b = placed.local(b.center - a.center);
+                    self.axes.push(r * hull.face_towards(to_b).normal);
+                    self.axes.push(r * hull.face_towards(-to_b).normal);
+                }
                 _ => {}
             }
         }
@@ -194,8 +201,8 @@ impl Search {
 
 /// A search's result, but with a closed-form axis that separates as well: the axis is exact where the search determines
 /// its direction only to rounding.
-fn prefer_axis(axis: (f64, DVec3), found: Separation, tolerance: f64) -> Separation {
-    if axis.0 >= found.gap - tolerance { Separation { gap: axis.0, normal: axis.1, ..found } } else { found }
+fn prefer_axis(axis: Separation, found: Separation, tolerance: f64) -> Separation {
+    if axis.gap >= found.gap - tolerance { Separation { midpoint: found.midpoint, ..axis } } else { found }
 }
 
 /// Uncertainty of the distance, as a share of the size, at which GJK is taken to have stalled.

@@ -24,6 +24,11 @@ pub struct Certificate {
 }
 
 impl Certificate {
+    pub(crate) fn everything_violated() -> Self {
+        let r = f64::INFINITY;
+        Self { momentum: r, natural_map: r, signorini: r, friction: r, dissipation: r, bilateral: r }
+    }
+
     /// The largest residual; NaN counts as infinite.
     pub fn worst(&self) -> f64 {
         let all = [self.momentum, self.natural_map, self.signorini, self.friction, self.dissipation, self.bilateral];
@@ -37,7 +42,6 @@ impl Certificate {
 
     /// Keeps the larger of each residual.
     pub fn merge(&mut self, other: &Self) {
-        let keep = |a: &mut f64, b: f64| *a = if b.is_nan() { f64::INFINITY } else { a.max(b) };
         keep(&mut self.momentum, other.momentum);
         keep(&mut self.natural_map, other.natural_map);
         keep(&mut self.signorini, other.signorini);
@@ -45,6 +49,16 @@ impl Certificate {
         keep(&mut self.dissipation, other.dissipation);
         keep(&mut self.bilateral, other.bilateral);
     }
+}
+
+/// Keeps the larger value; NaN counts as infinite.
+fn keep(largest: &mut f64, value: f64) {
+    *largest = if value.is_nan() { f64::INFINITY } else { largest.max(value) };
+}
+
+/// `|min(z, w)|`, NaN where one of them is (`f64::min` would drop it).
+fn natural(z: f64, w: f64) -> f64 {
+    if z.is_nan() || w.is_nan() { f64::NAN } else { z.min(w).abs() }
 }
 
 /// Memory of the certificate.
@@ -59,7 +73,7 @@ pub(crate) struct Scratch {
 /// Certifies a claimed solution `(v⁺, λ_N, α, β, λ_B)`; only these of `solution` are read.
 ///
 /// - `problem`: the data.
-/// - `solution`: arrays of the problem's sizes; an entry that is missing or not finite makes every residual infinite.
+/// - `solution`: arrays of the problem's sizes; a missing entry, or one that is not finite, makes every residual infinite.
 ///
 /// # Source
 /// The formulation, §8.
@@ -74,9 +88,10 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
         && solution.alpha.len() == problem.direction_count()
         && solution.beta.len() == nc
         && solution.bilateral.len() == problem.bilateral_violation.len();
-    let claimed = [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta, &solution.bilateral];
-    if !sizes_fit || claimed.into_iter().flatten().any(|x| !x.is_finite()) {
-        return refused();
+    let mut numbers =
+        [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta, &solution.bilateral].into_iter();
+    if !sizes_fit || numbers.any(|x| x.iter().any(|x| !x.is_finite())) {
+        return Certificate::everything_violated();
     }
     scratch.resize(nv);
     scratch.add_forces(problem, solution);
@@ -90,16 +105,10 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
         let stabilization = problem.bilateral_violation[k] / problem.timestep;
         let [claimed] = problem.bilateral_jacobian.multiply(k, &solution.velocity);
         let [computed] = problem.bilateral_jacobian.multiply(k, &scratch.change);
-        certificate.bilateral = certificate.bilateral.max((claimed + stabilization).abs());
-        certificate.natural_map = certificate.natural_map.max((computed + stabilization).abs());
+        keep(&mut certificate.bilateral, (claimed + stabilization).abs());
+        keep(&mut certificate.natural_map, (computed + stabilization).abs());
     }
     scales.normalise(problem, solution, certificate)
-}
-
-/// Residuals of what is no claim of a solution.
-pub(crate) fn refused() -> Certificate {
-    let r = f64::INFINITY;
-    Certificate { momentum: r, natural_map: r, signorini: r, friction: r, dissipation: r, bilateral: r }
 }
 
 /// `v^f + M⁻¹(J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B)`.
@@ -143,7 +152,7 @@ impl Scales {
             return Certificate { momentum: r, natural_map: r, ..Default::default() };
         }
         Certificate {
-            momentum: raw.momentum / (self.mass * s),
+            momentum: if raw.momentum == 0.0 { 0.0 } else { raw.momentum / (self.mass * s) },
             natural_map: raw.natural_map / s,
             signorini: raw.signorini / s,
             friction: raw.friction * self.delassus / s,
@@ -191,7 +200,7 @@ impl Scratch {
 }
 
 /// `λ_T = D α` of contact `i`.
-fn tangential_impulse(problem: &ContactProblem, solution: &ContactSolution, i: usize) -> [f64; 2] {
+pub(crate) fn tangential_impulse(problem: &ContactProblem, solution: &ContactSolution, i: usize) -> [f64; 2] {
     let alpha = &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
     let sum = |r: usize| problem.directions_of(i).iter().zip(alpha).map(|(d, a)| d[r] * a).sum();
     [sum(0), sum(1)]
@@ -210,18 +219,16 @@ fn contact_laws(
     let (lambda, beta, mu) = (solution.lambda_n[i], solution.beta[i], problem.friction[i]);
     let alpha = &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
     let gap_rate = problem.gap[i] / problem.timestep;
-    let keep = |a: &mut f64, b: f64| *a = if b.is_nan() { f64::INFINITY } else { a.max(b) };
-
     let [c_n, c_1, c_2] = problem.contact_velocity(i, from_impulses);
-    keep(&mut raw.natural_map, (g * lambda).min(c_n + gap_rate).abs());
+    keep(&mut raw.natural_map, natural(g * lambda, c_n + gap_rate));
     for (d, a) in problem.directions_of(i).iter().zip(alpha) {
-        keep(&mut raw.natural_map, (g * a).min(d[0] * c_1 + d[1] * c_2 + beta).abs());
+        keep(&mut raw.natural_map, natural(g * a, d[0] * c_1 + d[1] * c_2 + beta));
     }
     let bound = mu * lambda - alpha.iter().sum::<f64>();
-    keep(&mut raw.natural_map, beta.min(g * bound).abs());
+    keep(&mut raw.natural_map, natural(beta, g * bound));
 
     let [c_n, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
-    keep(&mut raw.signorini, (g * lambda).min(c_n + gap_rate).abs());
+    keep(&mut raw.signorini, natural(g * lambda, c_n + gap_rate));
     keep(&mut raw.friction, -bound);
     keep(&mut raw.friction, alpha.iter().fold(0.0, |a: f64, x| a.max(-x)));
     if !alpha.is_empty() {

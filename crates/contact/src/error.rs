@@ -49,6 +49,14 @@ pub enum ProblemError {
         /// Degrees of freedom.
         nv: usize,
     },
+    /// The columns of a Jacobian row are not strictly ascending.
+    #[error("row {row} of the Jacobian has column {column} out of order: give each column once, in ascending order")]
+    ColumnOrder {
+        /// Contact or bilateral row.
+        row: usize,
+        /// The first column that does not exceed the one before it.
+        column: usize,
+    },
     /// A file cannot be read or lacks something.
     #[error(transparent)]
     Archive(#[from] signorini_npz::NpzError),
@@ -59,6 +67,15 @@ pub enum ProblemError {
         path: PathBuf,
         /// What is wrong and what to do.
         reason: String,
+    },
+    /// The data in a file are not those of a problem.
+    #[error("{}: {error}", path.display())]
+    InFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong; it names the array.
+        #[source]
+        error: Box<ProblemError>,
     },
     /// The assembled complementarity problem is malformed.
     #[error(transparent)]

@@ -3,7 +3,7 @@
 use signorini_lcp::Lcp;
 
 use crate::problem_file::FrictionalProblem;
-use crate::{Certificate, certificate};
+use crate::Certificate;
 
 impl FrictionalProblem {
     /// Certifies a claimed `z = (λ_N, α, β)` (formulation §8). The problem has no velocity of its own: the velocity is
@@ -14,7 +14,7 @@ impl FrictionalProblem {
     pub fn certify(&self, lcp: &Lcp, z: &[f64]) -> Certificate {
         let nc = self.friction.len();
         if z.len() != lcp.len() || z.len() < 2 * nc || z.iter().any(|x| !x.is_finite()) {
-            return certificate::refused();
+            return Certificate::everything_violated();
         }
         let natural_map = lcp.residual(z).value;
         let scale = lcp.b().iter().fold(0.0, |s: f64, b| s.max(b.abs()));

@@ -81,6 +81,12 @@ impl<const R: usize> SparseRows<R> {
         Some((self.offsets.partition_point(|&o| o <= k) - 1, self.columns[k] as usize))
     }
 
+    /// The first column that does not exceed the one before it in its group, with its group.
+    pub(crate) fn column_out_of_order(&self) -> Option<(usize, usize)> {
+        let descent = |i: usize| self.group(i).0.windows(2).find(|pair| pair[1] <= pair[0]).map(|pair| pair[1]);
+        (0..self.len()).find_map(|i| descent(i).map(|column| (i, column as usize)))
+    }
+
     /// The first entry that is not finite, with its group.
     pub(crate) fn not_finite(&self) -> Option<(usize, f64)> {
         let bad = |e: &[f64; R]| e.iter().copied().find(|x| !x.is_finite());

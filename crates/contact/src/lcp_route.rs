@@ -37,13 +37,20 @@ pub fn solve_as_lcp(
     solution.certificate = certify(problem, &solution);
     solution.report = SolveReport { lemke_pivots: outcome.iterations as u32, ..SolveReport::default() };
     solution.status = match &outcome.status {
+        Status::Ray(_) | Status::Infeasible(_) if must_have_a_solution(problem) => SolveStatus::Inaccurate,
         Status::Ray(ray) => SolveStatus::Ray { contacts: contacts_in(problem, &at, &ray.z) },
         Status::Infeasible(farkas) => SolveStatus::Infeasible { contacts: contacts_in(problem, &at, &farkas.y) },
+        Status::Inconsistent { .. } => SolveStatus::Infeasible { contacts: Vec::new() },
         Status::IterationLimit => SolveStatus::IterationLimit,
         _ if solution.certificate.holds(tolerance) => SolveStatus::Solved,
         _ => SolveStatus::Inaccurate,
     };
     Ok(solution)
+}
+
+/// Whether theory promises a solution (formulation §4): a ray or a proof of the contrary is then an effect of rounding.
+fn must_have_a_solution(problem: &ContactProblem) -> bool {
+    problem.bilateral_violation.is_empty() && problem.gap.iter().all(|phi| *phi >= 0.0)
 }
 
 /// Impulses, modes and velocity from the unknowns `(λ_B, λ_N, α, β)`.

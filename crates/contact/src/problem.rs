@@ -153,6 +153,10 @@ impl ContactProblem {
         if let Some((row, column)) = beyond {
             return Err(ProblemError::Column { row, column, nv });
         }
+        let descent = self.jacobian.column_out_of_order().or(self.bilateral_jacobian.column_out_of_order());
+        if let Some((row, column)) = descent {
+            return Err(ProblemError::ColumnOrder { row, column });
+        }
         if let Some((index, value)) = self.jacobian.not_finite().or(self.bilateral_jacobian.not_finite()) {
             return Err(ProblemError::Number { array: "J", index, value, expected: "finite" });
         }
@@ -175,15 +179,38 @@ impl ContactProblem {
     }
 
     /// The diagonal of contact `i`'s block of `J M⁻¹ Jᵀ`. `scratch`: `[nv]`, all zero before and after.
+    ///
+    /// # Cost
+    /// Three solves with each block of the mass matrix that the contact touches.
     pub fn delassus_diagonal(&self, i: usize, scratch: &mut [f64]) -> [f64; 3] {
-        let mut diagonal = [0.0; 3];
-        for r in 0..3 {
-            let mut unit = [0.0; 3];
-            unit[r] = 1.0;
-            self.jacobian.add_transposed(i, unit, scratch);
-            self.mass_factor.solve_in_place(scratch);
-            diagonal[r] = self.jacobian.multiply(i, scratch)[r];
-            scratch.fill(0.0);
+        let (columns, entries) = self.jacobian.group(i);
+        self.delassus_entries(columns, entries, scratch)
+    }
+
+    /// `∇Θ_k M⁻¹ ∇Θ_kᵀ` of bilateral row `k`. `scratch` as in [`delassus_diagonal`](Self::delassus_diagonal).
+    pub fn bilateral_delassus(&self, k: usize, scratch: &mut [f64]) -> f64 {
+        let (columns, entries) = self.bilateral_jacobian.group(k);
+        self.delassus_entries(columns, entries, scratch)[0]
+    }
+
+    fn delassus_entries<const R: usize>(&self, columns: &[u32], entries: &[[f64; R]], scratch: &mut [f64]) -> [f64; R] {
+        let mut diagonal = [0.0; R];
+        let mut first = 0;
+        while first < columns.len() {
+            let index = self.mass.block_of(columns[first] as usize);
+            let range = self.mass.blocks()[index].range();
+            let last = first + columns[first..].partition_point(|&c| range.contains(&(c as usize)));
+            for (r, sum) in diagonal.iter_mut().enumerate() {
+                for k in first..last {
+                    scratch[columns[k] as usize] = entries[k][r];
+                }
+                self.mass_factor.solve_block_in_place(index, &mut scratch[range.clone()]);
+                for k in first..last {
+                    *sum += entries[k][r] * scratch[columns[k] as usize];
+                }
+                scratch[range.clone()].fill(0.0);
+            }
+            first = last;
         }
         diagonal
     }

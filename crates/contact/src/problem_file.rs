@@ -90,21 +90,33 @@ impl FrictionalProblem {
 ///
 /// # Errors
 /// [`ProblemError::Archive`] for an unreadable file or a missing array, [`ProblemError::File`] for an unknown kind or parts that
-/// do not fit, and the errors of the problem types.
+/// do not fit, [`ProblemError::InFile`] with the error of the problem type. All name the file.
 pub fn read(path: impl AsRef<Path>) -> Result<ProblemFile, ProblemError> {
     let archive = Archive::read(&path)?;
+    read_kind(&archive).map_err(|error| in_file(&archive, error))
+}
+
+/// Adds the file to an error that does not name it.
+fn in_file(archive: &Archive, error: ProblemError) -> ProblemError {
+    match error {
+        ProblemError::Archive(_) | ProblemError::File { .. } | ProblemError::InFile { .. } => error,
+        _ => ProblemError::InFile { path: archive.file().to_owned(), error: Box::new(error) },
+    }
+}
+
+fn read_kind(archive: &Archive) -> Result<ProblemFile, ProblemError> {
     let kind = archive.string("kind")?;
     match kind.as_str() {
-        "lcp" => Ok(ProblemFile::Lcp(Lcp::new(dense(&archive, "A")?, archive.f64("b")?)?)),
+        "lcp" => Ok(ProblemFile::Lcp(Lcp::new(dense(archive, "A")?, archive.f64("b")?)?)),
         "mlcp" => {
             let free = archive.u8("is_comp")?.iter().map(|&c| c == 0).collect();
-            Ok(ProblemFile::MixedLcp(MixedLcp::new(dense(&archive, "A")?, archive.f64("b")?, free)?))
+            Ok(ProblemFile::MixedLcp(MixedLcp::new(dense(archive, "A")?, archive.f64("b")?, free)?))
         }
-        "contact" => Ok(ProblemFile::Contact(Box::new(read_contact(&archive)?))),
-        "frictional3d" => read_frictional(&archive, 3),
-        "frictional2d" => read_frictional(&archive, 2),
+        "contact" => Ok(ProblemFile::Contact(Box::new(read_contact(archive)?))),
+        "frictional3d" => read_frictional(archive, 3),
+        "frictional2d" => read_frictional(archive, 2),
         _ => Err(fault(
-            &archive,
+            archive,
             format!("unknown kind '{kind}'; known are lcp, mlcp, contact, frictional3d, frictional2d"),
         )),
     }
@@ -163,7 +175,11 @@ fn read_frictional(archive: &Archive, dimension: usize) -> Result<ProblemFile, P
 fn read_contact(archive: &Archive) -> Result<ContactProblem, ProblemError> {
     let free_velocity = archive.f64("vf")?;
     let nv = free_velocity.len();
-    let mass = BlockDiagonal::from_dense(nv, dense(archive, "M")?.data())?;
+    let mass = dense(archive, "M")?;
+    if (mass.rows(), mass.cols()) != (nv, nv) {
+        return Err(fault(archive, format!("M is {} x {}, expected {nv} x {nv} (as vf)", mass.rows(), mass.cols())));
+    }
+    let mass = BlockDiagonal::from_dense(nv, mass.data())?;
     let mut problem = ContactProblem::new(mass, free_velocity, archive.scalar_f64("dt")?)?;
     let (gap, friction) = (archive.f64("phi")?, archive.f64("mu")?);
     let nc = gap.len();
@@ -174,14 +190,22 @@ fn read_contact(archive: &Archive) -> Result<ContactProblem, ProblemError> {
         }
     }
     let (normal, tangential) = (sparse_rows(archive, "JN", (nc, nv))?, sparse_rows(archive, "JT", (2 * nc, nv))?);
-    let directions = archive.f64("D")?;
-    let total: i64 = counts.iter().map(|&m| i64::from(m.max(0))).sum();
-    if directions.len() as i64 != 2 * total {
-        return Err(ProblemError::Length { array: "D", expected: 2 * total as usize, found: directions.len() });
+    if let Some(index) = counts.iter().position(|&m| m < 0) {
+        let (value, expected) = (f64::from(counts[index]), "a number of directions, not negative");
+        return Err(ProblemError::Number { array: "m", index, value, expected });
     }
+    let total: usize = counts.iter().map(|&m| m as usize).sum();
+    let directions = archive.array("D")?;
+    if directions.shape != [total, 2] {
+        return Err(fault(
+            archive,
+            format!("D has shape {:?}, expected [{total}, 2] (the sum of m)", directions.shape),
+        ));
+    }
+    let directions = archive.f64("D")?;
     let mut start = 0;
     for i in 0..nc {
-        let m = counts[i].max(0) as usize;
+        let m = counts[i] as usize;
         let own = directions[2 * start..2 * (start + m)].chunks_exact(2).map(|d| [d[0], d[1]]).collect();
         let polygon = FrictionPolygon::from_directions(own).map_err(|e| match e {
             ProblemError::Directions { reason, .. } => ProblemError::Directions { contact: Some(i), reason },
@@ -191,7 +215,7 @@ fn read_contact(archive: &Archive) -> Result<ContactProblem, ProblemError> {
         problem.push_contact(group, gap[i], friction[i], &polygon);
         start += m;
     }
-    if archive.contains("theta") {
+    if archive.contains("theta") || archive.contains_matrix("JB") {
         let violation = archive.f64("theta")?;
         for (row, theta) in sparse_rows(archive, "JB", (violation.len(), nv))?.iter().zip(violation) {
             problem.push_bilateral(merge_rows([row]), theta);
@@ -331,13 +355,17 @@ fn finite(array: &'static str, values: &[f64]) -> Result<(), ProblemError> {
 /// Reads the solution of a contact problem. `v` is computed from the impulses where the file has only `z`.
 ///
 /// # Errors
-/// [`ProblemError::Archive`] for an unreadable file, [`ProblemError::Length`] if `z` does not fit the problem,
-/// [`ProblemError::Number`] for a number that is not finite.
+/// [`ProblemError::Archive`] for an unreadable file or a missing array, [`ProblemError::InFile`] with a
+/// [`ProblemError::Length`] for an array that does not fit the problem.
 pub fn read_contact_solution(
     path: impl AsRef<Path>,
     problem: &ContactProblem,
 ) -> Result<ContactSolution, ProblemError> {
     let archive = Archive::read(path)?;
+    read_solution_arrays(&archive, problem).map_err(|error| in_file(&archive, error))
+}
+
+fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<ContactSolution, ProblemError> {
     let mut solution = ContactSolution::default();
     solution.prepare(problem);
     let (nc, m) = (problem.contact_count(), problem.direction_count());
@@ -367,6 +395,10 @@ pub fn read_contact_solution(
             return Err(ProblemError::Length { array, expected, found: values.len() });
         }
         finite(array, values)?;
+    }
+    for i in 0..nc {
+        let [t_1, t_2] = crate::certificate::tangential_impulse(problem, &solution, i);
+        solution.impulse[i] = [solution.lambda_n[i], t_1, t_2];
     }
     solution.velocity = if archive.contains("v") {
         archive.f64("v")?

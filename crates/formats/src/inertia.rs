@@ -101,6 +101,22 @@ pub(crate) fn principal(a: DMat3) -> (DVec3, DMat3) {
     (DVec3::new(a[0][0], a[1][1], a[2][2]), DMat3::from_cols_array_2d(&axes))
 }
 
+/// Rotational inertia nearest to a given one that a rigid body can have: the principal second moments
+/// `∫ x² dm = tr(I)/2 − I_k` that are negative become zero. None if none is, up to rounding.
+///
+/// # Source
+/// P. Wensing, S. Kim, J.-J. Slotine, Linear matrix inequalities for physically consistent inertial parameter
+/// identification, IEEE RA-L 3 (2018): an inertia is physical where the matrix of second moments is positive semidefinite.
+pub(crate) fn nearest_physical(rotational: DMat3) -> Option<DMat3> {
+    let (moments, axes) = principal(rotational);
+    let second = DVec3::splat(moments.element_sum() / 2.0) - moments;
+    if second.min_element() >= -1e-7 * moments.abs().max_element() {
+        return None;
+    }
+    let possible = across(second.max(DVec3::ZERO));
+    Some(symmetric(axes * DMat3::from_diagonal(possible) * axes.transpose()))
+}
+
 /// One Jacobi rotation that clears `a[p][q]`; `axes[k]` is the k-th axis.
 fn rotate(a: &mut [[f64; 3]; 3], axes: &mut [[f64; 3]; 3], p: usize, q: usize) {
     if a[p][q] == 0.0 {

@@ -13,9 +13,10 @@ mod mesh;
 mod mjcf;
 mod parts;
 mod report;
+mod urdf;
 mod xml;
 
 pub use error::{FormatError, Location};
-pub use load::{Imported, LoadOptions, load, load_mjcf_str};
+pub use load::{Imported, LoadOptions, load, load_mjcf_str, load_urdf_str};
 pub use mesh::{MeshFormat, read_mesh};
 pub use report::{ImportReport, Warning};

@@ -7,7 +7,7 @@ use signorini_multibody::Model;
 use crate::error::FormatError;
 use crate::mesh::read_file;
 use crate::report::ImportReport;
-use crate::{mjcf, xml};
+use crate::{mjcf, urdf, xml};
 
 /// Model files larger than this are refused.
 const MAX_BYTES: u64 = 64 << 20;
@@ -43,19 +43,46 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, F
     let base = path.parent().unwrap_or(Path::new(""));
     let tree = xml::parse(&text, &path.to_string_lossy())?;
     match tree.root().name() {
-        "mujoco" => mjcf::import(tree, base, Some(path), options),
+        "mujoco" => mjcf::import(tree, base, Some(path)),
+        "robot" => urdf::import(tree, base, options),
         found => Err(FormatError::UnknownFormat { at: tree.root().at(), found: found.to_owned() }),
     }
 }
 
 /// Reads MJCF from text; files that it names are looked for in `base`.
 ///
+/// ```
+/// let text = r#"<mujoco>
+///   <worldbody>
+///     <body name="ball" pos="0 0 1"><freejoint/><geom size="0.1" mass="2" solref="0.01 1"/></body>
+///   </worldbody>
+/// </mujoco>"#;
+/// let imported = signorini_formats::load_mjcf_str(text, ".")?;
+/// assert_eq!((imported.model.nq, imported.model.bodies[1].inertia.mass), (7, 2.0));
+/// assert_eq!(imported.report.warnings[0].line, 3); // contacts are rigid, 'solref' has no meaning
+/// # Ok::<(), signorini_formats::FormatError>(())
+/// ```
+///
 /// # Errors
 /// As [`load`].
-pub fn load_mjcf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
-    let tree = xml::parse(text, "(MJCF text)")?;
-    match tree.root().name() {
-        "mujoco" => mjcf::import(tree, base.as_ref(), None, options),
-        found => Err(FormatError::UnknownFormat { at: tree.root().at(), found: found.to_owned() }),
+pub fn load_mjcf_str(text: &str, base: impl AsRef<Path>) -> Result<Imported, FormatError> {
+    let tree = parse_as("mujoco", text, "(MJCF text)")?;
+    mjcf::import(tree, base.as_ref(), None)
+}
+
+/// Reads URDF from text; files that it names by relative paths are looked for in `base`.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_urdf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
+    let tree = parse_as("robot", text, "(URDF text)")?;
+    urdf::import(tree, base.as_ref(), options)
+}
+
+fn parse_as(root: &str, text: &str, label: &str) -> Result<xml::Tree, FormatError> {
+    let tree = xml::parse(text, label)?;
+    if tree.root().is(root) {
+        return Ok(tree);
     }
+    Err(FormatError::UnknownFormat { at: tree.root().at(), found: tree.root().name().to_owned() })
 }

@@ -185,6 +185,16 @@ impl Parts {
         self.names(Sort::Geom)
     }
 
+    /// `wanted`, or with a number if something in the file has that name.
+    pub fn unused_name(&self, wanted: &str) -> String {
+        unused(wanted, |name| self.reserved.contains(name))
+    }
+
+    /// `wanted`, or with a number if a geom has that name.
+    pub fn unused_geom_name(&self, wanted: &str) -> String {
+        unused(wanted, |name| self.geom(name).is_some())
+    }
+
     /// Builds the model; an error stands where the part to blame stands.
     pub fn build(mut self) -> Result<Model, FormatError> {
         let builder = std::mem::replace(&mut self.builder, ModelBuilder::new(""));
@@ -204,7 +214,10 @@ impl Parts {
         }
         let name = match name {
             Some(name) => name,
-            None => unused(&format!("{}{}", sort.word(), *count - usize::from(sort != Sort::Body)), &self.reserved),
+            None => {
+                let wanted = format!("{}{}", sort.word(), *count - usize::from(sort != Sort::Body));
+                self.unused_name(&wanted)
+            }
         };
         if sort == Sort::Body && name == "world" {
             return Err(element.invalid("'world' is the name of the world itself: give the body another one"));
@@ -245,10 +258,9 @@ impl Parts {
 }
 
 /// The name, or the name with an underscore and the first number that makes it new.
-fn unused(name: &str, taken: &HashSet<String>) -> String {
-    if !taken.contains(name) {
+fn unused(name: &str, taken: impl Fn(&str) -> bool) -> String {
+    if !taken(name) {
         return name.to_owned();
     }
-    let numbered = (2..).map(|k| format!("{name}_{k}"));
-    numbered.into_iter().find(|n| !taken.contains(n)).unwrap_or_default()
+    (2..u64::MAX).map(|k| format!("{name}_{k}")).find(|n| !taken(n)).unwrap_or_default()
 }

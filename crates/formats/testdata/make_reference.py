@@ -4,7 +4,7 @@
     .venv/bin/python crates/formats/testdata/make_reference.py
 
 Written to testdata/reference/NAME.json: masses, inertias, joints, geoms, keyframes, and the pairs of geoms that MuJoCo
-lets collide (all margins are made so large that every admitted pair yields a contact).
+lets collide (every geom but planes and height fields is made a huge sphere, so that every admitted pair touches).
 """
 
 import json
@@ -52,14 +52,15 @@ def rotation(quat):
     return matrix.reshape(3, 3)
 
 
-def admitted_pairs(model):
-    model.geom_margin[:] = 1000
-    model.geom_gap[:] = 0
-    model.pair_margin[:] = 1000
+def admitted_pairs(path):
+    spec = mujoco.MjSpec.from_file(str(path))
+    for geom in spec.geoms:
+        if geom.type not in (mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_HFIELD):
+            geom.type, geom.size, geom.meshname = mujoco.mjtGeom.mjGEOM_SPHERE, [1000, 0, 0], ""
+            geom.fromto = [np.nan] * 6
+    model = spec.compile()
     data = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_collision(model, data)
+    mujoco.mj_forward(model, data)
     return sorted({tuple(sorted(map(int, c.geom))) for c in data.contact})
 
 
@@ -83,6 +84,8 @@ def mesh_vertices(model, geom):
 
 def reference(path):
     model = mujoco.MjModel.from_xml_path(str(path))
+    weightless = model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY
+    touching = not model.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_CONTACT
     bodies = []
     for b in range(model.nbody):
         r = rotation(model.body_iquat[b])
@@ -124,8 +127,8 @@ def reference(path):
             "rotation": rotation(model.geom_quat[g]).tolist(),
             "friction": float(model.geom_friction[g][0]),
             "condim": int(model.geom_condim[g]),
-            "contype": int(model.geom_contype[g]),
-            "conaffinity": int(model.geom_conaffinity[g]),
+            "contype": int(model.geom_contype[g]) if touching else 0,
+            "conaffinity": int(model.geom_conaffinity[g]) if touching else 0,
             "rgba": model.geom_rgba[g].tolist(),
             "vertices": mesh_vertices(model, g),
         })
@@ -141,7 +144,7 @@ def reference(path):
             "joint": int(model.actuator_trnid[k][0]),
             "gear": float(model.actuator_gear[k][0]),
             "gain": float(model.actuator_gainprm[k][0]),
-            "bias": model.actuator_biasprm[k][:3].tolist(),
+            "bias": model.actuator_biasprm[k][:3].tolist() if model.actuator_biastype[k] else [0.0] * 3,
             "ctrlrange": limited(model.actuator_ctrllimited[k], model.actuator_ctrlrange[k]),
             "forcerange": limited(model.actuator_forcelimited[k], model.actuator_forcerange[k]),
         })
@@ -158,7 +161,7 @@ def reference(path):
         "nq": model.nq,
         "nv": model.nv,
         "timestep": model.opt.timestep,
-        "gravity": model.opt.gravity.tolist(),
+        "gravity": [0.0] * 3 if weightless else model.opt.gravity.tolist(),
         "qpos0": model.qpos0.tolist(),
         "bodies": bodies,
         "joints": joints,
@@ -167,7 +170,7 @@ def reference(path):
         "actuators": actuators,
         "keyframes": keys,
         "pairs": pair_frictions(model),
-        "admitted": admitted_pairs(model),
+        "admitted": admitted_pairs(path),
     }
 
 

@@ -1,11 +1,11 @@
-//! Solves every public contact problem with Lemke and prints a table; arguments: largest size, name filter.
+//! Solves every public contact problem with Lemke and prints a table; arguments: largest size, name filter,
+//! another folder.
 #![allow(non_snake_case)]
 
 #[path = "../tests/it/contact_data.rs"]
 mod contact_data;
-#[path = "../tests/it/npz.rs"]
-mod npz;
 
+use std::path::PathBuf;
 use std::time::Instant;
 
 use signorini_lcp::{Lemke, Method, Solution};
@@ -14,10 +14,18 @@ fn main() {
     let mut arguments = std::env::args().skip(1);
     let max_pairs = arguments.next().map_or(2000, |n| n.parse().expect("a size"));
     let filter = arguments.next().unwrap_or_default();
-    let Some(folder) = contact_data::folder() else { return };
+    let Some(folder) = arguments.next().map(PathBuf::from).or_else(contact_data::folder) else {
+        return;
+    };
     let mut files = contact_data::files(&folder);
-    files.extend(contact_data::files(&folder.join("synthetic")));
-    println!("{:44} {:>5} {:10} {:>9} {:>7} {:>9}  status, attempts", "problem", "n", "expected", "seconds", "pivots", "residual");
+    let synthetic = folder.join("synthetic");
+    if synthetic.is_dir() {
+        files.extend(contact_data::files(&synthetic));
+    }
+    println!(
+        "{:44} {:>5} {:10} {:>9} {:>7} {:>9}  status, attempts",
+        "problem", "n", "expected", "seconds", "pivots", "residual"
+    );
     let mut lemke = Lemke::default();
     for path in files.iter().filter(|path| path.to_string_lossy().contains(&filter)) {
         for named in contact_data::lcps(path, max_pairs) {

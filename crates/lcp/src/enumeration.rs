@@ -19,9 +19,9 @@ impl Default for EnumerationSettings {
 
 /// Solves every complementary basis of a tiny problem: slow, simple, and therefore the oracle of the tests.
 ///
-/// It finds every basic solution whose matrix `A_SS` is regular. Where only singular bases solve the problem, an
-/// extreme point of that basis' solution set is itself the solution of a regular one, unless the free directions
-/// of the set are blocked by no sign; [`Status::NoSolution`] is a proof for nondegenerate `A` only.
+/// It finds every solution whose basis matrix `A_SS` is regular. Of a singular one it tries the point near the
+/// least-norm solution of `A_SS z_S = −b_S` only, so that [`Status::NoSolution`] is a proof where `A` has no
+/// singular principal submatrix.
 #[derive(Clone, Debug, Default)]
 pub struct Enumeration {
     settings: EnumerationSettings,

@@ -100,7 +100,8 @@ impl Scaled {
         let n = self.n;
         let (s, t) = (scaling.z(), scaling.w());
         let in_one_unit = |i: usize, j: usize| (t[i] / s[j] * A[(i, j)]).abs();
-        let largest = (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).fold(0.0f64, |max, (i, j)| max.max(in_one_unit(i, j)));
+        let largest =
+            (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).fold(0.0f64, |max, (i, j)| max.max(in_one_unit(i, j)));
         self.row_scale.clear();
         self.col_scale.clear();
         for i in 0..n {

@@ -5,6 +5,7 @@
 //!   judge by this one number, computed from the original data.
 //! - [`Method`]: an algorithm. [`Lemke`] is lexicographic Lemke with a factorised basis, made for degenerate
 //!   problems; [`Enumeration`] tries all complementary bases of a tiny problem and serves as oracle.
+//!   [`Automatic`] is Lemke with enumeration behind it.
 //! - [`Solution`]: point, [`Status`], [`Basis`] for the next warm start, and a [`Report`] of what was done.
 //!
 //! ```
@@ -19,9 +20,11 @@
 //! ```
 #![allow(non_snake_case)] // matrices keep the letters of the formulas
 
+mod automatic;
 mod enumeration;
 mod equilibrate;
 mod error;
+mod infeasibility;
 mod lemke;
 pub mod linalg;
 mod matrix;
@@ -32,6 +35,7 @@ mod problem;
 mod residual;
 mod solution;
 
+pub use automatic::Automatic;
 pub use enumeration::{Enumeration, EnumerationSettings};
 pub use error::LcpError;
 pub use lemke::{Lemke, LemkeSettings};

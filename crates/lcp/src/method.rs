@@ -1,13 +1,13 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution};
+use crate::{Automatic, Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution};
 
 /// A method for linear complementarity problems.
 ///
 /// A method owns its memory and keeps it from call to call, hence `&mut self`; its answer depends on the
 /// arguments and its settings only.
-pub trait Method {
+pub trait Method: Send {
     /// Solves the problem, from `warm` where one is given and fits the problem.
     fn solve(&mut self, problem: &Lcp, warm: Option<&Basis>) -> Solution;
 
@@ -19,6 +19,8 @@ pub trait Method {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum MethodKind {
+    /// Lemke, then on tiny problems enumeration, `"automatic"`.
+    Automatic(LemkeSettings, EnumerationSettings),
     /// Lexicographic Lemke, `"lemke"`.
     Lemke(LemkeSettings),
     /// All complementary bases, `"enumeration"`.
@@ -28,7 +30,11 @@ pub enum MethodKind {
 impl MethodKind {
     /// Every method with its default settings.
     pub fn all() -> Vec<Self> {
-        vec![Self::Lemke(LemkeSettings::default()), Self::Enumeration(EnumerationSettings::default())]
+        vec![
+            Self::Automatic(LemkeSettings::default(), EnumerationSettings::default()),
+            Self::Lemke(LemkeSettings::default()),
+            Self::Enumeration(EnumerationSettings::default()),
+        ]
     }
 
     /// The method, ready to solve.
@@ -37,6 +43,7 @@ impl MethodKind {
     /// [`LcpError::Setting`] when a setting is outside its range.
     pub fn build(&self) -> Result<Box<dyn Method>, LcpError> {
         Ok(match self {
+            Self::Automatic(lemke, enumeration) => Box::new(Automatic::new(lemke.clone(), enumeration.clone())?),
             Self::Lemke(settings) => Box::new(Lemke::new(settings.clone())?),
             Self::Enumeration(settings) => Box::new(Enumeration::new(settings.clone())?),
         })
@@ -46,6 +53,7 @@ impl MethodKind {
 impl fmt::Display for MethodKind {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
+            Self::Automatic(..) => "automatic",
             Self::Lemke(_) => "lemke",
             Self::Enumeration(_) => "enumeration",
         })
@@ -57,10 +65,10 @@ impl FromStr for MethodKind {
 
     /// The method of this name with its default settings.
     fn from_str(name: &str) -> Result<Self, LcpError> {
-        Self::all().into_iter().find(|kind| kind.to_string() == name).ok_or_else(|| LcpError::UnknownMethod {
-            name: name.to_owned(),
-            known: "lemke, enumeration",
-        })
+        Self::all()
+            .into_iter()
+            .find(|kind| kind.to_string() == name)
+            .ok_or_else(|| LcpError::UnknownMethod { name: name.to_owned(), known: "automatic, lemke, enumeration" })
     }
 }
 

@@ -6,7 +6,7 @@
 
 use crate::equilibrate::Scaled;
 use crate::polish::Polish;
-use crate::{Basis, Farkas, Lcp, Matrix, Method, MixedLcp, Ray, Scaling, Solution, Status};
+use crate::{Basis, Farkas, Lcp, LcpError, Matrix, Method, MixedLcp, Ray, Report, Scaling, Solution, Status};
 
 /// Pivots below this count as zero; the entries of the equilibrated problem have size 1.
 const SMALLEST_PIVOT: f64 = 1e-10;
@@ -60,24 +60,28 @@ impl MixedLcp {
         scaled.load(self.A(), self.b(), self.scaling());
         let reduction = match Reduction::of(self, &scaled) {
             Ok(reduction) => reduction,
-            Err(status) => return self.unsolved(status),
+            Err(status) => return self.unsolved(status, method.tolerance()),
         };
-        let reduced = reduction.problem(&scaled, self.scaling());
+        let Ok(reduced) = reduction.problem(&scaled, self.scaling()) else {
+            return self.unsolved(Status::Singular, method.tolerance());
+        };
         let warm = warm.filter(|warm| warm.z_basic.len() == self.len()).map(|warm| reduction.reduced_basis(warm));
         let inner = method.solve(&reduced, warm.as_ref());
         reduction.lift(self, &scaled, inner, method.tolerance())
     }
 
-    fn unsolved(&self, status: Status) -> Solution {
+    /// The zero point, with the status that ended the elimination unless it happens to be a solution.
+    fn unsolved(&self, status: Status, tolerance: f64) -> Solution {
         let z = vec![0.0; self.len()];
+        let residual = self.residual(&z);
         Solution {
             w: self.w(&z),
-            residual: self.residual(&z),
-            status,
+            z,
+            status: if residual.within(tolerance) { Status::Solved } else { status },
             basis: Basis { z_basic: self.free().to_vec() },
             iterations: 0,
-            report: Default::default(),
-            z,
+            residual,
+            report: Report::default(),
         }
     }
 }
@@ -146,21 +150,27 @@ impl Reduction {
     }
 
     /// The reduced problem in the units of the original one, so that its residual is comparable.
-    fn problem(&self, scaled: &Scaled, scaling: &Scaling) -> Lcp {
+    ///
+    /// Fails only where the elimination overflowed.
+    fn problem(&self, scaled: &Scaled, scaling: &Scaling) -> Result<Lcp, LcpError> {
         let entry = |p: usize, q: usize| self.exchange.T[(self.pairs[p].row, self.pairs[q].col)];
         let k = self.pairs.len();
         // An exchanged pair has z in the row and w in the column.
         let unit = |pair: &Pair, of_row: bool| {
             let i = pair.index;
-            if pair.exchanged == of_row { (scaled.unscaled_z(i, 1.0), scaling.z()[i]) } else { (scaled.unscaled_w(i, 1.0), scaling.w()[i]) }
+            if pair.exchanged == of_row {
+                (scaled.unscaled_z(i, 1.0), scaling.z()[i])
+            } else {
+                (scaled.unscaled_w(i, 1.0), scaling.w()[i])
+            }
         };
         let rows: Vec<(f64, f64)> = self.pairs.iter().map(|pair| unit(pair, true)).collect();
         let cols: Vec<(f64, f64)> = self.pairs.iter().map(|pair| unit(pair, false)).collect();
         let A = Matrix::from_fn(k, k, |p, q| rows[p].0 * entry(p, q) / cols[q].0);
         let b = (0..k).map(|p| rows[p].0 * self.exchange.t[self.pairs[p].row]).collect();
         let weights = |units: &[(f64, f64)]| units.iter().map(|unit| unit.1).collect();
-        let scaling = Scaling::new(weights(&cols), weights(&rows)).expect("weights of a valid scaling");
-        Lcp::with_scaling(A, b, scaling).expect("pivots are bounded away from zero")
+        let scaling = Scaling::new(weights(&cols), weights(&rows))?;
+        Lcp::with_scaling(A, b, scaling)
     }
 
     fn reduced_basis(&self, basis: &Basis) -> Basis {
@@ -169,7 +179,12 @@ impl Reduction {
 }
 
 /// Pivots on a 2×2 block through the pair that makes it most regular; false when there is none.
-fn join_through_pair(exchange: &mut Exchange, rows: &mut Vec<usize>, cols: &mut Vec<usize>, pairs: &mut [Pair]) -> bool {
+fn join_through_pair(
+    exchange: &mut Exchange,
+    rows: &mut Vec<usize>,
+    cols: &mut Vec<usize>,
+    pairs: &mut [Pair],
+) -> bool {
     let mut best: (f64, Option<(usize, usize, usize)>) = (SMALLEST_PIVOT, None);
     for (p, pair) in pairs.iter().enumerate().filter(|(_, pair)| !pair.exchanged) {
         let along = Exchange::largest(rows, &[pair.col], |i, j| exchange.T[(i, j)].abs());
@@ -181,7 +196,9 @@ fn join_through_pair(exchange: &mut Exchange, rows: &mut Vec<usize>, cols: &mut 
             }
         }
     }
-    let Some((p, r, c)) = best.1 else { return false };
+    let Some((p, r, c)) = best.1 else {
+        return false;
+    };
     let pair = &mut pairs[p];
     let (row, col) = (rows.swap_remove(r), cols.swap_remove(c));
     exchange.pivot(row, pair.col);

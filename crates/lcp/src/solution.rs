@@ -110,7 +110,7 @@ pub struct Solution {
 /// The history of a solve: one entry per attempt, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
-    /// The attempts; the last one gave the solution unless an earlier one had a smaller residual.
+    /// The attempts, of which the one with the smallest residual gave the solution; none where `z = 0` was it.
     pub attempts: Vec<Attempt>,
 }
 
@@ -137,8 +137,8 @@ pub enum Start {
     Warm,
     /// Pivots from an advanced basis (the caller's, or one found before).
     Advanced,
-    /// Pivots from `z = 0` with the covering vector of this number: 0 is the vector of ones, the others are
-    /// drawn from [1, 2] with a seed.
+    /// Pivots from `z = 0` with the covering vector of this number: 0 is the vector of ones; the others are drawn
+    /// with a seed from [1, 2], times 1, 8 or 1/8 by turns in rows without a diagonal.
     Cold {
         /// Number of the covering vector.
         covering: u32,

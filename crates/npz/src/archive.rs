@@ -38,11 +38,7 @@ impl Archive {
         let entries = match zip::directory(&bytes) {
             Ok(entries) => entries,
             Err(zip::Fault { offset, problem }) => {
-                return Err(NpzError::Zip {
-                    file,
-                    offset,
-                    problem,
-                });
+                return Err(NpzError::Zip { file, offset, problem });
             }
         };
         let mut members = BTreeMap::new();
@@ -50,18 +46,10 @@ impl Archive {
             let name = name.strip_suffix(".npy").unwrap_or(&name).to_owned();
             if members.insert(name, member).is_some() {
                 let problem = "two members have the same name";
-                return Err(NpzError::Zip {
-                    file,
-                    offset: bytes.len(),
-                    problem,
-                });
+                return Err(NpzError::Zip { file, offset: bytes.len(), problem });
             }
         }
-        Ok(Self {
-            file,
-            bytes,
-            members,
-        })
+        Ok(Self { file, bytes, members })
     }
 
     /// The file's name, as errors carry it.
@@ -91,9 +79,7 @@ impl Archive {
                 present: self.members.keys().cloned().collect(),
             });
         };
-        let array = member
-            .read(&self.bytes)
-            .and_then(|bytes| npy::decode(&bytes));
+        let array = member.read(&self.bytes).and_then(|bytes| npy::decode(&bytes));
         array.map_err(self.at(name))
     }
 
@@ -176,10 +162,7 @@ impl Archive {
         let shape = self.sizes(&format!("{name}_shape"))?;
         let [rows, cols] = shape[..] else {
             let found = vec![shape.len()];
-            let problem = MemberProblem::Shape {
-                expected: "two values (rows, columns)",
-                found,
-            };
+            let problem = MemberProblem::Shape { expected: "two values (rows, columns)", found };
             return Err(self.at(&format!("{name}_shape"))(problem));
         };
         let matrix = SparseMatrix {
@@ -201,11 +184,7 @@ impl Archive {
         }
         let size = |(index, value): (usize, i64)| {
             let expected = "a size";
-            let out_of_range = MemberProblem::OutOfRange {
-                index,
-                value,
-                expected,
-            };
+            let out_of_range = MemberProblem::OutOfRange { index, value, expected };
             usize::try_from(value).map_err(|_| self.at(name)(out_of_range))
         };
         self.i64(name)?.into_iter().enumerate().map(size).collect()
@@ -213,10 +192,6 @@ impl Archive {
 
     /// Names the file and the array in an error.
     fn at<'a>(&'a self, name: &'a str) -> impl Fn(MemberProblem) -> NpzError + 'a {
-        |problem| NpzError::Member {
-            file: self.file.clone(),
-            member: name.to_owned(),
-            problem,
-        }
+        |problem| NpzError::Member { file: self.file.clone(), member: name.to_owned(), problem }
     }
 }

@@ -88,9 +88,7 @@ impl Array {
         match &self.data {
             ArrayData::F64(x) => Ok(x.clone()),
             ArrayData::F32(x) => Ok(x.iter().map(|&v| f64::from(v)).collect()),
-            _ => self.integers("f64", |v| {
-                (v.abs_diff(0) <= EXACT_IN_F64 as u64).then_some(v as f64)
-            }),
+            _ => self.integers("f64", |v| (v.abs_diff(0) <= EXACT_IN_F64 as u64).then_some(v as f64)),
         }
     }
 
@@ -134,54 +132,24 @@ impl Array {
     }
 
     /// The entries converted one by one, where the element type is an integer or `bool`.
-    fn integers<T>(
-        &self,
-        expected: &'static str,
-        convert: impl Fn(i64) -> Option<T>,
-    ) -> Result<Vec<T>, MemberProblem> {
-        let checked = |(index, value): (usize, i64)| {
-            convert(value).ok_or(MemberProblem::OutOfRange {
-                index,
-                value,
-                expected,
-            })
-        };
+    fn integers<T>(&self, expected: &'static str, convert: impl Fn(i64) -> Option<T>) -> Result<Vec<T>, MemberProblem> {
+        let checked =
+            |(index, value): (usize, i64)| convert(value).ok_or(MemberProblem::OutOfRange { index, value, expected });
         match &self.data {
             ArrayData::I64(x) => x.iter().copied().enumerate().map(checked).collect(),
-            ArrayData::I32(x) => x
-                .iter()
-                .map(|&v| v.into())
-                .enumerate()
-                .map(checked)
-                .collect(),
-            ArrayData::U8(x) => x
-                .iter()
-                .map(|&v| v.into())
-                .enumerate()
-                .map(checked)
-                .collect(),
-            ArrayData::Bool(x) => x
-                .iter()
-                .map(|&v| v.into())
-                .enumerate()
-                .map(checked)
-                .collect(),
+            ArrayData::I32(x) => x.iter().map(|&v| v.into()).enumerate().map(checked).collect(),
+            ArrayData::U8(x) => x.iter().map(|&v| v.into()).enumerate().map(checked).collect(),
+            ArrayData::Bool(x) => x.iter().map(|&v| v.into()).enumerate().map(checked).collect(),
             _ => Err(self.wrong_type(expected)),
         }
     }
 
     pub(crate) fn wrong_type(&self, expected: &'static str) -> MemberProblem {
-        MemberProblem::WrongType {
-            expected,
-            found: self.data.type_name(),
-        }
+        MemberProblem::WrongType { expected, found: self.data.type_name() }
     }
 
     pub(crate) fn wrong_shape(&self, expected: &'static str) -> MemberProblem {
-        MemberProblem::Shape {
-            expected,
-            found: self.shape.clone(),
-        }
+        MemberProblem::Shape { expected, found: self.shape.clone() }
     }
 }
 
@@ -190,7 +158,5 @@ pub(crate) fn element_count(shape: &[usize]) -> Option<usize> {
     if shape.contains(&0) {
         return Some(0);
     }
-    shape
-        .iter()
-        .try_fold(1usize, |count, &extent| count.checked_mul(extent))
+    shape.iter().try_fold(1usize, |count, &extent| count.checked_mul(extent))
 }

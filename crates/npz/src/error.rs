@@ -84,9 +84,7 @@ pub enum MemberProblem {
         found: usize,
     },
     /// The checksum does not fit the bytes.
-    #[error(
-        "is damaged: checksum {computed:08x}, the directory says {stored:08x}; fetch the file again"
-    )]
+    #[error("is damaged: checksum {computed:08x}, the directory says {stored:08x}; fetch the file again")]
     Checksum {
         /// The directory's value.
         stored: u32,
@@ -100,9 +98,7 @@ pub enum MemberProblem {
         problem: &'static str,
     },
     /// The element type is not one that this crate reads.
-    #[error(
-        "element type {descr} is not read; convert it to one of <f8 <f4 <i8 <i4 |u1 |b1 |S (little-endian)"
-    )]
+    #[error("element type {descr} is not read; convert it to one of <f8 <f4 <i8 <i4 |u1 |b1 |S (little-endian)")]
     ElementType {
         /// The header's `descr` field.
         descr: String,

@@ -52,12 +52,7 @@ impl DenseMatrix {
     /// # Panics
     /// When `i` or `j` is outside the matrix.
     pub fn get(&self, i: usize, j: usize) -> f64 {
-        assert!(
-            i < self.rows && j < self.cols,
-            "entry ({i}, {j}) of {}x{}",
-            self.rows,
-            self.cols
-        );
+        assert!(i < self.rows && j < self.cols, "entry ({i}, {j}) of {}x{}", self.rows, self.cols);
         self.values[i * self.cols + j]
     }
 }
@@ -89,10 +84,7 @@ impl SparseMatrix {
     pub fn validate(&self) -> Result<(), MemberProblem> {
         let bad = |problem, index| Err(MemberProblem::Csr { problem, index });
         if self.rows.checked_add(1) != Some(self.indptr.len()) {
-            return bad(
-                "indptr must have one value more than rows",
-                self.indptr.len(),
-            );
+            return bad("indptr must have one value more than rows", self.indptr.len());
         }
         if self.indices.len() != self.values.len() {
             return bad("indices and data differ in length", self.indices.len());
@@ -119,14 +111,9 @@ impl SparseMatrix {
     /// [`SparseMatrix::validate`] fails.
     pub fn to_dense(&self) -> Result<DenseMatrix, MemberProblem> {
         self.validate()?;
-        let entries = self
-            .rows
-            .checked_mul(self.cols)
-            .filter(|&n| n <= MAX_DENSE_ENTRIES);
+        let entries = self.rows.checked_mul(self.cols).filter(|&n| n <= MAX_DENSE_ENTRIES);
         let Some(entries) = entries else {
-            return Err(MemberProblem::TooLarge {
-                shape: vec![self.rows, self.cols],
-            });
+            return Err(MemberProblem::TooLarge { shape: vec![self.rows, self.cols] });
         };
         let mut values = vec![0.0; entries];
         for i in 0..self.rows {
@@ -134,10 +121,6 @@ impl SparseMatrix {
                 values[i * self.cols + self.indices[k]] += self.values[k];
             }
         }
-        Ok(DenseMatrix {
-            rows: self.rows,
-            cols: self.cols,
-            values,
-        })
+        Ok(DenseMatrix { rows: self.rows, cols: self.cols, values })
     }
 }

@@ -22,11 +22,7 @@ pub fn read_npy(path: impl AsRef<Path>) -> Result<Array, NpzError> {
         Ok(bytes) => bytes,
         Err(source) => return Err(NpzError::Io { file, source }),
     };
-    decode(&bytes).map_err(|problem| NpzError::Member {
-        file,
-        member: String::new(),
-        problem,
-    })
+    decode(&bytes).map_err(|problem| NpzError::Member { file, member: String::new(), problem })
 }
 
 /// Writes a lone `.npy` file in C order.
@@ -35,10 +31,7 @@ pub fn read_npy(path: impl AsRef<Path>) -> Result<Array, NpzError> {
 /// [`NpzError::Io`], and [`NpzError::Unwritable`] when values and shape disagree.
 pub fn write_npy(path: impl AsRef<Path>, array: &Array) -> Result<(), NpzError> {
     let file = path.as_ref().to_path_buf();
-    let bytes = encode(array).map_err(|problem| NpzError::Unwritable {
-        member: String::new(),
-        problem,
-    })?;
+    let bytes = encode(array).map_err(|problem| NpzError::Unwritable { member: String::new(), problem })?;
     std::fs::write(&file, bytes).map_err(|source| NpzError::Io { file, source })
 }
 
@@ -63,13 +56,7 @@ impl Element {
             "<i4" => Self::I32,
             "|u1" => Self::U8,
             "|b1" => Self::Bool,
-            _ => Self::Bytes(
-                descr
-                    .strip_prefix("|S")?
-                    .parse()
-                    .ok()
-                    .filter(|&width| width > 0)?,
-            ),
+            _ => Self::Bytes(descr.strip_prefix("|S")?.parse().ok().filter(|&width| width > 0)?),
         })
     }
 
@@ -112,16 +99,12 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Array, MemberProblem> {
     let (header, payload) = split_header(bytes)?;
     let header = Header::parse(header)?;
     let Some(element) = Element::parse(&header.descr) else {
-        return Err(MemberProblem::ElementType {
-            descr: header.descr,
-        });
+        return Err(MemberProblem::ElementType { descr: header.descr });
     };
-    let Some((count, needed)) = element_count(&header.shape)
-        .and_then(|count| Some((count, count.checked_mul(element.width())?)))
+    let Some((count, needed)) =
+        element_count(&header.shape).and_then(|count| Some((count, count.checked_mul(element.width())?)))
     else {
-        return Err(MemberProblem::TooLarge {
-            shape: header.shape,
-        });
+        return Err(MemberProblem::TooLarge { shape: header.shape });
     };
     if payload.len() != needed {
         return Err(MemberProblem::DataSize {
@@ -131,34 +114,22 @@ pub(crate) fn decode(bytes: &[u8]) -> Result<Array, MemberProblem> {
             found: payload.len(),
         });
     }
-    let order = Order {
-        shape: &header.shape,
-        fortran: header.fortran_order,
-        count,
-    };
+    let order = Order { shape: &header.shape, fortran: header.fortran_order, count };
     let data = order.read(payload, element);
-    Ok(Array {
-        shape: header.shape,
-        data,
-    })
+    Ok(Array { shape: header.shape, data })
 }
 
 /// Splits a file into the header's text and the raw values.
 fn split_header(bytes: &[u8]) -> Result<(&str, &[u8]), MemberProblem> {
     let bad = |problem| MemberProblem::Header { problem };
-    let rest = bytes
-        .strip_prefix(MAGIC)
-        .ok_or(bad("does not start with \\x93NUMPY"))?;
+    let rest = bytes.strip_prefix(MAGIC).ok_or(bad("does not start with \\x93NUMPY"))?;
     let (length, rest) = match rest {
         [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),
         [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, rest),
         _ => return Err(bad("the format version is not 1, 2 or 3")),
     };
     if rest.len() < length {
-        return Err(MemberProblem::Truncated {
-            needed: bytes.len() - rest.len() + length,
-            found: bytes.len(),
-        });
+        return Err(MemberProblem::Truncated { needed: bytes.len() - rest.len() + length, found: bytes.len() });
     }
     let (header, payload) = rest.split_at(length);
     let header = std::str::from_utf8(header).map_err(|_| bad("is not text"))?;
@@ -185,23 +156,17 @@ impl Header {
         let (mut descr, mut fortran_order, mut shape) = (None, None, None);
         while !rest.is_empty() {
             let (key, after) = quoted(rest).ok_or(bad("a key is not a quoted string"))?;
-            rest = after
-                .trim_start()
-                .strip_prefix(':')
-                .ok_or(bad("a key without a colon"))?;
+            rest = after.trim_start().strip_prefix(':').ok_or(bad("a key without a colon"))?;
             rest = rest.trim_start();
             rest = match key {
                 "descr" => {
                     let (value, after) =
-                        quoted(rest).ok_or_else(|| MemberProblem::ElementType {
-                            descr: "(structured)".into(),
-                        })?;
+                        quoted(rest).ok_or_else(|| MemberProblem::ElementType { descr: "(structured)".into() })?;
                     descr = Some(value.to_owned());
                     after
                 }
                 "fortran_order" => {
-                    let (value, after) =
-                        python_bool(rest).ok_or(bad("fortran_order is no bool"))?;
+                    let (value, after) = python_bool(rest).ok_or(bad("fortran_order is no bool"))?;
                     fortran_order = Some(value);
                     after
                 }
@@ -264,21 +229,14 @@ impl Order<'_> {
         }
     }
 
-    fn collect<T: Clone, const N: usize>(
-        &self,
-        payload: &[u8],
-        value: impl Fn([u8; N]) -> T,
-    ) -> Vec<T> {
+    fn collect<T: Clone, const N: usize>(&self, payload: &[u8], value: impl Fn([u8; N]) -> T) -> Vec<T> {
         let (values, _) = payload.as_chunks::<N>();
         self.to_c_order(values.iter().map(|&bytes| value(bytes)).collect())
     }
 
     fn strings(&self, payload: &[u8], width: usize) -> Vec<Vec<u8>> {
         let unpadded = |field: &[u8]| {
-            let end = field
-                .iter()
-                .rposition(|&byte| byte != 0)
-                .map_or(0, |last| last + 1);
+            let end = field.iter().rposition(|&byte| byte != 0).map_or(0, |last| last + 1);
             field[..end].to_vec()
         };
         self.to_c_order(payload.chunks_exact(width).map(unpadded).collect())
@@ -347,9 +305,7 @@ fn encode_header(element: Element, shape: &[usize]) -> Result<Vec<u8>, MemberPro
     );
     let prefix = MAGIC.len() + 4;
     let total = (prefix + dict.len() + 1).next_multiple_of(ALIGNMENT);
-    let length = u16::try_from(total - prefix).map_err(|_| MemberProblem::TooLarge {
-        shape: shape.to_vec(),
-    })?;
+    let length = u16::try_from(total - prefix).map_err(|_| MemberProblem::TooLarge { shape: shape.to_vec() })?;
     let mut bytes = Vec::with_capacity(total);
     bytes.extend(MAGIC);
     bytes.extend([1, 0]);

@@ -28,10 +28,7 @@ impl ArchiveWriter {
     /// # Errors
     /// [`NpzError::Unwritable`] when shape and values disagree or the name is taken.
     pub fn array(&mut self, name: &str, array: &Array) -> Result<&mut Self, NpzError> {
-        let unwritable = |problem| NpzError::Unwritable {
-            member: name.to_owned(),
-            problem,
-        };
+        let unwritable = |problem| NpzError::Unwritable { member: name.to_owned(), problem };
         let file_name = format!("{name}.npy");
         let taken = self.members.iter().any(|(other, _)| *other == file_name);
         if taken || name.is_empty() || name.len() > LONGEST_NAME {
@@ -97,30 +94,20 @@ impl ArchiveWriter {
     /// [`NpzError::Unwritable`] when the matrix is not valid, its size or indices exceed 32 bits, or a name
     /// is taken.
     pub fn csr(&mut self, name: &str, matrix: &SparseMatrix) -> Result<&mut Self, NpzError> {
-        let unwritable = |problem| NpzError::Unwritable {
-            member: name.to_owned(),
-            problem,
-        };
+        let unwritable = |problem| NpzError::Unwritable { member: name.to_owned(), problem };
         matrix.validate().map_err(unwritable)?;
         let narrow = |sizes: &[usize]| -> Result<Vec<i32>, NpzError> {
-            let narrow = sizes
-                .iter()
-                .map(|&size| i32::try_from(size))
-                .collect::<Result<_, _>>();
+            let narrow = sizes.iter().map(|&size| i32::try_from(size)).collect::<Result<_, _>>();
             let shape = || vec![matrix.rows, matrix.cols];
             narrow.map_err(|_| unwritable(MemberProblem::TooLarge { shape: shape() }))
         };
         let (indices, indptr) = (narrow(&matrix.indices)?, narrow(&matrix.indptr)?);
         let shape = narrow(&[matrix.rows, matrix.cols])?;
         let shape = shape.into_iter().map(i64::from).collect::<Vec<_>>();
-        self.f64(
-            &format!("{name}_data"),
-            &[matrix.values.len()],
-            &matrix.values,
-        )?
-        .i32(&format!("{name}_indices"), &[indices.len()], &indices)?
-        .i32(&format!("{name}_indptr"), &[indptr.len()], &indptr)?
-        .i64(&format!("{name}_shape"), &[2], &shape)
+        self.f64(&format!("{name}_data"), &[matrix.values.len()], &matrix.values)?
+            .i32(&format!("{name}_indices"), &[indices.len()], &indices)?
+            .i32(&format!("{name}_indptr"), &[indptr.len()], &indptr)?
+            .i64(&format!("{name}_shape"), &[2], &shape)
     }
 
     /// The file's bytes.
@@ -128,16 +115,9 @@ impl ArchiveWriter {
     /// # Errors
     /// [`NpzError::Unwritable`] when the archive exceeds 4 GiB or 65,535 arrays.
     pub fn to_bytes(&self) -> Result<Vec<u8>, NpzError> {
-        let members = self
-            .members
-            .iter()
-            .map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
+        let members = self.members.iter().map(|(name, bytes)| (name.as_str(), bytes.as_slice()));
         zip::pack(members).ok_or_else(|| NpzError::Unwritable {
-            member: self
-                .members
-                .last()
-                .map(|(name, _)| name.clone())
-                .unwrap_or_default(),
+            member: self.members.last().map(|(name, _)| name.clone()).unwrap_or_default(),
             problem: MemberProblem::ArchiveFull,
         })
     }
@@ -149,25 +129,11 @@ impl ArchiveWriter {
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), NpzError> {
         let bytes = self.to_bytes()?;
         let file = path.as_ref();
-        let io = |source| NpzError::Io {
-            file: file.to_path_buf(),
-            source,
-        };
+        let io = |source| NpzError::Io { file: file.to_path_buf(), source };
         std::fs::write(file, bytes).map_err(io)
     }
 
-    fn values(
-        &mut self,
-        name: &str,
-        shape: &[usize],
-        data: ArrayData,
-    ) -> Result<&mut Self, NpzError> {
-        self.array(
-            name,
-            &Array {
-                shape: shape.to_vec(),
-                data,
-            },
-        )
+    fn values(&mut self, name: &str, shape: &[usize], data: ArrayData) -> Result<&mut Self, NpzError> {
+        self.array(name, &Array { shape: shape.to_vec(), data })
     }
 }

@@ -61,15 +61,11 @@ pub(crate) fn directory(bytes: &[u8]) -> Result<Vec<(String, Member)>, Fault> {
     let count = u16_at(bytes, end + 10).ok_or_else(cut)?;
     let mut at = size_at(bytes, end + 16).ok_or_else(cut)?;
     if count == u16::MAX || at == u32::MAX as usize {
-        return Err(fault(
-            end,
-            "uses the zip64 extension; keep archives below 4 GiB",
-        ));
+        return Err(fault(end, "uses the zip64 extension; keep archives below 4 GiB"));
     }
     let mut members = Vec::new();
     for _ in 0..count {
-        let (name, member, next) =
-            entry(bytes, at).ok_or(fault(at, "a directory entry is damaged or cut short"))?;
+        let (name, member, next) = entry(bytes, at).ok_or(fault(at, "a directory entry is damaged or cut short"))?;
         members.push((name, member));
         at = next;
     }
@@ -80,9 +76,7 @@ pub(crate) fn directory(bytes: &[u8]) -> Result<Vec<(String, Member)>, Fault> {
 fn find_end(bytes: &[u8]) -> Option<usize> {
     let last = bytes.len().checked_sub(DIRECTORY_END_SIZE)?;
     let first = last.saturating_sub(LONGEST_COMMENT);
-    (first..=last)
-        .rev()
-        .find(|&at| u32_at(bytes, at) == Some(DIRECTORY_END))
+    (first..=last).rev().find(|&at| u32_at(bytes, at) == Some(DIRECTORY_END))
 }
 
 /// One directory entry and the position of the next.
@@ -124,20 +118,14 @@ impl Member {
         };
         let computed = crc32fast::hash(&bytes);
         if computed != self.crc {
-            return Err(MemberProblem::Checksum {
-                stored: self.crc,
-                computed,
-            });
+            return Err(MemberProblem::Checksum { stored: self.crc, computed });
         }
         Ok(bytes)
     }
 
     fn packed_bytes<'a>(&self, archive: &'a [u8]) -> Result<&'a [u8], MemberProblem> {
         let truncated = || MemberProblem::Truncated {
-            needed: self
-                .header
-                .saturating_add(LOCAL_HEADER_SIZE)
-                .saturating_add(self.packed),
+            needed: self.header.saturating_add(LOCAL_HEADER_SIZE).saturating_add(self.packed),
             found: archive.len(),
         };
         let header = self.header;
@@ -148,10 +136,7 @@ impl Member {
         let name = usize::from(u16_at(archive, header + 26).ok_or_else(truncated)?);
         let extra = usize::from(u16_at(archive, header + 28).ok_or_else(truncated)?);
         let start = header + LOCAL_HEADER_SIZE + name + extra;
-        start
-            .checked_add(self.packed)
-            .and_then(|end| archive.get(start..end))
-            .ok_or_else(truncated)
+        start.checked_add(self.packed).and_then(|end| archive.get(start..end)).ok_or_else(truncated)
     }
 
     /// Inflates with memory in proportion to what the stream really holds, never more than declared.
@@ -159,9 +144,7 @@ impl Member {
         miniz_oxide::inflate::decompress_to_vec_with_limit(packed, self.unpacked)
             .ok()
             .filter(|bytes| bytes.len() == self.unpacked)
-            .ok_or(MemberProblem::Inflate {
-                declared: self.unpacked,
-            })
+            .ok_or(MemberProblem::Inflate { declared: self.unpacked })
     }
 }
 
@@ -185,9 +168,7 @@ pub(crate) fn pack<'a>(members: impl Iterator<Item = (&'a str, &'a [u8])>) -> Op
         directory.extend(header.to_le_bytes());
         directory.extend(name.as_bytes());
     }
-    let start = u32::try_from(archive.len())
-        .ok()
-        .filter(|&start| start < u32::MAX)?;
+    let start = u32::try_from(archive.len()).ok().filter(|&start| start < u32::MAX)?;
     let size = u32::try_from(directory.len()).ok()?;
     archive.extend(directory);
     archive.extend(DIRECTORY_END.to_le_bytes());

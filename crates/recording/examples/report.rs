@@ -8,8 +8,8 @@ use std::f64::consts::{FRAC_PI_8, TAU};
 
 use signorini_recording::report::{ReportSettings, write_html};
 use signorini_recording::{
-    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, Pose,
-    Recording, RecordingError, Residuals, ShapeVisual, StepStatus,
+    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, Pose, Recording, RecordingError,
+    Residuals, ShapeVisual, StepStatus,
 };
 
 const GRAVITY: f64 = 9.81;
@@ -35,19 +35,10 @@ const BAD_STEP: u64 = 214;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let path = arguments
-        .next()
-        .ok_or("usage: report REPORT.html [RECORDING.rec]")?;
+    let path = arguments.next().ok_or("usage: report REPORT.html [RECORDING.rec]")?;
     let recording = run()?;
     let notes = vec![("Origin".into(), "closed forms, no solver".into())];
-    write_html(
-        &recording,
-        path,
-        &ReportSettings {
-            notes,
-            ..ReportSettings::default()
-        },
-    )?;
+    write_html(&recording, path, &ReportSettings { notes, ..ReportSettings::default() })?;
     if let Some(path) = arguments.next() {
         recording.write(path)?;
     }
@@ -64,28 +55,11 @@ fn run() -> Result<Recording, RecordingError> {
 }
 
 fn header() -> Header {
-    let block = ShapeVisual::Box {
-        half_extents: [0.14, 0.09, 0.06],
-    };
-    let boxes = (0..TOWER).map(|_| ShapeVisual::Box {
-        half_extents: [HALF; 3],
-    });
-    let moving = [
-        block,
-        ShapeVisual::Sphere {
-            radius: BALL_RADIUS,
-        },
-    ]
-    .into_iter()
-    .chain(boxes);
+    let block = ShapeVisual::Box { half_extents: [0.14, 0.09, 0.06] };
+    let boxes = (0..TOWER).map(|_| ShapeVisual::Box { half_extents: [HALF; 3] });
+    let moving = [block, ShapeVisual::Sphere { radius: BALL_RADIUS }].into_iter().chain(boxes);
     let tower = (1..=TOWER).map(|i| format!("box {i}"));
-    let geom = |body: usize, shape| GeomVisual {
-        name: String::new(),
-        body,
-        shape,
-        pose: at([0.0; 3]),
-        rgba: None,
-    };
+    let geom = |body: usize, shape| GeomVisual { name: String::new(), body, shape, pose: at([0.0; 3]), rgba: None };
     let mut geoms = vec![geom(0, ShapeVisual::Plane)];
     geoms.extend(moving.enumerate().map(|(i, shape)| geom(i + 1, shape)));
     geoms.extend(backdrop());
@@ -95,11 +69,7 @@ fn header() -> Header {
         timestep: TIMESTEP,
         directions: DIRECTIONS,
         method: "closed form".into(),
-        bodies: ["world", "block", "ball"]
-            .into_iter()
-            .map(str::to_owned)
-            .chain(tower)
-            .collect(),
+        bodies: ["world", "block", "ball"].into_iter().map(str::to_owned).chain(tower).collect(),
         geoms,
         ..Header::default()
     }
@@ -109,60 +79,16 @@ fn header() -> Header {
 fn backdrop() -> Vec<GeomVisual> {
     let peak = |x: f64, y: f64| 0.12 * (-6.0 * (x * x + y * y)).exp();
     let grid = |i: usize| i as f64 / 12.0 - 1.0;
-    let heights = (0..25 * 25)
-        .map(|k| peak(grid(k % 25), grid(k / 25)) as f32)
-        .collect();
-    let corners = vec![
-        [0.14, 0.0, -0.07],
-        [-0.07, 0.12, -0.07],
-        [-0.07, -0.12, -0.07],
-        [0.0, 0.0, 0.16],
-    ];
+    let heights = (0..25 * 25).map(|k| peak(grid(k % 25), grid(k / 25)) as f32).collect();
+    let corners = vec![[0.14, 0.0, -0.07], [-0.07, 0.12, -0.07], [-0.07, -0.12, -0.07], [0.0, 0.0, 0.16]];
     let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
     let shapes = [
-        (
-            ShapeVisual::Capsule {
-                radius: 0.06,
-                half_length: 0.1,
-            },
-            0.16,
-        ),
-        (
-            ShapeVisual::Cylinder {
-                radius: 0.09,
-                half_length: 0.12,
-            },
-            0.12,
-        ),
-        (
-            ShapeVisual::Cone {
-                radius: 0.11,
-                half_height: 0.13,
-            },
-            0.13,
-        ),
-        (
-            ShapeVisual::Ellipsoid {
-                radii: [0.07, 0.1, 0.13],
-            },
-            0.13,
-        ),
-        (
-            ShapeVisual::Mesh {
-                vertices: corners,
-                faces,
-            },
-            0.07,
-        ),
-        (
-            ShapeVisual::HeightField {
-                half_extents: [0.22; 2],
-                rows: 25,
-                cols: 25,
-                heights,
-            },
-            1e-3,
-        ),
+        (ShapeVisual::Capsule { radius: 0.06, half_length: 0.1 }, 0.16),
+        (ShapeVisual::Cylinder { radius: 0.09, half_length: 0.12 }, 0.12),
+        (ShapeVisual::Cone { radius: 0.11, half_height: 0.13 }, 0.13),
+        (ShapeVisual::Ellipsoid { radii: [0.07, 0.1, 0.13] }, 0.13),
+        (ShapeVisual::Mesh { vertices: corners, faces }, 0.07),
+        (ShapeVisual::HeightField { half_extents: [0.22; 2], rows: 25, cols: 25, heights }, 1e-3),
     ];
     let place = |(i, (shape, height))| GeomVisual {
         name: String::new(),
@@ -210,10 +136,7 @@ impl Support {
             lambda_n: self.force * share,
             lambda_t: self.friction.map(|force| force * share),
             mode: self.mode,
-            polygon: FrictionPolygon::Regular {
-                directions: DIRECTIONS,
-                angle: 0.0,
-            },
+            polygon: FrictionPolygon::Regular { directions: DIRECTIONS, angle: 0.0 },
             ..ContactFrame::default()
         })
     }
@@ -253,11 +176,7 @@ fn frame(step: u64) -> Frame {
             kinetic: block_energy.kinetic + ball_energy.kinetic,
             potential: block_energy.potential + ball_energy.potential + tower_energy,
         },
-        status: if step == BAD_STEP {
-            StepStatus::Inaccurate
-        } else {
-            StepStatus::Solved
-        },
+        status: if step == BAD_STEP { StepStatus::Inaccurate } else { StepStatus::Solved },
         missed_tolerance: step == BAD_STEP,
         ..Frame::default()
     }
@@ -271,16 +190,9 @@ fn block(time: f64) -> (Pose, Energy, Support) {
     let distance = BLOCK_SPEED * moving_time - 0.5 * deceleration * moving_time * moving_time;
     let speed = BLOCK_SPEED - deceleration * moving_time;
     let (sin, cos) = BLOCK_HEADING.sin_cos();
-    let centre = [
-        BLOCK_START[0] + distance * cos,
-        BLOCK_START[1] + distance * sin,
-    ];
+    let centre = [BLOCK_START[0] + distance * cos, BLOCK_START[1] + distance * sin];
     let weight = MASS * GRAVITY;
-    let drag = if sliding {
-        -FRICTION * weight * polygon_radius(BLOCK_HEADING)
-    } else {
-        0.0
-    };
+    let drag = if sliding { -FRICTION * weight * polygon_radius(BLOCK_HEADING) } else { 0.0 };
     let against = (BLOCK_HEADING / TAU * f64::from(DIRECTIONS)) as u32 + DIRECTIONS / 2;
     let support = Support {
         below: 0,
@@ -290,18 +202,12 @@ fn block(time: f64) -> (Pose, Energy, Support) {
         force: weight,
         friction: [drag * cos, drag * sin],
         mode: if sliding {
-            ContactModeCode::SlidingBetween {
-                first: against,
-                second: (against + 1) % DIRECTIONS,
-            }
+            ContactModeCode::SlidingBetween { first: against, second: (against + 1) % DIRECTIONS }
         } else {
             ContactModeCode::Sticking
         },
     };
-    let energy = Energy {
-        kinetic: 0.5 * MASS * speed * speed,
-        potential: weight * 0.06,
-    };
+    let energy = Energy { kinetic: 0.5 * MASS * speed * speed, potential: weight * 0.06 };
     (at([centre[0], centre[1], 0.06]), energy, support)
 }
 
@@ -318,11 +224,7 @@ fn ball(time: f64) -> (Pose, Energy, Option<ContactFrame>) {
     let fallen = 0.5 * GRAVITY * time.min(landing).powi(2);
     let speed = if flying { GRAVITY * time } else { 0.0 };
     let height = BALL_START[2] - fallen;
-    let impact = if (0.0..TIMESTEP).contains(&(time - landing)) {
-        MASS * GRAVITY * landing
-    } else {
-        0.0
-    };
+    let impact = if (0.0..TIMESTEP).contains(&(time - landing)) { MASS * GRAVITY * landing } else { 0.0 };
     let contact = ContactFrame {
         body_b: 2,
         geom_b: 2,
@@ -332,28 +234,14 @@ fn ball(time: f64) -> (Pose, Energy, Option<ContactFrame>) {
         tangent_2: [0.0, 1.0, 0.0],
         gap: height - BALL_RADIUS,
         friction: FRICTION,
-        lambda_n: if flying {
-            0.0
-        } else {
-            MASS * GRAVITY * TIMESTEP + impact
-        },
-        mode: if flying {
-            ContactModeCode::Open
-        } else {
-            ContactModeCode::Sticking
-        },
-        polygon: FrictionPolygon::Regular {
-            directions: DIRECTIONS,
-            angle: 0.0,
-        },
+        lambda_n: if flying { 0.0 } else { MASS * GRAVITY * TIMESTEP + impact },
+        mode: if flying { ContactModeCode::Open } else { ContactModeCode::Sticking },
+        polygon: FrictionPolygon::Regular { directions: DIRECTIONS, angle: 0.0 },
         ..ContactFrame::default()
     };
     let near = height - BALL_RADIUS < 0.1;
     let pose = at([BALL_START[0], BALL_START[1], height]);
-    let energy = Energy {
-        kinetic: 0.5 * MASS * speed * speed,
-        potential: MASS * GRAVITY * height,
-    };
+    let energy = Energy { kinetic: 0.5 * MASS * speed * speed, potential: MASS * GRAVITY * height };
     (pose, energy, near.then_some(contact))
 }
 
@@ -365,11 +253,7 @@ fn residuals(step: u64) -> Residuals {
     };
     Residuals {
         momentum: noise(0),
-        natural_map: if step == BAD_STEP {
-            3e-7
-        } else {
-            4.0 * noise(1)
-        },
+        natural_map: if step == BAD_STEP { 3e-7 } else { 4.0 * noise(1) },
         signorini: noise(2),
         friction: 0.1 * noise(3),
         dissipation: 2.0 * noise(4),

@@ -113,10 +113,7 @@ pub enum FrictionPolygon {
 impl Default for FrictionPolygon {
     /// No friction.
     fn default() -> Self {
-        Self::Regular {
-            directions: 0,
-            angle: 0.0,
-        }
+        Self::Regular { directions: 0, angle: 0.0 }
     }
 }
 
@@ -138,20 +135,8 @@ pub struct Residuals {
 impl Residuals {
     /// The largest of the five; NaN when one of them is.
     pub fn worst(&self) -> f64 {
-        let all = [
-            self.momentum,
-            self.natural_map,
-            self.signorini,
-            self.friction,
-            self.dissipation,
-        ];
-        all.into_iter().fold(0.0, |worst, x| {
-            if worst >= x || worst.is_nan() {
-                worst
-            } else {
-                x
-            }
-        })
+        let all = [self.momentum, self.natural_map, self.signorini, self.friction, self.dissipation];
+        all.into_iter().fold(0.0, |worst, x| if worst >= x || worst.is_nan() { worst } else { x })
     }
 }
 

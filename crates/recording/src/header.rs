@@ -162,52 +162,21 @@ impl Header {
     /// # Errors
     /// [`RecordingError::InvalidHeader`] with the first field at fault.
     pub fn validate(&self) -> Result<(), RecordingError> {
-        check(
-            !self.bodies.is_empty(),
-            "bodies",
-            "index 0 must be the world",
-        )?;
-        check(
-            self.timestep.is_finite() && self.timestep > 0.0,
-            "timestep",
-            "must be positive",
-        )?;
-        check(
-            self.gravity.iter().all(|x| x.is_finite()),
-            "gravity",
-            "must be finite",
-        )?;
+        check(!self.bodies.is_empty(), "bodies", "index 0 must be the world")?;
+        check(self.timestep.is_finite() && self.timestep > 0.0, "timestep", "must be positive")?;
+        check(self.gravity.iter().all(|x| x.is_finite()), "gravity", "must be finite")?;
         check(self.tolerance.is_finite(), "tolerance", "must be finite")?;
         for (i, joint) in self.joints.iter().enumerate() {
-            let inside = |(first, count): (usize, usize), total| {
-                first.checked_add(count).is_some_and(|end| end <= total)
-            };
-            let valid = joint.body < self.bodies.len()
-                && inside(joint.q, self.nq)
-                && inside(joint.v, self.nv);
-            check(
-                valid,
-                format!("joints[{i}]"),
-                "an index is outside bodies, q or v",
-            )?;
+            let inside =
+                |(first, count): (usize, usize), total| first.checked_add(count).is_some_and(|end| end <= total);
+            let valid = joint.body < self.bodies.len() && inside(joint.q, self.nq) && inside(joint.v, self.nv);
+            check(valid, format!("joints[{i}]"), "an index is outside bodies, q or v")?;
         }
         for (i, geom) in self.geoms.iter().enumerate() {
             let field = |name| format!("geoms[{i}].{name}");
-            check(
-                geom.body < self.bodies.len(),
-                field("body"),
-                "is outside bodies",
-            )?;
-            check(
-                geom.pose.iter().all(|x| x.is_finite()),
-                field("pose"),
-                "must be finite",
-            )?;
-            check(
-                geom.rgba.iter().flatten().all(|x| x.is_finite()),
-                field("rgba"),
-                "must be finite",
-            )?;
+            check(geom.body < self.bodies.len(), field("body"), "is outside bodies")?;
+            check(geom.pose.iter().all(|x| x.is_finite()), field("pose"), "must be finite")?;
+            check(geom.rgba.iter().flatten().all(|x| x.is_finite()), field("rgba"), "must be finite")?;
             geom.shape.validate(field("shape"))?;
         }
         Ok(())
@@ -221,36 +190,17 @@ impl ShapeVisual {
             Self::Plane => (true, ""),
             Self::Sphere { radius } => (lengths(&[*radius]), "lengths must be finite"),
             Self::Box { half_extents } => (lengths(half_extents), "lengths must be finite"),
-            Self::Capsule {
-                radius,
-                half_length,
+            Self::Capsule { radius, half_length } | Self::Cylinder { radius, half_length } => {
+                (lengths(&[*radius, *half_length]), "lengths must be finite")
             }
-            | Self::Cylinder {
-                radius,
-                half_length,
-            } => (lengths(&[*radius, *half_length]), "lengths must be finite"),
-            Self::Cone {
-                radius,
-                half_height,
-            } => (lengths(&[*radius, *half_height]), "lengths must be finite"),
+            Self::Cone { radius, half_height } => (lengths(&[*radius, *half_height]), "lengths must be finite"),
             Self::Ellipsoid { radii } => (lengths(radii), "lengths must be finite"),
             Self::Mesh { vertices, faces } => {
                 let finite = vertices.iter().flatten().all(|x| x.is_finite());
-                let inside = faces
-                    .iter()
-                    .flatten()
-                    .all(|&v| (v as usize) < vertices.len());
-                (
-                    finite && inside,
-                    "vertices must be finite and faces name vertices",
-                )
+                let inside = faces.iter().flatten().all(|&v| (v as usize) < vertices.len());
+                (finite && inside, "vertices must be finite and faces name vertices")
             }
-            Self::HeightField {
-                half_extents,
-                rows,
-                cols,
-                heights,
-            } => {
+            Self::HeightField { half_extents, rows, cols, heights } => {
                 let complete = rows.checked_mul(*cols) == Some(heights.len());
                 let finite = heights.iter().all(|x| x.is_finite()) && lengths(half_extents);
                 (complete && finite, "must have rows × cols finite heights")
@@ -260,19 +210,8 @@ impl ShapeVisual {
     }
 }
 
-fn check(
-    valid: bool,
-    field: impl Into<String>,
-    problem: &'static str,
-) -> Result<(), RecordingError> {
-    if valid {
-        Ok(())
-    } else {
-        Err(RecordingError::InvalidHeader {
-            field: field.into(),
-            problem,
-        })
-    }
+fn check(valid: bool, field: impl Into<String>, problem: &'static str) -> Result<(), RecordingError> {
+    if valid { Ok(()) } else { Err(RecordingError::InvalidHeader { field: field.into(), problem }) }
 }
 
 /// A u64 as 16 hexadecimal digits: JSON readers in other languages round large integers.

@@ -29,27 +29,11 @@ pub(crate) struct Mismatch {
 /// Checks lengths and indices of a frame against the header.
 pub(crate) fn check(frame: &Frame, header: &Header) -> Result<(), Mismatch> {
     let same = |field, found, expected| {
-        if found == expected {
-            Ok(())
-        } else {
-            Err(Mismatch {
-                field,
-                expected,
-                found,
-            })
-        }
+        if found == expected { Ok(()) } else { Err(Mismatch { field, expected, found }) }
     };
     let below = |field, found: u32, expected| {
         let found = found as usize;
-        if found < expected {
-            Ok(())
-        } else {
-            Err(Mismatch {
-                field,
-                expected,
-                found,
-            })
-        }
+        if found < expected { Ok(()) } else { Err(Mismatch { field, expected, found }) }
     };
     same("q", frame.q.len(), header.nq)?;
     same("v", frame.v.len(), header.nv)?;
@@ -63,11 +47,7 @@ pub(crate) fn check(frame: &Frame, header: &Header) -> Result<(), Mismatch> {
             let end = start as usize + count as usize;
             let expected = frame.listed_directions.len();
             if end > expected {
-                return Err(Mismatch {
-                    field: "listed directions",
-                    expected,
-                    found: end,
-                });
+                return Err(Mismatch { field: "listed directions", expected, found: end });
             }
         }
     }
@@ -83,17 +63,7 @@ pub(crate) fn encode(frame: &Frame, bytes: &mut Vec<u8>) {
     bytes.extend(frame.step.to_le_bytes());
     let r = &frame.residuals;
     let e = &frame.energy;
-    put(
-        bytes,
-        &[
-            frame.time,
-            r.momentum,
-            r.natural_map,
-            r.signorini,
-            r.friction,
-            r.dissipation,
-        ],
-    );
+    put(bytes, &[frame.time, r.momentum, r.natural_map, r.signorini, r.friction, r.dissipation]);
     put(bytes, &[e.kinetic, e.potential]);
     for count in counts(frame) {
         bytes.extend((count as u32).to_le_bytes());
@@ -110,28 +80,18 @@ pub(crate) fn encode(frame: &Frame, bytes: &mut Vec<u8>) {
 /// Size of a frame's payload in bytes; `None` when a count or the size exceeds 32 bits.
 pub(crate) fn encoded_size(frame: &Frame) -> Option<u32> {
     let counts = counts(frame);
-    counts
-        .iter()
-        .try_for_each(|&count| u32::try_from(count).ok().map(drop))?;
+    counts.iter().try_for_each(|&count| u32::try_from(count).ok().map(drop))?;
     u32::try_from(size(counts)?).ok()
 }
 
 fn counts(frame: &Frame) -> [usize; 5] {
-    [
-        frame.q.len(),
-        frame.v.len(),
-        frame.body_poses.len(),
-        frame.contacts.len(),
-        frame.listed_directions.len(),
-    ]
+    [frame.q.len(), frame.v.len(), frame.body_poses.len(), frame.contacts.len(), frame.listed_directions.len()]
 }
 
 fn size([nq, nv, bodies, contacts, directions]: [usize; 5]) -> Option<usize> {
     let floats = nq.checked_add(nv)?.checked_add(bodies.checked_mul(7)?)?;
     let floats = floats.checked_add(directions.checked_mul(2)?)?;
-    FIXED_SIZE
-        .checked_add(floats.checked_mul(8)?)?
-        .checked_add(contacts.checked_mul(CONTACT_SIZE)?)
+    FIXED_SIZE.checked_add(floats.checked_mul(8)?)?.checked_add(contacts.checked_mul(CONTACT_SIZE)?)
 }
 
 fn put(bytes: &mut Vec<u8>, values: &[f64]) {
@@ -151,12 +111,7 @@ fn encode_contact(contact: &ContactFrame, bytes: &mut Vec<u8>) {
         FrictionPolygon::Regular { directions, angle } => ([0, directions, 0], angle),
         FrictionPolygon::Listed { start, count } => ([1, count, start], 0.0),
     };
-    let pair = [
-        contact.body_a,
-        contact.body_b,
-        contact.geom_a,
-        contact.geom_b,
-    ];
+    let pair = [contact.body_a, contact.body_b, contact.geom_a, contact.geom_b];
     for number in pair.into_iter().chain(mode).chain(polygon) {
         bytes.extend(number.to_le_bytes());
     }
@@ -182,13 +137,7 @@ pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     frame.step = u64::from_le_bytes(fields.array()?);
     frame.time = fields.f64()?;
     let r = &mut frame.residuals;
-    [
-        r.momentum,
-        r.natural_map,
-        r.signorini,
-        r.friction,
-        r.dissipation,
-    ] = fields.floats()?;
+    [r.momentum, r.natural_map, r.signorini, r.friction, r.dissipation] = fields.floats()?;
     [frame.energy.kinetic, frame.energy.potential] = fields.floats()?;
     let mut counts = [0; 5];
     for count in &mut counts {
@@ -200,13 +149,9 @@ pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     let [nq, nv, bodies, contacts, directions] = counts;
     refill(&mut frame.q, nq, || fields.f64())?;
     refill(&mut frame.v, nv, || fields.f64())?;
-    refill(&mut frame.body_poses, bodies, || {
-        fields.floats::<7>() as Option<Pose>
-    })?;
+    refill(&mut frame.body_poses, bodies, || fields.floats::<7>() as Option<Pose>)?;
     refill(&mut frame.listed_directions, directions, || fields.floats())?;
-    refill(&mut frame.contacts, contacts, || {
-        decode_contact(&mut fields)
-    })
+    refill(&mut frame.contacts, contacts, || decode_contact(&mut fields))
 }
 
 fn refill<T>(values: &mut Vec<T>, count: usize, mut next: impl FnMut() -> Option<T>) -> Option<()> {
@@ -219,8 +164,7 @@ fn refill<T>(values: &mut Vec<T>, count: usize, mut next: impl FnMut() -> Option
 }
 
 fn decode_contact(fields: &mut Fields) -> Option<ContactFrame> {
-    let [body_a, body_b, geom_a, geom_b] =
-        [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
+    let [body_a, body_b, geom_a, geom_b] = [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
     let mode = match [fields.u32()?, fields.u32()?, fields.u32()?] {
         [0, ..] => ContactModeCode::Open,
         [1, ..] => ContactModeCode::Sticking,
@@ -248,10 +192,7 @@ fn decode_contact(fields: &mut Fields) -> Option<ContactFrame> {
     };
     let angle = fields.f64()?;
     contact.polygon = match polygon {
-        0 => FrictionPolygon::Regular {
-            directions: count,
-            angle,
-        },
+        0 => FrictionPolygon::Regular { directions: count, angle },
         1 => FrictionPolygon::Listed { start, count },
         _ => return None,
     };

@@ -48,9 +48,7 @@ pub mod report;
 mod writer;
 
 pub use error::RecordingError;
-pub use frame::{
-    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, Pose, Residuals, StepStatus,
-};
+pub use frame::{ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, Pose, Residuals, StepStatus};
 pub use header::{GeomVisual, Header, JointLabel, SCHEMA_VERSION, ShapeVisual};
 pub use reader::{Ending, Reader};
 pub use recording::Recording;

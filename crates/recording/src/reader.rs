@@ -68,10 +68,7 @@ impl<R: Read + Seek> Reader<R> {
     /// As [`Reader::open`].
     pub fn new(file: impl Into<PathBuf>, mut input: R) -> Result<Self, RecordingError> {
         let file = file.into();
-        let io = |source| RecordingError::Io {
-            file: file.clone(),
-            source,
-        };
+        let io = |source| RecordingError::Io { file: file.clone(), source };
         let end = input.seek(SeekFrom::End(0)).map_err(io)?;
         input.rewind().map_err(io)?;
         let (header, first) = read_header(&file, &mut input, end)?;
@@ -124,26 +121,14 @@ impl<R: Read + Seek> Reader<R> {
     /// [`RecordingError::FrameMismatch`].
     pub fn frame_into(&mut self, i: usize, frame: &mut Frame) -> Result<(), RecordingError> {
         let count = self.index.len();
-        let &(offset, length) = self
-            .index
-            .get(i)
-            .ok_or(RecordingError::NoSuchFrame { frame: i, count })?;
-        let io = |source| RecordingError::Io {
-            file: self.file.clone(),
-            source,
-        };
-        self.input
-            .seek(SeekFrom::Start(offset + RECORD_PREFIX as u64))
-            .map_err(io)?;
+        let &(offset, length) = self.index.get(i).ok_or(RecordingError::NoSuchFrame { frame: i, count })?;
+        let io = |source| RecordingError::Io { file: self.file.clone(), source };
+        self.input.seek(SeekFrom::Start(offset + RECORD_PREFIX as u64)).map_err(io)?;
         self.payload.resize(length as usize, 0);
         self.input.read_exact(&mut self.payload).map_err(io)?;
         if layout::decode_into(&self.payload, frame).is_none() {
             let file = self.file.clone();
-            return Err(RecordingError::DamagedFrame {
-                file,
-                frame: i,
-                offset,
-            });
+            return Err(RecordingError::DamagedFrame { file, frame: i, offset });
         }
         layout::check(frame, &self.header).map_err(|mismatch| mismatch.in_frame(i))
     }
@@ -179,10 +164,7 @@ impl<R: Read + Seek> Reader<R> {
         let Some(left) = left.checked_sub(RECORD_PREFIX as u64) else {
             return Ok(None);
         };
-        let io = |source| RecordingError::Io {
-            file: self.file.clone(),
-            source,
-        };
+        let io = |source| RecordingError::Io { file: self.file.clone(), source };
         let mut prefix = [0; RECORD_PREFIX];
         self.input.read_exact(&mut prefix).map_err(io)?;
         let [l0, l1, l2, l3, c0, c1, c2, c3] = prefix;
@@ -204,9 +186,7 @@ impl<R: Read + Seek> Reader<R> {
         };
         match std::str::from_utf8(reason) {
             Ok(reason) if u64::from_le_bytes(*count) == self.index.len() as u64 => {
-                Ending::Finished {
-                    reason: reason.to_owned(),
-                }
+                Ending::Finished { reason: reason.to_owned() }
             }
             _ => damaged,
         }
@@ -214,36 +194,20 @@ impl<R: Read + Seek> Reader<R> {
 }
 
 /// The header and the position after it.
-fn read_header(
-    file: &Path,
-    input: &mut impl Read,
-    end: u64,
-) -> Result<(Header, u64), RecordingError> {
-    let io = |source| RecordingError::Io {
-        file: file.to_path_buf(),
-        source,
-    };
-    let damaged = |problem| RecordingError::DamagedHeader {
-        file: file.to_path_buf(),
-        problem,
-    };
+fn read_header(file: &Path, input: &mut impl Read, end: u64) -> Result<(Header, u64), RecordingError> {
+    let io = |source| RecordingError::Io { file: file.to_path_buf(), source };
+    let damaged = |problem| RecordingError::DamagedHeader { file: file.to_path_buf(), problem };
     let mut prefix = [0; 20];
     match input.read_exact(&mut prefix) {
         Err(error) if error.kind() == ErrorKind::UnexpectedEof => {
-            return Err(RecordingError::NotARecording {
-                file: file.to_path_buf(),
-            });
+            return Err(RecordingError::NotARecording { file: file.to_path_buf() });
         }
         other => other.map_err(io)?,
     }
     if prefix[..8] != MAGIC {
-        return Err(RecordingError::NotARecording {
-            file: file.to_path_buf(),
-        });
+        return Err(RecordingError::NotARecording { file: file.to_path_buf() });
     }
-    let number = |at: usize| {
-        u32::from_le_bytes([prefix[at], prefix[at + 1], prefix[at + 2], prefix[at + 3]])
-    };
+    let number = |at: usize| u32::from_le_bytes([prefix[at], prefix[at + 1], prefix[at + 2], prefix[at + 3]]);
     let (found, length, crc) = (number(8), number(12), number(16));
     if found > SCHEMA_VERSION {
         let (file, known) = (file.to_path_buf(), SCHEMA_VERSION);
@@ -258,8 +222,7 @@ fn read_header(
     if crc32fast::hash(&json) != crc {
         return Err(damaged("its checksum does not fit".into()));
     }
-    let header: Header =
-        serde_json::from_slice(&json).map_err(|error| damaged(error.to_string()))?;
+    let header: Header = serde_json::from_slice(&json).map_err(|error| damaged(error.to_string()))?;
     header.validate()?;
     Ok((header, first))
 }

@@ -25,11 +25,7 @@ impl Recording {
     pub fn new(header: Header) -> Result<Self, RecordingError> {
         header.validate()?;
         let ending = Ending::Interrupted { leftover: 0 };
-        Ok(Self {
-            header,
-            frames: Vec::new(),
-            ending,
-        })
+        Ok(Self { header, frames: Vec::new(), ending })
     }
 
     /// Reads a file with all its complete frames.
@@ -39,11 +35,7 @@ impl Recording {
     pub fn read(path: impl AsRef<Path>) -> Result<Self, RecordingError> {
         let mut reader = Reader::open(path)?;
         let frames = reader.frames().collect::<Result<_, _>>()?;
-        Ok(Self {
-            header: reader.header().clone(),
-            frames,
-            ending: reader.ending().clone(),
-        })
+        Ok(Self { header: reader.header().clone(), frames, ending: reader.ending().clone() })
     }
 
     /// Writes a file; it is marked as finished if this recording is.
@@ -74,9 +66,7 @@ impl Recording {
 
     /// Marks the run as ended for `reason`.
     pub fn finish(&mut self, reason: impl Into<String>) {
-        self.ending = Ending::Finished {
-            reason: reason.into(),
-        };
+        self.ending = Ending::Finished { reason: reason.into() };
     }
 
     /// What was simulated.

@@ -54,10 +54,7 @@ impl<W: Write> Writer<W> {
 
     fn start(file: PathBuf, output: W, mut header: Header) -> Result<Self, RecordingError> {
         header.schema_version = SCHEMA_VERSION;
-        let invalid = |problem| RecordingError::InvalidHeader {
-            field: "size".into(),
-            problem,
-        };
+        let invalid = |problem| RecordingError::InvalidHeader { field: "size".into(), problem };
         let json = serde_json::to_vec(&header).map_err(|_| invalid("cannot be written as JSON"))?;
         let length = u32::try_from(json.len()).map_err(|_| invalid("must be below 4 GiB"))?;
         let mut record = MAGIC.to_vec();
@@ -65,13 +62,7 @@ impl<W: Write> Writer<W> {
         record.extend(length.to_le_bytes());
         record.extend(crc32fast::hash(&json).to_le_bytes());
         record.extend(json);
-        let mut writer = Self {
-            file,
-            output,
-            header,
-            frames: 0,
-            record,
-        };
+        let mut writer = Self { file, output, header, frames: 0, record };
         writer.write_record()?;
         Ok(writer)
     }
@@ -117,10 +108,7 @@ impl<W: Write> Writer<W> {
         self.finish_record()?;
         match self.output.flush() {
             Ok(()) => Ok(self.output),
-            Err(source) => Err(RecordingError::Io {
-                file: self.file,
-                source,
-            }),
+            Err(source) => Err(RecordingError::Io { file: self.file, source }),
         }
     }
 
@@ -139,26 +127,14 @@ impl<W: Write> Writer<W> {
     }
 
     fn write_record(&mut self) -> Result<(), RecordingError> {
-        let io = |source| RecordingError::Io {
-            file: self.file.clone(),
-            source,
-        };
+        let io = |source| RecordingError::Io { file: self.file.clone(), source };
         self.output.write_all(&self.record).map_err(io)
     }
 }
 
 impl layout::Mismatch {
     pub(crate) fn in_frame(self, frame: usize) -> RecordingError {
-        let Self {
-            field,
-            expected,
-            found,
-        } = self;
-        RecordingError::FrameMismatch {
-            frame,
-            field,
-            expected,
-            found,
-        }
+        let Self { field, expected, found } = self;
+        RecordingError::FrameMismatch { frame, field, expected, found }
     }
 }

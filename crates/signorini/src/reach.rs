@@ -11,6 +11,9 @@ use signorini_multibody::{BodyId, Kinematics, Model};
 /// Factor between a velocity and the reach it is given.
 const MARGIN: f64 = 2.0;
 
+/// Travel beyond the reach that is rounding of a body at rest, m or rad: no gap that it could close matters.
+const NEGLIGIBLE: f64 = 1e-12;
+
 /// The reach of every body, and the velocities it was made from.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BodyReach {
@@ -41,7 +44,7 @@ impl BodyReach {
             for (travel, limit) in
                 [(dt * self.linear[i].length(), &mut reach.linear), (dt * self.angular[i].length(), &mut reach.angular)]
             {
-                if travel > *limit * (1.0 + 1e-9) {
+                if travel > *limit * (1.0 + 1e-9) + NEGLIGIBLE {
                     *limit = MARGIN * travel;
                     exceeded = true;
                 }

@@ -182,7 +182,9 @@ pub fn step(
         }
         report.enlargements += 1;
     }
-    next.clone_from(state);
+    next.time = state.time;
+    next.q.clone_from(&state.q);
+    next.v.clone_from(&state.v);
     if report.advanced() {
         ws.warm.keep(&ws.builder.keys, &ws.solution);
         next.time = state.time + dt;

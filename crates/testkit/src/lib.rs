@@ -1,1 +1,21 @@
-//! .
+//! Seeded random contact problems, shared test data and dense linear algebra, for tests and benchmarks only.
+//!
+//! - [`families`]: contact problems from geometry (box, stack, pyramid, cluster, articulated tree, Painlevé rod, wedge,
+//!   squeeze), each a function of a seeded [`Random`] and of [`Parameters`]
+//! - [`Scene`]: free rigid bodies with point contacts, for problems made by hand
+//! - [`shared_data`]: where the data live that several projects share, with a message when they are absent
+//! - [`Dense`]: plain matrices that share no code with the crates under test
+
+mod articulated;
+mod dense;
+pub mod families;
+mod random;
+mod scene;
+mod shared;
+
+pub use articulated::articulated;
+pub use dense::{Dense, largest_difference};
+pub use families::{Family, Gap, Motion, Parameters};
+pub use random::Random;
+pub use scene::{PointContact, RigidBody, Scene, tangents};
+pub use shared::{files_in, shared_data};

@@ -1,7 +1,10 @@
 //! Contact points against closed forms, support functions and brute force.
 
+mod allocation;
 mod pairs;
 mod random;
 mod scene;
 mod stacking;
+mod step;
 mod support;
+mod surfaces;

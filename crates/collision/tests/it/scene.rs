@@ -2,9 +2,7 @@
 
 use glamx::glam::{DMat3, DQuat, DVec3};
 use signorini_collision::{Collider, Reach};
-use signorini_multibody::{
-    BodyId, ContactPoint, Geom, Geometry, Inertia, Joint, JointKind, Model, ModelBuilder, Pose,
-};
+use signorini_multibody::{BodyId, ContactPoint, Geom, Geometry, Inertia, Joint, JointKind, Model, ModelBuilder, Pose};
 
 /// Geoms, each on a body of its own; planes, meshes and height fields on the world.
 pub struct Scene {
@@ -18,8 +16,7 @@ impl Scene {
         let mut builder = ModelBuilder::new("scene");
         let mut bodies = Vec::new();
         for (i, shape) in shapes.iter().enumerate() {
-            let fixed =
-                matches!(shape, Geometry::Plane | Geometry::TriangleMesh(_) | Geometry::HeightField(_));
+            let fixed = matches!(shape, Geometry::Plane | Geometry::TriangleMesh(_) | Geometry::HeightField(_));
             let body = if fixed {
                 BodyId::WORLD
             } else {

@@ -3,6 +3,7 @@
 use glamx::glam::DVec3;
 use signorini_multibody::Geometry;
 
+use crate::random::Random;
 use crate::scene::{Scene, assert_close, assert_near, assert_positions, at, contacts, cuboid, smallest_gap, turned};
 
 #[test]
@@ -22,7 +23,8 @@ fn box_on_an_edge_touches_the_plane_at_two_points() {
         let half = [0.05, 0.03, 0.001];
         let height = half[0] * angle.sin() + half[2] * angle.cos();
         let card = cuboid(half[0], half[1], half[2]);
-        let points = contacts(&Geometry::Plane, at(0.0, 0.0, 0.0), &card, turned(0.0, 0.0, height, DVec3::Y, angle), 1e-5);
+        let points =
+            contacts(&Geometry::Plane, at(0.0, 0.0, 0.0), &card, turned(0.0, 0.0, height, DVec3::Y, angle), 1e-5);
         assert_eq!(points.len(), 2, "{degrees}°: {points:?}");
         assert!(points.iter().all(|p| p.gap.abs() < 1e-15));
         assert_close((points[0].position - points[1].position).length(), 0.06, 1e-12);
@@ -67,7 +69,8 @@ fn brick_over_two_bricks_touches_each_over_half_its_length() {
     let mut scene = Scene::new(&[brick.clone(), brick.clone(), brick]);
     let points = scene.find(&[at(-0.1, 0.0, 0.03), at(0.1, 0.0, 0.03), at(0.0, 0.0, 0.09)], 1e-5);
     let on = |geom: u32| points.iter().filter(|p| p.geom_a.0 == geom && p.geom_b.0 == 2).copied().collect::<Vec<_>>();
-    let at_x = |x: [f64; 2]| [[x[0], -0.05], [x[1], -0.05], [x[0], 0.05], [x[1], 0.05]].map(|p| DVec3::new(p[0], p[1], 0.06));
+    let at_x =
+        |x: [f64; 2]| [[x[0], -0.05], [x[1], -0.05], [x[0], 0.05], [x[1], 0.05]].map(|p| DVec3::new(p[0], p[1], 0.06));
     assert_positions(&on(0), &at_x([-0.1, 0.0]), 1e-9);
     assert_positions(&on(1), &at_x([0.0, 0.1]), 1e-9);
     // The two lower bricks touch side by side.
@@ -79,7 +82,8 @@ fn brick_over_two_bricks_touches_each_over_half_its_length() {
 #[test]
 fn a_turned_box_on_a_box_touches_at_the_corners_of_the_octagon() {
     let cube = cuboid(0.5, 0.5, 0.5);
-    let points = contacts(&cube, at(0.0, 0.0, 0.0), &cube, turned(0.0, 0.0, 1.0, DVec3::Z, 0.25 * std::f64::consts::PI), 1e-4);
+    let points =
+        contacts(&cube, at(0.0, 0.0, 0.0), &cube, turned(0.0, 0.0, 1.0, DVec3::Z, 0.25 * std::f64::consts::PI), 1e-4);
     // The diagonal square cuts each side of length 1 at 1/√2 from the middle of the opposite one: corners at (0.5, √½ − 0.5).
     let t = 0.5_f64.sqrt() - 0.5;
     let corners = [[0.5, t], [0.5, -t], [-0.5, t], [-0.5, -t], [t, 0.5], [-t, 0.5], [t, -0.5], [-t, -0.5]];
@@ -102,6 +106,31 @@ fn leaning_cards_meet_at_two_points_of_the_common_edge() {
             assert!(p.normal.x > 0.9 && p.normal.y.abs() < 1e-9, "gap {gap}: {points:?}");
             assert_close(p.gap, gap, 1e-9 + 0.08 * gap.abs());
         }
+    }
+}
+
+/// The same, every card a little off: the contact must stay a line as wide as the cards.
+#[test]
+fn cards_leaning_a_little_crooked_still_meet_along_the_edge() {
+    let card = cuboid(0.001, 0.03, 0.045);
+    let angle = 22.0_f64.to_radians();
+    let top = 0.001 * angle.cos() + 0.045 * angle.sin();
+    let mut random = Random(41);
+    for round in 0..600 {
+        let noise = 10.0_f64.powi(-4 - round % 12);
+        let mut crooked = |x: f64, lean: f64| {
+            let off = turned(0.0, 0.0, 0.0, DVec3::X + random.vector(), noise * random.signed());
+            let mut pose = turned(x, 0.0, 0.05, DVec3::Y, lean) * off;
+            pose.position += random.vector() * noise * 0.1;
+            pose
+        };
+        let (left, right) = (crooked(-top, angle), crooked(top, -angle));
+        let points = contacts(&card, left, &card, right, 1e-4);
+        // Each card moves by up to √3·0.1 and turns by up to 1 times the noise, 0.06 m from its centre.
+        let ys = points.iter().filter(|p| p.gap < 0.5 * noise + 1e-8).map(|p| p.position.y);
+        let (low, high) = ys.fold((f64::MAX, f64::MIN), |(l, h), y| (l.min(y), h.max(y)));
+        assert!(high - low > 0.054, "noise {noise}: {points:?}");
+        assert!(points.iter().all(|p| p.normal.x > 0.85), "noise {noise}: {points:?}");
     }
 }
 
@@ -158,6 +187,21 @@ fn boxes_corner_to_corner_have_their_true_distance() {
         assert_eq!(points.len(), 1);
         assert_close(points[0].gap, d.length(), 1e-12);
         assert_near(points[0].normal, d.normalize(), 1e-9);
+    }
+}
+
+/// Tolerances follow the small shape: a 2 mm die on a floor of 200 m, also near the floor's border.
+#[test]
+fn a_tiny_box_on_a_huge_one_is_as_sharp_as_on_a_plane() {
+    let (floor, die) = (cuboid(100.0, 100.0, 1.0), cuboid(0.001, 0.001, 0.001));
+    for x in [0.0, 37.5, 100.0 - 1e-3 - 1e-6, 100.0 + 1e-3 - 1e-5] {
+        for gap in [-1e-7, 0.0, 1e-7] {
+            let points = contacts(&floor, at(0.0, 0.0, -1.0), &die, at(x, 3.0, 0.001 + gap), 1e-6);
+            let right = (x + 0.001).min(100.0);
+            let corners = [[x - 0.001, 2.999], [right, 2.999], [x - 0.001, 3.001], [right, 3.001]];
+            assert_positions(&points, &corners.map(|[x, y]| DVec3::new(x, y, 0.5 * gap)), 1e-9);
+            assert!(points.iter().all(|p| p.normal == DVec3::Z && (p.gap - gap).abs() < 1e-12), "{points:?}");
+        }
     }
 }
 

@@ -12,13 +12,18 @@ use super::path::{Path, PathOutcome, Shift};
 use super::system::ProximalSystem;
 use crate::ContactProblem;
 
-/// A proximal iteration that reduces the residual by less than this factor calls for a smaller ε.
-const SLOW: f64 = 0.03;
-/// What ε is then multiplied by.
-const WEIGHT_REDUCTION: f64 = 1e-2;
+/// A proximal iteration that leaves more than this part of the residual calls for another ε.
+const SLOW: f64 = 0.1;
+/// Cosine between two changes of the impulses that counts as the same direction.
+const PARALLEL: f64 = 0.99;
+/// The factor between one ε and the next.
+const WEIGHT_STEP: f64 = 1e2;
+/// Below this residual a slow iteration is a matter of rounding: ε goes up. Above it the impulses still have a long way to
+/// go in directions of small Delassus eigenvalues, or a contact that has to slide is still inside its cone: ε goes down.
+const ROUNDING_FLOOR: f64 = 1e-10;
 /// ε of the last iterations. The rounding of `u` enters the impulses divided by ε: once a small ε has found the impulses in
-/// the directions of small Delassus eigenvalues, a large one removes that noise from the others.
-const FINISHING_WEIGHT: f64 = 1e-3;
+/// the directions of small eigenvalues, larger ones remove that noise from the others.
+const LARGEST_WEIGHT: f64 = 1e-3;
 
 /// Counters of one island's solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -56,6 +61,12 @@ pub(crate) struct IslandSolver {
     /// Trial impulse of the current solution of the proximal problem.
     pub y: Vec<[f64; 3]>,
     work: Vec<f64>,
+    /// Global degrees of freedom, all zero.
+    scratch: Vec<f64>,
+    /// What the last proximal iteration added to the impulses, and the one before it.
+    change: Vec<[f64; 3]>,
+    earlier_change: Vec<[f64; 3]>,
+    bilateral_change: Vec<f64>,
     best: Vec<[f64; 3]>,
     best_bilateral: Vec<f64>,
     best_modes: Vec<Mode>,
@@ -69,6 +80,7 @@ impl IslandSolver {
         self.velocity.resize(island.nv(), 0.0);
         self.work.clear();
         self.work.resize(island.nv(), 0.0);
+        self.scratch.resize(problem.nv(), 0.0);
         self.find_scales(problem, island);
         self.effort = Effort::default();
         self.impulse.clear();
@@ -76,6 +88,10 @@ impl IslandSolver {
         self.bilateral_impulse.clear();
         self.bilateral_impulse.resize(island.bilateral.len(), 0.0);
         self.modes.clear();
+        self.change.clear();
+        self.earlier_change.clear();
+        self.bilateral_change.clear();
+        self.bilateral_change.resize(island.bilateral.len(), 0.0);
     }
 
     fn find_scales(&mut self, problem: &ContactProblem, island: &Island) {
@@ -83,15 +99,14 @@ impl IslandSolver {
         self.bilateral_scale.clear();
         self.velocity_scale = 0.0;
         for (k, &i) in island.contacts.iter().enumerate() {
-            let group = island.jacobian.group(k);
-            let g = (0..3).map(|r| delassus_entry(problem, island, group, r, &mut self.work)).fold(0.0, f64::max);
+            let g = problem.delassus_diagonal(i as usize, &mut self.scratch).into_iter().fold(0.0, f64::max);
             self.scale.push(if g > 0.0 { g } else { 1.0 });
             let c = island.jacobian.multiply(k, &self.free_velocity);
             let b = (c[0] + problem.gap[i as usize] / problem.timestep).abs().max(c[1].abs()).max(c[2].abs());
             self.velocity_scale = self.velocity_scale.max(b);
         }
         for (k, &i) in island.bilateral.iter().enumerate() {
-            let g = delassus_entry(problem, island, island.bilateral_jacobian.group(k), 0, &mut self.work);
+            let g = problem.bilateral_delassus(i as usize, &mut self.scratch);
             self.bilateral_scale.push(if g > 0.0 { g } else { 1.0 });
             let [c] = island.bilateral_jacobian.multiply(k, &self.free_velocity);
             let b = (c + problem.bilateral_violation[i as usize] / problem.timestep).abs();
@@ -111,34 +126,38 @@ impl IslandSolver {
     ) -> f64 {
         let mut epsilon = settings.proximal_weight;
         self.set_weights(problem, island, epsilon);
-        let (mut best, mut last, mut stalled) = (f64::INFINITY, f64::INFINITY, 0);
-        let (mut factored, mut finishing) = (false, false);
-        for iteration in 0..settings.max_proximal_iterations {
+        let (mut best, mut last, mut slow) = (f64::INFINITY, f64::INFINITY, 0);
+        let (mut factored, mut ascending) = (false, false);
+        for _ in 0..settings.max_proximal_iterations {
             let residual = self.evaluate_centre(problem, cones, island);
-            stalled = if residual < 0.5 * best { 0 } else { stalled + 1 };
             if residual < best {
                 best = residual;
                 self.keep_best();
             }
-            let last_iteration = iteration + 1 == settings.max_proximal_iterations;
-            if best <= settings.polish || last_iteration || (finishing && stalled > 0) {
+            if best <= settings.polish {
                 break;
             }
-            let next = if stalled >= settings.max_stalled_iterations {
-                finishing = true;
-                self.restore_best();
-                FINISHING_WEIGHT
-            } else if residual > SLOW * last && !finishing {
-                (epsilon * WEIGHT_REDUCTION).max(settings.smallest_proximal_weight)
-            } else {
-                epsilon
-            };
+            // The first slow iteration gives the second change of the impulses that an extrapolation needs.
+            slow = if residual > SLOW * last { slow + 1 } else { 0 };
             last = residual;
-            if next != epsilon {
-                epsilon = next;
-                self.set_weights(problem, island, epsilon);
+            if slow == 2 {
+                slow = 0;
+                if self.extrapolate(cones, island) {
+                    last = f64::INFINITY;
+                } else {
+                    ascending |= best <= ROUNDING_FLOOR || epsilon <= settings.smallest_proximal_weight;
+                    if ascending && epsilon >= LARGEST_WEIGHT {
+                        break;
+                    }
+                    epsilon = if ascending {
+                        (epsilon * WEIGHT_STEP).min(LARGEST_WEIGHT)
+                    } else {
+                        (epsilon / WEIGHT_STEP).max(settings.smallest_proximal_weight)
+                    };
+                    self.set_weights(problem, island, epsilon);
+                    factored = false;
+                }
                 self.evaluate_centre(problem, cones, island);
-                factored = false;
             }
             if self.modes.is_empty() {
                 self.guess_modes(cones, island);
@@ -153,6 +172,53 @@ impl IslandSolver {
         self.restore_best();
         self.refine_velocity(problem, cones, island, settings, factored);
         best
+    }
+
+    /// Continues the last change of the impulses to where it leads; whether that is far.
+    ///
+    /// When two changes in a row have the same direction, the iteration follows one eigenvector, with the ratio `r` of
+    /// their sizes: the changes to come add up to `r/(1 − r)` times the last one. Where `r` is 1, contacts that stick
+    /// contradict each other by a little, and every iteration adds the same self-balanced impulses until one of them
+    /// slides or opens. Both end at the latest where a contact leaves its mode.
+    fn extrapolate(&mut self, cones: &Cones, island: &Island) -> bool {
+        let (mut product, mut last, mut earlier) = (0.0, 0.0, 0.0);
+        for (a, b) in self.change.iter().zip(&self.earlier_change) {
+            for r in 0..3 {
+                product += a[r] * b[r];
+                last += a[r] * a[r];
+                earlier += b[r] * b[r];
+            }
+        }
+        let parallel = self.change.len() == self.earlier_change.len()
+            && product > PARALLEL * (last * earlier).sqrt()
+            && self.change.len() == self.y.len();
+        if !parallel {
+            return false;
+        }
+        let ratio = (last / earlier).sqrt();
+        let mut times = if ratio < 1.0 { ratio / (1.0 - ratio) } else { f64::INFINITY };
+        for (c, &i) in island.contacts.iter().enumerate() {
+            cones.facets(i as usize, self.modes[c], self.y[c], |facet| {
+                let dot = |x: [f64; 3]| facet.normal[0] * x[0] + facet.normal[1] * x[1] + facet.normal[2] * x[2];
+                let slope = dot(self.change[c]);
+                if slope < 0.0 {
+                    times = times.min(dot(self.y[c]).max(0.0) / -slope);
+                }
+            });
+        }
+        if !times.is_finite() || times < 1.0 {
+            return false;
+        }
+        for (p, d) in self.impulse.iter_mut().zip(&self.change) {
+            for r in 0..3 {
+                p[r] += times * d[r];
+            }
+        }
+        for (p, d) in self.bilateral_impulse.iter_mut().zip(&self.bilateral_change) {
+            *p += times * d;
+        }
+        self.change.clear();
+        true
     }
 
     /// The velocity of the solution, one more fixed-mode correction beyond what the impulses can express: where impulses
@@ -174,10 +240,15 @@ impl IslandSolver {
         }
     }
 
+    /// Moves the contact impulses to the projections of `y`.
     fn take_impulses(&mut self, cones: &Cones, island: &Island) {
+        std::mem::swap(&mut self.change, &mut self.earlier_change);
+        self.change.clear();
         for (c, &i) in island.contacts.iter().enumerate() {
             let mode = cones.mode_at(i as usize, self.y[c]);
-            self.impulse[c] = cones.project(i as usize, mode, self.y[c]);
+            let p = cones.project(i as usize, mode, self.y[c]);
+            self.change.push(std::array::from_fn(|r| p[r] - self.impulse[c][r]));
+            self.impulse[c] = p;
         }
     }
 
@@ -364,7 +435,8 @@ impl IslandSolver {
     fn take_bilateral(&mut self, island: &Island) {
         for k in 0..self.bilateral_impulse.len() {
             let [du] = island.bilateral_jacobian.multiply(k, &self.work);
-            self.bilateral_impulse[k] -= self.bilateral_weight[k] * (self.bilateral_slack[k] + du);
+            self.bilateral_change[k] = -self.bilateral_weight[k] * (self.bilateral_slack[k] + du);
+            self.bilateral_impulse[k] += self.bilateral_change[k];
         }
     }
 
@@ -388,33 +460,6 @@ impl IslandSolver {
     fn has_violation(&self, cones: &Cones, island: &Island, settings: &SolverSettings) -> bool {
         (0..self.modes.len()).any(|c| self.violation(cones, island, c) > settings.mode_tolerance)
     }
-}
-
-/// Entry `r` of the diagonal of `J_c M⁻¹ J_cᵀ`. `scratch`: local degrees of freedom, all zero before and after.
-fn delassus_entry<const R: usize>(
-    problem: &ContactProblem,
-    island: &Island,
-    (columns, entries): (&[u32], &[[f64; R]]),
-    r: usize,
-    scratch: &mut [f64],
-) -> f64 {
-    let mut sum = 0.0;
-    let mut first = 0;
-    while first < columns.len() {
-        let block = island.starts.partition_point(|&s| s <= columns[first] as usize) - 1;
-        let (start, end) = (island.starts[block], island.starts[block + 1]);
-        let last = first + columns[first..].partition_point(|&c| (c as usize) < end);
-        for k in first..last {
-            scratch[columns[k] as usize] = entries[k][r];
-        }
-        problem.mass_factor.solve_block_in_place(island.blocks[block] as usize, &mut scratch[start..end]);
-        for k in first..last {
-            sum += entries[k][r] * scratch[columns[k] as usize];
-        }
-        scratch[start..end].fill(0.0);
-        first = last;
-    }
-    sum
 }
 
 /// Distance from the laws of one contact in velocity units: `g |λ − P(λ − u/g)|` for the projection of the cone, and the

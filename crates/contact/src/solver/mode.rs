@@ -72,14 +72,23 @@ impl Cones {
             let frictional = problem.friction[i] > 0.0 && !directions.is_empty();
             self.friction.push(if frictional { problem.friction[i] } else { 0.0 });
             if frictional {
-                self.push_edges(directions);
+                // Neighbouring contacts mostly have the same polygon.
+                let previous = i.checked_sub(1).map(|k| self.offsets[k]..self.offsets[i]);
+                match previous.filter(|edges| !edges.is_empty() && directions == problem.directions_of(i - 1)) {
+                    Some(edges) => self.edges.extend_from_within(edges),
+                    None => self.push_edges(directions),
+                }
             }
             self.offsets.push(self.edges.len());
         }
     }
 
     fn push_edges(&mut self, directions: &[[f64; 2]]) {
-        let angle = |k: &u32| directions[*k as usize][1].atan2(directions[*k as usize][0]);
+        // Grows with the angle as the angle itself does, from −2 to 2.
+        let angle = |k: &u32| {
+            let [x, y] = directions[*k as usize];
+            (1.0 - x / (x.abs() + y.abs())).copysign(y)
+        };
         self.order.clear();
         self.order.extend(0..directions.len() as u32);
         self.order.sort_unstable_by(|a, b| angle(a).total_cmp(&angle(b)));

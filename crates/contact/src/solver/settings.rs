@@ -23,8 +23,6 @@ pub struct SolverSettings {
     pub max_rounds: u32,
     /// Proximal iterations at most. Default 60; at least 1.
     pub max_proximal_iterations: u32,
-    /// Proximal iterations without halving the residual before the finishing ones. Default 2; at least 1.
-    pub max_stalled_iterations: u32,
     /// Cold restarts before Lemke's method. Default 3.
     pub max_restarts: u32,
     /// Mode changes a path may use: this many … Default 100.
@@ -49,7 +47,6 @@ impl Default for SolverSettings {
             newton_iterations: 4,
             max_rounds: 4,
             max_proximal_iterations: 60,
-            max_stalled_iterations: 2,
             max_restarts: 3,
             path_changes_base: 100,
             path_changes_per_contact: 20,
@@ -77,11 +74,9 @@ impl SolverSettings {
                 return Err(ProblemError::Number { array, index: 0, value, expected: "between 0 and 1" });
             }
         }
-        for (array, value) in [
-            ("max_rounds", self.max_rounds),
-            ("max_proximal_iterations", self.max_proximal_iterations),
-            ("max_stalled_iterations", self.max_stalled_iterations),
-        ] {
+        for (array, value) in
+            [("max_rounds", self.max_rounds), ("max_proximal_iterations", self.max_proximal_iterations)]
+        {
             if value == 0 {
                 return Err(ProblemError::Number { array, index: 0, value: 0.0, expected: "at least 1" });
             }

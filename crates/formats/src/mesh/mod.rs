@@ -1,6 +1,7 @@
 //! Meshes from files and from numbers in a model, and what they weigh.
 
 mod hull;
+mod msh;
 mod obj;
 mod stl;
 mod volume;
@@ -22,6 +23,8 @@ pub enum MeshFormat {
     Stl,
     /// Wavefront OBJ.
     Obj,
+    /// MuJoCo's binary format.
+    Msh,
 }
 
 impl MeshFormat {
@@ -30,6 +33,7 @@ impl MeshFormat {
         match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "stl" => Some(Self::Stl),
             "obj" => Some(Self::Obj),
+            "msh" => Some(Self::Msh),
             _ => None,
         }
     }
@@ -44,11 +48,17 @@ pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, String> {
     let mesh = match format {
         MeshFormat::Stl => stl::read(bytes)?,
         MeshFormat::Obj => obj::read(bytes)?,
+        MeshFormat::Msh => msh::read(bytes)?,
     };
     if mesh.vertices.len() < 3 {
         return Err(format!("holds {} vertices, a mesh needs at least 3", mesh.vertices.len()));
     }
     Ok(mesh)
+}
+
+/// Whether the extension of a file is that of a mesh format that can be read.
+pub(crate) fn is_supported(path: &Path) -> bool {
+    MeshFormat::of(path).is_some()
 }
 
 /// Reads a mesh file; its extension says which format it is.

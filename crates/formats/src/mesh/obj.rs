@@ -1,28 +1,52 @@
-//! Wavefront OBJ, by `tobj`; materials are not read.
+//! Wavefront OBJ: vertices and faces of all objects of the file; normals, textures, materials, lines are passed over.
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
 
-/// All objects of the file as one mesh, faces cut into triangles.
+/// Faces with more than three corners are cut into the triangles of a fan about their first corner.
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
-    let options =
-        tobj::LoadOptions { triangulate: true, ignore_points: true, ignore_lines: true, ..Default::default() };
-    let no_materials = |_: &std::path::Path| Err(tobj::LoadError::OpenFileFailed);
-    let (models, _) = tobj::load_obj_buf(&mut &bytes[..], &options, no_materials).map_err(|e| e.to_string())?;
+    let text = String::from_utf8_lossy(bytes);
     let mut mesh = Mesh::default();
-    for model in models {
-        let offset = mesh.vertices.len() as u32;
-        let corners = model.mesh.positions.chunks_exact(3).map(|p| DVec3::new(p[0], p[1], p[2]));
-        mesh.vertices.extend(corners);
-        let count = mesh.vertices.len() as u32 - offset;
-        if model.mesh.indices.iter().any(|&i| i >= count) {
-            return Err("a face names a vertex that is not there".into());
-        }
-        mesh.triangles
-            .extend(model.mesh.indices.chunks_exact(3).map(|t| [t[0] + offset, t[1] + offset, t[2] + offset]));
+    for (k, line) in text.lines().enumerate() {
+        let mut words = line.split_ascii_whitespace();
+        let result = match words.next() {
+            Some("v") => vertex(words).map(|p| mesh.vertices.push(p)),
+            Some("f") => face(words, mesh.vertices.len()).map(|f| {
+                let (first, rest) = f.split_first().unwrap_or((&0, &[]));
+                mesh.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+            }),
+            _ => Ok(()),
+        };
+        result.map_err(|reason| format!("line {}: {reason}", k + 1))?;
     }
-    match mesh.vertices.iter().position(|p| !p.is_finite()) {
-        Some(k) => Err(format!("vertex {k} is not finite")),
+    // A face may name vertices that follow it.
+    let count = mesh.vertices.len();
+    match mesh.triangles.iter().flatten().find(|&&i| i as usize >= count) {
+        Some(i) => Err(format!("a face names vertex {}, but there are only {count}", u64::from(*i) + 1)),
         None => Ok(mesh),
+    }
+}
+
+/// Three finite numbers; a weight or a colour may follow.
+fn vertex<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<DVec3, String> {
+    let mut next = || words.next()?.parse().ok().filter(|x: &f64| x.is_finite());
+    let numbers = (next(), next(), next());
+    let (Some(x), Some(y), Some(z)) = numbers else { return Err("a vertex needs 3 finite numbers".into()) };
+    Ok(DVec3::new(x, y, z))
+}
+
+/// Vertex indices from 0 of corners written `v`, `v/vt`, `v//vn` or `v/vt/vn`, counted from 1 or, if negative, back from
+/// the last of the `count` vertices so far.
+fn face<'a>(words: impl Iterator<Item = &'a str>, count: usize) -> Result<Vec<u32>, String> {
+    let index = |word: &str| {
+        let number: i64 = word.split('/').next()?.parse().ok()?;
+        let from_zero = if number > 0 { number - 1 } else { number.checked_add(count as i64)? };
+        u32::try_from(from_zero).ok().filter(|_| number != 0)
+    };
+    let corners: Option<Vec<u32>> = words.take_while(|w| !w.starts_with('#')).map(index).collect();
+    match corners {
+        Some(corners) if corners.len() >= 3 => Ok(corners),
+        Some(corners) => Err(format!("a face with {} corners", corners.len())),
+        None => Err("a face corner is not a vertex number".into()),
     }
 }

@@ -15,11 +15,16 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let needed = |n: usize| n.checked_mul(TRIANGLE).and_then(|m| m.checked_add(HEADER));
     match count {
         Some(n) if needed(n) == Some(bytes.len()) => binary(bytes, n),
-        _ if bytes.trim_ascii_start().starts_with(b"solid") => text(bytes),
+        _ if is_text(bytes) => text(bytes),
         Some(n) if needed(n).is_some_and(|m| m < bytes.len()) => binary(bytes, n),
         Some(n) => Err(format!("a binary STL with {n} triangles must be longer than {} bytes", bytes.len())),
         None => Err("too short for an STL file".into()),
     }
+}
+
+fn is_text(bytes: &[u8]) -> bool {
+    let start = bytes.trim_ascii_start();
+    start.starts_with(b"solid") && start[..start.len().min(4096)].windows(5).any(|w| w == b"facet")
 }
 
 fn binary(bytes: &[u8], count: usize) -> Result<Mesh, String> {

@@ -15,8 +15,9 @@ pub(crate) enum Orientation {
     Ignored,
 }
 
-/// Inertia of the solid inside a mesh at density 1 kg/m³, as the sum of tetrahedra from each face to an inner point.
-/// None if there is no volume.
+/// Inertia of the solid inside a mesh at density 1 kg/m³. The tetrahedra from each face to the centroid of the surface
+/// give the centre of mass, those to the centre of mass the rest; this matters only where their sign is ignored, and is
+/// what MuJoCo does. None if there is no volume.
 ///
 /// # Source
 /// F. Tonon, Explicit exact formulas for the 3-D tetrahedron inertia tensor, J. Math. Stat. 1 (2005).
@@ -36,9 +37,10 @@ pub(crate) fn solid(mesh: &Mesh, orientation: Orientation) -> Option<Inertia> {
         return None;
     }
     let center_of_mass = moment / mass;
-    let mut second = DMat3::ZERO;
+    let (mut mass, mut second) = (0.0, DMat3::ZERO);
     for face in faces(mesh) {
         let v = volume(face, center_of_mass);
+        mass += v;
         second += tetrahedron(face.map(|p| p - center_of_mass)) * v;
     }
     Some(Inertia { mass, center_of_mass, rotational: from_second_moment(second) })

@@ -94,21 +94,30 @@ fn control_range(importer: &Importer, a: &Attributes, joint: &JointRecord) -> Re
     }
 }
 
+/// The law of an actuator. Servos inherit gains from defaults of their own sort and from those of `<general>`, which
+/// itself inherits from all.
 fn law(importer: &mut Importer, a: &Attributes) -> Result<Option<Law>, FormatError> {
-    let own = |kind| Attributes::new(a.element(), a.layers().skip(1).filter(|l| l.name() == kind).collect());
-    match a.element().name() {
-        "motor" => Ok(Some(Law { kind: ActuatorKind::Motor, gain: 1.0 })),
-        "position" => position(importer, &own("position")).map(Some),
-        "velocity" => {
-            let kv = own("velocity").non_negative("kv")?.unwrap_or(1.0);
-            Ok(Some(Law { kind: ActuatorKind::Velocity { kv }, gain: 1.0 }))
+    let sort = a.element().name();
+    let relevant = |layer: &Element| sort == "general" || layer.is(sort) || layer.is("general");
+    let inherited = Attributes::new(a.element(), a.layers().skip(1).filter(relevant).collect());
+    if sort == "motor" {
+        return Ok(Some(Law { kind: ActuatorKind::Motor, gain: 1.0 }));
+    }
+    if sort == "general" && a.text("dyntype").is_some_and(|t| t != "none") {
+        return Ok(None);
+    }
+    let Some(Affine { gain, bias }) = affine(&inherited)? else { return Ok(None) };
+    match sort {
+        "position" => {
+            warn_about_servo(importer, &inherited)?;
+            Ok(Some(Law { kind: ActuatorKind::Position { kp: gain, kv: -bias[2] }, gain: 1.0 }))
         }
-        _ => general(a),
+        "velocity" => Ok(Some(Law { kind: ActuatorKind::Velocity { kv: gain }, gain: 1.0 })),
+        _ => Ok(law_of(Affine { gain, bias })),
     }
 }
 
-fn position(importer: &mut Importer, a: &Attributes) -> Result<Law, FormatError> {
-    let (kp, kv) = (a.non_negative("kp")?.unwrap_or(1.0), a.non_negative("kv")?.unwrap_or(0.0));
+fn warn_about_servo(importer: &mut Importer, a: &Attributes) -> Result<(), FormatError> {
     if a.number_or("dampratio", 0.0)? != 0.0 {
         let effect = "the servo has the damping 'kv' (0 if not given)";
         importer.report.motion(a.at("dampratio"), "position", "'dampratio' is not supported", effect);
@@ -117,32 +126,29 @@ fn position(importer: &mut Importer, a: &Attributes) -> Result<Law, FormatError>
         let effect = "the servo follows its control at once";
         importer.report.motion(a.at("timeconst"), "position", "'timeconst' is not supported", effect);
     }
-    Ok(Law { kind: ActuatorKind::Position { kp, kv }, gain: 1.0 })
+    Ok(())
 }
 
-/// `<general>` where its gain and bias are those of a motor or servo.
-fn general(a: &Attributes) -> Result<Option<Law>, FormatError> {
-    if a.text("dyntype").is_some_and(|t| t != "none") {
-        return Ok(None);
-    }
-    let mut affine = Affine { gain: 1.0, bias: [0.0; 3] };
+/// Gain and bias as the layers write them over each other; none if they depend on more than length and velocity.
+fn affine(a: &Attributes) -> Result<Option<Affine>, FormatError> {
+    let mut law = Affine { gain: 1.0, bias: [0.0; 3] };
     let (mut gain_fixed, mut bias_used) = (true, false);
     for layer in a.layers().rev() {
         let own = layer.attributes();
         match layer.name() {
             "position" => {
-                let kp = own.number_or("kp", affine.gain)?;
-                let kv = own.number_or("kv", -affine.bias[2])?;
-                (affine, gain_fixed, bias_used) = (Affine { gain: kp, bias: [0.0, -kp, -kv] }, true, true);
+                let kp = own.non_negative("kp")?.unwrap_or(law.gain);
+                let kv = own.non_negative("kv")?.unwrap_or(-law.bias[2]);
+                (law, gain_fixed, bias_used) = (Affine { gain: kp, bias: [0.0, -kp, -kv] }, true, true);
             }
             "velocity" => {
-                let kv = own.number_or("kv", 1.0)?;
-                (affine, gain_fixed, bias_used) = (Affine { gain: kv, bias: [0.0, 0.0, -kv] }, true, true);
+                let kv = own.non_negative("kv")?.unwrap_or(law.gain);
+                (law, gain_fixed, bias_used) = (Affine { gain: kv, bias: [0.0, 0.0, -kv] }, true, true);
             }
-            "motor" => (affine, gain_fixed, bias_used) = (Affine { gain: 1.0, bias: [0.0; 3] }, true, false),
+            "motor" => (law, gain_fixed, bias_used) = (Affine { gain: 1.0, bias: [0.0; 3] }, true, false),
             _ => {
                 gain_fixed = own.text("gaintype").map_or(gain_fixed, |t| t == "fixed");
-                affine.gain = own.numbers("gainprm")?.and_then(|g| g.first().copied()).unwrap_or(affine.gain);
+                law.gain = own.numbers("gainprm")?.and_then(|g| g.first().copied()).unwrap_or(law.gain);
                 match own.text("biastype") {
                     None => {}
                     Some("none") => bias_used = false,
@@ -150,15 +156,18 @@ fn general(a: &Attributes) -> Result<Option<Law>, FormatError> {
                     Some(_) => return Ok(None),
                 }
                 let given = own.numbers("biasprm")?.unwrap_or_default();
-                affine.bias.iter_mut().zip(given).for_each(|(b, x)| *b = x);
+                law.bias.iter_mut().zip(given).for_each(|(b, x)| *b = x);
             }
         }
     }
-    Ok(if gain_fixed { law_of(affine, bias_used) } else { None })
+    if !bias_used {
+        law.bias = [0.0; 3];
+    }
+    Ok(gain_fixed.then_some(law))
 }
 
-fn law_of(Affine { gain, bias }: Affine, bias_used: bool) -> Option<Law> {
-    let [constant, length, velocity] = if bias_used { bias } else { [0.0; 3] };
+/// The motor or servo whose force is the same, if there is one.
+fn law_of(Affine { gain, bias: [constant, length, velocity] }: Affine) -> Option<Law> {
     let (kp, kv) = (-length, -velocity);
     if constant != 0.0 || gain <= 0.0 || kv < 0.0 {
         return None;

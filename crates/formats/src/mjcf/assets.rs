@@ -16,6 +16,9 @@ use crate::error::FormatError;
 use crate::mesh::{self, Orientation};
 use crate::xml::{Attributes, Element};
 
+/// Height fields with more points than this are refused.
+const MAX_POINTS: usize = 10_000_000;
+
 /// How the mass of a mesh is spread.
 #[derive(Clone, Copy)]
 enum MeshInertia {
@@ -57,7 +60,7 @@ impl MeshAsset {
 /// The assets of a file; meshes are read when a geom first needs them.
 pub(super) struct Assets<'t> {
     meshes: HashMap<String, Attributes<'t>>,
-    height_fields: HashMap<&'t str, Element<'t>>,
+    height_fields: HashMap<String, Element<'t>>,
     materials: HashMap<&'t str, [f32; 4]>,
     base: PathBuf,
     loaded: RefCell<HashMap<String, Rc<MeshAsset>>>,
@@ -82,9 +85,9 @@ impl<'t> Assets<'t> {
                     }
                 }
                 "hfield" => {
-                    let name = element.attributes().required("name", "geoms refer to the height field by it")?;
-                    if let Some(first) = assets.height_fields.insert(name, element) {
-                        return Err(duplicate(element, "height field", name.to_owned(), first));
+                    let name = asset_name(&element.attributes())?;
+                    if let Some(first) = assets.height_fields.insert(name.clone(), element) {
+                        return Err(duplicate(element, "height field", name, first));
                     }
                 }
                 "material" => {
@@ -156,7 +159,7 @@ impl<'t> Assets<'t> {
     pub fn height_field(&self, geom: &Attributes) -> Result<Option<HeightField>, FormatError> {
         let name = geom.required("hfield", "the height field asset to use")?;
         let Some(element) = self.height_fields.get(name) else {
-            return Err(geom.unknown("hfield", "height field", self.height_fields.keys().copied()));
+            return Err(geom.unknown("hfield", "height field", self.height_fields.keys().map(String::as_str)));
         };
         let a = element.attributes();
         if a.has("file") {
@@ -165,15 +168,13 @@ impl<'t> Assets<'t> {
         let [half_x, half_y, top, _base] =
             a.vector::<4>("size")?.ok_or_else(|| element.incomplete("attribute 'size': half x, half y, top, base"))?;
         let (rows, columns) = (grid(&a, "nrow")?, grid(&a, "ncol")?);
-        let elevation = match a.numbers("elevation")? {
-            Some(numbers) if rows.checked_mul(columns) == Some(numbers.len()) => numbers,
-            Some(n) => {
-                return Err(
-                    a.invalid("elevation", format!("nrow x ncol = {rows} x {columns} numbers, found {}", n.len()))
-                );
-            }
-            None => return Err(element.incomplete("attribute 'elevation': nrow x ncol heights")),
-        };
+        let count = rows.checked_mul(columns).filter(|n| *n <= MAX_POINTS);
+        let count = count.ok_or_else(|| element.invalid(format!("more than {MAX_POINTS} grid points")))?;
+        let elevation = a.numbers("elevation")?.unwrap_or_else(|| vec![0.0; count]);
+        if elevation.len() != count {
+            let expected = format!("nrow x ncol = {rows} x {columns} numbers, found {}", elevation.len());
+            return Err(a.invalid("elevation", expected));
+        }
         let low = elevation.iter().copied().fold(f64::INFINITY, f64::min);
         let span = elevation.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
         let height = |e: &f64| if span > 0.0 { (e - low) / span * top } else { 0.0 };
@@ -212,7 +213,7 @@ fn asset_name(a: &Attributes) -> Result<String, FormatError> {
     if let Some(name) = a.text("name").filter(|n| !n.is_empty()) {
         return Ok(name.to_owned());
     }
-    let file = a.required("file", "a mesh needs a name or a file")?;
+    let file = a.required("file", "the asset needs a name or a file")?;
     let stem = portable(file).file_stem().map(|s| s.to_string_lossy().into_owned());
     stem.ok_or_else(|| a.invalid("file", "the name of a file"))
 }

@@ -8,7 +8,7 @@ use crate::error::FormatError;
 use crate::inertia::{moved, scaled, sum};
 use crate::xml::{Attributes, Element};
 
-use signorini_multibody::glam::{DMat3, DQuat, DVec3};
+use signorini_multibody::glam::{DMat3, DVec3};
 
 /// What elements inside `<frame>` and `<replicate>` inherit.
 #[derive(Clone)]
@@ -52,16 +52,16 @@ pub(super) struct OpenBody {
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
     let mut inertias = vec![(BodyId::WORLD, Inertia::ZERO)];
     let mut pending = Vec::new();
+    let mut world = OpenBody { id: BodyId::WORLD, pose: Pose::IDENTITY, weights: Vec::new(), weighs_geoms: false };
     for section in root.children_named("worldbody") {
         let class = importer.defaults.class_of(section, "childclass")?;
         let scope = Scope { frame: Pose::IDENTITY, class, suffix: String::new() };
-        let mut world = OpenBody { id: BodyId::WORLD, pose: Pose::IDENTITY, weights: Vec::new(), weighs_geoms: false };
-        let children = read_contents(importer, section, scope, &mut world)?;
+        pending.extend(read_contents(importer, section, scope, &mut world)?);
+    }
+    pending.reverse();
+    while let Some(body) = pending.pop() {
+        let children = read_body(importer, body, &mut inertias)?;
         pending.extend(children.into_iter().rev());
-        while let Some(body) = pending.pop() {
-            let children = read_body(importer, body, &mut inertias)?;
-            pending.extend(children.into_iter().rev());
-        }
     }
     let mut values: Vec<Inertia> = inertias.iter().map(|(_, inertia)| *inertia).collect();
     importer.compiler.rescaled(&mut values);
@@ -132,7 +132,8 @@ fn children_in<'t>(container: Element<'t>, scope: &Scope<'t>) -> Vec<(Element<'t
     container.children().rev().map(|child| (child, scope.clone())).collect()
 }
 
-/// The scopes of the copies that `<replicate>` makes, each turned and moved from the one before.
+/// The scopes of the copies that `<replicate>` makes: copy k is turned by k times the Euler angles and stands where the
+/// offsets of the copies before it, each in its own axes, lead.
 fn replicas<'t>(
     importer: &Importer<'t>,
     element: Element<'t>,
@@ -145,16 +146,15 @@ fn replicas<'t>(
         _ => return Err(a.invalid("count", format!("a number of copies, 0 to {MAX}"))),
     };
     let offset = a.vec3("offset")?.unwrap_or(DVec3::ZERO);
-    let turn = a.vector::<3>("euler")?.map_or(DQuat::IDENTITY, |angles| importer.compiler.euler(angles));
-    let step = Pose::new(offset, turn);
+    let angles = a.vector::<3>("euler")?.unwrap_or_default();
     let separator = a.text("sep").unwrap_or_default();
     let digits = count.to_string().len();
-    let mut frame = scope.frame;
+    let mut position = DVec3::ZERO;
     let copies = (0..count).map(|k| {
-        let copy = Scope { frame, class: scope.class, suffix: format!("{separator}{k:0digits$}{}", scope.suffix) };
-        frame = frame * step;
-        frame.rotation = frame.rotation.normalize();
-        copy
+        let rotation = importer.compiler.euler(angles.map(|angle| angle * k as f64));
+        let frame = scope.frame * Pose::new(position, rotation);
+        position += rotation * offset;
+        Scope { frame, class: scope.class, suffix: format!("{separator}{k:0digits$}{}", scope.suffix) }
     });
     Ok(copies.collect())
 }
@@ -175,10 +175,7 @@ fn rotational_inertia(a: &Attributes) -> Result<DMat3, FormatError> {
         }
         return Ok(DMat3::from_cols_array_2d(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]));
     }
-    match a.vec3("diaginertia")? {
-        Some(moments) => Ok(DMat3::from_diagonal(moments)),
-        None => Err(a.element().incomplete("attribute 'diaginertia' or 'fullinertia': kg m²")),
-    }
+    Ok(DMat3::from_diagonal(a.vec3("diaginertia")?.unwrap_or(DVec3::ZERO)))
 }
 
 impl OpenBody {

@@ -36,7 +36,9 @@ fn read_pair<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<()
     }
     let frictional = importer.condim(&a)?.map_or(first.frictional || second.frictional, |condim| condim >= 3);
     let friction = if frictional { slide_x } else { 0.0 };
-    importer.parts.builder.add_pair(GeomPair { geom_a, geom_b, friction });
+    if !importer.contacts_disabled {
+        importer.parts.builder.add_pair(GeomPair { geom_a, geom_b, friction });
+    }
     Ok(())
 }
 

@@ -18,8 +18,10 @@ enum Treatment {
     Harmless(&'static str),
     /// Matters and is missing.
     Missing(&'static str),
+    /// Its reader reports it.
+    ReportedElsewhere,
 }
-use Treatment::{Harmless, Missing, Read};
+use Treatment::{Harmless, Missing, Read, ReportedElsewhere};
 
 /// Reports everything in the file that the importer does not take over.
 pub(super) fn audit(root: Element, report: &mut Reporter) {
@@ -33,6 +35,7 @@ pub(super) fn audit(root: Element, report: &mut Reporter) {
                 let section = section_of(parent, element.name());
                 open.extend(element.children().rev().map(|c| (c, section)));
             }
+            ReportedElsewhere => {}
             Harmless(effect) => report.other(element.at(), element.name(), "is not taken over", effect),
             Missing(effect) => report.motion(element.at(), element.name(), "is not supported", effect),
         }
@@ -95,8 +98,7 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("actuator" | "default", "position") => Read(&POSITION),
         ("actuator" | "default", "velocity") => Read(&VELOCITY),
         ("actuator" | "default", "general") => Read(&GENERAL),
-        // Reported one by one where they are read.
-        ("actuator", _) => Read(&ANYTHING),
+        ("actuator", _) => ReportedElsewhere,
         ("keyframe", "key") => Read(&KEY),
         ("option", "flag") => Read(&FLAG),
         ("compiler", "lengthrange") => Harmless("only muscles depend on it"),
@@ -143,14 +145,13 @@ const OPTION: Coverage = Coverage {
 };
 
 const FLAG: Coverage = Coverage {
-    read: "gravity",
+    read: "gravity contact",
     harmless: "autoreset diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd refsafe \
                sensor sleep speculative warmstart",
     ignored: &[
         ignored("actuation", "enable", "actuators work"),
         ignored("clampctrl", "enable", "controls are clamped to their range"),
         ignored("constraint", "enable", "contacts, limits and friction work"),
-        ignored("contact", "enable", "bodies touch"),
         ignored("damper", "enable", "dampers work"),
         ignored("equality", "enable", "there are no equality constraints"),
         ignored("filterparent", "enable", "a body does not touch its parent"),
@@ -163,7 +164,6 @@ const FLAG: Coverage = Coverage {
 
 const DEFAULT: Coverage = Coverage { read: "class", harmless: "", ignored: &[] };
 const WORLDBODY: Coverage = Coverage { read: "childclass", harmless: "name", ignored: &[] };
-const ANYTHING: Coverage = Coverage { read: "", harmless: "", ignored: &[] };
 const EXCLUDE: Coverage = Coverage { read: "body1 body2", harmless: "name", ignored: &[] };
 
 const BODY: Coverage = Coverage {

@@ -159,8 +159,8 @@ fn read_contact(importer: &mut Importer, a: &Attributes, geom: &mut Geom) -> Res
     }
     geom.friction = friction;
     geom.frictional = importer.condim(a)?.unwrap_or(3) >= 3;
-    geom.contact_type = mask(a, "contype")?;
-    geom.contact_affinity = mask(a, "conaffinity")?;
+    let masks = (mask(a, "contype")?, mask(a, "conaffinity")?);
+    (geom.contact_type, geom.contact_affinity) = if importer.contacts_disabled { (0, 0) } else { masks };
     Ok(())
 }
 

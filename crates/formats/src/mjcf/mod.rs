@@ -24,11 +24,11 @@ use assets::Assets;
 use compiler::Compiler;
 use defaults::Defaults;
 
+use crate::Imported;
 use crate::error::FormatError;
 use crate::parts::Parts;
 use crate::report::Reporter;
 use crate::xml::{Attributes, Element, Tree};
-use crate::{Imported, LoadOptions};
 
 /// Elements read under `<worldbody>`, copies counted, beyond which a file is refused.
 const MAX_ELEMENTS: usize = 4_000_000;
@@ -50,15 +50,11 @@ struct Importer<'t> {
     /// By geom.
     contact_properties: Vec<ContactProperties>,
     elements: usize,
+    contacts_disabled: bool,
 }
 
 /// Turns a parsed document into a model; `main` is the file it came from, if any.
-pub(crate) fn import(
-    mut tree: Tree,
-    base: &Path,
-    main: Option<&Path>,
-    _options: &LoadOptions,
-) -> Result<Imported, FormatError> {
+pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result<Imported, FormatError> {
     include::expand(&mut tree, base, main)?;
     let root = tree.root();
     let names = tree.elements().filter_map(|e| e.raw("name")).map(|a| a.value.trim().to_owned());
@@ -72,6 +68,7 @@ pub(crate) fn import(
         report: Reporter::default(),
         contact_properties: Vec::new(),
         elements: 0,
+        contacts_disabled: false,
     };
     options::read(&mut importer, root)?;
     bodies::read(&mut importer, root)?;

@@ -1,4 +1,4 @@
-//! `<option>`: gravity and time step.
+//! `<option>`: gravity, time step, and whether there are contacts.
 
 use signorini_multibody::glam::DVec3;
 
@@ -19,10 +19,14 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
             importer.parts.builder.timestep(timestep);
         }
         for flag in option.children_named("flag") {
-            let switch = flag.attributes().choice("gravity", &[("enable", false), ("disable", true)])?;
-            weightless = switch.unwrap_or(weightless);
+            weightless = disabled(flag, "gravity")?.unwrap_or(weightless);
+            importer.contacts_disabled = disabled(flag, "contact")?.unwrap_or(importer.contacts_disabled);
         }
     }
     importer.parts.builder.gravity(if weightless { DVec3::ZERO } else { gravity });
     Ok(())
+}
+
+fn disabled(flag: Element, name: &'static str) -> Result<Option<bool>, FormatError> {
+    flag.attributes().choice(name, &[("enable", false), ("disable", true)])
 }

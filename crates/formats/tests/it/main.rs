@@ -1,5 +1,9 @@
 //! Integration tests of the readers.
 
+mod meshes;
 mod mjcf_errors;
 mod mjcf_reference;
 mod report;
+mod robots;
+mod robustness;
+mod urdf;

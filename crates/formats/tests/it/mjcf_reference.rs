@@ -272,6 +272,11 @@ fn joints_actuators_and_keyframes() {
 }
 
 #[test]
+fn actuators_with_defaults_of_each_other() {
+    compare("actuators");
+}
+
+#[test]
 fn contact_masks_pairs_and_exclusions() {
     compare("contacts");
 }
@@ -279,6 +284,11 @@ fn contact_masks_pairs_and_exclusions() {
 #[test]
 fn mesh_vertices_inertia_and_height_fields() {
     compare_within("meshes", SINGLE);
+}
+
+#[test]
+fn disabled_contacts_and_gravity() {
+    compare("disabled");
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! What is left out is said.
 
-use signorini_formats::{Imported, LoadOptions, load_mjcf_str};
+use signorini_formats::{Imported, load_mjcf_str};
 
 fn import(inner: &str) -> Imported {
-    load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "", &LoadOptions::default()).unwrap()
+    load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "").unwrap()
 }
 
 #[test]

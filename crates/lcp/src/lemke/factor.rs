@@ -20,6 +20,7 @@ pub(super) struct FactoredBasis {
     etas: Vec<f64>,
     eta_positions: Vec<usize>,
     core_rhs: Vec<f64>,
+    w_basic: Vec<bool>,
     sums: Vec<DoubleSum>,
 }
 
@@ -46,8 +47,12 @@ impl FactoredBasis {
         self.core_cols.extend(self.head.iter().copied().filter(|&v| v >= n));
         self.core_cols.sort_unstable_by_key(|&v| if v == 2 * n { n } else { problem.rank(v - n) });
         self.core_rows.clear();
-        let mut w_basic = vec![false; n];
-        self.head.iter().filter(|&&v| v < n).for_each(|&v| w_basic[v] = true);
+        self.w_basic.clear();
+        self.w_basic.resize(n, false);
+        for &v in self.head.iter().filter(|&&v| v < n) {
+            self.w_basic[v] = true;
+        }
+        let w_basic = &self.w_basic;
         self.core_rows.extend((0..n).filter(|&i| !w_basic[i]));
         self.core_rows.sort_unstable_by_key(|&i| problem.rank(i));
         for i in 0..n {

@@ -19,6 +19,9 @@ use crate::equilibrate::Scaled;
 use crate::polish::Polish;
 use crate::{Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Residual, Solution, Start, Status};
 
+/// Diagonal entries of the equilibrated matrix below this count as zero.
+const NO_DIAGONAL: f64 = 1e-9;
+
 /// Lemke's complementary pivoting method.
 ///
 /// # Cost
@@ -72,11 +75,7 @@ impl Lemke {
     /// Walks once and keeps the result if it is the best.
     fn attempt(&mut self, search: &mut Search, start: Start, from: &Basis, seed: u32, tie: f64) {
         let n = search.problem.len();
-        let uniform = |stream: u64, i: usize| 1.0 + (mix(stream << 32 | i as u64) >> 11) as f64 / (1u64 << 53) as f64;
-        self.cover.clear();
-        self.cover.extend((0..n).map(|i| if seed == 0 { 1.0 } else { uniform(2 * seed as u64, i) }));
-        self.perturbation.clear();
-        self.perturbation.extend((0..n).map(|i| uniform(2 * seed as u64 + 1, i)));
+        self.choose_vectors(n, seed);
         let limits = Limits {
             pivots: self.settings.pivots_per_pair * n + 100,
             updates: self.settings.updates,
@@ -96,6 +95,24 @@ impl Lemke {
             _ => None,
         };
         search.note(start, walk.outcome, Some(walk), residual);
+    }
+
+    /// Covering vector and perturbation number `seed`; number 0 has the covering vector of ones.
+    fn choose_vectors(&mut self, n: usize, seed: u32) {
+        let uniform = |stream: u32, i: usize| {
+            let bits = mix(u64::from(stream) << 32 | i as u64) >> 11;
+            1.0 + bits as f64 / (1u64 << 53) as f64
+        };
+        // Rows without a diagonal are bounds on other variables (friction, say): how far these are relaxed at the
+        // start decides how long the path is.
+        let bound_weight = [1.0, 8.0, 0.125][seed as usize % 3];
+        self.cover.clear();
+        for i in 0..n {
+            let weight = if self.scaled.column(i)[i].abs() < NO_DIAGONAL { bound_weight } else { 1.0 };
+            self.cover.push(if seed == 0 { 1.0 } else { weight * uniform(2 * seed, i) });
+        }
+        self.perturbation.clear();
+        self.perturbation.extend((0..n).map(|i| uniform(2 * seed + 1, i)));
     }
 
     /// Basis and point at the end of the walk.
@@ -157,8 +174,8 @@ impl Lemke {
             self.attempt(search, Start::Advanced, warm, 0, self.settings.tie);
         }
         self.run_cold(search);
-        // Where every walk met a ray, a regularised problem has a solution that is none of ours.
-        if search.report.attempts.iter().any(|attempt| attempt.outcome != Outcome::Ray) {
+        // Regularisation helps against ties that were not resolved, not against a ray or a long path.
+        if [Outcome::Complementary, Outcome::Cycle, Outcome::Singular].iter().any(|&outcome| search.ended(outcome)) {
             self.run_regularized(search);
         }
     }
@@ -206,8 +223,12 @@ impl Method for Lemke {
             pivots: 0,
             report: Report::default(),
         };
-        self.run(&mut search, warm);
-        search.into_solution(&self.scaled)
+        if search.residual.value == 0.0 {
+            search.status = Some(Status::Solved);
+        } else {
+            self.run(&mut search, warm);
+        }
+        search.into_solution(&self.scaled, self.settings.tolerance)
     }
 
     fn tolerance(&self) -> f64 {
@@ -228,8 +249,9 @@ impl Search<'_> {
         self.report.attempts.iter().any(|attempt| attempt.outcome == outcome && !regularized(attempt.start))
     }
 
-    fn into_solution(self, scaled: &Scaled) -> Solution {
+    fn into_solution(self, scaled: &Scaled, tolerance: f64) -> Solution {
         let status = match (&self.status, &self.ray) {
+            _ if self.residual.within(tolerance) => Status::Solved,
             (Some(status), _) => status.clone(),
             (None, _) if self.ended(Outcome::Complementary) => Status::Inaccurate,
             (None, Some(direction)) => Status::Ray(direction.unscaled(scaled, self.problem.scaling().z())),

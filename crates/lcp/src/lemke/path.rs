@@ -1,8 +1,8 @@
 use std::collections::HashSet;
 
 use super::factor::FactoredBasis;
-use crate::equilibrate::Scaled;
 use crate::Outcome;
+use crate::equilibrate::Scaled;
 
 /// Numbers that steer one walk; all refer to the equilibrated problem, whose data have size 1.
 #[derive(Clone, Copy, Debug)]
@@ -42,6 +42,7 @@ pub(super) struct Path {
     p: Vec<f64>,
     /// Transformed entering column `B⁻¹ a`.
     pub(super) a: Vec<f64>,
+    rhs: Vec<f64>,
     work: Vec<f64>,
     seen: HashSet<u64>,
 }
@@ -59,9 +60,16 @@ impl Path {
     ///
     /// - `cover`: c > 0, by position
     /// - `perturbation`: B⁻¹P at the start, positive
-    pub(super) fn walk(&mut self, problem: &Scaled, z_basic: &[bool], cover: &[f64], perturbation: &[f64], limits: Limits) -> Walk {
+    pub(super) fn walk(
+        &mut self,
+        problem: &Scaled,
+        z_basic: &[bool],
+        cover: &[f64],
+        perturbation: &[f64],
+        limits: Limits,
+    ) -> Walk {
         let n = problem.n;
-        for v in [&mut self.x, &mut self.xp, &mut self.p, &mut self.a, &mut self.work] {
+        for v in [&mut self.x, &mut self.xp, &mut self.p, &mut self.a, &mut self.rhs, &mut self.work] {
             v.clear();
             v.resize(n, 0.0);
         }
@@ -148,9 +156,9 @@ impl Path {
             self.basis.solve(problem, &mut self.a);
             return;
         }
-        let rhs = self.a.clone();
+        self.rhs.copy_from_slice(&self.a);
         self.basis.solve(problem, &mut self.a);
-        self.basis.residual_into(problem, &rhs, &self.a, &mut self.work);
+        self.basis.residual_into(problem, &self.rhs, &self.a, &mut self.work);
         self.basis.solve(problem, &mut self.work);
         self.a.iter_mut().zip(&self.work).for_each(|(a, da)| *a += da);
     }

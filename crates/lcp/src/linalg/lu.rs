@@ -13,6 +13,8 @@ pub struct Lu {
     /// For each row the columns between which its nonzeros lie: `first[i] ≤ j < last[i]`.
     first: Vec<usize>,
     last: Vec<usize>,
+    /// Largest entry of each column before elimination.
+    column_scale: Vec<f64>,
 }
 
 impl Lu {
@@ -32,9 +34,10 @@ impl Lu {
         let n = self.n;
         self.swaps.clear();
         self.swaps.resize(n, 0);
-        let mut column_scale = vec![0.0f64; n];
+        self.column_scale.clear();
+        self.column_scale.resize(n, 0.0);
         for row in self.data.chunks_exact(n.max(1)) {
-            for (scale, x) in column_scale.iter_mut().zip(row) {
+            for (scale, x) in self.column_scale.iter_mut().zip(row) {
                 *scale = scale.max(x.abs());
             }
         }
@@ -47,7 +50,7 @@ impl Lu {
                 if pivot == 0.0 {
                     return 0.0;
                 }
-                smallest = smallest.min(pivot / column_scale[k]);
+                smallest = smallest.min(pivot / self.column_scale[k]);
             }
             self.update_trailing(start, end);
             start = end;

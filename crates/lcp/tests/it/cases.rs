@@ -160,6 +160,8 @@ fn unsolvable() -> Vec<Case> {
         // A plate pushed from both sides by approaching walls: z₁ − z₂ ≥ 1 and z₂ − z₁ ≥ 1.
         case("squeezed", &[&[1.0, -1.0], &[-1.0, 1.0]], &[-1.0, -1.0]).only(&[]).not(&[&[1.0, 1.0], &[1.0, 0.0]]),
         // Feasible, e.g. z = (2, 1), but w₁ = z₂ + 1 > 0 forces z₁ = 0, and then w₂ = −z₂ − 1 < 0.
-        case("feasible, no solution", &[&[0.0, 1.0], &[1.0, -1.0]], &[1.0, -1.0]).only(&[]).not(&[&[1.0, 0.0], &[2.0, 1.0]]),
+        case("feasible, no solution", &[&[0.0, 1.0], &[1.0, -1.0]], &[1.0, -1.0])
+            .only(&[])
+            .not(&[&[1.0, 0.0], &[2.0, 1.0]]),
     ]
 }

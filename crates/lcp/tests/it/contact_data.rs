@@ -1,14 +1,27 @@
 //! The public contact and complementarity problems, assembled as dense LCPs.
 
-use std::collections::HashMap;
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
 
 use signorini_lcp::{Lcp, Matrix, MixedLcp, Scaling};
+use signorini_npz::{Archive, NpzError};
 
-use crate::npz::{self, Array};
+fn open(path: &Path) -> Archive {
+    expect(Archive::read(path))
+}
 
-type Arrays = HashMap<String, Array>;
+/// The value, or the error's own message, which names file and array.
+fn expect<T>(result: Result<T, NpzError>) -> T {
+    result.unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn values(archive: &Archive, name: &str) -> Vec<f64> {
+    expect(archive.f64(name))
+}
+
+fn kind(archive: &Archive) -> String {
+    expect(archive.string("kind"))
+}
 
 /// A problem of the collection with its name, e.g. `Rover1040 m=8`.
 pub struct Named<P> {
@@ -39,20 +52,20 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
 
 /// The LCPs of one file with at most `max_pairs` pairs; none for a mixed problem.
 pub fn lcps(path: &Path, max_pairs: usize) -> Vec<Named<Lcp>> {
-    let arrays = npz::read(path);
+    let arrays = open(path);
     let stem = path.file_stem().unwrap().to_string_lossy().into_owned();
     let named = |suffix: &str, problem| Named {
         name: format!("{stem}{suffix}"),
-        expected: arrays.get("expected").map_or_else(|| "solvable".to_owned(), Array::text),
+        expected: arrays.string("expected").unwrap_or_else(|_| "solvable".to_owned()),
         problem,
     };
-    match arrays["kind"].text().as_str() {
+    match kind(&arrays).as_str() {
         "lcp" => {
             let A = dense(&arrays, "A");
-            vec![named("", Lcp::new(A, arrays["b"].values.clone()).unwrap())]
+            vec![named("", Lcp::new(A, values(&arrays, "b")).unwrap())]
         }
         "frictional2d" => {
-            let nc = arrays["mu"].values.len();
+            let nc = values(&arrays, "mu").len();
             if 4 * nc > max_pairs {
                 return Vec::new();
             }
@@ -60,7 +73,7 @@ pub fn lcps(path: &Path, max_pairs: usize) -> Vec<Named<Lcp>> {
             vec![named("", from_delassus(&arrays, &directions))]
         }
         "frictional3d" => {
-            let nc = arrays["mu"].values.len();
+            let nc = values(&arrays, "mu").len();
             [4, 8]
                 .into_iter()
                 .filter(|m| (m + 2) * nc <= max_pairs)
@@ -72,7 +85,7 @@ pub fn lcps(path: &Path, max_pairs: usize) -> Vec<Named<Lcp>> {
                 .collect()
         }
         "contact" => {
-            let m: Vec<usize> = arrays["m"].values.iter().map(|&m| m as usize).collect();
+            let m: Vec<usize> = values(&arrays, "m").iter().map(|&m| m as usize).collect();
             if 2 * m.len() + m.iter().sum::<usize>() > max_pairs {
                 return Vec::new();
             }
@@ -84,55 +97,47 @@ pub fn lcps(path: &Path, max_pairs: usize) -> Vec<Named<Lcp>> {
 
 /// The mixed problem of one file, if it holds a square one.
 pub fn mixed(path: &Path) -> Option<Named<MixedLcp>> {
-    let arrays = npz::read(path);
-    if arrays["kind"].text() != "mlcp" {
+    let arrays = open(path);
+    if kind(&arrays) != "mlcp" {
         return None;
     }
     let A = dense(&arrays, "A");
-    let free = arrays["is_comp"].values.iter().map(|&comp| comp == 0.0).collect();
+    let free = values(&arrays, "is_comp").iter().map(|&comp| comp == 0.0).collect();
     Some(Named {
         name: path.file_stem().unwrap().to_string_lossy().into_owned(),
         expected: "solvable".to_owned(),
-        problem: MixedLcp::new(A, arrays["b"].values.clone(), free).ok()?,
+        problem: MixedLcp::new(A, values(&arrays, "b"), free).ok()?,
     })
 }
 
-fn dense(arrays: &Arrays, name: &str) -> Matrix {
-    if let Some(array) = arrays.get(name) {
-        return Matrix::new(array.shape[0], array.shape[1], array.values.clone()).unwrap();
-    }
-    let part = |suffix: &str| &arrays[&format!("{name}_{suffix}")].values;
-    let (data, indices, indptr, shape) = (part("data"), part("indices"), part("indptr"), part("shape"));
-    let mut matrix = Matrix::zeros(shape[0] as usize, shape[1] as usize);
-    for i in 0..matrix.rows() {
-        for k in indptr[i] as usize..indptr[i + 1] as usize {
-            matrix[(i, indices[k] as usize)] += data[k];
-        }
-    }
-    matrix
+fn dense(archive: &Archive, name: &str) -> Matrix {
+    let matrix = expect(archive.matrix(name)).to_dense().expect("a matrix that fits into memory");
+    Matrix::new(matrix.rows, matrix.cols, matrix.values).unwrap()
 }
 
-fn from_delassus(arrays: &Arrays, directions: &[Vec<Vec<f64>>]) -> Lcp {
-    polyhedral(&dense(arrays, "W"), &arrays["q"].values, &arrays["mu"].values, directions)
+fn from_delassus(arrays: &Archive, directions: &[Vec<Vec<f64>>]) -> Lcp {
+    polyhedral(&dense(arrays, "W"), &values(arrays, "q"), &values(arrays, "mu"), directions)
 }
 
 /// W = J M⁻¹ Jᵀ = (L⁻¹Jᵀ)ᵀ(L⁻¹Jᵀ) with the Cholesky factor of M; q = J v_f + (φ/Δt, 0, 0).
-fn from_jacobians(arrays: &Arrays, m: &[usize]) -> Lcp {
+fn from_jacobians(arrays: &Archive, m: &[usize]) -> Lcp {
     let (mass, jn, jt) = (dense(arrays, "M"), dense(arrays, "JN"), dense(arrays, "JT"));
     let (nc, nv) = (m.len(), mass.rows());
-    let (v_free, phi, dt) = (&arrays["vf"].values, &arrays["phi"].values, arrays["dt"].values[0]);
-    let jacobian_row = |r: usize| if r % 3 == 0 { jn.row(r / 3) } else { jt.row(2 * (r / 3) + r % 3 - 1) };
+    let (v_free, phi, dt) = (&values(arrays, "vf"), values(arrays, "phi"), expect(arrays.scalar_f64("dt")));
+    let jacobian_row = |r: usize| {
+        if r.is_multiple_of(3) { jn.row(r / 3) } else { jt.row(2 * (r / 3) + r % 3 - 1) }
+    };
     let L = cholesky(&mass);
     let half: Vec<Vec<f64>> = (0..3 * nc).map(|r| forward_substitution(&L, jacobian_row(r))).collect();
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let W = Matrix::from_fn(3 * nc, 3 * nc, |r, s| product(&half[r], &half[s]));
     let q: Vec<f64> = (0..3 * nc)
-        .map(|r| product(jacobian_row(r), v_free) + if r % 3 == 0 { phi[r / 3] / dt } else { 0.0 })
+        .map(|r| product(jacobian_row(r), v_free) + if r.is_multiple_of(3) { phi[r / 3] / dt } else { 0.0 })
         .collect();
     assert_eq!(v_free.len(), nv);
     let mut rows = dense(arrays, "D").data().chunks_exact(2).map(<[f64]>::to_vec).collect::<Vec<_>>().into_iter();
     let directions: Vec<Vec<Vec<f64>>> = m.iter().map(|&m| rows.by_ref().take(m).collect()).collect();
-    polyhedral(&W, &q, &arrays["mu"].values, &directions)
+    polyhedral(&W, &q, &values(arrays, "mu"), &directions)
 }
 
 fn cholesky(M: &Matrix) -> Matrix {

@@ -1,6 +1,8 @@
 //! Wrong input is refused at construction, with its place.
 
-use signorini_lcp::{Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Matrix, MethodKind, MixedLcp};
+use signorini_lcp::{
+    Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Matrix, MethodKind, MixedLcp,
+};
 use signorini_lcp::{Method, Scaling, Status};
 
 #[test]

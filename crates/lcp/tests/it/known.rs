@@ -1,9 +1,9 @@
 //! Every method on the shared set of cases.
 
-use signorini_lcp::{Enumeration, MethodKind};
+use signorini_lcp::{Enumeration, Lemke, MethodKind};
 
 use crate::cases;
-use crate::support::{assert_honest, solves};
+use crate::support::{assert_honest, assert_proof, solves};
 
 #[test]
 fn the_known_answers_are_answers() {
@@ -46,6 +46,18 @@ fn enumeration_finds_exactly_the_known_solutions() {
         for known in &case.solutions {
             let near = |z: &[f64]| known.iter().zip(z).all(|(a, b)| (a - b).abs() < 1e-9);
             assert!(found.iter().any(|solution| near(&solution.z)), "{}: {known:?} not found", case.name);
+        }
+    }
+}
+
+#[test]
+fn infeasibility_is_proved_where_there_is_any() {
+    let infeasible = ["zero matrix, negative b", "negative matrix, negative b", "squeezed"];
+    for case in cases::all() {
+        let proof = case.problem.infeasibility(&mut Lemke::default());
+        assert_eq!(proof.is_some(), infeasible.contains(&case.name), "{}: {proof:?}", case.name);
+        if let Some(proof) = proof {
+            assert_proof(&case.problem, &proof, case.name);
         }
     }
 }

@@ -6,7 +6,6 @@ mod contact_data;
 mod input;
 mod known;
 mod mixed;
-mod npz;
 mod oracle;
 mod shared_data;
 mod support;

@@ -78,7 +78,8 @@ fn elimination_agrees_with_a_quadratic_program_solved_directly() {
         });
         let b = c.iter().copied().chain(h.iter().map(|h| -h)).collect();
         let problem = MixedLcp::new(A, b, (0..n).map(|i| i < free).collect()).unwrap();
-        let eliminated = signorini_lcp::Lcp::new(gram(&G), (0..rows).map(|i| -inner(G.row(i), &c) - h[i]).collect()).unwrap();
+        let eliminated =
+            signorini_lcp::Lcp::new(gram(&G), (0..rows).map(|i| -inner(G.row(i), &c) - h[i]).collect()).unwrap();
         let solution = problem.solve(&mut Lemke::default(), None);
         let direct = Enumeration::default().solve(&eliminated, None);
         assert_eq!(solution.status.is_solved(), direct.status.is_solved(), "seed {seed}: {:?}", solution.status);
@@ -94,10 +95,10 @@ fn elimination_agrees_with_a_quadratic_program_solved_directly() {
 
 #[test]
 fn a_warm_basis_is_passed_on() {
-    let problem = mixed(&[&[0.0, 1.0], &[1.0, 0.0]], &[-1.0, 3.0], &[true, false]);
+    let problem = mixed(&[&[2.0, 1.0], &[1.0, 1.0]], &[0.0, -1.0], &[true, false]);
     let mut lemke = Lemke::default();
     let cold = problem.solve(&mut lemke, None);
+    assert!(cold.iterations > 0, "{cold:?}");
     let warm = problem.solve(&mut lemke, Some(&cold.basis));
     assert!(warm.status.is_solved() && warm.iterations == 0 && warm.report.attempts.len() == 1, "{warm:?}");
-    assert!(lemke.tolerance() > 0.0);
 }

@@ -1,8 +1,8 @@
 //! Lemke against the enumeration of all complementary bases on seeded random problems.
 
-use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, Method};
+use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, Method, MixedLcp};
 
-use crate::support::{Random, assert_honest, gram, touching_contacts};
+use crate::support::{Random, assert_honest, assert_proof, gram, touching_contacts};
 
 /// Solves with both methods; returns (Lemke solved it, enumeration solved it).
 fn compare(problem: &Lcp, name: &str) -> (bool, bool) {
@@ -91,7 +91,9 @@ fn lemke_claims_nothing_false_on_arbitrary_matrices() {
         let mut random = Random(4000 + seed);
         let n = 1 + random.below(7);
         let integer = seed % 2 == 0;
-        let mut entry = || if integer { random.sign() } else { random.signed() };
+        let mut entry = || {
+            if integer { random.sign() } else { random.signed() }
+        };
         let A = Matrix::from_fn(n, n, |_, _| entry());
         let b = (0..n).map(|_| entry()).collect();
         let (lemke, oracle) = compare(&Lcp::new(A, b).unwrap(), &format!("seed {seed}"));
@@ -111,4 +113,46 @@ fn ill_conditioned_problems_are_solved_or_admitted() {
         let solution = lemke.solve(&problem, None);
         assert_honest(&problem, &solution, lemke.tolerance(), &format!("Hilbert {n}"));
     }
+}
+
+#[test]
+fn every_semidefinite_problem_is_either_solved_or_proved_infeasible() {
+    for seed in 0..200 {
+        let mut random = Random(11_000 + seed);
+        let n = 2 + random.below(10);
+        let rank = 1 + random.below(n);
+        let problem = Lcp::new(gram(&random.matrix(n, rank)), random.vector(n)).unwrap();
+        let mut lemke = Lemke::default();
+        let solved = lemke.solve(&problem, None).status.is_solved();
+        let proof = problem.infeasibility(&mut lemke);
+        assert_ne!(solved, proof.is_some(), "seed {seed}");
+        proof.iter().for_each(|proof| assert_proof(&problem, proof, &format!("seed {seed}")));
+    }
+}
+
+#[test]
+fn extreme_magnitudes_are_solved_or_admitted() {
+    let mut solved = 0;
+    for seed in 0..300 {
+        let mut random = Random(12_000 + seed);
+        let n = 1 + random.below(5);
+        let range = [3.0, 30.0, 300.0][random.below(3)];
+        let mut entry = || random.sign() * 10f64.powf(range * random.signed());
+        let A = Matrix::from_fn(n, n, |_, _| entry());
+        let b: Vec<f64> = (0..n).map(|_| entry()).collect();
+        let free = (0..n).map(|i| i % 2 == 0).collect();
+        let mixed = MixedLcp::new(A.clone(), b.clone(), free).unwrap();
+        let problem = Lcp::new(A, b).unwrap();
+        let mut lemke = Lemke::default();
+        for solution in [lemke.solve(&problem, None), Enumeration::default().solve(&problem, None)] {
+            assert_eq!(solution.residual, problem.residual(&solution.z), "seed {seed}");
+            let within = solution.residual.within(lemke.tolerance());
+            assert_eq!(solution.status.is_solved(), within, "seed {seed}: {:?}", solution.status);
+            solved += usize::from(within);
+        }
+        let solution = mixed.solve(&mut lemke, None);
+        let within = mixed.residual(&solution.z).within(lemke.tolerance());
+        assert_eq!(solution.status.is_solved(), within, "seed {seed}: {:?}", solution.status);
+    }
+    assert!(solved > 100, "solved: {solved}");
 }

@@ -3,7 +3,7 @@
 use signorini_lcp::{Lemke, LemkeSettings, Method, Solution, Status};
 
 use crate::contact_data::{files, folder, lcps, mixed};
-use crate::support::assert_honest;
+use crate::support::{assert_honest, assert_proof};
 
 /// Larger ones are for the example that prints the whole table.
 const MAX_PAIRS: usize = 700;
@@ -19,7 +19,12 @@ fn expect(name: &str, expected: &str, solution: &Solution) {
         _ => solution.status.is_solved() || ray,
     };
     let excused = NOT_FOR_LEMKE.contains(&name) && ray;
-    assert!(as_expected || excused, "{name} ({expected}): {:?}, residual {:e}", solution.status, solution.residual.value);
+    assert!(
+        as_expected || excused,
+        "{name} ({expected}): {:?}, residual {:e}",
+        solution.status,
+        solution.residual.value
+    );
 }
 
 #[test]
@@ -32,6 +37,12 @@ fn all_problems_with_a_solution_are_solved() {
             let solution = lemke.solve(&named.problem, None);
             assert_honest(&named.problem, &solution, lemke.tolerance(), &named.name);
             expect(&named.name, &named.expected, &solution);
+            if matches!(solution.status, Status::Ray(_)) {
+                // Squeezed: provably infeasible. Jammed, or a game: only complementarity cannot be met.
+                let proof = named.problem.infeasibility(&mut lemke);
+                assert_eq!(proof.is_some(), named.expected == "infeasible", "{}", named.name);
+                proof.iter().for_each(|proof| assert_proof(&named.problem, proof, &named.name));
+            }
             count += 1;
         }
         if let Some(named) = mixed(path) {

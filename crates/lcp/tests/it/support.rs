@@ -1,6 +1,6 @@
 //! Random numbers, problem families and checks that do not use the code under test.
 
-use signorini_lcp::{Lcp, Matrix, Solution, Status};
+use signorini_lcp::{Farkas, Lcp, Matrix, Solution, Status};
 
 use crate::contact_data::polyhedral;
 
@@ -89,14 +89,7 @@ pub fn assert_honest(problem: &Lcp, solution: &Solution, tolerance: f64, name: &
     match &solution.status {
         Status::Solved => assert!(solved, "{name}: claims to be solved, z = {:?}", solution.z),
         Status::Infeasible(farkas) => {
-            let sum: f64 = farkas.y.iter().sum();
-            assert!(farkas.y.iter().all(|&y| y >= 0.0) && sum > 0.0, "{name}: multipliers {:?}", farkas.y);
-            let At = problem.A().transposed();
-            let largest = At.data().iter().fold(0.0f64, |max, a| max.max(a.abs()));
-            for j in 0..problem.len() {
-                assert!(inner(At.row(j), &farkas.y) <= 1e-10 * largest * sum, "{name}: column {j} of the proof");
-            }
-            assert!(inner(problem.b(), &farkas.y) < 0.0, "{name}: right-hand side of the proof");
+            assert_proof(problem, farkas, name);
         }
         Status::Ray(ray) => {
             assert!(ray.z.iter().chain(&ray.w).all(|&x| x >= 0.0) && ray.z0 >= 0.0, "{name}: signs of the ray");
@@ -106,4 +99,21 @@ pub fn assert_honest(problem: &Lcp, solution: &Solution, tolerance: f64, name: &
         _ => {}
     }
     assert!(!solved || solution.status.is_solved(), "{name}: {:?}, but z solves the problem", solution.status);
+}
+
+/// Fails unless y ≥ 0, Aᵀy ≤ 0 and bᵀy < 0.
+pub fn assert_proof(problem: &Lcp, farkas: &Farkas, name: &str) {
+    let n = problem.len();
+    let (s, t) = (problem.scaling().z(), problem.scaling().w());
+    // In one unit, as A is: the row of y times the column of z.
+    let y: Vec<f64> = (0..n).map(|i| farkas.y[i] / t[i]).collect();
+    let sum: f64 = y.iter().sum();
+    assert!(y.iter().all(|&y| y >= 0.0) && sum > 0.0, "{name}: multipliers {y:?}");
+    let entry = |i: usize, j: usize| t[i] * problem.A()[(i, j)] / s[j];
+    let largest = (0..n * n).fold(0.0f64, |max, k| max.max(entry(k / n, k % n).abs()));
+    for j in 0..n {
+        let column: f64 = (0..n).map(|i| entry(i, j) * y[i]).sum();
+        assert!(column <= 1e-9 * largest * sum, "{name}: column {j} of the proof, {column:e}");
+    }
+    assert!(inner(problem.b(), &farkas.y) < 0.0, "{name}: right-hand side of the proof");
 }

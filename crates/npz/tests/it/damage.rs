@@ -12,17 +12,8 @@ fn read_everything(bytes: Vec<u8>) {
     };
     let names: Vec<String> = archive.names().map(str::to_owned).collect();
     for name in &names {
-        let _ = (
-            archive.array(name),
-            archive.f64(name),
-            archive.i32(name),
-            archive.u8(name),
-        );
-        let _ = (
-            archive.string(name),
-            archive.scalar_f64(name),
-            archive.matrix(name),
-        );
+        let _ = (archive.array(name), archive.f64(name), archive.i32(name), archive.u8(name));
+        let _ = (archive.string(name), archive.scalar_f64(name), archive.matrix(name));
     }
     if let Ok(matrix) = archive.matrix("A") {
         let _ = matrix.to_dense();
@@ -39,9 +30,7 @@ fn original(which: usize) -> Vec<u8> {
 fn with_member(npy: &[u8]) -> Vec<u8> {
     let placeholder_values = npy.len().saturating_sub(128);
     let mut writer = ArchiveWriter::new();
-    writer
-        .u8("A", &[placeholder_values], &vec![0; placeholder_values])
-        .unwrap();
+    writer.u8("A", &[placeholder_values], &vec![0; placeholder_values]).unwrap();
     let mut bytes = writer.to_bytes().unwrap();
     let member = bytes.windows(6).position(|w| w == b"\x93NUMPY").unwrap();
     let old_crc = bytes[14..18].to_vec();
@@ -144,13 +133,7 @@ fn a_flipped_value_is_noticed_by_the_checksum() {
     let archive = Archive::from_bytes("damaged.npz", bytes).unwrap();
     let damaged = archive.names().filter(|name| {
         let problem = archive.array(name);
-        matches!(
-            problem,
-            Err(NpzError::Member {
-                problem: MemberProblem::Checksum { .. },
-                ..
-            })
-        )
+        matches!(problem, Err(NpzError::Member { problem: MemberProblem::Checksum { .. }, .. }))
     });
     assert_eq!(damaged.count(), 1);
 }
@@ -158,40 +141,18 @@ fn a_flipped_value_is_noticed_by_the_checksum() {
 #[test]
 fn declared_sizes_are_checked_before_allocation() {
     let huge = "{'descr': '<f8', 'fortran_order': False, 'shape': (4611686018427387904, 8), }";
-    assert!(matches!(
-        member_problem(huge, &[0; 8]),
-        MemberProblem::TooLarge { .. }
-    ));
+    assert!(matches!(member_problem(huge, &[0; 8]), MemberProblem::TooLarge { .. }));
     let large = "{'descr': '<f8', 'fortran_order': False, 'shape': (1000000000000,), }";
     assert!(matches!(
         member_problem(large, &[0; 8]),
-        MemberProblem::DataSize {
-            needed: 8_000_000_000_000,
-            found: 8,
-            ..
-        }
+        MemberProblem::DataSize { needed: 8_000_000_000_000, found: 8, .. }
     ));
     let wide = "{'descr': '|S18446744073709551615', 'fortran_order': False, 'shape': (2,), }";
-    assert!(matches!(
-        member_problem(wide, &[0; 8]),
-        MemberProblem::TooLarge { .. }
-    ));
+    assert!(matches!(member_problem(wide, &[0; 8]), MemberProblem::TooLarge { .. }));
     let no_width = "{'descr': '|S0', 'fortran_order': False, 'shape': (1000000000000,), }";
-    assert!(matches!(
-        member_problem(no_width, &[0; 8]),
-        MemberProblem::ElementType { .. }
-    ));
-    let wide_matrix = SparseMatrix {
-        rows: 1,
-        cols: usize::MAX,
-        indptr: vec![0, 0],
-        indices: vec![],
-        values: vec![],
-    };
-    assert!(matches!(
-        wide_matrix.to_dense(),
-        Err(MemberProblem::TooLarge { .. })
-    ));
+    assert!(matches!(member_problem(no_width, &[0; 8]), MemberProblem::ElementType { .. }));
+    let wide_matrix = SparseMatrix { rows: 1, cols: usize::MAX, indptr: vec![0, 0], indices: vec![], values: vec![] };
+    assert!(matches!(wide_matrix.to_dense(), Err(MemberProblem::TooLarge { .. })));
 }
 
 #[test]
@@ -206,9 +167,6 @@ fn bad_headers_say_what_is_wrong() {
         "{'descr': '<f8', 'fortran_order': False, 'shape': 1}",
         "{'descr': '<f8', 'fortran_order': False, 'shape': (1,), 'more': 1}",
     ] {
-        assert!(
-            matches!(member_problem(dict, &[0; 8]), MemberProblem::Header { .. }),
-            "{dict}"
-        );
+        assert!(matches!(member_problem(dict, &[0; 8]), MemberProblem::Header { .. }), "{dict}");
     }
 }

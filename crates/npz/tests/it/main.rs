@@ -6,7 +6,5 @@ mod round_trip;
 
 /// A file of `testdata/`.
 fn testdata(name: &str) -> std::path::PathBuf {
-    [env!("CARGO_MANIFEST_DIR"), "testdata", name]
-        .iter()
-        .collect()
+    [env!("CARGO_MANIFEST_DIR"), "testdata", name].iter().collect()
 }

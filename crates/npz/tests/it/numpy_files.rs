@@ -15,17 +15,11 @@ fn check_types(archive: &Archive) {
     assert_eq!(archive.i32("i32").unwrap(), [1, -2, 3, i32::MAX]);
     assert_eq!(archive.i64("i64").unwrap(), [1 << 53, -(1 << 62)]);
     assert_eq!(archive.u8("u8").unwrap(), [0, 255]);
-    assert_eq!(
-        archive.array("bool").unwrap().data,
-        ArrayData::Bool(vec![true, false, true])
-    );
+    assert_eq!(archive.array("bool").unwrap().data, ArrayData::Bool(vec![true, false, true]));
     assert_eq!(archive.i32("bool").unwrap(), [1, 0, 1]);
     assert_eq!(archive.string("text").unwrap(), "frictional3d");
     let texts = ["a", "longer", ""].map(|text| text.as_bytes().to_vec());
-    assert_eq!(
-        archive.array("texts").unwrap().data,
-        ArrayData::Bytes(texts.to_vec())
-    );
+    assert_eq!(archive.array("texts").unwrap().data, ArrayData::Bytes(texts.to_vec()));
     assert_eq!(archive.scalar_f64("scalar").unwrap(), 0.001);
     assert_eq!(archive.array("scalar").unwrap().shape, [0usize; 0]);
     let special = archive.f64("special").unwrap();
@@ -59,19 +53,10 @@ fn matrices_dense_and_sparse() {
     let archive = Archive::read(testdata("matrices.npz")).unwrap();
     let dense = archive.matrix("dense").unwrap();
     assert!(matches!(dense, Matrix::Dense(_)));
-    assert_eq!(
-        dense.to_dense().unwrap().values,
-        [1.0, 2.0, 0.0, 0.0, -3.0, 4.5]
-    );
-    let Matrix::Sparse(sparse) = archive.matrix("A").unwrap() else {
-        panic!("A is stored as CSR")
-    };
+    assert_eq!(dense.to_dense().unwrap().values, [1.0, 2.0, 0.0, 0.0, -3.0, 4.5]);
+    let Matrix::Sparse(sparse) = archive.matrix("A").unwrap() else { panic!("A is stored as CSR") };
     let entries = sparse.to_dense().unwrap();
-    let expected = [
-        [0.0, 0.0, 4.5, 0.0],
-        [1.0, 2.0, 0.0, 0.0],
-        [0.0, -3.0, 0.0, 0.0],
-    ];
+    let expected = [[0.0, 0.0, 4.5, 0.0], [1.0, 2.0, 0.0, 0.0], [0.0, -3.0, 0.0, 0.0]];
     assert_eq!(entries.values, expected.as_flattened());
     assert_eq!(entries.get(1, 1), 2.0);
     assert!(!archive.contains_matrix("B") && archive.contains_matrix("A"));
@@ -80,18 +65,11 @@ fn matrices_dense_and_sparse() {
 #[test]
 fn unsupported_types_are_named() {
     let archive = Archive::read(testdata("unsupported.npz")).unwrap();
-    for (name, expected) in [
-        ("big_endian", ">f8"),
-        ("unicode", "<U4"),
-        ("structured", "(structured)"),
-        ("complex", "<c16"),
-    ] {
+    for (name, expected) in
+        [("big_endian", ">f8"), ("unicode", "<U4"), ("structured", "(structured)"), ("complex", "<c16")]
+    {
         match archive.array(name) {
-            Err(NpzError::Member {
-                member,
-                problem: MemberProblem::ElementType { descr },
-                ..
-            }) => {
+            Err(NpzError::Member { member, problem: MemberProblem::ElementType { descr }, .. }) => {
                 assert_eq!((member.as_str(), descr.as_str()), (name, expected));
             }
             other => panic!("{name}: {other:?}"),
@@ -103,61 +81,30 @@ fn unsupported_types_are_named() {
 fn wrong_requests_are_errors_with_names() {
     let archive = Archive::read(testdata("types.npz")).unwrap();
     let message = archive.f64("absent").unwrap_err().to_string();
-    assert!(
-        message.contains("types.npz") && message.contains("`absent`"),
-        "{message}"
-    );
-    assert!(
-        message.contains("fortran_order"),
-        "the names present are listed: {message}"
-    );
+    assert!(message.contains("types.npz") && message.contains("`absent`"), "{message}");
+    assert!(message.contains("fortran_order"), "the names present are listed: {message}");
     let problem = |result: Result<(), NpzError>| match result {
         Err(NpzError::Member { problem, .. }) => problem,
         other => panic!("{other:?}"),
     };
     assert!(matches!(
         problem(archive.i32("c_order").map(drop)),
-        MemberProblem::WrongType {
-            expected: "i32",
-            found: "f64"
-        }
+        MemberProblem::WrongType { expected: "i32", found: "f64" }
     ));
     assert!(matches!(
         problem(archive.f64("i64").map(drop)),
-        MemberProblem::OutOfRange {
-            index: 1,
-            value: -4611686018427387904,
-            expected: "f64"
-        }
+        MemberProblem::OutOfRange { index: 1, value: -4611686018427387904, expected: "f64" }
     ));
-    assert!(matches!(
-        problem(archive.scalar_f64("f32").map(drop)),
-        MemberProblem::Shape { .. }
-    ));
-    assert!(matches!(
-        problem(archive.matrix("f32").map(drop)),
-        MemberProblem::Shape { .. }
-    ));
-    assert!(matches!(
-        problem(archive.string("u8").map(drop)),
-        MemberProblem::WrongType { .. }
-    ));
-    assert!(matches!(
-        Archive::read(testdata("absent.npz")),
-        Err(NpzError::Io { .. })
-    ));
-    assert!(matches!(
-        Archive::read(testdata("fortran.npy")),
-        Err(NpzError::Zip { .. })
-    ));
+    assert!(matches!(problem(archive.scalar_f64("f32").map(drop)), MemberProblem::Shape { .. }));
+    assert!(matches!(problem(archive.matrix("f32").map(drop)), MemberProblem::Shape { .. }));
+    assert!(matches!(problem(archive.string("u8").map(drop)), MemberProblem::WrongType { .. }));
+    assert!(matches!(Archive::read(testdata("absent.npz")), Err(NpzError::Io { .. })));
+    assert!(matches!(Archive::read(testdata("fortran.npy")), Err(NpzError::Zip { .. })));
 }
 
 #[test]
 fn every_public_contact_problem_decodes() {
-    let folder = concat!(
-        env!("CARGO_MANIFEST_DIR"),
-        "/../../../shared/data/contact_problems"
-    );
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/contact_problems");
     let Ok(entries) = std::fs::read_dir(folder) else {
         println!("skipped: {folder} is absent");
         return;

@@ -2,8 +2,7 @@
 
 use proptest::prelude::*;
 use signorini_npz::{
-    Archive, ArchiveWriter, Array, ArrayData, Matrix, MemberProblem, NpzError, SparseMatrix,
-    read_npy, write_npy,
+    Archive, ArchiveWriter, Array, ArrayData, Matrix, MemberProblem, NpzError, SparseMatrix, read_npy, write_npy,
 };
 
 fn data(len: usize) -> impl Strategy<Value = ArrayData> {
@@ -20,12 +19,8 @@ fn data(len: usize) -> impl Strategy<Value = ArrayData> {
 }
 
 fn array() -> impl Strategy<Value = Array> {
-    prop::collection::vec(0..5usize, 0..4).prop_flat_map(|shape| {
-        data(shape.iter().product()).prop_map(move |data| Array {
-            shape: shape.clone(),
-            data,
-        })
-    })
+    prop::collection::vec(0..5usize, 0..4)
+        .prop_flat_map(|shape| data(shape.iter().product()).prop_map(move |data| Array { shape: shape.clone(), data }))
 }
 
 proptest! {
@@ -47,19 +42,10 @@ proptest! {
 fn files_on_disk() {
     let folder = std::env::temp_dir().join(format!("signorini-npz-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    let sparse = SparseMatrix {
-        rows: 2,
-        cols: 3,
-        indptr: vec![0, 2, 3],
-        indices: vec![2, 0, 1],
-        values: vec![1.0, 2.0, 3.0],
-    };
+    let sparse =
+        SparseMatrix { rows: 2, cols: 3, indptr: vec![0, 2, 3], indices: vec![2, 0, 1], values: vec![1.0, 2.0, 3.0] };
     let mut writer = ArchiveWriter::new();
-    writer
-        .csr("A", &sparse)
-        .unwrap()
-        .string("kind", "lcp")
-        .unwrap();
+    writer.csr("A", &sparse).unwrap().string("kind", "lcp").unwrap();
     writer.scalar_f64("dt", 0.01).unwrap();
     writer.write(folder.join("a.npz")).unwrap();
     let archive = Archive::read(folder.join("a.npz")).unwrap();
@@ -67,10 +53,7 @@ fn files_on_disk() {
     assert_eq!(archive.i64("A_shape").unwrap(), [2, 3]);
     assert_eq!(archive.scalar_f64("dt").unwrap(), 0.01);
 
-    let array = Array {
-        shape: vec![3],
-        data: ArrayData::I32(vec![1, 2, 3]),
-    };
+    let array = Array { shape: vec![3], data: ArrayData::I32(vec![1, 2, 3]) };
     write_npy(folder.join("a.npy"), &array).unwrap();
     assert_eq!(read_npy(folder.join("a.npy")).unwrap(), array);
     std::fs::remove_dir_all(folder).unwrap();
@@ -84,25 +67,10 @@ fn the_writer_refuses_contradictions() {
     };
     let mut writer = ArchiveWriter::new();
     let short = problem(writer.f64("x", &[2, 2], &[1.0]));
-    assert_eq!(
-        short,
-        MemberProblem::ValueCount {
-            shape: vec![2, 2],
-            found: 1
-        }
-    );
+    assert_eq!(short, MemberProblem::ValueCount { shape: vec![2, 2], found: 1 });
     writer.f64("x", &[1], &[1.0]).unwrap();
     assert_eq!(problem(writer.f64("x", &[1], &[1.0])), MemberProblem::Name);
     assert_eq!(problem(writer.f64("", &[1], &[1.0])), MemberProblem::Name);
-    let outside = SparseMatrix {
-        rows: 1,
-        cols: 1,
-        indptr: vec![0, 1],
-        indices: vec![1],
-        values: vec![1.0],
-    };
-    assert!(matches!(
-        problem(writer.csr("A", &outside)),
-        MemberProblem::Csr { index: 0, .. }
-    ));
+    let outside = SparseMatrix { rows: 1, cols: 1, indptr: vec![0, 1], indices: vec![1], values: vec![1.0] };
+    assert!(matches!(problem(writer.csr("A", &outside)), MemberProblem::Csr { index: 0, .. }));
 }

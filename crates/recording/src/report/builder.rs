@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use serde::Serialize;
 
 use super::ReportSettings;
-use super::payload::{Bin, Payload, kept_size};
+use super::payload::{ArrayPlace, Bin, Payload, kept_size};
 use super::run::Run;
 use crate::error::RecordingError;
 use crate::frame::Frame;
@@ -19,6 +19,11 @@ const PAGE: &str = include_str!("../../assets/report.html");
 const TITLE: &str = "@@TITLE@@";
 const ABOUT: &str = "@@ABOUT@@";
 const DATA: &str = "@@DATA@@";
+/// Kept frames may take this many times the file's size before they are packed.
+const EXPECTED_COMPRESSION: usize = 6;
+
+/// Of 10; higher levels are slower and save little.
+const COMPRESSION_LEVEL: u8 = 6;
 
 /// A kept frame and what the frames up to the next kept one add to it.
 #[derive(Debug)]
@@ -39,9 +44,10 @@ pub struct ReportBuilder {
     stride: usize,
     /// The latest frame, while it is not a kept one.
     latest: Option<Frame>,
-    /// Bytes of the kept frames, and how many there may be.
+    /// Bytes of the kept frames before they are packed.
     bytes: usize,
-    max_bytes: usize,
+    /// Bytes of packed data that the file has room for.
+    room: usize,
 }
 
 /// The page's description of its data.
@@ -53,7 +59,7 @@ struct About<'a> {
     ending: Option<&'a str>,
     stride: usize,
     notes: &'a [(String, String)],
-    arrays: &'a [super::payload::ArrayPlace],
+    arrays: &'a [ArrayPlace],
 }
 
 impl ReportBuilder {
@@ -64,17 +70,8 @@ impl ReportBuilder {
     pub fn new(header: Header, settings: ReportSettings) -> Result<Self, RecordingError> {
         header.validate()?;
         let text = PAGE.len() + to_json(&header)?.len();
-        let max_bytes = settings.max_bytes.saturating_sub(text) / 4 * 3;
-        Ok(Self {
-            header,
-            settings,
-            run: Run::default(),
-            kept: Vec::new(),
-            stride: 1,
-            latest: None,
-            bytes: 0,
-            max_bytes,
-        })
+        let room = settings.max_bytes.saturating_sub(text);
+        Ok(Self { header, settings, run: Run::default(), kept: Vec::new(), stride: 1, latest: None, bytes: 0, room })
     }
 
     /// Adds the next frame.
@@ -93,10 +90,7 @@ impl ReportBuilder {
             }
             _ => {
                 self.bytes += kept_size(frame);
-                self.kept.push(Kept {
-                    frame: frame.clone(),
-                    bin,
-                });
+                self.kept.push(Kept { frame: frame.clone(), bin });
                 self.latest = None;
             }
         }
@@ -110,15 +104,12 @@ impl ReportBuilder {
     ///
     /// # Errors
     /// [`RecordingError::Io`].
-    pub fn write(&self, output: &mut impl Write, ending: &Ending) -> Result<(), RecordingError> {
-        let mut payload = Payload::default();
-        for kept in &self.kept {
-            payload.add(&kept.frame, &kept.bin);
+    pub fn write(mut self, output: &mut impl Write, ending: &Ending) -> Result<(), RecordingError> {
+        let (mut arrays, mut data) = self.pack();
+        while data.len() > self.room && self.kept.len() > 2 {
+            self.thin();
+            (arrays, data) = self.pack();
         }
-        if let Some(latest) = &self.latest {
-            payload.add(latest, &Bin::of(latest));
-        }
-        let (arrays, bytes) = payload.pack();
         let about = to_json(&About {
             header: &self.header,
             run: &self.run,
@@ -134,16 +125,26 @@ impl ReportBuilder {
             "" => &self.header.model_name,
             title => title,
         };
-        let data = STANDARD.encode(miniz_oxide::deflate::compress_to_vec_zlib(&bytes, 6));
         let values = [(TITLE, escape_html(title)), (ABOUT, about), (DATA, data)];
-        fill(PAGE, &values, output).map_err(|source| RecordingError::Io {
-            file: "(report)".into(),
-            source,
-        })
+        fill(PAGE, &values, output).map_err(|source| RecordingError::Io { file: "(report)".into(), source })
+    }
+
+    /// The kept frames' arrays, deflated and as text.
+    fn pack(&self) -> (Vec<ArrayPlace>, String) {
+        let mut payload = Payload::default();
+        for kept in &self.kept {
+            payload.add(&kept.frame, &kept.bin);
+        }
+        if let Some(latest) = &self.latest {
+            payload.add(latest, &Bin::of(latest));
+        }
+        let (arrays, bytes) = payload.pack();
+        let packed = miniz_oxide::deflate::compress_to_vec_zlib(&bytes, COMPRESSION_LEVEL);
+        (arrays, STANDARD.encode(packed))
     }
 
     fn exceeds_limits(&self) -> bool {
-        self.kept.len() > self.settings.max_frames.max(2) || self.bytes > self.max_bytes
+        self.kept.len() > self.settings.max_frames.max(2) || self.bytes > EXPECTED_COMPRESSION * self.room
     }
 
     /// Keeps every second of the kept frames.
@@ -170,26 +171,20 @@ impl ReportBuilder {
 
 /// JSON that may stand inside a `<script>` element.
 fn to_json(value: &impl Serialize) -> Result<String, RecordingError> {
-    let json = serde_json::to_string(value).map_err(|_| RecordingError::InvalidHeader {
-        field: "header".into(),
-        problem: "cannot be written as JSON",
-    })?;
+    let json = serde_json::to_string(value)
+        .map_err(|_| RecordingError::InvalidHeader { field: "header".into(), problem: "cannot be written as JSON" })?;
     Ok(json.replace('<', "\\u003c"))
 }
 
 fn escape_html(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// Writes `page` with each marker (in the order in which the page has them) replaced by its value.
 fn fill(page: &str, values: &[(&str, String)], output: &mut impl Write) -> std::io::Result<()> {
     let mut rest = page;
     for (marker, value) in values {
-        let (before, after) = rest
-            .split_once(marker)
-            .expect("the page has every marker once, in order");
+        let (before, after) = rest.split_once(marker).expect("the page has every marker once, in order");
         output.write_all(before.as_bytes())?;
         output.write_all(value.as_bytes())?;
         rest = after;

@@ -34,12 +34,7 @@ pub struct ReportSettings {
 
 impl Default for ReportSettings {
     fn default() -> Self {
-        Self {
-            title: String::new(),
-            max_frames: 2000,
-            max_bytes: 10_000_000,
-            notes: Vec::new(),
-        }
+        Self { title: String::new(), max_frames: 2000, max_bytes: 10_000_000, notes: Vec::new() }
     }
 }
 
@@ -55,10 +50,7 @@ pub fn write_html(
     settings: &ReportSettings,
 ) -> Result<(), RecordingError> {
     let file = path.as_ref();
-    let io = |source| RecordingError::Io {
-        file: file.to_path_buf(),
-        source,
-    };
+    let io = |source| RecordingError::Io { file: file.to_path_buf(), source };
     let mut output = BufWriter::new(File::create(file).map_err(io)?);
     write_html_to(recording, &mut output, settings)?;
     output.flush().map_err(io)

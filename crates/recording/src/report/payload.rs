@@ -94,14 +94,12 @@ impl Payload {
         self.contact_counts.push(bin.contacts as f32);
         self.missed.push(f32::from(bin.missed));
         self.unsolved.push(f32::from(bin.unsolved));
-        self.poses
-            .extend(frame.body_poses.as_flattened().iter().map(|&x| x as f32));
+        self.poses.extend(frame.body_poses.as_flattened().iter().map(|&x| x as f32));
         for contact in &frame.contacts {
             let polygon = self.polygon(contact, frame);
             self.contacts.extend(contact_numbers(contact, polygon));
         }
-        self.contact_ends
-            .push((self.contacts.len() / CONTACT_NUMBERS) as u32);
+        self.contact_ends.push((self.contacts.len() / CONTACT_NUMBERS) as u32);
     }
 
     /// The arrays' places, and the block.
@@ -113,15 +111,11 @@ impl Payload {
         block.add("potential", "f64", &self.potential, |x| x.to_le_bytes());
         block.add("residuals", "f32", &self.residuals, |x| x.to_le_bytes());
         block.add("iterations", "f32", &self.iterations, |x| x.to_le_bytes());
-        block.add("contact_counts", "f32", &self.contact_counts, |x| {
-            x.to_le_bytes()
-        });
+        block.add("contact_counts", "f32", &self.contact_counts, |x| x.to_le_bytes());
         block.add("missed", "f32", &self.missed, |x| x.to_le_bytes());
         block.add("unsolved", "f32", &self.unsolved, |x| x.to_le_bytes());
         block.add("poses", "f32", &self.poses, |x| x.to_le_bytes());
-        block.add("contact_ends", "u32", &self.contact_ends, |x| {
-            x.to_le_bytes()
-        });
+        block.add("contact_ends", "u32", &self.contact_ends, |x| x.to_le_bytes());
         block.add("contacts", "f32", &self.contacts, |x| x.to_le_bytes());
         block.add("directions", "f32", &self.directions, |x| x.to_le_bytes());
         (block.places, block.bytes)
@@ -131,9 +125,7 @@ impl Payload {
     /// directions, their place in `directions`.
     fn polygon(&mut self, contact: &ContactFrame, frame: &Frame) -> [f32; 3] {
         match contact.polygon {
-            FrictionPolygon::Regular { directions, angle } => {
-                [directions as f32, angle as f32, -1.0]
-            }
+            FrictionPolygon::Regular { directions, angle } => [directions as f32, angle as f32, -1.0],
             FrictionPolygon::Listed { start, count } => {
                 let (start, end) = (start as usize, start as usize + count as usize);
                 let listed = frame.listed_directions.get(start..end).unwrap_or(&[]);
@@ -213,16 +205,9 @@ impl Block {
         values: &[T],
         to_bytes: impl Fn(T) -> [u8; N],
     ) {
-        self.bytes
-            .resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
+        self.bytes.resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
         let (offset, length) = (self.bytes.len(), values.len());
-        self.places.push(ArrayPlace {
-            name,
-            element,
-            offset,
-            length,
-        });
-        self.bytes
-            .extend(values.iter().flat_map(|&value| to_bytes(value)));
+        self.places.push(ArrayPlace { name, element, offset, length });
+        self.bytes.extend(values.iter().flat_map(|&value| to_bytes(value)));
     }
 }

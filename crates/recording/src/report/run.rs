@@ -35,10 +35,7 @@ impl Run {
         if self.frames == 0 {
             self.first_time = frame.time;
             self.energy_start = pair(&frame.energy);
-            self.worst = [Worst {
-                value: Some(0.0),
-                step: frame.step,
-            }; 5];
+            self.worst = [Worst { value: Some(0.0), step: frame.step }; 5];
         }
         self.frames += 1;
         self.last_time = frame.time;
@@ -52,14 +49,9 @@ impl Run {
             self.first_missed_step.get_or_insert(frame.step);
         }
         for (worst, value) in self.worst.iter_mut().zip(residuals(frame)) {
-            let exceeds = worst
-                .value
-                .is_some_and(|so_far| value > so_far || value.is_nan());
+            let exceeds = worst.value.is_some_and(|so_far| value > so_far || value.is_nan());
             if exceeds {
-                *worst = Worst {
-                    value: value.is_finite().then_some(value),
-                    step: frame.step,
-                };
+                *worst = Worst { value: value.is_finite().then_some(value), step: frame.step };
             }
         }
     }
@@ -68,13 +60,7 @@ impl Run {
 /// The five residuals in the order of [`Residuals`](crate::Residuals).
 pub(super) fn residuals(frame: &Frame) -> [f64; 5] {
     let r = &frame.residuals;
-    [
-        r.momentum,
-        r.natural_map,
-        r.signorini,
-        r.friction,
-        r.dissipation,
-    ]
+    [r.momentum, r.natural_map, r.signorini, r.friction, r.dissipation]
 }
 
 fn pair(energy: &Energy) -> [f64; 2] {

@@ -48,10 +48,7 @@ fn none_per_frame() {
         contacts: vec![ContactFrame::default(); 20],
         ..Frame::default()
     };
-    assert!(
-        allocations(|| drop(frame.clone())) > 0,
-        "the counter counts"
-    );
+    assert!(allocations(|| drop(frame.clone())) > 0, "the counter counts");
     let mut output = vec![0; 1 << 20];
     let mut writer = Writer::new(&mut output[..], samples::header()).unwrap();
     writer.append(&frame).unwrap();

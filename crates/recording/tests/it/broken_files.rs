@@ -25,17 +25,12 @@ fn every_prefix_is_readable() {
     let frames = frames();
     let whole = samples::bytes(&frames, Some("done"));
     let header = samples::bytes(&[], None).len();
-    let ends: Vec<usize> = (0..=4)
-        .map(|n| samples::bytes(&frames[..n], None).len())
-        .collect();
+    let ends: Vec<usize> = (0..=4).map(|n| samples::bytes(&frames[..n], None).len()).collect();
     for length in 0..whole.len() {
         let result = Reader::new("cut", Cursor::new(&whole[..length]));
         if length < header {
             let error = result.unwrap_err();
-            let expected = matches!(
-                error,
-                RecordingError::NotARecording { .. } | RecordingError::DamagedHeader { .. }
-            );
+            let expected = matches!(error, RecordingError::NotARecording { .. } | RecordingError::DamagedHeader { .. });
             assert!(expected, "{length}: {error}");
             continue;
         }
@@ -60,10 +55,7 @@ fn a_flipped_bit_is_noticed() {
         let mut bytes = whole.clone();
         bytes[at] ^= 0x10;
         let mut reader = Reader::new("flipped", Cursor::new(bytes)).unwrap();
-        assert!(
-            !matches!(reader.ending(), Ending::Finished { .. }),
-            "byte {at}"
-        );
+        assert!(!matches!(reader.ending(), Ending::Finished { .. }), "byte {at}");
         for i in 0..reader.len() {
             assert_eq!(reader.frame(i).unwrap(), frames[i], "byte {at}");
         }
@@ -75,32 +67,13 @@ fn versions_and_other_files() {
     let mut bytes = samples::bytes(&[], None);
     bytes[8] = 2;
     let error = Reader::new("new.rec", Cursor::new(bytes)).unwrap_err();
-    assert!(
-        matches!(
-            error,
-            RecordingError::NewerSchema {
-                found: 2,
-                known: 1,
-                ..
-            }
-        ),
-        "{error}"
-    );
-    let error = Reader::new(
-        "a.png",
-        Cursor::new(b"\x89PNG\r\n\x1a\n and more than this".to_vec()),
-    );
+    assert!(matches!(error, RecordingError::NewerSchema { found: 2, known: 1, .. }), "{error}");
+    let error = Reader::new("a.png", Cursor::new(b"\x89PNG\r\n\x1a\n and more than this".to_vec()));
     assert!(matches!(error, Err(RecordingError::NotARecording { .. })));
-    assert!(matches!(
-        Reader::open("/nonexistent.rec"),
-        Err(RecordingError::Io { .. })
-    ));
+    assert!(matches!(Reader::open("/nonexistent.rec"), Err(RecordingError::Io { .. })));
     let mut reader = Reader::new("empty", Cursor::new(samples::bytes(&[], None))).unwrap();
     assert!(reader.is_empty());
-    assert!(matches!(
-        reader.frame(0),
-        Err(RecordingError::NoSuchFrame { frame: 0, count: 0 })
-    ));
+    assert!(matches!(reader.frame(0), Err(RecordingError::NoSuchFrame { frame: 0, count: 0 })));
 }
 
 proptest! {

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use signorini_recording::{
-    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, JointLabel,
-    Residuals, ShapeVisual, StepStatus,
+    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, JointLabel, Residuals,
+    ShapeVisual, StepStatus,
 };
 
 /// A world, two bodies, one geom of every shape.
@@ -11,28 +11,12 @@ pub fn header() -> Header {
     let shapes = [
         ShapeVisual::Plane,
         ShapeVisual::Sphere { radius: 0.1 },
-        ShapeVisual::Box {
-            half_extents: [0.1, 0.2, 0.3],
-        },
-        ShapeVisual::Capsule {
-            radius: 0.1,
-            half_length: 0.2,
-        },
-        ShapeVisual::Cylinder {
-            radius: 0.1,
-            half_length: 0.2,
-        },
-        ShapeVisual::Cone {
-            radius: 0.1,
-            half_height: 0.2,
-        },
-        ShapeVisual::Ellipsoid {
-            radii: [0.1, 0.2, 0.3],
-        },
-        ShapeVisual::Mesh {
-            vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.1]],
-            faces: vec![[0, 1, 2]],
-        },
+        ShapeVisual::Box { half_extents: [0.1, 0.2, 0.3] },
+        ShapeVisual::Capsule { radius: 0.1, half_length: 0.2 },
+        ShapeVisual::Cylinder { radius: 0.1, half_length: 0.2 },
+        ShapeVisual::Cone { radius: 0.1, half_height: 0.2 },
+        ShapeVisual::Ellipsoid { radii: [0.1, 0.2, 0.3] },
+        ShapeVisual::Mesh { vertices: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.1]], faces: vec![[0, 1, 2]] },
         ShapeVisual::HeightField {
             half_extents: [1.0, 2.0],
             rows: 2,
@@ -54,12 +38,7 @@ pub fn header() -> Header {
         nv: 6,
         method: "lemke".into(),
         bodies: vec!["world".into(), "base".into(), "arm".into()],
-        joints: vec![JointLabel {
-            name: "free".into(),
-            body: 1,
-            q: (0, 7),
-            v: (0, 6),
-        }],
+        joints: vec![JointLabel { name: "free".into(), body: 1, q: (0, 7), v: (0, 6) }],
         geoms: shapes.into_iter().enumerate().map(geom).collect(),
         ..Header::default()
     }
@@ -70,40 +49,32 @@ fn contact() -> impl Strategy<Value = ContactFrame> {
         Just(ContactModeCode::Open),
         Just(ContactModeCode::Sticking),
         any::<u32>().prop_map(|direction| ContactModeCode::Sliding { direction }),
-        any::<(u32, u32)>()
-            .prop_map(|(first, second)| ContactModeCode::SlidingBetween { first, second }),
+        any::<(u32, u32)>().prop_map(|(first, second)| ContactModeCode::SlidingBetween { first, second }),
     ];
     let polygons = prop_oneof![
-        (any::<u32>(), -4.0..4.0f64)
-            .prop_map(|(directions, angle)| FrictionPolygon::Regular { directions, angle }),
+        (any::<u32>(), -4.0..4.0f64).prop_map(|(directions, angle)| FrictionPolygon::Regular { directions, angle }),
         (0..2u32, 0..3u32).prop_map(|(start, count)| FrictionPolygon::Listed { start, count }),
     ];
     let indices = (0..3u32, 0..3u32, 0..9u32, 0..9u32);
-    (
-        indices,
-        modes,
-        polygons,
-        prop::array::uniform20(-1e9..1e9f64),
+    (indices, modes, polygons, prop::array::uniform20(-1e9..1e9f64)).prop_map(
+        |((body_a, body_b, geom_a, geom_b), mode, polygon, x)| ContactFrame {
+            body_a,
+            body_b,
+            geom_a,
+            geom_b,
+            point: [x[0], x[1], x[2]],
+            normal: [x[3], x[4], x[5]],
+            tangent_1: [x[6], x[7], x[8]],
+            tangent_2: [x[9], x[10], x[11]],
+            gap: x[12],
+            friction: x[13],
+            lambda_n: x[14],
+            lambda_t: [x[15], x[16]],
+            velocity_t: [x[17], x[18]],
+            mode,
+            polygon,
+        },
     )
-        .prop_map(
-            |((body_a, body_b, geom_a, geom_b), mode, polygon, x)| ContactFrame {
-                body_a,
-                body_b,
-                geom_a,
-                geom_b,
-                point: [x[0], x[1], x[2]],
-                normal: [x[3], x[4], x[5]],
-                tangent_1: [x[6], x[7], x[8]],
-                tangent_2: [x[9], x[10], x[11]],
-                gap: x[12],
-                friction: x[13],
-                lambda_n: x[14],
-                lambda_t: [x[15], x[16]],
-                velocity_t: [x[17], x[18]],
-                mode,
-                polygon,
-            },
-        )
 }
 
 /// Frames that fit [`header`].
@@ -124,12 +95,7 @@ pub fn frame() -> impl Strategy<Value = Frame> {
         prop::collection::vec(contact(), 0..5),
         prop::collection::vec(prop::array::uniform2(float()), 4..6),
     );
-    let numbers = (
-        any::<u64>(),
-        any::<u32>(),
-        any::<bool>(),
-        prop::array::uniform8(float()),
-    );
+    let numbers = (any::<u64>(), any::<u32>(), any::<bool>(), prop::array::uniform8(float()));
     (vectors, numbers, statuses).prop_map(|(vectors, (step, iterations, missed, x), status)| {
         let (q, v, body_poses, contacts, listed_directions) = vectors;
         Frame {
@@ -147,10 +113,7 @@ pub fn frame() -> impl Strategy<Value = Frame> {
                 friction: x[4],
                 dissipation: x[5],
             },
-            energy: Energy {
-                kinetic: x[6],
-                potential: x[7],
-            },
+            energy: Energy { kinetic: x[6], potential: x[7] },
             iterations,
             status,
             missed_tolerance: missed,

@@ -1,0 +1,43 @@
+"""Fetches URDF models of real robots (package `example-robot-data` of PyPI) into build/robots.
+
+    python benchmarks/robots/fetch.py
+
+The data belong to their authors (licences beside each model) and are not part of this repository.
+"""
+
+import pathlib
+import subprocess
+import sys
+import tempfile
+import venv
+
+VERSION = "6.0.0"
+TARGET = pathlib.Path(__file__).resolve().parents[2] / "build" / "robots"
+FOLDER = TARGET / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
+ROBOTS = {
+    "solo12": "solo_description/robots/solo12.urdf",
+    "a1": "a1_description/urdf/a1.urdf",
+    "go1": "go1_description/urdf/go1.urdf",
+    "anymal": "anymal_b_simple_description/robots/anymal.urdf",
+    "panda": "panda_description/urdf/panda.urdf",
+    "talos": "talos_data/robots/talos_reduced.urdf",
+}
+
+
+def main():
+    if not FOLDER.is_dir():
+        TARGET.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory() as folder:
+            venv.create(folder, with_pip=True)
+            python = pathlib.Path(folder) / "bin" / "python"
+            install = [python, "-m", "pip", "install", "--quiet", "--no-deps", "--target", TARGET]
+            subprocess.run([*install, f"example-robot-data=={VERSION}"], check=True)
+    missing = [name for name, path in ROBOTS.items() if not (FOLDER / path).is_file()]
+    for name, path in ROBOTS.items():
+        print(f"{name:8} {FOLDER / path}")
+    if missing:
+        sys.exit(f"missing: {', '.join(missing)}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,196 @@
+//! Replays recorded tosses of a real cube and prints how far the simulation is from them, beside other engines.
+//! See `benchmarks/cube_toss/README.md`.
+
+use std::error::Error;
+use std::path::PathBuf;
+
+use clap::Parser;
+use signorini::{InfeasiblePolicy, Settings};
+use signorini_benchmarks::table;
+use signorini_benchmarks::tosses::{self, Effort, HALF_SIDE, IDENTIFICATION, Protocol, Toss, TossError};
+
+/// Mean position error (% of the cube's width) and rotation error (degrees) of other engines, friction identified on
+/// the same 50 tosses, 150 other tosses, 10 substeps unless the name says otherwise; measured with the peers' own
+/// scripts.
+const PEERS: [(&str, f64, f64); 10] = [
+    ("LCP, Poisson restitution, 16 directions, 2 substeps", 13.7, 18.6),
+    ("MuJoCo, elliptic cone", 13.9, 17.7),
+    ("Drake, lagged", 14.4, 16.3),
+    ("Drake, SAP", 14.4, 17.9),
+    ("Bullet, soft contact", 14.5, 16.6),
+    ("Bullet, rigid, restitution", 15.1, 17.0),
+    ("LCP, Poisson restitution, 8 directions", 15.7, 18.1),
+    ("LCP, no restitution, 8 directions", 17.9, 17.4),
+    ("MuJoCo, default (4-sided pyramid)", 22.4, 21.5),
+    ("DART, Dantzig (box friction)", 26.1, 18.8),
+];
+
+/// Replays recorded cube tosses: identifies the friction on 50 of them, scores the others.
+#[derive(Parser)]
+struct Options {
+    /// Folder with cube_tosses.npz [default: ../shared/data/cube_tosses beside the repository]
+    #[arg(long)]
+    data: Option<PathBuf>,
+    /// Friction directions
+    #[arg(long, default_value_t = 16)]
+    directions: usize,
+    /// Angle of the first friction direction from the world's x axis, degrees
+    #[arg(long, default_value_t = 0.0)]
+    direction_angle: f64,
+    /// Steps between two samples of the recording (148 Hz)
+    #[arg(long, default_value_t = 10)]
+    substeps: usize,
+    /// Factor on the correction of penetrations, in (0, 1]
+    #[arg(long, default_value_t = 1.0)]
+    stabilization: f64,
+    /// What is done to the recording before it is compared
+    #[arg(long, value_enum, default_value = "raw")]
+    protocol: Protocol,
+    /// Friction; identified where it is not given
+    #[arg(long)]
+    mu: Option<f64>,
+    /// A few tosses only, one friction: shows in seconds that the program works
+    #[arg(long)]
+    smoke: bool,
+}
+
+/// Sums over a set of tosses.
+#[derive(Clone, Debug, Default)]
+struct Score {
+    errors: Vec<TossError>,
+    effort: Effort,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse();
+    let folder = options.data.clone().unwrap_or_else(|| table::shared("data/cube_tosses"));
+    if !folder.join("cube_tosses.npz").exists() {
+        println!("skipped: no cube_tosses.npz in {}", folder.display());
+        return Ok(());
+    }
+    let all = tosses::load(&folder, options.protocol)?;
+    let (mut identification, mut others) = split(all);
+    if options.smoke {
+        identification.truncate(3);
+        others.truncate(6);
+    }
+    let mu = match options.mu {
+        Some(mu) => mu,
+        None => identify(&options, &identification)?,
+    };
+    let train = score(&options, mu, &identification)?;
+    println!("friction {mu:.4}; on {} tosses of the identification: {}", identification.len(), in_words(&train));
+    let test = score(&options, mu, &others)?;
+    println!("on {} other tosses: {}\n", others.len(), in_words(&test));
+    print_detail(&test);
+    print!("{}", comparison(&options, &test));
+    Ok(())
+}
+
+/// The tosses of the identification, and the others.
+fn split(all: Vec<Toss>) -> (Vec<Toss>, Vec<Toss>) {
+    let mut parts = (Vec::new(), Vec::new());
+    for (k, toss) in all.into_iter().enumerate() {
+        let part = if IDENTIFICATION.contains(&k) { &mut parts.0 } else { &mut parts.1 };
+        part.push(toss);
+    }
+    parts
+}
+
+/// The friction with the least [`Score::objective`]. Tosses are chaotic and the objective is rough, so the range
+/// 0.02 to 0.6 is searched on a grid, and its best neighbourhood again on two finer ones.
+fn identify(options: &Options, tosses: &[Toss]) -> Result<f64, Box<dyn Error>> {
+    let mut best = (f64::INFINITY, 0.18);
+    let grids: &[(i32, f64)] = if options.smoke { &[(2, 0.04)] } else { &[(14, 0.02), (4, 0.004), (4, 0.001)] };
+    let mut center = if options.smoke { 0.18 } else { 0.31 };
+    for &(half, spacing) in grids {
+        for k in -half..=half {
+            let mu: f64 = center + f64::from(k) * spacing;
+            if mu <= 0.0 {
+                continue;
+            }
+            let objective = score(options, mu, tosses)?.objective();
+            if objective < best.0 {
+                best = (objective, mu);
+            }
+        }
+        center = best.1;
+    }
+    Ok(best.1)
+}
+
+fn score(options: &Options, mu: f64, tosses: &[Toss]) -> Result<Score, Box<dyn Error>> {
+    let settings = Settings {
+        directions: options.directions,
+        direction_angle: options.direction_angle.to_radians(),
+        stabilization: options.stabilization,
+        infeasible: InfeasiblePolicy::ClipGaps,
+        ..Settings::default()
+    };
+    let mut simulation = tosses::simulation(mu, options.substeps, &settings)?;
+    let mut score = Score::default();
+    for toss in tosses {
+        let (poses, effort) = tosses::simulate(&mut simulation, toss, options.protocol, options.substeps)?;
+        score.errors.push(tosses::compare(&poses, toss));
+        score.effort.add(&effort);
+    }
+    Ok(score)
+}
+
+impl Score {
+    /// Mean and standard error of a quantity over the tosses.
+    fn mean(&self, quantity: impl Fn(&TossError) -> f64) -> (f64, f64) {
+        let n = self.errors.len() as f64;
+        let mean = self.errors.iter().map(&quantity).sum::<f64>() / n;
+        let variance = self.errors.iter().map(|e| (quantity(e) - mean).powi(2)).sum::<f64>() / n;
+        (mean, (variance / n).sqrt())
+    }
+
+    /// Mean position error and its standard error, % of the cube's width.
+    fn position_percent(&self) -> (f64, f64) {
+        self.mean(|e| 100.0 * e.position / (2.0 * HALF_SIDE))
+    }
+
+    /// Mean rotation error and its standard error, degrees.
+    fn rotation_degrees(&self) -> (f64, f64) {
+        self.mean(|e| e.rotation)
+    }
+
+    /// Position error over the width plus rotation error in radians.
+    fn objective(&self) -> f64 {
+        self.position_percent().0 / 100.0 + self.rotation_degrees().0.to_radians()
+    }
+}
+
+fn in_words(score: &Score) -> String {
+    let (position, rotation) = (score.position_percent(), score.rotation_degrees());
+    format!("position {:.1} ± {:.1} %, rotation {:.1} ± {:.1}°", position.0, position.1, rotation.0, rotation.1)
+}
+
+fn print_detail(score: &Score) {
+    let effort = &score.effort;
+    let faces = 100.0 * score.mean(|e| f64::from(e.same_face)).0;
+    let end = score.mean(|e| 100.0 * e.end_position / (2.0 * HALF_SIDE)).0;
+    let deepest = score.errors.iter().map(|e| e.penetration).fold(0.0, f64::max);
+    println!("at the last sample: {end:.1} % of the width away, same face up in {faces:.0} % of the tosses");
+    println!(
+        "steps {}, missed tolerance {}, clipped {}, tosses stopped {}, worst residual {:.1e}",
+        effort.steps, effort.missed_steps, effort.clipped_steps, effort.stopped_tosses, effort.worst_residual
+    );
+    println!(
+        "deepest corner {:.3} mm below the board; {:.1} us for a step\n",
+        1e3 * deepest,
+        1e6 * effort.seconds / effort.steps.max(1) as f64
+    );
+}
+
+/// The table of all engines, best position first.
+fn comparison(options: &Options, test: &Score) -> String {
+    let own = format!("signorini, no restitution, {} directions, {} substeps", options.directions, options.substeps);
+    let mut entries: Vec<(String, f64, f64)> = PEERS.map(|(name, x, r)| (name.to_owned(), x, r)).to_vec();
+    entries.push((format!("**{own}**"), test.position_percent().0, test.rotation_degrees().0));
+    entries.sort_by(|a, b| a.1.total_cmp(&b.1));
+    let header = vec!["engine".to_owned(), "position %".to_owned(), "rotation °".to_owned()];
+    let rows = entries.into_iter().map(|(name, x, r)| vec![name, format!("{x:.1}"), format!("{r:.1}")]);
+    table::markdown(&std::iter::once(header).chain(rows).collect::<Vec<_>>())
+}

@@ -1,0 +1,3 @@
+//! Tests of what the benchmark programs measure with.
+
+mod tosses;

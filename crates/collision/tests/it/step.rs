@@ -1,0 +1,152 @@
+//! What a time step asks of the search: reach, filters, friction, order.
+
+use glamx::glam::{DMat3, DVec3};
+use signorini_collision::{Collider, CollisionError, Reach};
+use signorini_multibody::model::Mesh;
+use signorini_multibody::{
+    BodyId, ContactPoint, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointKind, Model, ModelBuilder, Pose,
+};
+
+use crate::random::Random;
+use crate::scene::{Scene, assert_close, at, cuboid};
+
+fn free_body(builder: &mut ModelBuilder, name: &str) -> BodyId {
+    let inertia = Inertia { mass: 1.0, center_of_mass: DVec3::ZERO, rotational: DMat3::IDENTITY };
+    let body = builder.add_body(name, BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
+    builder.add_joint(body, Joint::new(format!("{name} joint"), JointKind::Free)).unwrap();
+    body
+}
+
+fn find(model: &Model, poses: &[Pose], reach: &[Reach]) -> Vec<ContactPoint> {
+    let mut out = Vec::new();
+    Collider::new(model).unwrap().find(model, poses, reach, &mut out);
+    out
+}
+
+/// A wall 1 mm thick and something that flies at 300 m/s with steps of 10 ms: 3 m per step.
+#[test]
+fn what_flies_through_a_thin_wall_within_the_step_is_found() {
+    for shape in [
+        Geometry::Sphere { radius: 0.01 },
+        cuboid(0.01, 0.02, 0.005),
+        Geometry::Capsule { radius: 0.01, half_length: 0.02 },
+    ] {
+        let mut builder = ModelBuilder::new("shot");
+        builder.add_geom(BodyId::WORLD, Geom::new("wall", cuboid(0.0005, 1.0, 1.0))).unwrap();
+        let body = free_body(&mut builder, "bullet");
+        builder.add_geom(body, Geom::new("shape", shape)).unwrap();
+        let model = builder.build().unwrap();
+        let moving = [Reach::default(), Reach { linear: 3.0, angular: 0.1 }];
+        for distance in [0.1, 1.0, 2.9] {
+            let poses = [Pose::IDENTITY, at(-distance, 0.2, 0.1)];
+            let p = find(&model, &poses, &moving);
+            assert!(p.iter().any(|c| c.gap > 0.0 && c.gap <= distance && c.normal.x < -0.9), "{distance}: {p:?}");
+            assert!(find(&model, &poses, &[Reach::default(); 2]).is_empty());
+        }
+    }
+}
+
+/// A long rod that turns reaches with its tip what its origin is far from.
+#[test]
+fn turning_counts_by_the_farthest_point() {
+    let mut builder = ModelBuilder::new("rod");
+    builder.add_geom(BodyId::WORLD, Geom::new("floor", Geometry::Plane)).unwrap();
+    let body = free_body(&mut builder, "rod");
+    let mut rod = Geom::new("rod", cuboid(0.5, 0.01, 0.01));
+    rod.placement = at(0.5, 0.0, 0.0);
+    builder.add_geom(body, rod).unwrap();
+    let model = builder.build().unwrap();
+    let poses = [Pose::IDENTITY, at(0.0, 0.0, 0.11)];
+    let turning = |angular: f64| find(&model, &poses, &[Reach::default(), Reach { linear: 0.0, angular }]);
+    assert!(!turning(0.101).is_empty(), "the tip is 1 m out and 0.1 m up");
+    assert!(turning(0.09).is_empty());
+}
+
+#[test]
+fn every_pair_within_the_margin_is_found_and_no_other() {
+    let mut random = Random(31);
+    let shapes = vec![cuboid(0.1, 0.1, 0.1); 60];
+    let mut scene = Scene::new(&shapes);
+    for margin in [0.0, 0.05, 0.2] {
+        let poses: Vec<Pose> = shapes.iter().map(|_| Pose::new(random.vector(), random.rotation())).collect();
+        let found = scene.find(&poses, margin);
+        assert!(found.iter().all(|c| c.gap <= margin + 1e-12));
+        for i in 0..shapes.len() {
+            for j in i + 1..shapes.len() {
+                let alone = Scene::new(&[shapes[i].clone(), shapes[j].clone()]).find(&[poses[i], poses[j]], margin);
+                let count = found.iter().filter(|c| (c.geom_a.0, c.geom_b.0) == (i as u32, j as u32)).count();
+                assert_eq!(count, alone.len(), "boxes {i} and {j}");
+            }
+        }
+    }
+}
+
+#[test]
+fn filters_and_friction_are_those_of_the_model() {
+    let mut builder = ModelBuilder::new("pile");
+    let mut geoms = Vec::new();
+    for k in 0..4 {
+        let body = free_body(&mut builder, &format!("b{k}"));
+        let mut geom = Geom::new(format!("g{k}"), Geometry::Sphere { radius: 0.5 });
+        geom.friction = 0.1 * f64::from(k);
+        geoms.push(builder.add_geom(body, geom).unwrap());
+    }
+    builder.exclude(BodyId(1), BodyId(2));
+    builder.add_pair(GeomPair { geom_a: geoms[3], geom_b: geoms[0], friction: 0.77 });
+    let model = builder.build().unwrap();
+    let p = find(
+        &model,
+        &[Pose::IDENTITY; 5].map(|x| Pose { position: x.position + DVec3::X * 0.1, ..x }),
+        &[Reach::default(); 5],
+    );
+    let pairs: Vec<(u32, u32)> = p.iter().map(|c| (c.geom_a.0, c.geom_b.0)).collect();
+    assert_eq!(pairs, [(0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]);
+    for c in &p {
+        assert_close(c.friction, model.pair_friction(c.geom_a, c.geom_b), 0.0);
+        assert_eq!((c.body_a.0, c.body_b.0), (c.geom_a.0 + 1, c.geom_b.0 + 1));
+    }
+    assert_close(p[1].friction, 0.77, 0.0);
+}
+
+#[test]
+fn features_stay_while_the_same_corners_touch() {
+    let cube = cuboid(0.5, 0.5, 0.5);
+    let mut scene = Scene::new(&[Geometry::Plane, cube.clone(), cube]);
+    let mut keys = Vec::new();
+    for k in 0..10 {
+        let shift = 0.01 * f64::from(k);
+        let p = scene.find(&[Pose::IDENTITY, at(shift, 0.0, 0.5), at(shift + 0.2, 0.3 + 0.1 * shift, 1.5)], 1e-6);
+        keys.push(p.iter().map(|c| (c.geom_a, c.geom_b, c.feature)).collect::<Vec<_>>());
+    }
+    assert_eq!(keys[0].len(), 8);
+    assert!(keys.iter().all(|k| *k == keys[0]), "{keys:?}");
+}
+
+#[test]
+fn geom_pose_follows_the_body() {
+    let mut builder = ModelBuilder::new("offset");
+    let body = free_body(&mut builder, "b");
+    let mut geom = Geom::new("g", Geometry::Sphere { radius: 0.1 });
+    geom.placement = at(1.0, 2.0, 3.0);
+    builder.add_geom(body, geom).unwrap();
+    let model = builder.build().unwrap();
+    let pose = Collider::new(&model).unwrap().geom_pose(GeomId(0), &[Pose::IDENTITY, at(10.0, 0.0, 0.0)]);
+    assert_eq!(pose.position, DVec3::new(11.0, 2.0, 3.0));
+}
+
+#[test]
+fn shapes_that_cannot_be_prepared_are_refused() {
+    let flat = Mesh { vertices: vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X + DVec3::Y], triangles: Vec::new() };
+    let mut builder = ModelBuilder::new("flat");
+    builder.add_geom(BodyId::WORLD, Geom::new("sheet", Geometry::ConvexMesh(flat.clone().into()))).unwrap();
+    let error = Collider::new(&builder.build().unwrap()).unwrap_err();
+    assert!(matches!(&error, CollisionError::FlatHull { geom, .. } if geom == "sheet"), "{error}");
+
+    let mesh = Geometry::TriangleMesh(Mesh { triangles: vec![[0, 1, 2]], ..flat }.into());
+    let mut builder = ModelBuilder::new("two meshes");
+    builder.add_geom(BodyId::WORLD, Geom::new("ground", mesh.clone())).unwrap();
+    let body = free_body(&mut builder, "b");
+    builder.add_geom(body, Geom::new("stone", mesh)).unwrap();
+    let error = Collider::new(&builder.build().unwrap()).unwrap_err();
+    assert!(matches!(error, CollisionError::TwoMeshes { .. }), "{error}");
+}

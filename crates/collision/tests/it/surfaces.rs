@@ -1,0 +1,183 @@
+//! Triangle meshes and height fields.
+
+use std::sync::Arc;
+
+use glamx::glam::{DQuat, DVec3};
+use signorini_multibody::model::{HeightField, Mesh};
+use signorini_multibody::{Geometry, Pose};
+
+use crate::random::{Random, convex_shapes, cuboid_mesh};
+use crate::scene::{Scene, assert_close, assert_near, assert_positions, at, contacts, cuboid, smallest_gap, turned};
+use crate::support::extent;
+
+/// A surface over [−1, 1]² as a mesh of 2·n² triangles.
+fn sheet(n: u32, height: impl Fn(f64, f64) -> f64) -> Geometry {
+    let place = |i: u32| 2.0 * f64::from(i) / f64::from(n) - 1.0;
+    let side = n + 1;
+    let vertices = (0..side * side)
+        .map(|k| (place(k % side), place(k / side)))
+        .map(|(x, y)| DVec3::new(x, y, height(x, y)))
+        .collect();
+    let cells = (0..n).flat_map(|iy| (0..n).map(move |ix| iy * side + ix));
+    let triangles = cells.flat_map(|k| [[k, k + 1, k + side + 1], [k, k + side + 1, k + side]]).collect();
+    Geometry::TriangleMesh(Arc::new(Mesh { vertices, triangles }))
+}
+
+fn field(n: usize, height: impl Fn(f64, f64) -> f64) -> Geometry {
+    let place = |i: usize| 2.0 * i as f64 / (n - 1) as f64 - 1.0;
+    let heights = (0..n * n).map(|k| height(place(k % n), place(k / n))).collect();
+    Geometry::HeightField(Arc::new(HeightField { size: [n, n], half_extents: [1.0, 1.0], heights }))
+}
+
+fn flat_grounds() -> [Geometry; 3] {
+    [sheet(1, |_, _| 0.0), sheet(8, |_, _| 0.0), field(9, |_, _| 0.0)]
+}
+
+#[test]
+fn a_box_on_flat_triangles_touches_at_its_four_corners() {
+    for ground in flat_grounds() {
+        for gap in [-1e-3, -1e-9, 0.0, 1e-9, 1e-3] {
+            let p = contacts(&ground, Pose::IDENTITY, &cuboid(0.2, 0.3, 0.1), at(0.11, -0.07, 0.1 + gap), 2e-3);
+            let corners = [[-0.09, -0.37], [0.31, -0.37], [-0.09, 0.23], [0.31, 0.23]];
+            assert_positions(&p, &corners.map(|[x, y]| DVec3::new(x, y, 0.5 * gap)), 1e-8);
+            assert!(p.iter().all(|c| (c.gap - gap).abs() < 1e-9 && (c.normal - DVec3::Z).length() < 1e-9), "{p:?}");
+        }
+    }
+}
+
+#[test]
+fn convex_shapes_have_the_same_height_over_flat_triangles_as_over_a_plane() {
+    let mut random = Random(21);
+    for ground in flat_grounds() {
+        for shape in convex_shapes() {
+            let mut scene = Scene::new(&[ground.clone(), shape.clone()]);
+            for _ in 0..40 {
+                let mut pose = Pose::new(random.vector() * 0.2, random.rotation());
+                let gap = 0.02 * random.signed();
+                pose.position.z += gap + extent(&shape, &pose, -DVec3::Z);
+                let p = scene.find(&[Pose::IDENTITY, pose], 0.05);
+                let name = shape.kind_name();
+                assert!((smallest_gap(&p) - gap).abs() < 1e-8, "{name}: {gap} {p:?}");
+                assert!(p.iter().all(|c| (c.normal - DVec3::Z).length() < 1e-6), "{name}: {p:?}");
+            }
+        }
+    }
+}
+
+/// Inner edges of a flat floor must not catch what slides over them, however it penetrates.
+#[test]
+fn inner_edges_of_a_flat_floor_give_no_sideways_normals() {
+    let mut random = Random(22);
+    for ground in flat_grounds() {
+        for shape in [cuboid(0.1, 0.1, 0.1), Geometry::Sphere { radius: 0.1 }] {
+            let mut scene = Scene::new(&[ground.clone(), shape]);
+            for _ in 0..200 {
+                let (x, y) = (0.5 * random.signed(), 0.5 * random.signed());
+                let z = 0.1 - 1e-3 * random.unit();
+                let pose = turned(x, y, z, DVec3::Z, random.signed());
+                let p = scene.find(&[Pose::IDENTITY, pose], 1e-2);
+                assert!(!p.is_empty() && p.iter().all(|c| (c.normal - DVec3::Z).length() < 1e-9), "{p:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_ridge_is_touched_with_normals_between_its_sides() {
+    let roof = sheet(2, |x, _| 0.5 - x.abs());
+    // A ball above the ridge x = 0.
+    let p = contacts(&roof, Pose::IDENTITY, &Geometry::Sphere { radius: 0.2 }, at(0.0, 0.3, 0.75), 0.06);
+    assert_close(smallest_gap(&p), 0.05, 1e-12);
+    assert!(p.iter().any(|c| (c.normal - DVec3::Z).length() < 1e-9));
+    // A ball on the slope, away from the ridge.
+    let slope = DVec3::new(1.0, 0.0, 1.0).normalize();
+    let c = DVec3::new(0.4, 0.1, 0.1) + slope * 0.21;
+    let p = contacts(&roof, Pose::IDENTITY, &Geometry::Sphere { radius: 0.2 }, at(c.x, c.y, c.z), 0.02);
+    assert_eq!(p.len(), 1, "{p:?}");
+    assert_close(p[0].gap, 0.01, 1e-12);
+    assert_near(p[0].normal, slope, 1e-9);
+}
+
+#[test]
+fn a_ball_in_a_valley_touches_both_sides() {
+    for ground in [sheet(2, |x, _| x.abs()), field(3, |x, _| x.abs())] {
+        let height = 0.2 * 2.0_f64.sqrt();
+        let p = contacts(&ground, Pose::IDENTITY, &Geometry::Sphere { radius: 0.2 }, at(0.0, 0.3, height), 1e-6);
+        let sides = [DVec3::new(1.0, 0.0, 1.0).normalize(), DVec3::new(-1.0, 0.0, 1.0).normalize()];
+        assert_eq!(p.len(), 2, "{p:?}");
+        for side in sides {
+            let on_side = p.iter().find(|c| (c.normal - side).length() < 1e-9).unwrap();
+            assert_close(on_side.gap, 0.0, 1e-12);
+        }
+    }
+}
+
+#[test]
+fn a_height_field_pushes_up_from_below_its_surface() {
+    let ground = field(9, |_, _| 0.0);
+    let p = contacts(&ground, Pose::IDENTITY, &Geometry::Sphere { radius: 0.2 }, at(0.05, 0.1, -0.1), 0.01);
+    assert_eq!(p.len(), 1, "{p:?}");
+    assert_close(p[0].gap, -0.3, 1e-12);
+    assert_near(p[0].normal, DVec3::Z, 1e-12);
+}
+
+#[test]
+fn height_field_places_its_rows_along_y() {
+    let ground = field(5, |x, y| 0.1 * x + 0.3 * y);
+    let normal = DVec3::new(-0.1, -0.3, 1.0).normalize();
+    let on = DVec3::new(0.4, -0.6, 0.1 * 0.4 - 0.3 * 0.6);
+    let c = on + normal * 0.11;
+    let p = contacts(&ground, Pose::IDENTITY, &Geometry::Sphere { radius: 0.1 }, at(c.x, c.y, c.z), 0.02);
+    assert_eq!(p.len(), 1, "{p:?}");
+    assert_close(p[0].gap, 0.01, 1e-12);
+    assert_near(p[0].normal, normal, 1e-9);
+}
+
+#[test]
+fn a_box_mesh_and_a_box_agree_from_outside() {
+    let Geometry::ConvexMesh(points) = cuboid_mesh(DVec3::new(0.5, 0.4, 0.3)) else { unreachable!() };
+    let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
+    let triangles = quads.iter().flat_map(|q| [[q[0], q[1], q[2]], [q[0], q[2], q[3]]]).collect();
+    let mesh = Geometry::TriangleMesh(Arc::new(Mesh { vertices: points.vertices.clone(), triangles }));
+    let solid = cuboid(0.5, 0.4, 0.3);
+    let mut random = Random(23);
+    for shape in
+        [cuboid(0.2, 0.1, 0.15), Geometry::Sphere { radius: 0.2 }, Geometry::Capsule { radius: 0.1, half_length: 0.2 }]
+    {
+        let (mut by_mesh, mut by_box) =
+            (Scene::new(&[mesh.clone(), shape.clone()]), Scene::new(&[solid.clone(), shape]));
+        for _ in 0..100 {
+            let ray = random.vector().normalize();
+            let pose = Pose::new(ray * (0.75 + 0.15 * random.unit()), random.rotation());
+            let (p, q) = (by_mesh.find(&[Pose::IDENTITY, pose], 0.2), by_box.find(&[Pose::IDENTITY, pose], 0.2));
+            let (gap, expected) = (smallest_gap(&p), smallest_gap(&q));
+            if expected.is_finite() && expected > 1e-6 {
+                assert!((gap - expected).abs() < 1e-7 + 1.1e-3 * expected, "{gap} {expected} {p:?} {q:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn degenerate_triangles_are_harmless() {
+    let vertices = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::X * 2.0];
+    let mesh = Mesh { vertices, triangles: vec![[0, 1, 3], [0, 0, 1], [2, 2, 2], [0, 1, 2]] };
+    let ground = Geometry::TriangleMesh(Arc::new(mesh));
+    let p = contacts(&ground, Pose::IDENTITY, &Geometry::Sphere { radius: 0.1 }, at(0.2, 0.2, 0.1), 1e-6);
+    assert_eq!(p.len(), 1, "{p:?}");
+    assert_near(p[0].normal, DVec3::Z, 1e-12);
+    let empty = Geometry::TriangleMesh(Arc::new(Mesh { vertices: vec![DVec3::ZERO; 3], triangles: vec![[0, 1, 2]] }));
+    assert!(contacts(&empty, Pose::IDENTITY, &cuboid(1.0, 1.0, 1.0), at(0.0, 0.0, 0.0), 0.1).is_empty());
+}
+
+#[test]
+fn a_turned_box_on_triangles_is_like_on_a_plane() {
+    let ground = sheet(8, |_, _| 0.0);
+    let turn = DQuat::from_rotation_x(22.0_f64.to_radians());
+    let shape = cuboid(0.3, 0.2, 0.001);
+    let mut pose = Pose::new(DVec3::new(0.05, 0.02, 0.0), turn);
+    pose.position.z = extent(&shape, &pose, -DVec3::Z);
+    let p = contacts(&ground, Pose::IDENTITY, &shape, pose, 1e-6);
+    assert_eq!(p.len(), 2, "{p:?}");
+    assert_close((p[0].position - p[1].position).length(), 0.6, 1e-6);
+}

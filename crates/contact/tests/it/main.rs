@@ -1,0 +1,15 @@
+//! Integration tests of `signorini-contact`.
+#![allow(non_snake_case)]
+
+mod agreement;
+mod assembly;
+mod bilateral;
+mod certificate;
+mod circular_cone;
+mod extremes;
+mod families;
+mod files;
+mod invariance;
+mod polygons;
+mod reference;
+mod shared_problems;

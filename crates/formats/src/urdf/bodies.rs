@@ -1,0 +1,112 @@
+//! `<joint>` and `<inertial>`.
+
+use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
+
+use super::{Importer, origin};
+use crate::error::FormatError;
+use crate::inertia::{moved, nearest_physical};
+use crate::xml::Element;
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Type {
+    Fixed,
+    Revolute,
+    Continuous,
+    Prismatic,
+    Floating,
+    Planar,
+}
+
+const TYPES: [(&str, Type); 6] = [
+    ("fixed", Type::Fixed),
+    ("revolute", Type::Revolute),
+    ("continuous", Type::Continuous),
+    ("prismatic", Type::Prismatic),
+    ("floating", Type::Floating),
+    ("planar", Type::Planar),
+];
+
+/// A body that hangs on another one.
+pub(super) struct Child {
+    pub body: BodyId,
+    /// In world, at the reference configuration.
+    pub pose: Pose,
+    pub moves: bool,
+}
+
+/// Adds the body of `link` with its joint; `parent_weld` is none if the parent cannot move.
+pub(super) fn add_child<'t>(
+    importer: &mut Importer<'t>,
+    link: Element<'t>,
+    joint: Element<'t>,
+    parent: BodyId,
+    parent_pose: &Pose,
+    parent_weld: Option<usize>,
+) -> Result<Child, FormatError> {
+    let a = joint.attributes();
+    let sort = a.choice("type", &TYPES)?;
+    let sort =
+        sort.ok_or_else(|| joint.incomplete("attribute 'type': revolute, continuous, prismatic, fixed or floating"))?;
+    let placement = origin(joint)?;
+    let pose = *parent_pose * placement;
+    // A free joint needs the world as its parent; below a body that cannot move that makes no difference.
+    let (parent, placement) = match sort {
+        Type::Floating if parent_weld.is_none() => (BodyId::WORLD, pose),
+        _ => (parent, placement),
+    };
+    let name = link.attributes().required("name", "joints refer to the link by it")?;
+    let body = importer.parts.add_body(link, Some(name.to_owned()), parent, placement)?;
+    let kind = match sort {
+        Type::Fixed => return Ok(Child { body, pose, moves: false }),
+        Type::Planar => return Err(a.invalid("type", "another type: planar joints are not supported")),
+        Type::Floating => JointKind::Free,
+        Type::Revolute | Type::Continuous => JointKind::Hinge { axis: axis(joint)? },
+        Type::Prismatic => JointKind::Slide { axis: axis(joint)? },
+    };
+    let mut model_joint = Joint::new("", kind);
+    if matches!(sort, Type::Revolute | Type::Prismatic) {
+        model_joint.limits = Some(limits(joint)?);
+    }
+    if let Some(dynamics) = joint.child("dynamics").filter(|_| sort != Type::Floating) {
+        let a = dynamics.attributes();
+        model_joint.damping = a.non_negative("damping")?.unwrap_or(0.0);
+        model_joint.friction_loss = a.non_negative("friction")?.unwrap_or(0.0);
+    }
+    let name = a.required("name", "messages and the model refer to the joint by it")?;
+    importer.parts.add_joint(joint, Some(name.to_owned()), body, &pose, model_joint)?;
+    Ok(Child { body, pose, moves: true })
+}
+
+fn axis(joint: Element) -> Result<DVec3, FormatError> {
+    let Some(axis) = joint.child("axis") else { return Ok(DVec3::X) };
+    Ok(axis.attributes().direction("xyz")?.unwrap_or(DVec3::X))
+}
+
+fn limits(joint: Element) -> Result<[f64; 2], FormatError> {
+    let missing = "<limit lower=\"…\" upper=\"…\"/>; without limits its type is 'continuous'";
+    let a = joint.child("limit").ok_or_else(|| joint.incomplete(missing))?.attributes();
+    let (lower, upper) = (a.number_or("lower", 0.0)?, a.number_or("upper", 0.0)?);
+    if lower > upper { Err(a.invalid("upper", format!("at least lower = {lower}"))) } else { Ok([lower, upper]) }
+}
+
+/// `<inertial>` of a link in the link's frame; none of it if the link has none. Published robots often have links whose
+/// inertia no rigid body has, mostly small ones welded to a large one: these get the nearest possible one.
+pub(super) fn inertia(importer: &mut Importer, link: Element) -> Result<Inertia, FormatError> {
+    let Some(inertial) = link.child("inertial") else { return Ok(Inertia::ZERO) };
+    let element = inertial.child("mass").ok_or_else(|| inertial.incomplete("<mass value=\"…\"/>"))?;
+    let mass = element.attributes().non_negative("value")?;
+    let mass = mass.ok_or_else(|| element.incomplete("attribute 'value': kg"))?;
+    let element = inertial.child("inertia").ok_or_else(|| inertial.incomplete("<inertia ixx=\"…\" …/>"))?;
+    let a = element.attributes();
+    let entry = |name| a.number_or(name, 0.0);
+    let (xx, yy, zz) = (entry("ixx")?, entry("iyy")?, entry("izz")?);
+    let (xy, xz, yz) = (entry("ixy")?, entry("ixz")?, entry("iyz")?);
+    let mut rotational = DMat3::from_cols_array_2d(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]);
+    if let Some(possible) = nearest_physical(rotational) {
+        let what = "is not that of a rigid body (a principal moment is negative or exceeds the sum of the others)";
+        importer.report.motion(element.at(), "inertia", what, "it is replaced by the nearest possible one");
+        rotational = possible;
+    }
+    Ok(moved(Inertia { mass, center_of_mass: DVec3::ZERO, rotational }, &origin(inertial)?))
+}

@@ -1,0 +1,123 @@
+//! What of URDF is read, what does not matter to the motion, and what matters and is missing.
+
+use crate::coverage::{Coverage, Ignored};
+use crate::report::Reporter;
+use crate::xml::Element;
+
+const fn reading(read: &'static str) -> Coverage {
+    Coverage { read, harmless: "", ignored: &[] }
+}
+
+const ORIGIN: Coverage = reading("xyz rpy");
+const NAMED: Coverage = reading("name");
+const JOINT: Coverage = reading("name type");
+const INERTIA: Coverage = reading("ixx iyy izz ixy ixz iyz");
+const LIMIT: Coverage = Coverage {
+    read: "lower upper",
+    harmless: "",
+    ignored: &[
+        Ignored { name: "effort", neutral: "0", effect: "there are no actuators to bound; bound your own controls" },
+        Ignored { name: "velocity", neutral: "0", effect: "the joint can move as fast as it will" },
+    ],
+};
+const ROBOT: Coverage = Coverage { read: "name", harmless: "version xsi", ignored: &[] };
+
+/// Reports everything in the file that the importer does not take over.
+pub(super) fn audit(root: Element, report: &mut Reporter) {
+    ROBOT.audit(root, report);
+    for element in root.children() {
+        match element.name() {
+            "link" => audit_link(element, report),
+            "joint" => audit_joint(element, report),
+            "material" => {}
+            "gazebo" | "transmission" | "ros2_control" | "sensor" | "mujoco" | "drake" => {
+                let effect = "settings for other programs (friction and contact among them) are not read";
+                report.motion(element.at(), element.name(), "is not supported", effect);
+            }
+            _ => unknown(element, report),
+        }
+    }
+}
+
+fn audit_link(link: Element, report: &mut Reporter) {
+    // `type` is a remnant of early files.
+    Coverage { read: "name", harmless: "type", ignored: &[] }.audit(link, report);
+    for part in link.children() {
+        match part.name() {
+            "visual" => {}
+            "inertial" => {
+                audit_children(part, &[("origin", ORIGIN), ("mass", reading("value")), ("inertia", INERTIA)], report)
+            }
+            "collision" => {
+                NAMED.audit(part, report);
+                for child in part.children() {
+                    match child.name() {
+                        "origin" => ORIGIN.audit(child, report),
+                        "geometry" => audit_geometry(child, report),
+                        // ROS tools write names and colours here too.
+                        "material" | "verbose" => {}
+                        _ => unknown(child, report),
+                    }
+                }
+            }
+            "contact" | "contact_coefficients" => {
+                report.motion(part.at(), part.name(), "is not supported", "the link's shapes have friction 1");
+            }
+            _ => unknown(part, report),
+        }
+    }
+}
+
+fn audit_geometry(geometry: Element, report: &mut Reporter) {
+    let shapes = [
+        ("box", reading("size")),
+        ("sphere", reading("radius")),
+        ("cylinder", reading("radius length")),
+        ("capsule", reading("radius length")),
+        ("mesh", reading("filename scale")),
+    ];
+    audit_children(geometry, &shapes, report);
+    if let Some(second) = geometry.children().nth(1) {
+        report.motion(second.at(), second.name(), "is a second shape in one <geometry>", "it is left out");
+    }
+}
+
+fn audit_joint(joint: Element, report: &mut Reporter) {
+    JOINT.audit(joint, report);
+    for part in joint.children() {
+        match part.name() {
+            "origin" => ORIGIN.audit(part, report),
+            "axis" => reading("xyz").audit(part, report),
+            "parent" | "child" => reading("link").audit(part, report),
+            "limit" => LIMIT.audit(part, report),
+            "dynamics" => reading("damping friction").audit(part, report),
+            "mimic" => {
+                let effect = "the joint moves by itself, not with the joint it should follow";
+                report.motion(part.at(), "mimic", "is not supported", effect);
+            }
+            "safety_controller" => {
+                report.motion(
+                    part.at(),
+                    "safety_controller",
+                    "is not supported",
+                    "soft limits and their control do not act",
+                );
+            }
+            "calibration" => report.other(part.at(), "calibration", "is not taken over", "the model has no sensors"),
+            _ => unknown(part, report),
+        }
+    }
+}
+
+fn audit_children(parent: Element, known: &[(&str, Coverage)], report: &mut Reporter) {
+    for child in parent.children() {
+        match known.iter().find(|(name, _)| child.is(name)) {
+            Some((_, coverage)) => coverage.audit(child, report),
+            None => unknown(child, report),
+        }
+    }
+}
+
+fn unknown(element: Element, report: &mut Reporter) {
+    report.motion(element.at(), element.name(), "is not a known element here", "it is ignored; is it misspelt?");
+}

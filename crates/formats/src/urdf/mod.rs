@@ -1,0 +1,165 @@
+//! URDF, the model format of ROS.
+//!
+//! Links become bodies, joints the joints of their child's body; a fixed joint leaves the child welded to its parent and
+//! keeps its name. Order: as in the document, depth first. The root link is welded to the world, or floats if asked; a
+//! root link called "world" is the world itself.
+
+mod bodies;
+mod coverage;
+mod packages;
+mod shapes;
+mod tree;
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use signorini_multibody::glam::{DQuat, DVec3};
+use signorini_multibody::{BodyId, Joint, JointKind, Pose};
+
+use crate::error::FormatError;
+use crate::parts::Parts;
+use crate::report::Reporter;
+use crate::xml::{Element, Tree};
+use crate::{Imported, LoadOptions};
+use tree::KinematicTree;
+
+/// What the readers of links and joints share.
+struct Importer<'t> {
+    parts: Parts,
+    report: Reporter,
+    shapes: shapes::Shapes<'t>,
+}
+
+/// A link that has become a body.
+struct Placed {
+    body: BodyId,
+    /// In world, at the reference configuration.
+    pose: Pose,
+    /// The link this one is welded to, nearest the root; none for the world.
+    weld: Option<usize>,
+}
+
+/// Turns a parsed document into a model.
+pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
+    let root = tree.root();
+    let kinematics = KinematicTree::read(root)?;
+    let names = tree.elements().filter_map(|e| e.raw("name")).map(|a| a.value.trim().to_owned());
+    let reserved: HashSet<String> = names.collect();
+    let name = root.attributes().text("name").unwrap_or("robot");
+    let mut importer = Importer {
+        parts: Parts::new(name, root, reserved),
+        report: Reporter::default(),
+        shapes: shapes::Shapes::read(root, base, &options.package_dirs)?,
+    };
+    let placed = place_links(&mut importer, &kinematics, options)?;
+    exclude_neighbours_of_the_world(&mut importer, &kinematics, &placed)?;
+    coverage::audit(root, &mut importer.report);
+    Ok(Imported { model: importer.parts.build()?, report: importer.report.finish() })
+}
+
+/// Adds all links in the order of the tree, each with its joint, inertia and shapes.
+fn place_links<'t>(
+    importer: &mut Importer<'t>,
+    kinematics: &KinematicTree<'t>,
+    options: &LoadOptions,
+) -> Result<HashMap<usize, Placed>, FormatError> {
+    let mut placed: HashMap<usize, Placed> = HashMap::new();
+    for &link in &kinematics.order {
+        let element = kinematics.links[link].element;
+        let here = match kinematics.links[link].joint {
+            None => place_root(importer, element, options)?,
+            Some(joint) => {
+                let joint = &kinematics.joints[joint];
+                let Some(parent) = placed.get(&joint.parent) else {
+                    return Err(element.invalid("its parent link is not placed"));
+                };
+                let (parent_body, parent_pose, parent_weld) = (parent.body, parent.pose, parent.weld);
+                let child =
+                    bodies::add_child(importer, element, joint.element, parent_body, &parent_pose, parent_weld)?;
+                Placed { weld: if child.moves { Some(link) } else { parent_weld }, body: child.body, pose: child.pose }
+            }
+        };
+        if here.body == BodyId::WORLD {
+            warn_about_weight_of_the_world(importer, element);
+        } else {
+            let inertia = bodies::inertia(importer, element)?;
+            importer.parts.set_inertia(here.body, inertia)?;
+        }
+        shapes::read(importer, element, here.body)?;
+        let weld = if kinematics.links[link].joint.is_none() && options.floating_base && here.body != BodyId::WORLD {
+            Some(link)
+        } else {
+            here.weld
+        };
+        placed.insert(link, Placed { weld, ..here });
+    }
+    Ok(placed)
+}
+
+/// The root link: the world if it is called so, else a body that is welded to the world or floats.
+fn place_root<'t>(
+    importer: &mut Importer<'t>,
+    element: Element<'t>,
+    options: &LoadOptions,
+) -> Result<Placed, FormatError> {
+    let name = element.attributes().required("name", "joints refer to the link by it")?;
+    let world = Placed { body: BodyId::WORLD, pose: Pose::IDENTITY, weld: None };
+    if name == "world" {
+        if options.floating_base {
+            let (what, effect) = ("root link 'world' cannot float", "the model stays fixed as the file says");
+            importer.report.motion(element.at(), "link", what, effect);
+        }
+        return Ok(world);
+    }
+    let body = importer.parts.add_body(element, Some(name.to_owned()), BodyId::WORLD, Pose::IDENTITY)?;
+    if options.floating_base {
+        let joint = importer.parts.unused_name("floating_base");
+        importer.parts.add_joint(element, Some(joint), body, &Pose::IDENTITY, Joint::new("", JointKind::Free))?;
+    }
+    Ok(Placed { body, ..world })
+}
+
+fn warn_about_weight_of_the_world(importer: &mut Importer, element: Element) {
+    if let Some(inertial) = element.child("inertial") {
+        importer.report.other(inertial.at(), "inertial", "of the link 'world'", "the world has no mass");
+    }
+}
+
+/// Keeps links that hang on the fixed base by a joint from touching the links of the base: elsewhere the model itself
+/// keeps parent and child apart, but it takes whatever is welded to the world for surroundings.
+fn exclude_neighbours_of_the_world(
+    importer: &mut Importer,
+    kinematics: &KinematicTree,
+    placed: &HashMap<usize, Placed>,
+) -> Result<(), FormatError> {
+    const MAX_PAIRS: usize = 1_000_000;
+    let mut groups: HashMap<Option<usize>, Vec<BodyId>> = HashMap::new();
+    for link in &kinematics.order {
+        groups.entry(placed[link].weld).or_default().push(placed[link].body);
+    }
+    let base: Vec<BodyId> = groups.remove(&None).unwrap_or_default();
+    let mut pairs = 0;
+    for joint in &kinematics.joints {
+        let hangs_on_base = placed[&joint.parent].weld.is_none() && placed[&joint.child].weld == Some(joint.child);
+        for &child in groups.get(&Some(joint.child)).filter(|_| hangs_on_base).into_iter().flatten() {
+            pairs += base.len();
+            if pairs > MAX_PAIRS {
+                return Err(joint.element.invalid(format!("more than {MAX_PAIRS} pairs of links beside the base")));
+            }
+            base.iter().filter(|b| **b != BodyId::WORLD).for_each(|&b| {
+                importer.parts.builder.exclude(b, child);
+            });
+        }
+    }
+    Ok(())
+}
+
+/// `<origin xyz="…" rpy="…">` of an element: roll about x, then pitch about y, then yaw about z, all fixed axes.
+fn origin(element: Element) -> Result<Pose, FormatError> {
+    let Some(origin) = element.child("origin") else { return Ok(Pose::IDENTITY) };
+    let a = origin.attributes();
+    let position = a.vec3("xyz")?.unwrap_or(DVec3::ZERO);
+    let [roll, pitch, yaw] = a.vector::<3>("rpy")?.unwrap_or_default();
+    let rotation = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
+    Ok(Pose::new(position, rotation.normalize()))
+}

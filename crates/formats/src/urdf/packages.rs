@@ -1,0 +1,25 @@
+//! Where the files are that a URDF names.
+
+use std::path::{Path, PathBuf};
+
+/// Finds `package://name/…` in the given folders and in those above the model, `file://…` and other paths as they are,
+/// relative ones from the folder of the model. A file that is nowhere is given the first place it was looked for.
+pub(super) fn resolve(uri: &str, base: &Path, package_dirs: &[PathBuf]) -> PathBuf {
+    let uri = uri.replace('\\', "/");
+    let inside = ["package://", "model://"].iter().find_map(|scheme| uri.strip_prefix(scheme));
+    let Some(inside) = inside else {
+        return base.join(uri.strip_prefix("file://").unwrap_or(&uri));
+    };
+    let (package, rest) = inside.split_once('/').unwrap_or((inside, ""));
+    let above = base.canonicalize().unwrap_or_else(|_| base.to_owned());
+    let folders = package_dirs.iter().map(PathBuf::as_path).chain(above.ancestors());
+    let mut candidates = Vec::new();
+    for folder in folders {
+        candidates.push(folder.join(package).join(rest));
+        if folder.file_name().is_some_and(|name| name == package) {
+            candidates.push(folder.join(rest));
+        }
+    }
+    let found = candidates.iter().find(|path| path.is_file()).or(candidates.first());
+    found.cloned().unwrap_or_else(|| base.join(inside))
+}

@@ -1,0 +1,166 @@
+//! URDF: conventions, and files that make no sense.
+
+use signorini_formats::{Imported, LoadOptions, load_urdf_str};
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{BodyId, GeomId, Geometry, JointKind};
+
+const INERTIAL: &str = "<inertial><origin xyz='0 0 .1'/><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial>";
+
+fn link(name: &str) -> String {
+    format!("<link name='{name}'>{INERTIAL}<collision><geometry><sphere radius='.1'/></geometry></collision></link>")
+}
+
+fn joint(name: &str, kind: &str, parent: &str, child: &str) -> String {
+    format!(
+        "<joint name='{name}' type='{kind}'><origin xyz='0 0 1' rpy='0 0 1.5707963267948966'/><parent link='{parent}'/>\
+         <child link='{child}'/><axis xyz='0 2 0'/><limit lower='-1' upper='.5' effort='0' velocity='0'/></joint>"
+    )
+}
+
+#[track_caller]
+fn import(inner: &str, options: &LoadOptions) -> Imported {
+    load_urdf_str(&format!("<robot name='r'>\n{inner}\n</robot>"), "", options).unwrap()
+}
+
+#[track_caller]
+fn assert_refused(inner: &str, parts: &[&str]) {
+    let text = format!("<robot name='r'>\n{inner}\n</robot>");
+    let message =
+        load_urdf_str(&text, "no such folder", &LoadOptions::default()).expect_err("must be refused").to_string();
+    for part in parts {
+        assert!(message.contains(part), "'{part}' is not in: {message}");
+    }
+}
+
+#[test]
+fn a_tree_in_document_order_depth_first() {
+    let links = ["leaf", "base", "a", "b", "tip"].map(link).concat();
+    let joints = [
+        joint("z", "revolute", "base", "b"),
+        joint("weld", "fixed", "b", "tip"),
+        joint("m", "prismatic", "base", "a"),
+        joint("y", "continuous", "tip", "leaf"),
+    ]
+    .concat();
+    let Imported { model, report } = import(&format!("{links}{joints}"), &LoadOptions::default());
+    assert!(report.warnings.is_empty(), "{report}");
+    let bodies: Vec<&str> = model.bodies.iter().map(|b| b.name.as_str()).collect();
+    assert_eq!(bodies, ["world", "base", "b", "tip", "leaf", "a"]);
+    let joints: Vec<&str> = model.joints.iter().map(|j| j.name.as_str()).collect();
+    assert_eq!(joints, ["z", "y", "m"]);
+    assert_eq!(model.joints[0].kind, JointKind::Hinge { axis: DVec3::Y });
+    assert_eq!(model.joints[0].limits, Some([-1.0, 0.5]));
+    assert_eq!(model.joints[1].limits, None);
+    assert_eq!(model.joints[2].kind, JointKind::Slide { axis: DVec3::Y });
+    let tip = model.body_named("tip").unwrap();
+    assert_eq!((model.bodies[tip.index()].joint_count, model.body_weld[tip.index()]), (0, BodyId(2)));
+    assert!((model.bodies[tip.index()].placement.rotation * DVec3::X - DVec3::Y).length() < 1e-15);
+}
+
+#[test]
+fn neighbours_do_not_touch_even_on_a_fixed_base() {
+    let links = ["base", "bracket", "arm", "hand", "finger"].map(link).concat();
+    let joints = [
+        joint("1", "fixed", "base", "bracket"),
+        joint("2", "revolute", "bracket", "arm"),
+        joint("3", "fixed", "arm", "hand"),
+        joint("4", "revolute", "hand", "finger"),
+    ]
+    .concat();
+    for floating_base in [false, true] {
+        let options = LoadOptions { floating_base, ..LoadOptions::default() };
+        let model = import(&format!("{links}{joints}"), &options).model;
+        let touching = |a: &str, b: &str| {
+            let [a, b] = [a, b].map(|name| model.geom_named(name).unwrap());
+            model.contact_filter.allows((a, b), (&model.geoms[a.index()], &model.geoms[b.index()]))
+        };
+        for (a, b) in [("base", "bracket"), ("base", "arm"), ("bracket", "hand"), ("arm", "hand"), ("arm", "finger")] {
+            assert!(!touching(a, b), "{a} and {b} touch (floating base: {floating_base})");
+        }
+        assert!(touching("base", "finger") && touching("bracket", "finger"));
+    }
+}
+
+#[test]
+fn shapes_are_halved_and_coloured() {
+    let collision = |shape: &str| format!("<collision name='c'><geometry>{shape}</geometry></collision>");
+    let text = format!(
+        "<material name='blue'><color rgba='0 0 1 1'/></material><link name='l'>{}{}\
+         <visual><geometry><box size='1 1 1'/></geometry><material name='blue'/></visual></link>",
+        collision("<box size='.2 .4 .6'/>"),
+        collision("<cylinder radius='.1' length='.8'/>")
+    );
+    let model = import(&text, &LoadOptions::default()).model;
+    assert_eq!(model.geoms[0].geometry, Geometry::Box { half_extents: DVec3::new(0.1, 0.2, 0.3) });
+    assert_eq!(model.geoms[1].geometry, Geometry::Cylinder { radius: 0.1, half_length: 0.4 });
+    assert_eq!(model.geoms[0].rgba, [0.0, 0.0, 1.0, 1.0]);
+    assert_eq!((model.geom_named("c"), model.geom_named("c_2")), (Some(GeomId(0)), Some(GeomId(1))));
+}
+
+#[test]
+fn a_root_called_world_is_the_world_and_carries_floating_links() {
+    let text = format!("<link name='world'/>{}{}", link("box"), joint("f", "floating", "world", "box"));
+    let model = import(&text, &LoadOptions::default()).model;
+    assert_eq!((model.bodies.len(), model.joints[0].kind), (2, JointKind::Free));
+    let reference = model.reference_configuration();
+    assert_eq!(reference[..3], [0.0, 0.0, 1.0]);
+}
+
+#[test]
+fn impossible_inertia_is_replaced_and_reported() {
+    let text = "<link name='l'>\n<inertial><mass value='1'/><inertia ixx='0' iyy='0' izz='3'/></inertial></link>";
+    let Imported { model, report } = import(text, &LoadOptions::default());
+    let moments = model.bodies[1].inertia.rotational;
+    assert_eq!([moments.x_axis.x, moments.y_axis.y, moments.z_axis.z], [1.5, 1.5, 3.0]);
+    let [warning] = &report.warnings[..] else { panic!("{report}") };
+    assert!(warning.line == 3 && warning.changes_motion && warning.what.contains("not that of a rigid body"));
+}
+
+#[test]
+fn what_is_not_supported_is_reported() {
+    let mimic = joint("m", "revolute", "a", "b")
+        .replace("<axis", "<mimic joint='n'/><axis")
+        .replace("effort='0'", "effort='9'");
+    let mesh = "<link name='c'><collision><geometry><mesh filename='c.dae'/></geometry></collision></link>";
+    let weld = joint("w", "fixed", "a", "c");
+    let text = format!("{}{}{mesh}\n{mimic}\n{weld}<gazebo/><tranmission/>", link("a"), link("b"));
+    let report = import(&text, &LoadOptions::default()).report;
+    let found: Vec<(u32, &str)> = report.warnings.iter().map(|w| (w.line, w.element.as_str())).collect();
+    assert_eq!(found, [(2, "mesh"), (3, "mimic"), (3, "limit"), (4, "gazebo"), (4, "tranmission")], "{report}");
+}
+
+#[test]
+fn broken_trees_are_refused() {
+    let (a, b, c) = (link("a"), link("b"), link("c"));
+    let edge = |name, parent, child| joint(name, "revolute", parent, child);
+    assert_refused("", &["at least one <link>"]);
+    assert_refused(&format!("{a}\n{b}"), &["(URDF text):3:1", "second root", "2:1"]);
+    assert_refused(&format!("{a}{b}\n{}\n{}", edge("j", "a", "b"), edge("k", "b", "a")), &["circle", "text):3:1"]);
+    let loose = format!("{a}{b}{c}\n{}\n{}", edge("j", "b", "c"), edge("k", "c", "b"));
+    assert_refused(&loose, &["circle of joints", "text):3:1"]);
+    let two = format!("{a}{b}{c}\n{}\n{}", edge("j", "a", "c"), edge("k", "b", "c"));
+    assert_refused(&two, &["text):4:1", "has a parent already", "text):3:1"]);
+    assert_refused(&format!("{a}{b}\n{}", edge("j", "a", "bb")), &["link 'bb'", "did you mean 'b'", "text):3:"]);
+    assert_refused(&format!("{a}\n{a}"), &["second link", "'a'", "text):3:1"]);
+    assert_refused(
+        &format!("{a}{b}{c}{}\n{}", edge("j", "a", "b"), edge("j", "a", "c")),
+        &["second joint", "text):3:1"],
+    );
+}
+
+#[test]
+fn bad_values_are_refused() {
+    let negative = "<link name='l'>\n<inertial><mass value='-1'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>";
+    assert_refused(negative, &["text):3:17", "not negative"]);
+    let nan = "<link name='l'>\n<inertial><mass value='1'/><inertia ixx='nan' iyy='1' izz='1'/></inertial></link>";
+    assert_refused(nan, &["text):3:", "ixx", "finite"]);
+    let mesh =
+        "<link name='l'><collision><geometry>\n<mesh filename='package://p/m.stl'/></geometry></collision></link>";
+    assert_refused(mesh, &["text):3:7", "p/m.stl", "No such file"]);
+    let massless = format!("{}\n<link name='tip'/>{}", link("base"), joint("j", "revolute", "base", "tip"));
+    assert_refused(&massless, &["text):3:1", "'tip'", "no rotational inertia"]);
+    let planar = format!("{}{}\n{}", link("a"), link("b"), joint("j", "planar", "a", "b"));
+    assert_refused(&planar, &["text):3:17", "planar joints are not supported"]);
+    let limitless = "<joint name='j' type='revolute'><parent link='a'/><child link='b'/></joint>";
+    assert_refused(&format!("{}{}\n{limitless}", link("a"), link("b")), &["text):3:1", "<limit", "continuous"]);
+}

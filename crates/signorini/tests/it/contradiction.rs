@@ -1,0 +1,55 @@
+//! Contact problems without a solution.
+
+use signorini::contact::SolveStatus;
+use signorini::multibody::glam::DVec3;
+use signorini::{InfeasiblePolicy, RunEnd, Settings, Simulation};
+
+use crate::support::{World, position};
+
+/// A box of 200 mm between walls that are 180 mm apart.
+fn squeezed(infeasible: InfeasiblePolicy) -> Simulation {
+    let mut world = World::new(0.005, DVec3::ZERO, 0.5);
+    world.plane(DVec3::X * -0.09, DVec3::X);
+    world.plane(DVec3::X * 0.09, DVec3::NEG_X);
+    world.free_box(DVec3::splat(0.1), 1.0, DVec3::ZERO);
+    world.simulation(Settings { infeasible, ..Settings::default() })
+}
+
+#[test]
+fn stops_before_the_step_and_names_the_contacts() {
+    let mut simulation = squeezed(InfeasiblePolicy::Stop);
+    let before = simulation.state().clone();
+    let end = simulation.run(0.1, |_, _| true).unwrap();
+    let RunEnd::NoSolution(report) = end else { panic!("{end:?}") };
+    assert!(!report.advanced());
+    let (SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts }) = &report.status else {
+        panic!("{:?}", report.status)
+    };
+    let walls = |k: &usize| simulation.workspace().contact_points()[*k].geom_a;
+    let mut named: Vec<_> = contacts.iter().map(walls).collect();
+    named.sort();
+    named.dedup();
+    assert_eq!(named.len(), 2, "contacts of both walls: {contacts:?}");
+    assert_eq!(*simulation.state(), before);
+    assert_eq!(simulation.summary().steps, 0);
+}
+
+#[test]
+fn goes_on_with_clipped_gaps_and_says_so() {
+    let mut simulation = squeezed(InfeasiblePolicy::ClipGaps);
+    assert_eq!(simulation.run(0.1, |_, report| report.clipped_gaps).unwrap(), RunEnd::Finished);
+    let summary = simulation.summary();
+    assert_eq!((summary.steps, summary.clipped_steps, summary.missed_steps), (20, 20, 0));
+    assert!(position(&simulation, 0).length() < 1e-12);
+}
+
+/// A penetration that nothing contradicts is gone after one step.
+#[test]
+fn a_single_penetration_is_pushed_out() {
+    let mut world = World::upright(0.005, 0.5);
+    world.floor();
+    world.free_box(DVec3::splat(0.1), 1.0, DVec3::Z * 0.09);
+    let mut simulation = world.simulation(Settings::default());
+    simulation.step().unwrap();
+    assert!((position(&simulation, 0).z - 0.1).abs() < 1e-12);
+}

@@ -1,0 +1,78 @@
+//! Things that stand.
+
+use signorini::multibody::glam::DVec3;
+use signorini::{Settings, Simulation};
+
+use crate::support::{World, body_poses, bundled, largest_move, run_certified};
+
+/// Largest drift and deepest penetration allowed, m.
+const MICROMETRE: f64 = 1e-6;
+
+fn stands(simulation: &mut Simulation, duration: f64) {
+    let start = body_poses(simulation);
+    run_certified(simulation, duration);
+    let moved = largest_move(&start, &body_poses(simulation));
+    let turned = start.iter().zip(body_poses(simulation)).map(|(a, b)| a.rotation.angle_between(b.rotation));
+    let turned = turned.fold(0.0, f64::max);
+    assert!(moved < MICROMETRE, "moved {moved:e} m");
+    assert!(turned < 1e-6, "turned {turned:e} rad");
+    assert!(simulation.summary().deepest_penetration < MICROMETRE);
+}
+
+/// Unit boxes of these masses on top of each other.
+fn stack(masses: &[f64]) -> Simulation {
+    let mut world = World::upright(0.005, 0.5);
+    world.floor();
+    for (k, &mass) in masses.iter().enumerate() {
+        world.free_box(DVec3::splat(0.5), mass, DVec3::new(0.0, 0.0, 0.5 + k as f64));
+    }
+    world.simulation(Settings::default())
+}
+
+#[test]
+fn ten_boxes() {
+    stands(&mut stack(&[1.0; 10]), 5.0);
+}
+
+#[test]
+fn twenty_boxes() {
+    stands(&mut stack(&[1.0; 20]), 2.0);
+}
+
+#[test]
+fn heavy_on_light() {
+    stands(&mut stack(&[1.0, 1000.0]), 5.0);
+    stands(&mut stack(&[1.0, 1e6]), 1.0);
+}
+
+/// The floor carries the weight, each contact of a corner a quarter of it.
+#[test]
+fn a_stack_weighs_what_it_weighs() {
+    let mut simulation = stack(&[3.0, 1.0, 7.0]);
+    run_certified(&mut simulation, 0.1);
+    let workspace = simulation.workspace();
+    let on_floor = |p: &signorini::multibody::ContactPoint| p.body_a.index() == 0 || p.body_b.index() == 0;
+    let points = workspace.contact_points().iter().zip(&workspace.solution().lambda_n);
+    let weight: f64 = points.filter(|(p, _)| on_floor(p)).map(|(_, impulse)| impulse / 0.005).sum();
+    assert!((weight / (11.0 * crate::support::G) - 1.0).abs() < 1e-9, "{weight} N");
+}
+
+#[test]
+fn bundled_stack() {
+    stands(&mut bundled("stack_of_ten"), 2.0);
+}
+
+#[test]
+fn bundled_wall() {
+    stands(&mut bundled("wall"), 1.0);
+}
+
+#[test]
+fn bundled_house_of_cards() {
+    stands(&mut bundled("house_of_cards"), 2.0);
+}
+
+#[test]
+fn bundled_arch() {
+    stands(&mut bundled("arch"), 2.0);
+}

@@ -1,0 +1,96 @@
+//! A step allocates nothing once the buffers have grown to the scene.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use signorini::{Settings, Simulation};
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The system's allocator, counting the calls of each thread.
+struct Counting;
+
+fn count() {
+    ALLOCATIONS.with(|allocations| allocations.set(allocations.get() + 1));
+}
+
+#[allow(unsafe_code)]
+// SAFETY: every call is handed to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        count();
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        count();
+        // SAFETY: the caller keeps the contract of `realloc`.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the contract of `dealloc`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+fn allocations(work: impl FnOnce()) -> usize {
+    let before = ALLOCATIONS.with(Cell::get);
+    work();
+    ALLOCATIONS.with(Cell::get) - before
+}
+
+/// Number of allocations in 200 steps after 50 for warming up.
+fn allocations_of(scene: &str) -> usize {
+    let path = format!("{}/../../scenes/{scene}.xml", env!("CARGO_MANIFEST_DIR"));
+    let model = signorini_formats::load(path, &Default::default()).unwrap().model;
+    let keyframe = model.keyframes.first().map(|k| k.name.clone());
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    if let Some(name) = keyframe {
+        simulation.reset_to(&name).unwrap();
+    }
+    let mut steps = |n: usize| (0..n).for_each(|_| assert!(simulation.step().unwrap().advanced()));
+    steps(50);
+    allocations(|| steps(200))
+}
+
+#[test]
+fn the_counter_counts() {
+    assert!(allocations(|| drop(vec![0_u8; 100])) > 0);
+}
+
+#[test]
+fn boxes_on_a_slope() {
+    assert_eq!(allocations_of("incline"), 0);
+}
+
+#[test]
+fn stack() {
+    assert_eq!(allocations_of("stack_of_ten"), 0);
+}
+
+#[test]
+fn house_of_cards() {
+    assert_eq!(allocations_of("house_of_cards"), 0);
+}
+
+#[test]
+fn gripper() {
+    assert_eq!(allocations_of("gripper"), 0);
+}
+
+#[test]
+fn quadruped() {
+    assert_eq!(allocations_of("quadruped"), 0);
+}
+
+#[test]
+fn spinning_top() {
+    assert_eq!(allocations_of("spinning_top"), 0);
+}
