@@ -2,8 +2,8 @@
 
 use signorini_lcp::Lcp;
 
-use crate::problem_file::FrictionalProblem;
 use crate::Certificate;
+use crate::problem_file::FrictionalProblem;
 
 impl FrictionalProblem {
     /// Certifies a claimed `z = (λ_N, α, β)` (formulation §8). The problem has no velocity of its own: the velocity is
