@@ -78,7 +78,7 @@ pub enum CliError {
     #[error("--set: {0}")]
     State(StateError),
     /// The structured solver was asked for where there are no contacts.
-    #[error("{}: the structured solver needs kind 'contact', this is '{kind}'; use --method lemke", path.display())]
+    #[error("{}: the structured solver needs kind 'contact', this is '{kind}'; use --method automatic", path.display())]
     NeedsContacts {
         /// The file.
         path: PathBuf,

@@ -36,7 +36,8 @@ pub struct Arguments {
     /// Problem files.
     #[arg(required = true, value_name = "PROBLEM.npz")]
     pub problems: Vec<PathBuf>,
-    /// Solver: structured (kind contact only), lemke, enumeration. [default: structured for contact, else lemke]
+    /// Solver: structured (kind contact only), automatic, lemke, enumeration. [default: structured for contact, else
+    /// automatic]
     #[arg(long, value_name = "NAME", value_parser = MethodChoice::parse)]
     pub method: Option<MethodChoice>,
     /// Friction directions of every contact, even and at least 4. [default: the file's own for contact, 8 for frictional3d]
@@ -173,7 +174,7 @@ fn solve_problem(
         return solve_contact(&problem, arguments).map_err(in_file);
     }
     let method = match &arguments.method {
-        None => MethodKind::Lemke(Default::default()),
+        None => MethodKind::Automatic(Default::default(), Default::default()),
         Some(MethodChoice::Lcp(method)) => method.clone(),
         Some(MethodChoice::Structured) => return Err(CliError::NeedsContacts { path: path.to_owned(), kind }),
     };

@@ -48,7 +48,7 @@ fn wrong_command_lines_exit_with_64() {
     let folder = Folder::new("usage");
     folder.write("ball.xml", BALL);
     let run = |words: &[&str]| folder.run(&[&["simulate", "ball.xml"], words].concat()).exits(64);
-    run(&["--method", "magic"]).complains(&["magic", "structured, lemke, enumeration"]);
+    run(&["--method", "magic"]).complains(&["magic", "structured, automatic, lemke, enumeration"]);
     run(&["--directions", "7"]).complains(&["even"]);
     run(&["--dt", "0"]).complains(&["positive"]);
     run(&["--duration", "nan"]).complains(&["positive"]);
@@ -94,7 +94,7 @@ fn numbers_that_are_not_finite_are_named() {
 fn bad_problem_files_say_what_they_lack() {
     let folder = Folder::new("bad_problems");
     folder.save("ok.npz", &lcp(&[1.0], &[-1.0]));
-    folder.run(&["solve", "ok.npz", "--method", "structured"]).exits(1).complains(&["ok.npz", "contact", "lemke"]);
+    folder.run(&["solve", "ok.npz", "--method", "structured"]).exits(1).complains(&["ok.npz", "contact", "automatic"]);
     folder.run(&["solve", "missing.npz"]).exits(1).complains(&["missing.npz", "No such file"]);
     folder.save("empty.npz", &ArchiveWriter::new());
     folder.run(&["solve", "empty.npz"]).exits(1).complains(&["empty.npz", "kind"]);

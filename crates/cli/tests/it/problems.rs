@@ -69,7 +69,7 @@ fn solution(parts: &[(&str, &[f64])]) -> ArchiveWriter {
 fn a_sliding_point_is_solved_by_every_method() {
     let folder = Folder::new("sliding_point");
     folder.save("p.npz", &sliding_point());
-    for method in ["structured", "lemke", "enumeration"] {
+    for method in ["structured", "automatic", "lemke", "enumeration"] {
         let words = ["solve", "p.npz", "--method", method, "--out", "s.npz", "--json"];
         let solved = folder.run(&words).exits(0).json();
         assert_eq!(solved["kind"], "contact");
@@ -153,7 +153,7 @@ fn plain_problems_have_their_known_answers() {
     let folder = Folder::new("plain");
     folder.save("lcp.npz", &lcp(&[2.0, 1.0, 1.0, 2.0], &[-5.0, -6.0]));
     let solved = folder.run(&["solve", "lcp.npz", "--out", "s.npz", "--json"]).exits(0).json();
-    assert_eq!((solved["kind"].as_str(), solved["method"].as_str()), (Some("lcp"), Some("lemke")));
+    assert_eq!((solved["kind"].as_str(), solved["method"].as_str()), (Some("lcp"), Some("automatic")));
     assert!(solved["residual"].get("momentum").is_none());
     let z = Archive::read(folder.path("s.npz")).expect("a solution").f64("z").expect("z");
     assert_near(z[0], 4.0 / 3.0, 1e-14);
