@@ -14,6 +14,8 @@ use crate::ContactProblem;
 
 /// A proximal iteration that leaves more than this part of the residual calls for another ε.
 const SLOW: f64 = 0.1;
+/// Newton steps without a better set of modes before they are given up.
+const NEWTON_PATIENCE: u32 = 2;
 /// Cosine between two changes of the impulses that counts as the same direction.
 const PARALLEL: f64 = 0.99;
 /// Below this residual changes of the impulses may be rounding, and are not extrapolated.
@@ -69,6 +71,8 @@ pub(crate) struct IslandSolver {
     change: Vec<[f64; 3]>,
     earlier_change: Vec<[f64; 3]>,
     bilateral_change: Vec<f64>,
+    /// The best modes of the Newton steps.
+    newton_best: Vec<Mode>,
     best: Vec<[f64; 3]>,
     best_bilateral: Vec<f64>,
     best_modes: Vec<Mode>,
@@ -237,7 +241,7 @@ impl IslandSolver {
         if self.modes.is_empty() || !self.solve_modes(cones, island, &mut factored) {
             return;
         }
-        if !self.has_violation(cones, island, settings) {
+        if self.violations(cones, island, settings) == 0 {
             self.velocity.iter_mut().zip(&self.work).for_each(|(v, d)| *v += d);
         }
     }
@@ -330,18 +334,12 @@ impl IslandSolver {
     ) -> bool {
         for round in 0..settings.max_rounds {
             let newton = if round == 0 && attempt == 0 { settings.newton_iterations } else { 0 };
-            for iteration in 0..=newton {
-                if !self.solve_modes(cones, island, factored) {
-                    return false;
-                }
-                if !self.has_violation(cones, island, settings) {
-                    self.take_bilateral(island);
-                    return true;
-                }
-                if iteration < newton {
-                    self.take_modes_of_trial(cones, island);
-                    *factored = false;
-                }
+            if !self.take_newton_steps(cones, island, settings, newton, factored) {
+                return false;
+            }
+            if self.violations(cones, island, settings) == 0 {
+                self.take_bilateral(island);
+                return true;
             }
             *factored = false;
             let seed = attempt * settings.max_rounds + round;
@@ -357,6 +355,40 @@ impl IslandSolver {
             }
         }
         false
+    }
+
+    /// Newton steps on all modes at once; ends at the modes that left the fewest contacts outside their modes, factorised and
+    /// solved. `false` if a system is singular.
+    fn take_newton_steps(
+        &mut self,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        steps: u32,
+        factored: &mut bool,
+    ) -> bool {
+        let (mut fewest, mut since) = (usize::MAX, 0);
+        for _ in 0..=steps {
+            if !self.solve_modes(cones, island, factored) {
+                return false;
+            }
+            let violations = self.violations(cones, island, settings);
+            since = if violations < fewest { 0 } else { since + 1 };
+            if violations < fewest {
+                fewest = violations;
+                self.newton_best.clone_from(&self.modes);
+            }
+            if violations == 0 || since > NEWTON_PATIENCE {
+                break;
+            }
+            self.take_modes_of_trial(cones, island);
+            *factored = false;
+        }
+        if self.modes != self.newton_best || !*factored {
+            self.modes.clone_from(&self.newton_best);
+            *factored = false;
+        }
+        self.solve_modes(cones, island, factored)
     }
 
     fn follow_path(
@@ -459,8 +491,9 @@ impl IslandSolver {
         (self.velocity_scale / self.scale[c]).max(f64::MIN_POSITIVE)
     }
 
-    fn has_violation(&self, cones: &Cones, island: &Island, settings: &SolverSettings) -> bool {
-        (0..self.modes.len()).any(|c| self.violation(cones, island, c) > settings.mode_tolerance)
+    /// How many contacts lie outside their modes' cones.
+    fn violations(&self, cones: &Cones, island: &Island, settings: &SolverSettings) -> usize {
+        (0..self.modes.len()).filter(|&c| self.violation(cones, island, c) > settings.mode_tolerance).count()
     }
 }
 

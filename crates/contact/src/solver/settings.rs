@@ -17,7 +17,7 @@ pub struct SolverSettings {
     pub smallest_proximal_weight: f64,
     /// How far outside its mode's cone a trial impulse may lie, relative to its typical size. Default 1e-11; range (0, 1).
     pub mode_tolerance: f64,
-    /// Newton steps on all modes at once before the path is followed. Default 4.
+    /// Newton steps on all modes at once before the path is followed, at most. Default 10.
     pub newton_iterations: u32,
     /// How often the path is followed for one proximal problem. Default 4; at least 1.
     pub max_rounds: u32,
@@ -27,7 +27,7 @@ pub struct SolverSettings {
     pub max_restarts: u32,
     /// Mode changes a path may use: this many … Default 100.
     pub path_changes_base: u32,
-    /// … and this many for each contact. Default 20.
+    /// … and this many for each contact. Default 6.
     pub path_changes_per_contact: u32,
     /// Pivots Lemke's method may use for each row. Default 30.
     pub lemke_pivots_per_row: usize,
@@ -44,12 +44,12 @@ impl Default for SolverSettings {
             proximal_weight: 1e-5,
             smallest_proximal_weight: 1e-10,
             mode_tolerance: 1e-11,
-            newton_iterations: 4,
+            newton_iterations: 10,
             max_rounds: 4,
             max_proximal_iterations: 60,
             max_restarts: 3,
             path_changes_base: 100,
-            path_changes_per_contact: 20,
+            path_changes_per_contact: 6,
             lemke_pivots_per_row: 30,
             lemke_max_rows: 3000,
         }
