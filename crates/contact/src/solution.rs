@@ -55,8 +55,15 @@ pub struct ContactSolution {
 }
 
 impl ContactSolution {
-    /// Zero impulses of the right sizes.
+    /// Zero impulses of the right sizes, and a fresh report.
     pub(crate) fn prepare(&mut self, problem: &ContactProblem) {
+        self.drop_impulses(problem);
+        self.report = SolveReport::default();
+        self.status = SolveStatus::Solved;
+    }
+
+    /// Zero impulses of the right sizes, and the velocity without them.
+    pub(crate) fn drop_impulses(&mut self, problem: &ContactProblem) {
         let nc = problem.contact_count();
         let zero = |x: &mut Vec<f64>, n| {
             x.clear();
@@ -73,8 +80,6 @@ impl ContactSolution {
         self.modes.resize(nc, ContactMode::Open);
         self.solver_modes.clear();
         self.solver_modes.resize(nc, Mode::Open);
-        self.report = SolveReport::default();
-        self.status = SolveStatus::Solved;
     }
 
     /// Copies what a [`WarmStart`](crate::WarmStart) is made from: impulses and modes.

@@ -16,6 +16,8 @@ use crate::ContactProblem;
 const SLOW: f64 = 0.1;
 /// Cosine between two changes of the impulses that counts as the same direction.
 const PARALLEL: f64 = 0.99;
+/// Below this residual changes of the impulses may be rounding, and are not extrapolated.
+const NOISE: f64 = 1e-11;
 /// The factor between one ε and the next.
 const WEIGHT_STEP: f64 = 1e2;
 /// Below this residual a slow iteration is a matter of rounding: ε goes up. Above it the impulses still have a long way to
@@ -142,7 +144,7 @@ impl IslandSolver {
             last = residual;
             if slow == 2 {
                 slow = 0;
-                if self.extrapolate(cones, island) {
+                if best > NOISE && self.extrapolate(cones, island) {
                     last = f64::INFINITY;
                 } else {
                     ascending |= best <= ROUNDING_FLOOR || epsilon <= settings.smallest_proximal_weight;

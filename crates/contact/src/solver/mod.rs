@@ -149,13 +149,23 @@ impl ContactSolver {
                 failure = failure.or(outcome);
             }
         }
+        self.complete(problem, solution);
+        if solution.certificate.natural_map > 1.0 || solution.certificate.natural_map.is_nan() {
+            // No impulses at all have the residual 1: what was found is worse and of no use to anyone.
+            solution.drop_impulses(problem);
+            self.complete(problem, solution);
+        }
+        solution.status = if solution.certificate.holds(self.settings.tolerance) {
+            SolveStatus::Solved
+        } else {
+            failure.or_else(|| immovable_rows(problem)).unwrap_or(SolveStatus::Inaccurate)
+        };
+    }
+
+    /// Fills in what follows from impulses and velocity, and certifies it.
+    fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
         recover_into(problem, &self.cones, solution);
         solution.certificate = certify_with(problem, solution, &mut self.scratch);
-        solution.status = match failure {
-            Some(status) => status,
-            None if solution.certificate.worst() <= self.settings.tolerance => SolveStatus::Solved,
-            None => SolveStatus::Inaccurate,
-        };
     }
 
     /// Solves a problem; see [`solve_into`](Self::solve_into).
@@ -164,6 +174,16 @@ impl ContactSolver {
         self.solve_into(problem, warm, &mut solution);
         solution
     }
+}
+
+/// Rows that belong to no island because no degree of freedom moves them, and that are violated: no impulse can help.
+fn immovable_rows(problem: &ContactProblem) -> Option<SolveStatus> {
+    let violated = |i: &usize| problem.jacobian.group(*i).0.is_empty() && problem.gap[*i] < 0.0;
+    let contacts: Vec<usize> = (0..problem.contact_count()).filter(violated).collect();
+    let contradicted =
+        |k: usize| problem.bilateral_jacobian.group(k).0.is_empty() && problem.bilateral_violation[k] != 0.0;
+    let any = !contacts.is_empty() || (0..problem.bilateral_violation.len()).any(contradicted);
+    any.then_some(SolveStatus::Infeasible { contacts })
 }
 
 /// Runs the first two stages of the cascade on an island and writes its impulses and modes. Returns the residual.

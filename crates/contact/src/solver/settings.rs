@@ -9,7 +9,7 @@ pub struct SolverSettings {
     pub tolerance: f64,
     /// An island is restarted when its residual is above this. Default 1e-10; range (0, 1).
     pub accept: f64,
-    /// Proximal iterations stop at this residual. Default 1e-13; range (0, 1).
+    /// Proximal iterations stop at this residual. Default 1e-12; range (0, 1).
     pub polish: f64,
     /// ε of the proximal term, relative to each contact's Delassus block. Default 1e-5; range (0, 1).
     pub proximal_weight: f64,
@@ -40,7 +40,7 @@ impl Default for SolverSettings {
         Self {
             tolerance: 1e-9,
             accept: 1e-10,
-            polish: 1e-13,
+            polish: 1e-12,
             proximal_weight: 1e-5,
             smallest_proximal_weight: 1e-10,
             mode_tolerance: 1e-11,
