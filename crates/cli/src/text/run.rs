@@ -9,11 +9,11 @@ use crate::results::{Contradiction, Involved, Place, RunResult};
 /// The summary of a run.
 pub fn run(result: &RunResult) -> String {
     let mut out = format!(
-        "model        {} ({}): {}, {} degrees of freedom\n",
+        "model        {} ({}): {}, {} of freedom\n",
         result.model,
         result.source,
         bodies(result.bodies),
-        result.nv
+        count(result.nv as u64, "degree")
     );
     out.push_str(&import(&result.warnings));
     let _ = writeln!(
@@ -121,10 +121,10 @@ pub fn export(result: &Exported) -> String {
     }
     let _ = writeln!(
         out,
-        "step         from {} s to {} s: {} degrees of freedom, {}, {} friction directions ({})",
+        "step         from {} s to {} s: {} of freedom, {}, {} friction directions ({})",
         number(result.time),
         number(result.time + result.timestep),
-        result.nv,
+        count(result.nv as u64, "degree"),
         count(result.contacts as u64, "contact"),
         result.directions,
         result.status.replace('_', " ")
