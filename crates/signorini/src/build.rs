@@ -90,7 +90,7 @@ impl ProblemBuilder {
             let (q, k) = (state.q[joint.q_index], joint.v_index);
             for (side, gap, sign) in [(0, q - lower, 1.0), (1, upper - q, -1.0)] {
                 let crosses = gap + sign * dt * v[k] < 0.0;
-                if crosses && self.keys.binary_search(&limit_key(j, side)).is_err() && gap > 0.0 {
+                if crosses && gap > 0.0 && !self.keys.contains(&limit_key(j, side)) {
                     self.problem.push_contact([(k as u32, [sign, 0.0, 0.0])], gap, 0.0, &self.frictionless);
                     self.keys.push(limit_key(j, side));
                 }

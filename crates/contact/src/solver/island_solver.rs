@@ -14,6 +14,8 @@ use crate::ContactProblem;
 
 /// A proximal iteration that leaves more than this part of the residual calls for another ε.
 const SLOW: f64 = 0.1;
+/// The velocity is refined where its error times the largest impulse, both relative, exceeds this.
+const REFINE: f64 = 1e-12;
 /// Newton steps without a better set of modes before they are given up.
 const NEWTON_PATIENCE: u32 = 2;
 /// Cosine between two changes of the impulses that counts as the same direction.
@@ -176,8 +178,19 @@ impl IslandSolver {
         }
         factored &= self.modes == self.best_modes;
         self.restore_best();
-        self.refine_velocity(problem, cones, island, settings, factored);
+        self.evaluate_centre(problem, cones, island);
+        // The dissipation law multiplies an error of the velocity by the impulse.
+        if best * self.largest_impulse() > REFINE {
+            self.refine_velocity(cones, island, settings, factored);
+        }
         best
+    }
+
+    /// The largest impulse in units of the one that changes the lightest contact's velocity by the velocity scale.
+    fn largest_impulse(&self) -> f64 {
+        let size = self.impulse.iter().map(|p| p[0].max(p[1].abs()).max(p[2].abs())).fold(0.0, f64::max);
+        let scale = self.scale.iter().copied().fold(0.0, f64::max);
+        if self.velocity_scale > 0.0 { size * scale / self.velocity_scale } else { 0.0 }
     }
 
     /// Continues the last change of the impulses to where it leads; whether that is far.
@@ -229,15 +242,7 @@ impl IslandSolver {
 
     /// The velocity of the solution, one more fixed-mode correction beyond what the impulses can express: where impulses
     /// are large against the masses they move, `v^f + M⁻¹Jᵀλ` cancels, while `v + δv` satisfies the contact rows to rounding.
-    fn refine_velocity(
-        &mut self,
-        problem: &ContactProblem,
-        cones: &Cones,
-        island: &Island,
-        settings: &SolverSettings,
-        mut factored: bool,
-    ) {
-        self.evaluate_centre(problem, cones, island);
+    fn refine_velocity(&mut self, cones: &Cones, island: &Island, settings: &SolverSettings, mut factored: bool) {
         if self.modes.is_empty() || !self.solve_modes(cones, island, &mut factored) {
             return;
         }

@@ -27,7 +27,7 @@ pub struct SolverSettings {
     pub max_restarts: u32,
     /// Mode changes a path may use: this many … Default 100.
     pub path_changes_base: u32,
-    /// … and this many for each contact. Default 6.
+    /// … and this many for each contact. Default 40.
     pub path_changes_per_contact: u32,
     /// Pivots Lemke's method may use for each row. Default 30.
     pub lemke_pivots_per_row: usize,
@@ -49,7 +49,7 @@ impl Default for SolverSettings {
             max_proximal_iterations: 60,
             max_restarts: 3,
             path_changes_base: 100,
-            path_changes_per_contact: 6,
+            path_changes_per_contact: 40,
             lemke_pivots_per_row: 30,
             lemke_max_rows: 3000,
         }
