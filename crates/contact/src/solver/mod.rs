@@ -18,7 +18,7 @@ mod system;
 
 pub use settings::SolverSettings;
 
-use crate::certificate::{Scratch, certify_with};
+use crate::certificate::{Scratch, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, ProblemError};
 use island::Islands;
@@ -134,7 +134,8 @@ impl ContactSolver {
     /// Solves a problem into `solution`, whose memory is reused.
     ///
     /// `warm`: the start, if it has one entry per contact. The status is decided by the [certificate](crate::certify) of
-    /// the result, never by the solver's own numbers. No allocation after warm-up unless Lemke's method is needed.
+    /// the result, never by the solver's own numbers. No allocation after warm-up where the first two stages reach
+    /// the tolerance.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
         self.cones.prepare(problem);
         self.islands.find(problem);
@@ -151,11 +152,29 @@ impl ContactSolver {
         }
         recover_into(problem, &self.cones, solution);
         solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        if !solution.certificate.holds(self.settings.tolerance) {
+            self.take_velocity_of_impulses(problem, solution);
+        }
         solution.status = match failure {
             Some(status) => status,
             None if solution.certificate.worst() <= self.settings.tolerance => SolveStatus::Solved,
             None => SolveStatus::Inaccurate,
         };
+    }
+
+    /// Replaces the refined velocity by that of the impulses, with the `β` that follows from it, where this certifies
+    /// better: light bodies turn refinements that the contact rows do not see into a difference between the two.
+    fn take_velocity_of_impulses(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        let refined_certificate = solution.certificate;
+        let unrefined = velocity_from_impulses(problem, solution);
+        let refined = std::mem::replace(&mut solution.velocity, unrefined);
+        recover_into(problem, &self.cones, solution);
+        solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        if solution.certificate.worst() >= refined_certificate.worst() {
+            solution.velocity = refined;
+            recover_into(problem, &self.cones, solution);
+            solution.certificate = refined_certificate;
+        }
     }
 
     /// Solves a problem; see [`solve_into`](Self::solve_into).
