@@ -18,7 +18,7 @@ mod system;
 
 pub use settings::SolverSettings;
 
-use crate::certificate::{Scratch, certify_with};
+use crate::certificate::{Scratch, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, ProblemError};
 use island::Islands;
@@ -113,6 +113,8 @@ pub struct ContactSolver {
     cones: Cones,
     islands: Islands,
     island_solver: IslandSolver,
+    /// What the first two stages left in each island.
+    residuals: Vec<f64>,
     scratch: Scratch,
 }
 
@@ -134,22 +136,22 @@ impl ContactSolver {
     /// Solves a problem into `solution`, whose memory is reused.
     ///
     /// `warm`: the start, if it has one entry per contact. The status is decided by the [certificate](crate::certify) of
-    /// the result, never by the solver's own numbers. No allocation after warm-up unless Lemke's method is needed.
+    /// the result, never by the solver's own numbers. No allocation after warm-up where the first two stages reach
+    /// the tolerance.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
         self.cones.prepare(problem);
         self.islands.find(problem);
         solution.prepare(problem);
         solution.report.islands = self.islands.all().len();
-        let mut failure = None;
+        self.residuals.clear();
         for island in self.islands.all() {
             let residual =
                 solve_island(&mut self.island_solver, problem, &self.cones, island, &self.settings, warm, solution);
-            if residual > self.settings.tolerance {
-                let outcome = fallback::solve_with_lemke(problem, island, &self.settings, residual, solution);
-                failure = failure.or(outcome);
-            }
+            self.residuals.push(residual);
         }
         self.complete(problem, solution);
+        let failure =
+            if solution.certificate.holds(self.settings.tolerance) { None } else { self.fall_back(problem, solution) };
         if solution.certificate.natural_map > 1.0 || solution.certificate.natural_map.is_nan() {
             // No impulses at all have the residual 1: what was found is worse and of no use to anyone.
             solution.drop_impulses(problem);
@@ -162,10 +164,41 @@ impl ContactSolver {
         };
     }
 
+    /// The last stage of the cascade, for the islands that the first two left with a residual.
+    fn fall_back(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> Option<SolveStatus> {
+        let mut failure = None;
+        for (island, &residual) in self.islands.all().iter().zip(&self.residuals) {
+            if residual > self.settings.accept {
+                let outcome = fallback::solve_with_lemke(problem, island, &self.settings, residual, solution);
+                failure = failure.or(outcome);
+            }
+        }
+        self.complete(problem, solution);
+        failure
+    }
+
     /// Fills in what follows from impulses and velocity, and certifies it.
     fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
         recover_into(problem, &self.cones, solution);
         solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        if !solution.certificate.holds(self.settings.tolerance) {
+            self.take_velocity_of_impulses(problem, solution);
+        }
+    }
+
+    /// Replaces the refined velocity by that of the impulses, with the `β` that follows from it, where this certifies
+    /// better: light bodies turn refinements that the contact rows do not see into a difference between the two.
+    fn take_velocity_of_impulses(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        let refined_certificate = solution.certificate;
+        let unrefined = velocity_from_impulses(problem, solution);
+        let refined = std::mem::replace(&mut solution.velocity, unrefined);
+        recover_into(problem, &self.cones, solution);
+        solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        if solution.certificate.worst() >= refined_certificate.worst() {
+            solution.velocity = refined;
+            recover_into(problem, &self.cones, solution);
+            solution.certificate = refined_certificate;
+        }
     }
 
     /// Solves a problem; see [`solve_into`](Self::solve_into).

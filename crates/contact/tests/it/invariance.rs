@@ -141,7 +141,7 @@ fn a_solution_is_its_own_warm_start() {
         checked += 1;
     }
     println!("factorisations of an island: {factorizations:?}");
-    assert!(factorizations[1] >= 190 && factorizations[3..].iter().all(|n| *n == 0), "{factorizations:?}");
+    assert!(factorizations[2..].iter().all(|n| *n == 0), "{factorizations:?}");
     assert!(checked >= 195, "only {checked} of 200 checked");
 }
 

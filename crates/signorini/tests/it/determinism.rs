@@ -43,10 +43,11 @@ fn a_restored_state_goes_on_alike() {
     }
 }
 
-/// Lemke's method on the standard LCP finds the motion that the structured solver finds.
+/// Lemke's method on the standard LCP finds the motion that the structured solver finds. (The gripper is not among the
+/// scenes: while its fingers slide up the box as they close, how they press is not unique, nor is the velocity.)
 #[test]
 fn lemke_moves_it_alike() {
-    for scene in ["incline", "quadruped", "gripper"] {
+    for scene in ["incline", "quadruped", "spinning_top"] {
         let mut structured = bundled(scene);
         let method = ContactMethod::Lcp(MethodKind::Lemke(LemkeSettings::default()));
         let settings = Settings { method, ..Settings::default() };
