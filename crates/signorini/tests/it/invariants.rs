@@ -50,7 +50,7 @@ fn collision_in_space_keeps_both_momenta() {
 /// gyroscopic torque, and as distances are convex in their positions they never penetrate.
 #[test]
 fn energy_of_balls_in_a_bin_never_rises() {
-    let mut simulation = balls_in_a_bin(24);
+    let mut simulation = balls_in_a_bin(40);
     let mut energy = total_energy(&simulation);
     let scale = energy.abs();
     run_observed(&mut simulation, 1.5, |now, _| {
