@@ -138,7 +138,7 @@ fn verdict(name: &str, data: &Value, course: &Course, moved: f64) -> String {
             format!("slid {:.6} m, {:.1e} % off", last.x - course.path[0].1.x, slide_error(course, exact))
         }
         "S1_stick" => format!("creeps {:.1e} mm/s", 1e3 * (last - along(2.0)).x / (time - 2.0).max(1e-9)),
-        "S12_gripper" => format!("slips {:.1e} mm/s", -1e3 * (last - along(1.0)).z / (time - 1.0).max(1e-9)),
+        "S12_gripper" => format!("slips {:.1e} mm/s", 1e3 * (along(1.0) - last).z / (time - 1.0).max(1e-9)),
         _ if name.starts_with("S4") || name.starts_with("S5") => String::new(),
         _ => {
             let height = 2.0 * data["bodies"][0][3].as_f64().unwrap_or(0.0);
