@@ -12,12 +12,15 @@ const MOST: usize = 8;
 pub(crate) struct Reducer {
     flat: Vec<(DVec2, usize)>,
     outline: Vec<(DVec2, usize)>,
+    /// Place and gap of the outline's corners.
+    corners: Vec<(DVec2, f64)>,
     kept: Vec<Touch>,
 }
 
 impl Reducer {
     /// Reduces `touches[from..]`, which share one normal, to those within `margin` (m) and of these to the corners of
-    /// their outline in the contact plane (at most 8) and the deepest. Points closer than a billionth of `size` are one.
+    /// their outline in the contact plane (at most 8), the deepest, and those that lie below what these span: the others
+    /// cannot come to penetrate before one of the points kept does. Points closer than a billionth of `size` are one.
     pub fn outline(&mut self, touches: &mut Vec<Touch>, from: usize, margin: f64, size: f64) {
         let mut end = from;
         for i in from..touches.len() {
@@ -51,18 +54,48 @@ impl Reducer {
         if self.kept.iter().all(|t| t.gap > lowest.gap + tolerance) {
             self.kept.push(lowest);
         }
+        let center = (flatten(lowest.position), lowest.gap);
+        self.corners.clear();
+        self.corners.extend(self.outline.iter().map(|&(p, i)| (p, touches[from + i].gap)));
+        for &(p, i) in &self.flat {
+            let touch = touches[from + i];
+            let kept = i == deepest || self.outline.iter().any(|corner| corner.1 == i);
+            if !kept && touch.gap < covered_gap(&self.corners, center, p) - tolerance {
+                self.kept.push(touch);
+            }
+        }
         touches.truncate(from);
         touches.extend_from_slice(&self.kept);
     }
-}
 
-impl Reducer {
     /// Reduces more than 8 points with one normal to their outline.
     pub fn limit(&mut self, touches: &mut Vec<Touch>, size: f64) {
         if touches.len() > MOST {
             self.outline(touches, 0, f64::INFINITY, size);
         }
     }
+}
+
+/// The gap at `p` that the kept points guarantee: interpolated on the triangles between the deepest point and the sides of
+/// the outline; on or beyond a side, interpolated along it. Gaps change affinely with small motions, so a point above
+/// this stays above the lowest of the three.
+fn covered_gap(corners: &[(DVec2, f64)], deepest: (DVec2, f64), p: DVec2) -> f64 {
+    let mut beyond = (0.0, f64::INFINITY);
+    for (k, &(a, gap_a)) in corners.iter().enumerate() {
+        let (b, gap_b) = corners[(k + 1) % corners.len()];
+        let area = (a - deepest.0).perp_dot(b - deepest.0);
+        let weights = [(a - p).perp_dot(b - p), (b - p).perp_dot(deepest.0 - p), (deepest.0 - p).perp_dot(a - p)];
+        if area > 0.0 && weights.iter().all(|w| *w >= -1e-9 * area) {
+            return (weights[0] * deepest.1 + weights[1] * gap_a + weights[2] * gap_b) / area;
+        }
+        let side = b - a;
+        let distance = -side.normalize_or_zero().perp_dot(p - a);
+        if distance >= beyond.0 {
+            let along = (side.dot(p - a) / side.length_squared()).clamp(0.0, 1.0);
+            beyond = (distance, gap_a + along * (gap_b - gap_a));
+        }
+    }
+    beyond.1
 }
 
 /// Of points within `tolerance` of each other only the deepest stays, the first of equals.

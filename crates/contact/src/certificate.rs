@@ -143,6 +143,13 @@ impl Scales {
         }
     }
 
+    /// `s_v`, but at least a millionth of the free velocity: `M(v⁺ − v^f)` is a difference of numbers of that size, and below
+    /// it the quotient would compare rounding with rounding (a limit at rest in a robot that falls).
+    fn momentum_velocity(&self, problem: &ContactProblem) -> f64 {
+        let fastest = problem.free_velocity.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+        self.velocity.max(1e-6 * fastest)
+    }
+
     /// Divides the raw residuals by their scales; where the data are zero the solution is zero and so are the residuals.
     fn normalise(&self, problem: &ContactProblem, solution: &ContactSolution, raw: Certificate) -> Certificate {
         let s = self.velocity;
@@ -152,7 +159,11 @@ impl Scales {
             return Certificate { momentum: r, natural_map: r, ..Default::default() };
         }
         Certificate {
-            momentum: if raw.momentum == 0.0 { 0.0 } else { raw.momentum / (self.mass * s) },
+            momentum: if raw.momentum == 0.0 {
+                0.0
+            } else {
+                raw.momentum / (self.mass * self.momentum_velocity(problem))
+            },
             natural_map: raw.natural_map / s,
             signorini: raw.signorini / s,
             friction: raw.friction * self.delassus / s,

@@ -1,6 +1,7 @@
 //! Closed forms for pairs of shapes.
 
 use glamx::glam::{DQuat, DVec3};
+use signorini_multibody::model::Mesh;
 use signorini_multibody::{ContactPoint, Geometry, Pose};
 
 use crate::random::{Random, convex_shapes, cuboid_mesh, rock};
@@ -299,4 +300,21 @@ fn poses_that_are_not_numbers_touch_nothing() {
     for shape in [Geometry::Plane, cuboid(1.0, 1.0, 1.0), rock()] {
         assert!(contacts(&shape, Pose::IDENTITY, &cuboid(1.0, 1.0, 1.0), nan, 0.1).is_empty());
     }
+}
+
+/// A blunt hull near a floor: a wide upper ring and a small lower one inside it. The lower ring closes first, so none of its
+/// points may be left out, although the outline is the upper ring.
+#[test]
+fn low_vertices_inside_the_outline_are_kept() {
+    let ring = |count: usize, radius: f64, z: f64| {
+        (0..count).map(move |k| {
+            let angle = std::f64::consts::TAU * k as f64 / count as f64;
+            DVec3::new(radius * angle.cos(), radius * angle.sin(), z)
+        })
+    };
+    let vertices: Vec<DVec3> = ring(12, 0.1, 0.007).chain(ring(5, 0.03, 0.0001)).chain(ring(4, 0.05, 0.1)).collect();
+    let hull = Geometry::ConvexMesh(std::sync::Arc::new(Mesh { vertices, triangles: Vec::new() }));
+    let points = contacts(&Geometry::Plane, Pose::IDENTITY, &hull, Pose::IDENTITY, 0.01);
+    let low = points.iter().filter(|p| (p.gap - 0.0001).abs() < 1e-12).count();
+    assert_eq!(low, 5, "{points:?}");
 }

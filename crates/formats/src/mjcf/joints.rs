@@ -59,6 +59,10 @@ fn read_joint(importer: &mut Importer, a: &Attributes, scope: &Scope) -> Result<
     joint.damping = linear(importer, a, "damping")?;
     joint.armature = a.non_negative("armature")?.unwrap_or(0.0);
     joint.friction_loss = a.non_negative("frictionloss")?.unwrap_or(0.0);
+    if joint.friction_loss > 0.0 {
+        let effect = "the value is kept in the model, but the joint moves without dry friction";
+        importer.report.motion(a.at("frictionloss"), "joint", "dry joint friction is not simulated", effect);
+    }
     warn_about_rest(importer, a, sort)?;
     Ok(joint)
 }
