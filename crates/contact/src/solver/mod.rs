@@ -9,10 +9,12 @@
 //! What was tried and why the solver moved on is in the [`SolveReport`].
 
 mod fallback;
+mod find_modes;
 mod island;
 mod island_solver;
 mod mode;
 mod path;
+mod proximal;
 mod settings;
 mod system;
 

@@ -1,0 +1,106 @@
+//! The modes of one proximal problem: Newton's steps, then paths.
+
+use super::SolverSettings;
+use super::island::Island;
+use super::island_solver::IslandSolver;
+use super::mode::{Cones, Mode};
+use super::path::{PathOutcome, Shift};
+
+/// Newton steps without a better set of modes before they are given up.
+const NEWTON_PATIENCE: u32 = 2;
+impl IslandSolver {
+    /// Solves the proximal problem around the centre: modes, `y`, bilateral impulses. `false` if neither Newton's
+    /// iterations nor the paths found its modes.
+    ///
+    /// The paths of the first round start from the modes at hand. Later rounds start with every contact open: the matrix
+    /// of the proximal problem is strictly copositive, so that this path, which is Lemke's in other coordinates, cannot end
+    /// on a ray.
+    pub(super) fn solve_proximal(
+        &mut self,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        attempt: u32,
+        factored: &mut bool,
+    ) -> bool {
+        for round in 0..settings.max_rounds {
+            let newton = if round == 0 && attempt == 0 { settings.newton_iterations } else { 0 };
+            if !self.take_newton_steps(cones, island, settings, newton, factored) {
+                return false;
+            }
+            if self.violations(cones, island, settings) == 0 {
+                self.take_bilateral(island);
+                return true;
+            }
+            *factored = false;
+            let seed = attempt * settings.max_rounds + round;
+            if !self.follow_path(cones, island, settings, Shift::Violated, seed) {
+                self.modes.fill(Mode::Open);
+                if !self.solve_modes(cones, island, factored) {
+                    return false;
+                }
+                *factored = false;
+                if !self.follow_path(cones, island, settings, Shift::All, seed) {
+                    return false;
+                }
+            }
+        }
+        false
+    }
+
+    /// Newton steps on all modes at once; ends at the modes that left the fewest contacts outside their modes, factorised and
+    /// solved. `false` if a system is singular.
+    fn take_newton_steps(
+        &mut self,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        steps: u32,
+        factored: &mut bool,
+    ) -> bool {
+        let (mut fewest, mut since) = (usize::MAX, 0);
+        for _ in 0..=steps {
+            if !self.solve_modes(cones, island, factored) {
+                return false;
+            }
+            let violations = self.violations(cones, island, settings);
+            since = if violations < fewest { 0 } else { since + 1 };
+            if violations < fewest {
+                fewest = violations;
+                self.newton_best.clone_from(&self.modes);
+            }
+            if violations == 0 || since > NEWTON_PATIENCE {
+                break;
+            }
+            self.take_modes_of_trial(cones, island);
+            *factored = false;
+        }
+        if self.modes != self.newton_best || !*factored {
+            self.modes.clone_from(&self.newton_best);
+            *factored = false;
+        }
+        self.solve_modes(cones, island, factored)
+    }
+
+    fn follow_path(
+        &mut self,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        shift: Shift,
+        seed: u32,
+    ) -> bool {
+        let mut path = std::mem::take(&mut self.path);
+        let outcome = path.follow(self, cones, island, settings, shift, seed);
+        self.path = path;
+        outcome == PathOutcome::Reached
+    }
+
+    fn take_modes_of_trial(&mut self, cones: &Cones, island: &Island) {
+        for (c, &i) in island.contacts.iter().enumerate() {
+            let mode = cones.mode_at(i as usize, self.y[c]);
+            self.effort.mode_changes += u32::from(mode != self.modes[c]);
+            self.modes[c] = mode;
+        }
+    }
+}
