@@ -26,7 +26,7 @@ pub struct StepReport {
     pub status: SolveStatus,
     /// Residuals of the laws of this step.
     pub certificate: Certificate,
-    /// What the solver did.
+    /// What the solver did, summed over the solves of the step.
     pub solver: SolveReport,
     /// Contacts in the problem, joint limits included.
     pub contacts: usize,
@@ -172,9 +172,15 @@ pub fn step(
     loop {
         ws.collider.find(model, &ws.kinematics.pose, &ws.reach.reach, &mut ws.points);
         ws.builder.build(model, state, &ws.kinematics, &ws.points);
+        if report.enlargements > 0 && !report.clipped_gaps && ws.warm.holds(&ws.builder.keys) {
+            break; // The larger reach has no new contacts: the solution at hand is that of the step.
+        }
         ws.solve(settings, &mut report)?;
         while report.advanced() && ws.builder.add_crossed_limits(model, state, &ws.solution.velocity) {
             ws.solve(settings, &mut report)?;
+        }
+        if report.advanced() {
+            ws.warm.keep(&ws.builder.keys, &ws.solution);
         }
         let last = report.enlargements == MAX_ENLARGEMENTS || !report.advanced();
         if last || !ws.reach.enlarge(model, &ws.kinematics, &ws.solution.velocity, dt) {
@@ -186,7 +192,6 @@ pub fn step(
     next.q.clone_from(&state.q);
     next.v.clone_from(&state.v);
     if report.advanced() {
-        ws.warm.keep(&ws.builder.keys, &ws.solution);
         next.time = state.time + dt;
         next.v.copy_from_slice(&ws.solution.velocity);
         integrate_into(model, &state.q, &next.v, dt, &mut next.q);
@@ -205,7 +210,7 @@ impl Workspace {
         }
         report.status.clone_from(&self.solution.status);
         report.certificate = self.solution.certificate;
-        report.solver = self.solution.report;
+        report.solver.accumulate(&self.solution.report);
         report.contacts = self.builder.problem.contact_count();
         report.missed_tolerance = !self.solution.certificate.holds(settings.tolerance);
         Ok(())

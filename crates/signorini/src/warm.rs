@@ -38,6 +38,11 @@ impl WarmCache {
         self.keys.clear();
     }
 
+    /// Whether the solution kept is one of exactly these contacts.
+    pub fn holds(&self, keys: &[ContactKey]) -> bool {
+        self.keys == keys
+    }
+
     /// The start for contacts with these keys, ascending.
     pub fn start_for(&mut self, keys: &[ContactKey]) -> &WarmStart {
         self.start.clear();

@@ -75,6 +75,17 @@ impl SolveReport {
         self.mode_changes + self.proximal_iterations + self.lemke_pivots
     }
 
+    /// Adds what another solve of the same step did.
+    pub fn accumulate(&mut self, other: &Self) {
+        self.islands = other.islands;
+        self.factorizations += other.factorizations;
+        self.mode_changes += other.mode_changes;
+        self.proximal_iterations += other.proximal_iterations;
+        self.restarts += other.restarts;
+        self.lemke_islands += other.lemke_islands;
+        self.lemke_pivots += other.lemke_pivots;
+    }
+
     fn add(&mut self, effort: Effort) {
         self.factorizations += effort.factorizations;
         self.mode_changes += effort.mode_changes;

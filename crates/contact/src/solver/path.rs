@@ -62,7 +62,12 @@ impl Path {
     ) -> PathOutcome {
         self.begin(solver, cones, island, settings, shift, seed);
         let (mut t, mut direction) = (0.0, 1.0);
-        let limit = settings.path_changes_base + settings.path_changes_per_contact * solver.modes.len() as u32;
+        let shifted = self.shift.iter().filter(|s| **s != [0.0; 3]).count() as u32;
+        let limit = settings.path_changes_base
+            + match shift {
+                Shift::Violated => settings.path_changes_per_violation * shifted,
+                Shift::All => settings.path_changes_per_contact * solver.modes.len() as u32,
+            };
         for _ in 0..limit {
             let Some((step, crossing)) = self.next_breakpoint(solver, cones, island, direction, t) else {
                 return PathOutcome::Lost;

@@ -25,9 +25,12 @@ pub struct SolverSettings {
     pub max_proximal_iterations: u32,
     /// Cold restarts before Lemke's method. Default 3.
     pub max_restarts: u32,
-    /// Mode changes a path may use: this many … Default 100.
+    /// Mode changes any path may use. Default 100.
     pub path_changes_base: u32,
-    /// … and this many for each contact. Default 40.
+    /// More of them for each contact whose data are shifted, where the path starts from modes at hand: such a path is short
+    /// or wanders. Default 8.
+    pub path_changes_per_violation: u32,
+    /// More of them for each contact, where the path starts with all contacts open. Default 16.
     pub path_changes_per_contact: u32,
     /// Pivots Lemke's method may use for each row. Default 30.
     pub lemke_pivots_per_row: usize,
@@ -49,7 +52,8 @@ impl Default for SolverSettings {
             max_proximal_iterations: 60,
             max_restarts: 3,
             path_changes_base: 100,
-            path_changes_per_contact: 40,
+            path_changes_per_violation: 8,
+            path_changes_per_contact: 16,
             lemke_pivots_per_row: 30,
             lemke_max_rows: 3000,
         }
