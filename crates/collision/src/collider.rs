@@ -31,6 +31,8 @@ pub struct Collider {
     placed: Vec<GeomPose>,
     boxes: Vec<Aabb>,
     travel: Vec<f64>,
+    /// Largest angle every geom can turn within the step, rad.
+    turn: Vec<f64>,
     pairs: Vec<(u32, u32)>,
     tree: Bvh,
     narrow: Narrow,
@@ -71,6 +73,7 @@ impl Collider {
             placed: Vec::new(),
             boxes: Vec::new(),
             travel: Vec::new(),
+            turn: Vec::new(),
             pairs: Vec::new(),
             tree: Bvh::default(),
             narrow: Narrow::default(),
@@ -132,6 +135,7 @@ impl Collider {
         self.placed.clear();
         self.boxes.clear();
         self.travel.clear();
+        self.turn.clear();
         for geom in &self.geoms {
             let pose = body_pose[geom.body] * geom.placement;
             let rotation = pose.rotation_matrix();
@@ -142,6 +146,7 @@ impl Collider {
             self.placed.push(GeomPose { rotation, position: pose.position, center });
             self.boxes.push(Aabb { low: center - half, high: center + half });
             self.travel.push(travel);
+            self.turn.push(reach.angular);
         }
     }
 
@@ -186,6 +191,7 @@ impl Collider {
         let (a, b) = if flip { (j, i) } else { (i, j) };
         let origin = self.placed[b].center;
         let (narrow, touches) = (&mut self.narrow, &mut self.touches);
+        narrow.reducer.turn = self.turn[i] + self.turn[j];
         match (&self.geoms[a].shape, &self.geoms[b].shape) {
             (Shape::HalfSpace, Shape::Convex(shape)) => {
                 let placed = place(&self.geoms[b], shape, &self.placed[b], origin);

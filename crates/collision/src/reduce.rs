@@ -10,6 +10,8 @@ const MOST: usize = 8;
 /// Buffers of the reduction.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Reducer {
+    /// Largest angle the two shapes can turn against each other within the step, rad.
+    pub turn: f64,
     flat: Vec<(DVec2, usize)>,
     outline: Vec<(DVec2, usize)>,
     /// Place and gap of the outline's corners.
@@ -19,8 +21,8 @@ pub(crate) struct Reducer {
 
 impl Reducer {
     /// Reduces `touches[from..]`, which share one normal, to those within `margin` (m) and of these to the corners of
-    /// their outline in the contact plane (at most 8), the deepest, and those that lie below what these span: the others
-    /// cannot come to penetrate before one of the points kept does. Points closer than a billionth of `size` are one.
+    /// their outline in the contact plane (at most 8), the deepest, and those that lie below what these span and within the
+    /// reach of the turn: the others cannot come to penetrate before one of the points kept does. Points closer than a billionth of `size` are one.
     pub fn outline(&mut self, touches: &mut Vec<Touch>, from: usize, margin: f64, size: f64) {
         let mut end = from;
         for i in from..touches.len() {
@@ -60,7 +62,9 @@ impl Reducer {
         for &(p, i) in &self.flat {
             let touch = touches[from + i];
             let kept = i == deepest || self.outline.iter().any(|corner| corner.1 == i);
-            if !kept && touch.gap < covered_gap(&self.corners, center, p) - tolerance {
+            // While the deepest point does not penetrate, this one can come closer by the turn only.
+            let out_of_reach = touch.gap - lowest.gap > self.turn * (p - center.0).length() + tolerance;
+            if !kept && !out_of_reach && touch.gap < covered_gap(&self.corners, center, p) - tolerance {
                 self.kept.push(touch);
             }
         }
