@@ -126,6 +126,8 @@ pub struct ContactSolver {
     cones: Cones,
     islands: Islands,
     island_solver: IslandSolver,
+    /// The solution before a retry.
+    earlier: ContactSolution,
     /// What the first two stages left in each island.
     residuals: Vec<f64>,
     scratch: Scratch,
@@ -158,11 +160,14 @@ impl ContactSolver {
         solution.report.islands = self.islands.all().len();
         self.residuals.clear();
         for island in self.islands.all() {
-            let residual =
-                solve_island(&mut self.island_solver, problem, &self.cones, island, &self.settings, warm, solution);
-            self.residuals.push(residual);
+            let Self { island_solver, cones, settings, .. } = self;
+            let start = warm.map_or(Start::Zero, Start::Warm);
+            self.residuals.push(solve_island(island_solver, problem, cones, island, settings, start, solution));
         }
         self.complete(problem, solution);
+        if !solution.certificate.holds(self.settings.tolerance) {
+            self.retry_cold(problem, solution);
+        }
         let failure =
             if solution.certificate.holds(self.settings.tolerance) { None } else { self.fall_back(problem, solution) };
         if solution.certificate.natural_map > 1.0 || solution.certificate.natural_map.is_nan() {
@@ -175,6 +180,28 @@ impl ContactSolver {
         } else {
             failure.or_else(|| immovable_rows(problem)).unwrap_or(SolveStatus::Inaccurate)
         };
+    }
+
+    /// Gives the islands that were accepted a cold start, where the certificate asks for more than they do (it multiplies
+    /// errors of the velocity by large impulses), and keeps what certifies better.
+    fn retry_cold(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        self.earlier.copy_warm_part(solution);
+        self.earlier.velocity.clone_from(&solution.velocity);
+        let earlier = solution.certificate.worst();
+        for (k, island) in self.islands.all().iter().enumerate() {
+            if self.residuals[k] <= self.settings.accept {
+                let Self { island_solver, cones, settings, .. } = self;
+                self.residuals[k] =
+                    solve_island(island_solver, problem, cones, island, settings, Start::Cold, solution);
+                solution.report.restarts += 1;
+            }
+        }
+        self.complete(problem, solution);
+        if solution.certificate.worst() >= earlier {
+            solution.copy_warm_part(&self.earlier);
+            solution.velocity.clone_from(&self.earlier.velocity);
+            self.complete(problem, solution);
+        }
     }
 
     /// The last stage of the cascade, for the islands that the first two left with a residual.
@@ -232,20 +259,33 @@ fn immovable_rows(problem: &ContactProblem) -> Option<SolveStatus> {
     any.then_some(SolveStatus::Infeasible { contacts })
 }
 
+/// Where the attempts on an island begin.
+#[derive(Clone, Copy, PartialEq)]
+enum Start<'a> {
+    /// From an earlier solution.
+    Warm(&'a WarmStart),
+    /// Without impulses.
+    Zero,
+    /// Without impulses, and with the attempts that follow a failure.
+    Cold,
+}
+
 /// Runs the first two stages of the cascade on an island and writes its impulses and modes. Returns the residual.
+/// Attempt 0 starts from the warm start if there is one, the later ones are cold.
 fn solve_island(
     solver: &mut IslandSolver,
     problem: &ContactProblem,
     cones: &Cones,
     island: &island::Island,
     settings: &SolverSettings,
-    warm: Option<&WarmStart>,
+    start: Start,
     solution: &mut ContactSolution,
 ) -> f64 {
     let mut best = f64::INFINITY;
-    for attempt in 0..=settings.max_restarts {
+    let first_attempt = u32::from(start == Start::Cold);
+    for attempt in first_attempt..=settings.max_restarts.max(first_attempt) {
         solver.start(problem, island);
-        if attempt == 0 {
+        if let (0, Start::Warm(warm)) = (attempt, start) {
             load_warm_start(solver, problem, cones, island, warm);
         }
         let residual = solver.run(problem, cones, island, settings, attempt);
@@ -274,9 +314,11 @@ fn load_warm_start(
     problem: &ContactProblem,
     cones: &Cones,
     island: &island::Island,
-    warm: Option<&WarmStart>,
+    warm: &WarmStart,
 ) {
-    let Some(warm) = warm.filter(|w| w.contacts.len() == problem.contact_count()) else { return };
+    if warm.contacts.len() != problem.contact_count() {
+        return;
+    }
     for (c, &i) in island.contacts.iter().enumerate() {
         let (impulse, mode) = warm.contacts[i as usize].unwrap_or(([0.0; 3], Mode::Open));
         let mode = cones.nearest_valid(i as usize, mode);

@@ -18,7 +18,7 @@ const NOISE: f64 = 1e-11;
 const WEIGHT_STEP: f64 = 1e2;
 /// Below this residual a slow iteration is a matter of rounding: ε goes up. Above it the impulses still have a long way to
 /// go in directions of small Delassus eigenvalues, or a contact that has to slide is still inside its cone: ε goes down.
-const ROUNDING_FLOOR: f64 = 1e-10;
+const ROUNDING_FLOOR: f64 = 2e-12;
 /// ε of the last iterations. The rounding of `u` enters the impulses divided by ε: once a small ε has found the impulses in
 /// the directions of small eigenvalues, larger ones remove that noise from the others.
 const LARGEST_WEIGHT: f64 = 1e-3;
