@@ -37,7 +37,7 @@ mod step;
 mod warm;
 
 pub use error::SimulationError;
-pub use recorder::{frame_into, recording_header};
+pub use recorder::{frame_into, last_frame_into, recording_header};
 pub use settings::{ContactMethod, InfeasiblePolicy, Settings};
 pub use simulation::{RunEnd, Simulation, Summary};
 pub use step::{ContactSource, StepReport, Workspace, step};

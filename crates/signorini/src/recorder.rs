@@ -1,7 +1,9 @@
 //! From a simulation to the frames of a recording.
 
 use signorini_contact::{ContactMode, SolveStatus};
-use signorini_multibody::{Geometry, Kinematics, Model, Pose, State, kinetic_energy, potential_energy};
+use signorini_multibody::{
+    Geometry, Kinematics, Model, Pose, State, forward_kinematics_into, kinetic_energy, potential_energy,
+};
 use signorini_recording::{
     ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, JointLabel, Residuals,
     SCHEMA_VERSION, ShapeVisual, StepStatus,
@@ -92,14 +94,7 @@ pub fn frame_into(
     report: &StepReport,
     frame: &mut Frame,
 ) {
-    let kinematics = &workspace.kinematics;
-    frame.step = index;
-    frame.time = state.time;
-    frame.q.clone_from(&state.q);
-    frame.v.clone_from(&state.v);
-    frame.body_poses.clear();
-    frame.body_poses.extend(kinematics.pose.iter().map(pose_array));
-    frame.energy = energy(model, kinematics, state);
+    state_into(model, index, state, &workspace.kinematics, frame);
     frame.iterations = report.solver.iterations();
     frame.missed_tolerance = report.missed_tolerance;
     frame.status = status_code(&report.status);
@@ -111,9 +106,31 @@ pub fn frame_into(
         friction: c.friction,
         dissipation: c.dissipation,
     };
+    frame.contacts.extend((0..workspace.points.len()).map(|i| contact_frame(workspace, i)));
+}
+
+/// Fills a frame with a state from which no step was made: the last of a run. It has no contacts and no residuals.
+///
+/// - `index`: number of the step that would begin there
+pub fn last_frame_into(model: &Model, index: u64, state: &State, frame: &mut Frame) {
+    let mut kinematics = Kinematics::new(model);
+    forward_kinematics_into(model, &state.q, &state.v, &mut kinematics);
+    state_into(model, index, state, &kinematics, frame);
+    (frame.iterations, frame.missed_tolerance, frame.status) = (0, false, StepStatus::Solved);
+    frame.residuals = Residuals::default();
+}
+
+/// What belongs to the state alone; the contacts are emptied.
+fn state_into(model: &Model, index: u64, state: &State, kinematics: &Kinematics, frame: &mut Frame) {
+    frame.step = index;
+    frame.time = state.time;
+    frame.q.clone_from(&state.q);
+    frame.v.clone_from(&state.v);
+    frame.body_poses.clear();
+    frame.body_poses.extend(kinematics.pose.iter().map(pose_array));
+    frame.energy = energy(model, kinematics, state);
     frame.contacts.clear();
     frame.listed_directions.clear();
-    frame.contacts.extend((0..workspace.points.len()).map(|i| contact_frame(workspace, i)));
 }
 
 fn energy(model: &Model, kinematics: &Kinematics, state: &State) -> Energy {

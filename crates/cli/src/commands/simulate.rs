@@ -100,6 +100,9 @@ fn drive(simulation: &mut Simulation, duration: f64, outputs: Outputs) -> Result
         return Err(error);
     }
     let time = simulation.state().time;
+    if matches!(end, Ok(RunEnd::Finished | RunEnd::Stopped)) {
+        watch.outputs.add_last_state(watch.tried, simulation)?;
+    }
     watch.outputs.finish(&reason(&end, time))?;
     let end = end.map_err(|source| CliError::Step { time, source })?;
     Ok(Driven { end, tried: watch.tried, misses: watch.misses, seconds })

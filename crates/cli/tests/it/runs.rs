@@ -51,8 +51,12 @@ fn set_starts_a_slide_of_known_length() {
     let words = ["simulate", "box.xml", "--duration", "0.2", "--set", "cube.v=2,0,0,0,0,0", "--record", "run.rec"];
     folder.run(&words).exits(0);
     let mut recording = Reader::open(folder.path("run.rec")).expect("a recording");
-    assert_eq!(recording.len(), 40);
-    let frame = recording.frame(39).expect("the last frame");
+    assert_eq!(recording.len(), 41);
+    let last = recording.frame(40).expect("the state at the end");
+    assert_near(last.time, 0.2, 1e-12);
+    assert_near(last.v[0], 2.0 - 40.0 * 5.0 * 0.005, 1e-12);
+    assert!(last.contacts.is_empty());
+    let frame = recording.frame(39).expect("the frame of the last step");
     let (dt, mu_g) = (0.005, 5.0);
     let travelled: f64 = (1..=39).map(|k| dt * (2.0 - f64::from(k) * mu_g * dt)).sum();
     assert_near(frame.q[0], travelled, 1e-12);

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use signorini::multibody::State;
 use signorini::recording::report::{ReportBuilder, ReportSettings};
 use signorini::recording::{Ending, Frame, Writer};
-use signorini::{Simulation, StepReport, frame_into, recording_header};
+use signorini::{Simulation, StepReport, frame_into, last_frame_into, recording_header};
 
 use crate::error::CliError;
 use crate::loading::Loaded;
@@ -68,6 +68,16 @@ impl Outputs {
             }
         }
         self.before.clone_from(simulation.state());
+        Ok(())
+    }
+
+    /// Adds the state that the run ended in to the recording. The report ends with the last step instead, so that its
+    /// curves have no point without contacts at their end.
+    pub fn add_last_state(&mut self, index: u64, simulation: &Simulation) -> Result<(), CliError> {
+        if let Some(writer) = &mut self.writer {
+            last_frame_into(simulation.model(), index, simulation.state(), &mut self.frame);
+            writer.append(&self.frame)?;
+        }
         Ok(())
     }
 
