@@ -2,7 +2,7 @@
 
 use signorini_lcp::{Method, Status};
 
-use crate::certificate::{certify, velocity_from_impulses};
+use crate::certificate::{certify, tangential_impulse, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::solver::{Cones, SolveReport, SolveStatus};
 use crate::{ContactProblem, ContactSolution, Layout, ProblemError};
@@ -62,9 +62,8 @@ fn take_unknowns(problem: &ContactProblem, cones: &Cones, at: &Layout, z: &[f64]
     solution.lambda_n.copy_from_slice(&z[at.normal..at.tangential]);
     solution.alpha.copy_from_slice(&z[at.tangential..at.bounds]);
     for i in 0..problem.contact_count() {
-        let alpha = &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
-        let sum = |r: usize| problem.directions_of(i).iter().zip(alpha).map(|(d, a)| d[r] * a).sum::<f64>();
-        solution.impulse[i] = [solution.lambda_n[i], sum(0), sum(1)];
+        let [t_1, t_2] = tangential_impulse(problem, solution, i);
+        solution.impulse[i] = [solution.lambda_n[i], t_1, t_2];
         solution.solver_modes[i] = cones.mode_at(i, solution.impulse[i]);
     }
     solution.velocity = velocity_from_impulses(problem, solution);

@@ -1,6 +1,6 @@
 //! From impulses and velocity to a complete solution: `α`, `β` and the contact modes.
 
-use crate::solver::{Cones, Mode};
+use crate::solver::Cones;
 use crate::{ContactMode, ContactProblem, ContactSolution};
 
 /// Contacts slower than this fraction of the data's velocity scale stick.
@@ -19,8 +19,7 @@ pub(crate) fn recover_into(problem: &ContactProblem, cones: &Cones, solution: &m
         let speed = directions.iter().map(|d| -(d[0] * c_1 + d[1] * c_2)).fold(0.0, f64::max);
         let range = problem.direction_offsets[i]..problem.direction_offsets[i + 1];
         let alpha = &mut solution.alpha[range];
-        let piece = cones.mode_at(i, impulse);
-        cones.decompose(i, if piece == Mode::Open { Mode::Open } else { Mode::Stick }, impulse, alpha);
+        cones.decompose(i, impulse, alpha);
         solution.lambda_n[i] = impulse[0];
         solution.beta[i] = speed;
         solution.modes[i] = contact_mode(impulse[0], alpha, speed > slow, cones.friction(i) > 0.0);

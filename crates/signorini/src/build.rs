@@ -63,20 +63,13 @@ impl ProblemBuilder {
     }
 
     /// Joint limits are contacts without friction in the joint's own coordinate (formulation §5). Those that the step
-    /// cannot reach are left out by the same margin as contact points; see [`limits_exceeded`](Self::limits_exceeded).
+    /// cannot reach are left out by the same margin as contact points; see [`add_crossed_limits`](Self::add_crossed_limits).
     fn push_limits(&mut self, model: &Model, state: &State) {
         let dt = self.problem.timestep;
-        for (j, joint) in model.joints.iter().enumerate() {
-            let Some([lower, upper]) = joint.limits else { continue };
-            let (q, k) = (state.q[joint.q_index], joint.v_index);
-            let reach = 4.0 * dt * state.v[k].abs().max(self.problem.free_velocity[k].abs());
-            for (side, gap, sign) in [(0, q - lower, 1.0), (1, upper - q, -1.0)] {
-                if gap <= reach {
-                    let column = [(k as u32, [sign, 0.0, 0.0])];
-                    let gap = stabilized(gap, self.stabilization);
-                    self.problem.push_contact(column, gap, 0.0, &self.frictionless);
-                    self.keys.push(limit_key(j, side));
-                }
+        for limit in limits(model, state) {
+            let reach = 4.0 * dt * state.v[limit.dof].abs().max(self.problem.free_velocity[limit.dof].abs());
+            if limit.gap <= reach {
+                self.push_limit(&limit);
             }
         }
     }
@@ -85,18 +78,19 @@ impl ProblemBuilder {
     pub fn add_crossed_limits(&mut self, model: &Model, state: &State, v: &[f64]) -> bool {
         let dt = self.problem.timestep;
         let before = self.keys.len();
-        for (j, joint) in model.joints.iter().enumerate() {
-            let Some([lower, upper]) = joint.limits else { continue };
-            let (q, k) = (state.q[joint.q_index], joint.v_index);
-            for (side, gap, sign) in [(0, q - lower, 1.0), (1, upper - q, -1.0)] {
-                let crosses = gap + sign * dt * v[k] < 0.0;
-                if crosses && gap > 0.0 && !self.keys.contains(&limit_key(j, side)) {
-                    self.problem.push_contact([(k as u32, [sign, 0.0, 0.0])], gap, 0.0, &self.frictionless);
-                    self.keys.push(limit_key(j, side));
-                }
+        for limit in limits(model, state) {
+            let crosses = limit.gap + limit.sign * dt * v[limit.dof] < 0.0;
+            if crosses && !self.keys.contains(&limit.key) {
+                self.push_limit(&limit);
             }
         }
         self.keys.len() > before
+    }
+
+    fn push_limit(&mut self, limit: &Limit) {
+        let column = [(limit.dof as u32, [limit.sign, 0.0, 0.0])];
+        self.problem.push_contact(column, stabilized(limit.gap, self.stabilization), 0.0, &self.frictionless);
+        self.keys.push(limit.key);
     }
 
     /// Takes negative gaps as zero; whether there were any.
@@ -105,6 +99,30 @@ impl ProblemBuilder {
         self.problem.gap.iter_mut().for_each(|phi| *phi = phi.max(0.0));
         negative
     }
+}
+
+/// One side of a joint's range.
+struct Limit {
+    key: ContactKey,
+    /// Degree of freedom of the joint.
+    dof: usize,
+    /// Distance to the limit, rad or m.
+    gap: f64,
+    /// How the distance changes with the joint's rate.
+    sign: f64,
+}
+
+/// The limits of all joints, in the order of their keys.
+fn limits<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = Limit> + 'a {
+    model.joints.iter().enumerate().filter_map(|(j, joint)| Some((j, joint, joint.limits?))).flat_map(
+        |(j, joint, [lower, upper])| {
+            let (q, dof) = (state.q[joint.q_index], joint.v_index);
+            [
+                Limit { key: limit_key(j, 0), dof, gap: q - lower, sign: 1.0 },
+                Limit { key: limit_key(j, 1), dof, gap: upper - q, sign: -1.0 },
+            ]
+        },
+    )
 }
 
 fn stabilized(gap: f64, stabilization: f64) -> f64 {

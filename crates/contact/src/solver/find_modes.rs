@@ -8,13 +8,14 @@ use super::path::{PathOutcome, Shift};
 
 /// Newton steps without a better set of modes before they are given up.
 const NEWTON_PATIENCE: u32 = 2;
+
 impl IslandSolver {
     /// Solves the proximal problem around the centre: modes, `y`, bilateral impulses. `false` if neither Newton's
     /// iterations nor the paths found its modes.
     ///
-    /// The paths of the first round start from the modes at hand. Later rounds start with every contact open: the matrix
-    /// of the proximal problem is strictly copositive, so that this path, which is Lemke's in other coordinates, cannot end
-    /// on a ray.
+    /// A path starts from the best modes that Newton's steps met. Where it is lost, another one starts with every contact
+    /// open: the matrix of the proximal problem is strictly copositive, so that this path, which is Lemke's in other
+    /// coordinates, cannot end on a ray.
     pub(super) fn solve_proximal(
         &mut self,
         cones: &Cones,

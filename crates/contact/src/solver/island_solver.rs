@@ -115,12 +115,11 @@ impl IslandSolver {
         }
     }
 
-    pub(super) fn set_weights(&mut self, problem: &ContactProblem, island: &Island, epsilon: f64) {
+    pub(super) fn set_weights(&mut self, epsilon: f64) {
         self.weight.clear();
         self.weight.extend(self.scale.iter().map(|g| 1.0 / (epsilon * g)));
         self.bilateral_weight.clear();
         self.bilateral_weight.extend(self.bilateral_scale.iter().map(|g| 1.0 / (epsilon * g)));
-        self.system.prepare(problem, island, &self.bilateral_weight);
     }
 
     pub(super) fn keep_best(&mut self) {

@@ -273,29 +273,24 @@ impl Cones {
 
     /// Splits a tangential impulse into its direction multipliers `α ≥ 0`, `D α = λ_T`, over the two neighbouring
     /// directions that enclose it. `alpha`: the contact's entries, zeroed by this function first.
-    pub fn decompose(&self, i: usize, mode: Mode, lambda: [f64; 3], alpha: &mut [f64]) {
+    pub fn decompose(&self, i: usize, lambda: [f64; 3], alpha: &mut [f64]) {
         alpha.fill(0.0);
         let edges = self.edges(i);
-        let t = [lambda[1], lambda[2]];
-        let m = edges.len();
-        match mode {
-            _ if m == 0 => {}
-            Mode::Open | Mode::Closed => {}
-            Mode::Vertex(k) => alpha[edges[k as usize].direction as usize] = self.friction[i] * lambda[0],
-            _ if m == 2 => {
-                let s = dot(edges[1].vertex, t);
-                alpha[edges[usize::from(s > 0.0)].direction as usize] = s.abs();
-            }
-            Mode::Edge(k) => split(&edges[k as usize], &edges[(k as usize + 1) % m], t, alpha),
-            Mode::Stick => {
-                let inside = |k: &usize| {
-                    let (a, b) = (edges[*k].vertex, edges[(k + 1) % m].vertex);
-                    a[0] * t[1] - a[1] * t[0] >= 0.0 && t[0] * b[1] - t[1] * b[0] >= 0.0
-                };
-                let k = (0..m).find(inside).unwrap_or(0);
-                split(&edges[k], &edges[(k + 1) % m], t, alpha);
-            }
+        let (m, t) = (edges.len(), [lambda[1], lambda[2]]);
+        if m == 0 || lambda[0] <= 0.0 {
+            return;
         }
+        if m == 2 {
+            let s = dot(edges[1].vertex, t);
+            alpha[edges[usize::from(s > 0.0)].direction as usize] = s.abs();
+            return;
+        }
+        let encloses = |k: &usize| {
+            let (a, b) = (edges[*k].vertex, edges[(k + 1) % m].vertex);
+            a[0] * t[1] - a[1] * t[0] >= 0.0 && t[0] * b[1] - t[1] * b[0] >= 0.0
+        };
+        let k = (0..m).find(encloses).unwrap_or(0);
+        split(&edges[k], &edges[(k + 1) % m], t, alpha);
     }
 }
 

@@ -35,16 +35,17 @@ impl IslandSolver {
         attempt: u32,
     ) -> f64 {
         let mut epsilon = settings.proximal_weight;
-        self.set_weights(problem, island, epsilon);
+        self.set_weights(epsilon);
         let (mut best, mut last, mut slow) = (f64::INFINITY, f64::INFINITY, 0);
-        let (mut factored, mut ascending) = (false, false);
+        let (mut prepared, mut factored, mut ascending, mut polished) = (false, false, false, false);
         for _ in 0..settings.max_proximal_iterations {
             let residual = self.evaluate_centre(problem, cones, island);
             if residual < best {
                 best = residual;
                 self.keep_best();
             }
-            if best <= settings.polish {
+            polished = best <= settings.polish;
+            if polished {
                 break;
             }
             // The first slow iteration gives the second change of the impulses that an extrapolation needs.
@@ -64,28 +65,41 @@ impl IslandSolver {
                     } else {
                         (epsilon / WEIGHT_STEP).max(settings.smallest_proximal_weight)
                     };
-                    self.set_weights(problem, island, epsilon);
-                    factored = false;
+                    self.set_weights(epsilon);
+                    (prepared, factored) = (false, false);
                 }
                 self.evaluate_centre(problem, cones, island);
             }
             if self.modes.is_empty() {
                 self.guess_modes(cones, island);
             }
+            self.prepare_system(problem, island, &mut prepared);
             if !self.solve_proximal(cones, island, settings, attempt, &mut factored) {
                 break;
             }
             self.effort.proximal_iterations += 1;
             self.take_impulses(cones, island);
         }
-        factored &= self.modes == self.best_modes;
-        self.restore_best();
-        self.evaluate_centre(problem, cones, island);
+        // A polished centre is the best one, and evaluated.
+        if !polished {
+            factored &= self.modes == self.best_modes;
+            self.restore_best();
+            self.evaluate_centre(problem, cones, island);
+        }
         // The dissipation law multiplies an error of the velocity by the impulse.
         if best * self.largest_impulse() > REFINE {
+            self.prepare_system(problem, island, &mut prepared);
             self.refine_velocity(cones, island, settings, factored);
         }
         best
+    }
+
+    /// Assembles what the system has in common for all modes, unless that is done for the present ε.
+    fn prepare_system(&mut self, problem: &ContactProblem, island: &Island, prepared: &mut bool) {
+        if !*prepared {
+            self.system.prepare(problem, island, &self.bilateral_weight);
+            *prepared = true;
+        }
     }
 
     /// The largest impulse in units of the one that changes the lightest contact's velocity by the velocity scale.
