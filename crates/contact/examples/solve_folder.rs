@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use cpu_time::ThreadTime;
+
 use signorini_contact::problem_file::{self, ProblemFile};
 use signorini_contact::{ContactProblem, ContactSolution, ContactSolver, SolveStatus, WarmStart};
 
@@ -76,7 +78,7 @@ fn median_time(mut run: impl FnMut()) -> f64 {
     let begin = Instant::now();
     let mut times = Vec::new();
     while times.is_empty() || times.len() < MAX_REPETITIONS && begin.elapsed().as_secs_f64() < TIME_PER_PROBLEM {
-        let start = Instant::now();
+        let start = ThreadTime::now();
         run();
         times.push(start.elapsed().as_secs_f64());
     }

@@ -8,6 +8,8 @@ use super::path::{PathOutcome, Shift};
 
 /// Newton steps without a better set of modes before they are given up.
 const NEWTON_PATIENCE: u32 = 2;
+/// Contacts of an island that is large enough for a path to wander.
+const LARGE: usize = 64;
 
 impl IslandSolver {
     /// Solves the proximal problem around the centre: modes, `y`, bilateral impulses. `false` if neither Newton's
@@ -35,7 +37,9 @@ impl IslandSolver {
             }
             *factored = false;
             let seed = attempt * settings.max_rounds + round;
-            if !self.follow_path(cones, island, settings, Shift::Violated, seed) {
+            if self.is_lost(cones, island, settings)
+                || !self.follow_path(cones, island, settings, Shift::Violated, seed)
+            {
                 self.modes.fill(Mode::Open);
                 if !self.solve_modes(cones, island, factored) {
                     return false;
@@ -49,9 +53,15 @@ impl IslandSolver {
         false
     }
 
+    /// Whether so many contacts of a large island lie outside their modes that a path from there would wander.
+    fn is_lost(&self, cones: &Cones, island: &Island, settings: &SolverSettings) -> bool {
+        let contacts = island.contacts.len();
+        contacts >= LARGE && 2 * self.violations(cones, island, settings) > contacts
+    }
+
     /// Newton steps on all modes at once; ends at the modes that left the fewest contacts outside their modes, factorised and
     /// solved. `false` if a system is singular.
-    fn take_newton_steps(
+    pub(super) fn take_newton_steps(
         &mut self,
         cones: &Cones,
         island: &Island,

@@ -53,6 +53,16 @@ impl Island {
         }
     }
 
+    /// `y += M x` for local vectors.
+    pub fn multiply_mass(&self, mass: &BlockDiagonal, x: &[f64], y: &mut [f64]) {
+        for (k, &block) in self.blocks.iter().enumerate() {
+            let own = self.starts[k]..self.starts[k + 1];
+            for (y, row) in y[own.clone()].iter_mut().zip(mass.block_data(block as usize).chunks_exact(own.len())) {
+                *y += row.iter().zip(&x[own.clone()]).map(|(m, x)| m * x).sum::<f64>();
+            }
+        }
+    }
+
     /// Adds the island's part of the mass matrix to a dense local matrix.
     pub fn add_mass(&self, mass: &BlockDiagonal, dense: &mut [f64]) {
         let n = self.nv();

@@ -6,6 +6,7 @@
 //! `λ̄`, so that the last iterations work with small numbers and reach rounding.
 
 use super::SolverSettings;
+use super::convex_start::ConvexStart;
 use super::island::Island;
 use super::mode::{Cones, Mode};
 use super::path::Path;
@@ -60,6 +61,9 @@ pub(crate) struct IslandSolver {
     pub(super) best_bilateral: Vec<f64>,
     pub(super) best_modes: Vec<Mode>,
     pub(super) effort: Effort,
+    pub(super) convex: ConvexStart,
+    /// Whether `system` knows the island's structure.
+    pub(super) analysed: bool,
 }
 
 impl IslandSolver {
@@ -71,6 +75,7 @@ impl IslandSolver {
         self.work.resize(island.nv(), 0.0);
         self.scratch.resize(problem.nv(), 0.0);
         self.find_scales(problem, island);
+        self.analysed = false;
         self.effort = Effort::default();
         self.impulse.clear();
         self.impulse.resize(island.contacts.len(), [0.0; 3]);

@@ -8,14 +8,17 @@
 //!
 //! What was tried and why the solver moved on is in the [`SolveReport`].
 
+mod convex_start;
 mod fallback;
 mod find_modes;
+mod gathering;
 mod island;
 mod island_solver;
 mod mode;
 mod path;
 mod proximal;
 mod settings;
+mod sparse;
 mod system;
 
 pub use settings::SolverSettings;

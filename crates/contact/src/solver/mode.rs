@@ -112,6 +112,15 @@ impl Cones {
         self.friction[i]
     }
 
+    /// The part of a tangential impulse that contact `i`'s friction can have at all: with two directions that along them.
+    pub fn admissible(&self, i: usize, t: [f64; 2]) -> [f64; 2] {
+        match self.edges(i) {
+            [] => [0.0; 2],
+            [e, _] => e.tangent.map(|x| x * dot(e.tangent, t)),
+            _ => t,
+        }
+    }
+
     /// The mode whose cone holds `y`.
     pub fn mode_at(&self, i: usize, y: [f64; 3]) -> Mode {
         let edges = self.edges(i);

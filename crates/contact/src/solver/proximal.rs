@@ -19,6 +19,11 @@ const WEIGHT_STEP: f64 = 1e2;
 /// Below this residual a slow iteration is a matter of rounding: ε goes up. Above it the impulses still have a long way to
 /// go in directions of small Delassus eigenvalues, or a contact that has to slide is still inside its cone: ε goes down.
 const ROUNDING_FLOOR: f64 = 2e-12;
+/// Contacts from which an island may begin with the convex relaxation: if more than one in so many lies outside its mode, or
+/// if any does.
+const MEDIUM: usize = 16;
+const FAR: usize = 4;
+const LARGE: usize = 64;
 /// ε of the last iterations. The rounding of `u` enters the impulses divided by ε: once a small ε has found the impulses in
 /// the directions of small eigenvalues, larger ones remove that noise from the others.
 const LARGEST_WEIGHT: f64 = 1e-3;
@@ -70,10 +75,18 @@ impl IslandSolver {
                 }
                 self.evaluate_centre(problem, cones, island);
             }
-            if self.modes.is_empty() {
+            let cold = self.modes.is_empty();
+            if cold {
                 self.guess_modes(cones, island);
             }
             self.prepare_system(problem, island, &mut prepared);
+            if cold && attempt == 0 && self.is_far_from_start(cones, island, settings, &mut factored) {
+                self.convex_start(problem, cones, island);
+                self.set_weights(epsilon);
+                self.evaluate_centre(problem, cones, island);
+                (prepared, factored) = (false, false);
+                self.prepare_system(problem, island, &mut prepared);
+            }
             if !self.solve_proximal(cones, island, settings, attempt, &mut factored) {
                 break;
             }
@@ -94,8 +107,28 @@ impl IslandSolver {
         best
     }
 
+    /// Whether Newton's steps leave contacts of a large island outside their modes: a better start is worth more than a path
+    /// from there.
+    fn is_far_from_start(
+        &mut self,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        factored: &mut bool,
+    ) -> bool {
+        let contacts = island.contacts.len();
+        let most = if contacts >= LARGE { 0 } else { contacts / FAR };
+        contacts >= MEDIUM
+            && self.take_newton_steps(cones, island, settings, settings.newton_iterations, factored)
+            && self.violations(cones, island, settings) > most
+    }
+
     /// Assembles what the system has in common for all modes, unless that is done for the present ε.
     fn prepare_system(&mut self, problem: &ContactProblem, island: &Island, prepared: &mut bool) {
+        if !self.analysed {
+            self.system.analyse(island);
+            self.analysed = true;
+        }
         if !*prepared {
             self.system.prepare(problem, island, &self.bilateral_weight);
             *prepared = true;

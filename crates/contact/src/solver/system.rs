@@ -1,25 +1,41 @@
 //! The proximal system `H = M + Σ J_cᵀ (ρ_c B_c) J_c` of one island, factorised, with rank-one updates.
 
-use signorini_lcp::linalg::Lu;
-
+use super::gathering::Gathering;
 use super::island::Island;
 use super::mode::{Cones, Facet, Mode};
+use super::sparse::{BlockLu, Symbolic};
 use crate::ContactProblem;
 
 /// Updates kept before the matrix is factorised afresh.
 const MAX_UPDATES: usize = 40;
 
-/// `H` for the current modes: an LU factorisation and, since then, one rank-one update per change of mode
-/// (Sherman–Morrison in product form).
+/// `H` for the current modes: a block LU factorisation and, since then, one rank-one update per change of mode
+/// (Sherman–Morrison in product form). Its blocks are the bodies or trees; contacts couple them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProximalSystem {
     n: usize,
-    /// `M` and the bilateral rows, dense; the same for all modes.
-    base: Vec<f64>,
-    lu: Lu,
+    /// First degree of freedom of each block, and the total.
+    starts: Vec<usize>,
+    gathering: Gathering,
+    runs: Vec<Run>,
+    /// Where each contact's runs begin, then each bilateral row's, and the total.
+    run_offsets: Vec<usize>,
+    edges: Vec<(u32, u32)>,
+    symbolic: Symbolic,
+    /// `M` and the bilateral rows; the same for all modes.
+    base: BlockLu,
+    lu: BlockLu,
     updates: Vec<Update>,
     /// `H⁻¹ J_cᵀ a` of each update, `n` entries each.
     columns: Vec<f64>,
+}
+
+/// The columns of a group of Jacobian rows that belong to one block.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    block: usize,
+    first: usize,
+    last: usize,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -30,47 +46,70 @@ struct Update {
 }
 
 impl ProximalSystem {
+    /// Finds which blocks the rows couple, and an elimination order.
+    pub fn analyse(&mut self, island: &Island) {
+        self.n = island.nv();
+        self.gathering.find_blocks(island, &mut self.starts);
+        self.runs.clear();
+        self.edges.clear();
+        self.run_offsets.clear();
+        self.run_offsets.push(0);
+        let contacts = (0..island.contacts.len()).map(|c| island.jacobian.group(c).0);
+        let bilateral = (0..island.bilateral.len()).map(|k| island.bilateral_jacobian.group(k).0);
+        for columns in contacts.chain(bilateral) {
+            let begin = self.runs.len();
+            find_runs(columns, &self.starts, &mut self.runs);
+            for (k, b) in self.runs[begin..].iter().enumerate() {
+                self.edges.extend(self.runs[begin..begin + k].iter().map(|a| (a.block as u32, b.block as u32)));
+            }
+            self.run_offsets.push(self.runs.len());
+        }
+        self.edges.sort_unstable();
+        self.edges.dedup();
+        self.symbolic.analyse(&self.starts, &self.edges);
+    }
+
     /// Assembles the part that no mode changes. `bilateral_weight`: ρ of every bilateral row.
     pub fn prepare(&mut self, problem: &ContactProblem, island: &Island, bilateral_weight: &[f64]) {
-        let n = island.nv();
-        self.n = n;
-        self.base.clear();
-        self.base.resize(n * n, 0.0);
-        island.add_mass(&problem.mass, &mut self.base);
-        for (k, &rho) in bilateral_weight.iter().enumerate() {
-            let (columns, entries) = island.bilateral_jacobian.group(k);
-            for (&i, a) in columns.iter().zip(entries) {
-                for (&j, b) in columns.iter().zip(entries) {
-                    self.base[i as usize * n + j as usize] += rho * a[0] * b[0];
-                }
+        self.base.clear(&self.symbolic);
+        for (k, &block) in island.blocks.iter().enumerate() {
+            let (start, size) = (island.starts[k], island.starts[k + 1] - island.starts[k]);
+            let own = block_of(&self.starts, start);
+            let width = self.starts[own + 1] - self.starts[own];
+            let corner =
+                self.symbolic.diagonal[self.symbolic.position[own] as usize] + (start - self.starts[own]) * (width + 1);
+            for (i, row) in problem.mass.block_data(block as usize).chunks_exact(size).enumerate() {
+                self.base.diagonal[corner + i * width..][..size].copy_from_slice(row);
             }
+        }
+        let contacts = island.contacts.len();
+        for (k, &rho) in bilateral_weight.iter().enumerate() {
+            let entries = island.bilateral_jacobian.group(k);
+            let runs = &self.runs[self.run_offsets[contacts + k]..self.run_offsets[contacts + k + 1]];
+            add_outer(&mut self.base, &self.symbolic, &self.starts, runs, entries, [[rho]]);
         }
     }
 
-    /// Factorises for the given modes; `false` if the matrix is singular.
+    /// Factorises for the given modes; `false` if a block is singular.
     pub fn factor(&mut self, island: &Island, cones: &Cones, modes: &[Mode], weight: &[f64]) -> bool {
+        self.factor_slopes(island, |c| {
+            let slope = (modes[c] != Mode::Open).then(|| cones.slope(island.contacts[c] as usize, modes[c]))?;
+            Some(slope.map(|row| row.map(|b| weight[c] * b)))
+        })
+    }
+
+    /// Factorises `M + Σ J_cᵀ S_c J_c` for any slopes (none: zero); `false` if a block is singular.
+    pub fn factor_slopes(&mut self, island: &Island, slope: impl Fn(usize) -> Option<[[f64; 3]; 3]>) -> bool {
         self.updates.clear();
         self.columns.clear();
-        let n = self.n;
-        let h = self.lu.start(n);
-        h.copy_from_slice(&self.base);
-        for (c, &mode) in modes.iter().enumerate() {
-            if mode == Mode::Open {
-                continue;
-            }
-            let slope = cones.slope(island.contacts[c] as usize, mode);
-            let (columns, entries) = island.jacobian.group(c);
-            for (&i, a) in columns.iter().zip(entries) {
-                // row = ρ (J_cᵀ B) restricted to degree of freedom i
-                let row: [f64; 3] =
-                    std::array::from_fn(|k| weight[c] * (a[0] * slope[0][k] + a[1] * slope[1][k] + a[2] * slope[2][k]));
-                let h_row = &mut h[i as usize * n..(i as usize + 1) * n];
-                for (&j, b) in columns.iter().zip(entries) {
-                    h_row[j as usize] += row[0] * b[0] + row[1] * b[1] + row[2] * b[2];
-                }
+        self.lu.copy_from(&self.base);
+        for c in 0..island.contacts.len() {
+            if let Some(slope) = slope(c) {
+                let runs = &self.runs[self.run_offsets[c]..self.run_offsets[c + 1]];
+                add_outer(&mut self.lu, &self.symbolic, &self.starts, runs, island.jacobian.group(c), slope);
             }
         }
-        self.lu.factorize() > 0.0
+        self.lu.factor(&self.symbolic) > 0.0
     }
 
     /// Whether so many updates have gathered that a fresh factorisation is due.
@@ -79,15 +118,9 @@ impl ProximalSystem {
     }
 
     /// Overwrites `x` with `H⁻¹ x`.
-    pub fn solve(&self, island: &Island, x: &mut [f64]) {
-        self.lu.solve(x);
-        for (update, column) in self.updates.iter().zip(self.columns.chunks_exact(self.n)) {
-            let u = island.jacobian.multiply(update.contact, x);
-            let factor = update.row[0] * u[0] + update.row[1] * u[1] + update.row[2] * u[2];
-            if factor != 0.0 {
-                x.iter_mut().zip(column).for_each(|(x, w)| *x -= factor * w);
-            }
-        }
+    pub fn solve(&mut self, island: &Island, x: &mut [f64]) {
+        self.lu.solve(&self.symbolic, x);
+        apply(&self.updates, &self.columns, self.n, island, x);
     }
 
     /// Lets contact `c` cross a facet: `H ← H + ρ J_cᵀ a fᵀ J_c`. Returns the column `w = H_old⁻¹ J_cᵀ a` and the ratio of
@@ -97,12 +130,8 @@ impl ProximalSystem {
         self.columns.resize(start + self.n, 0.0);
         let (known, column) = self.columns.split_at_mut(start);
         island.jacobian.add_transposed(c, facet.jump, column);
-        self.lu.solve(column);
-        for (update, w) in self.updates.iter().zip(known.chunks_exact(self.n)) {
-            let u = island.jacobian.multiply(update.contact, column);
-            let factor = update.row[0] * u[0] + update.row[1] * u[1] + update.row[2] * u[2];
-            column.iter_mut().zip(w).for_each(|(x, w)| *x -= factor * w);
-        }
+        self.lu.solve(&self.symbolic, column);
+        apply(&self.updates, known, self.n, island, column);
         let u = island.jacobian.multiply(c, column);
         let f = facet.normal;
         let ratio = 1.0 + weight * (f[0] * u[0] + f[1] * u[1] + f[2] * u[2]);
@@ -112,5 +141,69 @@ impl ProximalSystem {
         }
         self.updates.push(Update { contact: c, row: f.map(|f| weight * f / ratio) });
         Some((&self.columns[start..], ratio))
+    }
+}
+
+/// Applies the updates, oldest first, to `x`.
+fn apply(updates: &[Update], columns: &[f64], n: usize, island: &Island, x: &mut [f64]) {
+    for (update, column) in updates.iter().zip(columns.chunks_exact(n.max(1))) {
+        let u = island.jacobian.multiply(update.contact, x);
+        let factor = update.row[0] * u[0] + update.row[1] * u[1] + update.row[2] * u[2];
+        if factor != 0.0 {
+            x.iter_mut().zip(column).for_each(|(x, w)| *x -= factor * w);
+        }
+    }
+}
+
+/// The block that holds a degree of freedom.
+fn block_of(starts: &[usize], dof: usize) -> usize {
+    starts.partition_point(|&s| s <= dof) - 1
+}
+
+/// Cuts ascending columns where they pass from one block to the next.
+fn find_runs(columns: &[u32], starts: &[usize], runs: &mut Vec<Run>) {
+    let mut first = 0;
+    while first < columns.len() {
+        let block = block_of(starts, columns[first] as usize);
+        let last = first + columns[first..].partition_point(|&c| (c as usize) < starts[block + 1]);
+        runs.push(Run { block, first, last });
+        first = last;
+    }
+}
+
+/// `A += Jᵀ S J` for a group of Jacobian rows over its runs.
+fn add_outer<const R: usize>(
+    matrix: &mut BlockLu,
+    symbolic: &Symbolic,
+    starts: &[usize],
+    runs: &[Run],
+    (columns, entries): (&[u32], &[[f64; R]]),
+    slope: [[f64; R]; R],
+) {
+    let row = |i: usize| -> [f64; R] { std::array::from_fn(|k| (0..R).map(|r| entries[i][r] * slope[r][k]).sum()) };
+    let product = |row: [f64; R], j: usize| -> f64 { (0..R).map(|k| row[k] * entries[j][k]).sum() };
+    for (k, a) in runs.iter().enumerate() {
+        let (start, size) = (starts[a.block], starts[a.block + 1] - starts[a.block]);
+        let place = symbolic.diagonal[symbolic.position[a.block] as usize];
+        for i in a.first..a.last {
+            let (row, at) = (row(i), place + (columns[i] as usize - start) * size);
+            for j in a.first..a.last {
+                matrix.diagonal[at + columns[j] as usize - start] += product(row, j);
+            }
+        }
+        for b in &runs[..k] {
+            let swapped = symbolic.position[a.block] > symbolic.position[b.block];
+            let (a, b) = if swapped { (b, a) } else { (a, b) };
+            let (start, size, below) = (starts[a.block], starts[a.block + 1] - starts[a.block], starts[b.block]);
+            let place = symbolic.block_in_panel(a.block, b.block);
+            for i in b.first..b.last {
+                let (lower_row, at) = (row(i), place + (columns[i] as usize - below) * size);
+                for j in a.first..a.last {
+                    let place = at + columns[j] as usize - start;
+                    matrix.lower[place] += product(lower_row, j);
+                    matrix.upper[place] += product(row(j), i);
+                }
+            }
+        }
     }
 }

@@ -1,0 +1,104 @@
+//! Dense operations on small blocks, row-major.
+
+/// Degrees of freedom of a free body: the block size that almost all problems with many blocks have.
+const FREE: usize = 6;
+
+/// `C −= A Bᵀ` for `A` of `[rows, inner]`, `B` of `[columns, inner]`, `C` of `[rows, columns]`.
+pub(super) fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], inner: usize, columns: usize) {
+    if inner == FREE && columns == FREE {
+        return subtract_free(c, a, b);
+    }
+    for (row, a) in c.chunks_exact_mut(columns).zip(a.chunks_exact(inner)) {
+        for (x, b) in row.iter_mut().zip(b.chunks_exact(inner)) {
+            *x -= a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        }
+    }
+}
+
+fn subtract_free(c: &mut [f64], a: &[f64], b: &[f64]) {
+    let b: &[f64; FREE * FREE] = b.try_into().expect("a block of a free body");
+    let mut transposed = [[0.0; FREE]; FREE];
+    for k in 0..FREE {
+        for j in 0..FREE {
+            transposed[k][j] = b[j * FREE + k];
+        }
+    }
+    for (row, a) in c.as_chunks_mut::<FREE>().0.iter_mut().zip(a.as_chunks::<FREE>().0) {
+        for k in 0..FREE {
+            for j in 0..FREE {
+                row[j] -= a[k] * transposed[k][j];
+            }
+        }
+    }
+}
+
+/// `x −= A y` for `A` of `[x, y]`.
+pub(super) fn subtract_multiply(x: &mut [f64], a: &[f64], y: &[f64]) {
+    for (x, row) in x.iter_mut().zip(a.chunks_exact(y.len())) {
+        *x -= row.iter().zip(y).map(|(a, y)| a * y).sum::<f64>();
+    }
+}
+
+/// `y −= Aᵀ x` for `A` of `[x, y]`.
+pub(super) fn subtract_multiply_transposed(y: &mut [f64], a: &[f64], x: &[f64]) {
+    for (x, row) in x.iter().zip(a.chunks_exact(y.len())) {
+        for (y, a) in y.iter_mut().zip(row) {
+            *y -= a * x;
+        }
+    }
+}
+
+/// Factorises a square block in place with partial pivoting; `swaps[k]` is the row exchanged with row `k`. Returns the
+/// smallest pivot relative to the largest entry of the block's rows; 0 means singular.
+pub(super) fn factor_block(a: &mut [f64], swaps: &mut [u32]) -> f64 {
+    let n = swaps.len();
+    let scale = a.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+    let mut smallest = f64::INFINITY;
+    for k in 0..n {
+        let mut best = k;
+        for i in k + 1..n {
+            if a[i * n + k].abs() > a[best * n + k].abs() {
+                best = i;
+            }
+        }
+        swaps[k] = best as u32;
+        if best != k {
+            let (head, tail) = a.split_at_mut(best * n);
+            head[k * n..(k + 1) * n].swap_with_slice(&mut tail[..n]);
+        }
+        let (head, tail) = a.split_at_mut((k + 1) * n);
+        let pivot_row = &head[k * n..];
+        let pivot = pivot_row[k];
+        smallest = smallest.min(pivot.abs());
+        if !(pivot.abs() > 0.0) {
+            return 0.0;
+        }
+        for row in tail.chunks_exact_mut(n) {
+            let factor = row[k] / pivot;
+            row[k] = factor;
+            if factor != 0.0 {
+                for j in k + 1..n {
+                    row[j] -= factor * pivot_row[j];
+                }
+            }
+        }
+    }
+    if scale.is_finite() { smallest / scale } else { 0.0 }
+}
+
+/// Solves with a block that [`factor_block`] factorised.
+pub(super) fn solve_block(a: &[f64], swaps: &[u32], x: &mut [f64]) {
+    let n = swaps.len();
+    for (k, &s) in swaps.iter().enumerate() {
+        x.swap(k, s as usize);
+    }
+    for i in 1..n {
+        let (done, rest) = x.split_at_mut(i);
+        rest[0] -= a[i * n..i * n + i].iter().zip(done).map(|(a, x)| a * *x).sum::<f64>();
+    }
+    for i in (0..n).rev() {
+        let (left, right) = x.split_at_mut(i + 1);
+        let sum: f64 = a[i * n + i + 1..(i + 1) * n].iter().zip(right).map(|(a, x)| a * *x).sum();
+        left[i] = (left[i] - sum) / a[i * n + i];
+    }
+}
