@@ -36,13 +36,21 @@ pub enum ProblemError {
         /// What is wrong.
         reason: String,
     },
+    /// The directions of a friction group are not a balanced convex polygon.
+    #[error("directions of friction group {group}: {reason}")]
+    GroupDirections {
+        /// The group.
+        group: usize,
+        /// What is wrong.
+        reason: String,
+    },
     /// The mass matrix is not symmetric positive definite.
     #[error(transparent)]
     Mass(#[from] signorini_multibody::MassError),
     /// A column index lies beyond the degrees of freedom.
     #[error("row {row} of the Jacobian has an entry at column {column}, but there are only {nv} degrees of freedom")]
     Column {
-        /// Contact or bilateral row.
+        /// Contact, bilateral row or friction group.
         row: usize,
         /// The column.
         column: usize,
@@ -52,7 +60,7 @@ pub enum ProblemError {
     /// The columns of a Jacobian row are not strictly ascending.
     #[error("row {row} of the Jacobian has column {column} out of order: give each column once, in ascending order")]
     ColumnOrder {
-        /// Contact or bilateral row.
+        /// Contact, bilateral row or friction group.
         row: usize,
         /// The first column that does not exceed the one before it.
         column: usize,

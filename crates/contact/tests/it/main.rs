@@ -9,6 +9,7 @@ mod circular_cone;
 mod extremes;
 mod families;
 mod files;
+mod friction_groups;
 mod invariance;
 mod polygons;
 mod reference;
