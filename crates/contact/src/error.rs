@@ -28,7 +28,7 @@ pub enum ProblemError {
         /// What it has to be.
         expected: &'static str,
     },
-    /// A set of friction directions is not a balanced set of unit vectors.
+    /// A set of friction directions is not a balanced convex polygon.
     #[error("friction directions{}: {reason}", contact.map(|c| format!(" of contact {c}")).unwrap_or_default())]
     Directions {
         /// The contact, where it is known.

@@ -151,13 +151,17 @@ impl ContactProblem {
     /// Gives every frictional contact `count` equally spaced directions, its first direction kept.
     ///
     /// # Errors
-    /// [`ProblemError::Directions`] if `count` is odd or zero.
+    /// [`ProblemError::Directions`] if `count` is odd or zero, or if the friction of a contact is anisotropic.
     pub fn with_directions(&self, count: usize) -> Result<Self, ProblemError> {
         let mut other = self.clone();
         other.directions.clear();
         other.direction_offsets = vec![0];
         for i in 0..self.contact_count() {
             if let Some(first) = self.directions_of(i).first() {
+                if self.directions_of(i).iter().any(|d| (d[0].hypot(d[1]) - 1.0).abs() > 1e-9) {
+                    let reason = "only friction that is the same in all directions has another polygon".into();
+                    return Err(ProblemError::Directions { contact: Some(i), reason });
+                }
                 let polygon = FrictionPolygon::regular(count, first[1].atan2(first[0]))?;
                 other.directions.extend_from_slice(polygon.directions());
             }

@@ -2,6 +2,7 @@
 #![allow(non_snake_case)]
 
 mod agreement;
+mod anisotropy;
 mod assembly;
 mod bilateral;
 mod certificate;
