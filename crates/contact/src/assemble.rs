@@ -4,7 +4,7 @@
 
 use signorini_lcp::{Lcp, Matrix, MixedLcp, Scaling};
 
-use crate::{ContactProblem, FrictionBound, ProblemError};
+use crate::{ContactProblem, ProblemError};
 
 /// Where the unknowns of a complementarity problem lie. Row order: velocity (mixed form only), bilateral, normal,
 /// tangential (contacts, then friction groups), bounds (contacts, then friction groups) (formulation §5).
@@ -173,9 +173,7 @@ impl ContactProblem {
             for (k, d) in groups.direction_range(j).zip(groups.directions_of(j)) {
                 b[at.group_tangential + k] -= d[0] * u[0] + d[1] * u[1];
             }
-            if let FrictionBound::Impulse(impulse) = bound {
-                b[at.group_bounds + j] = *impulse;
-            }
+            b[at.group_bounds + j] = bound.constant();
         }
     }
 
@@ -189,7 +187,7 @@ impl ContactProblem {
             }
         }
         for (j, bound) in self.friction_groups.bound.iter().enumerate() {
-            if let FrictionBound::Normal { contact, coefficient } = *bound {
+            if let Some((contact, coefficient)) = bound.normal() {
                 A[(at.group_bounds + j, at.normal + contact)] = coefficient;
             }
             for k in self.friction_groups.direction_range(j) {

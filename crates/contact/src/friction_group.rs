@@ -19,6 +19,35 @@ pub enum FrictionBound {
         /// Coefficient, ≥ 0; m for rows of angular velocity, dimensionless for rows of velocity.
         coefficient: f64,
     },
+    /// Both, `r = r₀ + c λ_N`: friction of a contact part of whose normal impulse is given (the decompression of an impact).
+    Shifted {
+        /// Constant part `r₀`, ≥ 0.
+        impulse: f64,
+        /// The contact.
+        contact: usize,
+        /// Coefficient, ≥ 0.
+        coefficient: f64,
+    },
+}
+
+impl FrictionBound {
+    /// The constant part, N·s or N·m·s.
+    pub fn constant(&self) -> f64 {
+        match *self {
+            Self::Impulse(impulse) | Self::Shifted { impulse, .. } => impulse,
+            Self::Normal { .. } => 0.0,
+        }
+    }
+
+    /// The contact whose normal impulse it takes part in, and the coefficient.
+    pub fn normal(&self) -> Option<(usize, f64)> {
+        match *self {
+            Self::Impulse(_) => None,
+            Self::Normal { contact, coefficient } | Self::Shifted { contact, coefficient, .. } => {
+                Some((contact, coefficient))
+            }
+        }
+    }
 }
 
 /// Friction groups: sets of one or two generalized directions, each with the law of maximum dissipation over a polygon of
@@ -92,10 +121,8 @@ impl FrictionGroups {
 
     /// The bound `r` of group `j` at given normal impulses of the contacts, `[nc]`.
     pub fn bound_at(&self, j: usize, lambda_n: &[f64]) -> f64 {
-        match self.bound[j] {
-            FrictionBound::Impulse(impulse) => impulse,
-            FrictionBound::Normal { contact, coefficient } => coefficient * lambda_n[contact],
-        }
+        let bound = &self.bound[j];
+        bound.constant() + bound.normal().map_or(0.0, |(contact, coefficient)| coefficient * lambda_n[contact])
     }
 
     /// The impulse `D α` of group `j`; `alpha`: of all groups.

@@ -5,6 +5,7 @@
 //! `signorini-lcp` → [`ContactSolution`] → [`certify`]. A researcher with matrices of their own starts at [`ContactProblem`].
 
 mod assemble;
+mod bilateral_basis;
 mod certificate;
 mod error;
 mod frame;
@@ -20,6 +21,7 @@ mod solution;
 mod solver;
 
 pub use assemble::Layout;
+pub use bilateral_basis::BilateralBasis;
 pub use certificate::{Certificate, certify};
 pub use error::ProblemError;
 pub use frame::ContactFrame;

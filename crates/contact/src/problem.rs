@@ -203,15 +203,12 @@ impl ContactProblem {
         length("directions per friction group", groups.direction_offsets.len(), groups.len() + 1)?;
         for (j, target) in groups.target.iter().enumerate() {
             target.iter().try_for_each(|&u| number("u_F", j, u, "finite", |_| true))?;
-            match groups.bound[j] {
-                FrictionBound::Impulse(r) => {
-                    number("bound of a friction group", j, r, "finite and not negative", |r| r >= 0.0)?
-                }
-                FrictionBound::Normal { contact, coefficient } => {
-                    number("coefficient of a friction group", j, coefficient, "finite and not negative", |c| c >= 0.0)?;
-                    let nc = self.contact_count();
-                    number("contact of a friction group", j, contact as f64, "one of the contacts", |_| contact < nc)?;
-                }
+            let constant = groups.bound[j].constant();
+            number("bound of a friction group", j, constant, "finite and not negative", |r| r >= 0.0)?;
+            if let Some((contact, coefficient)) = groups.bound[j].normal() {
+                number("coefficient of a friction group", j, coefficient, "finite and not negative", |c| c >= 0.0)?;
+                let nc = self.contact_count();
+                number("contact of a friction group", j, contact as f64, "one of the contacts", |_| contact < nc)?;
             }
             check_directions(groups.directions_of(j))
                 .map_err(|reason| ProblemError::GroupDirections { group: j, reason })?;

@@ -22,8 +22,8 @@ pub enum ProblemFile {
     /// `A`, `b`, `is_comp` (1 where the row is complementary, 0 where it is free).
     MixedLcp(MixedLcp),
     /// `M`, `JN`, `JT`, `phi`, `dt`, `vf`, `mu`, `m`, `D`; with bilateral rows also `JB`, `theta`; with
-    /// friction groups also `JF` (2·nf × nv), `uF` (nf × 2), `cF` (the bounding contact, −1 for a constant bound), `rF` (coefficient or
-    /// constant impulse), `mF`, `DF`.
+    /// friction groups also `JF` (2·nf × nv), `uF` (nf × 2), the bounds
+    /// `rF + muF λ_N[cF]` (`cF = −1`: no contact), `mF`, `DF`.
     Contact(Box<ContactProblem>),
     /// `W`, `q`, `mu`: `u = W r + q` with Coulomb's law, per contact (normal, tangents).
     Frictional(FrictionalProblem),

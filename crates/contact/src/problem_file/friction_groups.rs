@@ -5,21 +5,25 @@ use signorini_npz::{Archive, ArchiveWriter};
 use super::{SparseBuilder, fault, merge_rows, sparse_rows};
 use crate::{ContactProblem, FrictionBound, FrictionPolygon, ProblemError};
 
-/// Marks a constant bound where a bound's contact is stored.
-const CONSTANT: i32 = -1;
+/// Stands where a group has no contact.
+const NO_CONTACT: i32 = -1;
 
-/// Reads the groups of a file that has them: `JF` (2·nf × nv), `uF` (nf × 2), `cF` (the contact that bounds the group, −1 for
-/// a constant bound), `rF` (the coefficient or the constant impulse), `mF` (numbers of directions), `DF` (their sum × 2).
+/// Reads the groups of a file that has them: `JF` (2·nf × nv), `uF` (nf × 2), the bounds `rF + muF λ_N[cF]` with `cF = −1` where
+/// there is no contact, `mF` (numbers of directions), `DF` (their sum × 2).
 pub(super) fn read(archive: &Archive, problem: &mut ContactProblem) -> Result<(), ProblemError> {
     if !archive.contains("rF") {
         return Ok(());
     }
-    let bounds = archive.f64("rF")?;
-    let nf = bounds.len();
+    let constants = archive.f64("rF")?;
+    let nf = constants.len();
+    let coefficients = archive.f64("muF")?;
     let (contacts, counts, target) = (archive.i32("cF")?, archive.i32("mF")?, archive.f64("uF")?);
-    for (array, found, expected) in
-        [("cF", contacts.len(), nf), ("mF", counts.len(), nf), ("entries of uF", target.len(), 2 * nf)]
-    {
+    for (array, found, expected) in [
+        ("muF", coefficients.len(), nf),
+        ("cF", contacts.len(), nf),
+        ("mF", counts.len(), nf),
+        ("entries of uF", target.len(), 2 * nf),
+    ] {
         if found != expected {
             return Err(ProblemError::Length { array, expected, found });
         }
@@ -39,8 +43,9 @@ pub(super) fn read(archive: &Archive, problem: &mut ContactProblem) -> Result<()
             other => other,
         })?;
         let bound = match usize::try_from(contacts[j]) {
-            Ok(contact) => FrictionBound::Normal { contact, coefficient: bounds[j] },
-            Err(_) => FrictionBound::Impulse(bounds[j]),
+            Err(_) => FrictionBound::Impulse(constants[j]),
+            Ok(contact) if constants[j] == 0.0 => FrictionBound::Normal { contact, coefficient: coefficients[j] },
+            Ok(contact) => FrictionBound::Shifted { impulse: constants[j], contact, coefficient: coefficients[j] },
         };
         let columns = merge_rows([&rows[2 * j], &rows[2 * j + 1]]);
         problem.push_friction(columns, [target[2 * j], target[2 * j + 1]], bound, &polygon);
@@ -63,16 +68,16 @@ pub(super) fn write(writer: &mut ArchiveWriter, problem: &ContactProblem) -> Res
             rows.push_row(columns.iter().zip(entries).map(|(&c, e)| (c as usize, e[r])));
         }
     }
-    let (bounds, contacts): (Vec<f64>, Vec<i32>) = groups
-        .bound
-        .iter()
-        .map(|bound| match *bound {
-            FrictionBound::Impulse(impulse) => (impulse, CONSTANT),
-            FrictionBound::Normal { contact, coefficient } => (coefficient, contact as i32),
-        })
-        .unzip();
+    let constants: Vec<f64> = groups.bound.iter().map(|bound| bound.constant()).collect();
+    let normal = || groups.bound.iter().map(|bound| bound.normal());
+    let coefficients: Vec<f64> = normal().map(|n| n.map_or(0.0, |(_, coefficient)| coefficient)).collect();
+    let contacts: Vec<i32> = normal().map(|n| n.map_or(NO_CONTACT, |(contact, _)| contact as i32)).collect();
     let counts: Vec<i32> = (0..nf).map(|j| groups.directions_of(j).len() as i32).collect();
-    writer.csr("JF", &rows.finish())?.f64("rF", &[nf], &bounds)?.i32("cF", &[nf], &contacts)?;
+    writer.csr("JF", &rows.finish())?.f64("rF", &[nf], &constants)?.f64("muF", &[nf], &coefficients)?.i32(
+        "cF",
+        &[nf],
+        &contacts,
+    )?;
     writer.f64("uF", &[nf, 2], groups.target.as_flattened())?.i32("mF", &[nf], &counts)?;
     writer.f64("DF", &[groups.direction_count(), 2], groups.directions.as_flattened())?;
     Ok(())

@@ -61,6 +61,9 @@ impl Matrices {
             match groups.bound[j] {
                 FrictionBound::Impulse(r) => constants[nc + j] = r,
                 FrictionBound::Normal { contact, coefficient } => coupling[(nc + j, contact)] = coefficient,
+                FrictionBound::Shifted { impulse, contact, coefficient } => {
+                    (constants[nc + j], coupling[(nc + j, contact)]) = (impulse, coefficient);
+                }
             }
             let (columns, entries) = groups.jacobian.group(j);
             for k in groups.direction_offsets[j]..groups.direction_offsets[j + 1] {
@@ -237,8 +240,12 @@ pub fn push_random_groups(problem: &mut ContactProblem, random: &mut Random, cou
     for j in 0..count {
         let columns: Vec<u32> = (0..problem.free_velocity.len() as u32).filter(|_| random.below(2) > 0).collect();
         let speed = if j % 2 == 0 { 0.0 } else { 1.0 };
-        let bound = match random.below(2) {
+        let bound = match random.below(3) {
             0 if nc > 0 => FrictionBound::Normal { contact: random.below(nc), coefficient: random.between(0.0, 1.0) },
+            1 if nc > 0 => {
+                let (impulse, contact) = (random.between(0.0, 2.0), random.below(nc));
+                FrictionBound::Shifted { impulse, contact, coefficient: random.between(0.0, 1.0) }
+            }
             _ => FrictionBound::Impulse(random.between(0.0, 2.0)),
         };
         if random.below(2) == 0 {
