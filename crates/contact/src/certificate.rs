@@ -17,7 +17,9 @@ pub struct Certificate {
     pub signorini: f64,
     /// `r_cone`: friction bound in the polygon's gauge.
     pub friction: f64,
-    /// `r_mdp`: maximum dissipation, the distance from the linear program's minimum.
+    /// `r_mdp`: maximum dissipation, the distance from the linear program's minimum. For a friction group with a constant bound
+    /// `r₀` one factor `s_v` of its scale is `max(s_v, g r₀)`: the bound is no velocity of the data, and a servo that could do
+    /// far more than it has to would multiply the rounding of its slip.
     pub dissipation: f64,
     /// Bilateral rows `∇Θ v⁺ + Θ/Δt` with the claimed `v⁺`.
     pub bilateral: f64,
@@ -110,13 +112,9 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
             alpha: &solution.group_alpha[groups.direction_range(j)],
             beta: solution.group_beta[j],
             bound: groups.bound_at(j, &solution.lambda_n),
+            constant: groups.bound[j].constant(),
         };
-        friction.laws(
-            groups.slip(j, &scratch.change),
-            groups.slip(j, &solution.velocity),
-            scales.delassus,
-            &mut certificate,
-        );
+        friction.laws(groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity), &scales, &mut certificate);
     }
     for k in 0..solution.bilateral.len() {
         let stabilization = problem.bilateral_violation[k] / problem.timestep;
@@ -256,8 +254,9 @@ fn contact_laws(
         alpha: &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]],
         beta: solution.beta[i],
         bound: problem.friction[i] * lambda,
+        constant: 0.0,
     };
-    friction.laws(computed, [c_1, c_2], g, raw);
+    friction.laws(computed, [c_1, c_2], scales, raw);
 }
 
 /// The friction of one contact or friction group.
@@ -267,12 +266,15 @@ struct Friction<'a> {
     beta: f64,
     /// `μ λ_N` or the bound of the group.
     bound: f64,
+    /// The part of the bound that no contact gives.
+    constant: f64,
 }
 
 impl Friction<'_> {
     /// Raw residuals of the friction law with the slip velocity that the impulses give (`computed`) and that of the claimed
-    /// `v⁺`. `g`: the Delassus scale.
-    fn laws(&self, computed: [f64; 2], claimed: [f64; 2], g: f64, raw: &mut Certificate) {
+    /// `v⁺`.
+    fn laws(&self, computed: [f64; 2], claimed: [f64; 2], scales: &Scales, raw: &mut Certificate) {
+        let g = scales.delassus;
         let along = |d: &[f64; 2], c: [f64; 2]| d[0] * c[0] + d[1] * c[1];
         for (d, a) in self.directions.iter().zip(self.alpha) {
             keep(&mut raw.natural_map, natural(g * a, along(d, computed) + self.beta));
@@ -285,7 +287,9 @@ impl Friction<'_> {
             let pairs = || self.directions.iter().zip(self.alpha);
             let power: f64 = pairs().map(|(d, a)| a * along(d, claimed)).sum();
             let support = self.directions.iter().map(|d| -along(d, claimed)).fold(f64::MIN, f64::max);
-            keep(&mut raw.dissipation, power + self.bound * support);
+            let strength = scales.velocity.max(g * self.constant);
+            let relative = if strength > 0.0 { scales.velocity / strength } else { 1.0 };
+            keep(&mut raw.dissipation, (power + self.bound * support) * relative);
         }
     }
 }
