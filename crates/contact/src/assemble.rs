@@ -7,7 +7,7 @@ use signorini_lcp::{Lcp, Matrix, MixedLcp, Scaling};
 use crate::{ContactProblem, ProblemError};
 
 /// Where the unknowns of a complementarity problem lie. Row order: velocity (mixed form only), bilateral, normal,
-/// tangential, bounds (formulation §5).
+/// tangential (contacts, then friction groups), bounds (contacts, then friction groups) (formulation §5).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Layout {
     /// Entries of `v⁺`; 0 in the standard form.
@@ -18,8 +18,12 @@ pub struct Layout {
     pub normal: usize,
     /// First entry of `α`.
     pub tangential: usize,
+    /// First entry of the friction groups' `α`.
+    pub group_tangential: usize,
     /// First entry of `β`.
     pub bounds: usize,
+    /// First entry of the friction groups' `β`.
+    pub group_bounds: usize,
     /// Number of unknowns.
     pub size: usize,
 }
@@ -28,8 +32,11 @@ impl Layout {
     fn new(problem: &ContactProblem, velocity: usize) -> Self {
         let normal = velocity + problem.bilateral_violation.len();
         let tangential = normal + problem.contact_count();
-        let bounds = tangential + problem.direction_count();
-        Self { velocity, bilateral: velocity, normal, tangential, bounds, size: bounds + problem.contact_count() }
+        let group_tangential = tangential + problem.direction_count();
+        let bounds = group_tangential + problem.friction_groups.direction_count();
+        let group_bounds = bounds + problem.contact_count();
+        let size = group_bounds + problem.friction_groups.len();
+        Self { velocity, bilateral: velocity, normal, tangential, group_tangential, bounds, group_bounds, size }
     }
 }
 
@@ -44,7 +51,7 @@ impl ContactProblem {
         Layout::new(self, 0)
     }
 
-    /// The mixed LCP in `(v⁺, λ_B, λ_N, α, β)`: `v⁺` and `λ_B` are free (formulation §3, with the bilateral rows of §5).
+    /// The mixed LCP in `(v⁺, λ_B, λ_N, α, α_F, β, β_F)` (F: friction groups): `v⁺` and `λ_B` are free (formulation §3, with the bilateral rows of §5).
     ///
     /// # Errors
     /// [`ProblemError::Lcp`] if a number is not finite.
@@ -65,13 +72,13 @@ impl ContactProblem {
                 A[(column as usize, row)] = -*entry;
             }
         });
-        self.fill_gap_rates(&at, &mut b);
+        self.fill_constants(&at, &mut b);
         self.fill_friction(&at, &mut A);
         let free = (0..at.size).map(|i| i < at.normal).collect();
         Ok(MixedLcp::with_scaling(A, b, free, self.scaling(&at)?)?)
     }
 
-    /// The LCP in `(λ_B, λ_N, α, β)` after elimination of `v⁺`; `λ_B` is free.
+    /// The LCP in `(λ_B, λ_N, α, α_F, β, β_F)` after elimination of `v⁺`; `λ_B` is free.
     ///
     /// # Errors
     /// [`ProblemError::Lcp`] if a number is not finite.
@@ -82,7 +89,7 @@ impl ContactProblem {
         Ok(MixedLcp::with_scaling(A, b, free, self.scaling(&at)?)?)
     }
 
-    /// The standard LCP in `z = (λ_N, α, β)` (formulation §4).
+    /// The standard LCP in `z = (λ_N, α, α_F, β, β_F)` (formulation §4; F: friction groups).
     ///
     /// # Errors
     /// [`ProblemError::Length`] if there are bilateral rows (take [`condensed_lcp`](Self::condensed_lcp) then);
@@ -118,7 +125,7 @@ impl ContactProblem {
             }
             b[source.0] = dot(source, &self.free_velocity);
         }
-        self.fill_gap_rates(at, &mut b);
+        self.fill_constants(at, &mut b);
         self.fill_friction(at, &mut A);
         (A, b)
     }
@@ -143,25 +150,49 @@ impl ContactProblem {
                 visit(at.tangential + self.direction_offsets[i] + k, columns, &entries);
             }
         }
+        for j in 0..self.friction_groups.len() {
+            let (columns, group) = self.friction_groups.jacobian.group(j);
+            for (k, d) in self.friction_groups.direction_range(j).zip(self.friction_groups.directions_of(j)) {
+                entries.clear();
+                entries.extend(group.iter().map(|e| d[0] * e[0] + d[1] * e[1]));
+                visit(at.group_tangential + k, columns, &entries);
+            }
+        }
     }
 
-    /// Adds `φ/Δt` and `Θ/Δt`.
-    fn fill_gap_rates(&self, at: &Layout, b: &mut [f64]) {
+    /// Adds `φ/Δt`, `Θ/Δt`, `−Dᵀu` and the constant bounds.
+    fn fill_constants(&self, at: &Layout, b: &mut [f64]) {
         for (k, theta) in self.bilateral_violation.iter().enumerate() {
             b[at.bilateral + k] += theta / self.timestep;
         }
         for (i, phi) in self.gap.iter().enumerate() {
             b[at.normal + i] += phi / self.timestep;
         }
+        let groups = &self.friction_groups;
+        for (j, (u, bound)) in groups.target.iter().zip(&groups.bound).enumerate() {
+            for (k, d) in groups.direction_range(j).zip(groups.directions_of(j)) {
+                b[at.group_tangential + k] -= d[0] * u[0] + d[1] * u[1];
+            }
+            b[at.group_bounds + j] = bound.constant();
+        }
     }
 
-    /// The blocks `E`, `M_μ`, `−Eᵀ`.
+    /// The blocks `E`, `M_μ`, `−Eᵀ`, of contacts and of friction groups.
     fn fill_friction(&self, at: &Layout, A: &mut Matrix) {
         for i in 0..self.contact_count() {
             A[(at.bounds + i, at.normal + i)] = self.friction[i];
             for k in self.direction_offsets[i]..self.direction_offsets[i + 1] {
                 A[(at.tangential + k, at.bounds + i)] = 1.0;
                 A[(at.bounds + i, at.tangential + k)] = -1.0;
+            }
+        }
+        for (j, bound) in self.friction_groups.bound.iter().enumerate() {
+            if let Some((contact, coefficient)) = bound.normal() {
+                A[(at.group_bounds + j, at.normal + contact)] = coefficient;
+            }
+            for k in self.friction_groups.direction_range(j) {
+                A[(at.group_tangential + k, at.group_bounds + j)] = 1.0;
+                A[(at.group_bounds + j, at.group_tangential + k)] = -1.0;
             }
         }
     }

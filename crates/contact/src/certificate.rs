@@ -17,7 +17,9 @@ pub struct Certificate {
     pub signorini: f64,
     /// `r_cone`: friction bound in the polygon's gauge.
     pub friction: f64,
-    /// `r_mdp`: maximum dissipation, the distance from the linear program's minimum.
+    /// `r_mdp`: maximum dissipation, the distance from the linear program's minimum. For a friction group with a constant bound
+    /// `r₀` one factor `s_v` of its scale is `max(s_v, g r₀)`: the bound is no velocity of the data, and a servo that could do
+    /// far more than it has to would multiply the rounding of its slip.
     pub dissipation: f64,
     /// Bilateral rows `∇Θ v⁺ + Θ/Δt` with the claimed `v⁺`.
     pub bilateral: f64,
@@ -70,7 +72,7 @@ pub(crate) struct Scratch {
     column: Vec<f64>,
 }
 
-/// Certifies a claimed solution `(v⁺, λ_N, α, β, λ_B)`; only these of `solution` are read.
+/// Certifies a claimed solution `(v⁺, λ_N, α, β, λ_B)` with the `α` and `β` of its friction groups; only these of `solution` are read.
 ///
 /// - `problem`: the data.
 /// - `solution`: arrays of the problem's sizes; a missing entry, or one that is not finite, makes every residual infinite.
@@ -87,9 +89,11 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
         && solution.lambda_n.len() == nc
         && solution.alpha.len() == problem.direction_count()
         && solution.beta.len() == nc
-        && solution.bilateral.len() == problem.bilateral_violation.len();
-    let mut numbers =
-        [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta, &solution.bilateral].into_iter();
+        && solution.bilateral.len() == problem.bilateral_violation.len()
+        && solution.group_alpha.len() == problem.friction_groups.direction_count()
+        && solution.group_beta.len() == problem.friction_groups.len();
+    let contacts = [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta];
+    let mut numbers = contacts.into_iter().chain([&solution.bilateral, &solution.group_alpha, &solution.group_beta]);
     if !sizes_fit || numbers.any(|x| x.iter().any(|x| !x.is_finite())) {
         return Certificate::everything_violated();
     }
@@ -101,6 +105,17 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
     for i in 0..nc {
         contact_laws(problem, solution, i, &scratch.change, &scales, &mut certificate);
     }
+    for j in 0..problem.friction_groups.len() {
+        let groups = &problem.friction_groups;
+        let friction = Friction {
+            directions: groups.directions_of(j),
+            alpha: &solution.group_alpha[groups.direction_range(j)],
+            beta: solution.group_beta[j],
+            bound: groups.bound_at(j, &solution.lambda_n),
+            constant: groups.bound[j].constant(),
+        };
+        friction.laws(groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity), &scales, &mut certificate);
+    }
     for k in 0..solution.bilateral.len() {
         let stabilization = problem.bilateral_violation[k] / problem.timestep;
         let [claimed] = problem.bilateral_jacobian.multiply(k, &solution.velocity);
@@ -111,7 +126,7 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
     scales.normalise(problem, solution, certificate)
 }
 
-/// `v^f + M⁻¹(J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B)`.
+/// `v^f + M⁻¹(J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B + J_FᵀD_Fα_F)`.
 pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
     let mut scratch = Scratch::default();
     scratch.resize(problem.nv());
@@ -132,10 +147,7 @@ struct Scales {
 
 impl Scales {
     fn of(problem: &ContactProblem, column: &mut [f64]) -> Self {
-        let mut delassus = 0.0_f64;
-        for i in 0..problem.contact_count() {
-            delassus = problem.delassus_diagonal(i, column).into_iter().fold(delassus, f64::max);
-        }
+        let delassus = problem.delassus_scale_with(column);
         Self {
             delassus: if delassus > 0.0 { delassus } else { 1.0 },
             velocity: problem.velocity_scale(),
@@ -181,7 +193,7 @@ impl Scratch {
         }
     }
 
-    /// `force = J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B`.
+    /// `force = J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B + J_FᵀD_Fα_F`.
     fn add_forces(&mut self, problem: &ContactProblem, solution: &ContactSolution) {
         for i in 0..problem.contact_count() {
             let [t_1, t_2] = tangential_impulse(problem, solution, i);
@@ -189,6 +201,10 @@ impl Scratch {
         }
         for (k, p) in solution.bilateral.iter().enumerate() {
             problem.bilateral_jacobian.add_transposed(k, [*p], &mut self.force);
+        }
+        for j in 0..problem.friction_groups.len() {
+            let impulse = problem.friction_groups.impulse(j, &solution.group_alpha);
+            problem.friction_groups.jacobian.add_transposed(j, impulse, &mut self.force);
         }
     }
 
@@ -226,25 +242,54 @@ fn contact_laws(
     scales: &Scales,
     raw: &mut Certificate,
 ) {
-    let g = scales.delassus;
-    let (lambda, beta, mu) = (solution.lambda_n[i], solution.beta[i], problem.friction[i]);
-    let alpha = &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
+    let (g, lambda) = (scales.delassus, solution.lambda_n[i]);
     let gap_rate = problem.gap[i] / problem.timestep;
     let [c_n, c_1, c_2] = problem.contact_velocity(i, from_impulses);
     keep(&mut raw.natural_map, natural(g * lambda, c_n + gap_rate));
-    for (d, a) in problem.directions_of(i).iter().zip(alpha) {
-        keep(&mut raw.natural_map, natural(g * a, d[0] * c_1 + d[1] * c_2 + beta));
-    }
-    let bound = mu * lambda - alpha.iter().sum::<f64>();
-    keep(&mut raw.natural_map, natural(beta, g * bound));
-
+    let computed = [c_1, c_2];
     let [c_n, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
     keep(&mut raw.signorini, natural(g * lambda, c_n + gap_rate));
-    keep(&mut raw.friction, -bound);
-    keep(&mut raw.friction, alpha.iter().fold(0.0, |a: f64, x| a.max(-x)));
-    if !alpha.is_empty() {
-        let [t_1, t_2] = tangential_impulse(problem, solution, i);
-        let support = problem.directions_of(i).iter().map(|d| -(d[0] * c_1 + d[1] * c_2)).fold(f64::MIN, f64::max);
-        keep(&mut raw.dissipation, c_1 * t_1 + c_2 * t_2 + mu * lambda * support);
+    let friction = Friction {
+        directions: problem.directions_of(i),
+        alpha: &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]],
+        beta: solution.beta[i],
+        bound: problem.friction[i] * lambda,
+        constant: 0.0,
+    };
+    friction.laws(computed, [c_1, c_2], scales, raw);
+}
+
+/// The friction of one contact or friction group.
+struct Friction<'a> {
+    directions: &'a [[f64; 2]],
+    alpha: &'a [f64],
+    beta: f64,
+    /// `μ λ_N` or the bound of the group.
+    bound: f64,
+    /// The part of the bound that no contact gives.
+    constant: f64,
+}
+
+impl Friction<'_> {
+    /// Raw residuals of the friction law with the slip velocity that the impulses give (`computed`) and that of the claimed
+    /// `v⁺`.
+    fn laws(&self, computed: [f64; 2], claimed: [f64; 2], scales: &Scales, raw: &mut Certificate) {
+        let g = scales.delassus;
+        let along = |d: &[f64; 2], c: [f64; 2]| d[0] * c[0] + d[1] * c[1];
+        for (d, a) in self.directions.iter().zip(self.alpha) {
+            keep(&mut raw.natural_map, natural(g * a, along(d, computed) + self.beta));
+        }
+        let room = self.bound - self.alpha.iter().sum::<f64>();
+        keep(&mut raw.natural_map, natural(self.beta, g * room));
+        keep(&mut raw.friction, -room);
+        keep(&mut raw.friction, self.alpha.iter().fold(0.0, |a: f64, x| a.max(-x)));
+        if !self.alpha.is_empty() {
+            let pairs = || self.directions.iter().zip(self.alpha);
+            let power: f64 = pairs().map(|(d, a)| a * along(d, claimed)).sum();
+            let support = self.directions.iter().map(|d| -along(d, claimed)).fold(f64::MIN, f64::max);
+            let strength = scales.velocity.max(g * self.constant);
+            let relative = if strength > 0.0 { scales.velocity / strength } else { 1.0 };
+            keep(&mut raw.dissipation, (power + self.bound * support) * relative);
+        }
     }
 }

@@ -28,11 +28,19 @@ pub enum ProblemError {
         /// What it has to be.
         expected: &'static str,
     },
-    /// A set of friction directions is not a balanced set of unit vectors.
+    /// A set of friction directions is not a balanced convex polygon.
     #[error("friction directions{}: {reason}", contact.map(|c| format!(" of contact {c}")).unwrap_or_default())]
     Directions {
         /// The contact, where it is known.
         contact: Option<usize>,
+        /// What is wrong.
+        reason: String,
+    },
+    /// The directions of a friction group are not a balanced convex polygon.
+    #[error("directions of friction group {group}: {reason}")]
+    GroupDirections {
+        /// The group.
+        group: usize,
         /// What is wrong.
         reason: String,
     },
@@ -42,7 +50,7 @@ pub enum ProblemError {
     /// A column index lies beyond the degrees of freedom.
     #[error("row {row} of the Jacobian has an entry at column {column}, but there are only {nv} degrees of freedom")]
     Column {
-        /// Contact or bilateral row.
+        /// Contact, bilateral row or friction group.
         row: usize,
         /// The column.
         column: usize,
@@ -52,7 +60,7 @@ pub enum ProblemError {
     /// The columns of a Jacobian row are not strictly ascending.
     #[error("row {row} of the Jacobian has column {column} out of order: give each column once, in ascending order")]
     ColumnOrder {
-        /// Contact or bilateral row.
+        /// Contact, bilateral row or friction group.
         row: usize,
         /// The first column that does not exceed the one before it.
         column: usize,

@@ -5,7 +5,7 @@ use signorini_lcp::{Method, Status};
 use crate::certificate::{certify, tangential_impulse, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::solver::{Cones, SolveReport, SolveStatus};
-use crate::{ContactProblem, ContactSolution, Layout, ProblemError};
+use crate::{ContactProblem, ContactSolution, FrictionBound, Layout, ProblemError};
 
 /// Solves a contact problem as an LCP: the standard form (formulation §4), or with bilateral rows the condensed one.
 ///
@@ -48,19 +48,28 @@ pub fn solve_as_lcp(
     Ok(solution)
 }
 
-/// Whether theory promises a solution (formulation §4): a ray or a proof of the contrary is then an effect of rounding.
+/// Whether theory promises a solution (formulation §4): a ray or a proof of the contrary is then an effect of rounding. Along a
+/// ray the constant bounds leave no impulse, and impulses bounded by contacts do no work against `v^f`, so that friction
+/// groups spoil the promise only where a contact bounds them and their target is not zero (a moving wedge can jam).
 fn must_have_a_solution(problem: &ContactProblem) -> bool {
-    problem.bilateral_violation.is_empty() && problem.gap.iter().all(|phi| *phi >= 0.0)
+    let groups = &problem.friction_groups;
+    let still = |(bound, target): (&FrictionBound, &[f64; 2])| {
+        matches!(bound, FrictionBound::Impulse(_)) || *target == [0.0; 2]
+    };
+    problem.bilateral_violation.is_empty()
+        && problem.gap.iter().all(|phi| *phi >= 0.0)
+        && groups.bound.iter().zip(&groups.target).all(still)
 }
 
-/// Impulses, modes and velocity from the unknowns `(λ_B, λ_N, α, β)`.
+/// Impulses, modes and velocity from the unknowns `(λ_B, λ_N, α, α_F, β, β_F)`.
 fn take_unknowns(problem: &ContactProblem, cones: &Cones, at: &Layout, z: &[f64], solution: &mut ContactSolution) {
     if z.len() != at.size {
         return;
     }
     solution.bilateral.copy_from_slice(&z[at.bilateral..at.normal]);
     solution.lambda_n.copy_from_slice(&z[at.normal..at.tangential]);
-    solution.alpha.copy_from_slice(&z[at.tangential..at.bounds]);
+    solution.alpha.copy_from_slice(&z[at.tangential..at.group_tangential]);
+    solution.group_alpha.copy_from_slice(&z[at.group_tangential..at.bounds]);
     for i in 0..problem.contact_count() {
         let [t_1, t_2] = tangential_impulse(problem, solution, i);
         solution.impulse[i] = [solution.lambda_n[i], t_1, t_2];

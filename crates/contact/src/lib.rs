@@ -5,9 +5,11 @@
 //! `signorini-lcp` → [`ContactSolution`] → [`certify`]. A researcher with matrices of their own starts at [`ContactProblem`].
 
 mod assemble;
+mod bilateral_basis;
 mod certificate;
 mod error;
 mod frame;
+mod friction_group;
 mod frictional_certificate;
 mod jacobian;
 mod lcp_route;
@@ -19,9 +21,11 @@ mod solution;
 mod solver;
 
 pub use assemble::Layout;
+pub use bilateral_basis::BilateralBasis;
 pub use certificate::{Certificate, certify};
 pub use error::ProblemError;
 pub use frame::ContactFrame;
+pub use friction_group::{FrictionBound, FrictionGroups};
 pub use jacobian::SparseRows;
 pub use lcp_route::solve_as_lcp;
 pub use polygon::FrictionPolygon;

@@ -3,11 +3,12 @@
 use signorini_multibody::{BlockCholesky, BlockDiagonal};
 
 use crate::ProblemError;
+use crate::friction_group::{FrictionBound, FrictionGroups};
 use crate::jacobian::SparseRows;
 use crate::polygon::{FrictionPolygon, check_directions};
 
 /// Everything the formulation needs for one step: `M`, `v^f`, `Δt`, and for each contact `J_N`, `J_T`, `φ`, `μ`, `D`; for
-/// each bilateral row its Jacobian and `Θ` (formulation §§1–5).
+/// each bilateral row its Jacobian and `Θ`, for each friction group its Jacobian, target, bound and `D` (formulation §§1–5).
 ///
 /// Plain data: it can be saved, loaded, solved by any method and checked by a separate program. Sizes: `nv` degrees of
 /// freedom, `nc` contacts, `nb` bilateral rows, `m` friction directions in all.
@@ -35,6 +36,8 @@ pub struct ContactProblem {
     pub bilateral_jacobian: SparseRows<1>,
     /// Violation Θ of each bilateral row at `q_t`, `[nb]`, m or rad.
     pub bilateral_violation: Vec<f64>,
+    /// Friction apart from the tangents of contacts.
+    pub friction_groups: FrictionGroups,
 }
 
 impl ContactProblem {
@@ -57,6 +60,7 @@ impl ContactProblem {
             direction_offsets: vec![0],
             bilateral_jacobian: SparseRows::default(),
             bilateral_violation: Vec::new(),
+            friction_groups: FrictionGroups::default(),
         };
         problem.check()?;
         Ok(problem)
@@ -82,7 +86,7 @@ impl ContactProblem {
         &self.directions[self.direction_offsets[i]..self.direction_offsets[i + 1]]
     }
 
-    /// Removes contacts and bilateral rows and keeps the memory.
+    /// Removes contacts, bilateral rows and friction groups and keeps the memory.
     pub fn clear_contacts(&mut self) {
         self.jacobian.clear();
         self.gap.clear();
@@ -92,6 +96,7 @@ impl ContactProblem {
         self.direction_offsets.push(0);
         self.bilateral_jacobian.clear();
         self.bilateral_violation.clear();
+        self.friction_groups.clear();
     }
 
     /// Adds a contact: its Jacobian columns with entries (normal, tangent 1, tangent 2), gap φ (m), friction μ, directions.
@@ -115,16 +120,48 @@ impl ContactProblem {
         self.bilateral_violation.push(violation);
     }
 
+    /// Adds a friction group (see [`FrictionGroups`]) in two generalized directions.
+    ///
+    /// - `columns`: Jacobian columns with the entries of both rows
+    /// - `target`: the velocity that the group pulls towards, m/s or rad/s
+    /// - `bound`: of the impulse; a contact that it names may be added later
+    /// - `polygon`: the directions
+    pub fn push_friction(
+        &mut self,
+        columns: impl IntoIterator<Item = (u32, [f64; 2])>,
+        target: [f64; 2],
+        bound: FrictionBound,
+        polygon: &FrictionPolygon,
+    ) {
+        self.friction_groups.push(columns, target, bound, polygon);
+    }
+
+    /// Adds a friction group in one generalized direction, with the directions ±1; see
+    /// [`push_friction`](Self::push_friction).
+    pub fn push_friction_row(
+        &mut self,
+        columns: impl IntoIterator<Item = (u32, f64)>,
+        target: f64,
+        bound: FrictionBound,
+    ) {
+        let columns = columns.into_iter().map(|(column, entry)| (column, [entry, 0.0]));
+        self.friction_groups.push_line(columns, target, bound);
+    }
+
     /// Gives every frictional contact `count` equally spaced directions, its first direction kept.
     ///
     /// # Errors
-    /// [`ProblemError::Directions`] if `count` is odd or zero.
+    /// [`ProblemError::Directions`] if `count` is odd or zero, or if the friction of a contact is anisotropic.
     pub fn with_directions(&self, count: usize) -> Result<Self, ProblemError> {
         let mut other = self.clone();
         other.directions.clear();
         other.direction_offsets = vec![0];
         for i in 0..self.contact_count() {
             if let Some(first) = self.directions_of(i).first() {
+                if self.directions_of(i).iter().any(|d| (d[0].hypot(d[1]) - 1.0).abs() > 1e-9) {
+                    let reason = "only friction that is the same in all directions has another polygon".into();
+                    return Err(ProblemError::Directions { contact: Some(i), reason });
+                }
                 let polygon = FrictionPolygon::regular(count, first[1].atan2(first[0]))?;
                 other.directions.extend_from_slice(polygon.directions());
             }
@@ -149,20 +186,32 @@ impl ContactProblem {
         numbers("phi", &self.gap, "finite", |_| true)?;
         numbers("mu", &self.friction, "finite and not negative", |x| x >= 0.0)?;
         numbers("Theta", &self.bilateral_violation, "finite", |_| true)?;
-        let beyond = self.jacobian.column_beyond(nv).or(self.bilateral_jacobian.column_beyond(nv));
-        if let Some((row, column)) = beyond {
-            return Err(ProblemError::Column { row, column, nv });
-        }
-        let descent = self.jacobian.column_out_of_order().or(self.bilateral_jacobian.column_out_of_order());
-        if let Some((row, column)) = descent {
-            return Err(ProblemError::ColumnOrder { row, column });
-        }
-        if let Some((index, value)) = self.jacobian.not_finite().or(self.bilateral_jacobian.not_finite()) {
-            return Err(ProblemError::Number { array: "J", index, value, expected: "finite" });
-        }
+        check_rows(&self.jacobian, nv)?;
+        check_rows(&self.bilateral_jacobian, nv)?;
+        check_rows(&self.friction_groups.jacobian, nv)?;
         for i in 0..nc {
             check_directions(self.directions_of(i))
                 .map_err(|reason| ProblemError::Directions { contact: Some(i), reason })?;
+        }
+        self.check_groups()
+    }
+
+    fn check_groups(&self) -> Result<(), ProblemError> {
+        let groups = &self.friction_groups;
+        length("groups of J_F", groups.jacobian.len(), groups.len())?;
+        length("u_F", groups.target.len(), groups.len())?;
+        length("directions per friction group", groups.direction_offsets.len(), groups.len() + 1)?;
+        for (j, target) in groups.target.iter().enumerate() {
+            target.iter().try_for_each(|&u| number("u_F", j, u, "finite", |_| true))?;
+            let constant = groups.bound[j].constant();
+            number("bound of a friction group", j, constant, "finite and not negative", |r| r >= 0.0)?;
+            if let Some((contact, coefficient)) = groups.bound[j].normal() {
+                number("coefficient of a friction group", j, coefficient, "finite and not negative", |c| c >= 0.0)?;
+                let nc = self.contact_count();
+                number("contact of a friction group", j, contact as f64, "one of the contacts", |_| contact < nc)?;
+            }
+            check_directions(groups.directions_of(j))
+                .map_err(|reason| ProblemError::GroupDirections { group: j, reason })?;
         }
         Ok(())
     }
@@ -172,10 +221,23 @@ impl ContactProblem {
         self.jacobian.multiply(i, v)
     }
 
-    /// `g`: the largest diagonal entry of `J M⁻¹ Jᵀ` over normal and tangential rows, 1/kg; 0 without contacts.
+    /// `g`: the largest diagonal entry of `J M⁻¹ Jᵀ` over the rows of contacts and friction groups, 1/kg; 0 without any.
     pub fn delassus_scale(&self) -> f64 {
         let mut column = vec![0.0; self.nv()];
-        (0..self.contact_count()).flat_map(|i| self.delassus_diagonal(i, &mut column)).fold(0.0, f64::max)
+        self.delassus_scale_with(&mut column)
+    }
+
+    /// [`delassus_scale`](Self::delassus_scale) without memory of its own; `scratch` as in
+    /// [`delassus_diagonal`](Self::delassus_diagonal).
+    pub(crate) fn delassus_scale_with(&self, scratch: &mut [f64]) -> f64 {
+        let mut scale = 0.0;
+        for i in 0..self.contact_count() {
+            scale = self.delassus_diagonal(i, scratch).into_iter().fold(scale, f64::max);
+        }
+        for j in 0..self.friction_groups.len() {
+            scale = self.group_delassus(j, scratch).into_iter().fold(scale, f64::max);
+        }
+        scale
     }
 
     /// The diagonal of contact `i`'s block of `J M⁻¹ Jᵀ`. `scratch`: `[nv]`, all zero before and after.
@@ -191,6 +253,13 @@ impl ContactProblem {
     pub fn bilateral_delassus(&self, k: usize, scratch: &mut [f64]) -> f64 {
         let (columns, entries) = self.bilateral_jacobian.group(k);
         self.delassus_entries(columns, entries, scratch)[0]
+    }
+
+    /// The diagonal of friction group `j`'s block of `J M⁻¹ Jᵀ`. `scratch` as in
+    /// [`delassus_diagonal`](Self::delassus_diagonal).
+    pub fn group_delassus(&self, j: usize, scratch: &mut [f64]) -> [f64; 2] {
+        let (columns, entries) = self.friction_groups.jacobian.group(j);
+        self.delassus_entries(columns, entries, scratch)
     }
 
     fn delassus_entries<const R: usize>(&self, columns: &[u32], entries: &[[f64; R]], scratch: &mut [f64]) -> [f64; R] {
@@ -215,7 +284,8 @@ impl ContactProblem {
         diagonal
     }
 
-    /// `s_v = max|b|`, the data's velocity scale (formulation §8), m/s.
+    /// `s_v = max|b|`, the data's velocity scale (formulation §8), m/s. Constant bounds of friction groups, which are impulses,
+    /// are not in it: a bound that is never reached does not loosen the residuals.
     pub fn velocity_scale(&self) -> f64 {
         let mut scale = 0.0_f64;
         for i in 0..self.contact_count() {
@@ -229,7 +299,26 @@ impl ContactProblem {
             let [rate] = self.bilateral_jacobian.multiply(k, &self.free_velocity);
             scale = scale.max((rate + theta / self.timestep).abs());
         }
+        for j in 0..self.friction_groups.len() {
+            let [s_1, s_2] = self.friction_groups.slip(j, &self.free_velocity);
+            for d in self.friction_groups.directions_of(j) {
+                scale = scale.max((d[0] * s_1 + d[1] * s_2).abs());
+            }
+        }
         scale
+    }
+}
+
+fn check_rows<const R: usize>(rows: &SparseRows<R>, nv: usize) -> Result<(), ProblemError> {
+    if let Some((row, column)) = rows.column_beyond(nv) {
+        return Err(ProblemError::Column { row, column, nv });
+    }
+    if let Some((row, column)) = rows.column_out_of_order() {
+        return Err(ProblemError::ColumnOrder { row, column });
+    }
+    match rows.not_finite() {
+        Some((index, value)) => Err(ProblemError::Number { array: "J", index, value, expected: "finite" }),
+        None => Ok(()),
     }
 }
 

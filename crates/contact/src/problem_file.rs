@@ -3,6 +3,8 @@
 //! The field `kind` says what a file holds: `lcp`, `mlcp`, `contact`, `frictional3d`, `frictional2d`. Matrices are dense arrays
 //! `X` or CSR (`X_data`, `X_indices`, `X_indptr`, `X_shape`). See [`ProblemFile`] for the arrays of each kind.
 
+mod friction_groups;
+
 use std::path::Path;
 
 use signorini_lcp::{Lcp, Matrix, MixedLcp, Scaling};
@@ -19,7 +21,9 @@ pub enum ProblemFile {
     Lcp(Lcp),
     /// `A`, `b`, `is_comp` (1 where the row is complementary, 0 where it is free).
     MixedLcp(MixedLcp),
-    /// `M`, `JN`, `JT`, `phi`, `dt`, `vf`, `mu`, `m`, `D`; with bilateral rows also `JB`, `theta`.
+    /// `M`, `JN`, `JT`, `phi`, `dt`, `vf`, `mu`, `m`, `D`; with bilateral rows also `JB`, `theta`; with
+    /// friction groups also `JF` (2·nf × nv), `uF` (nf × 2), the bounds
+    /// `rF + muF λ_N[cF]` (`cF = −1`: no contact), `mF`, `DF`.
     Contact(Box<ContactProblem>),
     /// `W`, `q`, `mu`: `u = W r + q` with Coulomb's law, per contact (normal, tangents).
     Frictional(FrictionalProblem),
@@ -221,6 +225,7 @@ fn read_contact(archive: &Archive) -> Result<ContactProblem, ProblemError> {
             problem.push_bilateral(merge_rows([row]), theta);
         }
     }
+    friction_groups::read(archive, &mut problem)?;
     problem.check()?;
     Ok(problem)
 }
@@ -273,6 +278,7 @@ pub fn write_contact(path: impl AsRef<Path>, problem: &ContactProblem) -> Result
         let theta = &problem.bilateral_violation;
         writer.csr("JB", &bilateral.finish())?.f64("theta", &[theta.len()], theta)?;
     }
+    friction_groups::write(&mut writer, problem)?;
     writer.write(path)?;
     Ok(())
 }
@@ -299,7 +305,8 @@ impl SparseBuilder {
     }
 }
 
-/// Writes a contact solution: `z` (λ_N, α, β), `v`, `lambda_n`, `alpha`, `beta`, and `lambda_b` for bilateral rows.
+/// Writes a contact solution: `z` (λ_N, α, α_F, β, β_F), `v`, `lambda_n`, `alpha`, `beta`, `lambda_b` for bilateral rows, `alpha_f`
+/// and `beta_f` for friction groups.
 ///
 /// # Errors
 /// [`ProblemError::Archive`] if the file cannot be written.
@@ -313,6 +320,8 @@ pub fn write_contact_solution(path: impl AsRef<Path>, solution: &ContactSolution
         ("alpha", &solution.alpha),
         ("beta", &solution.beta),
         ("lambda_b", &solution.bilateral),
+        ("alpha_f", &solution.group_alpha),
+        ("beta_f", &solution.group_beta),
     ] {
         writer.f64(name, &[x.len()], x)?;
     }
@@ -369,18 +378,33 @@ fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<C
     let mut solution = ContactSolution::default();
     solution.prepare(problem);
     let (nc, m) = (problem.contact_count(), problem.direction_count());
+    let (nf, m_f) = (problem.friction_groups.len(), problem.friction_groups.direction_count());
     if archive.contains("lambda_n") {
         solution.lambda_n = archive.f64("lambda_n")?;
         solution.alpha = archive.f64("alpha")?;
         solution.beta = archive.f64("beta")?;
+        if nf > 0 {
+            solution.group_alpha = archive.f64("alpha_f")?;
+            solution.group_beta = archive.f64("beta_f")?;
+        }
     } else {
         let z = archive.f64("z")?;
-        if z.len() != 2 * nc + m {
-            return Err(ProblemError::Length { array: "z", expected: 2 * nc + m, found: z.len() });
+        let expected = 2 * nc + m + nf + m_f;
+        if z.len() != expected {
+            return Err(ProblemError::Length { array: "z", expected, found: z.len() });
         }
-        solution.lambda_n = z[..nc].to_vec();
-        solution.alpha = z[nc..nc + m].to_vec();
-        solution.beta = z[nc + m..].to_vec();
+        let mut rest = z.as_slice();
+        for (part, size) in [
+            (&mut solution.lambda_n, nc),
+            (&mut solution.alpha, m),
+            (&mut solution.group_alpha, m_f),
+            (&mut solution.beta, nc),
+            (&mut solution.group_beta, nf),
+        ] {
+            let (own, others) = rest.split_at(size);
+            *part = own.to_vec();
+            rest = others;
+        }
     }
     if archive.contains("lambda_b") {
         solution.bilateral = archive.f64("lambda_b")?;
@@ -390,6 +414,8 @@ fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<C
         ("alpha", &solution.alpha, m),
         ("beta", &solution.beta, nc),
         ("lambda_b", &solution.bilateral, problem.bilateral_violation.len()),
+        ("alpha_f", &solution.group_alpha, m_f),
+        ("beta_f", &solution.group_beta, nf),
     ] {
         if values.len() != expected {
             return Err(ProblemError::Length { array, expected, found: values.len() });
@@ -399,6 +425,9 @@ fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<C
     for i in 0..nc {
         let [t_1, t_2] = crate::certificate::tangential_impulse(problem, &solution, i);
         solution.impulse[i] = [solution.lambda_n[i], t_1, t_2];
+    }
+    for j in 0..nf {
+        solution.group_impulse[j] = problem.friction_groups.impulse(j, &solution.group_alpha);
     }
     solution.velocity = if archive.contains("v") {
         archive.f64("v")?

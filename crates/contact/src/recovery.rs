@@ -24,10 +24,26 @@ pub(crate) fn recover_into(problem: &ContactProblem, cones: &Cones, solution: &m
         solution.beta[i] = speed;
         solution.modes[i] = contact_mode(impulse[0], alpha, speed > slow, cones.friction(i) > 0.0);
     }
+    recover_groups(problem, slow, solution);
 }
 
-fn contact_mode(lambda_n: f64, alpha: &[f64], slides: bool, frictional: bool) -> ContactMode {
-    if lambda_n <= 0.0 {
+/// Fills `group_beta`, `group_impulse` and `group_modes` of a solution from `group_alpha`, `lambda_n` and `velocity`; `β` as
+/// in [`recover_into`].
+fn recover_groups(problem: &ContactProblem, slow: f64, solution: &mut ContactSolution) {
+    let groups = &problem.friction_groups;
+    for j in 0..groups.len() {
+        let [s_1, s_2] = groups.slip(j, &solution.velocity);
+        let speed = groups.directions_of(j).iter().map(|d| -(d[0] * s_1 + d[1] * s_2)).fold(0.0, f64::max);
+        solution.group_beta[j] = speed;
+        solution.group_impulse[j] = groups.impulse(j, &solution.group_alpha);
+        let alpha = &solution.group_alpha[groups.direction_range(j)];
+        solution.group_modes[j] = contact_mode(groups.bound_at(j, &solution.lambda_n), alpha, speed > slow, true);
+    }
+}
+
+/// `bound`: the normal impulse of a contact, the bound of a friction group.
+fn contact_mode(bound: f64, alpha: &[f64], slides: bool, frictional: bool) -> ContactMode {
+    if bound <= 0.0 {
         return ContactMode::Open;
     }
     if !frictional {

@@ -4,7 +4,7 @@ use crate::ContactProblem;
 use crate::certificate::Certificate;
 use crate::solver::{Mode, SolveReport, SolveStatus};
 
-/// What a contact does in a solution. Directions are numbered as in the problem.
+/// What a contact or friction group does in a solution. Directions are numbered as in the problem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ContactMode {
     /// No impulse.
@@ -41,10 +41,18 @@ pub struct ContactSolution {
     pub beta: Vec<f64>,
     /// Impulses of the bilateral rows `λ_B`, `[nb]`, N·s or N·m·s.
     pub bilateral: Vec<f64>,
+    /// Impulses of the friction groups along their directions, N·s or N·m·s.
+    pub group_alpha: Vec<f64>,
+    /// Multipliers of the friction groups' bounds, m/s or rad/s.
+    pub group_beta: Vec<f64>,
     /// Impulses (normal, tangent 1, tangent 2) of each contact: `(λ_N, D α)`, `[nc]`, N·s.
     pub impulse: Vec<[f64; 3]>,
     /// What each contact does, `[nc]`.
     pub modes: Vec<ContactMode>,
+    /// Impulses `D α` of each friction group, N·s or N·m·s.
+    pub group_impulse: Vec<[f64; 2]>,
+    /// What each friction group does; open where its bound is 0.
+    pub group_modes: Vec<ContactMode>,
     /// How the solve ended.
     pub status: SolveStatus,
     /// Residuals of the laws, computed from the data.
@@ -74,6 +82,13 @@ impl ContactSolution {
         zero(&mut self.alpha, problem.direction_count());
         zero(&mut self.beta, nc);
         zero(&mut self.bilateral, problem.bilateral_violation.len());
+        let groups = &problem.friction_groups;
+        zero(&mut self.group_alpha, groups.direction_count());
+        zero(&mut self.group_beta, groups.len());
+        self.group_impulse.clear();
+        self.group_impulse.resize(groups.len(), [0.0; 2]);
+        self.group_modes.clear();
+        self.group_modes.resize(groups.len(), ContactMode::Open);
         self.impulse.clear();
         self.impulse.resize(nc, [0.0; 3]);
         self.modes.clear();
@@ -87,10 +102,13 @@ impl ContactSolution {
         self.impulse.clone_from(&other.impulse);
         self.solver_modes.clone_from(&other.solver_modes);
         self.bilateral.clone_from(&other.bilateral);
+        self.group_alpha.clone_from(&other.group_alpha);
+        self.group_impulse.clone_from(&other.group_impulse);
     }
 
-    /// `z = (λ_N, α, β)` of the standard LCP (formulation §4).
+    /// `z = (λ_N, α, α_F, β, β_F)` of the standard LCP (formulation §4; F: friction groups).
     pub fn z(&self) -> Vec<f64> {
-        self.lambda_n.iter().chain(&self.alpha).chain(&self.beta).copied().collect()
+        let impulses = self.lambda_n.iter().chain(&self.alpha).chain(&self.group_alpha);
+        impulses.chain(&self.beta).chain(&self.group_beta).copied().collect()
     }
 }

@@ -3,7 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use signorini_multibody::{
-    Actuator, BodyId, Geom, GeomId, Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder, ModelError, Pose,
+    Actuator, BodyId, EqualityKind, Geom, GeomId, Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder,
+    ModelError, Pose,
 };
 
 use crate::error::{FormatError, Location};
@@ -18,6 +19,7 @@ enum Sort {
     Body,
     Joint,
     Geom,
+    Equality,
     Actuator,
     Keyframe,
 }
@@ -28,6 +30,7 @@ impl Sort {
             Self::Body => "body",
             Self::Joint => "joint",
             Self::Geom => "geom",
+            Self::Equality => "equality constraint",
             Self::Actuator => "actuator",
             Self::Keyframe => "keyframe",
         }
@@ -133,6 +136,17 @@ impl Parts {
         let id = self.builder.add_geom(body, geom).map_err(|e| self.blame(e))?;
         self.settle(Sort::Geom, name, id.0);
         Ok(id)
+    }
+
+    pub fn add_equality(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        kind: EqualityKind,
+    ) -> Result<(), FormatError> {
+        let name = self.claim(Sort::Equality, element, name)?;
+        self.builder.add_equality(name, kind);
+        Ok(())
     }
 
     pub fn add_actuator(

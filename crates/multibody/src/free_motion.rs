@@ -93,7 +93,8 @@ impl FreeMotion {
 
 /// Effective mass matrix and free velocity of a step of length Δt (the scheme is derived at the top of this module).
 ///
-/// Joint limits and joint friction are not forces; they are rows of the contact problem.
+/// Joint limits, joint friction and servos of speed ([`ActuatorKind::Speed`]) are not forces; they are rows of the contact problem.
+/// The force of a servo of speed is here the middle of its range.
 /// - `kinematics`: from [`forward_kinematics_into`](crate::forward_kinematics_into) at the state
 /// - `dt`: Δt > 0, s
 /// - `out`: see [`FreeMotion`]
@@ -155,7 +156,7 @@ fn assemble(model: &Model, state: &State, input: &Input, dt: f64, out: &mut Free
         let law = match (out.saturation[a], actuator.force_range) {
             (Saturation::Lower, Some([lower, _])) => AffineForce::constant(lower),
             (Saturation::Upper, Some([_, upper])) => AffineForce::constant(upper),
-            _ => actuator_law(actuator, joint, control(actuator, input, a), state),
+            _ => actuator_law(actuator, joint, actuator.control(input, a), state),
         };
         add_implicit(law.through_gear(actuator.gear), joint.v_index, state, dt, out);
     }
@@ -213,14 +214,12 @@ fn actuator_law(actuator: &Actuator, joint: &Joint, control: f64, state: &State)
             let value = kp * (control - gear * state.q[joint.q_index]);
             AffineForce { value, stiffness: gear * kp, damping: gear * kv }
         }
+        // Its row of the contact problem adds up to half the range in either direction.
+        ActuatorKind::Speed => {
+            AffineForce::constant(actuator.force_range.map_or(0.0, |[lower, upper]| (lower + upper) / 2.0))
+        }
         ActuatorKind::Velocity { kv } => AffineForce { value: kv * control, stiffness: 0.0, damping: gear * kv },
     }
-}
-
-/// The control value of actuator `a`, clamped to its range.
-fn control(actuator: &Actuator, input: &Input, a: usize) -> f64 {
-    let value = *input.control.get(a).unwrap_or(&0.0);
-    actuator.control_range.map_or(value, |[lower, upper]| value.clamp(lower, upper))
 }
 
 /// Stores the actuator forces at the end of the step and holds those that would leave their range at its end; whether
@@ -234,7 +233,7 @@ fn saturate(model: &Model, state: &State, input: &Input, dt: f64, out: &mut Free
             Saturation::Upper => upper,
             Saturation::Within => {
                 let joint = &model.joints[actuator.joint.index()];
-                let law = actuator_law(actuator, joint, control(actuator, input, a), state);
+                let law = actuator_law(actuator, joint, actuator.control(input, a), state);
                 let force = law.at(out.free_velocity[joint.v_index], dt);
                 if force < lower || force > upper {
                     out.saturation[a] = if force < lower { Saturation::Lower } else { Saturation::Upper };

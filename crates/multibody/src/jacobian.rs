@@ -37,12 +37,12 @@ impl SparseRows {
         sum
     }
 
-    fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.dofs.clear();
         self.columns.clear();
     }
 
-    fn push(&mut self, dof: usize, column: [f64; 3]) {
+    pub(crate) fn push(&mut self, dof: usize, column: [f64; 3]) {
         self.dofs.push(dof);
         self.columns.push(column);
     }
@@ -126,12 +126,68 @@ pub fn contact_rows_into(
     directions: &[DVec3; 3],
     out: &mut SparseRows,
 ) {
-    out.clear();
     let along = |k: usize, sign: f64| {
         let velocity = point_column(model, kinematics, k, point) * sign;
         directions.map(|d| d.dot(velocity))
     };
-    let (mut a, mut b) = (model.body_last_dof[bodies.0.index()], model.body_last_dof[bodies.1.index()]);
+    relative_rows(model, bodies, out, along, |_| [0.0; 3]);
+}
+
+/// Velocity of a material point of body B less that of one of body A, world axes: the Jacobian of the vector between them.
+///
+/// `a`, `b`: the bodies and their points in world, m. Degrees of freedom that move both bodies have columns, which are zero
+/// only where the points coincide.
+pub(crate) fn relative_point_rows_into(
+    model: &Model,
+    kinematics: &Kinematics,
+    a: (BodyId, DVec3),
+    b: (BodyId, DVec3),
+    out: &mut SparseRows,
+) {
+    let along = |k: usize, sign: f64| {
+        let point = if sign > 0.0 { b.1 } else { a.1 };
+        (point_column(model, kinematics, k, point) * sign).to_array()
+    };
+    let common = |k: usize| kinematics.dof_angular[k].cross(b.1 - a.1).to_array();
+    relative_rows(model, (a.0, b.0), out, along, common);
+}
+
+/// Angular velocity of body B less that of body A, world axes.
+pub(crate) fn relative_angular_rows_into(
+    model: &Model,
+    kinematics: &Kinematics,
+    body_a: BodyId,
+    body_b: BodyId,
+    out: &mut SparseRows,
+) {
+    let along = |k: usize, sign: f64| (kinematics.dof_angular[k] * sign).to_array();
+    relative_rows(model, (body_a, body_b), out, along, |_| [0.0; 3]);
+}
+
+/// Rows of the angular velocity of body B relative to body A along three directions, as [`contact_rows_into`] has them for
+/// velocities.
+pub fn spin_rows_into(
+    model: &Model,
+    kinematics: &Kinematics,
+    bodies: (BodyId, BodyId),
+    directions: &[DVec3; 3],
+    out: &mut SparseRows,
+) {
+    let along = |k: usize, sign: f64| directions.map(|d| d.dot(kinematics.dof_angular[k] * sign));
+    relative_rows(model, bodies, out, along, |_| [0.0; 3]);
+}
+
+/// Columns on all degrees of freedom that move A or B: `along(k, −1)` for those that move A alone, `along(k, 1)` for B alone,
+/// `common(k)` for those that move both.
+fn relative_rows(
+    model: &Model,
+    (body_a, body_b): (BodyId, BodyId),
+    out: &mut SparseRows,
+    along: impl Fn(usize, f64) -> [f64; 3],
+    common: impl Fn(usize) -> [f64; 3],
+) {
+    out.clear();
+    let (mut a, mut b) = (model.body_last_dof[body_a.index()], model.body_last_dof[body_b.index()]);
     while a != b {
         // The later of the two cannot move both bodies, because both paths to the root descend.
         if a > b {
@@ -147,7 +203,7 @@ pub fn contact_rows_into(
         }
     }
     while let Some(k) = a {
-        out.push(k, [0.0; 3]);
+        out.push(k, common(k));
         a = model.dof_parent[k];
     }
     out.finish();

@@ -18,6 +18,7 @@ mod cholesky;
 mod composite;
 mod configuration;
 mod energy;
+mod equality;
 mod forward_dynamics;
 mod free_motion;
 mod inverse_dynamics;
@@ -32,19 +33,20 @@ pub use cholesky::BlockCholesky;
 pub use composite::{MassMatrix, mass_matrix_into};
 pub use configuration::{difference_into, integrate_into};
 pub use energy::{angular_momentum, center_of_mass, kinetic_energy, linear_momentum, potential_energy, total_mass};
+pub use equality::{EqualityBlock, equality_block_into, equality_violations};
 pub use forward_dynamics::{ArticulatedBodies, forward_dynamics_into};
 pub use free_motion::{FreeMotion, FreeMotionError, Saturation, free_motion_into};
 pub use inverse_dynamics::{NewtonEuler, bias_force_into, inverse_dynamics_into};
 pub use jacobian::{
     SparseRows, angular_jacobian_into, angular_rows_into, contact_rows_into, point_column, point_jacobian_into,
-    point_rows_into,
+    point_rows_into, spin_rows_into,
 };
 pub use kinematics::{Kinematics, forward_kinematics_into};
 pub use mass::{Block, BlockDiagonal, MassError};
 pub use math::{Pose, rotation_exp, rotation_log};
 pub use model::{
-    Actuator, ActuatorKind, Body, BodyId, ContactFilter, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId,
-    JointKind, Keyframe, Model, ModelBuilder, ModelError,
+    Actuator, ActuatorKind, Body, BodyId, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair, Geometry,
+    Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder, ModelError, SpinResistance,
 };
 pub use state::{ContactPoint, Input, State, StateError};
 

@@ -2,7 +2,7 @@
 
 use glamx::glam::DVec3;
 
-use crate::model::{BodyId, GeomId, Joint, JointKind, Model};
+use crate::model::{Actuator, BodyId, GeomId, Joint, JointKind, Model};
 
 /// A state or input that does not fit its model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -117,7 +117,7 @@ fn check_entries(
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Input {
     /// One value per actuator, `[actuators]`: N or N·m for motors, m or rad for position servos, m/s or rad/s for
-    /// velocity servos. Empty means all zero.
+    /// velocity servos and servos of speed. Empty means all zero.
     pub control: Vec<f64>,
     /// Applied generalized force `τ`, `[nv]` (N, N·m). Empty means zero.
     pub generalized_force: Vec<f64>,
@@ -145,6 +145,14 @@ impl Input {
                 Err(StateError::NotFinite { quantity: "control", index, part, found: self.control[index] })
             }
         }
+    }
+}
+
+impl Actuator {
+    /// The control value of this actuator, the model's number `index`, clamped to its range.
+    pub fn control(&self, input: &Input, index: usize) -> f64 {
+        let value = *input.control.get(index).unwrap_or(&0.0);
+        self.control_range.map_or(value, |[lower, upper]| value.clamp(lower, upper))
     }
 }
 

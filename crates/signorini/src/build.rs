@@ -1,9 +1,58 @@
-//! Contact points and joint limits become a contact problem.
+//! Contact points, joint limits, constraints and further friction become a contact problem.
+
+mod limits;
+pub(crate) mod mechanism;
+mod surfaces;
 
 use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon};
-use signorini_multibody::{ContactPoint, FreeMotion, Kinematics, Model, SparseRows, State, contact_rows_into};
+use signorini_multibody::{ContactPoint, EqualityBlock, FreeMotion, Input, Kinematics, Model, SparseRows, State};
 
-use crate::warm::{ContactKey, limit_key, point_key};
+use crate::settings::{RestitutionLaw, Settings};
+use crate::warm::ContactKey;
+use limits::{Limit, limits};
+use surfaces::SurfaceFeatures;
+
+/// What a friction group of a step's problem comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrictionSource {
+    /// Dry friction in a degree of freedom of a joint.
+    Joint {
+        /// Index of the joint.
+        joint: usize,
+        /// The degree of freedom.
+        dof: usize,
+    },
+    /// A servo of speed.
+    Servo {
+        /// Index of the actuator.
+        actuator: usize,
+    },
+    /// Sliding on a moving surface; the contact itself has no friction then.
+    Belt {
+        /// Index of the contact.
+        contact: usize,
+    },
+    /// Spinning about the normal of a contact.
+    Spinning {
+        /// Index of the contact.
+        contact: usize,
+    },
+    /// Rolling about the tangents of a contact.
+    Rolling {
+        /// Index of the contact.
+        contact: usize,
+    },
+}
+
+/// A contact that closes with more than the velocity that gravity gives in a step, and restores some of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Impact {
+    pub contact: usize,
+    /// Coefficient of restitution.
+    pub restitution: f64,
+    /// Coefficient of friction.
+    pub friction: f64,
+}
 
 /// The contact problem of a step with what belongs to it, and the storage to build it.
 #[derive(Clone, Debug)]
@@ -13,22 +62,42 @@ pub(crate) struct ProblemBuilder {
     pub frames: Vec<ContactFrame>,
     /// Identity of every contact of the problem, ascending.
     pub keys: Vec<ContactKey>,
+    /// Where each friction group comes from.
+    pub friction_source: Vec<FrictionSource>,
+    /// The equality constraint of each bilateral row.
+    pub bilateral_source: Vec<usize>,
+    /// The contacts that restore velocity.
+    pub impacts: Vec<Impact>,
+    /// Largest |Θ| of the equality constraints at the beginning of the step, m or rad.
+    pub constraint_error: f64,
+    pub polygon: FrictionPolygon,
     rows: SparseRows,
-    polygon: FrictionPolygon,
+    block: EqualityBlock,
     frictionless: FrictionPolygon,
+    features: SurfaceFeatures,
     stabilization: f64,
+    assembly_tolerance: f64,
+    law: RestitutionLaw,
 }
 
 impl ProblemBuilder {
-    pub fn new(model: &Model, problem: ContactProblem, polygon: FrictionPolygon, stabilization: f64) -> Self {
+    pub fn new(model: &Model, problem: ContactProblem, polygon: FrictionPolygon, settings: &Settings) -> Self {
         Self {
             problem,
             frames: Vec::new(),
             keys: Vec::new(),
-            rows: SparseRows::new(model),
+            friction_source: Vec::new(),
+            bilateral_source: Vec::new(),
+            impacts: Vec::new(),
+            constraint_error: 0.0,
             polygon,
+            rows: SparseRows::new(model),
+            block: EqualityBlock::new(model),
             frictionless: FrictionPolygon::frictionless(),
-            stabilization,
+            features: SurfaceFeatures::of(model),
+            stabilization: settings.stabilization,
+            assembly_tolerance: settings.assembly_tolerance,
+            law: settings.restitution,
         }
     }
 
@@ -40,47 +109,76 @@ impl ProblemBuilder {
         self.problem.timestep = dt;
     }
 
-    /// Fills in the contacts: the points in their order, then the limits that can be reached.
-    pub fn build(&mut self, model: &Model, state: &State, kinematics: &Kinematics, points: &[ContactPoint]) {
+    /// Fills in the contacts (the points in their order, then the limits that can be reached), the constraints, and the
+    /// friction of joints and servos.
+    pub fn build(
+        &mut self,
+        model: &Model,
+        state: &State,
+        input: &Input,
+        kinematics: &Kinematics,
+        points: &[ContactPoint],
+    ) {
         self.problem.clear_contacts();
         self.frames.clear();
         self.keys.clear();
+        self.friction_source.clear();
         for point in points {
             self.push_point(model, kinematics, point);
         }
+        self.impacts.clear();
+        if self.features.restitution {
+            self.find_impacts(model, state, points);
+        }
         self.push_limits(model, state);
+        self.push_equalities(model, kinematics, &state.q);
+        self.push_joint_friction(model);
+        self.push_servos(model, input);
     }
 
-    fn push_point(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint) {
-        let frame = ContactFrame::from_normal(point.normal);
-        let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
-        contact_rows_into(model, kinematics, (point.body_a, point.body_b), point.position, &directions, &mut self.rows);
-        let columns = self.rows.dofs.iter().map(|&k| k as u32).zip(self.rows.columns.iter().copied());
-        let polygon = if point.friction > 0.0 { &self.polygon } else { &self.frictionless };
-        self.problem.push_contact(columns, stabilized(point.gap, self.stabilization), point.friction, polygon);
-        self.frames.push(frame);
-        self.keys.push(point_key(point));
+    /// Finds the contacts that restore velocity, and puts their law in place of the gap row (formulation §7).
+    ///
+    /// An impact is a contact that approaches faster than gravity moves anything in a step and closes within it; what is
+    /// slower rests. With Newton's law its row is `c_N⁺ + e c_N⁻ ≥ 0`; with Poisson's the compression ends at `c_N⁺ ≥ 0`.
+    /// A penetration is corrected by the same row if that asks for more.
+    fn find_impacts(&mut self, model: &Model, state: &State, points: &[ContactPoint]) {
+        let dt = self.problem.timestep;
+        let at_rest = model.gravity.length() * dt;
+        for (contact, point) in points.iter().enumerate() {
+            let restitution = model.pair_restitution(point.geom_a, point.geom_b);
+            let [approach, ..] = self.problem.contact_velocity(contact, &state.v);
+            let [free, ..] = self.problem.contact_velocity(contact, &self.problem.free_velocity);
+            if restitution > 0.0 && approach < -at_rest && point.gap + dt * approach.min(free) <= 0.0 {
+                let rebound = match self.law {
+                    RestitutionLaw::Newton => dt * restitution * approach,
+                    RestitutionLaw::Poisson => 0.0,
+                };
+                self.problem.gap[contact] = self.problem.gap[contact].min(rebound);
+                self.impacts.push(Impact { contact, restitution, friction: point.friction });
+            }
+        }
     }
 
-    /// Joint limits are contacts without friction in the joint's own coordinate (formulation §5). Those that the step
-    /// cannot reach are left out by the same margin as contact points; see [`add_crossed_limits`](Self::add_crossed_limits).
+    /// Joint limits that the step cannot reach are left out by the same margin as contact points; see
+    /// [`add_crossed_limits`](Self::add_crossed_limits).
     fn push_limits(&mut self, model: &Model, state: &State) {
         let dt = self.problem.timestep;
-        for limit in limits(model, state) {
-            let reach = 4.0 * dt * state.v[limit.dof].abs().max(self.problem.free_velocity[limit.dof].abs());
+        let v_free = std::mem::take(&mut self.problem.free_velocity);
+        for limit in limits(model, state, &v_free) {
+            let reach = 4.0 * dt * limit.rate(&state.v).abs().max(limit.rate(&v_free).abs());
             if limit.gap <= reach {
                 self.push_limit(&limit);
             }
         }
+        self.problem.free_velocity = v_free;
     }
 
     /// Adds the limits that `v` would cross in this step although they are not in the problem; whether there were any.
     pub fn add_crossed_limits(&mut self, model: &Model, state: &State, v: &[f64]) -> bool {
         let dt = self.problem.timestep;
         let before = self.keys.len();
-        for limit in limits(model, state) {
-            let crosses = limit.gap + limit.sign * dt * v[limit.dof] < 0.0;
-            if crosses && !self.keys.contains(&limit.key) {
+        for limit in limits(model, state, v) {
+            if limit.gap + dt * limit.rate(v) < 0.0 && !self.keys.contains(&limit.key) {
                 self.push_limit(&limit);
             }
         }
@@ -88,8 +186,7 @@ impl ProblemBuilder {
     }
 
     fn push_limit(&mut self, limit: &Limit) {
-        let column = [(limit.dof as u32, [limit.sign, 0.0, 0.0])];
-        self.problem.push_contact(column, stabilized(limit.gap, self.stabilization), 0.0, &self.frictionless);
+        self.problem.push_contact(limit.columns(), stabilized(limit.gap, self.stabilization), 0.0, &self.frictionless);
         self.keys.push(limit.key);
     }
 
@@ -99,30 +196,6 @@ impl ProblemBuilder {
         self.problem.gap.iter_mut().for_each(|phi| *phi = phi.max(0.0));
         negative
     }
-}
-
-/// One side of a joint's range.
-struct Limit {
-    key: ContactKey,
-    /// Degree of freedom of the joint.
-    dof: usize,
-    /// Distance to the limit, rad or m.
-    gap: f64,
-    /// How the distance changes with the joint's rate.
-    sign: f64,
-}
-
-/// The limits of all joints, in the order of their keys.
-fn limits<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = Limit> + 'a {
-    model.joints.iter().enumerate().filter_map(|(j, joint)| Some((j, joint, joint.limits?))).flat_map(
-        |(j, joint, [lower, upper])| {
-            let (q, dof) = (state.q[joint.q_index], joint.v_index);
-            [
-                Limit { key: limit_key(j, 0), dof, gap: q - lower, sign: 1.0 },
-                Limit { key: limit_key(j, 1), dof, gap: upper - q, sign: -1.0 },
-            ]
-        },
-    )
 }
 
 fn stabilized(gap: f64, stabilization: f64) -> f64 {

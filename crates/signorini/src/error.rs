@@ -28,6 +28,24 @@ pub enum SimulationError {
     /// The state does not fit the model.
     #[error(transparent)]
     State(#[from] StateError),
+    /// The simulation begins with a configuration that violates equality constraints.
+    #[error(
+        "the start violates equality constraints by more than {tolerance:e}: {}; call `assemble`, or allow it with \
+         `Settings::assembly_tolerance`",
+        violations.iter().map(|(name, size)| format!("'{name}' by {size:.3e}")).collect::<Vec<_>>().join(", ")
+    )]
+    NotAssembled {
+        /// Violation that is allowed, m or rad.
+        tolerance: f64,
+        /// The constraints beyond it, with the largest |Θ| of their rows, m or rad.
+        violations: Vec<(String, f64)>,
+    },
+    /// Equality constraints that no velocity satisfies together.
+    #[error("the equality constraints {} contradict each other", names.iter().map(|n| format!("'{n}'")).collect::<Vec<_>>().join(", "))]
+    ContradictingEqualities {
+        /// The constraints, in the model's order.
+        names: Vec<String>,
+    },
     /// The contact problem is malformed.
     #[error(transparent)]
     Problem(#[from] ProblemError),

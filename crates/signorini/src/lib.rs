@@ -27,18 +27,21 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod assembly;
 mod build;
 mod error;
 mod reach;
 mod recorder;
+mod restitution;
 mod settings;
 mod simulation;
 mod step;
 mod warm;
 
+pub use build::FrictionSource;
 pub use error::SimulationError;
 pub use recorder::{frame_into, last_frame_into, recording_header};
-pub use settings::{ContactMethod, InfeasiblePolicy, Settings};
+pub use settings::{ContactMethod, InfeasiblePolicy, RestitutionLaw, Settings};
 pub use simulation::{RunEnd, Simulation, Summary};
 pub use step::{ContactSource, StepReport, Workspace, step};
 

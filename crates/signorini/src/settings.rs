@@ -30,6 +30,18 @@ pub enum InfeasiblePolicy {
     ClipGaps,
 }
 
+/// How much velocity an impact restores (formulation §7). Coefficients are those of the geoms; with e = 0 the laws are the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum RestitutionLaw {
+    /// Newton's (Moreau's) law: the normal velocity after is −e times that before. Exact for bodies that meet in one point;
+    /// with friction at several contacts it can gain energy.
+    #[default]
+    Newton,
+    /// Poisson's hypothesis: the normal impulse of the decompression is e times that of the compression, in two
+    /// complementarity problems. Never gains energy.
+    Poisson,
+}
+
 /// Settings of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -39,8 +51,16 @@ pub struct Settings {
     pub directions: usize,
     /// Angle of the first direction from the first tangent, rad. Default 0.
     pub direction_angle: f64,
-    /// Constraint stabilization γ ∈ (0, 1]: factor on φ/Δt and Θ/Δt where φ, Θ < 0 (formulation §5). Default 1.
+    /// Constraint stabilization γ ∈ (0, 1]: factor on φ/Δt where φ < 0, and on Θ/Δt (formulation §5). Default 1.
     pub stabilization: f64,
+    /// Newton steps, at most, that bring the configuration onto the equality constraints after each step. Default 0: the
+    /// stabilization alone leaves a violation of the order Δt²‖v‖². With 3 it is rounding. Overconstrained mechanisms (more
+    /// rows than the mobility allows, redundant only where the loops are closed) need it.
+    pub position_iterations: u32,
+    /// Violation of an equality constraint with which a simulation may begin, m or rad. Default 1e-6.
+    pub assembly_tolerance: f64,
+    /// Law of restitution. Default Newton's.
+    pub restitution: RestitutionLaw,
     /// A step has missed its tolerance when the certificate's worst residual exceeds this. Default 1e-9; in (0, 1).
     pub tolerance: f64,
     /// Solver.
@@ -56,6 +76,9 @@ impl Default for Settings {
             directions: 8,
             direction_angle: 0.0,
             stabilization: 1.0,
+            position_iterations: 0,
+            assembly_tolerance: 1e-6,
+            restitution: RestitutionLaw::Newton,
             tolerance: 1e-9,
             method: ContactMethod::default(),
             infeasible: InfeasiblePolicy::Stop,
@@ -78,6 +101,8 @@ impl Settings {
         }
         let gamma = self.stabilization;
         check("stabilization", gamma, "in (0, 1]", gamma > 0.0 && gamma <= 1.0)?;
+        let assembly = self.assembly_tolerance;
+        check("assembly_tolerance", assembly, "not negative", assembly >= 0.0)?;
         check("tolerance", self.tolerance, "in (0, 1)", self.tolerance > 0.0 && self.tolerance < 1.0)?;
         check("direction_angle", self.direction_angle, "finite", self.direction_angle.is_finite())?;
         check("directions", self.directions as f64, "even and at least 4", self.directions >= 4)?;

@@ -4,7 +4,8 @@ use std::sync::Arc;
 
 use signorini_contact::Certificate;
 use signorini_multibody::{
-    Input, Keyframe, Kinematics, Model, State, forward_kinematics_into, kinetic_energy, potential_energy,
+    Input, Keyframe, Kinematics, Model, State, equality_violations, forward_kinematics_into, kinetic_energy,
+    potential_energy,
 };
 
 use crate::step::{StepReport, Workspace, step};
@@ -25,6 +26,8 @@ pub struct Summary {
     pub worst: Certificate,
     /// Deepest penetration of a contact point at the beginning of a step, m (≥ 0).
     pub deepest_penetration: f64,
+    /// Largest violation of an equality constraint at the beginning of a step, m or rad.
+    pub constraint_error: f64,
     /// Solver iterations of all steps.
     pub iterations: u64,
 }
@@ -51,6 +54,8 @@ pub struct Simulation {
     pub input: Input,
     report: StepReport,
     summary: Summary,
+    /// Whether the equality constraints of the state have been checked.
+    assembled: bool,
 }
 
 impl Simulation {
@@ -64,7 +69,7 @@ impl Simulation {
         let state = State::new(&model);
         let next = state.clone();
         let (input, report, summary) = (Input::default(), StepReport::default(), Summary::default());
-        Ok(Self { model, settings, workspace, state, next, input, report, summary })
+        Ok(Self { model, settings, workspace, state, next, input, report, summary, assembled: false })
     }
 
     /// The model.
@@ -105,6 +110,34 @@ impl Simulation {
         state.check(&self.model)?;
         self.state.clone_from(state);
         self.workspace.clear_warm_start();
+        self.assembled = false;
+        Ok(())
+    }
+
+    /// Moves the configuration onto the equality constraints by the smallest change in the metric of the mass matrix, and
+    /// gives back the largest violation that is left, m or rad. The velocity stays.
+    ///
+    /// # Errors
+    /// [`SimulationError::FreeMotion`] if the mass matrix is singular.
+    pub fn assemble(&mut self) -> Result<f64, SimulationError> {
+        const NEWTON_STEPS: u32 = 50;
+        let Self { model, workspace, state, .. } = self;
+        workspace.clear_warm_start();
+        workspace.assembler.assemble(model, &mut state.q, NEWTON_STEPS)
+    }
+
+    /// Refuses a start that violates the equality constraints.
+    fn check_assembly(&mut self) -> Result<(), SimulationError> {
+        let tolerance = self.settings.assembly_tolerance;
+        if !self.assembled && self.workspace.assembler.violation(&self.model, &self.state.q) > tolerance {
+            let mut kinematics = Kinematics::new(&self.model);
+            forward_kinematics_into(&self.model, &self.state.q, &self.state.v, &mut kinematics);
+            let sizes = equality_violations(&self.model, &kinematics, &self.state.q);
+            let names = self.model.equalities.iter().map(|e| e.name.clone());
+            let violations = names.zip(sizes).filter(|(_, size)| *size > tolerance).collect();
+            return Err(SimulationError::NotAssembled { tolerance, violations });
+        }
+        self.assembled = true;
         Ok(())
     }
 
@@ -125,8 +158,10 @@ impl Simulation {
     /// Makes one step.
     ///
     /// # Errors
-    /// See [`step`](crate::step()).
+    /// See [`step`](crate::step()), and [`SimulationError::NotAssembled`] in the first step from a state that violates equality
+    /// constraints.
     pub fn step(&mut self) -> Result<&StepReport, SimulationError> {
+        self.check_assembly()?;
         let Self { model, settings, workspace, state, next, input, .. } = self;
         self.report = step(model, state, input, settings, workspace, next)?;
         if self.report.advanced() {
@@ -176,6 +211,7 @@ impl Summary {
         self.clipped_steps += u64::from(report.clipped_gaps);
         self.contacts_max = self.contacts_max.max(report.contacts);
         self.worst.merge(&report.certificate);
+        self.constraint_error = self.constraint_error.max(report.constraint_error);
         self.iterations += u64::from(report.solver.iterations());
         for point in workspace.contact_points() {
             self.deepest_penetration = self.deepest_penetration.max(-point.gap);

@@ -2,7 +2,8 @@
 
 use signorini_collision::Collider;
 use signorini_contact::{
-    Certificate, ContactFrame, ContactProblem, ContactSolution, ContactSolver, SolveReport, SolveStatus, solve_as_lcp,
+    BilateralBasis, Certificate, ContactFrame, ContactProblem, ContactSolution, ContactSolver, SolveReport,
+    SolveStatus, WarmStart, solve_as_lcp,
 };
 use signorini_lcp::Method;
 use signorini_multibody::{
@@ -11,13 +12,18 @@ use signorini_multibody::{
 };
 
 use crate::SimulationError;
-use crate::build::ProblemBuilder;
+use crate::assembly::Assembler;
+use crate::build::{FrictionSource, ProblemBuilder};
 use crate::reach::BodyReach;
-use crate::settings::{ContactMethod, InfeasiblePolicy, Settings};
+use crate::restitution::decompression as decompression_problem;
+use crate::settings::{ContactMethod, InfeasiblePolicy, RestitutionLaw, Settings};
 use crate::warm::{WarmCache, limit_of};
 
 /// How often a step is found and solved again because a body moved farther than its reach.
 const MAX_ENLARGEMENTS: u32 = 8;
+
+/// A dependent row contradicts the others where it is off by this fraction of the velocity scale.
+const CONTRADICTION: f64 = 1e-7;
 
 /// How a step went.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -34,6 +40,10 @@ pub struct StepReport {
     pub missed_tolerance: bool,
     /// Whether negative gaps were taken as zero ([`InfeasiblePolicy::ClipGaps`]).
     pub clipped_gaps: bool,
+    /// Contacts that restore velocity in this step.
+    pub impacts: usize,
+    /// Largest |Θ| of the equality constraints at the beginning of the step, m or rad.
+    pub constraint_error: f64,
     /// How often contacts were found anew because a body moved farther than expected.
     pub enlargements: u32,
 }
@@ -65,6 +75,8 @@ pub struct Workspace {
     pub(crate) points: Vec<ContactPoint>,
     pub(crate) solution: ContactSolution,
     pub(crate) builder: ProblemBuilder,
+    pub(crate) assembler: Assembler,
+    pub(crate) decompression: Decompression,
     smooth: FreeMotion,
     collider: Collider,
     reach: BodyReach,
@@ -72,9 +84,31 @@ pub struct Workspace {
     warm: WarmCache,
 }
 
+/// The second half of the impacts of a step.
+pub(crate) struct Decompression {
+    happened: bool,
+    problem: ContactProblem,
+    solution: ContactSolution,
+}
+
 enum Solver {
     Structured(Box<ContactSolver>),
     Lcp { method: Box<dyn Method>, tolerance: f64 },
+}
+
+impl Solver {
+    fn solve_into(
+        &mut self,
+        problem: &ContactProblem,
+        start: Option<&WarmStart>,
+        solution: &mut ContactSolution,
+    ) -> Result<(), SimulationError> {
+        match self {
+            Self::Structured(solver) => solver.solve_into(problem, start, solution),
+            Self::Lcp { method, tolerance } => *solution = solve_as_lcp(problem, method.as_mut(), *tolerance)?,
+        }
+        Ok(())
+    }
 }
 
 impl Workspace {
@@ -99,7 +133,13 @@ impl Workspace {
             kinematics: Kinematics::new(model),
             points: Vec::new(),
             solution: ContactSolution::default(),
-            builder: ProblemBuilder::new(model, problem, polygon, settings.stabilization),
+            decompression: Decompression {
+                happened: false,
+                problem: problem.clone(),
+                solution: ContactSolution::default(),
+            },
+            builder: ProblemBuilder::new(model, problem, polygon, settings),
+            assembler: Assembler::new(model, settings.assembly_tolerance),
             smooth: FreeMotion::new(model),
             collider: Collider::new(model)?,
             reach: BodyReach::default(),
@@ -132,6 +172,23 @@ impl Workspace {
         Some(ContactSource::Limit { joint, upper })
     }
 
+    /// What friction group `j` of the [problem](Self::problem) comes from.
+    pub fn friction_source(&self, j: usize) -> Option<FrictionSource> {
+        self.builder.friction_source.get(j).copied()
+    }
+
+    /// The index of the equality constraint that bilateral row `k` of the [problem](Self::problem) belongs to.
+    pub fn bilateral_source(&self, k: usize) -> Option<usize> {
+        self.builder.bilateral_source.get(k).copied()
+    }
+
+    /// Problem and solution of the decompression, where the last step had one (Poisson's law of restitution): the
+    /// [problem](Self::problem) is then that of the compression, and the impulses of the step are the sum of `e` times those of the
+    /// compression, of the compression's, and of these.
+    pub fn decompression(&self) -> Option<(&ContactProblem, &ContactSolution)> {
+        self.decompression.happened.then_some((&self.decompression.problem, &self.decompression.solution))
+    }
+
     /// The solution of the last step.
     pub fn solution(&self) -> &ContactSolution {
         &self.solution
@@ -152,7 +209,8 @@ impl Workspace {
 ///
 /// # Errors
 /// [`SimulationError::FreeMotion`] if the state or input does not fit the model, is not finite, or the mass matrix is
-/// singular there; [`SimulationError::Problem`] if the contact problem is malformed.
+/// singular there; [`SimulationError::Problem`] if the contact problem is malformed; [`SimulationError::ContradictingEqualities`] if
+/// equality constraints exclude each other.
 pub fn step(
     model: &Model,
     state: &State,
@@ -171,11 +229,12 @@ pub fn step(
     let mut report = StepReport::default();
     loop {
         ws.collider.find(model, &ws.kinematics.pose, &ws.reach.reach, &mut ws.points);
-        ws.builder.build(model, state, &ws.kinematics, &ws.points);
+        ws.builder.build(model, state, input, &ws.kinematics, &ws.points);
         if report.enlargements > 0 && !report.clipped_gaps && ws.warm.holds(&ws.builder.keys) {
             break; // The larger reach has no new contacts: the solution at hand is that of the step.
         }
         ws.solve(settings, &mut report)?;
+        ws.name_contradiction(model)?;
         while report.advanced() && ws.builder.add_crossed_limits(model, state, &ws.solution.velocity) {
             ws.solve(settings, &mut report)?;
         }
@@ -188,13 +247,17 @@ pub fn step(
         }
         report.enlargements += 1;
     }
+    ws.decompress(settings, &mut report)?;
     next.time = state.time;
     next.q.clone_from(&state.q);
     next.v.clone_from(&state.v);
     if report.advanced() {
         next.time = state.time + dt;
-        next.v.copy_from_slice(&ws.solution.velocity);
+        next.v.copy_from_slice(ws.end_velocity());
         integrate_into(model, &state.q, &next.v, dt, &mut next.q);
+        if settings.position_iterations > 0 && !model.equalities.is_empty() {
+            ws.assembler.project(model, &ws.builder.problem.mass_factor, &mut next.q, settings.position_iterations);
+        }
     }
     Ok(report)
 }
@@ -217,14 +280,54 @@ impl Workspace {
     }
 
     fn solve_once(&mut self) -> Result<(), SimulationError> {
-        let problem = &self.builder.problem;
-        match &mut self.solver {
-            Solver::Structured(solver) => {
-                let start = self.warm.start_for(&self.builder.keys);
-                solver.solve_into(problem, Some(start), &mut self.solution);
-            }
-            Solver::Lcp { method, tolerance } => self.solution = solve_as_lcp(problem, method.as_mut(), *tolerance)?,
+        let start = self.warm.start_for(&self.builder.keys);
+        self.solver.solve_into(&self.builder.problem, Some(start), &mut self.solution)
+    }
+
+    /// The decompression after impacts, by Poisson's law.
+    fn decompress(&mut self, settings: &Settings, report: &mut StepReport) -> Result<(), SimulationError> {
+        report.impacts = self.builder.impacts.len();
+        report.constraint_error = self.builder.constraint_error;
+        let Self { builder, decompression, solver, solution, .. } = self;
+        decompression.happened = settings.restitution == RestitutionLaw::Poisson
+            && report.advanced()
+            && builder.impacts.iter().any(|impact| solution.lambda_n[impact.contact] > 0.0);
+        if !decompression.happened {
+            return Ok(());
         }
+        decompression_problem(&builder.problem, solution, &builder.impacts, &mut decompression.problem);
+        solver.solve_into(&decompression.problem, None, &mut decompression.solution)?;
+        report.status.clone_from(&decompression.solution.status);
+        report.certificate.merge(&decompression.solution.certificate);
+        report.solver.accumulate(&decompression.solution.report);
+        report.missed_tolerance |= !decompression.solution.certificate.holds(settings.tolerance);
         Ok(())
+    }
+
+    /// The velocity at the end of the step.
+    fn end_velocity(&self) -> &[f64] {
+        if self.decompression.happened { &self.decompression.solution.velocity } else { &self.solution.velocity }
+    }
+
+    /// Where equality constraints alone have no solution, the error that names them.
+    fn name_contradiction(&self, model: &Model) -> Result<(), SimulationError> {
+        let problem = &self.builder.problem;
+        if self.solution.status == SolveStatus::Solved || problem.bilateral_violation.is_empty() {
+            return Ok(());
+        }
+        let rates = problem.bilateral_violation.iter().enumerate().map(|(k, theta)| {
+            problem.bilateral_jacobian.multiply(k, &problem.free_velocity)[0] + theta / problem.timestep
+        });
+        let rates: Vec<f64> = rates.collect();
+        let mut basis = BilateralBasis::default();
+        basis.factor(&problem.bilateral_jacobian, &problem.mass_factor, problem.nv());
+        let rows = basis.contradiction(&rates, CONTRADICTION * problem.velocity_scale());
+        let mut constraints: Vec<usize> = rows.iter().map(|&k| self.builder.bilateral_source[k]).collect();
+        constraints.dedup();
+        if constraints.is_empty() {
+            return Ok(());
+        }
+        let names = constraints.iter().map(|&e| model.equalities[e].name.clone()).collect();
+        Err(SimulationError::ContradictingEqualities { names })
     }
 }

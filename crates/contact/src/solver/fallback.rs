@@ -39,6 +39,24 @@ pub(super) fn solve_with_lemke(
     }
 }
 
+/// Lemke's solution of a whole problem with friction groups, which the first two stages do not know; nothing if the problem is
+/// too large for it or its data are not those of a problem.
+pub(super) fn solve_whole(problem: &ContactProblem, settings: &SolverSettings) -> Option<ContactSolution> {
+    if problem.standard_layout().size > settings.lemke_max_rows {
+        return None;
+    }
+    solve_as_lcp(problem, &mut lemke(settings)?, settings.tolerance).ok()
+}
+
+fn lemke(settings: &SolverSettings) -> Option<Lemke> {
+    let settings = LemkeSettings {
+        tolerance: settings.accept,
+        pivots_per_pair: settings.lemke_pivots_per_row,
+        ..LemkeSettings::default()
+    };
+    Lemke::new(settings).ok()
+}
+
 /// Lemke's solution of the island as a problem of its own; nothing if the island is too large for it or its data are
 /// not those of a problem.
 fn solve_local(problem: &ContactProblem, island: &Island, settings: &SolverSettings) -> Option<ContactSolution> {
@@ -46,12 +64,7 @@ fn solve_local(problem: &ContactProblem, island: &Island, settings: &SolverSetti
     if local.standard_layout().size > settings.lemke_max_rows {
         return None;
     }
-    let lemke = LemkeSettings {
-        tolerance: settings.accept,
-        pivots_per_pair: settings.lemke_pivots_per_row,
-        ..LemkeSettings::default()
-    };
-    solve_as_lcp(&local, &mut Lemke::new(lemke).ok()?, settings.tolerance).ok()
+    solve_as_lcp(&local, &mut lemke(settings)?, settings.tolerance).ok()
 }
 
 /// The island as a problem of its own, with its contacts and rows in the island's order.

@@ -158,6 +158,10 @@ impl ContactSolver {
     /// the tolerance.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
         self.cones.prepare(problem);
+        if !problem.friction_groups.is_empty() {
+            self.solve_groups(problem, solution);
+            return;
+        }
         self.islands.find(problem);
         solution.prepare(problem);
         solution.report.islands = self.islands.all().len();
@@ -183,6 +187,18 @@ impl ContactSolver {
         } else {
             failure.or_else(|| immovable_rows(problem)).unwrap_or(SolveStatus::Inaccurate)
         };
+    }
+
+    /// Problems with friction groups go to Lemke's method as a whole.
+    fn solve_groups(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        if let Some(whole) = fallback::solve_whole(problem, &self.settings) {
+            *solution = whole;
+            (solution.report.islands, solution.report.lemke_islands) = (1, 1);
+        } else {
+            solution.prepare(problem);
+            self.complete(problem, solution);
+            solution.status = SolveStatus::Inaccurate;
+        }
     }
 
     /// Gives the islands that were accepted a cold start, where the certificate asks for more than they do (it multiplies

@@ -4,14 +4,16 @@ use signorini_contact::{ContactProblem, ProblemError};
 use signorini_lcp::Lemke;
 use signorini_testkit::{Dense, Family, Parameters, Random, largest_difference};
 
-use crate::reference::{Matrices, random_problem};
+use crate::reference::{Matrices, push_random_groups, random_problem};
 
 fn problems() -> impl Iterator<Item = ContactProblem> {
     (0..60).map(|seed| {
         let mut random = Random::new(seed);
         if seed % 2 == 0 {
-            let (nc, nb) = (random.below(6), random.below(4));
-            return random_problem(&mut random, nc, nb);
+            let (nc, nb, nf) = (random.below(6), random.below(4), random.below(4));
+            let mut problem = random_problem(&mut random, nc, nb);
+            push_random_groups(&mut problem, &mut random, nf);
+            return problem;
         }
         let parameters = Parameters { own_polygons: true, ..Parameters::random(&mut random) };
         Family::ALL[(seed / 2) as usize % Family::ALL.len()].small(&mut random, &parameters)
@@ -64,14 +66,16 @@ fn condensed_form_has_the_blocks_of_the_formulation() {
 #[test]
 fn layouts_name_the_rows_in_order() {
     let mut random = Random::new(7);
-    let problem = random_problem(&mut random, 3, 2);
-    let (nv, m) = (problem.nv(), problem.direction_count());
+    let mut problem = random_problem(&mut random, 3, 2);
+    push_random_groups(&mut problem, &mut random, 2);
+    let (nv, m, m_f) = (problem.nv(), problem.direction_count(), problem.friction_groups.direction_count());
     let at = problem.mixed_layout();
     assert_eq!((at.velocity, at.bilateral, at.normal), (nv, nv, nv + 2));
-    assert_eq!((at.tangential, at.bounds, at.size), (nv + 5, nv + 5 + m, nv + 8 + m));
+    assert_eq!((at.tangential, at.group_tangential, at.bounds), (nv + 5, nv + 5 + m, nv + 5 + m + m_f));
+    assert_eq!((at.group_bounds, at.size), (nv + 8 + m + m_f, nv + 10 + m + m_f));
     let at = problem.standard_layout();
     assert_eq!((at.velocity, at.bilateral, at.normal, at.tangential), (0, 0, 2, 5));
-    assert_eq!((at.bounds, at.size), (5 + m, 8 + m));
+    assert_eq!((at.bounds, at.group_bounds, at.size), (5 + m + m_f, 8 + m + m_f, 10 + m + m_f));
 }
 
 /// One contact in the plane of the page, unit mass at 2 m/s down and 3 m/s along, gap 0.1 m, Δt 0.5 s: every sign by hand.

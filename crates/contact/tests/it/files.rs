@@ -9,7 +9,7 @@ use signorini_contact::{ContactProblem, ContactSolver, ProblemError, certify};
 use signorini_npz::{Archive, ArchiveWriter, Array, ArrayData};
 use signorini_testkit::{Family, Gap, Motion, Parameters, Random, families};
 
-use crate::reference::random_problem;
+use crate::reference::{push_random_groups, random_problem};
 
 /// A file in the temporary folder that is removed at the end.
 struct TemporaryFile(PathBuf);
@@ -46,6 +46,7 @@ fn assert_same_problem(a: &ContactProblem, b: &ContactProblem) {
     for i in 0..a.bilateral_violation.len() {
         assert_eq!(a.bilateral_jacobian.group(i), b.bilateral_jacobian.group(i));
     }
+    assert_eq!(a.friction_groups, b.friction_groups);
 }
 
 #[test]
@@ -54,8 +55,10 @@ fn problems_survive_a_round_trip_to_the_last_bit() {
     for seed in 0..30 {
         let mut random = Random::new(seed);
         let problem = if seed % 2 == 0 {
-            let (nc, nb) = (random.below(5), random.below(4));
-            random_problem(&mut random, nc, nb)
+            let (nc, nb, nf) = (random.below(5), random.below(4), random.below(4));
+            let mut problem = random_problem(&mut random, nc, nb);
+            push_random_groups(&mut problem, &mut random, nf);
+            problem
         } else {
             let parameters = Parameters::random(&mut random);
             Family::ALL[(seed / 2) as usize % Family::ALL.len()].small(&mut random, &parameters)
@@ -72,6 +75,7 @@ fn solutions_survive_a_round_trip_and_are_certified_alike() {
         let mut random = Random::new(seed);
         let mut problem = Family::ALL[seed as usize % 5].small(&mut random, &Parameters::default());
         problem.push_bilateral([(0, [1.0])], 0.0);
+        push_random_groups(&mut problem, &mut random, seed as usize % 3);
         let solution = ContactSolver::default().solve(&problem, None);
         write_contact_solution(&file.0, &solution).expect("a writable file");
         let again = read_contact_solution(&file.0, &problem).expect("a readable file");

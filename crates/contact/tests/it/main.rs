@@ -2,6 +2,7 @@
 #![allow(non_snake_case)]
 
 mod agreement;
+mod anisotropy;
 mod assembly;
 mod bilateral;
 mod certificate;
@@ -9,6 +10,7 @@ mod circular_cone;
 mod extremes;
 mod families;
 mod files;
+mod friction_groups;
 mod invariance;
 mod polygons;
 mod reference;

@@ -90,9 +90,12 @@ fn bad_sets_are_refused_with_a_reason() {
         set[k] = d;
         refusal(set)
     };
-    assert!(with(1, [0.0, 1.001]).contains("direction 1") && with(1, [0.0, 1.001]).contains("unit vector"));
-    assert!(with(0, [f64::NAN, 0.0]).contains("unit vector"));
-    assert!(with(0, [0.0, 0.0]).contains("unit vector"));
+    assert!(with(1, [0.0, 1.001]).contains("direction 1") && with(1, [0.0, 1.001]).contains("no opposite"));
+    assert!(with(0, [f64::NAN, 0.0]).contains("not zero"));
+    assert!(with(0, [0.0, 0.0]).contains("not zero"));
+    let inside = [cross.clone(), vec![[0.3, 0.3], [-0.3, -0.3]]].concat();
+    assert!(refusal(inside).contains("direction 4 = [0.3, 0.3] is no corner"));
+    assert!(refusal(vec![[1.0, 0.0], [-1.0, 0.0], [2.0, 0.0], [-2.0, 0.0]]).contains("no corner"));
     assert!(with(2, [0.6, 0.8]).contains("no opposite"));
     let twice = [cross.clone(), vec![[1.0, 0.0], [-1.0, 0.0]]].concat();
     assert!(refusal(twice).contains("directions 0 and 4 are the same"));

@@ -1,7 +1,7 @@
 //! The formulation in dense matrices, computed with nothing but the problem's data: what the crate is compared with.
 
 use signorini_contact::problem_file::write_contact;
-use signorini_contact::{ContactProblem, ContactSolution, FrictionPolygon};
+use signorini_contact::{ContactProblem, ContactSolution, FrictionBound, FrictionPolygon};
 use signorini_multibody::BlockDiagonal;
 use signorini_testkit::{Dense, Random};
 
@@ -9,16 +9,19 @@ use signorini_testkit::{Dense, Random};
 pub struct Matrices {
     pub mass: Dense,
     pub inverse_mass: Dense,
-    /// Rows of all impulses: `J_B`, `J_N`, `Dᵀ J_T`.
+    /// Rows of all impulses: `J_B`, `J_N`, `Dᵀ J_T`, and those of friction groups.
     pub rows: Dense,
-    /// Right-hand side that goes with `rows` at zero velocity: `Θ/Δt`, `φ/Δt`, 0.
+    /// Right-hand side that goes with `rows` at zero velocity: `Θ/Δt`, `φ/Δt`, 0, `−Dᵀu`.
     pub rates: Vec<f64>,
-    /// `E`, `[m, nc]`.
+    /// `E`, `[m, bounds]`.
     pub ones: Dense,
-    pub friction: Vec<f64>,
+    /// What each bound takes from each normal impulse, `[bounds, nc]`, and the constant part of the bounds.
+    pub coupling: Dense,
+    pub constants: Vec<f64>,
     pub free_velocity: Vec<f64>,
     pub nb: usize,
     pub nc: usize,
+    /// Directions of contacts and friction groups.
     pub m: usize,
 }
 
@@ -26,9 +29,11 @@ impl Matrices {
     pub fn of(problem: &ContactProblem) -> Self {
         let (nv, nc, m) = (problem.free_velocity.len(), problem.gap.len(), problem.directions.len());
         let nb = problem.bilateral_violation.len();
+        let groups = &problem.friction_groups;
+        let (nf, m_f) = (groups.bound.len(), groups.directions.len());
         let mass = Dense::from_fn(nv, nv, |i, j| problem.mass.get(i, j));
         let (mut jn, mut jt) = (Dense::zeros(nc, nv), Dense::zeros(2 * nc, nv));
-        let (mut jb, mut d, mut ones) = (Dense::zeros(nb, nv), Dense::zeros(2 * nc, m), Dense::zeros(m, nc));
+        let (mut jb, mut d, mut ones) = (Dense::zeros(nb, nv), Dense::zeros(2 * nc, m), Dense::zeros(m + m_f, nc + nf));
         for i in 0..nc {
             let (columns, entries) = problem.jacobian.group(i);
             for (&c, e) in columns.iter().zip(entries) {
@@ -49,18 +54,43 @@ impl Matrices {
             }
         }
         let tangential = d.transposed().times(&jt);
-        let rows = Dense { rows: nb + nc + m, columns: nv, data: [jb.data, jn.data, tangential.data].concat() };
+        let mut coupling = Dense::from_fn(nc + nf, nc, |i, j| if i == j { problem.friction[i] } else { 0.0 });
+        let mut constants = vec![0.0; nc + nf];
+        let (mut group_rows, mut group_rates) = (Dense::zeros(m_f, nv), Vec::new());
+        for j in 0..nf {
+            match groups.bound[j] {
+                FrictionBound::Impulse(r) => constants[nc + j] = r,
+                FrictionBound::Normal { contact, coefficient } => coupling[(nc + j, contact)] = coefficient,
+                FrictionBound::Shifted { impulse, contact, coefficient } => {
+                    (constants[nc + j], coupling[(nc + j, contact)]) = (impulse, coefficient);
+                }
+            }
+            let (columns, entries) = groups.jacobian.group(j);
+            for k in groups.direction_offsets[j]..groups.direction_offsets[j + 1] {
+                let (d, u) = (groups.directions[k], groups.target[j]);
+                ones[(m + k, nc + j)] = 1.0;
+                group_rates.push(-d[0] * u[0] - d[1] * u[1]);
+                for (&c, e) in columns.iter().zip(entries) {
+                    group_rows[(k, c as usize)] += d[0] * e[0] + d[1] * e[1];
+                }
+            }
+        }
+        let data = [jb.data, jn.data, tangential.data, group_rows.data].concat();
+        let rows = Dense { rows: nb + nc + m + m_f, columns: nv, data };
         let stabilization = problem.bilateral_violation.iter().chain(&problem.gap).map(|x| x / problem.timestep);
-        let rates = stabilization.chain(std::iter::repeat_n(0.0, m)).collect();
-        let (friction, free_velocity) = (problem.friction.clone(), problem.free_velocity.clone());
-        Self { inverse_mass: mass.inverse(), mass, rows, rates, ones, friction, free_velocity, nb, nc, m }
+        let rates = stabilization.chain(std::iter::repeat_n(0.0, m)).chain(group_rates).collect();
+        let free_velocity = problem.free_velocity.clone();
+        let inverse_mass = mass.inverse();
+        Self { inverse_mass, mass, rows, rates, ones, coupling, constants, free_velocity, nb, nc, m: m + m_f }
     }
 
     /// The blocks `E`, `M_μ`, `−Eᵀ` with the first normal row at `at`.
     fn place_friction(&self, at: usize, A: &mut Dense) {
         let (tangential, bounds) = (at + self.nc, at + self.nc + self.m);
-        for i in 0..self.nc {
-            A[(bounds + i, at + i)] = self.friction[i];
+        for i in 0..self.constants.len() {
+            for j in 0..self.nc {
+                A[(bounds + i, at + j)] = self.coupling[(i, j)];
+            }
             for k in 0..self.m {
                 A[(tangential + k, bounds + i)] = self.ones[(k, i)];
                 A[(bounds + i, tangential + k)] = -self.ones[(k, i)];
@@ -72,7 +102,8 @@ impl Matrices {
     pub fn condensed(&self) -> (Dense, Vec<f64>) {
         let impulses = self.nb + self.nc + self.m;
         let delassus = self.rows.times(&self.inverse_mass).times(&self.rows.transposed());
-        let mut A = Dense::zeros(impulses + self.nc, impulses + self.nc);
+        let size = impulses + self.constants.len();
+        let mut A = Dense::zeros(size, size);
         for i in 0..impulses {
             for j in 0..impulses {
                 A[(i, j)] = delassus[(i, j)];
@@ -81,14 +112,15 @@ impl Matrices {
         self.place_friction(self.nb, &mut A);
         let mut b: Vec<f64> =
             self.rows.apply(&self.free_velocity).iter().zip(&self.rates).map(|(c, r)| c + r).collect();
-        b.resize(impulses + self.nc, 0.0);
+        b.extend(&self.constants);
         (A, b)
     }
 
     /// `A`, `b` of the formulation §3, bilateral rows after the velocities.
     pub fn mixed(&self) -> (Dense, Vec<f64>) {
         let (nv, impulses) = (self.mass.rows, self.nb + self.nc + self.m);
-        let mut A = Dense::zeros(nv + impulses + self.nc, nv + impulses + self.nc);
+        let size = nv + impulses + self.constants.len();
+        let mut A = Dense::zeros(size, size);
         for i in 0..nv {
             for j in 0..nv {
                 A[(i, j)] = self.mass[(i, j)];
@@ -101,7 +133,7 @@ impl Matrices {
         self.place_friction(nv + self.nb, &mut A);
         let mut b: Vec<f64> = self.mass.apply(&self.free_velocity).iter().map(|p| -p).collect();
         b.extend(&self.rates);
-        b.resize(nv + impulses + self.nc, 0.0);
+        b.extend(&self.constants);
         (A, b)
     }
 
@@ -117,8 +149,8 @@ impl Matrices {
 pub fn worst_violation(problem: &ContactProblem, solution: &ContactSolution) -> f64 {
     let matrices = Matrices::of(problem);
     let (A, b) = matrices.condensed();
-    let impulses = [&solution.bilateral[..], &solution.lambda_n, &solution.alpha].concat();
-    let z = [&impulses[..], &solution.beta].concat();
+    let impulses = [&solution.bilateral[..], &solution.lambda_n, &solution.alpha, &solution.group_alpha].concat();
+    let z = [&impulses[..], &solution.beta, &solution.group_beta].concat();
     let g = (0..impulses.len()).map(|i| A[(i, i)]).fold(0.0, f64::max);
     let g = if g > 0.0 { g } else { 1.0 };
     let mut worst = 0.0_f64;
@@ -134,7 +166,8 @@ pub fn worst_violation(problem: &ContactProblem, solution: &ContactSolution) -> 
         assert!(w.is_finite() && z[i].is_finite());
         worst = worst.max(natural.abs());
     }
-    let scale = b.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+    // Constant bounds are impulses and no measure of velocity.
+    let scale = b[..impulses.len()].iter().fold(0.0, |a: f64, x| a.max(x.abs()));
     let velocity = matrices.velocity(&impulses);
     let rows = Dense::from_fn(matrices.rows.rows, matrices.rows.columns, |i, j| matrices.rows[(i, j)]);
     let difference: Vec<f64> = velocity.iter().zip(&solution.velocity).map(|(a, b)| a - b).collect();
@@ -198,4 +231,33 @@ pub fn random_problem(random: &mut Random, nc: usize, nb: usize) -> ContactProbl
     }
     problem.check().expect("valid data");
     problem
+}
+
+/// Adds `count` friction groups with random rows over some degrees of freedom: one or two directions, bounded by a constant or
+/// by a contact, every other one with a target.
+pub fn push_random_groups(problem: &mut ContactProblem, random: &mut Random, count: usize) {
+    let nc = problem.gap.len();
+    for j in 0..count {
+        let columns: Vec<u32> = (0..problem.free_velocity.len() as u32).filter(|_| random.below(2) > 0).collect();
+        let speed = if j % 2 == 0 { 0.0 } else { 1.0 };
+        let bound = match random.below(3) {
+            0 if nc > 0 => FrictionBound::Normal { contact: random.below(nc), coefficient: random.between(0.0, 1.0) },
+            1 if nc > 0 => {
+                let (impulse, contact) = (random.between(0.0, 2.0), random.below(nc));
+                FrictionBound::Shifted { impulse, contact, coefficient: random.between(0.0, 1.0) }
+            }
+            _ => FrictionBound::Impulse(random.between(0.0, 2.0)),
+        };
+        if random.below(2) == 0 {
+            let entries: Vec<(u32, f64)> = columns.into_iter().map(|c| (c, random.normal())).collect();
+            problem.push_friction_row(entries, speed * random.normal(), bound);
+        } else {
+            let entries: Vec<(u32, [f64; 2])> =
+                columns.into_iter().map(|c| (c, [random.normal(), random.normal()])).collect();
+            let target = [speed * random.normal(), speed * random.normal()];
+            let pairs = 2 + random.below(4);
+            problem.push_friction(entries, target, bound, &random_polygon(random, pairs));
+        }
+    }
+    problem.check().expect("valid data");
 }

@@ -26,18 +26,34 @@ fn read_pair<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<()
     let (geom_a, geom_b) = (geom(importer, &a, "geom1")?, geom(importer, &a, "geom2")?);
     let [first, second] = [geom_a, geom_b].map(|g| importer.contact_properties[g.index()]);
     let mixed = first.friction.max(second.friction);
-    let ([slide_x, slide_y, ..], given) = a.overlay::<5>("friction", [mixed, mixed, 0.0, 0.0, 0.0])?;
-    if slide_x < 0.0 {
-        return Err(a.invalid("friction", "a number that is not negative"));
+    let spinning = first.spinning_friction.max(second.spinning_friction);
+    let rolling = first.rolling_friction.max(second.rolling_friction);
+    let ([slide_x, slide_y, spinning_friction, roll_x, roll_y], given) =
+        a.overlay::<5>("friction", [mixed, mixed, spinning, rolling, rolling])?;
+    if slide_x < 0.0 || spinning_friction < 0.0 || roll_x < 0.0 {
+        return Err(a.invalid("friction", "numbers that are not negative"));
     }
     if given >= 2 && slide_x != slide_y {
         let effect = "the first of the two sliding coefficients counts in all directions";
         importer.report.motion(a.at("friction"), "pair", "anisotropic friction is not supported", effect);
     }
-    let frictional = importer.condim(&a)?.map_or(first.frictional || second.frictional, |condim| condim >= 3);
+    if given >= 5 && roll_x != roll_y {
+        let effect = "the first of the two rolling coefficients counts in all directions";
+        importer.report.motion(a.at("friction"), "pair", "anisotropic rolling friction is not supported", effect);
+    }
+    let of_geoms = (first.frictional || second.frictional, first.spin_resistance.max(second.spin_resistance));
+    let (frictional, spin_resistance) = importer.condim(&a)?.unwrap_or(of_geoms);
     let friction = if frictional { slide_x } else { 0.0 };
     if !importer.contacts_disabled {
-        importer.parts.builder.add_pair(GeomPair { geom_a, geom_b, friction });
+        importer.parts.builder.add_pair(GeomPair {
+            geom_a,
+            geom_b,
+            friction,
+            spin_resistance,
+            spinning_friction,
+            rolling_friction: roll_x,
+            restitution: None,
+        });
     }
     Ok(())
 }

@@ -53,7 +53,9 @@ fn section_of(parent: &'static str, name: &str) -> &'static str {
         "keyframe" => "keyframe",
         "option" => "option",
         "compiler" => "compiler",
-        "equality" => "equality",
+        // Defaults of constraints have no children.
+        "equality" if parent == "mujoco" => "equality",
+        "custom" => "custom",
         "tendon" => "tendon",
         "mesh" => "mesh",
         "geom" => "geom",
@@ -73,7 +75,9 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("mujoco", "worldbody") => Read(&WORLDBODY),
         ("mujoco", "size" | "statistic" | "visual") => Harmless("only memory and pictures depend on it"),
         ("mujoco", "sensor") => Harmless("there are no sensors"),
-        ("mujoco", "custom") => Harmless("user data is not kept"),
+        ("mujoco", "custom") => Read(&SECTION),
+        ("custom", "numeric") => Read(&NUMERIC),
+        ("custom", _) => Harmless("user data is not kept"),
         ("mujoco", "deformable") => Missing("deformable bodies are left out"),
         ("mujoco", "extension") => Missing("plugins have no effect"),
         ("body", "body") => Read(&BODY),
@@ -102,6 +106,10 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("keyframe", "key") => Read(&KEY),
         ("option", "flag") => Read(&FLAG),
         ("compiler", "lengthrange") => Harmless("only muscles depend on it"),
+        ("equality", "connect") => Read(&CONNECT),
+        ("equality", "weld") => Read(&WELD),
+        ("equality", "joint") => Read(&COUPLED_JOINTS),
+        ("default", "equality") => Read(&EQUALITY_DEFAULT),
         ("equality", _) => Missing("the constraint is left out"),
         ("tendon", _) => Missing("the tendon is left out, with its spring, friction and limits"),
         ("default", _) => Harmless("default of something that is not read"),
@@ -145,7 +153,7 @@ const OPTION: Coverage = Coverage {
 };
 
 const FLAG: Coverage = Coverage {
-    read: "gravity contact",
+    read: "gravity contact equality frictionloss",
     harmless: "autoreset diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd refsafe \
                sensor sleep speculative warmstart",
     ignored: &[
@@ -153,9 +161,7 @@ const FLAG: Coverage = Coverage {
         ignored("clampctrl", "enable", "controls are clamped to their range"),
         ignored("constraint", "enable", "contacts, limits and friction work"),
         ignored("damper", "enable", "dampers work"),
-        ignored("equality", "enable", "there are no equality constraints"),
         ignored("filterparent", "enable", "a body does not touch its parent"),
-        ignored("frictionloss", "enable", "joints have dry friction"),
         ignored("limit", "enable", "joint limits work"),
         ignored("override", "disable", SOLVER),
         ignored("spring", "enable", "springs work"),
@@ -258,6 +264,26 @@ const PAIR: Coverage = Coverage {
         ignored("adhesion", "0", "surfaces do not stick"),
     ],
 };
+
+const NUMERIC: Coverage = Coverage { read: "name data", harmless: "size", ignored: &[] };
+
+macro_rules! equality {
+    ($read:literal) => {
+        Coverage {
+            read: concat!("name class active ", $read),
+            harmless: "",
+            ignored: &[ignored("solref", "0.02 1", SOFT), ignored("solimp", "0.9 0.95 0.001 0.5 2", SOFT)],
+        }
+    };
+}
+const CONNECT: Coverage = equality!("body1 body2 anchor site1 site2");
+const WELD: Coverage = Coverage {
+    read: "name class active body1 body2 anchor relpose site1 site2",
+    harmless: "torquescale",
+    ignored: &[ignored("solref", "0.02 1", SOFT), ignored("solimp", "0.9 0.95 0.001 0.5 2", SOFT)],
+};
+const COUPLED_JOINTS: Coverage = equality!("joint1 joint2 polycoef");
+const EQUALITY_DEFAULT: Coverage = equality!("");
 
 macro_rules! actuator {
     ($read:literal, [$($more:expr),*]) => {

@@ -4,7 +4,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{Geom, Geometry, Pose};
+use signorini_multibody::{Geom, Geometry, Pose, SpinResistance};
 
 use super::assets::{MeshAsset, colour};
 use super::bodies::{OpenBody, Scope};
@@ -62,8 +62,16 @@ pub(super) fn read<'t>(
     read_contact(importer, &a, &mut geom)?;
     let material = importer.assets.material(&a)?;
     geom.rgba = colour(&a, material.unwrap_or(geom.rgba))?;
-    importer.contact_properties.push(ContactProperties { friction: geom.friction, frictional: geom.frictional });
-    importer.parts.add_geom(element, scope.name(element), body.id, geom).map(drop)
+    let name = scope.name(element);
+    geom.restitution = importer.restitution.of(name.as_deref());
+    importer.contact_properties.push(ContactProperties {
+        friction: geom.friction,
+        frictional: geom.frictional,
+        spin_resistance: geom.spin_resistance,
+        spinning_friction: geom.spinning_friction,
+        rolling_friction: geom.rolling_friction,
+    });
+    importer.parts.add_geom(element, name, body.id, geom).map(drop)
 }
 
 /// The shape; none if it is of a sort that is not supported.
@@ -153,12 +161,12 @@ fn weigh(
 }
 
 fn read_contact(importer: &mut Importer, a: &Attributes, geom: &mut Geom) -> Result<(), FormatError> {
-    let ([friction, _, _], _) = a.overlay::<3>("friction", [geom.friction, 0.005, 0.0001])?;
-    if friction < 0.0 {
-        return Err(a.invalid("friction", "a number that is not negative"));
+    let (friction, _) = a.overlay::<3>("friction", [geom.friction, geom.spinning_friction, geom.rolling_friction])?;
+    if friction.iter().any(|x| *x < 0.0) {
+        return Err(a.invalid("friction", "numbers that are not negative"));
     }
-    geom.friction = friction;
-    geom.frictional = importer.condim(a)?.unwrap_or(3) >= 3;
+    [geom.friction, geom.spinning_friction, geom.rolling_friction] = friction;
+    (geom.frictional, geom.spin_resistance) = importer.condim(a)?.unwrap_or((true, SpinResistance::None));
     let masks = (mask(a, "contype")?, mask(a, "conaffinity")?);
     (geom.contact_type, geom.contact_affinity) = if importer.contacts_disabled { (0, 0) } else { masks };
     Ok(())

@@ -59,9 +59,8 @@ fn read_joint(importer: &mut Importer, a: &Attributes, scope: &Scope) -> Result<
     joint.damping = linear(importer, a, "damping")?;
     joint.armature = a.non_negative("armature")?.unwrap_or(0.0);
     joint.friction_loss = a.non_negative("frictionloss")?.unwrap_or(0.0);
-    if joint.friction_loss > 0.0 {
-        let effect = "the value is kept in the model, but the joint moves without dry friction";
-        importer.report.motion(a.at("frictionloss"), "joint", "dry joint friction is not simulated", effect);
+    if importer.friction_loss_disabled {
+        joint.friction_loss = 0.0;
     }
     warn_about_rest(importer, a, sort)?;
     Ok(joint)
@@ -71,13 +70,18 @@ fn limits(importer: &mut Importer, a: &Attributes, sort: Type, unit: f64) -> Res
     let Some(range) = importer.range(a, "range", "limited")? else { return Ok(None) };
     match sort {
         Type::Free => Ok(None),
-        Type::Ball => {
-            let effect = "the joint turns without limit";
-            importer.report.motion(a.at("range"), "joint", "range of a ball joint is not supported", effect);
-            Ok(None)
-        }
+        Type::Ball => ball_limits(importer, a, range),
         Type::Slide | Type::Hinge => Ok(Some(range.map(|x| unit * x))),
     }
+}
+
+/// The largest angle of a ball joint, after a 0; it has no effect from half a turn on.
+fn ball_limits(importer: &Importer, a: &Attributes, range: [f64; 2]) -> Result<Option<[f64; 2]>, FormatError> {
+    let [lower, upper] = range.map(|x| importer.compiler.angle(x));
+    if lower != 0.0 {
+        return Err(a.invalid("range", "0 first, then the largest angle of the ball joint"));
+    }
+    Ok((upper < std::f64::consts::PI).then_some([lower, upper]))
 }
 
 fn stiffness(importer: &mut Importer, a: &Attributes, sort: Type) -> Result<f64, FormatError> {

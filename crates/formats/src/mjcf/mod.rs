@@ -1,7 +1,7 @@
 //! MJCF, MuJoCo's model format.
 //!
 //! The way through a file: includes are put in, `<compiler>` says how to read, `<default>` gives attributes to those
-//! who lack them, then bodies with joints and geoms, contact pairs, actuators, keyframes. What is in the file and not in
+//! who lack them, then bodies with joints and geoms, contact pairs, equality constraints, actuators, keyframes. What is in the file and not in
 //! the model is found by comparing the file with a table of what is read (`coverage`).
 
 mod actuators;
@@ -10,7 +10,9 @@ mod bodies;
 mod compiler;
 mod contacts;
 mod coverage;
+mod custom;
 mod defaults;
+mod equality;
 mod geoms;
 mod include;
 mod joints;
@@ -19,6 +21,8 @@ mod options;
 
 use std::collections::HashSet;
 use std::path::Path;
+
+use signorini_multibody::SpinResistance;
 
 use assets::Assets;
 use compiler::Compiler;
@@ -38,6 +42,9 @@ const MAX_ELEMENTS: usize = 4_000_000;
 struct ContactProperties {
     friction: f64,
     frictional: bool,
+    spin_resistance: SpinResistance,
+    spinning_friction: f64,
+    rolling_friction: f64,
 }
 
 /// What the readers of the sections share.
@@ -51,6 +58,9 @@ struct Importer<'t> {
     contact_properties: Vec<ContactProperties>,
     elements: usize,
     contacts_disabled: bool,
+    equalities_disabled: bool,
+    friction_loss_disabled: bool,
+    restitution: custom::Restitution<'t>,
 }
 
 /// Turns a parsed document into a model; `main` is the file it came from, if any.
@@ -69,10 +79,15 @@ pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result
         contact_properties: Vec::new(),
         elements: 0,
         contacts_disabled: false,
+        equalities_disabled: false,
+        friction_loss_disabled: false,
+        restitution: custom::Restitution::read(root)?,
     };
     options::read(&mut importer, root)?;
     bodies::read(&mut importer, root)?;
     contacts::read(&mut importer, root)?;
+    custom::check(&importer)?;
+    equality::read(&mut importer, root)?;
     let kept = actuators::read(&mut importer, root)?;
     keyframes::read(&mut importer, root, &kept)?;
     coverage::audit(root, &mut importer.report);
@@ -102,18 +117,16 @@ impl Importer<'_> {
         }
     }
 
-    /// `condim`, with a warning for contacts that resist spinning and rolling.
-    fn condim(&mut self, a: &Attributes) -> Result<Option<i64>, FormatError> {
-        let condim = a.integer("condim")?;
-        match condim {
-            None | Some(1 | 3) => {}
-            Some(4 | 6) => {
-                let effect = "contacts slide with friction but spin and roll without";
-                self.report.motion(a.at("condim"), a.element().name(), "condim 4 or 6 is not supported", effect);
-            }
+    /// `condim`: whether contacts have friction, and which turning they resist.
+    fn condim(&self, a: &Attributes) -> Result<Option<(bool, SpinResistance)>, FormatError> {
+        Ok(match a.integer("condim")? {
+            None => None,
+            Some(1) => Some((false, SpinResistance::None)),
+            Some(3) => Some((true, SpinResistance::None)),
+            Some(4) => Some((true, SpinResistance::Spinning)),
+            Some(6) => Some((true, SpinResistance::Rolling)),
             Some(_) => return Err(a.invalid("condim", "1, 3, 4 or 6")),
-        }
-        Ok(condim)
+        })
     }
 
     fn count_element(&mut self, element: Element) -> Result<(), FormatError> {

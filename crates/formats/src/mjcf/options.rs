@@ -1,4 +1,4 @@
-//! `<option>`: gravity, time step, and whether there are contacts.
+//! `<option>`: gravity, time step, and whether there are contacts, equality constraints and joint friction.
 
 use signorini_multibody::glam::DVec3;
 
@@ -21,6 +21,9 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
         for flag in option.children_named("flag") {
             weightless = disabled(flag, "gravity")?.unwrap_or(weightless);
             importer.contacts_disabled = disabled(flag, "contact")?.unwrap_or(importer.contacts_disabled);
+            importer.equalities_disabled = disabled(flag, "equality")?.unwrap_or(importer.equalities_disabled);
+            importer.friction_loss_disabled =
+                disabled(flag, "frictionloss")?.unwrap_or(importer.friction_loss_disabled);
         }
     }
     importer.parts.builder.gravity(if weightless { DVec3::ZERO } else { gravity });

@@ -72,10 +72,6 @@ pub(super) fn add_child<'t>(
         let a = dynamics.attributes();
         model_joint.damping = a.non_negative("damping")?.unwrap_or(0.0);
         model_joint.friction_loss = a.non_negative("friction")?.unwrap_or(0.0);
-        if model_joint.friction_loss > 0.0 {
-            let effect = "the value is kept in the model, but the joint moves without dry friction";
-            importer.report.motion(a.at("friction"), "dynamics", "dry joint friction is not simulated", effect);
-        }
     }
     let name = a.required("name", "messages and the model refer to the joint by it")?;
     importer.parts.add_joint(joint, Some(name.to_owned()), body, &pose, model_joint)?;

@@ -91,10 +91,7 @@ fn audit_joint(joint: Element, report: &mut Reporter) {
             "parent" | "child" => reading("link").audit(part, report),
             "limit" => LIMIT.audit(part, report),
             "dynamics" => reading("damping friction").audit(part, report),
-            "mimic" => {
-                let effect = "the joint moves by itself, not with the joint it should follow";
-                report.motion(part.at(), "mimic", "is not supported", effect);
-            }
+            "mimic" => reading("joint multiplier offset").audit(part, report),
             "safety_controller" => {
                 report.motion(
                     part.at(),

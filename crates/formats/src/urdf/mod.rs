@@ -6,6 +6,7 @@
 
 mod bodies;
 mod coverage;
+mod mimic;
 mod packages;
 mod shapes;
 mod tree;
@@ -53,6 +54,7 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
     };
     let placed = place_links(&mut importer, &kinematics, options)?;
     exclude_neighbours_of_the_world(&mut importer, &kinematics, &placed)?;
+    mimic::read(&mut importer, &kinematics)?;
     coverage::audit(root, &mut importer.report);
     Ok(Imported { model: importer.parts.build()?, report: importer.report.finish() })
 }

@@ -1,5 +1,6 @@
 //! Integration tests of the readers.
 
+mod mechanism;
 mod meshes;
 mod mjcf_errors;
 mod mjcf_reference;

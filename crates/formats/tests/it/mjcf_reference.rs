@@ -199,6 +199,7 @@ fn compare_actuators(model: &Model, theirs: &Value) {
                 ActuatorKind::Motor => g * c,
                 ActuatorKind::Position { kp, kv } => g * (kp * (c - g * q) - kv * g * v),
                 ActuatorKind::Velocity { kv } => g * kv * (c - g * v),
+                ActuatorKind::Speed => unreachable!("no element of MJCF is one"),
             };
             assert_close(&[ours], &[expected], TOLERANCE, &what);
         }

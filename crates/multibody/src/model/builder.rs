@@ -3,11 +3,12 @@
 use glamx::glam::DVec3;
 
 use super::check::{
-    check_actuators, check_geoms, check_inertia, check_joints, check_keyframes, check_mass, check_pairs, number, unique,
+    check_actuators, check_equalities, check_geoms, check_inertia, check_joints, check_keyframes, check_mass,
+    check_pairs, number, unique,
 };
 use super::{
-    Actuator, Body, BodyId, ContactFilter, Geom, GeomId, GeomPair, Inertia, Joint, JointId, JointKind, Keyframe, Model,
-    ModelError,
+    Actuator, Body, BodyId, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair, Inertia, Joint, JointId,
+    JointKind, Keyframe, Model, ModelError,
 };
 use crate::math::Pose;
 
@@ -23,6 +24,7 @@ pub struct ModelBuilder {
     geoms: Vec<Geom>,
     pairs: Vec<GeomPair>,
     excluded: Vec<(BodyId, BodyId)>,
+    equalities: Vec<Equality>,
     actuators: Vec<Actuator>,
     keyframes: Vec<Keyframe>,
 }
@@ -48,6 +50,7 @@ impl ModelBuilder {
             geoms: Vec::new(),
             pairs: Vec::new(),
             excluded: Vec::new(),
+            equalities: Vec::new(),
             actuators: Vec::new(),
             keyframes: Vec::new(),
         }
@@ -132,6 +135,17 @@ impl ModelBuilder {
         self
     }
 
+    /// Adds an equality constraint. Its joints are those that [`add_joint`](Self::add_joint) gave.
+    pub fn add_equality(&mut self, name: impl Into<String>, kind: EqualityKind) -> &mut Self {
+        self.equalities.push(Equality { name: name.into(), kind });
+        self
+    }
+
+    /// `X_WB` of a body at the reference configuration; that of the world for a body that is not there.
+    pub fn reference_pose(&self, body: BodyId) -> Pose {
+        if body.index() < self.bodies.len() { reference_pose(&self.bodies, body) } else { Pose::IDENTITY }
+    }
+
     /// Adds an actuator.
     pub fn add_actuator(&mut self, actuator: Actuator) -> &mut Self {
         self.actuators.push(actuator);
@@ -147,7 +161,7 @@ impl ModelBuilder {
     /// Checks everything, orders the joints, and makes rotations and axes unit to the last digit.
     ///
     /// # Errors
-    /// The first [`ModelError`] met, in the order names, bodies, joints, geoms, actuators, keyframes.
+    /// The first [`ModelError`] met, in the order names, bodies, joints, geoms, equality constraints, actuators, keyframes.
     pub fn build(self) -> Result<Model, ModelError> {
         self.check_names()?;
         self.check_options()?;
@@ -159,6 +173,7 @@ impl ModelBuilder {
         check_mass(&model)?;
         check_geoms(&model)?;
         check_pairs(&model)?;
+        check_equalities(&model)?;
         check_actuators(&model)?;
         check_keyframes(&mut model)?;
         normalise(&mut model);
@@ -176,6 +191,7 @@ impl ModelBuilder {
         unique("body", self.bodies.iter().map(|b| &b.name))?;
         unique("joint", self.joints.iter().flatten().map(|j| &j.name))?;
         unique("geom", self.geoms.iter().map(|g| &g.name))?;
+        unique("equality constraint", self.equalities.iter().map(|e| &e.name))?;
         unique("actuator", self.actuators.iter().map(|a| &a.name))?;
         unique("keyframe", self.keyframes.iter().map(|k| &k.name))
     }
@@ -216,9 +232,11 @@ impl ModelBuilder {
             body_last_dof[i] = last_dof;
         }
         let mut actuators = self.actuators;
-        for actuator in &mut actuators {
-            if let Some(&(body, k)) = self.joint_ids.get(actuator.joint.index()) {
-                actuator.joint = JointId((first[body] + k) as u32);
+        let mut equalities = self.equalities;
+        let constrained = equalities.iter_mut().flat_map(|e| e.kind.joints_mut());
+        for id in actuators.iter_mut().map(|a| &mut a.joint).chain(constrained) {
+            if let Some(&(body, k)) = self.joint_ids.get(id.index()) {
+                *id = JointId((first[body] + k) as u32);
             }
         }
         let weld_parent = body_weld.iter().map(|w| body_weld[bodies[w.index()].parent.index()]).collect();
@@ -232,6 +250,7 @@ impl ModelBuilder {
             geoms: self.geoms,
             pairs: self.pairs,
             contact_filter,
+            equalities,
             actuators,
             keyframes: self.keyframes,
             nq,
@@ -244,8 +263,24 @@ impl ModelBuilder {
     }
 }
 
+/// `X_WB` of a body at the reference configuration, where every body is at its placement.
+pub(super) fn reference_pose(bodies: &[Body], body: BodyId) -> Pose {
+    let (mut pose, mut id) = (Pose::IDENTITY, body);
+    while id != BodyId::WORLD {
+        let body = &bodies[id.index()];
+        (pose, id) = (body.placement * pose, body.parent);
+    }
+    pose
+}
+
 /// Removes what the checks tolerate: norms of rotations and axes that are off 1.
 fn normalise(model: &mut Model) {
+    for equality in &mut model.equalities {
+        if let EqualityKind::Weld { frame_a, frame_b, .. } = &mut equality.kind {
+            frame_a.rotation = frame_a.rotation.normalize();
+            frame_b.rotation = frame_b.rotation.normalize();
+        }
+    }
     let bodies = model.bodies.iter_mut().map(|body| &mut body.placement);
     for placement in bodies.chain(model.geoms.iter_mut().map(|geom| &mut geom.placement)) {
         placement.rotation = placement.rotation.normalize();

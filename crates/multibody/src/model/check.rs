@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use glamx::glam::{DMat3, DVec3};
 
-use super::{ActuatorKind, Body, BodyId, Geometry, JointKind, Model, ModelError};
+use super::{ActuatorKind, Body, BodyId, EqualityKind, Geometry, JointKind, Model, ModelError};
 use crate::math::Pose;
 
 pub(super) fn unique<'a>(sort: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), ModelError> {
@@ -107,6 +107,15 @@ pub(super) fn check_joints(model: &Model) -> Result<(), ModelError> {
         if let Some([lower, upper]) = joint.limits {
             number(part, "lower limit", "finite", lower, |_| true)?;
             number(part, "upper limit", "finite and not below the lower one", upper, |x| x >= lower)?;
+            if joint.kind == JointKind::Ball {
+                number(part, "lower limit of a ball joint", "0", lower, |x| x == 0.0)?;
+                number(part, "upper limit of a ball joint", "above 0 and below π", upper, |x| {
+                    x > 0.0 && x < std::f64::consts::PI
+                })?;
+            }
+            if joint.kind == JointKind::Free {
+                return invalid("a free joint has no limits");
+            }
         }
     }
     Ok(())
@@ -142,7 +151,16 @@ pub(super) fn check_geoms(model: &Model) -> Result<(), ModelError> {
     for geom in &model.geoms {
         let part = || format!("geom '{}'", geom.name);
         check_pose(part, &geom.placement)?;
-        number(part, "friction", "finite and not negative", geom.friction, |x| x >= 0.0)?;
+        for (quantity, x) in [
+            ("friction", geom.friction),
+            ("friction against spinning", geom.spinning_friction),
+            ("friction against rolling", geom.rolling_friction),
+        ] {
+            number(part, quantity, "finite and not negative", x, |x| x >= 0.0)?;
+        }
+        number(part, "restitution", "between 0 and 1", geom.restitution, |e| (0.0..=1.0).contains(&e))?;
+        let belt = geom.surface_velocity.to_array();
+        belt.into_iter().try_for_each(|x| number(part, "surface velocity", "finite", x, |_| true))?;
         let invalid = |reason| {
             Err(ModelError::InvalidGeometry { geom: geom.name.clone(), kind: geom.geometry.kind_name(), reason })
         };
@@ -162,7 +180,44 @@ pub(super) fn check_pairs(model: &Model) -> Result<(), ModelError> {
         for geom in [pair.geom_a, pair.geom_b] {
             known("a contact pair".into(), "geom", geom.index(), model.geoms.len())?;
         }
-        number(|| "a contact pair".into(), "friction", "finite and not negative", pair.friction, |x| x >= 0.0)?;
+        let part = || "a contact pair".into();
+        for x in [pair.friction, pair.spinning_friction, pair.rolling_friction] {
+            number(part, "friction", "finite and not negative", x, |x| x >= 0.0)?;
+        }
+        let e = pair.restitution.unwrap_or(0.0);
+        number(part, "restitution", "between 0 and 1", e, |e| (0.0..=1.0).contains(&e))?;
+    }
+    Ok(())
+}
+
+/// Checks what the constraints refer to; rotations are unit to 1e-6.
+pub(super) fn check_equalities(model: &Model) -> Result<(), ModelError> {
+    for equality in &model.equalities {
+        let part = || format!("equality constraint '{}'", equality.name);
+        let finite = |x: DVec3| x.to_array().into_iter().try_for_each(|x| number(part, "point", "finite", x, |_| true));
+        match equality.kind {
+            EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
+                known(part(), "body", body_a.index().max(body_b.index()), model.bodies.len())?;
+                [point_a, point_b].into_iter().try_for_each(finite)?;
+            }
+            EqualityKind::Weld { body_a, frame_a, body_b, frame_b } => {
+                known(part(), "body", body_a.index().max(body_b.index()), model.bodies.len())?;
+                [frame_a, frame_b].iter().try_for_each(|frame| check_pose(part, frame))?;
+            }
+            EqualityKind::Joint { joint, driver, polynomial } => {
+                for id in [Some(joint), driver].into_iter().flatten() {
+                    known(part(), "joint", id.index(), model.joints.len())?;
+                    let (joint, reason) = (&model.joints[id.index()], "only hinges and slides can be coupled");
+                    if joint.kind.nv() != 1 {
+                        let body = model.bodies[joint.body.index()].name.clone();
+                        return Err(ModelError::InvalidJoint { joint: joint.name.clone(), body, reason });
+                    }
+                }
+                let same = if driver == Some(joint) { 0.0 } else { 1.0 };
+                number(part, "number of joints that differ from the follower", "1", same, |x| x == 1.0)?;
+                polynomial.iter().try_for_each(|&a| number(part, "coefficient", "finite", a, |_| true))?;
+            }
+        }
     }
     Ok(())
 }
@@ -184,7 +239,12 @@ pub(super) fn check_actuators(model: &Model) -> Result<(), ModelError> {
             ActuatorKind::Motor => [0.0, 0.0],
             ActuatorKind::Position { kp, kv } => [kp, kv],
             ActuatorKind::Velocity { kv } => [0.0, kv],
+            ActuatorKind::Speed => [0.0, 0.0],
         };
+        if actuator.kind == ActuatorKind::Speed {
+            let ends = actuator.force_range.map_or(0.0, |_| 2.0);
+            number(part, "number of ends of its force range", "2", ends, |n| n == 2.0)?;
+        }
         gains.iter().try_for_each(|&g| number(part, "gain", "finite and not negative", g, |g| g >= 0.0))?;
         for range in [actuator.control_range, actuator.force_range].into_iter().flatten() {
             number(part, "upper end of a range", "finite and not below the lower one", range[1], |x| x >= range[0])?;

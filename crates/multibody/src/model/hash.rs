@@ -3,8 +3,8 @@
 use glamx::glam::{DMat3, DVec3};
 
 use super::{
-    Actuator, ActuatorKind, Body, ContactFilter, Geom, GeomPair, Geometry, HeightField, Inertia, Joint, JointKind,
-    Keyframe, Mesh, Model,
+    Actuator, ActuatorKind, Body, ContactFilter, Equality, EqualityKind, Geom, GeomPair, Geometry, HeightField,
+    Inertia, Joint, JointKind, Keyframe, Mesh, Model, SpinResistance,
 };
 use crate::math::Pose;
 
@@ -23,6 +23,7 @@ impl Model {
             geoms,
             pairs,
             contact_filter,
+            equalities,
             actuators,
             keyframes,
             nq: _,
@@ -40,6 +41,7 @@ impl Model {
         geoms.feed(&mut hash);
         pairs.feed(&mut hash);
         contact_filter.feed(&mut hash);
+        equalities.feed(&mut hash);
         actuators.feed(&mut hash);
         keyframes.feed(&mut hash);
         hash.0
@@ -101,8 +103,24 @@ feed_fields!(Joint {
     q_index,
     v_index,
 });
-feed_fields!(Geom { name, body, placement, geometry, friction, frictional, contact_type, contact_affinity, rgba });
-feed_fields!(GeomPair { geom_a, geom_b, friction });
+feed_fields!(Geom {
+    name,
+    body,
+    placement,
+    geometry,
+    friction,
+    frictional,
+    spin_resistance,
+    spinning_friction,
+    rolling_friction,
+    restitution,
+    surface_velocity,
+    contact_type,
+    contact_affinity,
+    rgba,
+});
+feed_fields!(GeomPair { geom_a, geom_b, friction, spin_resistance, spinning_friction, rolling_friction, restitution });
+feed_fields!(Equality { name, kind });
 feed_fields!(Actuator { name, joint, gear, kind, control_range, force_range });
 feed_fields!(Keyframe { name, time, q, v, control });
 feed_fields!(Mesh { vertices, triangles });
@@ -176,6 +194,33 @@ impl<T: Feed> Feed for Option<T> {
     }
 }
 
+impl Feed for EqualityKind {
+    fn feed(&self, hash: &mut Fnv) {
+        match self {
+            Self::Connect { body_a, point_a, body_b, point_b } => {
+                0u8.feed(hash);
+                ((*body_a, *point_a), (*body_b, *point_b)).feed(hash);
+            }
+            Self::Weld { body_a, frame_a, body_b, frame_b } => {
+                1u8.feed(hash);
+                ((*body_a, *frame_a), (*body_b, *frame_b)).feed(hash);
+            }
+            Self::Joint { joint, driver, polynomial } => {
+                2u8.feed(hash);
+                joint.feed(hash);
+                driver.feed(hash);
+                polynomial.feed(hash);
+            }
+        }
+    }
+}
+
+impl Feed for SpinResistance {
+    fn feed(&self, hash: &mut Fnv) {
+        (*self as u8).feed(hash);
+    }
+}
+
 impl Feed for JointKind {
     fn feed(&self, hash: &mut Fnv) {
         match self {
@@ -205,6 +250,7 @@ impl Feed for ActuatorKind {
                 2u8.feed(hash);
                 kv.feed(hash);
             }
+            Self::Speed => 3u8.feed(hash),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 mod builder;
 mod check;
+mod equality;
 mod error;
 mod filter;
 mod geometry;
@@ -9,14 +10,18 @@ mod hash;
 mod parts;
 
 pub use builder::ModelBuilder;
+pub use equality::{Equality, EqualityKind};
 pub use error::ModelError;
 pub use filter::ContactFilter;
 pub use geometry::{Geometry, HeightField, Mesh};
 pub use parts::{
     Actuator, ActuatorKind, Body, BodyId, Geom, GeomId, GeomPair, Inertia, Joint, JointId, JointKind, Keyframe,
+    SpinResistance,
 };
 
 use glamx::glam::DVec3;
+
+use crate::math::Pose;
 
 /// A mechanism: bodies in a tree, joints, shapes, actuators. Made by [`ModelBuilder`], checked once, never changed.
 #[derive(Clone, Debug)]
@@ -37,6 +42,8 @@ pub struct Model {
     pub pairs: Vec<GeomPair>,
     /// Which pairs of geoms can touch.
     pub contact_filter: ContactFilter,
+    /// Bilateral constraints.
+    pub equalities: Vec<Equality>,
     /// Actuators.
     pub actuators: Vec<Actuator>,
     /// Named states.
@@ -109,6 +116,11 @@ impl Model {
         self.joints.iter().position(|j| j.name == name).map(|i| JointId(i as u32))
     }
 
+    /// Index of the equality constraint of that name.
+    pub fn equality_named(&self, name: &str) -> Option<usize> {
+        self.equalities.iter().position(|e| e.name == name)
+    }
+
     /// The geom of that name.
     pub fn geom_named(&self, name: &str) -> Option<GeomId> {
         self.geoms.iter().position(|g| g.name == name).map(|i| GeomId(i as u32))
@@ -121,11 +133,46 @@ impl Model {
 
     /// Friction of a pair of geoms: the pair's own entry, else 0 if both are frictionless, else the larger of the two.
     pub fn pair_friction(&self, a: GeomId, b: GeomId) -> f64 {
-        let own = |p: &&GeomPair| (p.geom_a, p.geom_b) == (a, b) || (p.geom_a, p.geom_b) == (b, a);
-        if let Some(pair) = self.pairs.iter().find(own) {
+        if let Some(pair) = self.own_pair(a, b) {
             return pair.friction;
         }
         let (a, b) = (&self.geoms[a.index()], &self.geoms[b.index()]);
         if a.frictional || b.frictional { a.friction.max(b.friction) } else { 0.0 }
+    }
+
+    /// Friction of a pair of geoms against spinning about the normal and against rolling, m: the pair's own entry, else for
+    /// each the larger coefficient of the two if one of them resists that motion, else 0.
+    pub fn pair_spin_friction(&self, a: GeomId, b: GeomId) -> [f64; 2] {
+        let (a_geom, b_geom) = (&self.geoms[a.index()], &self.geoms[b.index()]);
+        let (resistance, spinning, rolling) = match self.own_pair(a, b) {
+            Some(pair) => (pair.spin_resistance, pair.spinning_friction, pair.rolling_friction),
+            None => (
+                a_geom.spin_resistance.max(b_geom.spin_resistance),
+                a_geom.spinning_friction.max(b_geom.spinning_friction),
+                a_geom.rolling_friction.max(b_geom.rolling_friction),
+            ),
+        };
+        match resistance {
+            SpinResistance::None => [0.0, 0.0],
+            SpinResistance::Spinning => [spinning, 0.0],
+            SpinResistance::Rolling => [spinning, rolling],
+        }
+    }
+
+    /// Coefficient of restitution of a pair of geoms: the pair's own entry, else the larger of the two.
+    pub fn pair_restitution(&self, a: GeomId, b: GeomId) -> f64 {
+        match self.own_pair(a, b) {
+            Some(GeomPair { restitution: Some(e), .. }) => *e,
+            _ => self.geoms[a.index()].restitution.max(self.geoms[b.index()].restitution),
+        }
+    }
+
+    fn own_pair(&self, a: GeomId, b: GeomId) -> Option<&GeomPair> {
+        self.pairs.iter().find(|p| (p.geom_a, p.geom_b) == (a, b) || (p.geom_a, p.geom_b) == (b, a))
+    }
+
+    /// `X_WB` of a body at the [reference configuration](Self::reference_configuration).
+    pub fn reference_pose(&self, body: BodyId) -> Pose {
+        builder::reference_pose(&self.bodies, body)
     }
 }

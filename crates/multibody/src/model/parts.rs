@@ -115,7 +115,8 @@ pub struct Joint {
     pub anchor: DVec3,
     /// Value of a hinge's or slide's `q` at which the body is at its `placement` (rad, m).
     pub reference: f64,
-    /// Lower and upper limit of a hinge's or slide's `q` (rad, m).
+    /// Lower and upper limit of a hinge's or slide's `q` (rad, m). A ball joint's lower limit is 0 and its upper one the largest
+    /// angle of its rotation, in (0, π), as MJCF has it.
     pub limits: Option<[f64; 2]>,
     /// Viscous damping of every degree of freedom, N·s/m or N·m·s/rad, ≥ 0.
     pub damping: f64,
@@ -154,6 +155,18 @@ impl Joint {
     }
 }
 
+/// Which turning of one surface against the other a contact resists, besides sliding.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum SpinResistance {
+    /// None: a single point resists no turning.
+    #[default]
+    None,
+    /// Spinning about the normal (MJCF `condim` 4).
+    Spinning,
+    /// Spinning and rolling (MJCF `condim` 6).
+    Rolling,
+}
+
 /// A shape fixed to a body.
 #[derive(Clone, Debug)]
 pub struct Geom {
@@ -169,6 +182,17 @@ pub struct Geom {
     pub friction: f64,
     /// Whether contacts with it have friction (MJCF `condim` ≥ 3 of either geom).
     pub frictional: bool,
+    /// Which turning of one surface against the other its contacts resist (MJCF `condim` 4 and 6).
+    pub spin_resistance: SpinResistance,
+    /// Coefficient of friction against spinning about the normal, m, ≥ 0.
+    pub spinning_friction: f64,
+    /// Coefficient of friction against rolling, m, ≥ 0.
+    pub rolling_friction: f64,
+    /// Coefficient of restitution e in [0, 1]; a pair takes the larger of the two.
+    pub restitution: f64,
+    /// Velocity of the surface relative to the body, in the geom's axes, m/s: a conveyor belt. Only its part along the
+    /// tangents of a contact acts.
+    pub surface_velocity: DVec3,
     /// Which collision groups it belongs to (bit mask); two geoms meet if one's type shares a bit with the other's affinity.
     pub contact_type: u32,
     /// Which collision groups it meets (bit mask).
@@ -187,6 +211,11 @@ impl Geom {
             geometry,
             friction: 1.0,
             frictional: true,
+            spin_resistance: SpinResistance::None,
+            spinning_friction: 0.005,
+            rolling_friction: 0.0001,
+            restitution: 0.0,
+            surface_velocity: DVec3::ZERO,
             contact_type: 1,
             contact_affinity: 1,
             rgba: [0.5, 0.5, 0.5, 1.0],
@@ -203,6 +232,22 @@ pub struct GeomPair {
     pub geom_b: GeomId,
     /// Coefficient of friction of the pair; 0 is frictionless.
     pub friction: f64,
+    /// Which turning the pair resists.
+    pub spin_resistance: SpinResistance,
+    /// Coefficient of friction against spinning, m, ≥ 0.
+    pub spinning_friction: f64,
+    /// Coefficient of friction against rolling, m, ≥ 0.
+    pub rolling_friction: f64,
+    /// Coefficient of restitution in [0, 1]; that of the geoms where it is not given.
+    pub restitution: Option<f64>,
+}
+
+impl GeomPair {
+    /// A pair with a coefficient of sliding friction that resists no turning.
+    pub fn new(geom_a: GeomId, geom_b: GeomId, friction: f64) -> Self {
+        let (spin_resistance, restitution) = (SpinResistance::None, None);
+        Self { geom_a, geom_b, friction, spin_resistance, spinning_friction: 0.0, rolling_friction: 0.0, restitution }
+    }
 }
 
 /// What an actuator does with its control value.
@@ -217,6 +262,9 @@ pub enum ActuatorKind {
         /// Damping, N·s/m or N·m·s/rad.
         kv: f64,
     },
+    /// Velocity servo without a gain: whatever force within its range holds the speed at `control`, as a row of the contact
+    /// problem (formulation §5): exact, and independent of the load until the range ends. Its force range must be given.
+    Speed,
     /// Velocity servo: force = `kv (control − q̇)`, integrated implicitly.
     Velocity {
         /// Gain, N·s/m or N·m·s/rad.

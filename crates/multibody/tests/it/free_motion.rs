@@ -94,6 +94,7 @@ fn the_implicit_equation_is_satisfied() {
                 ActuatorKind::Motor => input.control[a],
                 ActuatorKind::Position { kp, kv } => kp * (input.control[a] - length) - kv * rate,
                 ActuatorKind::Velocity { kv } => kv * (input.control[a] - rate),
+                ActuatorKind::Speed => unreachable!("no random model has one"),
             };
             let force = free.actuator_force[a];
             assert!((lower..=upper).contains(&force));

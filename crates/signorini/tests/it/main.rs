@@ -2,12 +2,14 @@
 
 mod contradiction;
 mod determinism;
+mod dry_friction;
 mod friction;
 mod impact;
 mod incline;
 mod input;
 mod invariants;
 mod joints;
+mod mechanisms;
 mod scenes;
 mod stacking;
 mod support;

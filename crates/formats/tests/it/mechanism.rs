@@ -1,0 +1,153 @@
+//! Constraints, further friction, restitution: what the files say is in the model.
+
+use signorini_formats::{LoadOptions, load_mjcf_str, load_urdf_str};
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{EqualityKind, JointKind, Kinematics, Model, SpinResistance, State};
+use signorini_multibody::{equality_violations, forward_kinematics_into};
+
+fn mjcf(inner: &str) -> Model {
+    let imported = load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "").unwrap();
+    assert_eq!(imported.report.motion_warnings().count(), 0, "{}", imported.report);
+    imported.model
+}
+
+fn refusal(inner: &str) -> String {
+    load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "").unwrap_err().to_string()
+}
+
+/// Two hinged rods side by side.
+const RODS: &str = "<worldbody><body name='a' pos='0 0 1' euler='0 30 0'><joint name='ja' axis='0 1 0' ref='20'/>\
+     <geom size='.1' mass='1'/></body><body name='b' pos='1 0 1'><joint name='jb' axis='0 1 0'/><geom size='.1' mass='1'/>\
+     </body></worldbody>";
+
+fn violations(model: &Model, q: &[f64]) -> Vec<f64> {
+    let mut kinematics = Kinematics::new(model);
+    forward_kinematics_into(model, q, &vec![0.0; model.nv], &mut kinematics);
+    equality_violations(model, &kinematics, q)
+}
+
+/// By default a constraint holds what the reference configuration has.
+#[test]
+fn constraints_hold_at_the_reference_configuration() {
+    let model = mjcf(&format!(
+        "{RODS}<equality><connect body1='a' body2='b' anchor='.5 0 .2'/><weld name='w' body1='a' body2='b' anchor='0 0 3'/>\
+         <connect body1='b' anchor='0 0 1'/><joint joint1='ja' joint2='jb' polycoef='0 2 1 0 0'/></equality>"
+    ));
+    let names: Vec<&str> = model.equalities.iter().map(|e| e.name.as_str()).collect();
+    assert_eq!(names, ["equality constraint0", "w", "equality constraint2", "equality constraint3"]);
+    let reference = State::new(&model).q;
+    assert!(violations(&model, &reference).iter().all(|x| *x < 1e-15));
+    // ja by 0.3 from its reference of 20°, jb by 0.2: 0.3 − (2·0.2 + 0.04)
+    let moved = violations(&model, &[reference[0] + 0.3, 0.2]);
+    assert!((moved[3] - 0.14).abs() < 1e-15, "{moved:?}");
+    let EqualityKind::Connect { body_b, point_b, .. } = model.equalities[2].kind else { panic!("a connect") };
+    assert_eq!((body_b.index(), point_b), (0, DVec3::new(1.0, 0.0, 2.0)), "the world, where the anchor is");
+}
+
+#[test]
+fn a_given_relative_pose_replaces_that_of_the_reference() {
+    let model = mjcf(&format!("{RODS}<equality><weld body1='a' body2='b' relpose='1 2 3 1 0 0 0'/></equality>"));
+    let EqualityKind::Weld { frame_a, frame_b, .. } = model.equalities[0].kind else { panic!("a weld") };
+    assert_eq!((frame_a.position, frame_b.position), (DVec3::new(1.0, 2.0, 3.0), DVec3::ZERO));
+}
+
+#[test]
+fn constraints_that_are_off_are_left_out() {
+    let off = "<default><equality active='false'/></default>";
+    let model =
+        mjcf(&format!("{off}{RODS}<equality><weld body1='a' body2='b'/><joint joint1='ja' active='true'/></equality>"));
+    assert_eq!(model.equalities.len(), 1);
+    let flag = "<option><flag equality='disable' frictionloss='disable'/></option>";
+    let rods = RODS.replace("name='ja'", "name='ja' frictionloss='3'");
+    let model = mjcf(&format!("{flag}{rods}<equality><weld body1='a' body2='b'/></equality>"));
+    assert_eq!((model.equalities.len(), model.joints[0].friction_loss), (0, 0.0));
+}
+
+#[test]
+fn wrong_constraints_are_named_with_their_place() {
+    for (constraint, part) in [
+        ("<connect body1='c' body2='b' anchor='0 0 0'/>", "'c'"),
+        ("<connect body1='a' body2='b'/>", "anchor"),
+        ("<weld body2='b'/>", "body1"),
+        ("<joint joint1='jc'/>", "'jc'"),
+        ("<joint joint1='ja' joint2='ja'/>", "equality constraint 'equality constraint0'"),
+    ] {
+        let message = refusal(&format!("{RODS}<equality>{constraint}</equality>"));
+        assert!(message.contains(part) && message.contains(":2:") || message.contains("line 2"), "{message}");
+    }
+}
+
+#[test]
+fn contact_dimension_and_three_coefficients_are_read() {
+    let model = mjcf(
+        "<default><geom friction='.7 .02 .003'/></default><worldbody><geom name='f' type='plane' size='1 1 1' condim='6'/>\
+         <body pos='0 0 1'><freejoint/><geom name='g' size='.1'/></body><body pos='0 0 2'><freejoint/>\
+         <geom name='h' size='.1' condim='4' friction='.1 .05'/></body></worldbody>\
+         <contact><pair geom1='g' geom2='h' condim='4' friction='.3 .3 .01'/></contact>",
+    );
+    let [f, g, h] = ["f", "g", "h"].map(|name| model.geom_named(name).unwrap());
+    assert_eq!(model.geoms[f.index()].spin_resistance, SpinResistance::Rolling);
+    assert_eq!(model.pair_spin_friction(f, g), [0.02, 0.003]);
+    assert_eq!(model.pair_spin_friction(f, h), [0.05, 0.003]);
+    assert_eq!((model.pair_spin_friction(g, h), model.pair_friction(h, g)), ([0.01, 0.0], 0.3));
+}
+
+#[test]
+fn restitution_is_read_from_custom_numbers() {
+    let world = "<worldbody><geom name='f' type='plane' size='1 1 1'/><body pos='0 0 1'><freejoint/><geom name='ball' size='.1'/>\
+                 </body></worldbody>";
+    let model = mjcf(&format!(
+        "<custom><numeric name='signorini:restitution' data='.2'/><numeric name='signorini:restitution:ball' data='.9'/>\
+         </custom>{world}"
+    ));
+    let [f, ball] = ["f", "ball"].map(|name| model.geom_named(name).unwrap());
+    assert_eq!((model.pair_restitution(f, ball), model.geoms[f.index()].restitution), (0.9, 0.2));
+    for (numeric, part) in [
+        ("<numeric name='signorini:restitution' data='1.2'/>", "between 0 and 1"),
+        ("<numeric name='signorini:restitution:bal' data='.2'/>", "name of a geom"),
+        ("<numeric name='signorini:restitutions' data='.2'/>", "signorini:restitution:GEOM"),
+    ] {
+        let message = refusal(&format!("<custom>{numeric}</custom>{world}"));
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn ball_joints_have_a_cone() {
+    let ball = |range: &str| {
+        format!("<worldbody><body><joint type='ball' {range}/><geom size='.1' mass='1'/></body></worldbody>")
+    };
+    let model = mjcf(&ball("range='0 60'"));
+    assert_eq!(model.joints[0].kind, JointKind::Ball);
+    assert!((model.joints[0].limits.unwrap()[1] - 60_f64.to_radians()).abs() < 1e-15);
+    assert_eq!(mjcf(&ball("range='0 180'")).joints[0].limits, None);
+    assert!(refusal(&ball("range='10 60'")).contains("0 first"));
+}
+
+#[test]
+fn urdf_joints_follow_one_another() {
+    let link = |name: &str| {
+        format!("<link name='{name}'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>")
+    };
+    let joint = |name: &str, parent: &str, child: &str, more: &str| {
+        format!(
+            "<joint name='{name}' type='continuous'><parent link='{parent}'/><child link='{child}'/>{more}\
+             <dynamics friction='0.3'/></joint>"
+        )
+    };
+    // The leader comes after the follower in the file.
+    let text = |mimic: &str| {
+        let joints = joint("j", "a", "b", mimic) + &joint("k", "a", "c", "");
+        format!("<robot name='r'>{}{}{}{joints}</robot>", link("a"), link("b"), link("c"))
+    };
+    let model = |mimic: &str| load_urdf_str(&text(mimic), "", &LoadOptions::default());
+    let imported = model("<mimic joint='k' multiplier='-2' offset='.5'/>").unwrap();
+    assert!(imported.report.warnings.is_empty(), "{}", imported.report);
+    let model_read = imported.model;
+    assert_eq!(model_read.joints[0].friction_loss, 0.3);
+    let q = |j: f64, k: f64| violations(&model_read, &[j, k])[0];
+    assert!(q(0.5 - 0.6, 0.3) < 1e-15 && (q(0.0, 0.0) - 0.5).abs() < 1e-15);
+    assert_eq!(model_read.equalities[0].name, "j_mimics_k");
+    assert!(model("<mimic joint='l'/>").unwrap_err().to_string().contains("'l'"));
+    assert!(model("<mimic joint='j'/>").unwrap_err().to_string().contains("another joint"));
+}

@@ -1,0 +1,97 @@
+//! Bringing a configuration onto the equality constraints.
+
+use signorini_contact::{BilateralBasis, SparseRows};
+use signorini_multibody::{
+    BlockCholesky, EqualityBlock, Kinematics, MassMatrix, Model, equality_block_into, forward_kinematics_into,
+    integrate_into, mass_matrix_into,
+};
+
+use crate::SimulationError;
+use crate::build::mechanism::push_rows;
+
+/// Violations below this are rounding, m or rad.
+const ASSEMBLED: f64 = 1e-13;
+
+/// Newton's method on `Θ(q) = 0` with the smallest change in the metric of the mass matrix, on a largest set of independent
+/// rows; the rows that follow from them are met with them.
+#[derive(Clone, Debug)]
+pub(crate) struct Assembler {
+    kinematics: Kinematics,
+    block: EqualityBlock,
+    rows: SparseRows<1>,
+    violation: Vec<f64>,
+    basis: BilateralBasis,
+    change: Vec<f64>,
+    still: Vec<f64>,
+    next: Vec<f64>,
+    tolerance: f64,
+}
+
+impl Assembler {
+    /// `tolerance`: violation up to which a row that nothing moves is left out, m or rad.
+    pub fn new(model: &Model, tolerance: f64) -> Self {
+        Self {
+            kinematics: Kinematics::new(model),
+            block: EqualityBlock::new(model),
+            rows: SparseRows::default(),
+            violation: Vec::new(),
+            basis: BilateralBasis::default(),
+            change: vec![0.0; model.nv],
+            still: vec![0.0; model.nv],
+            next: vec![0.0; model.nq],
+            tolerance,
+        }
+    }
+
+    /// Moves `q` onto the constraints in at most `iterations` Newton steps, with `mass` the factor of any mass matrix near.
+    pub fn project(&mut self, model: &Model, mass: &BlockCholesky, q: &mut [f64], iterations: u32) {
+        for _ in 0..iterations {
+            if self.linearise(model, q) <= ASSEMBLED {
+                return;
+            }
+            self.basis.factor(&self.rows, mass, model.nv);
+            self.basis.solve_into(&self.violation, &mut self.change);
+            integrate_into(model, q, &self.change, 1.0, &mut self.next);
+            q.copy_from_slice(&self.next);
+        }
+    }
+
+    /// Rows and violations at `q`; the largest violation.
+    fn linearise(&mut self, model: &Model, q: &[f64]) -> f64 {
+        forward_kinematics_into(model, q, &self.still, &mut self.kinematics);
+        self.rows.clear();
+        self.violation.clear();
+        let mut largest = 0.0_f64;
+        for equality in &model.equalities {
+            for k in 0..equality.kind.block_count() {
+                equality_block_into(model, &self.kinematics, q, &equality.kind, k, &mut self.block);
+                largest = largest.max(self.block.size());
+                let Self { block, rows, violation, tolerance, .. } = self;
+                push_rows(block, *tolerance, |columns, theta| {
+                    rows.push(columns);
+                    violation.push(theta);
+                });
+            }
+        }
+        largest
+    }
+
+    /// The largest violation at `q`, m or rad.
+    pub fn violation(&mut self, model: &Model, q: &[f64]) -> f64 {
+        if model.equalities.is_empty() { 0.0 } else { self.linearise(model, q) }
+    }
+
+    /// [`project`](Self::project) with the mass matrix at `q`.
+    ///
+    /// # Errors
+    /// [`SimulationError::FreeMotion`] if the mass matrix is singular there.
+    pub fn assemble(&mut self, model: &Model, q: &mut [f64], iterations: u32) -> Result<f64, SimulationError> {
+        let mut mass = MassMatrix::new(model);
+        forward_kinematics_into(model, q, &self.still, &mut self.kinematics);
+        mass_matrix_into(model, &self.kinematics, &mut mass);
+        let mut factor = BlockCholesky::new(&mass.matrix);
+        factor.refactor(&mass.matrix).map_err(signorini_multibody::FreeMotionError::from)?;
+        self.project(model, &factor, q, iterations);
+        Ok(self.violation(model, q))
+    }
+}

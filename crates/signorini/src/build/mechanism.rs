@@ -1,0 +1,71 @@
+//! Rows of the mechanism itself: equality constraints, dry friction in joints, servos of speed (formulation §5).
+
+use signorini_contact::FrictionBound;
+use signorini_multibody::{ActuatorKind, EqualityBlock, Input, Kinematics, Model, equality_block_into};
+
+use super::{FrictionSource, ProblemBuilder};
+
+/// Entries of a block below this, relative to its largest one, are rounding.
+const ROUNDING: f64 = 1e-13;
+
+/// Calls `push(columns, Θ)` for the rows of a block.
+///
+/// Entries that are rounding are zero. A row without entries, which no degree of freedom moves (the direction out of the plane
+/// of a planar loop), is left out where its violation is within `tolerance`; else it has no columns and the problem no solution.
+pub(crate) fn push_rows(block: &EqualityBlock, tolerance: f64, mut push: impl FnMut(&mut Columns<'_>, f64)) {
+    let largest = block.rows.columns.iter().flatten().fold(0.0, |a: f64, x| a.max(x.abs()));
+    let counts = |x: f64| x.abs() > ROUNDING * largest;
+    for r in 0..block.count {
+        let entries = block.rows.dofs.iter().zip(&block.rows.columns);
+        let mut columns = entries.filter(|(_, c)| counts(c[r])).map(|(&k, c)| (k as u32, [c[r]])).peekable();
+        if columns.peek().is_some() || block.violation[r].abs() > tolerance {
+            push(&mut columns, block.violation[r]);
+        }
+    }
+}
+
+/// The columns of a row with their entries.
+pub(crate) type Columns<'a> = dyn Iterator<Item = (u32, [f64; 1])> + 'a;
+
+impl ProblemBuilder {
+    /// Bilateral rows of all equality constraints.
+    pub(super) fn push_equalities(&mut self, model: &Model, kinematics: &Kinematics, q: &[f64]) {
+        self.constraint_error = 0.0;
+        self.bilateral_source.clear();
+        for (e, equality) in model.equalities.iter().enumerate() {
+            for k in 0..equality.kind.block_count() {
+                equality_block_into(model, kinematics, q, &equality.kind, k, &mut self.block);
+                self.constraint_error = self.constraint_error.max(self.block.size());
+                let Self { problem, block, stabilization, assembly_tolerance, bilateral_source, .. } = self;
+                push_rows(block, *assembly_tolerance, |columns, violation| {
+                    problem.push_bilateral(columns, *stabilization * violation);
+                    bilateral_source.push(e);
+                });
+            }
+        }
+    }
+
+    /// Friction groups of joints with dry friction, one for each degree of freedom.
+    pub(super) fn push_joint_friction(&mut self, model: &Model) {
+        for (j, joint) in model.joints.iter().enumerate().filter(|(_, joint)| joint.friction_loss > 0.0) {
+            let bound = FrictionBound::Impulse(joint.friction_loss * self.problem.timestep);
+            for dof in joint.v_index..joint.v_index + joint.kind.nv() {
+                self.problem.push_friction_row([(dof as u32, 1.0)], 0.0, bound);
+                self.friction_source.push(FrictionSource::Joint { joint: j, dof });
+            }
+        }
+    }
+
+    /// Friction groups of servos of speed. The middle of the force range is part of the free motion; the group adds up to half
+    /// of the range in either direction.
+    pub(super) fn push_servos(&mut self, model: &Model, input: &Input) {
+        for (a, actuator) in model.actuators.iter().enumerate() {
+            if let (ActuatorKind::Speed, Some([lower, upper])) = (actuator.kind, actuator.force_range) {
+                let dof = model.joints[actuator.joint.index()].v_index as u32;
+                let bound = FrictionBound::Impulse((upper - lower) / 2.0 * self.problem.timestep);
+                self.problem.push_friction_row([(dof, actuator.gear)], actuator.control(input, a), bound);
+                self.friction_source.push(FrictionSource::Servo { actuator: a });
+            }
+        }
+    }
+}

@@ -1,0 +1,93 @@
+//! Contact points: tangents, moving surfaces, and friction against spinning and rolling.
+
+use signorini_contact::{ContactFrame, FrictionBound};
+use signorini_multibody::{
+    ContactPoint, GeomId, Kinematics, Model, SpinResistance, contact_rows_into, glam::DVec3, spin_rows_into,
+};
+
+use super::{FrictionSource, ProblemBuilder, stabilized};
+use crate::warm::point_key;
+
+/// What the surfaces of a model have that not every model has.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SurfaceFeatures {
+    belts: bool,
+    spin: bool,
+    pub restitution: bool,
+}
+
+impl SurfaceFeatures {
+    pub fn of(model: &Model) -> Self {
+        let pairs = &model.pairs;
+        Self {
+            belts: model.geoms.iter().any(|g| g.surface_velocity != DVec3::ZERO),
+            spin: model.geoms.iter().any(|g| g.spin_resistance != SpinResistance::None)
+                || pairs.iter().any(|p| p.spin_resistance != SpinResistance::None),
+            restitution: model.geoms.iter().any(|g| g.restitution > 0.0)
+                || pairs.iter().any(|p| p.restitution.is_some_and(|e| e > 0.0)),
+        }
+    }
+}
+
+impl ProblemBuilder {
+    pub(super) fn push_point(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint) {
+        let frame = ContactFrame::from_normal(point.normal);
+        let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
+        let bodies = (point.body_a, point.body_b);
+        contact_rows_into(model, kinematics, bodies, point.position, &directions, &mut self.rows);
+        let belt = if self.features.belts { self.belt_velocity(model, kinematics, point) } else { DVec3::ZERO };
+        let frictional = point.friction > 0.0 && belt == DVec3::ZERO;
+        let polygon = if frictional { &self.polygon } else { &self.frictionless };
+        let columns = self.rows.dofs.iter().map(|&k| k as u32).zip(self.rows.columns.iter().copied());
+        self.problem.push_contact(columns, stabilized(point.gap, self.stabilization), point.friction, polygon);
+        if point.friction > 0.0 && !frictional {
+            self.push_belt(&frame, point.friction, belt);
+        }
+        if self.features.spin {
+            self.push_spin(model, kinematics, point, &directions);
+        }
+        self.frames.push(frame);
+        self.keys.push(point_key(point));
+    }
+
+    /// Velocity of the surface of A relative to that of B by their belts, world axes: the velocity of B relative to A at which
+    /// nothing slides.
+    fn belt_velocity(&self, model: &Model, kinematics: &Kinematics, point: &ContactPoint) -> DVec3 {
+        let surface = |id: GeomId| {
+            let geom = &model.geoms[id.index()];
+            kinematics.pose[geom.body.index()].rotation * (geom.placement.rotation * geom.surface_velocity)
+        };
+        surface(point.geom_a) - surface(point.geom_b)
+    }
+
+    /// The tangents of the last contact as a friction group with a target, in place of its own.
+    fn push_belt(&mut self, frame: &ContactFrame, friction: f64, velocity: DVec3) {
+        let contact = self.problem.contact_count() - 1;
+        let target = [frame.tangent_1.dot(velocity), frame.tangent_2.dot(velocity)];
+        let columns = self.rows.dofs.iter().zip(&self.rows.columns).map(|(&k, c)| (k as u32, [c[1], c[2]]));
+        let bound = FrictionBound::Normal { contact, coefficient: friction };
+        self.problem.push_friction(columns, target, bound, &self.polygon);
+        self.friction_source.push(FrictionSource::Belt { contact });
+    }
+
+    /// Friction of the last contact against spinning about the normal and against rolling, each with its own bound.
+    fn push_spin(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint, directions: &[DVec3; 3]) {
+        let [spinning, rolling] = model.pair_spin_friction(point.geom_a, point.geom_b);
+        if spinning == 0.0 && rolling == 0.0 {
+            return;
+        }
+        let contact = self.problem.contact_count() - 1;
+        spin_rows_into(model, kinematics, (point.body_a, point.body_b), directions, &mut self.rows);
+        let columns = || self.rows.dofs.iter().map(|&k| k as u32).zip(&self.rows.columns);
+        if spinning > 0.0 {
+            let bound = FrictionBound::Normal { contact, coefficient: spinning };
+            self.problem.push_friction_row(columns().map(|(k, c)| (k, c[0])), 0.0, bound);
+            self.friction_source.push(FrictionSource::Spinning { contact });
+        }
+        if rolling > 0.0 {
+            let bound = FrictionBound::Normal { contact, coefficient: rolling };
+            self.problem.push_friction(columns().map(|(k, c)| (k, [c[1], c[2]])), [0.0; 2], bound, &self.polygon);
+            self.friction_source.push(FrictionSource::Rolling { contact });
+        }
+    }
+}
