@@ -5,6 +5,9 @@
 
 use crate::{ContactProblem, ContactSolution};
 
+/// The square of a smaller number is not a normal number.
+const NO_SQUARE: f64 = 1e-154;
+
 /// Residuals of the laws of one step. Each is 0 for an exact solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Certificate {
@@ -162,11 +165,14 @@ impl Scales {
         self.velocity.max(1e-6 * fastest)
     }
 
-    /// Divides the raw residuals by their scales; where the data are zero the solution is zero and so are the residuals.
+    /// Divides the raw residuals by their scales; where the data are zero the solution is zero and so are the residuals. Zero is
+    /// what has no square: rest that is approached step by step ends there.
     fn normalise(&self, problem: &ContactProblem, solution: &ContactSolution, raw: Certificate) -> Certificate {
         let s = self.velocity;
-        if s == 0.0 {
-            let still = raw.natural_map == 0.0 && solution.velocity == problem.free_velocity;
+        if s < NO_SQUARE {
+            let unchanged = |(v, f): (&f64, &f64)| (v - f).abs() < NO_SQUARE;
+            let still =
+                raw.natural_map < NO_SQUARE && solution.velocity.iter().zip(&problem.free_velocity).all(unchanged);
             let r = if still { 0.0 } else { f64::INFINITY };
             return Certificate { momentum: r, natural_map: r, ..Default::default() };
         }
@@ -179,7 +185,7 @@ impl Scales {
             natural_map: raw.natural_map / s,
             signorini: raw.signorini / s,
             friction: raw.friction * self.delassus / s,
-            dissipation: raw.dissipation * self.delassus / (s * s),
+            dissipation: raw.dissipation * self.delassus / s / s,
             bilateral: raw.bilateral / s,
         }
     }

@@ -39,6 +39,16 @@ impl FrictionBound {
         }
     }
 
+    /// The same bound where contacts have other indices; constant where its contact has none, which can have no impulse.
+    pub(crate) fn within(&self, index: impl Fn(usize) -> Option<usize>) -> Self {
+        let impulse = self.constant();
+        match self.normal().and_then(|(contact, coefficient)| Some((index(contact)?, coefficient))) {
+            None => Self::Impulse(impulse),
+            Some((contact, coefficient)) if impulse == 0.0 => Self::Normal { contact, coefficient },
+            Some((contact, coefficient)) => Self::Shifted { impulse, contact, coefficient },
+        }
+    }
+
     /// The contact whose normal impulse it takes part in, and the coefficient.
     pub fn normal(&self) -> Option<(usize, f64)> {
         match *self {

@@ -75,6 +75,14 @@ fn take_unknowns(problem: &ContactProblem, cones: &Cones, at: &Layout, z: &[f64]
         solution.impulse[i] = [solution.lambda_n[i], t_1, t_2];
         solution.solver_modes[i] = cones.mode_at(i, solution.impulse[i]);
     }
+    let groups = &problem.friction_groups;
+    for j in 0..groups.len() {
+        let [f_1, f_2] = groups.impulse(j, &solution.group_alpha);
+        let bound = groups.bound_at(j, &solution.lambda_n);
+        let unit = problem.contact_count() + j;
+        solution.group_impulse[j] = [f_1, f_2];
+        solution.solver_modes[unit] = cones.mode_at(unit, [bound, f_1, f_2]);
+    }
     solution.velocity = velocity_from_impulses(problem, solution);
 }
 

@@ -6,7 +6,8 @@ use crate::{ContactMode, ContactProblem, ContactSolution};
 /// Contacts slower than this fraction of the data's velocity scale stick.
 const STICKING: f64 = 1e-9;
 
-/// Fills `lambda_n`, `alpha`, `beta` and `modes` of a solution from `impulse` and `velocity`.
+/// Fills `lambda_n`, `alpha`, `beta` and `modes` of a solution, of contacts and friction groups, from the impulses and
+/// `velocity`.
 ///
 /// `α` splits `λ_T` over the two directions that enclose it; `β = max_k(−d_kᵀ c_T)`, the
 /// sliding speed seen by the polygon, is the smallest multiplier that `w_α ≥ 0` admits.
@@ -24,21 +25,32 @@ pub(crate) fn recover_into(problem: &ContactProblem, cones: &Cones, solution: &m
         solution.beta[i] = speed;
         solution.modes[i] = contact_mode(impulse[0], alpha, speed > slow, cones.friction(i) > 0.0);
     }
-    recover_groups(problem, slow, solution);
+    recover_groups(problem, cones, slow, solution);
 }
 
-/// Fills `group_beta`, `group_impulse` and `group_modes` of a solution from `group_alpha`, `lambda_n` and `velocity`; `β` as
-/// in [`recover_into`].
-fn recover_groups(problem: &ContactProblem, slow: f64, solution: &mut ContactSolution) {
+/// The same for the friction groups.
+fn recover_groups(problem: &ContactProblem, cones: &Cones, slow: f64, solution: &mut ContactSolution) {
     let groups = &problem.friction_groups;
     for j in 0..groups.len() {
         let [s_1, s_2] = groups.slip(j, &solution.velocity);
         let speed = groups.directions_of(j).iter().map(|d| -(d[0] * s_1 + d[1] * s_2)).fold(0.0, f64::max);
+        let bound = groups.bound_at(j, &solution.lambda_n);
+        if groups.jacobian.group(j).0.is_empty() {
+            solution.group_impulse[j] = immovable_impulse(groups.directions_of(j), bound, [s_1, s_2]);
+        }
+        let [f_1, f_2] = solution.group_impulse[j];
+        let alpha = &mut solution.group_alpha[groups.direction_range(j)];
+        cones.decompose(problem.contact_count() + j, [bound, f_1, f_2], alpha);
         solution.group_beta[j] = speed;
-        solution.group_impulse[j] = groups.impulse(j, &solution.group_alpha);
-        let alpha = &solution.group_alpha[groups.direction_range(j)];
-        solution.group_modes[j] = contact_mode(groups.bound_at(j, &solution.lambda_n), alpha, speed > slow, true);
+        solution.group_modes[j] = contact_mode(bound, alpha, speed > slow, true);
     }
+}
+
+/// The impulse of a group that moves nothing, at its bound along the direction most against the slip; none without slip.
+fn immovable_impulse(directions: &[[f64; 2]], bound: f64, slip: [f64; 2]) -> [f64; 2] {
+    let against = |d: &[f64; 2]| -(d[0] * slip[0] + d[1] * slip[1]);
+    let best = directions.iter().max_by(|a, b| against(a).total_cmp(&against(b)));
+    best.filter(|d| against(d) > 0.0).map_or([0.0; 2], |d| d.map(|x| bound * x))
 }
 
 /// `bound`: the normal impulse of a contact, the bound of a friction group.

@@ -59,6 +59,7 @@ pub struct ContactSolution {
     pub certificate: Certificate,
     /// What was done.
     pub report: SolveReport,
+    /// Pieces of the contacts, then of the friction groups.
     pub(crate) solver_modes: Vec<Mode>,
 }
 
@@ -94,7 +95,16 @@ impl ContactSolution {
         self.modes.clear();
         self.modes.resize(nc, ContactMode::Open);
         self.solver_modes.clear();
-        self.solver_modes.resize(nc, Mode::Open);
+        self.solver_modes.resize(nc + groups.len(), Mode::Open);
+    }
+
+    /// Takes the impulse and the piece of unit `i`: a contact, or a friction group counted after the contacts.
+    pub(crate) fn take_unit(&mut self, i: usize, impulse: [f64; 3], mode: Mode) {
+        match i.checked_sub(self.impulse.len()) {
+            None => self.impulse[i] = impulse,
+            Some(j) => self.group_impulse[j] = [impulse[1], impulse[2]],
+        }
+        self.solver_modes[i] = mode;
     }
 
     /// Copies what a [`WarmStart`](crate::WarmStart) is made from: impulses and modes.
@@ -102,7 +112,6 @@ impl ContactSolution {
         self.impulse.clone_from(&other.impulse);
         self.solver_modes.clone_from(&other.solver_modes);
         self.bilateral.clone_from(&other.bilateral);
-        self.group_alpha.clone_from(&other.group_alpha);
         self.group_impulse.clone_from(&other.group_impulse);
     }
 

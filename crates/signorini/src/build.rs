@@ -8,7 +8,7 @@ use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon};
 use signorini_multibody::{ContactPoint, EqualityBlock, FreeMotion, Input, Kinematics, Model, SparseRows, State};
 
 use crate::settings::{RestitutionLaw, Settings};
-use crate::warm::ContactKey;
+use crate::warm::{ContactKey, GroupKey, group_key};
 use limits::{Limit, limits};
 use surfaces::SurfaceFeatures;
 
@@ -62,6 +62,8 @@ pub(crate) struct ProblemBuilder {
     pub frames: Vec<ContactFrame>,
     /// Identity of every contact of the problem, ascending.
     pub keys: Vec<ContactKey>,
+    /// Identity of every friction group, ascending.
+    pub group_keys: Vec<GroupKey>,
     /// Where each friction group comes from.
     pub friction_source: Vec<FrictionSource>,
     /// The equality constraint of each bilateral row.
@@ -86,6 +88,7 @@ impl ProblemBuilder {
             problem,
             frames: Vec::new(),
             keys: Vec::new(),
+            group_keys: Vec::new(),
             friction_source: Vec::new(),
             bilateral_source: Vec::new(),
             impacts: Vec::new(),
@@ -134,6 +137,8 @@ impl ProblemBuilder {
         self.push_equalities(model, kinematics, &state.q);
         self.push_joint_friction(model);
         self.push_servos(model, input);
+        self.group_keys.clear();
+        self.group_keys.extend(self.friction_source.iter().map(|&source| group_key(source, &self.keys)));
     }
 
     /// Finds the contacts that restore velocity, and puts their law in place of the gap row (formulation §7).

@@ -239,7 +239,7 @@ pub fn step(
             ws.solve(settings, &mut report)?;
         }
         if report.advanced() {
-            ws.warm.keep(&ws.builder.keys, &ws.solution);
+            ws.warm.keep(&ws.builder.keys, &ws.builder.group_keys, &ws.solution);
         }
         let last = report.enlargements == MAX_ENLARGEMENTS || !report.advanced();
         if last || !ws.reach.enlarge(model, &ws.kinematics, &ws.solution.velocity, dt) {
@@ -280,7 +280,7 @@ impl Workspace {
     }
 
     fn solve_once(&mut self) -> Result<(), SimulationError> {
-        let start = self.warm.start_for(&self.builder.keys);
+        let start = self.warm.start_for(&self.builder.keys, &self.builder.group_keys);
         self.solver.solve_into(&self.builder.problem, Some(start), &mut self.solution)
     }
 

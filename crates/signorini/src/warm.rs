@@ -3,6 +3,8 @@
 use signorini_contact::{ContactSolution, WarmStart};
 use signorini_multibody::{ContactPoint, JointId};
 
+use crate::build::FrictionSource;
+
 /// What identifies a contact from step to step: its geoms and feature, or a joint's limit.
 pub(crate) type ContactKey = [u32; 3];
 
@@ -24,10 +26,29 @@ pub(crate) fn limit_of(key: &ContactKey) -> (JointId, bool) {
     (JointId(key[1]), key[2] == 1)
 }
 
-/// The last solution with the keys of its contacts, ascending.
+/// What identifies a friction group from step to step: the contact it belongs to and its kind, or its place in the mechanism.
+pub(crate) type GroupKey = [u32; 4];
+
+/// The key of a friction group, given the keys of the contacts.
+pub(crate) fn group_key(source: FrictionSource, contacts: &[ContactKey]) -> GroupKey {
+    let of_contact = |contact: usize, kind| {
+        let [a, b, feature] = contacts[contact];
+        [a, b, feature, kind]
+    };
+    match source {
+        FrictionSource::Belt { contact } => of_contact(contact, 0),
+        FrictionSource::Spinning { contact } => of_contact(contact, 1),
+        FrictionSource::Rolling { contact } => of_contact(contact, 2),
+        FrictionSource::Joint { dof, .. } => [LIMIT, 0, dof as u32, 0],
+        FrictionSource::Servo { actuator } => [LIMIT, 1, actuator as u32, 0],
+    }
+}
+
+/// The last solution with the keys of its contacts and friction groups, ascending.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WarmCache {
     keys: Vec<ContactKey>,
+    group_keys: Vec<GroupKey>,
     solution: ContactSolution,
     start: WarmStart,
 }
@@ -36,6 +57,7 @@ impl WarmCache {
     /// Forgets the last solution.
     pub fn clear(&mut self) {
         self.keys.clear();
+        self.group_keys.clear();
     }
 
     /// Whether the solution kept is one of exactly these contacts.
@@ -43,26 +65,35 @@ impl WarmCache {
         self.keys == keys
     }
 
-    /// The start for contacts with these keys, ascending.
-    pub fn start_for(&mut self, keys: &[ContactKey]) -> &WarmStart {
-        self.start.clear();
-        let mut earlier = 0;
-        for key in keys {
-            while self.keys.get(earlier).is_some_and(|k| k < key) {
-                earlier += 1;
-            }
-            let same = self.keys.get(earlier) == Some(key);
-            self.start.push(&self.solution, same.then_some(earlier));
-            earlier += usize::from(same);
-        }
-        self.start.set_bilateral(&self.solution.bilateral);
-        &self.start
+    /// The start for contacts and friction groups with these keys, ascending.
+    pub fn start_for(&mut self, keys: &[ContactKey], group_keys: &[GroupKey]) -> &WarmStart {
+        let Self { start, solution, .. } = self;
+        start.clear();
+        match_keys(&self.keys, keys, |from| start.push(solution, from));
+        match_keys(&self.group_keys, group_keys, |from| start.push_group(solution, from));
+        start.set_bilateral(&solution.bilateral);
+        start
     }
 
-    /// Keeps a solution, taking its place in exchange.
-    pub fn keep(&mut self, keys: &[ContactKey], solution: &ContactSolution) {
+    /// Keeps a solution.
+    pub fn keep(&mut self, keys: &[ContactKey], group_keys: &[GroupKey], solution: &ContactSolution) {
         self.keys.clear();
         self.keys.extend_from_slice(keys);
+        self.group_keys.clear();
+        self.group_keys.extend_from_slice(group_keys);
         self.solution.copy_warm_part(solution);
+    }
+}
+
+/// Calls `visit` for every key with its place among the earlier ones, if it was there. Both ascending.
+fn match_keys<K: Ord>(earlier: &[K], keys: &[K], mut visit: impl FnMut(Option<usize>)) {
+    let mut next = 0;
+    for key in keys {
+        while earlier.get(next).is_some_and(|k| k < key) {
+            next += 1;
+        }
+        let same = earlier.get(next) == Some(key);
+        visit(same.then_some(next));
+        next += usize::from(same);
     }
 }

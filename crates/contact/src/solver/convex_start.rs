@@ -52,17 +52,18 @@ impl IslandSolver {
 
 impl ConvexStart {
     fn run(&mut self, solver: &mut IslandSolver, problem: &ContactProblem, cones: &Cones, island: &Island) -> bool {
-        solver.set_weights(WEIGHT);
+        solver.set_weights(island, WEIGHT);
         solver.evaluate_centre(problem, cones, island);
         solver.system.prepare(problem, island, &solver.bilateral_weight);
         self.begin(solver, problem, island);
         if !self.minimise(solver, problem, cones, island) {
             return false;
         }
-        for (c, &i) in island.contacts.iter().enumerate() {
-            solver.impulse[c] = project(cones, i as usize, self.y[c]);
+        for c in 0..island.units.len() {
+            solver.impulse[c] = project(cones, island, c, self.y[c]);
         }
         solver.bilateral_impulse.clone_from(&self.bilateral);
+        solver.set_bounds(problem, island);
         solver.evaluate_centre(problem, cones, island);
         solver.modes.clear();
         solver.guess_modes(cones, island);
@@ -74,6 +75,7 @@ impl ConvexStart {
         self.y.clear();
         for (c, p) in solver.impulse.iter().enumerate() {
             let (u, rho) = (solver.slack[c], solver.weight[c]);
+            let u = island.pushing(c, u);
             self.y.push(std::array::from_fn(|r| p[r] - rho * u[r]));
         }
         self.bilateral.clear();
@@ -101,7 +103,7 @@ impl ConvexStart {
                 break;
             }
             solver.effort.factorizations += 1;
-            let slope = |c: usize| slope(cones, island.contacts[c] as usize, self.y[c], solver.weight[c]);
+            let slope = |c: usize| slope(cones, island, c, self.y[c], solver.weight[c]);
             if !solver.system.factor_slopes(island, slope) {
                 return false;
             }
@@ -122,10 +124,10 @@ impl ConvexStart {
     fn find_gradient(&mut self, cones: &Cones, island: &Island) -> f64 {
         self.gradient.clone_from(&self.momentum);
         let mut size = self.momentum.iter().fold(0.0_f64, |m, p| m.max(p.abs()));
-        for (c, &i) in island.contacts.iter().enumerate() {
-            let p = project(cones, i as usize, self.y[c]);
+        for c in 0..island.units.len() {
+            let p = project(cones, island, c, self.y[c]);
             size = size.max(p[0]);
-            island.jacobian.add_transposed(c, p.map(|x| -x), &mut self.gradient);
+            island.add_impulse(c, p.map(|x| -x), &mut self.gradient);
         }
         for (k, &p) in self.bilateral.iter().enumerate() {
             size = size.max(p.abs());
@@ -137,8 +139,8 @@ impl ConvexStart {
     /// How `y` and the momentum change along the direction.
     fn find_rates(&mut self, solver: &IslandSolver, problem: &ContactProblem, island: &Island) {
         self.rate.clear();
-        for c in 0..island.contacts.len() {
-            let u = island.jacobian.multiply(c, &self.direction);
+        for c in 0..island.units.len() {
+            let u = island.pushing(c, island.jacobian.multiply(c, &self.direction));
             self.rate.push(u.map(|u| -solver.weight[c] * u));
         }
         self.bilateral_rate.clear();
@@ -189,9 +191,9 @@ impl ConvexStart {
     fn slope_at(&self, step: f64, solver: &IslandSolver, cones: &Cones, island: &Island) -> f64 {
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let mut slope = dot(&self.momentum, &self.direction) + step * dot(&self.momentum_rate, &self.direction);
-        for (c, &i) in island.contacts.iter().enumerate() {
+        for c in 0..island.units.len() {
             let (y, rate) = (self.y[c], self.rate[c]);
-            let p = project(cones, i as usize, std::array::from_fn(|r| y[r] + step * rate[r]));
+            let p = project(cones, island, c, std::array::from_fn(|r| y[r] + step * rate[r]));
             slope += (p[0] * rate[0] + p[1] * rate[1] + p[2] * rate[2]) / solver.weight[c];
         }
         for (k, rho) in solver.bilateral_weight.iter().enumerate() {
@@ -211,8 +213,13 @@ impl ConvexStart {
     }
 }
 
-/// The orthogonal projection onto the circular cone `‖λ_T‖ ≤ μ λ_N`.
-fn project(cones: &Cones, i: usize, y: [f64; 3]) -> [f64; 3] {
+/// The orthogonal projection of unit `c`: of a contact onto the circular cone `‖λ_T‖ ≤ μ λ_N`, of a friction group onto its
+/// polygon at the bound of the start.
+fn project(cones: &Cones, island: &Island, c: usize, y: [f64; 3]) -> [f64; 3] {
+    let i = island.units[c] as usize;
+    if c >= island.contact_count {
+        return cones.project(i, cones.mode_at(i, y), y);
+    }
     let (mu, [a, b]) = (cones.friction(i), cones.admissible(i, [y[1], y[2]]));
     let t = a.hypot(b);
     if t <= mu * y[0] {
@@ -227,7 +234,12 @@ fn project(cones: &Cones, i: usize, y: [f64; 3]) -> [f64; 3] {
 }
 
 /// Its slope times ρ; none where it is 0.
-fn slope(cones: &Cones, i: usize, y: [f64; 3], rho: f64) -> Option<[[f64; 3]; 3]> {
+fn slope(cones: &Cones, island: &Island, c: usize, y: [f64; 3], rho: f64) -> Option<[[f64; 3]; 3]> {
+    let i = island.units[c] as usize;
+    if c >= island.contact_count {
+        let b = cones.slope(i, cones.mode_at(i, y));
+        return Some(std::array::from_fn(|r| std::array::from_fn(|k| if k == 0 { 0.0 } else { rho * b[r][k] })));
+    }
     let (mu, [a, b]) = (cones.friction(i), cones.admissible(i, [y[1], y[2]]));
     let t = a.hypot(b);
     let n = (y[0] + mu * t) / (1.0 + mu * mu);

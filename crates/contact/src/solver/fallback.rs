@@ -6,7 +6,7 @@ use signorini_multibody::BlockDiagonal;
 use super::island::Island;
 use super::{SolveStatus, SolverSettings};
 use crate::lcp_route::solve_as_lcp;
-use crate::{ContactProblem, ContactSolution};
+use crate::{ContactProblem, ContactSolution, FrictionPolygon};
 
 /// Solves an island by Lemke's method and takes its impulses if they are better than what is there (`residual`). Returns
 /// the failure to report, if the island stays unsolved.
@@ -21,16 +21,16 @@ pub(super) fn solve_with_lemke(
     solution.report.lemke_islands += 1;
     solution.report.lemke_pivots += local.report.lemke_pivots;
     if local.certificate.worst() < residual {
-        for (c, &i) in island.contacts.iter().enumerate() {
-            solution.impulse[i as usize] = local.impulse[c];
-            solution.solver_modes[i as usize] = local.solver_modes[c];
+        let groups = local.group_impulse.iter().map(|&[a, b]| [0.0, a, b]);
+        for (c, p) in local.impulse.iter().copied().chain(groups).enumerate() {
+            solution.take_unit(island.units[c] as usize, p, local.solver_modes[c]);
         }
         for (k, &i) in island.bilateral.iter().enumerate() {
             solution.bilateral[i as usize] = local.bilateral[k];
         }
         island.scatter(&local.velocity, &mut solution.velocity);
     }
-    let global = |contacts: Vec<usize>| contacts.into_iter().map(|c| island.contacts[c] as usize).collect();
+    let global = |contacts: Vec<usize>| contacts.into_iter().map(|c| island.units[c] as usize).collect();
     match local.status {
         SolveStatus::Solved => None,
         SolveStatus::Ray { contacts } => Some(SolveStatus::Ray { contacts: global(contacts) }),
@@ -39,8 +39,8 @@ pub(super) fn solve_with_lemke(
     }
 }
 
-/// Lemke's solution of a whole problem with friction groups, which the first two stages do not know; nothing if the problem is
-/// too large for it or its data are not those of a problem.
+/// Lemke's solution of a whole problem with bounds that the first two stages do not know; nothing if the problem is too large
+/// for it or its data are not those of a problem.
 pub(super) fn solve_whole(problem: &ContactProblem, settings: &SolverSettings) -> Option<ContactSolution> {
     if problem.standard_layout().size > settings.lemke_max_rows {
         return None;
@@ -75,14 +75,26 @@ fn local_problem(problem: &ContactProblem, island: &Island) -> Option<ContactPro
     let mut free_velocity = Vec::new();
     island.gather(&problem.free_velocity, &mut free_velocity);
     let mut local = ContactProblem::new(mass, free_velocity, problem.timestep).ok()?;
-    local.jacobian = island.jacobian.clone();
     local.bilateral_jacobian = island.bilateral_jacobian.clone();
-    for &i in &island.contacts {
-        let i = i as usize;
+    let contacts = &island.units[..island.contact_count];
+    // The columns of contacts are those of the island's units; a group's also have what bounds it.
+    local.jacobian.clear();
+    for (c, &i) in contacts.iter().enumerate() {
+        let (i, (columns, entries)) = (i as usize, island.jacobian.group(c));
+        local.jacobian.push(columns.iter().copied().zip(entries.iter().copied()));
         local.gap.push(problem.gap[i]);
         local.friction.push(problem.friction[i]);
         local.directions.extend_from_slice(problem.directions_of(i));
         local.direction_offsets.push(local.directions.len());
+    }
+    for c in island.contact_count..island.units.len() {
+        let j = island.units[c] as usize - problem.contact_count();
+        let (columns, entries) = island.jacobian.group(c);
+        let groups = &problem.friction_groups;
+        let bound = groups.bound[j].within(|contact| contacts.binary_search(&(contact as u32)).ok());
+        let polygon = FrictionPolygon::from_directions(groups.directions_of(j).to_vec()).ok()?;
+        let rows = columns.iter().zip(entries).map(|(&k, e)| (k, [e[1], e[2]]));
+        local.push_friction(rows, groups.target[j], bound, &polygon);
     }
     local.bilateral_violation.extend(island.bilateral.iter().map(|&i| problem.bilateral_violation[i as usize]));
     Some(local)

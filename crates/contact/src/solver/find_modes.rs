@@ -55,7 +55,7 @@ impl IslandSolver {
 
     /// Whether so many contacts of a large island lie outside their modes that a path from there would wander.
     fn is_lost(&self, cones: &Cones, island: &Island, settings: &SolverSettings) -> bool {
-        let contacts = island.contacts.len();
+        let contacts = island.units.len();
         contacts >= LARGE && 2 * self.violations(cones, island, settings) > contacts
     }
 
@@ -108,7 +108,7 @@ impl IslandSolver {
     }
 
     fn take_modes_of_trial(&mut self, cones: &Cones, island: &Island) {
-        for (c, &i) in island.contacts.iter().enumerate() {
+        for (c, &i) in island.units.iter().enumerate() {
             let mode = cones.mode_at(i as usize, self.y[c]);
             self.effort.mode_changes += u32::from(mode != self.modes[c]);
             self.modes[c] = mode;

@@ -41,7 +41,7 @@ impl Gathering {
             list.clear();
             list.resize(count, 0);
         }
-        let contacts = (0..island.contacts.len()).map(|c| island.jacobian.group(c).0);
+        let contacts = (0..island.units.len()).map(|c| island.jacobian.group(c).0);
         let bilateral = (0..island.bilateral.len()).map(|k| island.bilateral_jacobian.group(k).0);
         for columns in contacts.chain(bilateral) {
             let mut last = None;

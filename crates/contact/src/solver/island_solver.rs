@@ -29,9 +29,6 @@ pub(crate) struct IslandSolver {
     /// ρ of each contact and of each bilateral row.
     pub(super) weight: Vec<f64>,
     pub(super) bilateral_weight: Vec<f64>,
-    /// Largest diagonal entry of each contact's Delassus block, and of each bilateral row.
-    pub(super) scale: Vec<f64>,
-    pub(super) bilateral_scale: Vec<f64>,
     /// `max|b|` of the island.
     pub(super) velocity_scale: f64,
     pub(super) free_velocity: Vec<f64>,
@@ -49,8 +46,6 @@ pub(crate) struct IslandSolver {
     /// Trial impulse of the current solution of the proximal problem.
     pub(super) y: Vec<[f64; 3]>,
     pub(super) work: Vec<f64>,
-    /// Global degrees of freedom, all zero.
-    pub(super) scratch: Vec<f64>,
     /// What the last proximal iteration added to the impulses, and the one before it.
     pub(super) change: Vec<[f64; 3]>,
     pub(super) earlier_change: Vec<[f64; 3]>,
@@ -73,12 +68,12 @@ impl IslandSolver {
         self.velocity.resize(island.nv(), 0.0);
         self.work.clear();
         self.work.resize(island.nv(), 0.0);
-        self.scratch.resize(problem.nv(), 0.0);
-        self.find_scales(problem, island);
+        self.find_velocity_scale(island);
         self.analysed = false;
         self.effort = Effort::default();
         self.impulse.clear();
-        self.impulse.resize(island.contacts.len(), [0.0; 3]);
+        self.impulse.resize(island.units.len(), [0.0; 3]);
+        self.set_bounds(problem, island);
         self.bilateral_impulse.clear();
         self.bilateral_impulse.resize(island.bilateral.len(), 0.0);
         self.modes.clear();
@@ -88,31 +83,32 @@ impl IslandSolver {
         self.bilateral_change.resize(island.bilateral.len(), 0.0);
     }
 
-    pub(super) fn find_scales(&mut self, problem: &ContactProblem, island: &Island) {
-        self.scale.clear();
-        self.bilateral_scale.clear();
+    fn find_velocity_scale(&mut self, island: &Island) {
         self.velocity_scale = 0.0;
-        for (k, &i) in island.contacts.iter().enumerate() {
-            let g = problem.delassus_diagonal(i as usize, &mut self.scratch).into_iter().fold(0.0, f64::max);
-            self.scale.push(if g > 0.0 { g } else { 1.0 });
-            let c = island.jacobian.multiply(k, &self.free_velocity);
-            let b = (c[0] + problem.gap[i as usize] / problem.timestep).abs().max(c[1].abs()).max(c[2].abs());
-            self.velocity_scale = self.velocity_scale.max(b);
+        for c in 0..island.units.len() {
+            let b = island.pushing(c, island.slack(c, &self.free_velocity));
+            self.velocity_scale = self.velocity_scale.max(b[0].abs()).max(b[1].abs()).max(b[2].abs());
         }
-        for (k, &i) in island.bilateral.iter().enumerate() {
-            let g = problem.bilateral_delassus(i as usize, &mut self.scratch);
-            self.bilateral_scale.push(if g > 0.0 { g } else { 1.0 });
+        for (k, offset) in island.bilateral_offset.iter().enumerate() {
             let [c] = island.bilateral_jacobian.multiply(k, &self.free_velocity);
-            let b = (c + problem.bilateral_violation[i as usize] / problem.timestep).abs();
-            self.velocity_scale = self.velocity_scale.max(b);
+            self.velocity_scale = self.velocity_scale.max((c + offset).abs());
         }
+    }
+
+    /// Sets the first component of the friction groups' impulses to what bounds them.
+    pub(super) fn set_bounds(&mut self, problem: &ContactProblem, island: &Island) {
+        for c in island.contact_count..island.units.len() {
+            let j = island.units[c] as usize - problem.contact_count();
+            self.impulse[c][0] = problem.friction_groups.bound[j].constant();
+        }
+        island.bind(&mut self.impulse);
     }
 
     /// Moves the contact impulses to the projections of `y`.
     pub(super) fn take_impulses(&mut self, cones: &Cones, island: &Island) {
         std::mem::swap(&mut self.change, &mut self.earlier_change);
         self.change.clear();
-        for (c, &i) in island.contacts.iter().enumerate() {
+        for (c, &i) in island.units.iter().enumerate() {
             let mode = cones.mode_at(i as usize, self.y[c]);
             let p = cones.project(i as usize, mode, self.y[c]);
             self.change.push(std::array::from_fn(|r| p[r] - self.impulse[c][r]));
@@ -120,11 +116,11 @@ impl IslandSolver {
         }
     }
 
-    pub(super) fn set_weights(&mut self, epsilon: f64) {
+    pub(super) fn set_weights(&mut self, island: &Island, epsilon: f64) {
         self.weight.clear();
-        self.weight.extend(self.scale.iter().map(|g| 1.0 / (epsilon * g)));
+        self.weight.extend(island.scale.iter().map(|g| 1.0 / (epsilon * g)));
         self.bilateral_weight.clear();
-        self.bilateral_weight.extend(self.bilateral_scale.iter().map(|g| 1.0 / (epsilon * g)));
+        self.bilateral_weight.extend(island.bilateral_scale.iter().map(|g| 1.0 / (epsilon * g)));
     }
 
     pub(super) fn keep_best(&mut self) {
@@ -143,7 +139,7 @@ impl IslandSolver {
     pub(super) fn evaluate_centre(&mut self, problem: &ContactProblem, cones: &Cones, island: &Island) -> f64 {
         self.work.fill(0.0);
         for (c, p) in self.impulse.iter().enumerate() {
-            island.jacobian.add_transposed(c, *p, &mut self.work);
+            island.add_impulse(c, *p, &mut self.work);
         }
         for (k, p) in self.bilateral_impulse.iter().enumerate() {
             island.bilateral_jacobian.add_transposed(k, [*p], &mut self.work);
@@ -155,18 +151,18 @@ impl IslandSolver {
         let mut worst = 0.0_f64;
         self.slack.clear();
         self.trial.clear();
-        for (c, &i) in island.contacts.iter().enumerate() {
-            let mut u = island.jacobian.multiply(c, &self.velocity);
-            u[0] += problem.gap[i as usize] / problem.timestep;
-            let (p, rho, g) = (self.impulse[c], self.weight[c], self.scale[c]);
-            worst = worst.max(law_residual(cones, i as usize, p, u, g));
+        for (c, &i) in island.units.iter().enumerate() {
+            let u = island.slack(c, &self.velocity);
+            let (p, rho, g) = (self.impulse[c], self.weight[c], island.scale[c]);
+            worst = worst.max(law_residual(cones, i as usize, p, island.pushing(c, u), g));
             self.slack.push(u);
             self.trial.push(std::array::from_fn(|r| p[r] - rho * u[r]));
         }
+        island.bind(&mut self.trial);
         self.bilateral_slack.clear();
-        for (k, &i) in island.bilateral.iter().enumerate() {
+        for (k, offset) in island.bilateral_offset.iter().enumerate() {
             let [c] = island.bilateral_jacobian.multiply(k, &self.velocity);
-            let u = c + problem.bilateral_violation[i as usize] / problem.timestep;
+            let u = c + offset;
             worst = worst.max(u.abs());
             self.bilateral_slack.push(u);
         }
@@ -175,7 +171,7 @@ impl IslandSolver {
 
     /// The modes in which the trial impulses at the centre lie.
     pub(super) fn guess_modes(&mut self, cones: &Cones, island: &Island) {
-        let modes = island.contacts.iter().zip(&self.trial).map(|(&i, &y)| cones.mode_at(i as usize, y));
+        let modes = island.units.iter().zip(&self.trial).map(|(&i, &y)| cones.mode_at(i as usize, y));
         self.modes.extend(modes);
     }
 
@@ -195,6 +191,7 @@ impl IslandSolver {
     /// Solution of the proximal problem with the modes fixed: `H δv = Jᵀ(B y₀ − λ̄)`, `y = y₀ − ρ J δv`.
     pub(super) fn solve_fixed_modes(&mut self, cones: &Cones, island: &Island) {
         self.solve_shifted(cones, island, |_| ([0.0; 3], [0.0; 3]));
+        island.bind(&mut self.y);
     }
 
     /// The same for data shifted by `remaining` times a path's shift: `y` as it is on the path.
@@ -217,12 +214,12 @@ impl IslandSolver {
         shifted: impl Fn(usize) -> ([f64; 3], [f64; 3]),
     ) {
         self.work.fill(0.0);
-        for (c, &i) in island.contacts.iter().enumerate() {
+        for (c, &i) in island.units.iter().enumerate() {
             let (s, o) = shifted(c);
             let y0 = self.trial[c];
             let p = cones.project(i as usize, self.modes[c], std::array::from_fn(|r| y0[r] + s[r]));
             let d = std::array::from_fn(|r| p[r] - o[r] - self.impulse[c][r]);
-            island.jacobian.add_transposed(c, d, &mut self.work);
+            island.add_impulse(c, d, &mut self.work);
         }
         for (k, u) in self.bilateral_slack.iter().enumerate() {
             island.bilateral_jacobian.add_transposed(k, [-self.bilateral_weight[k] * u], &mut self.work);
@@ -249,17 +246,17 @@ impl IslandSolver {
     pub fn violation(&self, cones: &Cones, island: &Island, c: usize) -> f64 {
         let y = self.y[c];
         let mut worst = f64::NEG_INFINITY;
-        cones.facets(island.contacts[c] as usize, self.modes[c], y, |facet| {
+        cones.facets(island.units[c] as usize, self.modes[c], y, |facet| {
             let f = facet.normal;
             let length = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
             worst = worst.max(-(f[0] * y[0] + f[1] * y[1] + f[2] * y[2]) / length);
         });
-        worst / self.typical_impulse(c)
+        worst / self.typical_impulse(island, c)
     }
 
     /// The impulse that changes contact `c`'s velocity by the island's velocity scale.
-    pub fn typical_impulse(&self, c: usize) -> f64 {
-        (self.velocity_scale / self.scale[c]).max(f64::MIN_POSITIVE)
+    pub fn typical_impulse(&self, island: &Island, c: usize) -> f64 {
+        (self.velocity_scale / island.scale[c]).max(f64::MIN_POSITIVE)
     }
 
     /// How many contacts lie outside their modes' cones.

@@ -25,7 +25,7 @@ pub use settings::SolverSettings;
 
 use crate::certificate::{Scratch, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
-use crate::{ContactProblem, ContactSolution, ProblemError};
+use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use island::Islands;
 use island_solver::{Effort, IslandSolver};
 pub(crate) use mode::{Cones, Mode};
@@ -96,10 +96,11 @@ impl SolveReport {
     }
 }
 
-/// Impulses and modes of an earlier solve, one entry per contact of the next problem.
+/// Impulses and modes of an earlier solve, one entry per contact and per friction group of the next problem.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WarmStart {
     pub(crate) contacts: Vec<Option<([f64; 3], Mode)>>,
+    pub(crate) groups: Vec<Option<([f64; 3], Mode)>>,
     pub(crate) bilateral: Vec<f64>,
 }
 
@@ -107,12 +108,31 @@ impl WarmStart {
     /// Forgets everything and keeps the memory.
     pub fn clear(&mut self) {
         self.contacts.clear();
+        self.groups.clear();
         self.bilateral.clear();
     }
 
     /// Adds the entry for the next contact: the earlier solution's contact `from`, or nothing for a new contact.
     pub fn push(&mut self, earlier: &ContactSolution, from: Option<usize>) {
         self.contacts.push(from.and_then(|i| Some((*earlier.impulse.get(i)?, *earlier.solver_modes.get(i)?))));
+    }
+
+    /// Adds the entry for the next friction group: the earlier solution's group `from`, or nothing for a new one.
+    pub fn push_group(&mut self, earlier: &ContactSolution, from: Option<usize>) {
+        let entry = |j: usize| {
+            let [a, b] = *earlier.group_impulse.get(j)?;
+            Some(([0.0, a, b], *earlier.solver_modes.get(earlier.impulse.len() + j)?))
+        };
+        self.groups.push(from.and_then(entry));
+    }
+
+    /// The whole of an earlier solution of the same problem, or of one with the same contacts, groups and rows.
+    pub fn from_solution(earlier: &ContactSolution) -> Self {
+        let mut start = Self::default();
+        (0..earlier.impulse.len()).for_each(|i| start.push(earlier, Some(i)));
+        (0..earlier.group_impulse.len()).for_each(|j| start.push_group(earlier, Some(j)));
+        start.set_bilateral(&earlier.bilateral);
+        start
     }
 
     /// Carries the bilateral impulses over.
@@ -158,8 +178,8 @@ impl ContactSolver {
     /// the tolerance.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
         self.cones.prepare(problem);
-        if !problem.friction_groups.is_empty() {
-            self.solve_groups(problem, solution);
+        if problem.friction_groups.bound.iter().any(|bound| matches!(bound, FrictionBound::Shifted { .. })) {
+            self.solve_whole(problem, solution);
             return;
         }
         self.islands.find(problem);
@@ -189,8 +209,9 @@ impl ContactSolver {
         };
     }
 
-    /// Problems with friction groups go to Lemke's method as a whole.
-    fn solve_groups(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+    /// Lemke's method for a whole problem: where a bound has a constant part and grows with a normal impulse, its kink lies
+    /// between the pieces that the first two stages know.
+    fn solve_whole(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
         if let Some(whole) = fallback::solve_whole(problem, &self.settings) {
             *solution = whole;
             (solution.report.islands, solution.report.lemke_islands) = (1, 1);
@@ -311,9 +332,9 @@ fn solve_island(
         solution.report.add(solver.effort);
         if residual < best {
             best = residual;
-            for (c, &i) in island.contacts.iter().enumerate() {
-                solution.impulse[i as usize] = solver.impulse[c];
-                solution.solver_modes[i as usize] = solver.modes.get(c).copied().unwrap_or(Mode::Open);
+            for (c, &i) in island.units.iter().enumerate() {
+                let mode = solver.modes.get(c).copied().unwrap_or(Mode::Open);
+                solution.take_unit(i as usize, solver.impulse[c], mode);
             }
             for (k, &i) in island.bilateral.iter().enumerate() {
                 solution.bilateral[i as usize] = solver.bilateral_impulse[k];
@@ -338,11 +359,20 @@ fn load_warm_start(
     if warm.contacts.len() != problem.contact_count() {
         return;
     }
-    for (c, &i) in island.contacts.iter().enumerate() {
-        let (impulse, mode) = warm.contacts[i as usize].unwrap_or(([0.0; 3], Mode::Open));
-        let mode = cones.nearest_valid(i as usize, mode);
-        solver.impulse[c] = cones.project(i as usize, cones.mode_at(i as usize, impulse), impulse);
-        solver.modes.push(mode);
+    for (c, &i) in island.units.iter().enumerate() {
+        let i = i as usize;
+        let entry = match i.checked_sub(problem.contact_count()) {
+            None => warm.contacts[i],
+            Some(j) => warm.groups.get(j).copied().flatten(),
+        };
+        let (impulse, mode) = entry.unwrap_or(([0.0; 3], Mode::Open));
+        solver.modes.push(cones.nearest_valid(i, mode));
+        solver.impulse[c] = impulse;
+    }
+    solver.set_bounds(problem, island);
+    for (c, &i) in island.units.iter().enumerate() {
+        let (i, impulse) = (i as usize, solver.impulse[c]);
+        solver.impulse[c] = cones.project(i, cones.mode_at(i, impulse), impulse);
     }
     if warm.bilateral.len() == problem.bilateral_violation.len() {
         for (k, &i) in island.bilateral.iter().enumerate() {

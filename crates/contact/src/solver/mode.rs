@@ -47,7 +47,7 @@ struct Edge {
     direction: u32,
 }
 
-/// The friction cones of all contacts, with directions in angular order.
+/// The friction cones of all contacts, then those of all friction groups, with directions in angular order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cones {
     edges: Vec<Edge>,
@@ -68,19 +68,34 @@ impl Cones {
         self.offsets.push(0);
         self.friction.clear();
         for i in 0..problem.contact_count() {
-            let directions = problem.directions_of(i);
-            let frictional = problem.friction[i] > 0.0 && !directions.is_empty();
-            self.friction.push(if frictional { problem.friction[i] } else { 0.0 });
-            if frictional {
-                // Neighbouring contacts mostly have the same polygon.
-                let previous = i.checked_sub(1).map(|k| self.offsets[k]..self.offsets[i]);
-                match previous.filter(|edges| !edges.is_empty() && directions == problem.directions_of(i - 1)) {
-                    Some(edges) => self.edges.extend_from_within(edges),
-                    None => self.push_edges(directions),
-                }
-            }
-            self.offsets.push(self.edges.len());
+            self.push_cone(problem.friction[i], problem.directions_of(i));
         }
+        // A group with a constant bound has that bound in place of the normal impulse.
+        let groups = &problem.friction_groups;
+        for j in 0..groups.len() {
+            let coefficient = groups.bound[j].normal().map_or(1.0, |(_, coefficient)| coefficient);
+            self.push_cone(coefficient, groups.directions_of(j));
+        }
+    }
+
+    fn push_cone(&mut self, friction: f64, directions: &[[f64; 2]]) {
+        let frictional = friction > 0.0 && !directions.is_empty();
+        self.friction.push(if frictional { friction } else { 0.0 });
+        if frictional {
+            // Neighbouring contacts mostly have the same polygon.
+            let previous = self.offsets.len().checked_sub(2).map(|k| self.offsets[k]..self.offsets[k + 1]);
+            match previous.filter(|edges| self.has_directions(edges.clone(), directions)) {
+                Some(edges) => self.edges.extend_from_within(edges),
+                None => self.push_edges(directions),
+            }
+        }
+        self.offsets.push(self.edges.len());
+    }
+
+    /// Whether these edges were made from these directions.
+    fn has_directions(&self, edges: std::ops::Range<usize>, directions: &[[f64; 2]]) -> bool {
+        edges.len() == directions.len()
+            && self.edges[edges].iter().all(|e| e.vertex == directions[e.direction as usize])
     }
 
     fn push_edges(&mut self, directions: &[[f64; 2]]) {

@@ -108,14 +108,14 @@ impl Path {
         self.offset.clear();
         self.rate.clear();
         for c in 0..solver.modes.len() {
-            let (i, mode) = (island.contacts[c] as usize, solver.modes[c]);
+            let (i, mode) = (island.units[c] as usize, solver.modes[c]);
             let y = solver.y[c];
             let factor = random.between(0.5, 1.5);
             let violated = solver.violation(cones, island, c) > settings.mode_tolerance;
             let shift = if which == Shift::All {
-                [-y[0].max(0.0) - solver.typical_impulse(c) * factor, 0.0, 0.0]
+                [-y[0].max(0.0) - solver.typical_impulse(island, c) * factor, 0.0, 0.0]
             } else if violated {
-                let target = cones.interior_point(i, mode, solver.typical_impulse(c) * factor);
+                let target = cones.interior_point(i, mode, solver.typical_impulse(island, c) * factor);
                 std::array::from_fn(|r| target[r] - y[r])
             } else {
                 [0.0; 3]
@@ -142,7 +142,7 @@ impl Path {
         let mut crossing = None;
         for c in 0..solver.modes.len() {
             let (y, rate) = (solver.y[c], self.rate[c]);
-            cones.facets(island.contacts[c] as usize, solver.modes[c], y, |facet| {
+            cones.facets(island.units[c] as usize, solver.modes[c], y, |facet| {
                 let slope = direction * dot(facet.normal, rate);
                 if slope >= 0.0 {
                     return;
@@ -168,7 +168,7 @@ impl Path {
         let (c, mut facet) = crossing?;
         if solver.modes[c] == Mode::Open {
             let y = std::array::from_fn(|r| solver.y[c][r] + step * self.rate[c][r]);
-            cones.facets(island.contacts[c] as usize, Mode::Open, y, |f| facet = f);
+            cones.facets(island.units[c] as usize, Mode::Open, y, |f| facet = f);
         }
         Some((c, facet))
     }
@@ -198,10 +198,10 @@ impl Path {
         }
         self.work.clear();
         self.work.resize(island.nv(), 0.0);
-        for (c, &i) in island.contacts.iter().enumerate() {
+        for (c, &i) in island.units.iter().enumerate() {
             let drive = cones.project(i as usize, modes[c], self.shift[c]);
             let d = std::array::from_fn(|r| self.offset[c][r] - drive[r]);
-            island.jacobian.add_transposed(c, d, &mut self.work);
+            island.add_impulse(c, d, &mut self.work);
         }
         system.solve(island, &mut self.work);
         for (c, rate) in self.rate.iter_mut().enumerate() {

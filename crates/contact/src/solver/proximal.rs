@@ -40,7 +40,7 @@ impl IslandSolver {
         attempt: u32,
     ) -> f64 {
         let mut epsilon = settings.proximal_weight;
-        self.set_weights(epsilon);
+        self.set_weights(island, epsilon);
         let (mut best, mut last, mut slow) = (f64::INFINITY, f64::INFINITY, 0);
         let (mut prepared, mut factored, mut ascending, mut polished) = (false, false, false, false);
         for _ in 0..settings.max_proximal_iterations {
@@ -70,7 +70,7 @@ impl IslandSolver {
                     } else {
                         (epsilon / WEIGHT_STEP).max(settings.smallest_proximal_weight)
                     };
-                    self.set_weights(epsilon);
+                    self.set_weights(island, epsilon);
                     (prepared, factored) = (false, false);
                 }
                 self.evaluate_centre(problem, cones, island);
@@ -82,7 +82,7 @@ impl IslandSolver {
             self.prepare_system(problem, island, &mut prepared);
             if cold && attempt == 0 && self.is_far_from_start(cones, island, settings, &mut factored) {
                 self.convex_start(problem, cones, island);
-                self.set_weights(epsilon);
+                self.set_weights(island, epsilon);
                 self.evaluate_centre(problem, cones, island);
                 (prepared, factored) = (false, false);
                 self.prepare_system(problem, island, &mut prepared);
@@ -100,7 +100,7 @@ impl IslandSolver {
             self.evaluate_centre(problem, cones, island);
         }
         // The dissipation law multiplies an error of the velocity by the impulse.
-        if best * self.largest_impulse() > REFINE {
+        if best * self.largest_impulse(island) > REFINE {
             self.prepare_system(problem, island, &mut prepared);
             self.refine_velocity(cones, island, settings, factored);
         }
@@ -116,7 +116,7 @@ impl IslandSolver {
         settings: &SolverSettings,
         factored: &mut bool,
     ) -> bool {
-        let contacts = island.contacts.len();
+        let contacts = island.units.len();
         let most = if contacts >= LARGE { 0 } else { contacts / FAR };
         contacts >= MEDIUM
             && self.take_newton_steps(cones, island, settings, settings.newton_iterations, factored)
@@ -136,9 +136,9 @@ impl IslandSolver {
     }
 
     /// The largest impulse in units of the one that changes the lightest contact's velocity by the velocity scale.
-    fn largest_impulse(&self) -> f64 {
+    fn largest_impulse(&self, island: &Island) -> f64 {
         let size = self.impulse.iter().map(|p| p[0].max(p[1].abs()).max(p[2].abs())).fold(0.0, f64::max);
-        let scale = self.scale.iter().copied().fold(0.0, f64::max);
+        let scale = island.scale.iter().copied().fold(0.0, f64::max);
         if self.velocity_scale > 0.0 { size * scale / self.velocity_scale } else { 0.0 }
     }
 
@@ -165,7 +165,7 @@ impl IslandSolver {
         }
         let ratio = (last / earlier).sqrt();
         let mut times = if ratio < 1.0 { ratio / (1.0 - ratio) } else { f64::INFINITY };
-        for (c, &i) in island.contacts.iter().enumerate() {
+        for (c, &i) in island.units.iter().enumerate() {
             cones.facets(i as usize, self.modes[c], self.y[c], |facet| {
                 let dot = |x: [f64; 3]| facet.normal[0] * x[0] + facet.normal[1] * x[1] + facet.normal[2] * x[2];
                 let slope = dot(self.change[c]);

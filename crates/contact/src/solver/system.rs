@@ -54,7 +54,7 @@ impl ProximalSystem {
         self.edges.clear();
         self.run_offsets.clear();
         self.run_offsets.push(0);
-        let contacts = (0..island.contacts.len()).map(|c| island.jacobian.group(c).0);
+        let contacts = (0..island.units.len()).map(|c| island.jacobian.group(c).0);
         let bilateral = (0..island.bilateral.len()).map(|k| island.bilateral_jacobian.group(k).0);
         for columns in contacts.chain(bilateral) {
             let begin = self.runs.len();
@@ -82,7 +82,7 @@ impl ProximalSystem {
                 self.base.diagonal[corner + i * width..][..size].copy_from_slice(row);
             }
         }
-        let contacts = island.contacts.len();
+        let contacts = island.units.len();
         for (k, &rho) in bilateral_weight.iter().enumerate() {
             let entries = island.bilateral_jacobian.group(k);
             let runs = &self.runs[self.run_offsets[contacts + k]..self.run_offsets[contacts + k + 1]];
@@ -93,7 +93,7 @@ impl ProximalSystem {
     /// Factorises for the given modes; `false` if a block is singular.
     pub fn factor(&mut self, island: &Island, cones: &Cones, modes: &[Mode], weight: &[f64]) -> bool {
         self.factor_slopes(island, |c| {
-            let slope = (modes[c] != Mode::Open).then(|| cones.slope(island.contacts[c] as usize, modes[c]))?;
+            let slope = (modes[c] != Mode::Open).then(|| cones.slope(island.units[c] as usize, modes[c]))?;
             Some(slope.map(|row| row.map(|b| weight[c] * b)))
         })
     }
@@ -103,8 +103,11 @@ impl ProximalSystem {
         self.updates.clear();
         self.columns.clear();
         self.lu.copy_from(&self.base);
-        for c in 0..island.contacts.len() {
-            if let Some(slope) = slope(c) {
+        for c in 0..island.units.len() {
+            if let Some(mut slope) = slope(c) {
+                if c >= island.contact_count {
+                    slope[0] = [0.0; 3];
+                }
                 let runs = &self.runs[self.run_offsets[c]..self.run_offsets[c + 1]];
                 add_outer(&mut self.lu, &self.symbolic, &self.starts, runs, island.jacobian.group(c), slope);
             }
@@ -129,7 +132,7 @@ impl ProximalSystem {
         let start = self.columns.len();
         self.columns.resize(start + self.n, 0.0);
         let (known, column) = self.columns.split_at_mut(start);
-        island.jacobian.add_transposed(c, facet.jump, column);
+        island.add_impulse(c, facet.jump, column);
         self.lu.solve(&self.symbolic, column);
         apply(&self.updates, known, self.n, island, column);
         let u = island.jacobian.multiply(c, column);

@@ -62,7 +62,7 @@ fn friction_against_spinning_is_bounded_by_the_normal_impulse() {
         problem.push_friction_row([(1, 1.0)], 0.0, bound);
         let solution = ContactSolver::default().solve(&problem, None);
         assert_eq!(solution.status, SolveStatus::Solved);
-        assert!(largest_difference(&solution.velocity, &[0.0, wanted]) < 1e-14, "{:?}", solution.velocity);
+        assert!(largest_difference(&solution.velocity, &[0.0, wanted]) < 1e-11, "{:?}", solution.velocity);
     }
     // An open contact bounds nothing.
     problem.gap[0] = 1.0;
