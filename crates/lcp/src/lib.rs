@@ -21,9 +21,13 @@
 #![allow(non_snake_case)] // matrices keep the letters of the formulas
 
 mod automatic;
+mod direction;
 mod enumeration;
 mod equilibrate;
 mod error;
+mod factored_basis;
+mod fingerprint;
+mod incumbent;
 mod infeasibility;
 mod lemke;
 pub mod linalg;
