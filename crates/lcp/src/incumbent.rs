@@ -39,7 +39,13 @@ impl<'a> Incumbent<'a> {
     }
 
     /// The solution; it is solved if and only if its residual is within the tolerance, whatever `otherwise` says.
-    pub(crate) fn into_solution(self, tolerance: f64, otherwise: Status, iterations: usize, report: Report) -> Solution {
+    pub(crate) fn into_solution(
+        self,
+        tolerance: f64,
+        otherwise: Status,
+        iterations: usize,
+        report: Report,
+    ) -> Solution {
         Solution {
             w: self.problem.w(&self.z),
             z: self.z,

@@ -35,7 +35,9 @@ mod matrix;
 mod method;
 mod mixed;
 mod polish;
+mod principal;
 mod problem;
+mod refusal;
 mod residual;
 mod solution;
 
@@ -45,6 +47,8 @@ pub use error::LcpError;
 pub use lemke::{Lemke, LemkeSettings};
 pub use matrix::Matrix;
 pub use method::{Method, MethodKind};
+pub use principal::{PrincipalPivoting, PrincipalPivotingSettings};
 pub use problem::{Lcp, MixedLcp};
+pub use refusal::Refusal;
 pub use residual::{Residual, Scaling};
 pub use solution::{Attempt, Basis, Farkas, Outcome, Ray, Report, Solution, Start, Status};

@@ -1,7 +1,10 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{Automatic, Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution};
+use crate::{
+    Automatic, Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, PrincipalPivoting,
+    PrincipalPivotingSettings, Solution,
+};
 
 /// A method for linear complementarity problems.
 ///
@@ -25,7 +28,12 @@ pub enum MethodKind {
     Lemke(LemkeSettings),
     /// All complementary bases, `"enumeration"`.
     Enumeration(EnumerationSettings),
+    /// Cottle and Dantzig's principal pivoting, `"principal-pivoting"`.
+    PrincipalPivoting(PrincipalPivotingSettings),
 }
+
+/// The names of all methods, for messages.
+const NAMES: &str = "automatic, lemke, enumeration, principal-pivoting";
 
 impl MethodKind {
     /// Every method with its default settings.
@@ -34,6 +42,7 @@ impl MethodKind {
             Self::Automatic(LemkeSettings::default(), EnumerationSettings::default()),
             Self::Lemke(LemkeSettings::default()),
             Self::Enumeration(EnumerationSettings::default()),
+            Self::PrincipalPivoting(PrincipalPivotingSettings::default()),
         ]
     }
 
@@ -46,6 +55,7 @@ impl MethodKind {
             Self::Automatic(lemke, enumeration) => Box::new(Automatic::new(lemke.clone(), enumeration.clone())?),
             Self::Lemke(settings) => Box::new(Lemke::new(settings.clone())?),
             Self::Enumeration(settings) => Box::new(Enumeration::new(settings.clone())?),
+            Self::PrincipalPivoting(settings) => Box::new(PrincipalPivoting::new(settings.clone())?),
         })
     }
 }
@@ -56,6 +66,7 @@ impl fmt::Display for MethodKind {
             Self::Automatic(..) => "automatic",
             Self::Lemke(_) => "lemke",
             Self::Enumeration(_) => "enumeration",
+            Self::PrincipalPivoting(_) => "principal-pivoting",
         })
     }
 }
@@ -68,7 +79,7 @@ impl FromStr for MethodKind {
         Self::all()
             .into_iter()
             .find(|kind| kind.to_string() == name)
-            .ok_or_else(|| LcpError::UnknownMethod { name: name.to_owned(), known: "automatic, lemke, enumeration" })
+            .ok_or_else(|| LcpError::UnknownMethod { name: name.to_owned(), known: NAMES })
     }
 }
 
@@ -77,4 +88,18 @@ pub(crate) fn check_tolerance(value: f64) -> Result<(), LcpError> {
         return Ok(());
     }
     Err(LcpError::Setting { setting: "tolerance", value, range: "between 0 and 1, both excluded" })
+}
+
+pub(crate) fn check_small(setting: &'static str, value: f64) -> Result<(), LcpError> {
+    if value > 0.0 && value <= 1e-4 {
+        return Ok(());
+    }
+    Err(LcpError::Setting { setting, value, range: "greater than 0, at most 1e-4" })
+}
+
+pub(crate) fn check_at_least_one(setting: &'static str, value: usize) -> Result<(), LcpError> {
+    if value >= 1 {
+        return Ok(());
+    }
+    Err(LcpError::Setting { setting, value: value as f64, range: "at least 1" })
 }

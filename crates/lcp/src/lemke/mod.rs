@@ -201,13 +201,8 @@ impl Lemke {
 
 impl Method for Lemke {
     fn solve(&mut self, problem: &Lcp, warm: Option<&Basis>) -> Solution {
-        let mut search = Search {
-            best: Incumbent::new(problem),
-            ray: None,
-            status: None,
-            pivots: 0,
-            report: Report::default(),
-        };
+        let mut search =
+            Search { best: Incumbent::new(problem), ray: None, status: None, pivots: 0, report: Report::default() };
         if search.best.residual.value == 0.0 {
             search.status = Some(Status::Solved);
         } else {
