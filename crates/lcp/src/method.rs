@@ -2,8 +2,9 @@ use std::fmt;
 use std::str::FromStr;
 
 use crate::{
-    Automatic, Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, PrincipalPivoting,
-    PrincipalPivotingSettings, Solution,
+    Automatic, Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, NewtonMap,
+    PrincipalPivoting, PrincipalPivotingSettings, Psor, PsorSettings, SemismoothNewton, SemismoothNewtonSettings,
+    Solution,
 };
 
 /// A method for linear complementarity problems.
@@ -30,19 +31,29 @@ pub enum MethodKind {
     Enumeration(EnumerationSettings),
     /// Cottle and Dantzig's principal pivoting, `"principal-pivoting"`.
     PrincipalPivoting(PrincipalPivotingSettings),
+    /// Projected successive overrelaxation, `"psor"`.
+    Psor(PsorSettings),
+    /// Semismooth Newton, `"newton-fischer-burmeister"` or `"newton-minimum"` by its map.
+    SemismoothNewton(SemismoothNewtonSettings),
 }
 
 /// The names of all methods, for messages.
-const NAMES: &str = "automatic, lemke, enumeration, principal-pivoting";
+const NAMES: &str =
+    "automatic, lemke, enumeration, principal-pivoting, psor, newton-fischer-burmeister, newton-minimum";
 
 impl MethodKind {
     /// Every method with its default settings.
     pub fn all() -> Vec<Self> {
+        let newton =
+            |map| Self::SemismoothNewton(SemismoothNewtonSettings { map, ..SemismoothNewtonSettings::default() });
         vec![
             Self::Automatic(LemkeSettings::default(), EnumerationSettings::default()),
             Self::Lemke(LemkeSettings::default()),
             Self::Enumeration(EnumerationSettings::default()),
             Self::PrincipalPivoting(PrincipalPivotingSettings::default()),
+            Self::Psor(PsorSettings::default()),
+            newton(NewtonMap::FischerBurmeister),
+            newton(NewtonMap::Minimum),
         ]
     }
 
@@ -56,6 +67,8 @@ impl MethodKind {
             Self::Lemke(settings) => Box::new(Lemke::new(settings.clone())?),
             Self::Enumeration(settings) => Box::new(Enumeration::new(settings.clone())?),
             Self::PrincipalPivoting(settings) => Box::new(PrincipalPivoting::new(settings.clone())?),
+            Self::Psor(settings) => Box::new(Psor::new(settings.clone())?),
+            Self::SemismoothNewton(settings) => Box::new(SemismoothNewton::new(settings.clone())?),
         })
     }
 }
@@ -67,6 +80,11 @@ impl fmt::Display for MethodKind {
             Self::Lemke(_) => "lemke",
             Self::Enumeration(_) => "enumeration",
             Self::PrincipalPivoting(_) => "principal-pivoting",
+            Self::Psor(_) => "psor",
+            Self::SemismoothNewton(settings) => match settings.map {
+                NewtonMap::FischerBurmeister => "newton-fischer-burmeister",
+                NewtonMap::Minimum => "newton-minimum",
+            },
         })
     }
 }
