@@ -35,6 +35,7 @@ mod matrix;
 mod method;
 mod mixed;
 mod newton;
+mod pieces;
 mod polish;
 mod principal;
 mod problem;
@@ -44,7 +45,7 @@ mod residual;
 mod solution;
 
 pub use automatic::Automatic;
-pub use enumeration::{Enumeration, EnumerationSettings};
+pub use enumeration::{Enumeration, EnumerationSettings, SolutionSet};
 pub use error::LcpError;
 pub use lemke::{Lemke, LemkeSettings};
 pub use matrix::Matrix;

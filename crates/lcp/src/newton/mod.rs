@@ -125,6 +125,10 @@ impl SemismoothNewton {
             self.jacobian.transposed_times(&self.scaled, &self.point.phi, &mut self.gradient);
             let gradient = self.gradient.iter().fold(0.0f64, |max, x| max.max(x.abs()));
             let gradient = gradient / (2.0 * self.point.merit).sqrt();
+            if self.point.merit == 0.0 {
+                attempt.outcome = Outcome::Complementary;
+                return Status::Inaccurate;
+            }
             if attempt.pivots >= self.settings.steps {
                 attempt.outcome = Outcome::IterationLimit;
                 return Status::IterationLimit;

@@ -11,6 +11,7 @@ mod oracle;
 mod principal;
 mod psor;
 mod shared_data;
+mod solution_set;
 mod support;
 mod units;
 mod warm;

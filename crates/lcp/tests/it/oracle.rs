@@ -26,7 +26,7 @@ fn p_matrices_have_one_solution_and_lemke_finds_it() {
         let problem = Lcp::new(A, random.vector(n)).unwrap();
         let solution = Lemke::default().solve(&problem, None);
         assert!(solution.status.is_solved(), "seed {seed}: {:?}", solution.status);
-        let all = Enumeration::default().all(&problem);
+        let all = Enumeration::default().solution_set(&problem).unwrap().points;
         assert_eq!(all.len(), 1, "seed {seed}");
         let distance = all[0].z.iter().zip(&solution.z).fold(0.0f64, |max, (a, b)| max.max((a - b).abs()));
         assert!(distance < 1e-7, "seed {seed}: {distance}");
