@@ -85,6 +85,11 @@ impl Scaled {
         z * self.b_scale * self.col_scale[j]
     }
 
+    /// The factor `C_j` by which column `j` of `A` was multiplied.
+    pub(crate) fn column_scale(&self, j: usize) -> f64 {
+        self.col_scale[j]
+    }
+
     /// The multiplier of row `i` in the units of the problem, up to a common factor.
     pub(crate) fn unscaled_y(&self, i: usize, y: f64) -> f64 {
         y * self.row_scale[i]

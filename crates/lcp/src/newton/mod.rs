@@ -151,7 +151,8 @@ impl SemismoothNewton {
         let basis = Basis::from_signs(&point.z, &point.w);
         let z = point.z.iter().enumerate().map(|(j, &z)| self.scaled.unscaled_z(j, z)).collect();
         let residual = best.offer(z, &basis);
-        if !residual.within(self.settings.tolerance) && basis == *last && basis != *tried {
+        let settled = basis == *last || residual.within(self.settings.tolerance);
+        if settled && basis != *tried {
             attempt.factorizations += 1;
             best.offer_basis(&mut self.polish, &basis);
             tried.clone_from(&basis);

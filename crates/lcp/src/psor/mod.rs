@@ -96,7 +96,8 @@ impl Psor {
             }
             let basis = Basis { z_basic: z.iter().map(|&z| z > 0.0).collect() };
             let mut residual = best.offer(z.clone(), &basis).value;
-            if self.settings.subspace && residual > self.settings.tolerance && basis == last && basis != tried {
+            let settled = basis == last || residual <= self.settings.tolerance;
+            if self.settings.subspace && settled && basis != tried {
                 attempt.factorizations += 1;
                 residual = best.offer_basis(&mut self.polish, &basis).map_or(residual, |polished| polished.value);
                 tried.clone_from(&basis);
