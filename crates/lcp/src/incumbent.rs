@@ -7,6 +7,7 @@ use crate::{Basis, Lcp, Report, Residual, Solution, Status};
 pub(crate) struct Incumbent<'a> {
     pub(crate) problem: &'a Lcp,
     pub(crate) z: Vec<f64>,
+    w: Vec<f64>,
     pub(crate) residual: Residual,
     pub(crate) basis: Basis,
 }
@@ -14,16 +15,17 @@ pub(crate) struct Incumbent<'a> {
 impl<'a> Incumbent<'a> {
     pub(crate) fn new(problem: &'a Lcp) -> Self {
         let n = problem.len();
-        let z = vec![0.0; n];
-        Self { problem, residual: problem.residual(&z), z, basis: Basis::slack(n) }
+        let (z, w) = (vec![0.0; n], problem.b().to_vec());
+        Self { problem, residual: problem.residual_at(&z, &w), z, w, basis: Basis::slack(n) }
     }
 
     /// Takes the point, its negative entries set to zero, if it is better; returns its residual.
     pub(crate) fn offer(&mut self, mut z: Vec<f64>, basis: &Basis) -> Residual {
         z.iter_mut().for_each(|z| *z = z.max(0.0));
-        let residual = self.problem.residual(&z);
+        let w = self.problem.w(&z);
+        let residual = self.problem.residual_at(&z, &w);
         if residual.value < self.residual.value {
-            (self.z, self.residual) = (z, residual);
+            (self.z, self.w, self.residual) = (z, w, residual);
             self.basis.clone_from(basis);
         }
         residual
@@ -47,8 +49,8 @@ impl<'a> Incumbent<'a> {
         report: Report,
     ) -> Solution {
         Solution {
-            w: self.problem.w(&self.z),
             z: self.z,
+            w: self.w,
             status: if self.residual.within(tolerance) { Status::Solved } else { otherwise },
             basis: self.basis,
             iterations,

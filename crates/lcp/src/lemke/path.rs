@@ -1,9 +1,7 @@
-use std::collections::HashSet;
-
 use crate::Outcome;
 use crate::equilibrate::Scaled;
 use crate::factored_basis::FactoredBasis;
-use crate::fingerprint::mix;
+use crate::fingerprint::{Seen, mix};
 
 /// Numbers that steer one walk; all refer to the equilibrated problem, whose data have size 1.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +43,7 @@ pub(super) struct Path {
     pub(super) a: Vec<f64>,
     rhs: Vec<f64>,
     work: Vec<f64>,
-    seen: HashSet<u64>,
+    seen: Seen,
 }
 
 /// The choice of a ratio test.

@@ -1,9 +1,7 @@
-use std::collections::HashSet;
-
 use crate::Refusal;
 use crate::equilibrate::Scaled;
 use crate::factored_basis::FactoredBasis;
-use crate::fingerprint::mix;
+use crate::fingerprint::{Seen, mix};
 
 /// Numbers that steer a walk; all refer to the equilibrated problem, whose data have size 1.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +54,7 @@ pub(super) struct Walk {
     blocked: Vec<f64>,
     rhs: Vec<f64>,
     work: Vec<f64>,
-    seen: HashSet<u64>,
+    seen: Seen,
 }
 
 /// What stops the driving variable, and after which step.
