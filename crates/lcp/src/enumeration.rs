@@ -2,7 +2,10 @@ use crate::equilibrate::Scaled;
 use crate::method::check_tolerance;
 use crate::pieces::Piece;
 use crate::polish::Polish;
-use crate::{Attempt, Basis, Lcp, LcpError, Lemke, Method, Outcome, Report, Solution, Start, Status};
+use crate::{Attempt, Basis, Lcp, LcpError, Lemke, Method, Outcome, Report, Residual, Solution, Start, Status};
+
+/// Bases with a relative pivot below this are looked at as singular ones.
+const MAYBE_SINGULAR: f64 = 1e-8;
 
 /// Settings of [`Enumeration`].
 #[derive(Clone, Debug, PartialEq)]
@@ -60,12 +63,6 @@ pub struct Enumeration {
     lemke: Lemke,
 }
 
-/// What was found in a basis: a solution, and whether it is one of a continuum.
-struct Found {
-    solution: Solution,
-    continuum: bool,
-}
-
 impl Enumeration {
     /// The method with these settings.
     ///
@@ -96,12 +93,15 @@ impl Enumeration {
             let apart = |(i, s): (usize, &f64)| s * (a.z[i] - b.z[i]).abs();
             problem.scaling().z().iter().enumerate().map(apart).fold(0.0, f64::max) <= 1e-8 * size
         };
-        for found in codes.filter_map(|code| self.solve_basis(problem, code)) {
-            if found.continuum {
-                set.continua.push(found.solution.basis.clone());
+        for code in codes {
+            let Some(solution) = self.solve_basis(problem, code) else {
+                continue;
+            };
+            if self.is_continuum(problem, &solution.basis) {
+                set.continua.push(solution.basis.clone());
             }
-            if !set.points.iter().any(|other| near(other, &found.solution)) {
-                set.points.push(found.solution);
+            if !set.points.iter().any(|other| near(other, &solution)) {
+                set.points.push(solution);
             }
         }
         Ok(set)
@@ -115,37 +115,39 @@ impl Enumeration {
         (problem.len() <= self.settings.max_pairs).then(|| 0..1 << problem.len())
     }
 
-    fn solve_basis(&mut self, problem: &Lcp, code: u32) -> Option<Found> {
+    /// A solution of the basis with this binary number.
+    fn solve_basis(&mut self, problem: &Lcp, code: u32) -> Option<Solution> {
         let n = problem.len();
         let basis = Basis { z_basic: (0..n).map(|i| code >> i & 1 == 1).collect() };
         let active = basis.active();
-        let mut candidates = Vec::new();
         let mut z = vec![0.0; n];
-        if self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z) {
-            candidates.push(z);
-        }
-        let mut continuum = false;
-        if let Some(piece) = Piece::of(&self.scaled, &active) {
-            if let Some((point, extremes)) = piece.points(&self.scaled, &mut self.lemke) {
-                candidates.push(point);
-                let solves = |z: &Vec<f64>| problem.residual(z).within(self.settings.tolerance);
-                continuum = extremes.is_some_and(|ends| ends.iter().all(solves));
+        let polished = self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z);
+        let (z, residual) = match polished.then_some(z).and_then(|z| self.accepted(problem, z)) {
+            Some(found) => found,
+            None if self.polish.smallest_pivot < MAYBE_SINGULAR => {
+                let piece = Piece::of(&self.scaled, &active)?;
+                let point = piece.point(&self.scaled, &mut self.lemke)?;
+                self.accepted(problem, point)?
             }
-        }
-        let solution = candidates.into_iter().find_map(|mut z| {
-            z.iter_mut().for_each(|z| *z = z.max(0.0));
-            let residual = problem.residual(&z);
-            residual.within(self.settings.tolerance).then(|| Solution {
-                w: problem.w(&z),
-                z,
-                status: Status::Solved,
-                basis: basis.clone(),
-                iterations: code as usize + 1,
-                residual,
-                report: report(code as usize + 1, Some(residual.value)),
-            })
-        })?;
-        Some(Found { solution, continuum })
+            None => return None,
+        };
+        let tried = code as usize + 1;
+        let report = report(tried, Some(residual.value));
+        Some(Solution { w: problem.w(&z), z, status: Status::Solved, basis, iterations: tried, residual, report })
+    }
+
+    /// The point without rounding below zero, if it solves the problem.
+    fn accepted(&self, problem: &Lcp, mut z: Vec<f64>) -> Option<(Vec<f64>, Residual)> {
+        z.iter_mut().for_each(|z| *z = z.max(0.0));
+        let residual = problem.residual(&z);
+        residual.within(self.settings.tolerance).then_some((z, residual))
+    }
+
+    /// Whether a basis has two different solutions, and hence all between them.
+    fn is_continuum(&mut self, problem: &Lcp, basis: &Basis) -> bool {
+        let extremes =
+            Piece::of(&self.scaled, &basis.active()).and_then(|piece| piece.extremes(&self.scaled, &mut self.lemke));
+        extremes.is_some_and(|ends| ends.into_iter().all(|z| self.accepted(problem, z).is_some()))
     }
 }
 
@@ -159,7 +161,7 @@ impl Method for Enumeration {
             self.load(problem);
         }
         if let Some(found) = codes.into_iter().flatten().find_map(|code| self.solve_basis(problem, code)) {
-            return found.solution;
+            return found;
         }
         let z = vec![0.0; n];
         let status = match tried {

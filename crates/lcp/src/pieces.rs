@@ -61,70 +61,88 @@ impl Piece {
         solution.status.is_solved().then_some(t)
     }
 
-    /// A point of the piece, and two different ones where it has more than one; all in the units of the problem.
-    pub(crate) fn points(&self, problem: &Scaled, lemke: &mut Lemke) -> Option<(Vec<f64>, Option<[Vec<f64>; 2]>)> {
+    /// A point of the piece in the units of the problem; `None` for an empty piece.
+    pub(crate) fn point(&self, problem: &Scaled, lemke: &mut Lemke) -> Option<Vec<f64>> {
+        let t = self.nearest(lemke, &vec![0.0; self.directions.len()])?;
+        Some(self.place(problem, &t))
+    }
+
+    /// Two different points of the piece in the units of the problem, where it has more than one.
+    pub(crate) fn extremes(&self, problem: &Scaled, lemke: &mut Lemke) -> Option<[Vec<f64>; 2]> {
         let d = self.directions.len();
         let near = self.nearest(lemke, &vec![0.0; d])?;
         let size = near.iter().fold(1.0f64, |max, t| max.max(t.abs()));
-        // The two coordinates of the plane are irrational to each other, so that no facet of simple data is parallel.
-        let extremes = [0.6180339887498949, 1.7320508075688772].into_iter().find_map(|slope: f64| {
-            let mut ends = [1.0, -1.0].into_iter().filter_map(|sign| {
-                let target: Vec<f64> = (0..d).map(|k| sign * FAR * size * (1.0 + slope * k as f64).cos()).collect();
+        // Two lines without a relation to simple data, lest one is perpendicular to a piece.
+        [0.6180339887498949, 1.7320508075688772].into_iter().find_map(|angle: f64| {
+            let mut end = |sign: f64| {
+                let target: Vec<f64> = (0..d).map(|k| sign * FAR * size * (1.0 + angle * k as f64).cos()).collect();
                 self.nearest(lemke, &target)
-            });
-            let (first, second) = (ends.next()?, ends.next()?);
+            };
+            let (first, second) = (end(1.0)?, end(-1.0)?);
             let apart = first.iter().zip(&second).fold(0.0f64, |max, (a, b)| max.max((a - b).abs()));
-            (apart > APART * size).then_some([first, second])
-        });
-        let place = |t: &[f64]| {
-            let mut z = self.origin.clone();
-            for (direction, t) in self.directions.iter().zip(t) {
-                z.iter_mut().zip(direction).for_each(|(z, x)| *z += t * x);
-            }
-            (0..z.len()).map(|j| problem.unscaled_z(j, z[j])).collect::<Vec<f64>>()
-        };
-        Some((place(&near), extremes.map(|[first, second]| [place(&first), place(&second)])))
+            (apart > APART * size).then(|| [self.place(problem, &first), self.place(problem, &second)])
+        })
+    }
+
+    fn place(&self, problem: &Scaled, t: &[f64]) -> Vec<f64> {
+        let mut z = self.origin.clone();
+        for (direction, t) in self.directions.iter().zip(t) {
+            z.iter_mut().zip(direction).for_each(|(z, x)| *z += t * x);
+        }
+        (0..z.len()).map(|j| problem.unscaled_z(j, z[j])).collect()
     }
 }
 
 /// One solution of `A_αα z_α = −b_α` and a basis of the null space, by pair.
 ///
-/// Gauss–Jordan elimination with complete pivoting; `None` where the matrix is regular or the system inconsistent.
+/// Gaussian elimination with complete pivoting; `None` where the matrix is regular or the system inconsistent.
 fn affine_solutions(problem: &Scaled, active: &[usize]) -> Option<(Vec<f64>, Vec<Vec<f64>>)> {
     let k = active.len();
     let mut T = Matrix::from_fn(k, k, |i, j| problem.column(active[j])[active[i]]);
     let mut rhs: Vec<f64> = active.iter().map(|&i| -problem.b[i]).collect();
-    let mut pivots: Vec<(usize, usize)> = Vec::new();
+    let mut pivots: Vec<(usize, usize)> = Vec::with_capacity(k);
     let (mut rows, mut cols): (Vec<usize>, Vec<usize>) = ((0..k).collect(), (0..k).collect());
-    while !rows.is_empty() {
-        let places = rows.iter().flat_map(|&i| cols.iter().map(move |&j| (i, j)));
-        let (r, c) = places.max_by(|&p, &q| T[p].abs().total_cmp(&T[q].abs()))?;
-        if T[(r, c)].abs() <= ZERO {
-            break;
-        }
+    while let Some((r, c)) = largest(&T, &rows, &cols) {
         rows.retain(|&i| i != r);
         cols.retain(|&j| j != c);
         pivots.push((r, c));
-        let pivot_row: Vec<f64> = T.row(r).iter().map(|x| x / T[(r, c)]).collect();
-        let constant = rhs[r] / T[(r, c)];
-        for i in 0..k {
-            let factor = T[(i, c)];
-            for j in 0..k {
-                T[(i, j)] = if i == r { pivot_row[j] } else { T[(i, j)] - factor * pivot_row[j] };
+        for &i in &rows {
+            let factor = T[(i, c)] / T[(r, c)];
+            if factor != 0.0 {
+                cols.iter().for_each(|&j| T[(i, j)] -= factor * T[(r, j)]);
+                rhs[i] -= factor * rhs[r];
             }
-            rhs[i] = if i == r { constant } else { rhs[i] - factor * constant };
         }
     }
     if cols.is_empty() || rows.iter().any(|&i| rhs[i].abs() > CONSISTENT) {
         return None;
     }
-    let mut origin = vec![0.0; problem.n];
-    pivots.iter().for_each(|&(r, c)| origin[active[c]] = rhs[r]);
-    let direction = |&free: &usize| {
+    // The last pivots first; `x` holds the free variables at the start.
+    let substitute = |mut x: Vec<f64>, rhs: &dyn Fn(usize) -> f64| {
+        for (step, &(r, c)) in pivots.iter().enumerate().rev() {
+            let later = pivots[step + 1..].iter().map(|&(_, j)| j).chain(cols.iter().copied());
+            let sum: f64 = later.map(|j| T[(r, j)] * x[j]).sum();
+            x[c] = (rhs(r) - sum) / T[(r, c)];
+        }
         let mut z = vec![0.0; problem.n];
-        z[active[free]] = 1.0;
-        pivots.iter().for_each(|&(r, c)| z[active[c]] = -T[(r, free)]);
+        active.iter().zip(x).for_each(|(&j, x)| z[j] = x);
         z
     };
-    Some((origin, cols.iter().map(direction).collect()))
+    let unit = |free: usize| (0..k).map(|j| f64::from(u8::from(j == free))).collect();
+    let origin = substitute(vec![0.0; k], &|r| rhs[r]);
+    Some((origin, cols.iter().map(|&free| substitute(unit(free), &|_| 0.0)).collect()))
+}
+
+/// The place of the largest entry among these rows and columns, where it is not zero.
+fn largest(T: &Matrix, rows: &[usize], cols: &[usize]) -> Option<(usize, usize)> {
+    let mut best = (ZERO, None);
+    for &i in rows {
+        let row = T.row(i);
+        for &j in cols {
+            if row[j].abs() > best.0 {
+                best = (row[j].abs(), Some((i, j)));
+            }
+        }
+    }
+    best.1
 }
