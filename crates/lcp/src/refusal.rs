@@ -57,6 +57,17 @@ pub enum Refusal {
 }
 
 impl Refusal {
+    /// The row at which the hypothesis fails.
+    pub fn row(&self) -> usize {
+        match self {
+            Self::Diagonal { row, .. }
+            | Self::Indefinite { row, .. }
+            | Self::NeitherSymmetricNorDominant { row, .. }
+            | Self::Relaxation { row, .. }
+            | Self::NotSufficient { row, .. } => *row,
+        }
+    }
+
     /// The same with every index `i` replaced by `place(i)`.
     pub(crate) fn moved(mut self, place: impl Fn(usize) -> usize) -> Self {
         match &mut self {

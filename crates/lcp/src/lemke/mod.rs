@@ -24,6 +24,12 @@ const NO_DIAGONAL: f64 = 1e-9;
 
 /// Lemke's complementary pivoting method.
 ///
+/// # Guarantee
+/// For copositive-plus matrices, which all positive semidefinite ones and all strictly copositive ones are, it ends at
+/// a solution or with a proof of infeasibility; for P-matrices at the solution; for copositive matrices at a solution
+/// where `bᵀz ≥ 0` for every `z` with `0 ≤ z ⟂ A z ≥ 0`, which covers contact problems without penetration (formulation
+/// §4). For other matrices it may end on a ray although there is a solution.
+///
 /// # Cost
 /// O(n·k) per pivot with k basic `z`, plus O(k³) every [`updates`](LemkeSettings::updates) pivots.
 ///

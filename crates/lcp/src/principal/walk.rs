@@ -109,7 +109,8 @@ impl Walk {
             if self.basis.updates() >= limits.updates && !self.refresh(problem) {
                 return Err(End::Singular);
             }
-            transformed(&mut self.basis, problem, self.nonbasic[pair], &mut self.driving, &mut self.work);
+            let memory = [&mut self.rhs[..], &mut self.work[..]];
+            transformed(&mut self.basis, problem, self.nonbasic[pair], &mut self.driving, memory);
             let done = match self.step(problem, pair, limits) {
                 // Believed only with fresh factors.
                 Err(_) if self.basis.updates() > 0 => {
@@ -198,7 +199,8 @@ impl Walk {
 
     /// Exchanges the variables of `other`, or both pairs where its diagonal entry vanishes.
     fn leave(&mut self, problem: &Scaled, pair: usize, other: usize, step: f64, limits: Limits) -> Result<(), End> {
-        transformed(&mut self.basis, problem, self.nonbasic[other], &mut self.blocked, &mut self.work);
+        let memory = [&mut self.rhs[..], &mut self.work[..]];
+        transformed(&mut self.basis, problem, self.nonbasic[other], &mut self.blocked, memory);
         let floor = self.floor(&self.blocked, limits);
         let (place, other_place) = (self.place[pair], self.place[other]);
         let diagonal = -self.blocked[other_place];
@@ -274,15 +276,21 @@ impl Walk {
     }
 }
 
-/// `out ← B⁻¹ (column of variable)`, refined once when the factors are fresh.
-fn transformed(basis: &mut FactoredBasis, problem: &Scaled, variable: usize, out: &mut Vec<f64>, work: &mut [f64]) {
+/// `out ← B⁻¹ (column of variable)`, refined once when the factors are fresh; `rhs` and `work` are memory.
+fn transformed(
+    basis: &mut FactoredBasis,
+    problem: &Scaled,
+    variable: usize,
+    out: &mut [f64],
+    [rhs, work]: [&mut [f64]; 2],
+) {
     basis.column_into(problem, variable, out);
     if basis.updates() > 0 {
         basis.solve(problem, out);
         return;
     }
-    let rhs = out.clone();
-    refined(basis, problem, &rhs, out, work);
+    rhs.copy_from_slice(out);
+    refined(basis, problem, rhs, out, work);
 }
 
 /// `x ← B⁻¹ x` with one step of refinement; `rhs` holds a copy of `x`.
