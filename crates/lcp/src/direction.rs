@@ -52,11 +52,14 @@ impl Direction {
         holds.then_some(Self { z, w, z0 })
     }
 
-    /// The proof of infeasibility that the direction gives, where it gives one: `y = z`.
+    /// The proof of infeasibility that the direction gives, where it gives one: `y = z`, in the units of the problem or in
+    /// those of the equilibrated one.
     ///
-    /// For copositive-plus `A` it always does (Cottle, Pang, Stone 2009, theorem 4.4.9).
+    /// For copositive-plus `A` it always does (Cottle, Pang, Stone 2009, theorem 4.4.9), in the units in which `A` is.
     pub(crate) fn certificate(&self, problem: &Scaled) -> Option<Farkas> {
+        let unscaled = |(i, z): (usize, &f64)| z * problem.column_scale(i) / problem.row_scale(i);
         certificate(problem, &self.z)
+            .or_else(|| certificate(problem, &self.z.iter().enumerate().map(unscaled).collect::<Vec<f64>>()))
     }
 
     /// The direction in the units of the problem, its largest `z` (or else `z0`) being 1 in one unit.

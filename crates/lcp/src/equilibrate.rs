@@ -93,6 +93,11 @@ impl Scaled {
         self.col_scale[j]
     }
 
+    /// The factor `R_i` by which row `i` of `A` was multiplied.
+    pub(crate) fn row_scale(&self, i: usize) -> f64 {
+        self.row_scale[i]
+    }
+
     /// The multiplier of row `i` in the units of the problem, up to a common factor.
     pub(crate) fn unscaled_y(&self, i: usize, y: f64) -> f64 {
         y * self.row_scale[i]

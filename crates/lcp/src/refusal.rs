@@ -18,7 +18,7 @@ pub enum Refusal {
     Indefinite {
         /// The row in whose elimination it was seen.
         row: usize,
-        /// What the elimination left on its diagonal.
+        /// What the elimination left on its diagonal, or `−|s|` for an entry `s` beside a zero on it.
         value: f64,
     },
     /// No scaling of rows makes the matrix symmetric, and it is not diagonally dominant in any scaling of columns.

@@ -25,10 +25,11 @@ const NO_DIAGONAL: f64 = 1e-9;
 /// Lemke's complementary pivoting method.
 ///
 /// # Guarantee
-/// For copositive-plus matrices, which all positive semidefinite ones and all strictly copositive ones are, it ends at
-/// a solution or with a proof of infeasibility; for P-matrices at the solution; for copositive matrices at a solution
-/// where `bᵀz ≥ 0` for every `z` with `0 ≤ z ⟂ A z ≥ 0`, which covers contact problems without penetration (formulation
-/// §4). For other matrices it may end on a ray although there is a solution.
+/// For copositive-plus matrices, which all positive semidefinite and all strictly copositive ones are, it ends at a
+/// solution or on a ray that proves infeasibility ([`Status::Infeasible`] where the ray itself is the proof; else
+/// [`Lcp::infeasibility`] finds one); for P-matrices at the solution; for copositive matrices at a solution if
+/// `bᵀz ≥ 0` for every `z` with `0 ≤ z ⟂ A z ≥ 0`, which covers contact problems without penetration. For other
+/// matrices it may end on a ray although there is a solution.
 ///
 /// # Cost
 /// O(n·k) per pivot with k basic `z`, plus O(k³) every [`updates`](LemkeSettings::updates) pivots.

@@ -10,6 +10,8 @@ const NO_DIAGONAL: f64 = 1e-12;
 const SYMMETRIC: f64 = 1e-10;
 /// What elimination may leave below zero on the diagonal per row, for a unit diagonal.
 const SEMIDEFINITE: f64 = 1e-12;
+/// Entries beside a vanishing diagonal up to this count as rounding.
+const BESIDE_ZERO: f64 = 1e-9;
 
 /// Refuses a matrix for which no theorem promises convergence with this relaxation.
 ///
@@ -96,9 +98,14 @@ fn semidefinite(mut S: Matrix) -> Result<(), Refusal> {
         }
     }
     for &i in &rest {
-        let least = rest.iter().map(|&j| if i == j { S[(i, i)] } else { -S[(i, j)].abs() }).fold(0.0, f64::min);
-        if least < -tolerance.max(1e-9 * f64::from(u8::from(S[(i, i)] >= -tolerance))) {
-            return Err(Refusal::Indefinite { row: i, value: least });
+        let diagonal = S[(i, i)];
+        if diagonal < -tolerance {
+            return Err(Refusal::Indefinite { row: i, value: diagonal });
+        }
+        // Beside a vanishing diagonal an entry s gives the eigenvalue −|s|.
+        let beside = rest.iter().filter(|&&j| j != i).fold(0.0f64, |max, &j| max.max(S[(i, j)].abs()));
+        if beside > BESIDE_ZERO {
+            return Err(Refusal::Indefinite { row: i, value: -beside });
         }
     }
     Ok(())
