@@ -1,9 +1,9 @@
 //! Every method on the shared set of cases.
 
-use signorini_lcp::{Enumeration, Lemke, MethodKind};
+use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, MethodKind};
 
 use crate::cases;
-use crate::support::{assert_honest, assert_proof, solves};
+use crate::support::{assert_honest, assert_proof, gram, solves};
 
 #[test]
 fn the_known_answers_are_answers() {
@@ -60,6 +60,32 @@ fn infeasibility_is_proved_where_there_is_any() {
         assert_eq!(proof.is_some(), infeasible.contains(&case.name), "{}: {proof:?}", case.name);
         if let Some(proof) = proof {
             assert_proof(&case.problem, &proof, case.name);
+        }
+    }
+}
+
+#[test]
+fn the_hard_families_of_murty_and_fathi_are_solved() {
+    for n in [4, 8, 16, 32] {
+        // Murty (1988), chapter 6: an exponential number of pivots for some rules; z = e_n. Fathi (1979): its
+        // transpose times itself, symmetric positive definite with a condition that grows with n; z = e_1.
+        let murty = Matrix::from_fn(n, n, |i, j| if i == j { 1.0 } else { 2.0 * f64::from(u8::from(j > i)) });
+        let fathi = gram(&murty.transposed());
+        for (name, A, place) in [("Murty", murty, n - 1), ("Fathi", fathi, 0)] {
+            let problem = Lcp::new(A, vec![-1.0; n]).unwrap();
+            for kind in MethodKind::all() {
+                if kind.to_string() == "enumeration" && n > 8 {
+                    continue;
+                }
+                let mut method = kind.build().unwrap();
+                let solution = method.solve(&problem, None);
+                let label = format!("{kind} on {name}, n = {n}");
+                assert_honest(&problem, &solution, method.tolerance(), &label);
+                assert!(solution.status.is_solved(), "{label}: {:?}", solution.report);
+                for (i, z) in solution.z.iter().enumerate() {
+                    assert!((z - f64::from(u8::from(i == place))).abs() < 1e-8, "{label}: z[{i}] = {z}");
+                }
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, Method, MixedLcp};
 
-use crate::support::{Random, assert_honest, assert_proof, gram, touching_contacts};
+use crate::support::{Random, assert_honest, assert_proof, gram, monotone, touching_contacts};
 
 /// Solves with both methods; returns (Lemke solved it, enumeration solved it).
 fn compare(problem: &Lcp, name: &str) -> (bool, bool) {
@@ -54,6 +54,19 @@ fn semidefinite_problems_are_solved_exactly_when_they_can_be() {
         solvable += usize::from(oracle);
     }
     assert!((50..350).contains(&solvable), "the family should mix both kinds: {solvable} of 400 solvable");
+}
+
+#[test]
+fn strictly_copositive_problems_are_always_solved_by_lemke() {
+    for seed in 0..200 {
+        let mut random = Random(13_000 + seed);
+        let n = 1 + random.below(7);
+        // Nonnegative with a positive diagonal, plus positive semidefinite, plus skew-symmetric: not P0 as a rule.
+        let A = monotone(&mut random, n, 1 + seed as usize % 2, false);
+        let A = Matrix::from_fn(n, n, |i, j| A[(i, j)] + if i == j { 0.1 } else { 3.0 * random.signed().max(0.0) });
+        let solved = compare(&Lcp::new(A, random.vector(n)).unwrap(), &format!("seed {seed}"));
+        assert_eq!(solved, (true, true), "seed {seed}");
+    }
 }
 
 #[test]
