@@ -69,7 +69,7 @@ fn solution(parts: &[(&str, &[f64])]) -> ArchiveWriter {
 fn a_sliding_point_is_solved_by_every_method() {
     let folder = Folder::new("sliding_point");
     folder.save("p.npz", &sliding_point());
-    for method in ["structured", "automatic", "lemke", "enumeration", "newton-fischer-burmeister", "newton-minimum"] {
+    for method in ["structured", "automatic", "lemke", "enumeration"] {
         let words = ["solve", "p.npz", "--method", method, "--out", "s.npz", "--json"];
         let solved = folder.run(&words).exits(0).json();
         assert_eq!(solved["kind"], "contact");
