@@ -103,7 +103,8 @@ pub struct StepArguments {
     /// Friction directions of every contact, an even number of at least 4.
     #[arg(long, value_name = "M", default_value_t = 8, value_parser = directions)]
     pub directions: usize,
-    /// Solver: structured, or a general LCP method (automatic, lemke, enumeration).
+    /// Solver: structured, or a general LCP method (automatic, lemke, enumeration, principal-pivoting, psor,
+    /// newton-fischer-burmeister, newton-minimum).
     #[arg(long, value_name = "NAME", default_value = "structured", value_parser = MethodChoice::parse)]
     pub method: MethodChoice,
     /// A step has missed its tolerance when a residual of its certificate is above this.

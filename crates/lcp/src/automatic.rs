@@ -7,6 +7,10 @@ use crate::{Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, Lemke
 /// A ray of Lemke's method proves that there is no solution only for some classes of matrices. For others (bimatrix games
 /// with positive payoffs, say) it can end on a ray although solutions exist; on tiny problems enumeration decides.
 /// The attempts of both are in the report.
+///
+/// # Guarantee
+/// That of [`Lemke`], and up to [`max_pairs`](EnumerationSettings::max_pairs) pairs that of [`Enumeration`], for every
+/// matrix.
 #[derive(Debug)]
 pub struct Automatic {
     lemke: Lemke,

@@ -1,6 +1,11 @@
+use crate::equilibrate::Scaled;
 use crate::method::check_tolerance;
+use crate::pieces::Piece;
 use crate::polish::Polish;
-use crate::{Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Solution, Start, Status};
+use crate::{Attempt, Basis, Lcp, LcpError, Lemke, Method, Outcome, Report, Residual, Solution, Start, Status};
+
+/// Bases with a relative pivot below this are looked at as singular ones.
+const MAYBE_SINGULAR: f64 = 1e-8;
 
 /// Settings of [`Enumeration`].
 #[derive(Clone, Debug, PartialEq)]
@@ -17,15 +22,45 @@ impl Default for EnumerationSettings {
     }
 }
 
-/// Solves every complementary basis of a tiny problem: slow, simple, and therefore the oracle of the tests.
+/// All solutions of a tiny problem, as [`Enumeration::solution_set`] finds them.
 ///
-/// It finds every solution whose basis matrix `A_SS` is regular. Of a singular one it tries the point near the
-/// least-norm solution of `A_SS z_S = −b_S` only, so that [`Status::NoSolution`] is a proof where `A` has no
-/// singular principal submatrix.
+/// The solutions of one complementary basis are a convex polyhedron, so the set is a union of at most 2ⁿ of these: of
+/// single points, or of continua.
+///
+/// Source: Cottle, Pang, Stone (2009), §1.4 (complementary cones).
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolutionSet {
+    /// Different solutions, in the order of their bases read as binary numbers: every solution that is alone in its
+    /// basis, and one of every basis that has a continuum.
+    pub points: Vec<Solution>,
+    /// The bases that have a continuum of solutions; two of each were found and checked.
+    pub continua: Vec<Basis>,
+}
+
+impl SolutionSet {
+    /// Whether `points` are all solutions there are.
+    pub fn is_finite(&self) -> bool {
+        self.continua.is_empty()
+    }
+}
+
+/// Tries every complementary basis of a tiny problem: slow, simple, and therefore the oracle of the tests.
+///
+/// # Guarantee
+/// For every matrix, up to rounding: it finds a solution if there is one. Where the matrix `A_αα` of a basis is
+/// singular, the solutions of the basis are a polyhedron, and a projection on it decides whether it is empty.
+///
+/// # Cost
+/// 2ⁿ factorisations; a singular basis costs a convex problem with up to n pairs besides.
+///
+/// # Source
+/// Cottle, Pang, Stone, *The Linear Complementarity Problem* (2009), §1.4 and §4.1; Murty (1988), §1.3.
 #[derive(Clone, Debug, Default)]
 pub struct Enumeration {
     settings: EnumerationSettings,
+    scaled: Scaled,
     polish: Polish,
+    lemke: Lemke,
 }
 
 impl Enumeration {
@@ -39,63 +74,94 @@ impl Enumeration {
             let value = settings.max_pairs as f64;
             return Err(LcpError::Setting { setting: "max_pairs", value, range: "at most 24" });
         }
-        Ok(Self { settings, polish: Polish::default() })
+        Ok(Self { settings, ..Self::default() })
     }
 
-    /// All basic solutions, each once, in the order of the bases read as binary numbers.
+    /// All solutions: see [`SolutionSet`].
     ///
-    /// Returns an empty list when the problem has more than [`max_pairs`](EnumerationSettings::max_pairs) pairs.
-    pub fn all(&mut self, problem: &Lcp) -> Vec<Solution> {
-        let mut found: Vec<Solution> = Vec::new();
-        for code in self.codes(problem) {
-            if let Some(solution) = self.solve_basis(problem, code) {
-                let scale = problem.scaling().z();
-                let distance = |other: &Solution| {
-                    (0..problem.len()).fold(0.0f64, |max, i| max.max(scale[i] * (other.z[i] - solution.z[i]).abs()))
-                };
-                let size = problem.b().iter().fold(0.0f64, |max, b| max.max(b.abs()));
-                if found.iter().all(|other| distance(other) > 1e-8 * size) {
-                    found.push(solution);
-                }
+    /// # Errors
+    /// [`LcpError::TooManyPairs`] when the problem has more pairs than
+    /// [`max_pairs`](EnumerationSettings::max_pairs).
+    pub fn solution_set(&mut self, problem: &Lcp) -> Result<SolutionSet, LcpError> {
+        let Some(codes) = self.codes(problem) else {
+            return Err(LcpError::TooManyPairs { found: problem.len(), limit: self.settings.max_pairs });
+        };
+        self.load(problem);
+        let mut set = SolutionSet { points: Vec::new(), continua: Vec::new() };
+        let size = problem.b().iter().fold(0.0f64, |max, b| max.max(b.abs()));
+        let near = |a: &Solution, b: &Solution| {
+            let apart = |(i, s): (usize, &f64)| s * (a.z[i] - b.z[i]).abs();
+            problem.scaling().z().iter().enumerate().map(apart).fold(0.0, f64::max) <= 1e-8 * size
+        };
+        for code in codes {
+            let Some(solution) = self.solve_basis(problem, code) else {
+                continue;
+            };
+            if self.is_continuum(problem, &solution.basis) {
+                set.continua.push(solution.basis.clone());
+            }
+            if !set.points.iter().any(|other| near(other, &solution)) {
+                set.points.push(solution);
             }
         }
-        found
+        Ok(set)
     }
 
-    fn codes(&self, problem: &Lcp) -> std::ops::Range<u32> {
-        if problem.len() > self.settings.max_pairs { 0..0 } else { 0..1 << problem.len() }
+    fn load(&mut self, problem: &Lcp) {
+        self.scaled.load(problem.A(), problem.b(), problem.scaling());
     }
 
+    fn codes(&self, problem: &Lcp) -> Option<std::ops::Range<u32>> {
+        (problem.len() <= self.settings.max_pairs).then(|| 0..1 << problem.len())
+    }
+
+    /// A solution of the basis with this binary number.
     fn solve_basis(&mut self, problem: &Lcp, code: u32) -> Option<Solution> {
         let n = problem.len();
         let basis = Basis { z_basic: (0..n).map(|i| code >> i & 1 == 1).collect() };
-        let mut z = vec![0.0; n];
         let active = basis.active();
-        if !self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z) {
-            return None;
-        }
+        let mut z = vec![0.0; n];
+        let polished = self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z);
+        let (z, residual) = match polished.then_some(z).and_then(|z| self.accepted(problem, z)) {
+            Some(found) => found,
+            None if self.polish.smallest_pivot < MAYBE_SINGULAR => {
+                let piece = Piece::of(&self.scaled, &active)?;
+                let point = piece.point(&self.scaled, &mut self.lemke)?;
+                self.accepted(problem, point)?
+            }
+            None => return None,
+        };
+        let tried = code as usize + 1;
+        let report = report(tried, Some(residual.value));
+        Some(Solution { w: problem.w(&z), z, status: Status::Solved, basis, iterations: tried, residual, report })
+    }
+
+    /// The point without rounding below zero, if it solves the problem.
+    fn accepted(&self, problem: &Lcp, mut z: Vec<f64>) -> Option<(Vec<f64>, Residual)> {
         z.iter_mut().for_each(|z| *z = z.max(0.0));
         let residual = problem.residual(&z);
-        residual.within(self.settings.tolerance).then(|| Solution {
-            w: problem.w(&z),
-            z,
-            status: Status::Solved,
-            basis,
-            iterations: code as usize + 1,
-            residual,
-            report: report(code as usize + 1, Some(residual.value)),
-        })
+        residual.within(self.settings.tolerance).then_some((z, residual))
+    }
+
+    /// Whether a basis has two different solutions, and hence all between them.
+    fn is_continuum(&mut self, problem: &Lcp, basis: &Basis) -> bool {
+        let extremes =
+            Piece::of(&self.scaled, &basis.active()).and_then(|piece| piece.extremes(&self.scaled, &mut self.lemke));
+        extremes.is_some_and(|ends| ends.into_iter().all(|z| self.accepted(problem, z).is_some()))
     }
 }
 
 impl Method for Enumeration {
-    /// The first basic solution; `warm` is not used.
+    /// The first solution; `warm` is not used.
     fn solve(&mut self, problem: &Lcp, _warm: Option<&Basis>) -> Solution {
         let n = problem.len();
         let codes = self.codes(problem);
-        let tried = codes.len();
-        if let Some(solution) = codes.into_iter().find_map(|code| self.solve_basis(problem, code)) {
-            return solution;
+        let tried = codes.as_ref().map_or(0, ExactSizeIterator::len);
+        if codes.is_some() {
+            self.load(problem);
+        }
+        if let Some(found) = codes.into_iter().flatten().find_map(|code| self.solve_basis(problem, code)) {
+            return found;
         }
         let z = vec![0.0; n];
         let status = match tried {

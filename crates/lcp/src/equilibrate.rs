@@ -22,6 +22,9 @@ pub(crate) struct Scaled {
     row_scale: Vec<f64>,
     col_scale: Vec<f64>,
     b_scale: f64,
+    /// Largest entries of rows and columns, in the rounds of equilibration.
+    row_size: Vec<f64>,
+    col_size: Vec<f64>,
 }
 
 impl Scaled {
@@ -85,6 +88,16 @@ impl Scaled {
         z * self.b_scale * self.col_scale[j]
     }
 
+    /// The factor `C_j` by which column `j` of `A` was multiplied.
+    pub(crate) fn column_scale(&self, j: usize) -> f64 {
+        self.col_scale[j]
+    }
+
+    /// The factor `R_i` by which row `i` of `A` was multiplied.
+    pub(crate) fn row_scale(&self, i: usize) -> f64 {
+        self.row_scale[i]
+    }
+
     /// The multiplier of row `i` in the units of the problem, up to a common factor.
     pub(crate) fn unscaled_y(&self, i: usize, y: f64) -> f64 {
         y * self.row_scale[i]
@@ -100,8 +113,11 @@ impl Scaled {
         let n = self.n;
         let (s, t) = (scaling.z(), scaling.w());
         let in_one_unit = |i: usize, j: usize| (t[i] / s[j] * A[(i, j)]).abs();
-        let largest =
-            (0..n).flat_map(|i| (0..n).map(move |j| (i, j))).fold(0.0f64, |max, (i, j)| max.max(in_one_unit(i, j)));
+        let mut largest = 0.0f64;
+        for (i, t) in t.iter().enumerate() {
+            let in_row = A.row(i).iter().zip(s).fold(0.0f64, |max, (a, s)| max.max((a / s).abs()));
+            largest = largest.max(t * in_row);
+        }
         self.row_scale.clear();
         self.col_scale.clear();
         for i in 0..n {
@@ -130,7 +146,10 @@ impl Scaled {
             self.row_scale[i] = invert(self.row_scale[i]);
             self.col_scale[i] = invert(self.col_scale[i]);
         }
-        for i in (0..n).filter(|&i| self.row_scale[i] == 0.0).collect::<Vec<_>>() {
+        for i in 0..n {
+            if self.row_scale[i] != 0.0 {
+                continue;
+            }
             let row = (0..n).fold(0.0f64, |max, j| max.max(entry(i, j) * self.col_scale[j]));
             let col = (0..n).fold(0.0f64, |max, j| max.max(entry(j, i) * self.row_scale[j]));
             // Written negative first: later rows must not see the scales of earlier ones.
@@ -145,14 +164,18 @@ impl Scaled {
     /// One round of Ruiz's equilibration (2001).
     fn equilibrate(&mut self, A: &Matrix) {
         let n = self.n;
-        let mut rows = vec![0.0f64; n];
-        let mut cols = vec![0.0f64; n];
+        for sizes in [&mut self.row_size, &mut self.col_size] {
+            sizes.clear();
+            sizes.resize(n, 0.0);
+        }
         for i in 0..n {
-            for (j, a) in A.row(i).iter().enumerate() {
-                let size = (self.row_scale[i] * a * self.col_scale[j]).abs();
-                rows[i] = rows[i].max(size);
-                cols[j] = cols[j].max(size);
+            let (row_scale, mut in_row) = (self.row_scale[i], 0.0f64);
+            for ((a, col_scale), in_col) in A.row(i).iter().zip(&self.col_scale).zip(&mut self.col_size) {
+                let size = (row_scale * a * col_scale).abs();
+                in_row = in_row.max(size);
+                *in_col = in_col.max(size);
             }
+            self.row_size[i] = in_row;
         }
         let apply = |scales: &mut [f64], sizes: &[f64]| {
             for (scale, size) in scales.iter_mut().zip(sizes) {
@@ -161,8 +184,8 @@ impl Scaled {
                 }
             }
         };
-        apply(&mut self.row_scale, &rows);
-        apply(&mut self.col_scale, &cols);
+        apply(&mut self.row_scale, &self.row_size);
+        apply(&mut self.col_scale, &self.col_size);
     }
 }
 
@@ -179,8 +202,8 @@ impl Pattern {
         self.starts.clear();
         self.rows.clear();
         self.rank.clear();
-        let nonzeros = columns.iter().filter(|a| **a != 0.0).count();
-        if n < SPARSE_SIZE || nonzeros * SPARSE_RATIO > n * n {
+        let nonzeros = || columns.iter().filter(|a| **a != 0.0).count();
+        if n < SPARSE_SIZE || nonzeros() * SPARSE_RATIO > n * n {
             return;
         }
         self.starts.push(0);

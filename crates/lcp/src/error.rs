@@ -70,6 +70,16 @@ pub enum LcpError {
         /// The range allowed.
         range: &'static str,
     },
+    /// The problem has more pairs than the method accepts.
+    #[error(
+        "the problem has {found} pairs, the enumeration accepts {limit}: raise max_pairs, or ask for one solution by another method"
+    )]
+    TooManyPairs {
+        /// Pairs of the problem.
+        found: usize,
+        /// Pairs accepted.
+        limit: usize,
+    },
     /// No method has this name.
     #[error("no method is called \"{name}\": the names are {known}")]
     UnknownMethod {

@@ -1,7 +1,11 @@
 use std::fmt;
 use std::str::FromStr;
 
-use crate::{Automatic, Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Solution};
+use crate::{
+    Automatic, Basis, Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, NewtonMap,
+    PrincipalPivoting, PrincipalPivotingSettings, Psor, PsorSettings, SemismoothNewton, SemismoothNewtonSettings,
+    Solution,
+};
 
 /// A method for linear complementarity problems.
 ///
@@ -25,15 +29,31 @@ pub enum MethodKind {
     Lemke(LemkeSettings),
     /// All complementary bases, `"enumeration"`.
     Enumeration(EnumerationSettings),
+    /// Cottle and Dantzig's principal pivoting, `"principal-pivoting"`.
+    PrincipalPivoting(PrincipalPivotingSettings),
+    /// Projected successive overrelaxation, `"psor"`.
+    Psor(PsorSettings),
+    /// Semismooth Newton, `"newton-fischer-burmeister"` or `"newton-minimum"` by its map.
+    SemismoothNewton(SemismoothNewtonSettings),
 }
+
+/// The names of all methods, for messages.
+const NAMES: &str =
+    "automatic, lemke, enumeration, principal-pivoting, psor, newton-fischer-burmeister, newton-minimum";
 
 impl MethodKind {
     /// Every method with its default settings.
     pub fn all() -> Vec<Self> {
+        let newton =
+            |map| Self::SemismoothNewton(SemismoothNewtonSettings { map, ..SemismoothNewtonSettings::default() });
         vec![
             Self::Automatic(LemkeSettings::default(), EnumerationSettings::default()),
             Self::Lemke(LemkeSettings::default()),
             Self::Enumeration(EnumerationSettings::default()),
+            Self::PrincipalPivoting(PrincipalPivotingSettings::default()),
+            Self::Psor(PsorSettings::default()),
+            newton(NewtonMap::FischerBurmeister),
+            newton(NewtonMap::Minimum),
         ]
     }
 
@@ -46,6 +66,9 @@ impl MethodKind {
             Self::Automatic(lemke, enumeration) => Box::new(Automatic::new(lemke.clone(), enumeration.clone())?),
             Self::Lemke(settings) => Box::new(Lemke::new(settings.clone())?),
             Self::Enumeration(settings) => Box::new(Enumeration::new(settings.clone())?),
+            Self::PrincipalPivoting(settings) => Box::new(PrincipalPivoting::new(settings.clone())?),
+            Self::Psor(settings) => Box::new(Psor::new(settings.clone())?),
+            Self::SemismoothNewton(settings) => Box::new(SemismoothNewton::new(settings.clone())?),
         })
     }
 }
@@ -56,6 +79,12 @@ impl fmt::Display for MethodKind {
             Self::Automatic(..) => "automatic",
             Self::Lemke(_) => "lemke",
             Self::Enumeration(_) => "enumeration",
+            Self::PrincipalPivoting(_) => "principal-pivoting",
+            Self::Psor(_) => "psor",
+            Self::SemismoothNewton(settings) => match settings.map {
+                NewtonMap::FischerBurmeister => "newton-fischer-burmeister",
+                NewtonMap::Minimum => "newton-minimum",
+            },
         })
     }
 }
@@ -68,7 +97,7 @@ impl FromStr for MethodKind {
         Self::all()
             .into_iter()
             .find(|kind| kind.to_string() == name)
-            .ok_or_else(|| LcpError::UnknownMethod { name: name.to_owned(), known: "automatic, lemke, enumeration" })
+            .ok_or_else(|| LcpError::UnknownMethod { name: name.to_owned(), known: NAMES })
     }
 }
 
@@ -77,4 +106,18 @@ pub(crate) fn check_tolerance(value: f64) -> Result<(), LcpError> {
         return Ok(());
     }
     Err(LcpError::Setting { setting: "tolerance", value, range: "between 0 and 1, both excluded" })
+}
+
+pub(crate) fn check_small(setting: &'static str, value: f64) -> Result<(), LcpError> {
+    if value > 0.0 && value <= 1e-4 {
+        return Ok(());
+    }
+    Err(LcpError::Setting { setting, value, range: "greater than 0, at most 1e-4" })
+}
+
+pub(crate) fn check_at_least_one(setting: &'static str, value: usize) -> Result<(), LcpError> {
+    if value >= 1 {
+        return Ok(());
+    }
+    Err(LcpError::Setting { setting, value: value as f64, range: "at least 1" })
 }

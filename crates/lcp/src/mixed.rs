@@ -249,6 +249,7 @@ impl Reduction {
             _ if residual.within(tolerance) => Status::Solved,
             Status::Solved => Status::Inaccurate,
             Status::Ray(ray) => Status::Ray(self.lift_ray(scaled, &ray)),
+            Status::Refused(refusal) => Status::Refused(refusal.moved(|p| self.pairs[p].index)),
             Status::Infeasible(farkas) => Status::Infeasible(self.lift_certificate(scaled, &farkas)),
             other => other,
         };

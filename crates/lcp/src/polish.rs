@@ -18,6 +18,8 @@ pub(crate) struct Polish {
     col_scale: Vec<f64>,
     x: Vec<f64>,
     correction: Vec<f64>,
+    /// Smallest relative pivot of the last system, before any proximal term.
+    pub(crate) smallest_pivot: f64,
 }
 
 impl Polish {
@@ -41,6 +43,7 @@ impl Polish {
         z: &mut [f64],
     ) -> bool {
         z.fill(0.0);
+        self.smallest_pivot = 1.0;
         if cols.is_empty() {
             return true;
         }
@@ -48,7 +51,8 @@ impl Polish {
         self.col_scale.clear();
         self.col_scale.extend(cols.iter().map(|&j| 1.0 / power_of_two(scaling.z()[j])));
         self.load(A, rows, cols, 0.0);
-        if self.lu.factorize() < NEARLY_SINGULAR {
+        self.smallest_pivot = self.lu.factorize();
+        if self.smallest_pivot < NEARLY_SINGULAR {
             self.load(A, rows, cols, PROXIMAL);
             if self.lu.factorize() == 0.0 {
                 return false;

@@ -75,7 +75,12 @@ impl Lcp {
     /// # Panics
     /// When `z` does not have [`len`](Lcp::len) entries.
     pub fn residual(&self, z: &[f64]) -> Residual {
-        Residual::of(z, &self.w(z), &self.b, &self.scaling, |_| false)
+        self.residual_at(z, &self.w(z))
+    }
+
+    /// The residual of `z` whose `w` is known.
+    pub(crate) fn residual_at(&self, z: &[f64], w: &[f64]) -> Residual {
+        Residual::of(z, w, &self.b, &self.scaling, |_| false)
     }
 }
 

@@ -1,3 +1,4 @@
+use crate::equilibrate::Scaled;
 use crate::{LcpError, Matrix};
 
 /// Positive weights that put all `z_i` and all `w_i` in one unit: `z̃_i = z[i]·z_i`, `w̃_i = w[i]·w_i`.
@@ -38,6 +39,31 @@ impl Scaling {
         let all = A.data().iter().copied().fold(0.0, largest);
         let g = [diagonal, all].into_iter().find(|&g| g > 0.0).unwrap_or(1.0);
         Self { z: vec![g; n], w: vec![1.0; n] }
+    }
+
+    /// Weights for a problem whose rows and variables have unknown and very different units: those that bring rows
+    /// and columns of `A` to size 1, times the factor that keeps the size of `b`.
+    ///
+    /// With them the residual of a point is the same in whatever units the problem is stated, up to a factor near 1.
+    ///
+    /// # Errors
+    /// [`LcpError::NotSquare`], [`LcpError::Length`] when `b` does not have one entry per row, and
+    /// [`LcpError::Weight`] where the entries are too extreme for weights in `f64`.
+    pub fn equilibrated(A: &Matrix, b: &[f64]) -> Result<Self, LcpError> {
+        if A.rows() != A.cols() {
+            return Err(LcpError::NotSquare { rows: A.rows(), cols: A.cols() });
+        }
+        if A.rows() != b.len() {
+            return Err(LcpError::Length { what: "b", expected: A.rows(), found: b.len() });
+        }
+        let mut scaled = Scaled::default();
+        scaled.load(A, b, &Self::from_diagonal(A));
+        let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0f64, |max, x| max.max(x.abs()));
+        let weighted = largest(&mut (0..b.len()).map(|i| scaled.unscaled_y(i, b[i])));
+        let factor = if weighted > 0.0 { largest(&mut b.iter().copied()) / weighted } else { 1.0 };
+        let z = (0..b.len()).map(|j| factor / scaled.column_scale(j)).collect();
+        let w = (0..b.len()).map(|i| scaled.unscaled_y(i, factor)).collect();
+        Self::new(z, w)
     }
 
     /// Weights of the variables.

@@ -1,4 +1,4 @@
-use crate::Residual;
+use crate::{Refusal, Residual};
 
 /// A complementary basis: for every pair, which of the two variables may be positive.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
@@ -33,14 +33,22 @@ pub enum Status {
     Solved,
     /// A complementary point was found, but its residual exceeds the tolerance.
     Inaccurate,
-    /// Lemke's path ended on a secondary ray: for many classes of matrices the problem has no solution.
+    /// A pivoting method ended on a ray: for many classes of matrices the problem has no solution.
     Ray(Ray),
     /// No `z ≥ 0` has `A z + b ≥ 0`: proved by the certificate.
     Infeasible(Farkas),
     /// Every complementary basis was tried and none solves the problem.
     NoSolution,
-    /// The number of pivots allowed was used up.
+    /// The number of pivots, sweeps or steps allowed was used up.
     IterationLimit,
+    /// The problem does not meet a hypothesis without which the method has no theory.
+    Refused(Refusal),
+    /// The descent of a merit function stalled at a point that is no solution: the matrix is not P₀ there, or the
+    /// problem has no solution.
+    Stationary {
+        /// Largest entry of the merit function's gradient, relative to its value, in the equilibrated problem.
+        gradient: f64,
+    },
     /// The equation of this free row contradicts the others: no `z` of any sign satisfies them together.
     Inconsistent {
         /// The free row.
@@ -62,7 +70,7 @@ impl Status {
     }
 }
 
-/// A secondary ray of Lemke's method: `w = A z + d z0` with `z, w, z0 ≥ 0` and `z_i w_i = 0`, not all of
+/// A ray on which a pivoting method ended (for Lemke's a secondary ray): `w = A z + d z0` with `z, w, z0 ≥ 0` and `z_i w_i = 0`, not all of
 /// `z, z0` zero.
 ///
 /// In a contact problem `z` are impulses that hold each other in balance: what is wedged.
@@ -72,7 +80,7 @@ pub struct Ray {
     pub z: Vec<f64>,
     /// Direction in `w`.
     pub w: Vec<f64>,
-    /// Direction in the covering variable.
+    /// Direction in the covering variable of Lemke's method; 0 for others.
     pub z0: f64,
     /// The indices with `z_i > 0`.
     pub support: Vec<usize>,
@@ -99,7 +107,7 @@ pub struct Solution {
     pub status: Status,
     /// The complementary basis of `z`, to start the next, similar problem from.
     pub basis: Basis,
-    /// Pivots (Lemke) or bases (enumeration) over all attempts.
+    /// Pivots, bases (enumeration), sweeps (PSOR) or Newton steps over all attempts.
     pub iterations: usize,
     /// The residual of `z` in the original data.
     pub residual: Residual,
@@ -121,9 +129,9 @@ pub struct Attempt {
     pub start: Start,
     /// How it ended.
     pub outcome: Outcome,
-    /// Pivots made.
+    /// Pivots, sweeps or Newton steps made.
     pub pivots: usize,
-    /// Factorisations of the basis.
+    /// Factorisations of a basis or of a Newton matrix.
     pub factorizations: usize,
     /// Residual of its point in the original data, where it reached one.
     pub residual: Option<f64>,
@@ -150,6 +158,8 @@ pub enum Start {
     },
     /// All complementary bases, one after another.
     Enumeration,
+    /// `z = 0`.
+    Zero,
 }
 
 /// How an attempt ended.
@@ -164,8 +174,12 @@ pub enum Outcome {
     Ray,
     /// A basis came back: the ties were not resolved.
     Cycle,
-    /// No pivots left.
+    /// No pivots, sweeps or steps left.
     IterationLimit,
+    /// At a hypothesis that the matrix does not meet.
+    Refused,
+    /// Where the merit function does not descend.
+    Stationary,
     /// The basis was singular to working precision.
     Singular,
 }

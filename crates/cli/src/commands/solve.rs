@@ -36,8 +36,8 @@ pub struct Arguments {
     /// Problem files.
     #[arg(required = true, value_name = "PROBLEM.npz")]
     pub problems: Vec<PathBuf>,
-    /// Solver: structured (kind contact only), automatic, lemke, enumeration. [default: structured for contact, else
-    /// automatic]
+    /// Solver: structured (kind contact only), automatic, lemke, enumeration, principal-pivoting, psor,
+    /// newton-fischer-burmeister, newton-minimum. [default: structured for contact, else automatic]
     #[arg(long, value_name = "NAME", value_parser = MethodChoice::parse)]
     pub method: Option<MethodChoice>,
     /// Friction directions of every contact, even and at least 4. [default: the file's own for contact, 8 for frictional3d]

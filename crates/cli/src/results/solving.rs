@@ -92,6 +92,8 @@ pub fn lcp_status(status: &Status) -> (&'static str, Vec<usize>) {
         Status::Inconsistent { row } => ("inconsistent", vec![*row]),
         Status::Singular => ("singular", Vec::new()),
         Status::TooLarge { .. } => ("too_large", Vec::new()),
+        Status::Refused(refusal) => ("refused", vec![refusal.row()]),
+        Status::Stationary { .. } => ("stationary", Vec::new()),
         _ => ("inaccurate", Vec::new()),
     }
 }

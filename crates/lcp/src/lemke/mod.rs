@@ -6,23 +6,30 @@
 //! refined factorisation; and the complementary basis found is solved afresh from the original data. When the
 //! result fails its residual, the walk is repeated from elsewhere, and the report says so.
 
-mod factor;
 mod path;
-mod ray;
 mod settings;
 
-use path::{Limits, Path, Walk, mix};
-use ray::Direction;
+use path::{Limits, Path, Walk};
 pub use settings::LemkeSettings;
 
+use crate::direction::Direction;
 use crate::equilibrate::Scaled;
+use crate::fingerprint::mix;
+use crate::incumbent::Incumbent;
 use crate::polish::Polish;
-use crate::{Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Residual, Solution, Start, Status};
+use crate::{Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Solution, Start, Status};
 
 /// Diagonal entries of the equilibrated matrix below this count as zero.
 const NO_DIAGONAL: f64 = 1e-9;
 
 /// Lemke's complementary pivoting method.
+///
+/// # Guarantee
+/// For copositive-plus matrices, which all positive semidefinite and all strictly copositive ones are, it ends at a
+/// solution or on a ray that proves infeasibility ([`Status::Infeasible`] where the ray itself is the proof; else
+/// [`Lcp::infeasibility`] finds one); for P-matrices at the solution; for copositive matrices at a solution if
+/// `bᵀz ≥ 0` for every `z` with `0 ≤ z ⟂ A z ≥ 0`, which covers contact problems without penetration. For other
+/// matrices it may end on a ray although there is a solution.
 ///
 /// # Cost
 /// O(n·k) per pivot with k basic `z`, plus O(k³) every [`updates`](LemkeSettings::updates) pivots.
@@ -41,10 +48,7 @@ pub struct Lemke {
 
 /// The best point so far and what is known about the problem.
 struct Search<'a> {
-    problem: &'a Lcp,
-    z: Vec<f64>,
-    residual: Residual,
-    basis: Basis,
+    best: Incumbent<'a>,
     ray: Option<Direction>,
     status: Option<Status>,
     pivots: usize,
@@ -74,7 +78,7 @@ impl Lemke {
 
     /// Walks once and keeps the result if it is the best.
     fn attempt(&mut self, search: &mut Search, start: Start, from: &Basis, seed: u32, tie: f64) {
-        let n = search.problem.len();
+        let n = search.best.problem.len();
         self.choose_vectors(n, seed);
         let limits = Limits {
             pivots: self.settings.pivots_per_pair * n + 100,
@@ -130,29 +134,21 @@ impl Lemke {
 
     /// Solves the basis afresh from the original data and keeps the better of that point and the pivoted one.
     fn finish(&mut self, search: &mut Search, basis: Basis, pivoted: Option<Vec<f64>>) -> Option<f64> {
-        let problem = search.problem;
-        let mut z = vec![0.0; problem.len()];
-        let active = basis.active();
-        let solved = self.polish.solve_active(problem.A(), problem.b(), problem.scaling(), &active, &active, &mut z);
-        let mut best: Option<f64> = None;
-        for mut z in solved.then_some(z).into_iter().chain(pivoted) {
-            z.iter_mut().for_each(|z| *z = z.max(0.0));
-            let residual = problem.residual(&z);
-            best = Some(best.unwrap_or(f64::INFINITY).min(residual.value));
-            if residual.value < search.residual.value {
-                (search.z, search.residual) = (z, residual);
-                search.basis.clone_from(&basis);
-            }
-            if residual.within(self.settings.tolerance) {
-                search.status = Some(Status::Solved);
-                break;
-            }
+        let tolerance = self.settings.tolerance;
+        let solved = search.best.offer_basis(&mut self.polish, &basis);
+        let mut best = solved.map(|residual| residual.value);
+        if let Some(z) = pivoted.filter(|_| !solved.is_some_and(|residual| residual.within(tolerance))) {
+            let residual = search.best.offer(z, &basis).value;
+            best = Some(best.unwrap_or(f64::INFINITY).min(residual));
+        }
+        if best.is_some_and(|residual| residual <= tolerance) {
+            search.status = Some(Status::Solved);
         }
         best
     }
 
     fn keep_ray(&mut self, search: &mut Search, walk: &Walk) {
-        let Some(direction) = Direction::of(&self.path, &self.scaled, walk.entering) else {
+        let Some(direction) = Direction::of(&self.scaled, &self.path.basis, &self.path.a, walk.entering) else {
             return;
         };
         search.status = direction.certificate(&self.scaled).map(Status::Infeasible);
@@ -161,7 +157,7 @@ impl Lemke {
 
     /// The attempts, from the cheapest to the most patient, until one settles the problem.
     fn run(&mut self, search: &mut Search, warm: Option<&Basis>) {
-        let n = search.problem.len();
+        let n = search.best.problem.len();
         let warm = warm.filter(|warm| warm.z_basic.len() == n);
         if let Some(warm) = warm {
             self.try_warm(search, warm);
@@ -169,7 +165,7 @@ impl Lemke {
                 return;
             }
         }
-        self.load(search.problem);
+        self.load(search.best.problem);
         if let Some(warm) = warm {
             self.attempt(search, Start::Advanced, warm, 0, self.settings.tie);
         }
@@ -181,7 +177,7 @@ impl Lemke {
     }
 
     fn run_cold(&mut self, search: &mut Search) {
-        let slack = Basis::slack(search.problem.len());
+        let slack = Basis::slack(search.best.problem.len());
         for covering in 0..self.settings.covering_vectors {
             if search.status.is_some() {
                 return;
@@ -191,39 +187,30 @@ impl Lemke {
             self.attempt(search, Start::Cold { covering }, &slack, covering, tie);
             if search.status.is_none() && search.ended(Outcome::Complementary) {
                 // A basis taken for feasible within the tie tolerance is repaired with a finer one.
-                let basis = search.basis.clone();
+                let basis = search.best.basis.clone();
                 self.attempt(search, Start::Advanced, &basis, covering, 1e-3 * tie);
             }
         }
     }
 
     fn run_regularized(&mut self, search: &mut Search) {
-        let slack = Basis::slack(search.problem.len());
+        let slack = Basis::slack(search.best.problem.len());
         for exponent in [-8, -6, -4] {
             if search.status.is_some() {
                 return;
             }
             self.scaled.add_diagonal(10f64.powi(exponent));
             self.attempt(search, Start::Regularized { exponent }, &slack, 0, self.settings.tie);
-            self.load(search.problem);
+            self.load(search.best.problem);
         }
     }
 }
 
 impl Method for Lemke {
     fn solve(&mut self, problem: &Lcp, warm: Option<&Basis>) -> Solution {
-        let n = problem.len();
-        let mut search = Search {
-            problem,
-            z: vec![0.0; n],
-            residual: problem.residual(&vec![0.0; n]),
-            basis: Basis::slack(n),
-            ray: None,
-            status: None,
-            pivots: 0,
-            report: Report::default(),
-        };
-        if search.residual.value == 0.0 {
+        let mut search =
+            Search { best: Incumbent::new(problem), ray: None, status: None, pivots: 0, report: Report::default() };
+        if search.best.residual.value == 0.0 {
             search.status = Some(Status::Solved);
         } else {
             self.run(&mut search, warm);
@@ -249,23 +236,14 @@ impl Search<'_> {
         self.report.attempts.iter().any(|attempt| attempt.outcome == outcome && !regularized(attempt.start))
     }
 
-    fn into_solution(self, scaled: &Scaled, tolerance: f64) -> Solution {
-        let status = match (&self.status, &self.ray) {
-            _ if self.residual.within(tolerance) => Status::Solved,
-            (Some(status), _) => status.clone(),
+    fn into_solution(mut self, scaled: &Scaled, tolerance: f64) -> Solution {
+        let otherwise = match (self.status.take(), &self.ray) {
+            (Some(status), _) => status,
             (None, _) if self.ended(Outcome::Complementary) => Status::Inaccurate,
-            (None, Some(direction)) => Status::Ray(direction.unscaled(scaled, self.problem.scaling().z())),
+            (None, Some(direction)) => Status::Ray(direction.unscaled(scaled, self.best.problem.scaling().z())),
             (None, None) if self.ended(Outcome::IterationLimit) || self.ended(Outcome::Cycle) => Status::IterationLimit,
             (None, None) => Status::Singular,
         };
-        Solution {
-            w: self.problem.w(&self.z),
-            z: self.z,
-            status,
-            basis: self.basis,
-            iterations: self.pivots,
-            residual: self.residual,
-            report: self.report,
-        }
+        self.best.into_solution(tolerance, otherwise, self.pivots, self.report)
     }
 }

@@ -1,8 +1,7 @@
-use std::collections::HashSet;
-
-use super::factor::FactoredBasis;
 use crate::Outcome;
 use crate::equilibrate::Scaled;
+use crate::factored_basis::FactoredBasis;
+use crate::fingerprint::{Seen, mix};
 
 /// Numbers that steer one walk; all refer to the equilibrated problem, whose data have size 1.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +43,7 @@ pub(super) struct Path {
     pub(super) a: Vec<f64>,
     rhs: Vec<f64>,
     work: Vec<f64>,
-    seen: HashSet<u64>,
+    seen: Seen,
 }
 
 /// The choice of a ratio test.
@@ -242,14 +241,4 @@ impl Path {
     fn fingerprint(&self, entering: usize) -> u64 {
         self.basis.head.iter().fold(mix(entering as u64 ^ 0x5bd1_e995), |hash, &v| hash ^ mix(v as u64))
     }
-}
-
-/// A bijection on 64 bits that spreads neighbouring numbers.
-///
-/// Source: Steele, Lea, Flood (2014), SplitMix64.
-pub(super) fn mix(x: u64) -> u64 {
-    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    x ^ (x >> 31)
 }

@@ -1,5 +1,5 @@
 use crate::LcpError;
-use crate::method::check_tolerance;
+use crate::method::{check_at_least_one, check_small, check_tolerance};
 
 /// Settings of [`Lemke`](crate::Lemke).
 ///
@@ -34,21 +34,10 @@ impl LemkeSettings {
     /// [`LcpError::Setting`] naming the first field outside its range.
     pub fn validate(&self) -> Result<(), LcpError> {
         check_tolerance(self.tolerance)?;
-        for (setting, value) in [("tie", self.tie), ("pivot", self.pivot)] {
-            if !(value > 0.0 && value <= 1e-4) {
-                return Err(LcpError::Setting { setting, value, range: "greater than 0, at most 1e-4" });
-            }
-        }
-        let counts = [
-            ("updates", self.updates as f64),
-            ("pivots_per_pair", self.pivots_per_pair as f64),
-            ("covering_vectors", f64::from(self.covering_vectors)),
-        ];
-        for (setting, value) in counts {
-            if value < 1.0 {
-                return Err(LcpError::Setting { setting, value, range: "at least 1" });
-            }
-        }
-        Ok(())
+        check_small("tie", self.tie)?;
+        check_small("pivot", self.pivot)?;
+        check_at_least_one("updates", self.updates)?;
+        check_at_least_one("pivots_per_pair", self.pivots_per_pair)?;
+        check_at_least_one("covering_vectors", self.covering_vectors as usize)
     }
 }

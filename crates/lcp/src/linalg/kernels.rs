@@ -28,12 +28,15 @@ pub(super) fn subtract_four(y: &mut [f64], factors: [f64; 4], rows: [&[f64]; 4])
     }
 }
 
-/// The power of two next below `x`; 1 for zero and for numbers that are not finite.
+/// The power of two next below `|x|`, within 2^±500; 1 for zero and for numbers that are not finite.
 pub(crate) fn power_of_two(x: f64) -> f64 {
+    const EXPONENT: u64 = 0x7ff << 52;
+    let (least, largest) = (f64::from_bits((1023 - 500) << 52), f64::from_bits((1023 + 500) << 52));
     if x == 0.0 || !x.is_finite() {
         return 1.0;
     }
-    x.abs().log2().floor().clamp(-500.0, 500.0).exp2()
+    // Without its mantissa a number is the power of two below it; a subnormal one becomes 0 and is clamped.
+    f64::from_bits(x.to_bits() & EXPONENT).clamp(least, largest)
 }
 
 /// Sum of products accumulated in twice the working precision.
@@ -110,5 +113,9 @@ mod tests {
         assert_eq!(power_of_two(5.0), 4.0);
         assert_eq!(power_of_two(-0.3), 0.25);
         assert_eq!(power_of_two(0.0), 1.0);
+        assert_eq!(power_of_two(f64::INFINITY), 1.0);
+        assert_eq!(power_of_two(5e-324), 2f64.powi(-500));
+        assert_eq!(power_of_two(-1e300), 2f64.powi(500));
+        assert!((-400..400).all(|k| power_of_two(2f64.powi(k)) == 2f64.powi(k)));
     }
 }

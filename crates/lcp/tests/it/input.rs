@@ -2,6 +2,7 @@
 
 use signorini_lcp::{
     Enumeration, EnumerationSettings, Lcp, LcpError, Lemke, LemkeSettings, Matrix, MethodKind, MixedLcp,
+    PrincipalPivoting, PrincipalPivotingSettings, Psor, PsorSettings, SemismoothNewton, SemismoothNewtonSettings,
 };
 use signorini_lcp::{Method, Scaling, Status};
 
@@ -47,6 +48,12 @@ fn settings_are_checked() {
     refused(LemkeSettings { updates: 0, ..default() }, "updates");
     refused(LemkeSettings { pivots_per_pair: 0, ..default() }, "pivots_per_pair");
     refused(LemkeSettings { covering_vectors: 0, ..default() }, "covering_vectors");
+    let psor = Psor::new(PsorSettings { relaxation: 2.0, ..PsorSettings::default() }).unwrap_err();
+    assert!(matches!(psor, LcpError::Setting { setting: "relaxation", value: 2.0, .. }));
+    let newton = SemismoothNewtonSettings { steps: 0, ..SemismoothNewtonSettings::default() };
+    assert!(matches!(SemismoothNewton::new(newton), Err(LcpError::Setting { setting: "steps", .. })));
+    let principal = PrincipalPivotingSettings { tie: 1.0, ..PrincipalPivotingSettings::default() };
+    assert!(matches!(PrincipalPivoting::new(principal), Err(LcpError::Setting { setting: "tie", .. })));
     let error = Enumeration::new(EnumerationSettings { max_pairs: 25, ..EnumerationSettings::default() }).unwrap_err();
     assert!(matches!(error, LcpError::Setting { setting: "max_pairs", .. }));
 }
@@ -65,5 +72,6 @@ fn enumeration_refuses_large_problems() {
     let problem = Lcp::new(Matrix::zeros(17, 17), vec![-1.0; 17]).unwrap();
     let solution = Enumeration::default().solve(&problem, None);
     assert_eq!(solution.status, Status::TooLarge { limit: 16 });
-    assert!(Enumeration::default().all(&problem).is_empty());
+    let error = Enumeration::default().solution_set(&problem).unwrap_err();
+    assert_eq!(error, LcpError::TooManyPairs { found: 17, limit: 16 });
 }

@@ -1,6 +1,8 @@
 //! Mixed problems: free variables.
 
-use signorini_lcp::{Enumeration, Lemke, Matrix, Method, MixedLcp, Status};
+use signorini_lcp::{
+    Enumeration, Lcp, Lemke, Matrix, Method, MethodKind, MixedLcp, PrincipalPivoting, Psor, Refusal, Status,
+};
 
 use crate::support::{Random, gram, inner};
 
@@ -61,36 +63,61 @@ fn infeasibility_is_proved_in_the_original_rows() {
     assert!(inner(problem.b(), &farkas.y) < 0.0, "{farkas:?}");
 }
 
+/// minimise ½|x|² + cᵀx with x free and G x ≥ h, and the same in the multipliers alone: x = Gᵀz − c, w = G x − h.
+fn least_distance(random: &mut Random) -> (MixedLcp, Lcp) {
+    let (free, rows) = (1 + random.below(4), 1 + random.below(6));
+    let G = random.matrix(rows, free);
+    let (c, h) = (random.vector(free), random.vector(rows));
+    let n = free + rows;
+    let A = Matrix::from_fn(n, n, |i, j| match (i < free, j < free) {
+        (true, true) => f64::from(u8::from(i == j)),
+        (true, false) => -G[(j - free, i)],
+        (false, true) => G[(i - free, j)],
+        (false, false) => 0.0,
+    });
+    let b = c.iter().copied().chain(h.iter().map(|h| -h)).collect();
+    let eliminated = Lcp::new(gram(&G), (0..rows).map(|i| -inner(G.row(i), &c) - h[i]).collect()).unwrap();
+    (MixedLcp::new(A, b, (0..n).map(|i| i < free).collect()).unwrap(), eliminated)
+}
+
 #[test]
-fn elimination_agrees_with_a_quadratic_program_solved_directly() {
-    // minimise ½|x|² + cᵀx with x free and G x ≥ h: x = Gᵀz − c, w = G x − h, a problem in z alone.
+fn every_method_solves_a_quadratic_program_with_free_variables() {
+    let mut solvable = 0;
     for seed in 0..100 {
-        let mut random = Random(10_000 + seed);
-        let (free, rows) = (1 + random.below(4), 1 + random.below(6));
-        let G = random.matrix(rows, free);
-        let (c, h) = (random.vector(free), random.vector(rows));
-        let n = free + rows;
-        let A = Matrix::from_fn(n, n, |i, j| match (i < free, j < free) {
-            (true, true) => f64::from(u8::from(i == j)),
-            (true, false) => -G[(j - free, i)],
-            (false, true) => G[(i - free, j)],
-            (false, false) => 0.0,
-        });
-        let b = c.iter().copied().chain(h.iter().map(|h| -h)).collect();
-        let problem = MixedLcp::new(A, b, (0..n).map(|i| i < free).collect()).unwrap();
-        let eliminated =
-            signorini_lcp::Lcp::new(gram(&G), (0..rows).map(|i| -inner(G.row(i), &c) - h[i]).collect()).unwrap();
-        let solution = problem.solve(&mut Lemke::default(), None);
+        let (problem, eliminated) = least_distance(&mut Random(10_000 + seed));
         let direct = Enumeration::default().solve(&eliminated, None);
-        assert_eq!(solution.status.is_solved(), direct.status.is_solved(), "seed {seed}: {:?}", solution.status);
-        if solution.status.is_solved() {
-            assert!(solves(&problem, &solution.z, 1e-9), "seed {seed}");
-            for i in 0..free {
-                let x: f64 = (0..rows).map(|r| G[(r, i)] * direct.z[r]).sum::<f64>() - c[i];
-                assert!((x - solution.z[i]).abs() < 1e-7, "seed {seed}: the minimiser is unique");
+        solvable += usize::from(direct.status.is_solved());
+        for kind in MethodKind::all() {
+            let solution = problem.solve(&mut *kind.build().unwrap(), None);
+            let name = format!("{kind} seed {seed}");
+            assert_eq!(solution.status.is_solved(), direct.status.is_solved(), "{name}: {:?}", solution.status);
+            if !direct.status.is_solved() {
+                continue;
+            }
+            assert!(solves(&problem, &solution.z, 1e-9), "{name}");
+            // The minimiser is unique, the multipliers need not be: −x = c − Gᵀz.
+            for (i, free) in problem.free().iter().enumerate().filter(|(_, free)| **free) {
+                let multipliers = &direct.z;
+                let offset = problem.len() - multipliers.len();
+                let x: f64 = (0..multipliers.len()).map(|r| -problem.A()[(i, offset + r)] * multipliers[r]).sum();
+                assert!(*free && (x - problem.b()[i] - solution.z[i]).abs() < 1e-7, "{name}: {i}");
             }
         }
     }
+    assert!((30..100).contains(&solvable), "{solvable} of 100 solvable");
+}
+
+#[test]
+fn a_refusal_names_the_row_of_the_whole_problem() {
+    // After u = −z₁ the pairs 1 and 2 are left, with the diagonal entries 1 and 0; pair 2 is row 2 of three.
+    let problem =
+        mixed(&[&[1.0, 1.0, 0.0], &[-1.0, 0.0, 1.0], &[0.0, 0.5, 0.0]], &[0.0, -1.0, -1.0], &[true, false, false]);
+    let status = problem.solve(&mut Psor::default(), None).status;
+    assert!(matches!(status, Status::Refused(Refusal::Diagonal { row: 2, .. })), "{status:?}");
+    // u = z₁ makes the entry of pair 1 negative.
+    let negative = mixed(&[&[1.0, -1.0], &[-1.0, 0.0]], &[0.0, -1.0], &[true, false]);
+    let status = negative.solve(&mut PrincipalPivoting::default(), None).status;
+    assert!(matches!(status, Status::Refused(Refusal::NotSufficient { row: 1, col: 1, .. })), "{status:?}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, Method, MixedLcp};
 
-use crate::support::{Random, assert_honest, assert_proof, gram, touching_contacts};
+use crate::support::{Random, assert_honest, assert_proof, gram, monotone, touching_contacts};
 
 /// Solves with both methods; returns (Lemke solved it, enumeration solved it).
 fn compare(problem: &Lcp, name: &str) -> (bool, bool) {
@@ -26,7 +26,7 @@ fn p_matrices_have_one_solution_and_lemke_finds_it() {
         let problem = Lcp::new(A, random.vector(n)).unwrap();
         let solution = Lemke::default().solve(&problem, None);
         assert!(solution.status.is_solved(), "seed {seed}: {:?}", solution.status);
-        let all = Enumeration::default().all(&problem);
+        let all = Enumeration::default().solution_set(&problem).unwrap().points;
         assert_eq!(all.len(), 1, "seed {seed}");
         let distance = all[0].z.iter().zip(&solution.z).fold(0.0f64, |max, (a, b)| max.max((a - b).abs()));
         assert!(distance < 1e-7, "seed {seed}: {distance}");
@@ -54,6 +54,19 @@ fn semidefinite_problems_are_solved_exactly_when_they_can_be() {
         solvable += usize::from(oracle);
     }
     assert!((50..350).contains(&solvable), "the family should mix both kinds: {solvable} of 400 solvable");
+}
+
+#[test]
+fn strictly_copositive_problems_are_always_solved_by_lemke() {
+    for seed in 0..200 {
+        let mut random = Random(13_000 + seed);
+        let n = 1 + random.below(7);
+        // Nonnegative with a positive diagonal, plus positive semidefinite, plus skew-symmetric: not P0 as a rule.
+        let A = monotone(&mut random, n, 1 + seed as usize % 2, false);
+        let A = Matrix::from_fn(n, n, |i, j| A[(i, j)] + if i == j { 0.1 } else { 3.0 * random.signed().max(0.0) });
+        let solved = compare(&Lcp::new(A, random.vector(n)).unwrap(), &format!("seed {seed}"));
+        assert_eq!(solved, (true, true), "seed {seed}");
+    }
 }
 
 #[test]

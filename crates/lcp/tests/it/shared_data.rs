@@ -1,6 +1,9 @@
 //! Every public contact and complementarity problem of moderate size.
 
-use signorini_lcp::{Lemke, LemkeSettings, Method, Solution, Status};
+use signorini_lcp::{
+    Lemke, LemkeSettings, Method, NewtonMap, PrincipalPivoting, PrincipalPivotingSettings, Psor, Refusal,
+    SemismoothNewton, SemismoothNewtonSettings, Solution, Status,
+};
 
 use crate::contact_data::{files, folder, lcps, mixed};
 use crate::support::{assert_honest, assert_proof};
@@ -53,4 +56,56 @@ fn all_problems_with_a_solution_are_solved() {
         }
     }
     assert!(count > 150, "only {count} problems read");
+}
+
+/// Larger ones take the other methods too long for a test.
+const MAX_PAIRS_OF_OTHERS: usize = 120;
+
+#[test]
+fn relaxation_refuses_every_contact_problem_with_friction() {
+    let Some(folder) = folder() else { return };
+    let mut count = 0;
+    for path in files(&folder).iter().chain(&files(&folder.join("synthetic"))) {
+        for named in lcps(path, MAX_PAIRS_OF_OTHERS) {
+            // Contact problems come with units of their own; the others are general LCPs.
+            let contact = named.problem.scaling().w().iter().any(|w| *w != 1.0);
+            let solution = Psor::default().solve(&named.problem, None);
+            assert_honest(&named.problem, &solution, 1e-10, &named.name);
+            if contact && !solution.status.is_solved() {
+                assert!(matches!(solution.status, Status::Refused(Refusal::Diagonal { .. })), "{}", named.name);
+                count += 1;
+            }
+        }
+    }
+    assert!(count > 80, "only {count} refused");
+}
+
+#[test]
+fn the_other_methods_are_honest_on_all_problems() {
+    let Some(folder) = folder() else { return };
+    let newton = |map| {
+        let settings = SemismoothNewtonSettings { tolerance: 1e-8, map, ..SemismoothNewtonSettings::default() };
+        Box::new(SemismoothNewton::new(settings).unwrap()) as Box<dyn Method>
+    };
+    let settings = PrincipalPivotingSettings { tolerance: 1e-8, ..PrincipalPivotingSettings::default() };
+    let principal = Box::new(PrincipalPivoting::new(settings).unwrap()) as Box<dyn Method>;
+    let methods =
+        [("principal", principal), ("φ", newton(NewtonMap::FischerBurmeister)), ("min", newton(NewtonMap::Minimum))];
+    for (label, mut method) in methods {
+        let (mut solved, mut count) = (0, 0);
+        for path in files(&folder).iter().chain(&files(&folder.join("synthetic"))) {
+            for named in lcps(path, MAX_PAIRS_OF_OTHERS) {
+                let solution = method.solve(&named.problem, None);
+                let name = format!("{label} on {}", named.name);
+                assert_honest(&named.problem, &solution, method.tolerance(), &name);
+                let impossible = matches!(solution.status, Status::Infeasible(_)) && named.expected == "solvable";
+                assert!(!impossible, "{name}");
+                assert!(!(solution.status.is_solved() && named.expected == "infeasible"), "{name}");
+                solved += usize::from(solution.status.is_solved());
+                count += 1;
+            }
+        }
+        println!("{label}: {solved} of {count}");
+        assert!(solved * 5 > count, "{label}: {solved} of {count}");
+    }
 }

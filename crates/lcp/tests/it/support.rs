@@ -44,6 +44,44 @@ pub fn gram(G: &Matrix) -> Matrix {
     Matrix::from_fn(G.rows(), G.rows(), |i, j| G.row(i).iter().zip(G.row(j)).map(|(a, b)| a * b).sum())
 }
 
+/// A positive semidefinite matrix that is not symmetric: `G Gᵀ` and a skew-symmetric part.
+pub fn monotone(random: &mut Random, n: usize, rank: usize, integer: bool) -> Matrix {
+    let mut entry = || if integer { random.sign() } else { random.signed() };
+    let G = Matrix::from_fn(n, rank, |_, _| entry());
+    let K = Matrix::from_fn(n, n, |_, _| entry());
+    let symmetric = gram(&G);
+    Matrix::from_fn(n, n, |i, j| symmetric[(i, j)] + K[(i, j)] - K[(j, i)])
+}
+
+/// A P-matrix that is neither symmetric nor diagonally dominant: `D + G` with `D > 0` diagonal, `G` semidefinite.
+pub fn p_matrix(random: &mut Random, n: usize) -> Matrix {
+    let mut A = monotone(random, n, n, false);
+    for i in 0..n {
+        A[(i, i)] += 0.05;
+    }
+    A
+}
+
+/// The optimality conditions of: minimise `½ xᵀHx + cᵀx` subject to `x ≥ 0`, `G x ≥ h`; `H` of rank `rank`.
+///
+/// With `feasible` the constraints hold at a point `x ≥ 0`, half of them with equality.
+pub fn quadratic_program(random: &mut Random, n: usize, rows: usize, rank: usize, feasible: bool) -> Lcp {
+    let H = gram(&random.matrix(n, rank));
+    let G = random.matrix(rows, n);
+    let c: Vec<f64> = (0..n).map(|_| random.signed()).collect();
+    let point: Vec<f64> = (0..n).map(|_| random.signed().max(0.0)).collect();
+    let h: Vec<f64> = (0..rows)
+        .map(|r| if feasible { inner(G.row(r), &point) - random.signed().max(0.0) } else { random.signed() })
+        .collect();
+    let A = Matrix::from_fn(n + rows, n + rows, |i, j| match (i < n, j < n) {
+        (true, true) => H[(i, j)],
+        (true, false) => -G[(j - n, i)],
+        (false, true) => G[(i - n, j)],
+        (false, false) => 0.0,
+    });
+    Lcp::new(A, c.into_iter().chain(h.into_iter().map(|h| -h)).collect()).unwrap()
+}
+
 /// `x·y` in plain arithmetic.
 pub fn inner(x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()

@@ -1,8 +1,8 @@
 //! Residuals and outcomes do not depend on the units of the data.
 
-use signorini_lcp::{Lcp, Lemke, Matrix, Method, Scaling};
+use signorini_lcp::{Lcp, Lemke, Matrix, Method, MethodKind, Scaling, Status};
 
-use crate::support::{Random, touching_contacts};
+use crate::support::{Random, gram, monotone, p_matrix, quadratic_program, touching_contacts};
 
 /// The same problem with variable i measured in a unit `z[i]` times smaller and row i in one `w[i]` times smaller.
 fn in_other_units(problem: &Lcp, z: &[f64], w: &[f64]) -> Lcp {
@@ -62,4 +62,70 @@ fn a_point_that_is_not_finite_has_an_infinite_residual() {
         assert!(residual.value.is_infinite() && !residual.within(1e300), "{bad}: {residual:?}");
     }
     assert!(problem.residual(&[f64::MAX, f64::MAX]).value > 1.0);
+}
+
+/// A status without its numbers.
+fn name(status: &Status) -> String {
+    format!("{status:?}").chars().take_while(|c| c.is_alphanumeric()).collect()
+}
+
+#[test]
+fn no_method_depends_on_the_units_of_variables_and_rows() {
+    for seed in 0..60 {
+        let mut random = Random(60_000 + seed);
+        let n = 3 + random.below(5);
+        let problem = match seed % 4 {
+            0 => Lcp::new(p_matrix(&mut random, n), random.vector(n)).unwrap(),
+            1 => Lcp::new(gram(&random.matrix(n, n + 2)), random.vector(n)).unwrap(),
+            2 => Lcp::new(monotone(&mut random, n, 2, false), random.vector(n)).unwrap(),
+            _ => quadratic_program(&mut random, 3, 3, 3, true),
+        };
+        let n = problem.len();
+        let mut powers = || (0..n).map(|_| 10f64.powi(random.below(13) as i32 - 6)).collect::<Vec<f64>>();
+        let (z, w) = (powers(), powers());
+        let other = in_other_units(&problem, &z, &w);
+        for kind in MethodKind::all() {
+            let mut method = kind.build().unwrap();
+            let (first, second) = (method.solve(&problem, None), method.solve(&other, None));
+            let label = format!("{kind} seed {seed}");
+            assert_eq!(name(&first.status), name(&second.status), "{label}: {:?} {:?}", first.status, second.status);
+            if first.status.is_solved() {
+                let size = first.z.iter().fold(0.0f64, |max, z| max.max(z.abs()));
+                for i in 0..n {
+                    let back = second.z[i] / z[i];
+                    assert!((first.z[i] - back).abs() <= 1e-7 * size, "{label}: z[{i}] {} and {back}", first.z[i]);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_solution_is_found_in_units_that_nobody_declared() {
+    for seed in 0..40 {
+        let mut random = Random(61_000 + seed);
+        let n = 2 + random.below(6);
+        let problem = Lcp::new(gram(&random.matrix(n, n + 2)), random.vector(n)).unwrap();
+        let mut powers = || (0..n).map(|_| 10f64.powi(random.below(9) as i32 - 4)).collect::<Vec<f64>>();
+        let (z, w) = (powers(), powers());
+        let declared = in_other_units(&problem, &z, &w);
+        let (A, b) = (declared.A().clone(), declared.b().to_vec());
+        let scaling = Scaling::equilibrated(&A, &b).unwrap();
+        let undeclared = Lcp::with_scaling(A, b, scaling).unwrap();
+        let reference = Lemke::default().solve(&problem, None);
+        assert!(reference.status.is_solved(), "seed {seed}");
+        for kind in MethodKind::all() {
+            let solution = kind.build().unwrap().solve(&undeclared, None);
+            assert!(solution.status.is_solved(), "{kind} seed {seed}: {:?}", solution.status);
+            let size = reference.z.iter().fold(0.0f64, |max, z| max.max(z.abs()));
+            for i in 0..n {
+                let back = solution.z[i] / z[i];
+                assert!(
+                    (reference.z[i] - back).abs() <= 1e-6 * size,
+                    "{kind} seed {seed}: z[{i}] {} and {back}",
+                    reference.z[i]
+                );
+            }
+        }
+    }
 }

@@ -1,18 +1,18 @@
 use crate::equilibrate::Scaled;
 use crate::linalg::{DoubleSum, Lu, add_scaled};
 
-/// A basis of `w − A z − d z0 = b`, factorised, with product-form updates.
+/// A basis of `w − A z − d z0 = b`, factorised, with product-form updates; `d = 0` where a method has no `z0`.
 ///
 /// Variables are numbered `w_i = i`, `z_j = n + j`, `z0 = 2n`. Columns of basic `w` are unit vectors, so only the
 /// core needs factors: rows whose `w` is not basic, columns of the basic `z` and `z0`.
 ///
 /// Source: Dantzig, Orchard-Hays (1954), product form of the inverse.
 #[derive(Clone, Debug, Default)]
-pub(super) struct FactoredBasis {
-    pub(super) n: usize,
+pub(crate) struct FactoredBasis {
+    pub(crate) n: usize,
     /// The variable at each position.
-    pub(super) head: Vec<usize>,
-    pub(super) d: Vec<f64>,
+    pub(crate) head: Vec<usize>,
+    pub(crate) d: Vec<f64>,
     core_rows: Vec<usize>,
     core_cols: Vec<usize>,
     core: Lu,
@@ -26,7 +26,7 @@ pub(super) struct FactoredBasis {
 
 impl FactoredBasis {
     /// Starts from a complementary basis.
-    pub(super) fn start(&mut self, n: usize, z_basic: &[bool]) {
+    pub(crate) fn start(&mut self, n: usize, z_basic: &[bool]) {
         self.n = n;
         self.d.clear();
         self.d.resize(n, 0.0);
@@ -34,12 +34,12 @@ impl FactoredBasis {
         self.head.extend((0..n).map(|i| if z_basic[i] { n + i } else { i }));
     }
 
-    pub(super) fn updates(&self) -> usize {
+    pub(crate) fn updates(&self) -> usize {
         self.eta_positions.len()
     }
 
     /// Factorises the basis afresh and orders `head` anew; returns the smallest relative pivot, 0 if singular.
-    pub(super) fn factorize(&mut self, problem: &Scaled) -> f64 {
+    pub(crate) fn factorize(&mut self, problem: &Scaled) -> f64 {
         let n = self.n;
         self.etas.clear();
         self.eta_positions.clear();
@@ -71,7 +71,7 @@ impl FactoredBasis {
     }
 
     /// `v ← B⁻¹ v`: by row on entry, by position on return.
-    pub(super) fn solve(&mut self, problem: &Scaled, v: &mut [f64]) {
+    pub(crate) fn solve(&mut self, problem: &Scaled, v: &mut [f64]) {
         self.core_rhs.clear();
         self.core_rhs.extend(self.core_rows.iter().map(|&i| v[i]));
         if self.core_rhs.iter().any(|&x| x != 0.0) {
@@ -104,7 +104,7 @@ impl FactoredBasis {
     }
 
     /// `out ←` the column of a variable, by row.
-    pub(super) fn column_into(&self, problem: &Scaled, variable: usize, out: &mut [f64]) {
+    pub(crate) fn column_into(&self, problem: &Scaled, variable: usize, out: &mut [f64]) {
         let n = self.n;
         if variable < n {
             out.fill(0.0);
@@ -116,14 +116,14 @@ impl FactoredBasis {
     }
 
     /// Puts `entering`, whose transformed column is `a`, in the place of the variable at `position`.
-    pub(super) fn replace(&mut self, position: usize, entering: usize, a: &[f64]) {
+    pub(crate) fn replace(&mut self, position: usize, entering: usize, a: &[f64]) {
         self.etas.extend_from_slice(a);
         self.eta_positions.push(position);
         self.head[position] = entering;
     }
 
     /// `out ← B x`: `x` by position, `out` by row.
-    pub(super) fn multiply_into(&self, problem: &Scaled, x: &[f64], out: &mut [f64]) {
+    pub(crate) fn multiply_into(&self, problem: &Scaled, x: &[f64], out: &mut [f64]) {
         let n = self.n;
         out.fill(0.0);
         for (&variable, &x) in self.head.iter().zip(x) {
@@ -136,7 +136,7 @@ impl FactoredBasis {
     }
 
     /// `out ← rhs − B x`, accumulated in doubled precision.
-    pub(super) fn residual_into(&mut self, problem: &Scaled, rhs: &[f64], x: &[f64], out: &mut [f64]) {
+    pub(crate) fn residual_into(&mut self, problem: &Scaled, rhs: &[f64], x: &[f64], out: &mut [f64]) {
         let n = self.n;
         self.sums.clear();
         self.sums.extend(rhs.iter().map(|&r| DoubleSum::new(r)));

@@ -1,0 +1,40 @@
+use crate::LcpError;
+use crate::method::{check_at_least_one, check_small, check_tolerance};
+
+/// Settings of [`PrincipalPivoting`](crate::PrincipalPivoting).
+///
+/// `tie` and `pivot` refer to the equilibrated problem, whose rows, columns and right-hand side have size 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PrincipalPivotingSettings {
+    /// Relative residual up to which a point is called solved. Default 1e-10; in (0, 1).
+    pub tolerance: f64,
+    /// Basic variables within this of their bound, relative to the largest, are tied. Default 1e-12; in (0, 1e-4].
+    pub tie: f64,
+    /// Entries of a transformed column below this, relative to its largest, count as zero. Default 1e-10; in
+    /// (0, 1e-4].
+    pub pivot: f64,
+    /// Updates of the active block between factorisations. Default 50; at least 1.
+    pub updates: usize,
+    /// Pivots allowed per complementary pair. Default 20; at least 1.
+    pub pivots_per_pair: usize,
+}
+
+impl Default for PrincipalPivotingSettings {
+    fn default() -> Self {
+        Self { tolerance: 1e-10, tie: 1e-12, pivot: 1e-10, updates: 50, pivots_per_pair: 20 }
+    }
+}
+
+impl PrincipalPivotingSettings {
+    /// Checks every field against its range.
+    ///
+    /// # Errors
+    /// [`LcpError::Setting`] naming the first field outside its range.
+    pub fn validate(&self) -> Result<(), LcpError> {
+        check_tolerance(self.tolerance)?;
+        check_small("tie", self.tie)?;
+        check_small("pivot", self.pivot)?;
+        check_at_least_one("updates", self.updates)?;
+        check_at_least_one("pivots_per_pair", self.pivots_per_pair)
+    }
+}
