@@ -6,6 +6,7 @@
 
 mod assemble;
 mod certificate;
+mod cone;
 mod error;
 mod frame;
 mod frictional_certificate;
@@ -20,6 +21,10 @@ mod solver;
 
 pub use assemble::Layout;
 pub use certificate::{Certificate, certify};
+pub use cone::{
+    CircularConeSolver, ConeCertificate, ConeGap, ConeReport, ConeSettings, ConeSolution, ConeStart, ConeStatus,
+    ConeWarmStart, DirectionRefiner, RefinementReport, certify_cone, cone_gaps, velocity_error_bound,
+};
 pub use error::ProblemError;
 pub use frame::ContactFrame;
 pub use jacobian::SparseRows;
