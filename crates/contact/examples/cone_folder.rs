@@ -21,8 +21,8 @@ use signorini_testkit::{Family, Parameters, Random};
 /// Largest problem in impulse space that is tried: its matrices are dense.
 const MAX_ROWS: usize = 3000;
 /// The refinement's bound on the circular cone's residuals, and on the number of LCPs.
-const TOLERANCE: f64 = 1e-9;
-const MAX_SOLVES: u32 = 60;
+const TOLERANCE: f64 = 1e-6;
+const MAX_SOLVES: u32 = 40;
 
 /// One solved problem.
 struct Row {
@@ -41,6 +41,8 @@ struct Row {
 
 struct Refined {
     converged: bool,
+    /// Of the last LCP.
+    status: SolveStatus,
     residual: f64,
     solves: u32,
     time: f64,
@@ -117,14 +119,15 @@ impl Solvers {
         start.set_bilateral(&cold.bilateral);
         let mut warm = ConeSolution::default();
         let warm_time = seconds(|| self.cone.solve_into(problem, Some(&start), &mut warm));
+        let solvable = polygon.status == SolveStatus::Solved;
         let mut refined = problem.clone();
         let mut report = Default::default();
         let time = seconds(|| {
             report = self.refiner.refine(&mut self.polygon, &mut refined, None, TOLERANCE, MAX_SOLVES, &mut polygon);
         });
-        let solvable = polygon.status == SolveStatus::Solved;
         let refined = solvable.then(|| Refined {
             converged: report.converged,
+            status: polygon.status.clone(),
             residual: report.certificate.worst(),
             solves: report.solves,
             time,
@@ -150,7 +153,7 @@ fn seconds(run: impl FnOnce()) -> f64 {
 
 fn print_problem(row: &Row) {
     let refined = row.refined.as_ref().map_or(String::new(), |r| {
-        format!("refined {} in {} LCPs, {:.1e}, {:.1} us", r.converged, r.solves, r.residual, 1e6 * r.time)
+        format!("refined {} in {} LCPs ({:?}), {:.1e}, {:.1} us", r.converged, r.solves, r.status, r.residual, 1e6 * r.time)
     });
     println!(
         "{:44} nc {:4} {:?} {:.1e} {:?} ({} starts, {} Newton, {} sweeps) cold {:.1} us, warm {:.1} us, {refined}",

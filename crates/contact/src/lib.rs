@@ -23,7 +23,7 @@ pub use assemble::Layout;
 pub use certificate::{Certificate, certify};
 pub use cone::{
     CircularConeSolver, ConeCertificate, ConeGap, ConeReport, ConeSettings, ConeSolution, ConeStart, ConeStatus,
-    ConeWarmStart, DirectionRefiner, RefinementReport, certify_cone, cone_gaps, velocity_error_bound,
+    ConeWarmStart, DirectionRefiner, RefinementReport, align_directions, certify_cone, cone_gaps, velocity_error_bound,
 };
 pub use error::ProblemError;
 pub use frame::ContactFrame;

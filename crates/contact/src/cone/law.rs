@@ -118,14 +118,11 @@ impl CoulombLaw {
     pub fn project_onto_cone(&self, y: [f64; 3]) -> [f64; 3] {
         let (t, mu) = (self.tangential(y), self.friction);
         let size = t[0].hypot(t[1]);
-        if size <= mu * y[0] {
-            return [y[0], t[0], t[1]];
-        }
-        if mu * size <= -y[0] {
+        if y[0] <= 0.0 && mu * size <= -y[0] {
             return [0.0; 3];
         }
-        if size == 0.0 {
-            return [y[0].max(0.0), 0.0, 0.0];
+        if size <= mu * y[0] {
+            return [y[0], t[0], t[1]];
         }
         let normal = (y[0] + mu * size) / (1.0 + mu * mu);
         let factor = mu * normal / size;

@@ -20,7 +20,7 @@ mod velocity_system;
 
 pub use certificate::{ConeCertificate, certify_cone};
 pub use gap::{ConeGap, cone_gaps, velocity_error_bound};
-pub use refine::{DirectionRefiner, RefinementReport};
+pub use refine::{DirectionRefiner, RefinementReport, align_directions};
 pub use settings::ConeSettings;
 pub use solution::{ConeReport, ConeSolution, ConeStart, ConeStatus, ConeWarmStart};
 pub use solver::CircularConeSolver;

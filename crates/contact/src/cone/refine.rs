@@ -18,6 +18,9 @@ const GOOD: f64 = 0.1;
 /// The neighbours of a new vertex lie this part of the angle between friction and slip away from it.
 const BRACKET: f64 = 0.5;
 
+/// Contacts slower than this fraction of the data's velocity scale stick.
+const STICKING: f64 = 1e-12;
+
 /// How a refinement ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RefinementReport {
@@ -119,6 +122,32 @@ impl DirectionRefiner {
         std::mem::swap(&mut problem.directions, &mut self.directions);
         std::mem::swap(&mut problem.direction_offsets, &mut self.offsets);
     }
+}
+
+/// Gives every contact that slides in a solution with the circular cone a vertex at its friction: the LCP with these
+/// directions has that solution among its own, and the ordinary [`certify`](crate::certify) can judge it. Start it from the
+/// solution's impulses or from a [`WarmStart`].
+///
+/// - `problem`: gets the directions
+/// - `solution`: of the same problem, with any directions; one of another size changes nothing
+pub fn align_directions(problem: &mut ContactProblem, solution: &ConeSolution) {
+    if solution.velocity.len() != problem.nv() || solution.impulse.len() != problem.contact_count() {
+        return;
+    }
+    let slow = STICKING * velocity_scale(problem);
+    let (mut directions, mut offsets) = (Vec::with_capacity(problem.directions.len()), vec![0]);
+    for i in 0..problem.contact_count() {
+        let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
+        let [_, t_1, t_2] = solution.impulse[i];
+        let slides = c_1.hypot(c_2) > slow && (t_1 != 0.0 || t_2 != 0.0);
+        if slides && CoulombLaw::of(problem, i).is_circular() {
+            push_directions(problem.directions_of(i), t_2.atan2(t_1), 0.0, &mut directions);
+        } else {
+            directions.extend_from_slice(problem.directions_of(i));
+        }
+        offsets.push(directions.len());
+    }
+    (problem.directions, problem.direction_offsets) = (directions, offsets);
 }
 
 /// Where friction and slip are expected to meet, rad, and how far apart they are now.

@@ -65,13 +65,16 @@ impl CircularConeSolver {
         }
         let polygon_status = self.start_from_polygon(problem, solution);
         let Err(polygon_status) = polygon_status else { return };
-        if self.start_from_refinement(problem, solution) || self.start_from_sweeps(problem, solution) {
+        let denied = matches!(polygon_status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
+        // Where the polygon has no solution the circle, a little larger, rarely has one.
+        let rounds = if denied { 1 } else { self.settings.sweep_rounds };
+        if !denied && self.start_from_refinement(problem, solution) || self.start_from_sweeps(problem, rounds, solution) {
             return;
         }
-        solution.status = match polygon_status {
-            SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. } => ConeStatus::Denied(polygon_status),
-            _ => ConeStatus::Inaccurate,
-        };
+        solution.status = if denied { ConeStatus::Denied(polygon_status) } else { ConeStatus::Inaccurate };
+        if solution.certificate.worst() > 1.0 {
+            self.drop_impulses(problem, solution);
+        }
     }
 
     /// Solves a problem; see [`solve_into`](Self::solve_into).
@@ -115,8 +118,8 @@ impl CircularConeSolver {
     }
 
     /// Sweeps and Newton's method in turns, from the best point so far.
-    fn start_from_sweeps(&mut self, problem: &ContactProblem, solution: &mut ConeSolution) -> bool {
-        for _ in 0..self.settings.sweep_rounds {
+    fn start_from_sweeps(&mut self, problem: &ContactProblem, rounds: u32, solution: &mut ConeSolution) -> bool {
+        for _ in 0..rounds {
             self.newton.impulse.clone_from(&solution.impulse);
             let bilateral = solution.bilateral.clone();
             let mut system = VelocitySystem::new(problem, &bilateral, &mut self.memory);
@@ -129,6 +132,14 @@ impl CircularConeSolver {
             }
         }
         false
+    }
+
+    /// No impulses at all have the residual 1: what is worse is of no use to anyone.
+    fn drop_impulses(&mut self, problem: &ContactProblem, solution: &mut ConeSolution) {
+        solution.velocity.clone_from(&problem.free_velocity);
+        solution.impulse.fill([0.0; 3]);
+        solution.bilateral.fill(0.0);
+        solution.certificate = certify_cone_with(problem, solution, &mut self.scratch);
     }
 
     /// Runs Newton's method from `newton.impulse`, certifies what it finds and keeps it in `solution` if it is better.
