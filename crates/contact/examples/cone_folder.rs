@@ -14,15 +14,14 @@ use std::time::Instant;
 use signorini_contact::problem_file::{self, FrictionalProblem, ProblemFile};
 use signorini_contact::{
     CircularConeSolver, ConeReport, ConeSolution, ConeStart, ConeStatus, ConeWarmStart, ContactProblem, ContactSolution,
-    ContactSolver, DirectionRefiner, SolveStatus,
+    ContactSolver, SolveStatus,
 };
 use signorini_testkit::{Family, Parameters, Random};
 
 /// Largest problem in impulse space that is tried: its matrices are dense.
 const MAX_ROWS: usize = 3000;
-/// The refinement's bound on the circular cone's residuals, and on the number of LCPs.
+/// The refinement's bound on the circular cone's residuals.
 const TOLERANCE: f64 = 1e-6;
-const MAX_SOLVES: u32 = 40;
 
 /// One solved problem.
 struct Row {
@@ -53,7 +52,6 @@ struct Refined {
 struct Solvers {
     cone: CircularConeSolver,
     polygon: ContactSolver,
-    refiner: DirectionRefiner,
 }
 
 fn main() {
@@ -123,7 +121,7 @@ impl Solvers {
         let mut refined = problem.clone();
         let mut report = Default::default();
         let time = seconds(|| {
-            report = self.refiner.refine(&mut self.polygon, &mut refined, None, TOLERANCE, MAX_SOLVES, &mut polygon);
+            report = self.cone.refine_into(&mut refined, None, TOLERANCE, &mut polygon);
         });
         let refined = solvable.then(|| Refined {
             converged: report.converged,

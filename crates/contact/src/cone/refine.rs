@@ -8,11 +8,12 @@
 use super::certificate::{Scratch, certify_cone_with, velocity_scale};
 use super::law::CoulombLaw;
 use super::{ConeCertificate, ConeSolution};
-use crate::{ContactProblem, ContactSolution, ContactSolver, SolveStatus, WarmStart};
+use crate::SolveStatus::{Inaccurate, Solved};
+use crate::{ContactProblem, ContactSolution, ContactSolver, WarmStart};
 
 /// Directions nearer than this to one another, rad, are one: below it a set of unit vectors could not be told from one with
 /// a direction given twice.
-const NEAREST: f64 = 1e-7;
+const NEAREST: f64 = 1e-5;
 /// A contact keeps its directions where its own residual is below this part of the tolerance.
 const GOOD: f64 = 0.1;
 /// The neighbours of a new vertex lie this part of the angle between friction and slip away from it.
@@ -77,11 +78,13 @@ impl DirectionRefiner {
             }
             report.solves = solve;
             report.certificate = self.certify(problem, solution);
-            report.converged = solution.status == SolveStatus::Solved && report.certificate.holds(tolerance);
-            if report.converged || solution.status != SolveStatus::Solved || solve == max_solves {
+            report.converged = solution.status == Solved && report.certificate.holds(tolerance);
+            if report.converged || solve == max_solves || !matches!(solution.status, Solved | Inaccurate) {
                 break;
             }
-            self.turn_directions(problem, solution, tolerance);
+            // Directions close together can cost the LCP its accuracy: then the next one does without the neighbours.
+            let bracket = if solution.status == Solved { BRACKET } else { 0.0 };
+            self.turn_directions(problem, solution, tolerance, bracket);
         }
         report
     }
@@ -94,7 +97,13 @@ impl DirectionRefiner {
     }
 
     /// Writes new directions of the contacts that slide across theirs.
-    fn turn_directions(&mut self, problem: &mut ContactProblem, solution: &ContactSolution, tolerance: f64) {
+    fn turn_directions(
+        &mut self,
+        problem: &mut ContactProblem,
+        solution: &ContactSolution,
+        tolerance: f64,
+        bracket: f64,
+    ) {
         self.column.clear();
         self.column.resize(problem.nv(), 0.0);
         let (g, s) = (problem.delassus_scale(), velocity_scale(problem));
@@ -115,7 +124,7 @@ impl DirectionRefiner {
                 let stiffness = law.friction() * p[0] * w_1.max(w_2);
                 let (angle, width) = expected_direction(p, u, stiffness);
                 let base = &self.base[self.base_offsets[i]..self.base_offsets[i + 1]];
-                push_directions(base, angle, BRACKET * width, &mut self.directions);
+                push_directions(base, angle, bracket * width, &mut self.directions);
             }
             self.offsets.push(self.directions.len());
         }

@@ -4,12 +4,12 @@ use super::certificate::{Scratch, certify_cone_with};
 use super::impulse_system::ImpulseSystem;
 use super::law::CoulombLaw;
 use super::newton::Newton;
-use super::refine::DirectionRefiner;
+use super::refine::{DirectionRefiner, RefinementReport, align_directions};
 use super::sweeps::Sweeps;
 use super::velocity_system::{Memory, VelocitySystem};
 use super::{ConeReport, ConeSettings, ConeSolution, ConeStart, ConeStatus, ConeWarmStart};
 use crate::problem_file::FrictionalProblem;
-use crate::{ContactProblem, ContactSolution, ContactSolver, ProblemError, SolveStatus};
+use crate::{ContactProblem, ContactSolution, ContactSolver, ProblemError, SolveStatus, WarmStart};
 
 /// Residual at which a start counts as successful, relative to the tolerance: the certificate judges the rest.
 const ACCEPT: f64 = 0.1;
@@ -179,6 +179,41 @@ impl CircularConeSolver {
         let solved = solution.certificate.holds(settings.tolerance);
         solution.status = if solved { ConeStatus::Solved } else { ConeStatus::Inaccurate };
         solved
+    }
+
+    /// Solves a problem and refines its directions until the polygon's solution satisfies the circular cone's laws within
+    /// `tolerance`: by [`DirectionRefiner`] and, where that takes too many LCPs, by [`align_directions`] with the solution of
+    /// the nonlinear problem. `problem` is left with the directions of the last LCP, `solution` with its solution.
+    ///
+    /// - `warm`: start of the first LCP
+    pub fn refine_into(
+        &mut self,
+        problem: &mut ContactProblem,
+        warm: Option<&WarmStart>,
+        tolerance: f64,
+        solution: &mut ContactSolution,
+    ) -> RefinementReport {
+        let rounds = self.settings.refinement_rounds;
+        let mut report = self.refiner.refine(&mut self.polygon, problem, warm, tolerance, rounds, solution);
+        if report.converged {
+            return report;
+        }
+        let mut start = ConeWarmStart::default();
+        solution.impulse.iter().for_each(|p| start.push(*p));
+        start.set_bilateral(&solution.bilateral);
+        let cone = self.solve(problem, Some(&start));
+        if cone.status != ConeStatus::Solved {
+            return report;
+        }
+        align_directions(problem, &cone);
+        solution.impulse.clone_from(&cone.impulse);
+        solution.bilateral.clone_from(&cone.bilateral);
+        let mut aligned = WarmStart::default();
+        (0..problem.contact_count()).for_each(|i| aligned.push(solution, Some(i)));
+        aligned.set_bilateral(&solution.bilateral);
+        let last = self.refiner.refine(&mut self.polygon, problem, Some(&aligned), tolerance, 1, solution);
+        report.solves += last.solves;
+        RefinementReport { solves: report.solves, ..last }
     }
 
     /// Solves a problem in impulse space, `u = W λ + q`, to the same tolerance.
