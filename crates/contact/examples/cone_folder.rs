@@ -13,8 +13,8 @@ use std::time::Instant;
 
 use signorini_contact::problem_file::{self, FrictionalProblem, ProblemFile};
 use signorini_contact::{
-    CircularConeSolver, ConeReport, ConeSolution, ConeStart, ConeStatus, ConeWarmStart, ContactProblem, ContactSolution,
-    ContactSolver, SolveStatus,
+    CircularConeSolver, ConeReport, ConeSolution, ConeStart, ConeStatus, ConeWarmStart, ContactProblem,
+    ContactSolution, ContactSolver, SolveStatus,
 };
 use signorini_testkit::{Family, Parameters, Random};
 
@@ -131,7 +131,18 @@ impl Solvers {
             time,
         });
         let (contacts, residual, report) = (problem.contact_count(), cold.certificate.worst(), cold.report);
-        Row { group, name, contacts, status: cold.status, residual, report, polygon_time, cold_time, warm_time, refined }
+        Row {
+            group,
+            name,
+            contacts,
+            status: cold.status,
+            residual,
+            report,
+            polygon_time,
+            cold_time,
+            warm_time,
+            refined,
+        }
     }
 
     fn frictional(&mut self, group: String, name: String, problem: &FrictionalProblem) -> Row {
@@ -139,7 +150,18 @@ impl Solvers {
         let cold_time = seconds(|| solution = self.cone.solve_frictional(problem));
         let (contacts, residual) = (problem.friction.len(), solution.certificate.worst());
         let (status, report, none) = (solution.status, solution.report, f64::NAN);
-        Row { group, name, contacts, status, residual, report, polygon_time: none, cold_time, warm_time: none, refined: None }
+        Row {
+            group,
+            name,
+            contacts,
+            status,
+            residual,
+            report,
+            polygon_time: none,
+            cold_time,
+            warm_time: none,
+            refined: None,
+        }
     }
 }
 
@@ -151,7 +173,14 @@ fn seconds(run: impl FnOnce()) -> f64 {
 
 fn print_problem(row: &Row) {
     let refined = row.refined.as_ref().map_or(String::new(), |r| {
-        format!("refined {} in {} LCPs ({:?}), {:.1e}, {:.1} us", r.converged, r.solves, r.status, r.residual, 1e6 * r.time)
+        format!(
+            "refined {} in {} LCPs ({:?}), {:.1e}, {:.1} us",
+            r.converged,
+            r.solves,
+            r.status,
+            r.residual,
+            1e6 * r.time
+        )
     });
     println!(
         "{:44} nc {:4} {:?} {:.1e} {:?} ({} starts, {} Newton, {} sweeps) cold {:.1} us, warm {:.1} us, {refined}",
@@ -174,8 +203,19 @@ fn print_table(rows: &[Row]) {
     rows.iter().for_each(|row| groups.entry(&row.group).or_default().push(row));
     println!(
         "\n{:20} {:>5} {:>7} {:>6} {:>12} {:>9} {:>11} {:>11} {:>11} {:>11} {:>8} {:>5} {:>11}",
-        "family", "count", "solved", "denied", "start", "worst r", "polygon us", "cold us", "worst us", "warm us", "refined",
-        "LCPs", "refine us"
+        "family",
+        "count",
+        "solved",
+        "denied",
+        "start",
+        "worst r",
+        "polygon us",
+        "cold us",
+        "worst us",
+        "warm us",
+        "refined",
+        "LCPs",
+        "refine us"
     );
     for (name, rows) in groups {
         let solved: Vec<&&Row> = rows.iter().filter(|row| row.status == ConeStatus::Solved).collect();

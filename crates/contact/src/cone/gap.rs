@@ -63,7 +63,7 @@ fn contact_gap(problem: &ContactProblem, solution: &ContactSolution, i: usize) -
 }
 
 /// Half the widest angle between neighbours of a balanced set of directions, rad.
-fn half_widest_angle(directions: &[[f64; 2]]) -> f64 {
+pub(super) fn half_widest_angle(directions: &[[f64; 2]]) -> f64 {
     let widest = directions.iter().map(|d| {
         let following = directions.iter().map(|e| (d[0] * e[1] - d[1] * e[0]).atan2(d[0] * e[0] + d[1] * e[1]));
         // A balanced set has a next direction within half a turn of each.
@@ -81,9 +81,9 @@ fn half_widest_angle(directions: &[[f64; 2]]) -> f64 {
 ///
 /// `‖v − v*‖²_M ≤ Σ_i e_i + Σ_i μ_i (λ_N,i − λ_N,i*)(‖c_i*‖ − ‖c_i‖)`.
 ///
-/// The second sum vanishes where the normal impulses agree: for prescribed normal forces, for bodies whose centres of mass lie
-/// in the plane of their contacts, for all contacts with the same slip and the same total normal impulse. Elsewhere it is the
-/// price of Coulomb's law being no minimum principle, and this value is an estimate, not a bound.
+/// The second sum vanishes where the normal impulses agree (friction does not shift the loads, and the loads are determinate),
+/// and where all contacts have the same μ, the same slip and the same total load (a box that slides without turning). Elsewhere
+/// it is the price of Coulomb's law being no minimum principle, and this value is an estimate, not a bound.
 pub fn velocity_error_bound(gaps: &[ConeGap]) -> f64 {
     gaps.iter().map(|gap| gap.missing_dissipation).sum::<f64>().sqrt()
 }

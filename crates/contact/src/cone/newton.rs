@@ -47,12 +47,7 @@ pub(super) struct Newton {
 impl Newton {
     /// Runs from `impulse` until the residual is at `settings.polish` or stops falling. Returns the residual of what is in
     /// `impulse`: the natural map of formulation §9 and the bilateral rows, relative to the velocity scale.
-    pub fn run(
-        &mut self,
-        system: &mut impl ContactSystem,
-        laws: &[CoulombLaw],
-        settings: &ConeSettings,
-    ) -> f64 {
+    pub fn run(&mut self, system: &mut impl ContactSystem, laws: &[CoulombLaw], settings: &ConeSettings) -> f64 {
         let mut epsilon = settings.proximal_weight;
         let (mut best, mut last, mut failures) = (f64::INFINITY, f64::INFINITY, 0);
         self.impulse.iter_mut().zip(laws).for_each(|(p, law)| *p = law.project(*p));

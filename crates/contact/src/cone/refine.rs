@@ -6,6 +6,7 @@
 //! the ordinary [`certify`](crate::certify) judges.
 
 use super::certificate::{Scratch, certify_cone_with, velocity_scale};
+use super::gap::half_widest_angle;
 use super::law::CoulombLaw;
 use super::{ConeCertificate, ConeSolution};
 use crate::SolveStatus::{Inaccurate, Solved};
@@ -133,8 +134,8 @@ impl DirectionRefiner {
     }
 }
 
-/// Gives every contact that slides in a solution with the circular cone a vertex at its friction: the LCP with these
-/// directions has that solution among its own, and the ordinary [`certify`](crate::certify) can judge it. Start it from the
+/// Gives every contact that slides in a solution with the circular cone, or sticks outside its polygon, a vertex at its
+/// friction: the LCP with these directions has that solution among its own, and the ordinary [`certify`](crate::certify) can judge it. Start it from the
 /// solution's impulses or from a [`WarmStart`].
 ///
 /// - `problem`: gets the directions
@@ -147,9 +148,10 @@ pub fn align_directions(problem: &mut ContactProblem, solution: &ConeSolution) {
     let (mut directions, mut offsets) = (Vec::with_capacity(problem.directions.len()), vec![0]);
     for i in 0..problem.contact_count() {
         let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
-        let [_, t_1, t_2] = solution.impulse[i];
-        let slides = c_1.hypot(c_2) > slow && (t_1 != 0.0 || t_2 != 0.0);
-        if slides && CoulombLaw::of(problem, i).is_circular() {
+        let [n, t_1, t_2] = solution.impulse[i];
+        let (law, size) = (CoulombLaw::of(problem, i), t_1.hypot(t_2));
+        let inside = || size <= law.friction() * n * half_widest_angle(problem.directions_of(i)).cos();
+        if law.is_circular() && size > 0.0 && (c_1.hypot(c_2) > slow || !inside()) {
             push_directions(problem.directions_of(i), t_2.atan2(t_1), 0.0, &mut directions);
         } else {
             directions.extend_from_slice(problem.directions_of(i));

@@ -68,7 +68,8 @@ impl CircularConeSolver {
         let denied = matches!(polygon_status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
         // Where the polygon has no solution the circle, a little larger, rarely has one.
         let rounds = if denied { 1 } else { self.settings.sweep_rounds };
-        if !denied && self.start_from_refinement(problem, solution) || self.start_from_sweeps(problem, rounds, solution) {
+        if !denied && self.start_from_refinement(problem, solution) || self.start_from_sweeps(problem, rounds, solution)
+        {
             return;
         }
         solution.status = if denied { ConeStatus::Denied(polygon_status) } else { ConeStatus::Inaccurate };

@@ -77,7 +77,8 @@ fn multiply(w: &Block, p: Triple) -> Triple {
 
 /// `λ = −W⁻¹ q`, by Cramer's rule.
 fn stick(w: &Block, q: Triple) -> Option<Triple> {
-    let cross = |a: Triple, b: Triple| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let cross =
+        |a: Triple, b: Triple| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
     let dot = |a: Triple, b: Triple| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let column = |k: usize| [w[0][k], w[1][k], w[2][k]];
     let (a, b, c) = (column(0), column(1), column(2));

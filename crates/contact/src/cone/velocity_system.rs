@@ -188,8 +188,7 @@ impl ContactSystem for VelocitySystem<'_> {
         for (c, slope) in slopes.iter().enumerate().filter(|(_, slope)| slope[0][0] != 0.0) {
             let (columns, entries) = problem.jacobian.group(c);
             for (&i, a) in columns.iter().zip(entries) {
-                let row: Triple =
-                    std::array::from_fn(|k| a[0] * slope[0][k] + a[1] * slope[1][k] + a[2] * slope[2][k]);
+                let row: Triple = std::array::from_fn(|k| a[0] * slope[0][k] + a[1] * slope[1][k] + a[2] * slope[2][k]);
                 let h_row = &mut h[i as usize * n..(i as usize + 1) * n];
                 for (&j, b) in columns.iter().zip(entries) {
                     h_row[j as usize] += row[0] * b[0] + row[1] * b[1] + row[2] * b[2];
