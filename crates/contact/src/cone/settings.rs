@@ -9,7 +9,7 @@ pub struct ConeSettings {
     pub tolerance: f64,
     /// Newton's iterations stop at this residual. Default 1e-12; range (0, 1).
     pub polish: f64,
-    /// ε of the proximal term, relative to each contact's Delassus block. Default 1e-5; range (0, 1).
+    /// ε of the proximal term, relative to each contact's Delassus block. Default 1e-3; range (0, 1).
     pub proximal_weight: f64,
     /// ε is lowered to this where the iterations converge slowly. Default 1e-10; range (0, 1).
     pub smallest_proximal_weight: f64,
@@ -17,7 +17,7 @@ pub struct ConeSettings {
     pub max_proximal_iterations: u32,
     /// Newton steps on one proximal problem, at most. Default 12; at least 1.
     pub max_newton_iterations: u32,
-    /// Proximal problems that Newton's steps leave unsolved, or that do not lower the residual, from one start. Default 12.
+    /// Proximal problems that Newton's steps leave unsolved, or that do not lower the residual, from one start. Default 6.
     pub max_failures: u32,
     /// Rounds of direction refinement before Newton's method is tried again. Default 8.
     pub refinement_rounds: u32,
@@ -32,11 +32,11 @@ impl Default for ConeSettings {
         Self {
             tolerance: 1e-9,
             polish: 1e-12,
-            proximal_weight: 1e-5,
+            proximal_weight: 1e-3,
             smallest_proximal_weight: 1e-10,
             max_proximal_iterations: 60,
             max_newton_iterations: 12,
-            max_failures: 12,
+            max_failures: 6,
             refinement_rounds: 8,
             sweeps: 300,
             sweep_rounds: 4,
