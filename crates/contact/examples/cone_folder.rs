@@ -197,7 +197,8 @@ fn print_problem(row: &Row) {
     );
 }
 
-/// One line for each group. "start" counts the solved problems by what Newton's method started from: polygon, refinement, sweeps.
+/// One line for each group. "start" counts the solved problems by what Newton's method started from: zero, polygon,
+/// refinement, sweeps.
 fn print_table(rows: &[Row]) {
     let mut groups: BTreeMap<&str, Vec<&Row>> = BTreeMap::new();
     rows.iter().for_each(|row| groups.entry(&row.group).or_default().push(row));
@@ -221,14 +222,14 @@ fn print_table(rows: &[Row]) {
         let solved: Vec<&&Row> = rows.iter().filter(|row| row.status == ConeStatus::Solved).collect();
         let denied = rows.iter().filter(|row| matches!(row.status, ConeStatus::Denied(_))).count();
         let by = |start| solved.iter().filter(|row| row.report.start == Some(start)).count();
-        let starts = [ConeStart::Polygon, ConeStart::Refinement, ConeStart::Sweeps].map(by);
+        let starts = [ConeStart::Zero, ConeStart::Polygon, ConeStart::Refinement, ConeStart::Sweeps].map(by);
         let refined: Vec<&Refined> = rows.iter().filter_map(|row| row.refined.as_ref()).collect();
         let median_of = |value: fn(&Row) -> f64| median(rows.iter().map(|row| value(row)).collect());
         println!(
             "{name:20} {:5} {:6.1}% {denied:6} {:>12} {:9.1e} {:11.1} {:11.1} {:11.1} {:11.1} {:>8} {:5.0} {:11.1}",
             rows.len(),
             100.0 * solved.len() as f64 / rows.len() as f64,
-            format!("{}/{}/{}", starts[0], starts[1], starts[2]),
+            format!("{}/{}/{}/{}", starts[0], starts[1], starts[2], starts[3]),
             solved.iter().map(|row| row.residual).fold(0.0, f64::max),
             1e6 * median_of(|row| row.polygon_time),
             1e6 * median_of(|row| row.cold_time),

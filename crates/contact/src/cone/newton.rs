@@ -16,9 +16,9 @@ const EPSILON_STEP: f64 = 30.0;
 const HALVINGS: i32 = 7;
 /// A step is taken if it leaves at most this part of the merit, times what a full Newton step promises.
 const SUFFICIENT: f64 = 1e-3;
-/// The inner problem is solved when its residual is this part of the outer one …
+/// The proximal problem is solved when its own residual is this part of the one of the laws …
 const INNER: f64 = 1e-2;
-/// … or below this part of the velocity scale, times the smallest part that rounding leaves for the given ε.
+/// … or this part of the velocity scale over ε, which is what the rounding of `u` leaves in `ρ u`.
 const INNER_FLOOR: f64 = 1e-15;
 
 /// Counters.
@@ -114,20 +114,13 @@ impl Newton {
         self.center.clone_from(&self.impulse);
         system.recentre();
         let target = tolerance * system.velocity_scale();
-        let mut merit = self.discrepancy(system, laws, 0.0);
+        let mut merit = self.discrepancy(system, laws);
         for _ in 0..settings.max_newton_iterations {
             if merit.worst <= target {
                 return true;
             }
-            self.slopes.clear();
-            for i in 0..laws.len() {
-                let rho = self.weight[i];
-                let slope = laws[i].slope(trial(self.center[i], rho, self.u[i]));
-                self.slopes.push(slope.map(|row| row.map(|b| rho * b)));
-            }
             self.effort.newton_iterations += 1;
-            self.effort.factorizations += 1;
-            if !system.factor(&self.slopes) {
+            if !self.factor(system, laws) {
                 return false;
             }
             system.solve(&self.r, &mut self.du);
@@ -168,7 +161,7 @@ impl Newton {
             }
         }
         system.step(t);
-        self.discrepancy(system, laws, 0.0)
+        self.discrepancy(system, laws)
     }
 
     /// Sum of squares of `g (P(y) − λ)` after the part `t` of the step.
@@ -187,8 +180,8 @@ impl Newton {
     }
 
     /// Fills `r = P(λ̄ − ρ u) − λ`.
-    fn discrepancy(&mut self, system: &impl ContactSystem, laws: &[CoulombLaw], start: f64) -> Merit {
-        let mut merit = Merit { sum: start, worst: 0.0 };
+    fn discrepancy(&mut self, system: &impl ContactSystem, laws: &[CoulombLaw]) -> Merit {
+        let mut merit = Merit { sum: 0.0, worst: 0.0 };
         self.r.clear();
         for i in 0..laws.len() {
             let p = laws[i].project(trial(self.center[i], self.weight[i], self.u[i]));
@@ -210,7 +203,16 @@ impl Newton {
         self.residual(system, laws);
         self.center.clone_from(&self.impulse);
         system.recentre();
-        self.discrepancy(system, laws, 0.0);
+        self.discrepancy(system, laws);
+        if !self.factor(system, laws) {
+            return false;
+        }
+        system.solve(&self.r, &mut self.du);
+        true
+    }
+
+    /// Factorises the Newton matrix for the slopes `ρ B` at the present velocities.
+    fn factor(&mut self, system: &mut impl ContactSystem, laws: &[CoulombLaw]) -> bool {
         self.slopes.clear();
         for i in 0..laws.len() {
             let rho = self.weight[i];
@@ -218,11 +220,7 @@ impl Newton {
             self.slopes.push(slope.map(|row| row.map(|b| rho * b)));
         }
         self.effort.factorizations += 1;
-        if !system.factor(&self.slopes) {
-            return false;
-        }
-        system.solve(&self.r, &mut self.du);
-        true
+        system.factor(&self.slopes)
     }
 }
 

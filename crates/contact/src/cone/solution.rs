@@ -22,6 +22,8 @@ pub enum ConeStatus {
 pub enum ConeStart {
     /// The caller's impulses.
     Warm,
+    /// No impulses (problems in impulse space).
+    Zero,
     /// The exact solution with the problem's own polygons.
     Polygon,
     /// The same with directions turned into the slip.

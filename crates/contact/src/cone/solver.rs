@@ -232,7 +232,7 @@ impl CircularConeSolver {
         let mut best = f64::INFINITY;
         for round in 0..=settings.sweep_rounds {
             solution.report.starts += 1;
-            solution.report.start = Some(ConeStart::Sweeps);
+            solution.report.start = Some(if round == 0 { ConeStart::Zero } else { ConeStart::Sweeps });
             if round > 0 {
                 solution.report.sweeps +=
                     sweeps.run(&mut system, laws, &mut newton.impulse, settings.sweeps, settings.polish);

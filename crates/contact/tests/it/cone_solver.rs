@@ -202,7 +202,7 @@ fn warm_starts_are_used() {
 }
 
 #[test]
-fn a_jammed_wedge_is_denied_and_left_without_impulses() {
+fn contradictory_walls_are_denied_and_left_without_impulses() {
     let mut random = Random::new(3);
     let parameters = Parameters { friction: 2.0, gap: Gap::Negative, ..Parameters::default() };
     let problem = families::squeeze(&mut random, &parameters, 2);
