@@ -7,6 +7,7 @@
 mod assemble;
 mod bilateral_basis;
 mod certificate;
+mod cone;
 mod error;
 mod frame;
 mod friction_group;
@@ -23,6 +24,10 @@ mod solver;
 pub use assemble::Layout;
 pub use bilateral_basis::BilateralBasis;
 pub use certificate::{Certificate, certify};
+pub use cone::{
+    CircularConeSolver, ConeCertificate, ConeGap, ConeReport, ConeSettings, ConeSolution, ConeStart, ConeStatus,
+    ConeWarmStart, DirectionRefiner, RefinementReport, align_directions, certify_cone, cone_gaps, velocity_error_bound,
+};
 pub use error::ProblemError;
 pub use frame::ContactFrame;
 pub use friction_group::{FrictionBound, FrictionGroups};

@@ -18,7 +18,7 @@ const COUNTS: [usize; 4] = [4, 8, 16, 64];
 
 /// `v⁺` with the circular cone: `λ ← P_K(λ − ρ (u + μ‖u_T‖ n))` contact after contact (De Saxcé, Feng 1998) until
 /// `‖λ − P_K(λ − ρ …)‖` is at rounding.
-fn with_circular_cone(problem: &ContactProblem) -> Vec<f64> {
+pub fn with_circular_cone(problem: &ContactProblem) -> Vec<f64> {
     let (nv, nc) = (problem.free_velocity.len(), problem.gap.len());
     let mut J = Dense::zeros(3 * nc, nv);
     for i in 0..nc {
@@ -71,7 +71,7 @@ fn onto_cone(mu: f64, p: [f64; 3]) -> [f64; 3] {
 }
 
 /// The same problem with `count` directions from `angle` on.
-fn with_polygon(problem: &ContactProblem, count: usize, angle: f64) -> ContactProblem {
+pub fn with_polygon(problem: &ContactProblem, count: usize, angle: f64) -> ContactProblem {
     let polygon = FrictionPolygon::regular(count, angle).expect("even");
     let mut out = problem.clone();
     out.directions = polygon.directions().repeat(problem.contact_count());

@@ -1,0 +1,198 @@
+//! Direction refinement: the circular cone reached by polygons whose vertices are turned into the slip.
+//!
+//! A contact that slides at a vertex `d` of its polygon has Coulomb's friction `μ λ_N d` for a slip along `−d`. Each round
+//! solves the LCP, looks where every sliding contact slips, and gives it a vertex at the direction in which friction and slip
+//! are expected to meet, with two neighbours that enclose it. The set stays balanced, the problem an LCP of formulation §3 that
+//! the ordinary [`certify`](crate::certify) judges.
+
+use super::certificate::{Scratch, certify_cone_with, velocity_scale};
+use super::gap::half_widest_angle;
+use super::law::CoulombLaw;
+use super::{ConeCertificate, ConeSolution};
+use crate::SolveStatus::{Inaccurate, Solved};
+use crate::{ContactProblem, ContactSolution, ContactSolver, WarmStart};
+
+/// Directions nearer than this to one another, rad, are one: below it a set of unit vectors could not be told from one with
+/// a direction given twice.
+const NEAREST: f64 = 1e-5;
+/// A contact keeps its directions where its own residual is below this part of the tolerance.
+const GOOD: f64 = 0.1;
+/// The neighbours of a new vertex lie this part of the angle between friction and slip away from it.
+const BRACKET: f64 = 0.5;
+
+/// Contacts slower than this fraction of the data's velocity scale stick.
+const STICKING: f64 = 1e-12;
+
+/// How a refinement ended.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct RefinementReport {
+    /// LCPs that were solved.
+    pub solves: u32,
+    /// Residuals of the circular-cone laws at the end.
+    pub certificate: ConeCertificate,
+    /// Whether they are all within the tolerance, with the last LCP solved.
+    pub converged: bool,
+}
+
+/// Refines friction polygons; the memory is kept from problem to problem.
+#[derive(Clone, Debug, Default)]
+pub struct DirectionRefiner {
+    base: Vec<[f64; 2]>,
+    base_offsets: Vec<usize>,
+    directions: Vec<[f64; 2]>,
+    offsets: Vec<usize>,
+    warm: WarmStart,
+    cone: ConeSolution,
+    scratch: Scratch,
+    column: Vec<f64>,
+}
+
+impl DirectionRefiner {
+    /// Solves a problem, and again with its directions turned into the slip, until the circular-cone laws hold within
+    /// `tolerance` or `max_solves` LCPs are solved. `problem` is left with the directions of the last LCP, `solution` with its
+    /// solution, so that anyone can certify the one against the other.
+    ///
+    /// - `tolerance`: bound on the worst residual of the [`ConeCertificate`]
+    /// - `warm`: start of the first LCP
+    ///
+    /// Contacts without directions or with two (contacts in the plane) keep them: their cone has no other.
+    pub fn refine(
+        &mut self,
+        solver: &mut ContactSolver,
+        problem: &mut ContactProblem,
+        warm: Option<&WarmStart>,
+        tolerance: f64,
+        max_solves: u32,
+        solution: &mut ContactSolution,
+    ) -> RefinementReport {
+        self.base.clone_from(&problem.directions);
+        self.base_offsets.clone_from(&problem.direction_offsets);
+        let mut report = RefinementReport::default();
+        for solve in 1..=max_solves.max(1) {
+            if solve == 1 {
+                solver.solve_into(problem, warm, solution);
+            } else {
+                self.warm.clear();
+                (0..problem.contact_count()).for_each(|i| self.warm.push(solution, Some(i)));
+                self.warm.set_bilateral(&solution.bilateral);
+                solver.solve_into(problem, Some(&self.warm), solution);
+            }
+            report.solves = solve;
+            report.certificate = self.certify(problem, solution);
+            report.converged = solution.status == Solved && report.certificate.holds(tolerance);
+            if report.converged || solve == max_solves || !matches!(solution.status, Solved | Inaccurate) {
+                break;
+            }
+            // Directions close together can cost the LCP its accuracy: then the next one does without the neighbours.
+            let bracket = if solution.status == Solved { BRACKET } else { 0.0 };
+            self.turn_directions(problem, solution, tolerance, bracket);
+        }
+        report
+    }
+
+    fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> ConeCertificate {
+        self.cone.velocity.clone_from(&solution.velocity);
+        self.cone.impulse.clone_from(&solution.impulse);
+        self.cone.bilateral.clone_from(&solution.bilateral);
+        certify_cone_with(problem, &self.cone, &mut self.scratch)
+    }
+
+    /// Writes new directions of the contacts that slide across theirs.
+    fn turn_directions(
+        &mut self,
+        problem: &mut ContactProblem,
+        solution: &ContactSolution,
+        tolerance: f64,
+        bracket: f64,
+    ) {
+        self.column.clear();
+        self.column.resize(problem.nv(), 0.0);
+        let (g, s) = (problem.delassus_scale(), velocity_scale(problem));
+        self.directions.clear();
+        self.offsets.clear();
+        self.offsets.push(0);
+        for i in 0..problem.contact_count() {
+            let law = CoulombLaw::of(problem, i);
+            let mut u = problem.contact_velocity(i, &solution.velocity);
+            u[0] += problem.gap[i] / problem.timestep;
+            let p = solution.impulse[i];
+            let satisfied = law.natural_map(p, u, g) <= GOOD * tolerance * s;
+            let at_rest = u[1] == 0.0 && u[2] == 0.0 || p[1] == 0.0 && p[2] == 0.0;
+            if satisfied || at_rest || !law.is_circular() {
+                self.directions.extend_from_slice(problem.directions_of(i));
+            } else {
+                let [_, w_1, w_2] = problem.delassus_diagonal(i, &mut self.column);
+                let stiffness = law.friction() * p[0] * w_1.max(w_2);
+                let (angle, width) = expected_direction(p, u, stiffness);
+                let base = &self.base[self.base_offsets[i]..self.base_offsets[i + 1]];
+                push_directions(base, angle, bracket * width, &mut self.directions);
+            }
+            self.offsets.push(self.directions.len());
+        }
+        std::mem::swap(&mut problem.directions, &mut self.directions);
+        std::mem::swap(&mut problem.direction_offsets, &mut self.offsets);
+    }
+}
+
+/// Gives every contact that slides in a solution with the circular cone, or sticks outside its polygon, a vertex at its
+/// friction: the LCP with these directions has that solution among its own, and the ordinary [`certify`](crate::certify) can judge it. Start it from the
+/// solution's impulses or from a [`WarmStart`].
+///
+/// - `problem`: gets the directions
+/// - `solution`: of the same problem, with any directions; one of another size changes nothing
+pub fn align_directions(problem: &mut ContactProblem, solution: &ConeSolution) {
+    if solution.velocity.len() != problem.nv() || solution.impulse.len() != problem.contact_count() {
+        return;
+    }
+    let slow = STICKING * velocity_scale(problem);
+    let (mut directions, mut offsets) = (Vec::with_capacity(problem.directions.len()), vec![0]);
+    for i in 0..problem.contact_count() {
+        let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
+        let [n, t_1, t_2] = solution.impulse[i];
+        let (law, size) = (CoulombLaw::of(problem, i), t_1.hypot(t_2));
+        let inside = || size <= law.friction() * n * half_widest_angle(problem.directions_of(i)).cos();
+        if law.is_circular() && size > 0.0 && (c_1.hypot(c_2) > slow || !inside()) {
+            push_directions(problem.directions_of(i), t_2.atan2(t_1), 0.0, &mut directions);
+        } else {
+            directions.extend_from_slice(problem.directions_of(i));
+        }
+        offsets.push(directions.len());
+    }
+    (problem.directions, problem.direction_offsets) = (directions, offsets);
+}
+
+/// Where friction and slip are expected to meet, rad, and how far apart they are now.
+///
+/// Friction of size `μ λ_N` that turns by `δ` changes the slip by `μ λ_N w δ` across itself (`w`: the contact's tangential entry
+/// of the Delassus operator), and so turns a slip of speed `s` back by `κ δ` with `κ = μ λ_N w / s`. From friction at `θ_f` and
+/// slip at `θ_s`, `θ_f + (θ_s − θ_f)/(1 + κ)` is where they meet.
+fn expected_direction(p: [f64; 3], u: [f64; 3], stiffness: f64) -> (f64, f64) {
+    let friction = p[2].atan2(p[1]);
+    // the angle from friction to the opposite of the slip
+    let turn = (p[2] * u[1] - p[1] * u[2]).atan2(-(p[1] * u[1] + p[2] * u[2]));
+    let kappa = stiffness / u[1].hypot(u[2]);
+    (friction + turn / (1.0 + kappa), turn.abs())
+}
+
+/// The base directions and, with their opposites, one at `angle` and two `width` beside it. Base directions that nearly
+/// coincide with a new one give way to it.
+fn push_directions(base: &[[f64; 2]], angle: f64, width: f64, out: &mut Vec<[f64; 2]>) {
+    let start = out.len();
+    let beside = width >= NEAREST;
+    for offset in [0.0, width, -width] {
+        if offset == 0.0 || beside {
+            let (sin, cos) = (angle + offset).sin_cos();
+            out.extend([[cos, sin], [-cos, -sin]]);
+        }
+        if !beside {
+            break;
+        }
+    }
+    let new = start..out.len();
+    for d in base {
+        let near = |e: &[f64; 2]| (d[0] - e[0]).hypot(d[1] - e[1]) < NEAREST;
+        if !out[new.clone()].iter().any(near) {
+            out.push(*d);
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! What a solve with the circular cone starts from and ends with.
+
+use super::ConeCertificate;
+use crate::{ContactProblem, SolveStatus};
+
+/// What a solve with the circular cone ended with.
+#[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum ConeStatus {
+    /// Every law holds within the tolerance.
+    #[default]
+    Solved,
+    /// The best point found; its residuals exceed the tolerance.
+    Inaccurate,
+    /// As above, and the problem with the polygon ended on a ray or is infeasible: [`SolveStatus::Ray`] or
+    /// [`SolveStatus::Infeasible`] with the contacts.
+    Denied(SolveStatus),
+}
+
+/// A way to a start for Newton's method, in the order in which they are tried.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ConeStart {
+    /// The caller's impulses.
+    Warm,
+    /// No impulses (problems in impulse space).
+    Zero,
+    /// The exact solution with the problem's own polygons.
+    Polygon,
+    /// The same with directions turned into the slip.
+    Refinement,
+    /// Block Gauss–Seidel sweeps with an exact solve of each contact.
+    Sweeps,
+}
+
+/// What was tried.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ConeReport {
+    /// The start that led to the solution, or the last one tried.
+    pub start: Option<ConeStart>,
+    /// Starts that were tried.
+    pub starts: u32,
+    /// Proximal iterations.
+    pub proximal_iterations: u32,
+    /// Newton steps.
+    pub newton_iterations: u32,
+    /// LU factorisations.
+    pub factorizations: u32,
+    /// Polygonal problems solved.
+    pub polygon_solves: u32,
+    /// Sweeps over all contacts.
+    pub sweeps: u32,
+}
+
+/// Velocity and impulses of one step with the circular cone, with their certificate.
+#[derive(Clone, Debug, Default)]
+pub struct ConeSolution {
+    /// Next velocity `v⁺`, `[nv]`, m/s or rad/s; empty for a problem in impulse space.
+    pub velocity: Vec<f64>,
+    /// Impulses (normal, tangent 1, tangent 2) of each contact, `[nc]`, N·s.
+    pub impulse: Vec<[f64; 3]>,
+    /// Impulses of the bilateral rows `λ_B`, `[nb]`, N·s or N·m·s.
+    pub bilateral: Vec<f64>,
+    /// How the solve ended.
+    pub status: ConeStatus,
+    /// Residuals of the laws, computed from the data.
+    pub certificate: ConeCertificate,
+    /// What was done.
+    pub report: ConeReport,
+}
+
+/// Impulses of an earlier solve, one entry per contact of the next problem.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ConeWarmStart {
+    pub(super) impulse: Vec<[f64; 3]>,
+    pub(super) bilateral: Vec<f64>,
+}
+
+impl ConeWarmStart {
+    /// Forgets everything and keeps the memory.
+    pub fn clear(&mut self) {
+        self.impulse.clear();
+        self.bilateral.clear();
+    }
+
+    /// Adds the entry for the next contact: its impulse (normal, tangent 1, tangent 2) in an earlier solution, N·s; zero for
+    /// a new contact.
+    pub fn push(&mut self, impulse: [f64; 3]) {
+        self.impulse.push(impulse);
+    }
+
+    /// Carries the bilateral impulses over.
+    pub fn set_bilateral(&mut self, impulses: &[f64]) {
+        self.bilateral.clear();
+        self.bilateral.extend_from_slice(impulses);
+    }
+
+    /// Whether the sizes are those of a problem.
+    pub(super) fn fits(&self, problem: &ContactProblem) -> bool {
+        self.impulse.len() == problem.contact_count()
+    }
+}

@@ -1,0 +1,275 @@
+//! The solver for the circular cone: Newton's method from start after start.
+
+use super::certificate::{Scratch, certify_cone_with};
+use super::impulse_system::ImpulseSystem;
+use super::law::CoulombLaw;
+use super::newton::Newton;
+use super::refine::{DirectionRefiner, RefinementReport, align_directions};
+use super::sweeps::Sweeps;
+use super::velocity_system::{Memory, VelocitySystem};
+use super::{ConeReport, ConeSettings, ConeSolution, ConeStart, ConeStatus, ConeWarmStart};
+use crate::problem_file::FrictionalProblem;
+use crate::{ContactProblem, ContactSolution, ContactSolver, ProblemError, SolveStatus, WarmStart};
+
+/// Residual at which a start counts as successful, relative to the tolerance: the certificate judges the rest.
+const ACCEPT: f64 = 0.1;
+
+/// Solves contact problems with the circular cone (formulation §9) to the tolerance of a nonlinear complementarity problem.
+///
+/// Semismooth Newton steps on the proximal form, started from, in this order: the caller's impulses; the exact solution with the
+/// problem's own polygons; polygons refined into the slip; block Gauss–Seidel sweeps in turns with Newton's method. The
+/// status is decided by the [certificate](super::certify_cone) of the result.
+#[derive(Debug, Default)]
+pub struct CircularConeSolver {
+    settings: ConeSettings,
+    polygon: ContactSolver,
+    polygon_solution: ContactSolution,
+    refiner: DirectionRefiner,
+    laws: Vec<CoulombLaw>,
+    memory: Memory,
+    newton: Newton,
+    sweeps: Sweeps,
+    candidate: ConeSolution,
+    scratch: Scratch,
+}
+
+impl CircularConeSolver {
+    /// A solver with these settings. `polygon`: solves the problems with polygons that Newton's method starts from.
+    ///
+    /// # Errors
+    /// [`ProblemError::Number`] for a setting out of its range.
+    pub fn new(settings: ConeSettings, polygon: ContactSolver) -> Result<Self, ProblemError> {
+        settings.validate()?;
+        Ok(Self { settings, polygon, ..Self::default() })
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &ConeSettings {
+        &self.settings
+    }
+
+    /// Solves a problem into `solution`, whose memory is reused. No allocation after warm-up where the warm start leads to
+    /// the solution.
+    ///
+    /// - `warm`: the start, if it has one entry per contact
+    pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&ConeWarmStart>, solution: &mut ConeSolution) {
+        self.laws.clear();
+        self.laws.extend((0..problem.contact_count()).map(|i| CoulombLaw::of(problem, i)));
+        solution.report = ConeReport::default();
+        solution.certificate.momentum = f64::INFINITY;
+        if let Some(warm) = warm.filter(|warm| warm.fits(problem)) {
+            self.newton.impulse.clone_from(&warm.impulse);
+            if self.run_newton(problem, ConeStart::Warm, &warm.bilateral, solution) {
+                return;
+            }
+        }
+        let polygon_status = self.start_from_polygon(problem, solution);
+        let Err(polygon_status) = polygon_status else { return };
+        let denied = matches!(polygon_status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
+        // Where the polygon has no solution the circle, a little larger, rarely has one.
+        let rounds = if denied { 1 } else { self.settings.sweep_rounds };
+        if !denied && self.start_from_refinement(problem, solution) || self.start_from_sweeps(problem, rounds, solution)
+        {
+            return;
+        }
+        solution.status = if denied { ConeStatus::Denied(polygon_status) } else { ConeStatus::Inaccurate };
+        if solution.certificate.worst() > 1.0 {
+            self.drop_impulses(problem, solution);
+        }
+    }
+
+    /// Solves a problem; see [`solve_into`](Self::solve_into).
+    pub fn solve(&mut self, problem: &ContactProblem, warm: Option<&ConeWarmStart>) -> ConeSolution {
+        let mut solution = ConeSolution::default();
+        self.solve_into(problem, warm, &mut solution);
+        solution
+    }
+
+    /// Newton's method from the polygon's solution; its status where that is not enough.
+    fn start_from_polygon(&mut self, problem: &ContactProblem, solution: &mut ConeSolution) -> Result<(), SolveStatus> {
+        self.polygon.solve_into(problem, None, &mut self.polygon_solution);
+        solution.report.polygon_solves += 1;
+        self.newton.impulse.clone_from(&self.polygon_solution.impulse);
+        let bilateral = std::mem::take(&mut self.polygon_solution.bilateral);
+        let solved = self.run_newton(problem, ConeStart::Polygon, &bilateral, solution);
+        self.polygon_solution.bilateral = bilateral;
+        if solved { Ok(()) } else { Err(self.polygon_solution.status.clone()) }
+    }
+
+    /// Newton's method from the solution with refined directions.
+    fn start_from_refinement(&mut self, problem: &ContactProblem, solution: &mut ConeSolution) -> bool {
+        if self.settings.refinement_rounds == 0 {
+            return false;
+        }
+        let mut refined = problem.clone();
+        let report = self.refiner.refine(
+            &mut self.polygon,
+            &mut refined,
+            None,
+            ACCEPT * self.settings.tolerance,
+            self.settings.refinement_rounds,
+            &mut self.polygon_solution,
+        );
+        solution.report.polygon_solves += report.solves;
+        self.newton.impulse.clone_from(&self.polygon_solution.impulse);
+        let bilateral = std::mem::take(&mut self.polygon_solution.bilateral);
+        let solved = self.run_newton(problem, ConeStart::Refinement, &bilateral, solution);
+        self.polygon_solution.bilateral = bilateral;
+        solved
+    }
+
+    /// Sweeps and Newton's method in turns, from the best point so far.
+    fn start_from_sweeps(&mut self, problem: &ContactProblem, rounds: u32, solution: &mut ConeSolution) -> bool {
+        for _ in 0..rounds {
+            self.newton.impulse.clone_from(&solution.impulse);
+            let bilateral = solution.bilateral.clone();
+            let mut system = VelocitySystem::new(problem, &bilateral, &mut self.memory);
+            let (most, tolerance) = (self.settings.sweeps, self.settings.polish);
+            let sweeps = self.sweeps.run(&mut system, &self.laws, &mut self.newton.impulse, most, tolerance);
+            solution.report.sweeps += sweeps;
+            let bilateral = self.memory.bilateral.clone();
+            if self.run_newton(problem, ConeStart::Sweeps, &bilateral, solution) {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// No impulses at all have the residual 1: what is worse is of no use to anyone.
+    fn drop_impulses(&mut self, problem: &ContactProblem, solution: &mut ConeSolution) {
+        solution.velocity.clone_from(&problem.free_velocity);
+        solution.impulse.fill([0.0; 3]);
+        solution.bilateral.fill(0.0);
+        solution.certificate = certify_cone_with(problem, solution, &mut self.scratch);
+    }
+
+    /// Runs Newton's method from `newton.impulse`, certifies what it finds and keeps it in `solution` if it is better.
+    /// Whether the problem is solved.
+    fn run_newton(
+        &mut self,
+        problem: &ContactProblem,
+        start: ConeStart,
+        bilateral: &[f64],
+        solution: &mut ConeSolution,
+    ) -> bool {
+        let Self { settings, laws, memory, newton, candidate, scratch, .. } = self;
+        newton.effort = Default::default();
+        let mut system = VelocitySystem::new(problem, bilateral, memory);
+        newton.run(&mut system, laws, settings);
+        candidate.impulse.clone_from(&newton.impulse);
+        // The velocities of the best impulses, and what is left of them to rounding.
+        newton.residual(&mut system, laws);
+        candidate.velocity.clone_from(system.velocity());
+        candidate.bilateral.clone_from(system.bilateral());
+        candidate.certificate = certify_cone_with(problem, candidate, scratch);
+        if !candidate.certificate.holds(settings.tolerance) && newton.correct(&mut system, laws, settings) {
+            correct_velocity(problem, &system, candidate, scratch);
+        }
+        let report = &mut solution.report;
+        report.starts += 1;
+        report.proximal_iterations += newton.effort.proximal_iterations;
+        report.newton_iterations += newton.effort.newton_iterations;
+        report.factorizations += newton.effort.factorizations;
+        report.start = Some(start);
+        if candidate.certificate.worst() < solution.certificate.worst() || solution.impulse.len() != laws.len() {
+            solution.velocity.clone_from(&candidate.velocity);
+            solution.impulse.clone_from(&candidate.impulse);
+            solution.bilateral.clone_from(&candidate.bilateral);
+            solution.certificate = candidate.certificate;
+        }
+        let solved = solution.certificate.holds(settings.tolerance);
+        solution.status = if solved { ConeStatus::Solved } else { ConeStatus::Inaccurate };
+        solved
+    }
+
+    /// Solves a problem and refines its directions until the polygon's solution satisfies the circular cone's laws within
+    /// `tolerance`: by [`DirectionRefiner`] and, where that takes too many LCPs, by [`align_directions`] with the solution of
+    /// the nonlinear problem. `problem` is left with the directions of the last LCP, `solution` with its solution.
+    ///
+    /// - `warm`: start of the first LCP
+    pub fn refine_into(
+        &mut self,
+        problem: &mut ContactProblem,
+        warm: Option<&WarmStart>,
+        tolerance: f64,
+        solution: &mut ContactSolution,
+    ) -> RefinementReport {
+        let rounds = self.settings.refinement_rounds;
+        let mut report = self.refiner.refine(&mut self.polygon, problem, warm, tolerance, rounds, solution);
+        if report.converged {
+            return report;
+        }
+        let mut start = ConeWarmStart::default();
+        solution.impulse.iter().for_each(|p| start.push(*p));
+        start.set_bilateral(&solution.bilateral);
+        let cone = self.solve(problem, Some(&start));
+        if cone.status != ConeStatus::Solved {
+            return report;
+        }
+        align_directions(problem, &cone);
+        solution.impulse.clone_from(&cone.impulse);
+        solution.bilateral.clone_from(&cone.bilateral);
+        let mut aligned = WarmStart::default();
+        (0..problem.contact_count()).for_each(|i| aligned.push(solution, Some(i)));
+        aligned.set_bilateral(&solution.bilateral);
+        let last = self.refiner.refine(&mut self.polygon, problem, Some(&aligned), tolerance, 1, solution);
+        report.solves += last.solves;
+        RefinementReport { solves: report.solves, ..last }
+    }
+
+    /// Solves a problem in impulse space, `u = W λ + q`, to the same tolerance.
+    ///
+    /// Newton's method from zero impulses, then in turns with sweeps.
+    pub fn solve_frictional(&mut self, problem: &FrictionalProblem) -> ConeSolution {
+        let Self { settings, laws, newton, sweeps, .. } = self;
+        laws.clear();
+        laws.extend(problem.friction.iter().map(|mu| CoulombLaw::in_dimension(*mu, problem.dimension)));
+        let mut solution = ConeSolution::default();
+        let mut system = ImpulseSystem::new(problem);
+        newton.effort = Default::default();
+        newton.impulse.clear();
+        newton.impulse.resize(laws.len(), [0.0; 3]);
+        let mut best = f64::INFINITY;
+        for round in 0..=settings.sweep_rounds {
+            solution.report.starts += 1;
+            solution.report.start = Some(if round == 0 { ConeStart::Zero } else { ConeStart::Sweeps });
+            if round > 0 {
+                solution.report.sweeps +=
+                    sweeps.run(&mut system, laws, &mut newton.impulse, settings.sweeps, settings.polish);
+            }
+            let residual = newton.run(&mut system, laws, settings);
+            if residual < best {
+                best = residual;
+                solution.impulse.clone_from(&newton.impulse);
+            }
+            if best <= ACCEPT * settings.tolerance {
+                break;
+            }
+            newton.impulse.clone_from(&solution.impulse);
+        }
+        solution.report.proximal_iterations = newton.effort.proximal_iterations;
+        solution.report.newton_iterations = newton.effort.newton_iterations;
+        solution.report.factorizations = newton.effort.factorizations;
+        solution.certificate = problem.certify_cone(&solution.impulse);
+        let solved = solution.certificate.holds(settings.tolerance);
+        solution.status = if solved { ConeStatus::Solved } else { ConeStatus::Inaccurate };
+        solution
+    }
+}
+
+/// Adds the last Newton step's change of the velocity where this certifies better: where impulses are large against the
+/// masses they move, `v^f + M⁻¹Jᵀλ` cancels, while the step satisfies the contact rows to rounding.
+fn correct_velocity(
+    problem: &ContactProblem,
+    system: &VelocitySystem,
+    candidate: &mut ConeSolution,
+    scratch: &mut Scratch,
+) {
+    let before = candidate.certificate;
+    candidate.velocity.iter_mut().zip(system.change()).for_each(|(v, d)| *v += d);
+    candidate.certificate = certify_cone_with(problem, candidate, scratch);
+    if candidate.certificate.worst() >= before.worst() {
+        candidate.velocity.iter_mut().zip(system.velocity()).for_each(|(v, x)| *v = *x);
+        candidate.certificate = before;
+    }
+}
