@@ -12,4 +12,5 @@ mod files;
 mod invariance;
 mod polygons;
 mod reference;
+mod relaxation;
 mod shared_problems;
