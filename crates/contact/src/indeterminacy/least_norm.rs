@@ -12,6 +12,10 @@ use crate::{ContactProblem, ContactSolution, SolveStatus};
 const PROXIMAL_WEIGHT: f64 = 1e-7;
 /// Outer iterations at most.
 const MAX_ITERATIONS: u32 = 40;
+/// δ is lowered where the balance improves by less than this factor.
+const SLOW: f64 = 0.1;
+/// Below this a balance that does not improve is as good as rounding lets it be.
+const SETTLED: f64 = 1e-11;
 /// The balance `Jᵀλ = p` is exact to rounding below this, relative to the sum of its absolute terms.
 const ROUNDING: f64 = 1e-15;
 
@@ -148,8 +152,9 @@ impl LeastNorm {
         self.newton.factorizations = 0;
         for group in self.groups.all() {
             report.groups += 1;
-            let inertia = PROXIMAL_WEIGHT * delassus_scale(problem, &group, &mut self.column);
+            let mut inertia = PROXIMAL_WEIGHT * delassus_scale(problem, &group, &mut self.column);
             let mut residual = f64::INFINITY;
+            self.newton.forget();
             for _ in 0..MAX_ITERATIONS {
                 for &dof in group.dofs {
                     self.center[dof as usize] = self.x[dof as usize];
@@ -172,8 +177,12 @@ impl LeastNorm {
                 report.iterations += 1;
                 let last = residual;
                 residual = balance(problem, &group, solution, &self.target, &mut self.balance, &mut self.column);
-                if residual <= ROUNDING || residual > 0.5 * last {
+                if residual <= ROUNDING || (residual >= last && residual < SETTLED) {
                     break;
+                }
+                if residual > SLOW * last {
+                    inertia *= 0.1;
+                    self.newton.forget();
                 }
             }
             report.balance = report.balance.max(residual);

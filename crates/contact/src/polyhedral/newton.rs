@@ -68,13 +68,17 @@ pub(crate) struct ConeNewton {
 }
 
 impl ConeNewton {
+    /// Forgets the factorisation: to be called when anything but `x̄`, `q` and `λ̄` changes.
+    pub fn forget(&mut self) {
+        self.factored.clear();
+    }
+
     /// Minimises `F` over the group's entries of `x`, from where they are, and writes the impulses there.
     pub fn minimize(&mut self, f: &Objective, x: &mut [f64], impulse: &mut [[f64; 3]], row_impulse: &mut [f64]) {
         for scratch in [&mut self.gradient, &mut self.product, &mut self.direction] {
             scratch.clear();
             scratch.resize(x.len(), 0.0);
         }
-        self.factored.clear();
         let (mut best, mut waited, mut t) = (f64::INFINITY, 0, 1.0);
         for _ in 0..MAX_STEPS {
             self.evaluate(f, x);

@@ -38,19 +38,20 @@ const BALANCED: f64 = 1e-9;
 /// minimise ½ (v − v^f)ᵀ M (v − v^f)     subject to     c_N + φ/Δt + μ d_kᵀc_T ≥ 0,     ∇Θ v + Θ/Δt = 0,
 /// ```
 ///
-/// whose v⁺ is unique and exists wherever the rows are consistent (with `φ ≥ 0`, `Θ = 0` always: v = 0 satisfies them). Then
-/// `‖v⁺‖_M ≤ ‖v^f‖_M`: no step adds energy.
+/// whose v⁺ is unique and exists wherever the rows are consistent: with `φ ≥ 0`, `Θ = 0` always (v = 0 satisfies them, and then
+/// `‖v⁺‖_M ≤ ‖v^f‖_M`, no step adds energy); with `φ < 0` unless impulses of the friction cones hold each other in balance
+/// against the gaps, as in a jam.
 ///
 /// # What it is not
-/// A solution of the contact laws. They ask a closed contact for `c_N + φ/Δt = 0`; here a sliding contact has
+/// A solution of the contact laws. They ask a loaded contact for `c_N + φ/Δt = 0`; here a loaded contact that slides has
 ///
 /// ```text
 /// c_N + φ/Δt = μ max_k(−d_kᵀc_T)        (μ ‖c_T‖ for the circular cone):
 /// ```
 ///
-/// a block that slides at speed v is lifted to the gap `μ v Δt` in one step and stays there as long as it slides (5 mm at
-/// μ = 0.5, v = 1 m/s, Δt = 10 ms). Where nothing slides both agree, and the difference is `O(Δt)`.
-/// [`RelaxedSolution::contact_laws`] gives the residual of the true laws.
+/// the gap opens with slip. A block that slides at speed v floats at the gap `μ v Δt` (5 mm at μ = 0.5, v = 1 m/s,
+/// Δt = 10 ms), and one that lies on the plane and is suddenly struck along it is thrown up with the speed `μ v`, whatever Δt
+/// is. Where nothing slides the two models agree. [`RelaxedSolution::contact_laws`] gives the residual of the true laws.
 ///
 /// # Method
 /// Augmented Lagrangian (proximal) iterations in velocity space: `λ ← P(λ − ρ(Jv + φ/Δt))` with the Euclidean projection `P`
@@ -85,6 +86,9 @@ impl ConvexRelaxation {
     /// Solves the relaxation of a problem into `solution`, whose memory is reused.
     ///
     /// `tolerance`: the certificate's worst residual up to which the status is `Solved`.
+    ///
+    /// # Cost
+    /// Some ten factorisations of size `n_v` for each group of coupled bodies, always from zero impulses.
     pub fn solve_into(&mut self, problem: &ContactProblem, tolerance: f64, solution: &mut RelaxedSolution) {
         solution.prepare(problem);
         self.prepare(problem);
@@ -191,6 +195,7 @@ impl ConvexRelaxation {
 
     /// One proximal iteration: new impulses from the ones at hand.
     fn iterate(&mut self, problem: &ContactProblem, group: Group, epsilon: f64) {
+        self.newton.forget();
         for &i in group.contacts {
             self.multiplier[i as usize] = self.impulse[i as usize];
             self.weight[i as usize] = 1.0 / (epsilon * self.delassus[i as usize]);

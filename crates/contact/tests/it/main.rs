@@ -9,6 +9,7 @@ mod circular_cone;
 mod extremes;
 mod families;
 mod files;
+mod indeterminacy;
 mod invariance;
 mod polygons;
 mod reference;
