@@ -6,8 +6,8 @@
 use std::time::Instant;
 
 use signorini_contact::{
-    ContactProblem, ContactSolution, ContactSolver, FrictionPolygon, LeastNorm, SolveStatus, WarmStart,
-    force_distributions,
+    ContactProblem, ContactSolution, ContactSolver, FrictionPolygon, LeastNorm, LeastNormReport, SolveStatus,
+    WarmStart, force_distributions,
 };
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_testkit::{Family, Gap, Parameters, Random, RigidBody, Scene};
@@ -23,8 +23,8 @@ fn main() {
         println!("{i:4} {:10.4} … {:9.4} {:16.4}", range.min, range.max, solution.lambda_n[i]);
     }
     println!(
-        "\n{:12} {:>4} {:>10} {:>10} {:>12} {:>12} {:>10}",
-        "family", "nc", "cold us", "warm us", "least norm", "all ranges", "programs"
+        "\n{:12} {:>4} {:>10} {:>10} {:>13} {:>14} {:>13} {:>10}",
+        "family", "nc", "cold us", "warm us", "least norm us", "factorisations", "all ranges us", "programs"
     );
     for family in [Family::Box, Family::Stack, Family::Pyramid, Family::Cluster, Family::Articulated] {
         costs(family);
@@ -46,7 +46,8 @@ fn table() -> ContactProblem {
 fn costs(family: Family) {
     let (mut solver, mut least_norm) = (ContactSolver::default(), LeastNorm::default());
     let mut times: [Vec<f64>; 4] = Default::default();
-    let (mut contacts, mut programs) = (0, 0);
+    let (mut contacts, mut programs, mut factorizations) = (0, 0, 0);
+    let mut report = LeastNormReport::default();
     for seed in 0..20 {
         let mut random = Random::new(seed);
         let parameters = Parameters { friction: 0.5, directions: 8, gap: Gap::Zero, ..Parameters::default() };
@@ -60,8 +61,9 @@ fn costs(family: Family) {
         (0..problem.contact_count()).for_each(|i| start.push(&solution, Some(i)));
         let warm = median(|| solver.solve_into(&problem, Some(&start), &mut solution));
         let chosen = median(|| {
-            least_norm.apply(&problem, &mut solution, 1e-9);
+            report = least_norm.apply(&problem, &mut solution, 1e-9);
         });
+        factorizations += report.factorizations as usize;
         let begin = Instant::now();
         let set = force_distributions(&problem, &solution).expect("a solved problem");
         let ranges = begin.elapsed().as_secs_f64();
@@ -72,9 +74,10 @@ fn costs(family: Family) {
     let count = times[0].len().max(1);
     let [cold, warm, chosen, ranges] = times.map(|mut all| middle(&mut all));
     println!(
-        "{:12} {:4} {cold:10.1} {warm:10.1} {chosen:12.1} {ranges:12.1} {:10}",
+        "{:12} {:4} {cold:10.1} {warm:10.1} {chosen:13.1} {:14} {ranges:13.1} {:10}",
         format!("{family:?}"),
         contacts / count,
+        factorizations / count,
         programs / count
     );
 }

@@ -152,7 +152,8 @@ impl LeastNorm {
         self.newton.factorizations = 0;
         for group in self.groups.all() {
             report.groups += 1;
-            let mut inertia = PROXIMAL_WEIGHT * delassus_scale(problem, &group, &mut self.column);
+            let scale = delassus_scale(problem, &group, &mut self.column);
+            let mut inertia = PROXIMAL_WEIGHT * scale;
             let mut residual = f64::INFINITY;
             self.newton.forget();
             for _ in 0..MAX_ITERATIONS {
@@ -171,7 +172,7 @@ impl LeastNorm {
                     weight: &self.ones,
                     row_weight: &self.ones,
                     stabilized: false,
-                    smallest_decrement: 1e-32 * report.norm_before * report.norm_before,
+                    smallest_decrement: 1e-32 * report.norm_before * report.norm_before * scale / inertia,
                 };
                 self.newton.minimize(&objective, &mut self.x, &mut solution.impulse, &mut solution.bilateral);
                 report.iterations += 1;

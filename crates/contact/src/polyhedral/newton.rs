@@ -44,7 +44,7 @@ pub(crate) struct Objective<'a> {
     pub row_weight: &'a [f64],
     /// Whether `c` is the stabilization `(φ/Δt, 0, 0)`, `Θ/Δt`; otherwise it is 0.
     pub stabilized: bool,
-    /// A decrement `sᵀHs` below this is rounding.
+    /// A decrement `sᵀHs` below this is rounding: its step is the last.
     pub smallest_decrement: f64,
 }
 
@@ -89,12 +89,16 @@ impl ConeNewton {
             let decrement = self.find_direction(f);
             waited = if decrement < 0.25 * best || t < 1.0 { 0 } else { waited + 1 };
             best = best.min(decrement);
-            if decrement.is_nan() || decrement <= f.smallest_decrement || waited > PATIENCE {
+            if decrement.is_nan() || waited > PATIENCE {
                 break;
             }
-            t = self.step_length(f, x);
+            let last = decrement <= f.smallest_decrement;
+            t = if last { 1.0 } else { self.step_length(f, x) };
             for &dof in f.group.dofs {
                 x[dof as usize] += t * self.direction[dof as usize];
+            }
+            if last {
+                break;
             }
         }
         self.evaluate(f, x);
