@@ -1,10 +1,15 @@
 //! A block pulled along a plane by the contact laws and by Anitescu's convex relaxation of them: how far the relaxation lifts it,
-//! and what its answer leaves of the laws.
+//! and what its answer leaves of the laws. Then what both cost from a cold start, over random problems of several families.
 //!
 //!     cargo run --release -p signorini-contact --example convex_relaxation
 
-use signorini_contact::{ContactProblem, ContactSolver, ConvexRelaxation, FrictionPolygon};
+use std::time::Instant;
+
+use signorini_contact::{
+    ContactProblem, ContactSolution, ContactSolver, ConvexRelaxation, FrictionPolygon, RelaxedSolution,
+};
 use signorini_multibody::BlockDiagonal;
+use signorini_testkit::{Family, Gap, Motion, Parameters, Random};
 
 const TIMESTEP: f64 = 0.01;
 const FRICTION: f64 = 0.5;
@@ -58,4 +63,34 @@ fn main() {
             solution.contact_laws(&problem).worst()
         );
     }
+    println!("\n{:12} {:>10} {:>14} {:>14}", "family", "laws us", "relaxation us", "factorisations");
+    for family in [Family::Box, Family::Stack, Family::Pyramid, Family::Cluster, Family::Articulated] {
+        costs(family);
+    }
+}
+
+/// Median microseconds over twenty problems of a family that slide, measured by turns.
+fn costs(family: Family) {
+    let (mut solver, mut relaxation) = (ContactSolver::default(), ConvexRelaxation::default());
+    let (mut exact, mut relaxed) = (ContactSolution::default(), RelaxedSolution::default());
+    let (mut times, mut factorizations): ([Vec<f64>; 2], u32) = Default::default();
+    for seed in 0..20 {
+        let mut random = Random::new(seed);
+        let shared = Parameters { gap: Gap::Zero, motion: Motion::Slide, ..Parameters::default() };
+        let problem = family.small(&mut random, &Parameters { directions: 8, ..shared });
+        for _ in 0..11 {
+            let begin = Instant::now();
+            solver.solve_into(&problem, None, &mut exact);
+            times[0].push(1e6 * begin.elapsed().as_secs_f64());
+            let begin = Instant::now();
+            relaxation.solve_into(&problem, 1e-10, &mut relaxed);
+            times[1].push(1e6 * begin.elapsed().as_secs_f64());
+        }
+        factorizations += relaxed.report.factorizations;
+    }
+    let [laws, relaxed] = times.map(|mut all| {
+        all.sort_by(f64::total_cmp);
+        all[all.len() / 2]
+    });
+    println!("{:12} {laws:10.1} {relaxed:14.1} {:14}", format!("{family:?}"), factorizations / 20);
 }

@@ -1,70 +1,17 @@
 //! The set of all impulses that solve a contact problem with the same velocity.
 
 use super::faces::{admissible_impulses, generalized_impulse, project_impulses};
+use super::ranges::{ForceDistributions, ImpulseRange, POSITIVE, SelfStress};
 use super::row_space::{Row, distance, orthonormal};
-use super::simplex::{LinearProgramResidual, Maximum, Simplex};
+use super::simplex::{Maximum, Simplex};
 use crate::certificate::{certify, tangential_impulse};
 use crate::polyhedral::{Group, Groups, ImpulseCones};
 use crate::{ContactProblem, ContactSolution, ProblemError};
 
 /// Solutions with a larger residual are refused: what they admit would not be what the data admit.
 const LARGEST_RESIDUAL: f64 = 1e-6;
-/// Multipliers above this, relative to the largest impulse of their group, are positive.
-const POSITIVE: f64 = 1e-9;
 /// An impulse varies over the set where its row is further than this from the span of the equations.
 const VARIES: f64 = 1e-8;
-
-/// The range of one impulse over all solutions.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ImpulseRange {
-    /// Smallest value, N·s (bilateral rows of rotations: N·m·s); −∞ where there is none.
-    pub min: f64,
-    /// Largest value; ∞ where there is none.
-    pub max: f64,
-    /// The self-stress along which it falls without bound.
-    pub falls_along: Option<usize>,
-    /// The self-stress along which it grows without bound.
-    pub grows_along: Option<usize>,
-}
-
-impl ImpulseRange {
-    fn single(value: f64) -> Self {
-        Self { min: value, max: value, ..Self::default() }
-    }
-}
-
-/// Impulses in balance, `J_Nᵀλ_N + J_Tᵀλ_T + J_Bᵀλ_B = 0`, of which any multiple can be added to a solution: the contacts
-/// press against each other (a jam). The largest entry has size 1.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct SelfStress {
-    /// Impulses (normal, tangent 1, tangent 2) of each contact, `[nc]`, relative.
-    pub impulse: Vec<[f64; 3]>,
-    /// Impulses of the bilateral rows, `[nb]`, relative.
-    pub bilateral: Vec<f64>,
-}
-
-/// The polyhedron of all impulses that solve a contact problem with one velocity.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct ForceDistributions {
-    /// Dimension of the polyhedron in the space of `(λ_N, λ_T, λ_B)`: 0 where the impulses are unique.
-    pub dimension: usize,
-    /// Ranges of the normal impulses, `[nc]`.
-    pub normal: Vec<ImpulseRange>,
-    /// Ranges of the tangential impulses, `[nc]`.
-    pub tangential: Vec<[ImpulseRange; 2]>,
-    /// Ranges of the bilateral rows' impulses, `[nb]`.
-    pub bilateral: Vec<ImpulseRange>,
-    /// What the infinite ranges refer to.
-    pub self_stresses: Vec<SelfStress>,
-    /// How far the solution's own impulses were outside what its velocity admits, relative to its largest impulse: rounding.
-    pub discrepancy: f64,
-    /// Worst residuals of all linear programs.
-    pub residual: LinearProgramResidual,
-    /// Linear programs solved.
-    pub linear_programs: usize,
-    /// Pivots of the simplex method.
-    pub pivots: usize,
-}
 
 /// Describes all impulses that solve the problem with the velocity of a solution.
 ///
@@ -150,32 +97,6 @@ fn discrepancy(own: &[[f64; 3]], admitted: &[[f64; 3]]) -> f64 {
     let differences = own.iter().flatten().zip(admitted.iter().flatten()).map(|(a, b)| (a - b).abs());
     let worst = differences.fold(0.0, f64::max);
     if worst == 0.0 { 0.0 } else { worst / largest }
-}
-
-impl ForceDistributions {
-    /// Whether the impulses are the only ones with this velocity.
-    pub fn is_unique(&self) -> bool {
-        self.dimension == 0
-    }
-
-    /// Adds a self-stress and makes the ranges along it infinite.
-    fn add(&mut self, mut stress: SelfStress) {
-        let entries = stress.impulse.iter().flatten().chain(&stress.bilateral);
-        let size = entries.fold(0.0, |l: f64, x| l.max(x.abs()));
-        stress.impulse.iter_mut().flatten().chain(&mut stress.bilateral).for_each(|x| *x /= size);
-        let index = self.self_stresses.len();
-        let contacts = self.normal.iter_mut().zip(&mut self.tangential).zip(&stress.impulse);
-        let ranges = contacts.flat_map(|((n, [t_1, t_2]), p)| [(n, p[0]), (t_1, p[1]), (t_2, p[2])]);
-        for (range, change) in ranges.chain(self.bilateral.iter_mut().zip(stress.bilateral.iter().copied())) {
-            if change > POSITIVE && range.grows_along.is_none() {
-                (range.max, range.grows_along) = (f64::INFINITY, Some(index));
-            }
-            if change < -POSITIVE && range.falls_along.is_none() {
-                (range.min, range.falls_along) = (f64::NEG_INFINITY, Some(index));
-            }
-        }
-        self.self_stresses.push(stress);
-    }
 }
 
 /// One impulse of a group, as a function of the variables.
@@ -358,7 +279,8 @@ impl<'a> GroupSet<'a> {
             result.linear_programs += 1;
             match end {
                 Maximum::Attained(value) => {
-                    let value = sign * value * self.unit;
+                    // Adding zero removes the sign of −0.
+                    let value = sign * value * self.unit + 0.0;
                     let range = self.range_mut(component, result);
                     if sign < 0.0 {
                         range.min = value;

@@ -26,7 +26,7 @@ pub enum LeastNormOutcome {
     /// They are those of least norm.
     #[default]
     Chosen,
-    /// Nothing was done: the solution is not `Solved`.
+    /// Nothing was done: the solution is not `Solved`, or not one of this problem.
     NotSolved,
     /// The solution keeps its own impulses: those of least norm were not found to the tolerance.
     Kept,
@@ -105,7 +105,7 @@ impl LeastNorm {
     ) -> LeastNormReport {
         let norm_before = norm(solution);
         let mut report = LeastNormReport { norm_before, norm: norm_before, ..LeastNormReport::default() };
-        if solution.status != SolveStatus::Solved {
+        if solution.status != SolveStatus::Solved || !fits(problem, solution) {
             report.outcome = LeastNormOutcome::NotSolved;
             return report;
         }
@@ -217,6 +217,16 @@ pub fn least_norm_impulses(
     tolerance: f64,
 ) -> LeastNormReport {
     LeastNorm::default().apply(problem, solution, tolerance)
+}
+
+/// Whether a solution has the problem's sizes.
+fn fits(problem: &ContactProblem, solution: &ContactSolution) -> bool {
+    let nc = problem.contact_count();
+    let lengths = [solution.lambda_n.len(), solution.beta.len(), solution.impulse.len(), solution.modes.len()];
+    lengths == [nc; 4]
+        && solution.velocity.len() == problem.nv()
+        && solution.alpha.len() == problem.direction_count()
+        && solution.bilateral.len() == problem.bilateral_violation.len()
 }
 
 /// Euclidean norm of all impulses.

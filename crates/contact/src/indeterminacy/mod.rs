@@ -8,9 +8,11 @@
 mod distributions;
 mod faces;
 mod least_norm;
+mod ranges;
 mod row_space;
 mod simplex;
 
-pub use distributions::{ForceDistributions, ImpulseRange, SelfStress, force_distributions};
+pub use distributions::force_distributions;
 pub use least_norm::{LeastNorm, LeastNormOutcome, LeastNormReport, least_norm_impulses};
+pub use ranges::{ForceDistributions, ImpulseRange, SelfStress};
 pub use simplex::LinearProgramResidual;
