@@ -8,8 +8,10 @@ use crate::ContactProblem;
 
 /// Newton steps at most.
 const MAX_STEPS: u32 = 200;
-/// Whole steps without a smaller decrement before rounding is blamed.
+/// Steps without a smaller decrement before rounding is blamed: whole ones, or any near the smallest decrement.
 const PATIENCE: u32 = 4;
+/// How many times the smallest decrement is near it.
+const NEAR: f64 = 1e8;
 /// The line search ends where the slope has fallen to this fraction.
 const SLOPE: f64 = 0.05;
 /// Evaluations of one line search at most.
@@ -87,7 +89,8 @@ impl ConeNewton {
                 break;
             }
             let decrement = self.find_direction(f);
-            waited = if decrement < 0.25 * best || t < 1.0 { 0 } else { waited + 1 };
+            let far = t < 1.0 && decrement > NEAR * f.smallest_decrement;
+            waited = if decrement < 0.25 * best || far { 0 } else { waited + 1 };
             best = best.min(decrement);
             if decrement.is_nan() || waited > PATIENCE {
                 break;

@@ -7,7 +7,10 @@ use crate::solver::Cones;
 use crate::{ContactProblem, SelfStress};
 
 /// ε of the first proximal problems, relative to each contact's Delassus block.
-const FIRST_WEIGHT: f64 = 1e-5;
+const FIRST_WEIGHT: f64 = 1e-4;
+/// Where polishing did not suffice, the iterations go on from its result with this one, some times.
+const LATER_WEIGHT: f64 = 1e-6;
+const MAX_ROUNDS: u32 = 3;
 /// It is lowered to this where the iterations converge slowly.
 const SMALLEST_WEIGHT: f64 = 1e-9;
 /// It is raised up to this to remove rounding at the end: an impulse is `u/ε`, with the rounding of `u`.
@@ -15,11 +18,13 @@ const LARGEST_WEIGHT: f64 = 1e-1;
 /// Proximal iterations for one group at most.
 const MAX_ITERATIONS: u32 = 60;
 /// Iterations stop at this residual.
-const POLISHED: f64 = 1e-14;
+const POLISHED: f64 = 1e-13;
 /// A residual that falls by less than this factor falls slowly.
 const SLOW: f64 = 0.3;
 /// Above this residual the iterations are far from a solution, or there is none.
 const FAR: f64 = 1e-8;
+/// Below this one the rest is rounding.
+const NEAR: f64 = 1e-11;
 /// How well impulses must balance to prove that rows contradict each other.
 const BALANCED: f64 = 1e-9;
 
@@ -156,7 +161,7 @@ impl ConvexRelaxation {
         solution: &mut RelaxedSolution,
     ) -> Option<SelfStress> {
         let mut epsilon = FIRST_WEIGHT;
-        let mut polishing = false;
+        let (mut polishing, mut rounds) = (false, 0);
         let (mut best, mut last) = (f64::INFINITY, f64::INFINITY);
         for iteration in 0..MAX_ITERATIONS {
             self.iterate(problem, group, epsilon);
@@ -176,7 +181,7 @@ impl ConvexRelaxation {
                         return proof;
                     }
                 }
-                if !polishing && (best > FAR || residual < last) {
+                if !polishing && (best > FAR || (residual < last && best > NEAR)) {
                     if residual < last && epsilon > SMALLEST_WEIGHT {
                         epsilon *= 0.1;
                     }
@@ -184,6 +189,11 @@ impl ConvexRelaxation {
                     polishing = true;
                     epsilon *= 10.0;
                     self.restore(&group, solution);
+                } else if best > NEAR && rounds < MAX_ROUNDS {
+                    (polishing, rounds, epsilon) = (false, rounds + 1, LATER_WEIGHT);
+                    self.restore(&group, solution);
+                    last = f64::INFINITY;
+                    continue;
                 } else {
                     break;
                 }
@@ -204,8 +214,12 @@ impl ConvexRelaxation {
             self.row_multiplier[k as usize] = self.row_impulse[k as usize];
             self.row_weight[k as usize] = 1.0 / (epsilon * self.row_delassus[k as usize]);
         }
-        let lightest = group.contacts.iter().map(|&i| self.delassus[i as usize]);
-        let lightest = lightest.chain(group.rows.iter().map(|&k| self.row_delassus[k as usize])).fold(0.0, f64::max);
+        let delassus = group.contacts.iter().map(|&i| self.delassus[i as usize]);
+        let delassus = delassus.chain(group.rows.iter().map(|&k| self.row_delassus[k as usize])).fold(0.0, f64::max);
+        let largest =
+            group.contacts.iter().flat_map(|&i| self.impulse[i as usize]).fold(0.0, |l: f64, x| l.max(x.abs()));
+        // What rounding leaves of the rows (times 1/ε) and of the momentum balance, as energies.
+        let rounding = self.velocity_scale.powi(2) / epsilon + (delassus * largest).powi(2);
         let objective = Objective {
             problem,
             cones: &self.faces,
@@ -218,7 +232,7 @@ impl ConvexRelaxation {
             weight: &self.weight,
             row_weight: &self.row_weight,
             stabilized: true,
-            smallest_decrement: 1e-32 / epsilon * self.velocity_scale * self.velocity_scale / lightest,
+            smallest_decrement: 1e-32 * rounding / delassus,
         };
         self.newton.minimize(&objective, &mut self.x, &mut self.impulse, &mut self.row_impulse);
     }
@@ -226,10 +240,12 @@ impl ConvexRelaxation {
     /// Natural map of the cone complementarity at the velocity that the impulses give, relative to `max|b|`.
     fn residual(&mut self, problem: &ContactProblem, group: &Group) -> f64 {
         self.velocity_from(problem, group, &problem.free_velocity);
+        // One scale for the whole problem, as the certificate has it.
+        let largest = self.delassus.iter().copied().fold(0.0, f64::max);
         let mut worst = 0.0_f64;
         for &i in group.contacts {
             let i = i as usize;
-            let (g, lambda) = (self.delassus[i], self.impulse[i]);
+            let (g, lambda) = (largest, self.impulse[i]);
             let mut u = problem.contact_velocity(i, &self.velocity);
             u[0] += problem.gap[i] / problem.timestep;
             let moved = self.faces.project(i, std::array::from_fn(|r| lambda[r] - u[r] / g)).0;
