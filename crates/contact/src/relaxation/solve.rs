@@ -93,7 +93,7 @@ impl ConvexRelaxation {
     /// `tolerance`: the certificate's worst residual up to which the status is `Solved`.
     ///
     /// # Cost
-    /// Some ten factorisations of size `n_v` for each group of coupled bodies, always from zero impulses.
+    /// Ten to twenty factorisations of size `n_v` for each group of coupled bodies, always from zero impulses.
     pub fn solve_into(&mut self, problem: &ContactProblem, tolerance: f64, solution: &mut RelaxedSolution) {
         solution.prepare(problem);
         self.prepare(problem);
