@@ -88,4 +88,12 @@ pub enum ProblemError {
     /// The assembled complementarity problem is malformed.
     #[error(transparent)]
     Lcp(#[from] signorini_lcp::LcpError),
+    /// What was given as a solution violates the laws.
+    #[error(
+        "the solution's certificate is {residual:.1e}, which is too much to say what else it admits: solve the problem first"
+    )]
+    NotASolution {
+        /// Its worst residual.
+        residual: f64,
+    },
 }

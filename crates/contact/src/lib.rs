@@ -12,12 +12,15 @@ mod error;
 mod frame;
 mod friction_group;
 mod frictional_certificate;
+mod indeterminacy;
 mod jacobian;
 mod lcp_route;
 mod polygon;
+mod polyhedral;
 mod problem;
 pub mod problem_file;
 mod recovery;
+mod relaxation;
 mod solution;
 mod solver;
 
@@ -31,9 +34,16 @@ pub use cone::{
 pub use error::ProblemError;
 pub use frame::ContactFrame;
 pub use friction_group::{FrictionBound, FrictionGroups};
+pub use indeterminacy::{
+    ForceDistributions, ImpulseRange, LeastNorm, LeastNormOutcome, LeastNormReport, LinearProgramResidual, SelfStress,
+    force_distributions, least_norm_impulses,
+};
 pub use jacobian::SparseRows;
 pub use lcp_route::solve_as_lcp;
 pub use polygon::FrictionPolygon;
 pub use problem::ContactProblem;
+pub use relaxation::{
+    ConvexRelaxation, RelaxationCertificate, RelaxationReport, RelaxationStatus, RelaxedSolution, certify_relaxation,
+};
 pub use solution::{ContactMode, ContactSolution};
 pub use solver::{ContactSolver, SolveReport, SolveStatus, SolverSettings, WarmStart};
