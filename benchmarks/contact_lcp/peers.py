@@ -36,6 +36,8 @@ PYTHON = BUILD / "venv" / "bin" / "python"
 DRAKE = "1.51.1"
 MOST_REPETITIONS = 50
 TOLERANCE = 1e-10
+# From this wall time on the thread's CPU time counts, as in the benchmark's own stopwatch.
+CPU_FROM = 2e-4
 SICONOS = {"siconos_lemke": 0, "siconos_newton": 1}
 DRAKE_SOLVERS = {"drake_unrevised", "drake_unrevised_warm", "drake_moby"}
 
@@ -102,9 +104,10 @@ class Drake:
 
         def solve():
             solver = warm or make()
-            start = time.perf_counter()
+            cpu, wall = time.thread_time(), time.perf_counter()
             result = solver.Solve(program, None, None)
-            return time.perf_counter() - start, result.is_success(), result.get_x_val()
+            wall, cpu = time.perf_counter() - wall, time.thread_time() - cpu
+            return wall if wall < CPU_FROM else min(wall, cpu), result.is_success(), result.get_x_val()
 
         return solve
 

@@ -61,7 +61,7 @@ struct Options {
     /// Solve nothing and print the tables of the records
     #[arg(long, requires = "records")]
     tables: bool,
-    /// Save problems that our solver should have solved in this folder
+    /// Save problems that our solver neither solved nor rightly denied in this folder
     #[arg(long)]
     save_failures: Option<PathBuf>,
     /// A few small problems only: shows in seconds that the program works
@@ -183,9 +183,10 @@ fn summary(record: &Record) -> String {
     format!("{} n {} cold {} {residual:.1e} {time}", record.name, record.size, record.cold.status)
 }
 
-/// Writes a problem that has a solution which our solver did not find.
+/// Writes a problem that our solver neither solved nor denied, or denied although it has a solution.
 fn save_failure(options: &Options, spec: &Spec, record: &Record) -> Result<(), Box<dyn Error>> {
-    let Some(folder) = options.save_failures.as_ref().filter(|_| record.is_solvable() && !record.cold.solves()) else {
+    let failed = !record.cold.solves() && (record.is_solvable() || !record.is_denied());
+    let Some(folder) = options.save_failures.as_ref().filter(|_| failed) else {
         return Ok(());
     };
     if let Problem::Contact(problem) = spec.build()? {

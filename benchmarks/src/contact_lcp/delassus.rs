@@ -65,8 +65,7 @@ fn factor(given: &FrictionalProblem) -> (Vec<Vec<f64>>, Vec<usize>) {
     let mut left: Vec<f64> = (0..rows).map(|i| W[(i, i)]).collect();
     let largest = left.iter().copied().fold(0.0, f64::max);
     let (mut columns, mut pivots): (Vec<Vec<f64>>, Vec<usize>) = (Vec::new(), Vec::new());
-    loop {
-        let Some(pivot) = (0..rows).max_by(|&i, &j| left[i].total_cmp(&left[j])) else { break };
+    while let Some(pivot) = (0..rows).max_by(|&i, &j| left[i].total_cmp(&left[j])) {
         if left[pivot] <= NEGLIGIBLE * largest || pivots.contains(&pivot) {
             break;
         }

@@ -10,6 +10,7 @@ use signorini::lcp::Lcp;
 use signorini::lcp::linalg::Lu;
 use signorini_npz::{Archive, ArchiveWriter};
 
+use super::stopwatch::seconds_of;
 use super::{Failure, Outcome, PeerRecord, Problem, Record, Spec, Worker};
 use crate::table::quantile;
 
@@ -20,7 +21,7 @@ pub struct Limits {
     pub rounds: usize,
     /// Seconds of one turn after which a solve is not repeated.
     pub turn: f64,
-    /// Seconds of wall time for our solver's first turn.
+    /// Seconds of wall time for our solver's turn.
     pub own: f64,
     /// Factor on the CPU seconds that a peer has for a problem: 0.5 for sizes below 160, then 1, 3 from 320, 12 from 900.
     pub peer_factor: f64,
@@ -97,7 +98,7 @@ impl Session {
         let (mut cold, mut warm, mut lu) = (Vec::new(), Vec::new(), Vec::new());
         let mut active: Option<Vec<usize>> = None;
         for round in 0..self.limits.rounds {
-            if round == 0 || record.cold.seconds.is_some() {
+            if round == 0 || repeats(&record.cold) {
                 let z = self.own_turn(spec, false, &mut cold, &mut record, lcp.as_ref());
                 if record.cold.seconds.is_some() {
                     self.own_turn(spec, true, &mut warm, &mut record, lcp.as_ref());
@@ -105,7 +106,7 @@ impl Session {
                 active = active.or_else(|| lcp.as_ref().and_then(|lcp| active_rows(lcp, &z?)));
             }
             for (solver, attempt) in solvers.iter().zip(&mut tries) {
-                if let Some(lcp) = lcp.as_ref().filter(|_| round == 0 || attempt.goes_on()) {
+                if let Some(lcp) = lcp.as_ref().filter(|_| round == 0 || repeats(&attempt.record.outcome)) {
                     let z = self.peer_turn(solver, lcp, round == 0, attempt);
                     active = active.or_else(|| active_rows(lcp, &z?));
                 }
@@ -230,11 +231,9 @@ struct Try {
     times: Vec<f64>,
 }
 
-impl Try {
-    /// Whether more rounds tell more.
-    fn goes_on(&self) -> bool {
-        self.record.outcome.seconds.is_some_and(|seconds| seconds < 1.0)
-    }
+/// Whether more rounds tell more: not after a failure, and not where one solve takes long.
+fn repeats(outcome: &Outcome) -> bool {
+    outcome.seconds.is_some_and(|seconds| seconds < 1.0)
 }
 
 fn describe(spec: &Spec, problem: &Problem) -> Record {
@@ -299,9 +298,9 @@ fn time_lu(lcp: &Lcp, rows: &[usize], budget: f64, times: &mut Vec<f64>) {
     let begin = Instant::now();
     for _ in 0..50 {
         lu.start(n).copy_from_slice(&block);
-        let start = Instant::now();
-        lu.factorize();
-        times.push(start.elapsed().as_secs_f64());
+        times.push(seconds_of(|| {
+            lu.factorize();
+        }));
         if begin.elapsed().as_secs_f64() > budget {
             break;
         }

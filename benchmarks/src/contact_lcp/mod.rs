@@ -9,6 +9,7 @@ mod measure;
 mod own;
 mod problems;
 mod record;
+mod stopwatch;
 mod tables;
 mod worker;
 

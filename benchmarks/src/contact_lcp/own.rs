@@ -9,6 +9,7 @@ use signorini::contact::{ContactProblem, ContactSolution, ContactSolver, SolveSt
 use signorini::lcp::{EnumerationSettings, Lcp, LemkeSettings, MethodKind};
 use signorini_npz::ArchiveWriter;
 
+use super::stopwatch::seconds_of;
 use super::{Problem, Spec};
 
 /// Solves of one request at most.
@@ -117,9 +118,7 @@ fn repeat(budget: f64, mut run: impl FnMut()) -> Vec<f64> {
     let begin = Instant::now();
     let mut times = Vec::new();
     while times.is_empty() || times.len() < MOST_REPETITIONS && begin.elapsed().as_secs_f64() < budget {
-        let start = Instant::now();
-        run();
-        times.push(start.elapsed().as_secs_f64());
+        times.push(seconds_of(&mut run));
     }
     times
 }

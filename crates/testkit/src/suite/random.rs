@@ -103,8 +103,8 @@ impl NumpyRandom {
 }
 
 /// Where the last layer of the ziggurat begins, and the area of each layer.
-const LAST_LAYER: f64 = 3.654_152_885_361_008_8;
-const LAYER_AREA: f64 = 0.004_928_673_233_974_655_25;
+const LAST_LAYER: f64 = 3.654_152_885_361_009;
+const LAYER_AREA: f64 = 0.004_928_673_233_974_655;
 
 /// The layers of a normal density: how wide, how much of it lies inside the next one, and the density at its end.
 #[derive(Clone, Debug)]
