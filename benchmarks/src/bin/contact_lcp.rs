@@ -28,6 +28,9 @@ struct Options {
     /// Friction directions with which every problem is solved
     #[arg(long, value_delimiter = ',', default_values_t = [4, 8, 16])]
     directions: Vec<usize>,
+    /// Leave out the list
+    #[arg(long)]
+    no_list: bool,
     /// Leave out the series of growing stacks and clusters
     #[arg(long)]
     no_growth: bool,
@@ -141,7 +144,8 @@ fn specs(options: &Options) -> Result<Vec<Spec>, Box<dyn Error>> {
         return Ok(specs);
     }
     let (first, last) = options.seeds.split_once("..").ok_or("--seeds wants two numbers like 0..153")?;
-    for seed in first.parse::<u32>()?..=last.parse::<u32>()? {
+    let (first, last): (u32, u32) = (first.parse()?, last.parse()?);
+    for seed in (first..=last).filter(|_| !options.no_list) {
         specs.extend(options.directions.iter().map(|&m| Spec::list(seed, m)));
     }
     for file in &options.files {

@@ -243,10 +243,10 @@ fn failures(records: &[Record]) {
     if !any {
         println!("nothing");
     }
-    let left_out: Vec<String> =
-        records.iter().filter_map(|r| Some(format!("{} ({})", r.name, r.left_out.as_ref()?))).collect();
-    if !left_out.is_empty() {
-        println!("\nLeft out: {}", left_out.join(", "));
+    let mut left_out: BTreeMap<&String, usize> = BTreeMap::new();
+    records.iter().filter_map(|r| r.left_out.as_ref()).for_each(|reason| *left_out.entry(reason).or_default() += 1);
+    for (reason, count) in left_out {
+        println!("\nLeft out of {count} problems: {reason}");
     }
 }
 
