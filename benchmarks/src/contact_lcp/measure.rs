@@ -244,8 +244,8 @@ fn describe(spec: &Spec, problem: &Problem) -> Record {
         Problem::Plain(lcp) => (0, 0, lcp.len(), false),
     };
     Record {
-        name: spec.to_string(),
-        family: if contacts == 0 { "siconos, no contact".to_owned() } else { spec.family() },
+        name: spec.label(),
+        family: if contacts == 0 { "plain LCP".to_owned() } else { spec.family() },
         growth: spec.is_growth(),
         contacts,
         nv,

@@ -3,7 +3,7 @@
 
 use std::error::Error;
 use std::fmt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use signorini::contact::ContactProblem;
@@ -71,6 +71,17 @@ impl Spec {
         Self { opened: true, ..self.clone() }
     }
 
+    /// A short name for tables and records: as the text, but of a file without its folder.
+    pub fn label(&self) -> String {
+        match &self.source {
+            Source::File(path) => {
+                let name = Path::new(path.file_name().unwrap_or_default());
+                Self { source: Source::File(name.to_owned()), ..self.clone() }.to_string()
+            }
+            _ => self.to_string(),
+        }
+    }
+
     /// Whether it belongs to a series of growing size.
     pub fn is_growth(&self) -> bool {
         matches!(self.source, Source::Stack(_) | Source::Cluster(_))
@@ -110,7 +121,10 @@ impl Spec {
             Source::Cluster(bodies) => Entry::cluster(*bodies).problem(*bodies as u32),
             Source::File(path) => match problem_file::read(path)? {
                 ProblemFile::Contact(problem) => *problem,
-                ProblemFile::Frictional(problem) => delassus::contact_problem(&problem, self.directions)?,
+                ProblemFile::Frictional(problem) => match delassus::contact_problem(&problem, self.directions)? {
+                    Some(problem) => problem,
+                    None => return Ok(Problem::Plain(problem.polygonal_lcp(self.directions)?)),
+                },
                 ProblemFile::Lcp(lcp) => return Ok(Problem::Plain(lcp)),
                 ProblemFile::MixedLcp(mixed) => return Ok(Problem::Plain(eliminate(&mixed)?)),
                 _ => return Err("a kind of problem that is not known here".into()),

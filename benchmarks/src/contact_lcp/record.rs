@@ -46,7 +46,7 @@ pub struct PeerRecord {
 /// One problem with everybody's outcome.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Record {
-    /// Text of the problem's [`Spec`](super::Spec).
+    /// The problem's [label](super::Spec::label).
     pub name: String,
     /// Family that results are gathered by.
     pub family: String,

@@ -195,7 +195,7 @@ fn series(records: &[&Record]) -> Vec<Vec<String>> {
         for outcome in [|r: &Record| r.cold.clone(), |r: &Record| r.warm.clone()] {
             let cell = |r: &&Record| {
                 let o = outcome(r);
-                let mark = if o.solves() { String::new() } else { format!(" ({})", o.status) };
+                let mark = if o.solves() { String::new() } else { format!(" ({})", word(&o)) };
                 format!("{}: {}{mark}", r.contacts, time(o.seconds))
             };
             row.push(records.iter().map(cell).collect::<Vec<_>>().join("; "));
@@ -237,7 +237,11 @@ fn failures(records: &[Record]) {
         };
         println!(
             "- {} ({}, {} contacts): cold {}, {residual}; warm {}; {why}",
-            record.name, record.family, record.contacts, record.cold.status, record.warm.status
+            record.name,
+            record.family,
+            record.contacts,
+            record.cold.status,
+            word(&record.warm)
         );
     }
     if !any {
@@ -248,6 +252,11 @@ fn failures(records: &[Record]) {
     for (reason, count) in left_out {
         println!("\nLeft out of {count} problems: {reason}");
     }
+}
+
+/// How a solve ended; a warm one is not tried where the cold one does not end.
+fn word(outcome: &Outcome) -> &str {
+    if outcome.status.is_empty() { "not tried" } else { &outcome.status }
 }
 
 fn percent(part: usize, whole: usize) -> String {

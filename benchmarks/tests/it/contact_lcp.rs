@@ -20,6 +20,7 @@ fn a_name_stands_for_the_same_problem_in_every_process() {
         let spec: Spec = text.parse().unwrap();
         assert_eq!(spec.to_string(), text);
     }
+    assert_eq!("file:4:/tmp/a:b.npz".parse::<Spec>().unwrap().label(), "file:4:a:b.npz");
     for text in ["", "list", "list:1", "list:x:4", "tower:3:4"] {
         assert!(text.parse::<Spec>().is_err(), "{text}");
     }
