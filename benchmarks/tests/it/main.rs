@@ -1,3 +1,4 @@
 //! Tests of what the benchmark programs measure with.
 
+mod contact_lcp;
 mod tosses;

@@ -191,7 +191,7 @@ impl Family {
     }
 }
 
-fn corners(x: f64, y: f64) -> [DVec3; 4] {
+pub(crate) fn corners(x: f64, y: f64) -> [DVec3; 4] {
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(a, b)| DVec3::new(0.5 * a * x, 0.5 * b * y, 0.0))
 }
 
@@ -297,8 +297,14 @@ fn settle(random: &mut Random, radii: &[f64]) -> Vec<DVec3> {
         .iter()
         .map(|_| DVec3::new(random.between(-side, side), random.between(-side, side), random.between(0.5, 1.6 * side)))
         .collect();
+    push_apart(&mut centers, radii);
+    centers
+}
+
+/// Pushes balls apart, together and down, 80 times a little.
+pub(crate) fn push_apart(centers: &mut [DVec3], radii: &[f64]) {
     for _ in 0..80 {
-        let old = centers.clone();
+        let old = centers.to_vec();
         for (i, center) in centers.iter_mut().enumerate() {
             for j in (0..radii.len()).filter(|&j| j != i) {
                 let apart = old[i] - old[j];
@@ -309,7 +315,6 @@ fn settle(random: &mut Random, radii: &[f64]) -> Vec<DVec3> {
             center.z = center.z.max(radii[i]);
         }
     }
-    centers
 }
 
 /// A unit vector within an angle of another.

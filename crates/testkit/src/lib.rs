@@ -2,6 +2,7 @@
 //!
 //! - [`families`]: contact problems from geometry (box, stack, pyramid, cluster, articulated tree, Painlevé rod, wedge,
 //!   squeeze), each a function of a seeded [`Random`] and of [`Parameters`]
+//! - [`suite`]: the list of problems that solvers are compared on, seed for seed the same as in other programs
 //! - [`Scene`]: free rigid bodies with point contacts, for problems made by hand
 //! - [`shared_data`]: where the data live that several projects share, with a message when they are absent
 //! - [`Dense`]: plain matrices that share no code with the crates under test
@@ -12,6 +13,7 @@ pub mod families;
 mod random;
 mod scene;
 mod shared;
+pub mod suite;
 
 pub use articulated::articulated;
 pub use dense::{Dense, largest_difference};

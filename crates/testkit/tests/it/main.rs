@@ -1,0 +1,3 @@
+//! Tests of what the other crates test with.
+
+mod suite;
