@@ -10,6 +10,7 @@ mod input;
 mod invariants;
 mod joints;
 mod mechanisms;
+mod restitution;
 mod scenes;
 mod stacking;
 mod support;
