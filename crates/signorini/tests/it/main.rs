@@ -9,6 +9,7 @@ mod incline;
 mod input;
 mod invariants;
 mod joints;
+mod literature;
 mod mechanisms;
 mod restitution;
 mod scenes;
