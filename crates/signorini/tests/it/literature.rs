@@ -64,7 +64,7 @@ fn painleves_rod_jams_by_an_impact_without_collision() {
 #[test]
 fn a_rocking_block_keeps_housners_share_of_its_angular_velocity() {
     let (half_width, half_height, start) = (0.1, 0.4, 0.1_f64);
-    let alpha = (half_width / half_height as f64).atan();
+    let alpha = f64::atan2(half_width, half_height);
     let radius = f64::hypot(half_width, half_height);
     let mut world = World::upright(1e-4, 2.0);
     world.floor();
