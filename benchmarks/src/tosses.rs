@@ -95,11 +95,11 @@ pub fn start_state(first: &[f64; 13], protocol: Protocol, substeps: usize) -> St
     State { time: 0.0, q, v }
 }
 
-/// The cube above its board, as a box on a plane with friction `mu`.
+/// The cube above its board, as a box on a plane with friction `mu` and coefficient of restitution `restitution`.
 ///
 /// # Errors
-/// [`ModelError`] if `mu` is negative or not finite.
-pub fn model(mu: f64) -> Result<Model, ModelError> {
+/// [`ModelError`] if `mu` is negative or not finite, or the restitution not between 0 and 1.
+pub fn model(mu: f64, restitution: f64) -> Result<Model, ModelError> {
     let mut builder = ModelBuilder::new("cube");
     builder.gravity(DVec3::new(0.0, 0.0, -GRAVITY));
     let rotational = DMat3::from_diagonal(DVec3::splat(INERTIA));
@@ -111,7 +111,7 @@ pub fn model(mu: f64) -> Result<Model, ModelError> {
         (BodyId::WORLD, Geom::new("board", Geometry::Plane)),
     ];
     for (body, mut geom) in shapes {
-        geom.friction = mu;
+        (geom.friction, geom.restitution) = (mu, restitution);
         builder.add_geom(body, geom)?;
     }
     builder.build()
@@ -195,13 +195,18 @@ pub fn simulate(
     Ok((poses, effort))
 }
 
-/// A simulation of the cube with `mu` and `substeps` steps for each sample; other settings as given.
+/// A simulation of the cube with `mu`, `restitution` and `substeps` steps for each sample; other settings as given.
 ///
 /// # Errors
 /// [`SimulationError`] if a setting is out of its range; [`ModelError`] as in [`model`].
-pub fn simulation(mu: f64, substeps: usize, settings: &Settings) -> Result<Simulation, Box<dyn std::error::Error>> {
+pub fn simulation(
+    mu: f64,
+    restitution: f64,
+    substeps: usize,
+    settings: &Settings,
+) -> Result<Simulation, Box<dyn std::error::Error>> {
     let timestep = Some(1.0 / (SAMPLE_RATE * substeps as f64));
-    Ok(Simulation::new(model(mu)?, Settings { timestep, ..settings.clone() })?)
+    Ok(Simulation::new(model(mu, restitution)?, Settings { timestep, ..settings.clone() })?)
 }
 
 fn pose(simulation: &Simulation) -> [f64; 7] {

@@ -5,7 +5,7 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use clap::Parser;
-use signorini::{InfeasiblePolicy, Settings};
+use signorini::{InfeasiblePolicy, RestitutionLaw, Settings};
 use signorini_benchmarks::table;
 use signorini_benchmarks::tosses::{self, Effort, HALF_SIDE, IDENTIFICATION, Protocol, Toss, TossError};
 
@@ -49,9 +49,29 @@ struct Options {
     /// Friction; identified where it is not given
     #[arg(long)]
     mu: Option<f64>,
+    /// Law of restitution; without one nothing bounces
+    #[arg(long, value_enum, default_value = "none")]
+    law: Law,
+    /// Coefficient of restitution; identified where it is not given
+    #[arg(long)]
+    restitution: Option<f64>,
     /// A few tosses only, one friction: shows in seconds that the program works
     #[arg(long)]
     smoke: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Law {
+    None,
+    Newton,
+    Poisson,
+}
+
+/// Coefficients of friction and restitution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Surface {
+    mu: f64,
+    restitution: f64,
 }
 
 /// Sums over a set of tosses.
@@ -74,13 +94,15 @@ fn main() -> Result<(), Box<dyn Error>> {
         identification.truncate(3);
         others.truncate(6);
     }
-    let mu = match options.mu {
-        Some(mu) => mu,
-        None => identify(&options, &identification)?,
-    };
-    let train = score(&options, mu, &identification)?;
-    println!("friction {mu:.4}; on {} tosses of the identification: {}", identification.len(), in_words(&train));
-    let test = score(&options, mu, &others)?;
+    let surface = identify(&options, &identification)?;
+    let Surface { mu, restitution } = surface;
+    let train = score(&options, surface, &identification)?;
+    println!(
+        "friction {mu:.4}, restitution {restitution:.4}; on {} tosses of the identification: {}",
+        identification.len(),
+        in_words(&train)
+    );
+    let test = score(&options, surface, &others)?;
     println!("on {} other tosses: {}\n", others.len(), in_words(&test));
     print_detail(&test);
     print!("{}", comparison(&options, &test));
@@ -97,21 +119,33 @@ fn split(all: Vec<Toss>) -> (Vec<Toss>, Vec<Toss>) {
     parts
 }
 
-/// The friction with the least [`Score::objective`]. Tosses are chaotic and the objective is rough, so the range
-/// 0.02 to 0.6 is searched on a grid, and its best neighbourhood again on two finer ones.
-fn identify(options: &Options, tosses: &[Toss]) -> Result<f64, Box<dyn Error>> {
-    let mut best = (f64::INFINITY, 0.18);
-    let grids: &[(i32, f64)] = if options.smoke { &[(2, 0.04)] } else { &[(14, 0.02), (4, 0.004), (4, 0.001)] };
-    let mut center = if options.smoke { 0.18 } else { 0.31 };
-    for &(half, spacing) in grids {
-        for k in -half..=half {
-            let mu: f64 = center + f64::from(k) * spacing;
-            if mu <= 0.0 {
-                continue;
-            }
-            let objective = score(options, mu, tosses)?.objective();
-            if objective < best.0 {
-                best = (objective, mu);
+/// The friction and restitution with the least [`Score::objective`]. Tosses are chaotic and the objective is rough, so the
+/// friction from 0.02 to 0.6 and the restitution from 0 to 0.5 are searched on a grid, and its best neighbourhood again on two
+/// finer ones.
+fn identify(options: &Options, tosses: &[Toss]) -> Result<Surface, Box<dyn Error>> {
+    let fixed_e = if options.law == Law::None { Some(0.0) } else { options.restitution };
+    let grids: &[(i32, f64, f64)] = match (options.smoke, fixed_e) {
+        (true, _) => &[(2, 0.04, 0.1)],
+        (false, Some(_)) => &[(14, 0.02, 0.0), (4, 0.004, 0.0), (4, 0.001, 0.0)],
+        (false, None) => &[(7, 0.04, 0.05), (3, 0.01, 0.02), (2, 0.004, 0.01)],
+    };
+    let mut center = Surface { mu: if options.smoke { 0.18 } else { 0.31 }, restitution: 0.25 };
+    let mut best = (f64::INFINITY, center);
+    for &(half, friction_spacing, restitution_spacing) in grids {
+        let values = |fixed: Option<f64>, center: f64, spacing: f64, half: i32| match fixed {
+            Some(value) => vec![value],
+            None => (-half..=half).map(|k| center + f64::from(k) * spacing).collect::<Vec<f64>>(),
+        };
+        for mu in values(options.mu, center.mu, friction_spacing, half) {
+            for restitution in values(fixed_e, center.restitution, restitution_spacing, half.min(5)) {
+                let surface = Surface { mu, restitution };
+                if mu <= 0.0 || !(0.0..=1.0).contains(&restitution) {
+                    continue;
+                }
+                let objective = score(options, surface, tosses)?.objective();
+                if objective < best.0 {
+                    best = (objective, surface);
+                }
             }
         }
         center = best.1;
@@ -119,15 +153,16 @@ fn identify(options: &Options, tosses: &[Toss]) -> Result<f64, Box<dyn Error>> {
     Ok(best.1)
 }
 
-fn score(options: &Options, mu: f64, tosses: &[Toss]) -> Result<Score, Box<dyn Error>> {
+fn score(options: &Options, surface: Surface, tosses: &[Toss]) -> Result<Score, Box<dyn Error>> {
     let settings = Settings {
         directions: options.directions,
         direction_angle: options.direction_angle.to_radians(),
         stabilization: options.stabilization,
         infeasible: InfeasiblePolicy::ClipGaps,
+        restitution: if options.law == Law::Poisson { RestitutionLaw::Poisson } else { RestitutionLaw::Newton },
         ..Settings::default()
     };
-    let mut simulation = tosses::simulation(mu, options.substeps, &settings)?;
+    let mut simulation = tosses::simulation(surface.mu, surface.restitution, options.substeps, &settings)?;
     let mut score = Score::default();
     for toss in tosses {
         let (poses, effort) = tosses::simulate(&mut simulation, toss, options.protocol, options.substeps)?;
@@ -186,7 +221,12 @@ fn print_detail(score: &Score) {
 
 /// The table of all engines, best position first.
 fn comparison(options: &Options, test: &Score) -> String {
-    let own = format!("signorini, no restitution, {} directions, {} substeps", options.directions, options.substeps);
+    let law = match options.law {
+        Law::None => "no restitution",
+        Law::Newton => "Newton's restitution",
+        Law::Poisson => "Poisson's restitution",
+    };
+    let own = format!("signorini, {law}, {} directions, {} substeps", options.directions, options.substeps);
     let mut entries: Vec<(String, f64, f64)> = PEERS.map(|(name, x, r)| (name.to_owned(), x, r)).to_vec();
     entries.push((format!("**{own}**"), test.position_percent().0, test.rotation_degrees().0));
     entries.sort_by(|a, b| a.1.total_cmp(&b.1));

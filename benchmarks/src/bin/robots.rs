@@ -93,6 +93,7 @@ fn fall(options: &Options, folder: &Path, robot: &Robot) -> Result<Vec<String>, 
     let (nv, shapes) = (model.nv, model.geoms.len() - 1);
     let mut simulation = Simulation::new(model, settings)?;
     simulation.set_state(&start)?;
+    simulation.assemble()?;
     let begin = Instant::now();
     let duration = if options.smoke { 10.0 * options.timestep } else { options.duration };
     let end = match simulation.run(duration, |_, _| true) {

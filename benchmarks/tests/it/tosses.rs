@@ -22,7 +22,7 @@ fn flight(samples: usize, spin: f64) -> Toss {
 fn a_calibrated_start_falls_as_recorded_for_any_number_of_substeps() {
     let toss = flight(40, 7.0);
     for substeps in [1, 2, 5, 10] {
-        let mut simulation = simulation(0.2, substeps, &Settings::default()).unwrap();
+        let mut simulation = simulation(0.2, 0.0, substeps, &Settings::default()).unwrap();
         let (poses, effort) = simulate(&mut simulation, &toss, Protocol::Calibrated, substeps).unwrap();
         assert_eq!(effort.steps, 39 * substeps as u64);
         // The recording moves by δ(v − gδ) in the first interval, and so must the simulation, whatever the substeps.
@@ -35,7 +35,7 @@ fn a_calibrated_start_falls_as_recorded_for_any_number_of_substeps() {
 #[test]
 fn a_raw_start_is_off_by_what_the_scheme_makes_of_gravity() {
     let (toss, n) = (flight(2, 0.0), 10_usize);
-    let mut simulation = simulation(0.2, n, &Settings::default()).unwrap();
+    let mut simulation = simulation(0.2, 0.0, n, &Settings::default()).unwrap();
     let (poses, _) = simulate(&mut simulation, &toss, Protocol::Raw, n).unwrap();
     let dt = 1.0 / SAMPLE_RATE;
     let expected = GRAVITY * dt * dt * (n as f64 - 1.0) / (2.0 * n as f64);
@@ -68,7 +68,7 @@ fn a_flat_cube_slides_as_far_as_coulomb_says() {
     let mut toss = flight(120, 0.0);
     toss.samples[0] = [0.0, 0.0, HALF_SIDE, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
     let settings = Settings { directions: 16, ..Settings::default() };
-    let mut simulation = simulation(mu, 4, &settings).unwrap();
+    let mut simulation = simulation(mu, 0.0, 4, &settings).unwrap();
     let (poses, effort) = simulate(&mut simulation, &toss, Protocol::Raw, 4).unwrap();
     let dt = simulation.timestep();
     let (mut v, mut x) = (1.0, 0.0);

@@ -52,5 +52,10 @@ pub fn start(loaded: &Loaded, start: &StartArguments, settings: Settings) -> Res
         state.check(&loaded.model).map_err(CliError::State)?;
         simulation.set_state(&state)?;
     }
+    let violation = simulation.constraint_violation();
+    if violation > simulation.settings().assembly_tolerance {
+        let left = simulation.assemble()?;
+        eprintln!("note: the start violated equality constraints by up to {violation:.1e}; it was moved to {left:.1e}");
+    }
     Ok(simulation)
 }

@@ -48,10 +48,8 @@ pub enum FrictionSource {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Impact {
     pub contact: usize,
-    /// Coefficient of restitution.
+    /// Part of the normal impulse of the compression that comes back.
     pub restitution: f64,
-    /// Coefficient of friction.
-    pub friction: f64,
 }
 
 /// The contact problem of a step with what belongs to it, and the storage to build it.
@@ -154,12 +152,14 @@ impl ProblemBuilder {
             let [approach, ..] = self.problem.contact_velocity(contact, &state.v);
             let [free, ..] = self.problem.contact_velocity(contact, &self.problem.free_velocity);
             if restitution > 0.0 && approach < -at_rest && point.gap + dt * approach.min(free) <= 0.0 {
-                let rebound = match self.law {
-                    RestitutionLaw::Newton => dt * restitution * approach,
-                    RestitutionLaw::Poisson => 0.0,
+                let (rebound, restitution) = match self.law {
+                    RestitutionLaw::Newton => (dt * restitution * approach, restitution),
+                    // What the forces of the step add to the compression is weight and not impact: it is not restored.
+                    RestitutionLaw::Poisson if free < approach => (0.0, restitution * approach / free),
+                    RestitutionLaw::Poisson => (0.0, restitution),
                 };
                 self.problem.gap[contact] = self.problem.gap[contact].min(rebound);
-                self.impacts.push(Impact { contact, restitution, friction: point.friction });
+                self.impacts.push(Impact { contact, restitution });
             }
         }
     }

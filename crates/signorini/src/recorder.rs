@@ -143,8 +143,8 @@ fn energy(model: &Model, kinematics: &Kinematics, state: &State) -> Energy {
 fn contact_frame(workspace: &Workspace, i: usize) -> ContactFrame {
     let (point, frame) = (&workspace.points[i], &workspace.builder.frames[i]);
     let (problem, solution) = (&workspace.builder.problem, &workspace.solution);
-    let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
-    let [lambda_n, t_1, t_2] = solution.impulse[i];
+    let [_, c_1, c_2] = problem.contact_velocity(i, workspace.end_velocity());
+    let [lambda_n, t_1, t_2] = workspace.contact_impulse(i);
     let directions = problem.directions_of(i);
     let angle = directions.first().map_or(0.0, |d| d[1].atan2(d[0]));
     ContactFrame {

@@ -121,15 +121,23 @@ impl Simulation {
     /// [`SimulationError::FreeMotion`] if the mass matrix is singular.
     pub fn assemble(&mut self) -> Result<f64, SimulationError> {
         const NEWTON_STEPS: u32 = 50;
+        if self.model.equalities.is_empty() {
+            return Ok(0.0);
+        }
         let Self { model, workspace, state, .. } = self;
         workspace.clear_warm_start();
         workspace.assembler.assemble(model, &mut state.q, NEWTON_STEPS)
     }
 
+    /// The largest violation of an equality constraint in the present state, m or rad.
+    pub fn constraint_violation(&mut self) -> f64 {
+        self.workspace.assembler.violation(&self.model, &self.state.q)
+    }
+
     /// Refuses a start that violates the equality constraints.
     fn check_assembly(&mut self) -> Result<(), SimulationError> {
         let tolerance = self.settings.assembly_tolerance;
-        if !self.assembled && self.workspace.assembler.violation(&self.model, &self.state.q) > tolerance {
+        if !self.assembled && self.constraint_violation() > tolerance {
             let mut kinematics = Kinematics::new(&self.model);
             forward_kinematics_into(&self.model, &self.state.q, &self.state.v, &mut kinematics);
             let sizes = equality_violations(&self.model, &kinematics, &self.state.q);

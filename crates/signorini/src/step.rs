@@ -184,7 +184,7 @@ impl Workspace {
 
     /// Problem and solution of the decompression, where the last step had one (Poisson's law of restitution): the
     /// [problem](Self::problem) is then that of the compression, and the impulses of the step are the sum of `e` times those of the
-    /// compression, of the compression's, and of these.
+    /// compression, of the compression's, and of these ([`contact_impulse`](Self::contact_impulse)).
     pub fn decompression(&self) -> Option<(&ContactProblem, &ContactSolution)> {
         self.decompression.happened.then_some((&self.decompression.problem, &self.decompression.solution))
     }
@@ -192,6 +192,36 @@ impl Workspace {
     /// The solution of the last step.
     pub fn solution(&self) -> &ContactSolution {
         &self.solution
+    }
+
+    /// The impulse (normal, tangent 1, tangent 2) of contact `i` over the whole last step, N·s: its own, that of a belt, and
+    /// both phases of an impact.
+    pub fn contact_impulse(&self, i: usize) -> [f64; 3] {
+        let mut sum = self.solution.impulse[i];
+        let along = |problem: &ContactProblem, solution: &ContactSolution| {
+            let belongs =
+                |j: &usize| problem.friction_groups.bound[*j].normal().is_some_and(|(contact, _)| contact == i);
+            // The tangents of a contact come before its spinning and rolling.
+            let first = (0..problem.friction_groups.len()).find(belongs);
+            first.map_or([0.0; 2], |j| solution.group_impulse[j])
+        };
+        let belt = self.builder.friction_source.contains(&FrictionSource::Belt { contact: i });
+        let mut add = |[t_1, t_2]: [f64; 2]| {
+            sum[1] += t_1;
+            sum[2] += t_2;
+        };
+        if belt {
+            add(along(&self.builder.problem, &self.solution));
+        }
+        if let Some((problem, solution)) = self.decompression() {
+            if belt || !self.builder.problem.directions_of(i).is_empty() {
+                add(along(problem, solution));
+            }
+            let impact = self.builder.impacts.iter().find(|impact| impact.contact == i);
+            let restored = impact.map_or(0.0, |impact| impact.restitution * self.solution.lambda_n[i]);
+            sum[0] += restored + solution.lambda_n[i];
+        }
+        sum
     }
 
     /// Forgets the last solution, so that the next step starts cold.
@@ -305,7 +335,7 @@ impl Workspace {
     }
 
     /// The velocity at the end of the step.
-    fn end_velocity(&self) -> &[f64] {
+    pub(crate) fn end_velocity(&self) -> &[f64] {
         if self.decompression.happened { &self.decompression.solution.velocity } else { &self.solution.velocity }
     }
 

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use signorini::contact::SolveStatus;
+use signorini::multibody::{Joint, JointKind};
 use signorini::{ContactSource, Simulation, StepReport};
 
 /// A step without solution.
@@ -97,11 +98,20 @@ fn involved(simulation: &Simulation, i: usize) -> Option<Involved> {
         ContactSource::Limit { joint, upper } => {
             let joint = &model.joints[joint.index()];
             let [low, high] = joint.limits?;
-            let q = simulation.state().q[joint.q_index];
+            let q = joint_position(joint, &simulation.state().q);
             let (gap, limit) = if upper { (high - q, "upper") } else { (q - low, "lower") };
             (gap, Place::Limit { joint: joint.name.clone(), limit })
         }
     };
     let friction_rows = [i, i + 1].map(|k| layout.tangential + problem.direction_offsets[k]);
     Some(Involved { contact: i, normal_row: layout.normal + i, friction_rows, gap, place })
+}
+
+/// The position of a hinge or slide, or the angle of a ball joint's rotation.
+fn joint_position(joint: &Joint, q: &[f64]) -> f64 {
+    let q = &q[joint.q_index..];
+    match joint.kind {
+        JointKind::Ball => 2.0 * q[1].hypot(q[2]).hypot(q[3]).atan2(q[0].abs()),
+        _ => q[0],
+    }
 }

@@ -107,6 +107,7 @@ impl Inspection {
                 ActuatorKind::Motor => "motor",
                 ActuatorKind::Position { .. } => "position",
                 ActuatorKind::Velocity { .. } => "velocity",
+                ActuatorKind::Speed => "speed",
             },
             joint: model.joints[actuator.joint.index()].name.clone(),
         });
