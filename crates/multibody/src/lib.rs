@@ -20,6 +20,7 @@ mod configuration;
 mod energy;
 mod forward_dynamics;
 mod free_motion;
+mod free_rotation;
 mod inverse_dynamics;
 mod jacobian;
 mod kinematics;

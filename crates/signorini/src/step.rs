@@ -36,6 +36,9 @@ pub struct StepReport {
     pub clipped_gaps: bool,
     /// How often contacts were found anew because a body moved farther than expected.
     pub enlargements: u32,
+    /// Bodies that turn too fast for Δt for their gyroscopic torque to be integrated; it was left out
+    /// ([`FreeMotion::unresolved_rotations`]).
+    pub unresolved_rotations: usize,
 }
 
 impl StepReport {
@@ -168,7 +171,7 @@ pub fn step(
     free_motion_into(model, &ws.kinematics, state, input, dt, &mut ws.smooth)?;
     ws.builder.take_smooth(&mut ws.smooth, dt);
     ws.reach.start(model, &ws.kinematics, [&state.v, &ws.builder.problem.free_velocity], dt);
-    let mut report = StepReport::default();
+    let mut report = StepReport { unresolved_rotations: ws.smooth.unresolved_rotations, ..StepReport::default() };
     loop {
         ws.collider.find(model, &ws.kinematics.pose, &ws.reach.reach, &mut ws.points);
         ws.builder.build(model, state, &ws.kinematics, &ws.points);

@@ -4,6 +4,7 @@ mod random_model;
 
 mod closed_forms;
 mod free_motion;
+mod free_rotation;
 mod identities;
 mod mass;
 mod model;
