@@ -9,9 +9,9 @@ use crate::model::{BodyId, Inertia, JointKind, Model};
 
 /// Inertia of a rigid body about some origin, world axes.
 #[derive(Clone, Copy, Debug)]
-struct RigidInertia {
+pub(crate) struct RigidInertia {
     /// kg.
-    mass: f64,
+    pub mass: f64,
     /// Mass times the centre of mass from the origin, kg·m.
     first_moment: DVec3,
     /// Rotational inertia about the origin, kg·m².
@@ -19,24 +19,24 @@ struct RigidInertia {
 }
 
 impl RigidInertia {
-    const ZERO: Self = Self { mass: 0.0, first_moment: DVec3::ZERO, rotational: DMat3::ZERO };
+    pub const ZERO: Self = Self { mass: 0.0, first_moment: DVec3::ZERO, rotational: DMat3::ZERO };
 
     /// A body's inertia about its origin, in its own axes turned by `rotation`.
-    fn of_body(inertia: &Inertia, rotation: DMat3) -> Self {
+    pub fn of_body(inertia: &Inertia, rotation: DMat3) -> Self {
         let first_moment = rotation * (inertia.center_of_mass * inertia.mass);
         let rotational = rotation * inertia_about_origin(inertia) * rotation.transpose();
         Self { mass: inertia.mass, first_moment, rotational }
     }
 
     /// Adds an inertia about the same origin.
-    fn add(&mut self, other: &Self) {
+    pub fn add(&mut self, other: &Self) {
         self.mass += other.mass;
         self.first_moment += other.first_moment;
         self.rotational += other.rotational;
     }
 
     /// Adds an inertia whose origin is at `r` from this one's.
-    fn add_at(&mut self, other: &Self, r: DVec3) {
+    pub fn add_at(&mut self, other: &Self, r: DVec3) {
         let (m, h) = (other.mass, other.first_moment);
         let cross = outer(h, r);
         let shift = scalar(2.0 * h.dot(r) + m * r.length_squared()) - cross - cross.transpose() - outer(r, r) * m;
@@ -46,7 +46,7 @@ impl RigidInertia {
     }
 
     /// Moment about the origin and force that accelerate the body by `(angular, linear)`.
-    fn times(&self, angular: DVec3, linear: DVec3) -> (DVec3, DVec3) {
+    pub fn times(&self, angular: DVec3, linear: DVec3) -> (DVec3, DVec3) {
         let moment = self.rotational * angular + self.first_moment.cross(linear);
         (moment, linear * self.mass + angular.cross(self.first_moment))
     }

@@ -14,11 +14,14 @@
 //! - a free joint has `q = [p_WB, quat_WB]` and `v = [velocity of B's origin in world axes, angular velocity in body axes]`;
 //!   a ball joint has the angular velocity in body axes; hinges and slides are scalars.
 
+mod centroidal;
 mod cholesky;
 mod composite;
 mod configuration;
+mod delassus;
 mod energy;
 mod forward_dynamics;
+mod frame;
 mod free_motion;
 mod free_rotation;
 mod inverse_dynamics;
@@ -29,11 +32,17 @@ mod math;
 pub mod model;
 mod state;
 
+pub use centroidal::{Centroidal, center_of_mass_jacobian_into, centroidal_momentum_matrix_into};
 pub use cholesky::BlockCholesky;
 pub use composite::{MassMatrix, mass_matrix_into};
 pub use configuration::{difference_into, integrate_into};
+pub use delassus::{HalfSolvedRows, delassus_into};
 pub use energy::{angular_momentum, center_of_mass, kinetic_energy, linear_momentum, potential_energy, total_mass};
 pub use forward_dynamics::{ArticulatedBodies, forward_dynamics_into};
+pub use frame::{
+    AxisRates, Frame, ReferenceFrame, SpatialVector, axis_rates_into, frame_bias_acceleration, frame_jacobian_into,
+    frame_jacobian_rate_into, frame_velocity,
+};
 pub use free_motion::{FreeMotion, FreeMotionError, Saturation, free_motion_into};
 pub use inverse_dynamics::{NewtonEuler, bias_force_into, inverse_dynamics_into};
 pub use jacobian::{

@@ -3,6 +3,7 @@
 mod random_model;
 
 mod closed_forms;
+mod frames;
 mod free_motion;
 mod free_rotation;
 mod identities;
