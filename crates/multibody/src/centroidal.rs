@@ -15,7 +15,7 @@ pub struct Centroidal {
     pub matrix: Vec<f64>,
     /// Centre of mass of all bodies in world, m.
     pub center_of_mass: DVec3,
-    /// Mass of all bodies that can move, kg.
+    /// Mass of all bodies, kg.
     pub mass: f64,
     composite: Vec<RigidInertia>,
 }

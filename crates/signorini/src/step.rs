@@ -12,6 +12,7 @@ use signorini_multibody::{
 
 use crate::SimulationError;
 use crate::build::ProblemBuilder;
+use crate::inverse::DrivenVelocity;
 use crate::reach::BodyReach;
 use crate::settings::{ContactMethod, InfeasiblePolicy, Settings};
 use crate::warm::{WarmCache, limit_of};
@@ -164,6 +165,20 @@ pub fn step(
     workspace: &mut Workspace,
     next: &mut State,
 ) -> Result<StepReport, SimulationError> {
+    step_driven(model, state, input, settings, &[], workspace, next)
+}
+
+/// [`step`] in which some degrees of freedom end with a given velocity, whatever torque that takes: each is a bilateral row
+/// `v⁺_k = target`, after those of the model.
+pub(crate) fn step_driven(
+    model: &Model,
+    state: &State,
+    input: &Input,
+    settings: &Settings,
+    driven: &[DrivenVelocity],
+    workspace: &mut Workspace,
+    next: &mut State,
+) -> Result<StepReport, SimulationError> {
     let dt = settings.timestep.unwrap_or(model.timestep);
     let ws = workspace;
     state.check(model)?;
@@ -175,6 +190,9 @@ pub fn step(
     loop {
         ws.collider.find(model, &ws.kinematics.pose, &ws.reach.reach, &mut ws.points);
         ws.builder.build(model, state, &ws.kinematics, &ws.points);
+        for drive in driven {
+            ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
+        }
         if report.enlargements > 0 && !report.clipped_gaps && ws.warm.holds(&ws.builder.keys) {
             break; // The larger reach has no new contacts: the solution at hand is that of the step.
         }

@@ -7,6 +7,7 @@ mod impact;
 mod incline;
 mod input;
 mod invariants;
+mod inverse;
 mod joints;
 mod scenes;
 mod stacking;
