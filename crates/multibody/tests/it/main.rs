@@ -11,3 +11,4 @@ mod mass;
 mod model;
 mod motion;
 mod mujoco;
+mod peers;
