@@ -1,6 +1,7 @@
 //! Tests of the public interface.
 
 mod random_model;
+mod tree_file;
 
 mod closed_forms;
 mod frames;

@@ -2,15 +2,16 @@
 
 use std::path::Path;
 
-use signorini_multibody::glam::{DMat3, DQuat, DVec3};
+use signorini_multibody::glam::DMat3;
 use signorini_multibody::{
-    AxisRates, BodyId, Centroidal, Frame, Inertia, Joint, JointKind, Kinematics, Model, ModelBuilder, Pose,
-    ReferenceFrame, State, axis_rates_into, center_of_mass, centroidal_momentum_matrix_into, frame_jacobian_into,
-    frame_jacobian_rate_into, kinetic_energy, potential_energy,
+    AxisRates, BodyId, Centroidal, Frame, JointKind, Kinematics, Model, ReferenceFrame, State, axis_rates_into,
+    center_of_mass, centroidal_momentum_matrix_into, frame_jacobian_into, frame_jacobian_rate_into, kinetic_energy,
+    potential_energy,
 };
 
 use crate::identities::{bias_force, forward_dynamics, inverse_dynamics, kinematics, mass_matrix};
 use crate::random_model::Random;
+use crate::tree_file::{numbers, read_tree};
 
 /// Largest difference of a weighted sum, in terms of the largest entry that is summed.
 const TOLERANCE: f64 = 1e-11;
@@ -38,53 +39,11 @@ struct Robot {
     states: Vec<Vec<f64>>,
 }
 
-fn numbers(words: &[&str]) -> Vec<f64> {
-    words.iter().map(|x| x.parse().unwrap()).collect()
-}
-
-fn vector(x: &[f64]) -> DVec3 {
-    DVec3::from_slice(x)
-}
-
 fn read(name: &str, text: &str) -> Robot {
-    let mut builder = ModelBuilder::new(name);
-    let (mut bodies, mut joints, mut seed, mut states) = (vec![BodyId::WORLD], 0, 0, Vec::new());
-    for line in text.lines() {
-        let words: Vec<&str> = line.split_whitespace().collect();
-        match words[0] {
-            "seed" => seed = words[1].parse().unwrap(),
-            "gravity" => {
-                builder.gravity(vector(&numbers(&words[1..])));
-            }
-            "body" => {
-                let parent = bodies[words[1].parse::<usize>().unwrap()];
-                let x = numbers(&words[2..]);
-                let placement = Pose::new(vector(&x), DQuat::from_xyzw(x[4], x[5], x[6], x[3]));
-                let [xx, yy, zz, xy, xz, yz] = x[11..17] else { panic!("six moments") };
-                let rotational = DMat3::from_cols_array(&[xx, xy, xz, xy, yy, yz, xz, yz, zz]);
-                let inertia = Inertia { mass: x[7], center_of_mass: vector(&x[8..]), rotational };
-                bodies.push(builder.add_body(format!("b{}", bodies.len()), parent, placement, inertia).unwrap());
-            }
-            "joint" => {
-                let x = numbers(&words[2..]);
-                let axis = vector(&x);
-                let kind = match words[1] {
-                    "free" => JointKind::Free,
-                    "ball" => JointKind::Ball,
-                    "hinge" => JointKind::Hinge { axis },
-                    "slide" => JointKind::Slide { axis },
-                    other => panic!("{other}"),
-                };
-                let mut joint = Joint::new(format!("j{joints}"), kind);
-                (joint.anchor, joint.reference, joint.armature) = (vector(&x[3..]), x[6], x[7]);
-                builder.add_joint(*bodies.last().unwrap(), joint).unwrap();
-                joints += 1;
-            }
-            "state" => states.push(numbers(&words[1..])),
-            _ => {}
-        }
-    }
-    Robot { model: builder.build().unwrap_or_else(|e| panic!("{name}: {e}")), seed, states }
+    let lines = || text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
+    let seed = lines().find(|words| words[0] == "seed").expect("a seed")[1].parse().unwrap();
+    let states = lines().filter(|words| words[0] == "state").map(|words| numbers(&words[1..])).collect();
+    Robot { model: read_tree(name, text), seed, states }
 }
 
 /// The states of `make_numbers.py`, from the same random numbers.
