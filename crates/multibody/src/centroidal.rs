@@ -18,6 +18,8 @@ pub struct Centroidal {
     /// Mass of all bodies, kg.
     pub mass: f64,
     composite: Vec<RigidInertia>,
+    /// Of every body, in its own axes.
+    inertia: Vec<RigidInertia>,
 }
 
 impl Centroidal {
@@ -28,6 +30,7 @@ impl Centroidal {
             center_of_mass: DVec3::ZERO,
             mass: 0.0,
             composite: vec![RigidInertia::ZERO; model.bodies.len()],
+            inertia: model.bodies.iter().map(|body| RigidInertia::in_body_axes(&body.inertia)).collect(),
         }
     }
 
@@ -62,10 +65,11 @@ pub fn centroidal_momentum_matrix_into(model: &Model, kinematics: &Kinematics, o
     assert_eq!(out.matrix.len(), 6 * model.nv, "the storage belongs to another model");
     out.center_of_mass = center_of_mass(model, kinematics);
     out.mass = 0.0;
-    out.composite.fill(RigidInertia::ZERO);
+    for i in 1..model.bodies.len() {
+        out.composite[i] = out.inertia[i].turned(kinematics.rotation[i]);
+    }
     for i in (1..model.bodies.len()).rev() {
         let body = &model.bodies[i];
-        out.composite[i].add(&RigidInertia::of_body(&body.inertia, kinematics.rotation[i]));
         let composite = out.composite[i];
         let arm = kinematics.pose[i].position - out.center_of_mass;
         for k in model.dofs_of(BodyId(i as u32)) {

@@ -1,6 +1,7 @@
 //! Physics of whole simulations against closed forms and identities.
 
 mod contradiction;
+mod convergence;
 mod determinism;
 mod friction;
 mod impact;
