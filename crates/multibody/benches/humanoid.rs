@@ -81,15 +81,15 @@ fn algorithm(model: &signorini_multibody::Model, name: &str) -> Box<dyn FnMut()>
     }
 }
 
-/// Best time of a call, ns.
+/// Best time of a call, ns. Rounds are short so that some are not interrupted on a busy machine.
 fn time(mut call: impl FnMut()) -> f64 {
-    const CALLS: u32 = 2000;
+    const CALLS: u32 = 50;
     let round = |call: &mut dyn FnMut()| {
         let start = Instant::now();
         (0..CALLS).for_each(|_| call());
         start.elapsed().as_secs_f64() * 1e9 / f64::from(CALLS)
     };
-    (0..30).map(|_| round(&mut call)).fold(f64::INFINITY, f64::min)
+    (0..600).map(|_| round(&mut call)).fold(f64::INFINITY, f64::min)
 }
 
 fn main() {

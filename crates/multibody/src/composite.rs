@@ -13,9 +13,9 @@ pub(crate) struct RigidInertia {
     /// kg.
     pub mass: f64,
     /// Mass times the centre of mass from the origin, kg·m.
-    first_moment: DVec3,
+    pub first_moment: DVec3,
     /// Rotational inertia about the origin, kg·m².
-    rotational: DMat3,
+    pub rotational: DMat3,
 }
 
 impl RigidInertia {

@@ -160,7 +160,7 @@ fn smooth_impulse(kinematics: &Kinematics, state: &State, input: &Input, dt: f64
     out.unresolved_rotations = 0;
     for body in &out.free_rotations {
         let mut add = |first: usize, x: DVec3| (0..3).for_each(|a| out.impulse[first + a] += x[a]);
-        let correction = body.correction(kinematics, &out.mass.matrix, &state.v, dt);
+        let correction = body.correction(kinematics, &state.v, dt);
         let (translation, rotation) = body.dofs();
         add(rotation, correction.angular);
         if let Some(first) = translation {
