@@ -5,8 +5,9 @@
 //!
 //! Algorithms are free functions on `(&Model, …, &mut out)` that allocate nothing: [`forward_kinematics_into`] first, then
 //! what is computed from its [`Kinematics`]: Jacobians, [`mass_matrix_into`] (CRBA), [`inverse_dynamics_into`] (RNEA),
-//! [`forward_dynamics_into`] (ABA), [`free_motion_into`] (all that a step needs before contact), energies and momenta;
-//! [`integrate_into`] ends the step.
+//! [`forward_dynamics_into`] (ABA), [`free_motion_into`] (all that a step needs before contact), energies and momenta,
+//! [`centroidal_momentum_matrix_into`], Jacobians of [`Frame`]s and their rates, the inverse operational-space inertia of many
+//! points ([`delassus_into`]); [`integrate_into`] ends the step.
 //!
 //! Conventions (the whole law is in `NOTATION.md`):
 //! - frames in monogram notation: `X_WB` is the pose of body frame B in world W, `p_WB` its origin;
