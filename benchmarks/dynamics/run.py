@@ -26,8 +26,8 @@ def compile_pinocchio():
     if program.exists() and program.stat().st_mtime > source.stat().st_mtime:
         return program
     BUILD.mkdir(parents=True, exist_ok=True)
-    defines = ["NDEBUG", "BOOST_MPL_LIMIT_LIST_SIZE=30", "BOOST_MPL_LIMIT_VECTOR_SIZE=30", "PINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION",
-               "BOOST_MPL_CFG_NO_PREPROCESSED_HEADERS", "BOOST_FUSION_INVOKE_MAX_ARITY=12"]
+    defines = ["NDEBUG", "BOOST_MPL_LIMIT_LIST_SIZE=30", "BOOST_MPL_LIMIT_VECTOR_SIZE=30",
+               "PINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION", "BOOST_MPL_CFG_NO_PREPROCESSED_HEADERS", "BOOST_FUSION_INVOKE_MAX_ARITY=12"]
     subprocess.run(
         ["g++", "-std=c++17", "-O3", *(f"-D{d}" for d in defines), f"-I{PREFIX}/include", f"-I{PREFIX}/include/eigen3",
          source, f"-L{PREFIX}/lib", "-lpinocchio_default", f"-Wl,-rpath,{PREFIX}/lib", "-o", program],
