@@ -30,6 +30,7 @@
 mod assembly;
 mod build;
 mod error;
+mod inverse;
 mod reach;
 mod recorder;
 mod restitution;
@@ -40,6 +41,7 @@ mod warm;
 
 pub use build::FrictionSource;
 pub use error::SimulationError;
+pub use inverse::{DrivenVelocity, InverseMotion, inverse_step};
 pub use recorder::{frame_into, last_frame_into, recording_header};
 pub use settings::{ContactMethod, InfeasiblePolicy, RestitutionLaw, Settings};
 pub use simulation::{RunEnd, Simulation, Summary};

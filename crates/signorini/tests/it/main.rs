@@ -1,6 +1,7 @@
 //! Physics of whole simulations against closed forms and identities.
 
 mod contradiction;
+mod convergence;
 mod determinism;
 mod dry_friction;
 mod friction;
@@ -8,6 +9,7 @@ mod impact;
 mod incline;
 mod input;
 mod invariants;
+mod inverse;
 mod joints;
 mod literature;
 mod mechanisms;
