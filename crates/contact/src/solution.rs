@@ -89,8 +89,39 @@ impl ContactSolution {
         self.bilateral.clone_from(&other.bilateral);
     }
 
+    /// Appends the [warm part](Self::copy_warm_part) as plain numbers, so that a state can be stored with it: the numbers
+    /// of contacts and of bilateral rows, then for each contact its impulse (3) and mode (1), then the bilateral impulses.
+    pub fn write_warm_part(&self, numbers: &mut Vec<f64>) {
+        numbers.extend([self.impulse.len() as f64, self.bilateral.len() as f64]);
+        for (impulse, mode) in self.impulse.iter().zip(&self.solver_modes) {
+            numbers.extend(impulse);
+            numbers.push(f64::from(mode.code()));
+        }
+        numbers.extend(&self.bilateral);
+    }
+
+    /// Reads what [`write_warm_part`](Self::write_warm_part) wrote; `None`, and no change, if it is not that.
+    pub fn read_warm_part(&mut self, numbers: &[f64]) -> Option<()> {
+        let (&[contacts, bilateral], rest) = numbers.split_first_chunk()?;
+        let (contacts, bilateral) = (whole(contacts)?, whole(bilateral)?);
+        if rest.len() != contacts.checked_mul(4)?.checked_add(bilateral)? || rest.iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        let (entries, multipliers) = rest.split_at(4 * contacts);
+        let modes = entries.chunks_exact(4).map(|e| Mode::from_code(whole(e[3])?.try_into().ok()?));
+        self.solver_modes = modes.collect::<Option<_>>()?;
+        self.impulse = entries.chunks_exact(4).map(|e| [e[0], e[1], e[2]]).collect();
+        self.bilateral = multipliers.to_vec();
+        Some(())
+    }
+
     /// `z = (λ_N, α, β)` of the standard LCP (formulation §4).
     pub fn z(&self) -> Vec<f64> {
         self.lambda_n.iter().chain(&self.alpha).chain(&self.beta).copied().collect()
     }
+}
+
+/// A number as an index, if it is a whole one.
+fn whole(x: f64) -> Option<usize> {
+    (x >= 0.0 && x.fract() == 0.0 && x < 1e9).then_some(x as usize)
 }

@@ -31,6 +31,12 @@ pub enum SimulationError {
     /// The contact problem is malformed.
     #[error(transparent)]
     Problem(#[from] ProblemError),
+    /// Numbers that are not a warm start.
+    #[error("these {found} numbers are not a warm start: pass what Workspace::warm_start gave for this model, unchanged")]
+    WarmStart {
+        /// How many numbers there are.
+        found: usize,
+    },
     /// A name that the model does not have.
     #[error("there is no {sort} '{name}'; the model has {}", if known.is_empty() { "none" } else { known })]
     UnknownName {

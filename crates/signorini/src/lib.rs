@@ -29,6 +29,7 @@
 
 mod build;
 mod error;
+mod linear_system;
 mod reach;
 mod recorder;
 mod settings;
@@ -37,6 +38,7 @@ mod step;
 mod warm;
 
 pub use error::SimulationError;
+pub use linear_system::{LinearComplementaritySystem, linear_complementarity_system};
 pub use recorder::{frame_into, last_frame_into, recording_header};
 pub use settings::{ContactMethod, InfeasiblePolicy, Settings};
 pub use simulation::{RunEnd, Simulation, Summary};

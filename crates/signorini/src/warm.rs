@@ -65,4 +65,32 @@ impl WarmCache {
         self.keys.extend_from_slice(keys);
         self.solution.copy_warm_part(solution);
     }
+
+    /// The cache as plain numbers: the number of keys, the keys, and the
+    /// [warm part](ContactSolution::write_warm_part) of the solution.
+    pub fn write(&self, numbers: &mut Vec<f64>) {
+        numbers.push(self.keys.len() as f64);
+        numbers.extend(self.keys.iter().flatten().map(|&k| f64::from(k)));
+        self.solution.write_warm_part(numbers);
+    }
+
+    /// Takes over what [`write`](Self::write) wrote; `None`, and no change, if it is not that.
+    pub fn read(&mut self, numbers: &[f64]) -> Option<()> {
+        let (&count, rest) = numbers.split_first()?;
+        let is_key = |x: f64| x >= 0.0 && x <= f64::from(u32::MAX) && x.fract() == 0.0;
+        if !is_key(count) || rest.len() < (count as usize).checked_mul(3)? {
+            return None;
+        }
+        let (keys, solution) = rest.split_at(3 * count as usize);
+        if !keys.iter().all(|&k| is_key(k)) {
+            return None;
+        }
+        let keys: Vec<ContactKey> = keys.chunks_exact(3).map(|k| [k[0] as u32, k[1] as u32, k[2] as u32]).collect();
+        if !keys.is_sorted() {
+            return None;
+        }
+        self.solution.read_warm_part(solution)?;
+        self.keys = keys;
+        Some(())
+    }
 }
