@@ -13,22 +13,29 @@ use crate::error::format_error;
 use crate::parts::{self, Actuator, Body, Geom, Joint, Keyframe};
 
 /// Something in a model file that the model does not have, or has in another form.
-#[pyclass(frozen, get_all, module = "signorini")]
+#[pyclass(frozen, module = "signorini")]
 #[derive(Clone)]
 pub struct ImportWarning {
     /// The file, or a label for text that came from memory.
+    #[pyo3(get)]
     file: String,
     /// Line of the first place, from 1.
+    #[pyo3(get)]
     line: u32,
     /// The element it is about.
+    #[pyo3(get)]
     element: String,
     /// What is not taken over.
+    #[pyo3(get)]
     what: String,
     /// What that changes.
+    #[pyo3(get)]
     effect: String,
     /// Number of places.
+    #[pyo3(get)]
     count: usize,
     /// Whether the motion can differ because of it.
+    #[pyo3(get)]
     changes_motion: bool,
     text: String,
 }

@@ -51,7 +51,6 @@ from signorini._core import (
     solve_lcp,
     step,
 )
-from signorini._lemkelcp import lemkelcp
 from signorini.data import ActuatorData, BodyData, Data, JointData, Recorder
 from signorini.errors import (
     ModelError,
@@ -64,6 +63,7 @@ from signorini.errors import (
     StateError,
     ToleranceWarning,
 )
+from signorini.lemkelcp import lemkelcp
 from signorini.model import Model
 from signorini.settings import Settings
 

@@ -15,8 +15,9 @@ __all__ = ["lemkelcp"]
 def lemkelcp(M: ArrayLike, q: ArrayLike, maxIter: int = 100) -> Tuple[Optional[NDArray[np.float64]], int, str]:
     """Finds z with 0 ≤ z ⟂ M z + q ≥ 0; arguments and result are those of ``lemkelcp.lemkelcp``.
 
-    Users of that package change ``import lemkelcp as lcp`` into ``import signorini as lcp``, or ``from lemkelcp import
-    lemkelcp`` into ``from signorini import lemkelcp``. The pivots are lexicographic and the answer is checked in the
+    Users of that package change one import: ``from lemkelcp import lemkelcp`` into ``from signorini import lemkelcp``, ``from
+    lemkelcp.lemkelcp import lemkelcp`` into ``from signorini.lemkelcp import lemkelcp``, ``import lemkelcp as lcp`` into
+    ``import signorini as lcp``. The pivots are lexicographic and the answer is checked in the
     original data, so that degenerate problems end. :func:`signorini.solve_lcp` says more about what it found.
 
     Args:
@@ -33,3 +34,7 @@ def lemkelcp(M: ArrayLike, q: ArrayLike, maxIter: int = 100) -> Tuple[Optional[N
     if result.status in ("ray", "infeasible"):
         return None, 1, "Secondary ray found"
     return None, 2, "Max Iterations Exceeded"
+
+
+# With Python 3 `from lemkelcp import lemkelcp` gives a module, whose users write lemkelcp.lemkelcp(M, q).
+setattr(lemkelcp, "lemkelcp", lemkelcp)
