@@ -1,4 +1,4 @@
-//! NumPy arrays: the live ones of a `Data`, and copies in both directions.
+//! NumPy arrays made and read by copying.
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::intern;
@@ -8,94 +8,39 @@ use signorini::multibody::glam::DVec3;
 
 use crate::error::ProblemError;
 
-/// An array that Python sees and that every step updates in place.
-///
-/// NumPy owns the memory, and the engine copies into and out of it while it holds the GIL: a view stays valid for as long
-/// as anyone keeps it, and a step that runs without the GIL never shares memory with Python.
-pub struct LiveArray {
-    /// Never handed out, so that nobody can change its shape.
-    owner: Py<PyArrayDyn<f64>>,
-    /// What Python gets.
-    view: Py<PyAny>,
-}
+/// An array with one axis.
+pub type Vector<'py> = Bound<'py, PyArray1<f64>>;
 
-impl LiveArray {
-    /// Zeros.
-    pub fn new(py: Python<'_>, shape: &[usize]) -> PyResult<Self> {
-        let owner = PyArrayDyn::<f64>::zeros(py, shape, false);
-        let view = owner.call_method0(intern!(py, "view"))?.unbind();
-        Ok(Self { owner: owner.unbind(), view })
-    }
+/// An array with two axes.
+pub type Table<'py> = Bound<'py, PyArray2<f64>>;
 
-    /// The view for Python; always the same object.
-    pub fn view(&self, py: Python<'_>) -> Py<PyAny> {
-        self.view.clone_ref(py)
-    }
-
-    /// Copies the numbers out.
-    pub fn read_into(&self, py: Python<'_>, out: &mut [f64]) -> PyResult<()> {
-        let numbers = self.owner.bind(py).try_readonly()?;
-        out.copy_from_slice(numbers.as_slice()?);
-        Ok(())
-    }
-
-    /// Copies numbers in.
-    pub fn write(&self, py: Python<'_>, numbers: &[f64]) -> PyResult<()> {
-        self.owner.bind(py).try_readwrite()?.as_slice_mut()?.copy_from_slice(numbers);
-        Ok(())
-    }
-
-    /// Copies rows of `N` numbers in.
-    pub fn write_rows<const N: usize>(
-        &self,
-        py: Python<'_>,
-        rows: impl ExactSizeIterator<Item = [f64; N]>,
-    ) -> PyResult<()> {
-        let mut array = self.owner.bind(py).try_readwrite()?;
-        for (out, row) in array.as_slice_mut()?.chunks_exact_mut(N).zip(rows) {
-            out.copy_from_slice(&row);
-        }
-        Ok(())
-    }
-
-    /// `array[...] = value`, as NumPy does it.
-    pub fn assign(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        self.view.bind(py).set_item(py.Ellipsis(), value)
-    }
-}
+/// An array with three axes.
+pub type Cube<'py> = Bound<'py, PyArray3<f64>>;
 
 /// A new array of rows.
-pub fn rows<'py, const N: usize>(
-    py: Python<'py>,
-    rows: impl Iterator<Item = [f64; N]>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+pub fn rows<'py, const N: usize>(py: Python<'py>, rows: impl Iterator<Item = [f64; N]>) -> PyResult<Table<'py>> {
     let data: Vec<f64> = rows.flatten().collect();
     let count = data.len() / N;
     matrix(py, data, count, N)
 }
 
 /// A new matrix from its entries, row after row.
-pub fn matrix<'py>(
-    py: Python<'py>,
-    data: Vec<f64>,
-    rows: usize,
-    cols: usize,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+pub fn matrix<'py>(py: Python<'py>, data: Vec<f64>, rows: usize, cols: usize) -> PyResult<Table<'py>> {
     data.into_pyarray(py).reshape([rows, cols])
 }
 
 /// A new array with three axes.
-pub fn cube<'py>(py: Python<'py>, data: Vec<f64>, shape: [usize; 3]) -> PyResult<Bound<'py, PyArray3<f64>>> {
+pub fn cube<'py>(py: Python<'py>, data: Vec<f64>, shape: [usize; 3]) -> PyResult<Cube<'py>> {
     data.into_pyarray(py).reshape(shape)
 }
 
 /// A new array of numbers.
-pub fn vector<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyArray1<f64>> {
+pub fn vector<'py>(py: Python<'py>, numbers: &[f64]) -> Vector<'py> {
     PyArray1::from_slice(py, numbers)
 }
 
 /// A new array of a vector's components.
-pub fn vector3<'py>(py: Python<'py>, v: DVec3) -> Bound<'py, PyArray1<f64>> {
+pub fn vector3<'py>(py: Python<'py>, v: DVec3) -> Vector<'py> {
     PyArray1::from_slice(py, &v.to_array())
 }
 
@@ -150,6 +95,22 @@ pub fn read_matrix(
         _ => {
             let sizes = expected.map(|e| e.map_or("any".to_owned(), |e| e.to_string()));
             Err(wrong_shape(name, &shape, &format!("({}, {})", sizes[0], sizes[1])))
+        }
+    }
+}
+
+/// An array of three axes from Python of a known shape, `None` where a size may be anything: its shape and entries.
+pub fn read_cube(
+    name: &str,
+    value: &Bound<'_, PyAny>,
+    expected: [Option<usize>; 3],
+) -> PyResult<([usize; 3], Vec<f64>)> {
+    let (shape, entries) = read(name, value)?;
+    match <[usize; 3]>::try_from(&shape[..]) {
+        Ok(sizes) if sizes.iter().zip(expected).all(|(s, e)| e.is_none_or(|e| e == *s)) => Ok((sizes, entries)),
+        _ => {
+            let sizes = expected.map(|e| e.map_or("any".to_owned(), |e| e.to_string()));
+            Err(wrong_shape(name, &shape, &format!("({})", sizes.join(", "))))
         }
     }
 }

@@ -1,13 +1,13 @@
 //! The contacts of a step as arrays.
 
-use numpy::{PyArray1, PyArray2, PyArray3};
+use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use signorini::contact::ContactMode;
 use signorini::multibody::glam::DVec3;
 use signorini::recording::{ContactFrame as RecordedContact, ContactModeCode, Frame};
 use signorini::{ContactSource, Workspace};
 
-use crate::arrays;
+use crate::arrays::{self, Cube, Table, Vector};
 
 /// What is known about one contact.
 struct Contact {
@@ -69,19 +69,11 @@ impl Contacts {
         Self { contacts: frame.contacts.iter().map(recorded).collect(), timestep }
     }
 
-    fn each<'py, T: numpy::Element>(
-        &self,
-        py: Python<'py>,
-        value: impl Fn(&Contact) -> T,
-    ) -> Bound<'py, PyArray1<T>> {
+    fn each<'py, T: numpy::Element>(&self, py: Python<'py>, value: impl Fn(&Contact) -> T) -> Bound<'py, PyArray1<T>> {
         PyArray1::from_iter(py, self.contacts.iter().map(value))
     }
 
-    fn rows<'py>(
-        &self,
-        py: Python<'py>,
-        value: impl Fn(&Contact) -> [f64; 3],
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn rows<'py>(&self, py: Python<'py>, value: impl Fn(&Contact) -> [f64; 3]) -> PyResult<Table<'py>> {
         arrays::rows(py, self.contacts.iter().map(value))
     }
 }
@@ -99,44 +91,44 @@ impl Contacts {
 
     /// Signed distances at the beginning of the step, (ncon,), m; negative when penetrating.
     #[getter]
-    fn gap<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn gap<'py>(&self, py: Python<'py>) -> Vector<'py> {
         self.each(py, |c| c.gap)
     }
 
     /// Contact points in world, midway between the surfaces, (ncon, 3), m.
     #[getter]
-    fn point<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn point<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         self.rows(py, |c| c.point.to_array())
     }
 
     /// Contact frames, (ncon, 3, 3): rows normal, first tangent, second tangent, in world.
     #[getter]
-    fn frame<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    fn frame<'py>(&self, py: Python<'py>) -> PyResult<Cube<'py>> {
         let axes = self.contacts.iter().flat_map(|c| c.axes.iter().flat_map(|a| a.to_array()));
         arrays::cube(py, axes.collect(), [self.contacts.len(), 3, 3])
     }
 
     /// Coefficients of friction, (ncon,).
     #[getter]
-    fn friction<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn friction<'py>(&self, py: Python<'py>) -> Vector<'py> {
         self.each(py, |c| c.friction)
     }
 
     /// Impulses of the step along normal and tangents, (ncon, 3), N·s.
     #[getter]
-    fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         self.rows(py, |c| c.impulse)
     }
 
     /// Mean forces over the step along normal and tangents, (ncon, 3), N.
     #[getter]
-    fn force<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn force<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         self.rows(py, |c| c.impulse.map(|p| p / self.timestep))
     }
 
     /// Mean forces over the step on geom2 in world axes, (ncon, 3), N.
     #[getter]
-    fn force_world<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn force_world<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         let in_world = |c: &Contact| {
             let [n, t1, t2] = c.impulse.map(|p| p / self.timestep);
             (c.axes[0] * n + c.axes[1] * t1 + c.axes[2] * t2).to_array()
@@ -146,7 +138,7 @@ impl Contacts {
 
     /// Velocities of geom2 relative to geom1 along the two tangents at the end of the step, (ncon, 2), m/s.
     #[getter]
-    fn sliding_velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn sliding_velocity<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         arrays::rows(py, self.contacts.iter().map(|c| c.sliding))
     }
 
@@ -243,19 +235,19 @@ impl Limits {
 
     /// Distance to the limit at the beginning of the step, (nlimit,), rad or m.
     #[getter]
-    fn gap<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn gap<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.gap)
     }
 
     /// Impulses away from the limit, (nlimit,), N·s or N·m·s.
     #[getter]
-    fn impulse<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn impulse<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.impulse)
     }
 
     /// Mean forces over the step away from the limit, (nlimit,), N or N·m.
     #[getter]
-    fn force<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn force<'py>(&self, py: Python<'py>) -> Vector<'py> {
         PyArray1::from_iter(py, self.impulse.iter().map(|p| p / self.timestep))
     }
 }

@@ -144,10 +144,7 @@ impl Core {
     }
 
     /// Ends the recording with the present state.
-    pub fn stop_recording(
-        &mut self,
-        reason: &str,
-    ) -> Result<Option<signorini::recording::Recording>, RecordingError> {
+    pub fn stop_recording(&mut self, reason: &str) -> Result<Option<signorini::recording::Recording>, RecordingError> {
         let Some(mut sink) = self.sink.take() else {
             return Ok(None);
         };

@@ -8,30 +8,16 @@ use pyo3::exceptions::{PyIndexError, PyRuntimeError};
 use pyo3::prelude::*;
 use signorini::multibody::{kinetic_energy, potential_energy};
 
-use crate::arrays::{self, LiveArray};
+use crate::arrays::{self, Vector};
 use crate::contacts::{Contacts, Limits};
 use crate::core::Core;
 use crate::error::{StateError, recording_error, simulation_error};
+use crate::live::{Field, Live};
 use crate::model::Model;
 use crate::problem::{ContactProblem, ContactSolution};
 use crate::recording::Recording;
 use crate::report::{Certificate, StepReport};
 use crate::settings::PySettings;
-
-/// The arrays that every step updates.
-struct Live {
-    qpos: LiveArray,
-    qvel: LiveArray,
-    qacc: LiveArray,
-    ctrl: LiveArray,
-    qfrc_applied: LiveArray,
-    xpos: LiveArray,
-    xquat: LiveArray,
-    xmat: LiveArray,
-    xipos: LiveArray,
-    linear_velocity: LiveArray,
-    angular_velocity: LiveArray,
-}
 
 /// The state of a model and what a step needs.
 #[pyclass(frozen, subclass, module = "signorini._core")]
@@ -41,22 +27,22 @@ pub struct Data {
     #[pyo3(get)]
     settings: Py<PyAny>,
     core: Mutex<Core>,
-    live: Live,
+    pub live: Live,
 }
 
 macro_rules! live_arrays {
-    ($($(#[$doc:meta])* $name:ident, $setter:ident;)*) => {
+    ($($(#[$doc:meta])* $name:ident, $setter:ident, $field:ident;)*) => {
         #[pymethods]
         impl Data {
             $($(#[$doc])*
             #[getter]
             fn $name(&self, py: Python<'_>) -> Py<PyAny> {
-                self.live.$name.view(py)
+                self.live.view(py, Field::$field)
             }
 
             #[setter]
             fn $setter(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
-                self.live.$name.assign(py, value)
+                self.live.assign(py, Field::$field, value)
             })*
         }
     };
@@ -64,23 +50,23 @@ macro_rules! live_arrays {
 
 live_arrays! {
     /// Configuration, (nq,), m, rad, unit quaternions (w, x, y, z): a live view; what is written to it is the state.
-    qpos, set_qpos;
+    qpos, set_qpos, Qpos;
     /// Generalized velocity, (nv,), m/s, rad/s: a live view.
-    qvel, set_qvel;
+    qvel, set_qvel, Qvel;
     /// Control values, (nu,): a live view.
-    ctrl, set_ctrl;
+    ctrl, set_ctrl, Ctrl;
     /// Applied generalized force, (nv,), N, N·m: a live view.
-    qfrc_applied, set_qfrc_applied;
+    qfrc_applied, set_qfrc_applied, QfrcApplied;
 }
 
 macro_rules! results {
-    ($($(#[$doc:meta])* $name:ident;)*) => {
+    ($($(#[$doc:meta])* $name:ident, $field:ident;)*) => {
         #[pymethods]
         impl Data {
             $($(#[$doc])*
             #[getter]
             fn $name(&self, py: Python<'_>) -> Py<PyAny> {
-                self.live.$name.view(py)
+                self.live.view(py, Field::$field)
             })*
         }
     };
@@ -88,19 +74,19 @@ macro_rules! results {
 
 results! {
     /// Mean acceleration over the last step, (nv,), m/s², rad/s²: (v⁺ − v)/Δt.
-    qacc;
+    qacc, Qacc;
     /// Positions of the bodies' origins in world, (nbody, 3), m.
-    xpos;
+    xpos, Xpos;
     /// Orientations of the bodies, (nbody, 4), (w, x, y, z).
-    xquat;
+    xquat, Xquat;
     /// Rotation matrices of the bodies, (nbody, 3, 3), body to world.
-    xmat;
+    xmat, Xmat;
     /// Centres of mass of the bodies in world, (nbody, 3), m.
-    xipos;
+    xipos, Xipos;
     /// Velocities of the bodies' origins, (nbody, 3), world axes, m/s.
-    linear_velocity;
+    linear_velocity, LinearVelocity;
     /// Angular velocities of the bodies, (nbody, 3), world axes, rad/s.
-    angular_velocity;
+    angular_velocity, AngularVelocity;
 }
 
 #[pymethods]
@@ -108,29 +94,13 @@ impl Data {
     #[new]
     fn new(py: Python<'_>, model: Py<Model>, settings: Py<PyAny>) -> PyResult<Self> {
         let inner = model.get().inner.clone();
-        let (nq, nv, nu, nbody) = (inner.nq, inner.nv, inner.actuators.len(), inner.bodies.len());
         let options = settings.extract::<PySettings>(py)?.to_settings()?;
+        let live = Live::new(py, &inner)?;
         let core = py.detach(|| Core::new(inner, options)).map_err(simulation_error)?;
-        let array = |shape: &[usize]| LiveArray::new(py, shape);
-        let live = Live {
-            qpos: array(&[nq])?,
-            qvel: array(&[nv])?,
-            qacc: array(&[nv])?,
-            ctrl: array(&[nu])?,
-            qfrc_applied: array(&[nv])?,
-            xpos: array(&[nbody, 3])?,
-            xquat: array(&[nbody, 4])?,
-            xmat: array(&[nbody, 3, 3])?,
-            xipos: array(&[nbody, 3])?,
-            linear_velocity: array(&[nbody, 3])?,
-            angular_velocity: array(&[nbody, 3])?,
-        };
         let data = Self { model, settings, core: Mutex::new(core), live };
-        {
-            let core = data.core()?;
-            data.write_state(py, &core)?;
-            data.write_kinematics(py, &core)?;
-        }
+        let core = data.core()?;
+        data.write_all(py, &core)?;
+        drop(core);
         Ok(data)
     }
 
@@ -243,13 +213,12 @@ impl Data {
         core.input.generalized_force.fill(0.0);
         core.forget();
         core.update_kinematics();
-        self.write_state(py, &core)?;
-        self.write_kinematics(py, &core)
+        self.write_all(py, &core)
     }
 
     /// Time, qpos, qvel, ctrl, qfrc_applied, and the solver's warm start, as one vector.
     #[pyo3(signature = (*, warm_start=true))]
-    fn get_state<'py>(&self, py: Python<'py>, warm_start: bool) -> PyResult<Bound<'py, PyArray1<f64>>> {
+    fn get_state<'py>(&self, py: Python<'py>, warm_start: bool) -> PyResult<Vector<'py>> {
         let core = self.loaded(py)?;
         let mut numbers = vec![core.state.time];
         numbers.extend(&core.state.q);
@@ -290,8 +259,7 @@ impl Data {
         let core = &mut *core;
         core.other.v.clone_from(&core.state.v);
         core.update_kinematics();
-        self.write_state(py, core)?;
-        self.write_kinematics(py, core)
+        self.write_all(py, core)
     }
 
     #[pyo3(signature = (path=None))]
@@ -326,43 +294,18 @@ impl Data {
     /// The Rust side with what Python may have written to the arrays.
     pub fn loaded(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Core>> {
         let mut guard = self.core()?;
-        let core = &mut *guard;
-        self.live.qpos.read_into(py, &mut core.state.q)?;
-        self.live.qvel.read_into(py, &mut core.state.v)?;
-        self.live.ctrl.read_into(py, &mut core.input.control)?;
-        self.live.qfrc_applied.read_into(py, &mut core.input.generalized_force)?;
+        self.live.read_into(py, &mut guard)?;
         Ok(guard)
     }
 
-    fn write_state(&self, py: Python<'_>, core: &Core) -> PyResult<()> {
-        self.live.qpos.write(py, &core.state.q)?;
-        self.live.qvel.write(py, &core.state.v)?;
-        self.live.ctrl.write(py, &core.input.control)?;
-        self.live.qfrc_applied.write(py, &core.input.generalized_force)
-    }
-
-    /// Poses and velocities of the bodies.
-    pub fn write_kinematics(&self, py: Python<'_>, core: &Core) -> PyResult<()> {
-        let (live, k) = (&self.live, &core.kinematics);
-        live.xpos.write_rows(py, k.pose.iter().map(|x| x.position.to_array()))?;
-        live.xquat.write_rows(py, k.pose.iter().map(|x| x.rotation).map(|r| [r.w, r.x, r.y, r.z]))?;
-        live.xmat.write_rows(py, k.rotation.iter().map(|r| r.transpose().to_cols_array()))?;
-        live.xipos.write_rows(py, k.center_of_mass.iter().map(|x| x.to_array()))?;
-        live.linear_velocity.write_rows(py, k.linear_velocity.iter().map(|x| x.to_array()))?;
-        live.angular_velocity.write_rows(py, k.angular_velocity.iter().map(|x| x.to_array()))
-    }
-
-    /// What a step changes.
-    pub fn publish(&self, py: Python<'_>, core: &Core) -> PyResult<()> {
-        self.live.qpos.write(py, &core.state.q)?;
-        self.live.qvel.write(py, &core.state.v)?;
-        self.write_kinematics(py, core)
-    }
-
-    /// `(after − before)/Δt`.
-    pub fn write_acceleration(&self, py: Python<'_>, core: &Core, after: &[f64], before: &[f64]) -> PyResult<()> {
-        let dt = core.timestep();
-        self.live.qacc.write_rows(py, after.iter().zip(before).map(|(a, b)| [(a - b) / dt]))
+    /// Writes everything that is not of a step.
+    fn write_all(&self, py: Python<'_>, core: &Core) -> PyResult<()> {
+        self.live.write(py, |live| {
+            live.state(core);
+            live.input(core);
+            live.kinematics(core);
+            live.acceleration(&core.state.v, &core.state.v, core.timestep());
+        })
     }
 }
 

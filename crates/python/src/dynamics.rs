@@ -1,12 +1,11 @@
 //! Smooth dynamics at the present state of a `Data`.
 
-use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use signorini::multibody::glam::DVec3;
 use signorini::multibody::{self as mb, BodyId, MassMatrix, NewtonEuler};
 
-use crate::arrays;
+use crate::arrays::{self, Table, Vector};
 use crate::data::Data;
 use crate::model::Model;
 use crate::stepping::check_model;
@@ -19,7 +18,7 @@ pub fn inverse<'py>(
     model: &Bound<'py, Model>,
     data: &Bound<'py, Data>,
     qacc: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Bound<'py, PyArray1<f64>>> {
+) -> PyResult<Vector<'py>> {
     check_model(model, data)?;
     let nv = model.get().inner.nv;
     let acceleration = match qacc {
@@ -36,11 +35,7 @@ pub fn inverse<'py>(
 
 /// Coriolis, centrifugal, gyroscopic and gravity forces `h` of `M v̇ + h = τ` at the present qpos and qvel, (nv,), N, N·m.
 #[pyfunction]
-pub fn bias_force<'py>(
-    py: Python<'py>,
-    model: &Bound<'py, Model>,
-    data: &Bound<'py, Data>,
-) -> PyResult<Bound<'py, PyArray1<f64>>> {
+pub fn bias_force<'py>(py: Python<'py>, model: &Bound<'py, Model>, data: &Bound<'py, Data>) -> PyResult<Vector<'py>> {
     check_model(model, data)?;
     let mut core = data.get().loaded(py)?;
     core.update_kinematics();
@@ -51,11 +46,7 @@ pub fn bias_force<'py>(
 
 /// The mass matrix `M` at the present qpos, (nv, nv), kg, kg·m, kg·m².
 #[pyfunction]
-pub fn mass_matrix<'py>(
-    py: Python<'py>,
-    model: &Bound<'py, Model>,
-    data: &Bound<'py, Data>,
-) -> PyResult<Bound<'py, PyArray2<f64>>> {
+pub fn mass_matrix<'py>(py: Python<'py>, model: &Bound<'py, Model>, data: &Bound<'py, Data>) -> PyResult<Table<'py>> {
     check_model(model, data)?;
     let mut core = data.get().loaded(py)?;
     core.update_kinematics();
@@ -64,7 +55,7 @@ pub fn mass_matrix<'py>(
     arrays::matrix(py, mass.matrix.to_dense(), core.model.nv, core.model.nv)
 }
 
-type Pair<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+type Pair<'py> = (Table<'py>, Table<'py>);
 
 /// Jacobians of a body's point at the present qpos: of its velocity, (3, nv), m, and of the body's angular velocity,
 /// (3, nv), world axes. `point` is in world, (3,), m; without it, the body's origin.
@@ -104,7 +95,7 @@ pub fn integrate<'py>(
     qpos: &Bound<'py, PyAny>,
     qvel: &Bound<'py, PyAny>,
     dt: f64,
-) -> PyResult<Bound<'py, PyArray1<f64>>> {
+) -> PyResult<Vector<'py>> {
     let model = &model.get().inner;
     let q = arrays::read_vector("qpos", qpos, Some(model.nq))?;
     let v = arrays::read_vector("qvel", qvel, Some(model.nv))?;
@@ -120,7 +111,7 @@ pub fn difference<'py>(
     model: &Bound<'py, Model>,
     qpos1: &Bound<'py, PyAny>,
     qpos0: &Bound<'py, PyAny>,
-) -> PyResult<Bound<'py, PyArray1<f64>>> {
+) -> PyResult<Vector<'py>> {
     let model = &model.get().inner;
     let q1 = arrays::read_vector("qpos1", qpos1, Some(model.nq))?;
     let q0 = arrays::read_vector("qpos0", qpos0, Some(model.nq))?;

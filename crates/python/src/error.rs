@@ -8,6 +8,7 @@ use signorini::multibody::FreeMotionError;
 use signorini::recording::RecordingError as RecordingFault;
 use signorini_formats::FormatError;
 
+pyo3::import_exception!(signorini.errors, BatchError);
 pyo3::import_exception!(signorini.errors, ModelError);
 pyo3::import_exception!(signorini.errors, ProblemError);
 pyo3::import_exception!(signorini.errors, RecordingError);

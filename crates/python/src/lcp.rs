@@ -4,7 +4,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use signorini::lcp::{Basis, Lcp, Lemke, Matrix, MethodKind, MixedLcp, Solution, Status};
 
-use crate::arrays;
+use crate::arrays::{self, Vector};
 use crate::error::lcp_error;
 use crate::report::name_of;
 
@@ -19,13 +19,13 @@ pub struct LcpResult {
 impl LcpResult {
     /// The point, (n,); the best one found where the problem was not solved.
     #[getter]
-    fn z<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn z<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.solution.z)
     }
 
     /// `w = A z + b`, (n,).
     #[getter]
-    fn w<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn w<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.solution.w)
     }
 
@@ -61,7 +61,7 @@ impl LcpResult {
 
     /// Direction in `z` of the ray on which Lemke's path ended, (n,); `None` where it did not.
     #[getter]
-    fn ray<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+    fn ray<'py>(&self, py: Python<'py>) -> Option<Vector<'py>> {
         match &self.solution.status {
             Status::Ray(ray) => Some(arrays::vector(py, &ray.z)),
             _ => None,
@@ -70,14 +70,17 @@ impl LcpResult {
 
     /// A proof that no `z ≥ 0` has `A z + b ≥ 0`: `y ≥ 0`, `Aᵀ y ≤ 0`, `bᵀ y < 0`, (n,); `None` where none was found.
     #[getter]
-    fn farkas<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
+    fn farkas<'py>(&self, py: Python<'py>) -> Option<Vector<'py>> {
         self.farkas.as_ref().map(|y| arrays::vector(py, y))
     }
 
     fn __repr__(&self) -> String {
         let s = &self.solution;
         let (status, n) = (name_of(&s.status), s.z.len());
-        format!("<signorini.LcpResult {status}: {n} pairs, residual {:.1e}, {} iterations>", s.residual.value, s.iterations)
+        format!(
+            "<signorini.LcpResult {status}: {n} pairs, residual {:.1e}, {} iterations>",
+            s.residual.value, s.iterations
+        )
     }
 }
 

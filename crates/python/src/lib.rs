@@ -5,6 +5,7 @@
 //! `python/signorini/_core.pyi`.
 
 mod arrays;
+mod batch;
 mod contacts;
 mod core;
 mod data;
@@ -12,6 +13,7 @@ mod dynamics;
 mod error;
 mod lcp;
 mod linear_system;
+mod live;
 mod model;
 mod parts;
 mod problem;
@@ -25,6 +27,8 @@ use pyo3::prelude::*;
 /// The native half of the package signorini.
 #[pymodule]
 mod _core {
+    #[pymodule_export]
+    use crate::batch::Batch;
     #[pymodule_export]
     use crate::contacts::{Contacts, Limits};
     #[pymodule_export]

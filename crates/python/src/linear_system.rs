@@ -1,17 +1,16 @@
 //! The step near a state as a linear complementarity system.
 
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use signorini::lcp::{Lcp, Matrix, MethodKind};
 use signorini::{LinearComplementaritySystem as System, linear_complementarity_system};
 
-use crate::arrays;
+use crate::arrays::{self, Table, Vector};
 use crate::data::Data;
 use crate::error::{SolveError, lcp_error, problem_error, simulation_error};
 use crate::model::Model;
-use crate::stepping::check_model;
 use crate::problem::ContactProblem;
 use crate::report::name_of;
+use crate::stepping::check_model;
 
 /// `x⁺ = A x + B u + D λ + d`, `0 ≤ λ ⟂ E x + F λ + H u + c ≥ 0`, about a state.
 #[pyclass(frozen, module = "signorini")]
@@ -24,7 +23,7 @@ macro_rules! matrices {
         impl LinearComplementaritySystem {
             $($(#[$doc])*
             #[getter($name)]
-            fn $getter<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+            fn $getter<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
                 to_numpy(py, &self.0.$name)
             })*
         }
@@ -50,25 +49,25 @@ matrices! {
 impl LinearComplementaritySystem {
     /// (2 nv,).
     #[getter]
-    fn d<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn d<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.0.d)
     }
 
     /// (nlambda,).
     #[getter]
-    fn c<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn c<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.0.c)
     }
 
     /// The state about which it was made, (0, qvel), (2 nv,).
     #[getter]
-    fn x<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn x<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.0.x)
     }
 
     /// The control about which it was made, (nu,).
     #[getter]
-    fn u<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn u<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.0.u)
     }
 
@@ -86,7 +85,7 @@ impl LinearComplementaritySystem {
         x: Option<&Bound<'py, PyAny>>,
         u: Option<&Bound<'py, PyAny>>,
         method: &str,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>)> {
+    ) -> PyResult<(Vector<'py>, Vector<'py>)> {
         let system = &self.0;
         let given = |name, value: Option<&Bound<'py, PyAny>>, own: &[f64]| match value {
             Some(value) => arrays::read_vector(name, value, Some(own.len())),
@@ -101,7 +100,8 @@ impl LinearComplementaritySystem {
             let solution = method.solve(&lcp, None);
             if !solution.status.is_solved() {
                 let status = name_of(&solution.status);
-                let message = format!("the LCP of the step was not solved: {status}, residual {:.1e}", solution.residual.value);
+                let message =
+                    format!("the LCP of the step was not solved: {status}, residual {:.1e}", solution.residual.value);
                 return Err(SolveError::new_err((message, status)));
             }
             let free = sum(&system.d, [(&system.A, &x), (&system.B, &u)]);
@@ -120,7 +120,7 @@ impl LinearComplementaritySystem {
     }
 }
 
-fn to_numpy<'py>(py: Python<'py>, matrix: &Matrix) -> PyResult<Bound<'py, PyArray2<f64>>> {
+fn to_numpy<'py>(py: Python<'py>, matrix: &Matrix) -> PyResult<Table<'py>> {
     arrays::matrix(py, matrix.data().to_vec(), matrix.rows(), matrix.cols())
 }
 

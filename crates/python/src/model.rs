@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyArray2};
+use numpy::PyArray1;
 use pyo3::prelude::*;
 use signorini::multibody::{self as mb, BodyId};
 use signorini_formats::{FormatError, Imported, LoadOptions, load, load_mjcf_str, load_urdf_str};
 
-use crate::arrays;
+use crate::arrays::{self, Table, Vector};
 use crate::error::format_error;
 use crate::parts::{self, Actuator, Body, Geom, Joint, Keyframe};
 
@@ -37,6 +37,8 @@ pub struct ImportWarning {
     /// Whether the motion can differ because of it.
     #[pyo3(get)]
     changes_motion: bool,
+    /// All of it in a line.
+    #[pyo3(get)]
     text: String,
 }
 
@@ -159,19 +161,19 @@ impl Model {
 
     /// Gravity in world, (3,), m/s².
     #[getter]
-    fn gravity<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn gravity<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector3(py, self.inner.gravity)
     }
 
     /// The reference configuration, (nq,).
     #[getter]
-    fn qpos0<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn qpos0<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.inner.reference_configuration())
     }
 
     /// Masses of the bodies, (nbody,), kg.
     #[getter]
-    fn body_mass<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn body_mass<'py>(&self, py: Python<'py>) -> Vector<'py> {
         PyArray1::from_iter(py, self.inner.bodies.iter().map(|b| b.inertia.mass))
     }
 
@@ -207,13 +209,13 @@ impl Model {
 
     /// Limits of every joint, (njnt, 2), rad or m; infinite where there are none.
     #[getter]
-    fn jnt_range<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn jnt_range<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         arrays::rows(py, self.inner.joints.iter().map(|j| j.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])))
     }
 
     /// Ranges of the control values, (nu, 2); infinite where there are none.
     #[getter]
-    fn actuator_ctrlrange<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn actuator_ctrlrange<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         let range = |a: &mb::Actuator| a.control_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         arrays::rows(py, self.inner.actuators.iter().map(range))
     }

@@ -4,14 +4,12 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use signorini::contact::{
-    self, ContactSolver, FrictionPolygon, WarmStart, certify, problem_file, solve_as_lcp,
-};
+use signorini::ContactMethod;
+use signorini::contact::{self, ContactSolver, FrictionPolygon, WarmStart, certify, problem_file, solve_as_lcp};
 use signorini::lcp::Matrix;
 use signorini::multibody::BlockDiagonal;
-use signorini::ContactMethod;
 
-use crate::arrays;
+use crate::arrays::{self, Table, Vector};
 use crate::contacts::{directions_array, mode_code};
 use crate::error::{ProblemError, problem_error};
 use crate::report::{Certificate, contacts_of, name_of};
@@ -105,25 +103,25 @@ impl ContactProblem {
 
     /// Mass matrix, (nv, nv), kg, kg·m, kg·m²; in a step the effective one, with implicit springs and dampers.
     #[getter(M)]
-    fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn mass<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         arrays::matrix(py, self.inner.mass.to_dense(), self.nv(), self.nv())
     }
 
     /// Normal Jacobian, (nc, nv).
     #[getter(Jn)]
-    fn normal_jacobian<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn normal_jacobian<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         self.jacobian(py, &[0])
     }
 
     /// Tangential Jacobian, (2 nc, nv): rows 2i and 2i + 1 are those of contact i.
     #[getter(Jt)]
-    fn tangential_jacobian<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn tangential_jacobian<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         self.jacobian(py, &[1, 2])
     }
 
     /// Jacobian of the bilateral rows, (nb, nv).
     #[getter(Jb)]
-    fn bilateral_jacobian<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn bilateral_jacobian<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         let (nb, nv) = (self.inner.bilateral_violation.len(), self.nv());
         let mut dense = vec![0.0; nb * nv];
         for k in 0..nb {
@@ -135,19 +133,19 @@ impl ContactProblem {
 
     /// Violations of the bilateral rows, (nb,), m or rad.
     #[getter]
-    fn theta<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn theta<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.inner.bilateral_violation)
     }
 
     /// Gaps, (nc,), m.
     #[getter]
-    fn phi<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn phi<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.inner.gap)
     }
 
     /// Coefficients of friction, (nc,).
     #[getter]
-    fn mu<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn mu<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.inner.friction)
     }
 
@@ -159,13 +157,13 @@ impl ContactProblem {
 
     /// Velocity without contact, (nv,), m/s, rad/s.
     #[getter]
-    fn v_free<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn v_free<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.inner.free_velocity)
     }
 
     /// Friction directions of all contacts, (m, 2), contact after contact.
     #[getter(D)]
-    fn all_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn all_directions<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         arrays::rows(py, self.inner.directions.iter().copied())
     }
 
@@ -176,17 +174,14 @@ impl ContactProblem {
     }
 
     /// The standard LCP in z = (lambda_n, alpha, beta): (A, b).
-    fn lcp<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>)> {
+    fn lcp<'py>(&self, py: Python<'py>) -> PyResult<(Table<'py>, Vector<'py>)> {
         let lcp = self.inner.standard_lcp().map_err(problem_error)?;
         Ok((dense(py, lcp.A())?, arrays::vector(py, lcp.b())))
     }
 
     /// The mixed LCP in (v, lambda_b, lambda_n, alpha, beta): (A, b, free).
     #[allow(clippy::type_complexity)]
-    fn mixed_lcp<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<bool>>)> {
+    fn mixed_lcp<'py>(&self, py: Python<'py>) -> PyResult<(Table<'py>, Vector<'py>, Bound<'py, PyArray1<bool>>)> {
         let lcp = self.inner.mixed_lcp().map_err(problem_error)?;
         Ok((dense(py, lcp.A())?, arrays::vector(py, lcp.b()), PyArray1::from_slice(py, lcp.free())))
     }
@@ -247,7 +242,7 @@ impl ContactProblem {
 
 impl ContactProblem {
     /// Some rows of every contact's group.
-    fn jacobian<'py>(&self, py: Python<'py>, rows: &[usize]) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn jacobian<'py>(&self, py: Python<'py>, rows: &[usize]) -> PyResult<Table<'py>> {
         let (nc, nv) = (self.nc(), self.nv());
         let mut out = vec![0.0; rows.len() * nc * nv];
         for i in 0..nc {
@@ -261,7 +256,7 @@ impl ContactProblem {
     }
 }
 
-fn dense<'py>(py: Python<'py>, matrix: &Matrix) -> PyResult<Bound<'py, PyArray2<f64>>> {
+fn dense<'py>(py: Python<'py>, matrix: &Matrix) -> PyResult<Table<'py>> {
     arrays::matrix(py, matrix.data().to_vec(), matrix.rows(), matrix.cols())
 }
 
@@ -273,14 +268,14 @@ fn polygons(directions: Option<&Bound<'_, PyAny>>, nc: usize) -> PyResult<Vec<Fr
     }
     let lists: Vec<Bound<'_, PyAny>> = directions.map_or(Ok(Vec::new()), |d| d.extract())?;
     if lists.len() != nc {
-        let message = format!("directions has {} arrays for {nc} contacts: give one for each, or a number", lists.len());
+        let message =
+            format!("directions has {} arrays for {nc} contacts: give one for each, or a number", lists.len());
         return Err(ProblemError::new_err(message));
     }
     let polygon = |(i, list): (usize, &Bound<'_, PyAny>)| {
         let (_, _, entries) = arrays::read_matrix(&format!("directions[{i}]"), list, [None, Some(2)])?;
         let own = entries.chunks_exact(2).map(|d| [d[0], d[1]]).collect();
-        FrictionPolygon::from_directions(own)
-            .map_err(|e| ProblemError::new_err(format!("directions[{i}]: {e}")))
+        FrictionPolygon::from_directions(own).map_err(|e| ProblemError::new_err(format!("directions[{i}]: {e}")))
     };
     lists.iter().enumerate().map(polygon).collect()
 }
@@ -293,43 +288,43 @@ pub struct ContactSolution(pub contact::ContactSolution);
 impl ContactSolution {
     /// Velocity at the end of the step, (nv,), m/s, rad/s.
     #[getter]
-    fn v<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn v<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.0.velocity)
     }
 
     /// Normal impulses, (nc,), N·s.
     #[getter]
-    fn lambda_n<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn lambda_n<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.0.lambda_n)
     }
 
     /// Impulses along the friction directions, (m,), N·s.
     #[getter]
-    fn alpha<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn alpha<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.0.alpha)
     }
 
     /// Multipliers of the friction bounds, (nc,), m/s.
     #[getter]
-    fn beta<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn beta<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.0.beta)
     }
 
     /// Impulses of the bilateral rows, (nb,), N·s or N·m·s.
     #[getter]
-    fn lambda_b<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn lambda_b<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector(py, &self.0.bilateral)
     }
 
     /// z = (lambda_n, alpha, beta) of the standard LCP.
     #[getter]
-    fn z<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn z<'py>(&self, py: Python<'py>) -> Vector<'py> {
         PyArray1::from_vec(py, self.0.z())
     }
 
     /// Impulses along normal and tangents, (nc, 3), N·s.
     #[getter]
-    fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         arrays::rows(py, self.0.impulse.iter().copied())
     }
 
@@ -377,6 +372,10 @@ impl ContactSolution {
 
     fn __repr__(&self) -> String {
         let worst = self.0.certificate.worst();
-        format!("<signorini.ContactSolution {}: {} contacts, worst residual {worst:.1e}>", self.status(), self.0.lambda_n.len())
+        format!(
+            "<signorini.ContactSolution {}: {} contacts, worst residual {worst:.1e}>",
+            self.status(),
+            self.0.lambda_n.len()
+        )
     }
 }

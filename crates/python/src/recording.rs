@@ -3,13 +3,13 @@
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use numpy::{PyArray1, PyArray2, PyArray3};
+use numpy::PyArray1;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use signorini::recording::report::{ReportSettings, write_html, write_html_to};
 use signorini::recording::{self, Ending, Frame, Header, RecordingError, Writer};
 
-use crate::arrays;
+use crate::arrays::{self, Cube, Table, Vector};
 use crate::contacts::Contacts;
 use crate::error::recording_error;
 use crate::report::name_of;
@@ -60,12 +60,7 @@ impl Recording {
         PyArray1::from_iter(py, self.0.frames().iter().map(value))
     }
 
-    fn table<'py>(
-        &self,
-        py: Python<'py>,
-        cols: usize,
-        row: impl Fn(&Frame) -> &[f64],
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn table<'py>(&self, py: Python<'py>, cols: usize, row: impl Fn(&Frame) -> &[f64]) -> PyResult<Table<'py>> {
         let data: Vec<f64> = self.0.frames().iter().flat_map(row).copied().collect();
         arrays::matrix(py, data, self.0.frames().len(), cols)
     }
@@ -74,7 +69,7 @@ impl Recording {
         &self,
         py: Python<'py>,
         part: impl Fn(&recording::Pose) -> [f64; N],
-    ) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    ) -> PyResult<Cube<'py>> {
         let data = self.0.frames().iter().flat_map(|f| f.body_poses.iter()).flat_map(part).collect();
         arrays::cube(py, data, [self.0.frames().len(), self.0.header().bodies.len(), N])
     }
@@ -169,43 +164,43 @@ impl Recording {
 
     /// Times, (nframe,), s.
     #[getter]
-    fn time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+    fn time<'py>(&self, py: Python<'py>) -> Vector<'py> {
         self.each(py, |f| f.time)
     }
 
     /// Configurations, (nframe, nq).
     #[getter]
-    fn qpos<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn qpos<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         self.table(py, self.0.header().nq, |f| &f.q)
     }
 
     /// Velocities, (nframe, nv).
     #[getter]
-    fn qvel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn qvel<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         self.table(py, self.0.header().nv, |f| &f.v)
     }
 
     /// Positions of the bodies' origins, (nframe, nbody, 3), m.
     #[getter]
-    fn xpos<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    fn xpos<'py>(&self, py: Python<'py>) -> PyResult<Cube<'py>> {
         self.poses(py, |&[x, y, z, ..]| [x, y, z])
     }
 
     /// Orientations of the bodies, (nframe, nbody, 4), (w, x, y, z).
     #[getter]
-    fn xquat<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray3<f64>>> {
+    fn xquat<'py>(&self, py: Python<'py>) -> PyResult<Cube<'py>> {
         self.poses(py, |&[.., w, x, y, z]| [w, x, y, z])
     }
 
     /// Kinetic and potential energy, (nframe, 2), J.
     #[getter]
-    fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn energy<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         arrays::rows(py, self.0.frames().iter().map(|f| [f.energy.kinetic, f.energy.potential]))
     }
 
     /// Residuals, (nframe, 5): momentum, natural map, Signorini, friction, dissipation.
     #[getter]
-    fn residuals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn residuals<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         let row = |f: &Frame| {
             let r = &f.residuals;
             [r.momentum, r.natural_map, r.signorini, r.friction, r.dissipation]

@@ -51,8 +51,11 @@ pub fn step(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>, ns
         break;
     }
     if left < nstep {
-        data.publish(py, core)?;
-        data.write_acceleration(py, core, &core.state.v, &core.other.v)?;
+        data.live.write(py, |live| {
+            live.state(core);
+            live.kinematics(core);
+            live.acceleration(&core.state.v, &core.other.v, core.timestep());
+        })?;
     }
     if core.missed_steps > missed {
         let count = core.missed_steps - missed;
@@ -66,7 +69,7 @@ pub fn step(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>, ns
 fn warn_missed(py: Python<'_>, count: u64) -> PyResult<()> {
     let category = py.import("signorini.errors")?.getattr("ToleranceWarning")?;
     let message = format!("{count} steps missed the tolerance; data.certificate and data.missed_steps say more");
-    let arguments = (message, category, 2);
+    let arguments = (message, category, 1);
     py.import("warnings")?.call_method1("warn", arguments).map(|_| ())
 }
 
@@ -109,8 +112,10 @@ pub fn forward(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>)
         core.preview()
     });
     end.map_err(simulation_error)?;
-    data.write_kinematics(py, core)?;
-    data.write_acceleration(py, core, &core.other.v, &core.state.v)?;
+    data.live.write(py, |live| {
+        live.kinematics(core);
+        live.acceleration(&core.other.v, &core.state.v, core.timestep());
+    })?;
     if core.report.advanced() { Ok(()) } else { Err(no_solution(core)) }
 }
 
@@ -121,5 +126,5 @@ pub fn kinematics(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Dat
     let data = data.get();
     let mut core = data.loaded(py)?;
     core.update_kinematics();
-    data.write_kinematics(py, &core)
+    data.live.write(py, |live| live.kinematics(&core))
 }

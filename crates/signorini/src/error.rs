@@ -32,7 +32,9 @@ pub enum SimulationError {
     #[error(transparent)]
     Problem(#[from] ProblemError),
     /// Numbers that are not a warm start.
-    #[error("these {found} numbers are not a warm start: pass what Workspace::warm_start gave for this model, unchanged")]
+    #[error(
+        "these {found} numbers are not a warm start: pass what Workspace::warm_start gave for this model, unchanged"
+    )]
     WarmStart {
         /// How many numbers there are.
         found: usize,

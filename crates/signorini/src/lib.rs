@@ -27,6 +27,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod batch;
 mod build;
 mod error;
 mod linear_system;
@@ -37,6 +38,7 @@ mod simulation;
 mod step;
 mod warm;
 
+pub use batch::{Batch, LaneStop};
 pub use error::SimulationError;
 pub use linear_system::{LinearComplementaritySystem, linear_complementarity_system};
 pub use recorder::{frame_into, last_frame_into, recording_header};

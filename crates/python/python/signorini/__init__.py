@@ -51,8 +51,10 @@ from signorini._core import (
     solve_lcp,
     step,
 )
+from signorini.batch import Batch
 from signorini.data import ActuatorData, BodyData, Data, JointData, Recorder
 from signorini.errors import (
+    BatchError,
     ModelError,
     ModelWarning,
     ProblemError,
@@ -70,6 +72,8 @@ from signorini.settings import Settings
 __all__ = [
     "Actuator",
     "ActuatorData",
+    "Batch",
+    "BatchError",
     "Body",
     "BodyData",
     "Certificate",

@@ -16,6 +16,7 @@ from signorini.settings import Settings as _PublicSettings
 
 __all__ = [
     "Actuator",
+    "Batch",
     "Body",
     "Certificate",
     "ContactProblem",
@@ -58,6 +59,54 @@ class _Sparse(Protocol):
 
 _MatrixLike = Union[ArrayLike, _Sparse]
 
+@disjoint_base
+class Batch:
+    """Base of ``signorini.Batch``."""
+
+    def __new__(cls, model: _PublicModel, nsim: int, settings: _PublicSettings, nthread: int = 0) -> Self: ...
+    def __len__(self) -> int: ...
+    @property
+    def model(self) -> _PublicModel:
+        """The model."""
+    @property
+    def settings(self) -> _PublicSettings:
+        """The settings."""
+    @property
+    def time(self) -> _Array:
+        """Times, (nsim,), s: a live view."""
+    @property
+    def qpos(self) -> _Array:
+        """Configurations, (nsim, nq): a live view; what is written to it is the state."""
+    @property
+    def qvel(self) -> _Array:
+        """Velocities, (nsim, nv): a live view."""
+    @property
+    def ctrl(self) -> _Array:
+        """Control values, (nsim, nu): a live view."""
+    @property
+    def residual(self) -> _Array:
+        """Largest residual of each simulation's last step, (nsim,)."""
+    @property
+    def ncon(self) -> _Ints:
+        """Contacts and joint limits in each simulation's last step, (nsim,)."""
+    def step(self, nstep: int = 1) -> None:
+        """Makes ``nstep`` steps of every simulation; the GIL is released meanwhile.
+
+        Raises:
+            BatchError: simulations stopped; the others made all their steps.
+        """
+    def rollout(self, ctrl: Optional[ArrayLike] = None, nstep: Optional[int] = None) -> Tuple[_Array, _Array]:
+        """Makes steps and records the states after each: qpos, (nsim, nstep, nq), and qvel, (nsim, nstep, nv).
+
+        Args:
+            ctrl: control values of every step, (nsim, nstep, nu); without it, ``self.ctrl`` stays.
+            nstep: number of steps, where ``ctrl`` does not say it.
+
+        Raises:
+            BatchError: simulations stopped; the others made all their steps.
+        """
+    def _reset(self, ids: Optional[Sequence[int]] = None, keyframe: Optional[int] = None) -> None: ...
+
 @final
 class ImportWarning:
     """Something in a model file that the model does not have, or has in another form."""
@@ -83,6 +132,9 @@ class ImportWarning:
     @property
     def changes_motion(self) -> bool:
         """Whether the motion can differ because of it."""
+    @property
+    def text(self) -> str:
+        """All of it in a line."""
 
 @disjoint_base
 class Model:

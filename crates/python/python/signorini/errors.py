@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Optional, Sequence
 
 __all__ = [
+    "BatchError",
     "ModelError",
     "ModelWarning",
     "ProblemError",
@@ -67,6 +68,20 @@ class SolveError(SignoriniError, RuntimeError):
         self.status = status
         self.contacts = list(contacts)
         self.time = time
+
+
+class BatchError(SignoriniError, RuntimeError):
+    """Simulations of a batch that stopped early; each is in the state before the step that failed, the others went on.
+
+    Attributes:
+        ids: numbers of the simulations that stopped.
+        reasons: why, in the same order.
+    """
+
+    def __init__(self, message: str, ids: Sequence[int] = (), reasons: Sequence[str] = ()) -> None:
+        super().__init__(message)
+        self.ids = list(ids)
+        self.reasons = list(reasons)
 
 
 class RecordingError(SignoriniError, OSError):

@@ -1,5 +1,6 @@
 //! Physics of whole simulations against closed forms and identities.
 
+mod batch;
 mod contradiction;
 mod determinism;
 mod friction;
@@ -8,6 +9,7 @@ mod incline;
 mod input;
 mod invariants;
 mod joints;
+mod linear_system;
 mod scenes;
 mod stacking;
 mod support;
