@@ -80,11 +80,24 @@ def test_a_model_is_copied_as_itself_and_pickled_whole(tmp_path):
     path.write_text(text)
     model = signorini.Model.from_file(path)
     assert copy.copy(model) is model and copy.deepcopy(model) is model
-    pickled = pickle.dumps(model)
     path.unlink()
+    pickled = pickle.dumps(model)
     again = pickle.loads(pickled)
     assert again == model and hash(again) == hash(model) and again is not model
     assert again.body_names == model.body_names and again != mjcf("")
+
+
+def test_a_pickle_whose_files_have_changed_is_refused(tmp_path):
+    part = tmp_path / "part.xml"
+    body = "<mujoco><worldbody><body><freejoint/><geom size='{}'/></body></worldbody></mujoco>"
+    part.write_text(body.format(0.1))
+    main = tmp_path / "main.xml"
+    main.write_text("<mujoco><include file='part.xml'/></mujoco>")
+    pickled = pickle.dumps(signorini.Model.from_file(main))
+    assert pickle.loads(pickled).geom(0).size == [0.1]
+    part.write_text(body.format(0.2))
+    with pytest.raises(signorini.ModelError, match="load it anew"):
+        pickle.loads(pickled)
 
 
 def test_reprs_say_something(cards):

@@ -83,7 +83,7 @@ class Model(_core.Model):
     def _load(cls, source: Dict[str, Any], package_dirs: Sequence[PathLike], floating_base: bool) -> Model:
         folders = [os.fspath(folder) for folder in package_dirs]
         model = cls(**source, package_dirs=folders, floating_base=floating_base)
-        model._recipe = dict(source, package_dirs=folders, floating_base=floating_base)
+        model._recipe = dict(_text_of(source), package_dirs=folders, floating_base=floating_base)
         for w in model.import_report:
             if w.changes_motion:
                 warning = ModelWarning(str(w), w.file, w.line, w.element, w.what, w.effect, w.count)
@@ -121,7 +121,7 @@ class Model(_core.Model):
         return self
 
     def __reduce__(self) -> Tuple[Any, ...]:
-        return _unpickle, (type(self), _portable(self._recipe), self.content_hash)
+        return _unpickle, (type(self), self._recipe, self.content_hash)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Model) and self.content_hash == other.content_hash
@@ -163,14 +163,12 @@ def _is_text(source: PathLike) -> bool:
     return isinstance(source, str) and source.lstrip().startswith("<")
 
 
-def _portable(recipe: Dict[str, Any]) -> Dict[str, Any]:
-    """A file by its text, so that a pickle of a model without meshes and includes needs no file."""
-    if "path" not in recipe:
-        return dict(recipe, base_dir=os.path.abspath(recipe["base_dir"]))
-    path = pathlib.Path(recipe["path"])
-    portable = {name: value for name, value in recipe.items() if name != "path"}
-    text, folder = path.read_text(encoding="utf-8"), str(path.parent.resolve())
-    return dict(portable, text=text, format="auto", base_dir=folder)
+def _text_of(source: Dict[str, Any]) -> Dict[str, Any]:
+    """A source by its text, so that a pickle of a model without meshes and includes needs no file."""
+    if "path" not in source:
+        return dict(source, base_dir=os.path.abspath(source["base_dir"]))
+    path = pathlib.Path(source["path"])
+    return {"text": path.read_text(encoding="utf-8"), "format": "auto", "base_dir": str(path.parent.resolve())}
 
 
 def _unpickle(cls: type[Model], recipe: Dict[str, Any], content_hash: int) -> Model:
