@@ -1,5 +1,6 @@
 """What the package promises as a whole."""
 
+import doctest
 import inspect
 import pathlib
 import re
@@ -26,3 +27,7 @@ def test_everything_public_is_documented():
             fields = getattr(thing, "__dataclass_fields__", {})
             bare += [f"{name}.{m}" for m in members if m not in fields and not inspect.getdoc(getattr(thing, m))]
     assert not bare
+
+
+def test_the_example_of_the_packages_docstring():
+    assert doctest.testmod(signorini).attempted == 5 and not doctest.testmod(signorini).failed
