@@ -31,9 +31,12 @@ pub struct Core {
     pub report: StepReport,
     /// Whether the workspace holds a step of this run.
     pub stepped: bool,
-    /// Steps made, and those of them that missed the tolerance.
+    /// Steps made.
     pub steps: u64,
+    /// Steps that missed the tolerance.
     pub missed_steps: u64,
+    /// Steps in which negative gaps were taken as zero.
+    pub clipped_steps: u64,
     sink: Option<Sink>,
     frame: Frame,
 }
@@ -66,6 +69,7 @@ impl Core {
             stepped: false,
             steps: 0,
             missed_steps: 0,
+            clipped_steps: 0,
             sink: None,
             frame: Frame::default(),
             model,
@@ -112,6 +116,7 @@ impl Core {
         std::mem::swap(state, other);
         self.steps += 1;
         self.missed_steps += u64::from(self.report.missed_tolerance);
+        self.clipped_steps += u64::from(self.report.clipped_gaps);
         Ok(())
     }
 

@@ -134,6 +134,12 @@ impl Data {
         Ok(self.core()?.missed_steps)
     }
 
+    /// Steps made with this object in which negative gaps were taken as zero.
+    #[getter]
+    fn clipped_steps(&self) -> PyResult<u64> {
+        Ok(self.core()?.clipped_steps)
+    }
+
     /// Contacts of the last step.
     #[getter]
     fn contact(&self) -> PyResult<Contacts> {

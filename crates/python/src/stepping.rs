@@ -68,7 +68,8 @@ pub fn step(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>, ns
 /// Says that steps missed the tolerance.
 fn warn_missed(py: Python<'_>, count: u64) -> PyResult<()> {
     let category = py.import("signorini.errors")?.getattr("ToleranceWarning")?;
-    let message = format!("{count} steps missed the tolerance; data.certificate and data.missed_steps say more");
+    let steps = if count == 1 { "step" } else { "steps" };
+    let message = format!("{count} {steps} missed the tolerance; data.certificate and data.missed_steps say more");
     let arguments = (message, category, 1);
     py.import("warnings")?.call_method1("warn", arguments).map(|_| ())
 }

@@ -196,7 +196,7 @@ def test_a_contradiction_stops_before_the_step_and_names_the_geoms():
     assert data.steps == 0 and data.report.blamed == error.value.contacts
     going_on = signorini.Data(model, signorini.Settings(infeasible="clip_gaps"))
     signorini.step(model, going_on)
-    assert going_on.report.clipped_gaps
+    assert going_on.report.clipped_gaps and going_on.clipped_steps == 1
 
 
 def test_the_gil_is_released(cards):

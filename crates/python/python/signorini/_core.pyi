@@ -455,6 +455,9 @@ class Data:
     def missed_steps(self) -> int:
         """Steps made with this object whose residuals exceed the tolerance."""
     @property
+    def clipped_steps(self) -> int:
+        """Steps made with this object in which negative gaps were taken as zero (``Settings.infeasible``)."""
+    @property
     def contact(self) -> Contacts:
         """Contacts of the last step."""
     @property
