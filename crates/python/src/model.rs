@@ -74,7 +74,8 @@ impl Model {
         package_dirs: Vec<PathBuf>,
         floating_base: bool,
     ) -> PyResult<Self> {
-        let options = LoadOptions { package_dirs, floating_base };
+        let mut options = LoadOptions::default();
+        (options.package_dirs, options.floating_base) = (package_dirs, floating_base);
         let imported = py.detach(|| match (path, text) {
             (Some(path), _) => load(path, &options),
             (None, text) => load_text(&text.unwrap_or_default(), format, &base_dir, &options),

@@ -1,7 +1,9 @@
 //! The parts of a model as named records.
 
 use pyo3::prelude::*;
-use signorini::multibody::{self as mb, ActuatorKind, BodyId, Geometry, JointKind};
+use signorini::multibody::{self as mb, BodyId, Geometry, JointKind};
+
+use crate::report::name_of;
 
 /// A rigid body of a model.
 #[pyclass(frozen, get_all, module = "signorini")]
@@ -87,7 +89,7 @@ pub struct Actuator {
     /// Name.
     name: String,
     /// "motor", "position" or "velocity".
-    r#type: &'static str,
+    r#type: String,
     /// Index of the joint it drives.
     joint: usize,
     /// Factor from actuator force to joint force.
@@ -192,11 +194,7 @@ pub fn actuator(actuator: &mb::Actuator, id: usize) -> Actuator {
     Actuator {
         id,
         name: actuator.name.clone(),
-        r#type: match actuator.kind {
-            ActuatorKind::Motor => "motor",
-            ActuatorKind::Position { .. } => "position",
-            ActuatorKind::Velocity { .. } => "velocity",
-        },
+        r#type: name_of(&actuator.kind),
         joint: actuator.joint.index(),
         gear: actuator.gear,
         ctrlrange: actuator.control_range,

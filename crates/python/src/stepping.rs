@@ -89,16 +89,15 @@ fn no_solution(core: &Core) -> PyErr {
 }
 
 fn describe(model: &mb::Model, source: ContactSource) -> String {
-    match source {
-        ContactSource::Point(p) => {
-            let name = |g: GeomId| model.geoms[g.index()].name.as_str();
-            format!("'{}' on '{}' (gap {:.1e} m)", name(p.geom_b), name(p.geom_a), p.gap)
-        }
-        ContactSource::Limit { joint, upper } => {
-            let side = if upper { "upper" } else { "lower" };
-            format!("{side} limit of '{}'", model.joints[joint.index()].name)
-        }
+    if let ContactSource::Point(p) = source {
+        let name = |g: GeomId| model.geoms[g.index()].name.as_str();
+        return format!("'{}' on '{}' (gap {:.1e} m)", name(p.geom_b), name(p.geom_a), p.gap);
     }
+    if let ContactSource::Limit { joint, upper } = source {
+        let side = if upper { "upper" } else { "lower" };
+        return format!("{side} limit of '{}'", model.joints[joint.index()].name);
+    }
+    format!("{source:?}")
 }
 
 /// Solves the step from the present state without making it.
