@@ -61,6 +61,14 @@ pub enum SimulationError {
         /// What it has to be.
         expected: &'static str,
     },
+    /// Numbers that are not a warm start.
+    #[error(
+        "these {found} numbers are not a warm start: pass what Workspace::warm_start gave for this model, unchanged"
+    )]
+    WarmStart {
+        /// How many numbers there are.
+        found: usize,
+    },
     /// A name that the model does not have.
     #[error("there is no {sort} '{name}'; the model has {}", if known.is_empty() { "none" } else { known })]
     UnknownName {

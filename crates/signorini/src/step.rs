@@ -228,6 +228,22 @@ impl Workspace {
         sum
     }
 
+    /// The last solution in the form that the next step starts from, as plain numbers: stored with `(t, q, v)` and given
+    /// back to [`set_warm_start`](Self::set_warm_start), a run goes on with the same bits.
+    pub fn warm_start(&self) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        self.warm.write(&mut numbers);
+        numbers
+    }
+
+    /// Takes over a [`warm_start`](Self::warm_start) of the same model.
+    ///
+    /// # Errors
+    /// [`SimulationError::WarmStart`] if the numbers are not those of a warm start; nothing has changed then.
+    pub fn set_warm_start(&mut self, numbers: &[f64]) -> Result<(), SimulationError> {
+        self.warm.read(numbers).ok_or(SimulationError::WarmStart { found: numbers.len() })
+    }
+
     /// Forgets the last solution, so that the next step starts cold.
     pub fn clear_warm_start(&mut self) {
         self.warm.clear();

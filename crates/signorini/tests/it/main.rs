@@ -1,5 +1,6 @@
 //! Physics of whole simulations against closed forms and identities.
 
+mod batch;
 mod contradiction;
 mod convergence;
 mod determinism;
@@ -11,6 +12,7 @@ mod input;
 mod invariants;
 mod inverse;
 mod joints;
+mod linear_system;
 mod literature;
 mod mechanisms;
 mod restitution;
