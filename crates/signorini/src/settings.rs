@@ -33,12 +33,12 @@ pub enum InfeasiblePolicy {
 /// How much velocity an impact restores (formulation §7). Coefficients are those of the geoms; with e = 0 the laws are the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RestitutionLaw {
-    /// Newton's (Moreau's) law: the normal velocity after is −e times that before. Exact for bodies that meet in one point;
-    /// with friction at several contacts it can gain energy.
+    /// Newton's (Moreau's) law: the normal velocity after is −e times that before. With friction it can gain energy: a rod
+    /// that slides as it strikes, up to a quarter of what it has.
     #[default]
     Newton,
     /// Poisson's hypothesis: the normal impulse of the decompression is e times that of the compression, in two
-    /// complementarity problems. Never gains energy.
+    /// complementarity problems. Never gains energy. A step with an impact allocates memory.
     Poisson,
 }
 

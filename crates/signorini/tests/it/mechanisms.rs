@@ -320,3 +320,49 @@ fn loops_contacts_and_dry_friction_are_solved_together() {
     let moved = simulation.state().q[first_free.q_index] - 1.1;
     assert!(moved > 0.01, "the finger pushed the box by {moved} m");
 }
+
+/// A swing of `cranks` parallel cranks of 0.5 m that carry one platform; two are enough, and each more adds rows that follow from
+/// the others as long as the loops are closed, and only then.
+fn parallel_swing(cranks: usize, position_iterations: u32) -> (Simulation, Vec<f64>) {
+    let mut b = builder();
+    let crank = |b: &mut ModelBuilder, k: usize| {
+        let inertia =
+            Inertia { mass: 1e-3, center_of_mass: DVec3::ZERO, rotational: DMat3::from_diagonal(DVec3::splat(1e-4)) };
+        let place = Pose::new(DVec3::X * k as f64, DQuat::from_rotation_y(1.0));
+        let body = b.add_body(format!("crank{k}"), BodyId::WORLD, place, inertia).unwrap();
+        b.add_joint(body, hinge(&format!("crank{k}"), DVec3::Y)).unwrap();
+        body
+    };
+    let first = crank(&mut b, 0);
+    let inertia = Inertia { mass: 2.0, center_of_mass: DVec3::X, rotational: DMat3::from_diagonal(DVec3::splat(0.3)) };
+    let local = Pose::new(DVec3::X * 0.5, DQuat::from_rotation_y(-1.0));
+    let platform = b.add_body("platform", first, local, inertia).unwrap();
+    b.add_joint(platform, hinge("platform", DVec3::Y)).unwrap();
+    for k in 1..cranks {
+        let body_a = crank(&mut b, k);
+        let (point_a, point_b) = (DVec3::X * 0.5, DVec3::X * k as f64);
+        b.add_equality(format!("end{k}"), EqualityKind::Connect { body_a, point_a, body_b: platform, point_b });
+    }
+    let settings = Settings { position_iterations, ..Settings::default() };
+    let mut simulation = Simulation::new(b.build().unwrap(), settings).unwrap();
+    let mut angles = Vec::new();
+    for _ in 0..1000 {
+        let report = simulation.step().unwrap();
+        assert!(report.certificate.holds(1e-9), "{report:?}");
+        angles.push(simulation.state().q[0]);
+    }
+    (simulation, angles)
+}
+
+/// The overconstrained swing moves as the one with two cranks does, and as the pendulum that both are.
+#[test]
+fn an_overconstrained_swing_swings() {
+    let (_, two) = parallel_swing(2, 3);
+    let (four, angles) = parallel_swing(4, 3);
+    let difference = two.iter().zip(&angles).fold(0.0, |a: f64, (x, y)| a.max((x - y).abs()));
+    // The cranks weigh 1 g, with 1e-4 kg·m² each: two more of them slow the swing of 2 kg at 0.5 m by 2e-4.
+    assert!(difference < 2e-3, "{difference}");
+    let widest = angles.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
+    assert!((widest - 2.0 * (std::f64::consts::FRAC_PI_2 - 1.0)).abs() < 0.01, "from one side to the other: {widest}");
+    assert!(four.summary().constraint_error < 1e-8);
+}
