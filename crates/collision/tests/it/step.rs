@@ -92,7 +92,7 @@ fn filters_and_friction_are_those_of_the_model() {
         geoms.push(builder.add_geom(body, geom).unwrap());
     }
     builder.exclude(BodyId(1), BodyId(2));
-    builder.add_pair(GeomPair { geom_a: geoms[3], geom_b: geoms[0], friction: 0.77 });
+    builder.add_pair(GeomPair::new(geoms[3], geoms[0], 0.77));
     let model = builder.build().unwrap();
     let p = find(
         &model,
