@@ -83,10 +83,19 @@ pub(crate) struct Scratch {
 /// # Source
 /// The formulation, §8.
 pub fn certify(problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
-    certify_with(problem, solution, &mut Scratch::default())
+    let mut scratch = Scratch::default();
+    scratch.resize(problem.nv());
+    let scales = Scales::of(problem, problem.delassus_scale_with(&mut scratch.column));
+    certify_with(problem, solution, &scales, &mut scratch)
 }
 
-pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution, scratch: &mut Scratch) -> Certificate {
+/// The certificate with the problem's scales at hand.
+pub(crate) fn certify_with(
+    problem: &ContactProblem,
+    solution: &ContactSolution,
+    scales: &Scales,
+    scratch: &mut Scratch,
+) -> Certificate {
     let (nv, nc) = (problem.nv(), problem.contact_count());
     let sizes_fit = solution.velocity.len() == nv
         && solution.lambda_n.len() == nc
@@ -102,11 +111,10 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
     }
     scratch.resize(nv);
     scratch.add_forces(problem, solution);
-    let scales = Scales::of(problem, &mut scratch.column);
     let mut certificate = Certificate { momentum: scratch.momentum_residual(problem, solution), ..Default::default() };
     scratch.velocity_from_impulses(problem);
     for i in 0..nc {
-        contact_laws(problem, solution, i, &scratch.change, &scales, &mut certificate);
+        contact_laws(problem, solution, i, &scratch.change, scales, &mut certificate);
     }
     for j in 0..problem.friction_groups.len() {
         let groups = &problem.friction_groups;
@@ -117,7 +125,7 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
             bound: groups.bound_at(j, &solution.lambda_n),
             constant: groups.bound[j].constant(),
         };
-        friction.laws(groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity), &scales, &mut certificate);
+        friction.laws(groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity), scales, &mut certificate);
     }
     for k in 0..solution.bilateral.len() {
         let stabilization = problem.bilateral_violation[k] / problem.timestep;
@@ -139,18 +147,19 @@ pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &Contac
 }
 
 /// The scales of the data.
-struct Scales {
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Scales {
     /// `g`: largest diagonal entry of `J M⁻¹ Jᵀ` over normals and directions, 1/kg.
     delassus: f64,
     /// `s_v = max|b|`, m/s.
-    velocity: f64,
+    pub velocity: f64,
     /// `max|M|`.
     mass: f64,
 }
 
 impl Scales {
-    fn of(problem: &ContactProblem, column: &mut [f64]) -> Self {
-        let delassus = problem.delassus_scale_with(column);
+    /// The scales of a problem whose largest Delassus entry is known ([`ContactProblem::delassus_scale`]).
+    pub fn of(problem: &ContactProblem, delassus: f64) -> Self {
         Self {
             delassus: if delassus > 0.0 { delassus } else { 1.0 },
             velocity: problem.velocity_scale(),

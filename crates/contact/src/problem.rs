@@ -269,15 +269,21 @@ impl ContactProblem {
             let index = self.mass.block_of(columns[first] as usize);
             let range = self.mass.blocks()[index].range();
             let last = first + columns[first..].partition_point(|&c| range.contains(&(c as usize)));
+            if range.len() == 1 {
+                let mut unit = [1.0];
+                self.mass_factor.half_solve_block_in_place(index, &mut unit);
+                diagonal.iter_mut().zip(entries[first]).for_each(|(sum, e)| *sum += (e * unit[0]) * (e * unit[0]));
+                first = last;
+                continue;
+            }
             for (r, sum) in diagonal.iter_mut().enumerate() {
                 for k in first..last {
                     scratch[columns[k] as usize] = entries[k][r];
                 }
-                self.mass_factor.solve_block_in_place(index, &mut scratch[range.clone()]);
-                for k in first..last {
-                    *sum += entries[k][r] * scratch[columns[k] as usize];
-                }
-                scratch[range.clone()].fill(0.0);
+                let x = &mut scratch[range.clone()];
+                self.mass_factor.half_solve_block_in_place(index, x);
+                *sum += x.iter().map(|x| x * x).sum::<f64>();
+                x.fill(0.0);
             }
             first = last;
         }

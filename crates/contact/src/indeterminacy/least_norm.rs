@@ -1,7 +1,7 @@
 //! A declared choice among indeterminate impulses: the least norm.
 
 use super::faces::{admissible_impulses, generalized_impulse, project_impulses};
-use crate::certificate::{Scratch, certify_with};
+use crate::certificate::{Scales, Scratch, certify_with};
 use crate::polyhedral::{ConeNewton, Group, Groups, ImpulseCones, Objective};
 use crate::recovery::recover_into;
 use crate::solver::{Cones, Mode};
@@ -193,7 +193,7 @@ impl LeastNorm {
 
     /// Modes for the next warm start of contacts that are loaded or unloaded now.
     fn update_modes(&self, solution: &mut ContactSolution) {
-        for (i, mode) in solution.solver_modes.iter_mut().enumerate() {
+        for (i, mode) in solution.solver_modes.iter_mut().take(solution.impulse.len()).enumerate() {
             let (now, before) = (solution.impulse[i], self.earlier.impulse[i]);
             if now[0] <= 0.0 {
                 *mode = Mode::Open;
@@ -205,8 +205,9 @@ impl LeastNorm {
 
     /// Multipliers and certificate of the solution's impulses and velocity.
     fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        recover_into(problem, &self.cones, solution);
-        solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        let scales = Scales::of(problem, problem.delassus_scale());
+        recover_into(problem, &self.cones, scales.velocity, solution);
+        solution.certificate = certify_with(problem, solution, &scales, &mut self.scratch);
     }
 }
 

@@ -76,7 +76,7 @@ impl RelaxedSolution {
         claimed.velocity.clone_from(&self.velocity);
         claimed.impulse.clone_from(&self.impulse);
         claimed.bilateral.clone_from(&self.bilateral);
-        recover_into(problem, &cones, &mut claimed);
+        recover_into(problem, &cones, problem.velocity_scale(), &mut claimed);
         certify(problem, &claimed)
     }
 

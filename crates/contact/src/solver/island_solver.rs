@@ -55,6 +55,9 @@ pub(crate) struct IslandSolver {
     pub(super) best: Vec<[f64; 3]>,
     pub(super) best_bilateral: Vec<f64>,
     pub(super) best_modes: Vec<Mode>,
+    /// Units whose rows are proved to contradict each other.
+    pub(super) contradiction: Vec<u32>,
+    pub(super) magnitude: Vec<f64>,
     pub(super) effort: Effort,
     pub(super) convex: ConvexStart,
     /// Whether `system` knows the island's structure.
@@ -77,6 +80,7 @@ impl IslandSolver {
         self.bilateral_impulse.clear();
         self.bilateral_impulse.resize(island.bilateral.len(), 0.0);
         self.modes.clear();
+        self.contradiction.clear();
         self.change.clear();
         self.earlier_change.clear();
         self.bilateral_change.clear();

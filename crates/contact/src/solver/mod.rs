@@ -8,6 +8,7 @@
 //!
 //! What was tried and why the solver moved on is in the [`SolveReport`].
 
+mod contradiction;
 mod convex_start;
 mod fallback;
 mod find_modes;
@@ -23,7 +24,7 @@ mod system;
 
 pub use settings::SolverSettings;
 
-use crate::certificate::{Scratch, certify_with, velocity_from_impulses};
+use crate::certificate::{Scales, Scratch, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use island::Islands;
@@ -153,6 +154,9 @@ pub struct ContactSolver {
     earlier: ContactSolution,
     /// What the first two stages left in each island.
     residuals: Vec<f64>,
+    /// Contacts of islands that contradict themselves.
+    contradiction: Vec<usize>,
+    scales: Scales,
     scratch: Scratch,
 }
 
@@ -183,30 +187,43 @@ impl ContactSolver {
             return;
         }
         self.islands.find(problem);
+        self.scales = Scales::of(problem, self.islands.delassus_scale());
         solution.prepare(problem);
         solution.report.islands = self.islands.all().len();
         self.residuals.clear();
+        self.contradiction.clear();
         for island in self.islands.all() {
             let Self { island_solver, cones, settings, .. } = self;
             let start = warm.map_or(Start::Zero, Start::Warm);
             self.residuals.push(solve_island(island_solver, problem, cones, island, settings, start, solution));
+            self.contradiction.extend(island_solver.contradiction.iter().map(|&i| i as usize));
         }
         self.complete(problem, solution);
+        if !self.contradiction.is_empty() {
+            self.drop_what_is_worse(problem, solution);
+            self.contradiction.sort_unstable();
+            solution.status = SolveStatus::Infeasible { contacts: self.contradiction.clone() };
+            return;
+        }
         if !solution.certificate.holds(self.settings.tolerance) {
             self.retry_cold(problem, solution);
         }
         let failure =
             if solution.certificate.holds(self.settings.tolerance) { None } else { self.fall_back(problem, solution) };
-        if solution.certificate.natural_map > 1.0 || solution.certificate.natural_map.is_nan() {
-            // No impulses at all have the residual 1: what was found is worse and of no use to anyone.
-            solution.drop_impulses(problem);
-            self.complete(problem, solution);
-        }
+        self.drop_what_is_worse(problem, solution);
         solution.status = if solution.certificate.holds(self.settings.tolerance) {
             SolveStatus::Solved
         } else {
             failure.or_else(|| immovable_rows(problem)).unwrap_or(SolveStatus::Inaccurate)
         };
+    }
+
+    /// No impulses at all have the residual 1: what was found may be worse and of no use to anyone.
+    fn drop_what_is_worse(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        if solution.certificate.natural_map > 1.0 || solution.certificate.natural_map.is_nan() {
+            solution.drop_impulses(problem);
+            self.complete(problem, solution);
+        }
     }
 
     /// Lemke's method for a whole problem: where a bound has a constant part and grows with a normal impulse, its kink lies
@@ -259,8 +276,8 @@ impl ContactSolver {
 
     /// Fills in what follows from impulses and velocity, and certifies it.
     fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        recover_into(problem, &self.cones, solution);
-        solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        recover_into(problem, &self.cones, self.scales.velocity, solution);
+        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
         if !solution.certificate.holds(self.settings.tolerance) {
             self.take_velocity_of_impulses(problem, solution);
         }
@@ -272,11 +289,11 @@ impl ContactSolver {
         let refined_certificate = solution.certificate;
         let unrefined = velocity_from_impulses(problem, solution);
         let refined = std::mem::replace(&mut solution.velocity, unrefined);
-        recover_into(problem, &self.cones, solution);
-        solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        recover_into(problem, &self.cones, self.scales.velocity, solution);
+        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
         if solution.certificate.worst() >= refined_certificate.worst() {
             solution.velocity = refined;
-            recover_into(problem, &self.cones, solution);
+            recover_into(problem, &self.cones, self.scales.velocity, solution);
             solution.certificate = refined_certificate;
         }
     }
@@ -341,7 +358,7 @@ fn solve_island(
             }
             island.scatter(&solver.velocity, &mut solution.velocity);
         }
-        if best <= settings.accept {
+        if best <= settings.accept || !solver.contradiction.is_empty() {
             break;
         }
         solution.report.restarts += 1;
