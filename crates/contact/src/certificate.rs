@@ -20,9 +20,10 @@ pub struct Certificate {
     pub signorini: f64,
     /// `r_cone`: friction bound in the polygon's gauge.
     pub friction: f64,
-    /// `r_mdp`: maximum dissipation, the distance from the linear program's minimum. For a friction group with a constant bound
-    /// `r₀` one factor `s_v` of its scale is `max(s_v, g r₀)`: the bound is no velocity of the data, and a servo that could do
-    /// far more than it has to would multiply the rounding of its slip.
+    /// `r_mdp`: maximum dissipation, the distance from the linear program's minimum. One factor `s_v` of its scale is
+    /// `max(s_v, g r)` with the bound `r` of the friction: impulses far larger than the data ask for (a light body under a heavy
+    /// one, a servo that could do more than it has to) would multiply the rounding of the slip. It remains the slip that
+    /// friction lets pass, in units of s_v.
     pub dissipation: f64,
     /// Bilateral rows `∇Θ v⁺ + Θ/Δt` with the claimed `v⁺`.
     pub bilateral: f64,
@@ -123,7 +124,6 @@ pub(crate) fn certify_with(
             alpha: &solution.group_alpha[groups.direction_range(j)],
             beta: solution.group_beta[j],
             bound: groups.bound_at(j, &solution.lambda_n),
-            constant: groups.bound[j].constant(),
         };
         friction.laws(groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity), scales, &mut certificate);
     }
@@ -269,7 +269,6 @@ fn contact_laws(
         alpha: &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]],
         beta: solution.beta[i],
         bound: problem.friction[i] * lambda,
-        constant: 0.0,
     };
     friction.laws(computed, [c_1, c_2], scales, raw);
 }
@@ -281,8 +280,6 @@ struct Friction<'a> {
     beta: f64,
     /// `μ λ_N` or the bound of the group.
     bound: f64,
-    /// The part of the bound that no contact gives.
-    constant: f64,
 }
 
 impl Friction<'_> {
@@ -302,7 +299,7 @@ impl Friction<'_> {
             let pairs = || self.directions.iter().zip(self.alpha);
             let power: f64 = pairs().map(|(d, a)| a * along(d, claimed)).sum();
             let support = self.directions.iter().map(|d| -along(d, claimed)).fold(f64::MIN, f64::max);
-            let strength = scales.velocity.max(g * self.constant);
+            let strength = scales.velocity.max(g * self.bound);
             let relative = if strength > 0.0 { scales.velocity / strength } else { 1.0 };
             keep(&mut raw.dissipation, (power + self.bound * support) * relative);
         }
