@@ -7,7 +7,7 @@ use signorini::contact::SolverSettings;
 use signorini::lcp::MethodKind;
 use signorini::{ContactMethod, Settings};
 
-use crate::commands::{check, export, inspect, scenes, simulate, solve};
+use crate::commands::{check, export, inspect, scenes, simulate, solve, view};
 use crate::error::CliError;
 use crate::exit::{EXIT_CODES, Exit};
 
@@ -28,6 +28,8 @@ pub struct Cli {
 pub enum Command {
     /// Run a model and say how well every step was solved.
     Simulate(simulate::Arguments),
+    /// Show a model in the browser while it runs: pause, step, drag bodies.
+    View(view::Arguments),
     /// Show what a model file became: tree, joints, masses, shapes, and what was left out.
     Inspect(inspect::Arguments),
     /// List the bundled scenes.
@@ -45,6 +47,7 @@ impl Command {
     pub fn run(&self) -> Result<Exit, CliError> {
         match self {
             Self::Simulate(arguments) => simulate::run(arguments),
+            Self::View(arguments) => view::run(arguments),
             Self::Inspect(arguments) => inspect::run(arguments),
             Self::Scenes(arguments) => scenes::run(arguments),
             Self::Export(arguments) => export::run(arguments),
@@ -57,6 +60,7 @@ impl Command {
     pub fn json(&self) -> bool {
         match self {
             Self::Simulate(arguments) => arguments.json,
+            Self::View(arguments) => arguments.json,
             Self::Inspect(arguments) => arguments.json,
             Self::Scenes(arguments) => arguments.json,
             Self::Export(arguments) => arguments.json,

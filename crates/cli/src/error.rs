@@ -7,6 +7,7 @@ use signorini::contact::ProblemError;
 use signorini::multibody::StateError;
 use signorini::recording::RecordingError;
 use signorini_formats::FormatError;
+use signorini_viewer::ViewerError;
 
 use crate::exit::Exit;
 
@@ -38,6 +39,9 @@ pub enum CliError {
     /// A recording or report.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// The page of a running simulation.
+    #[error(transparent)]
+    Viewer(#[from] ViewerError),
     /// A file that cannot be written.
     #[error("cannot write '{}': {source}", path.display())]
     Write {

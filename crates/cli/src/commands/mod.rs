@@ -6,3 +6,4 @@ pub mod inspect;
 pub mod scenes;
 pub mod simulate;
 pub mod solve;
+pub mod view;
