@@ -21,6 +21,15 @@ pub(crate) struct Effort {
     pub proximal_iterations: u32,
 }
 
+impl Effort {
+    /// Adds that of another attempt.
+    pub fn add(&mut self, other: Self) {
+        self.factorizations += other.factorizations;
+        self.mode_changes += other.mode_changes;
+        self.proximal_iterations += other.proximal_iterations;
+    }
+}
+
 /// The solver's memory and, during a solve, its iterate.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct IslandSolver {

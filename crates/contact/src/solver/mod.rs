@@ -13,6 +13,7 @@ mod fallback;
 mod find_modes;
 mod gathering;
 mod island;
+mod island_pool;
 mod island_solver;
 mod mode;
 mod path;
@@ -27,6 +28,7 @@ use crate::certificate::{Scratch, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use island::Islands;
+use island_pool::{IslandPool, Outcome};
 use island_solver::{Effort, IslandSolver};
 pub(crate) use mode::{Cones, Mode};
 
@@ -148,7 +150,7 @@ pub struct ContactSolver {
     settings: SolverSettings,
     cones: Cones,
     islands: Islands,
-    island_solver: IslandSolver,
+    pool: IslandPool,
     /// The solution before a retry.
     earlier: ContactSolution,
     /// What the first two stages left in each island.
@@ -171,11 +173,11 @@ impl ContactSolver {
         &self.settings
     }
 
-    /// Solves a problem into `solution`, whose memory is reused.
+    /// Solves a problem into `solution`, whose memory is reused. The result has the same bits on any number of threads.
     ///
     /// `warm`: the start, if it has one entry per contact. The status is decided by the [certificate](crate::certify) of
     /// the result, never by the solver's own numbers. No allocation after warm-up where the first two stages reach
-    /// the tolerance.
+    /// the tolerance on one thread.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
         self.cones.prepare(problem);
         if problem.friction_groups.bound.iter().any(|bound| matches!(bound, FrictionBound::Shifted { .. })) {
@@ -186,11 +188,8 @@ impl ContactSolver {
         solution.prepare(problem);
         solution.report.islands = self.islands.all().len();
         self.residuals.clear();
-        for island in self.islands.all() {
-            let Self { island_solver, cones, settings, .. } = self;
-            let start = warm.map_or(Start::Zero, Start::Warm);
-            self.residuals.push(solve_island(island_solver, problem, cones, island, settings, start, solution));
-        }
+        self.residuals.resize(self.islands.all().len(), f64::INFINITY);
+        self.solve_islands(problem, warm.map_or(Start::Zero, Start::Warm), solution, |_| true);
         self.complete(problem, solution);
         if !solution.certificate.holds(self.settings.tolerance) {
             self.retry_cold(problem, solution);
@@ -207,6 +206,18 @@ impl ContactSolver {
         } else {
             failure.or_else(|| immovable_rows(problem)).unwrap_or(SolveStatus::Inaccurate)
         };
+    }
+
+    /// The first two stages of the cascade for the islands whose residual is `chosen`.
+    fn solve_islands(
+        &mut self,
+        problem: &ContactProblem,
+        start: Start,
+        solution: &mut ContactSolution,
+        chosen: impl Fn(f64) -> bool,
+    ) {
+        let Self { pool, cones, islands, settings, residuals, .. } = self;
+        pool.run((problem, cones, islands.all()), settings, start, solution, residuals, chosen);
     }
 
     /// Lemke's method for a whole problem: where a bound has a constant part and grows with a normal impulse, its kink lies
@@ -228,14 +239,9 @@ impl ContactSolver {
         self.earlier.copy_warm_part(solution);
         self.earlier.velocity.clone_from(&solution.velocity);
         let earlier = solution.certificate.worst();
-        for (k, island) in self.islands.all().iter().enumerate() {
-            if self.residuals[k] <= self.settings.accept {
-                let Self { island_solver, cones, settings, .. } = self;
-                self.residuals[k] =
-                    solve_island(island_solver, problem, cones, island, settings, Start::Cold, solution);
-                solution.report.restarts += 1;
-            }
-        }
+        let accept = self.settings.accept;
+        solution.report.restarts += self.residuals.iter().filter(|&&residual| residual <= accept).count() as u32;
+        self.solve_islands(problem, Start::Cold, solution, |residual| residual <= accept);
         self.complete(problem, solution);
         if solution.certificate.worst() >= earlier {
             solution.copy_warm_part(&self.earlier);
@@ -310,8 +316,8 @@ enum Start<'a> {
     Cold,
 }
 
-/// Runs the first two stages of the cascade on an island and writes its impulses and modes. Returns the residual.
-/// Attempt 0 starts from the warm start if there is one, the later ones are cold.
+/// Runs the first two stages of the cascade on an island. Attempt 0 starts from the warm start if there is one, the later
+/// ones are cold; the best one is what comes out.
 fn solve_island(
     solver: &mut IslandSolver,
     problem: &ContactProblem,
@@ -319,9 +325,8 @@ fn solve_island(
     island: &island::Island,
     settings: &SolverSettings,
     start: Start,
-    solution: &mut ContactSolution,
-) -> f64 {
-    let mut best = f64::INFINITY;
+    outcome: &mut Outcome,
+) {
     let first_attempt = u32::from(start == Start::Cold);
     for attempt in first_attempt..=settings.max_restarts.max(first_attempt) {
         solver.start(problem, island);
@@ -329,24 +334,16 @@ fn solve_island(
             load_warm_start(solver, problem, cones, island, warm);
         }
         let residual = solver.run(problem, cones, island, settings, attempt);
-        solution.report.add(solver.effort);
-        if residual < best {
-            best = residual;
-            for (c, &i) in island.units.iter().enumerate() {
-                let mode = solver.modes.get(c).copied().unwrap_or(Mode::Open);
-                solution.take_unit(i as usize, solver.impulse[c], mode);
-            }
-            for (k, &i) in island.bilateral.iter().enumerate() {
-                solution.bilateral[i as usize] = solver.bilateral_impulse[k];
-            }
-            island.scatter(&solver.velocity, &mut solution.velocity);
+        outcome.effort.add(solver.effort);
+        if residual < outcome.residual {
+            outcome.residual = residual;
+            outcome.take(solver);
         }
-        if best <= settings.accept {
+        if outcome.residual <= settings.accept {
             break;
         }
-        solution.report.restarts += 1;
+        outcome.restarts += 1;
     }
-    best
 }
 
 fn load_warm_start(
