@@ -23,6 +23,8 @@ pub(super) struct Outcome {
     pub residual: f64,
     pub effort: Effort,
     pub restarts: u32,
+    /// Whether nothing had to be solved.
+    pub asleep: bool,
     impulse: Vec<[f64; 3]>,
     modes: Vec<Mode>,
     bilateral: Vec<f64>,
@@ -41,13 +43,14 @@ impl Outcome {
     /// Forgets an earlier island.
     fn begin(&mut self, island: usize) {
         (self.island, self.residual) = (island, f64::INFINITY);
-        (self.effort, self.restarts) = (Effort::default(), 0);
+        (self.effort, self.restarts, self.asleep) = (Effort::default(), 0, false);
     }
 
     /// Writes impulses, modes and velocity to their places. An island that no attempt brought to a number leaves them alone.
     fn write(&self, island: &Island, solution: &mut ContactSolution) {
         solution.report.add(self.effort);
         solution.report.restarts += self.restarts;
+        solution.report.sleeping_islands += usize::from(self.asleep);
         if self.residual == f64::INFINITY {
             return;
         }

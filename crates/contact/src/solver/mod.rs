@@ -19,12 +19,13 @@ mod mode;
 mod path;
 mod proximal;
 mod settings;
+mod sleep;
 mod sparse;
 mod system;
 
 pub use settings::SolverSettings;
 
-use crate::certificate::{Scratch, certify_with, velocity_from_impulses};
+use crate::certificate::{Certificate, Scratch, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use island::Islands;
@@ -60,6 +61,8 @@ pub enum SolveStatus {
 pub struct SolveReport {
     /// Islands with at least one contact or bilateral row.
     pub islands: usize,
+    /// Islands at rest that nothing was solved for ([`SolverSettings::sleeping`]).
+    pub sleeping_islands: usize,
     /// LU factorisations.
     pub factorizations: u32,
     /// Changes of a contact's mode.
@@ -82,7 +85,7 @@ impl SolveReport {
 
     /// Adds what another solve of the same step did.
     pub fn accumulate(&mut self, other: &Self) {
-        self.islands = other.islands;
+        (self.islands, self.sleeping_islands) = (other.islands, other.sleeping_islands);
         self.factorizations += other.factorizations;
         self.mode_changes += other.mode_changes;
         self.proximal_iterations += other.proximal_iterations;
@@ -287,6 +290,11 @@ impl ContactSolver {
         }
     }
 
+    /// The certificate of a claimed solution, as by [`certify`](crate::certify()), in the solver's memory.
+    pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
+        certify_with(problem, solution, &mut self.scratch)
+    }
+
     /// Solves a problem; see [`solve_into`](Self::solve_into).
     pub fn solve(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>) -> ContactSolution {
         let mut solution = ContactSolution::default();
@@ -332,6 +340,13 @@ fn solve_island(
         solver.start(problem, island);
         if let (0, Start::Warm(warm)) = (attempt, start) {
             load_warm_start(solver, problem, cones, island, warm);
+            if settings.sleeping
+                && let Some(residual) = solver.rest(problem, cones, island, settings)
+            {
+                (outcome.residual, outcome.asleep) = (residual, true);
+                outcome.take(solver);
+                return;
+            }
         }
         let residual = solver.run(problem, cones, island, settings, attempt);
         outcome.effort.add(solver.effort);

@@ -40,6 +40,9 @@ pub struct SolverSettings {
     /// enough rows beside the largest island; 0 for as many as the pool has, 1 for the caller's alone. The result has the
     /// same bits whatever it is. Default 0.
     pub threads: usize,
+    /// Whether islands that the impulses of the warm start hold still, to rounding and within `accept`, are left at velocity
+    /// zero without solving. The certificate is computed as ever. Default false.
+    pub sleeping: bool,
 }
 
 impl Default for SolverSettings {
@@ -61,6 +64,7 @@ impl Default for SolverSettings {
             lemke_pivots_per_row: 30,
             lemke_max_rows: 3000,
             threads: 0,
+            sleeping: false,
         }
     }
 }
