@@ -1,4 +1,4 @@
-//! Scenes of a JSON file: every body explicit, the same numbers for every engine.
+//! Scenes of a JSON file: every body explicit, the same numbers for every engine. And fields of stacks of any size.
 //!
 //! A scene has `gravity`, `mu`, `dt`, `duration`, `planes` as `[nx, ny, nz, offset]`, `bodies` as `["b" or "s", three
 //! half-sizes, mass, position, quaternion wxyz]`, `joints` (`hinge` or `slider` with bodies `a`, `b`, world `anchor`, `axis`),
@@ -54,6 +54,35 @@ pub fn build(name: &str, scene: &Value) -> Result<Scene, String> {
     let model = builder.build().map_err(text)?;
     let input = forces(&model, scene, &joints)?;
     Ok(Scene { model, input, duration: number(&scene["duration"])? })
+}
+
+/// A field of stacks on a plane, far enough apart to be islands of their own: `stacks` of `height` cubes of 0.2 m and 1 kg,
+/// turned against each other about the vertical, the lowest 1 mm above the plane and each 1 mm above the one below. Friction
+/// 0.5, Δt 5 ms.
+///
+/// # Errors
+/// [`ModelError`] if the model is refused.
+pub fn field(stacks: usize, height: usize) -> Result<Model, ModelError> {
+    let (half, gap, distance) = (0.1, 0.001, 0.5);
+    let moments = DVec3::splat(half * half * 2.0 / 3.0);
+    let inertia = Inertia { mass: 1.0, center_of_mass: DVec3::ZERO, rotational: DMat3::from_diagonal(moments) };
+    let mut builder = ModelBuilder::new(format!("field of {stacks} x {height}"));
+    builder.gravity(DVec3::NEG_Z * 9.81).timestep(0.005);
+    let frictional = |name: String, shape: Geometry| Geom { friction: 0.5, ..Geom::new(name, shape) };
+    builder.add_geom(BodyId::WORLD, frictional("plane".into(), Geometry::Plane))?;
+    let columns = (stacks as f64).sqrt().ceil() as usize;
+    for k in 0..stacks {
+        for level in 0..height {
+            let (x, y) = ((k % columns) as f64 * distance, (k / columns) as f64 * distance);
+            let position = DVec3::new(x, y, half + gap + (2.0 * half + gap) * level as f64);
+            let turn = DQuat::from_rotation_z(0.05 * ((k + 3 * level) % 7) as f64);
+            let name = format!("cube{k}_{level}");
+            let body = builder.add_body(name.clone(), BodyId::WORLD, Pose::new(position, turn), inertia)?;
+            builder.add_joint(body, Joint::new(name.clone(), JointKind::Free))?;
+            builder.add_geom(body, frictional(name, Geometry::Box { half_extents: DVec3::splat(half) }))?;
+        }
+    }
+    builder.build()
 }
 
 fn number(value: &Value) -> Result<f64, String> {

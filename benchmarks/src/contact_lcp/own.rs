@@ -5,7 +5,7 @@ use std::io::{BufRead, Write};
 use std::time::Instant;
 
 use serde_json::{Value, json};
-use signorini::contact::{ContactProblem, ContactSolution, ContactSolver, SolveStatus, WarmStart};
+use signorini::contact::{ContactProblem, ContactSolution, ContactSolver, SolveStatus, SolverSettings, WarmStart};
 use signorini::lcp::{EnumerationSettings, Lcp, LemkeSettings, MethodKind};
 use signorini_npz::ArchiveWriter;
 
@@ -28,7 +28,7 @@ pub fn serve() -> Result<(), Box<dyn Error>> {
         let request: Value = serde_json::from_str(&line?)?;
         let spec: Spec = request["problem"].as_str().ok_or("a request without a problem")?.parse()?;
         if current.as_ref().is_none_or(|(known, _)| *known != spec) {
-            current = Some((spec.clone(), Solving::of(spec.build()?)));
+            current = Some((spec.clone(), Solving::of(spec.build()?)?));
         }
         let Some((_, solving)) = current.as_mut() else { continue };
         let budget = request["budget"].as_f64().unwrap_or(0.0);
@@ -56,9 +56,10 @@ struct Solving {
 }
 
 impl Solving {
-    fn of(problem: Problem) -> Self {
-        let solution = ContactSolution::default();
-        Self { problem, solver: ContactSolver::default(), solution, z: Vec::new(), start: None }
+    fn of(problem: Problem) -> Result<Self, Box<dyn Error>> {
+        // The time that counts is that of one thread.
+        let solver = ContactSolver::new(SolverSettings { threads: 1, ..SolverSettings::default() })?;
+        Ok(Self { problem, solver, solution: ContactSolution::default(), z: Vec::new(), start: None })
     }
 
     fn run(&mut self, warm: bool, budget: f64) -> Result<Value, Box<dyn Error>> {

@@ -84,10 +84,18 @@ pub(crate) struct Scratch {
 /// # Source
 /// The formulation, §8.
 pub fn certify(problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
-    let mut scratch = Scratch::default();
+    certify_afresh(problem, solution, &mut Scratch::default())
+}
+
+/// The same in memory at hand.
+pub(crate) fn certify_afresh(
+    problem: &ContactProblem,
+    solution: &ContactSolution,
+    scratch: &mut Scratch,
+) -> Certificate {
     scratch.resize(problem.nv());
     let scales = Scales::of(problem, problem.delassus_scale_with(&mut scratch.column));
-    certify_with(problem, solution, &scales, &mut scratch)
+    certify_with(problem, solution, &scales, scratch)
 }
 
 /// The certificate with the problem's scales at hand.

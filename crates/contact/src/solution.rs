@@ -115,6 +115,14 @@ impl ContactSolution {
         self.group_impulse.clone_from(&other.group_impulse);
     }
 
+    /// Empties the [warm part](Self::copy_warm_part) and keeps the memory.
+    pub fn clear_warm_part(&mut self) {
+        self.impulse.clear();
+        self.solver_modes.clear();
+        self.bilateral.clear();
+        self.group_impulse.clear();
+    }
+
     /// Appends the [warm part](Self::copy_warm_part) as plain numbers, so that a state can be stored with it: the numbers
     /// of contacts, of friction groups and of bilateral rows, then for each contact its impulse (3) and mode (1), for each
     /// group its impulse (2) and mode (1), then the bilateral impulses.

@@ -69,6 +69,15 @@ pub enum SimulationError {
         /// How many numbers there are.
         found: usize,
     },
+    /// Bytes that are no snapshot, or a snapshot of something else.
+    #[error("this is no snapshot to go on from: {reason}")]
+    Snapshot {
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// The threads of a batch cannot be started.
+    #[error(transparent)]
+    Threads(#[from] rayon::ThreadPoolBuildError),
     /// A name that the model does not have.
     #[error("there is no {sort} '{name}'; the model has {}", if known.is_empty() { "none" } else { known })]
     UnknownName {

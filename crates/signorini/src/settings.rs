@@ -67,6 +67,10 @@ pub struct Settings {
     pub tolerance: f64,
     /// Solver.
     pub method: ContactMethod,
+    /// Whether what rests is left alone: islands that the impulses of the last step hold still end the step at velocity
+    /// zero without being solved, and a step that ended where it began is made again as it was until something changes. Every
+    /// step has its certificate, and the motion is the same to rounding. Default false.
+    pub sleeping: bool,
     /// What to do where there is no solution.
     pub infeasible: InfeasiblePolicy,
 }
@@ -83,6 +87,7 @@ impl Default for Settings {
             restitution: RestitutionLaw::Newton,
             tolerance: 1e-9,
             method: ContactMethod::default(),
+            sleeping: false,
             infeasible: InfeasiblePolicy::Stop,
         }
     }

@@ -1,6 +1,6 @@
 //! A run: a model, its state, and the same step again and again.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use signorini_contact::Certificate;
 use signorini_multibody::{
@@ -9,7 +9,7 @@ use signorini_multibody::{
 };
 
 use crate::step::{StepReport, Workspace, step};
-use crate::{Settings, SimulationError};
+use crate::{Settings, SimulationError, Snapshot};
 
 /// What a run adds up to.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -47,15 +47,17 @@ pub enum RunEnd {
 pub struct Simulation {
     model: Arc<Model>,
     settings: Settings,
-    workspace: Workspace,
-    state: State,
+    pub(crate) workspace: Workspace,
+    pub(crate) state: State,
     next: State,
     /// What acts on the model in the next step.
     pub input: Input,
-    report: StepReport,
+    pub(crate) report: StepReport,
     summary: Summary,
     /// Whether the equality constraints of the state have been checked.
     assembled: bool,
+    /// Content hash of the model, once it was asked for.
+    model_hash: OnceLock<u64>,
 }
 
 impl Simulation {
@@ -69,7 +71,18 @@ impl Simulation {
         let state = State::new(&model);
         let next = state.clone();
         let (input, report, summary) = (Input::default(), StepReport::default(), Summary::default());
-        Ok(Self { model, settings, workspace, state, next, input, report, summary, assembled: false })
+        Ok(Self {
+            model,
+            settings,
+            workspace,
+            state,
+            next,
+            input,
+            report,
+            summary,
+            assembled: false,
+            model_hash: OnceLock::new(),
+        })
     }
 
     /// The model.
@@ -108,9 +121,47 @@ impl Simulation {
     /// [`SimulationError::State`] if a length is wrong or a number not finite.
     pub fn set_state(&mut self, state: &State) -> Result<(), SimulationError> {
         state.check(&self.model)?;
+        self.begin_at(state);
+        Ok(())
+    }
+
+    /// Takes a state, unchecked, and forgets the warm start.
+    pub(crate) fn begin_at(&mut self, state: &State) {
         self.state.clone_from(state);
         self.workspace.clear_warm_start();
         self.assembled = false;
+    }
+
+    /// Everything that decides how the simulation goes on: state, input and warm start.
+    pub fn save(&self) -> Snapshot {
+        Snapshot {
+            model_hash: *self.model_hash.get_or_init(|| self.model.content_hash()),
+            assembled: self.assembled,
+            time: self.state.time,
+            q: self.state.q.clone(),
+            v: self.state.v.clone(),
+            input: self.input.clone(),
+            warm_start: self.workspace.warm_start(),
+        }
+    }
+
+    /// Goes on from a snapshot of a simulation of the same model: with the same settings the steps that follow have the bits
+    /// of those that followed there. The [`summary`](Self::summary) stays.
+    ///
+    /// # Errors
+    /// [`SimulationError::Snapshot`] if it belongs to another model, [`SimulationError::State`] and
+    /// [`SimulationError::WarmStart`] if its numbers are none of this model's; nothing has changed then.
+    pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SimulationError> {
+        if snapshot.model_hash != *self.model_hash.get_or_init(|| self.model.content_hash()) {
+            return Err(SimulationError::Snapshot { reason: "it belongs to another model" });
+        }
+        let state = snapshot.state();
+        state.check(&self.model)?;
+        snapshot.input.check(&self.model)?;
+        self.workspace.set_warm_start(&snapshot.warm_start)?;
+        self.state = state;
+        self.input.clone_from(&snapshot.input);
+        self.assembled = snapshot.assembled;
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use signorini_collision::Collider;
 use signorini_contact::{
     BilateralBasis, Certificate, ContactFrame, ContactProblem, ContactSolution, ContactSolver, SolveReport,
-    SolveStatus, WarmStart, solve_as_lcp,
+    SolveStatus, SolverSettings, WarmStart, certify, solve_as_lcp,
 };
 use signorini_lcp::Method;
 use signorini_multibody::{
@@ -16,6 +16,7 @@ use crate::assembly::Assembler;
 use crate::build::{FrictionSource, ProblemBuilder};
 use crate::inverse::DrivenVelocity;
 use crate::reach::BodyReach;
+use crate::rest::FixedPoint;
 use crate::restitution::decompression as decompression_problem;
 use crate::settings::{ContactMethod, InfeasiblePolicy, RestitutionLaw, Settings};
 use crate::warm::{WarmCache, limit_of};
@@ -84,7 +85,8 @@ pub struct Workspace {
     smooth: FreeMotion,
     collider: Collider,
     reach: BodyReach,
-    solver: Solver,
+    pub(crate) solver: Solver,
+    pub(crate) fixed_point: FixedPoint,
     warm: WarmCache,
 }
 
@@ -95,12 +97,19 @@ pub(crate) struct Decompression {
     solution: ContactSolution,
 }
 
-enum Solver {
+pub(crate) enum Solver {
     Structured(Box<ContactSolver>),
     Lcp { method: Box<dyn Method>, tolerance: f64 },
 }
 
 impl Solver {
+    pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
+        match self {
+            Self::Structured(solver) => solver.certify(problem, solution),
+            Self::Lcp { .. } => certify(problem, solution),
+        }
+    }
+
     fn solve_into(
         &mut self,
         problem: &ContactProblem,
@@ -127,7 +136,10 @@ impl Workspace {
         (0..model.nv).for_each(|k| mass.add_to_diagonal(k, 1.0));
         let problem = ContactProblem::new(mass, vec![0.0; model.nv], settings.timestep.unwrap_or(model.timestep))?;
         let solver = match &settings.method {
-            ContactMethod::Structured(solver) => Solver::Structured(Box::new(ContactSolver::new(solver.clone())?)),
+            ContactMethod::Structured(solver) => {
+                let solver = SolverSettings { sleeping: solver.sleeping || settings.sleeping, ..solver.clone() };
+                Solver::Structured(Box::new(ContactSolver::new(solver)?))
+            }
             ContactMethod::Lcp(kind) => {
                 let method = kind.build().map_err(signorini_contact::ProblemError::from)?;
                 Solver::Lcp { method, tolerance: settings.tolerance }
@@ -149,6 +161,7 @@ impl Workspace {
             reach: BodyReach::default(),
             solver,
             warm: WarmCache::default(),
+            fixed_point: FixedPoint::default(),
         })
     }
 
@@ -241,11 +254,13 @@ impl Workspace {
     /// # Errors
     /// [`SimulationError::WarmStart`] if the numbers are not those of a warm start; nothing has changed then.
     pub fn set_warm_start(&mut self, numbers: &[f64]) -> Result<(), SimulationError> {
+        self.fixed_point.clear();
         self.warm.read(numbers).ok_or(SimulationError::WarmStart { found: numbers.len() })
     }
 
     /// Forgets the last solution, so that the next step starts cold.
     pub fn clear_warm_start(&mut self) {
+        self.fixed_point.clear();
         self.warm.clear();
     }
 }
@@ -269,7 +284,17 @@ pub fn step(
     workspace: &mut Workspace,
     next: &mut State,
 ) -> Result<StepReport, SimulationError> {
-    step_driven(model, state, input, settings, &[], workspace, next)
+    let dt = settings.timestep.unwrap_or(model.timestep);
+    if settings.sleeping
+        && let Some(report) = workspace.stay(state, input, settings, dt, next)
+    {
+        return Ok(report);
+    }
+    let report = step_driven(model, state, input, settings, &[], workspace, next)?;
+    if settings.sleeping {
+        workspace.fixed_point.observe(state, input, next, dt, &report);
+    }
+    Ok(report)
 }
 
 /// [`step`] in which some degrees of freedom end with a given velocity, whatever torque that takes: each is a bilateral row
@@ -285,6 +310,7 @@ pub(crate) fn step_driven(
 ) -> Result<StepReport, SimulationError> {
     let dt = settings.timestep.unwrap_or(model.timestep);
     let ws = workspace;
+    ws.fixed_point.clear();
     state.check(model)?;
     forward_kinematics_into(model, &state.q, &state.v, &mut ws.kinematics);
     free_motion_into(model, &ws.kinematics, state, input, dt, &mut ws.smooth)?;

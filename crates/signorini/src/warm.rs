@@ -58,6 +58,7 @@ impl WarmCache {
     pub fn clear(&mut self) {
         self.keys.clear();
         self.group_keys.clear();
+        self.solution.clear_warm_part();
     }
 
     /// Whether the solution kept is one of exactly these contacts.

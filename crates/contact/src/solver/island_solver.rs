@@ -22,6 +22,15 @@ pub(crate) struct Effort {
     pub proximal_iterations: u32,
 }
 
+impl Effort {
+    /// Adds that of another attempt.
+    pub fn add(&mut self, other: Self) {
+        self.factorizations += other.factorizations;
+        self.mode_changes += other.mode_changes;
+        self.proximal_iterations += other.proximal_iterations;
+    }
+}
+
 /// The solver's memory and, during a solve, its iterate.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct IslandSolver {
@@ -47,6 +56,8 @@ pub(crate) struct IslandSolver {
     /// Trial impulse of the current solution of the proximal problem.
     pub(super) y: Vec<[f64; 3]>,
     pub(super) work: Vec<f64>,
+    /// Sum of the sizes of the momenta that meet in each degree of freedom.
+    pub(super) load: Vec<f64>,
     /// What the last proximal iteration added to the impulses, and the one before it.
     pub(super) change: Vec<[f64; 3]>,
     pub(super) earlier_change: Vec<[f64; 3]>,
@@ -276,7 +287,7 @@ impl IslandSolver {
 
 /// Distance from the laws of one contact in velocity units: `g |λ − P(λ − u/g)|` for the projection of the cone, and the
 /// natural map of the normal pair.
-fn law_residual(cones: &Cones, i: usize, p: [f64; 3], u: [f64; 3], g: f64) -> f64 {
+pub(super) fn law_residual(cones: &Cones, i: usize, p: [f64; 3], u: [f64; 3], g: f64) -> f64 {
     let normal = (g * p[0]).min(u[0]).abs();
     let y = [p[0], p[1] - u[1] / g, p[2] - u[2] / g];
     let mode = cones.mode_at(i, y);

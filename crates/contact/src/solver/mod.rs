@@ -14,20 +14,23 @@ mod fallback;
 mod find_modes;
 mod gathering;
 mod island;
+mod island_pool;
 mod island_solver;
 mod mode;
 mod path;
 mod proximal;
 mod settings;
+mod sleep;
 mod sparse;
 mod system;
 
 pub use settings::SolverSettings;
 
-use crate::certificate::{Scales, Scratch, certify_with, velocity_from_impulses};
+use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use island::Islands;
+use island_pool::{IslandPool, Outcome};
 use island_solver::{Effort, IslandSolver};
 pub(crate) use mode::{Cones, Mode};
 
@@ -59,6 +62,8 @@ pub enum SolveStatus {
 pub struct SolveReport {
     /// Islands with at least one contact or bilateral row.
     pub islands: usize,
+    /// Islands at rest that nothing was solved for ([`SolverSettings::sleeping`]).
+    pub sleeping_islands: usize,
     /// LU factorisations.
     pub factorizations: u32,
     /// Changes of a contact's mode.
@@ -81,7 +86,7 @@ impl SolveReport {
 
     /// Adds what another solve of the same step did.
     pub fn accumulate(&mut self, other: &Self) {
-        self.islands = other.islands;
+        (self.islands, self.sleeping_islands) = (other.islands, other.sleeping_islands);
         self.factorizations += other.factorizations;
         self.mode_changes += other.mode_changes;
         self.proximal_iterations += other.proximal_iterations;
@@ -149,7 +154,7 @@ pub struct ContactSolver {
     settings: SolverSettings,
     cones: Cones,
     islands: Islands,
-    island_solver: IslandSolver,
+    pool: IslandPool,
     /// The solution before a retry.
     earlier: ContactSolution,
     /// What the first two stages left in each island.
@@ -175,11 +180,11 @@ impl ContactSolver {
         &self.settings
     }
 
-    /// Solves a problem into `solution`, whose memory is reused.
+    /// Solves a problem into `solution`, whose memory is reused. The result has the same bits on any number of threads.
     ///
     /// `warm`: the start, if it has one entry per contact. The status is decided by the [certificate](crate::certify) of
     /// the result, never by the solver's own numbers. No allocation after warm-up where the first two stages reach
-    /// the tolerance.
+    /// the tolerance on one thread.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
         self.cones.prepare(problem);
         if problem.friction_groups.bound.iter().any(|bound| matches!(bound, FrictionBound::Shifted { .. })) {
@@ -191,13 +196,9 @@ impl ContactSolver {
         solution.prepare(problem);
         solution.report.islands = self.islands.all().len();
         self.residuals.clear();
+        self.residuals.resize(self.islands.all().len(), f64::INFINITY);
         self.contradiction.clear();
-        for island in self.islands.all() {
-            let Self { island_solver, cones, settings, .. } = self;
-            let start = warm.map_or(Start::Zero, Start::Warm);
-            self.residuals.push(solve_island(island_solver, problem, cones, island, settings, start, solution));
-            self.contradiction.extend(island_solver.contradiction.iter().map(|&i| i as usize));
-        }
+        self.solve_islands(problem, warm.map_or(Start::Zero, Start::Warm), solution, |_| true);
         self.complete(problem, solution);
         if !self.contradiction.is_empty() {
             self.drop_what_is_worse(problem, solution);
@@ -226,6 +227,19 @@ impl ContactSolver {
         }
     }
 
+    /// The first two stages of the cascade for the islands whose residual is `chosen`.
+    fn solve_islands(
+        &mut self,
+        problem: &ContactProblem,
+        start: Start,
+        solution: &mut ContactSolution,
+        chosen: impl Fn(f64) -> bool,
+    ) {
+        let Self { pool, cones, islands, settings, residuals, .. } = self;
+        pool.run((problem, cones, islands.all()), settings, start, solution, residuals, chosen);
+        self.contradiction.extend(pool.contradictions().map(|i| i as usize));
+    }
+
     /// Lemke's method for a whole problem: where a bound has a constant part and grows with a normal impulse, its kink lies
     /// between the pieces that the first two stages know.
     fn solve_whole(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
@@ -245,14 +259,9 @@ impl ContactSolver {
         self.earlier.copy_warm_part(solution);
         self.earlier.velocity.clone_from(&solution.velocity);
         let earlier = solution.certificate.worst();
-        for (k, island) in self.islands.all().iter().enumerate() {
-            if self.residuals[k] <= self.settings.accept {
-                let Self { island_solver, cones, settings, .. } = self;
-                self.residuals[k] =
-                    solve_island(island_solver, problem, cones, island, settings, Start::Cold, solution);
-                solution.report.restarts += 1;
-            }
-        }
+        let accept = self.settings.accept;
+        solution.report.restarts += self.residuals.iter().filter(|&&residual| residual <= accept).count() as u32;
+        self.solve_islands(problem, Start::Cold, solution, |residual| residual <= accept);
         self.complete(problem, solution);
         if solution.certificate.worst() >= earlier {
             solution.copy_warm_part(&self.earlier);
@@ -298,6 +307,11 @@ impl ContactSolver {
         }
     }
 
+    /// The certificate of a claimed solution, as by [`certify`](crate::certify()), in the solver's memory.
+    pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
+        certify_afresh(problem, solution, &mut self.scratch)
+    }
+
     /// Solves a problem; see [`solve_into`](Self::solve_into).
     pub fn solve(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>) -> ContactSolution {
         let mut solution = ContactSolution::default();
@@ -327,8 +341,8 @@ enum Start<'a> {
     Cold,
 }
 
-/// Runs the first two stages of the cascade on an island and writes its impulses and modes. Returns the residual.
-/// Attempt 0 starts from the warm start if there is one, the later ones are cold.
+/// Runs the first two stages of the cascade on an island. Attempt 0 starts from the warm start if there is one, the later
+/// ones are cold; the best one is what comes out.
 fn solve_island(
     solver: &mut IslandSolver,
     problem: &ContactProblem,
@@ -336,34 +350,33 @@ fn solve_island(
     island: &island::Island,
     settings: &SolverSettings,
     start: Start,
-    solution: &mut ContactSolution,
-) -> f64 {
-    let mut best = f64::INFINITY;
+    outcome: &mut Outcome,
+) {
     let first_attempt = u32::from(start == Start::Cold);
     for attempt in first_attempt..=settings.max_restarts.max(first_attempt) {
         solver.start(problem, island);
         if let (0, Start::Warm(warm)) = (attempt, start) {
             load_warm_start(solver, problem, cones, island, warm);
+            if settings.sleeping
+                && let Some(residual) = solver.rest(problem, cones, island, settings)
+            {
+                (outcome.residual, outcome.asleep) = (residual, true);
+                outcome.take(solver);
+                return;
+            }
         }
         let residual = solver.run(problem, cones, island, settings, attempt);
-        solution.report.add(solver.effort);
-        if residual < best {
-            best = residual;
-            for (c, &i) in island.units.iter().enumerate() {
-                let mode = solver.modes.get(c).copied().unwrap_or(Mode::Open);
-                solution.take_unit(i as usize, solver.impulse[c], mode);
-            }
-            for (k, &i) in island.bilateral.iter().enumerate() {
-                solution.bilateral[i as usize] = solver.bilateral_impulse[k];
-            }
-            island.scatter(&solver.velocity, &mut solution.velocity);
+        outcome.effort.add(solver.effort);
+        if residual < outcome.residual {
+            outcome.residual = residual;
+            outcome.take(solver);
         }
-        if best <= settings.accept || !solver.contradiction.is_empty() {
+        if outcome.residual <= settings.accept || !solver.contradiction.is_empty() {
+            outcome.contradiction.clone_from(&solver.contradiction);
             break;
         }
-        solution.report.restarts += 1;
+        outcome.restarts += 1;
     }
-    best
 }
 
 fn load_warm_start(

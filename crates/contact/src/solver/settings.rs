@@ -36,6 +36,13 @@ pub struct SolverSettings {
     pub lemke_pivots_per_row: usize,
     /// Islands with more rows in their LCP than this are not given to Lemke's method. Default 3000.
     pub lemke_max_rows: usize,
+    /// At most so many threads (of the `rayon` pool that the caller is in) solve islands at the same time, where there are
+    /// enough rows beside the largest island; 0 for as many as the pool has, 1 for the caller's alone. The result has the
+    /// same bits whatever it is. Default 0.
+    pub threads: usize,
+    /// Whether islands that the impulses of the warm start hold still, to rounding and within `accept`, are left at velocity
+    /// zero without solving. The certificate is computed as ever. Default false.
+    pub sleeping: bool,
 }
 
 impl Default for SolverSettings {
@@ -56,6 +63,8 @@ impl Default for SolverSettings {
             path_changes_per_contact: 16,
             lemke_pivots_per_row: 30,
             lemke_max_rows: 3000,
+            threads: 0,
+            sleeping: false,
         }
     }
 }

@@ -20,4 +20,5 @@ mod polygons;
 mod reference;
 mod relaxation;
 mod shared_problems;
+mod threads;
 mod uniqueness;

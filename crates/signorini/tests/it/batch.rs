@@ -73,7 +73,42 @@ fn one_that_stops_leaves_the_others_going() {
     assert!(!batch.rollout(2, &[], &mut q, &mut v));
     assert!(matches!(batch.stop(0), Some(LaneStop::NoSolution)) && !batch.report(0).advanced());
     assert!(matches!(batch.stop(1), Some(LaneStop::Error(_))) && batch.stop(2).is_none());
+    assert_eq!(batch.stops().map(|(i, _)| i).collect::<Vec<_>>(), [0, 1]);
     let (stopped, went_on) = q.split_at(2 * 2 * model.nq);
     assert!(stopped.iter().all(|x| x.is_nan()) && went_on.iter().all(|x| x.is_finite()));
     assert_eq!((batch.state(0).time, batch.state(2).time), (0.0, 0.01));
+}
+
+/// A simulation that was reset makes its first run again, whatever it did before; the others are not touched.
+#[test]
+fn reset_by_index() {
+    let model = quadruped();
+    let mut batch = Batch::new(model.clone(), Settings::default(), 3, 2).unwrap();
+    assert!(batch.step(40));
+    let first: Vec<State> = (0..3).map(|i| batch.state(i).clone()).collect();
+    assert!(batch.step(25));
+    let other = batch.state(0).clone();
+    batch.reset(1);
+    assert_eq!((batch.state(1), batch.state(0)), (&State::new(&model), &other));
+    let snapshot = batch.save(2);
+    assert!(batch.step(40));
+    assert_eq!(batch.state(1), &first[1]);
+    let further = batch.state(2).clone();
+    batch.restore(2, &snapshot).unwrap();
+    assert!(batch.step(40));
+    assert_eq!(batch.state(2), &further);
+}
+
+#[test]
+fn states_as_flat_arrays() {
+    let model = quadruped();
+    let mut batch = Batch::new(model.clone(), Settings::default(), 4, 1).unwrap();
+    let starts: Vec<State> = (0..4).map(|i| start(&model, i)).collect();
+    let flat = |part: fn(&State) -> &Vec<f64>| starts.iter().flat_map(part).copied().collect::<Vec<f64>>();
+    let (q, v) = (flat(|s| &s.q), flat(|s| &s.v));
+    batch.set_states(&q, &v);
+    assert_eq!((0..4).map(|i| batch.state(i).clone()).collect::<Vec<_>>(), starts);
+    let (mut q_out, mut v_out) = (vec![0.0; q.len()], vec![0.0; v.len()]);
+    batch.states_into(&mut q_out, &mut v_out);
+    assert_eq!((q_out, v_out), (q, v));
 }

@@ -5,11 +5,7 @@ use signorini::multibody::State;
 use signorini::{ContactMethod, Settings, Simulation};
 
 use crate::invariants::balls_in_a_bin;
-use crate::support::{bundled, run_certified, run_observed};
-
-fn bits(state: &State) -> Vec<u64> {
-    state.q.iter().chain(&state.v).map(|x| x.to_bits()).collect()
-}
+use crate::support::{bits, bundled, run_certified, run_observed};
 
 fn difference(a: &State, b: &State) -> f64 {
     let values = |s: &State| s.q.iter().chain(&s.v).copied().collect::<Vec<_>>();

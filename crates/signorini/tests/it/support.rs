@@ -2,7 +2,8 @@
 
 use signorini::multibody::glam::{DMat3, DQuat, DVec3};
 use signorini::multibody::{
-    BodyId, Geom, Geometry, Inertia, Joint, JointKind, Kinematics, Model, ModelBuilder, Pose, forward_kinematics_into,
+    BodyId, Geom, Geometry, Inertia, Joint, JointKind, Kinematics, Model, ModelBuilder, Pose, State,
+    forward_kinematics_into,
 };
 use signorini::{RunEnd, Settings, Simulation, StepReport};
 
@@ -121,6 +122,11 @@ pub fn run_observed(simulation: &mut Simulation, duration: f64, mut look: impl F
         .unwrap();
     assert_eq!(end, RunEnd::Finished);
     assert_eq!(simulation.summary().missed_steps, 0);
+}
+
+/// The numbers of a state, bit by bit.
+pub fn bits(state: &State) -> Vec<u64> {
+    state.q.iter().chain(&state.v).map(|x| x.to_bits()).collect()
 }
 
 /// Origin of free body `k` (counted from 0) in world.

@@ -1,0 +1,76 @@
+//! Steps that end where they began: while nothing changes, the next one is the same.
+
+use signorini_multibody::{Input, State};
+
+use crate::{Settings, StepReport, Workspace};
+
+/// The last step, if it ended where it began. The problem and the solution of it are those in the workspace.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FixedPoint {
+    holds: bool,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    input: Input,
+    dt: f64,
+    report: StepReport,
+}
+
+impl FixedPoint {
+    /// Forgets the last step.
+    pub fn clear(&mut self) {
+        self.holds = false;
+    }
+
+    /// How the step from here goes, if it is the last one again: same configuration, velocity, input and Δt, bit for bit.
+    pub fn report(&self, state: &State, input: &Input, dt: f64) -> Option<&StepReport> {
+        let same = self.holds
+            && self.dt == dt
+            && same_bits(&self.v, &state.v)
+            && same_bits(&self.q, &state.q)
+            && same_bits(&self.input.control, &input.control)
+            && same_bits(&self.input.generalized_force, &input.generalized_force);
+        same.then_some(&self.report)
+    }
+
+    /// Takes note of a step from `state` to `next`.
+    pub fn observe(&mut self, state: &State, input: &Input, next: &State, dt: f64, report: &StepReport) {
+        let plain = report.advanced() && !report.missed_tolerance && !report.clipped_gaps && report.impacts == 0;
+        self.holds = plain && same_bits(&state.v, &next.v) && same_bits(&state.q, &next.q);
+        if !self.holds {
+            return;
+        }
+        self.q.clone_from(&state.q);
+        self.v.clone_from(&state.v);
+        self.input.control.clone_from(&input.control);
+        self.input.generalized_force.clone_from(&input.generalized_force);
+        self.dt = dt;
+        self.report.clone_from(report);
+        let islands = report.solver.islands;
+        self.report.solver = Default::default();
+        (self.report.solver.islands, self.report.solver.sleeping_islands) = (islands, islands);
+        (self.report.enlargements, self.report.unresolved_rotations) = (0, report.unresolved_rotations);
+    }
+}
+
+impl Workspace {
+    /// The last step again, where nothing has changed since and its solution still certifies.
+    pub(crate) fn stay(
+        &mut self,
+        state: &State,
+        input: &Input,
+        settings: &Settings,
+        dt: f64,
+        next: &mut State,
+    ) -> Option<StepReport> {
+        let report = self.fixed_point.report(state, input, dt)?;
+        let certificate = self.solver.certify(&self.builder.problem, &self.solution);
+        let report = StepReport { certificate, ..report.clone() };
+        next.clone_from(state);
+        next.time = state.time + dt;
+        certificate.holds(settings.tolerance).then_some(report)
+    }
+}
+
+fn same_bits(a: &[f64], b: &[f64]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(x, y)| x.to_bits() == y.to_bits())
+}
