@@ -5,7 +5,7 @@ use crate::certificate::{Scratch, certify_with};
 use crate::polyhedral::{ConeNewton, Group, Groups, ImpulseCones, Objective};
 use crate::recovery::recover_into;
 use crate::solver::{Cones, Mode};
-use crate::{ContactProblem, ContactSolution, SolveStatus};
+use crate::{ContactProblem, ContactSolution, SolveStatus, UnsupportedFriction};
 
 /// δ of the proximal term relative to the Delassus scale: small, because each outer iteration removes its effect by about
 /// this factor over the smallest eigenvalue of the loaded rows.
@@ -30,6 +30,8 @@ pub enum LeastNormOutcome {
     NotSolved,
     /// The solution keeps its own impulses: those of least norm were not found to the tolerance.
     Kept,
+    /// The problem has friction groups, whose impulses are not chosen: nothing was done.
+    Unsupported(UnsupportedFriction),
 }
 
 /// What a choice among impulses did.
@@ -107,6 +109,10 @@ impl LeastNorm {
         let mut report = LeastNormReport { norm_before, norm: norm_before, ..LeastNormReport::default() };
         if solution.status != SolveStatus::Solved || !fits(problem, solution) {
             report.outcome = LeastNormOutcome::NotSolved;
+            return report;
+        }
+        if let Err(unsupported) = problem.check_without_groups() {
+            report.outcome = LeastNormOutcome::Unsupported(unsupported);
             return report;
         }
         self.earlier.copy_warm_part(solution);

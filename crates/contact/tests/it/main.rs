@@ -20,3 +20,4 @@ mod polygons;
 mod reference;
 mod relaxation;
 mod shared_problems;
+mod unsupported;
