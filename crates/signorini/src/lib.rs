@@ -35,14 +35,16 @@ mod recorder;
 mod restitution;
 mod settings;
 mod simulation;
+mod solver;
 mod step;
 mod warm;
 
 pub use build::FrictionSource;
 pub use error::SimulationError;
 pub use recorder::{frame_into, last_frame_into, recording_header};
-pub use settings::{ContactMethod, InfeasiblePolicy, RestitutionLaw, Settings};
+pub use settings::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, RestitutionLaw, Settings};
 pub use simulation::{RunEnd, Simulation, Summary};
+pub use solver::CertifiedLaw;
 pub use step::{ContactSource, StepReport, Workspace, step};
 
 pub use signorini_collision as collision;

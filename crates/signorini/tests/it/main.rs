@@ -4,6 +4,7 @@ mod contradiction;
 mod determinism;
 mod dry_friction;
 mod friction;
+mod friction_law;
 mod impact;
 mod incline;
 mod input;
