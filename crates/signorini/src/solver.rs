@@ -105,51 +105,49 @@ impl StepSolver {
                 report.unsupported.map_or(Ok(()), |unsupported| Err(ProblemError::from(unsupported)))?;
             }
         }
-        let least_norm = self.choose_impulses(problem, solution)?;
-        Ok(self.judge(problem, solution, least_norm))
+        if self.least_norm.is_some() {
+            self.choose_impulses(problem, solution)
+        } else {
+            Ok(self.judge(problem, solution))
+        }
     }
 
+    /// Takes the impulses of least norm, unless the law that was asked for does not hold with them as it does without.
     fn choose_impulses(
         &mut self,
         problem: &ContactProblem,
         solution: &mut ContactSolution,
-    ) -> Result<Option<LeastNormOutcome>, SimulationError> {
-        let Some(least_norm) = &mut self.least_norm else { return Ok(None) };
-        match least_norm.apply(problem, solution, self.tolerance).outcome {
-            LeastNormOutcome::Unsupported(unsupported) => Err(ProblemError::from(unsupported).into()),
-            outcome => Ok(Some(outcome)),
+    ) -> Result<Verdict, SimulationError> {
+        let before = self.judge(problem, solution);
+        let Some(mut least_norm) = self.least_norm.take() else { return Ok(before) };
+        let mut outcome = least_norm.apply(problem, solution, self.tolerance).outcome;
+        let mut verdict = self.judge(problem, solution);
+        if before.holds && !verdict.holds {
+            least_norm.undo(problem, solution);
+            (verdict, outcome) = (before, LeastNormOutcome::Kept);
         }
+        self.least_norm = Some(least_norm);
+        if let LeastNormOutcome::Unsupported(unsupported) = outcome {
+            return Err(ProblemError::from(unsupported).into());
+        }
+        Ok(Verdict { least_norm: Some(outcome), ..verdict })
     }
 
-    fn judge(
-        &mut self,
-        problem: &ContactProblem,
-        solution: &ContactSolution,
-        least_norm: Option<LeastNormOutcome>,
-    ) -> Verdict {
+    /// Certifies a solution by the law that was asked for.
+    fn judge(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Verdict {
         let polygon = solution.certificate;
+        let verdict = Verdict { certificate: polygon, holds: polygon.holds(self.tolerance), ..Verdict::default() };
         match &mut self.route {
-            Route::Structured(_) | Route::Lcp(_) => Verdict {
-                law: CertifiedLaw::Polygon,
-                certificate: polygon,
-                cone: None,
-                holds: polygon.holds(self.tolerance),
-                least_norm,
-            },
+            Route::Structured(_) | Route::Lcp(_) => verdict,
             Route::Circular(circular) => {
                 let cone = circular.solver.certify(problem, solution);
-                Verdict {
-                    law: CertifiedLaw::CircularCone,
-                    certificate: residuals(&cone),
-                    cone: Some(cone),
-                    holds: cone.holds(self.tolerance),
-                    least_norm,
-                }
+                let law = CertifiedLaw::CircularCone;
+                let holds = cone.holds(self.tolerance);
+                Verdict { law, certificate: residuals(&cone), cone: Some(cone), holds, least_norm: None }
             }
             Route::Refined { solver, tolerance } => {
                 let cone = solver.certify(problem, solution);
-                let holds = polygon.holds(self.tolerance) && cone.holds(*tolerance);
-                Verdict { law: CertifiedLaw::Polygon, certificate: polygon, cone: Some(cone), holds, least_norm }
+                Verdict { cone: Some(cone), holds: verdict.holds && cone.holds(*tolerance), ..verdict }
             }
         }
     }

@@ -5,25 +5,36 @@ use std::fmt::Write;
 use super::count;
 use crate::results::{Comparison, Row};
 
+const HEADER: [&str; 8] = ["law", "method", "status", "residual", "circular", "time", "iterations", "difference"];
+/// Stands where a row has no value.
+const NONE: &str = "–";
+
 /// All laws and methods on one problem.
 pub fn comparison(result: &Comparison) -> String {
     let contacts = result.contacts.map(|n| format!(", {}", count(n as u64, "contact"))).unwrap_or_default();
-    let nv = result.nv.map(|n| format!(", {}", count(n as u64, "degree of freedom").replace("freedoms", "freedom")));
-    let mut out = format!("{}: {}{contacts}{}\n", result.problem.display(), result.kind, nv.unwrap_or_default());
-    let _ =
-        writeln!(out, "tolerance {:e}; difference of {} {}", result.tolerance, result.difference_of, reference(result));
-    let header = ["law", "method", "status", "residual", "circular", "time", "iterations", "difference"];
-    let lines: Vec<[String; 8]> =
-        std::iter::once(header.map(str::to_owned)).chain(result.rows.iter().map(cells)).collect();
-    let width = |column: usize| lines.iter().map(|line| line[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 8] = std::array::from_fn(width);
-    for (k, line) in lines.iter().enumerate() {
-        let cells = line.iter().zip(widths).enumerate().map(|(column, (cell, width))| match column {
-            0..3 => format!("{cell:<width$}"),
-            _ => format!("{cell:>width$}"),
+    let nv = result.nv.map(|n| format!(", {} of freedom", count(n as u64, "degree"))).unwrap_or_default();
+    let mut out = format!("{}: {}{contacts}{nv}\n", result.problem.display(), result.kind);
+    let (tolerance, of) = (result.tolerance, result.difference_of);
+    let _ = writeln!(out, "tolerance {tolerance:e}; difference of {of} {}", reference(result));
+    let rows: Vec<[String; 8]> = result.rows.iter().map(cells).collect();
+    let shown: Vec<usize> = (0..8).filter(|&c| c < 3 || rows.iter().any(|row| row[c] != NONE)).collect();
+    let length = |text: &str| text.chars().count();
+    let widths = HEADER
+        .iter()
+        .enumerate()
+        .map(|(c, title)| rows.iter().map(|row| length(&row[c])).fold(length(title), usize::max));
+    let widths: Vec<usize> = widths.collect();
+    let line = |cells: &[String; 8]| {
+        let padded = shown.iter().map(|&c| match (c, widths[c]) {
+            (0..3, width) => format!("{:<width$}", cells[c]),
+            (_, width) => format!("{:>width$}", cells[c]),
         });
-        let _ = writeln!(out, "{}", cells.collect::<Vec<_>>().join("  ").trim_end());
-        if let Some(note) = k.checked_sub(1).and_then(|row| note(&result.rows[row])) {
+        padded.collect::<Vec<_>>().join("  ").trim_end().to_owned()
+    };
+    let _ = writeln!(out, "{}", line(&HEADER.map(str::to_owned)));
+    for (row, cells) in result.rows.iter().zip(&rows) {
+        let _ = writeln!(out, "{}", line(cells));
+        if let Some(note) = note(row) {
             let _ = writeln!(out, "    {note}");
         }
     }
@@ -43,15 +54,15 @@ fn law(row: &Row) -> String {
 }
 
 fn cells(row: &Row) -> [String; 8] {
-    let size = |x: Option<f64>| x.map_or("–".to_owned(), |x| format!("{x:.1e}"));
+    let size = |x: Option<f64>| x.map_or(NONE.to_owned(), |x| format!("{x:.1e}"));
     [
         law(row),
         row.method.clone(),
         row.status.replace('_', " "),
         size(row.residual),
         size(row.circular_residual),
-        row.seconds.map_or("–".to_owned(), time),
-        row.iterations.map_or("–".to_owned(), |n| n.to_string()),
+        row.seconds.map_or(NONE.to_owned(), time),
+        row.iterations.map_or(NONE.to_owned(), |n| n.to_string()),
         size(row.difference),
     ]
 }

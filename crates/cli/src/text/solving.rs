@@ -23,13 +23,8 @@ pub fn solve(result: &SolveResult) -> String {
     if let Some(reason) = &result.reason {
         let _ = writeln!(out, "  reason     {reason}");
     }
-    let _ = writeln!(out, "  residuals  {} (tolerance {:e})", laws(&result.residual), result.tolerance);
-    if let Some(circular) = &result.circular_laws {
-        let tolerance = result.circular_tolerance.map(|t| format!(" (tolerance {t:e})")).unwrap_or_default();
-        let _ = writeln!(out, "  circular   {}{tolerance}", laws(circular));
-    }
-    if let Some(true_laws) = &result.contact_laws {
-        let _ = writeln!(out, "  true laws  {} (not asked of a relaxation)", laws(true_laws));
+    if !matches!(result.status, "refused" | "too_large") {
+        out.push_str(&residuals(result));
     }
     if let Some(choice) = &result.least_norm {
         let _ = writeln!(
@@ -51,6 +46,19 @@ pub fn solve(result: &SolveResult) -> String {
     if let Some(path) = &result.solution {
         let what = if result.status == "solved" { "solution  " } else { "best point" };
         let _ = writeln!(out, "  {what} {}", path.display());
+    }
+    out
+}
+
+/// The residuals of the law solved, and of those that it is compared with.
+fn residuals(result: &SolveResult) -> String {
+    let mut out = format!("  residuals  {} (tolerance {:e})\n", laws(&result.residual), result.tolerance);
+    if let Some(circular) = &result.circular_laws {
+        let tolerance = result.circular_tolerance.map(|t| format!(" (tolerance {t:e})")).unwrap_or_default();
+        let _ = writeln!(out, "  circular   {}{tolerance}", laws(circular));
+    }
+    if let Some(true_laws) = &result.contact_laws {
+        let _ = writeln!(out, "  true laws  {} (not asked of a relaxation)", laws(true_laws));
     }
     out
 }

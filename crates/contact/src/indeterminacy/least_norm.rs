@@ -126,11 +126,17 @@ impl LeastNorm {
         self.complete(problem, solution);
         if !solution.certificate.holds(tolerance.max(residual)) {
             report.outcome = LeastNormOutcome::Kept;
-            solution.copy_warm_part(&self.earlier);
-            self.complete(problem, solution);
+            self.undo(problem, solution);
         }
         report.norm = norm(solution);
         report
+    }
+
+    /// Gives a solution back the impulses that it had before they were [chosen](Self::apply), where these miss a law that the
+    /// certificate does not speak of. `problem`, `solution`: those of the last choice.
+    pub fn undo(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        solution.copy_warm_part(&self.earlier);
+        self.complete(problem, solution);
     }
 
     fn prepare(&mut self, problem: &ContactProblem) {
