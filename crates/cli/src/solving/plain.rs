@@ -77,7 +77,7 @@ fn solve_frictional_cone(problem: &FrictionalProblem, options: &Options) -> Resu
 /// Impulses (normal, tangent 1, tangent 2) of each contact from `z = (λ_N, α, β)` of a polygonal LCP.
 pub fn frictional_impulses(problem: &FrictionalProblem, z: &[f64]) -> Vec<[f64; 3]> {
     let nc = problem.friction.len();
-    let count = if nc == 0 { 0 } else { (z.len() / nc).saturating_sub(2) };
+    let count = z.len().checked_div(nc).map_or(0, |rows| rows.saturating_sub(2));
     let polygon = FrictionPolygon::regular(count, 0.0).unwrap_or_default();
     let impulse = |i: usize| {
         let alpha = &z[nc + count * i..nc + count * (i + 1)];
