@@ -43,6 +43,8 @@ pub fn solve_as_lcp(
         Status::Inconsistent { .. } => SolveStatus::Infeasible { contacts: Vec::new() },
         Status::IterationLimit => SolveStatus::IterationLimit,
         _ if solution.certificate.holds(tolerance) => SolveStatus::Solved,
+        Status::Refused(refusal) => SolveStatus::Refused(*refusal),
+        Status::TooLarge { limit } => SolveStatus::TooLarge { limit: *limit },
         _ => SolveStatus::Inaccurate,
     };
     Ok(solution)

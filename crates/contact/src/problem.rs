@@ -161,7 +161,7 @@ impl ContactProblem {
         other.direction_offsets = vec![0];
         for i in 0..self.contact_count() {
             if let Some(first) = self.directions_of(i).first() {
-                if self.directions_of(i).iter().any(|d| (d[0].hypot(d[1]) - 1.0).abs() > 1e-9) {
+                if self.is_anisotropic(i) {
                     let reason = "only friction that is the same in all directions has another polygon".into();
                     return Err(ProblemError::Directions { contact: Some(i), reason });
                 }

@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 pub mod check;
+pub mod compare;
 pub mod export;
 pub mod inspect;
 pub mod scenes;

@@ -63,7 +63,7 @@ struct Shown {
 /// Shows a model until the command is ended from outside.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let loaded = load_model(&arguments.model)?;
-    let simulation = start(&loaded, &arguments.start, arguments.step.settings())?;
+    let simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
     let settings = ViewerSettings {
         port: arguments.port,
         title: String::new(),

@@ -5,7 +5,7 @@ use crate::certificate::{Scales, Scratch, certify_with};
 use crate::polyhedral::{ConeNewton, Group, Groups, ImpulseCones, Objective};
 use crate::recovery::recover_into;
 use crate::solver::{Cones, Mode};
-use crate::{ContactProblem, ContactSolution, SolveStatus};
+use crate::{ContactProblem, ContactSolution, SolveStatus, UnsupportedFriction};
 
 /// δ of the proximal term relative to the Delassus scale: small, because each outer iteration removes its effect by about
 /// this factor over the smallest eigenvalue of the loaded rows.
@@ -30,6 +30,8 @@ pub enum LeastNormOutcome {
     NotSolved,
     /// The solution keeps its own impulses: those of least norm were not found to the tolerance.
     Kept,
+    /// The problem has friction groups, whose impulses are not chosen: nothing was done.
+    Unsupported(UnsupportedFriction),
 }
 
 /// What a choice among impulses did.
@@ -109,6 +111,10 @@ impl LeastNorm {
             report.outcome = LeastNormOutcome::NotSolved;
             return report;
         }
+        if let Err(unsupported) = problem.check_without_groups() {
+            report.outcome = LeastNormOutcome::Unsupported(unsupported);
+            return report;
+        }
         self.earlier.copy_warm_part(solution);
         let residual = solution.certificate.worst();
         admissible_impulses(problem, &solution.velocity, residual, &mut self.faces);
@@ -120,11 +126,17 @@ impl LeastNorm {
         self.complete(problem, solution);
         if !solution.certificate.holds(tolerance.max(residual)) {
             report.outcome = LeastNormOutcome::Kept;
-            solution.copy_warm_part(&self.earlier);
-            self.complete(problem, solution);
+            self.undo(problem, solution);
         }
         report.norm = norm(solution);
         report
+    }
+
+    /// Gives a solution back the impulses that it had before they were [chosen](Self::apply), where these miss a law that the
+    /// certificate does not speak of. `problem`, `solution`: those of the last choice.
+    pub fn undo(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        solution.copy_warm_part(&self.earlier);
+        self.complete(problem, solution);
     }
 
     fn prepare(&mut self, problem: &ContactProblem) {

@@ -33,6 +33,7 @@ use island::Islands;
 use island_pool::{IslandPool, Outcome};
 use island_solver::{Effort, IslandSolver};
 pub(crate) use mode::{Cones, Mode};
+use signorini_lcp::Refusal;
 
 /// What a solve ended with.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -55,6 +56,14 @@ pub enum SolveStatus {
     },
     /// The number of pivots was used up.
     IterationLimit,
+    /// The LCP does not meet a hypothesis of the method's theory; rows are those of the standard LCP, of the condensed one where
+    /// the problem has bilateral rows.
+    Refused(Refusal),
+    /// The LCP has more pairs than the method accepts.
+    TooLarge {
+        /// The largest number it accepts.
+        limit: usize,
+    },
 }
 
 /// What was done, for reports and recordings.

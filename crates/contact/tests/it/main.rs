@@ -22,3 +22,4 @@ mod relaxation;
 mod shared_problems;
 mod threads;
 mod uniqueness;
+mod unsupported;
