@@ -2,7 +2,7 @@
 
 use signorini_contact::{ContactProblem, ProblemError};
 use signorini_lcp::Lemke;
-use signorini_testkit::{Dense, Family, Parameters, Random, largest_difference};
+use signorini_testkit::{Dense, Family, Parameters, Random, articulated, largest_difference};
 
 use crate::reference::{Matrices, push_random_groups, random_problem};
 
@@ -114,4 +114,26 @@ fn a_solution_of_one_form_solves_the_other() {
         }
     }
     assert!(solved >= 90, "only {solved} of 120 solved");
+}
+
+#[test]
+fn delassus_diagonals_are_those_of_the_dense_product() {
+    // 50 degrees of freedom in one block take the way of large blocks.
+    for (seed, nv) in [6, 20, 32, 33, 50].into_iter().enumerate() {
+        let problem = articulated(&mut Random::new(seed as u64), &Parameters::default(), nv, 5);
+        let dense = Dense { rows: nv, columns: nv, data: problem.mass.to_dense() }.inverse();
+        let mut scratch = vec![0.0; nv];
+        for i in 0..problem.contact_count() {
+            let (columns, entries) = problem.jacobian.group(i);
+            let found = problem.delassus_diagonal(i, &mut scratch);
+            for r in 0..3 {
+                let pairs = columns.iter().zip(entries);
+                let mut row = vec![0.0; nv];
+                pairs.for_each(|(&column, entry)| row[column as usize] = entry[r]);
+                let expected: f64 = dense.apply(&row).iter().zip(&row).map(|(x, y)| x * y).sum();
+                assert!((found[r] - expected).abs() <= 1e-10 * expected, "{nv}: {found:?} {expected}");
+            }
+        }
+        assert!(scratch.iter().all(|&x| x == 0.0));
+    }
 }
