@@ -122,7 +122,7 @@ def overview(results):
     lines = ["| " + " | ".join(columns) + " |", "|" + "---|" * len(columns)]
     for result in results:
         own, other = fastest_that_holds(result)
-        if not own or "us_step" not in own:
+        if not own or "us_step" not in own or own.get("error"):
             continue
         cells = [result["scene"], short(own["us_step"]), f"{own['missed']} / {own['done']}", short(own.get("penetration_max_mm"))]
         if other:

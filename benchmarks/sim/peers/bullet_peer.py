@@ -28,6 +28,8 @@ def xyzw(q):
 
 class Peer:
     def __init__(self, scene, variant):
+        if p.isConnected():
+            p.disconnect()  # the functions of the module act on the first connection
         p.connect(p.DIRECT)
         p.setGravity(*scene["gravity"])
         p.setTimeStep(scene["dt"])
