@@ -234,12 +234,14 @@ impl ContactProblem {
     /// [`delassus_scale`](Self::delassus_scale) without memory of its own; `scratch` as in
     /// [`delassus_diagonal`](Self::delassus_diagonal).
     pub(crate) fn delassus_scale_with(&self, scratch: &mut [f64]) -> f64 {
-        let mut scale = 0.0;
+        let mut scale = 0.0_f64;
         for i in 0..self.contact_count() {
-            scale = self.delassus_diagonal(i, scratch).into_iter().fold(scale, f64::max);
+            let (columns, entries) = self.jacobian.group(i);
+            scale = scale.max(self.largest_delassus_entry(columns, entries, scratch));
         }
         for j in 0..self.friction_groups.len() {
-            scale = self.group_delassus(j, scratch).into_iter().fold(scale, f64::max);
+            let (columns, entries) = self.friction_groups.jacobian.group(j);
+            scale = scale.max(self.largest_delassus_entry(columns, entries, scratch));
         }
         scale
     }
@@ -247,8 +249,7 @@ impl ContactProblem {
     /// The diagonal of contact `i`'s block of `J M⁻¹ Jᵀ`. `scratch`: `[nv]`, all zero before and after.
     ///
     /// # Cost
-    /// Half a solve with three columns for each block of the mass matrix that the contact touches; from
-    /// 33 rows on three solves.
+    /// Three solves with each block of the mass matrix that the contact touches.
     pub fn delassus_diagonal(&self, i: usize, scratch: &mut [f64]) -> [f64; 3] {
         let (columns, entries) = self.jacobian.group(i);
         self.delassus_entries(columns, entries, scratch)
@@ -274,48 +275,50 @@ impl ContactProblem {
             let index = self.mass.block_of(columns[first] as usize);
             let range = self.mass.blocks()[index].range();
             let last = first + columns[first..].partition_point(|&c| range.contains(&(c as usize)));
-            let rows = columns[last - 1] as usize + 1 - range.start;
-            if rows <= FEW_ROWS {
-                let mut together = [[0.0; R]; FEW_ROWS];
-                for (column, entry) in columns[first..last].iter().zip(&entries[first..last]) {
-                    together[*column as usize - range.start] = *entry;
+            for (r, sum) in diagonal.iter_mut().enumerate() {
+                for k in first..last {
+                    scratch[columns[k] as usize] = entries[k][r];
                 }
-                self.mass_factor.half_solve_block(index, &mut together[..rows]);
-                for row in &together[..rows] {
-                    diagonal.iter_mut().zip(row).for_each(|(sum, y)| *sum += y * y);
+                self.mass_factor.solve_block_in_place(index, &mut scratch[range.clone()]);
+                for k in first..last {
+                    *sum += entries[k][r] * scratch[columns[k] as usize];
                 }
-            } else {
-                self.add_delassus_one_by_one(
-                    index,
-                    &columns[first..last],
-                    &entries[first..last],
-                    scratch,
-                    &mut diagonal,
-                );
+                scratch[range.clone()].fill(0.0);
             }
             first = last;
         }
         diagonal
     }
 
-    /// Adds the part of one large block, a full solve for each of the `R` columns in `scratch`.
-    fn add_delassus_one_by_one<const R: usize>(
+    /// The largest of [`delassus_entries`](Self::delassus_entries), by half a solve with all columns together where a block
+    /// has few rows.
+    fn largest_delassus_entry<const R: usize>(
         &self,
-        block: usize,
         columns: &[u32],
         entries: &[[f64; R]],
         scratch: &mut [f64],
-        diagonal: &mut [f64; R],
-    ) {
-        let range = self.mass.blocks()[block].range();
-        for (r, sum) in diagonal.iter_mut().enumerate() {
-            for (column, entry) in columns.iter().zip(entries) {
-                scratch[*column as usize] = entry[r];
+    ) -> f64 {
+        let mut diagonal = [0.0; R];
+        let mut first = 0;
+        while first < columns.len() {
+            let index = self.mass.block_of(columns[first] as usize);
+            let range = self.mass.blocks()[index].range();
+            let last = first + columns[first..].partition_point(|&c| range.contains(&(c as usize)));
+            let rows = columns[last - 1] as usize + 1 - range.start;
+            if rows > FEW_ROWS {
+                return self.delassus_entries(columns, entries, scratch).into_iter().fold(0.0, f64::max);
             }
-            self.mass_factor.solve_block_in_place(block, &mut scratch[range.clone()]);
-            *sum += columns.iter().zip(entries).map(|(c, entry)| entry[r] * scratch[*c as usize]).sum::<f64>();
-            scratch[range.clone()].fill(0.0);
+            let mut together = [[0.0; R]; FEW_ROWS];
+            for (column, entry) in columns[first..last].iter().zip(&entries[first..last]) {
+                together[*column as usize - range.start] = *entry;
+            }
+            self.mass_factor.half_solve_block(index, &mut together[..rows]);
+            for row in &together[..rows] {
+                diagonal.iter_mut().zip(row).for_each(|(sum, y)| *sum += y * y);
+            }
+            first = last;
         }
+        diagonal.into_iter().fold(0.0, f64::max)
     }
 
     /// `s_v = max|b|`, the data's velocity scale (formulation §8), m/s. Constant bounds of friction groups, which are impulses,
