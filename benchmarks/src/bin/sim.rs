@@ -58,7 +58,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let file: Value = serde_json::from_str(&std::fs::read_to_string(&path)?)?;
     let scenes = file.as_object().ok_or("the scenes are not a JSON object")?;
-    let wanted = |name: &str| options.names.is_empty() || options.names.iter().any(|n| name == n || begins(name, n));
+    let named = |name: &str, n: &str| name == n || (!scenes.contains_key(n) && begins(name, n));
+    let wanted = |name: &str| options.names.is_empty() || options.names.iter().any(|n| named(name, n));
     let chosen: Vec<(&String, &Value)> = scenes.iter().filter(|(name, _)| wanted(name)).collect();
     if chosen.is_empty() || (options.raw.is_some() && chosen.len() != 1) {
         return Err(format!("{} scenes of {} have these names", chosen.len(), path.display()).into());
@@ -91,7 +92,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Whether a scene belongs to a beginning: `S4` stands for `S4_…`, not for `S4s_…`.
+/// Whether a scene belongs to a beginning: `S4` stands for `S4_…`, not for `S4s_…`; a whole name stands for itself alone.
 fn begins(name: &str, start: &str) -> bool {
     name.strip_prefix(start).is_some_and(|rest| rest.starts_with('_'))
 }
