@@ -2,6 +2,6 @@
 
 pub mod contact_lcp;
 pub mod robots;
-pub mod scenes;
+pub mod sim;
 pub mod table;
 pub mod tosses;

@@ -10,7 +10,7 @@ use clap::Parser;
 use signorini::contact::SolverSettings;
 use signorini::multibody::Model;
 use signorini::{Batch, ContactMethod, Settings, Simulation};
-use signorini_benchmarks::{scenes, table};
+use signorini_benchmarks::{sim, table};
 
 /// Runs fields of stacks and batches.
 #[derive(Parser)]
@@ -66,7 +66,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn field(options: &Options) -> Result<(), Box<dyn Error>> {
-    let model = Arc::new(scenes::field(options.stacks, options.height)?);
+    let model = Arc::new(sim::field(options.stacks, options.height)?);
     let mut runners = Vec::new();
     for &threads in &options.threads {
         runners.push(Runner::new(&model, threads, false)?);

@@ -27,6 +27,10 @@ pub struct Reach {
 pub struct Collider {
     geoms: Vec<Prepared>,
     half_spaces: Vec<u32>,
+    /// Bounded geoms that can meet another bounded geom; the others need no place in the tree.
+    in_tree: Vec<u32>,
+    /// Bounded geoms that can meet a half-space.
+    over_half_spaces: Vec<u32>,
     own_friction: Vec<(u32, u32, f64)>,
     placed: Vec<GeomPose>,
     boxes: Vec<Aabb>,
@@ -57,8 +61,10 @@ impl Collider {
     pub fn new(model: &Model) -> Result<Self, CollisionError> {
         let geoms = model.geoms.iter().map(Prepared::new).collect::<Result<Vec<_>, _>>()?;
         check_meshes(model, &geoms)?;
-        let half_spaces = (0..geoms.len() as u32).filter(|&i| matches!(geoms[i as usize].shape, Shape::HalfSpace));
-        let half_spaces = half_spaces.collect();
+        let is_half_space = |i: &u32| matches!(geoms[*i as usize].shape, Shape::HalfSpace);
+        let (half_spaces, bounded): (Vec<u32>, Vec<u32>) = (0..geoms.len() as u32).partition(is_half_space);
+        let in_tree = that_can_meet(model, &bounded, &bounded);
+        let over_half_spaces = that_can_meet(model, &bounded, &half_spaces);
         let mut own_friction: Vec<(u32, u32, f64)> = Vec::new();
         for pair in &model.pairs {
             let (a, b) = (pair.geom_a.0.min(pair.geom_b.0), pair.geom_a.0.max(pair.geom_b.0));
@@ -69,6 +75,8 @@ impl Collider {
         Ok(Self {
             geoms,
             half_spaces,
+            in_tree,
+            over_half_spaces,
             own_friction,
             placed: Vec::new(),
             boxes: Vec::new(),
@@ -158,11 +166,10 @@ impl Collider {
             let both = (&model.geoms[i as usize], &model.geoms[j as usize]);
             model.contact_filter.allows((GeomId(i), GeomId(j)), both)
         };
-        let bounded = |i: u32| !matches!(geoms[i as usize].shape, Shape::HalfSpace);
         let boxes = &self.boxes;
-        let known = |i: u32| bounded(i) && !boxes[i as usize].is_nan();
-        self.tree.build(boxes, (0..geoms.len() as u32).filter(|&i| known(i)));
-        for i in (0..geoms.len() as u32).filter(|&i| known(i)) {
+        let known = |i: &u32| !boxes[*i as usize].is_nan();
+        self.tree.build(boxes, self.in_tree.iter().copied().filter(known));
+        for i in self.in_tree.iter().copied().filter(known) {
             self.tree.overlapping(&boxes[i as usize], |j| {
                 if i < j && boxes[i as usize].overlaps(&boxes[j as usize]) && allowed(i, j) {
                     pairs.push((i, j));
@@ -172,11 +179,11 @@ impl Collider {
         for &h in &self.half_spaces {
             let plane = &self.placed[h as usize];
             let normal = plane.rotation.z_axis;
-            for i in 0..geoms.len() as u32 {
+            for &i in &self.over_half_spaces {
                 let k = i as usize;
                 let margin = self.travel[k] + self.travel[h as usize];
                 let height = normal.dot(self.placed[k].center - plane.position) - geoms[k].size;
-                if height <= margin && bounded(i) && allowed(h, i) {
+                if height <= margin && allowed(h, i) {
                     pairs.push((h.min(i), h.max(i)));
                 }
             }
@@ -233,6 +240,19 @@ impl Collider {
         let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
         if a.frictional || b.frictional { a.friction.max(b.friction) } else { 0.0 }
     }
+}
+
+/// Those of `geoms` whose masks let them meet one of `others`, or that are named in a pair; the rest meets none of them whatever
+/// happens.
+fn that_can_meet(model: &Model, geoms: &[u32], others: &[u32]) -> Vec<u32> {
+    let geom = |i: u32| &model.geoms[i as usize];
+    let types = others.iter().fold(0, |all, &i| all | geom(i).contact_type);
+    let affinities = others.iter().fold(0, |all, &i| all | geom(i).contact_affinity);
+    let can = |i: &u32| {
+        let masks = geom(*i).contact_type & affinities != 0 || geom(*i).contact_affinity & types != 0;
+        masks || model.pairs.iter().any(|pair| pair.geom_a.0 == *i || pair.geom_b.0 == *i)
+    };
+    geoms.iter().copied().filter(can).collect()
 }
 
 /// Order in which shapes take the A side of the narrow phase.

@@ -7,6 +7,10 @@ use crate::friction_group::{FrictionBound, FrictionGroups};
 use crate::jacobian::SparseRows;
 use crate::polygon::{FrictionPolygon, check_directions};
 
+/// Up to as many rows of a block of the mass matrix are solved with all columns of a contact together, on the stack: free bodies
+/// and robots. A power of two, so that they are cleared quickly.
+const FEW_ROWS: usize = 32;
+
 /// Everything the formulation needs for one step: `M`, `v^f`, `Δt`, and for each contact `J_N`, `J_T`, `φ`, `μ`, `D`; for
 /// each bilateral row its Jacobian and `Θ`, for each friction group its Jacobian, target, bound and `D` (formulation §§1–5).
 ///
@@ -233,12 +237,14 @@ impl ContactProblem {
     /// [`delassus_scale`](Self::delassus_scale) without memory of its own; `scratch` as in
     /// [`delassus_diagonal`](Self::delassus_diagonal).
     pub(crate) fn delassus_scale_with(&self, scratch: &mut [f64]) -> f64 {
-        let mut scale = 0.0;
+        let mut scale = 0.0_f64;
         for i in 0..self.contact_count() {
-            scale = self.delassus_diagonal(i, scratch).into_iter().fold(scale, f64::max);
+            let (columns, entries) = self.jacobian.group(i);
+            scale = scale.max(self.largest_delassus_entry(columns, entries, scratch));
         }
         for j in 0..self.friction_groups.len() {
-            scale = self.group_delassus(j, scratch).into_iter().fold(scale, f64::max);
+            let (columns, entries) = self.friction_groups.jacobian.group(j);
+            scale = scale.max(self.largest_delassus_entry(columns, entries, scratch));
         }
         scale
     }
@@ -291,6 +297,37 @@ impl ContactProblem {
             first = last;
         }
         diagonal
+    }
+
+    /// The largest of [`delassus_entries`](Self::delassus_entries), by half a solve with all columns together where a block
+    /// has few rows.
+    fn largest_delassus_entry<const R: usize>(
+        &self,
+        columns: &[u32],
+        entries: &[[f64; R]],
+        scratch: &mut [f64],
+    ) -> f64 {
+        let mut diagonal = [0.0; R];
+        let mut first = 0;
+        while first < columns.len() {
+            let index = self.mass.block_of(columns[first] as usize);
+            let range = self.mass.blocks()[index].range();
+            let last = first + columns[first..].partition_point(|&c| range.contains(&(c as usize)));
+            let rows = columns[last - 1] as usize + 1 - range.start;
+            if rows > FEW_ROWS {
+                return self.delassus_entries(columns, entries, scratch).into_iter().fold(0.0, f64::max);
+            }
+            let mut together = [[0.0; R]; FEW_ROWS];
+            for (column, entry) in columns[first..last].iter().zip(&entries[first..last]) {
+                together[*column as usize - range.start] = *entry;
+            }
+            self.mass_factor.half_solve_block(index, &mut together[..rows]);
+            for row in &together[..rows] {
+                diagonal.iter_mut().zip(row).for_each(|(sum, y)| *sum += y * y);
+            }
+            first = last;
+        }
+        diagonal.into_iter().fold(0.0, f64::max)
     }
 
     /// `s_v = max|b|`, the data's velocity scale (formulation §8), m/s. Constant bounds of friction groups, which are impulses,

@@ -109,6 +109,30 @@ impl BlockCholesky {
         }
     }
 
+    /// `Y ← L⁻ᵀ Y` for `N` columns of one block, so that `YᵀY` is the product with `A_b⁻¹` between them.
+    /// - `rows`: the first rows of `Y`, `[at most size, N]`; those after them are zero and stay zero
+    ///
+    /// # Panics
+    /// If there are more rows than the block has.
+    pub fn half_solve_block<const N: usize>(&self, block: usize, rows: &mut [[f64; N]]) {
+        let block = &self.blocks[block];
+        assert!(rows.len() <= block.size, "no more rows than the block has");
+        let (l, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
+        for k in (0..rows.len()).rev() {
+            let (head, tail) = rows.split_at_mut(k);
+            let row = &mut tail[0];
+            if *row == [0.0; N] {
+                continue; // the rows of other branches of the tree
+            }
+            row.iter_mut().for_each(|y| *y *= inverse[k]);
+            for (target, l) in head.iter_mut().zip(&l[k * block.size..]) {
+                for (t, y) in target.iter_mut().zip(row.iter()) {
+                    *t -= l * y;
+                }
+            }
+        }
+    }
+
     /// `Y ← L⁻ᵀ Y` for `N` sparse columns on the same rows, so that `YᵀY` is the product with `A⁻¹` between them
     /// (the Delassus operator is `J M⁻¹ Jᵀ = (L⁻ᵀJᵀ)ᵀ(L⁻ᵀJᵀ)`).
     /// - `dofs`: sorted, and with every degree of freedom all those before it on its way to the root

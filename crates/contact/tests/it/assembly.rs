@@ -2,7 +2,7 @@
 
 use signorini_contact::{ContactProblem, ProblemError};
 use signorini_lcp::Lemke;
-use signorini_testkit::{Dense, Family, Parameters, Random, largest_difference};
+use signorini_testkit::{Dense, Family, Parameters, Random, articulated, largest_difference};
 
 use crate::reference::{Matrices, push_random_groups, random_problem};
 
@@ -114,4 +114,27 @@ fn a_solution_of_one_form_solves_the_other() {
         }
     }
     assert!(solved >= 90, "only {solved} of 120 solved");
+}
+
+#[test]
+fn delassus_entries_are_those_of_the_dense_product() {
+    // 50 degrees of freedom in one block take the way of large blocks.
+    for (seed, nv) in [7, 20, 32, 33, 50].into_iter().enumerate() {
+        let problem = articulated(&mut Random::new(seed as u64), &Parameters::default(), nv, 5);
+        let inverse = Dense { rows: nv, columns: nv, data: problem.mass.to_dense() }.inverse();
+        let (mut scratch, mut largest) = (vec![0.0; nv], 0.0_f64);
+        for i in 0..problem.contact_count() {
+            let (columns, entries) = problem.jacobian.group(i);
+            let found = problem.delassus_diagonal(i, &mut scratch);
+            for r in 0..3 {
+                let mut row = vec![0.0; nv];
+                columns.iter().zip(entries).for_each(|(&column, entry)| row[column as usize] = entry[r]);
+                let expected: f64 = inverse.apply(&row).iter().zip(&row).map(|(x, y)| x * y).sum();
+                assert!((found[r] - expected).abs() <= 1e-10 * expected, "{nv}: {found:?} {expected}");
+                largest = largest.max(expected);
+            }
+        }
+        assert!((problem.delassus_scale() - largest).abs() <= 1e-10 * largest, "{nv}");
+        assert!(scratch.iter().all(|&x| x == 0.0));
+    }
 }

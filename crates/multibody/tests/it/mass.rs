@@ -44,6 +44,30 @@ fn half_solves_of_contact_rows_give_the_delassus_block() {
 }
 
 #[test]
+fn half_solves_of_the_first_rows_of_a_block_give_the_product_with_its_inverse() {
+    for_random_models(24, FIXED, |model, state, random| {
+        let factor = mass_matrix(model, &kinematics(model, state)).matrix.factor().unwrap();
+        for (b, block) in factor.blocks().iter().enumerate() {
+            let count = 1 + random.below(block.range().len());
+            // Every third row is zero, as those of other branches are.
+            let value = |random: &mut Random, k: usize| if k % 3 == 1 { 0.0 } else { random.vector(1.0).x };
+            let rows: Vec<[f64; 2]> = (0..count).map(|k| [0; 2].map(|_: i32| value(random, k))).collect();
+            let mut half = rows.clone();
+            factor.half_solve_block(b, &mut half);
+            let mut column = vec![0.0; block.range().len()];
+            column.iter_mut().zip(&rows).for_each(|(x, row)| *x = row[0]);
+            factor.solve_block_in_place(b, &mut column);
+            for r in 0..2 {
+                let expected: f64 = rows.iter().zip(&column).map(|(row, x)| row[r] * x).sum();
+                let product: f64 = half.iter().map(|y| y[0] * y[r]).sum();
+                let size: f64 = rows.iter().zip(&column).map(|(row, x)| (row[r] * x).abs()).sum();
+                assert!((product - expected).abs() <= 1e-10 * size, "{product} {expected}");
+            }
+        }
+    });
+}
+
+#[test]
 fn dense_form_round_trips_with_the_trees_as_blocks() {
     for_random_models(23, FIXED, |model, state, _| {
         let matrix = mass_matrix(model, &kinematics(model, state)).matrix;

@@ -1,14 +1,18 @@
-//! Scenes of a JSON file: every body explicit, the same numbers for every engine. And fields of stacks of any size.
+//! Scenes of a JSON file (`benchmarks/sim/scenes.py`): every body explicit, the same numbers for every engine. And fields of
+//! stacks of any size.
 //!
 //! A scene has `gravity`, `mu`, `dt`, `duration`, `planes` as `[nx, ny, nz, offset]`, `bodies` as `["b" or "s", three
 //! half-sizes, mass, position, quaternion wxyz]`, `joints` (`hinge` or `slider` with bodies `a`, `b`, world `anchor`, `axis`),
-//! constant world `forces` as `[body, fx, fy, fz]`, and `collide`.
+//! constant world `forces` as `[body, fx, fy, fz]`, and `collide`. Instead of bodies a robot's scene has the name of an MJCF file.
+
+use std::path::Path;
 
 use serde_json::Value;
 use signorini::multibody::glam::{DMat3, DQuat, DVec3};
 use signorini::multibody::{
     BodyId, Geom, Geometry, Inertia, Input, Joint, JointKind, Model, ModelBuilder, ModelError, Pose,
 };
+use signorini_formats::{LoadOptions, load};
 
 /// A scene as a model with what acts on it.
 pub struct Scene {
@@ -20,11 +24,14 @@ pub struct Scene {
     pub duration: f64,
 }
 
-/// Builds a scene.
+/// Builds a scene; `robots` is the folder with the model files that scenes name.
 ///
 /// # Errors
 /// What is missing or malformed, as a sentence.
-pub fn build(name: &str, scene: &Value) -> Result<Scene, String> {
+pub fn build(name: &str, scene: &Value, robots: &Path) -> Result<Scene, String> {
+    if let Some(file) = scene["mjcf"].as_str() {
+        return load_robot(name, scene, &robots.join(file));
+    }
     let bodies = scene["bodies"].as_array().ok_or(format!("{name}: no bodies"))?;
     let mut builder = ModelBuilder::new(name);
     builder.gravity(vector(&scene["gravity"])?).timestep(number(&scene["dt"])?);
@@ -53,6 +60,13 @@ pub fn build(name: &str, scene: &Value) -> Result<Scene, String> {
     }
     let model = builder.build().map_err(text)?;
     let input = forces(&model, scene, &joints)?;
+    Ok(Scene { model, input, duration: number(&scene["duration"])? })
+}
+
+fn load_robot(name: &str, scene: &Value, file: &Path) -> Result<Scene, String> {
+    let mut model = load(file, &LoadOptions::default()).map_err(|e| format!("{name}: {e}"))?.model;
+    model.timestep = number(&scene["dt"])?;
+    let input = Input { control: vec![0.0; model.actuators.len()], generalized_force: vec![0.0; model.nv] };
     Ok(Scene { model, input, duration: number(&scene["duration"])? })
 }
 

@@ -1,0 +1,149 @@
+"""Runs the scenes in every engine, judges the runs, and writes results, tables and plot.
+
+    build/peers/venv/bin/python benchmarks/sim/compare.py [SCENE ...] [--engines NAME ...] [--cap 10] [--repetitions 3]
+
+Engines take turns scene by scene, repetition by repetition, each in a process of its own with one thread. A run that has used up
+its `--cap` seconds of CPU time is cut off there and not repeated. `--judge` judges the runs that are there and runs nothing.
+"""
+
+import argparse
+import json
+import os
+import pathlib
+import platform
+import subprocess
+import sys
+import time
+
+import judge
+import report
+
+HERE = pathlib.Path(__file__).resolve().parent
+BUILD = HERE.parents[1] / "build" / "peers"
+SCENES, ROBOTS, RAW = BUILD / "sim" / "scenes.json", BUILD / "robots", BUILD / "sim" / "raw"
+ENGINES = ["signorini", "mujoco", "drake", "bullet", "dart", "ode", "rapier"]
+PYTHON_PEERS = {"mujoco", "drake", "bullet", "dart"}
+ROBOT_PEERS = {"signorini", "mujoco", "drake", "bullet", "dart"}
+LARGE = ("pile1000", "pile3000", "spheres1000")
+
+
+def variants(engine, name, scene):
+    """What of an engine makes sense on a scene."""
+    large, pile = name.endswith(LARGE), name.startswith(("S4", "S5"))
+    if "robot" in scene and engine not in ROBOT_PEERS:
+        return []
+    if "urdf" not in scene and "robot" in scene and engine not in ("signorini", "mujoco"):
+        return []  # the humanoid is an MJCF file with parts that URDF has no words for
+    if engine == "signorini":
+        return ["default"]
+    if engine == "mujoco":
+        return ["cg"] if large else (["default", "cg"] if pile else ["default", "elliptic", "stiff"])
+    if engine == "drake":
+        points = name.startswith(("S5", "S6", "S10"))
+        return [] if large else (["sap"] if points else ["hydro"])
+    if engine == "bullet":
+        return ["default"] if large else ["default", "iter500"] + (["boxfloor"] if name.startswith("S1_") else [])
+    if engine == "dart":  # dense direct solves: beyond some hundred bodies a step takes minutes
+        return [] if large or name.endswith("300") else (["dantzig"] if pile else ["dantzig", "nsgs"])
+    if engine == "ode":
+        return ["quick", "quick100"] + ([] if large or name.endswith("300") else ["step"])
+    return ["default", "it16"] + ([] if pile else ["it64-hz60"])
+
+
+def command(engine, variant, name, out, options):
+    cap = options.cap if engine != "signorini" else options.own_cap
+    if engine == "signorini":
+        return [options.sim, name, "--raw", out, "--cap", cap, "--data", SCENES, "--robots", ROBOTS]
+    if engine in PYTHON_PEERS:
+        script = HERE / "peers" / "protocol.py"
+        return [sys.executable, script, engine, variant, name, out, "--scenes", SCENES, "--robots", ROBOTS, "--cap", cap]
+    if engine == "ode":
+        return [BUILD / "ode_peer", flat_scene(name), out, name, variant, cap]
+    return [BUILD / "rapier_peer", SCENES, out, name, variant, cap]
+
+
+def flat_scene(name):
+    """The scene as numbers in the order in which ode.cpp reads them."""
+    scene, path = json.loads(SCENES.read_text())[name], BUILD / "sim" / f"{name}.txt"
+    rows = [[scene["dt"], scene["duration"], *scene["gravity"], scene["mu"], int(scene["collide"]), scene["sample_every"]]]
+    rows.append([len(scene[key]) for key in ("planes", "bodies", "joints", "forces")])
+    rows += scene["planes"]
+    rows += [["bs".index(row[0]), *row[1:]] for row in scene["bodies"]]
+    rows += [[["hinge", "slider"].index(j["type"]), j["a"], j["b"], *j["anchor"], *j["axis"]] for j in scene["joints"]]
+    rows += scene["forces"]
+    path.write_text("\n".join(" ".join(f"{x:.17g}" for x in row) for row in rows) + "\n")
+    return path
+
+
+def available(engine):
+    if engine in PYTHON_PEERS:
+        module = {"drake": "pydrake", "bullet": "pybullet", "dart": "dartpy"}.get(engine, engine)
+        return subprocess.run([sys.executable, "-c", f"import {module}"], capture_output=True).returncode == 0
+    return engine == "signorini" or (BUILD / f"{engine}_peer").exists()
+
+
+def run_all(scenes, options):
+    engines = [engine for engine in options.engines if available(engine)]
+    print("engines:", ", ".join(engines), "| left out:", ", ".join(set(options.engines) - set(engines)) or "none")
+    cut = set()
+    for repetition in range(options.repetitions):
+        for name, scene in scenes.items():
+            for engine in engines:
+                for variant in variants(engine, name, scene):
+                    if (name, engine, variant) not in cut and not run_one(engine, variant, name, repetition, options):
+                        cut.add((name, engine, variant))
+
+
+def run_one(engine, variant, name, repetition, options):
+    """Runs once; whether it is worth repeating."""
+    out = RAW / f"{name}__{engine}__{variant}__{repetition}.json"
+    out.unlink(missing_ok=True)
+    arguments = list(map(str, command(engine, variant, name, out, options)))
+    wall = 60 + 12 * (options.own_cap if engine == "signorini" else options.cap)  # a single step can take minutes; the machine may be busy
+    try:
+        answer = subprocess.run(arguments, capture_output=True, text=True, timeout=wall)
+        trouble = answer.stderr.strip()[-300:] if answer.returncode else ""
+    except subprocess.TimeoutExpired:
+        trouble = f"no answer within {wall:.0f} s"
+    if not out.exists() or trouble:
+        failed = dict(engine=engine, variant=variant, scene=name, error=trouble or "no result", step_ns=[], samples=[], done=0)
+        out.write_text(json.dumps(failed))
+    run = json.loads(out.read_text())
+    times = sorted(run["step_ns"][len(run["step_ns"]) * 3 // 4 :]) or [0]
+    note = run.get("error") or ""
+    print(f"{repetition} {name:15} {engine:10} {variant:10} {run['done']:5} steps {times[len(times) // 2] / 1e3:12.1f} us {note}", flush=True)
+    return run["done"] == run.get("planned")
+
+
+def machine():
+    """What the times were measured on."""
+    model = "unknown"
+    cpuinfo = pathlib.Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        model = next((line.split(":")[1].strip() for line in cpuinfo.read_text().splitlines() if line.startswith("model name")), model)
+    load = " ".join(f"{x:.1f}" for x in os.getloadavg())
+    return dict(date=time.strftime("%Y-%m-%d"), processor=model, cores=os.cpu_count(), system=platform.platform(), load_at_the_end=load)
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    options.add_argument("scenes", nargs="*", help="names or their beginnings; all where none is given")
+    options.add_argument("--engines", nargs="+", default=ENGINES, choices=ENGINES)
+    options.add_argument("--cap", type=float, default=10.0, help="seconds of CPU time of a peer's run")
+    options.add_argument("--own-cap", type=float, default=20.0, help="the same for our own runs")
+    options.add_argument("--repetitions", type=int, default=3)
+    options.add_argument("--sim", default="target/release/sim", help="the program `sim`")
+    options.add_argument("--judge", action="store_true", help="run nothing")
+    options = options.parse_args()
+    scenes = json.loads(SCENES.read_text())
+    begins = tuple(options.scenes) or ("S",)
+    chosen = {name: scene for name, scene in scenes.items() if name.startswith(begins)}
+    RAW.mkdir(parents=True, exist_ok=True)
+    if not options.judge:
+        run_all(chosen, options)
+    judge.judge_all(RAW, scenes, HERE / "results", machine())
+    report.write(HERE / "results")
+
+
+if __name__ == "__main__":
+    main()

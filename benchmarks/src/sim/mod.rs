@@ -1,0 +1,9 @@
+//! Scenes that all engines run with the same numbers, and how ours runs them.
+
+mod motors;
+mod run;
+mod scenes;
+
+pub use motors::Motors;
+pub use run::{Contact, Run, Snapshot, drive};
+pub use scenes::{Scene, build, field};
