@@ -1,7 +1,7 @@
 //! A declared choice among indeterminate impulses: the least norm.
 
 use super::faces::{admissible_impulses, generalized_impulse, project_impulses};
-use crate::certificate::{Scales, Scratch, certify_with};
+use crate::certificate::{Scratch, certify_afresh};
 use crate::polyhedral::{ConeNewton, Group, Groups, ImpulseCones, Objective};
 use crate::recovery::recover_into;
 use crate::solver::{Cones, Mode};
@@ -217,9 +217,8 @@ impl LeastNorm {
 
     /// Multipliers and certificate of the solution's impulses and velocity.
     fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        let scales = Scales::of(problem, problem.delassus_scale());
-        recover_into(problem, &self.cones, scales.velocity, solution);
-        solution.certificate = certify_with(problem, solution, &scales, &mut self.scratch);
+        recover_into(problem, &self.cones, problem.velocity_scale(), solution);
+        solution.certificate = certify_afresh(problem, solution, &mut self.scratch);
     }
 }
 
