@@ -42,10 +42,10 @@ pub fn examine(problem: &ContactProblem, programs: usize) -> Finding {
     if unit.residual(&solution.z) <= SOLVES {
         return Finding::Solvable(solution.z);
     }
-    if let Status::Infeasible(proof) = &solution.status {
-        if unit.proves_infeasible(&proof.y, &lcp) {
-            return Finding::Infeasible;
-        }
+    if let Status::Infeasible(proof) = &solution.status
+        && unit.proves_infeasible(&proof.y, &lcp)
+    {
+        return Finding::Infeasible;
     }
     let mut search = Search { unit: &unit, lcp: &lcp, programs };
     match search.branch(&mut vec![None; lcp.len()]) {
@@ -155,10 +155,10 @@ impl Search<'_> {
         };
         let undecided = (0..self.unit.n).filter(|&i| zero[i].is_none() && !self.unit.free[i]);
         let worst = undecided.map(|i| (self.unit.violation(i, &z), i)).max_by(|a, b| a.0.total_cmp(&b.0));
-        if worst.is_none_or(|(violation, _)| violation <= 1e-6) {
-            if let Some(z) = self.polished(zero, &z) {
-                return Branch::Solution(z);
-            }
+        if worst.is_none_or(|(violation, _)| violation <= 1e-6)
+            && let Some(z) = self.polished(zero, &z)
+        {
+            return Branch::Solution(z);
         }
         let Some((_, pair)) = worst else { return Branch::Open };
         let first = if z[pair] < self.unit.w(pair, &z) { Zero::Z } else { Zero::W };

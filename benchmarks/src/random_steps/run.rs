@@ -152,7 +152,7 @@ impl Worker {
             let seconds = begin.elapsed().as_secs_f64();
             let residual = if ended { self.judge.residual(&data.problem, &self.solution) } else { f64::INFINITY };
             let rows = data.problem.standard_layout().size;
-            let examined = seed % limits.examine_every.max(1) == 0 && rows <= limits.examined_rows;
+            let examined = seed.is_multiple_of(limits.examine_every.max(1)) && rows <= limits.examined_rows;
             let programs = if examined { limits.programs } else { 0 };
             let outcome = if ended { self.outcome(&data.problem, residual, programs) } else { Outcome::Panicked };
             trials.push(Trial {
