@@ -36,7 +36,7 @@ fn draw(seed: u64) -> Drawn {
     let tree = seed % 3 < 2 && family == Family::Articulated;
     let linear = (0..problem.nv()).map(|k| if tree { k < 3 } else { k % 6 < 3 }).collect();
     let mut parts = Parts::of(&problem);
-    let strength = if seed % 3 == 0 { 1.0 } else { 0.02 };
+    let strength = if seed.is_multiple_of(3) { 1.0 } else { 0.02 };
     if random.below(3) > 0 {
         (0..random.below(3))
             .for_each(|_| push_group(&mut random, strength * f64::from(u8::from(seed % 3 != 1)), &mut parts));
@@ -294,7 +294,7 @@ fn order_of_bodies_and_degrees_of_freedom() {
         let drawn = draw(seed);
         let mut random = Random::new(seed);
         let blocks = drawn.parts.base.mass.blocks();
-        let order: Vec<usize> = if seed % 2 == 0 {
+        let order: Vec<usize> = if seed.is_multiple_of(2) {
             random.permutation(blocks.len()).into_iter().flat_map(|b| blocks[b].range()).collect()
         } else {
             random.permutation(drawn.parts.base.nv())

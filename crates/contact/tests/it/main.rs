@@ -17,6 +17,7 @@ mod friction_groups;
 mod indeterminacy;
 mod invariance;
 mod polygons;
+mod random_cases;
 mod reference;
 mod relaxation;
 mod shared_problems;
