@@ -211,6 +211,15 @@ def judge_group(name, scene, runs):
     return row | (judge_robot(scene, run) if "bodies" not in scene else Judge(name, scene).judge(run))
 
 
+def strict(value):
+    """The value with `null` for what JSON has no number for."""
+    if isinstance(value, dict):
+        return {key: strict(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [strict(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
 def judge_all(raw, scenes, out, machine):
     out.mkdir(exist_ok=True)
     for name, scene in scenes.items():
@@ -221,4 +230,4 @@ def judge_all(raw, scenes, out, machine):
         if groups:
             rows = [judge_group(name, scene, runs) for runs in groups.values()]
             result = dict(scene=name, what=scene["what"], dt=scene["dt"], duration=scene["duration"], machine=machine, rows=rows)
-            (out / f"{name}.json").write_text(json.dumps(result, indent=1) + "\n")
+            (out / f"{name}.json").write_text(json.dumps(strict(result), indent=1) + "\n")

@@ -53,7 +53,7 @@ def ended(row, duration):
 
 def energy(row):
     """Deviation of the total energy in % of the largest kinetic energy where nothing may change it, else its gain in J."""
-    if row.get("kinetic_max_J") and row["scene"].startswith("S10"):
+    if row.get("kinetic_max_J") and row.get("energy_deviation_J") is not None and row["scene"].startswith("S10"):
         return short(100 * row["energy_deviation_J"] / row["kinetic_max_J"]) + " %"
     return short(row.get("energy_gain_J"))
 
