@@ -115,9 +115,51 @@ impl ContactSolution {
         self.group_impulse.clone_from(&other.group_impulse);
     }
 
+    /// Appends the [warm part](Self::copy_warm_part) as plain numbers, so that a state can be stored with it: the numbers
+    /// of contacts, of friction groups and of bilateral rows, then for each contact its impulse (3) and mode (1), for each
+    /// group its impulse (2) and mode (1), then the bilateral impulses.
+    pub fn write_warm_part(&self, numbers: &mut Vec<f64>) {
+        let (contacts, groups) = (self.impulse.len(), self.group_impulse.len());
+        numbers.extend([contacts as f64, groups as f64, self.bilateral.len() as f64]);
+        for (impulse, mode) in self.impulse.iter().zip(&self.solver_modes) {
+            numbers.extend(impulse);
+            numbers.push(f64::from(mode.code()));
+        }
+        for (impulse, mode) in self.group_impulse.iter().zip(&self.solver_modes[contacts..]) {
+            numbers.extend(impulse);
+            numbers.push(f64::from(mode.code()));
+        }
+        numbers.extend(&self.bilateral);
+    }
+
+    /// Reads what [`write_warm_part`](Self::write_warm_part) wrote; `None`, and no change, if it is not that.
+    pub fn read_warm_part(&mut self, numbers: &[f64]) -> Option<()> {
+        let (&[contacts, groups, bilateral], rest) = numbers.split_first_chunk()?;
+        let (contacts, groups, bilateral) = (whole(contacts)?, whole(groups)?, whole(bilateral)?);
+        let expected = contacts.checked_mul(4)?.checked_add(groups.checked_mul(3)?)?.checked_add(bilateral)?;
+        if rest.len() != expected || rest.iter().any(|x| !x.is_finite()) {
+            return None;
+        }
+        let (entries, rest) = rest.split_at(4 * contacts);
+        let (group_entries, multipliers) = rest.split_at(3 * groups);
+        let mode = |x: f64| Mode::from_code(whole(x)?.try_into().ok()?);
+        let modes =
+            entries.chunks_exact(4).map(|e| mode(e[3])).chain(group_entries.chunks_exact(3).map(|e| mode(e[2])));
+        self.solver_modes = modes.collect::<Option<_>>()?;
+        self.impulse = entries.chunks_exact(4).map(|e| [e[0], e[1], e[2]]).collect();
+        self.group_impulse = group_entries.chunks_exact(3).map(|e| [e[0], e[1]]).collect();
+        self.bilateral = multipliers.to_vec();
+        Some(())
+    }
+
     /// `z = (λ_N, α, α_F, β, β_F)` of the standard LCP (formulation §4; F: friction groups).
     pub fn z(&self) -> Vec<f64> {
         let impulses = self.lambda_n.iter().chain(&self.alpha).chain(&self.group_alpha);
         impulses.chain(&self.beta).chain(&self.group_beta).copied().collect()
     }
+}
+
+/// A number as an index, if it is a whole one.
+fn whole(x: f64) -> Option<usize> {
+    (x >= 0.0 && x.fract() == 0.0 && x < 1e9).then_some(x as usize)
 }

@@ -1,6 +1,6 @@
 //! Factorisation of block-diagonal matrices along kinematic trees.
 
-use crate::mass::{Block, BlockDiagonal, MassError};
+use crate::mass::{Block, BlockDiagonal, Coupling, MassError};
 
 /// The factor `L` of `A = Lᵀ L` of a [`BlockDiagonal`], lower triangular.
 ///
@@ -8,12 +8,14 @@ use crate::mass::{Block, BlockDiagonal, MassError};
 /// path to the root, so branches do not fill in and a right-hand side that lives on paths to the root stays there.
 ///
 /// # Source
-/// Featherstone (2008), Rigid Body Dynamics Algorithms, ch. 6.5 (`LTL` factorisation).
+/// Featherstone (2008), Rigid Body Dynamics Algorithms, ch. 6.5 (`LTL` factorisation), with the loops in the order in which
+/// each entry is finished at once: all sums then run along a row of `Lᵀ` over the degrees of freedom that a joint carries.
 #[derive(Clone, Debug)]
 pub struct BlockCholesky {
     blocks: Vec<Block>,
     block_of: Vec<usize>,
-    /// Lower triangles in dense row-major blocks.
+    coupling: Coupling,
+    /// `Lᵀ`: upper triangles in dense row-major blocks.
     data: Vec<f64>,
     inverse_diagonal: Vec<f64>,
 }
@@ -31,6 +33,7 @@ impl BlockCholesky {
         Self {
             blocks: matrix.blocks().to_vec(),
             block_of: (0..matrix.dimension()).map(|k| matrix.block_of(k)).collect(),
+            coupling: matrix.coupling().clone(),
             data,
             inverse_diagonal: vec![1.0; matrix.dimension()],
         }
@@ -42,14 +45,14 @@ impl BlockCholesky {
     /// [`MassError::NotPositiveDefinite`] with the degree of freedom; the factor is then not to be used.
     ///
     /// # Panics
-    /// If the matrix has other blocks.
+    /// If the matrix has other blocks or couples other rows.
     pub fn refactor(&mut self, matrix: &BlockDiagonal) -> Result<(), MassError> {
-        assert_eq!(self.blocks, matrix.blocks(), "the factor was made for another matrix");
+        let same = self.blocks == matrix.blocks() && self.coupling == *matrix.coupling();
+        assert!(same, "the factor was made for another matrix");
         for block in &self.blocks {
-            let l = &mut self.data[block.data_range()];
-            let a = matrix.data_of(block);
-            l.copy_from_slice(a);
-            factor_block(l, block, |k| a[k * (block.size + 1)], &mut self.inverse_diagonal[block.range()])?;
+            let u = &mut self.data[block.data_range()];
+            let inverse = &mut self.inverse_diagonal[block.range()];
+            factor_block(matrix.data_of(block), block, &self.coupling, u, inverse)?;
         }
         Ok(())
     }
@@ -77,19 +80,20 @@ impl BlockCholesky {
     pub fn solve_block_in_place(&self, block: usize, x: &mut [f64]) {
         let (block, n) = (&self.blocks[block], self.blocks[block].size);
         assert_eq!(x.len(), n, "length must be the block's size");
-        let l = &self.data[block.data_range()];
+        let u = &self.data[block.data_range()];
         let inverse = &self.inverse_diagonal[block.range()];
+        let carried = |k: usize| k + 1..self.coupling.end(block.start + k) - block.start;
         for k in (0..n).rev() {
-            let (head, tail) = x.split_at_mut(k);
-            tail[0] *= inverse[k];
-            for (x, l) in head.iter_mut().zip(&l[k * n..]) {
-                *x -= l * tail[0];
-            }
+            let row = &u[k * n..(k + 1) * n];
+            x[k] = (x[k] - dot(&row[carried(k)], &x[carried(k)])) * inverse[k];
         }
         for k in 0..n {
-            let (head, tail) = x.split_at_mut(k);
-            let sum: f64 = head.iter().zip(&l[k * n..]).map(|(x, l)| x * l).sum();
-            tail[0] = (tail[0] - sum) * inverse[k];
+            let row = &u[k * n..(k + 1) * n];
+            x[k] *= inverse[k];
+            let factor = x[k];
+            for (x, u) in x[carried(k)].iter_mut().zip(&row[carried(k)]) {
+                *x -= u * factor;
+            }
         }
     }
 
@@ -102,56 +106,63 @@ impl BlockCholesky {
     /// If the two lengths differ.
     pub fn half_solve_sparse<const N: usize>(&self, dofs: &[usize], rows: &mut [[f64; N]]) {
         assert_eq!(dofs.len(), rows.len(), "one row for every degree of freedom");
-        for i in (0..dofs.len()).rev() {
-            let k = dofs[i];
+        for (i, &k) in dofs.iter().enumerate().rev() {
             let block = &self.blocks[self.block_of[k]];
-            let l = &self.data[block.offset + (k - block.start) * block.size..][..block.size];
-            let (head, tail) = rows.split_at_mut(i);
-            let row = &mut tail[0];
-            row.iter_mut().for_each(|y| *y *= self.inverse_diagonal[k]);
-            for (&j, target) in dofs[..i].iter().zip(head).rev() {
-                if j < block.start {
-                    break;
-                }
-                let factor = l[j - block.start];
-                for (t, y) in target.iter_mut().zip(row.iter()) {
-                    *t -= factor * y;
+            let u = &self.data[block.offset + (k - block.start) * block.size..][..block.size];
+            let (head, tail) = rows.split_at_mut(i + 1);
+            let row = &mut head[i];
+            let end = self.coupling.end(k);
+            for (&j, y) in dofs[i + 1..].iter().zip(tail.iter()).take_while(|(j, _)| **j < end) {
+                let factor = u[j - block.start];
+                for (x, y) in row.iter_mut().zip(y) {
+                    *x -= factor * y;
                 }
             }
+            row.iter_mut().for_each(|y| *y *= self.inverse_diagonal[k]);
         }
     }
 }
 
-/// `A ← L` with `A = Lᵀ L`, on one dense row-major block whose lower triangle is read and overwritten.
-/// - `diagonal`: the diagonal of `A`
+/// `U` with `A = U Uᵀ` of one dense row-major block; below the diagonal of `U` nothing is read or written.
 fn factor_block(
-    a: &mut [f64],
+    a: &[f64],
     block: &Block,
-    diagonal: impl Fn(usize) -> f64,
+    coupling: &Coupling,
+    u: &mut [f64],
     inverse: &mut [f64],
 ) -> Result<(), MassError> {
     let n = block.size;
     for k in (0..n).rev() {
-        let (above, row) = a.split_at_mut(k * n);
-        let pivot = row[k];
+        let carried = k + 1..coupling.end(block.start + k) - block.start;
+        let (above, row) = u.split_at_mut(k * n);
+        let carried_row = &row[carried.clone()];
+        let diagonal = a[k * (n + 1)];
+        let pivot = diagonal - dot(carried_row, carried_row);
         // What is left of the diagonal after elimination has an error of some roundings of the original entry.
-        if !(pivot > 4.0 * n as f64 * f64::EPSILON * diagonal(k) && pivot.is_finite()) {
+        if !(pivot > 4.0 * n as f64 * f64::EPSILON * diagonal && pivot.is_finite()) {
             return Err(MassError::NotPositiveDefinite { dof: block.start + k, pivot });
         }
         let root = pivot.sqrt();
-        (row[k], inverse[k]) = (root, 1.0 / root);
-        for x in &mut row[..k] {
-            *x *= inverse[k];
+        inverse[k] = 1.0 / root;
+        for i in coupling.ancestors(block.start + k) {
+            let i = i - block.start;
+            let target = &mut above[i * n..(i + 1) * n];
+            target[k] = (a[i * n + k] - dot(&target[carried.clone()], carried_row)) * inverse[k];
         }
-        for i in 0..k {
-            let factor = row[i];
-            // Zero where i is not on k's way to the root.
-            if factor != 0.0 {
-                for (x, y) in above[i * n..i * n + i + 1].iter_mut().zip(&row[..=i]) {
-                    *x -= factor * y;
-                }
-            }
-        }
+        row[k] = root;
     }
     Ok(())
+}
+
+/// The scalar product, in four sums so that an addition does not wait for the one before it.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (head_a, head_b) = (a.chunks_exact(4), b.chunks_exact(4));
+    let rest = head_a.remainder().iter().zip(head_b.remainder()).map(|(a, b)| a * b).sum::<f64>();
+    for (a, b) in head_a.zip(head_b) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }

@@ -9,34 +9,32 @@ use crate::model::{BodyId, Inertia, JointKind, Model};
 
 /// Inertia of a rigid body about some origin, world axes.
 #[derive(Clone, Copy, Debug)]
-struct RigidInertia {
+pub(crate) struct RigidInertia {
     /// kg.
-    mass: f64,
+    pub mass: f64,
     /// Mass times the centre of mass from the origin, kg·m.
-    first_moment: DVec3,
+    pub first_moment: DVec3,
     /// Rotational inertia about the origin, kg·m².
-    rotational: DMat3,
+    pub rotational: DMat3,
 }
 
 impl RigidInertia {
-    const ZERO: Self = Self { mass: 0.0, first_moment: DVec3::ZERO, rotational: DMat3::ZERO };
+    pub const ZERO: Self = Self { mass: 0.0, first_moment: DVec3::ZERO, rotational: DMat3::ZERO };
 
-    /// A body's inertia about its origin, in its own axes turned by `rotation`.
-    fn of_body(inertia: &Inertia, rotation: DMat3) -> Self {
-        let first_moment = rotation * (inertia.center_of_mass * inertia.mass);
-        let rotational = rotation * inertia_about_origin(inertia) * rotation.transpose();
-        Self { mass: inertia.mass, first_moment, rotational }
+    /// A body's inertia about its origin, in its own axes.
+    pub fn in_body_axes(inertia: &Inertia) -> Self {
+        let first_moment = inertia.center_of_mass * inertia.mass;
+        Self { mass: inertia.mass, first_moment, rotational: inertia_about_origin(inertia) }
     }
 
-    /// Adds an inertia about the same origin.
-    fn add(&mut self, other: &Self) {
-        self.mass += other.mass;
-        self.first_moment += other.first_moment;
-        self.rotational += other.rotational;
+    /// The inertia of a body that is turned by `rotation`.
+    pub fn turned(&self, rotation: DMat3) -> Self {
+        let rotational = rotation * self.rotational * rotation.transpose();
+        Self { mass: self.mass, first_moment: rotation * self.first_moment, rotational }
     }
 
     /// Adds an inertia whose origin is at `r` from this one's.
-    fn add_at(&mut self, other: &Self, r: DVec3) {
+    pub fn add_at(&mut self, other: &Self, r: DVec3) {
         let (m, h) = (other.mass, other.first_moment);
         let cross = outer(h, r);
         let shift = scalar(2.0 * h.dot(r) + m * r.length_squared()) - cross - cross.transpose() - outer(r, r) * m;
@@ -46,7 +44,7 @@ impl RigidInertia {
     }
 
     /// Moment about the origin and force that accelerate the body by `(angular, linear)`.
-    fn times(&self, angular: DVec3, linear: DVec3) -> (DVec3, DVec3) {
+    pub fn times(&self, angular: DVec3, linear: DVec3) -> (DVec3, DVec3) {
         let moment = self.rotational * angular + self.first_moment.cross(linear);
         (moment, linear * self.mass + angular.cross(self.first_moment))
     }
@@ -65,6 +63,28 @@ pub struct MassMatrix {
     pub matrix: BlockDiagonal,
     composite: Vec<RigidInertia>,
     has_children: Vec<bool>,
+    /// Of every body, in its own axes.
+    inertia: Vec<RigidInertia>,
+    path: Vec<PathStep>,
+}
+
+/// A body on the way to the root.
+#[derive(Clone, Copy, Debug)]
+struct PathStep {
+    parent: usize,
+    /// Its own degrees of freedom.
+    first_dof: usize,
+    end_dof: usize,
+    /// Whether they are those of a free joint.
+    free: bool,
+}
+
+impl PathStep {
+    fn of(model: &Model, i: usize) -> Self {
+        let dofs = model.dofs_of(BodyId(i as u32));
+        let free = matches!(model.joints_of(BodyId(i as u32)), [joint] if joint.kind == JointKind::Free);
+        Self { parent: model.bodies[i].parent.index(), first_dof: dofs.start, end_dof: dofs.end, free }
+    }
 }
 
 impl MassMatrix {
@@ -78,6 +98,8 @@ impl MassMatrix {
             matrix: BlockDiagonal::new(model),
             composite: vec![RigidInertia::ZERO; model.bodies.len()],
             has_children,
+            inertia: model.bodies.iter().map(|body| RigidInertia::in_body_axes(&body.inertia)).collect(),
+            path: (0..model.bodies.len()).map(|i| PathStep::of(model, i)).collect(),
         }
     }
 }
@@ -93,66 +115,78 @@ impl MassMatrix {
 /// # Source
 /// Featherstone (2008), ch. 6.2.
 pub fn mass_matrix_into(model: &Model, kinematics: &Kinematics, mass: &mut MassMatrix) {
-    mass.matrix.set_zero();
-    mass.composite.fill(RigidInertia::ZERO);
+    assert_eq!(mass.path.len(), model.bodies.len(), "the storage belongs to another model");
+    // Every entry that can differ from zero is written below.
+    let MassMatrix { matrix, composite, has_children, inertia, path } = mass;
+    for i in (1..model.bodies.len()).filter(|&i| !path[i].free || has_children[i]) {
+        composite[i] = inertia[i].turned(kinematics.rotation[i]);
+    }
     for i in (1..model.bodies.len()).rev() {
-        let id = BodyId(i as u32);
-        let body = &model.bodies[i];
-        let rotation = kinematics.rotation[i];
-        if let ([joint], false) = (model.joints_of(id), mass.has_children[i])
-            && joint.kind == JointKind::Free
-        {
-            let arm = rotation * (body.inertia.center_of_mass * body.inertia.mass);
-            let rotational = inertia_about_origin(&body.inertia);
-            free_columns(joint.v_index, body.inertia.mass, arm, rotational, kinematics, &mut mass.matrix);
+        let (rotation, k) = (kinematics.rotation[i], path[i].first_dof);
+        if path[i].free && !has_children[i] {
+            let arm = rotation * inertia[i].first_moment;
+            free_columns(k, inertia[i].mass, arm, inertia[i].rotational, kinematics, matrix);
             continue;
         }
-        mass.composite[i].add(&RigidInertia::of_body(&body.inertia, rotation));
-        let composite = mass.composite[i];
-        if let [joint] = model.joints_of(id)
-            && joint.kind == JointKind::Free
-        {
-            let rotational = rotation.transpose() * composite.rotational * rotation;
-            let (k, m) = (joint.v_index, composite.mass);
-            free_columns(k, m, composite.first_moment, rotational, kinematics, &mut mass.matrix);
+        let whole = composite[i];
+        if path[i].free {
+            let rotational = rotation.transpose() * whole.rotational * rotation;
+            free_columns(k, whole.mass, whole.first_moment, rotational, kinematics, matrix);
             continue;
         }
-        for k in model.dofs_of(id) {
-            column(model, kinematics, i, k, &composite, &mut mass.matrix);
+        for k in path[i].first_dof..path[i].end_dof {
+            column(path, kinematics, i, k, &whole, matrix);
         }
-        let parent = body.parent.index();
+        let parent = path[i].parent;
         if parent != 0 {
-            mass.composite[parent].add_at(&composite, kinematics.offset[i]);
+            composite[parent].add_at(&whole, kinematics.offset[i]);
         }
     }
     for joint in model.joints.iter().filter(|joint| joint.armature != 0.0) {
         for k in joint.v_index..joint.v_index + joint.kind.nv() {
-            mass.matrix.add_to_diagonal(k, joint.armature);
+            matrix.add_to_diagonal(k, joint.armature);
         }
     }
 }
 
 /// Row `k` of a dof of body `i` up to and including its diagonal, and the column: the momentum that its unit rate gives to
 /// all it carries, seen along every axis on the way to the root.
-fn column(model: &Model, kinematics: &Kinematics, i: usize, k: usize, inertia: &RigidInertia, out: &mut BlockDiagonal) {
+fn column(
+    path: &[PathStep],
+    kinematics: &Kinematics,
+    i: usize,
+    k: usize,
+    inertia: &RigidInertia,
+    out: &mut BlockDiagonal,
+) {
     let (mut moment, force) = inertia.times(kinematics.dof_angular[k], kinematics.dof_linear[k]);
     let (block, data) = out.block_mut(out.block_of(k));
     let row = k - block.start;
-    let mut fill = |dofs: std::ops::Range<usize>, moment: DVec3| {
-        for j in dofs {
-            let value = kinematics.dof_angular[j].dot(moment) + kinematics.dof_linear[j].dot(force);
-            let column = j - block.start;
+    let (mut body, mut end) = (i, k + 1);
+    loop {
+        let step = path[body];
+        let mut put = |column: usize, value: f64| {
+            let column = column - block.start;
             data[row * block.size + column] = value;
             data[column * block.size + row] = value;
+        };
+        if step.free {
+            // Its axes are the world's and the body's.
+            let values = [force, kinematics.rotation[body].mul_transpose_vec3(moment)];
+            let values = values.iter().flat_map(|x| x.to_array());
+            (step.first_dof..).zip(values).for_each(|(column, value)| put(column, value));
+            return;
         }
-    };
-    let own = model.dofs_of(BodyId(i as u32));
-    fill(own.start..k + 1, moment);
-    let mut b = i;
-    while model.bodies[b].parent != BodyId::WORLD {
-        moment += kinematics.offset[b].cross(force);
-        b = model.bodies[b].parent.index();
-        fill(model.dofs_of(BodyId(b as u32)), moment);
+        let axes = kinematics.dof_angular[step.first_dof..end].iter().zip(&kinematics.dof_linear[step.first_dof..end]);
+        for (column, (angular, linear)) in (step.first_dof..).zip(axes) {
+            put(column, angular.dot(moment) + linear.dot(force));
+        }
+        if step.parent == 0 {
+            return;
+        }
+        moment += kinematics.offset[body].cross(force);
+        body = step.parent;
+        end = path[body].end_dof;
     }
 }
 

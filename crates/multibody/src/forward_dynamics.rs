@@ -5,7 +5,7 @@ use glamx::glam::{DMat3, DVec3};
 use crate::inverse_dynamics::rate_of_momentum;
 use crate::kinematics::Kinematics;
 use crate::mass::MassError;
-use crate::math::{outer, scalar};
+use crate::math::{cross_matrix, outer, scalar};
 use crate::model::{BodyId, Inertia, Model};
 
 /// A symmetric 6 × 6 inertia about a body's origin, world axes:
@@ -53,11 +53,6 @@ impl ArticulatedInertia {
         self.coupling += coupling;
         self.translational += other.translational;
     }
-}
-
-/// `[a]×`, with `[a]× b = a × b`.
-fn cross_matrix(a: DVec3) -> DMat3 {
-    DMat3::from_cols(DVec3::new(0.0, a.z, -a.y), DVec3::new(-a.z, 0.0, a.x), DVec3::new(a.y, -a.x, 0.0))
 }
 
 /// Storage of the articulated-body algorithm.

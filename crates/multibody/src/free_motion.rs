@@ -15,14 +15,19 @@
 //! ```
 //!
 //! `M̂` and the `v⁺` of this equation are what the contact problem takes as its `M` and `v^f`: impulses then act on the
-//! implicit springs too. `M` and `h` are those of the beginning of the step (formulation §1, §6).
+//! implicit springs too. `M` and `h` are those of the beginning of the step (formulation §1, §6), except for the
+//! gyroscopic torque of bodies that turn freely, which is that of a variational integrator (`free_rotation.rs`): it differs
+//! from the explicit one by O(Δt²) and does not feed energy to a tumbling body.
 //!
 //! An actuator whose force at the end of the step would leave its range is held at the end of the range instead, as a
 //! constant force `f_e` with no share in `D` and `K`, and the step is solved again. For one actuator this is the exact
 //! solution of the implicit step with the clamped law, because its force falls monotonically with `v⁺`.
 
+use glamx::glam::DVec3;
+
 use crate::cholesky::BlockCholesky;
 use crate::composite::{MassMatrix, mass_matrix_into};
+use crate::free_rotation::FreeRotation;
 use crate::inverse_dynamics::{NewtonEuler, bias_force_into};
 use crate::kinematics::Kinematics;
 use crate::mass::MassError;
@@ -56,9 +61,15 @@ pub struct FreeMotion {
     pub actuator_force: Vec<f64>,
     /// Which end of its force range an actuator is held at, if any.
     pub saturation: Vec<Saturation>,
+    /// Number of freely turning bodies that turn too fast for Δt (about half a turn in a step) for their gyroscopic
+    /// torque to be integrated; it was left out for them.
+    pub unresolved_rotations: usize,
+    free_rotations: Vec<FreeRotation>,
     newton_euler: NewtonEuler,
     /// Diagonal of `M`, to which the implicit terms are added anew when an actuator saturates.
     diagonal: Vec<f64>,
+    /// `Δt (τ − h)` with the gyroscopic impulse of the variational integrator.
+    impulse: Vec<f64>,
     rhs: Vec<f64>,
 }
 
@@ -84,8 +95,11 @@ impl FreeMotion {
             free_velocity: vec![0.0; model.nv],
             actuator_force: vec![0.0; model.actuators.len()],
             saturation: vec![Saturation::Within; model.actuators.len()],
+            unresolved_rotations: 0,
+            free_rotations: FreeRotation::all(model),
             newton_euler: NewtonEuler::new(model),
             diagonal: vec![0.0; model.nv],
+            impulse: vec![0.0; model.nv],
             rhs: vec![0.0; model.nv],
         }
     }
@@ -123,6 +137,7 @@ pub fn free_motion_into(
     for k in 0..model.nv {
         out.diagonal[k] = out.mass.matrix.get(k, k);
     }
+    smooth_impulse(kinematics, state, input, dt, out);
     out.saturation.fill(Saturation::Within);
     loop {
         assemble(model, state, input, dt, out);
@@ -138,12 +153,30 @@ pub fn free_motion_into(
     }
 }
 
+/// The impulse of applied forces and `h`, with the gyroscopic part of freely turning bodies exchanged.
+fn smooth_impulse(kinematics: &Kinematics, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) {
+    for (k, impulse) in out.impulse.iter_mut().enumerate() {
+        *impulse = dt * (input.generalized_force.get(k).unwrap_or(&0.0) - out.bias[k]);
+    }
+    out.unresolved_rotations = 0;
+    for body in &out.free_rotations {
+        let mut add = |first: usize, x: DVec3| (0..3).for_each(|a| out.impulse[first + a] += x[a]);
+        let correction = body.correction(kinematics, &state.v, dt);
+        let (translation, rotation) = body.dofs();
+        add(rotation, correction.angular);
+        if let Some(first) = translation {
+            add(first, correction.linear);
+        }
+        out.unresolved_rotations += usize::from(!correction.resolved);
+    }
+}
+
 /// `M̂` and the right-hand side for the present saturations.
 fn assemble(model: &Model, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) {
     for k in 0..model.nv {
         out.mass.matrix.set(k, k, out.diagonal[k]);
-        out.rhs[k] = dt * (input.generalized_force.get(k).unwrap_or(&0.0) - out.bias[k]);
     }
+    out.rhs.copy_from_slice(&out.impulse);
     for joint in &model.joints {
         if joint.damping != 0.0 || joint.stiffness != 0.0 {
             for k in joint.v_index..joint.v_index + joint.kind.nv() {

@@ -146,9 +146,11 @@ fn apply_joint(joint: &Joint, q: &[f64], rotation: &mut DQuat, out: &mut Kinemat
         JointKind::Hinge { axis } => DQuat::from_axis_angle(axis, q[joint.q_index] - joint.reference),
         JointKind::Ball | JointKind::Free => read_quaternion(&q[joint.q_index..joint.q_index + 4]),
     };
-    let before = *rotation * joint.anchor;
+    // Most joints sit at their body's origin, which they then leave where it is.
+    let at_origin = joint.anchor == DVec3::ZERO;
+    let before = if at_origin { DVec3::ZERO } else { *rotation * joint.anchor };
     *rotation *= turn;
-    let after = *rotation * joint.anchor;
+    let after = if at_origin { DVec3::ZERO } else { *rotation * joint.anchor };
     if let JointKind::Hinge { axis } = joint.kind {
         let axis = *rotation * axis;
         (out.dof_angular[k], out.dof_linear[k]) = (axis, after.cross(axis));

@@ -5,8 +5,9 @@
 //!
 //! Algorithms are free functions on `(&Model, …, &mut out)` that allocate nothing: [`forward_kinematics_into`] first, then
 //! what is computed from its [`Kinematics`]: Jacobians, [`mass_matrix_into`] (CRBA), [`inverse_dynamics_into`] (RNEA),
-//! [`forward_dynamics_into`] (ABA), [`free_motion_into`] (all that a step needs before contact), energies and momenta;
-//! [`integrate_into`] ends the step.
+//! [`forward_dynamics_into`] (ABA), [`free_motion_into`] (all that a step needs before contact), energies and momenta,
+//! [`centroidal_momentum_matrix_into`], Jacobians of [`Frame`]s and their rates, the inverse operational-space inertia of many
+//! points ([`delassus_into`]); [`integrate_into`] ends the step.
 //!
 //! Conventions (the whole law is in `NOTATION.md`):
 //! - frames in monogram notation: `X_WB` is the pose of body frame B in world W, `p_WB` its origin;
@@ -14,13 +15,17 @@
 //! - a free joint has `q = [p_WB, quat_WB]` and `v = [velocity of B's origin in world axes, angular velocity in body axes]`;
 //!   a ball joint has the angular velocity in body axes; hinges and slides are scalars.
 
+mod centroidal;
 mod cholesky;
 mod composite;
 mod configuration;
+mod delassus;
 mod energy;
 mod equality;
 mod forward_dynamics;
+mod frame;
 mod free_motion;
+mod free_rotation;
 mod inverse_dynamics;
 mod jacobian;
 mod kinematics;
@@ -29,12 +34,18 @@ mod math;
 pub mod model;
 mod state;
 
+pub use centroidal::{Centroidal, center_of_mass_jacobian_into, centroidal_momentum_matrix_into};
 pub use cholesky::BlockCholesky;
 pub use composite::{MassMatrix, mass_matrix_into};
 pub use configuration::{difference_into, integrate_into};
+pub use delassus::{HalfSolvedRows, delassus_into};
 pub use energy::{angular_momentum, center_of_mass, kinetic_energy, linear_momentum, potential_energy, total_mass};
 pub use equality::{EqualityBlock, equality_block_into, equality_violations};
 pub use forward_dynamics::{ArticulatedBodies, forward_dynamics_into};
+pub use frame::{
+    AxisRates, Frame, ReferenceFrame, SpatialVector, axis_rates_into, frame_bias_acceleration, frame_jacobian_into,
+    frame_jacobian_rate_into, frame_velocity,
+};
 pub use free_motion::{FreeMotion, FreeMotionError, Saturation, free_motion_into};
 pub use inverse_dynamics::{NewtonEuler, bias_force_into, inverse_dynamics_into};
 pub use jacobian::{

@@ -69,9 +69,50 @@ impl Block {
     }
 }
 
+/// Which rows a row is coupled with: those on its way to the root and those that have it on theirs.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Coupling {
+    /// The next row on the way to the root.
+    previous: Vec<Option<usize>>,
+    /// One after the last row that has this one on its way to the root, or after the row itself.
+    end: Vec<usize>,
+}
+
+impl Coupling {
+    /// Every row of a block with every other.
+    fn full(blocks: &[Block]) -> Self {
+        let rows = || blocks.iter().flat_map(|block| block.range().map(move |k| (k, block)));
+        Self {
+            previous: rows().map(|(k, block)| k.checked_sub(1).filter(|&p| p >= block.start)).collect(),
+            end: rows().map(|(_, block)| block.start + block.size).collect(),
+        }
+    }
+
+    fn of_tree(dof_parent: &[Option<usize>]) -> Self {
+        let mut end: Vec<usize> = (1..=dof_parent.len()).collect();
+        for k in (0..end.len()).rev() {
+            if let Some(parent) = dof_parent[k] {
+                end[parent] = end[parent].max(end[k]);
+            }
+        }
+        Self { previous: dof_parent.to_vec(), end }
+    }
+
+    /// The rows on the way from row `k` to the root, without `k`.
+    pub fn ancestors(&self, k: usize) -> impl Iterator<Item = usize> + '_ {
+        std::iter::successors(self.previous[k], |&i| self.previous[i])
+    }
+
+    /// One after the last row that is coupled with row `k`.
+    pub fn end(&self, k: usize) -> usize {
+        self.end[k]
+    }
+}
+
 /// A symmetric matrix in dense diagonal blocks, both triangles stored, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlockDiagonal {
+    coupling: Coupling,
     blocks: Vec<Block>,
     /// For every degree of freedom its block.
     block_of: Vec<usize>,
@@ -82,7 +123,9 @@ impl BlockDiagonal {
     /// A zero matrix with the blocks of a model: one per kinematic tree. (Trees whose degrees of freedom interleave, which
     /// happens only if bodies are not added tree by tree, share a block.)
     pub fn new(model: &Model) -> Self {
-        Self::with_reach(&(0..model.nv).map(|k| model.dof_parent[k].unwrap_or(k)).collect::<Vec<_>>())
+        let mut matrix = Self::with_reach(&(0..model.nv).map(|k| model.dof_parent[k].unwrap_or(k)).collect::<Vec<_>>());
+        matrix.coupling = Coupling::of_tree(&model.dof_parent);
+        matrix
     }
 
     /// A symmetric matrix given row by row, cut into the smallest blocks of consecutive indices that hold all its
@@ -141,7 +184,7 @@ impl BlockDiagonal {
             entries += block.size * block.size;
             block_of[block.range()].fill(b);
         }
-        Self { blocks, block_of, data: vec![0.0; entries] }
+        Self { coupling: Coupling::full(&blocks), blocks, block_of, data: vec![0.0; entries] }
     }
 
     /// Number of rows.
@@ -152,6 +195,11 @@ impl BlockDiagonal {
     /// The blocks, in order; they cover all rows.
     pub fn blocks(&self) -> &[Block] {
         &self.blocks
+    }
+
+    /// Where entries can differ from zero.
+    pub(crate) fn coupling(&self) -> &Coupling {
+        &self.coupling
     }
 
     /// Index of the block that a degree of freedom belongs to.
@@ -176,11 +224,6 @@ impl BlockDiagonal {
     pub fn copy_from(&mut self, other: &Self) {
         assert_eq!(self.blocks, other.blocks, "the matrices have different blocks");
         self.data.copy_from_slice(&other.data);
-    }
-
-    /// Sets every entry to zero.
-    pub fn set_zero(&mut self) {
-        self.data.fill(0.0);
     }
 
     /// The entry at a row and column; zero outside the blocks.

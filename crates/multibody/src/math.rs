@@ -88,3 +88,8 @@ pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
 pub(crate) fn scalar(s: f64) -> DMat3 {
     DMat3::from_diagonal(DVec3::splat(s))
 }
+
+/// `[a]×`, with `[a]× b = a × b`.
+pub(crate) fn cross_matrix(a: DVec3) -> DMat3 {
+    DMat3::from_cols(DVec3::new(0.0, a.z, -a.y), DVec3::new(-a.z, 0.0, a.x), DVec3::new(a.y, -a.x, 0.0))
+}

@@ -57,6 +57,26 @@ pub enum SimulationError {
     /// The contact problem is malformed.
     #[error(transparent)]
     Problem(#[from] ProblemError),
+    /// Velocities that a motion prescribes and that the model cannot take.
+    #[error("prescribed velocity {index} is of degree of freedom {dof} with {velocity}: {expected}")]
+    Prescription {
+        /// Where in the list.
+        index: usize,
+        /// Its degree of freedom.
+        dof: usize,
+        /// The velocity.
+        velocity: f64,
+        /// What it has to be.
+        expected: &'static str,
+    },
+    /// Numbers that are not a warm start.
+    #[error(
+        "these {found} numbers are not a warm start: pass what Workspace::warm_start gave for this model, unchanged"
+    )]
+    WarmStart {
+        /// How many numbers there are.
+        found: usize,
+    },
     /// A name that the model does not have.
     #[error("there is no {sort} '{name}'; the model has {}", if known.is_empty() { "none" } else { known })]
     UnknownName {

@@ -28,8 +28,11 @@
 //! ```
 
 mod assembly;
+mod batch;
 mod build;
 mod error;
+mod inverse;
+mod linear_system;
 mod reach;
 mod recorder;
 mod restitution;
@@ -39,8 +42,11 @@ mod solver;
 mod step;
 mod warm;
 
+pub use batch::{Batch, LaneStop};
 pub use build::FrictionSource;
 pub use error::SimulationError;
+pub use inverse::{DrivenVelocity, InverseMotion, inverse_step};
+pub use linear_system::{LinearComplementaritySystem, linear_complementarity_system};
 pub use recorder::{frame_into, last_frame_into, recording_header};
 pub use settings::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, RestitutionLaw, Settings};
 pub use simulation::{RunEnd, Simulation, Summary};

@@ -16,7 +16,7 @@ use crate::build::Impact;
 /// - `out`: its memory is reused
 ///
 /// # Source
-/// Anitescu & Potra (1997), §3.
+/// Anitescu & Potra (1997).
 pub(crate) fn decompression(
     compression: &ContactProblem,
     solution: &ContactSolution,

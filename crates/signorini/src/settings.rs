@@ -33,12 +33,12 @@ pub enum InfeasiblePolicy {
 /// How much velocity an impact restores (formulation §7). Coefficients are those of the geoms; with e = 0 the laws are the same.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum RestitutionLaw {
-    /// Newton's (Moreau's) law: the normal velocity after is −e times that before. Exact for bodies that meet in one point;
-    /// with friction at several contacts it can gain energy.
+    /// Newton's (Moreau's) law: the normal velocity after is −e times that before. With friction it can gain energy: a rod
+    /// that slides as it strikes, up to a quarter of what it has.
     #[default]
     Newton,
     /// Poisson's hypothesis: the normal impulse of the decompression is e times that of the compression, in two
-    /// complementarity problems. Never gains energy.
+    /// complementarity problems. Never gains energy. A step with an impact allocates memory.
     Poisson,
 }
 
@@ -86,7 +86,9 @@ pub struct Settings {
     /// Constraint stabilization γ ∈ (0, 1]: factor on φ/Δt where φ < 0, and on Θ/Δt (formulation §5). Default 1.
     pub stabilization: f64,
     /// Newton steps, at most, that bring the configuration onto the equality constraints after each step. Default 0: the
-    /// stabilization alone leaves a violation of the order Δt²‖v‖². With 3 it is rounding. Overconstrained mechanisms (more
+    /// stabilization alone leaves a violation of the order Δt²‖v‖² (Anitescu & Hart 2004): at Δt = 1 ms over 10 s 3e-5 m in a
+    /// four-bar of a metre that swings under its weight, 2e-6 m in a delta robot, 2e-7 m in a Stewart platform. With 3 it is
+    /// rounding, 1e-13 m in all of them. Overconstrained mechanisms (more
     /// rows than the mobility allows, redundant only where the loops are closed) need it.
     pub position_iterations: u32,
     /// Violation of an equality constraint with which a simulation may begin, m or rad. Default 1e-6.

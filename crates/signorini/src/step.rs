@@ -13,6 +13,7 @@ use signorini_multibody::{
 use crate::SimulationError;
 use crate::assembly::Assembler;
 use crate::build::{FrictionSource, ProblemBuilder};
+use crate::inverse::DrivenVelocity;
 use crate::reach::BodyReach;
 use crate::restitution::decompression as decompression_problem;
 use crate::settings::{InfeasiblePolicy, RestitutionLaw, Settings};
@@ -53,6 +54,9 @@ pub struct StepReport {
     pub constraint_error: f64,
     /// How often contacts were found anew because a body moved farther than expected.
     pub enlargements: u32,
+    /// Bodies that turn too fast for Δt for their gyroscopic torque to be integrated; it was left out
+    /// ([`FreeMotion::unresolved_rotations`]).
+    pub unresolved_rotations: usize,
 }
 
 impl StepReport {
@@ -204,6 +208,22 @@ impl Workspace {
         sum
     }
 
+    /// The last solution in the form that the next step starts from, as plain numbers: stored with `(t, q, v)` and given
+    /// back to [`set_warm_start`](Self::set_warm_start), a run goes on with the same bits.
+    pub fn warm_start(&self) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        self.warm.write(&mut numbers);
+        numbers
+    }
+
+    /// Takes over a [`warm_start`](Self::warm_start) of the same model.
+    ///
+    /// # Errors
+    /// [`SimulationError::WarmStart`] if the numbers are not those of a warm start; nothing has changed then.
+    pub fn set_warm_start(&mut self, numbers: &[f64]) -> Result<(), SimulationError> {
+        self.warm.read(numbers).ok_or(SimulationError::WarmStart { found: numbers.len() })
+    }
+
     /// Forgets the last solution, so that the next step starts cold.
     pub fn clear_warm_start(&mut self) {
         self.warm.clear();
@@ -229,6 +249,20 @@ pub fn step(
     workspace: &mut Workspace,
     next: &mut State,
 ) -> Result<StepReport, SimulationError> {
+    step_driven(model, state, input, settings, &[], workspace, next)
+}
+
+/// [`step`] in which some degrees of freedom end with a given velocity, whatever torque that takes: each is a bilateral row
+/// `v⁺_k = target`, after those of the model.
+pub(crate) fn step_driven(
+    model: &Model,
+    state: &State,
+    input: &Input,
+    settings: &Settings,
+    driven: &[DrivenVelocity],
+    workspace: &mut Workspace,
+    next: &mut State,
+) -> Result<StepReport, SimulationError> {
     let dt = settings.timestep.unwrap_or(model.timestep);
     let ws = workspace;
     state.check(model)?;
@@ -236,10 +270,13 @@ pub fn step(
     free_motion_into(model, &ws.kinematics, state, input, dt, &mut ws.smooth)?;
     ws.builder.take_smooth(&mut ws.smooth, dt);
     ws.reach.start(model, &ws.kinematics, [&state.v, &ws.builder.problem.free_velocity], dt);
-    let mut report = StepReport::default();
+    let mut report = StepReport { unresolved_rotations: ws.smooth.unresolved_rotations, ..StepReport::default() };
     loop {
         ws.collider.find(model, &ws.kinematics.pose, &ws.reach.reach, &mut ws.points);
         ws.builder.build(model, state, input, &ws.kinematics, &ws.points);
+        for drive in driven {
+            ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
+        }
         let unchanged = !report.clipped_gaps && ws.solver.keeps_directions() && ws.warm.holds(&ws.builder.keys);
         if report.enlargements > 0 && unchanged {
             break; // The larger reach has no new contacts: the solution at hand is that of the step.
@@ -336,7 +373,9 @@ impl Workspace {
         let mut basis = BilateralBasis::default();
         basis.factor(&problem.bilateral_jacobian, &problem.mass_factor, problem.nv());
         let rows = basis.contradiction(&rates, CONTRADICTION * problem.velocity_scale());
-        let mut constraints: Vec<usize> = rows.iter().map(|&k| self.builder.bilateral_source[k]).collect();
+        // Driven degrees of freedom come after the constraints and have no source.
+        let mut constraints: Vec<usize> =
+            rows.iter().filter_map(|&k| self.builder.bilateral_source.get(k).copied()).collect();
         constraints.dedup();
         if constraints.is_empty() {
             return Ok(());

@@ -83,6 +83,43 @@ impl WarmCache {
         self.group_keys.extend_from_slice(group_keys);
         self.solution.copy_warm_part(solution);
     }
+
+    /// The cache as plain numbers: for contacts and for friction groups the number of keys and the keys, then the
+    /// [warm part](ContactSolution::write_warm_part) of the solution.
+    pub fn write(&self, numbers: &mut Vec<f64>) {
+        write_keys(&self.keys, numbers);
+        write_keys(&self.group_keys, numbers);
+        self.solution.write_warm_part(numbers);
+    }
+
+    /// Takes over what [`write`](Self::write) wrote; `None`, and no change, if it is not that.
+    pub fn read(&mut self, numbers: &[f64]) -> Option<()> {
+        let (keys, rest) = read_keys(numbers)?;
+        let (group_keys, solution) = read_keys(rest)?;
+        self.solution.read_warm_part(solution)?;
+        (self.keys, self.group_keys) = (keys, group_keys);
+        Some(())
+    }
+}
+
+fn write_keys<const N: usize>(keys: &[[u32; N]], numbers: &mut Vec<f64>) {
+    numbers.push(keys.len() as f64);
+    numbers.extend(keys.iter().flatten().map(|&k| f64::from(k)));
+}
+
+/// The keys at the front of some numbers, if they are ascending ones, and what follows them.
+fn read_keys<const N: usize>(numbers: &[f64]) -> Option<(Vec<[u32; N]>, &[f64])> {
+    let (&count, rest) = numbers.split_first()?;
+    let is_key = |x: f64| x >= 0.0 && x <= f64::from(u32::MAX) && x.fract() == 0.0;
+    if !is_key(count) || rest.len() < (count as usize).checked_mul(N)? {
+        return None;
+    }
+    let (keys, rest) = rest.split_at(N * count as usize);
+    if !keys.iter().all(|&k| is_key(k)) {
+        return None;
+    }
+    let keys: Vec<[u32; N]> = keys.as_chunks::<N>().0.iter().map(|key| key.map(|k| k as u32)).collect();
+    keys.is_sorted().then_some((keys, rest))
 }
 
 /// Calls `visit` for every key with its place among the earlier ones, if it was there. Both ascending.

@@ -105,3 +105,22 @@ fn circular_law_with_impulses_of_least_norm() {
     assert_eq!(allocations_with("incline", Settings { friction_law, ..Settings::default() }), 0);
     assert_eq!(allocations_with("stack_of_ten", Settings { friction_law, impulses, ..Settings::default() }), 0);
 }
+
+/// A closed loop with position steps, and a ball joint at the limit of its cone.
+#[test]
+fn closed_loop() {
+    let text = "<mujoco><option timestep='0.001'><flag contact='disable'/></option><worldbody>
+        <body name='crank'><joint axis='0 1 0'/><geom type='capsule' fromto='0 0 0 0 0 .4' size='.02' mass='1'/>
+        <body name='coupler' pos='0 0 .4'><joint axis='0 1 0'/><geom type='capsule' fromto='0 0 0 1 0 .5' size='.02' mass='1'/>
+        </body></body>
+        <body name='rocker' pos='1.2 0 0'><joint axis='0 1 0'/><geom type='capsule' fromto='0 0 0 -.2 0 .9' size='.02' mass='1'/>
+        </body>
+        <body name='arm' pos='0 5 0'><joint type='ball' range='0 30'/><geom type='capsule' fromto='0 0 0 .1 0 .4' size='.02'/></body>
+        </worldbody><equality><connect body1='coupler' body2='rocker' anchor='1 0 .5'/></equality></mujoco>";
+    let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
+    let settings = Settings { position_iterations: 3, ..Settings::default() };
+    let mut simulation = Simulation::new(model, settings).unwrap();
+    let mut steps = |n: usize| (0..n).for_each(|_| assert!(simulation.step().unwrap().advanced()));
+    steps(600);
+    assert_eq!(allocations(|| steps(800)), 0);
+}

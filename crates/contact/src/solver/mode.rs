@@ -23,6 +23,30 @@ pub(crate) enum Mode {
     Vertex(u16),
 }
 
+impl Mode {
+    /// A number for every mode, for storage.
+    pub fn code(self) -> u32 {
+        match self {
+            Self::Open => 0,
+            Self::Closed => 1,
+            Self::Stick => 2,
+            Self::Edge(k) => 3 + 2 * u32::from(k),
+            Self::Vertex(k) => 4 + 2 * u32::from(k),
+        }
+    }
+
+    /// The mode of a [`code`](Self::code).
+    pub fn from_code(code: u32) -> Option<Self> {
+        Some(match code {
+            0 => Self::Open,
+            1 => Self::Closed,
+            2 => Self::Stick,
+            _ if code % 2 == 1 => Self::Edge(u16::try_from((code - 3) / 2).ok()?),
+            _ => Self::Vertex(u16::try_from((code - 4) / 2).ok()?),
+        })
+    }
+}
+
 /// A facet of a mode's cone: the mode holds where `normal · y ≥ 0`. On its far side the mode is `next`, and the slope of
 /// the projection is larger by `jump normalᵀ`.
 #[derive(Clone, Copy, Debug)]

@@ -1,6 +1,6 @@
 //! Bilateral rows: closed forms, redundant rows, and rows together with contacts.
 
-use signorini_contact::{ContactProblem, ContactSolver, FrictionPolygon, SolveStatus, solve_as_lcp};
+use signorini_contact::{BilateralBasis, ContactProblem, ContactSolver, FrictionPolygon, SolveStatus, solve_as_lcp};
 use signorini_lcp::Lemke;
 use signorini_multibody::BlockDiagonal;
 use signorini_testkit::{Dense, Family, Gap, Parameters, Random, largest_difference};
@@ -142,4 +142,47 @@ fn contacts_with_bilateral_rows_are_solved_as_lemke_solves_them() {
     }
     println!("of 120: structured {}, Lemke {} solved", solved[0], solved[1]);
     assert!(misses.is_empty(), "Lemke solved, the structured solver did not: {misses:?}");
+}
+
+/// Random rows, some of them combinations of others: the rank is that of the independent ones, the smallest change in the
+/// metric of M satisfies all consistent rows, and a contradiction names the rows of the combination.
+#[test]
+fn a_basis_tells_independent_redundant_and_contradicting_rows() {
+    let mut basis = BilateralBasis::default();
+    for seed in 0..60 {
+        let mut random = Random::new(3300 + seed);
+        let mut problem = random_problem(&mut random, 0, 0);
+        let nv = problem.nv();
+        let independent = 1 + random.below(nv.min(4));
+        let rows: Vec<Vec<f64>> = (0..independent).map(|_| (0..nv).map(|_| random.normal()).collect()).collect();
+        let wanted: Vec<f64> = (0..nv).map(|_| random.normal()).collect();
+        let (first, last) = (0, independent - 1);
+        let weights = [random.between(0.5, 2.0), if last > first { random.between(0.5, 2.0) } else { 0.0 }];
+        let combined = (0..nv).map(|c| weights[0] * rows[first][c] + weights[1] * rows[last][c]).collect();
+        for row in rows.iter().chain([&combined]) {
+            problem.push_bilateral(row.iter().enumerate().map(|(c, x)| (c as u32, [*x])), 0.0);
+        }
+        let mut rate: Vec<f64> =
+            (0..=independent).map(|k| -problem.bilateral_jacobian.multiply(k, &wanted)[0]).collect();
+        basis.factor(&problem.bilateral_jacobian, &problem.mass_factor, nv);
+        assert_eq!(basis.rank(), independent, "seed {seed}");
+        let mut change = vec![0.0; nv];
+        basis.solve_into(&rate, &mut change);
+        for (k, r) in rate.iter().enumerate() {
+            let met = problem.bilateral_jacobian.multiply(k, &change)[0];
+            assert!((met + r).abs() < 1e-8, "seed {seed}: row {k} gets {met}, wanted {}", -r);
+        }
+        // Smallest in the metric of M: no longer than the change that the rates were made from.
+        let size = |v: &[f64]| {
+            let mut momentum = vec![0.0; nv];
+            problem.mass.multiply_into(v, &mut momentum);
+            v.iter().zip(momentum).map(|(v, p)| v * p).sum::<f64>()
+        };
+        assert!(size(&change) <= size(&wanted) * (1.0 + 1e-9), "seed {seed}");
+        assert!(basis.contradiction(&rate, 1e-6).is_empty(), "seed {seed}");
+        rate[independent] += 0.1;
+        let mut expected = vec![first, last, independent];
+        expected.dedup();
+        assert_eq!(basis.contradiction(&rate, 1e-6), expected, "seed {seed}");
+    }
 }

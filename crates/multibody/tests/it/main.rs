@@ -1,11 +1,15 @@
 //! Tests of the public interface.
 
 mod random_model;
+mod tree_file;
 
 mod closed_forms;
+mod frames;
 mod free_motion;
+mod free_rotation;
 mod identities;
 mod mass;
 mod model;
 mod motion;
 mod mujoco;
+mod peers;

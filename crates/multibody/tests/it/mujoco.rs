@@ -6,6 +6,7 @@ use signorini_multibody::{
     free_motion_into, kinetic_energy, potential_energy,
 };
 
+use crate::free_motion::rotation_force;
 use crate::identities::{bias_force, kinematics, mass_matrix, relative_error};
 
 const REFERENCE: &str = include_str!("../../testdata/mujoco_reference.txt");
@@ -174,7 +175,7 @@ fn check_state(model: &Model, lines: &[(&str, Vec<f64>)]) {
 }
 
 /// Forces of springs, dampers and actuators, read back from the equation of the free motion:
-/// `M̂ (v^f − v) / Δt = force − h − Δt K v`.
+/// `M̂ (v^f − v) / Δt = force − h − Δt K v`, plus what freely turning bodies get.
 fn joint_force(model: &Model, state: &State, input: &Input) -> Vec<f64> {
     let (dt, at) = (1e-3, kinematics(model, state));
     let mut free = FreeMotion::new(model);
@@ -188,8 +189,9 @@ fn joint_force(model: &Model, state: &State, input: &Input) -> Vec<f64> {
             stiffness[model.joints[actuator.joint.index()].v_index] += actuator.gear * actuator.gear * kp;
         }
     }
+    let rotation = rotation_force(model, state, dt);
     for k in 0..model.nv {
-        force[k] += free.bias[k] + dt * stiffness[k] * state.v[k];
+        force[k] += free.bias[k] - rotation[k] + dt * stiffness[k] * state.v[k];
     }
     force
 }

@@ -1,6 +1,8 @@
 //! Physics of whole simulations against closed forms and identities.
 
+mod batch;
 mod contradiction;
+mod convergence;
 mod determinism;
 mod dry_friction;
 mod friction;
@@ -9,7 +11,9 @@ mod impact;
 mod incline;
 mod input;
 mod invariants;
+mod inverse;
 mod joints;
+mod linear_system;
 mod literature;
 mod mechanisms;
 mod restitution;

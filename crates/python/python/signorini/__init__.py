@@ -1,0 +1,144 @@
+"""Multibody dynamics with hard contact and dry friction.
+
+Every time step is a linear complementarity problem (LCP) that is solved exactly and comes with a certificate.
+
+>>> import signorini
+>>> model = signorini.Model.from_string(
+...     "<mujoco><worldbody><geom type='plane'/><body name='ball' pos='0 0 0.1'><freejoint/>"
+...     "<geom size='0.1'/></body></worldbody></mujoco>")
+>>> data = signorini.Data(model)
+>>> signorini.step(model, data, nstep=100)
+>>> data.certificate.holds(1e-9)
+True
+
+SI units, ``float64``, world z up; quaternions are (w, x, y, z). A free joint has ``qpos = [position, quaternion]`` and
+``qvel = [velocity of the origin in world axes, angular velocity in body axes]``, as in MuJoCo.
+"""
+
+from __future__ import annotations
+
+import os
+from enum import IntEnum
+from typing import Union
+
+from signorini._core import (
+    Actuator,
+    Body,
+    Certificate,
+    ContactProblem,
+    Contacts,
+    ContactSolution,
+    Geom,
+    ImportWarning,
+    Joint,
+    Keyframe,
+    LcpResult,
+    Limits,
+    LinearComplementaritySystem,
+    Recording,
+    StepReport,
+    __version__,
+    bias_force,
+    difference,
+    forward,
+    integrate,
+    inverse,
+    jacobian,
+    kinematics,
+    lcp_methods,
+    linearize,
+    mass_matrix,
+    solve_lcp,
+    step,
+)
+from signorini.batch import Batch
+from signorini.data import ActuatorData, BodyData, Data, JointData, Recorder
+from signorini.errors import (
+    BatchError,
+    ModelError,
+    ModelWarning,
+    ProblemError,
+    RecordingError,
+    SettingError,
+    SignoriniError,
+    SolveError,
+    StateError,
+    ToleranceWarning,
+)
+from signorini.lemkelcp import lemkelcp
+from signorini.model import Model
+from signorini.settings import Settings
+
+__all__ = [
+    "Actuator",
+    "ActuatorData",
+    "Batch",
+    "BatchError",
+    "Body",
+    "BodyData",
+    "Certificate",
+    "ContactMode",
+    "ContactProblem",
+    "ContactSolution",
+    "Contacts",
+    "Data",
+    "Geom",
+    "ImportWarning",
+    "Joint",
+    "JointData",
+    "Keyframe",
+    "LcpResult",
+    "Limits",
+    "LinearComplementaritySystem",
+    "Model",
+    "ModelError",
+    "ModelWarning",
+    "ProblemError",
+    "Recorder",
+    "Recording",
+    "RecordingError",
+    "SettingError",
+    "Settings",
+    "SignoriniError",
+    "SolveError",
+    "StateError",
+    "StepReport",
+    "ToleranceWarning",
+    "__version__",
+    "bias_force",
+    "difference",
+    "forward",
+    "integrate",
+    "inverse",
+    "jacobian",
+    "kinematics",
+    "lcp_methods",
+    "lemkelcp",
+    "linearize",
+    "load_recording",
+    "mass_matrix",
+    "solve_lcp",
+    "step",
+]
+
+
+class ContactMode(IntEnum):
+    """What a contact does: values of ``Contacts.mode`` and ``ContactSolution.mode``."""
+
+    OPEN = 0
+    """No impulse."""
+    FRICTIONLESS = 1
+    """Closed without friction."""
+    STICKING = 2
+    """Closed, impulse inside the friction cone."""
+    SLIDING = 3
+    """Slides; the friction impulse is on a direction of the polygon, or between two."""
+
+
+def load_recording(path: Union[str, "os.PathLike[str]"]) -> Recording:
+    """Reads a recording with all its complete frames.
+
+    Raises:
+        RecordingError: the file cannot be read or is not a recording.
+    """
+    return Recording.load(os.fspath(path))

@@ -1,0 +1,1034 @@
+"""The native half of the package: what the Rust side gives, with shapes and units.
+
+Arrays are ``float64`` unless said otherwise. Array arguments may be anything that NumPy can read, and matrices also SciPy
+sparse ones, which are made dense.
+"""
+
+import os
+from typing import Any, Literal, Optional, Protocol, Sequence, Tuple, Union, final, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Self, disjoint_base
+
+from signorini.model import Model as _PublicModel
+from signorini.settings import Settings as _PublicSettings
+
+__all__ = [
+    "Actuator",
+    "Batch",
+    "Body",
+    "Certificate",
+    "ContactProblem",
+    "ContactSolution",
+    "Contacts",
+    "Data",
+    "Geom",
+    "ImportWarning",
+    "Joint",
+    "Keyframe",
+    "LcpResult",
+    "Limits",
+    "LinearComplementaritySystem",
+    "Model",
+    "Recording",
+    "StepReport",
+    "__version__",
+    "bias_force",
+    "difference",
+    "forward",
+    "integrate",
+    "inverse",
+    "jacobian",
+    "kinematics",
+    "lcp_methods",
+    "linearize",
+    "mass_matrix",
+    "solve_lcp",
+    "step",
+]
+
+__version__: str
+
+_Array = NDArray[np.float64]
+_Ints = NDArray[np.int32]
+_Path = Union[str, os.PathLike[str]]
+
+class _Sparse(Protocol):
+    def toarray(self) -> Any: ...
+
+_MatrixLike = Union[ArrayLike, _Sparse]
+
+@disjoint_base
+class Batch:
+    """Base of ``signorini.Batch``."""
+
+    def __new__(cls, model: _PublicModel, nsim: int, settings: _PublicSettings, nthread: int = 0) -> Self: ...
+    def __len__(self) -> int: ...
+    @property
+    def model(self) -> _PublicModel:
+        """The model."""
+    @property
+    def settings(self) -> _PublicSettings:
+        """The settings."""
+    @property
+    def time(self) -> _Array:
+        """Times, (nsim,), s: a live view."""
+    @property
+    def qpos(self) -> _Array:
+        """Configurations, (nsim, nq): a live view; what is written to it is the state."""
+    @property
+    def qvel(self) -> _Array:
+        """Velocities, (nsim, nv): a live view."""
+    @property
+    def ctrl(self) -> _Array:
+        """Control values, (nsim, nu): a live view."""
+    @property
+    def residual(self) -> _Array:
+        """Largest residual of each simulation's last step, (nsim,)."""
+    @property
+    def ncon(self) -> _Ints:
+        """Contacts and joint limits in each simulation's last step, (nsim,)."""
+    def step(self, nstep: int = 1) -> None:
+        """Makes ``nstep`` steps of every simulation; the GIL is released meanwhile.
+
+        Raises:
+            BatchError: simulations stopped; the others made all their steps.
+        """
+    def rollout(self, ctrl: Optional[ArrayLike] = None, nstep: Optional[int] = None) -> Tuple[_Array, _Array]:
+        """Makes steps and records the states after each: qpos, (nsim, nstep, nq), and qvel, (nsim, nstep, nv).
+
+        Args:
+            ctrl: control values of every step, (nsim, nstep, nu); without it, ``self.ctrl`` stays.
+            nstep: number of steps, where ``ctrl`` does not say it.
+
+        Raises:
+            BatchError: simulations stopped; the others made all their steps.
+        """
+    def _reset(self, ids: Optional[Sequence[int]] = None, keyframe: Optional[int] = None) -> None: ...
+
+@final
+class ImportWarning:
+    """Something in a model file that the model does not have, or has in another form."""
+
+    @property
+    def file(self) -> str:
+        """The file, or a label for text that came from memory."""
+    @property
+    def line(self) -> int:
+        """Line of the first place, from 1."""
+    @property
+    def element(self) -> str:
+        """The element it is about."""
+    @property
+    def what(self) -> str:
+        """What is not taken over."""
+    @property
+    def effect(self) -> str:
+        """What that changes."""
+    @property
+    def count(self) -> int:
+        """Number of places."""
+    @property
+    def changes_motion(self) -> bool:
+        """Whether the motion can differ because of it."""
+    @property
+    def text(self) -> str:
+        """All of it in a line."""
+
+@disjoint_base
+class Model:
+    """Base of ``signorini.Model``."""
+
+    def __new__(
+        cls,
+        *,
+        path: Optional[_Path] = None,
+        text: Optional[str] = None,
+        format: str = "auto",
+        base_dir: _Path = ...,
+        package_dirs: Sequence[_Path] = ...,
+        floating_base: bool = False,
+    ) -> Self: ...
+    @property
+    def name(self) -> str:
+        """The model's name."""
+    @property
+    def content_hash(self) -> int:
+        """A hash of everything the model is, equal for equal models on every machine."""
+    @property
+    def import_report(self) -> list[ImportWarning]:
+        """Everything in the file that the model does not have, in the order of the file."""
+    @property
+    def nq(self) -> int:
+        """Number of entries of ``qpos``."""
+    @property
+    def nv(self) -> int:
+        """Number of degrees of freedom, entries of ``qvel``."""
+    @property
+    def nu(self) -> int:
+        """Number of actuators, entries of ``ctrl``."""
+    @property
+    def nbody(self) -> int:
+        """Number of bodies, the world included."""
+    @property
+    def njnt(self) -> int:
+        """Number of joints."""
+    @property
+    def ngeom(self) -> int:
+        """Number of geoms."""
+    @property
+    def nkey(self) -> int:
+        """Number of keyframes."""
+    @property
+    def timestep(self) -> float:
+        """Time step that the file suggests, s."""
+    @property
+    def gravity(self) -> _Array:
+        """Gravity in world, (3,), m/s²."""
+    @property
+    def qpos0(self) -> _Array:
+        """The reference configuration, (nq,)."""
+    @property
+    def body_mass(self) -> _Array:
+        """Masses of the bodies, (nbody,), kg."""
+    @property
+    def body_parentid(self) -> _Ints:
+        """Index of every body's parent, (nbody,); the world's is itself."""
+    @property
+    def geom_bodyid(self) -> _Ints:
+        """Body of every geom, (ngeom,)."""
+    @property
+    def jnt_bodyid(self) -> _Ints:
+        """Body of every joint, (njnt,)."""
+    @property
+    def jnt_qposadr(self) -> _Ints:
+        """Where every joint's entries in ``qpos`` begin, (njnt,)."""
+    @property
+    def jnt_dofadr(self) -> _Ints:
+        """Where every joint's entries in ``qvel`` begin, (njnt,)."""
+    @property
+    def jnt_range(self) -> _Array:
+        """Limits of every joint, (njnt, 2), rad or m; infinite where there are none."""
+    @property
+    def actuator_ctrlrange(self) -> _Array:
+        """Ranges of the control values, (nu, 2); infinite where there are none."""
+    @property
+    def body_names(self) -> list[str]:
+        """Names of the bodies; index 0 is the world."""
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints."""
+    @property
+    def geom_names(self) -> list[str]:
+        """Names of the geoms."""
+    @property
+    def actuator_names(self) -> list[str]:
+        """Names of the actuators."""
+    @property
+    def keyframe_names(self) -> list[str]:
+        """Names of the keyframes."""
+    def _body(self, id: int) -> Body: ...
+    def _joint(self, id: int) -> Joint: ...
+    def _geom(self, id: int) -> Geom: ...
+    def _actuator(self, id: int) -> Actuator: ...
+    def _keyframe(self, id: int) -> Keyframe: ...
+
+@final
+class Body:
+    """A rigid body of a model."""
+
+    @property
+    def id(self) -> int:
+        """Index in the model."""
+    @property
+    def name(self) -> str:
+        """Name."""
+    @property
+    def parent(self) -> str:
+        """Name of the parent."""
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+    @property
+    def com(self) -> list[float]:
+        """Centre of mass in the body frame, 3 numbers, m."""
+    @property
+    def inertia(self) -> list[list[float]]:
+        """Rotational inertia about the centre of mass in the body's axes, 3 × 3, kg·m²."""
+    @property
+    def joints(self) -> list[str]:
+        """Names of the joints that move it, in order."""
+
+@final
+class Joint:
+    """A joint of a model."""
+
+    @property
+    def id(self) -> int:
+        """Index in the model."""
+    @property
+    def name(self) -> str:
+        """Name."""
+    @property
+    def type(self) -> Literal["free", "ball", "hinge", "slide"]:
+        """Its kind."""
+    @property
+    def body(self) -> int:
+        """Index of the body it moves."""
+    @property
+    def qposadr(self) -> int:
+        """Where its entries in ``qpos`` begin."""
+    @property
+    def dofadr(self) -> int:
+        """Where its entries in ``qvel`` begin."""
+    @property
+    def nq(self) -> int:
+        """Number of its entries in ``qpos``."""
+    @property
+    def nv(self) -> int:
+        """Number of its entries in ``qvel``."""
+    @property
+    def axis(self) -> Optional[list[float]]:
+        """Axis in the body frame (hinge, slide), 3 numbers; ``None`` for others."""
+    @property
+    def range(self) -> Optional[list[float]]:
+        """Lower and upper limit, rad or m; ``None`` without limits."""
+    @property
+    def damping(self) -> float:
+        """Viscous damping, N·s/m or N·m·s/rad."""
+    @property
+    def stiffness(self) -> float:
+        """Spring stiffness, N/m or N·m/rad."""
+    @property
+    def armature(self) -> float:
+        """Rotor inertia, kg or kg·m²."""
+    @property
+    def frictionloss(self) -> float:
+        """Dry friction bound, N or N·m."""
+
+@final
+class Geom:
+    """A shape of a model."""
+
+    @property
+    def id(self) -> int:
+        """Index in the model."""
+    @property
+    def name(self) -> str:
+        """Name."""
+    @property
+    def body(self) -> int:
+        """Index of the body that carries it."""
+    @property
+    def type(self) -> str:
+        """"plane", "sphere", "box", "capsule", "cylinder", "cone", "ellipsoid", "convex mesh", "triangle mesh", "height field"."""
+    @property
+    def size(self) -> list[float]:
+        """Half-extents, m: x, y, z (box, ellipsoid), radius (sphere), radius and half the length (capsule, cylinder, cone)."""
+    @property
+    def friction(self) -> float:
+        """Coefficient of friction."""
+    @property
+    def pos(self) -> list[float]:
+        """Position in the body frame, 3 numbers, m."""
+    @property
+    def quat(self) -> list[float]:
+        """Orientation in the body frame, (w, x, y, z)."""
+    @property
+    def rgba(self) -> list[float]:
+        """Red, green, blue, opacity, in [0, 1]."""
+
+@final
+class Actuator:
+    """An actuator of a model."""
+
+    @property
+    def id(self) -> int:
+        """Index in the model."""
+    @property
+    def name(self) -> str:
+        """Name."""
+    @property
+    def type(self) -> Literal["motor", "position", "velocity"]:
+        """Its law."""
+    @property
+    def joint(self) -> int:
+        """Index of the joint it drives."""
+    @property
+    def gear(self) -> float:
+        """Factor from actuator force to joint force."""
+    @property
+    def ctrlrange(self) -> Optional[list[float]]:
+        """Range of the control value; ``None`` without one."""
+    @property
+    def forcerange(self) -> Optional[list[float]]:
+        """Range of the force before the gear, N or N·m; ``None`` without one."""
+
+@final
+class Keyframe:
+    """A named state of a model."""
+
+    @property
+    def id(self) -> int:
+        """Index in the model."""
+    @property
+    def name(self) -> str:
+        """Name."""
+    @property
+    def time(self) -> float:
+        """Time, s."""
+    @property
+    def qpos(self) -> list[float]:
+        """Configuration, nq numbers."""
+    @property
+    def qvel(self) -> list[float]:
+        """Velocity, nv numbers."""
+    @property
+    def ctrl(self) -> list[float]:
+        """Control, nu numbers."""
+
+@disjoint_base
+class Data:
+    """Base of ``signorini.Data``."""
+
+    def __new__(cls, model: _PublicModel, settings: _PublicSettings) -> Self: ...
+    @property
+    def model(self) -> _PublicModel:
+        """The model."""
+    @property
+    def settings(self) -> _PublicSettings:
+        """The settings."""
+    @property
+    def qpos(self) -> _Array:
+        """Configuration, (nq,), m, rad, unit quaternions (w, x, y, z): a live view; what is written to it is the state."""
+    @qpos.setter
+    def qpos(self, value: ArrayLike) -> None: ...
+    @property
+    def qvel(self) -> _Array:
+        """Generalized velocity, (nv,), m/s, rad/s: a live view."""
+    @qvel.setter
+    def qvel(self, value: ArrayLike) -> None: ...
+    @property
+    def ctrl(self) -> _Array:
+        """Control values, (nu,): a live view."""
+    @ctrl.setter
+    def ctrl(self, value: ArrayLike) -> None: ...
+    @property
+    def qfrc_applied(self) -> _Array:
+        """Applied generalized force, (nv,), N, N·m: a live view."""
+    @qfrc_applied.setter
+    def qfrc_applied(self, value: ArrayLike) -> None: ...
+    @property
+    def qacc(self) -> _Array:
+        """Mean acceleration over the last step, (nv,), m/s², rad/s²: (v⁺ − v)/Δt."""
+    @property
+    def xpos(self) -> _Array:
+        """Positions of the bodies' origins in world, (nbody, 3), m."""
+    @property
+    def xquat(self) -> _Array:
+        """Orientations of the bodies, (nbody, 4), (w, x, y, z)."""
+    @property
+    def xmat(self) -> _Array:
+        """Rotation matrices of the bodies, (nbody, 3, 3), body to world."""
+    @property
+    def xipos(self) -> _Array:
+        """Centres of mass of the bodies in world, (nbody, 3), m."""
+    @property
+    def linear_velocity(self) -> _Array:
+        """Velocities of the bodies' origins, (nbody, 3), world axes, m/s."""
+    @property
+    def angular_velocity(self) -> _Array:
+        """Angular velocities of the bodies, (nbody, 3), world axes, rad/s."""
+    @property
+    def time(self) -> float:
+        """Time, s."""
+    @time.setter
+    def time(self, time: float) -> None: ...
+    @property
+    def timestep(self) -> float:
+        """Length of a step, s."""
+    @property
+    def steps(self) -> int:
+        """Steps made with this object."""
+    @property
+    def missed_steps(self) -> int:
+        """Steps made with this object whose residuals exceed the tolerance."""
+    @property
+    def clipped_steps(self) -> int:
+        """Steps made with this object in which negative gaps were taken as zero (``Settings.infeasible``)."""
+    @property
+    def contact(self) -> Contacts:
+        """Contacts of the last step."""
+    @property
+    def limit(self) -> Limits:
+        """Joint limits in the last step's problem."""
+    @property
+    def ncon(self) -> int:
+        """Number of contacts of the last step."""
+    @property
+    def certificate(self) -> Certificate:
+        """Residuals of the laws in the last step."""
+    @property
+    def report(self) -> StepReport:
+        """How the last step was solved."""
+    @property
+    def energy(self) -> Tuple[float, float]:
+        """Kinetic and potential energy at the present qpos and qvel, J."""
+    def problem(self) -> ContactProblem:
+        """The contact problem of the last step, a copy.
+
+        Raises:
+            RuntimeError: no step was made or previewed since the data was made, reset or set.
+        """
+    def solution(self) -> ContactSolution:
+        """The solution of the last step's contact problem, a copy; errors as :meth:`problem`."""
+    def get_state(self, *, warm_start: bool = True) -> _Array:
+        """Time (1), qpos (nq), qvel (nv), ctrl (nu), qfrc_applied (nv), and the solver's warm start (any number) as one vector.
+
+        Given back to :meth:`set_state` of any data of the same model and settings, a run goes on with the same bits.
+        """
+    def set_state(self, state: ArrayLike) -> None:
+        """Takes over a vector of :meth:`get_state`; one without warm start makes the next step start cold.
+
+        Raises:
+            StateError: the vector is not one of this model; nothing has changed then but the warm start.
+        """
+    def _reset(self, keyframe: Optional[int] = None) -> None: ...
+    def _start_recording(self, path: Optional[_Path] = None) -> None: ...
+    def _stop_recording(self, reason: str) -> Optional[Recording]: ...
+
+@final
+class Contacts:
+    """The contacts of a step: a snapshot whose arrays have one row per contact, in the order of the contact problem.
+
+    Normals point from geom1 to geom2; forces and impulses act on geom2.
+    """
+
+    def __len__(self) -> int: ...
+    @property
+    def gap(self) -> _Array:
+        """Signed distances at the beginning of the step, (ncon,), m; negative when penetrating."""
+    @property
+    def point(self) -> _Array:
+        """Contact points in world, midway between the surfaces, (ncon, 3), m."""
+    @property
+    def frame(self) -> _Array:
+        """Contact frames, (ncon, 3, 3): rows normal, first tangent, second tangent, in world."""
+    @property
+    def friction(self) -> _Array:
+        """Coefficients of friction, (ncon,)."""
+    @property
+    def impulse(self) -> _Array:
+        """Impulses of the step along normal and tangents, (ncon, 3), N·s."""
+    @property
+    def force(self) -> _Array:
+        """Mean forces over the step along normal and tangents, (ncon, 3), N."""
+    @property
+    def force_world(self) -> _Array:
+        """Mean forces over the step on geom2 in world axes, (ncon, 3), N."""
+    @property
+    def sliding_velocity(self) -> _Array:
+        """Velocities of geom2 relative to geom1 along the two tangents at the end of the step, (ncon, 2), m/s."""
+    @property
+    def mode(self) -> NDArray[np.int8]:
+        """What each contact does, (ncon,): values of ``signorini.ContactMode``."""
+    @property
+    def direction(self) -> _Ints:
+        """The friction directions that a sliding contact's impulse lies on, (ncon, 2); -1 where there is none."""
+    @property
+    def geom1(self) -> _Ints:
+        """First geoms, (ncon,)."""
+    @property
+    def geom2(self) -> _Ints:
+        """Second geoms, (ncon,)."""
+    @property
+    def body1(self) -> _Ints:
+        """Bodies of the first geoms, (ncon,)."""
+    @property
+    def body2(self) -> _Ints:
+        """Bodies of the second geoms, (ncon,)."""
+
+@final
+class Limits:
+    """The joint limits in a step's problem: a snapshot whose arrays have one entry per limit."""
+
+    def __len__(self) -> int: ...
+    @property
+    def joint(self) -> _Ints:
+        """Joints, (nlimit,)."""
+    @property
+    def upper(self) -> NDArray[np.bool_]:
+        """Whether it is the upper limit, (nlimit,)."""
+    @property
+    def gap(self) -> _Array:
+        """Distance to the limit at the beginning of the step, (nlimit,), rad or m."""
+    @property
+    def impulse(self) -> _Array:
+        """Impulses away from the limit, (nlimit,), N·s or N·m·s."""
+    @property
+    def force(self) -> _Array:
+        """Mean forces over the step away from the limit, (nlimit,), N or N·m."""
+
+@final
+class Certificate:
+    """Residuals of the laws of one step or solve; each is 0 for an exact solution, without unit."""
+
+    @property
+    def momentum(self) -> float:
+        """Momentum balance of the claimed velocity and impulses."""
+    @property
+    def natural_map(self) -> float:
+        """Natural map of the LCP in one unit."""
+    @property
+    def signorini(self) -> float:
+        """Signorini's condition."""
+    @property
+    def friction(self) -> float:
+        """Friction bound in the polygon's gauge."""
+    @property
+    def dissipation(self) -> float:
+        """Maximum dissipation: distance from the linear program's minimum."""
+    @property
+    def bilateral(self) -> float:
+        """Bilateral rows."""
+    @property
+    def worst(self) -> float:
+        """The largest residual."""
+    def holds(self, tolerance: float = 1e-9) -> bool:
+        """Whether every law holds within ``tolerance``."""
+
+@final
+class StepReport:
+    """What the last step did."""
+
+    @property
+    def status(self) -> str:
+        """"solved", "inaccurate", "ray", "infeasible", "iteration_limit"."""
+    @property
+    def blamed(self) -> list[int]:
+        """Contacts that contradict each other, where the status says so; indices into the problem."""
+    @property
+    def certificate(self) -> Certificate:
+        """Residuals of the step."""
+    @property
+    def contacts(self) -> int:
+        """Contacts in the problem, joint limits included."""
+    @property
+    def iterations(self) -> int:
+        """Mode changes, proximal iterations and pivots together."""
+    @property
+    def islands(self) -> int:
+        """Islands: sets of trees that contacts tie together."""
+    @property
+    def lemke_islands(self) -> int:
+        """Islands that were given to Lemke's method."""
+    @property
+    def missed_tolerance(self) -> bool:
+        """Whether the worst residual exceeds the tolerance."""
+    @property
+    def clipped_gaps(self) -> bool:
+        """Whether negative gaps were taken as zero."""
+    @property
+    def enlargements(self) -> int:
+        """How often contacts were found anew because a body moved farther than expected."""
+
+@final
+class ContactProblem:
+    """The contact problem of one step as plain data.
+
+    Find v, lambda_n, alpha, beta with M (v − v_free) = Jnᵀ lambda_n + Jtᵀ D alpha,
+    0 ≤ lambda_n ⟂ phi/dt + Jn v ≥ 0, 0 ≤ alpha ⟂ Dᵀ Jt v + E beta ≥ 0, 0 ≤ beta ⟂ mu lambda_n − Eᵀ alpha ≥ 0.
+
+    Args:
+        M: mass matrix, (nv, nv), symmetric positive definite.
+        Jn: normal Jacobian, (nc, nv).
+        Jt: tangential Jacobian, (2 nc, nv): rows 2i and 2i + 1 are those of contact i.
+        phi: gaps, (nc,), m; negative when penetrating.
+        mu: coefficients of friction, (nc,) or one for all.
+        dt: time step, s.
+        v_free: velocity without contact, (nv,).
+        directions: number of equally spaced friction directions of every contact, even, or for every contact an
+            (m_i, 2) array of unit vectors, balanced. Default 8.
+        Jb: Jacobian of bilateral rows, (nb, nv).
+        theta: violations of the bilateral rows, (nb,).
+
+    Raises:
+        ProblemError: an array has a wrong shape, a number is not finite or out of range, M is not positive definite.
+    """
+
+    def __new__(
+        cls,
+        M: _MatrixLike,
+        Jn: _MatrixLike,
+        Jt: _MatrixLike,
+        phi: ArrayLike,
+        mu: ArrayLike,
+        dt: float,
+        v_free: ArrayLike,
+        directions: Optional[Union[int, Sequence[ArrayLike]]] = None,
+        *,
+        Jb: Optional[_MatrixLike] = None,
+        theta: Optional[ArrayLike] = None,
+    ) -> Self: ...
+    @staticmethod
+    def load(path: _Path) -> ContactProblem:
+        """Reads a problem file (``.npz``)."""
+    def save(self, path: _Path) -> None:
+        """Writes a problem file (``.npz``) for ``signorini solve``, ``signorini check`` and :meth:`load`."""
+    @property
+    def nv(self) -> int:
+        """Number of degrees of freedom."""
+    @property
+    def nc(self) -> int:
+        """Number of contacts."""
+    @property
+    def M(self) -> _Array:
+        """Mass matrix, (nv, nv), kg, kg·m, kg·m²; in a step the effective one, with implicit springs and dampers."""
+    @property
+    def Jn(self) -> _Array:
+        """Normal Jacobian, (nc, nv)."""
+    @property
+    def Jt(self) -> _Array:
+        """Tangential Jacobian, (2 nc, nv): rows 2i and 2i + 1 are those of contact i."""
+    @property
+    def Jb(self) -> _Array:
+        """Jacobian of the bilateral rows, (nb, nv)."""
+    @property
+    def theta(self) -> _Array:
+        """Violations of the bilateral rows, (nb,), m or rad."""
+    @property
+    def phi(self) -> _Array:
+        """Gaps, (nc,), m."""
+    @property
+    def mu(self) -> _Array:
+        """Coefficients of friction, (nc,)."""
+    @property
+    def dt(self) -> float:
+        """Time step, s."""
+    @property
+    def v_free(self) -> _Array:
+        """Velocity without contact, (nv,), m/s, rad/s."""
+    @property
+    def D(self) -> _Array:
+        """Friction directions of all contacts, (m, 2), contact after contact."""
+    @property
+    def direction_offsets(self) -> NDArray[np.int64]:
+        """Where each contact's directions begin in ``D``, (nc + 1,)."""
+    def lcp(self) -> Tuple[_Array, _Array]:
+        """The standard LCP in z = (lambda_n, alpha, beta): A, (n, n), and b, (n,), with n = 2 nc + m.
+
+        Raises:
+            ProblemError: there are bilateral rows; take :meth:`mixed_lcp`.
+        """
+    def mixed_lcp(self) -> Tuple[_Array, _Array, NDArray[np.bool_]]:
+        """The mixed LCP in (v, lambda_b, lambda_n, alpha, beta): A, b, and which unknowns are free."""
+    def solve(
+        self,
+        method: str = "structured",
+        *,
+        tolerance: float = 1e-9,
+        warm_start: Optional[ContactSolution] = None,
+    ) -> ContactSolution:
+        """Solves the problem; the GIL is released meanwhile.
+
+        Args:
+            method: "structured", or a name of ``lcp_methods()`` for the dense standard LCP.
+            tolerance: the worst residual up to which the status is "solved", in (0, 1).
+            warm_start: a solution of a similar problem with the same contacts (structured method).
+
+        Raises:
+            SettingError: no method has this name, or the tolerance is out of its range.
+        """
+    def certify(
+        self,
+        v: ArrayLike,
+        lambda_n: ArrayLike,
+        alpha: ArrayLike,
+        beta: ArrayLike,
+        lambda_b: Optional[ArrayLike] = None,
+    ) -> Certificate:
+        """Residuals of a claimed solution, computed from the data alone: anyone's solver can be judged by it."""
+
+@final
+class ContactSolution:
+    """Velocity and impulses that solve a contact problem, with their certificate."""
+
+    @property
+    def v(self) -> _Array:
+        """Velocity at the end of the step, (nv,), m/s, rad/s."""
+    @property
+    def lambda_n(self) -> _Array:
+        """Normal impulses, (nc,), N·s."""
+    @property
+    def alpha(self) -> _Array:
+        """Impulses along the friction directions, (m,), N·s."""
+    @property
+    def beta(self) -> _Array:
+        """Multipliers of the friction bounds, (nc,), m/s."""
+    @property
+    def lambda_b(self) -> _Array:
+        """Impulses of the bilateral rows, (nb,), N·s or N·m·s."""
+    @property
+    def z(self) -> _Array:
+        """z = (lambda_n, alpha, beta) of the standard LCP."""
+    @property
+    def impulse(self) -> _Array:
+        """Impulses along normal and tangents, (nc, 3), N·s."""
+    @property
+    def mode(self) -> NDArray[np.int8]:
+        """What each contact does, (nc,): values of ``signorini.ContactMode``."""
+    @property
+    def direction(self) -> _Ints:
+        """The friction directions that a sliding contact's impulse lies on, (nc, 2); -1 where there is none."""
+    @property
+    def status(self) -> str:
+        """"solved", "inaccurate", "ray", "infeasible", "iteration_limit"."""
+    @property
+    def solved(self) -> bool:
+        """Whether every law holds within the tolerance."""
+    @property
+    def blamed(self) -> list[int]:
+        """Contacts that contradict each other, where the status says so."""
+    @property
+    def certificate(self) -> Certificate:
+        """Residuals of the laws, computed from the data."""
+    @property
+    def iterations(self) -> int:
+        """Mode changes, proximal iterations and pivots together."""
+
+@final
+class LcpResult:
+    """The end of a run of a method on a complementarity problem."""
+
+    @property
+    def z(self) -> _Array:
+        """The point, (n,); the best one found where the problem was not solved."""
+    @property
+    def w(self) -> _Array:
+        """w = A z + b, (n,)."""
+    @property
+    def status(self) -> str:
+        """"solved", "inaccurate", "ray", "infeasible", "no_solution", "iteration_limit", "inconsistent", "singular", "too_large"."""
+    @property
+    def solved(self) -> bool:
+        """Whether the residual is within the method's tolerance."""
+    @property
+    def residual(self) -> float:
+        """Natural-map residual of ``z`` in the original data, relative to max |b|."""
+    @property
+    def iterations(self) -> int:
+        """Pivots (Lemke) or bases (enumeration)."""
+    @property
+    def basis(self) -> NDArray[np.bool_]:
+        """Which ``z`` are basic, (n,): a warm start for a similar problem."""
+    @property
+    def ray(self) -> Optional[_Array]:
+        """Direction in ``z`` of the ray on which Lemke's path ended, (n,); ``None`` where it did not."""
+    @property
+    def farkas(self) -> Optional[_Array]:
+        """A proof that no z ≥ 0 has A z + b ≥ 0: y ≥ 0, Aᵀ y ≤ 0, bᵀ y < 0, (n,); ``None`` where none was found."""
+
+@final
+class LinearComplementaritySystem:
+    """x⁺ = A x + B u + D λ + d, 0 ≤ λ ⟂ E x + F λ + H u + c ≥ 0, about a state.
+
+    x = (δq, v), (2 nv,), with q = q* ⊕ δq (``signorini.integrate``); u, (nu,); λ = (lambda_n, alpha, beta), (nlambda,), of the
+    standard LCP, impulses in N·s. M, Jn, Jt and the friction directions are those of the state; the gap is linear in δq with
+    slope Jn; the velocity without contact is linearised in q, v and u. At the state itself the system is the step.
+
+    Source: A. Aydinoglu, A. Wei, W.-C. Huang, M. Posa, Consensus Complementarity Control for Multi-Contact MPC, IEEE
+    Transactions on Robotics (2024), with the letters as there.
+    """
+
+    @property
+    def A(self) -> _Array:
+        """(2 nv, 2 nv)."""
+    @property
+    def B(self) -> _Array:
+        """(2 nv, nu)."""
+    @property
+    def D(self) -> _Array:
+        """(2 nv, nlambda)."""
+    @property
+    def d(self) -> _Array:
+        """(2 nv,)."""
+    @property
+    def E(self) -> _Array:
+        """(nlambda, 2 nv)."""
+    @property
+    def F(self) -> _Array:
+        """(nlambda, nlambda)."""
+    @property
+    def H(self) -> _Array:
+        """(nlambda, nu)."""
+    @property
+    def c(self) -> _Array:
+        """(nlambda,)."""
+    @property
+    def x(self) -> _Array:
+        """The state about which it was made, (0, qvel), (2 nv,)."""
+    @property
+    def u(self) -> _Array:
+        """The control about which it was made, (nu,)."""
+    @property
+    def problem(self) -> ContactProblem:
+        """The contact problem of the step from there."""
+    def step(
+        self, x: Optional[ArrayLike] = None, u: Optional[ArrayLike] = None, method: str = "automatic"
+    ) -> Tuple[_Array, _Array]:
+        """One step of the system: x⁺, (2 nv,), and λ, (nlambda,). Without ``x`` or ``u``, those about which it was made.
+
+        Raises:
+            SolveError: the LCP was not solved.
+        """
+
+@final
+class Recording:
+    """What a run did, frame by frame: state at the beginning of each step, its contacts, its residuals."""
+
+    @staticmethod
+    def load(path: _Path) -> Recording:
+        """Reads a file with all its complete frames."""
+    def save(self, path: _Path) -> None:
+        """Writes a file for :meth:`load` and ``load_recording``."""
+    @overload
+    def to_html(
+        self, path: None = None, *, title: str = "", notes: Sequence[Tuple[str, str]] = ..., max_frames: int = 2000
+    ) -> str: ...
+    @overload
+    def to_html(
+        self, path: _Path, *, title: str = "", notes: Sequence[Tuple[str, str]] = ..., max_frames: int = 2000
+    ) -> None:
+        """One HTML page with the run in 3-D, contact forces, energies and residuals: written to ``path``, or returned."""
+    def _repr_html_(self) -> str: ...
+    def __len__(self) -> int: ...
+    @property
+    def model_name(self) -> str:
+        """The model's name."""
+    @property
+    def model_hash(self) -> int:
+        """The model's ``content_hash``."""
+    @property
+    def timestep(self) -> float:
+        """Length of a step, s."""
+    @property
+    def body_names(self) -> list[str]:
+        """Names of the bodies."""
+    @property
+    def ending(self) -> str:
+        """How the run ended."""
+    @property
+    def time(self) -> _Array:
+        """Times, (nframe,), s."""
+    @property
+    def qpos(self) -> _Array:
+        """Configurations, (nframe, nq)."""
+    @property
+    def qvel(self) -> _Array:
+        """Velocities, (nframe, nv)."""
+    @property
+    def xpos(self) -> _Array:
+        """Positions of the bodies' origins, (nframe, nbody, 3), m."""
+    @property
+    def xquat(self) -> _Array:
+        """Orientations of the bodies, (nframe, nbody, 4), (w, x, y, z)."""
+    @property
+    def energy(self) -> _Array:
+        """Kinetic and potential energy, (nframe, 2), J."""
+    @property
+    def residuals(self) -> _Array:
+        """Residuals, (nframe, 5): momentum, natural map, Signorini, friction, dissipation."""
+    @property
+    def iterations(self) -> NDArray[np.uint32]:
+        """Solver iterations, (nframe,)."""
+    @property
+    def ncon(self) -> _Ints:
+        """Numbers of contacts, (nframe,)."""
+    @property
+    def status(self) -> list[str]:
+        """How each step ended."""
+    def contact(self, index: int) -> Contacts:
+        """Contacts of the step that begins at frame ``index``; the last frame has none."""
+
+def step(model: Model, data: Data, nstep: int = 1) -> None:
+    """Makes ``nstep`` steps; the GIL is released meanwhile.
+
+    The control and the applied forces stay what they are at the call. Steps that miss the tolerance are announced by a
+    ``ToleranceWarning``.
+
+    Raises:
+        SolveError: a step's contact problem has no solution; the state is the one before that step.
+        StateError: qpos, qvel, ctrl or qfrc_applied is not finite, or a quaternion is not of unit length.
+    """
+
+def forward(model: Model, data: Data) -> None:
+    """Solves the step from the present state without making it.
+
+    Updates xpos and its kind, ``qacc``, ``contact``, ``certificate``, ``problem()`` and ``solution()``; time, qpos, qvel and the
+    warm start stay what they are. Errors as :func:`step`.
+    """
+
+def kinematics(model: Model, data: Data) -> None:
+    """Updates poses and velocities of the bodies after qpos or qvel was written to."""
+
+def inverse(model: Model, data: Data, qacc: Optional[ArrayLike] = None) -> _Array:
+    """Inverse dynamics (recursive Newton–Euler): τ = M qacc + h at the present qpos and qvel, (nv,), N, N·m.
+
+    Gravity, Coriolis, centrifugal and gyroscopic forces and armature are in it; contacts, joint springs, damping, limits and
+    friction are not. ``qacc``, (nv,); without it ``data.qacc``.
+    """
+
+def bias_force(model: Model, data: Data) -> _Array:
+    """Coriolis, centrifugal, gyroscopic and gravity forces h of M v̇ + h = τ at the present qpos and qvel, (nv,), N, N·m."""
+
+def mass_matrix(model: Model, data: Data) -> _Array:
+    """The mass matrix M at the present qpos, (nv, nv), kg, kg·m, kg·m²."""
+
+def jacobian(model: Model, data: Data, body: int, point: Optional[ArrayLike] = None) -> Tuple[_Array, _Array]:
+    """Jacobians of a body's point at the present qpos: of its velocity, (3, nv), and of the body's angular velocity, (3, nv).
+
+    World axes. ``point`` is in world, (3,), m; without it, the body's origin.
+    """
+
+def integrate(model: Model, qpos: ArrayLike, qvel: ArrayLike, dt: float = 1.0) -> _Array:
+    """qpos ⊕ dt qvel, (nq,): a configuration moved along a velocity; quaternions stay unit."""
+
+def difference(model: Model, qpos1: ArrayLike, qpos0: ArrayLike) -> _Array:
+    """The velocity that leads from ``qpos0`` to ``qpos1`` in unit time, (nv,); rotations go the short way."""
+
+def linearize(model: Model, data: Data) -> LinearComplementaritySystem:
+    """The linear complementarity system of a step from the present qpos, qvel, ctrl and qfrc_applied.
+
+    Raises:
+        StateError: as :func:`step`.
+        ProblemError: the problem has bilateral rows.
+    """
+
+def lcp_methods() -> list[str]:
+    """Names of the methods that ``solve_lcp`` knows."""
+
+def solve_lcp(
+    A: _MatrixLike,
+    b: ArrayLike,
+    method: str = "automatic",
+    *,
+    free: Optional[Sequence[bool]] = None,
+    warm_start: Optional[Sequence[bool]] = None,
+    explain: bool = True,
+) -> LcpResult:
+    """Finds z with 0 ≤ z ⟂ w = A z + b ≥ 0; the GIL is released meanwhile.
+
+    Args:
+        A: (n, n), dense or sparse.
+        b: (n,).
+        method: a name of ``lcp_methods()``.
+        free: (n,); where it is true, w = 0 and z has any sign (a mixed problem).
+        warm_start: (n,), the ``basis`` of a similar problem's result.
+        explain: whether to look for a proof of infeasibility where no solution was found, at the cost of an LCP with 2n + 1
+            pairs.
+
+    Raises:
+        ProblemError: a shape does not fit or a number is not finite.
+        SettingError: no method has this name.
+    """

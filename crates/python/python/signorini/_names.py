@@ -1,0 +1,34 @@
+"""Lookup by name, with errors that help."""
+
+from __future__ import annotations
+
+import difflib
+from typing import Sequence, Union
+
+Key = Union[str, int]
+
+
+def index_of(sort: str, names: Sequence[str], key: Key) -> int:
+    """Index of a part by its name or index (negative counts from the end).
+
+    Raises:
+        KeyError: no part has this name; the message lists the names there are, the most similar first.
+        IndexError: the index is out of range.
+    """
+    if isinstance(key, str):
+        try:
+            return names.index(key)
+        except ValueError:
+            raise KeyError(_message(sort, names, key)) from None
+    count = len(names)
+    if -count <= key < count:
+        return key % count
+    raise IndexError(f"{sort} {key}: the model has {count}")
+
+
+def _message(sort: str, names: Sequence[str], key: str) -> str:
+    if not names:
+        return f"there is no {sort} '{key}'; the model has none"
+    similarity = {name: difflib.SequenceMatcher(None, key.lower(), name.lower()).ratio() for name in names}
+    nearest = sorted(names, key=lambda name: -similarity[name])
+    return f"there is no {sort} '{key}'; valid names: {', '.join(repr(name) for name in nearest)}"

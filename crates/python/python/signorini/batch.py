@@ -1,0 +1,36 @@
+"""Many simulations of one model at once."""
+
+from __future__ import annotations
+
+from typing import Optional, Sequence
+
+from signorini import _core
+from signorini._names import Key, index_of
+from signorini.model import Model
+from signorini.settings import Settings
+
+__all__ = ["Batch"]
+
+
+class Batch(_core.Batch):
+    """Independent simulations of one model, stepped on threads; each makes the steps that it would make alone, bit for bit.
+
+    ``time``, ``qpos``, ``qvel`` and ``ctrl`` are live views with one row per simulation.
+
+    Args:
+        model: the model.
+        nsim: number of simulations.
+        settings: see :class:`Settings`.
+        nthread: at most so many threads; 0 for as many as the machine runs at once. Results do not depend on it.
+    """
+
+    def __new__(cls, model: Model, nsim: int, settings: Settings = Settings(), nthread: int = 0) -> Batch:
+        return super().__new__(cls, model, nsim, settings, nthread)
+
+    def reset(self, ids: Optional[Sequence[int]] = None, keyframe: Optional[Key] = None) -> None:
+        """Takes the simulations ``ids`` (all without it) to the reference configuration or to a keyframe (name or index)."""
+        index = None if keyframe is None else index_of("keyframe", self.model.keyframe_names, keyframe)
+        self._reset(None if ids is None else [int(i) for i in ids], index)
+
+    def __repr__(self) -> str:
+        return f"<signorini.Batch of {len(self)} simulations of '{self.model.name}'>"

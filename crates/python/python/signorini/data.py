@@ -1,0 +1,272 @@
+"""States and what moves them."""
+
+from __future__ import annotations
+
+import os
+from types import TracebackType
+from typing import Any, Dict, List, Optional, Tuple, Type, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from signorini import _core
+from signorini._core import Recording
+from signorini._names import Key, index_of
+from signorini.model import Model, table
+from signorini.settings import Settings
+
+__all__ = ["ActuatorData", "BodyData", "Data", "JointData", "Recorder"]
+
+Array = NDArray[np.float64]
+
+
+class Data(_core.Data):
+    """The state of a model, and everything that a step needs.
+
+    ``qpos``, ``qvel``, ``ctrl`` and ``qfrc_applied`` are live NumPy views: what is written to them is the state and the
+    input of the next step. ``xpos``, ``xquat``, ``xmat``, ``xipos``, ``linear_velocity``, ``angular_velocity`` and ``qacc``
+    are live results: every step updates them in place, and they belong to the state at its end. After writing to ``qpos``
+    call :func:`signorini.forward` or :func:`signorini.kinematics` to update them. Views stay valid as long as they are kept.
+
+    ``contact``, ``limit``, ``certificate``, ``report``, :meth:`problem` and :meth:`solution` are snapshots of the last
+    step; the contacts are those at its beginning.
+
+    One thread at a time may use a data.
+
+    Args:
+        model: the model.
+        settings: see :class:`Settings`.
+
+    Raises:
+        SettingError: a setting is out of its range.
+        ModelError: a shape cannot be prepared for collision.
+    """
+
+    def __new__(cls, model: Model, settings: Settings = Settings()) -> Data:
+        return super().__new__(cls, model, settings)
+
+    def reset(self, keyframe: Optional[Key] = None) -> None:
+        """Goes to the reference configuration at rest at time 0, or to a keyframe (name or index).
+
+        Control is zero or the keyframe's, applied forces are zero, and the next step starts cold.
+        """
+        if keyframe is None:
+            self._reset()
+        else:
+            self._reset(index_of("keyframe", self.model.keyframe_names, keyframe))
+
+    def body(self, key: Key) -> BodyData:
+        """The motion of the body of this name or index.
+
+        Raises:
+            KeyError: no body has this name; the message lists those that exist, the most similar first.
+        """
+        return BodyData(self, index_of("body", self.model.body_names, key))
+
+    def joint(self, key: Key) -> JointData:
+        """The coordinates of the joint of this name or index; errors as in :meth:`body`."""
+        return JointData(self, index_of("joint", self.model.joint_names, key))
+
+    def actuator(self, key: Key) -> ActuatorData:
+        """The control of the actuator of this name or index; errors as in :meth:`body`."""
+        return ActuatorData(self, index_of("actuator", self.model.actuator_names, key))
+
+    def record(self, path: Optional[Union[str, "os.PathLike[str]"]] = None) -> Recorder:
+        """Records every step until the recorder is stopped; see :class:`Recorder`."""
+        return Recorder(self, path)
+
+    def __copy__(self) -> Data:
+        return _rebuild(type(self), self.model, self.settings, self.get_state())
+
+    def __deepcopy__(self, memo: Dict[int, Any]) -> Data:
+        return self.__copy__()
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return _rebuild, (type(self), self.model, self.settings, self.get_state())
+
+    def _facts(self) -> List[Tuple[str, str]]:
+        kinetic, potential = self.energy
+        return [
+            ("time", f"{self.time:g} s"),
+            ("steps", f"{self.steps} of {self.timestep:g} s"),
+            ("contacts", str(self.ncon)),
+            ("last step", f"{self.report.status}, worst residual {self.certificate.worst:.1e}"),
+            ("steps that missed the tolerance", str(self.missed_steps)),
+            ("energy", f"kinetic {kinetic:.6g} J, potential {potential:.6g} J"),
+        ]
+
+    def __repr__(self) -> str:
+        facts = ", ".join(f"{name} {value}" for name, value in self._facts())
+        return f"<signorini.Data of '{self.model.name}': {facts}>"
+
+    def _repr_html_(self) -> str:
+        return table("signorini.Data", [("model", self.model.name), *self._facts()])
+
+
+def _rebuild(cls: Type[Data], model: Model, settings: Settings, state: Array) -> Data:
+    data = cls(model, settings)
+    data.set_state(state)
+    return data
+
+
+class BodyData:
+    """The motion of one body: rows of the arrays of a :class:`Data`, live."""
+
+    def __init__(self, data: Data, id: int) -> None:
+        self._data = data
+        self.id = id
+
+    @property
+    def name(self) -> str:
+        """The body's name."""
+        return self._data.model.body_names[self.id]
+
+    @property
+    def xpos(self) -> Array:
+        """Position of the origin in world, (3,), m."""
+        return _row(self._data.xpos, self.id)
+
+    @property
+    def xquat(self) -> Array:
+        """Orientation, (4,), (w, x, y, z)."""
+        return _row(self._data.xquat, self.id)
+
+    @property
+    def xmat(self) -> Array:
+        """Rotation matrix, (3, 3), body to world."""
+        return _row(self._data.xmat, self.id)
+
+    @property
+    def xipos(self) -> Array:
+        """Centre of mass in world, (3,), m."""
+        return _row(self._data.xipos, self.id)
+
+    @property
+    def linear_velocity(self) -> Array:
+        """Velocity of the origin, (3,), world axes, m/s."""
+        return _row(self._data.linear_velocity, self.id)
+
+    @property
+    def angular_velocity(self) -> Array:
+        """Angular velocity, (3,), world axes, rad/s."""
+        return _row(self._data.angular_velocity, self.id)
+
+    def __repr__(self) -> str:
+        return f"<signorini.BodyData {self.id} '{self.name}' at {self.xpos}>"
+
+
+class JointData:
+    """The coordinates of one joint: slices of the arrays of a :class:`Data`, live and writable."""
+
+    def __init__(self, data: Data, id: int) -> None:
+        self._data = data
+        self.id = id
+        joint = data.model.joint(id)
+        self._q = slice(joint.qposadr, joint.qposadr + joint.nq)
+        self._v = slice(joint.dofadr, joint.dofadr + joint.nv)
+
+    @property
+    def name(self) -> str:
+        """The joint's name."""
+        return self._data.model.joint_names[self.id]
+
+    @property
+    def qpos(self) -> Array:
+        """Its entries of ``qpos``: (1,), (4,) for a ball, (7,) for a free joint."""
+        return self._data.qpos[self._q]
+
+    @qpos.setter
+    def qpos(self, value: Any) -> None:
+        self._data.qpos[self._q] = value
+
+    @property
+    def qvel(self) -> Array:
+        """Its entries of ``qvel``: (1,), (3,) for a ball, (6,) for a free joint."""
+        return self._data.qvel[self._v]
+
+    @qvel.setter
+    def qvel(self, value: Any) -> None:
+        self._data.qvel[self._v] = value
+
+    @property
+    def qfrc_applied(self) -> Array:
+        """Its entries of ``qfrc_applied``, as ``qvel``."""
+        return self._data.qfrc_applied[self._v]
+
+    @qfrc_applied.setter
+    def qfrc_applied(self, value: Any) -> None:
+        self._data.qfrc_applied[self._v] = value
+
+    def __repr__(self) -> str:
+        return f"<signorini.JointData {self.id} '{self.name}' at {self.qpos}>"
+
+
+class ActuatorData:
+    """The control of one actuator, live and writable."""
+
+    def __init__(self, data: Data, id: int) -> None:
+        self._data = data
+        self.id = id
+
+    @property
+    def name(self) -> str:
+        """The actuator's name."""
+        return self._data.model.actuator_names[self.id]
+
+    @property
+    def ctrl(self) -> float:
+        """Its control value: N or N·m (motor), m or rad (position servo), m/s or rad/s (velocity servo)."""
+        return float(self._data.ctrl[self.id])
+
+    @ctrl.setter
+    def ctrl(self, value: float) -> None:
+        self._data.ctrl[self.id] = value
+
+    def __repr__(self) -> str:
+        return f"<signorini.ActuatorData {self.id} '{self.name}' at {self.ctrl}>"
+
+
+class Recorder:
+    """Records every step of a data, from its making to :meth:`stop` or to the end of a ``with`` block.
+
+    With a path, frames go to the file at once, so that a killed run leaves a readable recording; without one they are kept
+    in memory.
+    """
+
+    def __init__(self, data: Data, path: Optional[Union[str, "os.PathLike[str]"]] = None) -> None:
+        self._data = data
+        self._path = None if path is None else os.fspath(path)
+        self._recording: Optional[Recording] = None
+        self._running = True
+        data._start_recording(self._path)
+
+    def stop(self, reason: str = "stopped") -> Recording:
+        """Ends the recording with the present state and returns it; ``reason`` is kept in it."""
+        if self._running:
+            self._running = False
+            self._recording = self._data._stop_recording(reason)
+        return self.recording
+
+    @property
+    def recording(self) -> Recording:
+        """What was recorded; available after :meth:`stop`."""
+        if self._running:
+            raise RuntimeError("the recording goes on: call stop() first")
+        if self._recording is None:
+            if self._path is None:
+                raise RuntimeError("the recording could not be finished")
+            self._recording = Recording.load(self._path)
+        return self._recording
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: Optional[Type[BaseException]], error: Optional[BaseException], trace: Optional[TracebackType]
+    ) -> None:
+        self.stop("finished" if error is None else f"{type(error).__name__}: {error}")
+
+
+def _row(array: Array, i: int) -> Array:
+    row: Array = array[i]
+    return row

@@ -1,0 +1,181 @@
+"""Models: immutable mechanisms read from MJCF or URDF."""
+
+from __future__ import annotations
+
+import html
+import os
+import pathlib
+import warnings
+from typing import Any, Dict, List, Literal, Sequence, Tuple, Union
+
+from signorini import _core
+from signorini._names import Key, index_of
+from signorini.errors import ModelError, ModelWarning
+
+__all__ = ["Model"]
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+
+class Model(_core.Model):
+    """An immutable mechanism: bodies in a tree, joints, shapes, actuators, keyframes.
+
+    Made by :meth:`from_file`, :meth:`from_mjcf`, :meth:`from_urdf` or :meth:`from_string`. What a file has that the model
+    has not is listed in ``import_report``; what of it can change the motion is issued as a :class:`ModelWarning` at its
+    line. Names and conventions are MuJoCo's (``nq``, ``nv``, ``nu``, ``nbody``, …; quaternions w, x, y, z); bodies and
+    joints keep the order of the file, depth first; body 0 is the world.
+    """
+
+    _recipe: Dict[str, Any]
+
+    @classmethod
+    def from_file(
+        cls, path: PathLike, *, package_dirs: Sequence[PathLike] = (), floating_base: bool = False
+    ) -> Model:
+        """Reads a model file; its root element says whether it is MJCF or URDF.
+
+        Args:
+            path: the file.
+            package_dirs: folders in which the packages of ``package://…`` are looked for (URDF).
+            floating_base: whether the root link of a URDF gets a free joint; otherwise it is fixed to the world.
+
+        Raises:
+            ModelError: the file cannot be read, with file and line.
+        """
+        return cls._load({"path": os.fspath(path)}, package_dirs, floating_base)
+
+    @classmethod
+    def from_string(
+        cls,
+        text: str,
+        *,
+        base_dir: PathLike = "",
+        package_dirs: Sequence[PathLike] = (),
+        floating_base: bool = False,
+        format: Literal["auto", "mjcf", "urdf"] = "auto",
+    ) -> Model:
+        """Reads MJCF or URDF from text; files that it names are looked for in ``base_dir``.
+
+        Raises:
+            ModelError: the text cannot become a model, with line.
+        """
+        source: Dict[str, Any] = {"text": text, "format": format, "base_dir": os.fspath(base_dir)}
+        return cls._load(source, package_dirs, floating_base)
+
+    @classmethod
+    def from_mjcf(cls, source: PathLike) -> Model:
+        """Reads MJCF from a file, or from text that begins with ``<``."""
+        if _is_text(source):
+            return cls.from_string(os.fspath(source), format="mjcf")
+        return cls.from_file(source)
+
+    @classmethod
+    def from_urdf(
+        cls, source: PathLike, *, package_dirs: Sequence[PathLike] = (), floating_base: bool = False
+    ) -> Model:
+        """Reads URDF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
+        if _is_text(source):
+            text = os.fspath(source)
+            return cls.from_string(text, format="urdf", package_dirs=package_dirs, floating_base=floating_base)
+        return cls.from_file(source, package_dirs=package_dirs, floating_base=floating_base)
+
+    @classmethod
+    def _load(cls, source: Dict[str, Any], package_dirs: Sequence[PathLike], floating_base: bool) -> Model:
+        folders = [os.fspath(folder) for folder in package_dirs]
+        model = cls(**source, package_dirs=folders, floating_base=floating_base)
+        model._recipe = dict(_text_of(source), package_dirs=folders, floating_base=floating_base)
+        for w in model.import_report:
+            if w.changes_motion:
+                warning = ModelWarning(str(w), w.file, w.line, w.element, w.what, w.effect, w.count)
+                warnings.warn_explicit(warning, None, w.file, w.line)
+        return model
+
+    def body(self, key: Key) -> _core.Body:
+        """The body of this name or index.
+
+        Raises:
+            KeyError: no body has this name; the message lists those that exist, the most similar first.
+        """
+        return self._body(index_of("body", self.body_names, key))
+
+    def joint(self, key: Key) -> _core.Joint:
+        """The joint of this name or index; errors as in :meth:`body`."""
+        return self._joint(index_of("joint", self.joint_names, key))
+
+    def geom(self, key: Key) -> _core.Geom:
+        """The geom of this name or index; errors as in :meth:`body`."""
+        return self._geom(index_of("geom", self.geom_names, key))
+
+    def actuator(self, key: Key) -> _core.Actuator:
+        """The actuator of this name or index; errors as in :meth:`body`."""
+        return self._actuator(index_of("actuator", self.actuator_names, key))
+
+    def keyframe(self, key: Key) -> _core.Keyframe:
+        """The keyframe of this name or index; errors as in :meth:`body`."""
+        return self._keyframe(index_of("keyframe", self.keyframe_names, key))
+
+    def __copy__(self) -> Model:
+        return self
+
+    def __deepcopy__(self, memo: Dict[int, Any]) -> Model:
+        return self
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return _unpickle, (type(self), self._recipe, self.content_hash)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Model) and self.content_hash == other.content_hash
+
+    def __hash__(self) -> int:
+        return hash(self.content_hash)
+
+    def _facts(self) -> List[Tuple[str, str]]:
+        left_out = len(self.import_report)
+        motion = sum(w.changes_motion for w in self.import_report)
+        base = "floating" if any(self.joint(i).type == "free" for i in range(self.njnt)) else "fixed"
+        return [
+            ("bodies", str(self.nbody)),
+            ("joints", str(self.njnt)),
+            ("geoms", str(self.ngeom)),
+            ("actuators", str(self.nu)),
+            ("keyframes", str(self.nkey)),
+            ("nq, nv", f"{self.nq}, {self.nv}"),
+            ("base", base),
+            ("time step", f"{self.timestep:g} s"),
+            ("left out of the file", f"{left_out} ({motion} can change the motion)"),
+        ]
+
+    def __repr__(self) -> str:
+        facts = ", ".join(f"{name} {value}" for name, value in self._facts())
+        return f"<signorini.Model '{self.name}': {facts}>"
+
+    def _repr_html_(self) -> str:
+        return table(f"signorini.Model <i>{html.escape(self.name)}</i>", self._facts())
+
+
+def table(title: str, facts: Sequence[Tuple[str, str]]) -> str:
+    """A small HTML table for notebooks."""
+    rows = "".join(f"<tr><td>{html.escape(name)}</td><td>{html.escape(value)}</td></tr>" for name, value in facts)
+    return f"<b>{title}</b><table>{rows}</table>"
+
+
+def _is_text(source: PathLike) -> bool:
+    return isinstance(source, str) and source.lstrip().startswith("<")
+
+
+def _text_of(source: Dict[str, Any]) -> Dict[str, Any]:
+    """A source by its text, so that a pickle of a model without meshes and includes needs no file."""
+    if "path" not in source:
+        return dict(source, base_dir=os.path.abspath(source["base_dir"]))
+    path = pathlib.Path(source["path"])
+    return {"text": path.read_text(encoding="utf-8"), "format": "auto", "base_dir": str(path.parent.resolve())}
+
+
+def _unpickle(cls: type[Model], recipe: Dict[str, Any], content_hash: int) -> Model:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelWarning)  # They were issued when the model was made.
+        source = {name: value for name, value in recipe.items() if name not in ("package_dirs", "floating_base")}
+        model = cls._load(source, recipe["package_dirs"], recipe["floating_base"])
+    if model.content_hash != content_hash:
+        raise ModelError(f"the files of model '{model.name}' are not those that it was pickled with: load it anew")
+    return model

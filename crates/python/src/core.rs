@@ -1,0 +1,160 @@
+//! What a `Data` holds on the Rust side: a state and everything needed to step it, free of Python.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use signorini::multibody::{Input, Kinematics, Model, State, forward_kinematics_into};
+use signorini::recording::{Frame, RecordingError};
+use signorini::{
+    Settings, SimulationError, StepReport, Workspace, frame_into, last_frame_into, recording_header, step,
+};
+
+use crate::recording::Sink;
+
+/// How long steps are made before Python is asked whether the user wants to stop.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// Steps between two looks at the clock.
+const STEPS_PER_LOOK: u64 = 16;
+
+/// A state and everything needed to step it.
+pub struct Core {
+    pub model: Arc<Model>,
+    pub settings: Settings,
+    pub workspace: Workspace,
+    pub state: State,
+    /// The state before the last step; after [`preview`](Self::preview), the one the step would lead to.
+    pub other: State,
+    pub input: Input,
+    /// Of the present state.
+    pub kinematics: Kinematics,
+    pub report: StepReport,
+    /// Whether the workspace holds a step of this run.
+    pub stepped: bool,
+    /// Steps made.
+    pub steps: u64,
+    /// Steps that missed the tolerance.
+    pub missed_steps: u64,
+    /// Steps in which negative gaps were taken as zero.
+    pub clipped_steps: u64,
+    sink: Option<Sink>,
+    frame: Frame,
+}
+
+/// How a number of steps ended early.
+pub enum Stop {
+    /// The time slice is over.
+    Slice,
+    /// The contact problem has no solution; the report says why.
+    NoSolution,
+    /// The state, input or problem is malformed.
+    Simulation(SimulationError),
+    /// The recording cannot be written.
+    Recording(RecordingError),
+}
+
+impl Core {
+    /// At the model's reference configuration, at rest.
+    pub fn new(model: Arc<Model>, settings: Settings) -> Result<Self, SimulationError> {
+        let workspace = Workspace::new(&model, &settings)?;
+        let state = State::new(&model);
+        let input = Input { control: vec![0.0; model.actuators.len()], generalized_force: vec![0.0; model.nv] };
+        let mut core = Self {
+            workspace,
+            other: state.clone(),
+            state,
+            input,
+            kinematics: Kinematics::new(&model),
+            report: StepReport::default(),
+            stepped: false,
+            steps: 0,
+            missed_steps: 0,
+            clipped_steps: 0,
+            sink: None,
+            frame: Frame::default(),
+            model,
+            settings,
+        };
+        core.update_kinematics();
+        Ok(core)
+    }
+
+    /// Time step, s.
+    pub fn timestep(&self) -> f64 {
+        self.settings.timestep.unwrap_or(self.model.timestep)
+    }
+
+    /// Poses and velocities of the present state.
+    pub fn update_kinematics(&mut self) {
+        forward_kinematics_into(&self.model, &self.state.q, &self.state.v, &mut self.kinematics);
+    }
+
+    /// Makes up to `count` steps and counts it down; ends early where a step fails or the time slice is over.
+    pub fn run(&mut self, count: &mut u64) -> Result<(), Stop> {
+        let start = Instant::now();
+        while *count > 0 {
+            self.step_once()?;
+            *count -= 1;
+            if count.is_multiple_of(STEPS_PER_LOOK) && *count > 0 && start.elapsed() > SLICE {
+                return Err(Stop::Slice);
+            }
+        }
+        Ok(())
+    }
+
+    fn step_once(&mut self) -> Result<(), Stop> {
+        let Self { model, settings, workspace, state, other, input, .. } = self;
+        self.report = step(model, state, input, settings, workspace, other).map_err(Stop::Simulation)?;
+        self.stepped = true;
+        if let Some(sink) = &mut self.sink {
+            frame_into(model, self.steps, state, workspace, &self.report, &mut self.frame);
+            sink.push(&self.frame).map_err(Stop::Recording)?;
+        }
+        if !self.report.advanced() {
+            return Err(Stop::NoSolution);
+        }
+        std::mem::swap(state, other);
+        self.steps += 1;
+        self.missed_steps += u64::from(self.report.missed_tolerance);
+        self.clipped_steps += u64::from(self.report.clipped_gaps);
+        Ok(())
+    }
+
+    /// Solves the step from the present state without making it: `other` is where it would lead.
+    pub fn preview(&mut self) -> Result<(), SimulationError> {
+        let warm = self.workspace.warm_start();
+        let Self { model, settings, workspace, state, other, input, .. } = self;
+        self.report = step(model, state, input, settings, workspace, other)?;
+        self.stepped = true;
+        workspace.set_warm_start(&warm)
+    }
+
+    /// Forgets what came before the present state.
+    pub fn forget(&mut self) {
+        self.workspace.clear_warm_start();
+        self.report = StepReport::default();
+        self.stepped = false;
+        self.other.v.clone_from(&self.state.v);
+    }
+
+    /// Begins to record every step, to memory or to a file.
+    pub fn start_recording(&mut self, path: Option<&std::path::Path>) -> Result<(), RecordingError> {
+        self.sink = Some(Sink::new(recording_header(&self.model, &self.settings), path)?);
+        Ok(())
+    }
+
+    /// Whether steps are recorded.
+    pub fn is_recording(&self) -> bool {
+        self.sink.is_some()
+    }
+
+    /// Ends the recording with the present state.
+    pub fn stop_recording(&mut self, reason: &str) -> Result<Option<signorini::recording::Recording>, RecordingError> {
+        let Some(mut sink) = self.sink.take() else {
+            return Ok(None);
+        };
+        last_frame_into(&self.model, self.steps, &self.state, &mut self.frame);
+        sink.push(&self.frame)?;
+        sink.finish(reason)
+    }
+}

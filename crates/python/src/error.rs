@@ -1,0 +1,68 @@
+//! Errors of the crates below as the package's exceptions (`python/signorini/errors.py`).
+
+use pyo3::prelude::*;
+use signorini::SimulationError;
+use signorini::contact::ProblemError as ContactProblemError;
+use signorini::lcp::LcpError;
+use signorini::multibody::FreeMotionError;
+use signorini::recording::RecordingError as RecordingFault;
+use signorini_formats::FormatError;
+
+pyo3::import_exception!(signorini.errors, BatchError);
+pyo3::import_exception!(signorini.errors, ModelError);
+pyo3::import_exception!(signorini.errors, ProblemError);
+pyo3::import_exception!(signorini.errors, RecordingError);
+pyo3::import_exception!(signorini.errors, SettingError);
+pyo3::import_exception!(signorini.errors, SolveError);
+pyo3::import_exception!(signorini.errors, StateError);
+
+/// A model file that cannot be read.
+pub fn format_error(error: FormatError) -> PyErr {
+    use FormatError as E;
+    let message = error.to_string();
+    let at = match &error {
+        E::Unreadable { path, .. } => return ModelError::new_err((message, path.display().to_string())),
+        E::MalformedXml { at, .. }
+        | E::UnknownFormat { at, .. }
+        | E::InvalidAttribute { at, .. }
+        | E::Incomplete { at, .. }
+        | E::UnknownName { at, .. }
+        | E::DuplicateName { at, .. }
+        | E::InvalidElement { at, .. }
+        | E::Asset { at, .. }
+        | E::Model { at, .. } => at,
+        _ => return ModelError::new_err(message),
+    };
+    ModelError::new_err((message, at.file.to_string(), at.line, at.column))
+}
+
+/// A simulation that cannot be set up or cannot go on.
+pub fn simulation_error(error: SimulationError) -> PyErr {
+    use SimulationError as E;
+    let message = error.to_string();
+    match error {
+        E::Setting { .. } => SettingError::new_err(message),
+        E::Collision(_) => ModelError::new_err(message),
+        E::State(_) | E::FreeMotion(FreeMotionError::State(_)) | E::WarmStart { .. } => StateError::new_err(message),
+        E::FreeMotion(_) => SolveError::new_err(message),
+        _ => ProblemError::new_err(message),
+    }
+}
+
+/// A malformed contact problem.
+pub fn problem_error(error: ContactProblemError) -> PyErr {
+    ProblemError::new_err(error.to_string())
+}
+
+/// A malformed complementarity problem, or a method that does not exist.
+pub fn lcp_error(error: LcpError) -> PyErr {
+    match error {
+        LcpError::UnknownMethod { .. } | LcpError::Setting { .. } => SettingError::new_err(error.to_string()),
+        _ => ProblemError::new_err(error.to_string()),
+    }
+}
+
+/// A recording that cannot be written or read.
+pub fn recording_error(error: RecordingFault) -> PyErr {
+    RecordingError::new_err(error.to_string())
+}

@@ -1,0 +1,135 @@
+//! Complementarity problems alone.
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use signorini::lcp::{Basis, Lcp, Lemke, Matrix, MethodKind, MixedLcp, Solution, Status};
+
+use crate::arrays::{self, Vector};
+use crate::error::lcp_error;
+use crate::report::name_of;
+
+/// The end of a run of a method on a complementarity problem.
+#[pyclass(frozen, module = "signorini")]
+pub struct LcpResult {
+    solution: Solution,
+    farkas: Option<Vec<f64>>,
+}
+
+#[pymethods]
+impl LcpResult {
+    /// The point, (n,); the best one found where the problem was not solved.
+    #[getter]
+    fn z<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        arrays::vector(py, &self.solution.z)
+    }
+
+    /// `w = A z + b`, (n,).
+    #[getter]
+    fn w<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        arrays::vector(py, &self.solution.w)
+    }
+
+    /// "solved", "inaccurate", "ray", "infeasible", "no_solution", "iteration_limit", "inconsistent", "singular", "too_large".
+    #[getter]
+    fn status(&self) -> String {
+        name_of(&self.solution.status)
+    }
+
+    /// Whether the residual is within the method's tolerance.
+    #[getter]
+    fn solved(&self) -> bool {
+        self.solution.status.is_solved()
+    }
+
+    /// Natural-map residual of `z` in the original data, relative to max |b|.
+    #[getter]
+    fn residual(&self) -> f64 {
+        self.solution.residual.value
+    }
+
+    /// Pivots (Lemke) or bases (enumeration).
+    #[getter]
+    fn iterations(&self) -> usize {
+        self.solution.iterations
+    }
+
+    /// Which `z` are basic, (n,): a warm start for a similar problem.
+    #[getter]
+    fn basis<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
+        PyArray1::from_slice(py, &self.solution.basis.z_basic)
+    }
+
+    /// Direction in `z` of the ray on which Lemke's path ended, (n,); `None` where it did not.
+    #[getter]
+    fn ray<'py>(&self, py: Python<'py>) -> Option<Vector<'py>> {
+        match &self.solution.status {
+            Status::Ray(ray) => Some(arrays::vector(py, &ray.z)),
+            _ => None,
+        }
+    }
+
+    /// A proof that no `z ≥ 0` has `A z + b ≥ 0`: `y ≥ 0`, `Aᵀ y ≤ 0`, `bᵀ y < 0`, (n,); `None` where none was found.
+    #[getter]
+    fn farkas<'py>(&self, py: Python<'py>) -> Option<Vector<'py>> {
+        self.farkas.as_ref().map(|y| arrays::vector(py, y))
+    }
+
+    fn __repr__(&self) -> String {
+        let s = &self.solution;
+        let (status, n) = (name_of(&s.status), s.z.len());
+        format!(
+            "<signorini.LcpResult {status}: {n} pairs, residual {:.1e}, {} iterations>",
+            s.residual.value, s.iterations
+        )
+    }
+}
+
+/// Names of the methods that `solve_lcp` knows.
+#[pyfunction]
+pub fn lcp_methods() -> Vec<String> {
+    MethodKind::all().iter().map(ToString::to_string).collect()
+}
+
+/// Finds `z` with `0 ≤ z ⟂ w = A z + b ≥ 0`; on rows that are `free`, `w = 0` and `z` has any sign.
+#[pyfunction]
+#[pyo3(signature = (A, b, method="automatic", *, free=None, warm_start=None, explain=true))]
+#[allow(non_snake_case)]
+pub fn solve_lcp(
+    py: Python<'_>,
+    A: &Bound<'_, PyAny>,
+    b: &Bound<'_, PyAny>,
+    method: &str,
+    free: Option<Vec<bool>>,
+    warm_start: Option<Vec<bool>>,
+    explain: bool,
+) -> PyResult<LcpResult> {
+    let (rows, cols, entries) = arrays::read_matrix("A", A, [None, None])?;
+    let b = arrays::read_vector("b", b, Some(rows))?;
+    let A = Matrix::new(rows, cols, entries).map_err(lcp_error)?;
+    let mut method = method.parse::<MethodKind>().and_then(|kind| kind.build()).map_err(lcp_error)?;
+    let warm = warm_start.map(|z_basic| Basis { z_basic });
+    py.detach(|| match free {
+        Some(free) => {
+            let problem = MixedLcp::new(A, b, free)?;
+            let solution = problem.solve(method.as_mut(), warm.as_ref());
+            Ok(LcpResult { farkas: proof(&solution), solution })
+        }
+        None => {
+            let problem = Lcp::new(A, b)?;
+            let solution = method.solve(&problem, warm.as_ref());
+            let mut farkas = proof(&solution);
+            if explain && farkas.is_none() && !solution.status.is_solved() {
+                farkas = problem.infeasibility(&mut Lemke::default()).map(|proof| proof.y);
+            }
+            Ok(LcpResult { farkas, solution })
+        }
+    })
+    .map_err(lcp_error)
+}
+
+fn proof(solution: &Solution) -> Option<Vec<f64>> {
+    match &solution.status {
+        Status::Infeasible(farkas) => Some(farkas.y.clone()),
+        _ => None,
+    }
+}

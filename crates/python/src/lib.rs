@@ -1,0 +1,61 @@
+//! The native half of the Python package `signorini`.
+//!
+//! Conversions only: every class holds something of the engine, every function calls one. What is Python's own (named
+//! access, pickling, reports in notebooks) is in `python/signorini`. The types as Python sees them are in
+//! `python/signorini/_core.pyi`.
+
+mod arrays;
+mod batch;
+mod contacts;
+mod core;
+mod data;
+mod dynamics;
+mod error;
+mod lcp;
+mod linear_system;
+mod live;
+mod model;
+mod parts;
+mod problem;
+mod recording;
+mod report;
+mod settings;
+mod stepping;
+
+use pyo3::prelude::*;
+
+/// The native half of the package signorini.
+#[pymodule]
+mod _core {
+    #[pymodule_export]
+    use crate::batch::Batch;
+    #[pymodule_export]
+    use crate::contacts::{Contacts, Limits};
+    #[pymodule_export]
+    use crate::data::Data;
+    #[pymodule_export]
+    use crate::dynamics::{bias_force, difference, integrate, inverse, jacobian, mass_matrix};
+    #[pymodule_export]
+    use crate::lcp::{LcpResult, lcp_methods, solve_lcp};
+    #[pymodule_export]
+    use crate::linear_system::{LinearComplementaritySystem, linearize};
+    #[pymodule_export]
+    use crate::model::{ImportWarning, Model};
+    #[pymodule_export]
+    use crate::parts::{Actuator, Body, Geom, Joint, Keyframe};
+    #[pymodule_export]
+    use crate::problem::{ContactProblem, ContactSolution};
+    #[pymodule_export]
+    use crate::recording::Recording;
+    #[pymodule_export]
+    use crate::report::{Certificate, StepReport};
+    #[pymodule_export]
+    use crate::stepping::{forward, kinematics, step};
+    #[allow(unused_imports)]
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

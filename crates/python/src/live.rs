@@ -1,0 +1,139 @@
+//! The live arrays of a `Data`: views of one NumPy array, which every step updates in place.
+//!
+//! NumPy owns the memory, and the engine copies into and out of it while it holds the GIL: a view stays valid for as long
+//! as anyone keeps it, and a step that runs without the GIL never shares memory with Python. One owner for all arrays means
+//! one borrow per direction and step.
+
+use numpy::{PyArray1, PyArrayMethods};
+use pyo3::intern;
+use pyo3::prelude::*;
+use pyo3::types::PySlice;
+use signorini::multibody::Model;
+
+use crate::core::Core;
+
+/// The live arrays, in the order in which they lie in memory.
+#[derive(Clone, Copy)]
+pub enum Field {
+    Qpos,
+    Qvel,
+    Ctrl,
+    QfrcApplied,
+    Qacc,
+    Xpos,
+    Xquat,
+    Xmat,
+    Xipos,
+    LinearVelocity,
+    AngularVelocity,
+}
+
+/// Number of fields.
+const COUNT: usize = Field::AngularVelocity as usize + 1;
+
+/// The live arrays.
+pub struct Live {
+    /// Never handed out, so that nobody can change its shape.
+    owner: Py<PyArray1<f64>>,
+    /// What Python gets; always the same objects.
+    views: Vec<Py<PyAny>>,
+    /// Where each field begins.
+    starts: [usize; COUNT + 1],
+}
+
+impl Live {
+    /// Zeros for a model.
+    pub fn new(py: Python<'_>, model: &Model) -> PyResult<Self> {
+        let (nq, nv, nu, nbody) = (model.nq, model.nv, model.actuators.len(), model.bodies.len());
+        let flat: [usize; 5] = [nq, nv, nu, nv, nv];
+        let per_body: [&[usize]; 6] = [&[3], &[4], &[3, 3], &[3], &[3], &[3]];
+        let shapes: Vec<Vec<usize>> =
+            flat.iter().map(|&n| vec![n]).chain(per_body.iter().map(|row| [&[nbody], *row].concat())).collect();
+        let mut starts = [0; COUNT + 1];
+        for (i, shape) in shapes.iter().enumerate() {
+            starts[i + 1] = starts[i] + shape.iter().product::<usize>();
+        }
+        let owner = PyArray1::<f64>::zeros(py, starts[COUNT], false);
+        let view = |(i, shape): (usize, Vec<usize>)| {
+            let part = owner.get_item(PySlice::new(py, starts[i] as isize, starts[i + 1] as isize, 1))?;
+            part.call_method1(intern!(py, "reshape"), (shape,)).map(Bound::unbind)
+        };
+        let views = shapes.into_iter().enumerate().map(view).collect::<PyResult<_>>()?;
+        Ok(Self { owner: owner.unbind(), views, starts })
+    }
+
+    /// The view of a field.
+    pub fn view(&self, py: Python<'_>, field: Field) -> Py<PyAny> {
+        self.views[field as usize].clone_ref(py)
+    }
+
+    /// `array[...] = value`, as NumPy does it.
+    pub fn assign(&self, py: Python<'_>, field: Field, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        self.views[field as usize].bind(py).set_item(py.Ellipsis(), value)
+    }
+
+    /// Copies state and input out.
+    pub fn read_into(&self, py: Python<'_>, core: &mut Core) -> PyResult<()> {
+        let numbers = self.owner.bind(py).try_readonly()?;
+        let numbers = numbers.as_slice()?;
+        let part = |field: Field| &numbers[self.starts[field as usize]..self.starts[field as usize + 1]];
+        core.state.q.copy_from_slice(part(Field::Qpos));
+        core.state.v.copy_from_slice(part(Field::Qvel));
+        core.input.control.copy_from_slice(part(Field::Ctrl));
+        core.input.generalized_force.copy_from_slice(part(Field::QfrcApplied));
+        Ok(())
+    }
+
+    /// Gives a writer to `write` while the arrays are borrowed.
+    pub fn write(&self, py: Python<'_>, write: impl FnOnce(&mut Writer)) -> PyResult<()> {
+        let mut numbers = self.owner.bind(py).try_readwrite()?;
+        write(&mut Writer { numbers: numbers.as_slice_mut()?, starts: &self.starts });
+        Ok(())
+    }
+}
+
+/// Copies into the live arrays.
+pub struct Writer<'a> {
+    numbers: &'a mut [f64],
+    starts: &'a [usize; COUNT + 1],
+}
+
+impl Writer<'_> {
+    fn part(&mut self, field: Field) -> &mut [f64] {
+        &mut self.numbers[self.starts[field as usize]..self.starts[field as usize + 1]]
+    }
+
+    fn rows<const N: usize>(&mut self, field: Field, rows: impl Iterator<Item = [f64; N]>) {
+        for (out, row) in self.part(field).chunks_exact_mut(N).zip(rows) {
+            out.copy_from_slice(&row);
+        }
+    }
+
+    /// Configuration and velocity.
+    pub fn state(&mut self, core: &Core) {
+        self.part(Field::Qpos).copy_from_slice(&core.state.q);
+        self.part(Field::Qvel).copy_from_slice(&core.state.v);
+    }
+
+    /// Control and applied forces.
+    pub fn input(&mut self, core: &Core) {
+        self.part(Field::Ctrl).copy_from_slice(&core.input.control);
+        self.part(Field::QfrcApplied).copy_from_slice(&core.input.generalized_force);
+    }
+
+    /// `(after − before)/Δt`.
+    pub fn acceleration(&mut self, after: &[f64], before: &[f64], dt: f64) {
+        self.rows(Field::Qacc, after.iter().zip(before).map(|(a, b)| [(a - b) / dt]));
+    }
+
+    /// Poses and velocities of the bodies.
+    pub fn kinematics(&mut self, core: &Core) {
+        let k = &core.kinematics;
+        self.rows(Field::Xpos, k.pose.iter().map(|x| x.position.to_array()));
+        self.rows(Field::Xquat, k.pose.iter().map(|x| x.rotation).map(|r| [r.w, r.x, r.y, r.z]));
+        self.rows(Field::Xmat, k.rotation.iter().map(|r| r.transpose().to_cols_array()));
+        self.rows(Field::Xipos, k.center_of_mass.iter().map(|x| x.to_array()));
+        self.rows(Field::LinearVelocity, k.linear_velocity.iter().map(|x| x.to_array()));
+        self.rows(Field::AngularVelocity, k.angular_velocity.iter().map(|x| x.to_array()));
+    }
+}

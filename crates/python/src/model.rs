@@ -1,0 +1,289 @@
+//! `Model`: an immutable mechanism, and what its file had that it has not.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use signorini::multibody::{self as mb, BodyId};
+use signorini_formats::{FormatError, Imported, LoadOptions, load, load_mjcf_str, load_urdf_str};
+
+use crate::arrays::{self, Table, Vector};
+use crate::error::format_error;
+use crate::parts::{self, Actuator, Body, Geom, Joint, Keyframe};
+
+/// Something in a model file that the model does not have, or has in another form.
+#[pyclass(frozen, module = "signorini")]
+#[derive(Clone)]
+pub struct ImportWarning {
+    /// The file, or a label for text that came from memory.
+    #[pyo3(get)]
+    file: String,
+    /// Line of the first place, from 1.
+    #[pyo3(get)]
+    line: u32,
+    /// The element it is about.
+    #[pyo3(get)]
+    element: String,
+    /// What is not taken over.
+    #[pyo3(get)]
+    what: String,
+    /// What that changes.
+    #[pyo3(get)]
+    effect: String,
+    /// Number of places.
+    #[pyo3(get)]
+    count: usize,
+    /// Whether the motion can differ because of it.
+    #[pyo3(get)]
+    changes_motion: bool,
+    /// All of it in a line.
+    #[pyo3(get)]
+    text: String,
+}
+
+#[pymethods]
+impl ImportWarning {
+    fn __str__(&self) -> &str {
+        &self.text
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<signorini.ImportWarning {}>", self.text)
+    }
+}
+
+/// An immutable mechanism: bodies in a tree, joints, shapes, actuators, keyframes.
+#[pyclass(frozen, subclass, module = "signorini._core")]
+pub struct Model {
+    pub inner: Arc<mb::Model>,
+    report: Vec<ImportWarning>,
+}
+
+#[pymethods]
+impl Model {
+    /// `format`: "mjcf", "urdf" or "auto"; either `path` or `text` is given.
+    #[new]
+    #[pyo3(signature = (*, path=None, text=None, format="auto", base_dir=PathBuf::new(), package_dirs=Vec::new(), floating_base=false))]
+    fn new(
+        py: Python<'_>,
+        path: Option<PathBuf>,
+        text: Option<String>,
+        format: &str,
+        base_dir: PathBuf,
+        package_dirs: Vec<PathBuf>,
+        floating_base: bool,
+    ) -> PyResult<Self> {
+        let mut options = LoadOptions::default();
+        (options.package_dirs, options.floating_base) = (package_dirs, floating_base);
+        let imported = py.detach(|| match (path, text) {
+            (Some(path), _) => load(path, &options),
+            (None, text) => load_text(&text.unwrap_or_default(), format, &base_dir, &options),
+        });
+        let Imported { model, report } = imported.map_err(format_error)?;
+        let report = report.warnings.into_iter().map(|w| ImportWarning {
+            text: w.to_string(),
+            file: w.file,
+            line: w.line,
+            element: w.element,
+            what: w.what,
+            effect: w.effect,
+            count: w.count,
+            changes_motion: w.changes_motion,
+        });
+        Ok(Self { inner: Arc::new(model), report: report.collect() })
+    }
+
+    /// The model's name.
+    #[getter]
+    fn name(&self) -> &str {
+        &self.inner.name
+    }
+
+    /// A hash of everything the model is, equal for equal models on every machine.
+    #[getter]
+    fn content_hash(&self) -> u64 {
+        self.inner.content_hash()
+    }
+
+    /// Everything in the file that the model does not have, in the order of the file.
+    #[getter]
+    fn import_report(&self) -> Vec<ImportWarning> {
+        self.report.clone()
+    }
+
+    /// Number of entries of `qpos`.
+    #[getter]
+    fn nq(&self) -> usize {
+        self.inner.nq
+    }
+
+    /// Number of degrees of freedom, entries of `qvel`.
+    #[getter]
+    fn nv(&self) -> usize {
+        self.inner.nv
+    }
+
+    /// Number of actuators, entries of `ctrl`.
+    #[getter]
+    fn nu(&self) -> usize {
+        self.inner.actuators.len()
+    }
+
+    /// Number of bodies, the world included.
+    #[getter]
+    fn nbody(&self) -> usize {
+        self.inner.bodies.len()
+    }
+
+    /// Number of joints.
+    #[getter]
+    fn njnt(&self) -> usize {
+        self.inner.joints.len()
+    }
+
+    /// Number of geoms.
+    #[getter]
+    fn ngeom(&self) -> usize {
+        self.inner.geoms.len()
+    }
+
+    /// Number of keyframes.
+    #[getter]
+    fn nkey(&self) -> usize {
+        self.inner.keyframes.len()
+    }
+
+    /// Time step that the file suggests, s.
+    #[getter]
+    fn timestep(&self) -> f64 {
+        self.inner.timestep
+    }
+
+    /// Gravity in world, (3,), m/s².
+    #[getter]
+    fn gravity<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        arrays::vector3(py, self.inner.gravity)
+    }
+
+    /// The reference configuration, (nq,).
+    #[getter]
+    fn qpos0<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        arrays::vector(py, &self.inner.reference_configuration())
+    }
+
+    /// Masses of the bodies, (nbody,), kg.
+    #[getter]
+    fn body_mass<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        PyArray1::from_iter(py, self.inner.bodies.iter().map(|b| b.inertia.mass))
+    }
+
+    /// Index of every body's parent, (nbody,); the world's is itself.
+    #[getter]
+    fn body_parentid<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
+        PyArray1::from_iter(py, self.inner.bodies.iter().map(|b| b.parent.0 as i32))
+    }
+
+    /// Body of every geom, (ngeom,).
+    #[getter]
+    fn geom_bodyid<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
+        PyArray1::from_iter(py, self.inner.geoms.iter().map(|g| g.body.0 as i32))
+    }
+
+    /// Body of every joint, (njnt,).
+    #[getter]
+    fn jnt_bodyid<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
+        PyArray1::from_iter(py, self.inner.joints.iter().map(|j| j.body.0 as i32))
+    }
+
+    /// Where every joint's entries in `qpos` begin, (njnt,).
+    #[getter]
+    fn jnt_qposadr<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
+        PyArray1::from_iter(py, self.inner.joints.iter().map(|j| j.q_index as i32))
+    }
+
+    /// Where every joint's entries in `qvel` begin, (njnt,).
+    #[getter]
+    fn jnt_dofadr<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
+        PyArray1::from_iter(py, self.inner.joints.iter().map(|j| j.v_index as i32))
+    }
+
+    /// Limits of every joint, (njnt, 2), rad or m; infinite where there are none.
+    #[getter]
+    fn jnt_range<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        arrays::rows(py, self.inner.joints.iter().map(|j| j.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])))
+    }
+
+    /// Ranges of the control values, (nu, 2); infinite where there are none.
+    #[getter]
+    fn actuator_ctrlrange<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        let range = |a: &mb::Actuator| a.control_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        arrays::rows(py, self.inner.actuators.iter().map(range))
+    }
+
+    /// Names of the bodies; index 0 is the world.
+    #[getter]
+    fn body_names(&self) -> Vec<&str> {
+        self.inner.bodies.iter().map(|b| b.name.as_str()).collect()
+    }
+
+    /// Names of the joints.
+    #[getter]
+    fn joint_names(&self) -> Vec<&str> {
+        self.inner.joints.iter().map(|j| j.name.as_str()).collect()
+    }
+
+    /// Names of the geoms.
+    #[getter]
+    fn geom_names(&self) -> Vec<&str> {
+        self.inner.geoms.iter().map(|g| g.name.as_str()).collect()
+    }
+
+    /// Names of the actuators.
+    #[getter]
+    fn actuator_names(&self) -> Vec<&str> {
+        self.inner.actuators.iter().map(|a| a.name.as_str()).collect()
+    }
+
+    /// Names of the keyframes.
+    #[getter]
+    fn keyframe_names(&self) -> Vec<&str> {
+        self.inner.keyframes.iter().map(|k| k.name.as_str()).collect()
+    }
+
+    fn _body(&self, id: usize) -> PyResult<Body> {
+        parts::body(&self.inner, item(&self.inner.bodies, id)?, BodyId(id as u32))
+    }
+
+    fn _joint(&self, id: usize) -> PyResult<Joint> {
+        Ok(parts::joint(item(&self.inner.joints, id)?, id))
+    }
+
+    fn _geom(&self, id: usize) -> PyResult<Geom> {
+        Ok(parts::geom(item(&self.inner.geoms, id)?, id))
+    }
+
+    fn _actuator(&self, id: usize) -> PyResult<Actuator> {
+        Ok(parts::actuator(item(&self.inner.actuators, id)?, id))
+    }
+
+    fn _keyframe(&self, id: usize) -> PyResult<Keyframe> {
+        Ok(parts::keyframe(item(&self.inner.keyframes, id)?, id))
+    }
+}
+
+/// Text in a named format, or in the one its root element says.
+fn load_text(text: &str, format: &str, base: &std::path::Path, options: &LoadOptions) -> Result<Imported, FormatError> {
+    match format {
+        "urdf" => load_urdf_str(text, base, options),
+        "mjcf" => load_mjcf_str(text, base),
+        _ => match load_mjcf_str(text, base) {
+            Err(FormatError::UnknownFormat { found, .. }) if found == "robot" => load_urdf_str(text, base, options),
+            other => other,
+        },
+    }
+}
+
+fn item<T>(list: &[T], id: usize) -> PyResult<&T> {
+    list.get(id).ok_or_else(|| pyo3::exceptions::PyIndexError::new_err(format!("index {id} of {}", list.len())))
+}

@@ -1,0 +1,214 @@
+//! The parts of a model as named records.
+
+use pyo3::prelude::*;
+use signorini::multibody::{self as mb, BodyId, Geometry, JointKind};
+
+use crate::report::name_of;
+
+/// A rigid body of a model.
+#[pyclass(frozen, get_all, module = "signorini")]
+pub struct Body {
+    /// Index in the model.
+    id: usize,
+    /// Name.
+    name: String,
+    /// Name of the parent.
+    parent: String,
+    /// Mass, kg.
+    mass: f64,
+    /// Centre of mass in the body frame, (3), m.
+    com: [f64; 3],
+    /// Rotational inertia about the centre of mass in the body's axes, (3, 3), kg·m².
+    inertia: [[f64; 3]; 3],
+    /// Names of the joints that move it, in order.
+    joints: Vec<String>,
+}
+
+/// A joint of a model.
+#[pyclass(frozen, get_all, module = "signorini")]
+pub struct Joint {
+    /// Index in the model.
+    id: usize,
+    /// Name.
+    name: String,
+    /// "free", "ball", "hinge" or "slide".
+    r#type: &'static str,
+    /// Index of the body it moves.
+    body: usize,
+    /// Where its entries in `qpos` begin.
+    qposadr: usize,
+    /// Where its entries in `qvel` begin.
+    dofadr: usize,
+    /// Number of its entries in `qpos`.
+    nq: usize,
+    /// Number of its entries in `qvel`.
+    nv: usize,
+    /// Axis in the body frame (hinge, slide), (3); `None` for others.
+    axis: Option<[f64; 3]>,
+    /// Lower and upper limit, rad or m; `None` without limits.
+    range: Option<[f64; 2]>,
+    /// Viscous damping, N·s/m or N·m·s/rad.
+    damping: f64,
+    /// Spring stiffness, N/m or N·m/rad.
+    stiffness: f64,
+    /// Rotor inertia, kg or kg·m².
+    armature: f64,
+    /// Dry friction bound, N or N·m.
+    frictionloss: f64,
+}
+
+/// A shape of a model.
+#[pyclass(frozen, get_all, module = "signorini")]
+pub struct Geom {
+    /// Index in the model.
+    id: usize,
+    /// Name.
+    name: String,
+    /// Index of the body that carries it.
+    body: usize,
+    /// "plane", "sphere", "box", "capsule", "cylinder", "cone", "ellipsoid", "convex mesh", "triangle mesh", "height field".
+    r#type: &'static str,
+    /// Half-extents: of a box and an ellipsoid along x, y, z; of a sphere the radius; of a capsule, cylinder or cone the
+    /// radius and half the length; empty for other shapes; m.
+    size: Vec<f64>,
+    /// Coefficient of friction.
+    friction: f64,
+    /// Position in the body frame, (3), m.
+    pos: [f64; 3],
+    /// Orientation in the body frame, (w, x, y, z).
+    quat: [f64; 4],
+    /// Red, green, blue, opacity, in [0, 1].
+    rgba: [f32; 4],
+}
+
+/// An actuator of a model.
+#[pyclass(frozen, get_all, module = "signorini")]
+pub struct Actuator {
+    /// Index in the model.
+    id: usize,
+    /// Name.
+    name: String,
+    /// "motor", "position" or "velocity".
+    r#type: String,
+    /// Index of the joint it drives.
+    joint: usize,
+    /// Factor from actuator force to joint force.
+    gear: f64,
+    /// Range of the control value; `None` without one.
+    ctrlrange: Option<[f64; 2]>,
+    /// Range of the force before the gear, N or N·m; `None` without one.
+    forcerange: Option<[f64; 2]>,
+}
+
+/// A named state of a model.
+#[pyclass(frozen, get_all, module = "signorini")]
+pub struct Keyframe {
+    /// Index in the model.
+    id: usize,
+    /// Name.
+    name: String,
+    /// Time, s.
+    time: f64,
+    /// Configuration, nq numbers.
+    qpos: Vec<f64>,
+    /// Velocity, nv numbers.
+    qvel: Vec<f64>,
+    /// Control, nu numbers.
+    ctrl: Vec<f64>,
+}
+
+macro_rules! short_repr {
+    ($($t:ident),*) => {
+        $(#[pymethods]
+        impl $t {
+            fn __repr__(&self) -> String {
+                format!(concat!("<signorini.", stringify!($t), " {} '{}'>"), self.id, self.name)
+            }
+        })*
+    };
+}
+short_repr!(Body, Joint, Geom, Actuator, Keyframe);
+
+pub fn body(model: &mb::Model, body: &mb::Body, id: BodyId) -> PyResult<Body> {
+    let columns = body.inertia.rotational.to_cols_array_2d();
+    Ok(Body {
+        id: id.index(),
+        name: body.name.clone(),
+        parent: model.bodies[body.parent.index()].name.clone(),
+        mass: body.inertia.mass,
+        com: body.inertia.center_of_mass.to_array(),
+        inertia: columns,
+        joints: model.joints_of(id).iter().map(|j| j.name.clone()).collect(),
+    })
+}
+
+pub fn joint(joint: &mb::Joint, id: usize) -> Joint {
+    let (kind, axis) = match joint.kind {
+        JointKind::Free => ("free", None),
+        JointKind::Ball => ("ball", None),
+        JointKind::Hinge { axis } => ("hinge", Some(axis.to_array())),
+        JointKind::Slide { axis } => ("slide", Some(axis.to_array())),
+    };
+    Joint {
+        id,
+        name: joint.name.clone(),
+        r#type: kind,
+        body: joint.body.index(),
+        qposadr: joint.q_index,
+        dofadr: joint.v_index,
+        nq: joint.kind.nq(),
+        nv: joint.kind.nv(),
+        axis,
+        range: joint.limits,
+        damping: joint.damping,
+        stiffness: joint.stiffness,
+        armature: joint.armature,
+        frictionloss: joint.friction_loss,
+    }
+}
+
+pub fn geom(geom: &mb::Geom, id: usize) -> Geom {
+    let size = match &geom.geometry {
+        Geometry::Sphere { radius } => vec![*radius],
+        Geometry::Box { half_extents: size } | Geometry::Ellipsoid { semi_axes: size } => size.to_array().to_vec(),
+        Geometry::Capsule { radius, half_length }
+        | Geometry::Cylinder { radius, half_length }
+        | Geometry::Cone { radius, half_length } => vec![*radius, *half_length],
+        _ => Vec::new(),
+    };
+    let r = geom.placement.rotation;
+    Geom {
+        id,
+        name: geom.name.clone(),
+        body: geom.body.index(),
+        r#type: geom.geometry.kind_name(),
+        size,
+        friction: geom.friction,
+        pos: geom.placement.position.to_array(),
+        quat: [r.w, r.x, r.y, r.z],
+        rgba: geom.rgba,
+    }
+}
+
+pub fn actuator(actuator: &mb::Actuator, id: usize) -> Actuator {
+    Actuator {
+        id,
+        name: actuator.name.clone(),
+        r#type: name_of(&actuator.kind),
+        joint: actuator.joint.index(),
+        gear: actuator.gear,
+        ctrlrange: actuator.control_range,
+        forcerange: actuator.force_range,
+    }
+}
+
+pub fn keyframe(keyframe: &mb::Keyframe, id: usize) -> Keyframe {
+    Keyframe {
+        id,
+        name: keyframe.name.clone(),
+        time: keyframe.time,
+        qpos: keyframe.q.clone(),
+        qvel: keyframe.v.clone(),
+        ctrl: keyframe.control.clone(),
+    }
+}

@@ -1,0 +1,147 @@
+//! How a step went: the certificate and the solver's report.
+
+use pyo3::prelude::*;
+use signorini::contact;
+use signorini::contact::SolveStatus;
+
+/// Residuals of the laws of one step or solve; each is 0 for an exact solution, without unit (formulation §8).
+#[pyclass(frozen, module = "signorini")]
+#[derive(Clone, Copy)]
+pub struct Certificate(pub contact::Certificate);
+
+#[pymethods]
+impl Certificate {
+    /// Momentum balance of the claimed velocity and impulses.
+    #[getter]
+    fn momentum(&self) -> f64 {
+        self.0.momentum
+    }
+
+    /// Natural map of the LCP in one unit.
+    #[getter]
+    fn natural_map(&self) -> f64 {
+        self.0.natural_map
+    }
+
+    /// Signorini's condition.
+    #[getter]
+    fn signorini(&self) -> f64 {
+        self.0.signorini
+    }
+
+    /// Friction bound in the polygon's gauge.
+    #[getter]
+    fn friction(&self) -> f64 {
+        self.0.friction
+    }
+
+    /// Maximum dissipation: distance from the linear program's minimum.
+    #[getter]
+    fn dissipation(&self) -> f64 {
+        self.0.dissipation
+    }
+
+    /// Bilateral rows.
+    #[getter]
+    fn bilateral(&self) -> f64 {
+        self.0.bilateral
+    }
+
+    /// The largest residual.
+    #[getter]
+    fn worst(&self) -> f64 {
+        self.0.worst()
+    }
+
+    /// Whether every law holds within `tolerance`.
+    #[pyo3(signature = (tolerance=1e-9))]
+    fn holds(&self, tolerance: f64) -> bool {
+        self.0.holds(tolerance)
+    }
+
+    fn __repr__(&self) -> String {
+        let c = &self.0;
+        format!(
+            "Certificate(momentum={:.1e}, natural_map={:.1e}, signorini={:.1e}, friction={:.1e}, dissipation={:.1e}, \
+             bilateral={:.1e})",
+            c.momentum, c.natural_map, c.signorini, c.friction, c.dissipation, c.bilateral
+        )
+    }
+}
+
+/// What the last step did.
+#[pyclass(frozen, get_all, module = "signorini")]
+#[derive(Clone)]
+pub struct StepReport {
+    /// "solved", "inaccurate", "ray", "infeasible", "iteration_limit".
+    status: String,
+    /// Contacts that contradict each other, where the status says so; indices into the problem.
+    blamed: Vec<usize>,
+    /// Residuals of the step.
+    certificate: Certificate,
+    /// Contacts in the problem, joint limits included.
+    contacts: usize,
+    /// Mode changes, proximal iterations and pivots together.
+    iterations: u32,
+    /// Islands: sets of trees that contacts tie together.
+    islands: usize,
+    /// Islands that were given to Lemke's method.
+    lemke_islands: u32,
+    /// Whether the worst residual exceeds the tolerance.
+    missed_tolerance: bool,
+    /// Whether negative gaps were taken as zero.
+    clipped_gaps: bool,
+    /// How often contacts were found anew because a body moved farther than expected.
+    enlargements: u32,
+}
+
+impl StepReport {
+    pub fn new(report: &signorini::StepReport) -> Self {
+        Self {
+            status: name_of(&report.status),
+            blamed: contacts_of(&report.status).to_vec(),
+            certificate: Certificate(report.certificate),
+            contacts: report.contacts,
+            iterations: report.solver.iterations(),
+            islands: report.solver.islands,
+            lemke_islands: report.solver.lemke_islands,
+            missed_tolerance: report.missed_tolerance,
+            clipped_gaps: report.clipped_gaps,
+            enlargements: report.enlargements,
+        }
+    }
+}
+
+#[pymethods]
+impl StepReport {
+    fn __repr__(&self) -> String {
+        format!(
+            "<signorini.StepReport {}: {} contacts, {} iterations, worst residual {:.1e}>",
+            self.status,
+            self.contacts,
+            self.iterations,
+            self.certificate.0.worst()
+        )
+    }
+}
+
+/// The contacts that a status blames.
+pub fn contacts_of(status: &SolveStatus) -> &[usize] {
+    match status {
+        SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts } => contacts,
+        _ => &[],
+    }
+}
+
+/// The name of an enum's variant in Python's spelling: `IterationLimit` is "iteration_limit".
+pub fn name_of(variant: &impl std::fmt::Debug) -> String {
+    let debug = format!("{variant:?}");
+    let mut name = String::new();
+    for c in debug.chars().take_while(|c| c.is_alphanumeric()) {
+        if c.is_uppercase() && !name.is_empty() {
+            name.push('_');
+        }
+        name.extend(c.to_lowercase());
+    }
+    name
+}

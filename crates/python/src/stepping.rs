@@ -1,0 +1,130 @@
+//! The functions that move a `Data`.
+
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use signorini::ContactSource;
+use signorini::multibody::{self as mb, GeomId};
+
+use crate::core::{Core, Stop};
+use crate::data::Data;
+use crate::error::{SolveError, recording_error, simulation_error};
+use crate::model::Model;
+use crate::report::{contacts_of, name_of};
+
+/// Checks that a data belongs to a model.
+pub fn check_model(model: &Bound<'_, Model>, data: &Bound<'_, Data>) -> PyResult<()> {
+    if model.is(data.get().model.bind(data.py())) {
+        return Ok(());
+    }
+    Err(PyValueError::new_err("data belongs to another model: pass data.model"))
+}
+
+/// Makes `nstep` steps; the GIL is released meanwhile.
+#[pyfunction]
+#[pyo3(signature = (model, data, nstep=1))]
+pub fn step(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>, nstep: u64) -> PyResult<()> {
+    check_model(model, data)?;
+    let data = data.get();
+    let mut guard = data.loaded(py)?;
+    let core = &mut *guard;
+    let missed = core.missed_steps;
+    let mut left = nstep;
+    let mut outcome = Ok(());
+    loop {
+        let stop = py.detach(|| {
+            let end = core.run(&mut left);
+            core.update_kinematics();
+            end
+        });
+        match stop {
+            Err(Stop::Slice) => {
+                outcome = py.check_signals();
+                if outcome.is_ok() {
+                    continue;
+                }
+            }
+            Err(Stop::NoSolution) => outcome = Err(no_solution(core)),
+            Err(Stop::Simulation(error)) => outcome = Err(simulation_error(error)),
+            Err(Stop::Recording(error)) => outcome = Err(recording_error(error)),
+            Ok(()) => {}
+        }
+        break;
+    }
+    if left < nstep {
+        data.live.write(py, |live| {
+            live.state(core);
+            live.kinematics(core);
+            live.acceleration(&core.state.v, &core.other.v, core.timestep());
+        })?;
+    }
+    if core.missed_steps > missed {
+        let count = core.missed_steps - missed;
+        drop(guard);
+        warn_missed(py, count)?;
+    }
+    outcome
+}
+
+/// Says that steps missed the tolerance.
+fn warn_missed(py: Python<'_>, count: u64) -> PyResult<()> {
+    let category = py.import("signorini.errors")?.getattr("ToleranceWarning")?;
+    let steps = if count == 1 { "step" } else { "steps" };
+    let message = format!("{count} {steps} missed the tolerance; data.certificate and data.missed_steps say more");
+    let arguments = (message, category, 1);
+    py.import("warnings")?.call_method1("warn", arguments).map(|_| ())
+}
+
+fn no_solution(core: &Core) -> PyErr {
+    let status = name_of(&core.report.status);
+    let contacts = contacts_of(&core.report.status).to_vec();
+    let sources = contacts.iter().filter_map(|&i| core.workspace.contact_source(i));
+    let names: Vec<String> = sources.map(|source| describe(&core.model, source)).collect();
+    let message = format!(
+        "the contact problem at t = {} s has no solution ({status}); the state is the one before the step; \
+         contacts that contradict each other: {}",
+        core.state.time,
+        if names.is_empty() { "not known".to_owned() } else { names.join(", ") }
+    );
+    SolveError::new_err((message, status, contacts, core.state.time))
+}
+
+fn describe(model: &mb::Model, source: ContactSource) -> String {
+    if let ContactSource::Point(p) = source {
+        let name = |g: GeomId| model.geoms[g.index()].name.as_str();
+        return format!("'{}' on '{}' (gap {:.1e} m)", name(p.geom_b), name(p.geom_a), p.gap);
+    }
+    if let ContactSource::Limit { joint, upper } = source {
+        let side = if upper { "upper" } else { "lower" };
+        return format!("{side} limit of '{}'", model.joints[joint.index()].name);
+    }
+    format!("{source:?}")
+}
+
+/// Solves the step from the present state without making it.
+#[pyfunction]
+pub fn forward(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>) -> PyResult<()> {
+    check_model(model, data)?;
+    let data = data.get();
+    let mut guard = data.loaded(py)?;
+    let core = &mut *guard;
+    let end = py.detach(|| {
+        core.update_kinematics();
+        core.preview()
+    });
+    end.map_err(simulation_error)?;
+    data.live.write(py, |live| {
+        live.kinematics(core);
+        live.acceleration(&core.other.v, &core.state.v, core.timestep());
+    })?;
+    if core.report.advanced() { Ok(()) } else { Err(no_solution(core)) }
+}
+
+/// Updates poses and velocities of the bodies after qpos or qvel was written to.
+#[pyfunction]
+pub fn kinematics(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>) -> PyResult<()> {
+    check_model(model, data)?;
+    let data = data.get();
+    let mut core = data.loaded(py)?;
+    core.update_kinematics();
+    data.live.write(py, |live| live.kinematics(&core))
+}

@@ -1,0 +1,105 @@
+"""Models: loading, names, warnings, errors, pickles."""
+
+import copy
+import pickle
+import warnings
+
+import numpy as np
+import pytest
+
+import signorini
+from conftest import SCENES, mjcf
+
+URDF = """<robot name="arm">
+  <link name="base"/>
+  <link name="upper"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/></joint>
+</robot>"""
+
+
+def test_formats_are_told_apart(tmp_path):
+    assert signorini.Model.from_string(URDF).joint_names == ["shoulder"]
+    assert signorini.Model.from_urdf(URDF).name == "arm"
+    path = tmp_path / "arm.urdf"
+    path.write_text(URDF)
+    fixed, floating = signorini.Model.from_urdf(path), signorini.Model.from_file(str(path), floating_base=True)
+    assert (fixed.nv, floating.nv) == (1, 7)
+    with pytest.raises(signorini.ModelError, match="<mujoco>"):
+        signorini.Model.from_mjcf("<world/>")
+
+
+def test_sizes_and_parts(pendulum):
+    assert (pendulum.nq, pendulum.nv, pendulum.nu, pendulum.nbody, pendulum.njnt, pendulum.nkey) == (1, 1, 1, 2, 1, 1)
+    hinge, arm, motor = pendulum.joint("hinge"), pendulum.body("arm"), pendulum.actuator("motor")
+    assert (hinge.type, hinge.qposadr, hinge.nv, hinge.body) == ("hinge", 0, 1, 1)
+    assert hinge.range == pytest.approx(np.radians([-180, 170]))
+    assert (arm.mass, arm.com, arm.parent, arm.joints) == (2.0, [0.0, 0.0, -0.5], "world", ["hinge"])
+    assert (motor.type, motor.joint, motor.gear) == ("motor", 0, 1.0)
+    assert pendulum.keyframe("level").ctrl == [3.0]
+    assert pendulum.body(-1).name == "arm" and pendulum.body_mass.tolist() == [0.0, 2.0]
+
+
+def test_an_unknown_name_lists_the_names_that_exist_the_closest_first():
+    model = mjcf("".join(f"<body name='{n}'><joint name='j_{n}'/><geom size='.1'/></body>" for n in ("trunk", "hip", "knee")))
+    with pytest.raises(KeyError, match="no body 'trnk'; valid names: 'trunk', .*'world'"):
+        model.body("trnk")
+    with pytest.raises(KeyError, match="no joint 'knee'; valid names: 'j_knee'"):
+        signorini.Data(model).joint("knee")
+    with pytest.raises(KeyError, match="the model has none"):
+        model.actuator("motor")
+    with pytest.raises(IndexError, match="the model has 4"):
+        model.body(4)
+
+
+def test_what_changes_the_motion_is_a_warning_at_its_line(tmp_path):
+    path = tmp_path / "soft.xml"
+    path.write_text("<mujoco>\n<worldbody>\n<geom size='1' solref='.01 1'/>\n<site/>\n</worldbody>\n</mujoco>")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        model = signorini.Model.from_file(path)
+    [warning] = caught
+    assert (warning.category, warning.lineno, warning.filename) == (signorini.ModelWarning, 3, str(path))
+    assert isinstance(warning.message, signorini.ModelWarning) and warning.message.element == "geom"
+    assert [(w.element, w.changes_motion) for w in model.import_report] == [("geom", True), ("site", False)]
+
+
+def test_errors_carry_file_and_line(tmp_path):
+    path = tmp_path / "broken.xml"
+    path.write_text("<mujoco>\n<worldbody>\n<geom size='one'/>\n</worldbody>\n</mujoco>")
+    with pytest.raises(signorini.ModelError, match="size") as error:
+        signorini.Model.from_file(path)
+    assert (error.value.file, error.value.line) == (str(path), 3) and isinstance(error.value, ValueError)
+    with pytest.raises(signorini.ModelError, match="cannot read") as error:
+        signorini.Model.from_file(tmp_path / "absent.xml")
+    assert error.value.line is None
+
+
+def test_a_model_is_copied_as_itself_and_pickled_whole(tmp_path):
+    text = (SCENES / "stack_of_ten.xml").read_text()
+    path = tmp_path / "stack.xml"
+    path.write_text(text)
+    model = signorini.Model.from_file(path)
+    assert copy.copy(model) is model and copy.deepcopy(model) is model
+    path.unlink()
+    pickled = pickle.dumps(model)
+    again = pickle.loads(pickled)
+    assert again == model and hash(again) == hash(model) and again is not model
+    assert again.body_names == model.body_names and again != mjcf("")
+
+
+def test_a_pickle_whose_files_have_changed_is_refused(tmp_path):
+    part = tmp_path / "part.xml"
+    body = "<mujoco><worldbody><body><freejoint/><geom size='{}'/></body></worldbody></mujoco>"
+    part.write_text(body.format(0.1))
+    main = tmp_path / "main.xml"
+    main.write_text("<mujoco><include file='part.xml'/></mujoco>")
+    pickled = pickle.dumps(signorini.Model.from_file(main))
+    assert pickle.loads(pickled).geom(0).size == [0.1]
+    part.write_text(body.format(0.2))
+    with pytest.raises(signorini.ModelError, match="load it anew"):
+        pickle.loads(pickled)
+
+
+def test_reprs_say_something(cards):
+    assert "house of cards" in repr(cards) and "nv 105, 90" in repr(cards)
+    assert "<table>" in cards._repr_html_() and "<script>" not in mjcf("")._repr_html_()

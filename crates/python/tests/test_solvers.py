@@ -1,0 +1,199 @@
+"""The solvers alone: LCPs, contact problems, linear complementarity systems."""
+
+import numpy as np
+import pytest
+import scipy.sparse
+from lemkelcp import lemkelcp as reference
+
+import signorini
+from signorini import ContactMode, ContactProblem, solve_lcp
+from signorini.lemkelcp import lemkelcp
+
+
+def definite(rng, n):
+    a = rng.normal(size=(n, n))
+    return a @ a.T + 0.1 * np.eye(n), rng.normal(size=n)
+
+
+@pytest.mark.parametrize("method", signorini.lcp_methods())
+def test_every_method_finds_the_only_solution_of_a_definite_problem(method):
+    rng = np.random.default_rng(3)
+    for n in (1, 3, 8):
+        A, b = definite(rng, n)
+        result = solve_lcp(A, b, method)
+        assert result.solved and result.status == "solved" and result.residual < 1e-9
+        assert np.minimum(result.z, result.w) == pytest.approx(np.zeros(n), abs=1e-9)
+        assert result.w == pytest.approx(A @ result.z + b) and ((result.z > 0) <= result.basis).all()
+
+
+def test_sparse_lists_and_mixed():
+    A, b = [[2.0, 1.0], [1.0, 2.0]], [-5.0, -6.0]
+    dense = solve_lcp(A, b).z
+    assert dense == pytest.approx([4 / 3, 7 / 3])
+    assert np.array_equal(solve_lcp(scipy.sparse.csr_matrix(A), b).z, dense)
+    free = solve_lcp([[1.0, -2.0], [2.0, 1.0]], [-1.0, 5.0], free=[True, False])
+    assert free.solved and free.z == pytest.approx([1.0, 0.0]) and free.w == pytest.approx([0.0, 7.0])
+    warm = solve_lcp(A, b, "lemke", warm_start=solve_lcp(A, b).basis)
+    assert warm.solved and warm.iterations == 0
+
+
+def test_what_has_no_solution_comes_with_a_proof_or_a_ray():
+    A, b = np.array([[-1.0, 0.0], [0.0, 1.0]]), np.array([-1.0, -1.0])
+    result = solve_lcp(A, b)
+    assert not result.solved and result.farkas is not None
+    assert (result.farkas >= 0).all() and (A.T @ result.farkas <= 1e-12).all() and b @ result.farkas < 0
+    jammed = solve_lcp([[0.0, 1.0], [0.0, 0.0]], [-1.0, 0.0], "lemke")
+    assert jammed.solved == (jammed.residual < 1e-9)
+
+
+def test_malformed_problems_are_refused():
+    with pytest.raises(signorini.ProblemError, match="b has shape"):
+        solve_lcp(np.eye(2), [1.0])
+    with pytest.raises(signorini.ProblemError, match="square"):
+        solve_lcp(np.ones((2, 3)), [1.0, 1.0])
+    with pytest.raises(signorini.ProblemError, match=r"A\[0, 1\]"):
+        solve_lcp([[1.0, np.nan], [0.0, 1.0]], [1.0, 1.0])
+    with pytest.raises(signorini.ProblemError, match="cannot be read"):
+        solve_lcp("A", [1.0])
+    with pytest.raises(signorini.SettingError, match="simplex"):
+        solve_lcp(np.eye(2), [1.0, 1.0], "simplex")
+
+
+def test_the_shim_answers_like_the_package_that_it_stands_for(monkeypatch):
+    # The package assigns to ranges, which only the lists of Python 2 allow.
+    monkeypatch.setattr(reference, "range", lambda *bounds: list(range(*bounds)), raising=False)
+    rng = np.random.default_rng(4)
+    cases = [definite(rng, n) for n in (2, 5, 9)]
+    cases += [(np.eye(2), np.ones(2)), (-np.eye(2), -np.ones(2))]
+    for M, q in cases:
+        expected, given = reference.lemkelcp(M, q), signorini.lemkelcp(M, q)
+        assert expected[1:] == given[1:] and type(expected) is type(given)
+        if expected[0] is None:
+            assert given[0] is None
+        else:
+            assert given[0] == pytest.approx(expected[0], abs=1e-9)
+    assert signorini.lemkelcp.lemkelcp is lemkelcp is signorini.lemkelcp
+    M, q = definite(rng, 12)
+    assert signorini.lemkelcp(M, q, maxIter=1) == (None, 2, "Max Iterations Exceeded") == reference.lemkelcp(M, q, 1)
+
+
+def sliding_mass(speed, mu=0.5, **options):
+    """A point mass of 2 kg on a floor that pushes down with 3 N·s and has a speed along x."""
+    return ContactProblem(2 * np.eye(3), [[0, 0, 1]], [[1, 0, 0], [0, 1, 0]], [0.0], [mu], 0.01, [speed, 0, -1.5], **options)
+
+
+@pytest.mark.parametrize("method", ["structured", "lemke", "automatic"])
+def test_a_point_mass_sticks_and_slides_as_coulomb_says(method):
+    stuck, sliding = sliding_mass(0.5).solve(method), sliding_mass(2.0).solve(method)
+    assert stuck.solved and stuck.v == pytest.approx([0, 0, 0], abs=1e-9)
+    assert stuck.impulse == pytest.approx(np.array([[3.0, -1.0, 0.0]])) and stuck.mode.tolist() == [ContactMode.STICKING]
+    assert sliding.v == pytest.approx([2 - 0.5 * 3 / 2, 0, 0]) and sliding.mode.tolist() == [ContactMode.SLIDING]
+    assert sliding.beta == pytest.approx([1.25]) and sliding.direction.tolist() == [[4, -1]]
+    assert sliding.alpha.sum() == pytest.approx(1.5) and len(sliding.z) == 2 + 8
+
+
+def test_data_of_a_problem_come_back(tmp_path):
+    square = np.array([[1.0, 0], [0, 1], [-1, 0], [0, -1]])
+    problem = sliding_mass(1.0, directions=[square])
+    assert (problem.nv, problem.nc, problem.dt) == (3, 1, 0.01) and np.array_equal(problem.D, square)
+    assert np.array_equal(problem.Jt, [[1, 0, 0], [0, 1, 0]]) and problem.direction_offsets.tolist() == [0, 4]
+    sparse = ContactProblem(scipy.sparse.eye(3) * 2, scipy.sparse.csr_matrix([[0, 0, 1.0]]), problem.Jt, [0.0], 0.5, 0.01,
+                            [1, 0, -1.5], [square])
+    for array in ("M", "Jn", "Jt", "phi", "mu", "v_free", "D"):
+        assert np.array_equal(getattr(sparse, array), getattr(problem, array))
+    problem.save(tmp_path / "problem.npz")
+    again = ContactProblem.load(tmp_path / "problem.npz")
+    assert np.array_equal(again.solve().v, problem.solve().v)
+    A, b = problem.lcp()
+    assert A.shape == (6, 6) and solve_lcp(A, b).z == pytest.approx(problem.solve().z, abs=1e-9)
+    A, b, free = problem.mixed_lcp()
+    assert free.tolist() == [True] * 3 + [False] * 6
+    assert solve_lcp(A, b, free=free.tolist()).z[:3] == pytest.approx(problem.solve().v, abs=1e-9)
+
+
+def test_bilateral_rows_hold():
+    problem = ContactProblem(np.diag([1.0, 3.0]), np.zeros((0, 2)), np.zeros((0, 2)), [], [], 0.1, [1.0, 5.0],
+                             Jb=[[1.0, -1.0]], theta=[0.02])
+    solution = problem.solve()
+    assert solution.v[0] - solution.v[1] == pytest.approx(-0.2) and solution.v @ [1, 3] == pytest.approx(16.0)
+    assert problem.theta.tolist() == [0.02] and problem.Jb.tolist() == [[1.0, -1.0]] and len(solution.lambda_b) == 1
+
+
+def test_a_warm_start_gives_the_same_solution_with_less_work(cards):
+    data = signorini.Data(cards)
+    data.qvel[6:12] = 0.3
+    signorini.step(cards, data)
+    problem = data.problem()
+    cold = problem.solve()
+    warm = problem.solve(warm_start=cold)
+    assert warm.solved and warm.v == pytest.approx(cold.v, abs=1e-9) and warm.iterations <= cold.iterations
+
+
+def test_malformed_contact_problems_are_refused():
+    one = np.eye(3)
+    with pytest.raises(signorini.ProblemError, match=r"Jt has shape \[1, 3\], expected \(2, 3\)"):
+        ContactProblem(one, one[:1], one[:1], [0.0], 0.5, 0.01, np.zeros(3))
+    with pytest.raises(signorini.ProblemError, match="positive definite"):
+        ContactProblem(-one, one[:1], one[1:], [0.0], 0.5, 0.01, np.zeros(3))
+    with pytest.raises(signorini.ProblemError, match=r"mu\[0\]"):
+        ContactProblem(one, one[:1], one[1:], [0.0], -0.5, 0.01, np.zeros(3))
+    with pytest.raises(signorini.ProblemError, match="1 arrays for 2 contacts|even"):
+        ContactProblem(one, one[:1], one[1:], [0.0], 0.5, 0.01, np.zeros(3), directions=3)
+    with pytest.raises(signorini.ProblemError, match="belong together"):
+        ContactProblem(one, one[:1], one[1:], [0.0], 0.5, 0.01, np.zeros(3), Jb=one[:1])
+
+
+def next_velocity(model, data, dq, dv, u):
+    """v⁺ of a real step from a state nearby."""
+    other = signorini.Data(model, data.settings)
+    other.qpos = signorini.integrate(model, data.qpos, dq)
+    other.qvel = data.qvel + dv
+    other.ctrl = u
+    signorini.step(model, other)
+    return other.qvel.copy()
+
+
+@pytest.mark.parametrize("scene", ["slope", "cards", "pendulum"])
+def test_the_linear_complementarity_system_is_the_step_at_its_state(scene, request):
+    model = request.getfixturevalue(scene)
+    data = signorini.Data(model)
+    signorini.step(model, data, nstep=5)
+    data.ctrl = 0.3
+    system = signorini.linearize(model, data)
+    nv, nu, n = model.nv, model.nu, len(system.c)
+    shapes = {"A": (2 * nv, 2 * nv), "B": (2 * nv, nu), "D": (2 * nv, n), "E": (n, 2 * nv), "F": (n, n), "H": (n, nu)}
+    assert all(getattr(system, name).shape == shape for name, shape in shapes.items())
+    x = np.concatenate([np.zeros(nv), data.qvel])
+    q = data.qpos.copy()
+    A, b = system.problem.lcp()
+    assert np.array_equal(system.F, A) and system.E @ x + system.H @ data.ctrl + system.c == pytest.approx(b, abs=1e-9)
+    following, multiplier = system.step()
+    # The same by hand, with a solver of the matrices alone.
+    result = solve_lcp(system.F, system.E @ x + system.H @ data.ctrl + system.c)
+    by_hand = system.A @ x + system.B @ data.ctrl + system.D @ result.z + system.d
+    signorini.step(model, data)
+    assert following[nv:] == pytest.approx(data.qvel, abs=1e-9) and by_hand == pytest.approx(following, abs=1e-9)
+    assert signorini.integrate(model, q, following[:nv]) == pytest.approx(data.qpos, abs=1e-9)
+    assert np.minimum(multiplier, system.F @ multiplier + b) == pytest.approx(np.zeros(n), abs=1e-9)
+
+
+def test_the_system_follows_the_step_nearby_to_second_order(pendulum):
+    data = signorini.Data(pendulum)
+    data.qpos[0], data.qvel[0], data.ctrl[0] = 0.7, 1.0, 0.5
+    system = signorini.linearize(pendulum, data)
+    errors = []
+    for size in (1e-2, 1e-3):
+        dq, dv, u = np.array([size]), np.array([-2 * size]), data.ctrl + 3 * size
+        following, _ = system.step(system.x + np.concatenate([dq, dv]), u)
+        errors.append(abs(following[1] - next_velocity(pendulum, data, dq, dv, u)[0]))
+    assert errors[0] < 1e-5 and errors[1] < 0.02 * errors[0]
+
+
+def test_the_system_knows_sticking_from_sliding(slope):
+    data = signorini.Data(slope)
+    signorini.step(slope, data, nstep=5)
+    system = signorini.linearize(slope, data)
+    for speed in (-1.0, 0.0, 1.0):
+        dv = np.array([speed, 0, 0, 0, 0, 0]) - data.qvel
+        following, _ = system.step(system.x + np.concatenate([np.zeros(6), dv]))
+        assert following[6:] == pytest.approx(next_velocity(slope, data, np.zeros(6), dv, data.ctrl), abs=1e-8)

@@ -1,0 +1,128 @@
+"""A program that uses every public name of the package; type checkers read it and the tests run it."""
+
+from __future__ import annotations
+
+import pathlib
+import tempfile
+import warnings
+from typing import Optional, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+import signorini
+from signorini import ContactMode, Data, Model, Settings
+
+TEXT = """<mujoco model="arm">
+  <worldbody>
+    <geom name="floor" type="plane"/>
+    <body name="arm" pos="0 0 0.5"><joint name="hinge" axis="0 1 0" range="-90 90"/><geom name="link" size="0.1"/></body>
+    <body name="box" pos="1 0 0.1"><freejoint/><geom name="skin" type="box" size="0.1 0.1 0.1"/></body>
+  </worldbody>
+  <actuator><position name="servo" joint="hinge" kp="10"/></actuator>
+  <keyframe><key name="home" qpos="0.5 1 0 0.1 1 0 0 0"/></keyframe>
+</mujoco>"""
+
+
+def models() -> Model:
+    model: Model = Model.from_string(TEXT)
+    body: signorini.Body = model.body("arm")
+    joint: signorini.Joint = model.joint("hinge")
+    geom: signorini.Geom = model.geom("skin")
+    actuator: signorini.Actuator = model.actuator(0)
+    keyframe: signorini.Keyframe = model.keyframe("home")
+    numbers: Tuple[float, float, float, float] = (body.mass, joint.damping, geom.friction, actuator.gear + keyframe.time)
+    report: list[signorini.ImportWarning] = model.import_report
+    assert len(numbers) == 4 and not report and isinstance(signorini.__version__, str)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", signorini.ModelWarning)
+        try:
+            Model.from_mjcf("<mujoco><worldbody><geom/></worldbody></mujoco>")
+        except signorini.ModelError as error:
+            line: Optional[int] = error.line
+            assert line == 1
+    return model
+
+
+def stepping(model: Model) -> Data:
+    data = Data(model, Settings(directions=4))
+    data.reset(keyframe="home")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", signorini.ToleranceWarning)
+        signorini.step(model, data, nstep=10)
+    signorini.forward(model, data)
+    signorini.kinematics(model, data)
+    arm: signorini.BodyData = data.body("arm")
+    hinge: signorini.JointData = data.joint("hinge")
+    servo: signorini.ActuatorData = data.actuator("servo")
+    servo.ctrl, hinge.qvel = 0.1, 0.0
+    position: NDArray[np.float64] = arm.xpos
+    contacts: signorini.Contacts = data.contact
+    limits: signorini.Limits = data.limit
+    report: signorini.StepReport = data.report
+    certificate: signorini.Certificate = data.certificate
+    assert len(contacts) == 4 and (contacts.mode == ContactMode.STICKING).all() and len(limits) == 0
+    assert position.shape == (3,) and report.status == "solved" and certificate.holds(1e-9)
+    tau = signorini.inverse(model, data, data.qacc)
+    assert np.allclose(tau, signorini.mass_matrix(model, data) @ data.qacc + signorini.bias_force(model, data))
+    linear, angular = signorini.jacobian(model, data, 1)
+    moved = signorini.integrate(model, data.qpos, data.qvel, 0.1)
+    assert linear.shape == angular.shape == (3, 7) and signorini.difference(model, moved, data.qpos).shape == (7,)
+    return data
+
+
+def solving(model: Model, data: Data) -> None:
+    problem: signorini.ContactProblem = data.problem()
+    solution: signorini.ContactSolution = problem.solve("structured")
+    result: signorini.LcpResult = signorini.solve_lcp(*problem.lcp(), method=signorini.lcp_methods()[0])
+    system: signorini.LinearComplementaritySystem = signorini.linearize(model, data)
+    following, _ = system.step()
+    assert solution.solved and result.solved and following.shape == (14,)
+    z, exit_code, _ = signorini.lemkelcp(np.eye(1), np.array([-1.0]))
+    assert exit_code == 0 and z is not None
+
+
+def many(model: Model) -> None:
+    batch = signorini.Batch(model, 2, nthread=2)
+    try:
+        qpos, _ = batch.rollout(nstep=3)
+        assert qpos.shape == (2, 3, model.nq)
+    except signorini.BatchError as error:
+        print(error.ids)
+
+
+def recording(model: Model, data: Data, folder: pathlib.Path) -> None:
+    recorder: signorini.Recorder = data.record(folder / "run.rec")
+    signorini.step(model, data)
+    kept: signorini.Recording = recorder.stop()
+    page: str = kept.to_html()
+    again = signorini.load_recording(folder / "run.rec")
+    assert len(again) == 2 and "<html" in page
+
+
+def failing(model: Model, data: Data) -> None:
+    errors: Tuple[type[signorini.SignoriniError], ...] = (
+        signorini.ProblemError,
+        signorini.RecordingError,
+        signorini.SettingError,
+        signorini.SolveError,
+        signorini.StateError,
+    )
+    try:
+        data.set_state([0.0])
+    except errors as error:
+        assert "state" in str(error)
+
+
+def main() -> None:
+    model = models()
+    data = stepping(model)
+    solving(model, data)
+    many(model)
+    with tempfile.TemporaryDirectory() as folder:
+        recording(model, data, pathlib.Path(folder))
+    failing(model, data)
+
+
+if __name__ == "__main__":
+    main()
