@@ -16,6 +16,8 @@ export interface ContactOptions {
   forces: boolean;
   polygons: boolean;
   open: boolean;
+  /** points and polygons in the colour of the contact's mode, or all in one */
+  colors: boolean;
   /** factor on the automatic length of a force */
   scale: number;
   logarithmic: boolean;
@@ -44,24 +46,35 @@ class Overlay extends Group {
   }
 }
 
-/** Many copies of one shape. */
-class Copies extends Overlay {
-  private readonly meshes: InstancedMesh[];
+/** Many copies of one shape; room grows as it is needed. */
+class Copies extends Group {
+  private meshes: InstancedMesh[] = [];
+  private overlay: Overlay | null = null;
+  private capacity = 0;
   private used = 0;
 
-  constructor(geometry: BufferGeometry, capacity: number) {
-    const meshes: InstancedMesh[] = [];
-    super((material) => {
-      const mesh = new InstancedMesh(geometry, material, capacity);
-      mesh.instanceMatrix.setUsage(DynamicDrawUsage);
-      meshes.push(mesh);
-      return mesh;
-    });
-    this.meshes = meshes;
+  constructor(private readonly geometry: BufferGeometry) {
+    super();
   }
 
-  clearCopies(): void {
+  /** Begins a new frame with room for so many copies. */
+  begin(count: number): void {
     this.used = 0;
+    if (count <= this.capacity) return;
+    this.capacity = Math.max(count, 2 * this.capacity);
+    this.overlay?.removeFromParent();
+    for (const mesh of this.meshes) {
+      mesh.dispose();
+      (mesh.material as Material).dispose();
+    }
+    this.meshes = [];
+    this.overlay = new Overlay((material) => {
+      const mesh = new InstancedMesh(this.geometry, material, this.capacity);
+      mesh.instanceMatrix.setUsage(DynamicDrawUsage);
+      this.meshes.push(mesh);
+      return mesh;
+    });
+    this.add(this.overlay);
   }
 
   put(matrix: Matrix4, color: Color): void {
@@ -89,58 +102,56 @@ interface Force {
 }
 
 export class ContactView extends Group {
-  private readonly points: Copies;
-  private readonly tips: Copies;
-  private readonly shafts: Copies;
-  private readonly heads: Copies;
+  private readonly points = new Copies(new SphereGeometry(1, 16, 12));
+  private readonly tips = new Copies(new SphereGeometry(1, 12, 8));
+  private readonly shafts = new Copies(
+    new CylinderGeometry(1, 1, 1, 12).rotateX(Math.PI / 2).translate(0, 0, 0.5),
+  );
+  private readonly heads = new Copies(new ConeGeometry(1, 1, 20).rotateX(Math.PI / 2).translate(0, 0, 0.5));
+  private readonly copies = [this.shafts, this.heads, this.points, this.tips];
   private readonly polygonGeometry = new BufferGeometry();
   private readonly rings: Overlay;
   private modeColors: Color[] = [];
   private forceColor = new Color();
-  private readonly largestForce: number;
+  private plainColor = new Color();
+  private largestForce = 1;
   private shown: Contact[] = [];
 
   /** `unit` is the length in m to which points, arrows and polygons are sized. */
   constructor(private readonly run: RunData, private readonly unit: number) {
     super();
-    let [contacts, sides] = [1, 1];
-    for (let frame = 0; frame < run.frames; frame++) {
-      const list = run.contacts(frame);
-      contacts = Math.max(contacts, list.length);
-      sides = Math.max(sides, list.reduce((sum, contact) => sum + contact.sides, 0));
-    }
-    this.largestForce = typicalForce(run);
-    this.points = new Copies(new SphereGeometry(1, 16, 12), contacts);
-    this.tips = new Copies(new SphereGeometry(1, 12, 8), contacts);
-    this.shafts = new Copies(new CylinderGeometry(1, 1, 1, 12).rotateX(Math.PI / 2).translate(0, 0, 0.5), contacts);
-    this.heads = new Copies(new ConeGeometry(1, 1, 20).rotateX(Math.PI / 2).translate(0, 0, 0.5), contacts);
-    for (const [name, size] of [["position", 3], ["color", 4]] as const) {
-      const values = new Float32Array(sides * VERTICES_PER_SIDE * size);
-      this.polygonGeometry.setAttribute(name, new BufferAttribute(values, size).setUsage(DynamicDrawUsage));
-    }
+    this.rescale();
     this.rings = new Overlay((material) => new Mesh(this.polygonGeometry, material), 1, true);
-    this.add(this.rings, this.shafts, this.heads, this.points, this.tips);
+    this.add(this.rings, ...this.copies);
+  }
+
+  /** Fits the lengths of forces to the frames that there are. */
+  rescale(): void {
+    this.largestForce = typicalForce(this.run);
   }
 
   setTheme(theme: Theme): void {
     this.modeColors = theme.modes.map((color) => new Color(color));
     this.forceColor = new Color(theme.force);
+    this.plainColor = new Color(theme.text);
   }
 
   show(frame: number, options: ContactOptions): void {
     const contacts = this.run.contacts(frame).filter((contact) => options.open || contact.mode > 0);
     this.shown = options.points ? contacts : [];
-    for (const copies of [this.points, this.tips, this.shafts, this.heads]) copies.clearCopies();
-    const polygons = new PolygonWriter(this.polygonGeometry);
+    for (const copies of this.copies) copies.begin(contacts.length);
+    const sides = contacts.reduce((sum, contact) => sum + contact.sides, 0);
+    const polygons = new PolygonWriter(this.polygonGeometry, sides);
     for (const contact of contacts) {
       const force = this.forceOf(contact);
       const length = this.lengthOf(force.vector.length(), options);
       const perNewton = force.vector.length() > 0 ? length / force.vector.length() : 0;
-      if (options.points) this.putPoint(contact);
+      const color = options.colors ? this.modeColors[contact.mode] : this.plainColor;
+      if (options.points) this.putPoint(contact, color);
       if (options.forces) this.putArrow(contact, force, length);
-      if (options.polygons) this.putPolygon(contact, force, perNewton, polygons);
+      if (options.polygons) this.putPolygon(contact, force, perNewton, color, polygons);
     }
-    for (const copies of [this.points, this.tips, this.shafts, this.heads]) copies.commit();
+    for (const copies of this.copies) copies.commit();
     polygons.commit();
   }
 
@@ -182,9 +193,9 @@ export class ContactView extends Group {
     return Math.min(0.42 * options.scale * shown, 20) * this.unit;
   }
 
-  private putPoint(contact: Contact): void {
+  private putPoint(contact: Contact, color: Color): void {
     const radius = 0.014 * this.unit;
-    this.points.put(placed(new Vector3(...contact.point), Z, radius, radius), this.modeColors[contact.mode]);
+    this.points.put(placed(new Vector3(...contact.point), Z, radius, radius), color);
   }
 
   private putArrow(contact: Contact, force: Force, length: number): void {
@@ -197,7 +208,9 @@ export class ContactView extends Group {
     this.heads.put(placed(neck, direction, 0.3 * head, head), this.forceColor);
   }
 
-  private putPolygon(contact: Contact, force: Force, perNewton: number, polygons: PolygonWriter): void {
+  private putPolygon(
+    contact: Contact, force: Force, perNewton: number, color: Color, polygons: PolygonWriter,
+  ): void {
     const radius = force.bound * perNewton;
     const corners = contact.polygon();
     if (corners.length === 0 || radius < 1e-3 * this.unit) return;
@@ -207,7 +220,6 @@ export class ContactView extends Group {
     const centre = new Vector3(...contact.point);
     const corner = ([x, y]: [number, number]) =>
       new Vector3().addScaledVector(tangent1, x * radius).addScaledVector(tangent2, y * radius);
-    const color = this.modeColors[contact.mode];
     const ring = Math.min(Math.max(0.1, (0.008 * this.unit) / radius), 0.5);
     polygons.put(centre, corners.map(corner), color, ring);
     const tip = centre.clone().addScaledVector(force.tangential, perNewton);
@@ -222,7 +234,15 @@ class PolygonWriter {
   private readonly positions: BufferAttribute;
   private readonly colors: BufferAttribute;
 
-  constructor(private readonly geometry: BufferGeometry) {
+  constructor(private readonly geometry: BufferGeometry, sides: number) {
+    const vertices = Math.max(sides, 1) * VERTICES_PER_SIDE;
+    if (!(geometry.getAttribute("position")?.count >= vertices)) {
+      geometry.dispose();
+      for (const [name, size] of [["position", 3], ["color", 4]] as const) {
+        const values = new Float32Array(2 * vertices * size);
+        geometry.setAttribute(name, new BufferAttribute(values, size).setUsage(DynamicDrawUsage));
+      }
+    }
     this.positions = geometry.getAttribute("position") as BufferAttribute;
     this.colors = geometry.getAttribute("color") as BufferAttribute;
   }

@@ -65,16 +65,26 @@ export interface About {
   /** steps from one frame of the page to the next */
   stride: number;
   notes: [string, string][];
+  /** whether the frames come over a websocket */
+  live: boolean;
 }
 
 export const RESIDUALS = ["momentum", "natural map", "Signorini", "friction bound", "dissipation"];
 
 export const MODES = ["open", "sticking", "sliding", "between directions"];
 
+/** What a live run does now, in words. */
+export interface RunState {
+  text: string;
+  bad: boolean;
+}
+
 /** What a view needs of a run; frames are numbered from 0. A live run may grow. */
 export interface RunData {
   readonly about: About;
   readonly frames: number;
+  /** of a live run */
+  readonly state?: RunState;
   time(frame: number): number;
   step(frame: number): number;
   kinetic(frame: number): number;
@@ -146,77 +156,110 @@ export class Contact {
   }
 }
 
-interface ArrayPlace {
+export interface ArrayPlace {
   name: string;
   type: "f64" | "f32" | "u32";
   offset: number;
   length: number;
 }
 
-/** The run embedded in this page. */
-export class StoredRun implements RunData {
+/** Frames in one block of numbers, laid out by the Rust module `report::payload`. */
+export class Chunk {
   readonly frames: number;
+  readonly pressingCounts: number[];
   private readonly arrays = new Map<string, Float64Array | Float32Array | Uint32Array>();
-  private readonly allPoses: Float32Array;
-  private readonly allContacts: Float32Array;
-  private readonly directions: Float32Array;
-  private readonly pressingCounts: number[];
 
-  private constructor(readonly about: About & { arrays: ArrayPlace[] }, block: ArrayBuffer) {
+  constructor(places: ArrayPlace[], block: ArrayBuffer, start = 0) {
     const kinds = { f64: Float64Array, f32: Float32Array, u32: Uint32Array };
-    for (const { name, type, offset, length } of about.arrays) {
-      this.arrays.set(name, new kinds[type](block, offset, length));
+    for (const { name, type, offset, length } of places) {
+      this.arrays.set(name, new kinds[type](block, start + offset, length));
     }
     this.frames = this.array("time").length;
-    this.allPoses = this.array("poses") as Float32Array;
-    this.allContacts = this.array("contacts") as Float32Array;
-    this.directions = this.array("directions") as Float32Array;
     this.pressingCounts = Array.from(
       { length: this.frames },
       (_, frame) => this.contacts(frame).filter((contact) => contact.mode > 0).length,
     );
   }
 
-  /** Reads the elements `about` and `data` of the page. */
-  static async load(page: Document): Promise<StoredRun> {
-    const text = (id: string) => page.getElementById(id)?.textContent ?? "";
-    const about = JSON.parse(text("about"));
-    const packed = Uint8Array.from(atob(text("data").trim()), (c) => c.charCodeAt(0));
-    const inflated = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-    return new StoredRun(about, await new Response(inflated).arrayBuffer());
-  }
-
-  time(frame: number): number { return this.array("time")[frame]; }
-  step(frame: number): number { return this.array("step")[frame]; }
-  kinetic(frame: number): number { return this.array("kinetic")[frame]; }
-  potential(frame: number): number { return this.array("potential")[frame]; }
-  residual(frame: number, law: number): number {
-    return this.array("residuals")[frame * RESIDUALS.length + law];
-  }
-  iterations(frame: number): number { return this.array("iterations")[frame]; }
-  contactCount(frame: number): number { return this.array("contact_counts")[frame]; }
-  pressing(frame: number): number { return this.pressingCounts[frame]; }
-  missed(frame: number): boolean { return this.array("missed")[frame] > 0; }
-
-  poses(frame: number): Float32Array {
-    const size = 7 * this.about.header.bodies.length;
-    return this.allPoses.subarray(frame * size, (frame + 1) * size);
-  }
-
-  contacts(frame: number): Contact[] {
-    const ends = this.array("contact_ends");
-    const start = frame > 0 ? ends[frame - 1] : 0;
-    return Array.from(
-      { length: ends[frame] - start },
-      (_, i) => new Contact(this.allContacts, (start + i) * CONTACT_NUMBERS, this.directions),
-    );
-  }
-
-  private array(name: string): Float64Array | Float32Array | Uint32Array {
+  array(name: string): Float64Array | Float32Array | Uint32Array {
     const array = this.arrays.get(name);
     if (!array) throw new Error(`the page's data has no array "${name}"`);
     return array;
   }
+
+  contacts(frame: number): Contact[] {
+    const [ends, numbers, directions] = [this.array("contact_ends"), this.array("contacts"), this.array("directions")];
+    const start = frame > 0 ? ends[frame - 1] : 0;
+    return Array.from(
+      { length: ends[frame] - start },
+      (_, i) => new Contact(numbers as Float32Array, (start + i) * CONTACT_NUMBERS, directions as Float32Array),
+    );
+  }
+}
+
+/** A run whose frames lie in chunks. */
+export abstract class ChunkedRun implements RunData {
+  abstract readonly about: About;
+  abstract readonly frames: number;
+  /** The chunk that holds a frame, and the frame's number in it. */
+  protected abstract locate(frame: number): [Chunk, number];
+
+  time(frame: number): number { return this.number("time", frame); }
+  step(frame: number): number { return this.number("step", frame); }
+  kinetic(frame: number): number { return this.number("kinetic", frame); }
+  potential(frame: number): number { return this.number("potential", frame); }
+  residual(frame: number, law: number): number { return this.number("residuals", frame, RESIDUALS.length, law); }
+  iterations(frame: number): number { return this.number("iterations", frame); }
+  contactCount(frame: number): number { return this.number("contact_counts", frame); }
+  missed(frame: number): boolean { return this.number("missed", frame) > 0; }
+
+  pressing(frame: number): number {
+    const [chunk, i] = this.locate(frame);
+    return chunk.pressingCounts[i];
+  }
+
+  poses(frame: number): Float32Array {
+    const [chunk, i] = this.locate(frame);
+    const size = 7 * this.about.header.bodies.length;
+    return (chunk.array("poses") as Float32Array).subarray(i * size, (i + 1) * size);
+  }
+
+  contacts(frame: number): Contact[] {
+    const [chunk, i] = this.locate(frame);
+    return chunk.contacts(i);
+  }
+
+  private number(name: string, frame: number, stride = 1, offset = 0): number {
+    const [chunk, i] = this.locate(frame);
+    return chunk.array(name)[i * stride + offset];
+  }
+}
+
+/** What a page says about its run; the arrays are those of a stored one. */
+export type PageAbout = About & { arrays: ArrayPlace[] };
+
+/** Reads the element `about` of the page. */
+export function readAbout(page: Document): PageAbout {
+  return JSON.parse(page.getElementById("about")?.textContent ?? "");
+}
+
+/** The run embedded in this page. */
+export class StoredRun extends ChunkedRun {
+  private constructor(readonly about: About, private readonly chunk: Chunk) {
+    super();
+  }
+
+  /** Reads the element `data` of the page. */
+  static async load(about: PageAbout, page: Document): Promise<StoredRun> {
+    const data = page.getElementById("data")?.textContent ?? "";
+    const packed = Uint8Array.from(atob(data.trim()), (c) => c.charCodeAt(0));
+    const inflated = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    return new StoredRun(about, new Chunk(about.arrays, await new Response(inflated).arrayBuffer()));
+  }
+
+  get frames(): number { return this.chunk.frames; }
+
+  protected locate(frame: number): [Chunk, number] { return [this.chunk, frame]; }
 }
 
 /** The last frame whose time is not after `time`. */

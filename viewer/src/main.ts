@@ -1,9 +1,11 @@
 // Puts the page together.
 
-import { StoredRun, frameAt } from "./data.js";
+import { StoredRun, frameAt, readAbout } from "./data.js";
 import type { RunData } from "./data.js";
 import { byId } from "./dom.js";
-import { Player } from "./player.js";
+import { pullBodies } from "./drag.js";
+import { LivePlayer, LiveRun } from "./live.js";
+import { ReplayPlayer } from "./player.js";
 import { Plot, plotsOf } from "./plots.js";
 import { SceneView } from "./scene.js";
 import type { SceneOptions } from "./scene.js";
@@ -16,12 +18,16 @@ const OPTIONS: SceneOptions = {
   points: true,
   forces: true,
   polygons: true,
+  colors: true,
   open: false,
   scale: 1,
   logarithmic: false,
   seeThrough: false,
   follow: false,
+  followed: 0,
 };
+/** Plots and figures of a live run are brought up to date this often, ms. */
+const REFRESH = 250;
 
 /** Shows a run; every view reads it through `RunData`. */
 function open(run: RunData): void {
@@ -30,7 +36,7 @@ function open(run: RunData): void {
   let dark = preferred.matches;
   setTheme(dark);
 
-  const player = new Player(run, () => update());
+  const player = run instanceof LiveRun ? new LivePlayer(run, () => update()) : new ReplayPlayer(run, () => update());
   const seek = (frame: number) => player.seek(frame);
   const scene = new SceneView(byId("scene"), byId("axes"), run, options);
   const plots = plotsOf(run).map((spec) => new Plot(byId("plots"), spec, run, seek));
@@ -40,9 +46,10 @@ function open(run: RunData): void {
     scene.setTheme(theme);
     plots.forEach((plot) => plot.setTheme(theme));
   };
-  const controls = new Controls(run, player, options, {
+  const controls = new Controls(run, player, options, plots, {
     optionsChanged: () => scene.show(player.frame),
     fit: () => scene.fit(),
+    look: (view) => scene.look(view),
     toggleTheme: () => {
       dark = !dark;
       applyTheme();
@@ -63,12 +70,30 @@ function open(run: RunData): void {
     dark = event.matches;
     applyTheme();
   });
+  if (run instanceof LiveRun) pullBodies(byId("scene"), scene, run);
+  const refresh = run instanceof LiveRun ? refresher(run, () => {
+    plots.forEach((plot) => plot.refresh());
+    controls.markMissed();
+    scene.rescale();
+    showSummary(run, seek);
+  }) : () => {};
   const animate = (clock: number) => {
     player.tick(clock);
+    refresh(clock);
     scene.render();
     requestAnimationFrame(animate);
   };
   requestAnimationFrame(animate);
+}
+
+/** Calls `refresh` when something has come, every now and then, and at once when the run stops or goes on. */
+function refresher(run: LiveRun, refresh: () => void): (clock: number) => void {
+  let [seen, next, text] = [-1, 0, ""];
+  return (clock) => {
+    if (run.version === seen || (clock < next && run.state.text === text)) return;
+    [seen, next, text] = [run.version, clock + REFRESH, run.state.text];
+    refresh();
+  };
 }
 
 /** The time asked for by an address that ends in #t=1.5, in s. */
@@ -90,9 +115,11 @@ function showNames(scene: SceneView): void {
   canvas.addEventListener("pointerleave", () => (tooltip.hidden = true));
 }
 
-StoredRun.load(document).then(open).catch((error: unknown) => {
+const about = readAbout(document);
+const loading: Promise<RunData> = about.live ? LiveRun.connect(about) : StoredRun.load(about, document);
+loading.then(open).catch((error: unknown) => {
   const failure = byId("failure");
   failure.hidden = false;
-  failure.textContent = `This report cannot be shown: ${error instanceof Error ? error.message : error}`;
+  failure.textContent = `This run cannot be shown: ${error instanceof Error ? error.message : error}`;
   throw error;
 });

@@ -3,11 +3,28 @@
 import { frameAt } from "./data.js";
 import type { RunData } from "./data.js";
 
-export class Player {
+/** What the controls need, of a replay as of a live run. */
+export interface Player {
+  readonly frame: number;
+  readonly playing: boolean;
+  /** seconds of the run per second of the clock */
+  speed: number;
+  /** whether the run begins anew at its end; undefined where it has none */
+  loop?: boolean;
+  seek(frame: number): void;
+  toggle(): void;
+  /** Moves on by so many frames, or back, and stops there. */
+  stepBy(frames: number): void;
+  /** Begins anew; undefined where seeking does that. */
+  reset?(): void;
+  /** Moves on to what the clock (ms) asks for. */
+  tick(clock: number): void;
+}
+
+export class ReplayPlayer implements Player {
   frame = 0;
   playing = false;
   loop = true;
-  /** seconds of the run per second of the clock */
   speed = 1;
   private time = 0;
   private lastClock: number | null = null;
@@ -29,7 +46,11 @@ export class Player {
     this.changed();
   }
 
-  /** Moves on to what the clock (ms) asks for. */
+  stepBy(frames: number): void {
+    if (this.playing) this.toggle();
+    this.seek(this.frame + frames);
+  }
+
   tick(clock: number): void {
     if (!this.playing) return;
     const elapsed = this.lastClock === null ? 0 : (clock - this.lastClock) / 1000;

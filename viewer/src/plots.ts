@@ -67,6 +67,7 @@ interface Axis {
 }
 
 export class Plot {
+  readonly figure = document.createElement("figure");
   private readonly canvas = document.createElement("canvas");
   private readonly readings: HTMLElement[] = [];
   private readonly background = document.createElement("canvas");
@@ -76,11 +77,11 @@ export class Plot {
 
   constructor(
     parent: HTMLElement,
-    private readonly spec: PlotSpec,
+    readonly spec: PlotSpec,
     private readonly run: RunData,
     seek: (frame: number) => void,
   ) {
-    const figure = document.createElement("figure");
+    const { figure } = this;
     figure.className = "plot";
     figure.id = `plot-${spec.id}`;
     const caption = document.createElement("figcaption");
@@ -91,7 +92,6 @@ export class Plot {
     spec.series.forEach((series, k) => caption.append(this.legend(series, k)));
     figure.append(caption, this.canvas);
     parent.append(figure);
-    this.axis = axisOf(spec, run);
     this.canvas.addEventListener("pointerdown", (event) => {
       this.canvas.setPointerCapture(event.pointerId);
       seek(this.frameAtPixel(event.offsetX));
@@ -105,6 +105,11 @@ export class Plot {
   setTheme(theme: Theme): void {
     this.theme = theme;
     this.redraw();
+  }
+
+  /** Takes up frames that have come since. */
+  refresh(): void {
+    if (!this.figure.hidden) this.redraw();
   }
 
   show(frame: number): void {
@@ -154,10 +159,11 @@ export class Plot {
     return time - this.run.time(before) < this.run.time(after) - time ? before : after;
   }
 
-  /** Draws everything but the cursor, once per size and theme. */
+  /** Draws everything but the cursor, once per size, theme and set of frames. */
   private redraw(): void {
     const theme = this.theme;
     if (!theme || this.canvas.clientWidth === 0 || this.run.frames === 0) return;
+    this.axis = axisOf(this.spec, this.run);
     const ratio = devicePixelRatio;
     for (const canvas of [this.canvas, this.background]) {
       canvas.width = Math.round(this.canvas.clientWidth * ratio);

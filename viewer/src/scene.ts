@@ -1,8 +1,8 @@
 // The scene in 3-D: bodies, ground, light, camera; contacts are in contacts.ts.
 
 import {
-  Color, DirectionalLight, EdgesGeometry, Group, HemisphereLight, LineBasicMaterial, LineSegments, Mesh,
-  MeshStandardMaterial, NeutralToneMapping, Object3D, PCFShadowMap, PerspectiveCamera, Raycaster, Scene,
+  BufferGeometry, Color, DirectionalLight, EdgesGeometry, Group, HemisphereLight, LineBasicMaterial, LineSegments, Mesh,
+  MeshStandardMaterial, NeutralToneMapping, Object3D, PCFShadowMap, PerspectiveCamera, Ray, Raycaster, Scene,
   Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
@@ -13,6 +13,7 @@ import type { Geom, RunData } from "./data.js";
 import { extentOf } from "./extent.js";
 import type { Extent } from "./extent.js";
 import { Ground } from "./ground.js";
+import { PullView } from "./pull.js";
 import { geometryOf } from "./shapes.js";
 import type { Theme } from "./theme.js";
 
@@ -20,9 +21,18 @@ export interface SceneOptions extends ContactOptions {
   bodies: boolean;
   seeThrough: boolean;
   follow: boolean;
+  /** index of the body that is followed; 0 follows the middle of all that move */
+  followed: number;
 }
 
-const VIEW_DIRECTION = new Vector3(0.62, -0.95, 0.5).normalize();
+/** Where the camera stands, seen from the middle of the scene. The top is a little off the vertical, which has no up. */
+export const VIEWS = {
+  corner: new Vector3(0.62, -0.95, 0.5).normalize(),
+  front: new Vector3(0, -1, 0.02).normalize(),
+  side: new Vector3(1, 0, 0.02).normalize(),
+  top: new Vector3(0, -1e-4, 1).normalize(),
+};
+
 const LIGHT_DIRECTION = new Vector3(0.35, -0.45, 1).normalize();
 const FIELD_OF_VIEW = 32;
 /** Edges are drawn where faces meet at more than this angle, degrees. */
@@ -48,7 +58,10 @@ export class SceneView {
   private readonly axes: Axes;
   private readonly sun = new DirectionalLight(0xffffff, 1.7);
   private readonly sky = new HemisphereLight(0xffffff, 0xb4b6c4, 2.2);
+  private readonly pull: PullView;
+  private readonly geometries: (BufferGeometry | null)[];
   private readonly extent: Extent;
+  private view: keyof typeof VIEWS = "corner";
   private readonly followed = new Vector3();
   private frame = 0;
   private changed = true;
@@ -71,18 +84,19 @@ export class SceneView {
     this.controls.addEventListener("change", () => (this.changed = true));
 
     const { header } = run.about;
-    const geometries = header.geoms.map((geom) => geometryOf(geom.shape));
-    this.extent = extentOf(run, geometries);
+    this.geometries = header.geoms.map((geom) => geometryOf(geom.shape));
+    this.extent = extentOf(run, this.geometries);
     this.bodies = header.bodies.map(() => new Group());
     header.geoms.forEach((geom, i) => {
-      const geometry = geometries[i];
+      const geometry = this.geometries[i];
       if (geometry) this.addVisual(geom, geometry);
       else this.addGround(geom);
     });
     if (this.grounds.length === 0) this.addFloor();
     this.contacts = new ContactView(run, this.extent.unit);
+    this.pull = new PullView(this.extent.unit);
     this.addLight();
-    this.scene.add(...this.bodies, this.contacts);
+    this.scene.add(...this.bodies, this.contacts, this.pull);
     this.placeBodies();
     this.followed.copy(this.middle());
     this.fit();
@@ -92,6 +106,7 @@ export class SceneView {
   show(frame: number): void {
     this.frame = frame;
     this.placeBodies();
+    this.pull.update();
     this.contacts.show(frame, this.options);
     for (const { mesh, edges, geom } of this.visuals) {
       mesh.visible = edges.visible = this.options.bodies;
@@ -120,21 +135,34 @@ export class SceneView {
     }
     this.grounds.forEach((ground) => ground.setTheme(theme));
     this.contacts.setTheme(theme);
+    this.pull.setTheme(theme);
     this.axes.setTheme(theme);
     this.show(this.frame);
   }
 
-  /** Brings everything into view, from the side where one sees best. */
+  /** Looks from there, with everything in view. */
+  look(view: keyof typeof VIEWS): void {
+    this.view = view;
+    this.fit();
+  }
+
+  /** Fits what depends on the whole run to the frames that there are now. */
+  rescale(): void {
+    this.contacts.rescale();
+  }
+
+  /** Brings everything into view. */
   fit(): void {
+    const extent = extentOf(this.run, this.geometries);
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const [left, top, bottom] = this.covered();
     const perPixel = (2 * Math.tan((FIELD_OF_VIEW * Math.PI) / 360)) / Math.max(height, 1);
     const free = Math.max(Math.min(width - left, height - top - bottom), 50);
-    const distance = (1.08 * this.extent.radius) / Math.sin(Math.atan((free / 2) * perPixel));
-    const centre = this.extent.centre.clone();
+    const distance = (1.08 * extent.radius) / Math.sin(Math.atan((free / 2) * perPixel));
+    const centre = extent.centre.clone();
     if (this.options.follow) centre.copy(this.middle());
     this.controls.target.copy(centre);
-    this.camera.position.copy(centre).addScaledVector(VIEW_DIRECTION, distance);
+    this.camera.position.copy(centre).addScaledVector(VIEWS[this.view], distance);
     this.camera.near = distance / 200;
     this.camera.far = distance * 40;
     this.camera.updateProjectionMatrix();
@@ -154,7 +182,7 @@ export class SceneView {
   /** What is at a place of the canvas, in pixels: a contact, else a body, else null. */
   describe(x: number, y: number): string | null {
     const { clientWidth: width, clientHeight: height } = this.canvas;
-    const place = new Vector2((2 * x) / width - 1, 1 - (2 * y) / height);
+    const place = this.placeOf(x, y);
     const pixels = (point: Vector3) => {
       const seen = point.project(this.camera);
       return Math.hypot(((seen.x - place.x) * width) / 2, ((seen.y - place.y) * height) / 2);
@@ -162,12 +190,58 @@ export class SceneView {
     return this.contacts.describe((point) => pixels(point) < PICK_PIXELS) ?? this.bodyAt(place);
   }
 
-  private bodyAt(place: Vector2): string | null {
+  /** The line of sight through a pixel. */
+  ray(x: number, y: number): Ray {
+    return this.caster(this.placeOf(x, y)).ray;
+  }
+
+  /** The body seen at a pixel, and the point of it. */
+  hit(x: number, y: number): { body: number; point: Vector3 } | null {
+    const found = this.firstVisual(this.placeOf(x, y));
+    return found && { body: found.visual.geom.body, point: found.point };
+  }
+
+  /** A point of the world in a body's frame. */
+  toBody(body: number, point: Vector3): Vector3 {
+    this.bodies[body].updateMatrixWorld();
+    return this.bodies[body].worldToLocal(point.clone());
+  }
+
+  viewDirection(): Vector3 {
+    return this.camera.getWorldDirection(new Vector3());
+  }
+
+  /** Draws the spring from a point of a body to a point of the world. */
+  showPull(body: number, point: Vector3, target: Vector3): void {
+    this.pull.hold(this.bodies[body], point, target);
+    this.changed = true;
+  }
+
+  hidePull(): void {
+    this.pull.visible = false;
+    this.changed = true;
+  }
+
+  private placeOf(x: number, y: number): Vector2 {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    return new Vector2((2 * x) / width - 1, 1 - (2 * y) / height);
+  }
+
+  private caster(place: Vector2): Raycaster {
+    const caster = new Raycaster();
+    caster.setFromCamera(place, this.camera);
+    return caster;
+  }
+
+  private firstVisual(place: Vector2): { visual: Visual; point: Vector3 } | null {
     if (!this.options.bodies) return null;
-    const ray = new Raycaster();
-    ray.setFromCamera(place, this.camera);
-    const hit = ray.intersectObjects(this.visuals.map((visual) => visual.mesh), false)[0];
+    const hit = this.caster(place).intersectObjects(this.visuals.map((visual) => visual.mesh), false)[0];
     const visual = this.visuals.find((candidate) => candidate.mesh === hit?.object);
+    return visual ? { visual, point: hit.point } : null;
+  }
+
+  private bodyAt(place: Vector2): string | null {
+    const visual = this.firstVisual(place)?.visual;
     if (!visual) return null;
     const body = this.run.about.header.bodies[visual.geom.body];
     return visual.geom.name && visual.geom.name !== body ? `${body} · ${visual.geom.name}` : body;
@@ -251,8 +325,9 @@ export class SceneView {
     this.bodies.forEach((body, i) => place(body, poses, 7 * i));
   }
 
-  /** Mean position of the moving bodies. */
+  /** Position of the body that is followed, or the mean of all that move. */
   private middle(): Vector3 {
+    if (this.options.followed > 0) return this.bodies[this.options.followed].position.clone();
     const moving = this.bodies.slice(1).filter((body) => body.children.length > 0);
     const sum = moving.reduce((total, body) => total.add(body.position), new Vector3());
     return moving.length > 0 ? sum.divideScalar(moving.length) : this.extent.centre.clone();

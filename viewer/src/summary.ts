@@ -5,11 +5,12 @@ import type { RunData } from "./data.js";
 import { byId, element, row } from "./dom.js";
 import { integer, number } from "./format.js";
 
+/** Shows the figures; called again, those of the frames that have come since. */
 export function showSummary(run: RunData, seek: (frame: number) => void): void {
   const { header } = run.about;
   byId("title").textContent = document.title || header.model_name || "Recording";
-  byId("chips").append(...chips(run, seek));
-  byId("summary").append(
+  byId("chips").replaceChildren(...chips(run, seek));
+  byId("summary").replaceChildren(
     element("h2", {}, "Run"), element("table", {}, ...runRows(run)),
     element("h2", {}, "Worst residuals"), element("table", {}, ...worstRows(run, seek)),
     element("h2", {}, "Model"), element("table", {}, ...modelRows(run)),
@@ -19,7 +20,9 @@ export function showSummary(run: RunData, seek: (frame: number) => void): void {
 function chips(run: RunData, seek: (frame: number) => void): HTMLElement[] {
   const { run: figures, ending, stride } = run.about;
   const made = [verdict(run, seek)];
-  if (ending !== null) made.push(element("span", { className: "chip" }, ending));
+  const { state } = run;
+  if (state) made.push(element("span", { className: state.bad ? "chip bad" : "chip", id: "state" }, state.text));
+  else if (ending !== null) made.push(element("span", { className: "chip" }, ending));
   else made.push(element("span", { className: "chip bad" }, "the run did not end by itself"));
   if (stride > 1) {
     const text = `shows every ${stride}th of ${integer(figures.frames)} steps`;
@@ -71,7 +74,8 @@ function worstRows(run: RunData, seek: (frame: number) => void): HTMLElement[] {
     const link = element("button", { title: "Go to that step" }, `step ${integer(step)}`);
     link.addEventListener("click", () => seek(frameOfStep(run, step)));
     const name = RESIDUALS[law];
-    return row(name[0].toUpperCase() + name.slice(1), `${number(value)} at `, link);
+    const label = name[0].toUpperCase() + name.slice(1);
+    return run.about.run.frames === 0 ? row(label, "–") : row(label, `${number(value)} at `, link);
   });
 }
 

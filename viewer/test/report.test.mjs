@@ -10,16 +10,11 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
 import { fileURLToPath, pathToFileURL } from "node:url";
-import { chromium } from "playwright-core";
+import { drawnShare as share, openBrowser, pixelsOfColor as pixels } from "./support.mjs";
 
 const ROOT = fileURLToPath(new URL("../..", import.meta.url));
 const LAST_FRAME = 750;
 const BAD_STEP = 214;
-const BROWSER_FLAGS = [
-  "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
-  "--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-];
-
 let browser;
 let page;
 let address;
@@ -31,8 +26,7 @@ before(async () => {
   const example = ["run", "--quiet", "-p", "signorini-recording", "--example", "report", "--", report];
   execFileSync("cargo", example, { cwd: ROOT, stdio: "inherit" });
   address = pathToFileURL(report).href;
-  const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
-  browser = await chromium.launch({ executablePath, headless: true, args: BROWSER_FLAGS });
+  browser = await openBrowser();
   page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "light" });
   page.on("pageerror", (error) => problems.push(error.message));
   page.on("console", (message) => message.type() === "error" && problems.push(message.text()));
@@ -45,50 +39,8 @@ after(() => browser?.close());
 
 const frame = () => page.evaluate(() => Number(document.body.dataset.frame));
 
-/** Pixels of an element as the screen has them: how many differ from the most frequent colour. */
-async function drawnShare(selector) {
-  await page.waitForTimeout(200);
-  const png = (await page.locator(selector).screenshot()).toString("base64");
-  return page.evaluate(async (data) => {
-    const image = new Image();
-    image.src = `data:image/png;base64,${data}`;
-    await image.decode();
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [image.width, image.height];
-    const pen = canvas.getContext("2d");
-    pen.drawImage(image, 0, 0);
-    const pixels = new Uint32Array(pen.getImageData(0, 0, image.width, image.height).data.buffer);
-    const counts = new Map();
-    for (const pixel of pixels) counts.set(pixel, (counts.get(pixel) ?? 0) + 1);
-    return 1 - Math.max(...counts.values()) / pixels.length;
-  }, png);
-}
-
-/** Number of pixels of the scene whose colour is close to a theme colour. */
-async function pixelsOfColor(variable) {
-  await page.waitForTimeout(200);
-  const png = (await page.locator("#scene").screenshot()).toString("base64");
-  return page.evaluate(async ([data, name]) => {
-    const image = new Image();
-    image.src = `data:image/png;base64,${data}`;
-    await image.decode();
-    const canvas = document.createElement("canvas");
-    [canvas.width, canvas.height] = [image.width, image.height];
-    const pen = canvas.getContext("2d", { willReadFrequently: true });
-    pen.fillStyle = getComputedStyle(document.documentElement).getPropertyValue(name);
-    pen.fillRect(0, 0, 1, 1);
-    const [r, g, b] = pen.getImageData(0, 0, 1, 1).data;
-    pen.drawImage(image, 0, 0);
-    // The right half of the scene: the legend with its swatches is on the left.
-    const { data: pixels } = pen.getImageData(320, 80, image.width - 320, image.height - 180);
-    let count = 0;
-    for (let i = 0; i < pixels.length; i += 4) {
-      const distance = Math.abs(pixels[i] - r) + Math.abs(pixels[i + 1] - g) + Math.abs(pixels[i + 2] - b);
-      if (distance < 24) count++;
-    }
-    return count;
-  }, [png, variable]);
-}
+const drawnShare = (selector) => share(page, selector);
+const pixelsOfColor = async (variable) => (await pixels(page, variable)).count;
 
 test("the scene draws, and bodies can be hidden", async () => {
   assert.ok((await drawnShare("#scene")) > 0.2);

@@ -2,12 +2,12 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use signorini::contact::SolverSettings;
 use signorini::lcp::MethodKind;
-use signorini::{ContactMethod, Settings};
+use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, Settings};
 
-use crate::commands::{check, export, inspect, scenes, simulate, solve};
+use crate::commands::{check, compare, export, inspect, scenes, simulate, solve, view};
 use crate::error::CliError;
 use crate::exit::{EXIT_CODES, Exit};
 
@@ -28,6 +28,8 @@ pub struct Cli {
 pub enum Command {
     /// Run a model and say how well every step was solved.
     Simulate(simulate::Arguments),
+    /// Show a model in the browser while it runs: pause, step, drag bodies.
+    View(view::Arguments),
     /// Show what a model file became: tree, joints, masses, shapes, and what was left out.
     Inspect(inspect::Arguments),
     /// List the bundled scenes.
@@ -36,6 +38,8 @@ pub enum Command {
     Export(export::Arguments),
     /// Solve complementarity and contact problems from files.
     Solve(solve::Arguments),
+    /// Solve one problem with every law and method, side by side.
+    Compare(compare::Arguments),
     /// Check a solution against its problem; no solver is involved.
     Check(check::Arguments),
 }
@@ -45,10 +49,12 @@ impl Command {
     pub fn run(&self) -> Result<Exit, CliError> {
         match self {
             Self::Simulate(arguments) => simulate::run(arguments),
+            Self::View(arguments) => view::run(arguments),
             Self::Inspect(arguments) => inspect::run(arguments),
             Self::Scenes(arguments) => scenes::run(arguments),
             Self::Export(arguments) => export::run(arguments),
             Self::Solve(arguments) => solve::run(arguments),
+            Self::Compare(arguments) => compare::run(arguments),
             Self::Check(arguments) => check::run(arguments),
         }
     }
@@ -57,10 +63,12 @@ impl Command {
     pub fn json(&self) -> bool {
         match self {
             Self::Simulate(arguments) => arguments.json,
+            Self::View(arguments) => arguments.json,
             Self::Inspect(arguments) => arguments.json,
             Self::Scenes(arguments) => arguments.json,
             Self::Export(arguments) => arguments.json,
             Self::Solve(arguments) => arguments.json,
+            Self::Compare(arguments) => arguments.json,
             Self::Check(arguments) => arguments.json,
         }
     }
@@ -107,6 +115,17 @@ pub struct StepArguments {
     /// newton-fischer-burmeister, newton-minimum).
     #[arg(long, value_name = "NAME", default_value = "structured", value_parser = MethodChoice::parse)]
     pub method: MethodChoice,
+    /// Law of friction: the polygon's, the circular cone's, or polygons whose directions are turned into the slip until the
+    /// circular cone's laws hold within --cone-tolerance. The last two need the structured solver and contacts as the only
+    /// friction.
+    #[arg(long, value_enum, default_value = "polygon")]
+    pub friction_law: FrictionLawName,
+    /// Bound on every residual of the circular cone's laws with --friction-law refined. [default: 1e-6]
+    #[arg(long, value_name = "X", value_parser = fraction)]
+    pub cone_tolerance: Option<f64>,
+    /// Choice among the impulses that give the same motion: the solver's, or those of least norm.
+    #[arg(long, value_enum, default_value = "solver")]
+    pub impulses: ImpulseName,
     /// A step has missed its tolerance when a residual of its certificate is above this.
     #[arg(long, value_name = "X", default_value = "1e-9", value_parser = fraction)]
     pub tolerance: f64,
@@ -120,9 +139,15 @@ pub struct StepArguments {
 
 impl StepArguments {
     /// The settings of a simulation.
-    pub fn settings(&self) -> Settings {
+    ///
+    /// # Errors
+    /// [`CliError::UnusedOption`] for a tolerance of a law that is not asked for.
+    pub fn settings(&self) -> Result<Settings, CliError> {
+        if self.cone_tolerance.is_some() && self.friction_law != FrictionLawName::Refined {
+            return Err(CliError::UnusedOption { option: "--cone-tolerance", needs: "--friction-law refined" });
+        }
         use signorini::InfeasiblePolicy::{ClipGaps, Stop};
-        Settings {
+        Ok(Settings {
             timestep: self.dt,
             directions: self.directions,
             stabilization: self.stabilization,
@@ -131,13 +156,47 @@ impl StepArguments {
                 MethodChoice::Structured => ContactMethod::Structured(structured(self.tolerance)),
                 MethodChoice::Lcp(kind) => ContactMethod::Lcp(kind.clone()),
             },
+            friction_law: match self.friction_law {
+                FrictionLawName::Polygon => FrictionLaw::Polygon,
+                FrictionLawName::Circular => FrictionLaw::Circular,
+                FrictionLawName::Refined => {
+                    FrictionLaw::Refined { tolerance: self.cone_tolerance.unwrap_or(DEFAULT_CONE_TOLERANCE) }
+                }
+            },
+            impulses: match self.impulses {
+                ImpulseName::Solver => ImpulseChoice::Solver,
+                ImpulseName::LeastNorm => ImpulseChoice::LeastNorm,
+            },
             infeasible: if self.clip_gaps { ClipGaps } else { Stop },
             ..Settings::default()
-        }
+        })
     }
 }
 
-/// A solver by name.
+/// Bound on the residuals of the circular cone's laws where directions are refined and none is given.
+pub const DEFAULT_CONE_TOLERANCE: f64 = 1e-6;
+
+/// A law of friction by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum FrictionLawName {
+    /// Maximum dissipation over a polygon.
+    Polygon,
+    /// Coulomb's law with the circular cone.
+    Circular,
+    /// A polygon turned into the slip.
+    Refined,
+}
+
+/// A choice among impulses by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ImpulseName {
+    /// The solver's, near those of the step before.
+    Solver,
+    /// Those of least norm.
+    LeastNorm,
+}
+
+/// A solver of the polygon's laws by name.
 #[derive(Clone, Debug, PartialEq)]
 pub enum MethodChoice {
     /// The structured contact solver.
@@ -147,6 +206,14 @@ pub enum MethodChoice {
 }
 
 impl MethodChoice {
+    /// Its name.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Structured => "structured".into(),
+            Self::Lcp(kind) => kind.to_string(),
+        }
+    }
+
     /// The method of this name.
     pub fn parse(name: &str) -> Result<Self, String> {
         if name == "structured" {
@@ -158,7 +225,6 @@ impl MethodChoice {
         })
     }
 }
-
 /// Settings of the structured solver for a tolerance.
 pub fn structured(tolerance: f64) -> SolverSettings {
     let default = SolverSettings::default();

@@ -7,6 +7,7 @@ use signorini::contact::ProblemError;
 use signorini::multibody::StateError;
 use signorini::recording::RecordingError;
 use signorini_formats::FormatError;
+use signorini_viewer::ViewerError;
 
 use crate::exit::Exit;
 
@@ -38,6 +39,9 @@ pub enum CliError {
     /// A recording or report.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// The page of a running simulation.
+    #[error(transparent)]
+    Viewer(#[from] ViewerError),
     /// A file that cannot be written.
     #[error("cannot write '{}': {source}", path.display())]
     Write {
@@ -77,13 +81,60 @@ pub enum CliError {
     /// `--set` makes a state that the model cannot be in.
     #[error("--set: {0}")]
     State(StateError),
-    /// The structured solver was asked for where there are no contacts.
-    #[error("{}: the structured solver needs kind 'contact', this is '{kind}'; use --method automatic", path.display())]
+    /// A solver of contact problems was asked for where there are none.
+    #[error(
+        "{}: --method {method} needs kind {}, this is '{kind}'; use --method automatic", path.display(),
+        if method == "circular" { "'contact', 'frictional3d' or 'frictional2d'" } else { "'contact'" }
+    )]
     NeedsContacts {
         /// The file.
         path: PathBuf,
+        /// The solver.
+        method: String,
         /// Its kind.
         kind: &'static str,
+    },
+    /// What was asked for in addition needs contacts.
+    #[error("{}: {option} needs kind 'contact', this is '{kind}'", path.display())]
+    OptionNeedsContacts {
+        /// The file.
+        path: PathBuf,
+        /// The option.
+        option: &'static str,
+        /// Its kind.
+        kind: &'static str,
+    },
+    /// A solution with the circular cone for a problem without contacts.
+    #[error("{}: a solution with the circular cone, but the problem is of kind '{kind}', which has no contacts", path.display())]
+    LawWithoutContacts {
+        /// The solution file.
+        path: PathBuf,
+        /// Kind of the problem.
+        kind: &'static str,
+    },
+    /// An option that has no meaning without another one.
+    #[error("{option} has a meaning with {needs} only")]
+    UnusedOption {
+        /// The option.
+        option: &'static str,
+        /// What it needs.
+        needs: &'static str,
+    },
+    /// The process of one row of a comparison cannot be run.
+    #[error("cannot run '{}': {source}", program.display())]
+    Process {
+        /// The program.
+        program: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A row of a comparison that the problem does not have.
+    #[error("--row {row}: the comparison has {rows} rows")]
+    NoSuchRow {
+        /// The row.
+        row: usize,
+        /// Rows there are.
+        rows: usize,
     },
     /// A kind of problem that this version does not know.
     #[error("{}: problems of this kind cannot be solved or checked", path.display())]
@@ -117,7 +168,9 @@ impl CliError {
     /// The exit code it leads to.
     pub fn exit(&self) -> Exit {
         match self {
-            Self::OneSolution { .. } => Exit::Usage,
+            Self::OneSolution { .. }
+            | Self::UnusedOption { .. }
+            | Self::Simulation(SimulationError::Incompatible { .. }) => Exit::Usage,
             _ => Exit::Failure,
         }
     }

@@ -24,6 +24,14 @@ pub struct Loaded {
     pub first_keyframe: Option<String>,
 }
 
+impl Loaded {
+    /// Lines for the summary of a report: the source, and what was left out.
+    pub fn notes(&self) -> Vec<(String, String)> {
+        let left_out = self.report.warnings.iter().map(|w| ("left out".to_owned(), w.to_string()));
+        std::iter::once(("model file".to_owned(), self.source.clone())).chain(left_out).collect()
+    }
+}
+
 /// Reads the model file or bundled scene.
 pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
     let options = LoadOptions { package_dirs: arguments.package_dir.clone(), floating_base: arguments.floating_base };

@@ -1,4 +1,4 @@
-//! The `signorini` command: simulate, inspect and export models; solve and check contact problems.
+//! The `signorini` command: simulate, inspect and export models; solve, compare and check contact problems.
 //!
 //! Arguments → [`commands`] compute → [`results`] (plain data, JSON as they are) → [`text`] for people.
 
@@ -11,6 +11,7 @@ mod loading;
 mod output;
 mod results;
 mod scene;
+mod solving;
 mod text;
 
 use std::process::ExitCode;

@@ -20,9 +20,10 @@ pub struct Certificate {
     pub signorini: f64,
     /// `r_cone`: friction bound in the polygon's gauge.
     pub friction: f64,
-    /// `r_mdp`: maximum dissipation, the distance from the linear program's minimum. For a friction group with a constant bound
-    /// `r₀` one factor `s_v` of its scale is `max(s_v, g r₀)`: the bound is no velocity of the data, and a servo that could do
-    /// far more than it has to would multiply the rounding of its slip.
+    /// `r_mdp`: maximum dissipation, the distance from the linear program's minimum. One factor `s_v` of its scale is
+    /// `max(s_v, g r)` with the bound `r` of the friction: impulses far larger than the data ask for (a light body under a heavy
+    /// one, a servo that could do more than it has to) would multiply the rounding of the slip. It remains the slip that
+    /// friction lets pass, in units of s_v.
     pub dissipation: f64,
     /// Bilateral rows `∇Θ v⁺ + Θ/Δt` with the claimed `v⁺`.
     pub bilateral: f64,
@@ -83,10 +84,27 @@ pub(crate) struct Scratch {
 /// # Source
 /// The formulation, §8.
 pub fn certify(problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
-    certify_with(problem, solution, &mut Scratch::default())
+    certify_afresh(problem, solution, &mut Scratch::default())
 }
 
-pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution, scratch: &mut Scratch) -> Certificate {
+/// The same in memory at hand.
+pub(crate) fn certify_afresh(
+    problem: &ContactProblem,
+    solution: &ContactSolution,
+    scratch: &mut Scratch,
+) -> Certificate {
+    scratch.resize(problem.nv());
+    let scales = Scales::of(problem, problem.delassus_scale_with(&mut scratch.column));
+    certify_with(problem, solution, &scales, scratch)
+}
+
+/// The certificate with the problem's scales at hand.
+pub(crate) fn certify_with(
+    problem: &ContactProblem,
+    solution: &ContactSolution,
+    scales: &Scales,
+    scratch: &mut Scratch,
+) -> Certificate {
     let (nv, nc) = (problem.nv(), problem.contact_count());
     let sizes_fit = solution.velocity.len() == nv
         && solution.lambda_n.len() == nc
@@ -102,11 +120,10 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
     }
     scratch.resize(nv);
     scratch.add_forces(problem, solution);
-    let scales = Scales::of(problem, &mut scratch.column);
     let mut certificate = Certificate { momentum: scratch.momentum_residual(problem, solution), ..Default::default() };
     scratch.velocity_from_impulses(problem);
     for i in 0..nc {
-        contact_laws(problem, solution, i, &scratch.change, &scales, &mut certificate);
+        contact_laws(problem, solution, i, &scratch.change, scales, &mut certificate);
     }
     for j in 0..problem.friction_groups.len() {
         let groups = &problem.friction_groups;
@@ -115,9 +132,8 @@ pub(crate) fn certify_with(problem: &ContactProblem, solution: &ContactSolution,
             alpha: &solution.group_alpha[groups.direction_range(j)],
             beta: solution.group_beta[j],
             bound: groups.bound_at(j, &solution.lambda_n),
-            constant: groups.bound[j].constant(),
         };
-        friction.laws(groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity), &scales, &mut certificate);
+        friction.laws(groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity), scales, &mut certificate);
     }
     for k in 0..solution.bilateral.len() {
         let stabilization = problem.bilateral_violation[k] / problem.timestep;
@@ -139,18 +155,19 @@ pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &Contac
 }
 
 /// The scales of the data.
-struct Scales {
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Scales {
     /// `g`: largest diagonal entry of `J M⁻¹ Jᵀ` over normals and directions, 1/kg.
     delassus: f64,
     /// `s_v = max|b|`, m/s.
-    velocity: f64,
+    pub velocity: f64,
     /// `max|M|`.
     mass: f64,
 }
 
 impl Scales {
-    fn of(problem: &ContactProblem, column: &mut [f64]) -> Self {
-        let delassus = problem.delassus_scale_with(column);
+    /// The scales of a problem whose largest Delassus entry is known ([`ContactProblem::delassus_scale`]).
+    pub fn of(problem: &ContactProblem, delassus: f64) -> Self {
         Self {
             delassus: if delassus > 0.0 { delassus } else { 1.0 },
             velocity: problem.velocity_scale(),
@@ -260,7 +277,6 @@ fn contact_laws(
         alpha: &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]],
         beta: solution.beta[i],
         bound: problem.friction[i] * lambda,
-        constant: 0.0,
     };
     friction.laws(computed, [c_1, c_2], scales, raw);
 }
@@ -272,8 +288,6 @@ struct Friction<'a> {
     beta: f64,
     /// `μ λ_N` or the bound of the group.
     bound: f64,
-    /// The part of the bound that no contact gives.
-    constant: f64,
 }
 
 impl Friction<'_> {
@@ -293,7 +307,7 @@ impl Friction<'_> {
             let pairs = || self.directions.iter().zip(self.alpha);
             let power: f64 = pairs().map(|(d, a)| a * along(d, claimed)).sum();
             let support = self.directions.iter().map(|d| -along(d, claimed)).fold(f64::MIN, f64::max);
-            let strength = scales.velocity.max(g * self.constant);
+            let strength = scales.velocity.max(g * self.bound);
             let relative = if strength > 0.0 { scales.velocity / strength } else { 1.0 };
             keep(&mut raw.dissipation, (power + self.bound * support) * relative);
         }

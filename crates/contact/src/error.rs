@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::UnsupportedFriction;
+
 /// Wrong input, found when a problem is built or read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -88,6 +90,9 @@ pub enum ProblemError {
     /// The assembled complementarity problem is malformed.
     #[error(transparent)]
     Lcp(#[from] signorini_lcp::LcpError),
+    /// The problem has friction that what was asked for does not have.
+    #[error(transparent)]
+    Unsupported(#[from] UnsupportedFriction),
     /// What was given as a solution violates the laws.
     #[error(
         "the solution's certificate is {residual:.1e}, which is too much to say what else it admits: solve the problem first"

@@ -63,6 +63,19 @@ impl<const R: usize> SparseRows<R> {
         y
     }
 
+    /// The largest sum of absolute products in `J_i x`: what its rounding is relative to.
+    pub(crate) fn largest_terms(&self, i: usize, x: &[f64]) -> f64 {
+        let (columns, entries) = self.group(i);
+        let mut sums = [0.0; R];
+        for (&column, entry) in columns.iter().zip(entries) {
+            let x = x[column as usize].abs();
+            for r in 0..R {
+                sums[r] += entry[r].abs() * x;
+            }
+        }
+        sums.into_iter().fold(0.0, f64::max)
+    }
+
     /// `y += J_iᵀ p`.
     pub fn add_transposed(&self, i: usize, p: [f64; R], y: &mut [f64]) {
         let (columns, entries) = self.group(i);

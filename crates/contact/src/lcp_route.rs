@@ -33,7 +33,7 @@ pub fn solve_as_lcp(
     let mut cones = Cones::default();
     cones.prepare(problem);
     take_unknowns(problem, &cones, &at, &outcome.z, &mut solution);
-    recover_into(problem, &cones, &mut solution);
+    recover_into(problem, &cones, problem.velocity_scale(), &mut solution);
     solution.certificate = certify(problem, &solution);
     solution.report = SolveReport { lemke_pivots: outcome.iterations as u32, ..SolveReport::default() };
     solution.status = match &outcome.status {
@@ -43,6 +43,8 @@ pub fn solve_as_lcp(
         Status::Inconsistent { .. } => SolveStatus::Infeasible { contacts: Vec::new() },
         Status::IterationLimit => SolveStatus::IterationLimit,
         _ if solution.certificate.holds(tolerance) => SolveStatus::Solved,
+        Status::Refused(refusal) => SolveStatus::Refused(*refusal),
+        Status::TooLarge { limit } => SolveStatus::TooLarge { limit: *limit },
         _ => SolveStatus::Inaccurate,
     };
     Ok(solution)

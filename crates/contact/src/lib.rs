@@ -23,6 +23,7 @@ mod recovery;
 mod relaxation;
 mod solution;
 mod solver;
+mod unsupported;
 
 pub use assemble::Layout;
 pub use bilateral_basis::BilateralBasis;
@@ -47,3 +48,4 @@ pub use relaxation::{
 };
 pub use solution::{ContactMode, ContactSolution};
 pub use solver::{ContactSolver, SolveReport, SolveStatus, SolverSettings, WarmStart};
+pub use unsupported::UnsupportedFriction;

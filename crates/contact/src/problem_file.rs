@@ -3,6 +3,7 @@
 //! The field `kind` says what a file holds: `lcp`, `mlcp`, `contact`, `frictional3d`, `frictional2d`. Matrices are dense arrays
 //! `X` or CSR (`X_data`, `X_indices`, `X_indptr`, `X_shape`). See [`ProblemFile`] for the arrays of each kind.
 
+mod cone_solutions;
 mod friction_groups;
 mod solutions;
 
@@ -14,6 +15,7 @@ use signorini_npz::{Archive, ArchiveWriter, SparseMatrix};
 
 use crate::{ContactProblem, FrictionPolygon, ProblemError};
 
+pub use cone_solutions::{is_cone_solution, read_cone_solution, write_cone_solution};
 pub use solutions::{read_contact_solution, read_plain_solution, write_contact_solution, write_plain_solution};
 
 /// A problem as a file holds it.

@@ -11,8 +11,14 @@ const STICKING: f64 = 1e-9;
 ///
 /// `α` splits `λ_T` over the two directions that enclose it; `β = max_k(−d_kᵀ c_T)`, the
 /// sliding speed seen by the polygon, is the smallest multiplier that `w_α ≥ 0` admits.
-pub(crate) fn recover_into(problem: &ContactProblem, cones: &Cones, solution: &mut ContactSolution) {
-    let slow = STICKING * problem.velocity_scale();
+/// `velocity_scale`: [`ContactProblem::velocity_scale`], m/s.
+pub(crate) fn recover_into(
+    problem: &ContactProblem,
+    cones: &Cones,
+    velocity_scale: f64,
+    solution: &mut ContactSolution,
+) {
+    let slow = STICKING * velocity_scale;
     for i in 0..problem.contact_count() {
         let impulse = solution.impulse[i];
         let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);

@@ -78,15 +78,11 @@ impl BlockCholesky {
     /// # Panics
     /// If the length is not the block's size.
     pub fn solve_block_in_place(&self, block: usize, x: &mut [f64]) {
+        self.half_solve_block_in_place(block, x);
         let (block, n) = (&self.blocks[block], self.blocks[block].size);
-        assert_eq!(x.len(), n, "length must be the block's size");
         let u = &self.data[block.data_range()];
         let inverse = &self.inverse_diagonal[block.range()];
         let carried = |k: usize| k + 1..self.coupling.end(block.start + k) - block.start;
-        for k in (0..n).rev() {
-            let row = &u[k * n..(k + 1) * n];
-            x[k] = (x[k] - dot(&row[carried(k)], &x[carried(k)])) * inverse[k];
-        }
         for k in 0..n {
             let row = &u[k * n..(k + 1) * n];
             x[k] *= inverse[k];
@@ -94,6 +90,22 @@ impl BlockCholesky {
             for (x, u) in x[carried(k)].iter_mut().zip(&row[carried(k)]) {
                 *x -= u * factor;
             }
+        }
+    }
+
+    /// The first half of [`solve_block_in_place`](Self::solve_block_in_place), `x ← L⁻ᵀ x` within one block, so that `xᵀx` is
+    /// `xᵀA⁻¹x` of before.
+    ///
+    /// # Panics
+    /// If the length is not the block's size.
+    pub fn half_solve_block_in_place(&self, block: usize, x: &mut [f64]) {
+        let (block, n) = (&self.blocks[block], self.blocks[block].size);
+        assert_eq!(x.len(), n, "length must be the block's size");
+        let u = &self.data[block.data_range()];
+        let inverse = &self.inverse_diagonal[block.range()];
+        for k in (0..n).rev() {
+            let carried = k + 1..self.coupling.end(block.start + k) - block.start;
+            x[k] = (x[k] - dot(&u[k * n..(k + 1) * n][carried.clone()], &x[carried])) * inverse[k];
         }
     }
 

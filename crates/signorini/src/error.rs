@@ -19,6 +19,14 @@ pub enum SimulationError {
         /// What it is.
         found: f64,
     },
+    /// Two settings that exclude each other.
+    #[error("settings {} and {} exclude each other: {reason}", settings[0], settings[1])]
+    Incompatible {
+        /// The settings.
+        settings: [&'static str; 2],
+        /// Why.
+        reason: &'static str,
+    },
     /// The model's shapes cannot be prepared for collision.
     #[error(transparent)]
     Collision(#[from] CollisionError),

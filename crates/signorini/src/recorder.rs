@@ -9,7 +9,7 @@ use signorini_recording::{
     SCHEMA_VERSION, ShapeVisual, StepStatus,
 };
 
-use crate::settings::{ContactMethod, Settings};
+use crate::settings::Settings;
 use crate::step::{StepReport, Workspace};
 
 /// The header of a recording of this model.
@@ -23,10 +23,7 @@ pub fn recording_header(model: &Model, settings: &Settings) -> Header {
         timestep: settings.timestep.unwrap_or(model.timestep),
         directions: settings.directions as u32,
         gravity: model.gravity.to_array(),
-        method: match &settings.method {
-            ContactMethod::Structured(_) => "structured".into(),
-            ContactMethod::Lcp(kind) => kind.to_string(),
-        },
+        method: settings.solver_name(),
         tolerance: settings.tolerance,
         bodies: model.bodies.iter().map(|b| b.name.clone()).collect(),
         joints: model.joints.iter().map(joint_label).collect(),
@@ -106,7 +103,10 @@ pub fn frame_into(
         friction: c.friction,
         dissipation: c.dissipation,
     };
-    frame.contacts.extend((0..workspace.points.len()).map(|i| contact_frame(workspace, i)));
+    for i in 0..workspace.points.len() {
+        let polygon = polygon_of(workspace, i, &mut frame.listed_directions);
+        frame.contacts.push(contact_frame(workspace, i, polygon));
+    }
 }
 
 /// Fills a frame with a state from which no step was made: the last of a run. It has no contacts and no residuals.
@@ -140,13 +140,24 @@ fn energy(model: &Model, kinematics: &Kinematics, state: &State) -> Energy {
     }
 }
 
-fn contact_frame(workspace: &Workspace, i: usize) -> ContactFrame {
+/// The polygon of contact `i`; its directions are listed where a law of friction has turned them.
+fn polygon_of(workspace: &Workspace, i: usize, listed: &mut Vec<[f64; 2]>) -> FrictionPolygon {
+    let directions = workspace.builder.problem.directions_of(i);
+    let count = directions.len() as u32;
+    if workspace.solver.keeps_directions() {
+        let angle = directions.first().map_or(0.0, |d| d[1].atan2(d[0]));
+        return FrictionPolygon::Regular { directions: count, angle };
+    }
+    let start = listed.len() as u32;
+    listed.extend_from_slice(directions);
+    FrictionPolygon::Listed { start, count }
+}
+
+fn contact_frame(workspace: &Workspace, i: usize, polygon: FrictionPolygon) -> ContactFrame {
     let (point, frame) = (&workspace.points[i], &workspace.builder.frames[i]);
     let (problem, solution) = (&workspace.builder.problem, &workspace.solution);
     let [_, c_1, c_2] = problem.contact_velocity(i, workspace.end_velocity());
     let [lambda_n, t_1, t_2] = workspace.contact_impulse(i);
-    let directions = problem.directions_of(i);
-    let angle = directions.first().map_or(0.0, |d| d[1].atan2(d[0]));
     ContactFrame {
         body_a: point.body_a.0,
         body_b: point.body_b.0,
@@ -162,7 +173,7 @@ fn contact_frame(workspace: &Workspace, i: usize) -> ContactFrame {
         lambda_t: [t_1, t_2],
         velocity_t: [c_1, c_2],
         mode: mode_code(solution.modes[i]),
-        polygon: FrictionPolygon::Regular { directions: directions.len() as u32, angle },
+        polygon,
     }
 }
 

@@ -42,6 +42,38 @@ pub enum RestitutionLaw {
     Poisson,
 }
 
+/// The law of dry friction at contacts (formulation §§2 and 9).
+///
+/// The circular laws hold for contacts whose friction is the same in all directions. A step with friction that they do not have
+/// (in joints, of servos of speed, of moving surfaces, against spinning and rolling) is an error that says so.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum FrictionLaw {
+    /// Maximum dissipation over a polygon of [`Settings::directions`]: an LCP, solved exactly.
+    #[default]
+    Polygon,
+    /// Coulomb's law with the circular cone: a nonlinear complementarity problem, solved to [`Settings::tolerance`].
+    Circular,
+    /// The polygon, its directions turned into the slip until the circular cone's laws hold within a tolerance: LCPs, solved
+    /// exactly.
+    Refined {
+        /// Bound on every residual of the circular cone's laws, in (0, 1).
+        tolerance: f64,
+    },
+}
+
+/// Which of the impulses that give the same velocity a step ends with, where there are many (a table with four legs). The
+/// motion is the same.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ImpulseChoice {
+    /// The solver's: nearest to those of the step before.
+    #[default]
+    Solver,
+    /// Those of least norm, over the polygons of the step's problem: they depend neither on the order of contacts nor on the
+    /// history. Where they are not found to the tolerance the solver's are kept, and the
+    /// [report](crate::StepReport::least_norm) says so.
+    LeastNorm,
+}
+
 /// Settings of a simulation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
@@ -65,7 +97,11 @@ pub struct Settings {
     pub restitution: RestitutionLaw,
     /// A step has missed its tolerance when the certificate's worst residual exceeds this. Default 1e-9; in (0, 1).
     pub tolerance: f64,
-    /// Solver.
+    /// Law of friction. Default polygon.
+    pub friction_law: FrictionLaw,
+    /// Choice among indeterminate impulses. Default the solver's.
+    pub impulses: ImpulseChoice,
+    /// Solver; with another law of friction than the polygon's it is the structured one.
     pub method: ContactMethod,
     /// Whether what rests is left alone: islands that the impulses of the last step hold still end the step at velocity
     /// zero without being solved, and a step that ended where it began is made again as it was until something changes. Every
@@ -86,6 +122,8 @@ impl Default for Settings {
             assembly_tolerance: 1e-6,
             restitution: RestitutionLaw::Newton,
             tolerance: 1e-9,
+            friction_law: FrictionLaw::Polygon,
+            impulses: ImpulseChoice::Solver,
             method: ContactMethod::default(),
             sleeping: false,
             infeasible: InfeasiblePolicy::Stop,
@@ -97,7 +135,8 @@ impl Settings {
     /// Checks the ranges and makes the friction polygon.
     ///
     /// # Errors
-    /// [`SimulationError::Setting`] naming the setting; [`SimulationError::Problem`] for an odd number of directions or a
+    /// [`SimulationError::Setting`] naming the setting; [`SimulationError::Incompatible`] for two that exclude each other;
+    /// [`SimulationError::Problem`] for an odd number of directions or a
     /// solver setting out of its range.
     pub fn validate(&self) -> Result<FrictionPolygon, SimulationError> {
         let check = |setting, found: f64, expected, ok: bool| {
@@ -113,9 +152,41 @@ impl Settings {
         check("tolerance", self.tolerance, "in (0, 1)", self.tolerance > 0.0 && self.tolerance < 1.0)?;
         check("direction_angle", self.direction_angle, "finite", self.direction_angle.is_finite())?;
         check("directions", self.directions as f64, "even and at least 4", self.directions >= 4)?;
+        if let FrictionLaw::Refined { tolerance } = self.friction_law {
+            check("friction_law.tolerance", tolerance, "in (0, 1)", tolerance > 0.0 && tolerance < 1.0)?;
+        }
         if let ContactMethod::Structured(solver) = &self.method {
             solver.validate()?;
         }
+        self.check_combination()?;
         Ok(FrictionPolygon::regular(self.directions, self.direction_angle)?)
+    }
+
+    fn check_combination(&self) -> Result<(), SimulationError> {
+        let exclude = |settings, reason| Err(SimulationError::Incompatible { settings, reason });
+        let polygon = self.friction_law == FrictionLaw::Polygon;
+        if !polygon && matches!(self.method, ContactMethod::Lcp(_)) {
+            return exclude(["friction_law", "method"], "a method for LCPs solves the polygon's law alone");
+        }
+        if self.restitution == RestitutionLaw::Poisson {
+            let reason = "Poisson's decompression bounds friction by shifted groups, which only the polygon's law has";
+            if !polygon {
+                return exclude(["friction_law", "restitution"], reason);
+            }
+            if self.impulses == ImpulseChoice::LeastNorm {
+                return exclude(["impulses", "restitution"], reason);
+            }
+        }
+        Ok(())
+    }
+
+    /// The solver in a few words, for people: the method, and the law where it is not the polygon's.
+    pub fn solver_name(&self) -> String {
+        match (self.friction_law, &self.method) {
+            (FrictionLaw::Polygon, ContactMethod::Structured(_)) => "structured".into(),
+            (FrictionLaw::Polygon, ContactMethod::Lcp(kind)) => kind.to_string(),
+            (FrictionLaw::Circular, _) => "circular cone".into(),
+            (FrictionLaw::Refined { .. }, _) => "direction refinement".into(),
+        }
     }
 }

@@ -2,12 +2,13 @@
 
 use std::sync::{Arc, OnceLock};
 
-use signorini_contact::Certificate;
+use signorini_contact::{Certificate, ConeCertificate};
 use signorini_multibody::{
     Input, Keyframe, Kinematics, Model, State, equality_violations, forward_kinematics_into, kinetic_energy,
     potential_energy,
 };
 
+use crate::solver::CertifiedLaw;
 use crate::step::{StepReport, Workspace, step};
 use crate::{Settings, SimulationError, Snapshot};
 
@@ -22,8 +23,12 @@ pub struct Summary {
     pub clipped_steps: u64,
     /// Largest number of contacts in a step.
     pub contacts_max: usize,
+    /// The friction law that `worst` speaks of.
+    pub law: CertifiedLaw,
     /// Largest residual of each law over the run.
     pub worst: Certificate,
+    /// The same of the circular cone's laws, where the settings ask for them.
+    pub worst_cone: Option<ConeCertificate>,
     /// Deepest penetration of a contact point at the beginning of a step, m (≥ 0).
     pub deepest_penetration: f64,
     /// Largest violation of an equality constraint at the beginning of a step, m or rad.
@@ -269,7 +274,11 @@ impl Summary {
         self.missed_steps += u64::from(report.missed_tolerance);
         self.clipped_steps += u64::from(report.clipped_gaps);
         self.contacts_max = self.contacts_max.max(report.contacts);
+        self.law = report.law;
         self.worst.merge(&report.certificate);
+        if let Some(cone) = &report.cone_certificate {
+            self.worst_cone.get_or_insert_default().merge(cone);
+        }
         self.constraint_error = self.constraint_error.max(report.constraint_error);
         self.iterations += u64::from(report.solver.iterations());
         for point in workspace.contact_points() {

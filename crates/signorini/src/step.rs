@@ -2,10 +2,9 @@
 
 use signorini_collision::Collider;
 use signorini_contact::{
-    BilateralBasis, Certificate, ContactFrame, ContactProblem, ContactSolution, ContactSolver, SolveReport,
-    SolveStatus, SolverSettings, WarmStart, certify, solve_as_lcp,
+    BilateralBasis, Certificate, ConeCertificate, ContactFrame, ContactProblem, ContactSolution, LeastNormOutcome,
+    SolveReport, SolveStatus,
 };
-use signorini_lcp::Method;
 use signorini_multibody::{
     BlockDiagonal, ContactPoint, FreeMotion, Input, JointId, Kinematics, Model, State, forward_kinematics_into,
     free_motion_into, integrate_into,
@@ -18,7 +17,8 @@ use crate::inverse::DrivenVelocity;
 use crate::reach::BodyReach;
 use crate::rest::FixedPoint;
 use crate::restitution::decompression as decompression_problem;
-use crate::settings::{ContactMethod, InfeasiblePolicy, RestitutionLaw, Settings};
+use crate::settings::{InfeasiblePolicy, RestitutionLaw, Settings};
+use crate::solver::{CertifiedLaw, StepSolver, Verdict};
 use crate::warm::{WarmCache, limit_of};
 
 /// How often a step is found and solved again because a body moved farther than its reach.
@@ -32,13 +32,20 @@ const CONTRADICTION: f64 = 1e-7;
 pub struct StepReport {
     /// How the contact problem ended. The state was advanced unless this is a ray or infeasible.
     pub status: SolveStatus,
+    /// The friction law that the certificate speaks of.
+    pub law: CertifiedLaw,
     /// Residuals of the laws of this step.
     pub certificate: Certificate,
+    /// Residuals of the circular cone's laws, where the settings ask for them: with [`FrictionLaw::Circular`](crate::FrictionLaw)
+    /// the same numbers, with `Refined` beside those of the polygon that the directions of the step's problem make.
+    pub cone_certificate: Option<ConeCertificate>,
+    /// What became of the impulses of least norm, where the settings ask for them.
+    pub least_norm: Option<LeastNormOutcome>,
     /// What the solver did, summed over the solves of the step.
     pub solver: SolveReport,
     /// Contacts in the problem, joint limits included.
     pub contacts: usize,
-    /// Whether the worst residual exceeds the tolerance.
+    /// Whether the worst residual exceeds the tolerance, or that of the circular cone's laws exceeds its own.
     pub missed_tolerance: bool,
     /// Whether negative gaps were taken as zero ([`InfeasiblePolicy::ClipGaps`]).
     pub clipped_gaps: bool,
@@ -85,7 +92,7 @@ pub struct Workspace {
     smooth: FreeMotion,
     collider: Collider,
     reach: BodyReach,
-    pub(crate) solver: Solver,
+    pub(crate) solver: StepSolver,
     pub(crate) fixed_point: FixedPoint,
     warm: WarmCache,
 }
@@ -95,33 +102,6 @@ pub(crate) struct Decompression {
     happened: bool,
     problem: ContactProblem,
     solution: ContactSolution,
-}
-
-pub(crate) enum Solver {
-    Structured(Box<ContactSolver>),
-    Lcp { method: Box<dyn Method>, tolerance: f64 },
-}
-
-impl Solver {
-    pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
-        match self {
-            Self::Structured(solver) => solver.certify(problem, solution),
-            Self::Lcp { .. } => certify(problem, solution),
-        }
-    }
-
-    fn solve_into(
-        &mut self,
-        problem: &ContactProblem,
-        start: Option<&WarmStart>,
-        solution: &mut ContactSolution,
-    ) -> Result<(), SimulationError> {
-        match self {
-            Self::Structured(solver) => solver.solve_into(problem, start, solution),
-            Self::Lcp { method, tolerance } => *solution = solve_as_lcp(problem, method.as_mut(), *tolerance)?,
-        }
-        Ok(())
-    }
 }
 
 impl Workspace {
@@ -135,16 +115,6 @@ impl Workspace {
         let mut mass = BlockDiagonal::new(model);
         (0..model.nv).for_each(|k| mass.add_to_diagonal(k, 1.0));
         let problem = ContactProblem::new(mass, vec![0.0; model.nv], settings.timestep.unwrap_or(model.timestep))?;
-        let solver = match &settings.method {
-            ContactMethod::Structured(solver) => {
-                let solver = SolverSettings { sleeping: solver.sleeping || settings.sleeping, ..solver.clone() };
-                Solver::Structured(Box::new(ContactSolver::new(solver)?))
-            }
-            ContactMethod::Lcp(kind) => {
-                let method = kind.build().map_err(signorini_contact::ProblemError::from)?;
-                Solver::Lcp { method, tolerance: settings.tolerance }
-            }
-        };
         Ok(Self {
             kinematics: Kinematics::new(model),
             points: Vec::new(),
@@ -159,7 +129,7 @@ impl Workspace {
             smooth: FreeMotion::new(model),
             collider: Collider::new(model)?,
             reach: BodyReach::default(),
-            solver,
+            solver: StepSolver::new(settings)?,
             warm: WarmCache::default(),
             fixed_point: FixedPoint::default(),
         })
@@ -323,7 +293,8 @@ pub(crate) fn step_driven(
         for drive in driven {
             ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
         }
-        if report.enlargements > 0 && !report.clipped_gaps && ws.warm.holds(&ws.builder.keys) {
+        let unchanged = !report.clipped_gaps && ws.solver.keeps_directions() && ws.warm.holds(&ws.builder.keys);
+        if report.enlargements > 0 && unchanged {
             break; // The larger reach has no new contacts: the solution at hand is that of the step.
         }
         ws.solve(settings, &mut report)?;
@@ -358,23 +329,26 @@ pub(crate) fn step_driven(
 impl Workspace {
     /// Solves the problem at hand and writes how it went to the report.
     fn solve(&mut self, settings: &Settings, report: &mut StepReport) -> Result<(), SimulationError> {
-        self.solve_once()?;
+        let mut verdict = self.solve_once()?;
         let unsolvable = matches!(self.solution.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
         if unsolvable && settings.infeasible == InfeasiblePolicy::ClipGaps && self.builder.clip_gaps() {
             report.clipped_gaps = true;
-            self.solve_once()?;
+            verdict = self.solve_once()?;
         }
         report.status.clone_from(&self.solution.status);
-        report.certificate = self.solution.certificate;
+        report.law = verdict.law;
+        report.certificate = verdict.certificate;
+        report.cone_certificate = verdict.cone;
+        report.least_norm = verdict.least_norm;
         report.solver.accumulate(&self.solution.report);
         report.contacts = self.builder.problem.contact_count();
-        report.missed_tolerance = !self.solution.certificate.holds(settings.tolerance);
+        report.missed_tolerance = !verdict.holds;
         Ok(())
     }
 
-    fn solve_once(&mut self) -> Result<(), SimulationError> {
+    fn solve_once(&mut self) -> Result<Verdict, SimulationError> {
         let start = self.warm.start_for(&self.builder.keys, &self.builder.group_keys);
-        self.solver.solve_into(&self.builder.problem, Some(start), &mut self.solution)
+        self.solver.solve_into(&mut self.builder.problem, Some(start), &mut self.solution)
     }
 
     /// The decompression after impacts, by Poisson's law.
@@ -389,11 +363,11 @@ impl Workspace {
             return Ok(());
         }
         decompression_problem(&builder.problem, solution, &builder.impacts, &mut decompression.problem);
-        solver.solve_into(&decompression.problem, None, &mut decompression.solution)?;
+        let verdict = solver.solve_into(&mut decompression.problem, None, &mut decompression.solution)?;
         report.status.clone_from(&decompression.solution.status);
-        report.certificate.merge(&decompression.solution.certificate);
+        report.certificate.merge(&verdict.certificate);
         report.solver.accumulate(&decompression.solution.report);
-        report.missed_tolerance |= !decompression.solution.certificate.holds(settings.tolerance);
+        report.missed_tolerance |= !verdict.holds;
         Ok(())
     }
 

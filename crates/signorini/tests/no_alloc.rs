@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use signorini::{Settings, Simulation};
+use signorini::{FrictionLaw, ImpulseChoice, Settings, Simulation};
 
 thread_local! {
     static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
@@ -48,10 +48,14 @@ fn allocations(work: impl FnOnce()) -> usize {
 
 /// Number of allocations in 200 steps after 50 for warming up.
 fn allocations_of(scene: &str) -> usize {
+    allocations_with(scene, Settings::default())
+}
+
+fn allocations_with(scene: &str, settings: Settings) -> usize {
     let path = format!("{}/../../scenes/{scene}.xml", env!("CARGO_MANIFEST_DIR"));
     let model = signorini_formats::load(path, &Default::default()).unwrap().model;
     let keyframe = model.keyframes.first().map(|k| k.name.clone());
-    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let mut simulation = Simulation::new(model, settings).unwrap();
     if let Some(name) = keyframe {
         simulation.reset_to(&name).unwrap();
     }
@@ -112,4 +116,11 @@ fn closed_loop() {
     let mut steps = |n: usize| (0..n).for_each(|_| assert!(simulation.step().unwrap().advanced()));
     steps(600);
     assert_eq!(allocations(|| steps(800)), 0);
+}
+
+#[test]
+fn circular_law_with_impulses_of_least_norm() {
+    let (friction_law, impulses) = (FrictionLaw::Circular, ImpulseChoice::LeastNorm);
+    assert_eq!(allocations_with("incline", Settings { friction_law, ..Settings::default() }), 0);
+    assert_eq!(allocations_with("stack_of_ten", Settings { friction_law, impulses, ..Settings::default() }), 0);
 }

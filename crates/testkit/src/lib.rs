@@ -3,6 +3,7 @@
 //! - [`families`]: contact problems from geometry (box, stack, pyramid, cluster, articulated tree, Painlevé rod, wedge,
 //!   squeeze), each a function of a seeded [`Random`] and of [`Parameters`]
 //! - [`suite`]: the list of problems that solvers are compared on, seed for seed the same as in other programs
+//! - [`Parts`]: a problem taken apart, to be changed
 //! - [`Scene`]: free rigid bodies with point contacts, for problems made by hand
 //! - [`shared_data`]: where the data live that several projects share, with a message when they are absent
 //! - [`Dense`]: plain matrices that share no code with the crates under test
@@ -10,6 +11,7 @@
 mod articulated;
 mod dense;
 pub mod families;
+mod parts;
 mod random;
 mod scene;
 mod shared;
@@ -18,6 +20,7 @@ pub mod suite;
 pub use articulated::articulated;
 pub use dense::{Dense, largest_difference};
 pub use families::{Family, Gap, Motion, Parameters};
+pub use parts::{BilateralPart, ContactPart, GroupPart, Parts};
 pub use random::Random;
 pub use scene::{PointContact, RigidBody, Scene, tangents};
 pub use shared::{files_in, shared_data};

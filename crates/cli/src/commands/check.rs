@@ -3,14 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use signorini::contact::certify;
-use signorini::contact::problem_file::{self, ProblemFile, read_contact_solution, read_plain_solution};
+use signorini::contact::problem_file::{
+    self, ProblemFile, is_cone_solution, read_cone_solution, read_contact_solution, read_plain_solution,
+};
+use signorini::contact::{ProblemError, certify, certify_cone};
 
 use crate::args::{directions, fraction};
-use crate::commands::solve::{kind_of, polygonal, with_directions};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::results::{CheckResult, Laws};
+use crate::solving::{ContactLaw, kind_of, polygonal, with_directions};
 use crate::{output, text};
 
 const EXAMPLE: &str = "\
@@ -19,7 +21,8 @@ Examples:
   signorini check problem.npz solution.npz --tol 1e-10 --json
 
 The solution file holds z, and for contact problems v, lambda_n, alpha, beta where it has them; v is computed from the
-impulses where it is missing. Give --directions where the solution was made with them. Exit code 1: a law is violated.";
+impulses where it is missing. A solution with the circular cone (`solve --method circular` or `refined`) says so in its
+field `law` and is checked against the circular cone's laws. Give --directions where the solution was made with them. Exit code 1: a law is violated.";
 
 /// Arguments of `check`.
 #[derive(Debug, Args)]
@@ -46,33 +49,63 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let problem = problem_file::read(&arguments.problem).map_err(CliError::in_file(&arguments.problem))?;
     let kind = kind_of(&problem);
-    let laws = laws(problem, arguments)?;
-    let (problem, solution) = (arguments.problem.clone(), arguments.solution.clone());
-    let result = CheckResult::new(problem, solution, kind, arguments.tol, laws);
+    let solution = &arguments.solution;
+    let circular = is_cone_solution(solution).map_err(CliError::in_file(solution))?;
+    let (law, laws) =
+        if circular { circular_laws(problem, kind, arguments)? } else { polygon_laws(problem, arguments)? };
+    let files = [arguments.problem.clone(), solution.clone()];
+    let result = CheckResult::new(files, kind, law, arguments.tol, laws);
     output::print_result(&result, arguments.json, text::check);
     Ok(if result.ok { Exit::Success } else { Exit::Failure })
 }
 
-fn laws(problem: ProblemFile, arguments: &Arguments) -> Result<Laws, CliError> {
+/// The laws of the circular cone.
+fn circular_laws(
+    problem: ProblemFile,
+    kind: &'static str,
+    arguments: &Arguments,
+) -> Result<(Option<ContactLaw>, Laws), CliError> {
+    let path = arguments.solution.as_path();
+    let read = |nv, nc, nb| read_cone_solution(path, nv, nc, nb).map_err(CliError::in_file(path));
+    let laws = match problem {
+        ProblemFile::Contact(problem) => {
+            let unsupported = problem.check_circular().map_err(ProblemError::from);
+            unsupported.map_err(CliError::in_file(&arguments.problem))?;
+            let nb = problem.bilateral_violation.len();
+            let claimed = read(problem.nv(), problem.contact_count(), nb)?;
+            Laws::of_cone(&certify_cone(&problem, &claimed), nb > 0)
+        }
+        ProblemFile::Frictional(problem) => {
+            let claimed = read(0, problem.friction.len(), 0)?;
+            Laws::of_frictional_cone(&problem.certify_cone(&claimed.impulse))
+        }
+        _ => return Err(CliError::LawWithoutContacts { path: path.to_owned(), kind }),
+    };
+    Ok((Some(ContactLaw::Circular), laws))
+}
+
+/// The laws of the complementarity problem.
+fn polygon_laws(problem: ProblemFile, arguments: &Arguments) -> Result<(Option<ContactLaw>, Laws), CliError> {
     let (path, solution) = (arguments.problem.as_path(), arguments.solution.as_path());
     match problem {
         ProblemFile::Lcp(problem) => {
             let z = read_z(solution, problem.len())?;
-            Ok(Laws::natural_map(problem.residual(&z).value))
+            Ok((None, Laws::natural_map(problem.residual(&z).value)))
         }
         ProblemFile::MixedLcp(problem) => {
             let z = read_z(solution, problem.len())?;
-            Ok(Laws::natural_map(problem.residual(&z).value))
+            Ok((None, Laws::natural_map(problem.residual(&z).value)))
         }
         ProblemFile::Frictional(problem) => {
             let lcp = polygonal(&problem, arguments.directions).map_err(CliError::in_file(path))?;
             let z = read_z(solution, lcp.len())?;
-            Ok(Laws::of_friction(&problem.certify(&lcp, &z)))
+            Ok((Some(ContactLaw::Polygon), Laws::of_friction(&problem.certify(&lcp, &z))))
         }
         ProblemFile::Contact(problem) => {
             let problem = with_directions(problem, arguments.directions).map_err(CliError::in_file(path))?;
             let claimed = read_contact_solution(solution, &problem).map_err(CliError::in_file(solution))?;
-            Ok(Laws::of_contacts(&certify(&problem, &claimed), !problem.bilateral_violation.is_empty()))
+            let laws = Laws::of_contacts(&certify(&problem, &claimed), !problem.bilateral_violation.is_empty());
+            Ok((Some(ContactLaw::Polygon), laws))
         }
         _ => Err(CliError::UnsupportedKind { path: path.to_owned() }),
     }

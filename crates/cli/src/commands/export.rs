@@ -77,7 +77,7 @@ pub struct Exported {
 /// Simulates up to a time and writes the contact problem of the step that begins there.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let loaded = load_model(&arguments.model)?;
-    let mut simulation = start(&loaded, &arguments.start, arguments.step.settings())?;
+    let mut simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
     let (begin, dt) = (simulation.state().time, simulation.timestep());
     let steps = ((arguments.time - begin) / dt).round();
     if !(steps >= 0.0 && steps.is_finite()) {
@@ -114,7 +114,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         nv: problem.nv(),
         contacts: problem.contact_count(),
         directions: problem.direction_count(),
-        status: solve_status(&report.status).0,
+        status: solve_status(&report.status),
         clipped_gaps: report.clipped_gaps,
         missed_steps,
         contradiction,

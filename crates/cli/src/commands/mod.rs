@@ -1,8 +1,10 @@
 //! The commands, one file each.
 
 pub mod check;
+pub mod compare;
 pub mod export;
 pub mod inspect;
 pub mod scenes;
 pub mod simulate;
 pub mod solve;
+pub mod view;

@@ -1,19 +1,20 @@
 //! `signorini solve`.
 
 use std::path::{Path, PathBuf};
-use std::time::Instant;
 
 use clap::Args;
 use signorini::contact::problem_file::{
-    self, FrictionalProblem, ProblemFile, write_contact_solution, write_plain_solution,
+    self, ProblemFile, write_cone_solution, write_contact_solution, write_plain_solution,
 };
-use signorini::contact::{ContactProblem, ContactSolution, ContactSolver, ProblemError, solve_as_lcp};
-use signorini::lcp::{Lcp, MethodKind, MixedLcp, Solution};
 
-use crate::args::{MethodChoice, directions, fraction, structured};
+use crate::args::{DEFAULT_CONE_TOLERANCE, MethodChoice, directions, fraction};
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::results::{Laws, SolveResult, lcp_status, solve_status};
+use crate::results::SolveResult;
+use crate::solving::{
+    Answer, Options, Point, SolverChoice, kind_of, solve_contact, solve_frictional, solve_lcp, solve_mixed,
+    with_directions,
+};
 use crate::{output, text};
 
 const EXAMPLE: &str = "\
@@ -21,13 +22,22 @@ Examples:
   signorini solve problem.npz --out solution.npz
   signorini solve problems/*.npz --json
   signorini solve problem.npz --method lemke --directions 16
+  signorini solve problem.npz --method circular --out solution.npz
+  signorini solve problem.npz --method refined --tolerance 1e-9
+  signorini solve table.npz --least-norm --ranges
 
-Kinds of problems: lcp, mlcp, contact, frictional3d, frictional2d (the field `kind` of the file). Every problem is solved
-even if one before it is not, or its file cannot be read; the exit code is 1 if a file cannot be read, else 2 if a problem
-is not solved.";
+Methods:
+  structured                   the polygon's law, sparse and exact (kind contact)
+  automatic, lemke, enumeration, principal-pivoting, psor, newton-fischer-burmeister, newton-minimum
+                               the same law as a dense LCP, and kinds lcp, mlcp, frictional3d, frictional2d
+  circular                     Coulomb's law with the circular cone (kinds contact, frictional3d, frictional2d)
+  refined                      polygons turned into the slip until the circular cone's laws hold within --tolerance
+  relaxation                   Anitescu's convex relaxation, another model: its own residuals, and beside them those of the
+                               contact laws, which it does not satisfy where anything slides
 
-/// Friction directions of a frictional problem where none are asked for.
-const DEFAULT_DIRECTIONS: usize = 8;
+A method that a problem does not suit is `refused`, with the reason. Kinds of problems: lcp, mlcp, contact, frictional3d,
+frictional2d (the field `kind` of the file). Every problem is solved even if one before it is not, or its file cannot be
+read; the exit code is 1 if a file cannot be read or does not fit the options, else 2 if a problem is not solved.";
 
 /// Arguments of `solve`.
 #[derive(Debug, Args)]
@@ -36,16 +46,24 @@ pub struct Arguments {
     /// Problem files.
     #[arg(required = true, value_name = "PROBLEM.npz")]
     pub problems: Vec<PathBuf>,
-    /// Solver: structured (kind contact only), automatic, lemke, enumeration, principal-pivoting, psor,
-    /// newton-fischer-burmeister, newton-minimum. [default: structured for contact, else automatic]
-    #[arg(long, value_name = "NAME", value_parser = MethodChoice::parse)]
-    pub method: Option<MethodChoice>,
+    /// Solver, see below. [default: structured for contact, else automatic]
+    #[arg(long, value_name = "NAME", value_parser = SolverChoice::parse)]
+    pub method: Option<SolverChoice>,
     /// Friction directions of every contact, even and at least 4. [default: the file's own for contact, 8 for frictional3d]
     #[arg(long, value_name = "M", value_parser = directions)]
     pub directions: Option<usize>,
     /// A problem is solved when every residual is at most this.
     #[arg(long, value_name = "X", default_value = "1e-8", value_parser = fraction)]
     pub tol: f64,
+    /// With --method refined: bound on every residual of the circular cone's laws. [default: 1e-6]
+    #[arg(long, value_name = "X", value_parser = fraction)]
+    pub tolerance: Option<f64>,
+    /// Of all impulses that give the same velocity take those of least norm (kind contact, polygon's law).
+    #[arg(long)]
+    pub least_norm: bool,
+    /// Describe all impulses that give the same velocity: dimension, and range at each contact (kind contact, polygon's law).
+    #[arg(long)]
+    pub ranges: bool,
     /// Write the solution (of a single problem), or the best point found.
     #[arg(long, value_name = "SOLUTION.npz")]
     pub out: Option<PathBuf>,
@@ -56,9 +74,7 @@ pub struct Arguments {
 
 /// Solves every problem and prints what came out.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
-    if arguments.out.is_some() && arguments.problems.len() > 1 {
-        return Err(CliError::OneSolution { problems: arguments.problems.len() });
-    }
+    check_options(arguments)?;
     let progress = output::progress(arguments.problems.len() as u64, "problems");
     let (mut unreadable, mut unsolved) = (0, 0);
     for path in &arguments.problems {
@@ -83,21 +99,29 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     })
 }
 
-/// What a solve gives, whatever the kind of the problem.
-struct Answer {
-    n: usize,
-    contacts: Option<usize>,
-    method: String,
-    status: (&'static str, Vec<usize>),
-    residual: Laws,
-    iterations: u64,
-    seconds: f64,
-    point: Point,
-}
-
-enum Point {
-    Contact(Box<ContactSolution>),
-    Plain(Vec<f64>),
+/// Refuses options that have no meaning together.
+fn check_options(arguments: &Arguments) -> Result<(), CliError> {
+    if arguments.out.is_some() && arguments.problems.len() > 1 {
+        return Err(CliError::OneSolution { problems: arguments.problems.len() });
+    }
+    let unused = |option, needs| Err(CliError::UnusedOption { option, needs });
+    let method = arguments.method.as_ref();
+    if arguments.tolerance.is_some() && method != Some(&SolverChoice::Refined) {
+        return unused("--tolerance", "--method refined");
+    }
+    if matches!(method, Some(SolverChoice::Circular | SolverChoice::Relaxation)) {
+        const POLYGON: &str = "methods that solve the polygon's law (structured, refined, methods for LCPs)";
+        if arguments.least_norm {
+            return unused("--least-norm", POLYGON);
+        }
+        if arguments.ranges {
+            return unused("--ranges", POLYGON);
+        }
+    }
+    if arguments.out.is_some() && method == Some(&SolverChoice::Relaxation) {
+        return unused("--out", "methods that solve the contact laws, which the relaxation does not");
+    }
+    Ok(())
 }
 
 fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliError> {
@@ -107,59 +131,38 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
     if let Some(out) = &arguments.out {
         match &answer.point {
             Point::Contact(solution) => write_contact_solution(out, solution),
+            Point::Cone(solution) => write_cone_solution(out, solution),
             Point::Plain(z) => write_plain_solution(out, z),
+            Point::Relaxed(_) => Ok(()),
         }
         .map_err(CliError::in_file(out))?;
     }
-    let (claimed, involved) = answer.status;
-    let holds = answer.residual.worst().1 <= arguments.tol;
-    let status = match claimed {
-        _ if holds => "solved",
-        "solved" => "inaccurate",
-        other => other,
-    };
+    let refined = arguments.method == Some(SolverChoice::Refined);
     Ok(SolveResult {
         problem: path.to_owned(),
         kind,
         n: answer.n,
         contacts: answer.contacts,
+        status: answer.status(),
         method: answer.method,
-        status,
+        law: answer.law,
+        reason: answer.ending.reason.filter(|_| !answer.holds),
         tolerance: arguments.tol,
         residual: answer.residual,
+        circular_laws: answer.circular_laws,
+        circular_tolerance: refined.then(|| cone_tolerance(arguments)),
+        contact_laws: answer.contact_laws,
         iterations: answer.iterations,
         seconds: answer.seconds,
-        involved: if holds { Vec::new() } else { involved },
+        least_norm: answer.least_norm,
+        distributions: answer.distributions,
+        involved: if answer.holds { Vec::new() } else { answer.ending.involved },
         solution: arguments.out.clone(),
     })
 }
 
-/// The name of a problem's kind, as in the field `kind` of its file.
-pub fn kind_of(problem: &ProblemFile) -> &'static str {
-    match problem {
-        ProblemFile::Lcp(_) => "lcp",
-        ProblemFile::MixedLcp(_) => "mlcp",
-        ProblemFile::Contact(_) => "contact",
-        ProblemFile::Frictional(problem) if problem.dimension == 2 => "frictional2d",
-        ProblemFile::Frictional(_) => "frictional3d",
-        _ => "unknown",
-    }
-}
-
-/// The contact problem with the directions asked for.
-pub fn with_directions(
-    problem: Box<ContactProblem>,
-    directions: Option<usize>,
-) -> Result<Box<ContactProblem>, ProblemError> {
-    match directions {
-        Some(count) => Ok(Box::new(problem.with_directions(count)?)),
-        None => Ok(problem),
-    }
-}
-
-/// The polygonal LCP of a frictional problem.
-pub fn polygonal(problem: &FrictionalProblem, directions: Option<usize>) -> Result<Lcp, ProblemError> {
-    problem.polygonal_lcp(directions.unwrap_or(DEFAULT_DIRECTIONS))
+fn cone_tolerance(arguments: &Arguments) -> f64 {
+    arguments.tolerance.unwrap_or(DEFAULT_CONE_TOLERANCE)
 }
 
 fn solve_problem(
@@ -169,75 +172,34 @@ fn solve_problem(
     arguments: &Arguments,
 ) -> Result<Answer, CliError> {
     let in_file = |error| CliError::in_file(path)(error);
+    let options = Options {
+        tolerance: arguments.tol,
+        cone_tolerance: cone_tolerance(arguments),
+        least_norm: arguments.least_norm,
+        ranges: arguments.ranges,
+    };
     if let ProblemFile::Contact(problem) = problem {
         let problem = with_directions(problem, arguments.directions).map_err(in_file)?;
-        return solve_contact(&problem, arguments).map_err(in_file);
+        let method = arguments.method.clone().unwrap_or(SolverChoice::Polygon(MethodChoice::Structured));
+        return solve_contact(&problem, &method, &options).map_err(in_file);
     }
-    let method = match &arguments.method {
-        None => MethodKind::Automatic(Default::default(), Default::default()),
-        Some(MethodChoice::Lcp(method)) => method.clone(),
-        Some(MethodChoice::Structured) => return Err(CliError::NeedsContacts { path: path.to_owned(), kind }),
-    };
+    for (option, given) in [("--least-norm", options.least_norm), ("--ranges", options.ranges)] {
+        if given {
+            return Err(CliError::OptionNeedsContacts { path: path.to_owned(), option, kind });
+        }
+    }
+    let choice = arguments.method.clone().unwrap_or_else(SolverChoice::automatic);
+    let unsuited = || CliError::NeedsContacts { path: path.to_owned(), method: choice.name(), kind };
+    let lcp = choice.lcp();
     match problem {
-        ProblemFile::Lcp(problem) => solve_lcp(&problem, &method).map_err(in_file),
-        ProblemFile::MixedLcp(problem) => solve_mixed(&problem, &method).map_err(in_file),
+        ProblemFile::Lcp(problem) => solve_lcp(&problem, lcp.ok_or_else(unsuited)?, &options).map_err(in_file),
+        ProblemFile::MixedLcp(problem) => solve_mixed(&problem, lcp.ok_or_else(unsuited)?, &options).map_err(in_file),
         ProblemFile::Frictional(problem) => {
-            let lcp = polygonal(&problem, arguments.directions).map_err(in_file)?;
-            let mut answer = solve_lcp(&lcp, &method).map_err(in_file)?;
-            if let Point::Plain(z) = &answer.point {
-                answer.residual = Laws::of_friction(&problem.certify(&lcp, z));
+            if lcp.is_none() && choice != SolverChoice::Circular {
+                return Err(unsuited());
             }
-            answer.contacts = Some(problem.friction.len());
-            Ok(answer)
+            solve_frictional(&problem, lcp, arguments.directions, &options).map_err(in_file)
         }
         _ => Err(CliError::UnsupportedKind { path: path.to_owned() }),
-    }
-}
-
-fn solve_contact(problem: &ContactProblem, arguments: &Arguments) -> Result<Answer, ProblemError> {
-    let begin = Instant::now();
-    let (method, solution) = match &arguments.method {
-        Some(MethodChoice::Lcp(kind)) => {
-            (kind.to_string(), solve_as_lcp(problem, kind.build()?.as_mut(), arguments.tol)?)
-        }
-        _ => ("structured".to_owned(), ContactSolver::new(structured(arguments.tol))?.solve(problem, None)),
-    };
-    let seconds = begin.elapsed().as_secs_f64();
-    Ok(Answer {
-        n: problem.standard_layout().size,
-        contacts: Some(problem.contact_count()),
-        method,
-        status: solve_status(&solution.status),
-        residual: Laws::of_contacts(&solution.certificate, !problem.bilateral_violation.is_empty()),
-        iterations: u64::from(solution.report.iterations()),
-        seconds,
-        point: Point::Contact(Box::new(solution)),
-    })
-}
-
-fn solve_lcp(problem: &Lcp, kind: &MethodKind) -> Result<Answer, ProblemError> {
-    let mut method = kind.build()?;
-    let begin = Instant::now();
-    let solution = method.solve(problem, None);
-    Ok(plain_answer(kind, solution, begin.elapsed().as_secs_f64()))
-}
-
-fn solve_mixed(problem: &MixedLcp, kind: &MethodKind) -> Result<Answer, ProblemError> {
-    let mut method = kind.build()?;
-    let begin = Instant::now();
-    let solution = problem.solve(method.as_mut(), None);
-    Ok(plain_answer(kind, solution, begin.elapsed().as_secs_f64()))
-}
-
-fn plain_answer(kind: &MethodKind, solution: Solution, seconds: f64) -> Answer {
-    Answer {
-        n: solution.z.len(),
-        contacts: None,
-        method: kind.to_string(),
-        status: lcp_status(&solution.status),
-        residual: Laws::natural_map(solution.residual.value),
-        iterations: solution.iterations as u64,
-        seconds,
-        point: Point::Plain(solution.z),
     }
 }

@@ -1,17 +1,19 @@
 //! What the commands find out, as plain data. Serialised as they are, these structs are the `--json` output.
 
+mod comparison;
 mod contradiction;
 mod inspection;
 mod run;
 mod solving;
 
+pub use comparison::{Comparison, Row};
 pub use contradiction::{Contradiction, Involved, Place};
 pub use inspection::{BodyLine, Inspection};
 pub use run::{Miss, Range, RunResult, RunStatus};
-pub use solving::{CheckResult, SolveResult, lcp_status, solve_status};
+pub use solving::{CheckResult, Distributions, Ending, LeastNormResult, SolveResult, solve_status};
 
 use serde::Serialize;
-use signorini::contact::Certificate;
+use signorini::contact::{Certificate, ConeCertificate, RelaxationCertificate};
 use signorini_formats::{ImportReport, Warning};
 
 /// Residuals of the laws (formulation §8); those that a kind of problem does not have are left out.
@@ -34,6 +36,9 @@ pub struct Laws {
     /// Bilateral rows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bilateral: Option<f64>,
+    /// Impulses against the multipliers of a relaxation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub impulses: Option<f64>,
 }
 
 impl Laws {
@@ -46,6 +51,36 @@ impl Laws {
             friction: Some(certificate.friction),
             dissipation: Some(certificate.dissipation),
             bilateral: bilateral.then_some(certificate.bilateral),
+            impulses: None,
+        }
+    }
+
+    /// The laws of a contact problem with the circular cone.
+    pub fn of_cone(certificate: &ConeCertificate, bilateral: bool) -> Self {
+        Self {
+            momentum: Some(certificate.momentum),
+            natural_map: certificate.natural_map,
+            signorini: Some(certificate.signorini),
+            friction: Some(certificate.friction),
+            dissipation: Some(certificate.dissipation),
+            bilateral: bilateral.then_some(certificate.bilateral),
+            impulses: None,
+        }
+    }
+
+    /// The same in impulse space.
+    pub fn of_frictional_cone(certificate: &ConeCertificate) -> Self {
+        Self { momentum: None, ..Self::of_cone(certificate, false) }
+    }
+
+    /// The laws of the convex relaxation.
+    pub fn of_relaxation(certificate: &RelaxationCertificate, bilateral: bool) -> Self {
+        Self {
+            momentum: Some(certificate.momentum),
+            natural_map: certificate.natural_map,
+            impulses: Some(certificate.impulses),
+            bilateral: bilateral.then_some(certificate.bilateral),
+            ..Self::default()
         }
     }
 
@@ -68,6 +103,7 @@ impl Laws {
             ("friction", self.friction),
             ("dissipation", self.dissipation),
             ("bilateral", self.bilateral),
+            ("impulses", self.impulses),
         ];
         all.into_iter().filter_map(|(name, residual)| Some((name, residual?)))
     }

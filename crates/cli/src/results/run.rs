@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use super::{Contradiction, ImportWarning, Laws};
+use crate::solving::ContactLaw;
 
 /// The result of `simulate`.
 #[derive(Clone, Debug, Serialize)]
@@ -40,8 +41,13 @@ pub struct RunResult {
     pub clipped_steps: u64,
     /// Largest number of contacts in a step.
     pub contacts_max: usize,
+    /// The law of friction that `worst` speaks of.
+    pub law: ContactLaw,
     /// Largest residual of each law over the run.
     pub worst: Laws,
+    /// The same of the circular cone's laws, where the law of friction asks for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst_circular: Option<Laws>,
     /// Solver iterations of all steps.
     pub iterations: u64,
     /// Wall time of the steps, s; writing recording and report is not counted.

@@ -3,10 +3,13 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
-use signorini::contact::SolveStatus;
+use signorini::contact::{
+    ConeStatus, ForceDistributions, ImpulseRange, LeastNormOutcome, LeastNormReport, RelaxationStatus, SolveStatus,
+};
 use signorini::lcp::Status;
 
 use super::Laws;
+use crate::solving::ContactLaw;
 
 /// A solved (or refused) problem.
 #[derive(Clone, Debug, Serialize)]
@@ -22,22 +25,92 @@ pub struct SolveResult {
     pub contacts: Option<usize>,
     /// Method.
     pub method: String,
+    /// The law of contact solved, where the problem has contacts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub law: Option<ContactLaw>,
     /// `solved`, or why not.
     pub status: &'static str,
+    /// The method's reason, where it has one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
     /// Tolerance of `solved`.
     pub tolerance: f64,
-    /// Residuals.
+    /// Residuals of `law`.
     pub residual: Laws,
-    /// Pivots, mode changes and proximal iterations.
+    /// Residuals of the circular cone's laws, beside those of a polygon.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub circular_laws: Option<Laws>,
+    /// Bound on these, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub circular_tolerance: Option<f64>,
+    /// Residuals of the true contact laws, beside those of a relaxation.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_laws: Option<Laws>,
+    /// Pivots, mode changes and proximal iterations; refinement: LCPs.
     pub iterations: u64,
     /// Wall time of the solve, s.
     pub seconds: f64,
+    /// What became of the impulses of least norm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_norm: Option<LeastNormResult>,
+    /// All force distributions with the same velocity.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub distributions: Option<Distributions>,
     /// Contacts (of a contact problem) or rows that wedge or contradict each other.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub involved: Vec<usize>,
     /// Solution written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub solution: Option<PathBuf>,
+}
+
+/// The choice of the impulses of least norm.
+#[derive(Clone, Debug, Serialize)]
+pub struct LeastNormResult {
+    /// `chosen`, `kept` (they were not found to the tolerance) or `not_solved`.
+    pub outcome: &'static str,
+    /// Norm of the impulses before, N·s.
+    pub norm_before: f64,
+    /// Norm of the impulses of the solution, N·s.
+    pub norm: f64,
+}
+
+impl LeastNormResult {
+    /// Reads off a report.
+    pub fn of(report: &LeastNormReport) -> Self {
+        let outcome = match report.outcome {
+            LeastNormOutcome::Chosen => "chosen",
+            LeastNormOutcome::NotSolved => "not_solved",
+            _ => "kept",
+        };
+        Self { outcome, norm_before: report.norm_before, norm: report.norm }
+    }
+}
+
+/// The set of all impulses that solve the problem with the same velocity.
+#[derive(Clone, Debug, Serialize)]
+pub struct Distributions {
+    /// Its dimension; 0 where the impulses are unique.
+    pub dimension: usize,
+    /// Smallest and largest impulses of each contact (normal, tangent 1, tangent 2), N·s; `null` where there is no bound.
+    pub contacts: Vec<[[Option<f64>; 2]; 3]>,
+    /// The same of each bilateral row, N·s or N·m·s.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bilateral: Vec<[Option<f64>; 2]>,
+}
+
+impl Distributions {
+    /// Reads off the description of the set.
+    pub fn of(set: &ForceDistributions) -> Self {
+        let finite = |x: f64| x.is_finite().then_some(x);
+        let range = |r: &ImpulseRange| [finite(r.min), finite(r.max)];
+        let contacts = set.normal.iter().zip(&set.tangential).map(|(n, [t_1, t_2])| [n, t_1, t_2].map(range));
+        Self {
+            dimension: set.dimension,
+            contacts: contacts.collect(),
+            bilateral: set.bilateral.iter().map(range).collect(),
+        }
+    }
 }
 
 /// A checked solution.
@@ -49,6 +122,9 @@ pub struct CheckResult {
     pub solution: PathBuf,
     /// Kind of the problem.
     pub kind: &'static str,
+    /// The law of contact checked, where the problem has contacts: the solution file says which.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub law: Option<ContactLaw>,
     /// Tolerance on every law.
     pub tolerance: f64,
     /// Residuals.
@@ -62,38 +138,112 @@ pub struct CheckResult {
 
 impl CheckResult {
     /// Compares residuals with the tolerance.
-    pub fn new(problem: PathBuf, solution: PathBuf, kind: &'static str, tolerance: f64, laws: Laws) -> Self {
+    pub fn new(
+        [problem, solution]: [PathBuf; 2],
+        kind: &'static str,
+        law: Option<ContactLaw>,
+        tolerance: f64,
+        laws: Laws,
+    ) -> Self {
         let exceeds = |r: f64| r.is_nan() || r > tolerance;
         let violated: Vec<_> = laws.list().filter(|law| exceeds(law.1)).map(|law| law.0).collect();
         let ok = violated.is_empty();
-        Self { problem, solution, kind, tolerance, laws, violated, ok }
+        Self { problem, solution, kind, law, tolerance, laws, violated, ok }
     }
 }
 
-/// A contact solver's status by name, with the contacts it speaks of.
-pub fn solve_status(status: &SolveStatus) -> (&'static str, Vec<usize>) {
-    match status {
-        SolveStatus::Solved => ("solved", Vec::new()),
-        SolveStatus::Ray { contacts } => ("ray", contacts.clone()),
-        SolveStatus::Infeasible { contacts } => ("infeasible", contacts.clone()),
-        SolveStatus::IterationLimit => ("iteration_limit", Vec::new()),
-        _ => ("inaccurate", Vec::new()),
+/// How a method ended, by name.
+#[derive(Clone, Debug)]
+pub struct Ending {
+    /// `solved`, or another word.
+    pub name: &'static str,
+    /// Contacts or rows that it speaks of.
+    pub involved: Vec<usize>,
+    /// Why, where the method says.
+    pub reason: Option<String>,
+}
+
+impl From<&'static str> for Ending {
+    fn from(name: &'static str) -> Self {
+        Self { name, involved: Vec::new(), reason: None }
     }
 }
 
-/// A method's status by name, with the rows it speaks of.
-pub fn lcp_status(status: &Status) -> (&'static str, Vec<usize>) {
-    match status {
-        Status::Solved => ("solved", Vec::new()),
-        Status::Ray(ray) => ("ray", ray.support.clone()),
-        Status::Infeasible(farkas) => ("infeasible", (0..farkas.y.len()).filter(|&i| farkas.y[i] != 0.0).collect()),
-        Status::NoSolution => ("no_solution", Vec::new()),
-        Status::IterationLimit => ("iteration_limit", Vec::new()),
-        Status::Inconsistent { row } => ("inconsistent", vec![*row]),
-        Status::Singular => ("singular", Vec::new()),
-        Status::TooLarge { .. } => ("too_large", Vec::new()),
-        Status::Refused(refusal) => ("refused", vec![refusal.row()]),
-        Status::Stationary { .. } => ("stationary", Vec::new()),
-        _ => ("inaccurate", Vec::new()),
+impl Ending {
+    /// A refusal with its reason.
+    pub fn refused(reason: String) -> Self {
+        Self { reason: Some(reason), ..Self::from("refused") }
     }
+
+    fn too_large(limit: usize) -> Self {
+        let reason = format!("the complementarity problem has more than the {limit} pairs that the method accepts");
+        Self { reason: Some(reason), ..Self::from("too_large") }
+    }
+
+    fn about(name: &'static str, involved: Vec<usize>) -> Self {
+        Self { involved, ..Self::from(name) }
+    }
+
+    /// Of a solver of contact problems.
+    pub fn of_contacts(status: &SolveStatus) -> Self {
+        match status {
+            SolveStatus::Solved => "solved".into(),
+            SolveStatus::Ray { contacts } => Self::about("ray", contacts.clone()),
+            SolveStatus::Infeasible { contacts } => Self::about("infeasible", contacts.clone()),
+            SolveStatus::IterationLimit => "iteration_limit".into(),
+            SolveStatus::Refused(refusal) => Self::refused(refusal.to_string()),
+            SolveStatus::TooLarge { limit } => Self::too_large(*limit),
+            _ => "inaccurate".into(),
+        }
+    }
+
+    /// Of the solver for the circular cone.
+    pub fn of_cone(status: &ConeStatus) -> Self {
+        match status {
+            ConeStatus::Solved => "solved".into(),
+            ConeStatus::Denied(status) => Self::of_contacts(status),
+            ConeStatus::Unsupported(unsupported) => Self::refused(unsupported.to_string()),
+            _ => "inaccurate".into(),
+        }
+    }
+
+    /// Of the convex relaxation.
+    pub fn of_relaxation(status: &RelaxationStatus) -> Self {
+        match status {
+            RelaxationStatus::Solved => "solved".into(),
+            RelaxationStatus::Inconsistent { proof } => {
+                let presses = |i: &usize| proof.impulse[*i] != [0.0; 3];
+                Self::about("infeasible", (0..proof.impulse.len()).filter(presses).collect())
+            }
+            RelaxationStatus::Unsupported(unsupported) => Self::refused(unsupported.to_string()),
+            _ => "inaccurate".into(),
+        }
+    }
+
+    /// Of a method for LCPs; it speaks of rows.
+    pub fn of_lcp(status: &Status) -> Self {
+        match status {
+            Status::Solved => "solved".into(),
+            Status::Ray(ray) => Self::about("ray", ray.support.clone()),
+            Status::Infeasible(farkas) => {
+                Self::about("infeasible", (0..farkas.y.len()).filter(|&i| farkas.y[i] != 0.0).collect())
+            }
+            Status::NoSolution => "no_solution".into(),
+            Status::IterationLimit => "iteration_limit".into(),
+            Status::Inconsistent { row } => Self::about("inconsistent", vec![*row]),
+            Status::Singular => "singular".into(),
+            Status::TooLarge { limit } => Self::too_large(*limit),
+            Status::Refused(refusal) => Self { involved: vec![refusal.row()], ..Self::refused(refusal.to_string()) },
+            Status::Stationary { .. } => {
+                let reason = "the descent stalled: the matrix is not P₀ there, or there is no solution".to_owned();
+                Self { reason: Some(reason), ..Self::from("stationary") }
+            }
+            _ => "inaccurate".into(),
+        }
+    }
+}
+
+/// A contact solver's status by name.
+pub fn solve_status(status: &SolveStatus) -> &'static str {
+    Ending::of_contacts(status).name
 }

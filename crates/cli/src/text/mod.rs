@@ -1,9 +1,11 @@
 //! Results in words for people.
 
+mod comparison;
 mod inspection;
 mod run;
 mod solving;
 
+pub use comparison::comparison;
 pub use inspection::inspection;
 pub use run::{export, run};
 pub use solving::{check, solve};

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use super::{bodies, count, import, laws, number};
 use crate::commands::export::Exported;
 use crate::results::{Contradiction, Involved, Place, RunResult};
+use crate::solving::ContactLaw;
 
 /// The summary of a run.
 pub fn run(result: &RunResult) -> String {
@@ -35,6 +36,9 @@ pub fn run(result: &RunResult) -> String {
     let (start, end) = (result.energy.start, result.energy.end);
     let _ = writeln!(out, "energy       {} J at the start, {} J at the end", number(start), number(end));
     let _ = writeln!(out, "residuals    {}", laws(&result.worst));
+    if let Some(circular) = result.worst_circular.as_ref().filter(|_| result.law == ContactLaw::Polygon) {
+        let _ = writeln!(out, "circular     {}", laws(circular));
+    }
     out.push_str(&tolerance(result));
     if result.clipped_steps > 0 {
         let _ = writeln!(out, "clipped      {} with penetrations taken as zero", count(result.clipped_steps, "step"));

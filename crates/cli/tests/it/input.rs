@@ -60,7 +60,7 @@ fn wrong_command_lines_exit_with_64() {
     folder.run(&["solve", "a.npz", "b.npz", "--out", "c.npz"]).exits(64).complains(&["--out"]);
     let help = folder.run(&["--help"]).exits(0).stdout;
     assert!(help.contains("Exit codes:"));
-    for command in ["simulate", "inspect", "scenes", "export", "solve", "check"] {
+    for command in ["simulate", "inspect", "scenes", "export", "solve", "compare", "check"] {
         let help = folder.run(&[command, "--help"]).exits(0).stdout;
         assert!(help.contains(&format!("  signorini {command}")), "{command} has an example");
         assert!(help.contains("--json"));

@@ -1,8 +1,10 @@
 //! Runs the built command on models and problems that the tests write.
 
+mod compare;
 mod input;
 mod inspect;
 mod problems;
 mod runs;
+mod solvers;
 mod stops;
 mod support;

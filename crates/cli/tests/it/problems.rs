@@ -45,7 +45,7 @@ fn complementarity(kind: &str, a: &[f64], b: &[f64]) -> ArchiveWriter {
 }
 
 /// One frictional contact with `W = 1`, `q = (−1, 0.5, 0)`, μ = 0.3: r = (1, −0.3, 0), sliding at 0.2.
-fn frictional() -> ArchiveWriter {
+pub fn frictional() -> ArchiveWriter {
     let mut writer = ArchiveWriter::new();
     let fill = |writer: &mut ArchiveWriter| {
         let identity = [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0];

@@ -27,7 +27,7 @@ pub struct ConeCertificate {
 }
 
 impl ConeCertificate {
-    fn everything_violated() -> Self {
+    pub(super) fn everything_violated() -> Self {
         let r = f64::INFINITY;
         Self { momentum: r, natural_map: r, signorini: r, friction: r, dissipation: r, bilateral: r }
     }
@@ -41,6 +41,16 @@ impl ConeCertificate {
     /// Whether every law holds within `tolerance`.
     pub fn holds(&self, tolerance: f64) -> bool {
         self.worst() <= tolerance
+    }
+
+    /// Keeps the larger of each residual.
+    pub fn merge(&mut self, other: &Self) {
+        keep(&mut self.momentum, other.momentum);
+        keep(&mut self.natural_map, other.natural_map);
+        keep(&mut self.signorini, other.signorini);
+        keep(&mut self.friction, other.friction);
+        keep(&mut self.dissipation, other.dissipation);
+        keep(&mut self.bilateral, other.bilateral);
     }
 
     /// Adds one contact's laws, in velocities and impulses: impulse, velocity that the impulses give, claimed velocity.
@@ -73,7 +83,8 @@ pub(super) struct Scratch {
 /// Certifies a claimed solution `(v⁺, λ, λ_B)` with the circular cone; only these of `solution` are read.
 ///
 /// - `problem`: the data. Of each contact's directions only this matters: none means no friction, two opposite ones friction
-///   along their line, more friction in all tangential directions.
+///   along their line, more friction in all tangential directions. Where it has friction that the circular cone has no law
+///   for ([`ContactProblem::check_circular`]), every residual is infinite.
 /// - `solution`: arrays of the problem's sizes; a missing entry, or one that is not finite, makes every residual infinite.
 ///
 /// # Source
@@ -90,7 +101,7 @@ pub(super) fn certify_cone_with(
     let (nv, nc, nb) = (problem.nv(), problem.contact_count(), problem.bilateral_violation.len());
     let sizes_fit = solution.velocity.len() == nv && solution.impulse.len() == nc && solution.bilateral.len() == nb;
     let mut numbers = solution.velocity.iter().chain(&solution.bilateral).chain(solution.impulse.iter().flatten());
-    if !sizes_fit || numbers.any(|x| !x.is_finite()) {
+    if !sizes_fit || numbers.any(|x| !x.is_finite()) || problem.check_circular().is_err() {
         return ConeCertificate::everything_violated();
     }
     let mut g = 0.0_f64;

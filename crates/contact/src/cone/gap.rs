@@ -4,7 +4,7 @@ use super::law::CoulombLaw;
 use crate::{ContactProblem, ContactSolution};
 
 /// What the friction of one contact, taken from a polygon, misses of Coulomb's law at the velocity it slides with. All zero
-/// where the contact is open, sticks, or has no directions to choose from.
+/// where the contact is open, sticks, has no directions to choose from, or anisotropic friction, which is not Coulomb's.
 ///
 /// With `c` the sliding velocity, `λ_T` the friction impulse, `R = μ λ_N` and `η` half the widest angle between neighbouring
 /// directions of the polygon:
@@ -47,7 +47,7 @@ fn contact_gap(problem: &ContactProblem, solution: &ContactSolution, i: usize) -
     let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
     let [lambda_n, t_1, t_2] = solution.impulse[i];
     let (slip, radius, friction) = (c_1.hypot(c_2), law.friction() * lambda_n, t_1.hypot(t_2));
-    if !law.is_circular() || slip == 0.0 || radius <= 0.0 {
+    if !law.is_circular() || problem.is_anisotropic(i) || slip == 0.0 || radius <= 0.0 {
         return ConeGap::default();
     }
     let power = c_1 * t_1 + c_2 * t_2;

@@ -10,7 +10,7 @@ use super::gap::half_widest_angle;
 use super::law::CoulombLaw;
 use super::{ConeCertificate, ConeSolution};
 use crate::SolveStatus::{Inaccurate, Solved};
-use crate::{ContactProblem, ContactSolution, ContactSolver, WarmStart};
+use crate::{Certificate, ContactProblem, ContactSolution, ContactSolver, UnsupportedFriction, WarmStart};
 
 /// Directions nearer than this to one another, rad, are one: below it a set of unit vectors could not be told from one with
 /// a direction given twice.
@@ -32,6 +32,8 @@ pub struct RefinementReport {
     pub certificate: ConeCertificate,
     /// Whether they are all within the tolerance, with the last LCP solved.
     pub converged: bool,
+    /// Friction of the problem that the circular cone has no law for; then no LCP was solved.
+    pub unsupported: Option<UnsupportedFriction>,
 }
 
 /// Refines friction polygons; the memory is kept from problem to problem.
@@ -55,7 +57,8 @@ impl DirectionRefiner {
     /// - `tolerance`: bound on the worst residual of the [`ConeCertificate`]
     /// - `warm`: start of the first LCP
     ///
-    /// Contacts without directions or with two (contacts in the plane) keep them: their cone has no other.
+    /// Contacts without directions or with two (contacts in the plane) keep them: their cone has no other. Friction that the
+    /// circular cone has no law for is refused ([`RefinementReport::unsupported`]).
     pub fn refine(
         &mut self,
         solver: &mut ContactSolver,
@@ -65,6 +68,12 @@ impl DirectionRefiner {
         max_solves: u32,
         solution: &mut ContactSolution,
     ) -> RefinementReport {
+        if let Err(unsupported) = problem.check_circular() {
+            solution.prepare(problem);
+            (solution.status, solution.certificate) = (Inaccurate, Certificate::everything_violated());
+            let certificate = ConeCertificate::everything_violated();
+            return RefinementReport { unsupported: Some(unsupported), certificate, ..RefinementReport::default() };
+        }
         self.base.clone_from(&problem.directions);
         self.base_offsets.clone_from(&problem.direction_offsets);
         let mut report = RefinementReport::default();
@@ -90,7 +99,33 @@ impl DirectionRefiner {
         report
     }
 
-    fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> ConeCertificate {
+    /// [`align_directions`] with memory that is kept.
+    pub(super) fn align(&mut self, problem: &mut ContactProblem, solution: &ConeSolution) {
+        if solution.velocity.len() != problem.nv() || solution.impulse.len() != problem.contact_count() {
+            return;
+        }
+        let slow = STICKING * velocity_scale(problem);
+        self.directions.clear();
+        self.offsets.clear();
+        self.offsets.push(0);
+        for i in 0..problem.contact_count() {
+            let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
+            let [n, t_1, t_2] = solution.impulse[i];
+            let (law, size) = (CoulombLaw::of(problem, i), t_1.hypot(t_2));
+            let inside = || size <= law.friction() * n * half_widest_angle(problem.directions_of(i)).cos();
+            if law.is_circular() && size > 0.0 && (c_1.hypot(c_2) > slow || !inside()) {
+                push_directions(problem.directions_of(i), t_2.atan2(t_1), 0.0, &mut self.directions);
+            } else {
+                self.directions.extend_from_slice(problem.directions_of(i));
+            }
+            self.offsets.push(self.directions.len());
+        }
+        std::mem::swap(&mut problem.directions, &mut self.directions);
+        std::mem::swap(&mut problem.direction_offsets, &mut self.offsets);
+    }
+
+    /// The residuals of the circular cone's laws of a polygon's solution.
+    pub(super) fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> ConeCertificate {
         self.cone.velocity.clone_from(&solution.velocity);
         self.cone.impulse.clone_from(&solution.impulse);
         self.cone.bilateral.clone_from(&solution.bilateral);
@@ -141,24 +176,7 @@ impl DirectionRefiner {
 /// - `problem`: gets the directions
 /// - `solution`: of the same problem, with any directions; one of another size changes nothing
 pub fn align_directions(problem: &mut ContactProblem, solution: &ConeSolution) {
-    if solution.velocity.len() != problem.nv() || solution.impulse.len() != problem.contact_count() {
-        return;
-    }
-    let slow = STICKING * velocity_scale(problem);
-    let (mut directions, mut offsets) = (Vec::with_capacity(problem.directions.len()), vec![0]);
-    for i in 0..problem.contact_count() {
-        let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
-        let [n, t_1, t_2] = solution.impulse[i];
-        let (law, size) = (CoulombLaw::of(problem, i), t_1.hypot(t_2));
-        let inside = || size <= law.friction() * n * half_widest_angle(problem.directions_of(i)).cos();
-        if law.is_circular() && size > 0.0 && (c_1.hypot(c_2) > slow || !inside()) {
-            push_directions(problem.directions_of(i), t_2.atan2(t_1), 0.0, &mut directions);
-        } else {
-            directions.extend_from_slice(problem.directions_of(i));
-        }
-        offsets.push(directions.len());
-    }
-    (problem.directions, problem.direction_offsets) = (directions, offsets);
+    DirectionRefiner::default().align(problem, solution);
 }
 
 /// Where friction and slip are expected to meet, rad, and how far apart they are now.

@@ -1,7 +1,7 @@
 //! What a solve with the circular cone starts from and ends with.
 
 use super::ConeCertificate;
-use crate::{ContactProblem, SolveStatus};
+use crate::{ContactProblem, SolveStatus, UnsupportedFriction, WarmStart};
 
 /// What a solve with the circular cone ended with.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,6 +15,8 @@ pub enum ConeStatus {
     /// As above, and the problem with the polygon ended on a ray or is infeasible: [`SolveStatus::Ray`] or
     /// [`SolveStatus::Infeasible`] with the contacts.
     Denied(SolveStatus),
+    /// The circular cone has no law for friction that the problem has; nothing was solved.
+    Unsupported(UnsupportedFriction),
 }
 
 /// A way to a start for Newton's method, in the order in which they are tried.
@@ -68,6 +70,20 @@ pub struct ConeSolution {
     pub report: ConeReport,
 }
 
+impl ConeSolution {
+    /// The velocity without impulses, for a problem with friction that the cone has no law for.
+    pub(super) fn refuse(&mut self, problem: &ContactProblem, unsupported: UnsupportedFriction) {
+        self.velocity.clone_from(&problem.free_velocity);
+        self.impulse.clear();
+        self.impulse.resize(problem.contact_count(), [0.0; 3]);
+        self.bilateral.clear();
+        self.bilateral.resize(problem.bilateral_violation.len(), 0.0);
+        self.report = ConeReport::default();
+        self.status = ConeStatus::Unsupported(unsupported);
+        self.certificate = ConeCertificate::everything_violated();
+    }
+}
+
 /// Impulses of an earlier solve, one entry per contact of the next problem.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ConeWarmStart {
@@ -92,6 +108,13 @@ impl ConeWarmStart {
     pub fn set_bilateral(&mut self, impulses: &[f64]) {
         self.bilateral.clear();
         self.bilateral.extend_from_slice(impulses);
+    }
+
+    /// Takes the impulses of a polygon's start over; zero for new contacts.
+    pub fn take(&mut self, start: &WarmStart) {
+        self.clear();
+        self.impulse.extend(start.contacts.iter().map(|entry| entry.map_or([0.0; 3], |(impulse, _)| impulse)));
+        self.bilateral.extend_from_slice(&start.bilateral);
     }
 
     /// Whether the sizes are those of a problem.

@@ -7,8 +7,11 @@ use super::newton::Newton;
 use super::refine::{DirectionRefiner, RefinementReport, align_directions};
 use super::sweeps::Sweeps;
 use super::velocity_system::{Memory, VelocitySystem};
-use super::{ConeReport, ConeSettings, ConeSolution, ConeStart, ConeStatus, ConeWarmStart};
+use super::{ConeCertificate, ConeReport, ConeSettings, ConeSolution, ConeStart, ConeStatus, ConeWarmStart};
+use crate::certificate::{self, certify_afresh};
 use crate::problem_file::FrictionalProblem;
+use crate::recovery::recover_into;
+use crate::solver::Cones;
 use crate::{ContactProblem, ContactSolution, ContactSolver, ProblemError, SolveStatus, WarmStart};
 
 /// Residual at which a start counts as successful, relative to the tolerance: the certificate judges the rest.
@@ -31,6 +34,8 @@ pub struct CircularConeSolver {
     sweeps: Sweeps,
     candidate: ConeSolution,
     scratch: Scratch,
+    cones: Cones,
+    polygon_scratch: certificate::Scratch,
 }
 
 impl CircularConeSolver {
@@ -51,8 +56,14 @@ impl CircularConeSolver {
     /// Solves a problem into `solution`, whose memory is reused. No allocation after warm-up where the warm start leads to
     /// the solution.
     ///
+    /// Friction that the circular cone has no law for is refused ([`ConeStatus::Unsupported`]).
+    ///
     /// - `warm`: the start, if it has one entry per contact
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&ConeWarmStart>, solution: &mut ConeSolution) {
+        if let Err(unsupported) = problem.check_circular() {
+            solution.refuse(problem, unsupported);
+            return;
+        }
         self.laws.clear();
         self.laws.extend((0..problem.contact_count()).map(|i| CoulombLaw::of(problem, i)));
         solution.report = ConeReport::default();
@@ -196,7 +207,7 @@ impl CircularConeSolver {
     ) -> RefinementReport {
         let rounds = self.settings.refinement_rounds;
         let mut report = self.refiner.refine(&mut self.polygon, problem, warm, tolerance, rounds, solution);
-        if report.converged {
+        if report.converged || report.unsupported.is_some() {
             return report;
         }
         let mut start = ConeWarmStart::default();
@@ -215,6 +226,28 @@ impl CircularConeSolver {
         let last = self.refiner.refine(&mut self.polygon, problem, Some(&aligned), tolerance, 1, solution);
         report.solves += last.solves;
         RefinementReport { solves: report.solves, ..last }
+    }
+
+    /// Writes a solution with the circular cone as the polygon's solution that it is once the directions are
+    /// [aligned](align_directions) with its friction: `problem` gets these directions, `out` velocity, impulses, `α`, `β`, modes and the
+    /// ordinary [certificate](crate::certify). Status and report stay for the caller to fill in. No allocation after warm-up.
+    pub fn express_into(&mut self, problem: &mut ContactProblem, cone: &ConeSolution, out: &mut ContactSolution) {
+        self.refiner.align(problem, cone);
+        self.cones.prepare(problem);
+        out.prepare(problem);
+        out.velocity.clone_from(&cone.velocity);
+        out.impulse.clone_from(&cone.impulse);
+        out.bilateral.clone_from(&cone.bilateral);
+        for (i, mode) in out.solver_modes.iter_mut().enumerate().take(cone.impulse.len()) {
+            *mode = self.cones.mode_at(i, cone.impulse[i]);
+        }
+        recover_into(problem, &self.cones, problem.velocity_scale(), out);
+        out.certificate = certify_afresh(problem, out, &mut self.polygon_scratch);
+    }
+
+    /// [`certify_cone`](super::certify_cone) for the velocity and impulses of a polygon's solution, with memory that is kept.
+    pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> ConeCertificate {
+        self.refiner.certify(problem, solution)
     }
 
     /// Solves a problem in impulse space, `u = W λ + q`, to the same tolerance.

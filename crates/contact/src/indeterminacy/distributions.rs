@@ -29,7 +29,8 @@ const VARIES: f64 = 1e-8;
 /// the frames of the problem's Jacobian.
 ///
 /// # Errors
-/// [`ProblemError::NotASolution`] if the solution's [certificate](certify) exceeds 1e-6.
+/// [`ProblemError::NotASolution`] if the solution's [certificate](certify) exceeds 1e-6, [`ProblemError::Unsupported`] if the
+/// problem has friction groups.
 ///
 /// # Cost
 /// Dense, for each group of coupled bodies: some pivots of `O(n_v (n_v + m))` for each of `6 nc` programs. For analysis, not
@@ -42,6 +43,7 @@ pub fn force_distributions(
     problem: &ContactProblem,
     solution: &ContactSolution,
 ) -> Result<ForceDistributions, ProblemError> {
+    problem.check_without_groups()?;
     let residual = certify(problem, solution).worst();
     if residual > LARGEST_RESIDUAL {
         return Err(ProblemError::NotASolution { residual });

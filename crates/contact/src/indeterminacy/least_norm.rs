@@ -1,11 +1,11 @@
 //! A declared choice among indeterminate impulses: the least norm.
 
 use super::faces::{admissible_impulses, generalized_impulse, project_impulses};
-use crate::certificate::{Scratch, certify_with};
+use crate::certificate::{Scales, Scratch, certify_with};
 use crate::polyhedral::{ConeNewton, Group, Groups, ImpulseCones, Objective};
 use crate::recovery::recover_into;
 use crate::solver::{Cones, Mode};
-use crate::{ContactProblem, ContactSolution, SolveStatus};
+use crate::{ContactProblem, ContactSolution, SolveStatus, UnsupportedFriction};
 
 /// δ of the proximal term relative to the Delassus scale: small, because each outer iteration removes its effect by about
 /// this factor over the smallest eigenvalue of the loaded rows.
@@ -30,6 +30,8 @@ pub enum LeastNormOutcome {
     NotSolved,
     /// The solution keeps its own impulses: those of least norm were not found to the tolerance.
     Kept,
+    /// The problem has friction groups, whose impulses are not chosen: nothing was done.
+    Unsupported(UnsupportedFriction),
 }
 
 /// What a choice among impulses did.
@@ -109,6 +111,10 @@ impl LeastNorm {
             report.outcome = LeastNormOutcome::NotSolved;
             return report;
         }
+        if let Err(unsupported) = problem.check_without_groups() {
+            report.outcome = LeastNormOutcome::Unsupported(unsupported);
+            return report;
+        }
         self.earlier.copy_warm_part(solution);
         let residual = solution.certificate.worst();
         admissible_impulses(problem, &solution.velocity, residual, &mut self.faces);
@@ -120,11 +126,17 @@ impl LeastNorm {
         self.complete(problem, solution);
         if !solution.certificate.holds(tolerance.max(residual)) {
             report.outcome = LeastNormOutcome::Kept;
-            solution.copy_warm_part(&self.earlier);
-            self.complete(problem, solution);
+            self.undo(problem, solution);
         }
         report.norm = norm(solution);
         report
+    }
+
+    /// Gives a solution back the impulses that it had before they were [chosen](Self::apply), where these miss a law that the
+    /// certificate does not speak of. `problem`, `solution`: those of the last choice.
+    pub fn undo(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        solution.copy_warm_part(&self.earlier);
+        self.complete(problem, solution);
     }
 
     fn prepare(&mut self, problem: &ContactProblem) {
@@ -193,7 +205,7 @@ impl LeastNorm {
 
     /// Modes for the next warm start of contacts that are loaded or unloaded now.
     fn update_modes(&self, solution: &mut ContactSolution) {
-        for (i, mode) in solution.solver_modes.iter_mut().enumerate() {
+        for (i, mode) in solution.solver_modes.iter_mut().take(solution.impulse.len()).enumerate() {
             let (now, before) = (solution.impulse[i], self.earlier.impulse[i]);
             if now[0] <= 0.0 {
                 *mode = Mode::Open;
@@ -205,8 +217,9 @@ impl LeastNorm {
 
     /// Multipliers and certificate of the solution's impulses and velocity.
     fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        recover_into(problem, &self.cones, solution);
-        solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        let scales = Scales::of(problem, problem.delassus_scale());
+        recover_into(problem, &self.cones, scales.velocity, solution);
+        solution.certificate = certify_with(problem, solution, &scales, &mut self.scratch);
     }
 }
 

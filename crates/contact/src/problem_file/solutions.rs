@@ -56,7 +56,7 @@ pub fn read_plain_solution(path: impl AsRef<Path>, expected: usize) -> Result<Ve
     Ok(z)
 }
 
-fn finite(array: &'static str, values: &[f64]) -> Result<(), ProblemError> {
+pub(super) fn finite(array: &'static str, values: &[f64]) -> Result<(), ProblemError> {
     match values.iter().position(|x| !x.is_finite()) {
         Some(index) => Err(ProblemError::Number { array, index, value: values[index], expected: "finite" }),
         None => Ok(()),

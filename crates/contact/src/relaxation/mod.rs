@@ -12,7 +12,7 @@ pub use solve::ConvexRelaxation;
 use crate::certificate::{Certificate, certify};
 use crate::recovery::recover_into;
 use crate::solver::Cones;
-use crate::{ContactProblem, ContactSolution, SelfStress};
+use crate::{ContactProblem, ContactSolution, SelfStress, UnsupportedFriction};
 
 /// How a relaxation ended.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -29,6 +29,8 @@ pub enum RelaxationStatus {
         /// The impulses; their largest entry has size 1.
         proof: SelfStress,
     },
+    /// The relaxation has no rows for friction that the problem has; nothing was solved.
+    Unsupported(UnsupportedFriction),
 }
 
 /// What a relaxation took.
@@ -64,11 +66,13 @@ pub struct RelaxedSolution {
 
 impl RelaxedSolution {
     /// The residuals of the true contact laws (formulation §8) of these velocity and impulses. `signorini` shows the
-    /// relaxation's artefact: for a sliding contact it is `min(g λ_N, μ ‖c_T‖)` relative to `max|b|`.
+    /// relaxation's artefact: for a sliding contact it is `min(g λ_N, μ ‖c_T‖)` relative to `max|b|`. Infinite for a problem
+    /// with friction groups.
     pub fn contact_laws(&self, problem: &ContactProblem) -> Certificate {
         let mut claimed = ContactSolution::default();
         claimed.prepare(problem);
-        if self.velocity.len() != problem.nv() || self.impulse.len() != problem.contact_count() {
+        let sizes_fit = self.velocity.len() == problem.nv() && self.impulse.len() == problem.contact_count();
+        if !sizes_fit || problem.check_without_groups().is_err() {
             return Certificate::everything_violated();
         }
         let mut cones = Cones::default();
@@ -76,7 +80,7 @@ impl RelaxedSolution {
         claimed.velocity.clone_from(&self.velocity);
         claimed.impulse.clone_from(&self.impulse);
         claimed.bilateral.clone_from(&self.bilateral);
-        recover_into(problem, &cones, &mut claimed);
+        recover_into(problem, &cones, problem.velocity_scale(), &mut claimed);
         certify(problem, &claimed)
     }
 

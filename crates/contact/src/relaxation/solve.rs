@@ -90,12 +90,18 @@ pub struct ConvexRelaxation {
 impl ConvexRelaxation {
     /// Solves the relaxation of a problem into `solution`, whose memory is reused.
     ///
-    /// `tolerance`: the certificate's worst residual up to which the status is `Solved`.
+    /// `tolerance`: the certificate's worst residual up to which the status is `Solved`. Friction groups are refused
+    /// ([`RelaxationStatus::Unsupported`]).
     ///
     /// # Cost
     /// Ten to twenty factorisations of size `n_v` for each group of coupled bodies, always from zero impulses.
     pub fn solve_into(&mut self, problem: &ContactProblem, tolerance: f64, solution: &mut RelaxedSolution) {
         solution.prepare(problem);
+        if let Err(unsupported) = problem.check_without_groups() {
+            solution.status = RelaxationStatus::Unsupported(unsupported);
+            solution.certificate = certify_relaxation(problem, solution);
+            return;
+        }
         self.prepare(problem);
         let groups = std::mem::take(&mut self.groups);
         for group in groups.all() {

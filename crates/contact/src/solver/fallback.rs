@@ -64,7 +64,13 @@ fn solve_local(problem: &ContactProblem, island: &Island, settings: &SolverSetti
     if local.standard_layout().size > settings.lemke_max_rows {
         return None;
     }
-    solve_as_lcp(&local, &mut lemke(settings)?, settings.tolerance).ok()
+    let first = solve_as_lcp(&local, &mut lemke(settings)?, settings.tolerance).ok()?;
+    if !matches!(first.status, SolveStatus::Inaccurate | SolveStatus::IterationLimit) {
+        return Some(first);
+    }
+    // The settings of the method for problems of any kind polish longer.
+    let second = solve_as_lcp(&local, &mut Lemke::default(), settings.tolerance).ok()?;
+    Some(if second.certificate.worst() < first.certificate.worst() { second } else { first })
 }
 
 /// The island as a problem of its own, with its contacts and rows in the island's order.

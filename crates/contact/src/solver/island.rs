@@ -143,6 +143,8 @@ pub(crate) struct Islands {
     columns: Vec<(u32, [f64; 3])>,
     /// Unit of each contact in its island.
     place: Vec<u32>,
+    /// The largest Delassus entry of contacts and groups.
+    delassus_scale: f64,
 }
 
 const NONE: u32 = u32::MAX;
@@ -153,10 +155,16 @@ impl Islands {
         &self.islands[..self.count]
     }
 
+    /// `g` of the problem ([`ContactProblem::delassus_scale`]).
+    pub fn delassus_scale(&self) -> f64 {
+        self.delassus_scale
+    }
+
     /// Finds the islands of a problem.
     pub fn find(&mut self, problem: &ContactProblem) {
         self.join_blocks(problem);
         self.number_islands(problem);
+        self.delassus_scale = 0.0;
         self.scratch.clear();
         self.scratch.resize(problem.nv(), 0.0);
         (0..problem.contact_count()).for_each(|i| self.add_contact(problem, i));
@@ -170,14 +178,15 @@ impl Islands {
         let (columns, entries) = problem.jacobian.group(i);
         let Some(island) = self.island_of(columns) else { return };
         let local = columns.iter().map(|&c| local_index(problem, &self.block_of_dof, &self.local_start, c));
-        let scale = largest(&problem.delassus_diagonal(i, &mut self.scratch));
+        let g = largest(&problem.delassus_diagonal(i, &mut self.scratch));
+        self.delassus_scale = self.delassus_scale.max(g);
         let island = &mut self.islands[island];
         self.place[i] = island.units.len() as u32;
         island.jacobian.push(local.zip(entries.iter().copied()));
         island.units.push(i as u32);
         island.contact_count += 1;
         island.offset.push([problem.gap[i] / problem.timestep, 0.0, 0.0]);
-        island.scale.push(scale);
+        island.scale.push(positive(g));
     }
 
     /// A group's first row is that of its contact, scaled so that the proximal weight of the group turns it into the contact's
@@ -186,7 +195,9 @@ impl Islands {
         let groups = &problem.friction_groups;
         let (columns, entries) = groups.jacobian.group(j);
         let Some(island) = self.island_of(columns) else { return };
-        let scale = largest(&problem.group_delassus(j, &mut self.scratch));
+        let g = largest(&problem.group_delassus(j, &mut self.scratch));
+        self.delassus_scale = self.delassus_scale.max(g);
+        let scale = positive(g);
         self.columns.clear();
         self.columns.extend(columns.iter().zip(entries).map(|(&c, e)| (c, [0.0, e[0], e[1]])));
         let target = groups.target[j];
@@ -216,7 +227,7 @@ impl Islands {
         let (columns, entries) = problem.bilateral_jacobian.group(k);
         let Some(island) = self.island_of(columns) else { return };
         let local = columns.iter().map(|&c| local_index(problem, &self.block_of_dof, &self.local_start, c));
-        let scale = largest(&[problem.bilateral_delassus(k, &mut self.scratch)]);
+        let scale = positive(problem.bilateral_delassus(k, &mut self.scratch));
         let island = &mut self.islands[island];
         island.bilateral_jacobian.push(local.zip(entries.iter().copied()));
         island.bilateral.push(k as u32);
@@ -310,9 +321,12 @@ impl Islands {
     }
 }
 
-/// The largest of some diagonal entries; 1 where there is nothing to scale by.
 fn largest(diagonal: &[f64]) -> f64 {
-    let g = diagonal.iter().copied().fold(0.0, f64::max);
+    diagonal.iter().copied().fold(0.0, f64::max)
+}
+
+/// A scale; 1 where there is nothing to scale by.
+fn positive(g: f64) -> f64 {
     if g > 0.0 { g } else { 1.0 }
 }
 

@@ -25,6 +25,8 @@ pub(super) struct Outcome {
     pub restarts: u32,
     /// Whether nothing had to be solved.
     pub asleep: bool,
+    /// Units whose rows are proved to contradict each other.
+    pub contradiction: Vec<u32>,
     impulse: Vec<[f64; 3]>,
     modes: Vec<Mode>,
     bilateral: Vec<f64>,
@@ -44,6 +46,7 @@ impl Outcome {
     fn begin(&mut self, island: usize) {
         (self.island, self.residual) = (island, f64::INFINITY);
         (self.effort, self.restarts, self.asleep) = (Effort::default(), 0, false);
+        self.contradiction.clear();
     }
 
     /// Writes impulses, modes and velocity to their places. An island that no attempt brought to a number leaves them alone.
@@ -70,9 +73,16 @@ impl Outcome {
 pub(super) struct IslandPool {
     solvers: Vec<IslandSolver>,
     outcomes: Vec<Outcome>,
+    /// How many outcomes the last run had.
+    count: usize,
 }
 
 impl IslandPool {
+    /// Units of the last run's islands whose rows are proved to contradict each other.
+    pub fn contradictions(&self) -> impl Iterator<Item = u32> {
+        self.outcomes[..self.count].iter().flat_map(|outcome| outcome.contradiction.iter().copied())
+    }
+
     /// Runs the first two stages of the cascade on the islands that are `chosen`, writes what they gave to `solution` and
     /// the residuals to their places in `residuals`.
     pub fn run(
@@ -92,6 +102,7 @@ impl IslandPool {
             self.outcomes[count].begin(island);
             count += 1;
         }
+        self.count = count;
         let outcomes = &mut self.outcomes[..count];
         let threads = threads_for(islands, outcomes, settings.threads);
         if self.solvers.len() < threads {

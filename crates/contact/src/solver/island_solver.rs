@@ -12,6 +12,7 @@ use super::mode::{Cones, Mode};
 use super::path::Path;
 use super::system::ProximalSystem;
 use crate::ContactProblem;
+use crate::problem::CANCELLATION;
 
 /// Counters of one island's solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,6 +67,9 @@ pub(crate) struct IslandSolver {
     pub(super) best: Vec<[f64; 3]>,
     pub(super) best_bilateral: Vec<f64>,
     pub(super) best_modes: Vec<Mode>,
+    /// Units whose rows are proved to contradict each other.
+    pub(super) contradiction: Vec<u32>,
+    pub(super) magnitude: Vec<f64>,
     pub(super) effort: Effort,
     pub(super) convex: ConvexStart,
     /// Whether `system` knows the island's structure.
@@ -88,6 +92,7 @@ impl IslandSolver {
         self.bilateral_impulse.clear();
         self.bilateral_impulse.resize(island.bilateral.len(), 0.0);
         self.modes.clear();
+        self.contradiction.clear();
         self.change.clear();
         self.earlier_change.clear();
         self.bilateral_change.clear();
@@ -95,15 +100,19 @@ impl IslandSolver {
     }
 
     fn find_velocity_scale(&mut self, island: &Island) {
-        self.velocity_scale = 0.0;
+        let v = &self.free_velocity;
+        let (mut scale, mut terms) = (0.0_f64, 0.0_f64);
         for c in 0..island.units.len() {
-            let b = island.pushing(c, island.slack(c, &self.free_velocity));
-            self.velocity_scale = self.velocity_scale.max(b[0].abs()).max(b[1].abs()).max(b[2].abs());
+            let b = island.pushing(c, island.slack(c, v));
+            scale = scale.max(b[0].abs()).max(b[1].abs()).max(b[2].abs());
+            terms = terms.max(island.jacobian.largest_terms(c, v));
         }
         for (k, offset) in island.bilateral_offset.iter().enumerate() {
-            let [c] = island.bilateral_jacobian.multiply(k, &self.free_velocity);
-            self.velocity_scale = self.velocity_scale.max((c + offset).abs());
+            let [c] = island.bilateral_jacobian.multiply(k, v);
+            scale = scale.max((c + offset).abs());
+            terms = terms.max(island.bilateral_jacobian.largest_terms(k, v));
         }
+        self.velocity_scale = scale.max(CANCELLATION * terms);
     }
 
     /// Sets the first component of the friction groups' impulses to what bounds them.

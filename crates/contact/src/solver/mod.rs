@@ -8,6 +8,7 @@
 //!
 //! What was tried and why the solver moved on is in the [`SolveReport`].
 
+mod contradiction;
 mod convex_start;
 mod fallback;
 mod find_modes;
@@ -25,13 +26,14 @@ mod system;
 
 pub use settings::SolverSettings;
 
-use crate::certificate::{Certificate, Scratch, certify_with, velocity_from_impulses};
+use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use island::Islands;
 use island_pool::{IslandPool, Outcome};
 use island_solver::{Effort, IslandSolver};
 pub(crate) use mode::{Cones, Mode};
+use signorini_lcp::Refusal;
 
 /// What a solve ended with.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -54,6 +56,14 @@ pub enum SolveStatus {
     },
     /// The number of pivots was used up.
     IterationLimit,
+    /// The LCP does not meet a hypothesis of the method's theory; rows are those of the standard LCP, of the condensed one where
+    /// the problem has bilateral rows.
+    Refused(Refusal),
+    /// The LCP has more pairs than the method accepts.
+    TooLarge {
+        /// The largest number it accepts.
+        limit: usize,
+    },
 }
 
 /// What was done, for reports and recordings.
@@ -158,6 +168,9 @@ pub struct ContactSolver {
     earlier: ContactSolution,
     /// What the first two stages left in each island.
     residuals: Vec<f64>,
+    /// Contacts of islands that contradict themselves.
+    contradiction: Vec<usize>,
+    scales: Scales,
     scratch: Scratch,
 }
 
@@ -188,27 +201,39 @@ impl ContactSolver {
             return;
         }
         self.islands.find(problem);
+        self.scales = Scales::of(problem, self.islands.delassus_scale());
         solution.prepare(problem);
         solution.report.islands = self.islands.all().len();
         self.residuals.clear();
         self.residuals.resize(self.islands.all().len(), f64::INFINITY);
+        self.contradiction.clear();
         self.solve_islands(problem, warm.map_or(Start::Zero, Start::Warm), solution, |_| true);
         self.complete(problem, solution);
+        if !self.contradiction.is_empty() {
+            self.drop_what_is_worse(problem, solution);
+            self.contradiction.sort_unstable();
+            solution.status = SolveStatus::Infeasible { contacts: self.contradiction.clone() };
+            return;
+        }
         if !solution.certificate.holds(self.settings.tolerance) {
             self.retry_cold(problem, solution);
         }
         let failure =
             if solution.certificate.holds(self.settings.tolerance) { None } else { self.fall_back(problem, solution) };
-        if solution.certificate.natural_map > 1.0 || solution.certificate.natural_map.is_nan() {
-            // No impulses at all have the residual 1: what was found is worse and of no use to anyone.
-            solution.drop_impulses(problem);
-            self.complete(problem, solution);
-        }
+        self.drop_what_is_worse(problem, solution);
         solution.status = if solution.certificate.holds(self.settings.tolerance) {
             SolveStatus::Solved
         } else {
             failure.or_else(|| immovable_rows(problem)).unwrap_or(SolveStatus::Inaccurate)
         };
+    }
+
+    /// No impulses at all have the residual 1: what was found may be worse and of no use to anyone.
+    fn drop_what_is_worse(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        if solution.certificate.natural_map > 1.0 || solution.certificate.natural_map.is_nan() {
+            solution.drop_impulses(problem);
+            self.complete(problem, solution);
+        }
     }
 
     /// The first two stages of the cascade for the islands whose residual is `chosen`.
@@ -221,6 +246,7 @@ impl ContactSolver {
     ) {
         let Self { pool, cones, islands, settings, residuals, .. } = self;
         pool.run((problem, cones, islands.all()), settings, start, solution, residuals, chosen);
+        self.contradiction.extend(pool.contradictions().map(|i| i as usize));
     }
 
     /// Lemke's method for a whole problem: where a bound has a constant part and grows with a normal impulse, its kink lies
@@ -268,8 +294,8 @@ impl ContactSolver {
 
     /// Fills in what follows from impulses and velocity, and certifies it.
     fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        recover_into(problem, &self.cones, solution);
-        solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        recover_into(problem, &self.cones, self.scales.velocity, solution);
+        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
         if !solution.certificate.holds(self.settings.tolerance) {
             self.take_velocity_of_impulses(problem, solution);
         }
@@ -281,18 +307,18 @@ impl ContactSolver {
         let refined_certificate = solution.certificate;
         let unrefined = velocity_from_impulses(problem, solution);
         let refined = std::mem::replace(&mut solution.velocity, unrefined);
-        recover_into(problem, &self.cones, solution);
-        solution.certificate = certify_with(problem, solution, &mut self.scratch);
+        recover_into(problem, &self.cones, self.scales.velocity, solution);
+        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
         if solution.certificate.worst() >= refined_certificate.worst() {
             solution.velocity = refined;
-            recover_into(problem, &self.cones, solution);
+            recover_into(problem, &self.cones, self.scales.velocity, solution);
             solution.certificate = refined_certificate;
         }
     }
 
     /// The certificate of a claimed solution, as by [`certify`](crate::certify()), in the solver's memory.
     pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
-        certify_with(problem, solution, &mut self.scratch)
+        certify_afresh(problem, solution, &mut self.scratch)
     }
 
     /// Solves a problem; see [`solve_into`](Self::solve_into).
@@ -354,7 +380,8 @@ fn solve_island(
             outcome.residual = residual;
             outcome.take(solver);
         }
-        if outcome.residual <= settings.accept {
+        if outcome.residual <= settings.accept || !solver.contradiction.is_empty() {
+            outcome.contradiction.clone_from(&solver.contradiction);
             break;
         }
         outcome.restarts += 1;

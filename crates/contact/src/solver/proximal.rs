@@ -60,6 +60,8 @@ impl IslandSolver {
                 slow = 0;
                 if best > NOISE && self.extrapolate(cones, island) {
                     last = f64::INFINITY;
+                } else if best > NOISE && self.is_contradiction(island) {
+                    break;
                 } else {
                     ascending |= best <= ROUNDING_FLOOR || epsilon <= settings.smallest_proximal_weight;
                     if ascending && epsilon >= LARGEST_WEIGHT {

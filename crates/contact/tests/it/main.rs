@@ -21,3 +21,5 @@ mod reference;
 mod relaxation;
 mod shared_problems;
 mod threads;
+mod uniqueness;
+mod unsupported;

@@ -4,9 +4,9 @@ use std::io::Write;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
-use serde::Serialize;
 
 use super::ReportSettings;
+use super::page::{self, About};
 use super::payload::{ArrayPlace, Bin, Payload, kept_size};
 use super::run::Run;
 use crate::error::RecordingError;
@@ -15,10 +15,6 @@ use crate::header::Header;
 use crate::layout;
 use crate::reader::Ending;
 
-const PAGE: &str = include_str!("../../assets/report.html");
-const TITLE: &str = "@@TITLE@@";
-const ABOUT: &str = "@@ABOUT@@";
-const DATA: &str = "@@DATA@@";
 /// Kept frames may take this many times the file's size before they are packed.
 const EXPECTED_COMPRESSION: usize = 6;
 
@@ -50,18 +46,6 @@ pub struct ReportBuilder {
     room: usize,
 }
 
-/// The page's description of its data.
-#[derive(Serialize)]
-struct About<'a> {
-    header: &'a Header,
-    run: &'a Run,
-    /// `null` when the run did not end by itself.
-    ending: Option<&'a str>,
-    stride: usize,
-    notes: &'a [(String, String)],
-    arrays: &'a [ArrayPlace],
-}
-
 impl ReportBuilder {
     /// A report without frames.
     ///
@@ -69,8 +53,7 @@ impl ReportBuilder {
     /// [`RecordingError::InvalidHeader`].
     pub fn new(header: Header, settings: ReportSettings) -> Result<Self, RecordingError> {
         header.validate()?;
-        let text = PAGE.len() + to_json(&header)?.len();
-        let room = settings.max_bytes.saturating_sub(text);
+        let room = settings.max_bytes.saturating_sub(page::empty_length(&header)?);
         Ok(Self { header, settings, run: Run::default(), kept: Vec::new(), stride: 1, latest: None, bytes: 0, room })
     }
 
@@ -110,7 +93,7 @@ impl ReportBuilder {
             self.thin();
             (arrays, data) = self.pack();
         }
-        let about = to_json(&About {
+        let about = About {
             header: &self.header,
             run: &self.run,
             ending: match ending {
@@ -120,13 +103,9 @@ impl ReportBuilder {
             stride: self.stride,
             notes: &self.settings.notes,
             arrays: &arrays,
-        })?;
-        let title = match self.settings.title.as_str() {
-            "" => &self.header.model_name,
-            title => title,
+            live: false,
         };
-        let values = [(TITLE, escape_html(title)), (ABOUT, about), (DATA, data)];
-        fill(PAGE, &values, output).map_err(|source| RecordingError::Io { file: "(report)".into(), source })
+        page::write(&self.settings.title, &about, data, output)
     }
 
     /// The kept frames' arrays, deflated and as text.
@@ -167,27 +146,4 @@ impl ReportBuilder {
         self.kept = thinned;
         self.bytes = self.kept.iter().map(|kept| kept_size(&kept.frame)).sum();
     }
-}
-
-/// JSON that may stand inside a `<script>` element.
-fn to_json(value: &impl Serialize) -> Result<String, RecordingError> {
-    let json = serde_json::to_string(value)
-        .map_err(|_| RecordingError::InvalidHeader { field: "header".into(), problem: "cannot be written as JSON" })?;
-    Ok(json.replace('<', "\\u003c"))
-}
-
-fn escape_html(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
-}
-
-/// Writes `page` with each marker (in the order in which the page has them) replaced by its value.
-fn fill(page: &str, values: &[(&str, String)], output: &mut impl Write) -> std::io::Result<()> {
-    let mut rest = page;
-    for (marker, value) in values {
-        let (before, after) = rest.split_once(marker).expect("the page has every marker once, in order");
-        output.write_all(before.as_bytes())?;
-        output.write_all(value.as_bytes())?;
-        rest = after;
-    }
-    output.write_all(rest.as_bytes())
 }

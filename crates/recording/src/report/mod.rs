@@ -4,8 +4,12 @@
 //! run is thinned: the page holds every k-th frame, k a power of two, while residuals, iterations
 //! and contact counts are the largest of the frames that each kept one stands for, so that a bad
 //! step shows however short it was. The summary covers every frame.
+//!
+//! The same page shows a run that goes on, frame by frame as it is made: see [`LiveFeed`].
 
 mod builder;
+mod live;
+mod page;
 mod payload;
 mod run;
 
@@ -14,6 +18,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 pub use builder::ReportBuilder;
+pub use live::LiveFeed;
 
 use crate::error::RecordingError;
 use crate::recording::Recording;

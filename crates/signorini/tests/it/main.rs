@@ -6,6 +6,7 @@ mod convergence;
 mod determinism;
 mod dry_friction;
 mod friction;
+mod friction_law;
 mod impact;
 mod incline;
 mod input;

@@ -40,9 +40,7 @@ impl Outputs {
         let writer = record.map(|path| Writer::create(path, header.clone())).transpose()?;
         let report = report.map(|path| -> Result<Report, CliError> {
             let file = File::create(path).map_err(|source| CliError::Write { path: path.to_owned(), source })?;
-            let left_out = loaded.report.warnings.iter().map(|w| ("left out".to_owned(), w.to_string()));
-            let model = ("model file".to_owned(), loaded.source.clone());
-            let notes = std::iter::once(model).chain(left_out).collect();
+            let notes = loaded.notes();
             let builder = ReportBuilder::new(header.clone(), ReportSettings { notes, ..ReportSettings::default() })?;
             Ok(Report { path: path.to_owned(), file, builder })
         });

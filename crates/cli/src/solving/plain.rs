@@ -1,0 +1,108 @@
+//! Complementarity problems, and frictional problems in impulse space.
+
+use std::time::Instant;
+
+use signorini::contact::problem_file::FrictionalProblem;
+use signorini::contact::{FrictionPolygon, ProblemError};
+use signorini::lcp::{Lcp, MethodKind, MixedLcp, Solution};
+
+use super::contact::cone_solver;
+use super::{Answer, ContactLaw, DEFAULT_DIRECTIONS, Options, Point};
+use crate::results::{Ending, Laws};
+
+/// The polygonal LCP of a frictional problem.
+pub fn polygonal(problem: &FrictionalProblem, directions: Option<usize>) -> Result<Lcp, ProblemError> {
+    problem.polygonal_lcp(directions.unwrap_or(DEFAULT_DIRECTIONS))
+}
+
+/// Solves an LCP.
+pub fn solve_lcp(problem: &Lcp, kind: &MethodKind, options: &Options) -> Result<Answer, ProblemError> {
+    let mut method = kind.build()?;
+    let begin = Instant::now();
+    let solution = method.solve(problem, None);
+    Ok(answer(kind, solution, options, begin.elapsed().as_secs_f64()))
+}
+
+/// Solves a mixed LCP.
+pub fn solve_mixed(problem: &MixedLcp, kind: &MethodKind, options: &Options) -> Result<Answer, ProblemError> {
+    let mut method = kind.build()?;
+    let begin = Instant::now();
+    let solution = problem.solve(method.as_mut(), None);
+    Ok(answer(kind, solution, options, begin.elapsed().as_secs_f64()))
+}
+
+/// Solves a frictional problem: its polygonal LCP by a method, or with the circular cone where none is given.
+pub fn solve_frictional(
+    problem: &FrictionalProblem,
+    method: Option<&MethodKind>,
+    directions: Option<usize>,
+    options: &Options,
+) -> Result<Answer, ProblemError> {
+    let Some(kind) = method else { return solve_frictional_cone(problem, options) };
+    let lcp = polygonal(problem, directions)?;
+    let mut answer = solve_lcp(&lcp, kind, options)?;
+    if let Point::Plain(z) = &answer.point {
+        answer.residual = Laws::of_friction(&problem.certify(&lcp, z));
+        answer.holds = answer.residual.worst().1 <= options.tolerance;
+        let impulses = frictional_impulses(problem, z);
+        answer.circular_laws = Some(Laws::of_frictional_cone(&problem.certify_cone(&impulses)));
+    }
+    (answer.contacts, answer.law) = (Some(problem.friction.len()), Some(ContactLaw::Polygon));
+    Ok(answer)
+}
+
+fn solve_frictional_cone(problem: &FrictionalProblem, options: &Options) -> Result<Answer, ProblemError> {
+    let mut solver = cone_solver(options.tolerance)?;
+    let begin = Instant::now();
+    let solution = solver.solve_frictional(problem);
+    let seconds = begin.elapsed().as_secs_f64();
+    Ok(Answer {
+        n: problem.free_velocity.len(),
+        contacts: Some(problem.friction.len()),
+        method: "circular".into(),
+        law: Some(ContactLaw::Circular),
+        ending: Ending::of_cone(&solution.status),
+        holds: solution.certificate.holds(options.tolerance),
+        residual: Laws::of_frictional_cone(&solution.certificate),
+        circular_laws: None,
+        contact_laws: None,
+        iterations: u64::from(solution.report.newton_iterations + solution.report.sweeps),
+        seconds,
+        least_norm: None,
+        distributions: None,
+        point: Point::Cone(Box::new(solution)),
+    })
+}
+
+/// Impulses (normal, tangent 1, tangent 2) of each contact from `z = (λ_N, α, β)` of a polygonal LCP.
+pub fn frictional_impulses(problem: &FrictionalProblem, z: &[f64]) -> Vec<[f64; 3]> {
+    let nc = problem.friction.len();
+    let count = z.len().checked_div(nc).map_or(0, |rows| rows.saturating_sub(2));
+    let polygon = FrictionPolygon::regular(count, 0.0).unwrap_or_default();
+    let impulse = |i: usize| {
+        let alpha = &z[nc + count * i..nc + count * (i + 1)];
+        let sum = |r: usize| polygon.directions().iter().zip(alpha).map(|(d, a)| d[r] * a).sum();
+        [z[i], sum(0), if problem.dimension == 3 { sum(1) } else { 0.0 }]
+    };
+    (0..nc).map(impulse).collect()
+}
+
+fn answer(kind: &MethodKind, solution: Solution, options: &Options, seconds: f64) -> Answer {
+    let residual = Laws::natural_map(solution.residual.value);
+    Answer {
+        n: solution.z.len(),
+        contacts: None,
+        method: kind.to_string(),
+        law: None,
+        ending: Ending::of_lcp(&solution.status),
+        holds: residual.worst().1 <= options.tolerance,
+        residual,
+        circular_laws: None,
+        contact_laws: None,
+        iterations: solution.iterations as u64,
+        seconds,
+        least_norm: None,
+        distributions: None,
+        point: Point::Plain(solution.z),
+    }
+}

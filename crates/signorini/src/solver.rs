@@ -1,0 +1,220 @@
+//! The solver of a step's contact problem: law of friction, method, and choice among the impulses.
+
+use signorini_contact::{
+    Certificate, CircularConeSolver, ConeCertificate, ConeSettings, ConeSolution, ConeStatus, ConeWarmStart,
+    ContactProblem, ContactSolution, ContactSolver, LeastNorm, LeastNormOutcome, ProblemError, SolveReport,
+    SolveStatus, SolverSettings, WarmStart, certify, solve_as_lcp,
+};
+use signorini_lcp::Method;
+
+use crate::SimulationError;
+use crate::settings::{ContactMethod, FrictionLaw, ImpulseChoice, Settings};
+
+/// The friction law that a [`Certificate`] of a step speaks of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum CertifiedLaw {
+    /// Maximum dissipation over the polygon of the step's problem: [`certify`](signorini_contact::certify).
+    #[default]
+    Polygon,
+    /// Coulomb's law with the circular cone: [`certify_cone`](signorini_contact::certify_cone).
+    CircularCone,
+}
+
+/// How well the laws hold that the settings ask for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Verdict {
+    pub law: CertifiedLaw,
+    /// Residuals of that law.
+    pub certificate: Certificate,
+    /// Residuals of the circular cone's laws, where the settings ask for them.
+    pub cone: Option<ConeCertificate>,
+    /// Whether every residual is within its tolerance.
+    pub holds: bool,
+    /// What became of the impulses of least norm, where the settings ask for them.
+    pub least_norm: Option<LeastNormOutcome>,
+}
+
+/// Solves contact problems as the settings say.
+pub(crate) struct StepSolver {
+    route: Route,
+    /// Residuals are within their tolerance up to this.
+    tolerance: f64,
+    least_norm: Option<Box<LeastNorm>>,
+}
+
+enum Route {
+    Structured(Box<ContactSolver>),
+    Lcp(Box<dyn Method>),
+    Circular(Box<Circular>),
+    Refined { solver: Box<CircularConeSolver>, tolerance: f64 },
+}
+
+/// The solver for the circular cone with what it starts from and ends with.
+#[derive(Default)]
+struct Circular {
+    solver: CircularConeSolver,
+    start: ConeWarmStart,
+    solution: ConeSolution,
+}
+
+impl StepSolver {
+    /// The solver for these settings.
+    ///
+    /// # Errors
+    /// [`SimulationError::Problem`] for a solver setting out of its range.
+    pub fn new(settings: &Settings) -> Result<Self, SimulationError> {
+        let route = match (&settings.friction_law, &settings.method) {
+            (FrictionLaw::Polygon, ContactMethod::Structured(solver)) => {
+                let solver = SolverSettings { sleeping: solver.sleeping || settings.sleeping, ..solver.clone() };
+                Route::Structured(Box::new(ContactSolver::new(solver)?))
+            }
+            (FrictionLaw::Polygon, ContactMethod::Lcp(kind)) => Route::Lcp(kind.build().map_err(ProblemError::from)?),
+            (FrictionLaw::Circular, method) => Route::Circular(Box::new(Circular {
+                solver: cone_solver(method, settings.tolerance)?,
+                ..Circular::default()
+            })),
+            (&FrictionLaw::Refined { tolerance }, method) => {
+                let solver = Box::new(cone_solver(method, settings.tolerance.min(tolerance))?);
+                Route::Refined { solver, tolerance }
+            }
+        };
+        let least_norm = (settings.impulses == ImpulseChoice::LeastNorm).then(Box::default);
+        Ok(Self { route, tolerance: settings.tolerance, least_norm })
+    }
+
+    /// Whether contacts keep the directions that they were given.
+    pub fn keeps_directions(&self) -> bool {
+        matches!(self.route, Route::Structured(_) | Route::Lcp(_))
+    }
+
+    /// Residuals of the polygon's laws.
+    pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
+        match &mut self.route {
+            Route::Structured(solver) => solver.certify(problem, solution),
+            _ => certify(problem, solution),
+        }
+    }
+
+    /// Solves a problem. With the circular cone its contacts get directions with which `solution` is the polygon's solution.
+    ///
+    /// # Errors
+    /// [`ProblemError::Unsupported`] for friction that the law or the choice among impulses does not know.
+    pub fn solve_into(
+        &mut self,
+        problem: &mut ContactProblem,
+        start: Option<&WarmStart>,
+        solution: &mut ContactSolution,
+    ) -> Result<Verdict, SimulationError> {
+        match &mut self.route {
+            Route::Structured(solver) => solver.solve_into(problem, start, solution),
+            Route::Lcp(method) => *solution = solve_as_lcp(problem, method.as_mut(), self.tolerance)?,
+            Route::Circular(circular) => circular.solve_into(problem, start, solution)?,
+            Route::Refined { solver, tolerance } => {
+                let report = solver.refine_into(problem, start, *tolerance, solution);
+                report.unsupported.map_or(Ok(()), |unsupported| Err(ProblemError::from(unsupported)))?;
+            }
+        }
+        if self.least_norm.is_some() {
+            self.choose_impulses(problem, solution)
+        } else {
+            Ok(self.judge(problem, solution))
+        }
+    }
+
+    /// Takes the impulses of least norm, unless the law that was asked for does not hold with them as it does without.
+    fn choose_impulses(
+        &mut self,
+        problem: &ContactProblem,
+        solution: &mut ContactSolution,
+    ) -> Result<Verdict, SimulationError> {
+        let before = self.judge(problem, solution);
+        let Some(mut least_norm) = self.least_norm.take() else { return Ok(before) };
+        let mut outcome = least_norm.apply(problem, solution, self.tolerance).outcome;
+        let mut verdict = self.judge(problem, solution);
+        if before.holds && !verdict.holds {
+            least_norm.undo(problem, solution);
+            (verdict, outcome) = (before, LeastNormOutcome::Kept);
+        }
+        self.least_norm = Some(least_norm);
+        if let LeastNormOutcome::Unsupported(unsupported) = outcome {
+            return Err(ProblemError::from(unsupported).into());
+        }
+        Ok(Verdict { least_norm: Some(outcome), ..verdict })
+    }
+
+    /// Certifies a solution by the law that was asked for.
+    fn judge(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Verdict {
+        let polygon = solution.certificate;
+        let verdict = Verdict { certificate: polygon, holds: polygon.holds(self.tolerance), ..Verdict::default() };
+        match &mut self.route {
+            Route::Structured(_) | Route::Lcp(_) => verdict,
+            Route::Circular(circular) => {
+                let cone = circular.solver.certify(problem, solution);
+                let law = CertifiedLaw::CircularCone;
+                let holds = cone.holds(self.tolerance);
+                Verdict { law, certificate: residuals(&cone), cone: Some(cone), holds, least_norm: None }
+            }
+            Route::Refined { solver, tolerance } => {
+                let cone = solver.certify(problem, solution);
+                Verdict { cone: Some(cone), holds: verdict.holds && cone.holds(*tolerance), ..verdict }
+            }
+        }
+    }
+}
+
+impl Circular {
+    fn solve_into(
+        &mut self,
+        problem: &mut ContactProblem,
+        start: Option<&WarmStart>,
+        out: &mut ContactSolution,
+    ) -> Result<(), ProblemError> {
+        let Self { solver, start: cone_start, solution } = self;
+        let start = start.map(|start| {
+            cone_start.take(start);
+            &*cone_start
+        });
+        solver.solve_into(problem, start, solution);
+        if let ConeStatus::Unsupported(unsupported) = solution.status {
+            return Err(unsupported.into());
+        }
+        solver.express_into(problem, solution, out);
+        out.status = match &solution.status {
+            ConeStatus::Solved => SolveStatus::Solved,
+            ConeStatus::Denied(status) => status.clone(),
+            _ => SolveStatus::Inaccurate,
+        };
+        let report = &solution.report;
+        out.report = SolveReport {
+            factorizations: report.factorizations,
+            mode_changes: report.newton_iterations,
+            proximal_iterations: report.proximal_iterations,
+            restarts: report.starts.saturating_sub(1),
+            ..SolveReport::default()
+        };
+        Ok(())
+    }
+}
+
+/// `method`: the structured solver's settings, for the polygons that the circular cone's solver starts from.
+fn cone_solver(method: &ContactMethod, tolerance: f64) -> Result<CircularConeSolver, ProblemError> {
+    let polygon = match method {
+        ContactMethod::Structured(settings) => settings.clone(),
+        ContactMethod::Lcp(_) => SolverSettings::default(),
+    };
+    let default = ConeSettings::default();
+    let settings = ConeSettings { tolerance, polish: default.polish.min(tolerance), ..default };
+    CircularConeSolver::new(settings, ContactSolver::new(polygon)?)
+}
+
+/// The residuals of the same names.
+fn residuals(cone: &ConeCertificate) -> Certificate {
+    Certificate {
+        momentum: cone.momentum,
+        natural_map: cone.natural_map,
+        signorini: cone.signorini,
+        friction: cone.friction,
+        dissipation: cone.dissipation,
+        bilateral: cone.bilateral,
+    }
+}

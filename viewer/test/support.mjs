@@ -1,0 +1,65 @@
+// What the tests of the page share. Set CHROMIUM to the browser's path where it is not /usr/bin/chromium.
+
+import { chromium } from "playwright-core";
+
+const BROWSER_FLAGS = [
+  "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
+  "--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+];
+
+export function openBrowser() {
+  const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
+  return chromium.launch({ executablePath, headless: true, args: BROWSER_FLAGS });
+}
+
+/** Pixels of an element as the screen has them: how many differ from the most frequent colour. */
+export async function drawnShare(page, selector) {
+  await page.waitForTimeout(200);
+  const png = (await page.locator(selector).screenshot()).toString("base64");
+  return page.evaluate(async (data) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${data}`;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [image.width, image.height];
+    const pen = canvas.getContext("2d");
+    pen.drawImage(image, 0, 0);
+    const pixels = new Uint32Array(pen.getImageData(0, 0, image.width, image.height).data.buffer);
+    const counts = new Map();
+    for (const pixel of pixels) counts.set(pixel, (counts.get(pixel) ?? 0) + 1);
+    return 1 - Math.max(...counts.values()) / pixels.length;
+  }, png);
+}
+
+/**
+ * The pixels of the scene whose colour is close to a colour, the name of a theme variable or one of CSS: how many, and
+ * their middle in pixels of the page.
+ */
+export async function pixelsOfColor(page, color, closeness = 24) {
+  await page.waitForTimeout(200);
+  const png = (await page.locator("#scene").screenshot()).toString("base64");
+  return page.evaluate(async ([data, name, closeness]) => {
+    const image = new Image();
+    image.src = `data:image/png;base64,${data}`;
+    await image.decode();
+    const canvas = document.createElement("canvas");
+    [canvas.width, canvas.height] = [image.width, image.height];
+    const pen = canvas.getContext("2d", { willReadFrequently: true });
+    pen.fillStyle = name.startsWith("--") ? getComputedStyle(document.documentElement).getPropertyValue(name) : name;
+    pen.fillRect(0, 0, 1, 1);
+    const [r, g, b] = pen.getImageData(0, 0, 1, 1).data;
+    pen.drawImage(image, 0, 0);
+    // The legend with its swatches is on the left.
+    const [left, top, width] = [320, 80, image.width - 320];
+    const { data: pixels } = pen.getImageData(left, top, width, image.height - 180);
+    let [count, x, y] = [0, 0, 0];
+    for (let i = 0; i < pixels.length; i += 4) {
+      const distance = Math.abs(pixels[i] - r) + Math.abs(pixels[i + 1] - g) + Math.abs(pixels[i + 2] - b);
+      if (distance >= closeness) continue;
+      count++;
+      x += left + ((i / 4) % width);
+      y += top + Math.floor(i / 4 / width);
+    }
+    return { count, x: x / count, y: y / count };
+  }, [png, color, closeness]);
+}
