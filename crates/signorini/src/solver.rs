@@ -87,10 +87,10 @@ impl StepSolver {
         matches!(self.route, Route::Structured(_) | Route::Lcp(_))
     }
 
-    /// Residuals of the polygon's laws.
+    /// Residuals of the polygon's laws for a solution of the problem that was solved last.
     pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
         match &mut self.route {
-            Route::Structured(solver) => solver.certify(problem, solution),
+            Route::Structured(solver) => solver.recertify(problem, solution),
             _ => certify(problem, solution),
         }
     }

@@ -26,7 +26,7 @@ mod system;
 
 pub use settings::SolverSettings;
 
-use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_from_impulses};
+use crate::certificate::{Certificate, Scales, Scratch, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use island::Islands;
@@ -316,9 +316,10 @@ impl ContactSolver {
         }
     }
 
-    /// The certificate of a claimed solution, as by [`certify`](crate::certify()), in the solver's memory.
-    pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
-        certify_afresh(problem, solution, &mut self.scratch)
+    /// The certificate of a claimed solution of the problem that was solved last, as by [`certify`](crate::certify()), with the
+    /// scales that the solve computed.
+    pub fn recertify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
+        certify_with(problem, solution, &self.scales, &mut self.scratch)
     }
 
     /// Solves a problem; see [`solve_into`](Self::solve_into).
