@@ -3,7 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use signorini_multibody::{
-    Actuator, BodyId, Geom, GeomId, Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder, ModelError, Pose,
+    Actuator, ActuatorId, BodyId, Geom, GeomId, Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder,
+    ModelError, Pose, Sensor, Site, SiteId, Tendon, TendonId,
 };
 
 use crate::error::{FormatError, Location};
@@ -18,7 +19,10 @@ enum Sort {
     Body,
     Joint,
     Geom,
+    Site,
+    Tendon,
     Actuator,
+    Sensor,
     Keyframe,
 }
 
@@ -28,7 +32,10 @@ impl Sort {
             Self::Body => "body",
             Self::Joint => "joint",
             Self::Geom => "geom",
+            Self::Site => "site",
+            Self::Tendon => "tendon",
             Self::Actuator => "actuator",
+            Self::Sensor => "sensor",
             Self::Keyframe => "keyframe",
         }
     }
@@ -45,6 +52,8 @@ pub(crate) struct JointRecord {
     pub id: JointId,
     pub kind: JointKind,
     pub limits: Option<[f64; 2]>,
+    /// Where its entries in `q` begin.
+    pub q_index: usize,
 }
 
 /// A [`ModelBuilder`] that gives names to unnamed parts, finds parts by name, and turns its errors into errors with a
@@ -95,6 +104,10 @@ impl Parts {
         self.builder.set_inertia(body, inertia).map_err(|e| self.blame(e))
     }
 
+    pub fn set_gravity_compensation(&mut self, body: BodyId, share: f64) -> Result<(), FormatError> {
+        self.builder.set_gravity_compensation(body, share).map_err(|e| self.blame(e))
+    }
+
     /// `placement`: of the joint's body in world, for a free joint.
     pub fn add_joint(
         &mut self,
@@ -108,7 +121,7 @@ impl Parts {
         let (name, kind, reference, limits) = (joint.name.clone(), joint.kind, joint.reference, joint.limits);
         let id = self.builder.add_joint(body, joint).map_err(|e| self.blame(e))?;
         self.settle(Sort::Joint, name, id.0);
-        self.joints.push(JointRecord { id, kind, limits });
+        self.joints.push(JointRecord { id, kind, limits, q_index: self.reference.len() });
         self.nv += kind.nv();
         match kind {
             JointKind::Free => {
@@ -135,14 +148,54 @@ impl Parts {
         Ok(id)
     }
 
+    pub fn add_site(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        body: BodyId,
+        mut site: Site,
+    ) -> Result<SiteId, FormatError> {
+        site.name = self.claim(Sort::Site, element, name)?;
+        let name = site.name.clone();
+        let id = self.builder.add_site(body, site).map_err(|e| self.blame(e))?;
+        self.settle(Sort::Site, name, id.0);
+        Ok(id)
+    }
+
+    pub fn add_tendon(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        mut tendon: Tendon,
+    ) -> Result<TendonId, FormatError> {
+        tendon.name = self.claim(Sort::Tendon, element, name)?;
+        let name = tendon.name.clone();
+        let id = self.builder.add_tendon(tendon);
+        self.settle(Sort::Tendon, name, id.0);
+        Ok(id)
+    }
+
     pub fn add_actuator(
         &mut self,
         element: Element,
         name: Option<String>,
         mut actuator: Actuator,
-    ) -> Result<(), FormatError> {
+    ) -> Result<ActuatorId, FormatError> {
         actuator.name = self.claim(Sort::Actuator, element, name)?;
-        self.builder.add_actuator(actuator);
+        let name = actuator.name.clone();
+        let id = self.builder.add_actuator(actuator);
+        self.settle(Sort::Actuator, name, id.0);
+        Ok(id)
+    }
+
+    pub fn add_sensor(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        mut sensor: Sensor,
+    ) -> Result<(), FormatError> {
+        sensor.name = self.claim(Sort::Sensor, element, name)?;
+        self.builder.add_sensor(sensor);
         Ok(())
     }
 
@@ -171,6 +224,30 @@ impl Parts {
 
     pub fn geom(&self, name: &str) -> Option<GeomId> {
         self.places.get(&(Sort::Geom, name.to_owned())).map(|p| GeomId(p.index))
+    }
+
+    pub fn site(&self, name: &str) -> Option<SiteId> {
+        self.places.get(&(Sort::Site, name.to_owned())).map(|p| SiteId(p.index))
+    }
+
+    pub fn tendon(&self, name: &str) -> Option<TendonId> {
+        self.places.get(&(Sort::Tendon, name.to_owned())).map(|p| TendonId(p.index))
+    }
+
+    pub fn actuator(&self, name: &str) -> Option<ActuatorId> {
+        self.places.get(&(Sort::Actuator, name.to_owned())).map(|p| ActuatorId(p.index))
+    }
+
+    pub fn site_names(&self) -> impl Iterator<Item = &str> {
+        self.names(Sort::Site)
+    }
+
+    pub fn tendon_names(&self) -> impl Iterator<Item = &str> {
+        self.names(Sort::Tendon)
+    }
+
+    pub fn actuator_names(&self) -> impl Iterator<Item = &str> {
+        self.names(Sort::Actuator)
     }
 
     pub fn body_names(&self) -> impl Iterator<Item = &str> {

@@ -23,9 +23,11 @@ mod free_motion;
 mod inverse_dynamics;
 mod jacobian;
 mod kinematics;
+mod length;
 mod mass;
 mod math;
 pub mod model;
+mod sensors;
 mod state;
 
 pub use cholesky::BlockCholesky;
@@ -40,12 +42,15 @@ pub use jacobian::{
     point_rows_into,
 };
 pub use kinematics::{Kinematics, forward_kinematics_into};
+pub use length::{LengthRow, actuator_length_into, tendon_length_into};
 pub use mass::{Block, BlockDiagonal, MassError};
 pub use math::{Pose, rotation_exp, rotation_log};
 pub use model::{
-    Actuator, ActuatorKind, Body, BodyId, ContactFilter, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId,
-    JointKind, Keyframe, Model, ModelBuilder, ModelError,
+    Actuator, ActuatorId, ActuatorKind, Body, BodyId, ContactFilter, FrameId, Geom, GeomId, GeomPair, Geometry,
+    Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder, ModelError, Sensor, SensorKind, Site, SiteId,
+    Tendon, TendonId, Transmission,
 };
+pub use sensors::{MovingFrame, moving_frame, state_sensors_into};
 pub use state::{ContactPoint, Input, State, StateError};
 
 /// The vector library of the public interface, re-exported so that users have the same types.

@@ -1,19 +1,22 @@
-//! Contact points and joint limits become a contact problem.
+//! Contact points and limits of joints and tendons become a contact problem.
 
 use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon};
-use signorini_multibody::{ContactPoint, FreeMotion, Kinematics, Model, SparseRows, State, contact_rows_into};
+use signorini_multibody::{
+    ContactPoint, FreeMotion, Kinematics, LengthRow, Model, SparseRows, State, contact_rows_into, tendon_length_into,
+};
 
-use crate::warm::{ContactKey, limit_key, point_key};
+use crate::warm::{ContactKey, joint_limit_key, point_key, tendon_limit_key};
 
 /// The contact problem of a step with what belongs to it, and the storage to build it.
 #[derive(Clone, Debug)]
 pub(crate) struct ProblemBuilder {
     pub problem: ContactProblem,
-    /// Frames of the contact points, in order; joint limits come after them and have none.
+    /// Frames of the contact points, in order; limits come after them and have none.
     pub frames: Vec<ContactFrame>,
     /// Identity of every contact of the problem, ascending.
     pub keys: Vec<ContactKey>,
     rows: SparseRows,
+    tendon: LengthRow,
     polygon: FrictionPolygon,
     frictionless: FrictionPolygon,
     stabilization: f64,
@@ -26,6 +29,7 @@ impl ProblemBuilder {
             frames: Vec::new(),
             keys: Vec::new(),
             rows: SparseRows::new(model),
+            tendon: LengthRow::new(model),
             polygon,
             frictionless: FrictionPolygon::frictionless(),
             stabilization,
@@ -62,7 +66,7 @@ impl ProblemBuilder {
         self.keys.push(point_key(point));
     }
 
-    /// Joint limits are contacts without friction in the joint's own coordinate (formulation §5). Those that the step
+    /// Limits are contacts without friction in the coordinate of a joint or the length of a tendon (formulation §5). Those that the step
     /// cannot reach are left out by the same margin as contact points; see [`add_crossed_limits`](Self::add_crossed_limits).
     fn push_limits(&mut self, model: &Model, state: &State) {
         let dt = self.problem.timestep;
@@ -70,6 +74,16 @@ impl ProblemBuilder {
             let reach = 4.0 * dt * state.v[limit.dof].abs().max(self.problem.free_velocity[limit.dof].abs());
             if limit.gap <= reach {
                 self.push_limit(&limit);
+            }
+        }
+        for (t, limits) in limited_tendons(model) {
+            self.measure_tendon(model, state, t);
+            let (now, free) = (self.tendon.rate(&state.v), self.tendon.rate(&self.problem.free_velocity));
+            let reach = 4.0 * dt * now.abs().max(free.abs());
+            for (side, (gap, _)) in gaps(self.tendon.length, limits).into_iter().enumerate() {
+                if gap <= reach {
+                    self.push_tendon_limit(t, side, gap);
+                }
             }
         }
     }
@@ -84,7 +98,30 @@ impl ProblemBuilder {
                 self.push_limit(&limit);
             }
         }
+        for (t, limits) in limited_tendons(model) {
+            self.measure_tendon(model, state, t);
+            let rate = self.tendon.rate(v);
+            for (side, (gap, sign)) in gaps(self.tendon.length, limits).into_iter().enumerate() {
+                let crosses = gap + sign * dt * rate < 0.0;
+                if crosses && !self.keys.contains(&tendon_limit_key(t, side as u32)) {
+                    self.push_tendon_limit(t, side, gap);
+                }
+            }
+        }
         self.keys.len() > before
+    }
+
+    fn measure_tendon(&mut self, model: &Model, state: &State, t: usize) {
+        tendon_length_into(model, &state.q, &model.tendons[t], &mut self.tendon);
+    }
+
+    /// Adds the lower (`side` 0) or upper (1) limit of the tendon that was measured last.
+    fn push_tendon_limit(&mut self, t: usize, side: usize, gap: f64) {
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let columns = self.tendon.dofs.iter().zip(&self.tendon.gradient);
+        let columns = columns.map(|(&k, &g)| (k as u32, [sign * g, 0.0, 0.0]));
+        self.problem.push_contact(columns, stabilized(gap, self.stabilization), 0.0, &self.frictionless);
+        self.keys.push(tendon_limit_key(t, side as u32));
     }
 
     fn push_limit(&mut self, limit: &Limit) {
@@ -112,14 +149,24 @@ struct Limit {
     sign: f64,
 }
 
+/// Tendons with limits, by index.
+fn limited_tendons(model: &Model) -> impl Iterator<Item = (usize, [f64; 2])> + '_ {
+    model.tendons.iter().enumerate().filter_map(|(t, tendon)| Some((t, tendon.limits?)))
+}
+
+/// For the lower and the upper limit of a length: the distance to it, and how that changes with the rate.
+fn gaps(length: f64, [lower, upper]: [f64; 2]) -> [(f64, f64); 2] {
+    [(length - lower, 1.0), (upper - length, -1.0)]
+}
+
 /// The limits of all joints, in the order of their keys.
 fn limits<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = Limit> + 'a {
     model.joints.iter().enumerate().filter_map(|(j, joint)| Some((j, joint, joint.limits?))).flat_map(
         |(j, joint, [lower, upper])| {
             let (q, dof) = (state.q[joint.q_index], joint.v_index);
             [
-                Limit { key: limit_key(j, 0), dof, gap: q - lower, sign: 1.0 },
-                Limit { key: limit_key(j, 1), dof, gap: upper - q, sign: -1.0 },
+                Limit { key: joint_limit_key(j, 0), dof, gap: q - lower, sign: 1.0 },
+                Limit { key: joint_limit_key(j, 1), dof, gap: upper - q, sign: -1.0 },
             ]
         },
     )

@@ -31,6 +31,7 @@ mod build;
 mod error;
 mod reach;
 mod recorder;
+mod sensors;
 mod settings;
 mod simulation;
 mod step;
@@ -38,6 +39,7 @@ mod warm;
 
 pub use error::SimulationError;
 pub use recorder::{frame_into, last_frame_into, recording_header};
+pub use sensors::sensors_into;
 pub use settings::{ContactMethod, InfeasiblePolicy, Settings};
 pub use simulation::{RunEnd, Simulation, Summary};
 pub use step::{ContactSource, StepReport, Workspace, step};

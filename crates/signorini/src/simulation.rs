@@ -7,6 +7,7 @@ use signorini_multibody::{
     Input, Keyframe, Kinematics, Model, State, forward_kinematics_into, kinetic_energy, potential_energy,
 };
 
+use crate::sensors::sensors_into;
 use crate::step::{StepReport, Workspace, step};
 use crate::{Settings, SimulationError};
 
@@ -51,6 +52,7 @@ pub struct Simulation {
     pub input: Input,
     report: StepReport,
     summary: Summary,
+    sensors: Vec<f64>,
 }
 
 impl Simulation {
@@ -64,7 +66,8 @@ impl Simulation {
         let state = State::new(&model);
         let next = state.clone();
         let (input, report, summary) = (Input::default(), StepReport::default(), Summary::default());
-        Ok(Self { model, settings, workspace, state, next, input, report, summary })
+        let sensors = vec![0.0; model.sensor_size];
+        Ok(Self { model, settings, workspace, state, next, input, report, summary, sensors })
     }
 
     /// The model.
@@ -134,6 +137,16 @@ impl Simulation {
             self.summary.add(&self.report, &self.workspace);
         }
         Ok(&self.report)
+    }
+
+    /// Numbers of all sensors at the beginning of the last step, in the order of the model's sensors: its state, and the
+    /// accelerations and forces with which it went on; see [`sensors_into`]. Before the first step they are zero.
+    pub fn sensors(&mut self) -> &[f64] {
+        if self.summary.steps > 0 {
+            // After a step `next` holds the state it was made from.
+            sensors_into(&self.model, &self.next, &mut self.workspace, &mut self.sensors);
+        }
+        &self.sensors
     }
 
     /// Steps until `duration` (s) has passed. `observe` is called after each step with the simulation, whose

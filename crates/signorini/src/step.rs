@@ -6,13 +6,14 @@ use signorini_contact::{
 };
 use signorini_lcp::Method;
 use signorini_multibody::{
-    BlockDiagonal, ContactPoint, FreeMotion, Input, JointId, Kinematics, Model, State, forward_kinematics_into,
-    free_motion_into, integrate_into,
+    BlockDiagonal, ContactPoint, FreeMotion, Input, JointId, Kinematics, Model, State, TendonId,
+    forward_kinematics_into, free_motion_into, integrate_into,
 };
 
 use crate::SimulationError;
 use crate::build::ProblemBuilder;
 use crate::reach::BodyReach;
+use crate::sensors::SensorWork;
 use crate::settings::{ContactMethod, InfeasiblePolicy, Settings};
 use crate::warm::{WarmCache, limit_of};
 
@@ -57,6 +58,13 @@ pub enum ContactSource {
         /// Whether it is the upper limit.
         upper: bool,
     },
+    /// A limit of a tendon.
+    TendonLimit {
+        /// The tendon.
+        tendon: TendonId,
+        /// Whether it is the upper limit.
+        upper: bool,
+    },
 }
 
 /// Everything a step needs besides model and state; made once, so that a step allocates nothing.
@@ -65,7 +73,8 @@ pub struct Workspace {
     pub(crate) points: Vec<ContactPoint>,
     pub(crate) solution: ContactSolution,
     pub(crate) builder: ProblemBuilder,
-    smooth: FreeMotion,
+    pub(crate) smooth: FreeMotion,
+    pub(crate) sensors: SensorWork,
     collider: Collider,
     reach: BodyReach,
     solver: Solver,
@@ -101,6 +110,7 @@ impl Workspace {
             solution: ContactSolution::default(),
             builder: ProblemBuilder::new(model, problem, polygon, settings.stabilization),
             smooth: FreeMotion::new(model),
+            sensors: SensorWork::new(model),
             collider: Collider::new(model)?,
             reach: BodyReach::default(),
             solver,
@@ -118,7 +128,8 @@ impl Workspace {
         &self.builder.frames
     }
 
-    /// The contact problem of the last step: first the contact points in their order, then joint limits.
+    /// The contact problem of the last step: first the contact points in their order, then limits of
+    /// joints and tendons.
     pub fn problem(&self) -> &ContactProblem {
         &self.builder.problem
     }
@@ -128,8 +139,7 @@ impl Workspace {
         if let Some(point) = self.points.get(i) {
             return Some(ContactSource::Point(*point));
         }
-        let (joint, upper) = limit_of(self.builder.keys.get(i)?);
-        Some(ContactSource::Limit { joint, upper })
+        self.builder.keys.get(i).map(limit_of)
     }
 
     /// The solution of the last step.

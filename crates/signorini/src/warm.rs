@@ -1,13 +1,16 @@
 //! Carrying a solution from one step's contacts to the next's, by feature.
 
 use signorini_contact::{ContactSolution, WarmStart};
-use signorini_multibody::{ContactPoint, JointId};
+use signorini_multibody::{ContactPoint, JointId, TendonId};
 
-/// What identifies a contact from step to step: its geoms and feature, or a joint's limit.
+use crate::step::ContactSource;
+
+/// What identifies a contact from step to step: its geoms and feature, or a limit of a joint or tendon.
 pub(crate) type ContactKey = [u32; 3];
 
-/// Marks the keys of joint limits; no geom has this index.
-const LIMIT: u32 = u32::MAX;
+/// Mark the keys of limits of joints and of tendons; no geom has such an index.
+const JOINT_LIMIT: u32 = u32::MAX - 1;
+const TENDON_LIMIT: u32 = u32::MAX;
 
 /// The key of a contact point.
 pub(crate) fn point_key(point: &ContactPoint) -> ContactKey {
@@ -15,13 +18,22 @@ pub(crate) fn point_key(point: &ContactPoint) -> ContactKey {
 }
 
 /// The key of the lower (`side` 0) or upper (1) limit of joint `joint`.
-pub(crate) fn limit_key(joint: usize, side: u32) -> ContactKey {
-    [LIMIT, joint as u32, side]
+pub(crate) fn joint_limit_key(joint: usize, side: u32) -> ContactKey {
+    [JOINT_LIMIT, joint as u32, side]
 }
 
-/// The joint and side (whether upper) of a limit's key.
-pub(crate) fn limit_of(key: &ContactKey) -> (JointId, bool) {
-    (JointId(key[1]), key[2] == 1)
+/// The key of the lower (`side` 0) or upper (1) limit of tendon `tendon`.
+pub(crate) fn tendon_limit_key(tendon: usize, side: u32) -> ContactKey {
+    [TENDON_LIMIT, tendon as u32, side]
+}
+
+/// What a limit's key stands for.
+pub(crate) fn limit_of(key: &ContactKey) -> ContactSource {
+    let upper = key[2] == 1;
+    match key[0] {
+        TENDON_LIMIT => ContactSource::TendonLimit { tendon: TendonId(key[1]), upper },
+        _ => ContactSource::Limit { joint: JointId(key[1]), upper },
+    }
 }
 
 /// The last solution with the keys of its contacts, ascending.

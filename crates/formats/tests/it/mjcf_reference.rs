@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 use signorini_formats::{Imported, LoadOptions, load};
 use signorini_multibody::glam::{DMat3, DVec3};
-use signorini_multibody::{ActuatorKind, GeomId, Geometry, JointKind, Model};
+use signorini_multibody::{ActuatorKind, GeomId, Geometry, JointKind, Model, Transmission};
 
 const TOLERANCE: f64 = 1e-9;
 /// MuJoCo keeps vertices, height fields and colours in single precision.
@@ -189,7 +189,8 @@ fn compare_actuators(model: &Model, theirs: &Value) {
     assert_eq!(model.actuators.len(), list.len());
     for (actuator, other) in model.actuators.iter().zip(list) {
         let what = format!("actuator '{}'", actuator.name);
-        assert_eq!(u64::from(actuator.joint.0), other["joint"].as_u64().unwrap(), "{what}");
+        let Transmission::Joint(joint) = actuator.transmission else { panic!("{what} is not on a hinge or slide") };
+        assert_eq!(u64::from(joint.0), other["joint"].as_u64().unwrap(), "{what}");
         let (gear, gain, bias) = (numbers(&other["gear"])[0], numbers(&other["gain"])[0], numbers(&other["bias"]));
         // Force on the joint for control c, length gear·q, velocity gear·q̇, as both engines define it.
         for (c, q, v) in [(0.3, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.0, 0.5), (0.3, 0.4, 0.5)] {
@@ -199,14 +200,17 @@ fn compare_actuators(model: &Model, theirs: &Value) {
                 ActuatorKind::Motor => g * c,
                 ActuatorKind::Position { kp, kv } => g * (kp * (c - g * q) - kv * g * v),
                 ActuatorKind::Velocity { kv } => g * kv * (c - g * v),
+                ActuatorKind::Affine { gain, bias } => {
+                    let by = |p: [f64; 3]| p[0] + p[1] * g * q + p[2] * g * v;
+                    g * (by(gain) * c + by(bias))
+                }
             };
             assert_close(&[ours], &[expected], TOLERANCE, &what);
         }
-        let range = |r: Option<[f64; 2]>, factor: f64| r.map(|r| r.map(|x| x * factor).to_vec()).unwrap_or_default();
+        let range = |r: Option<[f64; 2]>| r.map(|r| r.to_vec()).unwrap_or_default();
         let stored = |field: &str| if other[field].is_null() { Vec::new() } else { numbers(&other[field]) };
-        assert_close(&range(actuator.control_range, 1.0), &stored("ctrlrange"), TOLERANCE, &what);
-        let factor = actuator.gear / gear;
-        assert_close(&range(actuator.force_range, factor), &stored("forcerange"), TOLERANCE, &what);
+        assert_close(&range(actuator.control_range), &stored("ctrlrange"), TOLERANCE, &what);
+        assert_close(&range(actuator.force_range), &stored("forcerange"), TOLERANCE, &what);
     }
 }
 

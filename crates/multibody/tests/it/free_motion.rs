@@ -3,7 +3,7 @@
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{
     Actuator, ActuatorKind, BodyId, FreeMotion, FreeMotionError, Inertia, Input, Joint, JointId, JointKind, Model,
-    ModelBuilder, Pose, Saturation, State, StateError, free_motion_into,
+    ModelBuilder, Pose, Saturation, State, StateError, Transmission, free_motion_into,
 };
 
 use crate::identities::{FIXED, bias_force, forward_dynamics, kinematics, mass_matrix, relative_error};
@@ -17,7 +17,8 @@ fn free_motion(model: &Model, state: &State, input: &Input, dt: f64) -> FreeMoti
 
 fn actuator(joint: usize, kind: ActuatorKind) -> Actuator {
     let name = format!("actuator{joint}");
-    Actuator { name, joint: JointId(joint as u32), gear: 1.0, kind, control_range: None, force_range: None }
+    let transmission = Transmission::Joint(JointId(joint as u32));
+    Actuator { name, transmission, gear: 1.0, kind, control_range: None, force_range: None }
 }
 
 /// A mass on a slide along x, without gravity.
@@ -86,7 +87,8 @@ fn the_implicit_equation_is_satisfied() {
             }
         }
         for (a, actuator) in model.actuators.iter().enumerate() {
-            let joint = &model.joints[actuator.joint.index()];
+            let Transmission::Joint(joint) = actuator.transmission else { unreachable!() };
+            let joint = &model.joints[joint.index()];
             let [lower, upper] = actuator.force_range.unwrap();
             let rate = actuator.gear * v[joint.v_index];
             let length = actuator.gear * state.q[joint.q_index] + dt * rate;
@@ -94,6 +96,7 @@ fn the_implicit_equation_is_satisfied() {
                 ActuatorKind::Motor => input.control[a],
                 ActuatorKind::Position { kp, kv } => kp * (input.control[a] - length) - kv * rate,
                 ActuatorKind::Velocity { kv } => kv * (input.control[a] - rate),
+                ActuatorKind::Affine { .. } => unreachable!("no such actuator is made"),
             };
             let force = free.actuator_force[a];
             assert!((lower..=upper).contains(&force));

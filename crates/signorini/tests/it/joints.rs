@@ -1,7 +1,9 @@
 //! Joint limits and actuators.
 
 use signorini::multibody::glam::{DMat3, DVec3};
-use signorini::multibody::{Actuator, ActuatorKind, BodyId, Geometry, Inertia, Joint, JointId, JointKind, Pose};
+use signorini::multibody::{
+    Actuator, ActuatorKind, BodyId, Geometry, Inertia, Joint, JointId, JointKind, Pose, Transmission,
+};
 use signorini::{Settings, Simulation};
 
 use crate::support::{G, World, run_certified, run_observed};
@@ -81,8 +83,14 @@ fn position_servo_reaches_its_target() {
     let slide = Joint::new("slide", JointKind::Slide { axis: DVec3::Z });
     let mut world = on_joint(down(), slide, DVec3::ZERO);
     let kind = ActuatorKind::Position { kp, kv };
-    let servo =
-        Actuator { name: "servo".into(), joint: JointId(0), gear: 1.0, kind, control_range: None, force_range: None };
+    let servo = Actuator {
+        name: "servo".into(),
+        transmission: Transmission::Joint(JointId(0)),
+        gear: 1.0,
+        kind,
+        control_range: None,
+        force_range: None,
+    };
     world.builder.add_actuator(servo);
     let mut simulation = world.simulation(Settings::default());
     simulation.input.control = vec![target];

@@ -9,5 +9,6 @@ mod input;
 mod invariants;
 mod joints;
 mod scenes;
+mod sensors;
 mod stacking;
 mod support;
