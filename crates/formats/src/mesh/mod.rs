@@ -1,5 +1,6 @@
 //! Meshes from files and from numbers in a model, and what they weigh.
 
+mod dae;
 mod hull;
 mod msh;
 mod obj;
@@ -25,6 +26,8 @@ pub enum MeshFormat {
     Obj,
     /// MuJoCo's binary format.
     Msh,
+    /// COLLADA: the geometry of its scene, in metres and with z up.
+    Dae,
 }
 
 impl MeshFormat {
@@ -34,13 +37,14 @@ impl MeshFormat {
             "stl" => Some(Self::Stl),
             "obj" => Some(Self::Obj),
             "msh" => Some(Self::Msh),
+            "dae" => Some(Self::Dae),
             _ => None,
         }
     }
 }
 
 /// Reads triangles from the bytes of a mesh file. Vertices at the same place are one vertex; triangles without area
-/// stay. Lengths are as in the file.
+/// stay. Lengths are as in the file (COLLADA: in metres).
 ///
 /// # Errors
 /// What is wrong, in words.
@@ -49,6 +53,7 @@ pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, String> {
         MeshFormat::Stl => stl::read(bytes)?,
         MeshFormat::Obj => obj::read(bytes)?,
         MeshFormat::Msh => msh::read(bytes)?,
+        MeshFormat::Dae => dae::read(bytes)?,
     };
     if mesh.vertices.len() < 3 {
         return Err(format!("holds {} vertices, a mesh needs at least 3", mesh.vertices.len()));
@@ -63,7 +68,7 @@ pub(crate) fn is_supported(path: &Path) -> bool {
 
 /// Reads a mesh file; its extension says which format it is.
 pub(crate) fn load(path: &Path) -> Result<Mesh, String> {
-    let format = MeshFormat::of(path).ok_or("unknown mesh format: convert it to STL or OBJ")?;
+    let format = MeshFormat::of(path).ok_or("unknown mesh format: convert it to STL, OBJ or COLLADA")?;
     read_mesh(&read_file(path, MAX_BYTES)?, format)
 }
 

@@ -113,7 +113,7 @@ fn mesh_geometry(importer: &mut Importer, a: &Attributes) -> Result<Option<Geome
     if !mesh::is_supported(&path) {
         let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
         let what = format!("mesh format '{extension}' is not supported");
-        let effect = "the shape is left out: nothing touches it; convert the file to STL or OBJ";
+        let effect = "the shape is left out: nothing touches it; convert the file to STL, OBJ or COLLADA";
         importer.report.motion(a.at("filename"), "mesh", what, effect);
         return Ok(None);
     }

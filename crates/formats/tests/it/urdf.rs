@@ -121,7 +121,7 @@ fn what_is_not_supported_is_reported() {
     let mimic = joint("m", "revolute", "a", "b")
         .replace("<axis", "<mimic joint='n'/><axis")
         .replace("effort='0'", "effort='9'");
-    let mesh = "<link name='c'><collision><geometry><mesh filename='c.dae'/></geometry></collision></link>";
+    let mesh = "<link name='c'><collision><geometry><mesh filename='c.fbx'/></geometry></collision></link>";
     let weld = joint("w", "fixed", "a", "c");
     let text = format!("{}{}{mesh}\n{mimic}\n{weld}<gazebo/><tranmission/>", link("a"), link("b"));
     let report = import(&text, &LoadOptions::default()).report;
