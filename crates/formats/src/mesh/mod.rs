@@ -12,6 +12,7 @@ pub(crate) use volume::{Orientation, shell, solid};
 
 use std::path::Path;
 
+use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
 
 /// Mesh files larger than this are refused.
@@ -70,6 +71,15 @@ pub(crate) fn is_supported(path: &Path) -> bool {
 pub(crate) fn load(path: &Path) -> Result<Mesh, String> {
     let format = MeshFormat::of(path).ok_or("unknown mesh format: convert it to STL, OBJ or COLLADA")?;
     read_mesh(&read_file(path, MAX_BYTES)?, format)
+}
+
+/// The mesh with its coordinates multiplied; a mirrored one keeps its faces looking outwards.
+pub(crate) fn scaled(mut mesh: Mesh, scale: DVec3) -> Mesh {
+    mesh.vertices.iter_mut().for_each(|p| *p *= scale);
+    if scale.x * scale.y * scale.z < 0.0 {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    mesh
 }
 
 /// All bytes of a regular file of at most `limit` bytes.

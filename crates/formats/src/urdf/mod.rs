@@ -6,7 +6,6 @@
 
 mod bodies;
 mod coverage;
-mod packages;
 mod shapes;
 mod tree;
 

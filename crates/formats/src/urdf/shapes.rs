@@ -8,10 +8,10 @@ use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
 use signorini_multibody::{BodyId, Geom, Geometry};
 
-use super::{Importer, origin, packages};
+use super::{Importer, origin};
 use crate::error::FormatError;
-use crate::mesh;
 use crate::xml::{Attributes, Element};
+use crate::{mesh, packages};
 
 type MeshKey = (PathBuf, [u64; 3]);
 
@@ -57,12 +57,7 @@ impl<'t> Shapes<'t> {
             let (at, path) = (a.at("filename"), key.0.clone());
             FormatError::Asset { at, element: "mesh".into(), path, reason }
         };
-        let mut mesh = mesh::load(&key.0).map_err(asset)?;
-        mesh.vertices.iter_mut().for_each(|p| *p *= scale);
-        if scale.x * scale.y * scale.z < 0.0 {
-            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-        }
-        let mesh = Arc::new(mesh);
+        let mesh = Arc::new(mesh::scaled(mesh::load(&key.0).map_err(asset)?, scale));
         self.meshes.insert(key, mesh.clone());
         Ok(mesh)
     }
