@@ -13,13 +13,32 @@ use crate::{mjcf, sdf, urdf, xml};
 const MAX_BYTES: u64 = 64 << 20;
 
 /// How to read what a file leaves open.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
     /// Folders in which the packages of `package://…` are looked for (URDF, SDF). The folders above the model are searched
     /// after them. Default: none.
     pub package_dirs: Vec<PathBuf>,
     /// Whether the root link of a URDF gets a free joint; otherwise it is fixed to the world. Default: false.
     pub floating_base: bool,
+    /// Whether links that a fixed joint connects become one body (URDF). The merged link's frame stays as a site of its
+    /// name. Default: false.
+    pub merge_fixed_joints: bool,
+    /// Whether the links of a URDF meet each other, but for those that a joint connects. Default: true.
+    pub self_collision: bool,
+    /// An SRDF file whose `<disable_collisions>` say which links of a URDF do not meet. Default: none.
+    pub srdf: Option<PathBuf>,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            package_dirs: Vec::new(),
+            floating_base: false,
+            merge_fixed_joints: false,
+            self_collision: true,
+            srdf: None,
+        }
+    }
 }
 
 /// A model and what the file had that the model has not.

@@ -33,7 +33,7 @@ const HARMLESS: &str = "visual material light scene atmosphere gui audio allow_a
                         max_contacts collide_without_contact contact battery particle_emitter projector submesh";
 
 /// Elements with a reason of their own.
-const MISSING: [(&str, &str); 12] = [
+const MISSING: [(&str, &str); 13] = [
     ("include", "the model is left out; put its elements in its place"),
     ("plugin", "what the plugin does is missing"),
     ("effort", "there are no actuators to bound; bound your own controls"),
@@ -45,27 +45,27 @@ const MISSING: [(&str, &str); 12] = [
     ("fdir1", "friction is the same in all directions"),
     ("wind", "bodies move as in a vacuum"),
     ("bounce", "impacts are without rebound"),
+    ("gearbox_reference_body", "the joints move by themselves"),
     ("gearbox_ratio", "the joints move by themselves"),
 ];
 
-/// Reports every element of the file that the importer does not take over.
-pub(super) fn audit(root: Element, report: &mut Reporter) {
-    let mut open = vec![root];
-    while let Some(element) = open.pop() {
-        let name = if element.is("axis2") { "axis" } else { element.name() };
-        let Some((_, read)) = READ.iter().find(|(parent, _)| *parent == name) else { continue };
-        let listed = |words: &str, name: &str| words.split_ascii_whitespace().any(|w| w == name);
-        let mut inner = Vec::new();
-        for child in element.children() {
-            if listed(read, child.name()) {
-                inner.push(child);
-            } else if !listed(HARMLESS, child.name()) && !neutral(child) {
-                let effect = MISSING.iter().find(|(name, _)| child.is(name)).map(|(_, effect)| *effect);
-                let effect = effect.unwrap_or("it is ignored; is it misspelt?");
-                report.motion(child.at(), child.name(), "is not supported", effect);
-            }
+/// Reports every element of the file that the importer does not take over, in the order of the file.
+pub(super) fn audit<'t>(root: Element<'t>, report: &mut Reporter) {
+    let listed = |words: &str, name: &str| words.split_ascii_whitespace().any(|w| w == name);
+    let children = |parent: Element<'t>| {
+        let name = if parent.is("axis2") { "axis" } else { parent.name() };
+        let read = READ.iter().find(|(of, _)| *of == name).map(|(_, read)| *read);
+        read.into_iter().flat_map(move |read| parent.children().rev().map(move |child| (read, child)))
+    };
+    let mut open: Vec<(&str, Element)> = children(root).collect();
+    while let Some((read, element)) = open.pop() {
+        if listed(read, element.name()) {
+            open.extend(children(element));
+        } else if !listed(HARMLESS, element.name()) && !neutral(element) {
+            let effect = MISSING.iter().find(|(name, _)| element.is(name)).map(|(_, effect)| *effect);
+            let effect = effect.unwrap_or("it is ignored; is it misspelt?");
+            report.motion(element.at(), element.name(), "is not supported", effect);
         }
-        open.extend(inner.into_iter().rev());
     }
 }
 

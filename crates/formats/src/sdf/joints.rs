@@ -38,7 +38,7 @@ pub(super) fn add<'t>(
         }
         "revolute" | "continuous" | "prismatic" => &["axis"],
         "universal" | "revolute2" => &["axis", "axis2"],
-        "screw" | "gearbox" => {
+        "screw" => {
             let what = format!("of type '{sort}' is not supported");
             importer.report.motion(element.at(), "joint", what, "its links are welded together");
             return Ok(());

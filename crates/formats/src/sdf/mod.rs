@@ -128,8 +128,11 @@ fn read_model<'t>(importer: &mut Importer, model: Element<'t>, prefix: &str) -> 
         shapes::read(importer, entity.element, body)?;
     }
     for edge in tree.edges.iter().filter(|edge| !edge.in_tree && !fixed) {
-        let effect = "it is left out: the loop is open";
-        importer.report.motion(edge.element.at(), "joint", "closes a loop, which is not supported", effect);
+        let (what, effect) = match tree::couples(edge.element) {
+            true => ("of type 'gearbox' is not supported", "the joints that it couples move by themselves"),
+            false => ("closes a loop, which is not supported", "it is left out: the loop is open"),
+        };
+        importer.report.motion(edge.element.at(), "joint", what, effect);
     }
     keep_apart(importer, model, &tree, &bodies)
 }

@@ -56,7 +56,7 @@ impl<'t> KinematicTree<'t> {
     fn mark_tree(&mut self, count: usize) {
         let world = count;
         let mut root: Vec<usize> = (0..=count).collect();
-        for edge in &mut self.edges {
+        for edge in self.edges.iter_mut().filter(|edge| !couples(edge.element)) {
             let [a, b] = [edge.parent, edge.child].map(|link| find(&mut root, link.unwrap_or(world)));
             edge.in_tree = a != b;
             root[a] = b;
@@ -102,6 +102,11 @@ impl<'t> KinematicTree<'t> {
             open.extend(of_link[to].iter().rev().map(|&e| (e, to)));
         }
     }
+}
+
+/// Whether a joint couples the coordinates of others instead of connecting its links.
+pub(super) fn couples(joint: Element) -> bool {
+    joint.attributes().text("type") == Some("gearbox")
 }
 
 /// The representative of a set, with the path to it halved.

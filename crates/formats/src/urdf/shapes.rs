@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
-use signorini_multibody::{BodyId, Geom, Geometry};
+use signorini_multibody::{BodyId, Geom, Geometry, Pose};
 
 use super::{Importer, origin};
 use crate::error::FormatError;
@@ -64,14 +64,21 @@ impl<'t> Shapes<'t> {
 }
 
 /// Adds the collision shapes of a link to its body.
-pub(super) fn read<'t>(importer: &mut Importer<'t>, link: Element<'t>, body: BodyId) -> Result<(), FormatError> {
+///
+/// `offset`: the link in its body.
+pub(super) fn read<'t>(
+    importer: &mut Importer<'t>,
+    link: Element<'t>,
+    body: BodyId,
+    offset: &Pose,
+) -> Result<(), FormatError> {
     let rgba = importer.shapes.link_colour(link)?;
     let link_name = link.attributes().text("name").unwrap_or_default();
     for collision in link.children_named("collision") {
         let Some(geometry) = geometry(importer, collision)? else { continue };
         geometry.check().map_err(|reason| collision.invalid(format!("{}: {reason}", geometry.kind_name())))?;
         let mut geom = Geom::new("", geometry);
-        geom.placement = origin(collision)?;
+        geom.placement = *offset * origin(collision)?;
         geom.rgba = rgba.unwrap_or(geom.rgba);
         let given = collision.attributes().text("name").filter(|n| !n.is_empty());
         let name = importer.parts.unused_geom_name(given.unwrap_or(link_name));

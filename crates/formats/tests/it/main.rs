@@ -6,4 +6,5 @@ mod mjcf_reference;
 mod report;
 mod robots;
 mod robustness;
+mod sdf;
 mod urdf;
