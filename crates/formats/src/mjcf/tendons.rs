@@ -52,9 +52,9 @@ fn read_fixed<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<(
 fn rest(a: &Attributes, reference: f64) -> Result<[f64; 2], FormatError> {
     let rest = match a.numbers("springlength")?.as_deref() {
         None => [reference; 2],
-        Some(&[length]) if length == -1.0 => [reference; 2],
+        Some(&[-1.0]) => [reference; 2],
         Some(&[length]) => [length; 2],
-        Some(&[low, high]) if (low, high) == (-1.0, -1.0) => [reference; 2],
+        Some(&[-1.0, -1.0]) => [reference; 2],
         Some(&[low, high]) if low <= high => [low, high],
         Some(_) => return Err(a.invalid("springlength", "one length, or two with the smaller first")),
     };

@@ -82,13 +82,11 @@ fn read_world(importer: &mut Importer, world: Element) -> Result<(), FormatError
     if let Some(gravity) = values::vec3(world, "gravity")? {
         importer.parts.builder.gravity(gravity);
     }
-    if let Some(physics) = world.child("physics") {
-        if let Some(step) = values::number(physics, "max_step_size")? {
-            if step <= 0.0 {
-                return Err(physics.invalid("<max_step_size> must be positive, s"));
-            }
-            importer.parts.builder.timestep(step);
-        }
+    let Some(physics) = world.child("physics") else { return Ok(()) };
+    match values::number(physics, "max_step_size")? {
+        Some(step) if step <= 0.0 => return Err(physics.invalid("<max_step_size> must be positive, s")),
+        Some(step) => drop(importer.parts.builder.timestep(step)),
+        None => {}
     }
     Ok(())
 }

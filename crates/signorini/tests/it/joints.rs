@@ -2,7 +2,7 @@
 
 use signorini::multibody::glam::{DMat3, DVec3};
 use signorini::multibody::{
-    Actuator, ActuatorKind, BodyId, Geometry, Inertia, Joint, JointId, JointKind, Pose, Transmission,
+    Actuator, ActuatorKind, BodyId, Geometry, Inertia, Joint, JointId, JointKind, Pose, Tendon, Transmission,
 };
 use signorini::{Settings, Simulation};
 
@@ -97,4 +97,27 @@ fn position_servo_reaches_its_target() {
     run_certified(&mut simulation, 4.0);
     assert!((simulation.state().q[0] - (target - G / kp)).abs() < 1e-9);
     assert!(simulation.state().v[0].abs() < 1e-9);
+}
+
+/// A weight on a slide hangs on a tendon over a second slide: `q₁ + 2 q₂ ≥ −0.1` stops both.
+#[test]
+fn tendon_limits_hold() {
+    let slide = || Joint::new("first", JointKind::Slide { axis: DVec3::Z });
+    let mut world = on_joint(down(), slide(), DVec3::ZERO);
+    let inertia =
+        Inertia { mass: 0.5, center_of_mass: DVec3::ZERO, rotational: DMat3::from_diagonal(DVec3::splat(0.01)) };
+    let second = world.builder.add_body("second", BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
+    let joint = Joint { name: "second".into(), ..slide() };
+    let second = world.builder.add_joint(second, joint).unwrap();
+    let terms = vec![(JointId(0), 1.0), (second, 2.0)];
+    world.builder.add_tendon(Tendon { limits: Some([-0.1, 0.2]), ..Tendon::new("rope", terms) });
+    let mut simulation = world.simulation(Settings::default());
+    let length = |now: &Simulation| now.state().q[0] + 2.0 * now.state().q[1];
+    run_observed(&mut simulation, 0.5, |now, _| assert!(length(now) > -0.1 - 1e-12));
+    assert!((length(&simulation) + 0.1).abs() < 1e-12);
+    // What the rope gives both is in the ratio of its coefficients: m a + m g = c λ with a₁ + 2 a₂ = 0.
+    let before = simulation.state().v.clone();
+    simulation.step().unwrap();
+    let force: Vec<f64> = (0..2).map(|k| [1.0, 0.5][k] * ((simulation.state().v[k] - before[k]) / 0.002 + G)).collect();
+    assert!((force[1] - 2.0 * force[0]).abs() < 1e-9 && force[0] > 0.0, "{force:?}");
 }
