@@ -52,8 +52,8 @@ pub(crate) struct JointRecord {
     pub id: JointId,
     pub kind: JointKind,
     pub limits: Option<[f64; 2]>,
-    /// Where its entries in `q` begin.
-    pub q_index: usize,
+    /// Rest value of its spring (rad, m).
+    pub spring_reference: f64,
 }
 
 /// A [`ModelBuilder`] that gives names to unnamed parts, finds parts by name, and turns its errors into errors with a
@@ -119,9 +119,10 @@ impl Parts {
     ) -> Result<JointId, FormatError> {
         joint.name = self.claim(Sort::Joint, element, name)?;
         let (name, kind, reference, limits) = (joint.name.clone(), joint.kind, joint.reference, joint.limits);
+        let spring_reference = joint.spring_reference;
         let id = self.builder.add_joint(body, joint).map_err(|e| self.blame(e))?;
         self.settle(Sort::Joint, name, id.0);
-        self.joints.push(JointRecord { id, kind, limits, q_index: self.reference.len() });
+        self.joints.push(JointRecord { id, kind, limits, spring_reference });
         self.nv += kind.nv();
         match kind {
             JointKind::Free => {

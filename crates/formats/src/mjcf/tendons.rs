@@ -37,7 +37,7 @@ fn read_fixed<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<(
     if terms.is_empty() {
         return Err(element.incomplete("at least one <joint joint=\"…\" coef=\"…\"/>"));
     }
-    let reference = terms.iter().map(|(joint, c)| c * importer.parts.reference[joint.q_index]).sum();
+    let reference = terms.iter().map(|(joint, c)| c * joint.spring_reference).sum();
     let mut tendon = Tendon::new("", terms.iter().map(|(joint, c)| (joint.id, *c)).collect());
     tendon.rest = rest(&a, reference)?;
     tendon.limits = importer.range(&a, "range", "limited")?;
@@ -48,7 +48,8 @@ fn read_fixed<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<(
     Ok(())
 }
 
-/// `springlength`: one length or a range; by default, where it is −1, that of the reference configuration.
+/// `springlength`: one length or a range; by default, where it is −1, that at which the springs of its joints
+/// rest.
 fn rest(a: &Attributes, reference: f64) -> Result<[f64; 2], FormatError> {
     let rest = match a.numbers("springlength")?.as_deref() {
         None => [reference; 2],

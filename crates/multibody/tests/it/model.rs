@@ -123,6 +123,6 @@ fn state_check_names_the_joint() {
     assert_eq!(wrong.check(&model).unwrap_err().to_string(), "v[2] (joint 'ball joint') is -inf: it must be finite");
     let mut wrong = state;
     wrong.v.pop();
-    let expected = StateError::WrongLength { quantity: "v", expected: 9, found: 8 };
+    let expected = StateError::WrongLength { quantity: "v", expected: 10, found: 9 };
     assert_eq!(wrong.check(&model), Err(expected));
 }
