@@ -41,11 +41,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut rows = vec![header.split('|').map(str::to_owned).collect::<Vec<_>>()];
     let (mut loaded, mut ran) = (0, 0);
     for file in &files {
-        let shown = roots.iter().find_map(|root| file.strip_prefix(root).ok()).unwrap_or(file);
-        let shown = shown.to_string_lossy().replace("cmeel.prefix/share/example-robot-data/robots/", "");
+        let shown = short(&roots, &file.to_string_lossy());
         let start = Instant::now();
         let cells = match import(file) {
-            Err(error) => vec!["".into(); 6].into_iter().chain([format!("refused: {error}")]).collect(),
+            Err(error) => vec!["".into(); 6]
+                .into_iter()
+                .chain([format!("refused: {}", short(&roots, &error.to_string()))])
+                .collect(),
             Ok((model, report)) => {
                 loaded += 1;
                 if options.warnings {
@@ -62,6 +64,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     print!("{}", table::markdown(&rows));
     println!("\n{} files, {loaded} loaded, {ran} simulated to the end without a failed step", files.len());
     Ok(())
+}
+
+/// A text without the folders that all files are in.
+fn short(roots: &[PathBuf], text: &str) -> String {
+    let inside = roots.iter().fold(text.to_owned(), |text, root| text.replace(&format!("{}/", root.display()), ""));
+    inside.replace("cmeel.prefix/share/example-robot-data/robots/", "")
 }
 
 /// Collects what looks like a model: URDF, SDF, and XML whose first element is MuJoCo's.

@@ -60,10 +60,25 @@ pub(super) fn read<'t>(
     let mut geom = Geom::new("", shape.geometry);
     geom.placement = placement;
     read_contact(importer, &a, &mut geom)?;
+    let name = scope.name(element);
+    show_as_it_is(importer, name.as_deref(), &mut geom);
     let material = importer.assets.material(&a)?;
     geom.rgba = colour(&a, material.unwrap_or(geom.rgba))?;
     importer.contact_properties.push(ContactProperties { friction: geom.friction, frictional: geom.frictional });
-    importer.parts.add_geom(element, scope.name(element), body.id, geom).map(drop)
+    importer.parts.add_geom(element, name, body.id, geom).map(drop)
+}
+
+/// Leaves the faces of a mesh that nothing can touch as they are, instead of taking their hull: many are flat.
+fn show_as_it_is(importer: &Importer, name: Option<&str>, geom: &mut Geom) {
+    let touches = geom.contact_type != 0 || geom.contact_affinity != 0;
+    if touches || name.is_some_and(|name| importer.paired.contains(name)) {
+        return;
+    }
+    if let Geometry::ConvexMesh(mesh) = &geom.geometry
+        && !mesh.triangles.is_empty()
+    {
+        geom.geometry = Geometry::TriangleMesh(mesh.clone());
+    }
 }
 
 /// The shape; none if it is of a sort that is not supported.

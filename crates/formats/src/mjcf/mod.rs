@@ -56,6 +56,8 @@ struct Importer<'t> {
     contact_properties: Vec<ContactProperties>,
     elements: usize,
     contacts_disabled: bool,
+    /// Names of geoms that explicit pairs name.
+    paired: HashSet<&'t str>,
     /// Names of tendons and actuators of the file that the model does not have.
     left_out_tendons: HashSet<&'t str>,
     left_out_actuators: HashSet<&'t str>,
@@ -79,6 +81,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result
         contact_properties: Vec::new(),
         elements: 0,
         contacts_disabled: false,
+        paired: contacts::paired_geoms(root),
         left_out_tendons: HashSet::new(),
         left_out_actuators: HashSet::new(),
         damping_ratios: Vec::new(),

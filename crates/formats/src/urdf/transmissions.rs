@@ -16,10 +16,11 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
             let name = a.required("name", "the joint it drives")?;
             let Some(joint) = importer.parts.joint(name) else {
                 // A fixed joint is no joint of the model, a misspelt one none of the file.
-                if root.children_named("joint").any(|j| j.attributes().text("name") == Some(name)) {
-                    continue;
+                if !root.children_named("joint").any(|j| j.attributes().text("name") == Some(name)) {
+                    let what = "drives a joint that is not defined";
+                    importer.report.motion(end.at(), "transmission", what, "it is left out; is the name misspelt?");
                 }
-                return Err(a.unknown("name", "joint", importer.parts.joint_names()));
+                continue;
             };
             if joint.kind.nv() != 1 || driven.contains(&name) {
                 continue;
