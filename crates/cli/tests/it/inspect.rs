@@ -18,7 +18,7 @@ const ARM: &str = r#"<mujoco model="arm">
   </worldbody>
   <actuator><motor name="biceps" joint="elbow"/></actuator>
   <tendon>
-    <fixed name="string"/>
+    <spatial name="string"/>
   </tendon>
   <keyframe><key name="bent" qpos="1 0 0 0  -1  1 0 0.1 1 0 0 0"/></keyframe>
 </mujoco>"#;
