@@ -8,6 +8,7 @@ use signorini_multibody::{
     potential_energy,
 };
 
+use crate::sensors::sensors_into;
 use crate::step::{StepReport, Workspace, step};
 use crate::{Settings, SimulationError};
 
@@ -56,6 +57,7 @@ pub struct Simulation {
     summary: Summary,
     /// Whether the equality constraints of the state have been checked.
     assembled: bool,
+    sensors: Vec<f64>,
 }
 
 impl Simulation {
@@ -69,7 +71,8 @@ impl Simulation {
         let state = State::new(&model);
         let next = state.clone();
         let (input, report, summary) = (Input::default(), StepReport::default(), Summary::default());
-        Ok(Self { model, settings, workspace, state, next, input, report, summary, assembled: false })
+        let sensors = vec![0.0; model.sensor_size];
+        Ok(Self { model, settings, workspace, state, next, input, report, summary, assembled: false, sensors })
     }
 
     /// The model.
@@ -177,6 +180,16 @@ impl Simulation {
             self.summary.add(&self.report, &self.workspace);
         }
         Ok(&self.report)
+    }
+
+    /// Numbers of all sensors at the beginning of the last step, in the order of the model's sensors: its state, and the
+    /// accelerations and forces with which it went on; see [`sensors_into`]. Before the first step they are zero.
+    pub fn sensors(&mut self) -> &[f64] {
+        if self.summary.steps > 0 {
+            // After a step `next` holds the state it was made from.
+            sensors_into(&self.model, &self.next, &mut self.workspace, &mut self.sensors);
+        }
+        &self.sensors
     }
 
     /// Steps until `duration` (s) has passed. `observe` is called after each step with the simulation, whose

@@ -17,5 +17,6 @@ mod literature;
 mod mechanisms;
 mod restitution;
 mod scenes;
+mod sensors;
 mod stacking;
 mod support;
