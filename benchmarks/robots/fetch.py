@@ -1,4 +1,5 @@
-"""Fetches URDF models of real robots (package `example-robot-data` of PyPI) into build/robots.
+"""Fetches models of others from PyPI into build/robots: the URDF and SDF robots of `example-robot-data`, and the MJCF files
+that `dm_control` and `gymnasium` carry.
 
     python benchmarks/robots/fetch.py
 
@@ -11,7 +12,7 @@ import sys
 import tempfile
 import venv
 
-VERSION = "6.0.0"
+PACKAGES = ["example-robot-data==6.0.0", "dm_control==1.0.50", "gymnasium==1.4.0"]
 TARGET = pathlib.Path(__file__).resolve().parents[2] / "build" / "robots"
 FOLDER = TARGET / "cmeel.prefix" / "share" / "example-robot-data" / "robots"
 ROBOTS = {
@@ -25,13 +26,14 @@ ROBOTS = {
 
 
 def main():
-    if not FOLDER.is_dir():
+    folders = [FOLDER, TARGET / "dm_control", TARGET / "gymnasium"]
+    if not all(folder.is_dir() for folder in folders):
         TARGET.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory() as folder:
             venv.create(folder, with_pip=True)
             python = pathlib.Path(folder) / "bin" / "python"
             install = [python, "-m", "pip", "install", "--quiet", "--no-deps", "--target", TARGET]
-            subprocess.run([*install, f"example-robot-data=={VERSION}"], check=True)
+            subprocess.run([*install, *PACKAGES], check=True)
     missing = [name for name, path in ROBOTS.items() if not (FOLDER / path).is_file()]
     for name, path in ROBOTS.items():
         print(f"{name:8} {FOLDER / path}")

@@ -63,15 +63,20 @@ pub fn load_above_floor(
 /// [`CollisionError`] if a shape cannot be prepared.
 pub fn state_above_floor(model: &Model, clearance: f64) -> Result<State, CollisionError> {
     let mut state = State::new(model);
+    clamp_to_limits(model, &mut state);
+    if let Some(base) = model.joints.iter().find(|j| j.kind == JointKind::Free) {
+        state.q[base.q_index + 2] += clearance - lowest_point(model, &state)?;
+    }
+    Ok(state)
+}
+
+/// Puts every joint inside its limits.
+pub fn clamp_to_limits(model: &Model, state: &mut State) {
     for joint in &model.joints {
         if let Some([lower, upper]) = joint.limits {
             state.q[joint.q_index] = state.q[joint.q_index].clamp(lower, upper.max(lower));
         }
     }
-    if let Some(base) = model.joints.iter().find(|j| j.kind == JointKind::Free) {
-        state.q[base.q_index + 2] += clearance - lowest_point(model, &state)?;
-    }
-    Ok(state)
 }
 
 /// Height of the lowest point of all shapes that can meet the floor, m: the collider is asked with a reach so large that

@@ -34,7 +34,11 @@ impl Loaded {
 
 /// Reads the model file or bundled scene.
 pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
-    let options = LoadOptions { package_dirs: arguments.package_dir.clone(), floating_base: arguments.floating_base };
+    let options = LoadOptions {
+        package_dirs: arguments.package_dir.clone(),
+        floating_base: arguments.floating_base,
+        ..LoadOptions::default()
+    };
     if let Some(path) = &arguments.model {
         let imported = load(path, &options)?;
         let source = path.display().to_string();

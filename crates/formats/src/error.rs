@@ -44,8 +44,8 @@ pub enum FormatError {
         /// What the parser met.
         reason: String,
     },
-    /// Neither MJCF nor URDF.
-    #[error("{at}: the root element is <{found}>: expected <mujoco> (MJCF) or <robot> (URDF)")]
+    /// None of MJCF, URDF and SDF.
+    #[error("{at}: the root element is <{found}>: expected <mujoco> (MJCF), <robot> (URDF) or <sdf> (SDF)")]
     UnknownFormat {
         /// Where.
         at: Location,

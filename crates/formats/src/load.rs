@@ -7,19 +7,38 @@ use signorini_multibody::Model;
 use crate::error::FormatError;
 use crate::mesh::read_file;
 use crate::report::ImportReport;
-use crate::{mjcf, urdf, xml};
+use crate::{mjcf, sdf, urdf, xml};
 
 /// Model files larger than this are refused.
 const MAX_BYTES: u64 = 64 << 20;
 
 /// How to read what a file leaves open.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LoadOptions {
-    /// Folders in which the packages of `package://…` are looked for (URDF). The folders above the model are searched
+    /// Folders in which the packages of `package://…` are looked for (URDF, SDF). The folders above the model are searched
     /// after them. Default: none.
     pub package_dirs: Vec<PathBuf>,
     /// Whether the root link of a URDF gets a free joint; otherwise it is fixed to the world. Default: false.
     pub floating_base: bool,
+    /// Whether links that a fixed joint connects become one body (URDF). The merged link's frame stays as a site of its
+    /// name. Default: false.
+    pub merge_fixed_joints: bool,
+    /// Whether the links of a URDF meet each other, but for those that a joint connects. Default: true.
+    pub self_collision: bool,
+    /// An SRDF file whose `<disable_collisions>` say which links of a URDF do not meet. Default: none.
+    pub srdf: Option<PathBuf>,
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            package_dirs: Vec::new(),
+            floating_base: false,
+            merge_fixed_joints: false,
+            self_collision: true,
+            srdf: None,
+        }
+    }
 }
 
 /// A model and what the file had that the model has not.
@@ -31,7 +50,7 @@ pub struct Imported {
     pub report: ImportReport,
 }
 
-/// Reads a model file; its root element says whether it is MJCF or URDF.
+/// Reads a model file; its root element says whether it is MJCF, URDF or SDF.
 ///
 /// # Errors
 /// [`FormatError`] with the place in the file; [`FormatError::Unreadable`] if there is no such file or it is not text.
@@ -45,6 +64,7 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, F
     match tree.root().name() {
         "mujoco" => mjcf::import(tree, base, Some(path)),
         "robot" => urdf::import(tree, base, options),
+        "sdf" | "gazebo" => sdf::import(tree, base, options),
         found => Err(FormatError::UnknownFormat { at: tree.root().at(), found: found.to_owned() }),
     }
 }
@@ -77,6 +97,15 @@ pub fn load_mjcf_str(text: &str, base: impl AsRef<Path>) -> Result<Imported, For
 pub fn load_urdf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
     let tree = parse_as("robot", text, "(URDF text)")?;
     urdf::import(tree, base.as_ref(), options)
+}
+
+/// Reads SDF from text; files that it names by relative paths are looked for in `base`.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_sdf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
+    let tree = parse_as("sdf", text, "(SDF text)")?;
+    sdf::import(tree, base.as_ref(), options)
 }
 
 fn parse_as(root: &str, text: &str, label: &str) -> Result<xml::Tree, FormatError> {

@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use signorini_multibody::{
-    Actuator, BodyId, EqualityKind, Geom, GeomId, Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder,
-    ModelError, Pose,
+    Actuator, ActuatorId, BodyId, EqualityKind, Geom, GeomId, Inertia, Joint, JointId, JointKind, Keyframe, Model,
+    ModelBuilder, ModelError, Pose, Sensor, Site, SiteId, Tendon, TendonId,
 };
 
 use crate::error::{FormatError, Location};
@@ -20,7 +20,10 @@ enum Sort {
     Joint,
     Geom,
     Equality,
+    Site,
+    Tendon,
     Actuator,
+    Sensor,
     Keyframe,
 }
 
@@ -31,7 +34,10 @@ impl Sort {
             Self::Joint => "joint",
             Self::Geom => "geom",
             Self::Equality => "equality constraint",
+            Self::Site => "site",
+            Self::Tendon => "tendon",
             Self::Actuator => "actuator",
+            Self::Sensor => "sensor",
             Self::Keyframe => "keyframe",
         }
     }
@@ -48,6 +54,8 @@ pub(crate) struct JointRecord {
     pub id: JointId,
     pub kind: JointKind,
     pub limits: Option<[f64; 2]>,
+    /// Rest value of its spring (rad, m).
+    pub spring_reference: f64,
 }
 
 /// A [`ModelBuilder`] that gives names to unnamed parts, finds parts by name, and turns its errors into errors with a
@@ -98,6 +106,10 @@ impl Parts {
         self.builder.set_inertia(body, inertia).map_err(|e| self.blame(e))
     }
 
+    pub fn set_gravity_compensation(&mut self, body: BodyId, share: f64) -> Result<(), FormatError> {
+        self.builder.set_gravity_compensation(body, share).map_err(|e| self.blame(e))
+    }
+
     /// `placement`: of the joint's body in world, for a free joint.
     pub fn add_joint(
         &mut self,
@@ -109,9 +121,10 @@ impl Parts {
     ) -> Result<JointId, FormatError> {
         joint.name = self.claim(Sort::Joint, element, name)?;
         let (name, kind, reference, limits) = (joint.name.clone(), joint.kind, joint.reference, joint.limits);
+        let spring_reference = joint.spring_reference;
         let id = self.builder.add_joint(body, joint).map_err(|e| self.blame(e))?;
         self.settle(Sort::Joint, name, id.0);
-        self.joints.push(JointRecord { id, kind, limits });
+        self.joints.push(JointRecord { id, kind, limits, spring_reference });
         self.nv += kind.nv();
         match kind {
             JointKind::Free => {
@@ -149,14 +162,54 @@ impl Parts {
         Ok(())
     }
 
+    pub fn add_site(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        body: BodyId,
+        mut site: Site,
+    ) -> Result<SiteId, FormatError> {
+        site.name = self.claim(Sort::Site, element, name)?;
+        let name = site.name.clone();
+        let id = self.builder.add_site(body, site).map_err(|e| self.blame(e))?;
+        self.settle(Sort::Site, name, id.0);
+        Ok(id)
+    }
+
+    pub fn add_tendon(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        mut tendon: Tendon,
+    ) -> Result<TendonId, FormatError> {
+        tendon.name = self.claim(Sort::Tendon, element, name)?;
+        let name = tendon.name.clone();
+        let id = self.builder.add_tendon(tendon);
+        self.settle(Sort::Tendon, name, id.0);
+        Ok(id)
+    }
+
     pub fn add_actuator(
         &mut self,
         element: Element,
         name: Option<String>,
         mut actuator: Actuator,
-    ) -> Result<(), FormatError> {
+    ) -> Result<ActuatorId, FormatError> {
         actuator.name = self.claim(Sort::Actuator, element, name)?;
-        self.builder.add_actuator(actuator);
+        let name = actuator.name.clone();
+        let id = self.builder.add_actuator(actuator);
+        self.settle(Sort::Actuator, name, id.0);
+        Ok(id)
+    }
+
+    pub fn add_sensor(
+        &mut self,
+        element: Element,
+        name: Option<String>,
+        mut sensor: Sensor,
+    ) -> Result<(), FormatError> {
+        sensor.name = self.claim(Sort::Sensor, element, name)?;
+        self.builder.add_sensor(sensor);
         Ok(())
     }
 
@@ -185,6 +238,30 @@ impl Parts {
 
     pub fn geom(&self, name: &str) -> Option<GeomId> {
         self.places.get(&(Sort::Geom, name.to_owned())).map(|p| GeomId(p.index))
+    }
+
+    pub fn site(&self, name: &str) -> Option<SiteId> {
+        self.places.get(&(Sort::Site, name.to_owned())).map(|p| SiteId(p.index))
+    }
+
+    pub fn tendon(&self, name: &str) -> Option<TendonId> {
+        self.places.get(&(Sort::Tendon, name.to_owned())).map(|p| TendonId(p.index))
+    }
+
+    pub fn actuator(&self, name: &str) -> Option<ActuatorId> {
+        self.places.get(&(Sort::Actuator, name.to_owned())).map(|p| ActuatorId(p.index))
+    }
+
+    pub fn site_names(&self) -> impl Iterator<Item = &str> {
+        self.names(Sort::Site)
+    }
+
+    pub fn tendon_names(&self) -> impl Iterator<Item = &str> {
+        self.names(Sort::Tendon)
+    }
+
+    pub fn actuator_names(&self) -> impl Iterator<Item = &str> {
+        self.names(Sort::Actuator)
     }
 
     pub fn body_names(&self) -> impl Iterator<Item = &str> {

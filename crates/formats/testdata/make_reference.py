@@ -142,11 +142,30 @@ def reference(path):
         actuators.append({
             "name": model.actuator(k).name,
             "joint": int(model.actuator_trnid[k][0]),
-            "gear": float(model.actuator_gear[k][0]),
-            "gain": float(model.actuator_gainprm[k][0]),
+            "gear": model.actuator_gear[k].tolist(),
+            "gain": model.actuator_gainprm[k][:3].tolist() if model.actuator_gaintype[k] else [float(model.actuator_gainprm[k][0]), 0.0, 0.0],
             "bias": model.actuator_biasprm[k][:3].tolist() if model.actuator_biastype[k] else [0.0] * 3,
             "ctrlrange": limited(model.actuator_ctrllimited[k], model.actuator_ctrlrange[k]),
             "forcerange": limited(model.actuator_forcelimited[k], model.actuator_forcerange[k]),
+        })
+    sites = []
+    for s in range(model.nsite):
+        sites.append({
+            "body": int(model.site_bodyid[s]),
+            "type": str(mujoco.mjtGeom(model.site_type[s]).name)[len("mjGEOM_") :].lower(),
+            "size": model.site_size[s].tolist(),
+            "pos": model.site_pos[s].tolist(),
+            "rotation": rotation(model.site_quat[s]).tolist(),
+        })
+    tendons = []
+    for t in range(model.ntendon):
+        first, count = model.tendon_adr[t], model.tendon_num[t]
+        wraps = range(first, first + count)
+        tendons.append({
+            "terms": [[int(model.wrap_objid[w]), float(model.wrap_prm[w])] for w in wraps],
+            "spring": [float(model.tendon_stiffness[t]), float(model.tendon_damping[t])],
+            "rest": model.tendon_lengthspring[t].tolist(),
+            "range": model.tendon_range[t].tolist() if model.tendon_limited[t] else None,
         })
     keys = []
     for k in range(model.nkey):
@@ -167,6 +186,8 @@ def reference(path):
         "joints": joints,
         "geoms": geoms,
         "height_fields": fields,
+        "sites": sites,
+        "tendons": tendons,
         "actuators": actuators,
         "keyframes": keys,
         "pairs": pair_frictions(model),

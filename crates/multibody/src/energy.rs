@@ -36,15 +36,23 @@ pub fn kinetic_energy(model: &Model, kinematics: &Kinematics, v: &[f64]) -> f64 
     bodies + rotors.sum::<f64>()
 }
 
-/// Potential energy of gravity (zero at the world's origin) and of the joint springs, J. Servos are not counted.
+/// Potential energy of gravity (zero at the world's origin) and of the springs of joints and tendons, J. Servos are not counted.
 pub fn potential_energy(model: &Model, kinematics: &Kinematics, q: &[f64]) -> f64 {
-    let weight = |i: usize| -model.bodies[i].inertia.mass * model.gravity.dot(kinematics.center_of_mass[i]);
+    let weight = |i: usize| {
+        let body = &model.bodies[i];
+        let mass = body.inertia.mass * (1.0 - body.gravity_compensation);
+        -mass * model.gravity.dot(kinematics.center_of_mass[i])
+    };
     let gravity: f64 = (1..model.bodies.len()).map(weight).sum();
     let springs = model.joints.iter().filter(|joint| joint.stiffness != 0.0).map(|joint| {
         let stretch = q[joint.q_index] - joint.spring_reference;
         0.5 * joint.stiffness * stretch * stretch
     });
-    gravity + springs.sum::<f64>()
+    let tendons = model.tendons.iter().filter(|tendon| tendon.stiffness != 0.0).map(|tendon| {
+        let stretch = tendon.stretch(tendon.length(model, q));
+        0.5 * tendon.stiffness * stretch * stretch
+    });
+    gravity + springs.sum::<f64>() + tendons.sum::<f64>()
 }
 
 /// Linear momentum of all bodies, world axes, kg·m/s.

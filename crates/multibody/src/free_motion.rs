@@ -7,7 +7,10 @@
 //! M (v⁺ − v) = Δt (τ − h + f_e − D v⁺ − K (q + Δt v⁺ − q_r))
 //! ```
 //!
-//! where `D` and `K` are diagonal: joint damping and stiffness plus the gains of the servos, through their gears. Moving
+//! where `D` and `K` hold joint damping and stiffness on their diagonals and, for every tendon and actuator with length `l(q)`,
+//! its gains times `∇l ∇lᵀ`. Where two degrees of freedom of a length are not on one path to the root, the entry that would
+//! couple them is left out and its absolute value added to both diagonal entries: the factor keeps its zeros, the step is
+//! still consistent to first order, and what is added is positive semidefinite, so that stiff ones stay stable. Moving
 //! the terms in `v⁺ − v` to the left gives
 //!
 //! ```text
@@ -29,9 +32,11 @@ use crate::cholesky::BlockCholesky;
 use crate::composite::{MassMatrix, mass_matrix_into};
 use crate::free_rotation::FreeRotation;
 use crate::inverse_dynamics::{NewtonEuler, bias_force_into};
+use crate::jacobian::point_column;
 use crate::kinematics::Kinematics;
-use crate::mass::MassError;
-use crate::model::{Actuator, ActuatorKind, Joint, JointKind, Model};
+use crate::length::{LengthRow, actuator_length_into, tendon_length_into};
+use crate::mass::{BlockDiagonal, MassError};
+use crate::model::{Actuator, ActuatorKind, BodyId, Joint, JointKind, Model, Tendon};
 use crate::state::{Input, State, StateError};
 
 /// Why there is no free motion.
@@ -66,11 +71,16 @@ pub struct FreeMotion {
     pub unresolved_rotations: usize,
     free_rotations: Vec<FreeRotation>,
     newton_euler: NewtonEuler,
-    /// Diagonal of `M`, to which the implicit terms are added anew when an actuator saturates.
-    diagonal: Vec<f64>,
-    /// `Δt (τ − h)` with the gyroscopic impulse of the variational integrator.
+    /// `M`, to which the implicit terms are added anew when an actuator saturates.
+    rigid: BlockDiagonal,
+    /// `Δt (τ − h)` with gravity compensation and the gyroscopic impulse of the variational integrator.
     impulse: Vec<f64>,
     rhs: Vec<f64>,
+    /// Length of every actuator, gear included.
+    actuator_rows: Vec<LengthRow>,
+    /// Force of every actuator as it acts in the step.
+    laws: Vec<AffineForce>,
+    tendon_rows: Vec<LengthRow>,
 }
 
 /// Whether an actuator is at an end of its force range.
@@ -90,6 +100,7 @@ impl FreeMotion {
         let mass = MassMatrix::new(model);
         Self {
             factor: BlockCholesky::new(&mass.matrix),
+            rigid: mass.matrix.clone(),
             mass,
             bias: vec![0.0; model.nv],
             free_velocity: vec![0.0; model.nv],
@@ -98,10 +109,22 @@ impl FreeMotion {
             unresolved_rotations: 0,
             free_rotations: FreeRotation::all(model),
             newton_euler: NewtonEuler::new(model),
-            diagonal: vec![0.0; model.nv],
             impulse: vec![0.0; model.nv],
             rhs: vec![0.0; model.nv],
+            actuator_rows: vec![LengthRow::new(model); model.actuators.len()],
+            laws: vec![AffineForce::constant(0.0); model.actuators.len()],
+            tendon_rows: vec![LengthRow::new(model); model.tendons.len()],
         }
+    }
+
+    /// Length of actuator `a` at the beginning of the step, gear included, with its row.
+    pub fn actuator_length(&self, a: usize) -> &LengthRow {
+        &self.actuator_rows[a]
+    }
+
+    /// Force of actuator `a` at the end of a step of length `dt` (s) that ends with velocity `v`, `[nv]`, before the gear.
+    pub fn actuator_force_at(&self, a: usize, v: &[f64], dt: f64) -> f64 {
+        self.laws[a].at(self.actuator_rows[a].rate(v), dt)
     }
 }
 
@@ -134,10 +157,14 @@ pub fn free_motion_into(
     }
     bias_force_into(model, kinematics, &mut out.newton_euler, &mut out.bias);
     mass_matrix_into(model, kinematics, &mut out.mass);
-    for k in 0..model.nv {
-        out.diagonal[k] = out.mass.matrix.get(k, k);
+    out.rigid.copy_from(&out.mass.matrix);
+    for (actuator, row) in model.actuators.iter().zip(&mut out.actuator_rows) {
+        actuator_length_into(model, kinematics, &state.q, actuator, row);
     }
-    smooth_impulse(kinematics, state, input, dt, out);
+    for (tendon, row) in model.tendons.iter().zip(&mut out.tendon_rows) {
+        tendon_length_into(model, &state.q, tendon, row);
+    }
+    smooth_impulse(model, kinematics, state, input, dt, out);
     out.saturation.fill(Saturation::Within);
     loop {
         assemble(model, state, input, dt, out);
@@ -147,17 +174,19 @@ pub fn free_motion_into(
         for (v_free, v) in out.free_velocity.iter_mut().zip(&state.v) {
             *v_free += v;
         }
-        if !saturate(model, state, input, dt, out) {
+        if !saturate(model, dt, out) {
             return Ok(());
         }
+        out.mass.matrix.copy_from(&out.rigid);
     }
 }
 
-/// The impulse of applied forces and `h`, with the gyroscopic part of freely turning bodies exchanged.
-fn smooth_impulse(kinematics: &Kinematics, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) {
+/// The impulse of applied forces, gravity compensation and `h`, with the gyroscopic part of freely turning bodies exchanged.
+fn smooth_impulse(model: &Model, kinematics: &Kinematics, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) {
     for (k, impulse) in out.impulse.iter_mut().enumerate() {
         *impulse = dt * (input.generalized_force.get(k).unwrap_or(&0.0) - out.bias[k]);
     }
+    compensate_gravity(model, kinematics, dt, &mut out.impulse);
     out.unresolved_rotations = 0;
     for body in &out.free_rotations {
         let mut add = |first: usize, x: DVec3| (0..3).for_each(|a| out.impulse[first + a] += x[a]);
@@ -171,32 +200,44 @@ fn smooth_impulse(kinematics: &Kinematics, state: &State, input: &Input, dt: f64
     }
 }
 
-/// `M̂` and the right-hand side for the present saturations.
+/// The right-hand side and, added to `M`, the implicit terms, for the present saturations.
 fn assemble(model: &Model, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) {
-    for k in 0..model.nv {
-        out.mass.matrix.set(k, k, out.diagonal[k]);
-    }
     out.rhs.copy_from_slice(&out.impulse);
     for joint in &model.joints {
         if joint.damping != 0.0 || joint.stiffness != 0.0 {
+            let force = joint_spring(joint, state);
             for k in joint.v_index..joint.v_index + joint.kind.nv() {
-                add_implicit(joint_spring(joint, state), k, state, dt, out);
+                out.mass.matrix.add_to_diagonal(k, dt * force.slope(dt));
+                out.rhs[k] += dt * force.at(state.v[k], dt);
             }
         }
     }
+    for (tendon, row) in model.tendons.iter().zip(&out.tendon_rows) {
+        add_implicit(model, tendon_spring(tendon, row.length), row, state, dt, &mut out.mass.matrix, &mut out.rhs);
+    }
     for (a, actuator) in model.actuators.iter().enumerate() {
-        let joint = &model.joints[actuator.joint.index()];
-        let law = match (out.saturation[a], actuator.force_range) {
+        let row = &out.actuator_rows[a];
+        out.laws[a] = match (out.saturation[a], actuator.force_range) {
             (Saturation::Lower, Some([lower, _])) => AffineForce::constant(lower),
             (Saturation::Upper, Some([_, upper])) => AffineForce::constant(upper),
-            _ => actuator_law(actuator, joint, actuator.control(input, a), state),
+            _ => actuator_law(actuator, actuator.control(input, a), row.length, row.rate(&state.v)),
         };
-        add_implicit(law.through_gear(actuator.gear), joint.v_index, state, dt, out);
+        add_implicit(model, out.laws[a], row, state, dt, &mut out.mass.matrix, &mut out.rhs);
+    }
+}
+
+/// The forces that hold up bodies with gravity compensation, at their centres of mass.
+fn compensate_gravity(model: &Model, kinematics: &Kinematics, dt: f64, rhs: &mut [f64]) {
+    for (i, body) in model.bodies.iter().enumerate().filter(|(_, body)| body.gravity_compensation != 0.0) {
+        let force = model.gravity * (-body.gravity_compensation * body.inertia.mass);
+        for k in model.dofs_moving(BodyId(i as u32)) {
+            rhs[k] += dt * force.dot(point_column(model, kinematics, k, kinematics.center_of_mass[i]));
+        }
     }
 }
 
 /// A force `value − stiffness (q⁺ − q) − damping v⁺` of the end of a step, with `value` that at the step's
-/// configuration and no velocity.
+/// configuration and no velocity. For joints, tendons and actuators `q` and `v` stand for the length and its rate.
 #[derive(Clone, Copy, Debug)]
 struct AffineForce {
     value: f64,
@@ -209,21 +250,49 @@ impl AffineForce {
         Self { value, stiffness: 0.0, damping: 0.0 }
     }
 
-    /// The joint force of an actuator force.
-    fn through_gear(self, gear: f64) -> Self {
-        let Self { value, stiffness, damping } = self;
-        Self { value: gear * value, stiffness: gear * stiffness, damping: gear * damping }
+    /// Fall of the force at the end of a step of length `dt` per unit of velocity.
+    fn slope(self, dt: f64) -> f64 {
+        self.damping + dt * self.stiffness
     }
 
     /// The force at the end of a step of length `dt` with velocity `v`.
     fn at(self, v: f64, dt: f64) -> f64 {
-        self.value - (self.damping + dt * self.stiffness) * v
+        self.value - self.slope(dt) * v
     }
 }
 
-fn add_implicit(force: AffineForce, k: usize, state: &State, dt: f64, out: &mut FreeMotion) {
-    out.mass.matrix.add_to_diagonal(k, dt * (force.damping + dt * force.stiffness));
-    out.rhs[k] += dt * force.at(state.v[k], dt);
+/// Adds a force along a length to the right-hand side and its implicit part to the matrix.
+fn add_implicit(
+    model: &Model,
+    force: AffineForce,
+    row: &LengthRow,
+    state: &State,
+    dt: f64,
+    matrix: &mut BlockDiagonal,
+    rhs: &mut [f64],
+) {
+    let (impulse, weight) = (dt * force.at(row.rate(&state.v), dt), dt * force.slope(dt));
+    for (i, (&k, &g)) in row.dofs.iter().zip(&row.gradient).enumerate() {
+        rhs[k] += impulse * g;
+        if weight == 0.0 {
+            continue;
+        }
+        matrix.add_to_diagonal(k, weight * g * g);
+        for (&l, &other) in row.dofs[..i].iter().zip(&row.gradient) {
+            let coupling = weight * g * other;
+            if is_before(model, l, k) {
+                matrix.add_off_diagonal(k, l, coupling);
+            } else {
+                matrix.add_to_diagonal(k, coupling.abs());
+                matrix.add_to_diagonal(l, coupling.abs());
+            }
+        }
+    }
+}
+
+/// Whether degree of freedom `first` is on the way from `second` to the root.
+fn is_before(model: &Model, first: usize, second: usize) -> bool {
+    std::iter::successors(Some(second), |&k| model.dof_parent[k]).take_while(|&k| k >= first).any(|k| k == first)
 }
 
 /// The spring and damper of a joint.
@@ -235,46 +304,47 @@ fn joint_spring(joint: &Joint, state: &State) -> AffineForce {
     AffineForce { value: -joint.stiffness * stretch, stiffness: joint.stiffness, damping: joint.damping }
 }
 
-/// The force of an actuator as a function of its joint's motion, before the gear.
-fn actuator_law(actuator: &Actuator, joint: &Joint, control: f64, state: &State) -> AffineForce {
-    let gear = actuator.gear;
+/// The spring and damper of a tendon.
+fn tendon_spring(tendon: &Tendon, length: f64) -> AffineForce {
+    let stretch = tendon.stretch(length);
+    let stiffness = if stretch == 0.0 { 0.0 } else { tendon.stiffness };
+    AffineForce { value: -tendon.stiffness * stretch, stiffness, damping: tendon.damping }
+}
+
+/// The force of an actuator as a function of its length and rate, before the gear.
+fn actuator_law(actuator: &Actuator, control: f64, length: f64, rate: f64) -> AffineForce {
     match actuator.kind {
         ActuatorKind::Motor => {
             let [lower, upper] = actuator.force_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
             AffineForce::constant(control.clamp(lower, upper))
         }
-        ActuatorKind::Position { kp, kv } => {
-            let value = kp * (control - gear * state.q[joint.q_index]);
-            AffineForce { value, stiffness: gear * kp, damping: gear * kv }
+        ActuatorKind::Position { kp, kv } => AffineForce { value: kp * (control - length), stiffness: kp, damping: kv },
+        ActuatorKind::Velocity { kv } => AffineForce { value: kv * control, stiffness: 0.0, damping: kv },
+        ActuatorKind::Affine { gain, bias } => {
+            let [constant, by_length, by_rate] = [0, 1, 2].map(|k| gain[k] * control + bias[k]);
+            // What grows with length or rate would take stiffness or damping away from the matrix: it is explicit.
+            let value = constant + by_length * length + by_rate.max(0.0) * rate;
+            AffineForce { value, stiffness: (-by_length).max(0.0), damping: (-by_rate).max(0.0) }
         }
         // Its row of the contact problem adds up to half the range in either direction.
         ActuatorKind::Speed => {
             AffineForce::constant(actuator.force_range.map_or(0.0, |[lower, upper]| (lower + upper) / 2.0))
         }
-        ActuatorKind::Velocity { kv } => AffineForce { value: kv * control, stiffness: 0.0, damping: gear * kv },
     }
 }
 
 /// Stores the actuator forces at the end of the step and holds those that would leave their range at its end; whether
 /// there is a new one. An actuator that is held stays held, so this ends after at most one round per actuator.
-fn saturate(model: &Model, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) -> bool {
+fn saturate(model: &Model, dt: f64, out: &mut FreeMotion) -> bool {
     let mut changed = false;
     for (a, actuator) in model.actuators.iter().enumerate() {
+        let force = out.actuator_force_at(a, &out.free_velocity, dt);
+        out.actuator_force[a] = force;
         let [lower, upper] = actuator.force_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-        out.actuator_force[a] = match out.saturation[a] {
-            Saturation::Lower => lower,
-            Saturation::Upper => upper,
-            Saturation::Within => {
-                let joint = &model.joints[actuator.joint.index()];
-                let law = actuator_law(actuator, joint, actuator.control(input, a), state);
-                let force = law.at(out.free_velocity[joint.v_index], dt);
-                if force < lower || force > upper {
-                    out.saturation[a] = if force < lower { Saturation::Lower } else { Saturation::Upper };
-                    changed = true;
-                }
-                force
-            }
-        };
+        if out.saturation[a] == Saturation::Within && (force < lower || force > upper) {
+            out.saturation[a] = if force < lower { Saturation::Lower } else { Saturation::Upper };
+            changed = true;
+        }
     }
     changed
 }

@@ -25,6 +25,19 @@ impl NewtonEuler {
             force: zeros,
         }
     }
+
+    /// Angular acceleration of a body and the acceleration of its origin less gravity, world axes, rad/s² and m/s², of the
+    /// last motion given to [`inverse_dynamics_into`].
+    pub fn acceleration(&self, body: BodyId) -> (DVec3, DVec3) {
+        (self.angular_acceleration[body.index()], self.linear_acceleration[body.index()])
+    }
+
+    /// Moment about a body's origin and force, world axes, N·m and N, that the last motion given to
+    /// [`inverse_dynamics_into`] takes for the body with all that hangs on it. Less what acts from outside, this is how
+    /// its parent holds it. Zero for the world.
+    pub fn wrench(&self, body: BodyId) -> (DVec3, DVec3) {
+        (self.moment[body.index()], self.force[body.index()])
+    }
 }
 
 /// Inverse dynamics: the generalized force `τ = M v̇ + h` of a motion, with gravity, Coriolis, centrifugal and gyroscopic

@@ -29,9 +29,11 @@ mod free_rotation;
 mod inverse_dynamics;
 mod jacobian;
 mod kinematics;
+mod length;
 mod mass;
 mod math;
 pub mod model;
+mod sensors;
 mod state;
 
 pub use centroidal::{Centroidal, center_of_mass_jacobian_into, centroidal_momentum_matrix_into};
@@ -53,12 +55,15 @@ pub use jacobian::{
     point_rows_into, spin_rows_into,
 };
 pub use kinematics::{Kinematics, forward_kinematics_into};
+pub use length::{LengthRow, actuator_length_into, tendon_length_into};
 pub use mass::{Block, BlockDiagonal, MassError};
 pub use math::{Pose, rotation_exp, rotation_log};
 pub use model::{
-    Actuator, ActuatorKind, Body, BodyId, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair, Geometry,
-    Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder, ModelError, SpinResistance,
+    Actuator, ActuatorId, ActuatorKind, Body, BodyId, ContactFilter, Equality, EqualityKind, FrameId, Geom, GeomId,
+    GeomPair, Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder, ModelError, Sensor,
+    SensorKind, Site, SiteId, SpinResistance, Tendon, TendonId, Transmission,
 };
+pub use sensors::{MovingFrame, moving_frame, state_sensors_into};
 pub use state::{ContactPoint, Input, State, StateError};
 
 /// The vector library of the public interface, re-exported so that users have the same types.

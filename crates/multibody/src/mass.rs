@@ -242,6 +242,14 @@ impl BlockDiagonal {
         self.data[block.offset + (dof - block.start) * (block.size + 1)] += value;
     }
 
+    /// Adds to the entries at (row, column) and (column, row), which must be in one block and not on the diagonal.
+    pub(crate) fn add_off_diagonal(&mut self, row: usize, column: usize, value: f64) {
+        let block = self.blocks[self.block_of[row]];
+        let (i, j) = (row - block.start, column - block.start);
+        self.data[block.offset + i * block.size + j] += value;
+        self.data[block.offset + j * block.size + i] += value;
+    }
+
     /// A block and its entries.
     pub(crate) fn block_mut(&mut self, block: usize) -> (Block, &mut [f64]) {
         let block = self.blocks[block];

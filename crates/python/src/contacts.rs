@@ -179,10 +179,11 @@ impl Contacts {
     }
 }
 
-/// The joint limits in a step's problem: a snapshot whose arrays have one entry per limit.
+/// The limits of joints and tendons in a step's problem: a snapshot whose arrays have one entry per limit.
 #[pyclass(frozen, module = "signorini")]
 pub struct Limits {
     joint: Vec<i32>,
+    tendon: Vec<i32>,
     upper: Vec<bool>,
     gap: Vec<f64>,
     impulse: Vec<f64>,
@@ -192,20 +193,25 @@ pub struct Limits {
 impl Limits {
     /// No limits.
     pub fn none(timestep: f64) -> Self {
-        Self { joint: Vec::new(), upper: Vec::new(), gap: Vec::new(), impulse: Vec::new(), timestep }
+        let (joint, tendon, upper) = (Vec::new(), Vec::new(), Vec::new());
+        Self { joint, tendon, upper, gap: Vec::new(), impulse: Vec::new(), timestep }
     }
 
     /// Those of the last step of a workspace.
     pub fn of_step(workspace: &Workspace) -> Self {
-        let (problem, solution) = (workspace.problem(), workspace.solution());
+        let problem = workspace.problem();
         let mut limits = Self::none(problem.timestep);
         for i in workspace.contact_points().len()..problem.contact_count() {
-            if let Some(ContactSource::Limit { joint, upper }) = workspace.contact_source(i) {
-                limits.joint.push(joint.0 as i32);
-                limits.upper.push(upper);
-                limits.gap.push(problem.gap[i]);
-                limits.impulse.push(solution.lambda_n[i]);
-            }
+            let (joint, tendon, upper) = match workspace.contact_source(i) {
+                Some(ContactSource::Limit { joint, upper }) => (joint.0 as i32, -1, upper),
+                Some(ContactSource::TendonLimit { tendon, upper }) => (-1, tendon.0 as i32, upper),
+                Some(ContactSource::Point(_)) | None => continue,
+            };
+            limits.joint.push(joint);
+            limits.tendon.push(tendon);
+            limits.upper.push(upper);
+            limits.gap.push(problem.gap[i]);
+            limits.impulse.push(workspace.contact_impulse(i)[0]);
         }
         limits
     }
@@ -218,13 +224,19 @@ impl Limits {
     }
 
     fn __repr__(&self) -> String {
-        format!("<signorini.Limits {} joint limits>", self.joint.len())
+        format!("<signorini.Limits {} limits>", self.joint.len())
     }
 
-    /// Joints, (nlimit,).
+    /// Joints, (nlimit,); -1 where it is the limit of a tendon.
     #[getter]
     fn joint<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
         PyArray1::from_slice(py, &self.joint)
+    }
+
+    /// Tendons, (nlimit,); -1 where it is the limit of a joint.
+    #[getter]
+    fn tendon<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
+        PyArray1::from_slice(py, &self.tendon)
     }
 
     /// Whether it is the upper limit, (nlimit,).

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use signorini::multibody::{Input, Kinematics, Model, State, forward_kinematics_into};
 use signorini::recording::{Frame, RecordingError};
 use signorini::{
-    Settings, SimulationError, StepReport, Workspace, frame_into, last_frame_into, recording_header, step,
+    Settings, SimulationError, StepReport, Workspace, frame_into, last_frame_into, recording_header, sensors_into, step,
 };
 
 use crate::recording::Sink;
@@ -31,6 +31,8 @@ pub struct Core {
     pub report: StepReport,
     /// Whether the workspace holds a step of this run.
     pub stepped: bool,
+    /// Where the step in the workspace began, if it was only previewed; otherwise that is `other`.
+    previewed: Option<State>,
     /// Steps made.
     pub steps: u64,
     /// Steps that missed the tolerance.
@@ -67,6 +69,7 @@ impl Core {
             kinematics: Kinematics::new(&model),
             report: StepReport::default(),
             stepped: false,
+            previewed: None,
             steps: 0,
             missed_steps: 0,
             clipped_steps: 0,
@@ -106,11 +109,13 @@ impl Core {
         let Self { model, settings, workspace, state, other, input, .. } = self;
         self.report = step(model, state, input, settings, workspace, other).map_err(Stop::Simulation)?;
         self.stepped = true;
+        self.previewed = None;
         if let Some(sink) = &mut self.sink {
             frame_into(model, self.steps, state, workspace, &self.report, &mut self.frame);
             sink.push(&self.frame).map_err(Stop::Recording)?;
         }
         if !self.report.advanced() {
+            self.previewed = Some(state.clone());
             return Err(Stop::NoSolution);
         }
         std::mem::swap(state, other);
@@ -126,7 +131,18 @@ impl Core {
         let Self { model, settings, workspace, state, other, input, .. } = self;
         self.report = step(model, state, input, settings, workspace, other)?;
         self.stepped = true;
+        self.previewed = Some(state.clone());
         workspace.set_warm_start(&warm)
+    }
+
+    /// Numbers of all sensors at the beginning of the step in the workspace, `[sensor_size]`; zeros where there is none.
+    pub fn sensors(&mut self) -> Vec<f64> {
+        let mut numbers = vec![0.0; self.model.sensor_size];
+        if self.stepped {
+            let begin = self.previewed.as_ref().unwrap_or(&self.other);
+            sensors_into(&self.model, begin, &mut self.workspace, &mut numbers);
+        }
+        numbers
     }
 
     /// Forgets what came before the present state.

@@ -147,7 +147,14 @@ impl Data {
         Ok(if core.stepped { Contacts::of_step(&core.workspace) } else { Contacts::none(core.timestep()) })
     }
 
-    /// Joint limits in the last step's problem.
+    /// Numbers of all sensors, (nsensordata,): those of the state at the beginning of the last step, and the accelerations and
+    /// forces with which it went on; zeros before the first step.
+    #[getter]
+    fn sensordata<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        Ok(PyArray1::from_vec(py, self.core()?.sensors()))
+    }
+
+    /// Limits of joints and tendons in the last step's problem.
     #[getter]
     fn limit(&self) -> PyResult<Limits> {
         let core = self.core()?;

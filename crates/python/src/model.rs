@@ -6,7 +6,7 @@ use std::sync::Arc;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use signorini::multibody::{self as mb, BodyId};
-use signorini_formats::{FormatError, Imported, LoadOptions, load, load_mjcf_str, load_urdf_str};
+use signorini_formats::{FormatError, Imported, LoadOptions, load, load_mjcf_str, load_sdf_str, load_urdf_str};
 
 use crate::arrays::{self, Table, Vector};
 use crate::error::format_error;
@@ -62,9 +62,13 @@ pub struct Model {
 
 #[pymethods]
 impl Model {
-    /// `format`: "mjcf", "urdf" or "auto"; either `path` or `text` is given.
+    /// `format`: "mjcf", "urdf", "sdf" or "auto"; either `path` or `text` is given.
     #[new]
-    #[pyo3(signature = (*, path=None, text=None, format="auto", base_dir=PathBuf::new(), package_dirs=Vec::new(), floating_base=false))]
+    #[pyo3(signature = (
+        *, path=None, text=None, format="auto", base_dir=PathBuf::new(), package_dirs=Vec::new(), floating_base=false,
+        merge_fixed_joints=false, self_collision=true, srdf=None,
+    ))]
+    #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
         py: Python<'_>,
         path: Option<PathBuf>,
@@ -73,9 +77,11 @@ impl Model {
         base_dir: PathBuf,
         package_dirs: Vec<PathBuf>,
         floating_base: bool,
+        merge_fixed_joints: bool,
+        self_collision: bool,
+        srdf: Option<PathBuf>,
     ) -> PyResult<Self> {
-        let mut options = LoadOptions::default();
-        (options.package_dirs, options.floating_base) = (package_dirs, floating_base);
+        let options = LoadOptions { package_dirs, floating_base, merge_fixed_joints, self_collision, srdf };
         let imported = py.detach(|| match (path, text) {
             (Some(path), _) => load(path, &options),
             (None, text) => load_text(&text.unwrap_or_default(), format, &base_dir, &options),
@@ -146,6 +152,24 @@ impl Model {
     #[getter]
     fn ngeom(&self) -> usize {
         self.inner.geoms.len()
+    }
+
+    /// Number of tendons.
+    #[getter]
+    fn ntendon(&self) -> usize {
+        self.inner.tendons.len()
+    }
+
+    /// Number of sensors.
+    #[getter]
+    fn nsensor(&self) -> usize {
+        self.inner.sensors.len()
+    }
+
+    /// Number of entries of `sensordata`.
+    #[getter]
+    fn nsensordata(&self) -> usize {
+        self.inner.sensor_size
     }
 
     /// Number of keyframes.
@@ -245,6 +269,30 @@ impl Model {
         self.inner.actuators.iter().map(|a| a.name.as_str()).collect()
     }
 
+    /// Names of the tendons.
+    #[getter]
+    fn tendon_names(&self) -> Vec<&str> {
+        self.inner.tendons.iter().map(|t| t.name.as_str()).collect()
+    }
+
+    /// Names of the sensors.
+    #[getter]
+    fn sensor_names(&self) -> Vec<&str> {
+        self.inner.sensors.iter().map(|s| s.name.as_str()).collect()
+    }
+
+    /// Where every sensor's entries in `sensordata` begin, (nsensor,).
+    #[getter]
+    fn sensor_adr<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
+        PyArray1::from_iter(py, self.inner.sensors.iter().map(|s| s.address as i32))
+    }
+
+    /// Number of every sensor's entries in `sensordata`, (nsensor,).
+    #[getter]
+    fn sensor_dim<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
+        PyArray1::from_iter(py, self.inner.sensors.iter().map(|s| s.kind.size() as i32))
+    }
+
     /// Names of the keyframes.
     #[getter]
     fn keyframe_names(&self) -> Vec<&str> {
@@ -276,9 +324,11 @@ impl Model {
 fn load_text(text: &str, format: &str, base: &std::path::Path, options: &LoadOptions) -> Result<Imported, FormatError> {
     match format {
         "urdf" => load_urdf_str(text, base, options),
+        "sdf" => load_sdf_str(text, base, options),
         "mjcf" => load_mjcf_str(text, base),
         _ => match load_mjcf_str(text, base) {
             Err(FormatError::UnknownFormat { found, .. }) if found == "robot" => load_urdf_str(text, base, options),
+            Err(FormatError::UnknownFormat { found, .. }) if found == "sdf" => load_sdf_str(text, base, options),
             other => other,
         },
     }

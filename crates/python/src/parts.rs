@@ -1,7 +1,7 @@
 //! The parts of a model as named records.
 
 use pyo3::prelude::*;
-use signorini::multibody::{self as mb, BodyId, Geometry, JointKind};
+use signorini::multibody::{self as mb, BodyId, Geometry, JointKind, Transmission};
 
 use crate::report::name_of;
 
@@ -88,11 +88,15 @@ pub struct Actuator {
     id: usize,
     /// Name.
     name: String,
-    /// "motor", "position" or "velocity".
+    /// "motor", "position", "velocity", "speed" or "affine".
     r#type: String,
-    /// Index of the joint it drives.
-    joint: usize,
-    /// Factor from actuator force to joint force.
+    /// Index of the joint it drives; `None` if it drives something else.
+    joint: Option<usize>,
+    /// Index of the tendon it drives; `None` if it drives something else.
+    tendon: Option<usize>,
+    /// Index of the site it drives; `None` if it drives something else.
+    site: Option<usize>,
+    /// Factor from actuator force to the force on what it drives.
     gear: f64,
     /// Range of the control value; `None` without one.
     ctrlrange: Option<[f64; 2]>,
@@ -191,11 +195,19 @@ pub fn geom(geom: &mb::Geom, id: usize) -> Geom {
 }
 
 pub fn actuator(actuator: &mb::Actuator, id: usize) -> Actuator {
+    let (mut joint, mut tendon, mut site) = (None, None, None);
+    match actuator.transmission {
+        Transmission::Joint(driven) | Transmission::JointAxes { joint: driven, .. } => joint = Some(driven.index()),
+        Transmission::Tendon(driven) => tendon = Some(driven.index()),
+        Transmission::Site { site: driven, .. } => site = Some(driven.index()),
+    }
     Actuator {
         id,
         name: actuator.name.clone(),
         r#type: name_of(&actuator.kind),
-        joint: actuator.joint.index(),
+        joint,
+        tendon,
+        site,
         gear: actuator.gear,
         ctrlrange: actuator.control_range,
         forcerange: actuator.force_range,

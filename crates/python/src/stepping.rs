@@ -89,15 +89,19 @@ fn no_solution(core: &Core) -> PyErr {
 }
 
 fn describe(model: &mb::Model, source: ContactSource) -> String {
-    if let ContactSource::Point(p) = source {
-        let name = |g: GeomId| model.geoms[g.index()].name.as_str();
-        return format!("'{}' on '{}' (gap {:.1e} m)", name(p.geom_b), name(p.geom_a), p.gap);
+    let side = |upper| if upper { "upper" } else { "lower" };
+    match source {
+        ContactSource::Point(p) => {
+            let name = |g: GeomId| model.geoms[g.index()].name.as_str();
+            format!("'{}' on '{}' (gap {:.1e} m)", name(p.geom_b), name(p.geom_a), p.gap)
+        }
+        ContactSource::Limit { joint, upper } => {
+            format!("{} limit of '{}'", side(upper), model.joints[joint.index()].name)
+        }
+        ContactSource::TendonLimit { tendon, upper } => {
+            format!("{} limit of tendon '{}'", side(upper), model.tendons[tendon.index()].name)
+        }
     }
-    if let ContactSource::Limit { joint, upper } = source {
-        let side = if upper { "upper" } else { "lower" };
-        return format!("{side} limit of '{}'", model.joints[joint.index()].name);
-    }
-    format!("{source:?}")
 }
 
 /// Solves the step from the present state without making it.

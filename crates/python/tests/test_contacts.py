@@ -64,6 +64,41 @@ def test_limits_have_forces(pendulum):
     assert limit.gap == pytest.approx([0], abs=1e-12) and limit.impulse == pytest.approx([0.002 * torque])
 
 
+def test_limits_of_tendons_are_limits():
+    slides = "".join(f"<body name='{n}'><joint name='{n}' type='slide' axis='0 0 1'/><geom size='.1' mass='1'/></body>"
+                     for n in "ab")
+    rope = "<tendon><fixed name='rope' range='-.1 1'><joint joint='a' coef='1'/><joint joint='b' coef='2'/></fixed></tendon>"
+    drive = "<actuator><motor name='winch' tendon='rope' gear='3'/></actuator>"
+    model = mjcf(slides, rest="<contact><exclude body1='a' body2='b'/></contact>" + rope + drive)
+    data = signorini.Data(model)
+    signorini.step(model, data, nstep=200)
+    limit = data.limit
+    assert limit.joint.tolist() == [-1] and limit.tendon.tolist() == [0] and limit.upper.tolist() == [False]
+    # From rest on, the rope takes g (1 + 2) / (1 + 4) of force.
+    assert limit.force == pytest.approx([9.81 * 3 / 5], rel=1e-9)
+    assert (model.ntendon, model.tendon_names) == (1, ["rope"])
+    winch = model.actuator("winch")
+    assert (winch.joint, winch.tendon, winch.site, winch.gear) == (None, 0, None, 3.0)
+
+
+def test_sensors_show_the_beginning_of_the_step():
+    model = mjcf("<geom type='plane' size='1 1 1'/><body pos='0 0 .1'><joint name='up' type='slide' axis='0 0 1'/>"
+                 "<geom size='.1' mass='2'/><site name='s' size='.2'/></body>",
+                 rest="<sensor><jointpos name='height' joint='up'/><touch name='foot' site='s'/>"
+                      "<accelerometer name='imu' site='s'/></sensor>")
+    data = signorini.Data(model)
+    assert (model.nsensor, model.nsensordata, data.sensordata.tolist()) == (3, 5, [0.0] * 5)
+    signorini.step(model, data, nstep=2)
+    weight = [0, 2 * 9.81, 0, 0, 9.81]
+    assert data.sensordata == pytest.approx(weight, abs=1e-9) and data.sensor("imu") == pytest.approx(weight[2:], abs=1e-9)
+    assert model.sensor_names == ["height", "foot", "imu"]
+    data.qpos[0] = 0.5
+    signorini.forward(model, data)
+    assert data.sensor("height").tolist() == [0.5] and data.sensor(1) == pytest.approx([0])
+    signorini.step(model, data)
+    assert data.sensor("height").tolist() == [0.5] and data.qpos[0] < 0.5
+
+
 def test_forward_shows_the_step_and_leaves_the_state(cards):
     data, other = signorini.Data(cards), signorini.Data(cards)
     for d in (data, other):

@@ -16,6 +16,13 @@ URDF = """<robot name="arm">
   <joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 0 1"/></joint>
 </robot>"""
 
+SDF = """<sdf version="1.7"><model name="arm">
+  <link name="base"/>
+  <link name="upper"><inertial><mass>1</mass></inertial></link>
+  <joint name="fixed" type="fixed"><parent>world</parent><child>base</child></joint>
+  <joint name="shoulder" type="continuous"><parent>base</parent><child>upper</child><axis><xyz>0 0 1</xyz></axis></joint>
+</model></sdf>"""
+
 
 def test_formats_are_told_apart(tmp_path):
     assert signorini.Model.from_string(URDF).joint_names == ["shoulder"]
@@ -26,6 +33,23 @@ def test_formats_are_told_apart(tmp_path):
     assert (fixed.nv, floating.nv) == (1, 7)
     with pytest.raises(signorini.ModelError, match="<mujoco>"):
         signorini.Model.from_mjcf("<world/>")
+    path = tmp_path / "arm.sdf"
+    path.write_text(SDF)
+    for model in (signorini.Model.from_string(SDF), signorini.Model.from_sdf(SDF), signorini.Model.from_sdf(path)):
+        assert (model.name, model.joint_names, model.nv) == ("arm", ["shoulder"], 1)
+
+
+def test_urdf_options(tmp_path):
+    hand = ('<link name="hand"/><joint name="wrist" type="fixed"><parent link="upper"/><child link="hand"/></joint>'
+            '<transmission name="t"><type>x</type><joint name="shoulder"/><actuator name="m"/></transmission></robot>')
+    text = URDF.replace("</robot>", hand)
+    plain, merged = (signorini.Model.from_urdf(text, merge_fixed_joints=merge) for merge in (False, True))
+    assert ("hand" in plain.body_names, "hand" in merged.body_names) == (True, False)
+    assert plain.actuator("shoulder").joint == 0
+    srdf = tmp_path / "arm.srdf"
+    srdf.write_text("<robot name='arm'><disable_collisions link1='base' link2='upper'/></robot>")
+    model = signorini.Model.from_urdf(text, srdf=srdf, self_collision=False)
+    assert pickle.loads(pickle.dumps(model)) == model and model != plain
 
 
 def test_sizes_and_parts(pendulum):
@@ -53,14 +77,14 @@ def test_an_unknown_name_lists_the_names_that_exist_the_closest_first():
 
 def test_what_changes_the_motion_is_a_warning_at_its_line(tmp_path):
     path = tmp_path / "soft.xml"
-    path.write_text("<mujoco>\n<worldbody>\n<geom size='1' solref='.01 1'/>\n<site/>\n</worldbody>\n</mujoco>")
+    path.write_text("<mujoco>\n<worldbody>\n<geom size='1' solref='.01 1'/>\n<camera/>\n</worldbody>\n</mujoco>")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         model = signorini.Model.from_file(path)
     [warning] = caught
     assert (warning.category, warning.lineno, warning.filename) == (signorini.ModelWarning, 3, str(path))
     assert isinstance(warning.message, signorini.ModelWarning) and warning.message.element == "geom"
-    assert [(w.element, w.changes_motion) for w in model.import_report] == [("geom", True), ("site", False)]
+    assert [(w.element, w.changes_motion) for w in model.import_report] == [("geom", True), ("camera", False)]
 
 
 def test_errors_carry_file_and_line(tmp_path):

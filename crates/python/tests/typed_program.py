@@ -30,6 +30,8 @@ def models() -> Model:
     joint: signorini.Joint = model.joint("hinge")
     geom: signorini.Geom = model.geom("skin")
     actuator: signorini.Actuator = model.actuator(0)
+    driven: Optional[int] = actuator.joint if actuator.tendon is None and actuator.site is None else None
+    assert driven == 0 and model.nsensor == len(model.sensor_names) == 0
     keyframe: signorini.Keyframe = model.keyframe("home")
     numbers: Tuple[float, float, float, float] = (body.mass, joint.damping, geom.friction, actuator.gear + keyframe.time)
     report: list[signorini.ImportWarning] = model.import_report
@@ -59,6 +61,8 @@ def stepping(model: Model) -> Data:
     position: NDArray[np.float64] = arm.xpos
     contacts: signorini.Contacts = data.contact
     limits: signorini.Limits = data.limit
+    sensors: NDArray[np.float64] = data.sensordata
+    assert sensors.shape == (model.nsensordata,) and limits.tendon.size == 0
     report: signorini.StepReport = data.report
     certificate: signorini.Certificate = data.certificate
     assert len(contacts) == 4 and (contacts.mode == ContactMode.STICKING).all() and len(limits) == 0

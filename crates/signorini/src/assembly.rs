@@ -67,7 +67,7 @@ impl Assembler {
                 equality_block_into(model, &self.kinematics, q, &equality.kind, k, &mut self.block);
                 largest = largest.max(self.block.size());
                 let Self { block, rows, violation, tolerance, .. } = self;
-                push_rows(block, *tolerance, |columns, theta| {
+                push_rows(block, *tolerance, |_, columns, theta| {
                     rows.push(columns);
                     violation.push(theta);
                 });

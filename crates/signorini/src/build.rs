@@ -1,15 +1,16 @@
-//! Contact points, joint limits, constraints and further friction become a contact problem.
+//! Contact points, limits, constraints and further friction become a contact problem.
 
 mod limits;
 pub(crate) mod mechanism;
 mod surfaces;
 
 use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon};
-use signorini_multibody::{ContactPoint, EqualityBlock, FreeMotion, Input, Kinematics, Model, SparseRows, State};
+use signorini_multibody::{
+    ContactPoint, EqualityBlock, FreeMotion, Input, Kinematics, LengthRow, Model, SparseRows, State,
+};
 
 use crate::settings::{RestitutionLaw, Settings};
 use crate::warm::{ContactKey, GroupKey, group_key};
-use limits::{Limit, limits};
 use surfaces::SurfaceFeatures;
 
 /// What a friction group of a step's problem comes from.
@@ -44,6 +45,15 @@ pub enum FrictionSource {
     },
 }
 
+/// What a bilateral row of a step's problem comes from: a row of a block of an equality constraint
+/// ([`equality_block_into`](signorini_multibody::equality_block_into)).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct BilateralSource {
+    pub equality: usize,
+    pub block: usize,
+    pub axis: usize,
+}
+
 /// A contact that closes with more than the velocity that gravity gives in a step, and restores some of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Impact {
@@ -56,7 +66,7 @@ pub(crate) struct Impact {
 #[derive(Clone, Debug)]
 pub(crate) struct ProblemBuilder {
     pub problem: ContactProblem,
-    /// Frames of the contact points, in order; joint limits come after them and have none.
+    /// Frames of the contact points, in order; limits come after them and have none.
     pub frames: Vec<ContactFrame>,
     /// Identity of every contact of the problem, ascending.
     pub keys: Vec<ContactKey>,
@@ -64,8 +74,8 @@ pub(crate) struct ProblemBuilder {
     pub group_keys: Vec<GroupKey>,
     /// Where each friction group comes from.
     pub friction_source: Vec<FrictionSource>,
-    /// The equality constraint of each bilateral row.
-    pub bilateral_source: Vec<usize>,
+    /// Where each bilateral row comes from.
+    pub bilateral_source: Vec<BilateralSource>,
     /// The contacts that restore velocity.
     pub impacts: Vec<Impact>,
     /// Largest |Θ| of the equality constraints at the beginning of the step, m or rad.
@@ -73,6 +83,7 @@ pub(crate) struct ProblemBuilder {
     pub polygon: FrictionPolygon,
     rows: SparseRows,
     block: EqualityBlock,
+    length: LengthRow,
     frictionless: FrictionPolygon,
     features: SurfaceFeatures,
     stabilization: f64,
@@ -94,6 +105,7 @@ impl ProblemBuilder {
             polygon,
             rows: SparseRows::new(model),
             block: EqualityBlock::new(model),
+            length: LengthRow::new(model),
             frictionless: FrictionPolygon::frictionless(),
             features: SurfaceFeatures::of(model),
             stabilization: settings.stabilization,
@@ -134,7 +146,7 @@ impl ProblemBuilder {
         self.push_limits(model, state);
         self.push_equalities(model, kinematics, &state.q);
         self.push_joint_friction(model);
-        self.push_servos(model, input);
+        self.push_servos(model, kinematics, &state.q, input);
         self.group_keys.clear();
         self.group_keys.extend(self.friction_source.iter().map(|&source| group_key(source, &self.keys)));
     }
@@ -162,37 +174,6 @@ impl ProblemBuilder {
                 self.impacts.push(Impact { contact, restitution });
             }
         }
-    }
-
-    /// Joint limits that the step cannot reach are left out by the same margin as contact points; see
-    /// [`add_crossed_limits`](Self::add_crossed_limits).
-    fn push_limits(&mut self, model: &Model, state: &State) {
-        let dt = self.problem.timestep;
-        let v_free = std::mem::take(&mut self.problem.free_velocity);
-        for limit in limits(model, state, &v_free) {
-            let reach = 4.0 * dt * limit.rate(&state.v).abs().max(limit.rate(&v_free).abs());
-            if limit.gap <= reach {
-                self.push_limit(&limit);
-            }
-        }
-        self.problem.free_velocity = v_free;
-    }
-
-    /// Adds the limits that `v` would cross in this step although they are not in the problem; whether there were any.
-    pub fn add_crossed_limits(&mut self, model: &Model, state: &State, v: &[f64]) -> bool {
-        let dt = self.problem.timestep;
-        let before = self.keys.len();
-        for limit in limits(model, state, v) {
-            if limit.gap + dt * limit.rate(v) < 0.0 && !self.keys.contains(&limit.key) {
-                self.push_limit(&limit);
-            }
-        }
-        self.keys.len() > before
-    }
-
-    fn push_limit(&mut self, limit: &Limit) {
-        self.problem.push_contact(limit.columns(), stabilized(limit.gap, self.stabilization), 0.0, &self.frictionless);
-        self.keys.push(limit.key);
     }
 
     /// Takes negative gaps as zero; whether there were any.

@@ -8,6 +8,7 @@ use signorini_multibody::{
     potential_energy,
 };
 
+use crate::sensors::sensors_into;
 use crate::solver::CertifiedLaw;
 use crate::step::{StepReport, Workspace, step};
 use crate::{Settings, SimulationError, Snapshot};
@@ -63,6 +64,7 @@ pub struct Simulation {
     assembled: bool,
     /// Content hash of the model, once it was asked for.
     model_hash: OnceLock<u64>,
+    sensors: Vec<f64>,
 }
 
 impl Simulation {
@@ -76,6 +78,7 @@ impl Simulation {
         let state = State::new(&model);
         let next = state.clone();
         let (input, report, summary) = (Input::default(), StepReport::default(), Summary::default());
+        let sensors = vec![0.0; model.sensor_size];
         Ok(Self {
             model,
             settings,
@@ -87,6 +90,7 @@ impl Simulation {
             summary,
             assembled: false,
             model_hash: OnceLock::new(),
+            sensors,
         })
     }
 
@@ -233,6 +237,16 @@ impl Simulation {
             self.summary.add(&self.report, &self.workspace);
         }
         Ok(&self.report)
+    }
+
+    /// Numbers of all sensors at the beginning of the last step, in the order of the model's sensors: its state, and the
+    /// accelerations and forces with which it went on; see [`sensors_into`]. Before the first step they are zero.
+    pub fn sensors(&mut self) -> &[f64] {
+        if self.summary.steps > 0 {
+            // After a step `next` holds the state it was made from.
+            sensors_into(&self.model, &self.next, &mut self.workspace, &mut self.sensors);
+        }
+        &self.sensors
     }
 
     /// Steps until `duration` (s) has passed. `observe` is called after each step with the simulation, whose

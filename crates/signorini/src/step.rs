@@ -6,8 +6,8 @@ use signorini_contact::{
     SolveReport, SolveStatus,
 };
 use signorini_multibody::{
-    BlockDiagonal, ContactPoint, FreeMotion, Input, JointId, Kinematics, Model, State, forward_kinematics_into,
-    free_motion_into, integrate_into,
+    BlockDiagonal, ContactPoint, FreeMotion, Input, JointId, Kinematics, Model, State, TendonId,
+    forward_kinematics_into, free_motion_into, integrate_into,
 };
 
 use crate::SimulationError;
@@ -17,6 +17,7 @@ use crate::inverse::DrivenVelocity;
 use crate::reach::BodyReach;
 use crate::rest::FixedPoint;
 use crate::restitution::decompression as decompression_problem;
+use crate::sensors::SensorWork;
 use crate::settings::{InfeasiblePolicy, RestitutionLaw, Settings};
 use crate::solver::{CertifiedLaw, StepSolver, Verdict};
 use crate::warm::{WarmCache, limit_of};
@@ -79,6 +80,13 @@ pub enum ContactSource {
         /// Whether it is the upper limit.
         upper: bool,
     },
+    /// A limit of a tendon.
+    TendonLimit {
+        /// The tendon.
+        tendon: TendonId,
+        /// Whether it is the upper limit.
+        upper: bool,
+    },
 }
 
 /// Everything a step needs besides model and state; made once, so that a step allocates nothing.
@@ -89,7 +97,8 @@ pub struct Workspace {
     pub(crate) builder: ProblemBuilder,
     pub(crate) assembler: Assembler,
     pub(crate) decompression: Decompression,
-    smooth: FreeMotion,
+    pub(crate) smooth: FreeMotion,
+    pub(crate) sensors: SensorWork,
     collider: Collider,
     reach: BodyReach,
     pub(crate) solver: StepSolver,
@@ -127,6 +136,7 @@ impl Workspace {
             builder: ProblemBuilder::new(model, problem, polygon, settings),
             assembler: Assembler::new(model, settings.assembly_tolerance),
             smooth: FreeMotion::new(model),
+            sensors: SensorWork::new(model),
             collider: Collider::new(model)?,
             reach: BodyReach::default(),
             solver: StepSolver::new(settings)?,
@@ -145,7 +155,8 @@ impl Workspace {
         &self.builder.frames
     }
 
-    /// The contact problem of the last step: first the contact points in their order, then joint limits.
+    /// The contact problem of the last step: first the contact points in their order, then limits of
+    /// joints and tendons.
     pub fn problem(&self) -> &ContactProblem {
         &self.builder.problem
     }
@@ -155,8 +166,7 @@ impl Workspace {
         if let Some(point) = self.points.get(i) {
             return Some(ContactSource::Point(*point));
         }
-        let (joint, upper) = limit_of(self.builder.keys.get(i)?);
-        Some(ContactSource::Limit { joint, upper })
+        self.builder.keys.get(i).map(limit_of)
     }
 
     /// What friction group `j` of the [problem](Self::problem) comes from.
@@ -166,7 +176,7 @@ impl Workspace {
 
     /// The index of the equality constraint that bilateral row `k` of the [problem](Self::problem) belongs to.
     pub fn bilateral_source(&self, k: usize) -> Option<usize> {
-        self.builder.bilateral_source.get(k).copied()
+        self.builder.bilateral_source.get(k).map(|source| source.equality)
     }
 
     /// Problem and solution of the decompression, where the last step had one (Poisson's law of restitution): the
@@ -209,6 +219,26 @@ impl Workspace {
             sum[0] += restored + solution.lambda_n[i];
         }
         sum
+    }
+
+    /// The impulse of friction group `j` over the whole last step: both phases of an impact.
+    pub(crate) fn group_impulse(&self, j: usize) -> [f64; 2] {
+        let [mut first, mut second] = self.solution.group_impulse[j];
+        let of_contacts = &self.builder.problem.friction_groups.bound;
+        let bounded = of_contacts.iter().take_while(|bound| bound.normal().is_some()).count();
+        // The groups of the decompression are the tangents of contacts and then those groups that contacts bound, in their order.
+        if let Some((problem, solution)) = self.decompression()
+            && j < bounded
+        {
+            let [x, y] = solution.group_impulse[problem.friction_groups.len() - bounded + j];
+            (first, second) = (first + x, second + y);
+        }
+        [first, second]
+    }
+
+    /// The impulse of bilateral row `k` over the whole last step: both phases of an impact.
+    pub(crate) fn bilateral_impulse(&self, k: usize) -> f64 {
+        self.solution.bilateral[k] + self.decompression().map_or(0.0, |(_, solution)| solution.bilateral[k])
     }
 
     /// The last solution in the form that the next step starts from, as plain numbers: stored with `(t, q, v)` and given
@@ -390,8 +420,7 @@ impl Workspace {
         basis.factor(&problem.bilateral_jacobian, &problem.mass_factor, problem.nv());
         let rows = basis.contradiction(&rates, CONTRADICTION * problem.velocity_scale());
         // Driven degrees of freedom come after the constraints and have no source.
-        let mut constraints: Vec<usize> =
-            rows.iter().filter_map(|&k| self.builder.bilateral_source.get(k).copied()).collect();
+        let mut constraints: Vec<usize> = rows.iter().filter_map(|&k| self.bilateral_source(k)).collect();
         constraints.dedup();
         if constraints.is_empty() {
             return Ok(());

@@ -1,15 +1,20 @@
 //! Carrying a solution from one step's contacts to the next's, by feature.
 
 use signorini_contact::{ContactSolution, WarmStart};
-use signorini_multibody::{ContactPoint, JointId};
+use signorini_multibody::{ContactPoint, JointId, TendonId};
 
 use crate::build::FrictionSource;
+use crate::step::ContactSource;
 
-/// What identifies a contact from step to step: its geoms and feature, or a joint's limit.
+/// What identifies a contact from step to step: its geoms and feature, or a limit of a joint or tendon.
 pub(crate) type ContactKey = [u32; 3];
 
-/// Marks the keys of joint limits; no geom has this index.
-const LIMIT: u32 = u32::MAX;
+/// Mark the keys of limits of joints and of tendons; no geom has such an index.
+const JOINT_LIMIT: u32 = u32::MAX - 1;
+const TENDON_LIMIT: u32 = u32::MAX;
+
+/// Marks the keys of friction groups that belong to no contact.
+const MECHANISM: u32 = u32::MAX;
 
 /// The key of a contact point.
 pub(crate) fn point_key(point: &ContactPoint) -> ContactKey {
@@ -17,13 +22,22 @@ pub(crate) fn point_key(point: &ContactPoint) -> ContactKey {
 }
 
 /// The key of the lower (`side` 0) or upper (1) limit of joint `joint`.
-pub(crate) fn limit_key(joint: usize, side: u32) -> ContactKey {
-    [LIMIT, joint as u32, side]
+pub(crate) fn joint_limit_key(joint: usize, side: u32) -> ContactKey {
+    [JOINT_LIMIT, joint as u32, side]
 }
 
-/// The joint and side (whether upper) of a limit's key.
-pub(crate) fn limit_of(key: &ContactKey) -> (JointId, bool) {
-    (JointId(key[1]), key[2] == 1)
+/// The key of the lower (`side` 0) or upper (1) limit of tendon `tendon`.
+pub(crate) fn tendon_limit_key(tendon: usize, side: u32) -> ContactKey {
+    [TENDON_LIMIT, tendon as u32, side]
+}
+
+/// What a limit's key stands for.
+pub(crate) fn limit_of(key: &ContactKey) -> ContactSource {
+    let upper = key[2] == 1;
+    match key[0] {
+        TENDON_LIMIT => ContactSource::TendonLimit { tendon: TendonId(key[1]), upper },
+        _ => ContactSource::Limit { joint: JointId(key[1]), upper },
+    }
 }
 
 /// What identifies a friction group from step to step: the contact it belongs to and its kind, or its place in the mechanism.
@@ -39,8 +53,8 @@ pub(crate) fn group_key(source: FrictionSource, contacts: &[ContactKey]) -> Grou
         FrictionSource::Belt { contact } => of_contact(contact, 0),
         FrictionSource::Spinning { contact } => of_contact(contact, 1),
         FrictionSource::Rolling { contact } => of_contact(contact, 2),
-        FrictionSource::Joint { dof, .. } => [LIMIT, 0, dof as u32, 0],
-        FrictionSource::Servo { actuator } => [LIMIT, 1, actuator as u32, 0],
+        FrictionSource::Joint { dof, .. } => [MECHANISM, 0, dof as u32, 0],
+        FrictionSource::Servo { actuator } => [MECHANISM, 1, actuator as u32, 0],
     }
 }
 
@@ -108,7 +122,7 @@ fn write_keys<const N: usize>(keys: &[[u32; N]], numbers: &mut Vec<f64>) {
     numbers.extend(keys.iter().flatten().map(|&k| f64::from(k)));
 }
 
-/// The keys at the front of some numbers, if they are ascending ones, and what follows them.
+/// The keys at the front of some numbers, if there are some, and what follows them.
 fn read_keys<const N: usize>(numbers: &[f64]) -> Option<(Vec<[u32; N]>, &[f64])> {
     let (&count, rest) = numbers.split_first()?;
     let is_key = |x: f64| x >= 0.0 && x <= f64::from(u32::MAX) && x.fract() == 0.0;
@@ -120,10 +134,11 @@ fn read_keys<const N: usize>(numbers: &[f64]) -> Option<(Vec<[u32; N]>, &[f64])>
         return None;
     }
     let keys: Vec<[u32; N]> = keys.as_chunks::<N>().0.iter().map(|key| key.map(|k| k as u32)).collect();
-    keys.is_sorted().then_some((keys, rest))
+    Some((keys, rest))
 }
 
-/// Calls `visit` for every key with its place among the earlier ones, if it was there. Both ascending.
+/// Calls `visit` for every key with its place among the earlier ones, if it was there. Both ascending; limits that a solve
+/// showed to be crossed come last, and may be missed.
 fn match_keys<K: Ord>(earlier: &[K], keys: &[K], mut visit: impl FnMut(Option<usize>)) {
     let mut next = 0;
     for key in keys {

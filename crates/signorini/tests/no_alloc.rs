@@ -64,6 +64,23 @@ fn allocations_with(scene: &str, settings: Settings) -> usize {
     allocations(|| steps(200))
 }
 
+/// With tendons, actuators and sensors; reading the sensors allocates nothing either.
+#[test]
+fn sensors_and_tendons() {
+    let path = format!("{}/testdata/resting.xml", env!("CARGO_MANIFEST_DIR"));
+    let model = signorini_formats::load(path, &Default::default()).unwrap().model;
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    simulation.input.control = vec![0.2, -0.1];
+    let mut steps = |n: usize| {
+        for _ in 0..n {
+            assert!(simulation.step().unwrap().advanced());
+            assert!(simulation.sensors().iter().all(|x| x.is_finite()));
+        }
+    };
+    steps(1000); // The lever has fallen on the floor.
+    assert_eq!(allocations(|| steps(200)), 0);
+}
+
 #[test]
 fn the_counter_counts() {
     assert!(allocations(|| drop(vec![0_u8; 100])) > 0);

@@ -60,6 +60,13 @@ pub enum Place {
         /// `lower` or `upper`.
         limit: &'static str,
     },
+    /// A tendon's limit.
+    TendonLimit {
+        /// The tendon.
+        tendon: String,
+        /// `lower` or `upper`.
+        limit: &'static str,
+    },
 }
 
 impl Contradiction {
@@ -101,6 +108,13 @@ fn involved(simulation: &Simulation, i: usize) -> Option<Involved> {
             let q = joint_position(joint, &simulation.state().q);
             let (gap, limit) = if upper { (high - q, "upper") } else { (q - low, "lower") };
             (gap, Place::Limit { joint: joint.name.clone(), limit })
+        }
+        ContactSource::TendonLimit { tendon, upper } => {
+            let tendon = &model.tendons[tendon.index()];
+            let [low, high] = tendon.limits?;
+            let length = tendon.length(model, &simulation.state().q);
+            let (gap, limit) = if upper { (high - length, "upper") } else { (length - low, "lower") };
+            (gap, Place::TendonLimit { tendon: tendon.name.clone(), limit })
         }
     };
     let friction_rows = [i, i + 1].map(|k| layout.tangential + problem.direction_offsets[k]);

@@ -1,7 +1,7 @@
 //! What a model is made of.
 
 use serde::Serialize;
-use signorini::multibody::{ActuatorKind, BodyId, Geom, Geometry, Joint, JointKind, Model};
+use signorini::multibody::{ActuatorKind, BodyId, Geom, Geometry, Joint, JointKind, Model, Transmission};
 
 use super::{ImportWarning, import_warnings};
 use crate::loading::Loaded;
@@ -87,10 +87,10 @@ pub struct GeomLine {
 pub struct ActuatorLine {
     /// Name.
     pub name: String,
-    /// `motor`, `position` or `velocity`.
+    /// `motor`, `position`, `velocity` or `general`.
     pub kind: &'static str,
-    /// Joint.
-    pub joint: String,
+    /// What it acts on: sort and name.
+    pub target: String,
 }
 
 impl Inspection {
@@ -108,8 +108,15 @@ impl Inspection {
                 ActuatorKind::Position { .. } => "position",
                 ActuatorKind::Velocity { .. } => "velocity",
                 ActuatorKind::Speed => "speed",
+                ActuatorKind::Affine { .. } => "general",
             },
-            joint: model.joints[actuator.joint.index()].name.clone(),
+            target: match actuator.transmission {
+                Transmission::Joint(joint) | Transmission::JointAxes { joint, .. } => {
+                    format!("joint {}", model.joints[joint.index()].name)
+                }
+                Transmission::Tendon(tendon) => format!("tendon {}", model.tendons[tendon.index()].name),
+                Transmission::Site { site, .. } => format!("site {}", model.sites[site.index()].name),
+            },
         });
         Self {
             model: model.name.clone(),

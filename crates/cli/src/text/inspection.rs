@@ -23,7 +23,7 @@ pub fn inspection(result: &Inspection) -> String {
     out.push_str("tree\n");
     result.tree().into_iter().for_each(|body| tree_lines(body, &mut out));
     for actuator in &result.actuators {
-        let _ = writeln!(out, "actuator     {}: {} on joint {}", actuator.name, actuator.kind, actuator.joint);
+        let _ = writeln!(out, "actuator     {}: {} on {}", actuator.name, actuator.kind, actuator.target);
     }
     if !result.keyframes.is_empty() {
         let _ = writeln!(out, "keyframes    {}", result.keyframes.join(", "));

@@ -109,6 +109,9 @@ fn involved(contact: &Involved) -> String {
         Place::Limit { joint, limit } => {
             format!("contact {}: {limit} limit of joint '{joint}', gap {gap}, {rows}", contact.contact)
         }
+        Place::TendonLimit { tendon, limit } => {
+            format!("contact {}: {limit} limit of tendon '{tendon}', gap {gap}, {rows}", contact.contact)
+        }
     }
 }
 

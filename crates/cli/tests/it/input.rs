@@ -12,7 +12,7 @@ fn bad_models_are_refused_with_file_and_line() {
     folder.write("negative.xml", &BALL.replace("mass=\"2\"", "mass=\"-2\""));
     folder.write("nan.xml", &BALL.replace("pos=\"0 0 5\"", "pos=\"0 0 nan\""));
     folder.write("joint.xml", &BALL.replace("<keyframe>", "<actuator><motor joint=\"knee\"/></actuator><keyframe>"));
-    folder.write("sdf.xml", "<sdf version=\"1.9\"/>");
+    folder.write("page.xml", "<html version=\"1.9\"/>");
     for command in ["simulate", "inspect"] {
         let run = |file: &str| folder.run(&[command, file]).exits(1);
         run("missing.xml").complains(&["missing.xml", "No such file"]);
@@ -20,7 +20,7 @@ fn bad_models_are_refused_with_file_and_line() {
         run("negative.xml").complains(&["negative.xml:4", "mass"]);
         run("nan.xml").complains(&["nan.xml:4", "pos"]);
         run("joint.xml").complains(&["joint.xml:6", "'knee'"]);
-        run("sdf.xml").complains(&["sdf.xml:1", "<sdf>", "<mujoco>"]);
+        run("page.xml").complains(&["page.xml:1", "<html>", "<mujoco>"]);
     }
     let failed = folder.run(&["simulate", "open.xml", "--json"]).exits(1);
     assert!(failed.json()["error"].as_str().expect("an error").contains("open.xml:4"));

@@ -18,7 +18,7 @@ const ARM: &str = r#"<mujoco model="arm">
   </worldbody>
   <actuator><motor name="biceps" joint="elbow"/></actuator>
   <tendon>
-    <fixed name="string"/>
+    <spatial name="string"/>
   </tendon>
   <keyframe><key name="bent" qpos="1 0 0 0  -1  1 0 0.1 1 0 0 0"/></keyframe>
 </mujoco>"#;
@@ -32,7 +32,7 @@ fn json_lists_the_parts() {
     assert_eq!(arm["nv"], 3 + 1 + 6);
     assert_eq!(number(&arm, "/mass"), 3.75);
     assert_eq!(arm["keyframes"][0], "bent");
-    assert_eq!(arm["actuators"][0]["joint"], "elbow");
+    assert_eq!(arm["actuators"][0]["target"], "joint elbow");
     let lower = arm["bodies"].as_array().expect("bodies").iter().find(|b| b["name"] == "lower").expect("lower");
     assert_eq!(lower["parent"], "upper");
     assert_eq!(lower["depth"], 2);

@@ -1,5 +1,6 @@
 //! Meshes from files and from numbers in a model, and what they weigh.
 
+mod dae;
 mod hull;
 mod msh;
 mod obj;
@@ -11,6 +12,7 @@ pub(crate) use volume::{Orientation, shell, solid};
 
 use std::path::Path;
 
+use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
 
 /// Mesh files larger than this are refused.
@@ -25,6 +27,8 @@ pub enum MeshFormat {
     Obj,
     /// MuJoCo's binary format.
     Msh,
+    /// COLLADA: the geometry of its scene, in metres and with z up.
+    Dae,
 }
 
 impl MeshFormat {
@@ -34,13 +38,14 @@ impl MeshFormat {
             "stl" => Some(Self::Stl),
             "obj" => Some(Self::Obj),
             "msh" => Some(Self::Msh),
+            "dae" => Some(Self::Dae),
             _ => None,
         }
     }
 }
 
 /// Reads triangles from the bytes of a mesh file. Vertices at the same place are one vertex; triangles without area
-/// stay. Lengths are as in the file.
+/// stay. Lengths are as in the file (COLLADA: in metres).
 ///
 /// # Errors
 /// What is wrong, in words.
@@ -49,6 +54,7 @@ pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, String> {
         MeshFormat::Stl => stl::read(bytes)?,
         MeshFormat::Obj => obj::read(bytes)?,
         MeshFormat::Msh => msh::read(bytes)?,
+        MeshFormat::Dae => dae::read(bytes)?,
     };
     if mesh.vertices.len() < 3 {
         return Err(format!("holds {} vertices, a mesh needs at least 3", mesh.vertices.len()));
@@ -63,8 +69,17 @@ pub(crate) fn is_supported(path: &Path) -> bool {
 
 /// Reads a mesh file; its extension says which format it is.
 pub(crate) fn load(path: &Path) -> Result<Mesh, String> {
-    let format = MeshFormat::of(path).ok_or("unknown mesh format: convert it to STL or OBJ")?;
+    let format = MeshFormat::of(path).ok_or("unknown mesh format: convert it to STL, OBJ or COLLADA")?;
     read_mesh(&read_file(path, MAX_BYTES)?, format)
+}
+
+/// The mesh with its coordinates multiplied; a mirrored one keeps its faces looking outwards.
+pub(crate) fn scaled(mut mesh: Mesh, scale: DVec3) -> Mesh {
+    mesh.vertices.iter_mut().for_each(|p| *p *= scale);
+    if scale.x * scale.y * scale.z < 0.0 {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    mesh
 }
 
 /// All bytes of a regular file of at most `limit` bytes.

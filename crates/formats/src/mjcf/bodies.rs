@@ -78,6 +78,8 @@ fn read_body<'t>(
     let placement = scope.frame * importer.compiler.pose(&attributes)?;
     let placement = Pose::new(placement.position, placement.rotation.normalize());
     let id = importer.parts.add_body(element, scope.name(element), parent, placement)?;
+    let compensation = attributes.number_or("gravcomp", 0.0)?;
+    importer.parts.set_gravity_compensation(id, compensation)?;
     let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
     let inner = Scope { frame: Pose::IDENTITY, class, suffix: scope.suffix };
     let inertial = element.child("inertial");
@@ -96,7 +98,7 @@ fn read_body<'t>(
     Ok(children)
 }
 
-/// Joints and geoms of a body, with what `<frame>` and `<replicate>` hold; gives back its child bodies.
+/// Joints, geoms and sites of a body, with what `<frame>` and `<replicate>` hold; gives back its child bodies.
 fn read_contents<'t>(
     importer: &mut Importer<'t>,
     container: Element<'t>,
@@ -111,6 +113,7 @@ fn read_contents<'t>(
             "body" => bodies.push(Pending { element, parent: body.id, parent_pose: body.pose, scope }),
             "joint" | "freejoint" => super::joints::read(importer, element, &scope, body)?,
             "geom" => super::geoms::read(importer, element, &scope, body)?,
+            "site" => super::sites::read(importer, element, &scope, body.id)?,
             "frame" => {
                 let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
                 let frame = scope.frame * importer.compiler.pose(&element.attributes())?;

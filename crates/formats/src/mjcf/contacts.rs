@@ -1,5 +1,7 @@
 //! `<contact>`: pairs with a friction of their own, and pairs of bodies that never touch.
 
+use std::collections::HashSet;
+
 use signorini_multibody::{BodyId, GeomId, GeomPair};
 
 use super::Importer;
@@ -19,6 +21,12 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
         }
     }
     Ok(())
+}
+
+/// The names in all pairs.
+pub(super) fn paired_geoms<'t>(root: Element<'t>) -> HashSet<&'t str> {
+    let pairs = root.children_named("contact").flat_map(|c| c.children_named("pair"));
+    pairs.flat_map(|p| ["geom1", "geom2"].map(|end| p.attributes().text(end))).flatten().collect()
 }
 
 fn read_pair<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<(), FormatError> {

@@ -59,6 +59,8 @@ fn section_of(parent: &'static str, name: &str) -> &'static str {
         "tendon" => "tendon",
         "mesh" => "mesh",
         "geom" => "geom",
+        "sensor" if parent == "mujoco" => "sensor",
+        "fixed" if parent == "tendon" => "fixed",
         _ if parent == "mujoco" => "unknown",
         _ => "leaf",
     }
@@ -71,10 +73,9 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("mujoco", "compiler") => Read(&COMPILER),
         ("mujoco", "option") => Read(&OPTION),
         ("mujoco" | "default", "default") => Read(&DEFAULT),
-        ("mujoco", "asset" | "contact" | "actuator" | "keyframe" | "equality" | "tendon") => Read(&SECTION),
+        ("mujoco", "asset" | "contact" | "actuator" | "keyframe" | "equality" | "tendon" | "sensor") => Read(&SECTION),
         ("mujoco", "worldbody") => Read(&WORLDBODY),
         ("mujoco", "size" | "statistic" | "visual") => Harmless("only memory and pictures depend on it"),
-        ("mujoco", "sensor") => Harmless("there are no sensors"),
         ("mujoco", "custom") => Read(&SECTION),
         ("custom", "numeric") => Read(&NUMERIC),
         ("custom", _) => Harmless("user data is not kept"),
@@ -91,7 +92,10 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("asset" | "default", "material") => Read(&MATERIAL),
         ("asset", "hfield") => Read(&HFIELD),
         ("asset", "texture" | "skin") | ("default", "texture") => Harmless("only pictures depend on it"),
-        ("body" | "default", "site") => Harmless("sites have no mass and touch nothing"),
+        ("body" | "default", "site") => Read(&SITE),
+        ("sensor", _) => Read(&SENSOR),
+        ("tendon", "fixed") | ("default", "tendon") => Read(&TENDON),
+        ("fixed", "joint") => Read(&TENDON_JOINT),
         ("body" | "default", "camera" | "light") => Harmless("only pictures depend on it"),
         ("material", "layer") => Harmless("only pictures depend on it"),
         ("body", "flexcomp" | "composite" | "attach") => Missing("the parts that it would make are left out"),
@@ -102,6 +106,7 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("actuator" | "default", "position") => Read(&POSITION),
         ("actuator" | "default", "velocity") => Read(&VELOCITY),
         ("actuator" | "default", "general") => Read(&GENERAL),
+        ("actuator" | "default", "damper") => Read(&DAMPER),
         ("actuator", _) => ReportedElsewhere,
         ("keyframe", "key") => Read(&KEY),
         ("option", "flag") => Read(&FLAG),
@@ -173,12 +178,9 @@ const WORLDBODY: Coverage = Coverage { read: "childclass", harmless: "name", ign
 const EXCLUDE: Coverage = Coverage { read: "body1 body2", harmless: "name", ignored: &[] };
 
 const BODY: Coverage = Coverage {
-    read: "name childclass pos quat axisangle xyaxes zaxis euler",
+    read: "name childclass pos quat axisangle xyaxes zaxis euler gravcomp",
     harmless: "user fuse simple sleep",
-    ignored: &[
-        ignored("mocap", "false", "the body does not move by itself and cannot be moved by hand"),
-        ignored("gravcomp", "0", "gravity acts in full"),
-    ],
+    ignored: &[ignored("mocap", "false", "the body does not move by itself and cannot be moved by hand")],
 };
 
 const FRAME: Coverage =
@@ -288,8 +290,11 @@ const EQUALITY_DEFAULT: Coverage = equality!("");
 macro_rules! actuator {
     ($read:literal, [$($more:expr),*]) => {
         Coverage {
-            read: concat!("name class joint jointinparent gear ctrlrange ctrllimited forcerange forcelimited ", $read),
-            harmless: "group user lengthrange interp nsample tendon site body slidersite cranksite refsite cranklength",
+            read: concat!(
+                "name class joint jointinparent tendon site refsite gear ctrlrange ctrllimited forcerange forcelimited ",
+                $read
+            ),
+            harmless: "group user lengthrange interp nsample body slidersite cranksite cranklength",
             ignored: &[
                 ignored("armature", "0", "the actuator adds no inertia"),
                 ignored("damping", "0", "the actuator adds no damping"),
@@ -316,6 +321,39 @@ const GENERAL: Coverage = actuator!(
         ignored("input", "", "the control is the servo's set point")
     ]
 );
+
+const DAMPER: Coverage = actuator!("kv", []);
+
+const SITE: Coverage = Coverage {
+    read: "name class type size fromto pos quat axisangle xyaxes zaxis euler",
+    harmless: "group rgba material user",
+    ignored: &[],
+};
+
+const TENDON: Coverage = Coverage {
+    read: "name class limited range springlength stiffness damping",
+    harmless: "group user width material rgba",
+    ignored: &[
+        ignored("frictionloss", "0", "the tendon moves without dry friction"),
+        ignored("armature", "0", "the tendon adds no inertia"),
+        ignored("margin", "0", "limits act where they are"),
+        ignored("actuatorfrcrange", "0 0", "the total force of the actuators on the tendon has no bound of its own"),
+        ignored("actuatorfrclimited", "auto", "the total force of the actuators on the tendon has no bound of its own"),
+        ignored("solreflimit", "0.02 1", SOFT),
+        ignored("solimplimit", "0.9 0.95 0.001 0.5 2", SOFT),
+        ignored("solreffriction", "0.02 1", SOFT),
+        ignored("solimpfriction", "0.9 0.95 0.001 0.5 2", SOFT),
+    ],
+};
+const TENDON_JOINT: Coverage = Coverage { read: "joint coef", harmless: "", ignored: &[] };
+
+/// The reader reports sensors that are left out; noise is none of a simulation's business here.
+const SENSOR: Coverage = Coverage {
+    read: "name cutoff joint tendon actuator site body objtype objname reftype refname",
+    harmless: "noise user nsample interp delay interval geom1 geom2 body1 body2 camera data reduce num subtree1 subtree2 \
+               geom mesh dim datatype needstage rayhit",
+    ignored: &[],
+};
 
 const KEY: Coverage = Coverage {
     read: "name time qpos qvel ctrl",

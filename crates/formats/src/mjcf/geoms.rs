@@ -60,9 +60,10 @@ pub(super) fn read<'t>(
     let mut geom = Geom::new("", shape.geometry);
     geom.placement = placement;
     read_contact(importer, &a, &mut geom)?;
+    let name = scope.name(element);
+    show_as_it_is(importer, name.as_deref(), &mut geom);
     let material = importer.assets.material(&a)?;
     geom.rgba = colour(&a, material.unwrap_or(geom.rgba))?;
-    let name = scope.name(element);
     geom.restitution = importer.restitution.of(name.as_deref());
     importer.contact_properties.push(ContactProperties {
         friction: geom.friction,
@@ -74,6 +75,19 @@ pub(super) fn read<'t>(
     importer.parts.add_geom(element, name, body.id, geom).map(drop)
 }
 
+/// Leaves the faces of a mesh that nothing can touch as they are, instead of taking their hull: many are flat.
+fn show_as_it_is(importer: &Importer, name: Option<&str>, geom: &mut Geom) {
+    let touches = geom.contact_type != 0 || geom.contact_affinity != 0;
+    if touches || name.is_some_and(|name| importer.paired.contains(name)) {
+        return;
+    }
+    if let Geometry::ConvexMesh(mesh) = &geom.geometry
+        && !mesh.triangles.is_empty()
+    {
+        geom.geometry = Geometry::TriangleMesh(mesh.clone());
+    }
+}
+
 /// The shape; none if it is of a sort that is not supported.
 fn read_shape(importer: &mut Importer, a: &Attributes) -> Result<Option<Shape>, FormatError> {
     let sort = a.choice("type", &TYPES)?.unwrap_or(Type::Sphere);
@@ -82,19 +96,13 @@ fn read_shape(importer: &mut Importer, a: &Attributes) -> Result<Option<Shape>, 
     if a.has("mesh") || sort == Type::Mesh {
         return mesh_shape(importer, a, sort, placement).map(Some);
     }
-    if let Some([ax, ay, az, bx, by, bz]) = a.vector::<6>("fromto")? {
-        let (from, to) = (DVec3::new(ax, ay, az), DVec3::new(bx, by, bz));
-        let half = (from - to).length() / 2.0;
+    if let Some((placed, half)) = from_to(a)? {
         size = match sort {
             Type::Capsule | Type::Cylinder => DVec3::new(x, half, 0.0),
             Type::Box | Type::Ellipsoid => DVec3::new(x, x, half),
             _ => return Err(a.invalid("fromto", "only capsules, cylinders, boxes and ellipsoids have 'fromto'")),
         };
-        if a.has("pos") {
-            return Err(a.element().invalid("both 'pos' and 'fromto': keep one"));
-        }
-        let axis = crate::xml::unit(from - to).ok_or_else(|| a.invalid("fromto", "two different points"))?;
-        placement = Pose::new((from + to) / 2.0, z_to(axis));
+        placement = placed;
     }
     let geometry = match sort {
         Type::Plane => Geometry::Plane,
@@ -111,6 +119,18 @@ fn read_shape(importer: &mut Importer, a: &Attributes) -> Result<Option<Shape>, 
     };
     geometry.check().map_err(|reason| a.element().invalid(format!("{} geom: {reason}", geometry.kind_name())))?;
     Ok(Some(Shape { geometry, placement, mesh: None }))
+}
+
+/// `fromto`: the pose whose z axis leads from the second point to the first, in the middle between them, and half their
+/// distance.
+pub(super) fn from_to(a: &Attributes) -> Result<Option<(Pose, f64)>, FormatError> {
+    let Some([ax, ay, az, bx, by, bz]) = a.vector::<6>("fromto")? else { return Ok(None) };
+    if a.has("pos") {
+        return Err(a.element().invalid("both 'pos' and 'fromto': keep one"));
+    }
+    let (from, to) = (DVec3::new(ax, ay, az), DVec3::new(bx, by, bz));
+    let axis = crate::xml::unit(from - to).ok_or_else(|| a.invalid("fromto", "two different points"))?;
+    Ok(Some((Pose::new((from + to) / 2.0, z_to(axis)), (from - to).length() / 2.0)))
 }
 
 fn left_out(importer: &mut Importer, a: &Attributes, what: &str) -> Option<Shape> {

@@ -95,11 +95,11 @@ fn stiffness(importer: &mut Importer, a: &Attributes, sort: Type) -> Result<f64,
 }
 
 /// The first of up to three polynomial coefficients.
-fn linear(importer: &mut Importer, a: &Attributes, name: &'static str) -> Result<f64, FormatError> {
+pub(super) fn linear(importer: &mut Importer, a: &Attributes, name: &'static str) -> Result<f64, FormatError> {
     let ([first, second, third], _) = a.overlay::<3>(name, [0.0; 3])?;
     if second != 0.0 || third != 0.0 {
         let what = format!("second and third coefficient of '{name}' are not supported");
-        importer.report.motion(a.at(name), "joint", what, "the force is linear");
+        importer.report.motion(a.at(name), a.element().name(), what, "the force is linear");
     }
     if first < 0.0 { Err(a.invalid(name, "a number that is not negative")) } else { Ok(first) }
 }

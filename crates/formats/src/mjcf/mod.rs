@@ -1,7 +1,8 @@
 //! MJCF, MuJoCo's model format.
 //!
 //! The way through a file: includes are put in, `<compiler>` says how to read, `<default>` gives attributes to those
-//! who lack them, then bodies with joints and geoms, contact pairs, equality constraints, actuators, keyframes. What is in the file and not in
+//! who lack them, then bodies with joints, geoms and sites, contact pairs, equality constraints, tendons, actuators,
+//! sensors, keyframes. What is in the file and not in
 //! the model is found by comparing the file with a table of what is read (`coverage`).
 
 mod actuators;
@@ -18,11 +19,14 @@ mod include;
 mod joints;
 mod keyframes;
 mod options;
+mod sensors;
+mod sites;
+mod tendons;
 
 use std::collections::HashSet;
 use std::path::Path;
 
-use signorini_multibody::SpinResistance;
+use signorini_multibody::{ActuatorId, SpinResistance};
 
 use assets::Assets;
 use compiler::Compiler;
@@ -61,6 +65,13 @@ struct Importer<'t> {
     equalities_disabled: bool,
     friction_loss_disabled: bool,
     restitution: custom::Restitution<'t>,
+    /// Names of geoms that explicit pairs name.
+    paired: HashSet<&'t str>,
+    /// Names of tendons and actuators of the file that the model does not have.
+    left_out_tendons: HashSet<&'t str>,
+    left_out_actuators: HashSet<&'t str>,
+    /// Position servos whose damping is to come from a damping ratio.
+    damping_ratios: Vec<(ActuatorId, f64)>,
 }
 
 /// Turns a parsed document into a model; `main` is the file it came from, if any.
@@ -82,16 +93,24 @@ pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result
         equalities_disabled: false,
         friction_loss_disabled: false,
         restitution: custom::Restitution::read(root)?,
+        paired: contacts::paired_geoms(root),
+        left_out_tendons: HashSet::new(),
+        left_out_actuators: HashSet::new(),
+        damping_ratios: Vec::new(),
     };
     options::read(&mut importer, root)?;
     bodies::read(&mut importer, root)?;
     contacts::read(&mut importer, root)?;
     custom::check(&importer)?;
     equality::read(&mut importer, root)?;
+    tendons::read(&mut importer, root)?;
     let kept = actuators::read(&mut importer, root)?;
+    sensors::read(&mut importer, root)?;
     keyframes::read(&mut importer, root, &kept)?;
     coverage::audit(root, &mut importer.report);
-    Ok(Imported { model: importer.parts.build()?, report: importer.report.finish() })
+    let mut model = importer.parts.build()?;
+    actuators::damp_by_ratio(&mut model, &importer.damping_ratios);
+    Ok(Imported { model, report: importer.report.finish() })
 }
 
 impl Importer<'_> {

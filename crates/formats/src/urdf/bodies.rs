@@ -1,9 +1,9 @@
 //! `<joint>` and `<inertial>`.
 
 use signorini_multibody::glam::{DMat3, DVec3};
-use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
+use signorini_multibody::{BodyId, Geometry, Inertia, Joint, JointKind, Pose, Site};
 
-use super::{Importer, origin};
+use super::{Importer, Placed, origin};
 use crate::error::FormatError;
 use crate::inertia::{moved, nearest_physical};
 use crate::xml::Element;
@@ -27,55 +27,83 @@ const TYPES: [(&str, Type); 6] = [
     ("planar", Type::Planar),
 ];
 
-/// A body that hangs on another one.
+/// A link that hangs on another one.
 pub(super) struct Child {
     pub body: BodyId,
-    /// In world, at the reference configuration.
+    /// The link in its body.
+    pub offset: Pose,
+    /// The link in world, at the reference configuration.
     pub pose: Pose,
     pub moves: bool,
 }
 
-/// Adds the body of `link` with its joint; `parent_weld` is none if the parent cannot move.
+/// Adds the body of `link` with its joint, or makes it a part of its parent's body if the joint is fixed and `merge` holds.
 pub(super) fn add_child<'t>(
     importer: &mut Importer<'t>,
     link: Element<'t>,
     joint: Element<'t>,
-    parent: BodyId,
-    parent_pose: &Pose,
-    parent_weld: Option<usize>,
+    parent: &Placed,
+    merge: bool,
 ) -> Result<Child, FormatError> {
     let a = joint.attributes();
     let sort = a.choice("type", &TYPES)?;
     let sort =
         sort.ok_or_else(|| joint.incomplete("attribute 'type': revolute, continuous, prismatic, fixed or floating"))?;
-    let placement = origin(joint)?;
-    let pose = *parent_pose * placement;
+    let (own, offset) = (origin(joint)?, parent.offset);
+    let pose = parent.pose * own;
+    let name = link.attributes().required("name", "joints refer to the link by it")?;
+    if sort == Type::Fixed && merge {
+        let placement = offset * own;
+        let placement = Pose::new(placement.position, placement.rotation.normalize());
+        let zone = Geometry::Sphere { radius: 0.005 };
+        let site = Site { name: String::new(), body: parent.body, placement, zone };
+        importer.parts.add_site(link, Some(name.to_owned()), parent.body, site)?;
+        importer.merged.insert(name.to_owned(), parent.body);
+        return Ok(Child { body: parent.body, offset: placement, pose, moves: false });
+    }
     // A free joint needs the world as its parent; below a body that cannot move that makes no difference.
     let (parent, placement) = match sort {
-        Type::Floating if parent_weld.is_none() => (BodyId::WORLD, pose),
-        _ => (parent, placement),
+        Type::Floating if parent.weld.is_none() => (BodyId::WORLD, pose),
+        _ => (parent.body, offset * own),
     };
-    let name = link.attributes().required("name", "joints refer to the link by it")?;
     let body = importer.parts.add_body(link, Some(name.to_owned()), parent, placement)?;
-    let kind = match sort {
-        Type::Fixed => return Ok(Child { body, pose, moves: false }),
-        Type::Planar => return Err(a.invalid("type", "another type: planar joints are not supported")),
-        Type::Floating => JointKind::Free,
-        Type::Revolute | Type::Continuous => JointKind::Hinge { axis: axis(joint)? },
-        Type::Prismatic => JointKind::Slide { axis: axis(joint)? },
+    let moves = sort != Type::Fixed;
+    for (suffix, model_joint) in joints(joint, sort)? {
+        let name = a.required("name", "messages and the model refer to the joint by it")?;
+        importer.parts.add_joint(joint, Some(format!("{name}{suffix}")), body, &pose, model_joint)?;
+    }
+    Ok(Child { body, offset: Pose::IDENTITY, pose, moves })
+}
+
+/// The joints of the model that one of the file stands for, with what is added to its name.
+fn joints(joint: Element, sort: Type) -> Result<Vec<(&'static str, Joint)>, FormatError> {
+    let kinds = match sort {
+        Type::Fixed => Vec::new(),
+        Type::Floating => vec![("", JointKind::Free)],
+        Type::Revolute | Type::Continuous => vec![("", JointKind::Hinge { axis: axis(joint)? })],
+        Type::Prismatic => vec![("", JointKind::Slide { axis: axis(joint)? })],
+        Type::Planar => {
+            // The slides come first: their axes do not turn with the body.
+            let normal = axis(joint)?;
+            let (x, y) = normal.any_orthonormal_pair();
+            let slide = |axis| JointKind::Slide { axis };
+            vec![("_x", slide(x)), ("_y", slide(y)), ("_turn", JointKind::Hinge { axis: normal })]
+        }
     };
-    let mut model_joint = Joint::new("", kind);
-    if matches!(sort, Type::Revolute | Type::Prismatic) {
-        model_joint.limits = Some(limits(joint)?);
+    let mut made = Vec::new();
+    for (suffix, kind) in kinds {
+        let mut model_joint = Joint::new("", kind);
+        if matches!(sort, Type::Revolute | Type::Prismatic) {
+            model_joint.limits = Some(limits(joint)?);
+        }
+        if let Some(dynamics) = joint.child("dynamics").filter(|_| sort != Type::Floating) {
+            let a = dynamics.attributes();
+            model_joint.damping = a.non_negative("damping")?.unwrap_or(0.0);
+            model_joint.friction_loss = a.non_negative("friction")?.unwrap_or(0.0);
+        }
+        made.push((suffix, model_joint));
     }
-    if let Some(dynamics) = joint.child("dynamics").filter(|_| sort != Type::Floating) {
-        let a = dynamics.attributes();
-        model_joint.damping = a.non_negative("damping")?.unwrap_or(0.0);
-        model_joint.friction_loss = a.non_negative("friction")?.unwrap_or(0.0);
-    }
-    let name = a.required("name", "messages and the model refer to the joint by it")?;
-    importer.parts.add_joint(joint, Some(name.to_owned()), body, &pose, model_joint)?;
-    Ok(Child { body, pose, moves: true })
+    Ok(made)
 }
 
 fn axis(joint: Element) -> Result<DVec3, FormatError> {

@@ -1,5 +1,7 @@
 //! What of URDF is read, what does not matter to the motion, and what matters and is missing.
 
+use std::collections::HashSet;
+
 use crate::coverage::{Coverage, Ignored};
 use crate::report::Reporter;
 use crate::xml::Element;
@@ -16,21 +18,35 @@ const LIMIT: Coverage = Coverage {
     read: "lower upper",
     harmless: "",
     ignored: &[
-        Ignored { name: "effort", neutral: "0", effect: "there are no actuators to bound; bound your own controls" },
+        Ignored {
+            name: "effort",
+            neutral: "0",
+            effect: "without <transmission> there is no actuator to bound; bound your own controls",
+        },
         Ignored { name: "velocity", neutral: "0", effect: "the joint can move as fast as it will" },
     ],
+};
+const DRIVEN_LIMIT: Coverage = Coverage {
+    read: "lower upper effort",
+    harmless: "",
+    ignored: &[Ignored { name: "velocity", neutral: "0", effect: "the joint can move as fast as it will" }],
 };
 const ROBOT: Coverage = Coverage { read: "name", harmless: "version xsi", ignored: &[] };
 
 /// Reports everything in the file that the importer does not take over.
 pub(super) fn audit(root: Element, report: &mut Reporter) {
     ROBOT.audit(root, report);
+    let ends = root.children_named("transmission").flat_map(|t| t.children_named("joint"));
+    let driven: HashSet<&str> = ends.filter_map(|end| end.attributes().text("name")).collect();
     for element in root.children() {
         match element.name() {
             "link" => audit_link(element, report),
-            "joint" => audit_joint(element, report),
-            "material" => {}
-            "gazebo" | "transmission" | "ros2_control" | "sensor" | "mujoco" | "drake" => {
+            "joint" => {
+                let driven = element.attributes().text("name").is_some_and(|name| driven.contains(name));
+                audit_joint(element, driven, report);
+            }
+            "material" | "transmission" => {}
+            "gazebo" | "ros2_control" | "sensor" | "mujoco" | "drake" => {
                 let effect = "settings for other programs (friction and contact among them) are not read";
                 report.motion(element.at(), element.name(), "is not supported", effect);
             }
@@ -82,13 +98,14 @@ fn audit_geometry(geometry: Element, report: &mut Reporter) {
     }
 }
 
-fn audit_joint(joint: Element, report: &mut Reporter) {
+fn audit_joint(joint: Element, driven: bool, report: &mut Reporter) {
     JOINT.audit(joint, report);
     for part in joint.children() {
         match part.name() {
             "origin" => ORIGIN.audit(part, report),
             "axis" => reading("xyz").audit(part, report),
             "parent" | "child" => reading("link").audit(part, report),
+            "limit" if driven => DRIVEN_LIMIT.audit(part, report),
             "limit" => LIMIT.audit(part, report),
             "dynamics" => reading("damping friction").audit(part, report),
             "mimic" => reading("joint multiplier offset").audit(part, report),

@@ -5,19 +5,21 @@
 //! root link called "world" is the world itself.
 
 mod bodies;
+mod collisions;
 mod coverage;
 mod mimic;
-mod packages;
 mod shapes;
+mod transmissions;
 mod tree;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use signorini_multibody::glam::{DQuat, DVec3};
-use signorini_multibody::{BodyId, Joint, JointKind, Pose};
+use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
 
 use crate::error::FormatError;
+use crate::inertia::{moved, sum};
 use crate::parts::Parts;
 use crate::report::Reporter;
 use crate::xml::{Element, Tree};
@@ -29,15 +31,26 @@ struct Importer<'t> {
     parts: Parts,
     report: Reporter,
     shapes: shapes::Shapes<'t>,
+    /// Links that are part of the body of another one.
+    merged: HashMap<String, BodyId>,
 }
 
 /// A link that has become a body.
 struct Placed {
     body: BodyId,
-    /// In world, at the reference configuration.
+    /// The link in its body: another frame than the body's where links are merged.
+    offset: Pose,
+    /// The link in world, at the reference configuration.
     pose: Pose,
     /// The link this one is welded to, nearest the root; none for the world.
     weld: Option<usize>,
+}
+
+impl Importer<'_> {
+    /// The body of a link, merged or not.
+    fn link_body(&self, link: &str) -> Option<BodyId> {
+        self.parts.body(link).or_else(|| self.merged.get(link).copied())
+    }
 }
 
 /// Turns a parsed document into a model.
@@ -51,9 +64,11 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
         parts: Parts::new(name, root, reserved),
         report: Reporter::default(),
         shapes: shapes::Shapes::read(root, base, &options.package_dirs)?,
+        merged: HashMap::new(),
     };
     let placed = place_links(&mut importer, &kinematics, options)?;
-    exclude_neighbours_of_the_world(&mut importer, &kinematics, &placed)?;
+    collisions::exclude(&mut importer, root, &kinematics, &placed, options)?;
+    transmissions::read(&mut importer, root)?;
     mimic::read(&mut importer, &kinematics)?;
     coverage::audit(root, &mut importer.report);
     Ok(Imported { model: importer.parts.build()?, report: importer.report.finish() })
@@ -66,34 +81,39 @@ fn place_links<'t>(
     options: &LoadOptions,
 ) -> Result<HashMap<usize, Placed>, FormatError> {
     let mut placed: HashMap<usize, Placed> = HashMap::new();
+    let mut inertias: Vec<(BodyId, Vec<Inertia>)> = Vec::new();
     for &link in &kinematics.order {
         let element = kinematics.links[link].element;
-        let here = match kinematics.links[link].joint {
+        let mut here = match kinematics.links[link].joint {
             None => place_root(importer, element, options)?,
             Some(joint) => {
                 let joint = &kinematics.joints[joint];
                 let Some(parent) = placed.get(&joint.parent) else {
                     return Err(element.invalid("its parent link is not placed"));
                 };
-                let (parent_body, parent_pose, parent_weld) = (parent.body, parent.pose, parent.weld);
-                let child =
-                    bodies::add_child(importer, element, joint.element, parent_body, &parent_pose, parent_weld)?;
-                Placed { weld: if child.moves { Some(link) } else { parent_weld }, body: child.body, pose: child.pose }
+                let child = bodies::add_child(importer, element, joint.element, parent, options.merge_fixed_joints)?;
+                let weld = if child.moves { Some(link) } else { parent.weld };
+                Placed { weld, body: child.body, offset: child.offset, pose: child.pose }
             }
         };
         if here.body == BodyId::WORLD {
             warn_about_weight_of_the_world(importer, element);
         } else {
-            let inertia = bodies::inertia(importer, element)?;
-            importer.parts.set_inertia(here.body, inertia)?;
+            let inertia = moved(bodies::inertia(importer, element)?, &here.offset);
+            match inertias.iter_mut().find(|(body, _)| *body == here.body) {
+                Some((_, parts)) => parts.push(inertia),
+                None => inertias.push((here.body, vec![inertia])),
+            }
         }
-        shapes::read(importer, element, here.body)?;
-        let weld = if kinematics.links[link].joint.is_none() && options.floating_base && here.body != BodyId::WORLD {
-            Some(link)
-        } else {
-            here.weld
-        };
-        placed.insert(link, Placed { weld, ..here });
+        shapes::read(importer, element, here.body, &here.offset)?;
+        if kinematics.links[link].joint.is_none() && options.floating_base && here.body != BodyId::WORLD {
+            here.weld = Some(link);
+        }
+        placed.insert(link, here);
+    }
+    for (body, parts) in &inertias {
+        let whole = if let [only] = parts[..] { only } else { sum(parts) };
+        importer.parts.set_inertia(*body, whole)?;
     }
     Ok(placed)
 }
@@ -105,7 +125,7 @@ fn place_root<'t>(
     options: &LoadOptions,
 ) -> Result<Placed, FormatError> {
     let name = element.attributes().required("name", "joints refer to the link by it")?;
-    let world = Placed { body: BodyId::WORLD, pose: Pose::IDENTITY, weld: None };
+    let world = Placed { body: BodyId::WORLD, offset: Pose::IDENTITY, pose: Pose::IDENTITY, weld: None };
     if name == "world" {
         if options.floating_base {
             let (what, effect) = ("root link 'world' cannot float", "the model stays fixed as the file says");
@@ -125,35 +145,6 @@ fn warn_about_weight_of_the_world(importer: &mut Importer, element: Element) {
     if let Some(inertial) = element.child("inertial") {
         importer.report.other(inertial.at(), "inertial", "of the link 'world'", "the world has no mass");
     }
-}
-
-/// Keeps links that hang on the fixed base by a joint from touching the links of the base: elsewhere the model itself
-/// keeps parent and child apart, but it takes whatever is welded to the world for surroundings.
-fn exclude_neighbours_of_the_world(
-    importer: &mut Importer,
-    kinematics: &KinematicTree,
-    placed: &HashMap<usize, Placed>,
-) -> Result<(), FormatError> {
-    const MAX_PAIRS: usize = 1_000_000;
-    let mut groups: HashMap<Option<usize>, Vec<BodyId>> = HashMap::new();
-    for link in &kinematics.order {
-        groups.entry(placed[link].weld).or_default().push(placed[link].body);
-    }
-    let base: Vec<BodyId> = groups.remove(&None).unwrap_or_default();
-    let mut pairs = 0;
-    for joint in &kinematics.joints {
-        let hangs_on_base = placed[&joint.parent].weld.is_none() && placed[&joint.child].weld == Some(joint.child);
-        for &child in groups.get(&Some(joint.child)).filter(|_| hangs_on_base).into_iter().flatten() {
-            pairs += base.len();
-            if pairs > MAX_PAIRS {
-                return Err(joint.element.invalid(format!("more than {MAX_PAIRS} pairs of links beside the base")));
-            }
-            base.iter().filter(|b| **b != BodyId::WORLD).for_each(|&b| {
-                importer.parts.builder.exclude(b, child);
-            });
-        }
-    }
-    Ok(())
 }
 
 /// `<origin xyz="…" rpy="…">` of an element: roll about x, then pitch about y, then yaw about z, all fixed axes.

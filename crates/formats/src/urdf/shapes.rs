@@ -6,12 +6,12 @@ use std::sync::Arc;
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
-use signorini_multibody::{BodyId, Geom, Geometry};
+use signorini_multibody::{BodyId, Geom, Geometry, Pose};
 
-use super::{Importer, origin, packages};
+use super::{Importer, origin};
 use crate::error::FormatError;
-use crate::mesh;
 use crate::xml::{Attributes, Element};
+use crate::{mesh, packages};
 
 type MeshKey = (PathBuf, [u64; 3]);
 
@@ -57,26 +57,28 @@ impl<'t> Shapes<'t> {
             let (at, path) = (a.at("filename"), key.0.clone());
             FormatError::Asset { at, element: "mesh".into(), path, reason }
         };
-        let mut mesh = mesh::load(&key.0).map_err(asset)?;
-        mesh.vertices.iter_mut().for_each(|p| *p *= scale);
-        if scale.x * scale.y * scale.z < 0.0 {
-            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-        }
-        let mesh = Arc::new(mesh);
+        let mesh = Arc::new(mesh::scaled(mesh::load(&key.0).map_err(asset)?, scale));
         self.meshes.insert(key, mesh.clone());
         Ok(mesh)
     }
 }
 
 /// Adds the collision shapes of a link to its body.
-pub(super) fn read<'t>(importer: &mut Importer<'t>, link: Element<'t>, body: BodyId) -> Result<(), FormatError> {
+///
+/// `offset`: the link in its body.
+pub(super) fn read<'t>(
+    importer: &mut Importer<'t>,
+    link: Element<'t>,
+    body: BodyId,
+    offset: &Pose,
+) -> Result<(), FormatError> {
     let rgba = importer.shapes.link_colour(link)?;
     let link_name = link.attributes().text("name").unwrap_or_default();
     for collision in link.children_named("collision") {
         let Some(geometry) = geometry(importer, collision)? else { continue };
         geometry.check().map_err(|reason| collision.invalid(format!("{}: {reason}", geometry.kind_name())))?;
         let mut geom = Geom::new("", geometry);
-        geom.placement = origin(collision)?;
+        geom.placement = *offset * origin(collision)?;
         geom.rgba = rgba.unwrap_or(geom.rgba);
         let given = collision.attributes().text("name").filter(|n| !n.is_empty());
         let name = importer.parts.unused_geom_name(given.unwrap_or(link_name));
@@ -113,7 +115,7 @@ fn mesh_geometry(importer: &mut Importer, a: &Attributes) -> Result<Option<Geome
     if !mesh::is_supported(&path) {
         let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
         let what = format!("mesh format '{extension}' is not supported");
-        let effect = "the shape is left out: nothing touches it; convert the file to STL or OBJ";
+        let effect = "the shape is left out: nothing touches it; convert the file to STL, OBJ or COLLADA";
         importer.report.motion(a.at("filename"), "mesh", what, effect);
         return Ok(None);
     }

@@ -208,7 +208,7 @@ fn shortened(text: &str) -> String {
 }
 
 /// The defined name with the smallest edit distance, if that is small.
-fn most_similar<'n>(name: &str, defined: impl Iterator<Item = &'n str>) -> Option<String> {
+pub(crate) fn most_similar<'n>(name: &str, defined: impl Iterator<Item = &'n str>) -> Option<String> {
     let name: Vec<char> = name.chars().take(100).collect();
     let near = |other: &str| edit_distance(&name, &other.chars().take(100).collect::<Vec<_>>());
     let (distance, best) = defined.take(10_000).map(|other| (near(other), other)).min()?;

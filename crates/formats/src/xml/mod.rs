@@ -4,5 +4,5 @@
 mod attributes;
 mod tree;
 
-pub(crate) use attributes::{Attributes, unit};
+pub(crate) use attributes::{Attributes, most_similar, unit};
 pub(crate) use tree::{Element, Tree, parse};

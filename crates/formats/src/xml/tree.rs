@@ -24,10 +24,12 @@ struct Node {
     line: u32,
     column: u32,
     attributes: Vec<Attribute>,
+    /// The text before the first child element, trimmed.
+    text: String,
     children: Vec<usize>,
 }
 
-/// The elements of a document. Text beside elements, comments and processing instructions are dropped.
+/// The elements of a document. Text after child elements, comments and processing instructions are dropped.
 pub(crate) struct Tree {
     nodes: Vec<Node>,
 }
@@ -65,6 +67,7 @@ pub(crate) fn parse(text: &str, file: &str) -> Result<Tree, FormatError> {
             line,
             column,
             attributes: attributes.collect(),
+            text: node.text().unwrap_or_default().trim().to_owned(),
             children: Vec::new(),
         });
         indices[node.id().get_usize()] = index;
@@ -158,6 +161,11 @@ impl<'t> Element<'t> {
 
     pub fn child(&self, name: &'t str) -> Option<Element<'t>> {
         self.children_named(name).next()
+    }
+
+    /// The text of the element, trimmed.
+    pub fn text(&self) -> &'t str {
+        &self.node().text
     }
 
     pub fn raw_attributes(&self) -> &'t [Attribute] {

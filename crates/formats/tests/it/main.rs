@@ -7,4 +7,5 @@ mod mjcf_reference;
 mod report;
 mod robots;
 mod robustness;
+mod sdf;
 mod urdf;

@@ -1,6 +1,7 @@
 //! Mesh files.
 
 use signorini_formats::{MeshFormat, read_mesh};
+use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
 
 /// Area of the surface and volume inside, by the divergence theorem.
@@ -68,4 +69,59 @@ fn damaged_files_are_refused_with_a_reason() {
         let message = read_mesh(bytes, format).unwrap_err();
         assert!(message.to_lowercase().contains(reason), "'{reason}' is not in: {message}");
     }
+}
+
+/// A unit triangle and a quad above it, in centimetres with y up; the triangle shown twice, once mirrored, once turned.
+const COLLADA: &str = r##"<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
+  <asset><unit meter="0.01" name="cm"/><up_axis>Y_UP</up_axis></asset>
+  <library_geometries>
+    <geometry id="tri"><mesh>
+      <source id="p"><float_array id="pa" count="9">0 0 0  100 0 0  0 100 0</float_array>
+        <technique_common><accessor source="#pa" count="3" stride="3"/></technique_common></source>
+      <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
+      <triangles count="1"><input semantic="NORMAL" offset="1" source="#p"/><input semantic="VERTEX" offset="0" source="#v"/>
+        <p>0 2 1 2 2 2</p></triangles>
+    </mesh></geometry>
+    <geometry id="quad"><mesh>
+      <source id="q"><float_array count="12">0 0 0 1 0 0 1 1 0 0 1 0</float_array></source>
+      <vertices id="w"><input semantic="POSITION" source="#q"/></vertices>
+      <polylist count="1"><input semantic="VERTEX" offset="0" source="#w"/><vcount>4</vcount><p>0 1 2 3</p></polylist>
+    </mesh></geometry>
+  </library_geometries>
+  <library_visual_scenes><visual_scene id="s">
+    <node><translate>0 0 200</translate><scale>-1 1 1</scale><instance_geometry url="#tri"/></node>
+    <node><rotate>0 0 1 90</rotate><node><matrix>1 0 0 10 0 1 0 0 0 0 1 0 0 0 0 1</matrix>
+      <instance_geometry url="#tri"/><instance_geometry url="#quad"/></node></node>
+  </visual_scene></library_visual_scenes>
+  <scene><instance_visual_scene url="#s"/></scene>
+</COLLADA>"##;
+
+#[test]
+fn collada_is_placed_in_metres_with_z_up() {
+    let mesh = read_mesh(COLLADA.as_bytes(), MeshFormat::Dae).unwrap();
+    let corners = |k: usize| mesh.triangles[k].map(|i| mesh.vertices[i as usize]);
+    assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (10, 4));
+    let close = |ours: [DVec3; 3], theirs: [[f64; 3]; 3]| {
+        ours.iter().zip(theirs).for_each(|(a, b)| assert!((*a - DVec3::from(b)).length() < 1e-12, "{ours:?}"));
+    };
+    // File (x, y, z) is (x, -z, y) here; the mirrored triangle keeps the side it looks to.
+    close(corners(0), [[0.0, -2.0, 0.0], [0.0, -2.0, 1.0], [-1.0, -2.0, 0.0]]);
+    close(corners(1), [[0.0, 0.0, 0.1], [0.0, 0.0, 1.1], [-1.0, 0.0, 0.1]]);
+    close(corners(2), [[0.0, 0.0, 0.1], [0.0, 0.0, 0.11], [-0.01, 0.0, 0.11]]);
+}
+
+#[test]
+fn broken_collada_is_refused() {
+    let refused = |from: &str, to: &str, expected: &str| {
+        let error = read_mesh(COLLADA.replace(from, to).as_bytes(), MeshFormat::Dae).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    };
+    refused("url=\"#s\"", "url=\"#t\"", "line 23: <instance_visual_scene> refers to '#t'");
+    refused("0 2 1 2 2 2", "0 2 7 2 2 2", "names vertex 7 of 3");
+    refused("0 100 0</", "0 x 0</", "not a number");
+    refused("meter=\"0.01\"", "meter=\"0\"", "not positive");
+    refused("<matrix>1 0 0", "<matrix>1 0", "has 15 numbers, expected 16");
+    let inside_itself = "<node id=\"n\"><instance_node url=\"#n\"/>";
+    refused("<node><translate>", &format!("{inside_itself}<translate>"), "within itself");
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde_json::Value;
 use signorini_formats::{Imported, LoadOptions, load};
 use signorini_multibody::glam::{DMat3, DVec3};
-use signorini_multibody::{ActuatorKind, GeomId, Geometry, JointKind, Model};
+use signorini_multibody::{ActuatorKind, GeomId, Geometry, JointKind, Model, Transmission};
 
 const TOLERANCE: f64 = 1e-9;
 /// MuJoCo keeps vertices, height fields and colours in single precision.
@@ -68,6 +68,8 @@ fn compare_within(name: &str, mass_tolerance: f64) {
     compare_joints(&model, &theirs);
     compare_geoms(&model, &theirs);
     compare_actuators(&model, &theirs);
+    compare_sites(&model, &theirs);
+    compare_tendons(&model, &theirs);
     compare_keyframes(&model, &theirs);
     compare_pairs(&model, &theirs);
 }
@@ -189,25 +191,75 @@ fn compare_actuators(model: &Model, theirs: &Value) {
     assert_eq!(model.actuators.len(), list.len());
     for (actuator, other) in model.actuators.iter().zip(list) {
         let what = format!("actuator '{}'", actuator.name);
-        assert_eq!(u64::from(actuator.joint.0), other["joint"].as_u64().unwrap(), "{what}");
-        let (gear, gain, bias) = (numbers(&other["gear"])[0], numbers(&other["gain"])[0], numbers(&other["bias"]));
+        let target = match actuator.transmission {
+            Transmission::Joint(joint) | Transmission::JointAxes { joint, .. } => joint.0,
+            Transmission::Tendon(tendon) => tendon.0,
+            Transmission::Site { site, .. } => site.0,
+        };
+        assert_eq!(u64::from(target), other["joint"].as_u64().unwrap(), "{what}");
+        let gear = match actuator.transmission {
+            Transmission::JointAxes { axes, .. } | Transmission::Site { wrench: axes, .. } => axes.to_vec(),
+            _ => vec![actuator.gear],
+        };
+        assert_close(&gear, &numbers(&other["gear"])[..gear.len()], TOLERANCE, &what);
+        let (gear, gain, bias) = (actuator.gear, numbers(&other["gain"]), numbers(&other["bias"]));
         // Force on the joint for control c, length gear·q, velocity gear·q̇, as both engines define it.
         for (c, q, v) in [(0.3, 0.0, 0.0), (0.0, 0.4, 0.0), (0.0, 0.0, 0.5), (0.3, 0.4, 0.5)] {
-            let expected = gear * (gain * c + bias[0] + bias[1] * gear * q + bias[2] * gear * v);
+            let affine = |p: &[f64]| p[0] + p[1] * gear * q + p[2] * gear * v;
+            let expected = gear * (affine(&gain) * c + affine(&bias));
             let g = actuator.gear;
             let ours = match actuator.kind {
                 ActuatorKind::Motor => g * c,
                 ActuatorKind::Position { kp, kv } => g * (kp * (c - g * q) - kv * g * v),
                 ActuatorKind::Velocity { kv } => g * kv * (c - g * v),
+                ActuatorKind::Affine { gain, bias } => {
+                    let by = |p: [f64; 3]| p[0] + p[1] * g * q + p[2] * g * v;
+                    g * (by(gain) * c + by(bias))
+                }
                 ActuatorKind::Speed => unreachable!("no element of MJCF is one"),
             };
             assert_close(&[ours], &[expected], TOLERANCE, &what);
         }
-        let range = |r: Option<[f64; 2]>, factor: f64| r.map(|r| r.map(|x| x * factor).to_vec()).unwrap_or_default();
+        let range = |r: Option<[f64; 2]>| r.map(|r| r.to_vec()).unwrap_or_default();
         let stored = |field: &str| if other[field].is_null() { Vec::new() } else { numbers(&other[field]) };
-        assert_close(&range(actuator.control_range, 1.0), &stored("ctrlrange"), TOLERANCE, &what);
-        let factor = actuator.gear / gear;
-        assert_close(&range(actuator.force_range, factor), &stored("forcerange"), TOLERANCE, &what);
+        assert_close(&range(actuator.control_range), &stored("ctrlrange"), TOLERANCE, &what);
+        assert_close(&range(actuator.force_range), &stored("forcerange"), TOLERANCE, &what);
+    }
+}
+
+fn compare_sites(model: &Model, theirs: &Value) {
+    let list = theirs["sites"].as_array().unwrap();
+    assert_eq!(model.sites.len(), list.len());
+    for (site, other) in model.sites.iter().zip(list) {
+        let what = format!("site '{}'", site.name);
+        assert_eq!(u64::from(site.body.0), other["body"].as_u64().unwrap(), "{what}");
+        assert_close(&site.placement.position.to_array(), &numbers(&other["pos"]), TOLERANCE, &what);
+        assert!(difference(site.placement.rotation_matrix(), matrix(&other["rotation"])) < 1e-12, "{what}");
+        let size = vector(&other["size"]);
+        let (kind, ours) = match site.zone {
+            Geometry::Sphere { radius } => ("sphere", DVec3::new(radius, size.y, size.z)),
+            Geometry::Box { half_extents } => ("box", half_extents),
+            Geometry::Capsule { radius, half_length } => ("capsule", DVec3::new(radius, half_length, size.z)),
+            Geometry::Cylinder { radius, half_length } => ("cylinder", DVec3::new(radius, half_length, size.z)),
+            Geometry::Ellipsoid { semi_axes } => ("ellipsoid", semi_axes),
+            _ => panic!("{what} has no such zone"),
+        };
+        assert_eq!(kind, other["type"], "{what}");
+        assert_close(&ours.to_array(), &size.to_array(), TOLERANCE, &what);
+    }
+}
+
+fn compare_tendons(model: &Model, theirs: &Value) {
+    let list = theirs["tendons"].as_array().unwrap();
+    assert_eq!(model.tendons.len(), list.len());
+    for (tendon, other) in model.tendons.iter().zip(list) {
+        let what = format!("tendon '{}'", tendon.name);
+        let terms: Vec<f64> = tendon.terms.iter().flat_map(|(joint, c)| [f64::from(joint.0), *c]).collect();
+        assert_close(&terms, &numbers(&other["terms"]), TOLERANCE, &what);
+        assert_close(&[tendon.stiffness, tendon.damping], &numbers(&other["spring"]), TOLERANCE, &what);
+        assert_close(&tendon.rest, &numbers(&other["rest"]), TOLERANCE, &what);
+        let range = if other["range"].is_null() { Vec::new() } else { numbers(&other["range"]) };
+        assert_close(&tendon.limits.map(|l| l.to_vec()).unwrap_or_default(), &range, TOLERANCE, &what);
     }
 }
 
@@ -285,6 +337,11 @@ fn contact_masks_pairs_and_exclusions() {
 #[test]
 fn mesh_vertices_inertia_and_height_fields() {
     compare_within("meshes", SINGLE);
+}
+
+#[test]
+fn sites_tendons_and_general_actuators() {
+    compare("instruments");
 }
 
 #[test]

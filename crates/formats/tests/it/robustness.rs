@@ -1,7 +1,7 @@
 //! Damaged documents: whatever is done to a model file, the answer is a model or a placed error, never a panic. The fuzz
 //! targets look for more.
 
-use signorini_formats::{FormatError, Imported, LoadOptions, load_mjcf_str, load_urdf_str};
+use signorini_formats::{FormatError, Imported, LoadOptions, load_mjcf_str, load_sdf_str, load_urdf_str};
 
 type Read = fn(&str) -> Result<Imported, FormatError>;
 
@@ -13,7 +13,11 @@ fn urdf(text: &str) -> Result<Imported, FormatError> {
     load_urdf_str(text, "no such folder", &LoadOptions::default())
 }
 
-const DOCUMENTS: [(&str, Read); 9] = [
+fn sdf(text: &str) -> Result<Imported, FormatError> {
+    load_sdf_str(text, "no such folder", &LoadOptions::default())
+}
+
+const DOCUMENTS: [(&str, Read); 11] = [
     (include_str!("../../testdata/mjcf/defaults.xml"), mjcf),
     (include_str!("../../testdata/mjcf/poses.xml"), mjcf),
     (include_str!("../../testdata/mjcf/fromto.xml"), mjcf),
@@ -23,6 +27,8 @@ const DOCUMENTS: [(&str, Read); 9] = [
     (include_str!("../../testdata/mjcf/meshes.xml"), mjcf),
     (include_str!("../../testdata/urdf/arm.urdf"), urdf),
     (include_str!("../../testdata/urdf/floating.urdf"), urdf),
+    (include_str!("../../testdata/mjcf/instruments.xml"), mjcf),
+    (include_str!("../../testdata/sdf/arm.sdf"), sdf),
 ];
 
 /// Values that parsers and formulas stumble over.
@@ -74,6 +80,19 @@ fn every_attribute_of_every_document_takes_every_hostile_value() {
     }
 }
 
+/// SDF's values are texts of elements.
+#[test]
+fn every_text_of_sdf_takes_every_hostile_value() {
+    let (text, read) = DOCUMENTS[DOCUMENTS.len() - 1];
+    let ends = text.match_indices("</").map(|(i, _)| i);
+    for end in ends {
+        let Some(start) = text[..end].rfind('>') else { continue };
+        for value in HOSTILE {
+            assert_survives(read, &format!("{}{value}{}", &text[..=start], &text[end..]));
+        }
+    }
+}
+
 #[test]
 fn documents_survive_cuts_and_swaps() {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
@@ -109,6 +128,12 @@ fn deep_and_wide_documents_are_answered() {
     let copies = "<replicate count='100000'>".repeat(3);
     let bomb = format!("<mujoco><worldbody>{copies}<geom size='1'/>{}</worldbody></mujoco>", "</replicate>".repeat(3));
     assert!(mjcf(&bomb).unwrap_err().to_string().contains("more than"));
+    let models = |n: usize| {
+        let open: String = (0..n).map(|k| format!("<model name='m{k}'>")).collect();
+        format!("<sdf version='1.9'>{open}<link name='l'/>{}</sdf>", "</model>".repeat(n))
+    };
+    assert_eq!(sdf(&models(100)).unwrap().model.nv, 6);
+    assert!(sdf(&models(1000)).unwrap_err().to_string().contains("nested more than"));
     let entities = "<!DOCTYPE m [<!ENTITY a 'aaaaaaaaaa'>]><mujoco model='&a;'/>";
     assert!(mjcf(entities).unwrap_err().to_string().contains("not well-formed"));
 }

@@ -2,7 +2,10 @@
 
 use signorini_formats::{Imported, LoadOptions, load_urdf_str};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{BodyId, GeomId, Geometry, JointKind};
+use signorini_multibody::{
+    ActuatorKind, BodyId, GeomId, Geometry, JointId, JointKind, Kinematics, MassMatrix, Model, NewtonEuler,
+    Transmission, bias_force_into, forward_kinematics_into, mass_matrix_into,
+};
 
 const INERTIAL: &str = "<inertial><origin xyz='0 0 .1'/><mass value='2'/><inertia ixx='1' iyy='1' izz='1'/></inertial>";
 
@@ -119,12 +122,94 @@ fn impossible_inertia_is_replaced_and_reported() {
 #[test]
 fn what_is_not_supported_is_reported() {
     let hinge = joint("m", "revolute", "a", "b").replace("effort='0'", "effort='9'");
-    let mesh = "<link name='c'><collision><geometry><mesh filename='c.dae'/></geometry></collision></link>";
+    let mesh = "<link name='c'><collision><geometry><mesh filename='c.fbx'/></geometry></collision></link>";
     let weld = joint("w", "fixed", "a", "c");
     let text = format!("{}{}{mesh}\n{hinge}\n{weld}<gazebo/><tranmission/>", link("a"), link("b"));
     let report = import(&text, &LoadOptions::default()).report;
     let found: Vec<(u32, &str)> = report.warnings.iter().map(|w| (w.line, w.element.as_str())).collect();
     assert_eq!(found, [(2, "mesh"), (3, "limit"), (4, "gazebo"), (4, "tranmission")], "{report}");
+}
+
+#[test]
+fn planar_joints_slide_and_turn() {
+    let text = format!("{}{}{}", link("a"), link("b"), joint("j", "planar", "a", "b"));
+    let model = import(&text, &LoadOptions::default()).model;
+    let names: Vec<&str> = model.joints.iter().map(|j| j.name.as_str()).collect();
+    assert_eq!(names, ["j_x", "j_y", "j_turn"]);
+    let [JointKind::Slide { axis: x }, JointKind::Slide { axis: y }, JointKind::Hinge { axis: normal }] =
+        [0, 1, 2].map(|k| model.joints[k].kind)
+    else {
+        panic!("{:?}", model.joints)
+    };
+    assert_eq!(normal, DVec3::Y);
+    assert!(x.dot(y).abs() < 1e-15 && x.dot(normal).abs() < 1e-15 && y.dot(normal).abs() < 1e-15);
+}
+
+/// The same robot with its fixed joints merged moves the same: mass matrix and bias force agree.
+#[test]
+fn merged_links_weigh_and_touch_the_same() {
+    let links = ["base", "arm", "hand", "tool"].map(link).concat();
+    let edges = [
+        joint("1", "revolute", "base", "arm"),
+        joint("2", "fixed", "arm", "hand"),
+        joint("3", "prismatic", "hand", "tool"),
+    ];
+    let text = format!("{links}{}", edges.concat());
+    let plain = import(&text, &LoadOptions::default()).model;
+    let merged = import(&text, &LoadOptions { merge_fixed_joints: true, ..LoadOptions::default() }).model;
+    assert_eq!((plain.bodies.len(), merged.bodies.len()), (5, 4));
+    assert_eq!(merged.sites[merged.site_named("hand").unwrap().index()].body, merged.body_named("arm").unwrap());
+    let measure = |model: &Model| {
+        let mut kinematics = Kinematics::new(model);
+        forward_kinematics_into(model, &[0.3, -0.2], &[0.5, 0.7], &mut kinematics);
+        let mut mass = MassMatrix::new(model);
+        mass_matrix_into(model, &kinematics, &mut mass);
+        let mut numbers = mass.matrix.to_dense();
+        let mut bias = vec![0.0; model.nv];
+        bias_force_into(model, &kinematics, &mut NewtonEuler::new(model), &mut bias);
+        numbers.extend(bias);
+        for geom in &model.geoms {
+            numbers.extend((kinematics.pose[geom.body.index()] * geom.placement).position.to_array());
+        }
+        numbers
+    };
+    for (a, b) in measure(&plain).iter().zip(measure(&merged)) {
+        assert!((a - b).abs() < 1e-12, "{a} {b}");
+    }
+}
+
+#[test]
+fn transmissions_become_motors_bounded_by_the_effort() {
+    let edge = joint("j", "revolute", "a", "b").replace("effort='0'", "effort='9'");
+    let drive = "<transmission name='t'><type>x</type><joint name='j'/><actuator name='m'/></transmission>";
+    let Imported { model, report } =
+        import(&format!("{}{}{edge}{drive}", link("a"), link("b")), &LoadOptions::default());
+    assert!(report.warnings.is_empty(), "{report}");
+    let [motor] = &model.actuators[..] else { panic!("{:?}", model.actuators) };
+    assert_eq!((motor.name.as_str(), motor.force_range), ("j", Some([-9.0, 9.0])));
+    assert_eq!((motor.transmission, motor.kind), (Transmission::Joint(JointId(0)), ActuatorKind::Motor));
+}
+
+#[test]
+fn links_are_kept_apart_by_option_and_by_srdf() {
+    let links = ["a", "b", "c", "d"].map(link).concat();
+    let edges =
+        [("1", "a", "b"), ("2", "b", "c"), ("3", "c", "d")].map(|(n, p, c)| joint(n, "revolute", p, c)).concat();
+    let touching = |options: &LoadOptions| {
+        let model = import(&format!("{links}{edges}"), options).model;
+        [("a", "c"), ("a", "d"), ("b", "d")].map(|(a, b)| {
+            let [a, b] = [a, b].map(|name| model.geom_named(name).unwrap());
+            model.contact_filter.allows((a, b), (&model.geoms[a.index()], &model.geoms[b.index()]))
+        })
+    };
+    assert_eq!(touching(&LoadOptions::default()), [true; 3]);
+    assert_eq!(touching(&LoadOptions { self_collision: false, ..LoadOptions::default() }), [false; 3]);
+    let path = std::env::temp_dir().join(format!("signorini-{}.srdf", std::process::id()));
+    let pair = |a: &str, b: &str| format!("<disable_collisions link1='{a}' link2='{b}' reason='Never'/>");
+    std::fs::write(&path, format!("<robot name='r'>{}{}</robot>", pair("a", "d"), pair("a", "gripper"))).unwrap();
+    let listed = touching(&LoadOptions { srdf: Some(path.clone()), ..LoadOptions::default() });
+    std::fs::remove_file(path).unwrap();
+    assert_eq!(listed, [true, false, true]);
 }
 
 #[test]
@@ -157,8 +242,6 @@ fn bad_values_are_refused() {
     assert_refused(mesh, &["text):3:7", "p/m.stl", "No such file"]);
     let massless = format!("{}\n<link name='tip'/>{}", link("base"), joint("j", "revolute", "base", "tip"));
     assert_refused(&massless, &["text):3:1", "'tip'", "no rotational inertia"]);
-    let planar = format!("{}{}\n{}", link("a"), link("b"), joint("j", "planar", "a", "b"));
-    assert_refused(&planar, &["text):3:17", "planar joints are not supported"]);
     let limitless = "<joint name='j' type='revolute'><parent link='a'/><child link='b'/></joint>";
     assert_refused(&format!("{}{}\n{limitless}", link("a"), link("b")), &["text):3:1", "<limit", "continuous"]);
 }

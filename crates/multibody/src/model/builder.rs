@@ -6,9 +6,10 @@ use super::check::{
     check_actuators, check_equalities, check_geoms, check_inertia, check_joints, check_keyframes, check_mass,
     check_pairs, number, unique,
 };
+use super::check_sensing::{check_sensors, check_sites, check_tendons};
 use super::{
-    Actuator, Body, BodyId, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair, Inertia, Joint, JointId,
-    JointKind, Keyframe, Model, ModelError,
+    Actuator, ActuatorId, Body, BodyId, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair, Inertia, Joint,
+    JointId, JointKind, Keyframe, Model, ModelError, Sensor, SensorKind, Site, SiteId, Tendon, TendonId, Transmission,
 };
 use crate::math::Pose;
 
@@ -25,7 +26,10 @@ pub struct ModelBuilder {
     pairs: Vec<GeomPair>,
     excluded: Vec<(BodyId, BodyId)>,
     equalities: Vec<Equality>,
+    sites: Vec<Site>,
+    tendons: Vec<Tendon>,
     actuators: Vec<Actuator>,
+    sensors: Vec<Sensor>,
     keyframes: Vec<Keyframe>,
 }
 
@@ -37,6 +41,7 @@ impl ModelBuilder {
             parent: BodyId::WORLD,
             placement: Pose::IDENTITY,
             inertia: Inertia::ZERO,
+            gravity_compensation: 0.0,
             first_joint: 0,
             joint_count: 0,
         };
@@ -51,7 +56,10 @@ impl ModelBuilder {
             pairs: Vec::new(),
             excluded: Vec::new(),
             equalities: Vec::new(),
+            sites: Vec::new(),
+            tendons: Vec::new(),
             actuators: Vec::new(),
+            sensors: Vec::new(),
             keyframes: Vec::new(),
         }
     }
@@ -82,7 +90,16 @@ impl ModelBuilder {
         let name = name.into();
         self.known_body(parent, || format!("body '{name}'"))?;
         let id = BodyId(self.bodies.len() as u32);
-        self.bodies.push(Body { name, parent, placement, inertia, first_joint: 0, joint_count: 0 });
+        let gravity_compensation = 0.0;
+        self.bodies.push(Body {
+            name,
+            parent,
+            placement,
+            inertia,
+            gravity_compensation,
+            first_joint: 0,
+            joint_count: 0,
+        });
         self.joints.push(Vec::new());
         Ok(id)
     }
@@ -94,6 +111,16 @@ impl ModelBuilder {
     pub fn set_inertia(&mut self, body: BodyId, inertia: Inertia) -> Result<(), ModelError> {
         self.known_body(body, || "an inertia".into())?;
         self.bodies[body.index()].inertia = inertia;
+        Ok(())
+    }
+
+    /// Sets the share of a body's weight that is taken away.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownPart`] if the body is not there.
+    pub fn set_gravity_compensation(&mut self, body: BodyId, share: f64) -> Result<(), ModelError> {
+        self.known_body(body, || "a gravity compensation".into())?;
+        self.bodies[body.index()].gravity_compensation = share;
         Ok(())
     }
 
@@ -146,9 +173,33 @@ impl ModelBuilder {
         if body.index() < self.bodies.len() { reference_pose(&self.bodies, body) } else { Pose::IDENTITY }
     }
 
+    /// Adds a site to a body.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownPart`] if the body is not there.
+    pub fn add_site(&mut self, body: BodyId, mut site: Site) -> Result<SiteId, ModelError> {
+        self.known_body(body, || format!("site '{}'", site.name))?;
+        site.body = body;
+        let id = SiteId(self.sites.len() as u32);
+        self.sites.push(site);
+        Ok(id)
+    }
+
+    /// Adds a tendon; its joints are named by what [`add_joint`](Self::add_joint) gave back.
+    pub fn add_tendon(&mut self, tendon: Tendon) -> TendonId {
+        self.tendons.push(tendon);
+        TendonId(self.tendons.len() as u32 - 1)
+    }
+
     /// Adds an actuator.
-    pub fn add_actuator(&mut self, actuator: Actuator) -> &mut Self {
+    pub fn add_actuator(&mut self, actuator: Actuator) -> ActuatorId {
         self.actuators.push(actuator);
+        ActuatorId(self.actuators.len() as u32 - 1)
+    }
+
+    /// Adds a sensor behind those there are.
+    pub fn add_sensor(&mut self, sensor: Sensor) -> &mut Self {
+        self.sensors.push(sensor);
         self
     }
 
@@ -161,7 +212,8 @@ impl ModelBuilder {
     /// Checks everything, orders the joints, and makes rotations and axes unit to the last digit.
     ///
     /// # Errors
-    /// The first [`ModelError`] met, in the order names, bodies, joints, geoms, equality constraints, actuators, keyframes.
+    /// The first [`ModelError`] met, in the order names, bodies, joints, geoms, equality constraints, sites, tendons, actuators,
+    /// sensors, keyframes.
     pub fn build(self) -> Result<Model, ModelError> {
         self.check_names()?;
         self.check_options()?;
@@ -174,7 +226,10 @@ impl ModelBuilder {
         check_geoms(&model)?;
         check_pairs(&model)?;
         check_equalities(&model)?;
+        check_sites(&model)?;
+        check_tendons(&model)?;
         check_actuators(&model)?;
+        check_sensors(&model)?;
         check_keyframes(&mut model)?;
         normalise(&mut model);
         Ok(model)
@@ -192,6 +247,9 @@ impl ModelBuilder {
         unique("joint", self.joints.iter().flatten().map(|j| &j.name))?;
         unique("geom", self.geoms.iter().map(|g| &g.name))?;
         unique("equality constraint", self.equalities.iter().map(|e| &e.name))?;
+        unique("site", self.sites.iter().map(|s| &s.name))?;
+        unique("tendon", self.tendons.iter().map(|t| &t.name))?;
+        unique("sensor", self.sensors.iter().map(|s| &s.name))?;
         unique("actuator", self.actuators.iter().map(|a| &a.name))?;
         unique("keyframe", self.keyframes.iter().map(|k| &k.name))
     }
@@ -231,12 +289,33 @@ impl ModelBuilder {
             }
             body_last_dof[i] = last_dof;
         }
-        let mut actuators = self.actuators;
+        // Parts that name joints by the order in which these were added name them by their order in the model.
+        let renumber = |joint: &mut JointId| {
+            if let Some(&(body, k)) = self.joint_ids.get(joint.index()) {
+                *joint = JointId((first[body] + k) as u32);
+            }
+        };
         let mut equalities = self.equalities;
-        let constrained = equalities.iter_mut().flat_map(|e| e.kind.joints_mut());
-        for id in actuators.iter_mut().map(|a| &mut a.joint).chain(constrained) {
-            if let Some(&(body, k)) = self.joint_ids.get(id.index()) {
-                *id = JointId((first[body] + k) as u32);
+        equalities.iter_mut().flat_map(|e| e.kind.joints_mut()).for_each(renumber);
+        let (mut tendons, mut actuators, mut sensors) = (self.tendons, self.actuators, self.sensors);
+        tendons.iter_mut().flat_map(|t| &mut t.terms).for_each(|(joint, _)| renumber(joint));
+        for actuator in &mut actuators {
+            match &mut actuator.transmission {
+                Transmission::Joint(joint) | Transmission::JointAxes { joint, .. } => renumber(joint),
+                Transmission::Tendon(_) | Transmission::Site { .. } => {}
+            }
+        }
+        let mut sensor_size = 0;
+        for sensor in &mut sensors {
+            sensor.address = sensor_size;
+            sensor_size += sensor.kind.size();
+            match &mut sensor.kind {
+                SensorKind::JointPosition(joint)
+                | SensorKind::JointVelocity(joint)
+                | SensorKind::JointActuatorForce(joint)
+                | SensorKind::BallQuaternion(joint)
+                | SensorKind::BallAngularVelocity(joint) => renumber(joint),
+                _ => {}
             }
         }
         let weld_parent = body_weld.iter().map(|w| body_weld[bodies[w.index()].parent.index()]).collect();
@@ -251,10 +330,14 @@ impl ModelBuilder {
             pairs: self.pairs,
             contact_filter,
             equalities,
+            sites: self.sites,
+            tendons,
             actuators,
+            sensors,
             keyframes: self.keyframes,
             nq,
             nv,
+            sensor_size,
             dof_parent,
             dof_joint,
             body_last_dof,
@@ -282,7 +365,9 @@ fn normalise(model: &mut Model) {
         }
     }
     let bodies = model.bodies.iter_mut().map(|body| &mut body.placement);
-    for placement in bodies.chain(model.geoms.iter_mut().map(|geom| &mut geom.placement)) {
+    let geoms = model.geoms.iter_mut().map(|geom| &mut geom.placement);
+    let sites = model.sites.iter_mut().map(|site| &mut site.placement);
+    for placement in bodies.chain(geoms).chain(sites) {
         placement.rotation = placement.rotation.normalize();
     }
     for joint in &mut model.joints {

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use glamx::glam::{DMat3, DVec3};
 
-use super::{ActuatorKind, Body, BodyId, EqualityKind, Geometry, JointKind, Model, ModelError};
+use super::{ActuatorKind, Body, BodyId, EqualityKind, Geometry, JointId, JointKind, Model, ModelError, Transmission};
 use crate::math::Pose;
 
 pub(super) fn unique<'a>(sort: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), ModelError> {
@@ -30,7 +30,7 @@ pub(super) fn number(
     Err(ModelError::InvalidNumber { part: part(), quantity, expected, found })
 }
 
-fn check_pose(part: impl Fn() -> String + Copy, pose: &Pose) -> Result<(), ModelError> {
+pub(super) fn check_pose(part: impl Fn() -> String + Copy, pose: &Pose) -> Result<(), ModelError> {
     for x in pose.position.to_array() {
         number(part, "position", "finite", x, |_| true)?;
     }
@@ -47,6 +47,7 @@ pub(super) fn check_inertia(body: &Body) -> Result<(), ModelError> {
     for x in body.inertia.rotational.to_cols_array() {
         number(part, "rotational inertia", "finite", x, |_| true)?;
     }
+    number(part, "gravity compensation", "finite", body.gravity_compensation, |_| true)?;
     let moments = principal_moments(body.inertia.rotational);
     let slack = 1e-6 * moments[2].abs();
     if moments[0] < -slack || moments[2] > moments[0] + moments[1] + slack {
@@ -225,33 +226,72 @@ pub(super) fn check_equalities(model: &Model) -> Result<(), ModelError> {
 pub(super) fn check_actuators(model: &Model) -> Result<(), ModelError> {
     for actuator in &model.actuators {
         let part = || format!("actuator '{}'", actuator.name);
-        known(part(), "joint", actuator.joint.index(), model.joints.len())?;
-        let joint = &model.joints[actuator.joint.index()];
-        if joint.kind.nv() != 1 {
-            return Err(ModelError::InvalidJoint {
-                joint: joint.name.clone(),
-                body: model.bodies[joint.body.index()].name.clone(),
-                reason: "only hinges and slides can have an actuator",
-            });
-        }
+        check_transmission(model, part, &actuator.transmission)?;
         number(part, "gear", "finite", actuator.gear, |_| true)?;
-        let gains = match actuator.kind {
-            ActuatorKind::Motor => [0.0, 0.0],
-            ActuatorKind::Position { kp, kv } => [kp, kv],
-            ActuatorKind::Velocity { kv } => [0.0, kv],
-            ActuatorKind::Speed => [0.0, 0.0],
-        };
-        if actuator.kind == ActuatorKind::Speed {
-            let ends = actuator.force_range.map_or(0.0, |_| 2.0);
-            number(part, "number of ends of its force range", "2", ends, |n| n == 2.0)?;
+        match actuator.kind {
+            ActuatorKind::Motor => {}
+            ActuatorKind::Position { kp, kv } => {
+                [kp, kv].iter().try_for_each(|&g| number(part, "gain", "finite and not negative", g, |g| g >= 0.0))?;
+            }
+            ActuatorKind::Velocity { kv } => number(part, "gain", "finite and not negative", kv, |g| g >= 0.0)?,
+            ActuatorKind::Affine { gain, bias } => {
+                gain.iter().chain(&bias).try_for_each(|&g| number(part, "gain or bias", "finite", g, |_| true))?;
+            }
+            ActuatorKind::Speed => {
+                let ends = actuator.force_range.map_or(0.0, |_| 2.0);
+                number(part, "number of ends of its force range", "2", ends, |n| n == 2.0)?;
+            }
         }
-        gains.iter().try_for_each(|&g| number(part, "gain", "finite and not negative", g, |g| g >= 0.0))?;
         for range in [actuator.control_range, actuator.force_range].into_iter().flatten() {
-            number(part, "upper end of a range", "finite and not below the lower one", range[1], |x| x >= range[0])?;
-            number(part, "lower end of a range", "finite", range[0], |_| true)?;
+            check_range(part, range)?;
         }
     }
     Ok(())
+}
+
+pub(super) fn check_range(part: impl Fn() -> String + Copy, [lower, upper]: [f64; 2]) -> Result<(), ModelError> {
+    number(part, "upper end of a range", "finite and not below the lower one", upper, |x| x >= lower)?;
+    number(part, "lower end of a range", "finite", lower, |_| true)
+}
+
+fn check_transmission(
+    model: &Model,
+    part: impl Fn() -> String + Copy,
+    transmission: &Transmission,
+) -> Result<(), ModelError> {
+    let vector = |v: &[f64; 6]| v.iter().try_for_each(|&x| number(part, "gear", "finite", x, |_| true));
+    match transmission {
+        Transmission::Joint(joint) => {
+            scalar_joint(model, part, *joint, "only a hinge or slide has one coordinate that an actuator can drive")
+        }
+        Transmission::JointAxes { joint, axes } => {
+            known(part(), "joint", joint.index(), model.joints.len())?;
+            vector(axes)
+        }
+        Transmission::Tendon(tendon) => known(part(), "tendon", tendon.index(), model.tendons.len()),
+        Transmission::Site { site, reference, wrench } => {
+            for site in std::iter::once(site).chain(reference) {
+                known(part(), "site", site.index(), model.sites.len())?;
+            }
+            vector(wrench)
+        }
+    }
+}
+
+/// Whether the joint is there and is a hinge or slide.
+pub(super) fn scalar_joint(
+    model: &Model,
+    part: impl Fn() -> String,
+    joint: JointId,
+    reason: &'static str,
+) -> Result<(), ModelError> {
+    known(part(), "joint", joint.index(), model.joints.len())?;
+    let joint = &model.joints[joint.index()];
+    if joint.kind.nv() == 1 {
+        return Ok(());
+    }
+    let body = model.bodies[joint.body.index()].name.clone();
+    Err(ModelError::InvalidJoint { joint: joint.name.clone(), body, reason })
 }
 
 /// Checks sizes and numbers and normalises the quaternions.
@@ -283,6 +323,6 @@ pub(super) fn check_keyframes(model: &mut Model) -> Result<(), ModelError> {
     Ok(())
 }
 
-fn known(part: String, sort: &'static str, index: usize, count: usize) -> Result<(), ModelError> {
+pub(super) fn known(part: String, sort: &'static str, index: usize, count: usize) -> Result<(), ModelError> {
     if index < count { Ok(()) } else { Err(ModelError::UnknownPart { part, sort, index, count }) }
 }

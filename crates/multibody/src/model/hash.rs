@@ -4,7 +4,7 @@ use glamx::glam::{DMat3, DVec3};
 
 use super::{
     Actuator, ActuatorKind, Body, ContactFilter, Equality, EqualityKind, Geom, GeomPair, Geometry, HeightField,
-    Inertia, Joint, JointKind, Keyframe, Mesh, Model, SpinResistance,
+    Inertia, Joint, JointKind, Keyframe, Mesh, Model, Sensor, SensorKind, Site, SpinResistance, Tendon, Transmission,
 };
 use crate::math::Pose;
 
@@ -24,10 +24,14 @@ impl Model {
             pairs,
             contact_filter,
             equalities,
+            sites,
+            tendons,
             actuators,
+            sensors,
             keyframes,
             nq: _,
             nv: _,
+            sensor_size: _,
             dof_parent: _,
             dof_joint: _,
             body_last_dof: _,
@@ -42,7 +46,10 @@ impl Model {
         pairs.feed(&mut hash);
         contact_filter.feed(&mut hash);
         equalities.feed(&mut hash);
+        sites.feed(&mut hash);
+        tendons.feed(&mut hash);
         actuators.feed(&mut hash);
+        sensors.feed(&mut hash);
         keyframes.feed(&mut hash);
         hash.0
     }
@@ -87,7 +94,7 @@ macro_rules! feed_fields {
 }
 feed_fields!(Pose { position, rotation });
 feed_fields!(Inertia { mass, center_of_mass, rotational });
-feed_fields!(Body { name, parent, placement, inertia, first_joint, joint_count });
+feed_fields!(Body { name, parent, placement, inertia, gravity_compensation, first_joint, joint_count });
 feed_fields!(Joint {
     name,
     body,
@@ -121,7 +128,10 @@ feed_fields!(Geom {
 });
 feed_fields!(GeomPair { geom_a, geom_b, friction, spin_resistance, spinning_friction, rolling_friction, restitution });
 feed_fields!(Equality { name, kind });
-feed_fields!(Actuator { name, joint, gear, kind, control_range, force_range });
+feed_fields!(Site { name, body, placement, zone });
+feed_fields!(Tendon { name, terms, stiffness, damping, rest, limits });
+feed_fields!(Sensor { name, kind, cutoff, address });
+feed_fields!(Actuator { name, transmission, gear, kind, control_range, force_range });
 feed_fields!(Keyframe { name, time, q, v, control });
 feed_fields!(Mesh { vertices, triangles });
 feed_fields!(HeightField { size, half_extents, heights });
@@ -135,7 +145,7 @@ macro_rules! feed_id {
         })*
     };
 }
-feed_id!(BodyId, JointId, GeomId);
+feed_id!(BodyId, JointId, GeomId, SiteId, TendonId, ActuatorId);
 
 impl Feed for usize {
     fn feed(&self, hash: &mut Fnv) {
@@ -251,7 +261,46 @@ impl Feed for ActuatorKind {
                 kv.feed(hash);
             }
             Self::Speed => 3u8.feed(hash),
+            Self::Affine { gain, bias } => {
+                4u8.feed(hash);
+                gain.feed(hash);
+                bias.feed(hash);
+            }
         }
+    }
+}
+
+impl Feed for Transmission {
+    fn feed(&self, hash: &mut Fnv) {
+        match self {
+            Self::Joint(joint) => {
+                0u8.feed(hash);
+                joint.feed(hash);
+            }
+            Self::JointAxes { joint, axes } => {
+                1u8.feed(hash);
+                joint.feed(hash);
+                axes.feed(hash);
+            }
+            Self::Tendon(tendon) => {
+                2u8.feed(hash);
+                tendon.feed(hash);
+            }
+            Self::Site { site, reference, wrench } => {
+                3u8.feed(hash);
+                site.feed(hash);
+                reference.feed(hash);
+                wrench.feed(hash);
+            }
+        }
+    }
+}
+
+/// The derived text names the kind and everything it refers to.
+impl Feed for SensorKind {
+    fn feed(&self, hash: &mut Fnv) {
+        let text = format!("{self:?}");
+        text.feed(hash);
     }
 }
 

@@ -2,12 +2,15 @@
 
 mod builder;
 mod check;
+mod check_sensing;
 mod equality;
 mod error;
 mod filter;
 mod geometry;
 mod hash;
 mod parts;
+mod sensing;
+mod transmission;
 
 pub use builder::ModelBuilder;
 pub use equality::{Equality, EqualityKind};
@@ -15,9 +18,11 @@ pub use error::ModelError;
 pub use filter::ContactFilter;
 pub use geometry::{Geometry, HeightField, Mesh};
 pub use parts::{
-    Actuator, ActuatorKind, Body, BodyId, Geom, GeomId, GeomPair, Inertia, Joint, JointId, JointKind, Keyframe,
-    SpinResistance,
+    Actuator, ActuatorId, ActuatorKind, Body, BodyId, Geom, GeomId, GeomPair, Inertia, Joint, JointId, JointKind,
+    Keyframe, SiteId, SpinResistance, TendonId,
 };
+pub use sensing::{FrameId, Sensor, SensorKind, Site};
+pub use transmission::{Tendon, Transmission};
 
 use glamx::glam::DVec3;
 
@@ -44,14 +49,22 @@ pub struct Model {
     pub contact_filter: ContactFilter,
     /// Bilateral constraints.
     pub equalities: Vec<Equality>,
+    /// Frames at which sensors measure and actuators pull.
+    pub sites: Vec<Site>,
+    /// Fixed tendons.
+    pub tendons: Vec<Tendon>,
     /// Actuators.
     pub actuators: Vec<Actuator>,
+    /// Sensors, in the order of their numbers.
+    pub sensors: Vec<Sensor>,
     /// Named states.
     pub keyframes: Vec<Keyframe>,
     /// Size of `q`.
     pub nq: usize,
     /// Size of `v`.
     pub nv: usize,
+    /// Size of the array of all sensors' numbers.
+    pub sensor_size: usize,
     /// For every degree of freedom the one before it on the way to the root, if any.
     pub dof_parent: Vec<Option<usize>>,
     /// For every degree of freedom its joint.
@@ -101,6 +114,20 @@ impl Model {
         std::iter::successors(self.body_last_dof[body.index()], |&k| self.dof_parent[k])
     }
 
+    /// A body and all that hangs on it, in the order of the model.
+    pub fn subtree(&self, root: BodyId) -> impl Iterator<Item = BodyId> + '_ {
+        (root.0..self.bodies.len() as u32).map(BodyId).filter(move |&body| self.is_descendant(body, root))
+    }
+
+    /// Whether a body is another one or hangs on it; everything hangs on the world.
+    pub fn is_descendant(&self, body: BodyId, ancestor: BodyId) -> bool {
+        let mut at = body;
+        while at > ancestor {
+            at = self.bodies[at.index()].parent;
+        }
+        at == ancestor
+    }
+
     /// The body that a degree of freedom belongs to.
     pub fn dof_body(&self, dof: usize) -> BodyId {
         self.joints[self.dof_joint[dof].index()].body
@@ -124,6 +151,26 @@ impl Model {
     /// The geom of that name.
     pub fn geom_named(&self, name: &str) -> Option<GeomId> {
         self.geoms.iter().position(|g| g.name == name).map(|i| GeomId(i as u32))
+    }
+
+    /// The site of that name.
+    pub fn site_named(&self, name: &str) -> Option<SiteId> {
+        self.sites.iter().position(|s| s.name == name).map(|i| SiteId(i as u32))
+    }
+
+    /// The tendon of that name.
+    pub fn tendon_named(&self, name: &str) -> Option<TendonId> {
+        self.tendons.iter().position(|t| t.name == name).map(|i| TendonId(i as u32))
+    }
+
+    /// The actuator of that name.
+    pub fn actuator_named(&self, name: &str) -> Option<ActuatorId> {
+        self.actuators.iter().position(|a| a.name == name).map(|i| ActuatorId(i as u32))
+    }
+
+    /// The sensor of that name.
+    pub fn sensor_named(&self, name: &str) -> Option<&Sensor> {
+        self.sensors.iter().find(|s| s.name == name)
     }
 
     /// The keyframe of that name.

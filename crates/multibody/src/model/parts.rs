@@ -2,7 +2,7 @@
 
 use glamx::glam::{DMat3, DVec3};
 
-use super::Geometry;
+use super::{Geometry, Transmission};
 use crate::math::Pose;
 
 macro_rules! id {
@@ -22,6 +22,9 @@ macro_rules! id {
 id!(BodyId, "body");
 id!(JointId, "joint");
 id!(GeomId, "geom");
+id!(SiteId, "site");
+id!(TendonId, "tendon");
+id!(ActuatorId, "actuator");
 
 impl BodyId {
     /// The world, body 0: it never moves.
@@ -55,6 +58,8 @@ pub struct Body {
     pub placement: Pose,
     /// Mass, centre of mass, rotational inertia.
     pub inertia: Inertia,
+    /// Share of its weight that a force at its centre of mass takes away: 1 makes it float.
+    pub gravity_compensation: f64,
     /// First joint in [`Model::joints`](super::Model::joints); a body's joints are consecutive.
     pub first_joint: usize,
     /// Number of joints; 0 welds the body to its parent.
@@ -270,16 +275,24 @@ pub enum ActuatorKind {
         /// Gain, N·s/m or N·m·s/rad.
         kv: f64,
     },
+    /// MuJoCo's affine actuator: with length `l` and its rate `l̇`, force = `(g₀ + g₁ l + g₂ l̇) control + b₀ + b₁ l + b₂ l̇`.
+    /// What pulls back (falls with `l` or `l̇`) is integrated implicitly, the rest explicitly.
+    Affine {
+        /// `g`.
+        gain: [f64; 3],
+        /// `b`.
+        bias: [f64; 3],
+    },
 }
 
-/// An actuator on a hinge or slide.
+/// An actuator: a force along the length of a joint, tendon or site.
 #[derive(Clone, Debug)]
 pub struct Actuator {
     /// Unique name.
     pub name: String,
-    /// The joint it drives.
-    pub joint: JointId,
-    /// Factor from actuator force to joint force, and from joint position to actuator length.
+    /// What it acts on.
+    pub transmission: Transmission,
+    /// Factor from actuator force to force on what it acts on, and from the length of that to the actuator's length.
     pub gear: f64,
     /// Its law.
     pub kind: ActuatorKind,

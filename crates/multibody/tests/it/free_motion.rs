@@ -3,7 +3,7 @@
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{
     Actuator, ActuatorKind, BodyId, FreeMotion, FreeMotionError, Inertia, Input, Joint, JointId, JointKind, Model,
-    ModelBuilder, Pose, Saturation, State, StateError, free_motion_into,
+    ModelBuilder, Pose, Saturation, State, StateError, Tendon, Transmission, free_motion_into,
 };
 
 use crate::identities::{FIXED, bias_force, forward_dynamics, kinematics, mass_matrix, relative_error};
@@ -17,7 +17,8 @@ fn free_motion(model: &Model, state: &State, input: &Input, dt: f64) -> FreeMoti
 
 fn actuator(joint: usize, kind: ActuatorKind) -> Actuator {
     let name = format!("actuator{joint}");
-    Actuator { name, joint: JointId(joint as u32), gear: 1.0, kind, control_range: None, force_range: None }
+    let transmission = Transmission::Joint(JointId(joint as u32));
+    Actuator { name, transmission, gear: 1.0, kind, control_range: None, force_range: None }
 }
 
 /// A mass on a slide along x, without gravity.
@@ -103,7 +104,8 @@ fn the_implicit_equation_is_satisfied() {
             }
         }
         for (a, actuator) in model.actuators.iter().enumerate() {
-            let joint = &model.joints[actuator.joint.index()];
+            let Transmission::Joint(joint) = actuator.transmission else { unreachable!() };
+            let joint = &model.joints[joint.index()];
             let [lower, upper] = actuator.force_range.unwrap();
             let rate = actuator.gear * v[joint.v_index];
             let length = actuator.gear * state.q[joint.q_index] + dt * rate;
@@ -111,7 +113,7 @@ fn the_implicit_equation_is_satisfied() {
                 ActuatorKind::Motor => input.control[a],
                 ActuatorKind::Position { kp, kv } => kp * (input.control[a] - length) - kv * rate,
                 ActuatorKind::Velocity { kv } => kv * (input.control[a] - rate),
-                ActuatorKind::Speed => unreachable!("no random model has one"),
+                ActuatorKind::Affine { .. } | ActuatorKind::Speed => unreachable!("no such actuator is made"),
             };
             let force = free.actuator_force[a];
             assert!((lower..=upper).contains(&force));
@@ -174,6 +176,59 @@ fn a_servo_out_of_its_range_pushes_with_the_end_of_it() {
     let down = pushed(-5.0);
     assert_eq!((down.saturation[0], down.actuator_force[0]), (Saturation::Lower, -2.0));
     assert!((down.free_velocity[0] - (0.5 - 0.01 * 4.0 * 2.0 / 2.0)).abs() < 1e-15);
+}
+
+/// Two masses `m` on slides of their own, tied by a tendon of stiffness `k` on `q₁ − q₂`: an explicit step is unstable
+/// (Δt² k / m = 250). The common motion is that of free masses, and the stretch dies down.
+#[test]
+fn a_stiff_tendon_between_two_trees_is_stable() {
+    let mut builder = ModelBuilder::new("pair");
+    builder.gravity(DVec3::ZERO);
+    let inertia = Inertia { mass: 0.1, center_of_mass: DVec3::ZERO, rotational: DMat3::ZERO };
+    let joints = ["a", "b"].map(|name| {
+        let body = builder.add_body(name, BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
+        builder.add_joint(body, Joint::new(name, JointKind::Slide { axis: DVec3::X })).unwrap()
+    });
+    let terms = vec![(joints[0], 1.0), (joints[1], -1.0)];
+    builder.add_tendon(Tendon { stiffness: 1e6, damping: 1.0, ..Tendon::new("tie", terms) });
+    let model = builder.build().unwrap();
+    let (dt, mut state) = (5e-3, State { time: 0.0, q: vec![0.01, 0.0], v: vec![3.0, 1.0] });
+    for _ in 0..2000 {
+        state.v = free_motion(&model, &state, &Input::default(), dt).free_velocity;
+        (0..2).for_each(|k| state.q[k] += dt * state.v[k]);
+        assert!((state.v[0] + state.v[1] - 4.0).abs() < 1e-9, "momentum: {state:?}");
+    }
+    assert!((state.q[0] - state.q[1]).abs() < 1e-9 && (state.v[0] - 2.0).abs() < 1e-9, "{state:?}");
+}
+
+/// The same servo as a general actuator, and one with a bias of its own: at rest `kp (u − q) + b₀ = 0`.
+#[test]
+fn a_stiff_affine_actuator_settles_at_its_target() {
+    let kind = ActuatorKind::Affine { gain: [1e4, 0.0, 0.0], bias: [500.0, -1e4, -10.0] };
+    let model = slider(1e-4, slide(), vec![actuator(0, kind)]);
+    let mut state = State { time: 0.0, q: vec![0.0], v: vec![50.0] };
+    let input = Input { control: vec![0.3], ..Input::default() };
+    for _ in 0..200 {
+        state.v = free_motion(&model, &state, &input, 5e-3).free_velocity;
+        state.q[0] += 5e-3 * state.v[0];
+    }
+    assert!((state.q[0] - 0.35).abs() < 1e-12 && state.v[0].abs() < 1e-10, "{state:?}");
+}
+
+/// Half its weight taken away, a body falls with half of g; its centre of mass is where the force acts.
+#[test]
+fn gravity_compensation_takes_weight_away() {
+    let mut builder = ModelBuilder::new("balloon");
+    let (c, rotational) = (DVec3::new(0.1, 0.2, 0.3), DMat3::from_diagonal(DVec3::new(0.1, 0.12, 0.13)));
+    let inertia = Inertia { mass: 2.0, center_of_mass: c, rotational };
+    let body = builder.add_body("balloon", BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
+    builder.add_joint(body, Joint::new("free", JointKind::Free)).unwrap();
+    builder.set_gravity_compensation(body, 0.5).unwrap();
+    let model = builder.build().unwrap();
+    let free = free_motion(&model, &State::new(&model), &Input::default(), 0.01);
+    for (v, expected) in free.free_velocity.iter().zip([0.0, 0.0, -0.5 * 9.81 * 0.01, 0.0, 0.0, 0.0]) {
+        assert!((v - expected).abs() < 1e-15, "{:?}", free.free_velocity);
+    }
 }
 
 #[test]

@@ -2,7 +2,8 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    BodyId, Geom, Geometry, Joint, JointKind, Model, ModelBuilder, ModelError, Pose, State, StateError,
+    Actuator, ActuatorKind, BodyId, Geom, Geometry, Joint, JointKind, Model, ModelBuilder, ModelError, Pose, Sensor,
+    SensorKind, Site, SiteId, State, StateError, Tendon, TendonId, Transmission,
 };
 
 use crate::random_model::{Random, Recipe, random_model};
@@ -15,6 +16,22 @@ fn ball_and_box() -> ModelBuilder {
         builder.add_joint(body, Joint::new(format!("{name} joint"), kind)).unwrap();
         builder.add_geom(body, Geom::new(format!("{name} geom"), Geometry::Sphere { radius: 0.1 })).unwrap();
     }
+    let lift = builder.add_body("lift", BodyId(1), Pose::IDENTITY, random.inertia()).unwrap();
+    let slide = JointKind::Slide { axis: DVec3::Z };
+    let joint = builder.add_joint(lift, Joint::new("lift joint", slide)).unwrap();
+    let zone = Geometry::Sphere { radius: 0.01 };
+    let site = Site { name: "site".into(), body: lift, placement: Pose::IDENTITY, zone };
+    let site = builder.add_site(lift, site).unwrap();
+    builder.add_tendon(Tendon::new("tendon", vec![(joint, 1.0)]));
+    builder.add_actuator(Actuator {
+        name: "motor".into(),
+        transmission: Transmission::Joint(joint),
+        gear: 1.0,
+        kind: ActuatorKind::Motor,
+        control_range: None,
+        force_range: None,
+    });
+    builder.add_sensor(Sensor::new("gyro", SensorKind::Gyro(site)));
     builder
 }
 
@@ -22,7 +39,7 @@ fn ball_and_box() -> ModelBuilder {
 fn equal_models_have_equal_hashes_and_others_do_not() {
     let model = ball_and_box().build().unwrap();
     assert_eq!(model.content_hash(), ball_and_box().build().unwrap().content_hash());
-    let changes: [fn(&mut Model); 9] = [
+    let changes: [fn(&mut Model); 16] = [
         |m| m.name.push('x'),
         |m| m.gravity.z += 1e-12,
         |m| m.timestep *= 2.0,
@@ -32,6 +49,13 @@ fn equal_models_have_equal_hashes_and_others_do_not() {
         |m| m.geoms[1].geometry = Geometry::Sphere { radius: 0.2 },
         |m| m.geoms[1].contact_type = 2,
         |m| m.geoms.truncate(1),
+        |m| m.bodies[1].gravity_compensation = 0.5,
+        |m| m.sites[0].placement.position.x = 0.1,
+        |m| m.tendons[0].terms[0].1 = 2.0,
+        |m| m.actuators[0].transmission = Transmission::Tendon(TendonId(0)),
+        |m| m.actuators[0].kind = ActuatorKind::Affine { gain: [1.0, 0.0, 0.0], bias: [0.0; 3] },
+        |m| m.sensors[0].kind = SensorKind::Accelerometer(SiteId(0)),
+        |m| m.sensors[0].cutoff = Some(1.0),
     ];
     let mut hashes = vec![model.content_hash()];
     for change in changes {
@@ -44,7 +68,7 @@ fn equal_models_have_equal_hashes_and_others_do_not() {
     hashes.push(excluding.build().unwrap().content_hash());
     hashes.sort_unstable();
     hashes.dedup();
-    assert_eq!(hashes.len(), 11);
+    assert_eq!(hashes.len(), 18);
 }
 
 /// The hash is part of what recordings store: it may not change from build to build or machine to machine. The number is
@@ -52,7 +76,7 @@ fn equal_models_have_equal_hashes_and_others_do_not() {
 #[test]
 fn hash_is_stable() {
     let empty = ModelBuilder::new("empty").build().unwrap();
-    assert_eq!(empty.content_hash(), 15289924263838132563);
+    assert_eq!(empty.content_hash(), 6035986311601328851);
 }
 
 #[test]
@@ -99,6 +123,6 @@ fn state_check_names_the_joint() {
     assert_eq!(wrong.check(&model).unwrap_err().to_string(), "v[2] (joint 'ball joint') is -inf: it must be finite");
     let mut wrong = state;
     wrong.v.pop();
-    let expected = StateError::WrongLength { quantity: "v", expected: 9, found: 8 };
+    let expected = StateError::WrongLength { quantity: "v", expected: 10, found: 9 };
     assert_eq!(wrong.check(&model), Err(expected));
 }

@@ -3,7 +3,7 @@
 use signorini_multibody::glam::{DMat3, DQuat, DVec3};
 use signorini_multibody::{
     Actuator, ActuatorKind, BodyId, FreeMotion, Inertia, Input, Joint, JointKind, Model, ModelBuilder, Pose, State,
-    free_motion_into, kinetic_energy, potential_energy,
+    Transmission, free_motion_into, kinetic_energy, potential_energy,
 };
 
 use crate::free_motion::rotation_force;
@@ -138,7 +138,8 @@ fn build() -> Model {
     let model = builder.clone().build().unwrap();
     let mut drive = |name: &str, joint: &str, kind: ActuatorKind, gear: f64, control_range: Option<[f64; 2]>| {
         let joint = model.joint_named(joint).unwrap();
-        builder.add_actuator(Actuator { name: name.into(), joint, gear, kind, control_range, force_range: None });
+        let (name, transmission) = (name.into(), Transmission::Joint(joint));
+        builder.add_actuator(Actuator { name, transmission, gear, kind, control_range, force_range: None });
     };
     drive("push", "arm_slide", ActuatorKind::Motor, 3.0, Some([-0.5, 0.5]));
     drive("hold", "leg_hinge", ActuatorKind::Position { kp: 50.0, kv: 2.0 }, -1.5, None);
@@ -186,7 +187,8 @@ fn joint_force(model: &Model, state: &State, input: &Input) -> Vec<f64> {
     let mut stiffness: Vec<f64> = model.dof_joint.iter().map(|j| model.joints[j.index()].stiffness).collect();
     for actuator in &model.actuators {
         if let ActuatorKind::Position { kp, .. } = actuator.kind {
-            stiffness[model.joints[actuator.joint.index()].v_index] += actuator.gear * actuator.gear * kp;
+            let Transmission::Joint(joint) = actuator.transmission else { unreachable!() };
+            stiffness[model.joints[joint.index()].v_index] += actuator.gear * actuator.gear * kp;
         }
     }
     let rotation = rotation_force(model, state, dt);

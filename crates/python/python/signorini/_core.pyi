@@ -149,6 +149,9 @@ class Model:
         base_dir: _Path = ...,
         package_dirs: Sequence[_Path] = ...,
         floating_base: bool = False,
+        merge_fixed_joints: bool = False,
+        self_collision: bool = True,
+        srdf: Optional[_Path] = None,
     ) -> Self: ...
     @property
     def name(self) -> str:
@@ -177,6 +180,15 @@ class Model:
     @property
     def ngeom(self) -> int:
         """Number of geoms."""
+    @property
+    def ntendon(self) -> int:
+        """Number of tendons."""
+    @property
+    def nsensor(self) -> int:
+        """Number of sensors."""
+    @property
+    def nsensordata(self) -> int:
+        """Number of entries of ``sensordata``."""
     @property
     def nkey(self) -> int:
         """Number of keyframes."""
@@ -225,6 +237,18 @@ class Model:
     @property
     def actuator_names(self) -> list[str]:
         """Names of the actuators."""
+    @property
+    def tendon_names(self) -> list[str]:
+        """Names of the tendons."""
+    @property
+    def sensor_names(self) -> list[str]:
+        """Names of the sensors."""
+    @property
+    def sensor_adr(self) -> _Ints:
+        """Where every sensor's entries in ``sensordata`` begin, (nsensor,)."""
+    @property
+    def sensor_dim(self) -> _Ints:
+        """Number of every sensor's entries in ``sensordata``, (nsensor,)."""
     @property
     def keyframe_names(self) -> list[str]:
         """Names of the keyframes."""
@@ -350,11 +374,17 @@ class Actuator:
     def name(self) -> str:
         """Name."""
     @property
-    def type(self) -> Literal["motor", "position", "velocity"]:
+    def type(self) -> Literal["motor", "position", "velocity", "speed", "affine"]:
         """Its law."""
     @property
-    def joint(self) -> int:
-        """Index of the joint it drives."""
+    def joint(self) -> Optional[int]:
+        """Index of the joint it drives; ``None`` if it drives something else."""
+    @property
+    def tendon(self) -> Optional[int]:
+        """Index of the tendon it drives; ``None`` if it drives something else."""
+    @property
+    def site(self) -> Optional[int]:
+        """Index of the site it drives; ``None`` if it drives something else."""
     @property
     def gear(self) -> float:
         """Factor from actuator force to joint force."""
@@ -462,7 +492,11 @@ class Data:
         """Contacts of the last step."""
     @property
     def limit(self) -> Limits:
-        """Joint limits in the last step's problem."""
+        """Limits of joints and tendons in the last step's problem."""
+    @property
+    def sensordata(self) -> _Array:
+        """Numbers of all sensors, (nsensordata,): those of the state at the beginning of the last step, and the accelerations and
+        forces with which it went on; zeros before the first step."""
     @property
     def ncon(self) -> int:
         """Number of contacts of the last step."""
@@ -551,12 +585,15 @@ class Contacts:
 
 @final
 class Limits:
-    """The joint limits in a step's problem: a snapshot whose arrays have one entry per limit."""
+    """The limits of joints and tendons in a step's problem: a snapshot whose arrays have one entry per limit."""
 
     def __len__(self) -> int: ...
     @property
     def joint(self) -> _Ints:
-        """Joints, (nlimit,)."""
+        """Joints, (nlimit,); -1 where it is the limit of a tendon."""
+    @property
+    def tendon(self) -> _Ints:
+        """Tendons, (nlimit,); -1 where it is the limit of a joint."""
     @property
     def upper(self) -> NDArray[np.bool_]:
         """Whether it is the upper limit, (nlimit,)."""

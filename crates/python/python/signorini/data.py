@@ -28,7 +28,7 @@ class Data(_core.Data):
     are live results: every step updates them in place, and they belong to the state at its end. After writing to ``qpos``
     call :func:`signorini.forward` or :func:`signorini.kinematics` to update them. Views stay valid as long as they are kept.
 
-    ``contact``, ``limit``, ``certificate``, ``report``, :meth:`problem` and :meth:`solution` are snapshots of the last
+    ``contact``, ``limit``, ``sensordata``, ``certificate``, ``report``, :meth:`problem` and :meth:`solution` are snapshots of the last
     step; the contacts are those at its beginning.
 
     One thread at a time may use a data.
@@ -70,6 +70,12 @@ class Data(_core.Data):
     def actuator(self, key: Key) -> ActuatorData:
         """The control of the actuator of this name or index; errors as in :meth:`body`."""
         return ActuatorData(self, index_of("actuator", self.model.actuator_names, key))
+
+    def sensor(self, key: Key) -> Array:
+        """The numbers of the sensor of this name or index, a copy; see ``sensordata``; errors as in :meth:`body`."""
+        i = index_of("sensor", self.model.sensor_names, key)
+        start = int(self.model.sensor_adr[i])
+        return self.sensordata[start : start + int(self.model.sensor_dim[i])]
 
     def record(self, path: Optional[Union[str, "os.PathLike[str]"]] = None) -> Recorder:
         """Records every step until the recorder is stopped; see :class:`Recorder`."""

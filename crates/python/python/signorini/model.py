@@ -1,4 +1,4 @@
-"""Models: immutable mechanisms read from MJCF or URDF."""
+"""Models: immutable mechanisms read from MJCF, URDF or SDF."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import html
 import os
 import pathlib
 import warnings
-from typing import Any, Dict, List, Literal, Sequence, Tuple, Union
+from typing import Any, Dict, List, Literal, Optional, Sequence, Tuple, Union
 
 from signorini import _core
 from signorini._names import Key, index_of
@@ -20,8 +20,8 @@ PathLike = Union[str, "os.PathLike[str]"]
 class Model(_core.Model):
     """An immutable mechanism: bodies in a tree, joints, shapes, actuators, keyframes.
 
-    Made by :meth:`from_file`, :meth:`from_mjcf`, :meth:`from_urdf` or :meth:`from_string`. What a file has that the model
-    has not is listed in ``import_report``; what of it can change the motion is issued as a :class:`ModelWarning` at its
+    Made by :meth:`from_file`, :meth:`from_mjcf`, :meth:`from_urdf`, :meth:`from_sdf` or :meth:`from_string`. What a file has
+    that the model has not is listed in ``import_report``; what of it can change the motion is issued as a :class:`ModelWarning` at its
     line. Names and conventions are MuJoCo's (``nq``, ``nv``, ``nu``, ``nbody``, …; quaternions w, x, y, z); bodies and
     joints keep the order of the file, depth first; body 0 is the world.
     """
@@ -30,19 +30,31 @@ class Model(_core.Model):
 
     @classmethod
     def from_file(
-        cls, path: PathLike, *, package_dirs: Sequence[PathLike] = (), floating_base: bool = False
+        cls,
+        path: PathLike,
+        *,
+        package_dirs: Sequence[PathLike] = (),
+        floating_base: bool = False,
+        merge_fixed_joints: bool = False,
+        self_collision: bool = True,
+        srdf: Optional[PathLike] = None,
     ) -> Model:
-        """Reads a model file; its root element says whether it is MJCF or URDF.
+        """Reads a model file; its root element says whether it is MJCF, URDF or SDF.
 
         Args:
             path: the file.
-            package_dirs: folders in which the packages of ``package://…`` are looked for (URDF).
+            package_dirs: folders in which the packages of ``package://…`` are looked for (URDF, SDF).
             floating_base: whether the root link of a URDF gets a free joint; otherwise it is fixed to the world.
+            merge_fixed_joints: whether links that a fixed joint connects become one body (URDF); the frame of the merged link
+                stays as a site of its name.
+            self_collision: whether the links of a URDF meet each other, but for those that a joint connects.
+            srdf: a file whose ``<disable_collisions>`` say which links of a URDF do not meet.
 
         Raises:
             ModelError: the file cannot be read, with file and line.
         """
-        return cls._load({"path": os.fspath(path)}, package_dirs, floating_base)
+        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf)
+        return cls._load({"path": os.fspath(path)}, options)
 
     @classmethod
     def from_string(
@@ -52,15 +64,19 @@ class Model(_core.Model):
         base_dir: PathLike = "",
         package_dirs: Sequence[PathLike] = (),
         floating_base: bool = False,
-        format: Literal["auto", "mjcf", "urdf"] = "auto",
+        merge_fixed_joints: bool = False,
+        self_collision: bool = True,
+        srdf: Optional[PathLike] = None,
+        format: Literal["auto", "mjcf", "urdf", "sdf"] = "auto",
     ) -> Model:
-        """Reads MJCF or URDF from text; files that it names are looked for in ``base_dir``.
+        """Reads MJCF, URDF or SDF from text; files that it names are looked for in ``base_dir``; other arguments as in
+        :meth:`from_file`.
 
         Raises:
             ModelError: the text cannot become a model, with line.
         """
         source: Dict[str, Any] = {"text": text, "format": format, "base_dir": os.fspath(base_dir)}
-        return cls._load(source, package_dirs, floating_base)
+        return cls._load(source, _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf))
 
     @classmethod
     def from_mjcf(cls, source: PathLike) -> Model:
@@ -71,19 +87,32 @@ class Model(_core.Model):
 
     @classmethod
     def from_urdf(
-        cls, source: PathLike, *, package_dirs: Sequence[PathLike] = (), floating_base: bool = False
+        cls,
+        source: PathLike,
+        *,
+        package_dirs: Sequence[PathLike] = (),
+        floating_base: bool = False,
+        merge_fixed_joints: bool = False,
+        self_collision: bool = True,
+        srdf: Optional[PathLike] = None,
     ) -> Model:
         """Reads URDF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
+        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf)
         if _is_text(source):
-            text = os.fspath(source)
-            return cls.from_string(text, format="urdf", package_dirs=package_dirs, floating_base=floating_base)
-        return cls.from_file(source, package_dirs=package_dirs, floating_base=floating_base)
+            return cls._load({"text": os.fspath(source), "format": "urdf", "base_dir": ""}, options)
+        return cls._load({"path": os.fspath(source)}, options)
 
     @classmethod
-    def _load(cls, source: Dict[str, Any], package_dirs: Sequence[PathLike], floating_base: bool) -> Model:
-        folders = [os.fspath(folder) for folder in package_dirs]
-        model = cls(**source, package_dirs=folders, floating_base=floating_base)
-        model._recipe = dict(_text_of(source), package_dirs=folders, floating_base=floating_base)
+    def from_sdf(cls, source: PathLike, *, package_dirs: Sequence[PathLike] = ()) -> Model:
+        """Reads SDF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
+        if _is_text(source):
+            return cls.from_string(os.fspath(source), format="sdf", package_dirs=package_dirs)
+        return cls.from_file(source, package_dirs=package_dirs)
+
+    @classmethod
+    def _load(cls, source: Dict[str, Any], options: Dict[str, Any]) -> Model:
+        model = cls(**source, **options)
+        model._recipe = {"source": _text_of(source), "options": options}
         for w in model.import_report:
             if w.changes_motion:
                 warning = ModelWarning(str(w), w.file, w.line, w.element, w.what, w.effect, w.count)
@@ -138,6 +167,7 @@ class Model(_core.Model):
             ("joints", str(self.njnt)),
             ("geoms", str(self.ngeom)),
             ("actuators", str(self.nu)),
+            ("sensors", str(self.nsensor)),
             ("keyframes", str(self.nkey)),
             ("nq, nv", f"{self.nq}, {self.nv}"),
             ("base", base),
@@ -163,6 +193,22 @@ def _is_text(source: PathLike) -> bool:
     return isinstance(source, str) and source.lstrip().startswith("<")
 
 
+def _options(
+    package_dirs: Sequence[PathLike],
+    floating_base: bool,
+    merge_fixed_joints: bool,
+    self_collision: bool,
+    srdf: Optional[PathLike],
+) -> Dict[str, Any]:
+    return {
+        "package_dirs": [os.fspath(folder) for folder in package_dirs],
+        "floating_base": floating_base,
+        "merge_fixed_joints": merge_fixed_joints,
+        "self_collision": self_collision,
+        "srdf": None if srdf is None else os.path.abspath(srdf),
+    }
+
+
 def _text_of(source: Dict[str, Any]) -> Dict[str, Any]:
     """A source by its text, so that a pickle of a model without meshes and includes needs no file."""
     if "path" not in source:
@@ -174,8 +220,7 @@ def _text_of(source: Dict[str, Any]) -> Dict[str, Any]:
 def _unpickle(cls: type[Model], recipe: Dict[str, Any], content_hash: int) -> Model:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # They were issued when the model was made.
-        source = {name: value for name, value in recipe.items() if name not in ("package_dirs", "floating_base")}
-        model = cls._load(source, recipe["package_dirs"], recipe["floating_base"])
+        model = cls._load(recipe["source"], recipe["options"])
     if model.content_hash != content_hash:
         raise ModelError(f"the files of model '{model.name}' are not those that it was pickled with: load it anew")
     return model

@@ -1,18 +1,83 @@
-//! Joint limits: contacts without friction in the joint's own coordinate (formulation §5).
+//! Limits: contacts without friction in the coordinate of a joint or the length of a tendon (formulation §5).
 
-use signorini_multibody::{Joint, JointKind, Model, State, rotation_log};
-
-use crate::warm::{ContactKey, limit_key};
 use signorini_multibody::glam::{DQuat, DVec3};
+use signorini_multibody::{Joint, JointKind, Model, State, rotation_log, tendon_length_into};
+
+use super::{ProblemBuilder, stabilized};
+use crate::warm::{ContactKey, joint_limit_key, tendon_limit_key};
 
 /// Below this angle the axis of a ball joint's rotation is not taken from the rotation, rad.
 const NO_AXIS: f64 = 1e-6;
 
+impl ProblemBuilder {
+    /// Limits that the step cannot reach are left out by the same margin as contact points; see
+    /// [`add_crossed_limits`](Self::add_crossed_limits).
+    pub(super) fn push_limits(&mut self, model: &Model, state: &State) {
+        let dt = self.problem.timestep;
+        let v_free = std::mem::take(&mut self.problem.free_velocity);
+        for limit in limits(model, state, &v_free) {
+            let reach = 4.0 * dt * limit.rate(&state.v).abs().max(limit.rate(&v_free).abs());
+            if limit.gap <= reach {
+                self.push_limit(&limit);
+            }
+        }
+        for (t, limits) in limited_tendons(model) {
+            self.measure_tendon(model, state, t);
+            let reach = 4.0 * dt * self.length.rate(&state.v).abs().max(self.length.rate(&v_free).abs());
+            for (side, (gap, _)) in gaps(self.length.length, limits).into_iter().enumerate() {
+                if gap <= reach {
+                    self.push_tendon_limit(t, side, gap);
+                }
+            }
+        }
+        self.problem.free_velocity = v_free;
+    }
+
+    /// Adds the limits that `v` would cross in this step although they are not in the problem; whether there were any.
+    pub fn add_crossed_limits(&mut self, model: &Model, state: &State, v: &[f64]) -> bool {
+        let dt = self.problem.timestep;
+        let before = self.keys.len();
+        for limit in limits(model, state, v) {
+            if limit.gap + dt * limit.rate(v) < 0.0 && !self.keys.contains(&limit.key) {
+                self.push_limit(&limit);
+            }
+        }
+        for (t, limits) in limited_tendons(model) {
+            self.measure_tendon(model, state, t);
+            let rate = self.length.rate(v);
+            for (side, (gap, sign)) in gaps(self.length.length, limits).into_iter().enumerate() {
+                if gap + sign * dt * rate < 0.0 && !self.keys.contains(&tendon_limit_key(t, side as u32)) {
+                    self.push_tendon_limit(t, side, gap);
+                }
+            }
+        }
+        self.keys.len() > before
+    }
+
+    fn push_limit(&mut self, limit: &Limit) {
+        self.problem.push_contact(limit.columns(), stabilized(limit.gap, self.stabilization), 0.0, &self.frictionless);
+        self.keys.push(limit.key);
+    }
+
+    fn measure_tendon(&mut self, model: &Model, state: &State, t: usize) {
+        tendon_length_into(model, &state.q, &model.tendons[t], &mut self.length);
+    }
+
+    /// Adds the lower (`side` 0) or upper (1) limit of the tendon that was measured last.
+    fn push_tendon_limit(&mut self, t: usize, side: usize, gap: f64) {
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let columns = self.length.dofs.iter().zip(&self.length.gradient);
+        let columns = columns.map(|(&k, &g)| (k as u32, [sign * g, 0.0, 0.0]));
+        self.problem.push_contact(columns, stabilized(gap, self.stabilization), 0.0, &self.frictionless);
+        self.keys.push(tendon_limit_key(t, side as u32));
+    }
+}
+
 /// One side of a joint's range.
-pub(super) struct Limit {
-    pub key: ContactKey,
+struct Limit {
+    key: ContactKey,
     /// Distance to the limit, rad or m.
-    pub gap: f64,
+    gap: f64,
     /// First degree of freedom of the joint.
     dof: usize,
     /// How the distance changes with the joint's rates.
@@ -22,19 +87,19 @@ pub(super) struct Limit {
 
 impl Limit {
     /// The columns of its row.
-    pub fn columns(&self) -> impl Iterator<Item = (u32, [f64; 3])> + '_ {
+    fn columns(&self) -> impl Iterator<Item = (u32, [f64; 3])> + '_ {
         self.slope[..self.count].iter().enumerate().map(|(a, s)| ((self.dof + a) as u32, [*s, 0.0, 0.0]))
     }
 
     /// How fast the distance grows at velocity `v`.
-    pub fn rate(&self, v: &[f64]) -> f64 {
+    fn rate(&self, v: &[f64]) -> f64 {
         self.slope[..self.count].iter().zip(&v[self.dof..]).map(|(s, v)| s * v).sum()
     }
 }
 
 /// The limits of all joints, in the order of their keys. A ball joint has one: its rotation by the angle θ about the axis a
 /// stays within its cone, `θ_max − θ`, whose rate is `−a·ω`. `v_free` gives the axis where there is no rotation yet.
-pub(super) fn limits<'a>(model: &'a Model, state: &'a State, v_free: &'a [f64]) -> impl Iterator<Item = Limit> + 'a {
+fn limits<'a>(model: &'a Model, state: &'a State, v_free: &'a [f64]) -> impl Iterator<Item = Limit> + 'a {
     let limited = model.joints.iter().enumerate().filter_map(|(j, joint)| Some((j, joint, joint.limits?)));
     limited.flat_map(move |(j, joint, [lower, upper])| {
         let dof = joint.v_index;
@@ -43,7 +108,7 @@ pub(super) fn limits<'a>(model: &'a Model, state: &'a State, v_free: &'a [f64]) 
             _ => {
                 let q = state.q[joint.q_index];
                 let side = |key, gap, sign: f64| Some(Limit { key, gap, dof, slope: [sign, 0.0, 0.0], count: 1 });
-                [side(limit_key(j, 0), q - lower, 1.0), side(limit_key(j, 1), upper - q, -1.0)]
+                [side(joint_limit_key(j, 0), q - lower, 1.0), side(joint_limit_key(j, 1), upper - q, -1.0)]
             }
         };
         both.into_iter().flatten()
@@ -56,5 +121,15 @@ fn cone(j: usize, joint: &Joint, largest: f64, state: &State, v_free: &[f64]) ->
     let angle = turn.length();
     let towards = DVec3::new(v_free[dof], v_free[dof + 1], v_free[dof + 2]).normalize_or(DVec3::X);
     let axis = if angle > NO_AXIS { turn / angle } else { towards };
-    Limit { key: limit_key(j, 1), gap: largest - angle, dof, slope: (-axis).to_array(), count: 3 }
+    Limit { key: joint_limit_key(j, 1), gap: largest - angle, dof, slope: (-axis).to_array(), count: 3 }
+}
+
+/// Tendons with limits, by index.
+fn limited_tendons(model: &Model) -> impl Iterator<Item = (usize, [f64; 2])> + '_ {
+    model.tendons.iter().enumerate().filter_map(|(t, tendon)| Some((t, tendon.limits?)))
+}
+
+/// For the lower and the upper limit of a length: the distance to it, and how that changes with the rate.
+fn gaps(length: f64, [lower, upper]: [f64; 2]) -> [(f64, f64); 2] {
+    [(length - lower, 1.0), (upper - length, -1.0)]
 }

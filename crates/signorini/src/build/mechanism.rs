@@ -1,25 +1,27 @@
 //! Rows of the mechanism itself: equality constraints, dry friction in joints, servos of speed (formulation §5).
 
 use signorini_contact::FrictionBound;
-use signorini_multibody::{ActuatorKind, EqualityBlock, Input, Kinematics, Model, equality_block_into};
+use signorini_multibody::{
+    ActuatorKind, EqualityBlock, Input, Kinematics, Model, actuator_length_into, equality_block_into,
+};
 
-use super::{FrictionSource, ProblemBuilder};
+use super::{BilateralSource, FrictionSource, ProblemBuilder};
 
 /// Entries of a block below this, relative to its largest one, are rounding.
 const ROUNDING: f64 = 1e-13;
 
-/// Calls `push(columns, Θ)` for the rows of a block.
+/// Calls `push(row, columns, Θ)` for the rows of a block.
 ///
 /// Entries that are rounding are zero. A row without entries, which no degree of freedom moves (the direction out of the plane
 /// of a planar loop), is left out where its violation is within `tolerance`; else it has no columns and the problem no solution.
-pub(crate) fn push_rows(block: &EqualityBlock, tolerance: f64, mut push: impl FnMut(&mut Columns<'_>, f64)) {
+pub(crate) fn push_rows(block: &EqualityBlock, tolerance: f64, mut push: impl FnMut(usize, &mut Columns<'_>, f64)) {
     let largest = block.rows.columns.iter().flatten().fold(0.0, |a: f64, x| a.max(x.abs()));
     let counts = |x: f64| x.abs() > ROUNDING * largest;
     for r in 0..block.count {
         let entries = block.rows.dofs.iter().zip(&block.rows.columns);
         let mut columns = entries.filter(|(_, c)| counts(c[r])).map(|(&k, c)| (k as u32, [c[r]])).peekable();
         if columns.peek().is_some() || block.violation[r].abs() > tolerance {
-            push(&mut columns, block.violation[r]);
+            push(r, &mut columns, block.violation[r]);
         }
     }
 }
@@ -33,13 +35,13 @@ impl ProblemBuilder {
         self.constraint_error = 0.0;
         self.bilateral_source.clear();
         for (e, equality) in model.equalities.iter().enumerate() {
-            for k in 0..equality.kind.block_count() {
-                equality_block_into(model, kinematics, q, &equality.kind, k, &mut self.block);
+            for b in 0..equality.kind.block_count() {
+                equality_block_into(model, kinematics, q, &equality.kind, b, &mut self.block);
                 self.constraint_error = self.constraint_error.max(self.block.size());
                 let Self { problem, block, stabilization, assembly_tolerance, bilateral_source, .. } = self;
-                push_rows(block, *assembly_tolerance, |columns, violation| {
+                push_rows(block, *assembly_tolerance, |axis, columns, violation| {
                     problem.push_bilateral(columns, *stabilization * violation);
-                    bilateral_source.push(e);
+                    bilateral_source.push(BilateralSource { equality: e, block: b, axis });
                 });
             }
         }
@@ -56,14 +58,15 @@ impl ProblemBuilder {
         }
     }
 
-    /// Friction groups of servos of speed. The middle of the force range is part of the free motion; the group adds up to half
+    /// Friction groups of servos of speed, in the rate of the actuator's length. The middle of the force range is part of the free motion; the group adds up to half
     /// of the range in either direction.
-    pub(super) fn push_servos(&mut self, model: &Model, input: &Input) {
+    pub(super) fn push_servos(&mut self, model: &Model, kinematics: &Kinematics, q: &[f64], input: &Input) {
         for (a, actuator) in model.actuators.iter().enumerate() {
             if let (ActuatorKind::Speed, Some([lower, upper])) = (actuator.kind, actuator.force_range) {
-                let dof = model.joints[actuator.joint.index()].v_index as u32;
+                actuator_length_into(model, kinematics, q, actuator, &mut self.length);
                 let bound = FrictionBound::Impulse((upper - lower) / 2.0 * self.problem.timestep);
-                self.problem.push_friction_row([(dof, actuator.gear)], actuator.control(input, a), bound);
+                let row = self.length.dofs.iter().zip(&self.length.gradient).map(|(&k, &g)| (k as u32, g));
+                self.problem.push_friction_row(row, actuator.control(input, a), bound);
                 self.friction_source.push(FrictionSource::Servo { actuator: a });
             }
         }

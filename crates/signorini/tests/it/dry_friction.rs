@@ -3,7 +3,8 @@
 use signorini::contact::ContactMode;
 use signorini::multibody::glam::{DMat3, DVec3};
 use signorini::multibody::{
-    Actuator, ActuatorKind, BodyId, Geometry, Inertia, Joint, JointId, JointKind, Pose, SpinResistance,
+    Actuator, ActuatorId, ActuatorKind, BodyId, Geometry, Inertia, Joint, JointId, JointKind, Pose, Sensor, SensorKind,
+    Site, SpinResistance, Tendon, Transmission,
 };
 use signorini::{FrictionSource, Settings, Simulation};
 
@@ -83,25 +84,29 @@ fn a_servo_of_speed_holds_until_its_limit() {
         world.builder.add_joint(body, Joint::new("hinge", JointKind::Hinge { axis: DVec3::NEG_Y })).unwrap();
         world.builder.add_actuator(Actuator {
             name: "servo".into(),
-            joint: JointId(0),
+            transmission: Transmission::Joint(JointId(0)),
             gear: 3.0,
             kind: ActuatorKind::Speed,
             control_range: None,
             force_range: Some(force_range),
         });
+        world.builder.add_sensor(Sensor::new("force", SensorKind::ActuatorForce(ActuatorId(0))));
         let mut simulation = world.simulation(Settings::default());
         simulation.input.control = vec![control];
         run_certified(&mut simulation, duration);
         simulation
     };
-    let strong = run([-2.0, 2.0], 1.5, 3.0);
+    let mut strong = run([-2.0, 2.0], 1.5, 3.0);
     assert!((strong.state().v[0] - 0.5).abs() < 1e-13);
     assert!((strong.state().q[0] - 1.5).abs() < 0.01);
     let holding = 3.0 * strong.workspace().solution().group_impulse[0][0] / 1e-3;
     let weight = G * 0.5 * (strong.state().q[0] - 0.5e-3).sin();
     assert!((holding - weight).abs() < 1e-9, "{holding} and {weight} N m");
-    let uneven = run([-2.0, 6.0], 1.5, 2.0);
+    assert!((3.0 * strong.sensors()[0] - weight).abs() < 1e-9);
+    let mut uneven = run([-2.0, 6.0], 1.5, 2.0);
     assert!((uneven.state().v[0] - 0.5).abs() < 1e-13);
+    let weight = G * 0.5 * (uneven.state().q[0] - 0.5e-3).sin();
+    assert!((3.0 * uneven.sensors()[0] - weight).abs() < 1e-9);
     let mut weak = run([-1.0, 1.0], 0.3, 20.0);
     let wanted = (3.0_f64 / (G * 0.5)).asin();
     let (q, v) = (weak.state().q[0], weak.state().v[0]);
@@ -109,6 +114,43 @@ fn a_servo_of_speed_holds_until_its_limit() {
     weak.input.control = vec![0.0];
     run_certified(&mut weak, 5.0);
     assert!(weak.state().v[0].abs() < 1e-13, "a servo at 0 holds");
+}
+
+/// Two slides, 1 and 2 kg, on a tendon `q₁ + 2 q₂` whose servo keeps its length at a speed: from rest they move along
+/// `M⁻¹ (1, 2)`. A third one is driven at a site against the world.
+#[test]
+fn servos_of_speed_drive_tendons_and_sites() {
+    let mut world = World::new(1e-3, DVec3::ZERO, 0.5);
+    let mut slide = |name: &str, mass| {
+        let inertia = Inertia { mass, center_of_mass: DVec3::ZERO, rotational: DMat3::IDENTITY };
+        let body = world.builder.add_body(name, BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
+        let joint = Joint::new(name, JointKind::Slide { axis: DVec3::Z });
+        (body, world.builder.add_joint(body, joint).unwrap())
+    };
+    let [(_, first), (_, second), (body, _)] = [slide("first", 1.0), slide("second", 2.0), slide("third", 3.0)];
+    let tendon = world.builder.add_tendon(Tendon::new("tendon", vec![(first, 1.0), (second, 2.0)]));
+    let zone = Geometry::Sphere { radius: 0.1 };
+    let site = Site { name: "site".into(), body, placement: Pose::IDENTITY, zone };
+    let site = world.builder.add_site(body, site).unwrap();
+    let wrench = [0.0, 0.0, 2.0, 0.0, 0.0, 0.0];
+    let transmissions = [Transmission::Tendon(tendon), Transmission::Site { site, reference: None, wrench }];
+    for (name, transmission) in ["tendon", "site"].into_iter().zip(transmissions) {
+        world.builder.add_actuator(Actuator {
+            name: name.into(),
+            transmission,
+            gear: 2.0,
+            kind: ActuatorKind::Speed,
+            control_range: None,
+            force_range: Some([-1e4, 1e4]),
+        });
+    }
+    let mut simulation = world.simulation(Settings::default());
+    simulation.input.control = vec![0.6, 0.8];
+    run_certified(&mut simulation, 0.01);
+    // 2 (v₁ + 2 v₂) = 0.6 with v₁ = v₂, and 2 · 2 v₃ = 0.8.
+    for (v, wanted) in simulation.state().v.iter().zip([0.1, 0.1, 0.2]) {
+        assert!((v - wanted).abs() < 1e-12, "{:?}", simulation.state().v);
+    }
 }
 
 fn ball_on_floor(resistance: SpinResistance, spinning: f64, rolling: f64) -> Simulation {

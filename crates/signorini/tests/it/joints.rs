@@ -1,8 +1,10 @@
 //! Joint limits and actuators.
 
 use signorini::multibody::glam::{DMat3, DVec3};
-use signorini::multibody::{Actuator, ActuatorKind, BodyId, Geometry, Inertia, Joint, JointId, JointKind, Pose};
-use signorini::{Settings, Simulation};
+use signorini::multibody::{
+    Actuator, ActuatorKind, BodyId, Geometry, Inertia, Joint, JointId, JointKind, Pose, Tendon, Transmission,
+};
+use signorini::{Settings, Simulation, Workspace};
 
 use crate::support::{G, World, run_certified, run_observed};
 
@@ -57,7 +59,8 @@ fn fast_slide_does_not_pass_its_limit() {
     assert!((simulation.state().q[0] - 0.05).abs() < 1e-12);
 }
 
-/// A limited slide that a free ball strikes: the limit enters because of the impact.
+/// A limited slide that a free ball strikes: the limit enters because of the impact, behind that of a tendon. What the step
+/// leaves for the next one can be stored all the same.
 #[test]
 fn struck_slide_does_not_pass_its_limit() {
     let mut world = World::new(0.005, DVec3::ZERO, 0.5);
@@ -66,11 +69,18 @@ fn struck_slide_does_not_pass_its_limit() {
     slide.limits = Some([-0.1, 0.1]);
     world.builder.add_joint(paddle, slide).unwrap();
     world.free_ball(0.05, 5.0, DVec3::X * -0.1);
+    let far = world.body(Geometry::Sphere { radius: 0.1 }, 1.0, Pose::from_position(DVec3::Y * 9.0));
+    let other = world.builder.add_joint(far, Joint::new("other", JointKind::Slide { axis: DVec3::X })).unwrap();
+    world.builder.add_tendon(Tendon { limits: Some([0.0, 1.0]), ..Tendon::new("tendon", vec![(other, 1.0)]) });
     let mut simulation = world.simulation(Settings::default());
     let mut state = simulation.state().clone();
     state.v[1] = 100.0;
     simulation.set_state(&state).unwrap();
-    run_observed(&mut simulation, 0.05, |now, _| assert!(now.state().q[0] < 0.1 + 1e-12));
+    let mut stored = Workspace::new(simulation.model(), &Settings::default()).unwrap();
+    run_observed(&mut simulation, 0.05, |now, _| {
+        assert!(now.state().q[0] < 0.1 + 1e-12);
+        stored.set_warm_start(&now.workspace().warm_start()).unwrap();
+    });
     assert!((simulation.state().q[0] - 0.1).abs() < 1e-12);
 }
 
@@ -81,12 +91,41 @@ fn position_servo_reaches_its_target() {
     let slide = Joint::new("slide", JointKind::Slide { axis: DVec3::Z });
     let mut world = on_joint(down(), slide, DVec3::ZERO);
     let kind = ActuatorKind::Position { kp, kv };
-    let servo =
-        Actuator { name: "servo".into(), joint: JointId(0), gear: 1.0, kind, control_range: None, force_range: None };
+    let servo = Actuator {
+        name: "servo".into(),
+        transmission: Transmission::Joint(JointId(0)),
+        gear: 1.0,
+        kind,
+        control_range: None,
+        force_range: None,
+    };
     world.builder.add_actuator(servo);
     let mut simulation = world.simulation(Settings::default());
     simulation.input.control = vec![target];
     run_certified(&mut simulation, 4.0);
     assert!((simulation.state().q[0] - (target - G / kp)).abs() < 1e-9);
     assert!(simulation.state().v[0].abs() < 1e-9);
+}
+
+/// A weight on a slide hangs on a tendon over a second slide: `q₁ + 2 q₂ ≥ −0.1` stops both.
+#[test]
+fn tendon_limits_hold() {
+    let slide = || Joint::new("first", JointKind::Slide { axis: DVec3::Z });
+    let mut world = on_joint(down(), slide(), DVec3::ZERO);
+    let inertia =
+        Inertia { mass: 0.5, center_of_mass: DVec3::ZERO, rotational: DMat3::from_diagonal(DVec3::splat(0.01)) };
+    let second = world.builder.add_body("second", BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
+    let joint = Joint { name: "second".into(), ..slide() };
+    let second = world.builder.add_joint(second, joint).unwrap();
+    let terms = vec![(JointId(0), 1.0), (second, 2.0)];
+    world.builder.add_tendon(Tendon { limits: Some([-0.1, 0.2]), ..Tendon::new("rope", terms) });
+    let mut simulation = world.simulation(Settings::default());
+    let length = |now: &Simulation| now.state().q[0] + 2.0 * now.state().q[1];
+    run_observed(&mut simulation, 0.5, |now, _| assert!(length(now) > -0.1 - 1e-12));
+    assert!((length(&simulation) + 0.1).abs() < 1e-12);
+    // What the rope gives both is in the ratio of its coefficients: m a + m g = c λ with a₁ + 2 a₂ = 0.
+    let before = simulation.state().v.clone();
+    simulation.step().unwrap();
+    let force: Vec<f64> = (0..2).map(|k| [1.0, 0.5][k] * ((simulation.state().v[k] - before[k]) / 0.002 + G)).collect();
+    assert!((force[1] - 2.0 * force[0]).abs() < 1e-9 && force[0] > 0.0, "{force:?}");
 }

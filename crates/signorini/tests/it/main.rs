@@ -18,6 +18,7 @@ mod literature;
 mod mechanisms;
 mod restitution;
 mod scenes;
+mod sensors;
 mod sleeping;
 mod snapshot;
 mod stacking;

@@ -1,10 +1,10 @@
-//! Where the files are that a URDF names.
+//! Where the files are that a URDF or SDF names.
 
 use std::path::{Path, PathBuf};
 
 /// Finds `package://name/…` in the given folders and in those above the model, `file://…` and other paths as they are,
 /// relative ones from the folder of the model. A file that is nowhere is given the first place it was looked for.
-pub(super) fn resolve(uri: &str, base: &Path, package_dirs: &[PathBuf]) -> PathBuf {
+pub(crate) fn resolve(uri: &str, base: &Path, package_dirs: &[PathBuf]) -> PathBuf {
     let uri = uri.replace('\\', "/");
     let inside = ["package://", "model://"].iter().find_map(|scheme| uri.strip_prefix(scheme));
     let Some(inside) = inside else {

@@ -1,0 +1,171 @@
+//! `<sensor>`: what is measured, in the order of the file.
+
+use signorini_multibody::{ActuatorId, BodyId, FrameId, Sensor, SensorKind, SiteId, TendonId};
+
+use super::Importer;
+use crate::error::FormatError;
+use crate::parts::JointRecord;
+use crate::xml::{Attributes, Element};
+
+/// Why a sensor is not in the model.
+const LEFT_OUT: &str = "it is left out: the array of all sensors has no place for it";
+
+/// Reads all sensors.
+pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
+    for element in root.children_named("sensor").flat_map(|s| s.children()) {
+        let a = element.attributes();
+        let kind = match kind(importer, &a)? {
+            Ok(kind) => kind,
+            Err(what) => {
+                importer.report.other(element.at(), element.name(), what, LEFT_OUT);
+                continue;
+            }
+        };
+        let cutoff = a.non_negative("cutoff")?.filter(|x| *x > 0.0);
+        let name = a.text("name").filter(|n| !n.is_empty()).map(str::to_owned);
+        importer.parts.add_sensor(element, name, Sensor { cutoff, ..Sensor::new("", kind) })?;
+    }
+    Ok(())
+}
+
+/// What a sensor measures, or why it is not supported.
+type Kind = Result<SensorKind, String>;
+
+fn kind(importer: &Importer, a: &Attributes) -> Result<Kind, FormatError> {
+    use SensorKind::*;
+    let scalar = |make: fn(signorini_multibody::JointId) -> SensorKind| -> Result<Kind, FormatError> {
+        let joint = joint(importer, a)?;
+        if joint.kind.nv() != 1 {
+            return Err(a.invalid("joint", "a hinge or slide"));
+        }
+        Ok(Ok(make(joint.id)))
+    };
+    let ball = |make: fn(signorini_multibody::JointId) -> SensorKind| -> Result<Kind, FormatError> {
+        let joint = joint(importer, a)?;
+        if joint.kind != signorini_multibody::JointKind::Ball {
+            return Err(a.invalid("joint", "a ball joint"));
+        }
+        Ok(Ok(make(joint.id)))
+    };
+    let at_site = |make: fn(SiteId) -> SensorKind| Ok(Ok(make(site(importer, a, "site")?)));
+    let of_tendon = |make: fn(TendonId) -> SensorKind| Ok(tendon(importer, a)?.map(make));
+    let of_actuator = |make: fn(ActuatorId) -> SensorKind| Ok(actuator(importer, a)?.map(make));
+    let of_subtree = |make: fn(BodyId) -> SensorKind| Ok(Ok(make(body(importer, a, "body")?)));
+    let of_frame = |make: &dyn Fn(FrameId, Option<FrameId>) -> SensorKind| relative(importer, a, make);
+    let axis = |k: u8| move |frame, reference| FrameAxis(frame, reference, k);
+    match a.element().name() {
+        "jointpos" => scalar(JointPosition),
+        "jointvel" => scalar(JointVelocity),
+        "jointactuatorfrc" => scalar(JointActuatorForce),
+        "ballquat" => ball(BallQuaternion),
+        "ballangvel" => ball(BallAngularVelocity),
+        "tendonpos" => of_tendon(TendonPosition),
+        "tendonvel" => of_tendon(TendonVelocity),
+        "actuatorpos" => of_actuator(ActuatorPosition),
+        "actuatorvel" => of_actuator(ActuatorVelocity),
+        "actuatorfrc" => of_actuator(ActuatorForce),
+        "velocimeter" => at_site(Velocimeter),
+        "gyro" => at_site(Gyro),
+        "accelerometer" => at_site(Accelerometer),
+        "force" => at_site(Force),
+        "torque" => at_site(Torque),
+        "touch" => at_site(Touch),
+        "framepos" => of_frame(&FramePosition),
+        "framequat" => of_frame(&FrameQuaternion),
+        "framexaxis" => of_frame(&axis(0)),
+        "frameyaxis" => of_frame(&axis(1)),
+        "framezaxis" => of_frame(&axis(2)),
+        "framelinvel" => of_frame(&FrameLinearVelocity),
+        "frameangvel" => of_frame(&FrameAngularVelocity),
+        "framelinacc" => Ok(frame(importer, a, "objtype", "objname")?.map(FrameLinearAcceleration)),
+        "frameangacc" => Ok(frame(importer, a, "objtype", "objname")?.map(FrameAngularAcceleration)),
+        "subtreecom" => of_subtree(SubtreeCenterOfMass),
+        "subtreelinvel" => of_subtree(SubtreeLinearVelocity),
+        "subtreeangmom" => of_subtree(SubtreeAngularMomentum),
+        "clock" => Ok(Ok(Clock)),
+        _ => Ok(Err("this sort of sensor is not supported".into())),
+    }
+}
+
+/// A frame sensor with its reference.
+fn relative(
+    importer: &Importer,
+    a: &Attributes,
+    make: &dyn Fn(FrameId, Option<FrameId>) -> SensorKind,
+) -> Result<Kind, FormatError> {
+    let own = frame(importer, a, "objtype", "objname")?;
+    let reference = match a.has("refname") {
+        true => frame(importer, a, "reftype", "refname")?.map(Some),
+        false => Ok(None),
+    };
+    let kind = own.and_then(|own| Ok(make(own, reference?)));
+    // The axes of an inertial frame are those of the principal moments, whose order is open.
+    let inertial = |frame: &FrameId| matches!(frame, FrameId::CenterOfMass(_));
+    let turned = match &kind {
+        Ok(SensorKind::FrameQuaternion(own, reference) | SensorKind::FrameAxis(own, reference, _)) => {
+            inertial(own) || reference.as_ref().is_some_and(inertial)
+        }
+        Ok(
+            SensorKind::FramePosition(_, reference)
+            | SensorKind::FrameLinearVelocity(_, reference)
+            | SensorKind::FrameAngularVelocity(_, reference),
+        ) => reference.as_ref().is_some_and(inertial),
+        _ => false,
+    };
+    Ok(if turned { Err("the principal axes of a body are not kept (take 'xbody')".into()) } else { kind })
+}
+
+fn frame(
+    importer: &Importer,
+    a: &Attributes,
+    sort: &'static str,
+    name: &'static str,
+) -> Result<Result<FrameId, String>, FormatError> {
+    let frame = match a.required(sort, "body, xbody, geom or site")? {
+        "body" => FrameId::CenterOfMass(body(importer, a, name)?),
+        "xbody" => FrameId::Body(body(importer, a, name)?),
+        "site" => FrameId::Site(site(importer, a, name)?),
+        "geom" => {
+            let wanted = a.required(name, "the name of a geom")?;
+            let geom = importer.parts.geom(wanted);
+            FrameId::Geom(geom.ok_or_else(|| a.unknown(name, "geom", importer.parts.geom_names()))?)
+        }
+        "camera" => return Ok(Err("cameras are not kept".into())),
+        _ => return Err(a.invalid(sort, "'body', 'xbody', 'geom', 'site' or 'camera'")),
+    };
+    Ok(Ok(frame))
+}
+
+fn joint(importer: &Importer, a: &Attributes) -> Result<JointRecord, FormatError> {
+    let name = a.required("joint", "the joint to measure")?;
+    importer.parts.joint(name).ok_or_else(|| a.unknown("joint", "joint", importer.parts.joint_names()))
+}
+
+pub(super) fn site(importer: &Importer, a: &Attributes, attribute: &'static str) -> Result<SiteId, FormatError> {
+    let name = a.required(attribute, "the name of a site")?;
+    importer.parts.site(name).ok_or_else(|| a.unknown(attribute, "site", importer.parts.site_names()))
+}
+
+fn body(importer: &Importer, a: &Attributes, attribute: &'static str) -> Result<BodyId, FormatError> {
+    let name = a.required(attribute, "the name of a body")?;
+    importer.parts.body(name).ok_or_else(|| a.unknown(attribute, "body", importer.parts.body_names()))
+}
+
+/// The tendon that an element names; a reason if the model does not have it.
+pub(super) fn tendon(importer: &Importer, a: &Attributes) -> Result<Result<TendonId, String>, FormatError> {
+    let name = a.required("tendon", "the name of a tendon")?;
+    match importer.parts.tendon(name) {
+        Some(tendon) => Ok(Ok(tendon)),
+        None if importer.left_out_tendons.contains(name) => Ok(Err("its tendon is not supported".into())),
+        None => Err(a.unknown("tendon", "tendon", importer.parts.tendon_names())),
+    }
+}
+
+fn actuator(importer: &Importer, a: &Attributes) -> Result<Result<ActuatorId, String>, FormatError> {
+    let name = a.required("actuator", "the name of an actuator")?;
+    match importer.parts.actuator(name) {
+        Some(actuator) => Ok(Ok(actuator)),
+        None if importer.left_out_actuators.contains(name) => Ok(Err("its actuator is not supported".into())),
+        None => Err(a.unknown("actuator", "actuator", importer.parts.actuator_names())),
+    }
+}

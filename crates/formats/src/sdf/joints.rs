@@ -1,0 +1,112 @@
+//! `<joint>`: the joints of the tree.
+
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{BodyId, Joint, JointKind, Pose};
+
+use super::frames::Frames;
+use super::tree::{Edge, Placed};
+use super::{Importer, values};
+use crate::error::FormatError;
+use crate::xml::Element;
+
+/// Limits from here on are none: SDF writes "no limit" as a large number.
+const UNLIMITED: f64 = 1e15;
+
+/// Adds the joint that moves a body, if its type has any freedom. `here`: the body in world.
+pub(super) fn add<'t>(
+    importer: &mut Importer,
+    frames: &Frames<'t>,
+    edge: &Edge<'t>,
+    placed: &Placed,
+    body: BodyId,
+    here: &Pose,
+    prefix: &str,
+) -> Result<(), FormatError> {
+    let element = edge.element;
+    let sort = element.attributes().required("type", "revolute, continuous, prismatic, ball, universal or fixed")?;
+    let reversed = edge.child != Some(placed.link);
+    let name = format!("{prefix}{}", frames.entities[edge.entity].name);
+    let to_body = frames.pose(placed.link).inverse();
+    let anchor = (to_body * frames.pose(edge.entity)).position;
+    let axes: &[&'static str] = match sort {
+        "fixed" => return Ok(()),
+        "ball" => {
+            let damping = element.child("axis").and_then(|axis| axis.child("dynamics"));
+            let damping = damping.map_or(Ok(None), |d| values::non_negative(d, "damping"))?.unwrap_or(0.0);
+            let joint = Joint { anchor, damping, ..Joint::new("", JointKind::Ball) };
+            return importer.parts.add_joint(element, Some(name), body, here, joint).map(drop);
+        }
+        "revolute" | "continuous" | "prismatic" => &["axis"],
+        "universal" | "revolute2" => &["axis", "axis2"],
+        "screw" => {
+            let what = format!("of type '{sort}' is not supported");
+            importer.report.motion(element.at(), "joint", what, "its links are welded together");
+            return Ok(());
+        }
+        _ => return Err(element.invalid(format!("type '{sort}' is not one of SDF's"))),
+    };
+    // The first axis is fixed to the parent, the second to the child; seen from the other side they change places.
+    let ordered: Vec<&'static str> = if reversed { axes.iter().rev().copied().collect() } else { axes.to_vec() };
+    for axis_name in ordered {
+        let Some(axis) = element.child(axis_name) else {
+            return Err(element.incomplete(format!("<{axis_name}>")));
+        };
+        let direction = to_body.rotation * direction(importer, frames, edge, axis)?;
+        let direction = if reversed { -direction } else { direction }.normalize();
+        let kind = match sort {
+            "prismatic" => JointKind::Slide { axis: direction },
+            _ => JointKind::Hinge { axis: direction },
+        };
+        let mut joint = Joint { anchor, ..Joint::new("", kind) };
+        if sort != "continuous" {
+            joint.limits = limits(axis)?;
+        }
+        if let Some(dynamics) = axis.child("dynamics") {
+            read_dynamics(dynamics, &mut joint)?;
+        }
+        let own = if axis_name == "axis2" { format!("{name}_2") } else { name.clone() };
+        importer.parts.add_joint(element, Some(own), body, here, joint)?;
+    }
+    Ok(())
+}
+
+/// The axis in the top-level model's frame. `expressed_in` names its frame since 1.7; before, the joint's frame or, where
+/// it is said and up to 1.4 always, the model's.
+fn direction<'t>(
+    importer: &Importer,
+    frames: &Frames<'t>,
+    edge: &Edge<'t>,
+    axis: Element<'t>,
+) -> Result<DVec3, FormatError> {
+    let xyz = values::direction(axis, "xyz", DVec3::Z)?;
+    let scope = &frames.entities[edge.entity].scope;
+    let in_model = importer.version <= 4 || values::flag(axis, "use_parent_model_frame")?.unwrap_or(false);
+    let default = if in_model { frames.scope_pose(scope) } else { frames.pose(edge.entity) };
+    let expressed = axis.child("xyz").and_then(|xyz| xyz.attributes().text("expressed_in"));
+    Ok(frames.named_pose(axis, scope, expressed, default)?.rotation * xyz)
+}
+
+fn limits(axis: Element) -> Result<Option<[f64; 2]>, FormatError> {
+    let Some(limit) = axis.child("limit") else { return Ok(None) };
+    let text = |name| limit.child(name).map_or("", |c| c.text());
+    let open =
+        |name: &str| text(if name == "lower" { "lower" } else { "upper" }).trim_start_matches(['-', '+']) == "inf";
+    let read = |name, none| if open(name) { Ok(none) } else { Ok(values::number(limit, name)?.unwrap_or(none)) };
+    let (lower, upper): (f64, f64) = (read("lower", f64::NEG_INFINITY)?, read("upper", f64::INFINITY)?);
+    if lower > upper {
+        return Err(limit.invalid(format!("the upper limit {upper} is below the lower one {lower}")));
+    }
+    if lower <= -UNLIMITED && upper >= UNLIMITED {
+        return Ok(None);
+    }
+    // One side alone: the other is as good as none.
+    Ok(Some([lower.max(-UNLIMITED), upper.min(UNLIMITED)]))
+}
+
+fn read_dynamics(dynamics: Element, joint: &mut Joint) -> Result<(), FormatError> {
+    joint.damping = values::non_negative(dynamics, "damping")?.unwrap_or(0.0);
+    joint.stiffness = values::non_negative(dynamics, "spring_stiffness")?.unwrap_or(0.0);
+    joint.spring_reference = values::number(dynamics, "spring_reference")?.unwrap_or(0.0);
+    joint.friction_loss = values::non_negative(dynamics, "friction")?.unwrap_or(0.0);
+    Ok(())
+}

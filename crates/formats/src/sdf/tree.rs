@@ -1,0 +1,119 @@
+//! Links and joints as trees. Joints of SDF may close loops and may lead from a link towards the root.
+
+use super::frames::{Frames, Sort};
+use crate::error::FormatError;
+use crate::xml::Element;
+
+/// A joint between two links; none is the world.
+pub(super) struct Edge<'t> {
+    pub element: Element<'t>,
+    /// As an entity.
+    pub entity: usize,
+    pub parent: Option<usize>,
+    pub child: Option<usize>,
+    /// Whether it is part of the tree; the others close loops.
+    pub in_tree: bool,
+}
+
+/// A link in the order in which bodies are made.
+pub(super) struct Placed {
+    pub link: usize,
+    /// Index of the joint that leads to it; none for a root that hangs on nothing.
+    pub edge: Option<usize>,
+    /// The link on the other side of that joint; none for the world.
+    pub towards_root: Option<usize>,
+}
+
+pub(super) struct KinematicTree<'t> {
+    pub edges: Vec<Edge<'t>>,
+    /// Parents before children, depth first, children in the order of their joints.
+    pub order: Vec<Placed>,
+}
+
+impl<'t> KinematicTree<'t> {
+    pub fn read(frames: &Frames<'t>) -> Result<Self, FormatError> {
+        let mut edges = Vec::new();
+        for entity in frames.of(Sort::Joint) {
+            let (element, scope) = (frames.entities[entity].element, frames.entities[entity].scope.as_str());
+            let end = |name: &'static str| {
+                let end = element.child(name).filter(|c| !c.text().is_empty());
+                let end = end.ok_or_else(|| element.incomplete(format!("<{name}>name of a link</{name}>")))?;
+                frames.link(end, scope, end.text())
+            };
+            let (parent, child) = (end("parent")?, end("child")?);
+            if parent == child {
+                return Err(element.invalid("parent and child are the same link"));
+            }
+            edges.push(Edge { element, entity, parent, child, in_tree: false });
+        }
+        let mut tree = Self { edges, order: Vec::new() };
+        tree.mark_tree(frames.entities.len());
+        tree.find_order(frames);
+        Ok(tree)
+    }
+
+    /// Marks the joints that, taken in their order, join what no earlier ones have joined.
+    fn mark_tree(&mut self, count: usize) {
+        let world = count;
+        let mut root: Vec<usize> = (0..=count).collect();
+        for edge in self.edges.iter_mut().filter(|edge| !couples(edge.element)) {
+            let [a, b] = [edge.parent, edge.child].map(|link| find(&mut root, link.unwrap_or(world)));
+            edge.in_tree = a != b;
+            root[a] = b;
+        }
+    }
+
+    fn find_order(&mut self, frames: &Frames) {
+        let world = frames.entities.len();
+        let mut of_link: Vec<Vec<usize>> = vec![Vec::new(); world + 1];
+        for (e, edge) in self.edges.iter().enumerate().filter(|(_, edge)| edge.in_tree) {
+            of_link[edge.parent.unwrap_or(world)].push(e);
+            of_link[edge.child.unwrap_or(world)].push(e);
+        }
+        let mut reached = vec![false; world + 1];
+        self.walk(world, &of_link, &mut reached);
+        let is_child = |link: usize| self.edges.iter().any(|e| e.in_tree && e.child == Some(link));
+        // A tree that does not hang on the world starts at a link that is nobody's child, if there is one.
+        let (mut roots, others): (Vec<usize>, Vec<usize>) = frames.of(Sort::Link).partition(|&link| !is_child(link));
+        roots.extend(others);
+        for link in roots {
+            if !reached[link] {
+                self.order.push(Placed { link, edge: None, towards_root: None });
+                self.walk(link, &of_link, &mut reached);
+            }
+        }
+    }
+
+    /// Adds everything that hangs on `start`.
+    fn walk(&mut self, start: usize, of_link: &[Vec<usize>], reached: &mut [bool]) {
+        let world = of_link.len() - 1;
+        reached[start] = true;
+        let mut open: Vec<(usize, usize)> = of_link[start].iter().rev().map(|&e| (e, start)).collect();
+        while let Some((e, from)) = open.pop() {
+            let edge = &self.edges[e];
+            let [parent, child] = [edge.parent, edge.child].map(|link| link.unwrap_or(world));
+            let to = if parent == from { child } else { parent };
+            if reached[to] {
+                continue;
+            }
+            reached[to] = true;
+            let towards_root = Some(from).filter(|&link| link != world);
+            self.order.push(Placed { link: to, edge: Some(e), towards_root });
+            open.extend(of_link[to].iter().rev().map(|&e| (e, to)));
+        }
+    }
+}
+
+/// Whether a joint couples the coordinates of others instead of connecting its links.
+pub(super) fn couples(joint: Element) -> bool {
+    joint.attributes().text("type") == Some("gearbox")
+}
+
+/// The representative of a set, with the path to it halved.
+fn find(root: &mut [usize], mut k: usize) -> usize {
+    while root[k] != k {
+        root[k] = root[root[k]];
+        k = root[k];
+    }
+    k
+}

@@ -1,0 +1,180 @@
+//! SDF: against Drake's numbers (`testdata/make_sdf_reference.py`), conventions, and files that make no sense.
+
+use serde_json::Value;
+use signorini_formats::{Imported, LoadOptions, load, load_sdf_str};
+use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::{Geometry, JointKind, Kinematics, Model, State, forward_kinematics_into, kinetic_energy};
+
+fn vector(value: &Value) -> DVec3 {
+    DVec3::from_array([0, 1, 2].map(|k| value[k].as_f64().unwrap()))
+}
+
+/// A matrix stored row by row.
+fn matrix(value: &Value) -> DMat3 {
+    DMat3::from_cols(vector(&value[0]), vector(&value[1]), vector(&value[2])).transpose()
+}
+
+fn off(a: DMat3, b: DMat3) -> f64 {
+    (a - b).to_cols_array().iter().fold(0.0, |m, x| m.max(x.abs()))
+}
+
+fn arm() -> Model {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/testdata/sdf/arm.sdf");
+    let Imported { model, report } = load(path, &LoadOptions::default()).unwrap();
+    let [effort] = &report.warnings[..] else { panic!("{report}") };
+    assert_eq!((effort.line, effort.element.as_str()), (21, "effort"));
+    model
+}
+
+#[test]
+fn poses_inertias_and_axes_are_drakes() {
+    let reference: Value = serde_json::from_str(include_str!("../../testdata/reference/sdf.json")).unwrap();
+    let (model, theirs) = (arm(), &reference["models"]["arm"]);
+    let links = theirs["links"].as_object().unwrap();
+    assert_eq!(model.bodies.len(), links.len() + 1);
+    for (name, link) in links {
+        let inertia = model.bodies[model.body_named(name).unwrap().index()].inertia;
+        assert!((inertia.mass - link["mass"].as_f64().unwrap()).abs() < 1e-14, "{name}");
+        assert!((inertia.center_of_mass - vector(&link["com"])).length() < 1e-14, "{name}");
+        assert!(off(inertia.rotational, matrix(&link["inertia"])) < 1e-14, "{name}");
+    }
+    for entry in theirs["states"].as_array().unwrap() {
+        let mut state = State::new(&model);
+        for (name, list) in entry["positions"].as_object().unwrap() {
+            for (k, q) in list.as_array().unwrap().iter().enumerate() {
+                // Drake puts a joint into the model of its child; its own name is the same.
+                let own = |name: &str| name.rsplit("::").next().unwrap_or_default().to_owned();
+                let wanted = own(name) + if k == 0 { "" } else { "_2" };
+                let joint = model.joints.iter().find(|j| own(&j.name) == wanted).unwrap();
+                state.q[joint.q_index] = q.as_f64().unwrap();
+                state.v[joint.v_index] = entry["rates"][name][k].as_f64().unwrap();
+            }
+        }
+        let mut kinematics = Kinematics::new(&model);
+        forward_kinematics_into(&model, &state.q, &state.v, &mut kinematics);
+        for (name, pose) in entry["poses"].as_object().unwrap() {
+            let ours = kinematics.pose[model.body_named(name).unwrap().index()];
+            assert!((ours.position - vector(&pose["pos"])).length() < 1e-12, "{name}: {ours:?}");
+            assert!(off(ours.rotation_matrix(), matrix(&pose["rotation"])) < 1e-12, "{name}");
+        }
+        let energy = entry["kinetic"].as_f64().unwrap();
+        assert!((kinetic_energy(&model, &kinematics, &state.v) - energy).abs() < 1e-12 * energy);
+    }
+}
+
+#[test]
+fn joints_and_shapes_have_their_numbers() {
+    let model = arm();
+    let shoulder = &model.joints[model.joint_named("shoulder").unwrap().index()];
+    assert_eq!((shoulder.limits, shoulder.damping), (Some([-1.0, 1.5]), 0.3));
+    assert_eq!((shoulder.stiffness, shoulder.spring_reference), (2.0, 0.1));
+    let names: Vec<&str> = model.joints.iter().map(|j| j.name.as_str()).collect();
+    assert_eq!(names, ["shoulder", "wrist", "wrist_2", "hand::grip"]);
+    let geom = |name: &str| &model.geoms[model.geom_named(name).unwrap().index()];
+    assert_eq!(geom("foot").geometry, Geometry::Box { half_extents: DVec3::new(0.2, 0.15, 0.05) });
+    assert_eq!(geom("foot").friction, 0.4);
+    assert_eq!(geom("tube").rgba, [0.1, 0.2, 0.3, 1.0]);
+    assert_eq!(geom("pad").geometry, Geometry::Capsule { radius: 0.01, half_length: 0.02 });
+}
+
+fn import(inner: &str) -> Imported {
+    load_sdf_str(&format!("<sdf version='1.8'>\n{inner}\n</sdf>"), "", &LoadOptions::default()).unwrap()
+}
+
+#[track_caller]
+fn assert_refused(inner: &str, parts: &[&str]) {
+    let text = format!("<sdf version='1.8'>\n{inner}\n</sdf>");
+    let message = load_sdf_str(&text, "no such folder", &LoadOptions::default()).expect_err("refused").to_string();
+    for part in parts {
+        assert!(message.contains(part), "'{part}' is not in: {message}");
+    }
+}
+
+const LINKS: &str = "<link name='a'/><link name='b'><pose>0 0 1 0 0 0</pose></link><link name='c'/>";
+
+fn joint(name: &str, kind: &str, parent: &str, child: &str) -> String {
+    let ends = format!("<parent>{parent}</parent><child>{child}</child>");
+    format!("<joint name='{name}' type='{kind}'>{ends}<axis><xyz>0 1 0</xyz></axis></joint>")
+}
+
+/// The joint from b to a is the first one met; c is b's child. The coordinate keeps its meaning.
+#[test]
+fn a_joint_can_lead_towards_the_root() {
+    let text = format!(
+        "<model name='m'>{LINKS}{}{}{}</model>",
+        joint("w", "fixed", "world", "a"),
+        joint("j", "revolute", "b", "a"),
+        joint("k", "ball", "b", "c")
+    );
+    let model = import(&text).model;
+    let bodies: Vec<&str> = model.bodies.iter().map(|b| b.name.as_str()).collect();
+    assert_eq!(bodies, ["world", "a", "b", "c"]);
+    // The joint's frame is that of its child a; b turns the other way round.
+    assert_eq!(model.joints[0].kind, JointKind::Hinge { axis: DVec3::NEG_Y });
+    assert_eq!(model.joints[0].anchor, DVec3::NEG_Z);
+    assert_eq!(model.joints[1].kind, JointKind::Ball);
+}
+
+#[test]
+fn loops_and_what_is_not_read_are_reported() {
+    let text = format!(
+        "<model name='m'>\n{LINKS}\n{}{}\n{}\n<plugin name='p'/></model>",
+        joint("1", "revolute", "a", "b"),
+        joint("2", "revolute", "b", "c"),
+        joint("3", "revolute", "c", "a")
+    );
+    let Imported { model, report } = import(&format!("{text}<include/>"));
+    let found: Vec<(u32, &str)> = report.warnings.iter().map(|w| (w.line, w.element.as_str())).collect();
+    assert_eq!(found, [(5, "joint"), (6, "plugin"), (6, "include")], "{report}");
+    assert_eq!((model.joints.len(), model.joints[0].kind), (3, JointKind::Free));
+}
+
+#[test]
+fn models_of_a_world_have_their_names_and_places() {
+    let text = "<world name='w'><gravity>0 0 -1</gravity><physics type='ode'><max_step_size>.004</max_step_size></physics>\
+        <model name='ground'><static>true</static><link name='l'><collision name='c'><geometry><plane>\
+        <normal>1 0 0</normal></plane></geometry></collision></link></model>\
+        <model name='box'><pose>0 0 2 0 0 0</pose><link name='l'/></model></world>";
+    let model = import(text).model;
+    assert_eq!((model.gravity, model.timestep), (DVec3::NEG_Z, 0.004));
+    assert!(model.body_named("ground::l").is_some() && model.body_named("box::l").is_some());
+    assert_eq!(model.reference_configuration()[..3], [0.0, 0.0, 2.0]);
+    assert!((model.geoms[0].placement.rotation * DVec3::Z - DVec3::X).length() < 1e-12);
+}
+
+#[test]
+fn links_of_a_model_meet_only_where_it_says_so() {
+    let link = |name: &str| {
+        format!(
+            "<link name='{name}'><collision name='{name}'><geometry><sphere><radius>1</radius></sphere></geometry></collision></link>"
+        )
+    };
+    for (word, meets) in [("", false), ("<self_collide>true</self_collide>", true)] {
+        let inner = format!("{word}{}{}{}{}", link("a"), link("b"), link("c"), joint("j", "revolute", "a", "b"));
+        let model = import(&format!("<model name='m'>{inner}</model>")).model;
+        let touching = |a: &str, b: &str| {
+            let [a, b] = [a, b].map(|name| model.geom_named(name).unwrap());
+            model.contact_filter.allows((a, b), (&model.geoms[a.index()], &model.geoms[b.index()]))
+        };
+        assert_eq!((touching("a", "b"), touching("a", "c")), (false, meets));
+    }
+}
+
+#[test]
+fn nonsense_is_refused_with_its_place() {
+    assert_refused("", &["text):1:1", "needs a <model>"]);
+    assert_refused("<model name='m'><link/></model>", &["text):2:17", "attribute 'name'"]);
+    let twice = "<model name='m'><link name='a'/>\n<link name='a'/></model>";
+    assert_refused(twice, &["text):3:1", "'a'", "2:17"]);
+    let unknown = format!("<model name='m'>{LINKS}\n{}</model>", joint("j", "revolute", "a", "bb"));
+    assert_refused(&unknown, &["text):3:", "'bb'", "did you mean"]);
+    let circle = "<model name='m'><frame name='f' attached_to='g'/>\n<frame name='g' attached_to='f'/></model>";
+    assert_refused(circle, &["relative to itself"]);
+    let number = "<model name='m'><link name='l'>\n<pose>0 0 zero 0 0 0</pose></link></model>";
+    assert_refused(number, &["text):3:1", "6 finite numbers"]);
+    let kind = format!("<model name='m'>{LINKS}\n{}</model>", joint("j", "hinge", "a", "b"));
+    assert_refused(&kind, &["text):3:1", "'hinge'"]);
+    let mesh = "<model name='m'><link name='l'><collision name='c'><geometry><mesh>\n<uri>model://p/m.stl</uri></mesh>\
+                </geometry></collision></link></model>";
+    assert_refused(mesh, &["text):3:1", "m.stl", "No such file"]);
+}

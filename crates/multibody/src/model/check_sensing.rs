@@ -1,0 +1,92 @@
+//! What sites, tendons and sensors must satisfy.
+
+use super::check::{check_pose, check_range, known, number, scalar_joint};
+use super::{FrameId, Geometry, JointKind, Model, ModelError, SensorKind};
+
+pub(super) fn check_sites(model: &Model) -> Result<(), ModelError> {
+    for site in &model.sites {
+        check_pose(|| format!("site '{}'", site.name), &site.placement)?;
+        let kind = site.zone.kind_name();
+        let invalid = |reason| Err(ModelError::InvalidGeometry { geom: site.name.clone(), kind, reason });
+        if let Err(reason) = site.zone.check() {
+            return invalid(reason);
+        }
+        let solid = matches!(
+            site.zone,
+            Geometry::Sphere { .. }
+                | Geometry::Box { .. }
+                | Geometry::Capsule { .. }
+                | Geometry::Cylinder { .. }
+                | Geometry::Ellipsoid { .. }
+        );
+        if !solid {
+            return invalid("the zone of a site is a sphere, box, capsule, cylinder or ellipsoid".into());
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn check_tendons(model: &Model) -> Result<(), ModelError> {
+    for tendon in &model.tendons {
+        let part = || format!("tendon '{}'", tendon.name);
+        for &(joint, coefficient) in &tendon.terms {
+            scalar_joint(model, part, joint, "only hinges and slides can be part of a fixed tendon")?;
+            number(part, "coefficient", "finite", coefficient, |_| true)?;
+        }
+        number(part, "stiffness", "finite and not negative", tendon.stiffness, |x| x >= 0.0)?;
+        number(part, "damping", "finite and not negative", tendon.damping, |x| x >= 0.0)?;
+        for range in std::iter::once(tendon.rest).chain(tendon.limits) {
+            check_range(part, range)?;
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {
+    use SensorKind::*;
+    for sensor in &model.sensors {
+        let part = || format!("sensor '{}'", sensor.name);
+        let at = |sort, index, count| known(part(), sort, index, count);
+        let site = |id: super::SiteId| at("site", id.index(), model.sites.len());
+        let body = |id: super::BodyId| at("body", id.index(), model.bodies.len());
+        let frame = |id: FrameId| match id {
+            FrameId::Body(id) | FrameId::CenterOfMass(id) => body(id),
+            FrameId::Geom(id) => at("geom", id.index(), model.geoms.len()),
+            FrameId::Site(id) => site(id),
+        };
+        match sensor.kind {
+            JointPosition(joint) | JointVelocity(joint) | JointActuatorForce(joint) => {
+                scalar_joint(model, part, joint, "this sensor needs a hinge or slide")?;
+            }
+            BallQuaternion(joint) | BallAngularVelocity(joint) => {
+                at("joint", joint.index(), model.joints.len())?;
+                let joint = &model.joints[joint.index()];
+                if joint.kind != JointKind::Ball {
+                    let body = model.bodies[joint.body.index()].name.clone();
+                    let reason = "this sensor needs a ball joint";
+                    return Err(ModelError::InvalidJoint { joint: joint.name.clone(), body, reason });
+                }
+            }
+            TendonPosition(tendon) | TendonVelocity(tendon) => at("tendon", tendon.index(), model.tendons.len())?,
+            ActuatorPosition(actuator) | ActuatorVelocity(actuator) | ActuatorForce(actuator) => {
+                at("actuator", actuator.index(), model.actuators.len())?;
+            }
+            Velocimeter(id) | Gyro(id) | Accelerometer(id) | Force(id) | Torque(id) | Touch(id) => site(id)?,
+            FramePosition(id, reference)
+            | FrameQuaternion(id, reference)
+            | FrameLinearVelocity(id, reference)
+            | FrameAngularVelocity(id, reference) => [Some(id), reference].into_iter().flatten().try_for_each(frame)?,
+            FrameAxis(id, reference, axis) => {
+                [Some(id), reference].into_iter().flatten().try_for_each(frame)?;
+                number(part, "axis", "0, 1 or 2", f64::from(axis), |axis| axis <= 2.0)?;
+            }
+            FrameLinearAcceleration(id) | FrameAngularAcceleration(id) => frame(id)?,
+            SubtreeCenterOfMass(id) | SubtreeLinearVelocity(id) | SubtreeAngularMomentum(id) => body(id)?,
+            Clock => {}
+        }
+        if let Some(cutoff) = sensor.cutoff {
+            number(part, "cutoff", "positive and finite", cutoff, |x| x > 0.0)?;
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,150 @@
+//! Sites and the sensors that measure at them.
+
+use super::{ActuatorId, BodyId, GeomId, Geometry, JointId, SiteId, TendonId};
+use crate::math::Pose;
+
+/// A frame fixed to a body, without mass and touching nothing: where sensors measure and actuators pull.
+#[derive(Clone, Debug)]
+pub struct Site {
+    /// Unique name.
+    pub name: String,
+    /// The body it is fixed to.
+    pub body: BodyId,
+    /// `X_BS`, the site's frame in the body's.
+    pub placement: Pose,
+    /// The zone in which a touch sensor feels contacts.
+    pub zone: Geometry,
+}
+
+/// A sensor. Its numbers stand at `address` in the array of all sensors, as many as [`SensorKind::size`] says.
+#[derive(Clone, Debug)]
+pub struct Sensor {
+    /// Unique name.
+    pub name: String,
+    /// What it measures.
+    pub kind: SensorKind,
+    /// Bound of the absolute value of every number, in its unit; orientations and directions have none.
+    pub cutoff: Option<f64>,
+    /// Where its numbers begin in the array of all sensors; set by the builder.
+    pub address: usize,
+}
+
+impl Sensor {
+    /// A sensor without bound.
+    pub fn new(name: impl Into<String>, kind: SensorKind) -> Self {
+        Self { name: name.into(), kind, cutoff: None, address: 0 }
+    }
+}
+
+/// A frame that sensors can look at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameId {
+    /// The frame of a body.
+    Body(BodyId),
+    /// At the centre of mass of a body, with the body's axes.
+    CenterOfMass(BodyId),
+    /// The frame of a geom.
+    Geom(GeomId),
+    /// The frame of a site.
+    Site(SiteId),
+}
+
+/// What a sensor measures, with MuJoCo's names and meanings. Site sensors measure in the axes of their site; frame
+/// sensors in world or, where given, relative to a moving reference frame and in its axes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SensorKind {
+    /// `q` of a hinge or slide, rad or m (`jointpos`).
+    JointPosition(JointId),
+    /// `v` of a hinge or slide, rad/s or m/s (`jointvel`).
+    JointVelocity(JointId),
+    /// Force of all actuators in the coordinate of a hinge or slide, N·m or N (`jointactuatorfrc`).
+    JointActuatorForce(JointId),
+    /// Quaternion of a ball joint (`ballquat`).
+    BallQuaternion(JointId),
+    /// Angular velocity of a ball joint in the axes after it, rad/s (`ballangvel`).
+    BallAngularVelocity(JointId),
+    /// Length of a tendon, m or rad (`tendonpos`).
+    TendonPosition(TendonId),
+    /// Rate of the length of a tendon (`tendonvel`).
+    TendonVelocity(TendonId),
+    /// Length of an actuator, gear included (`actuatorpos`).
+    ActuatorPosition(ActuatorId),
+    /// Rate of the length of an actuator (`actuatorvel`).
+    ActuatorVelocity(ActuatorId),
+    /// Force of an actuator before the gear, N or N·m (`actuatorfrc`).
+    ActuatorForce(ActuatorId),
+    /// Velocity of the site, m/s (`velocimeter`).
+    Velocimeter(SiteId),
+    /// Angular velocity of the site, rad/s (`gyro`).
+    Gyro(SiteId),
+    /// Acceleration of the site less gravity, m/s² (`accelerometer`).
+    Accelerometer(SiteId),
+    /// Force with which the body of the site is held by its parent, N (`force`).
+    Force(SiteId),
+    /// Moment about the site with which its body is held by its parent, N·m (`torque`).
+    Torque(SiteId),
+    /// Sum of the normal forces on the site's body whose line meets the site's zone, N (`touch`).
+    Touch(SiteId),
+    /// Origin of a frame, m (`framepos`).
+    FramePosition(FrameId, Option<FrameId>),
+    /// Orientation of a frame, quaternion w x y z (`framequat`).
+    FrameQuaternion(FrameId, Option<FrameId>),
+    /// Axis 0, 1 or 2 of a frame (`framexaxis`, `frameyaxis`, `framezaxis`).
+    FrameAxis(FrameId, Option<FrameId>, u8),
+    /// Velocity of a frame's origin, m/s (`framelinvel`).
+    FrameLinearVelocity(FrameId, Option<FrameId>),
+    /// Angular velocity of a frame, rad/s (`frameangvel`).
+    FrameAngularVelocity(FrameId, Option<FrameId>),
+    /// Acceleration of a frame's origin less gravity, world axes, m/s² (`framelinacc`).
+    FrameLinearAcceleration(FrameId),
+    /// Angular acceleration of a frame, world axes, rad/s² (`frameangacc`).
+    FrameAngularAcceleration(FrameId),
+    /// Centre of mass of a body with all that hangs on it, m (`subtreecom`).
+    SubtreeCenterOfMass(BodyId),
+    /// Velocity of that centre of mass, m/s (`subtreelinvel`).
+    SubtreeLinearVelocity(BodyId),
+    /// Angular momentum about that centre of mass, kg·m²/s (`subtreeangmom`).
+    SubtreeAngularMomentum(BodyId),
+    /// Time, s (`clock`).
+    Clock,
+}
+
+impl SensorKind {
+    /// How many numbers the sensor gives.
+    pub fn size(self) -> usize {
+        match self {
+            Self::JointPosition(_)
+            | Self::JointVelocity(_)
+            | Self::JointActuatorForce(_)
+            | Self::TendonPosition(_)
+            | Self::TendonVelocity(_)
+            | Self::ActuatorPosition(_)
+            | Self::ActuatorVelocity(_)
+            | Self::ActuatorForce(_)
+            | Self::Touch(_)
+            | Self::Clock => 1,
+            Self::BallQuaternion(_) | Self::FrameQuaternion(..) => 4,
+            _ => 3,
+        }
+    }
+
+    /// Whether the value depends on what happens in the step (forces, accelerations), not on the state alone.
+    pub fn needs_step(self) -> bool {
+        matches!(
+            self,
+            Self::JointActuatorForce(_)
+                | Self::ActuatorForce(_)
+                | Self::Accelerometer(_)
+                | Self::Force(_)
+                | Self::Torque(_)
+                | Self::Touch(_)
+                | Self::FrameLinearAcceleration(_)
+                | Self::FrameAngularAcceleration(_)
+        )
+    }
+
+    /// Whether the numbers are an orientation or a direction, which no cutoff bounds.
+    pub fn is_direction(self) -> bool {
+        matches!(self, Self::BallQuaternion(_) | Self::FrameQuaternion(..) | Self::FrameAxis(..))
+    }
+}

@@ -1,0 +1,246 @@
+//! The numbers of all sensors of a step: what needs the state alone comes from [`state_sensors_into`], what needs forces
+//! and accelerations from the step's velocity and impulses.
+//!
+//! As in MuJoCo, sensors show the beginning of a step: its state, and the accelerations and forces with which the step
+//! leaves it. Accelerations are `(v⁺ − v)/Δt`, forces of contacts their impulses over Δt.
+
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{
+    BodyId, EqualityKind, FrameId, Geometry, LengthRow, Model, NewtonEuler, Pose, SensorKind, Site, SiteId, State,
+    inverse_dynamics_into, moving_frame, state_sensors_into,
+};
+
+use crate::FrictionSource;
+use crate::step::Workspace;
+
+/// Storage for sensors.
+#[derive(Clone, Debug)]
+pub(crate) struct SensorWork {
+    newton_euler: NewtonEuler,
+    acceleration: Vec<f64>,
+    force: Vec<f64>,
+    row: LengthRow,
+}
+
+impl SensorWork {
+    pub fn new(model: &Model) -> Self {
+        Self {
+            newton_euler: NewtonEuler::new(model),
+            acceleration: vec![0.0; model.nv],
+            force: vec![0.0; model.nv],
+            row: LengthRow::new(model),
+        }
+    }
+}
+
+/// Numbers of all sensors at the beginning of the last step, in the order of the model's sensors.
+///
+/// - `state`: the state from which the step was made
+/// - `workspace`: after the step
+/// - `out`: `[sensor_size]`, units as [`SensorKind`] says
+///
+/// A step that was not made (its contacts contradict each other) has no forces: accelerations and forces are then those
+/// of its last try.
+///
+/// # Panics
+/// If `out` or `state` does not fit the model.
+///
+/// # Cost
+/// Inverse dynamics once if a sensor needs it, and for every force sensor a pass over the contacts; no allocation.
+///
+/// # Source
+/// MuJoCo's definitions of the sensors of the same names.
+pub fn sensors_into(model: &Model, state: &State, workspace: &mut Workspace, out: &mut [f64]) {
+    let dt = workspace.problem().timestep;
+    state_sensors_into(model, state, &workspace.kinematics, &mut workspace.sensors.row, out);
+    if !model.sensors.iter().any(|sensor| sensor.kind.needs_step()) {
+        return;
+    }
+    for (k, before) in state.v.iter().enumerate() {
+        workspace.sensors.acceleration[k] = (workspace.end_velocity()[k] - before) / dt;
+    }
+    let Workspace { kinematics, sensors: work, .. } = workspace;
+    inverse_dynamics_into(model, kinematics, &work.acceleration, &mut work.newton_euler, &mut work.force);
+    for sensor in model.sensors.iter().filter(|sensor| sensor.kind.needs_step()) {
+        let values = &mut out[sensor.address..sensor.address + sensor.kind.size()];
+        measure(model, workspace, dt, sensor.kind, values);
+        sensor.cut_off(values);
+    }
+}
+
+fn measure(model: &Model, workspace: &Workspace, dt: f64, kind: SensorKind, out: &mut [f64]) {
+    let vector = |x: DVec3, out: &mut [f64]| out.copy_from_slice(&x.to_array());
+    let in_site = |id: SiteId, x: DVec3| {
+        moving_frame(model, &workspace.kinematics, FrameId::Site(id)).pose.rotation.conjugate() * x
+    };
+    match kind {
+        SensorKind::ActuatorForce(actuator) => out[0] = actuator_force(workspace, actuator.index(), dt),
+        SensorKind::JointActuatorForce(joint) => {
+            let dof = model.joints[joint.index()].v_index;
+            let share = |a: usize| {
+                let row = workspace.smooth.actuator_length(a);
+                let own = row.dofs.iter().position(|&k| k == dof).map_or(0.0, |at| row.gradient[at]);
+                own * actuator_force(workspace, a, dt)
+            };
+            out[0] = (0..model.actuators.len()).map(share).sum();
+        }
+        SensorKind::Accelerometer(site) => {
+            vector(in_site(site, acceleration(model, workspace, FrameId::Site(site)).1), out);
+        }
+        SensorKind::FrameLinearAcceleration(frame) => vector(acceleration(model, workspace, frame).1, out),
+        SensorKind::FrameAngularAcceleration(frame) => vector(acceleration(model, workspace, frame).0, out),
+        SensorKind::Force(site) => vector(in_site(site, held(model, workspace, site, dt).1), out),
+        SensorKind::Torque(site) => vector(in_site(site, held(model, workspace, site, dt).0), out),
+        SensorKind::Touch(site) => out[0] = touch(model, workspace, site, dt),
+        _ => {}
+    }
+}
+
+/// Force of an actuator with the velocity at the end of the step, and what a servo of speed adds to the middle of its range.
+fn actuator_force(workspace: &Workspace, a: usize, dt: f64) -> f64 {
+    let servo = FrictionSource::Servo { actuator: a };
+    let group = workspace.builder.friction_source.iter().position(|&source| source == servo);
+    let added = group.map_or(0.0, |j| workspace.group_impulse(j)[0] / dt);
+    workspace.smooth.actuator_force_at(a, workspace.end_velocity(), dt) + added
+}
+
+/// Angular acceleration of a frame and acceleration of its origin less gravity, world axes.
+fn acceleration(model: &Model, workspace: &Workspace, frame: FrameId) -> (DVec3, DVec3) {
+    let frame = moving_frame(model, &workspace.kinematics, frame);
+    let (angular, linear) = match frame.body {
+        BodyId::WORLD => (DVec3::ZERO, -model.gravity),
+        body => workspace.sensors.newton_euler.acceleration(body),
+    };
+    let arm = frame.pose.position - workspace.kinematics.pose[frame.body.index()].position;
+    let omega = frame.angular_velocity;
+    (angular, linear + angular.cross(arm) + omega.cross(omega.cross(arm)))
+}
+
+/// Moment about a site and force, world axes, with which the body of the site is held by its parent: what its motion
+/// takes, less the contacts, points held together and welds on it and on all that hangs on it.
+fn held(model: &Model, workspace: &Workspace, site: SiteId, dt: f64) -> (DVec3, DVec3) {
+    let frame = moving_frame(model, &workspace.kinematics, FrameId::Site(site));
+    let (body, point) = (frame.body, frame.pose.position);
+    let (moment, mut force) = workspace.sensors.newton_euler.wrench(body);
+    let mut moment = moment + (workspace.kinematics.pose[body.index()].position - point).cross(force);
+    let inside = |b: BodyId| f64::from(u8::from(model.is_descendant(b, body)));
+    let share = |bodies: [BodyId; 2]| inside(bodies[1]) - inside(bodies[0]);
+    for (i, contact) in workspace.points.iter().enumerate() {
+        let sign = share([contact.body_a, contact.body_b]);
+        if sign != 0.0 {
+            let push = contact_force(workspace, i, dt) * sign;
+            force -= push;
+            moment -= (contact.position - point).cross(push);
+        }
+    }
+    for (j, &source) in workspace.builder.friction_source.iter().enumerate() {
+        let [first, second] = workspace.group_impulse(j);
+        let (contact, turn) = match source {
+            FrictionSource::Spinning { contact } => (contact, workspace.builder.frames[contact].normal * first),
+            FrictionSource::Rolling { contact } => {
+                let frame = &workspace.builder.frames[contact];
+                (contact, frame.tangent_1 * first + frame.tangent_2 * second)
+            }
+            _ => continue,
+        };
+        let contact = &workspace.points[contact];
+        moment -= turn * (share([contact.body_a, contact.body_b]) / dt);
+    }
+    for (k, row) in workspace.builder.bilateral_source.iter().enumerate() {
+        let push = DVec3::AXES[row.axis] * (workspace.bilateral_impulse(k) / dt);
+        let (body_a, body_b, place) = match model.equalities[row.equality].kind {
+            EqualityKind::Connect { body_a, body_b, point_b, .. } => (body_a, body_b, point_b),
+            EqualityKind::Weld { body_a, body_b, frame_b, .. } => (body_a, body_b, frame_b.position),
+            EqualityKind::Joint { .. } => continue,
+        };
+        let push = push * share([body_a, body_b]);
+        if row.block == 1 {
+            moment -= push;
+        } else {
+            force -= push;
+            let place = workspace.kinematics.pose[body_b.index()].transform_point(place);
+            moment -= (place - point).cross(push);
+        }
+    }
+    (moment, force)
+}
+
+/// Force of contact point `i` on its body B, world axes.
+fn contact_force(workspace: &Workspace, i: usize, dt: f64) -> DVec3 {
+    let (frame, [n, t_1, t_2]) = (&workspace.builder.frames[i], workspace.contact_impulse(i));
+    (frame.normal * n + frame.tangent_1 * t_1 + frame.tangent_2 * t_2) / dt
+}
+
+/// Sum of the normal forces on the body of a site whose line, followed from the contact against the force, meets its zone.
+fn touch(model: &Model, workspace: &Workspace, id: SiteId, dt: f64) -> f64 {
+    let site = &model.sites[id.index()];
+    let placed = workspace.kinematics.pose[site.body.index()] * site.placement;
+    let felt = |(i, contact): (usize, &signorini_multibody::ContactPoint)| {
+        let outward = match site.body {
+            body if body == contact.body_a => contact.normal,
+            body if body == contact.body_b => -contact.normal,
+            _ => return 0.0,
+        };
+        let force = workspace.contact_impulse(i)[0] / dt;
+        if force > 0.0 && meets(site, &placed, contact.position, outward) { force } else { 0.0 }
+    };
+    workspace.points.iter().enumerate().map(felt).sum()
+}
+
+/// Whether the ray from a point in world along a direction meets the zone of a site, whose pose in world is `placed`.
+fn meets(site: &Site, placed: &Pose, from: DVec3, along: DVec3) -> bool {
+    let back = placed.inverse();
+    let (p, d) = (back.transform_point(from), back.rotation * along);
+    let ball = |center: DVec3, radius: f64| ahead(quadratic(p - center, d, radius));
+    match site.zone {
+        Geometry::Sphere { radius } => ball(DVec3::ZERO, radius),
+        Geometry::Ellipsoid { semi_axes } => ahead(quadratic(p / semi_axes, d / semi_axes, 1.0)),
+        Geometry::Box { half_extents } => {
+            let slabs = (0..3).map(|k| slab(p[k], d[k], half_extents[k]));
+            ahead(slabs.reduce(both).flatten())
+        }
+        Geometry::Cylinder { radius, half_length } => ahead(cylinder(p, d, radius, half_length)),
+        Geometry::Capsule { radius, half_length } => {
+            let end = DVec3::Z * half_length;
+            ahead(cylinder(p, d, radius, half_length)) || ball(end, radius) || ball(-end, radius)
+        }
+        _ => false,
+    }
+}
+
+/// Where a line is inside a convex body: parameters of entry and exit.
+type Inside = Option<[f64; 2]>;
+
+fn ahead(inside: Inside) -> bool {
+    inside.is_some_and(|[_, exit]| exit >= 0.0)
+}
+
+fn both(a: Inside, b: Inside) -> Inside {
+    let ([a, b], [c, d]) = (a?, b?);
+    let common = [a.max(c), b.min(d)];
+    (common[0] <= common[1]).then_some(common)
+}
+
+/// Solutions of `|p + t d| ≤ radius`.
+fn quadratic(p: DVec3, d: DVec3, radius: f64) -> Inside {
+    let (a, b, c) = (d.length_squared(), p.dot(d), p.length_squared() - radius * radius);
+    if a == 0.0 {
+        return (c <= 0.0).then_some([f64::NEG_INFINITY, f64::INFINITY]);
+    }
+    let root = (b * b - a * c).sqrt();
+    (!root.is_nan()).then(|| [(-b - root) / a, (-b + root) / a])
+}
+
+/// Solutions of `|p + t d| ≤ half` in one coordinate.
+fn slab(p: f64, d: f64, half: f64) -> Inside {
+    if d == 0.0 {
+        return (p.abs() <= half).then_some([f64::NEG_INFINITY, f64::INFINITY]);
+    }
+    let (a, b) = ((-half - p) / d, (half - p) / d);
+    Some([a.min(b), a.max(b)])
+}
+
+fn cylinder(p: DVec3, d: DVec3, radius: f64, half_length: f64) -> Inside {
+    let flat = |x: DVec3| DVec3::new(x.x, x.y, 0.0);
+    both(quadratic(flat(p), flat(d), radius), slab(p.z, d.z, half_length))
+}

@@ -1,0 +1,160 @@
+//! Sensors against MuJoCo's, whose numbers `testdata/make_sensor_reference.py` stored.
+
+use serde_json::Value;
+use signorini::multibody::{Model, State};
+use signorini::{RestitutionLaw, Settings, Simulation};
+
+const REFERENCE: &str = include_str!("../../testdata/sensor_reference.json");
+
+fn model(name: &str) -> Model {
+    let path = format!("{}/testdata/{name}.xml", env!("CARGO_MANIFEST_DIR"));
+    let imported = signorini_formats::load(path, &Default::default()).unwrap();
+    let soft = |what: &str| what.contains("solref") || what.contains("solimp");
+    assert!(imported.report.warnings.iter().all(|w| soft(&w.what)), "{}", imported.report);
+    imported.model
+}
+
+fn numbers(value: &Value) -> Vec<f64> {
+    value.as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect()
+}
+
+/// Compares number by number; `tolerance` is asked for each sensor: whether it needs a step.
+fn compare(model: &Model, ours: &[f64], run: &Value, state: &Value, tolerance: impl Fn(bool) -> f64) {
+    let theirs = numbers(&state["sensordata"]);
+    assert_eq!(ours.len(), theirs.len());
+    let names = run["sensors"].as_array().unwrap();
+    assert_eq!(model.sensors.len(), names.len());
+    for (sensor, entry) in model.sensors.iter().zip(names) {
+        assert_eq!(sensor.kind.size() as u64, entry[1].as_u64().unwrap(), "{entry}");
+        let range = sensor.address..sensor.address + sensor.kind.size();
+        let (ours, theirs) = (&ours[range.clone()], &theirs[range]);
+        let scale = theirs.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
+        // A quaternion and its negative are the same orientation.
+        let sign = if sensor.kind.size() == 4 && ours[0] * theirs[0] < 0.0 { -1.0 } else { 1.0 };
+        for (a, b) in ours.iter().zip(theirs) {
+            let off = (sign * a - b).abs() / scale;
+            assert!(off <= tolerance(sensor.kind.needs_step()), "{entry} {:?}: {ours:?}, not {theirs:?}", sensor.kind);
+        }
+    }
+}
+
+fn reference(run: &str) -> Value {
+    serde_json::from_str::<Value>(REFERENCE).unwrap()[run].take()
+}
+
+/// The mean accelerations of two short steps are extrapolated to that of the instant. Nothing touches.
+#[test]
+fn moving_sensors_are_mujocos() {
+    let run = reference("moving");
+    let mut model = model("sensors");
+    model.geoms.iter_mut().for_each(|geom| (geom.contact_type, geom.contact_affinity) = (0, 0));
+    let measure = |timestep: f64, start: &State, control: &[f64]| {
+        let settings = Settings { timestep: Some(timestep), ..Settings::default() };
+        let mut simulation = Simulation::new(model.clone(), settings).unwrap();
+        simulation.set_state(start).unwrap();
+        simulation.input.control = control.to_vec();
+        simulation.step().unwrap();
+        simulation.sensors().to_vec()
+    };
+    for state in run["states"].as_array().unwrap() {
+        let time = state["time"].as_f64().unwrap();
+        let start = State { time, q: numbers(&state["qpos"]), v: numbers(&state["qvel"]) };
+        let control = numbers(&state["ctrl"]);
+        let [long, short] = [2e-7, 1e-7].map(|timestep| measure(timestep, &start, &control));
+        let instant: Vec<f64> = short.iter().zip(&long).map(|(s, l)| 2.0 * s - l).collect();
+        compare(&model, &instant, &run, state, |step| if step { 1e-5 } else { 1e-12 });
+    }
+}
+
+/// MuJoCo's contacts give way by micrometres; what carries the weight is the same.
+#[test]
+fn resting_sensors_are_mujocos() {
+    let run = reference("resting");
+    let model = model("resting");
+    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+    let state = &run["states"][0];
+    simulation.input.control = numbers(&state["ctrl"]);
+    for _ in 0..20_000 {
+        simulation.step().unwrap();
+    }
+    compare(&model, simulation.sensors(), &run, state, |_| 2e-4);
+    // The whole weight stands on the sole.
+    let weight = (2.0 + 0.4 + 0.3) * 9.81;
+    assert!((simulation.sensors()[0] - weight).abs() < 1e-6, "{}", simulation.sensors()[0]);
+}
+
+/// A simulation of MJCF text after ten steps.
+fn stepped(text: &str, control: &[f64]) -> Simulation {
+    let imported = signorini_formats::load_mjcf_str(text, "").unwrap();
+    assert!(imported.report.warnings.is_empty(), "{}", imported.report);
+    let mut simulation = Simulation::new(imported.model, Settings::default()).unwrap();
+    simulation.input.control = control.to_vec();
+    for _ in 0..10 {
+        simulation.step().unwrap();
+    }
+    simulation
+}
+
+fn assert_near(found: &[f64], wanted: &[f64]) {
+    assert_eq!(found.len(), wanted.len());
+    let off = found.iter().zip(wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-9, "{found:?}, not {wanted:?}");
+}
+
+/// A beam whose end is held by a point carries half its weight at the hinge; a weld beside a slide carries all of a weight and
+/// leaves its moment to the slide; one on the axis of a hinge leaves the hinge the weight, but no moment about its axis.
+#[test]
+fn joints_do_not_carry_what_points_and_welds_do() {
+    let text = "<mujoco><worldbody>
+        <body name='beam'><joint axis='0 1 0'/><site name='beam'/>
+            <inertial pos='.5 0 0' mass='2' diaginertia='.01 .2 .2'/></body>
+        <body name='weight' pos='0 1 0'><joint type='slide' axis='0 0 1'/><site name='weight'/>
+            <inertial pos='0 0 0' mass='3' diaginertia='.1 .1 .1'/></body>
+        <body name='arm' pos='0 2 0'><joint axis='1 0 0'/><site name='arm'/>
+            <inertial pos='0 .2 0' mass='1' diaginertia='.1 .1 .1'/></body>
+        <body name='table' pos='.3 1 0'/><body name='pivot' pos='0 2 0'/></worldbody>
+        <equality><connect body1='beam' anchor='1 0 0'/><weld body1='weight' body2='table'/>
+            <weld body1='arm' body2='pivot'/></equality>
+        <sensor><force site='beam'/><torque site='beam'/><force site='weight'/><torque site='weight'/>
+            <force site='arm'/><torque site='arm'/></sensor></mujoco>";
+    let mut simulation = stepped(text, &[]);
+    let numbers = simulation.sensors();
+    assert_near(&numbers[..6], &[0.0, 0.0, 9.81, 0.0, 0.0, 0.0]);
+    assert_near(&numbers[6..12], &[0.0, 0.0, 0.0, 0.0, 0.3 * 3.0 * 9.81, 0.0]);
+    assert_near(&numbers[12..], &[0.0, 0.0, 9.81, 0.0, 0.0, 0.0]);
+}
+
+/// A foot that the friction of its contact keeps from spinning hands the motor's moment to the floor.
+#[test]
+fn joints_do_not_carry_what_friction_against_spinning_does() {
+    let text = "<mujoco><worldbody><geom type='plane' size='1 1 1'/>
+        <body name='foot' pos='0 0 .1'><joint type='slide' axis='0 0 1'/><joint name='turn' axis='0 0 1'/>
+            <geom size='.1' mass='2' condim='4' friction='1 .01 0'/><site name='foot'/></body></worldbody>
+        <actuator><motor name='motor' joint='turn'/></actuator>
+        <sensor><torque site='foot'/><actuatorfrc actuator='motor'/></sensor></mujoco>";
+    let mut simulation = stepped(text, &[0.05]);
+    assert_near(simulation.sensors(), &[0.0, 0.0, 0.05, 0.05]);
+    assert_near(&simulation.state().v, &[0.0, 0.0]);
+}
+
+/// In the step of an impact both compression and decompression are felt: `Δt f = m (v⁺ − v + Δt g)`.
+#[test]
+fn both_phases_of_an_impact_are_felt() {
+    let text = "<mujoco><custom><numeric name='signorini:restitution' data='.5'/></custom>
+        <worldbody><geom type='plane' size='1 1 1'/>
+        <body pos='0 0 .1'><joint type='slide' axis='0 0 1'/><geom size='.1' mass='2'/><site name='s' size='.2'/></body>
+        </worldbody><sensor><touch site='s'/><accelerometer site='s'/></sensor></mujoco>";
+    for restitution in [RestitutionLaw::Newton, RestitutionLaw::Poisson] {
+        let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
+        let mut simulation = Simulation::new(model, Settings { restitution, ..Settings::default() }).unwrap();
+        let mut state = simulation.state().clone();
+        state.v[0] = -3.0;
+        simulation.set_state(&state).unwrap();
+        simulation.step().unwrap();
+        let after = simulation.state().v[0];
+        assert!((after - 1.5).abs() < 0.03, "{after} m/s");
+        let felt = (after + 3.0) / 0.002 + 9.81;
+        let numbers = simulation.sensors();
+        assert!((numbers[0] - 2.0 * felt).abs() < 1e-6 && (numbers[3] - felt).abs() < 1e-6, "{numbers:?}, not {felt}");
+    }
+}
