@@ -6,3 +6,4 @@ mod problems;
 mod runs;
 mod stops;
 mod support;
+mod view;
