@@ -2,10 +2,16 @@
 
 use serde_json::Value;
 use signorini_recording::report::LiveFeed;
-use signorini_recording::{ContactFrame, Frame, Header, RecordingError};
+use signorini_recording::{ContactFrame, Frame, GeomVisual, Header, RecordingError, ShapeVisual};
 
 fn header() -> Header {
-    Header { model_name: "a </script> b".into(), bodies: vec!["world".into(), "ball".into()], ..Header::default() }
+    let (pose, shape) = ([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], ShapeVisual::Sphere { radius: 0.1 });
+    Header {
+        model_name: "a </script> b".into(),
+        bodies: vec!["world".into(), "ball".into()],
+        geoms: vec![GeomVisual { name: String::new(), body: 1, shape, pose, rgba: None }],
+        ..Header::default()
+    }
 }
 
 /// Frame `step` of a run with this residual and number of contacts.
@@ -16,7 +22,7 @@ fn write(frame: &mut Frame, step: u64, residual: f64, contacts: usize) {
     frame.contacts = vec![ContactFrame { body_b: 1, ..ContactFrame::default() }; contacts];
 }
 
-fn read(message: &[u8]) -> (Value, impl Fn(&str) -> Vec<f64>) {
+fn read(message: &[u8]) -> (Value, impl Fn(&str) -> Vec<f64> + use<>) {
     let length = u32::from_le_bytes(message[..4].try_into().unwrap()) as usize;
     assert_eq!((4 + length) % 8, 0);
     let head: Value = serde_json::from_slice(&message[4..4 + length]).unwrap();
