@@ -2,7 +2,7 @@
 
 import { StoredRun, frameAt, readAbout } from "./data.js";
 import type { RunData } from "./data.js";
-import { byId } from "./dom.js";
+import { byId, element } from "./dom.js";
 import { pullBodies } from "./drag.js";
 import { LivePlayer, LiveRun } from "./live.js";
 import { ReplayPlayer } from "./player.js";
@@ -116,6 +116,8 @@ function showNames(scene: SceneView): void {
 }
 
 const about = readAbout(document);
+// A browser asks a server for an icon unless the page has one.
+if (about.live) document.head.append(element("link", { rel: "icon", href: "data:," }));
 const loading: Promise<RunData> = about.live ? LiveRun.connect(about) : StoredRun.load(about, document);
 loading.then(open).catch((error: unknown) => {
   const failure = byId("failure");

@@ -27,8 +27,8 @@ export class PullView extends Group {
   }
 
   setTheme(theme: Theme): void {
-    this.line.material.color.set(theme.danger);
-    this.knob.material.color.set(theme.danger);
+    this.line.material.color.set(theme.text);
+    this.knob.material.color.set(theme.text);
   }
 
   /** From a point in the body's frame to one in the world. */

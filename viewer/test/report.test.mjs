@@ -18,12 +18,15 @@ const BAD_STEP = 214;
 let browser;
 let page;
 let address;
+let inlineAddress;
 const problems = [];
 const requests = [];
 
 before(async () => {
-  const report = join(mkdtempSync(join(tmpdir(), "signorini-viewer-")), "report.html");
-  const example = ["run", "--quiet", "-p", "signorini-recording", "--example", "report", "--", report];
+  const folder = mkdtempSync(join(tmpdir(), "signorini-viewer-"));
+  const [report, recording, inline] = ["report.html", "run.rec", "inline.html"].map((name) => join(folder, name));
+  inlineAddress = pathToFileURL(inline).href;
+  const example = ["run", "--quiet", "-p", "signorini-recording", "--example", "report", "--", report, recording, inline];
   execFileSync("cargo", example, { cwd: ROOT, stdio: "inherit" });
   address = pathToFileURL(report).href;
   browser = await openBrowser();
@@ -137,6 +140,22 @@ test("light and dark", async () => {
   assert.ok((await drawnShare("#scene")) > 0.2);
   await page.keyboard.press("t");
   assert.equal(await background(), light);
+});
+
+test("in a page of somebody else's, as in a notebook, the report works in its frame", async () => {
+  const around = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "light" });
+  around.on("pageerror", (error) => problems.push(error.message));
+  await around.goto(inlineAddress);
+  const inside = around.frameLocator("iframe");
+  await inside.locator("body[data-frame]").waitFor();
+  await inside.locator("#scene").click();
+  await around.keyboard.press("End");
+  assert.equal(await inside.locator("body").getAttribute("data-frame"), String(LAST_FRAME));
+  assert.ok((await pixels(around, "--force", 24, inside)).count > 40);
+  // It cannot reach what is around it.
+  const frame = around.frames().find((candidate) => candidate !== around.mainFrame());
+  assert.equal(await frame.evaluate(() => self.origin), "null");
+  await around.close();
 });
 
 test("nothing failed and nothing was fetched", () => {

@@ -32,13 +32,13 @@ export async function drawnShare(page, selector) {
 }
 
 /**
- * The pixels of the scene whose colour is close to a colour, the name of a theme variable or one of CSS: how many, and
+ * The pixels of the scene, in the page or a frame of it, whose colour is close to a colour, the name of a theme variable or one of CSS: how many, and
  * their middle in pixels of the page.
  */
-export async function pixelsOfColor(page, color, closeness = 24) {
+export async function pixelsOfColor(page, color, closeness = 24, inside = page) {
   await page.waitForTimeout(200);
-  const png = (await page.locator("#scene").screenshot()).toString("base64");
-  return page.evaluate(async ([data, name, closeness]) => {
+  const png = (await inside.locator("#scene").screenshot()).toString("base64");
+  return inside.locator("body").evaluate(async (_, [data, name, closeness]) => {
     const image = new Image();
     image.src = `data:image/png;base64,${data}`;
     await image.decode();

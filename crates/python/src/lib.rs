@@ -21,6 +21,7 @@ mod recording;
 mod report;
 mod settings;
 mod stepping;
+mod viewer;
 
 use pyo3::prelude::*;
 
@@ -51,6 +52,8 @@ mod _core {
     use crate::report::{Certificate, StepReport};
     #[pymodule_export]
     use crate::stepping::{forward, kinematics, step};
+    #[pymodule_export]
+    use crate::viewer::Viewer;
     #[allow(unused_imports)]
     use pyo3::prelude::*;
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use numpy::PyArray1;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
-use signorini::recording::report::{ReportSettings, write_html, write_html_to};
+use signorini::recording::report::{ReportSettings, inline_html, write_html, write_html_to};
 use signorini::recording::{self, Ending, Frame, Header, RecordingError, Writer};
 
 use crate::arrays::{self, Cube, Table, Vector};
@@ -108,10 +108,13 @@ impl Recording {
         Ok(None)
     }
 
+    fn _inline_html(&self, py: Python<'_>, title: &str, max_frames: usize, height: u32) -> PyResult<String> {
+        let settings = ReportSettings { title: title.to_owned(), max_frames, ..ReportSettings::default() };
+        py.detach(|| inline_html(&self.0, &settings, height)).map_err(recording_error)
+    }
+
     fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
-        let page = self.to_html(py, None, "", Vec::new(), 500)?.unwrap_or_default();
-        let page = page.replace('&', "&amp;").replace('"', "&quot;");
-        Ok(format!("<iframe srcdoc=\"{page}\" style=\"width: 100%; height: 600px; border: 0\"></iframe>"))
+        self._inline_html(py, "", 500, 600)
     }
 
     fn __len__(&self) -> usize {

@@ -1,4 +1,4 @@
-//! Writes a report of a made-up run: `cargo run --example report -- report.html [recording.rec]`.
+//! Writes a report of a made-up run: `cargo run --example report -- report.html [recording.rec [inline.html]]`.
 //!
 //! Nothing is simulated here. A block slides to rest, a tower stands, a ball drops and stays down;
 //! positions, energies and forces follow from closed forms, so the file shows how a recording is
@@ -6,7 +6,7 @@
 
 use std::f64::consts::{FRAC_PI_8, TAU};
 
-use signorini_recording::report::{ReportSettings, write_html};
+use signorini_recording::report::{ReportSettings, inline_html, write_html};
 use signorini_recording::{
     ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, Pose, Recording, RecordingError,
     Residuals, ShapeVisual, StepStatus,
@@ -35,12 +35,16 @@ const BAD_STEP: u64 = 214;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let path = arguments.next().ok_or("usage: report REPORT.html [RECORDING.rec]")?;
+    let path = arguments.next().ok_or("usage: report REPORT.html [RECORDING.rec [INLINE.html]]")?;
     let recording = run()?;
     let notes = vec![("Origin".into(), "closed forms, no solver".into())];
     write_html(&recording, path, &ReportSettings { notes, ..ReportSettings::default() })?;
     if let Some(path) = arguments.next() {
         recording.write(path)?;
+    }
+    if let Some(path) = arguments.next() {
+        let element = inline_html(&recording, &ReportSettings::default(), 600)?;
+        std::fs::write(path, format!("<!doctype html><title>a page around it</title>{element}"))?;
     }
     Ok(())
 }

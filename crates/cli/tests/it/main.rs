@@ -8,3 +8,4 @@ mod runs;
 mod solvers;
 mod stops;
 mod support;
+mod view;

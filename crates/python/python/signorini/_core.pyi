@@ -33,6 +33,7 @@ __all__ = [
     "Model",
     "Recording",
     "StepReport",
+    "Viewer",
     "__version__",
     "bias_force",
     "difference",
@@ -938,6 +939,7 @@ class Recording:
         self, path: _Path, *, title: str = "", notes: Sequence[Tuple[str, str]] = ..., max_frames: int = 2000
     ) -> None:
         """One HTML page with the run in 3-D, contact forces, energies and residuals: written to ``path``, or returned."""
+    def _inline_html(self, title: str, max_frames: int, height: int) -> str: ...
     def _repr_html_(self) -> str: ...
     def __len__(self) -> int: ...
     @property
@@ -987,6 +989,22 @@ class Recording:
         """How each step ended."""
     def contact(self, index: int) -> Contacts:
         """Contacts of the step that begins at frame ``index``; the last frame has none."""
+
+@disjoint_base
+class Viewer:
+    """Base of ``signorini.viewer.Viewer``."""
+
+    def __new__(cls, data: Data, port: int, title: str, running: bool, speed: float) -> Self: ...
+    @property
+    def url(self) -> str:
+        """The address of the page; whoever knows it can see and move the simulation."""
+    @property
+    def is_open(self) -> bool:
+        """Whether it has not been closed."""
+    def close(self) -> None:
+        """Ends the simulation in the browser; closing twice is closing once."""
+    def _state(self) -> Tuple[float, _Array, _Array]: ...
+    def _open_browser(self) -> None: ...
 
 def step(model: Model, data: Data, nstep: int = 1) -> None:
     """Makes ``nstep`` steps; the GIL is released meanwhile.

@@ -76,3 +76,19 @@ pub fn write_html_to(
     }
     builder.write(output, recording.ending())
 }
+
+/// The report of a recording as one element for a page that somebody else makes, such as a notebook's: an `<iframe>` with
+/// the whole report in its `srcdoc`. The report's script runs in it, apart from the page around it.
+///
+/// - `height`: of the element, CSS pixels
+///
+/// # Errors
+/// As [`write_html_to`].
+pub fn inline_html(recording: &Recording, settings: &ReportSettings, height: u32) -> Result<String, RecordingError> {
+    let mut page = Vec::new();
+    write_html_to(recording, &mut page, settings)?;
+    let page = String::from_utf8_lossy(&page).replace('&', "&amp;").replace('"', "&quot;");
+    Ok(format!(
+        "<iframe srcdoc=\"{page}\" sandbox=\"allow-scripts\" style=\"width: 100%; height: {height}px; border: 0\"></iframe>"
+    ))
+}

@@ -2,6 +2,7 @@
 
 mod allocation;
 mod broken_files;
+mod live;
 mod report;
 mod round_trip;
 mod samples;
