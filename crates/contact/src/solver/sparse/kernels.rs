@@ -70,7 +70,7 @@ pub(super) fn factor_block(a: &mut [f64], swaps: &mut [u32]) -> f64 {
         let pivot_row = &head[k * n..];
         let pivot = pivot_row[k];
         smallest = smallest.min(pivot.abs());
-        if !(pivot.abs() > 0.0) {
+        if pivot == 0.0 || pivot.is_nan() {
             return 0.0;
         }
         for row in tail.chunks_exact_mut(n) {
