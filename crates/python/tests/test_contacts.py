@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import signorini
+from conftest import mjcf
 from signorini import ContactMode
 
 

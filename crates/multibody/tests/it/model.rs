@@ -2,8 +2,9 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    Actuator, ActuatorKind, BodyId, Geom, Geometry, Joint, JointKind, Model, ModelBuilder, ModelError, Pose, Sensor,
-    SensorKind, Site, SiteId, State, StateError, Tendon, TendonId, Transmission,
+    Actuator, ActuatorKind, BodyId, Equality, EqualityKind, Geom, Geometry, Joint, JointId, JointKind, Model,
+    ModelBuilder, ModelError, Pose, Sensor, SensorKind, Site, SiteId, State, StateError, Tendon, TendonId,
+    Transmission,
 };
 
 use crate::random_model::{Random, Recipe, random_model};
@@ -35,11 +36,16 @@ fn ball_and_box() -> ModelBuilder {
     builder
 }
 
+fn fixed_joint() -> Equality {
+    let kind = EqualityKind::Joint { joint: JointId(1), driver: None, polynomial: [0.0; 5] };
+    Equality { name: "fixed".into(), kind }
+}
+
 #[test]
 fn equal_models_have_equal_hashes_and_others_do_not() {
     let model = ball_and_box().build().unwrap();
     assert_eq!(model.content_hash(), ball_and_box().build().unwrap().content_hash());
-    let changes: [fn(&mut Model); 16] = [
+    let changes: [fn(&mut Model); 18] = [
         |m| m.name.push('x'),
         |m| m.gravity.z += 1e-12,
         |m| m.timestep *= 2.0,
@@ -54,6 +60,8 @@ fn equal_models_have_equal_hashes_and_others_do_not() {
         |m| m.tendons[0].terms[0].1 = 2.0,
         |m| m.actuators[0].transmission = Transmission::Tendon(TendonId(0)),
         |m| m.actuators[0].kind = ActuatorKind::Affine { gain: [1.0, 0.0, 0.0], bias: [0.0; 3] },
+        |m| m.actuators[0].kind = ActuatorKind::Speed,
+        |m| m.equalities.push(fixed_joint()),
         |m| m.sensors[0].kind = SensorKind::Accelerometer(SiteId(0)),
         |m| m.sensors[0].cutoff = Some(1.0),
     ];
@@ -68,7 +76,7 @@ fn equal_models_have_equal_hashes_and_others_do_not() {
     hashes.push(excluding.build().unwrap().content_hash());
     hashes.sort_unstable();
     hashes.dedup();
-    assert_eq!(hashes.len(), 18);
+    assert_eq!(hashes.len(), 20);
 }
 
 /// The hash is part of what recordings store: it may not change from build to build or machine to machine. The number is
