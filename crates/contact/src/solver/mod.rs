@@ -23,8 +23,10 @@ mod settings;
 mod sleep;
 mod sparse;
 mod system;
+mod warm_start;
 
 pub use settings::SolverSettings;
+pub use warm_start::WarmStart;
 
 use crate::certificate::{Certificate, Scales, Scratch, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
@@ -108,52 +110,6 @@ impl SolveReport {
         self.factorizations += effort.factorizations;
         self.mode_changes += effort.mode_changes;
         self.proximal_iterations += effort.proximal_iterations;
-    }
-}
-
-/// Impulses and modes of an earlier solve, one entry per contact and per friction group of the next problem.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct WarmStart {
-    pub(crate) contacts: Vec<Option<([f64; 3], Mode)>>,
-    pub(crate) groups: Vec<Option<([f64; 3], Mode)>>,
-    pub(crate) bilateral: Vec<f64>,
-}
-
-impl WarmStart {
-    /// Forgets everything and keeps the memory.
-    pub fn clear(&mut self) {
-        self.contacts.clear();
-        self.groups.clear();
-        self.bilateral.clear();
-    }
-
-    /// Adds the entry for the next contact: the earlier solution's contact `from`, or nothing for a new contact.
-    pub fn push(&mut self, earlier: &ContactSolution, from: Option<usize>) {
-        self.contacts.push(from.and_then(|i| Some((*earlier.impulse.get(i)?, *earlier.solver_modes.get(i)?))));
-    }
-
-    /// Adds the entry for the next friction group: the earlier solution's group `from`, or nothing for a new one.
-    pub fn push_group(&mut self, earlier: &ContactSolution, from: Option<usize>) {
-        let entry = |j: usize| {
-            let [a, b] = *earlier.group_impulse.get(j)?;
-            Some(([0.0, a, b], *earlier.solver_modes.get(earlier.impulse.len() + j)?))
-        };
-        self.groups.push(from.and_then(entry));
-    }
-
-    /// The whole of an earlier solution of the same problem, or of one with the same contacts, groups and rows.
-    pub fn from_solution(earlier: &ContactSolution) -> Self {
-        let mut start = Self::default();
-        (0..earlier.impulse.len()).for_each(|i| start.push(earlier, Some(i)));
-        (0..earlier.group_impulse.len()).for_each(|j| start.push_group(earlier, Some(j)));
-        start.set_bilateral(&earlier.bilateral);
-        start
-    }
-
-    /// Carries the bilateral impulses over.
-    pub fn set_bilateral(&mut self, impulses: &[f64]) {
-        self.bilateral.clear();
-        self.bilateral.extend_from_slice(impulses);
     }
 }
 
@@ -366,7 +322,7 @@ fn solve_island(
     for attempt in first_attempt..=settings.max_restarts.max(first_attempt) {
         solver.start(problem, island);
         if let (0, Start::Warm(warm)) = (attempt, start) {
-            load_warm_start(solver, problem, cones, island, warm);
+            warm_start::load(solver, problem, cones, island, warm);
             if settings.sleeping
                 && let Some(residual) = solver.rest(problem, cones, island, settings)
             {
@@ -386,37 +342,5 @@ fn solve_island(
             break;
         }
         outcome.restarts += 1;
-    }
-}
-
-fn load_warm_start(
-    solver: &mut IslandSolver,
-    problem: &ContactProblem,
-    cones: &Cones,
-    island: &island::Island,
-    warm: &WarmStart,
-) {
-    if warm.contacts.len() != problem.contact_count() {
-        return;
-    }
-    for (c, &i) in island.units.iter().enumerate() {
-        let i = i as usize;
-        let entry = match i.checked_sub(problem.contact_count()) {
-            None => warm.contacts[i],
-            Some(j) => warm.groups.get(j).copied().flatten(),
-        };
-        let (impulse, mode) = entry.unwrap_or(([0.0; 3], Mode::Open));
-        solver.modes.push(cones.nearest_valid(i, mode));
-        solver.impulse[c] = impulse;
-    }
-    solver.set_bounds(problem, island);
-    for (c, &i) in island.units.iter().enumerate() {
-        let (i, impulse) = (i as usize, solver.impulse[c]);
-        solver.impulse[c] = cones.project(i, cones.mode_at(i, impulse), impulse);
-    }
-    if warm.bilateral.len() == problem.bilateral_violation.len() {
-        for (k, &i) in island.bilateral.iter().enumerate() {
-            solver.bilateral_impulse[k] = warm.bilateral[i as usize];
-        }
     }
 }

@@ -38,7 +38,7 @@ pub struct SolverSettings {
     pub lemke_max_rows: usize,
     /// At most so many threads (of the `rayon` pool that the caller is in) solve islands at the same time, where there are
     /// enough rows beside the largest island; 0 for as many as the pool has, 1 for the caller's alone. The result has the
-    /// same bits whatever it is. Default 0.
+    /// same bits whatever it is. Default 1: waking threads costs more than small islands do.
     pub threads: usize,
     /// Whether islands that the impulses of the warm start hold still, to rounding and within `accept`, are left at velocity
     /// zero without solving. The certificate is computed as ever. Default false.
@@ -63,7 +63,7 @@ impl Default for SolverSettings {
             path_changes_per_contact: 16,
             lemke_pivots_per_row: 30,
             lemke_max_rows: 3000,
-            threads: 0,
+            threads: 1,
             sleeping: false,
         }
     }
