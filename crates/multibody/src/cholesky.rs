@@ -117,19 +117,17 @@ impl BlockCholesky {
     pub fn half_solve_block<const N: usize>(&self, block: usize, rows: &mut [[f64; N]]) {
         let block = &self.blocks[block];
         assert!(rows.len() <= block.size, "no more rows than the block has");
-        let (l, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
+        let (u, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
         for k in (0..rows.len()).rev() {
-            let (head, tail) = rows.split_at_mut(k);
-            let row = &mut tail[0];
-            if *row == [0.0; N] {
-                continue; // the rows of other branches of the tree
-            }
-            row.iter_mut().for_each(|y| *y *= inverse[k]);
-            for (target, l) in head.iter_mut().zip(&l[k * block.size..]) {
-                for (t, y) in target.iter_mut().zip(row.iter()) {
-                    *t -= l * y;
+            let end = (self.coupling.end(block.start + k) - block.start).min(rows.len());
+            let (head, tail) = rows.split_at_mut(k + 1);
+            let row = &mut head[k];
+            for (u, y) in u[k * block.size + k + 1..k * block.size + end].iter().zip(tail.iter()) {
+                for (t, y) in row.iter_mut().zip(y) {
+                    *t -= u * y;
                 }
             }
+            row.iter_mut().for_each(|y| *y *= inverse[k]);
         }
     }
 
