@@ -252,7 +252,7 @@ impl ContactProblem {
     /// The diagonal of contact `i`'s block of `J M⁻¹ Jᵀ`. `scratch`: `[nv]`, all zero before and after.
     ///
     /// # Cost
-    /// Three solves with each block of the mass matrix that the contact touches.
+    /// Three half solves with each block of the mass matrix that the contact touches.
     pub fn delassus_diagonal(&self, i: usize, scratch: &mut [f64]) -> [f64; 3] {
         let (columns, entries) = self.jacobian.group(i);
         self.delassus_entries(columns, entries, scratch)
