@@ -17,6 +17,7 @@ pub fn solve_row(k: usize, plan: &Plan, arguments: &Arguments) -> Result<Row, Cl
     let program =
         std::env::current_exe().map_err(|source| CliError::Process { program: "signorini".into(), source })?;
     let failed = |source| CliError::Process { program: program.clone(), source };
+    let begin = Instant::now();
     let mut child = Command::new(&program)
         .args(words(k, arguments))
         .stdin(Stdio::null())
@@ -30,7 +31,7 @@ pub fn solve_row(k: usize, plan: &Plan, arguments: &Arguments) -> Result<Row, Cl
         let mut text = String::new();
         pipe.as_mut().map_or(Ok(0), |pipe| pipe.read_to_string(&mut text)).map(|_| text)
     });
-    let ended = wait(&mut child, arguments.time_limit).map_err(failed)?;
+    let ended = wait(&mut child, begin, arguments.time_limit).map_err(failed)?;
     let text = reader.join().unwrap_or_else(|_| Ok(String::new())).map_err(failed)?;
     let Some(status) = ended else {
         let reason = format!("no answer within --time-limit {} s", arguments.time_limit);
@@ -58,17 +59,17 @@ fn words(k: usize, arguments: &Arguments) -> Vec<std::ffi::OsString> {
     words
 }
 
-/// Waits for the process, and ends it when its time is over; nothing then.
-fn wait(child: &mut Child, time_limit: f64) -> std::io::Result<Option<ExitStatus>> {
-    let begin = Instant::now();
+/// Waits for the process that was started at `begin`, and ends it when its time is over; nothing then, even where its
+/// answer came while nobody looked, so that the limit alone decides and not who was scheduled first.
+fn wait(child: &mut Child, begin: Instant, time_limit: f64) -> std::io::Result<Option<ExitStatus>> {
     loop {
-        if let Some(status) = child.try_wait()? {
-            return Ok(Some(status));
-        }
         if begin.elapsed().as_secs_f64() > time_limit {
             child.kill()?;
             child.wait()?;
             return Ok(None);
+        }
+        if let Some(status) = child.try_wait()? {
+            return Ok(Some(status));
         }
         std::thread::sleep(POLL);
     }
