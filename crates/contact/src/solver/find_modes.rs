@@ -8,6 +8,8 @@ use super::path::{PathOutcome, Shift};
 
 /// Newton steps without a better set of modes before they are given up.
 const NEWTON_PATIENCE: u32 = 2;
+/// A careful search follows a path if at most one in so many contacts lies outside its mode.
+const FEW: usize = 16;
 /// Contacts of an island that is large enough for a path to wander.
 const LARGE: usize = 64;
 
@@ -18,12 +20,16 @@ impl IslandSolver {
     /// A path starts from the best modes that Newton's steps met. Where it is lost, another one starts with every contact
     /// open: the matrix of the proximal problem is strictly copositive, so that this path, which is Lemke's in other
     /// coordinates, cannot end on a ray.
+    ///
+    /// A careful search follows one path at most, and only where few contacts lie outside their modes: what it does not find
+    /// is asked for with a larger ε.
     pub(super) fn solve_proximal(
         &mut self,
         cones: &Cones,
         island: &Island,
         settings: &SolverSettings,
         attempt: u32,
+        careful: bool,
         factored: &mut bool,
     ) -> bool {
         for round in 0..settings.max_rounds {
@@ -35,11 +41,17 @@ impl IslandSolver {
                 self.take_bilateral(island);
                 return true;
             }
+            if careful && (round > 0 || FEW * self.violations(cones, island, settings) > island.units.len()) {
+                return false;
+            }
             *factored = false;
             let seed = attempt * settings.max_rounds + round;
             if self.is_lost(cones, island, settings)
                 || !self.follow_path(cones, island, settings, Shift::Violated, seed)
             {
+                if careful {
+                    return false;
+                }
                 self.modes.fill(Mode::Open);
                 if !self.solve_modes(cones, island, factored) {
                     return false;

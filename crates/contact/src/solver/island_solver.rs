@@ -6,7 +6,7 @@
 //! `λ̄`, so that the last iterations work with small numbers and reach rounding.
 
 use super::SolverSettings;
-use super::convex_start::ConvexStart;
+use super::interior_start::InteriorStart;
 use super::island::Island;
 use super::mode::{Cones, Mode};
 use super::path::Path;
@@ -62,6 +62,8 @@ pub(crate) struct IslandSolver {
     pub(super) change: Vec<[f64; 3]>,
     pub(super) earlier_change: Vec<[f64; 3]>,
     pub(super) bilateral_change: Vec<f64>,
+    /// The modes before a proximal problem.
+    pub(super) earlier_modes: Vec<Mode>,
     /// The best modes of the Newton steps.
     pub(super) newton_best: Vec<Mode>,
     pub(super) best: Vec<[f64; 3]>,
@@ -71,7 +73,7 @@ pub(crate) struct IslandSolver {
     pub(super) contradiction: Vec<u32>,
     pub(super) magnitude: Vec<f64>,
     pub(super) effort: Effort,
-    pub(super) convex: ConvexStart,
+    pub(super) interior: InteriorStart,
     /// Whether `system` knows the island's structure.
     pub(super) analysed: bool,
 }

@@ -11,10 +11,10 @@
 //! What was tried and why the solver moved on is in the [`SolveReport`].
 
 mod contradiction;
-mod convex_start;
 mod fallback;
 mod find_modes;
 mod gathering;
+mod interior_start;
 mod island;
 mod island_pool;
 mod island_solver;
@@ -26,6 +26,7 @@ mod sleep;
 mod sparse;
 mod system;
 mod warm_start;
+mod weight;
 
 pub use settings::SolverSettings;
 pub use warm_start::WarmStart;

@@ -160,6 +160,20 @@ impl Cones {
         }
     }
 
+    /// Calls `visit` with the outward unit normal of every edge of the polygon and its distance from the centre for a normal
+    /// impulse of 1; with two directions, with the ends of their interval.
+    pub fn interior_edges(&self, i: usize, mut visit: impl FnMut([f64; 2], f64)) {
+        let (edges, mu) = (self.edges(i), self.friction[i]);
+        if let [first, last] = edges {
+            let outward = first.tangent.map(|t| t * dot(first.tangent, first.vertex).signum());
+            visit(outward, mu * dot(outward, first.vertex));
+            let outward = outward.map(|n| -n);
+            visit(outward, mu * dot(outward, last.vertex));
+        } else {
+            edges.iter().for_each(|edge| visit(edge.normal, mu * edge.height));
+        }
+    }
+
     /// The mode whose cone holds `y`.
     pub fn mode_at(&self, i: usize, y: [f64; 3]) -> Mode {
         let edges = self.edges(i);

@@ -4,6 +4,7 @@ use super::SolverSettings;
 use super::island::Island;
 use super::island_solver::IslandSolver;
 use super::mode::Cones;
+use super::weight::ProximalWeight;
 use crate::ContactProblem;
 
 /// A proximal iteration that leaves more than this part of the residual calls for another ε.
@@ -14,19 +15,10 @@ const REFINE: f64 = 1e-12;
 const PARALLEL: f64 = 0.99;
 /// Below this residual changes of the impulses may be rounding, and are not extrapolated.
 const NOISE: f64 = 1e-11;
-/// The factor between one ε and the next.
-const WEIGHT_STEP: f64 = 1e2;
-/// Below this residual a slow iteration is a matter of rounding: ε goes up. Above it the impulses still have a long way to
-/// go in directions of small Delassus eigenvalues, or a contact that has to slide is still inside its cone: ε goes down.
-const ROUNDING_FLOOR: f64 = 2e-12;
-/// Contacts from which an island may begin with the convex relaxation: if more than one in so many lies outside its mode, or
-/// if any does.
-const MEDIUM: usize = 16;
-const FAR: usize = 4;
+/// An extrapolation has to leave less than this part of the residual of the last one.
+const EXTRAPOLATED: f64 = 0.5;
+/// Contacts and groups from which an island is large: a path from modes that are far from the solution's would wander.
 const LARGE: usize = 64;
-/// ε of the last iterations. The rounding of `u` enters the impulses divided by ε: once a small ε has found the impulses in
-/// the directions of small eigenvalues, larger ones remove that noise from the others.
-const LARGEST_WEIGHT: f64 = 1e-3;
 
 impl IslandSolver {
     /// Runs proximal iterations from the present centre and modes until the residual (of the contact laws, relative to
@@ -39,10 +31,11 @@ impl IslandSolver {
         settings: &SolverSettings,
         attempt: u32,
     ) -> f64 {
-        let mut epsilon = settings.proximal_weight;
-        self.set_weights(island, epsilon);
-        let (mut best, mut last, mut slow) = (f64::INFINITY, f64::INFINITY, 0);
-        let (mut prepared, mut factored, mut ascending, mut polished) = (false, false, false, false);
+        let mut weight = ProximalWeight::new(settings);
+        self.set_weights(island, weight.epsilon);
+        let careful = attempt == 0 && island.units.len() >= LARGE;
+        let (mut best, mut last, mut slow, mut extrapolated) = (f64::INFINITY, f64::INFINITY, 0, f64::INFINITY);
+        let (mut prepared, mut factored, mut polished) = (false, false, false);
         for _ in 0..settings.max_proximal_iterations {
             let residual = self.evaluate_centre(problem, cones, island);
             if residual < best {
@@ -54,46 +47,38 @@ impl IslandSolver {
                 break;
             }
             // The first slow iteration gives the second change of the impulses that an extrapolation needs.
-            slow = if residual > SLOW * last { slow + 1 } else { 0 };
+            slow = if residual > SLOW * last && !weight.is_falling() { slow + 1 } else { 0 };
             last = residual;
             if slow == 2 {
                 slow = 0;
-                if best > NOISE && self.extrapolate(cones, island) {
-                    last = f64::INFINITY;
-                } else if best > NOISE && self.is_contradiction(island) {
+                if best > NOISE && best < EXTRAPOLATED * extrapolated && self.extrapolate(cones, island) {
+                    (last, extrapolated) = (f64::INFINITY, best);
+                } else if best > NOISE && self.is_contradiction(island) || !weight.change(best) {
                     break;
                 } else {
-                    ascending |= best <= ROUNDING_FLOOR || epsilon <= settings.smallest_proximal_weight;
-                    if ascending && epsilon >= LARGEST_WEIGHT {
-                        break;
-                    }
-                    epsilon = if ascending {
-                        (epsilon * WEIGHT_STEP).min(LARGEST_WEIGHT)
-                    } else {
-                        (epsilon / WEIGHT_STEP).max(settings.smallest_proximal_weight)
-                    };
-                    self.set_weights(island, epsilon);
+                    self.set_weights(island, weight.epsilon);
                     (prepared, factored) = (false, false);
                 }
                 self.evaluate_centre(problem, cones, island);
             }
-            let cold = self.modes.is_empty();
-            if cold {
+            if self.modes.is_empty() {
                 self.guess_modes(cones, island);
             }
             self.prepare_system(problem, island, &mut prepared);
-            if cold && attempt == 0 && self.is_far_from_start(cones, island, settings, &mut factored) {
-                self.convex_start(problem, cones, island);
-                self.set_weights(island, epsilon);
-                self.evaluate_centre(problem, cones, island);
-                (prepared, factored) = (false, false);
-                self.prepare_system(problem, island, &mut prepared);
-            }
-            if !self.solve_proximal(cones, island, settings, attempt, &mut factored) {
+            self.earlier_modes.clone_from(&self.modes);
+            let reweighted = if self.solve_proximal(cones, island, settings, attempt, careful, &mut factored) {
+                self.effort.proximal_iterations += 1;
+                self.take_impulses(cones, island);
+                weight.fall()
+            } else if careful && self.recover(problem, cones, island, &mut weight) {
+                true
+            } else {
                 break;
+            };
+            if reweighted {
+                self.set_weights(island, weight.epsilon);
+                (prepared, factored, last) = (false, false, f64::INFINITY);
             }
-            self.effort.proximal_iterations += 1;
-            self.take_impulses(cones, island);
         }
         // A polished centre is the best one, and evaluated.
         if !polished {
@@ -109,20 +94,21 @@ impl IslandSolver {
         best
     }
 
-    /// Whether Newton's steps leave contacts of a large island outside their modes: a better start is worth more than a path
-    /// from there.
-    fn is_far_from_start(
+    /// After a proximal problem of a large island that was not solved: at first another start, later a larger ε. `false` if
+    /// there is nothing left to try.
+    fn recover(
         &mut self,
+        problem: &ContactProblem,
         cones: &Cones,
         island: &Island,
-        settings: &SolverSettings,
-        factored: &mut bool,
+        weight: &mut ProximalWeight,
     ) -> bool {
-        let contacts = island.units.len();
-        let most = if contacts >= LARGE { 0 } else { contacts / FAR };
-        contacts >= MEDIUM
-            && self.take_newton_steps(cones, island, settings, settings.newton_iterations, factored)
-            && self.violations(cones, island, settings) > most
+        if self.effort.proximal_iterations == 0 && !weight.is_falling() {
+            weight.begin_large();
+            return self.interior_start(problem, cones, island);
+        }
+        self.modes.clone_from(&self.earlier_modes);
+        weight.rise()
     }
 
     /// Assembles what the system has in common for all modes, unless that is done for the present ε.

@@ -1,0 +1,84 @@
+//! The weight ε of the proximal term from iteration to iteration.
+//!
+//! A small ε leaves little between one centre and the solution, and gives proximal problems that are as hard as the contact
+//! problem: their modes are found from a centre that is near. A large ε gives easy problems and many of them. So an island that
+//! is far from its solution begins with a large one, which falls with every problem that is solved and rises with every one
+//! that is not. Below the usual ε, the iterations go on with smaller ones where the impulses have a long way to go in
+//! directions of small Delassus eigenvalues, and end with larger ones: the rounding of `u` enters the impulses divided by ε.
+
+use super::SolverSettings;
+
+/// The factor between one ε and the next where the iterations are slow.
+const SLOW_STEP: f64 = 1e2;
+/// Below this residual a slow iteration is a matter of rounding.
+const ROUNDING_FLOOR: f64 = 2e-12;
+/// ε of the last iterations.
+const LARGEST_LAST: f64 = 1e-3;
+/// ε of the first problem after an interior start, and the largest one.
+const FIRST: f64 = 1.0;
+const LARGEST: f64 = 10.0;
+/// Its factor after a proximal problem that was solved, and after one that was not.
+const FALL: f64 = 0.3;
+const RISE: f64 = 5.0;
+/// Problems that may stay unsolved.
+const FAILURES: u32 = 30;
+
+/// ε and what it does next.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ProximalWeight {
+    pub epsilon: f64,
+    usual: f64,
+    smallest: f64,
+    ascending: bool,
+    failures: u32,
+}
+
+impl ProximalWeight {
+    pub fn new(settings: &SolverSettings) -> Self {
+        let (usual, smallest) = (settings.proximal_weight, settings.smallest_proximal_weight);
+        Self { epsilon: usual, usual, smallest, ascending: false, failures: 0 }
+    }
+
+    /// After an interior start.
+    pub fn begin_large(&mut self) {
+        self.epsilon = FIRST;
+    }
+
+    /// Whether ε is still coming down to the usual one.
+    pub fn is_falling(&self) -> bool {
+        self.epsilon > self.usual && !self.ascending
+    }
+
+    /// After a proximal problem that was solved; whether ε is another one.
+    pub fn fall(&mut self) -> bool {
+        let falling = self.is_falling();
+        if falling {
+            self.epsilon = (FALL * self.epsilon).max(self.usual);
+        }
+        falling
+    }
+
+    /// After a proximal problem that was not solved; `false` if there is nothing left to try.
+    pub fn rise(&mut self) -> bool {
+        self.failures += 1;
+        if self.ascending || self.failures > FAILURES || self.epsilon >= LARGEST {
+            return false;
+        }
+        self.epsilon = (RISE * self.epsilon).min(LARGEST);
+        true
+    }
+
+    /// After slow iterations, the best of which left the residual `best`; `false` if they are the last ones.
+    pub fn change(&mut self, best: f64) -> bool {
+        self.ascending |= best <= ROUNDING_FLOOR || self.epsilon <= self.smallest;
+        if self.ascending && self.epsilon >= LARGEST_LAST {
+            return false;
+        }
+        self.epsilon = if self.ascending {
+            (self.epsilon * SLOW_STEP).min(LARGEST_LAST)
+        } else {
+            (self.epsilon / SLOW_STEP).max(self.smallest)
+        };
+        true
+    }
+}
