@@ -18,9 +18,11 @@ use crate::ContactProblem;
 /// Steps at most.
 const STEPS: u32 = 50;
 /// The mean product at which the steps end, relative to the first one.
-const TARGET: f64 = 1e-8;
+const TARGET: f64 = 1e-7;
 /// What the equations may still lack then, relative to the velocity scale.
 const FEASIBLE: f64 = 1e-4;
+/// Steps end where an equation lacks so many times more than it did: the system has become too stiff for its rounding.
+const ROUNDED: f64 = 10.0;
 /// Part of the way to the boundary that a step goes at most.
 const FRACTION: f64 = 0.99;
 /// The least centring.
@@ -104,12 +106,14 @@ impl InteriorStart {
     fn run(&mut self, solver: &mut IslandSolver, problem: &ContactProblem, cones: &Cones, island: &Island) -> bool {
         self.begin(solver, problem, cones, island);
         let scale = solver.velocity_scale;
-        let mut short = 0;
+        let (mut short, mut least) = (0, f64::INFINITY);
         for _ in 0..STEPS {
             let (product, missing) = self.find_residuals(solver, problem, cones, island);
-            if product <= TARGET * scale * scale && missing <= FEASIBLE * scale {
+            let converged = product <= TARGET * scale * scale && missing <= FEASIBLE * scale;
+            if converged || missing > (ROUNDED * least).max(FEASIBLE * scale) {
                 break;
             }
+            least = least.min(missing);
             self.find_slopes(island);
             solver.effort.factorizations += 1;
             if !solver.system.factor_slopes(island, |c| Some(self.units[c].slope)) {

@@ -31,9 +31,9 @@ impl IslandSolver {
         settings: &SolverSettings,
         attempt: u32,
     ) -> f64 {
-        let mut weight = ProximalWeight::new(settings);
-        self.set_weights(island, weight.epsilon);
         let careful = attempt == 0 && island.units.len() >= LARGE;
+        let mut weight = ProximalWeight::new(settings, careful);
+        self.set_weights(island, weight.epsilon);
         let (mut best, mut last, mut slow, mut extrapolated) = (f64::INFINITY, f64::INFINITY, 0, f64::INFINITY);
         let (mut prepared, mut factored, mut polished) = (false, false, false);
         for _ in 0..settings.max_proximal_iterations {

@@ -10,8 +10,11 @@ use super::SolverSettings;
 
 /// The factor between one ε and the next where the iterations are slow.
 const SLOW_STEP: f64 = 1e2;
+const LARGE_SLOW_STEP: f64 = 10.0;
 /// Below this residual a slow iteration is a matter of rounding.
 const ROUNDING_FLOOR: f64 = 2e-12;
+/// A residual that rounding can leave.
+const SMALL: f64 = 1e-8;
 /// ε of the last iterations.
 const LARGEST_LAST: f64 = 1e-3;
 /// ε of the first problem after an interior start, and the largest one.
@@ -29,14 +32,17 @@ pub(super) struct ProximalWeight {
     pub epsilon: f64,
     usual: f64,
     smallest: f64,
+    is_large: bool,
+    /// The best residual at the last slow iterations.
+    earlier_best: f64,
     ascending: bool,
     failures: u32,
 }
 
 impl ProximalWeight {
-    pub fn new(settings: &SolverSettings) -> Self {
+    pub fn new(settings: &SolverSettings, is_large: bool) -> Self {
         let (usual, smallest) = (settings.proximal_weight, settings.smallest_proximal_weight);
-        Self { epsilon: usual, usual, smallest, ascending: false, failures: 0 }
+        Self { epsilon: usual, usual, smallest, is_large, earlier_best: f64::INFINITY, ascending: false, failures: 0 }
     }
 
     /// After an interior start.
@@ -70,14 +76,17 @@ impl ProximalWeight {
 
     /// After slow iterations, the best of which left the residual `best`; `false` if they are the last ones.
     pub fn change(&mut self, best: f64) -> bool {
-        self.ascending |= best <= ROUNDING_FLOOR || self.epsilon <= self.smallest;
+        // In a large island a small residual that grows with a smaller ε is mostly rounding.
+        let fruitless = self.is_large && best < SMALL && best >= self.earlier_best;
+        self.ascending |= best <= ROUNDING_FLOOR || self.epsilon <= self.smallest || fruitless;
+        self.earlier_best = best;
         if self.ascending && self.epsilon >= LARGEST_LAST {
             return false;
         }
         self.epsilon = if self.ascending {
             (self.epsilon * SLOW_STEP).min(LARGEST_LAST)
         } else {
-            (self.epsilon / SLOW_STEP).max(self.smallest)
+            (self.epsilon / if self.is_large { LARGE_SLOW_STEP } else { SLOW_STEP }).max(self.smallest)
         };
         true
     }
