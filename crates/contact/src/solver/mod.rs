@@ -322,7 +322,9 @@ fn solve_island(
     outcome: &mut Outcome,
 ) {
     let first_attempt = u32::from(start == Start::Cold);
-    for attempt in first_attempt..=settings.max_restarts.max(first_attempt) {
+    let restarts =
+        if island.units.len() >= proximal::LARGE { settings.max_restarts.min(1) } else { settings.max_restarts };
+    for attempt in first_attempt..=restarts.max(first_attempt) {
         solver.start(problem, island);
         if let (0, Start::Warm(warm)) = (attempt, start) {
             warm_start::load(solver, problem, cones, island, warm);

@@ -18,7 +18,7 @@ const NOISE: f64 = 1e-11;
 /// An extrapolation has to leave less than this part of the residual of the last one.
 const EXTRAPOLATED: f64 = 0.5;
 /// Contacts and groups from which an island is large: a path from modes that are far from the solution's would wander.
-const LARGE: usize = 64;
+pub(super) const LARGE: usize = 64;
 
 impl IslandSolver {
     /// Runs proximal iterations from the present centre and modes until the residual (of the contact laws, relative to
@@ -53,7 +53,7 @@ impl IslandSolver {
                 slow = 0;
                 if best > NOISE && best < EXTRAPOLATED * extrapolated && self.extrapolate(cones, island) {
                     (last, extrapolated) = (f64::INFINITY, best);
-                } else if best > NOISE && self.is_contradiction(island) || !weight.change(best) {
+                } else if best > NOISE && self.is_contradiction(island) || !weight.change(best, last) {
                     break;
                 } else {
                     self.set_weights(island, weight.epsilon);
@@ -70,7 +70,7 @@ impl IslandSolver {
                 self.effort.proximal_iterations += 1;
                 self.take_impulses(cones, island);
                 weight.fall()
-            } else if careful && self.recover(problem, cones, island, &mut weight) {
+            } else if careful && self.recover(problem, cones, island, &mut weight, best) {
                 true
             } else {
                 break;
@@ -102,13 +102,14 @@ impl IslandSolver {
         cones: &Cones,
         island: &Island,
         weight: &mut ProximalWeight,
+        best: f64,
     ) -> bool {
         if self.effort.proximal_iterations == 0 && !weight.is_falling() {
             weight.begin_large();
             return self.interior_start(problem, cones, island);
         }
         self.modes.clone_from(&self.earlier_modes);
-        weight.rise()
+        weight.rise(best)
     }
 
     /// Assembles what the system has in common for all modes, unless that is done for the present ε.

@@ -7,7 +7,7 @@ use crate::ProblemError;
 pub struct SolverSettings {
     /// A solution is `Solved` when every residual of the certificate is at most this. Default 1e-9; range (0, 1).
     pub tolerance: f64,
-    /// An island is restarted when its residual is above this. Default 1e-10; range (0, 1).
+    /// An island is restarted when its residual is above this. Default 1e-9; range (0, 1).
     pub accept: f64,
     /// Proximal iterations stop at this residual. Default 1e-12; range (0, 1).
     pub polish: f64,
@@ -23,7 +23,7 @@ pub struct SolverSettings {
     pub max_rounds: u32,
     /// Proximal iterations at most. Default 120; at least 1.
     pub max_proximal_iterations: u32,
-    /// Cold restarts before Lemke's method. Default 3.
+    /// Cold restarts before Lemke's method; one at most in an island of 64 contacts or more. Default 3.
     pub max_restarts: u32,
     /// Mode changes any path may use. Default 100.
     pub path_changes_base: u32,
@@ -49,7 +49,7 @@ impl Default for SolverSettings {
     fn default() -> Self {
         Self {
             tolerance: 1e-9,
-            accept: 1e-10,
+            accept: 1e-9,
             polish: 1e-12,
             proximal_weight: 1e-5,
             smallest_proximal_weight: 1e-10,

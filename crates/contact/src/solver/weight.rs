@@ -15,6 +15,8 @@ const LARGE_SLOW_STEP: f64 = 10.0;
 const ROUNDING_FLOOR: f64 = 2e-12;
 /// A residual that rounding can leave.
 const SMALL: f64 = 1e-8;
+/// How many times the best residual it is then.
+const ROUNDED: f64 = 10.0;
 /// ε of the last iterations.
 const LARGEST_LAST: f64 = 1e-3;
 /// ε of the first problem after an interior start, and the largest one.
@@ -32,6 +34,7 @@ pub(super) struct ProximalWeight {
     pub epsilon: f64,
     usual: f64,
     smallest: f64,
+    accept: f64,
     is_large: bool,
     /// The best residual at the last slow iterations.
     earlier_best: f64,
@@ -42,7 +45,16 @@ pub(super) struct ProximalWeight {
 impl ProximalWeight {
     pub fn new(settings: &SolverSettings, is_large: bool) -> Self {
         let (usual, smallest) = (settings.proximal_weight, settings.smallest_proximal_weight);
-        Self { epsilon: usual, usual, smallest, is_large, earlier_best: f64::INFINITY, ascending: false, failures: 0 }
+        Self {
+            epsilon: usual,
+            usual,
+            smallest,
+            accept: settings.accept,
+            is_large,
+            earlier_best: f64::INFINITY,
+            ascending: false,
+            failures: 0,
+        }
     }
 
     /// After an interior start.
@@ -64,20 +76,20 @@ impl ProximalWeight {
         falling
     }
 
-    /// After a proximal problem that was not solved; `false` if there is nothing left to try.
-    pub fn rise(&mut self) -> bool {
+    /// After a proximal problem that was not solved, with the best residual so far; `false` if there is nothing left to try.
+    pub fn rise(&mut self, best: f64) -> bool {
         self.failures += 1;
-        if self.ascending || self.failures > FAILURES || self.epsilon >= LARGEST {
+        if best <= self.accept || self.ascending || self.failures > FAILURES || self.epsilon >= LARGEST {
             return false;
         }
         self.epsilon = (RISE * self.epsilon).min(LARGEST);
         true
     }
 
-    /// After slow iterations, the best of which left the residual `best`; `false` if they are the last ones.
-    pub fn change(&mut self, best: f64) -> bool {
+    /// After slow iterations, with the best residual ever and that of the last one; `false` if they are the last ones.
+    pub fn change(&mut self, best: f64, last: f64) -> bool {
         // In a large island a small residual that grows with a smaller ε is mostly rounding.
-        let fruitless = self.is_large && best < SMALL && best >= self.earlier_best;
+        let fruitless = self.is_large && best < SMALL && best >= self.earlier_best && last > ROUNDED * best;
         self.ascending |= best <= ROUNDING_FLOOR || self.epsilon <= self.smallest || fruitless;
         self.earlier_best = best;
         if self.ascending && self.epsilon >= LARGEST_LAST {
