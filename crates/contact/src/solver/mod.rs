@@ -1,9 +1,9 @@
 //! The structured contact solver: exact, warm-started, with Lemke's method behind it.
 //!
 //! The cascade, island by island:
-//! 1. proximal iterations from the warm start, a few Newton steps on the modes in each, then the [path](path); a large cold
-//!    island begins at its [convex relaxation](convex_start); a [proof](contradiction) that the gaps contradict each other ends
-//!    the solve;
+//! 1. proximal iterations from the warm start, a few Newton steps on the modes in each, then the [path](path); a large
+//!    island that is far from its modes has an [interior start](interior_start); a [proof](contradiction) that the gaps
+//!    contradict each other ends the solve;
 //! 2. the same from a cold start with other random shifts, a few times;
 //! 3. lexicographic Lemke on the standard LCP ([`signorini_lcp::Lemke`]), which ends in a solution, or in a ray where the
 //!    contacts wedge.

@@ -16,6 +16,7 @@ mod files;
 mod friction_groups;
 mod indeterminacy;
 mod invariance;
+mod large_islands;
 mod polygons;
 mod random_cases;
 mod reference;
