@@ -153,6 +153,8 @@ class Model:
         merge_fixed_joints: bool = False,
         self_collision: bool = True,
         srdf: Optional[_Path] = None,
+        friction: float = 1.0,
+        floor: bool = False,
     ) -> Self: ...
     @property
     def name(self) -> str:

@@ -1,0 +1,201 @@
+#!/usr/bin/env python3
+"""Every public name of the Python package with its signature and text, as Markdown, read from stubs and sources without importing them."""
+
+import ast
+import pathlib
+import re
+import sys
+
+SECTIONS = {
+    "Models": ["Model", "ImportWarning", "Body", "Joint", "Geom", "Actuator", "Keyframe"],
+    "States and steps": ["Data", "Settings", "step", "forward", "kinematics", "BodyData", "JointData", "ActuatorData"],
+    "What a step found": ["Contacts", "ContactMode", "Limits", "Certificate", "StepReport"],
+    "Many simulations": ["Batch"],
+    "Dynamics": ["inverse", "bias_force", "mass_matrix", "jacobian", "integrate", "difference", "linearize", "LinearComplementaritySystem"],
+    "Solvers": ["solve_lcp", "lcp_methods", "LcpResult", "ContactProblem", "ContactSolution"],
+    "Recordings": ["Recorder", "Recording", "load_recording"],
+    "Errors and warnings": [
+        "SignoriniError", "ModelError", "SettingError", "StateError", "ProblemError", "SolveError", "BatchError", "RecordingError",
+        "ModelWarning", "ToleranceWarning",
+    ],
+}  # fmt: skip
+
+
+class Package:
+    """The modules of a package as syntax trees, and where its names are defined."""
+
+    def __init__(self, folder):
+        files = sorted([*folder.glob("*.py"), *folder.glob("*.pyi"), *folder.glob("*/__init__.py")])
+        self.modules = {}
+        for file in files:
+            name = file.parent.name if file.stem == "__init__" and file.parent != folder else file.stem
+            self.modules[name] = ast.parse(file.read_text(encoding="utf-8"))
+
+    def definition(self, name, module):
+        """The class or function `name` as `module` sees it, following its imports; `None` for what is neither."""
+        for node in self.modules[module].body:
+            if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and node.name == name:
+                return node, module
+            if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("signorini"):
+                source = node.module.removeprefix("signorini").lstrip(".") or "__init__"
+                if any((alias.asname or alias.name) == name for alias in node.names) and source in self.modules:
+                    return self.definition(name, source)
+        return None
+
+    def exported(self, module):
+        """`__all__` of a module."""
+        for node in self.modules[module].body:
+            if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "__all__":
+                return ast.literal_eval(node.value)
+        return []
+
+    def members(self, node, module):
+        """Public members of a class, those of its base in `_core` after its own."""
+        own = [m for m in node.body if is_member(m)]
+        for base in node.bases:
+            if isinstance(base, ast.Attribute) and getattr(base.value, "id", "") == "_core":
+                inherited, _ = self.definition(base.attr, "_core")
+                names = {member_name(m) for m in own}
+                own += [m for m in inherited.body if is_member(m) and member_name(m) not in names]
+        return own
+
+
+def member_name(node):
+    return node.name if isinstance(node, ast.FunctionDef) else node.targets[0].id
+
+
+def is_member(node):
+    if isinstance(node, ast.FunctionDef):
+        setter = any(isinstance(d, ast.Attribute) and d.attr == "setter" for d in node.decorator_list)
+        return not node.name.startswith("_") and not setter
+    return isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id.isupper()
+
+
+def decorated(node, name):
+    return any(getattr(d, "id", "") == name for d in node.decorator_list)
+
+
+def plain(text):
+    """Python's markup as Markdown's."""
+    text = re.sub(r":\w+:`~?([^`]*)`", r"`\1`", text)
+    return re.sub(r"``([^`]*)``", r"`\1`", text)
+
+
+def docstring(node, indent=""):
+    """A docstring as Markdown: arguments and errors as lists, examples as code."""
+    text = ast.get_docstring(node) or ""
+    out, code = [], False
+    for line in text.splitlines():
+        example = line.startswith(">>>") or (code and line.startswith("..."))
+        result = code and not example and line.strip() != ""
+        if example and not code:
+            out.append("```pycon")
+        if code and not example and not result:
+            out.append("```")
+        code = example or result
+        section = re.fullmatch(r"(Args|Raises|Returns|Attributes|Yields):", line)
+        item = re.match(r"    (\*{0,2}[\w, ]+): (.*)", line)
+        if code:
+            out.append(line)
+        elif section:
+            out += ["", f"*{section.group(1)}*", ""]
+        elif item:
+            out.append(f"- `{item.group(1)}`: {plain(item.group(2))}")
+        else:
+            out.append(plain(line if line.startswith(" ") and out and out[-1].startswith(("- ", "  ")) else line.strip()))
+    if code:
+        out.append("```")
+    return "\n".join(indent + line if line else "" for line in out)
+
+
+def signature(node, name):
+    """`name(arguments) -> type` without `self`."""
+    arguments = ast.unparse(node.args)
+    arguments = re.sub(r"^(self|cls)(: \w+)?(, )?", "", arguments)
+    arguments = re.sub(r"\b(?:ast|_core|np)\.", "", arguments).replace("_PublicModel", "Model").replace("_PublicSettings", "Settings")
+    returns = f" -> {clean_type(ast.unparse(node.returns))}" if node.returns else ""
+    return f"{name}({clean_type(arguments)}){returns}"
+
+
+def clean_type(text):
+    for old, new in (("_Array", "array"), ("_Ints", "int array"), ("_MatrixLike", "MatrixLike"), ("_Path", "PathLike"), ("_core.", ""),
+                     ("_PublicModel", "Model"), ("_PublicSettings", "Settings"), ("NDArray[np.int8]", "int array"),
+                     ("NDArray[np.bool_]", "bool array"), ("NDArray[np.int64]", "int array"), ("NDArray[np.uint32]", "int array")):  # fmt: skip
+        text = text.replace(old, new)
+    return text
+
+
+def function(node, name, level):
+    return f"{'#' * level} `{name}`\n\n```python\n{signature(node, name)}\n```\n\n{docstring(node)}\n"
+
+
+def class_text(package, node, module, name, level):
+    out = [f"{'#' * level} `{name}`\n\n{docstring(node)}\n"]
+    constructor = next((m for m in node.body if isinstance(m, ast.FunctionDef) and m.name in ("__new__", "__init__")), None)
+    base = next((b.attr for b in node.bases if isinstance(b, ast.Attribute)), None)
+    if constructor and "Error" not in name and "Warning" not in name:
+        out.insert(1, f"```python\n{signature(constructor, name).split(' -> ')[0]}\n```\n")
+    rows, methods, seen = [], [], set()
+    for member in package.members(node, module):
+        if member_name(member) in seen:
+            continue
+        if isinstance(member, ast.Assign):
+            rows.append((member.targets[0].id, ast.unparse(member.value), following_text(node, member)))
+        elif decorated(member, "property"):
+            rows.append((member.name, clean_type(ast.unparse(member.returns)), ast.get_docstring(member) or ""))
+        elif decorated(member, "overload") and not ast.get_docstring(member):
+            continue
+        else:
+            methods.append(member)
+        seen.add(member_name(member))
+    if rows:
+        out.append("| attribute | type | |\n|---|---|---|")
+        cell = lambda text: " ".join(plain(text).split()).replace("|", "\\|")
+        out[-1] += "".join(f"\n| `{n}` | `{cell(t)}` | {cell(d)} |" for n, t, d in rows) + "\n"
+    for member in methods:
+        out.append(f"**`{signature(member, f'{name}.{member.name}')}`**\n\n{docstring(member)}\n")
+    assert base is None or out, name
+    return "\n".join(out)
+
+
+def following_text(node, member):
+    """The string after an assignment in a class, which documents it."""
+    position = node.body.index(member) + 1
+    if position < len(node.body) and isinstance(node.body[position], ast.Expr):
+        return node.body[position].value.value
+    return ""
+
+
+def entry(package, name, module, level=3):
+    found = package.definition(name, module)
+    if found is None:
+        return ""
+    node, home = found
+    if isinstance(node, ast.FunctionDef):
+        return function(node, name, level)
+    return class_text(package, node, home, name, level)
+
+
+def reference(folder):
+    """The whole reference; every name of every `__all__` is in it once."""
+    package = Package(folder)
+    public = [n for n in package.exported("__init__") if package.definition(n, "__init__")]
+    listed = {name for names in SECTIONS.values() for name in names}
+    sections = {**SECTIONS, "More": [n for n in public if n not in listed and n != "lemkelcp"]}
+    out = []
+    for title, names in sections.items():
+        texts = [entry(package, name, "__init__") for name in names if name in public]
+        if texts:
+            out += [f"## {title}\n", *texts]
+    own = set(public) - {"lemkelcp"}
+    for module in package.modules:
+        names = [n for n in package.exported(module) if n not in own]
+        if module.startswith("_") or not names:
+            continue
+        out += [f"## `signorini.{module}`\n", docstring(package.modules[module]) + "\n"]
+        out += [entry(package, name, module) for name in names]
+    return "\n".join(out)
+
+
+if __name__ == "__main__":
+    print(reference(pathlib.Path(sys.argv[1])))
