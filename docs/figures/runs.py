@@ -95,7 +95,7 @@ def slide():
 
 
 PENDULUM = """<mujoco><option timestep="{dt}"/><worldbody><body><joint name="hinge" axis="0 -1 0"/>
-  <inertial pos="0 0 -0.8" mass="1.3" diaginertia="1e-9 1e-9 1e-9"/></body></worldbody></mujoco>"""
+  <inertial pos="0 0 -0.8" mass="1.3" diaginertia="1e-13 1e-13 1e-13"/></body></worldbody></mujoco>"""
 
 
 def runge_kutta(function, state, step, count):
@@ -169,7 +169,7 @@ def t_handle():
     across = stem + 0.1 * x**2 + 0.05 * (0.03 - x) ** 2
     inertia = np.array([bar + thin, across + thin, bar + across])
     text = f"""<mujoco><option timestep="0.001" gravity="0 0 0"/><worldbody><body><freejoint/>
-      <inertial pos="0 0 0" mass="0.15" diaginertia="{inertia[0]!r} {inertia[1]!r} {inertia[2]!r}"/></body></worldbody></mujoco>"""
+      <inertial pos="0 0 0" mass="0.15" diaginertia="{inertia[0]:.17g} {inertia[1]:.17g} {inertia[2]:.17g}"/></body></worldbody></mujoco>"""
     model, data = start(text)
     data.qvel[3:] = omega = np.array([10.0, 0.01, 0.02])
     first = data.energy[0]

@@ -8,6 +8,7 @@
 
 import json
 import pathlib
+import subprocess
 import sys
 import tempfile
 import time
@@ -33,7 +34,8 @@ def run(file):
     begin = time.monotonic()
     notebook = nbformat.read(file, as_version=4)
     with tempfile.TemporaryDirectory() as folder:
-        nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": folder}}).execute()
+        client = nbclient.NotebookClient(notebook, timeout=120, kernel_name="python3", resources={"metadata": {"path": folder}})
+        client.execute(stderr=subprocess.DEVNULL)  # errors of cells come as messages; this is the kernel's log
     shown = sum(bool(cell.get("outputs")) for cell in notebook.cells)
     if shown == 0:
         sys.exit(f"{file.name} shows nothing")

@@ -32,7 +32,9 @@ class Package:
             self.modules[name] = ast.parse(file.read_text(encoding="utf-8"))
 
     def definition(self, name, module):
-        """The class or function `name` as `module` sees it, following its imports; `None` for what is neither."""
+        """The class or function `name` as `module` sees it, following its imports; `None` for what is neither, modules included."""
+        if module == "__init__" and name in self.modules and name != "lemkelcp":
+            return None
         for node in self.modules[module].body:
             if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and node.name == name:
                 return node, module
@@ -81,7 +83,7 @@ def plain(text):
     return re.sub(r"``([^`]*)``", r"`\1`", text)
 
 
-def docstring(node, indent=""):
+def docstring(node):
     """A docstring as Markdown: arguments and errors as lists, examples as code."""
     text = ast.get_docstring(node) or ""
     out, code = [], False
@@ -102,27 +104,32 @@ def docstring(node, indent=""):
         elif item:
             out.append(f"- `{item.group(1)}`: {plain(item.group(2))}")
         else:
-            out.append(plain(line if line.startswith(" ") and out and out[-1].startswith(("- ", "  ")) else line.strip()))
+            belongs = line.startswith(" ") and out and out[-1].startswith(("- ", "  "))
+            out.append("  " + plain(line.strip()) if belongs else plain(line.strip()))
     if code:
         out.append("```")
-    return "\n".join(indent + line if line else "" for line in out)
+    return "\n".join(out)
+
+
+SHORTER = (
+    ("_PublicModel", "Model"), ("_PublicSettings", "Settings"), ("_MatrixLike", "MatrixLike"), ("_Path", "PathLike"), ("_core.", ""),
+    ("NDArray[np.bool_]", "bool array"), ("NDArray[np.int8]", "int array"), ("NDArray[np.int64]", "int array"),
+    ("NDArray[np.uint32]", "int array"), ("NDArray[np.float64]", "array"), ("_Array", "array"), ("_Ints", "int array"),
+)  # fmt: skip
+
+
+def shorter(type_text):
+    """A type as a reader wants it."""
+    for old, new in SHORTER:
+        type_text = type_text.replace(old, new)
+    return type_text
 
 
 def signature(node, name):
     """`name(arguments) -> type` without `self`."""
-    arguments = ast.unparse(node.args)
-    arguments = re.sub(r"^(self|cls)(: \w+)?(, )?", "", arguments)
-    arguments = re.sub(r"\b(?:ast|_core|np)\.", "", arguments).replace("_PublicModel", "Model").replace("_PublicSettings", "Settings")
-    returns = f" -> {clean_type(ast.unparse(node.returns))}" if node.returns else ""
-    return f"{name}({clean_type(arguments)}){returns}"
-
-
-def clean_type(text):
-    for old, new in (("_Array", "array"), ("_Ints", "int array"), ("_MatrixLike", "MatrixLike"), ("_Path", "PathLike"), ("_core.", ""),
-                     ("_PublicModel", "Model"), ("_PublicSettings", "Settings"), ("NDArray[np.int8]", "int array"),
-                     ("NDArray[np.bool_]", "bool array"), ("NDArray[np.int64]", "int array"), ("NDArray[np.uint32]", "int array")):  # fmt: skip
-        text = text.replace(old, new)
-    return text
+    arguments = re.sub(r"^(self|cls)(, )?", "", ast.unparse(node.args))
+    returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+    return shorter(f"{name}({arguments}){returns}")
 
 
 def function(node, name, level):
@@ -132,9 +139,11 @@ def function(node, name, level):
 def class_text(package, node, module, name, level):
     out = [f"{'#' * level} `{name}`\n\n{docstring(node)}\n"]
     constructor = next((m for m in node.body if isinstance(m, ast.FunctionDef) and m.name in ("__new__", "__init__")), None)
-    base = next((b.attr for b in node.bases if isinstance(b, ast.Attribute)), None)
     if constructor and "Error" not in name and "Warning" not in name:
         out.insert(1, f"```python\n{signature(constructor, name).split(' -> ')[0]}\n```\n")
+    fields = [m for m in node.body if isinstance(m, ast.AnnAssign) and not m.target.id.startswith("_")]
+    if fields and any("dataclass" in ast.unparse(d) for d in node.decorator_list):
+        out.insert(1, f"```python\n{name}({', '.join(ast.unparse(field) for field in fields)})\n```\n")
     rows, methods, seen = [], [], set()
     for member in package.members(node, module):
         if member_name(member) in seen:
@@ -142,20 +151,23 @@ def class_text(package, node, module, name, level):
         if isinstance(member, ast.Assign):
             rows.append((member.targets[0].id, ast.unparse(member.value), following_text(node, member)))
         elif decorated(member, "property"):
-            rows.append((member.name, clean_type(ast.unparse(member.returns)), ast.get_docstring(member) or ""))
+            rows.append((member.name, shorter(ast.unparse(member.returns)), ast.get_docstring(member) or ""))
         elif decorated(member, "overload") and not ast.get_docstring(member):
             continue
         else:
             methods.append(member)
         seen.add(member_name(member))
     if rows:
-        out.append("| attribute | type | |\n|---|---|---|")
-        cell = lambda text: " ".join(plain(text).split()).replace("|", "\\|")
-        out[-1] += "".join(f"\n| `{n}` | `{cell(t)}` | {cell(d)} |" for n, t, d in rows) + "\n"
+        cells = ([name, f"`{cell(kind)}`", cell(text)] for name, kind, text in rows)
+        lines = [f"| `{name}` | {kind} | {text} |" for name, kind, text in cells]
+        out.append("\n".join(["| attribute | type | |", "|---|---|---|", *lines, ""]))
     for member in methods:
         out.append(f"**`{signature(member, f'{name}.{member.name}')}`**\n\n{docstring(member)}\n")
-    assert base is None or out, name
     return "\n".join(out)
+
+
+def cell(text):
+    return " ".join(plain(text).split()).replace("|", "\\|")
 
 
 def following_text(node, member):

@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use signorini_multibody::{
-    Actuator, ActuatorId, BodyId, EqualityKind, Geom, GeomId, Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Model,
-    ModelBuilder, ModelError, Pose, Sensor, Site, SiteId, Tendon, TendonId,
+    Actuator, ActuatorId, BodyId, EqualityKind, Geom, GeomId, Geometry, Inertia, Joint, JointId, JointKind, Keyframe,
+    Model, ModelBuilder, ModelError, Pose, Sensor, Site, SiteId, Tendon, TendonId,
 };
 
 use crate::error::{FormatError, Location};

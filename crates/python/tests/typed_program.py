@@ -101,7 +101,8 @@ def recording(model: Model, data: Data, folder: pathlib.Path) -> None:
     kept: signorini.Recording = recorder.stop()
     page: str = kept.to_html()
     again = signorini.load_recording(folder / "run.rec")
-    assert len(again) == 2 and "<html" in page
+    inline: signorini.viewer.InlineReport = signorini.viewer.html(kept)
+    assert len(again) == 2 and "<html" in page and inline.recording is kept
 
 
 def failing(model: Model, data: Data) -> None:

@@ -23,7 +23,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let problem = simulation.workspace().problem();
         let weight: f64 = simulation.workspace().solution().lambda_n.iter().sum::<f64>() / problem.timestep;
         if report.contacts > 0 && simulation.state().time > 0.99 {
-            println!("{} contacts push with {weight:.3} N, residual {:.1e}", report.contacts, report.certificate.worst());
+            println!(
+                "{} contacts push with {weight:.3} N, residual {:.1e}",
+                report.contacts,
+                report.certificate.worst()
+            );
         }
         true
     })?;

@@ -18,7 +18,7 @@ fn page(folder: &Folder) -> String {
     let help = |words: &[&str]| folder.run(&[words, &["--help"]].concat()).exits(0).stdout;
     let overview = help(&[]);
     let listed = overview.split("Commands:").nth(1).expect("a list of commands").trim_start_matches('\n');
-    let commands = listed.lines().skip(1).map_while(|line| line.strip_prefix("  ")?.split_whitespace().next());
+    let commands = listed.lines().map_while(|line| line.strip_prefix("  ")?.split_whitespace().next());
     let mut page = BEGINNING.to_owned();
     let mut add = |title: &str, text: &str| {
         let text: Vec<&str> = text.lines().map(str::trim_end).collect();

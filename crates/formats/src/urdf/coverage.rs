@@ -77,7 +77,12 @@ fn audit_link(link: Element, report: &mut Reporter) {
                 }
             }
             "contact" | "contact_coefficients" => {
-                report.motion(part.at(), part.name(), "is not supported", "the link's shapes have the friction asked for");
+                report.motion(
+                    part.at(),
+                    part.name(),
+                    "is not supported",
+                    "the link's shapes have the friction asked for",
+                );
             }
             _ => unknown(part, report),
         }

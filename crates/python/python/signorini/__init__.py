@@ -21,6 +21,7 @@ import os
 from enum import IntEnum
 from typing import Union
 
+from signorini import viewer
 from signorini._core import (
     Actuator,
     Body,
@@ -119,6 +120,7 @@ __all__ = [
     "mass_matrix",
     "solve_lcp",
     "step",
+    "viewer",
 ]
 
 
