@@ -109,7 +109,10 @@ def expanded(text, chapter, chapters):
         if match.group(1) == "notebook":
             return protected(with_links(notebook(file), file, chapter, chapters))
         taken = file.read_text(encoding="utf-8")
-        return with_links(taken, file, chapter, chapters) if file.suffix == ".md" else taken.rstrip()
+        if file.suffix != ".md":
+            return taken.rstrip()
+        # Tables of programs name elements like <mesh>, which are text and no tags.
+        return outside_code(lambda part: re.sub(r"<(?=\w+>)", "&lt;", part), with_links(taken, file, chapter, chapters))
 
     text = with_links(text, chapter, chapter, chapters)
     return DIRECTIVE.sub(directive, protected(text))
