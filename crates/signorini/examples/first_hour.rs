@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     simulation.run(1.0, |simulation, report| {
         let problem = simulation.workspace().problem();
         let weight: f64 = simulation.workspace().solution().lambda_n.iter().sum::<f64>() / problem.timestep;
-        if report.contacts > 0 && simulation.state().time > 0.99 {
+        if report.contacts > 0 && simulation.state().time > 0.999 {
             println!(
                 "{} contacts push with {weight:.3} N, residual {:.1e}",
                 report.contacts,
