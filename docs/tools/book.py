@@ -19,6 +19,7 @@ import python_reference
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 SOURCE = ROOT / "docs" / "src"
+EXECUTED = ROOT / "build" / "notebooks"
 REPOSITORY = re.search(r'^repository = "(.*)"', (ROOT / "Cargo.toml").read_text(), re.M).group(1)
 MIME = {".svg": "image/svg+xml", ".png": "image/png"}
 
@@ -93,10 +94,30 @@ def with_links(text, file, chapter, chapters):
 
 
 def notebook(file):
-    """Text and code of a notebook as Markdown."""
+    """Text and code of a notebook as Markdown; with its outputs where `notebooks.py --save` has left them for the same cells."""
     cells = json.loads(file.read_text(encoding="utf-8"))["cells"]
-    texts = ((cell["cell_type"], "".join(cell["source"])) for cell in cells)
-    return "\n\n".join(text if kind == "markdown" else f"```python\n{text}\n```" for kind, text in texts)
+    executed = EXECUTED / file.name
+    if executed.exists():
+        run = json.loads(executed.read_text(encoding="utf-8"))["cells"]
+        if [cell["source"] for cell in run] == [cell["source"] for cell in cells]:
+            cells = run
+    return "\n\n".join(part for cell in cells for part in notebook_cell(cell))
+
+
+def notebook_cell(cell):
+    text = "".join(cell["source"])
+    if cell["cell_type"] == "markdown":
+        yield text
+        return
+    yield f"```python\n{text}\n```"
+    for output in cell["outputs"]:
+        data = output.get("data", {"text/plain": output.get("text", [])})
+        if "image/png" in data:
+            yield f"![](data:image/png;base64,{''.join(data['image/png']).strip()})"
+        elif "InlineReport" in "".join(data["text/plain"]):
+            yield "*(Here the notebook shows the run in 3-D.)*"
+        else:
+            yield f"```text\n{''.join(data['text/plain']).rstrip()}\n```"
 
 
 def expanded(text, chapter, chapters):
