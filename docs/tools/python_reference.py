@@ -8,12 +8,12 @@ import sys
 
 SECTIONS = {
     "Models": ["Model", "ImportWarning", "Body", "Joint", "Geom", "Actuator", "Keyframe"],
-    "States and steps": ["Data", "Settings", "step", "forward", "kinematics", "BodyData", "JointData", "ActuatorData"],
-    "What a step found": ["Contacts", "ContactMode", "Limits", "Certificate", "StepReport"],
+    "States and steps": ["Data", "Settings", "SolverSettings", "step", "forward", "kinematics", "BodyData", "JointData", "ActuatorData"],
+    "What a step found": ["Contacts", "ContactSum", "ContactMode", "Limits", "Certificate", "StepReport"],
     "Many simulations": ["Batch"],
     "Dynamics": ["inverse", "bias_force", "mass_matrix", "jacobian", "integrate", "difference", "linearize", "LinearComplementaritySystem"],
     "Solvers": ["solve_lcp", "lcp_methods", "LcpResult", "ContactProblem", "ContactSolution"],
-    "Recordings": ["Recorder", "Recording", "load_recording"],
+    "Recordings": ["Recorder", "Recording", "RecordingCheck", "load_recording"],
     "Errors and warnings": [
         "SignoriniError", "ModelError", "SettingError", "StateError", "ProblemError", "SolveError", "BatchError", "RecordingError",
         "ModelWarning", "ToleranceWarning",
@@ -22,21 +22,23 @@ SECTIONS = {
 
 
 class Package:
-    """The modules of a package as syntax trees, and where its names are defined."""
+    """The modules of a package as syntax trees by their dotted names within it, and where its names are defined."""
 
     def __init__(self, folder):
-        files = sorted([*folder.glob("*.py"), *folder.glob("*.pyi"), *folder.glob("*/__init__.py")])
         self.modules = {}
-        for file in files:
-            name = file.parent.name if file.stem == "__init__" and file.parent != folder else file.stem
+        for file in sorted([*folder.rglob("*.py"), *folder.rglob("*.pyi")]):
+            parts = file.relative_to(folder).with_suffix("").parts
+            name = ".".join(parts[:-1] if parts[-1] == "__init__" and len(parts) > 1 else parts)
             self.modules[name] = ast.parse(file.read_text(encoding="utf-8"))
 
     def definition(self, name, module):
-        """The class or function `name` as `module` sees it, following its imports; `None` for what is neither, modules included."""
+        """The class, function or assignment `name` as `module` sees it, following its imports; `None` for a module."""
         if module == "__init__" and name in self.modules and name != "lemkelcp":
             return None
         for node in self.modules[module].body:
             if isinstance(node, (ast.ClassDef, ast.FunctionDef)) and node.name == name:
+                return node, module
+            if isinstance(node, (ast.Assign, ast.AnnAssign)) and assigned(node) == name:
                 return node, module
             if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("signorini"):
                 source = node.module.removeprefix("signorini").lstrip(".") or "__init__"
@@ -47,7 +49,7 @@ class Package:
     def exported(self, module):
         """`__all__` of a module."""
         for node in self.modules[module].body:
-            if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "__all__":
+            if isinstance(node, ast.Assign) and assigned(node) == "__all__":
                 return ast.literal_eval(node.value)
         return []
 
@@ -62,15 +64,20 @@ class Package:
         return own
 
 
+def assigned(node):
+    """The name that an assignment gives a value to; empty where it is none."""
+    return getattr(node.target if isinstance(node, ast.AnnAssign) else node.targets[0], "id", "")
+
+
 def member_name(node):
-    return node.name if isinstance(node, ast.FunctionDef) else node.targets[0].id
+    return node.name if isinstance(node, ast.FunctionDef) else assigned(node)
 
 
 def is_member(node):
     if isinstance(node, ast.FunctionDef):
         setter = any(isinstance(d, ast.Attribute) and d.attr == "setter" for d in node.decorator_list)
         return not node.name.startswith("_") and not setter
-    return isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id.isupper()
+    return isinstance(node, ast.Assign) and assigned(node).isupper()
 
 
 def decorated(node, name):
@@ -149,7 +156,7 @@ def class_text(package, node, module, name, level):
         if member_name(member) in seen:
             continue
         if isinstance(member, ast.Assign):
-            rows.append((member.targets[0].id, ast.unparse(member.value), following_text(node, member)))
+            rows.append((assigned(member), ast.unparse(member.value), following_text(node, member)))
         elif decorated(member, "property"):
             rows.append((member.name, shorter(ast.unparse(member.returns)), ast.get_docstring(member) or ""))
         elif decorated(member, "overload") and not ast.get_docstring(member):
@@ -170,11 +177,12 @@ def cell(text):
     return " ".join(plain(text).split()).replace("|", "\\|")
 
 
-def following_text(node, member):
-    """The string after an assignment in a class, which documents it."""
-    position = node.body.index(member) + 1
-    if position < len(node.body) and isinstance(node.body[position], ast.Expr):
-        return node.body[position].value.value
+def following_text(parent, member):
+    """The string after an assignment in a class or module, which documents it."""
+    position = parent.body.index(member) + 1
+    following = parent.body[position] if position < len(parent.body) else None
+    if isinstance(following, ast.Expr) and isinstance(following.value, ast.Constant):
+        return following.value.value
     return ""
 
 
@@ -185,24 +193,27 @@ def entry(package, name, module, level=3):
     node, home = found
     if isinstance(node, ast.FunctionDef):
         return function(node, name, level)
+    if not isinstance(node, ast.ClassDef):
+        text = following_text(package.modules[home], node)
+        return f"{'#' * level} `{name}`\n\n```python\n{ast.unparse(node)}\n```\n\n{plain(text)}\n"
     return class_text(package, node, home, name, level)
 
 
 def reference(folder):
-    """The whole reference; every name of every `__all__` is in it once."""
+    """The whole reference: what `signorini` exports, and what each of its modules and packages exports beside that."""
     package = Package(folder)
     public = [n for n in package.exported("__init__") if package.definition(n, "__init__")]
     listed = {name for names in SECTIONS.values() for name in names}
-    sections = {**SECTIONS, "More": [n for n in public if n not in listed and n != "lemkelcp"]}
+    sections = {**SECTIONS, "More": [n for n in public if n not in listed and n != "lemkelcp" and not n.startswith("__")]}
     out = []
     for title, names in sections.items():
         texts = [entry(package, name, "__init__") for name in names if name in public]
         if texts:
             out += [f"## {title}\n", *texts]
-    own = set(public) - {"lemkelcp"}
-    for module in package.modules:
-        names = [n for n in package.exported(module) if n not in own]
-        if module.startswith("_") or not names:
+    shown = set(public) - {"lemkelcp"}
+    for module in sorted(package.modules):
+        names = [n for n in package.exported(module) if n not in shown]
+        if module.startswith("_") or "." in module or not names:
             continue
         out += [f"## `signorini.{module}`\n", docstring(package.modules[module]) + "\n"]
         out += [entry(package, name, module) for name in names]
