@@ -16,7 +16,7 @@ SECTIONS = {
     "Recordings": ["Recorder", "Recording", "RecordingCheck", "load_recording"],
     "Errors and warnings": [
         "SignoriniError", "ModelError", "SettingError", "StateError", "ProblemError", "SolveError", "BatchError", "RecordingError",
-        "ModelWarning", "ToleranceWarning",
+        "ModelWarning", "OverlapWarning", "ToleranceWarning",
     ],
 }  # fmt: skip
 

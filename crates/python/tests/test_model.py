@@ -60,6 +60,20 @@ def test_a_urdf_lies_on_the_floor_that_was_asked_for_and_slides_with_the_frictio
         signorini.Model.from_urdf(CUBE, friction=-1)
 
 
+def test_a_start_inside_the_floor_is_announced_once():
+    model = signorini.Model.from_urdf(CUBE, floating_base=True, floor=True)
+    data = signorini.Data(model)
+    with pytest.warns(signorini.OverlapWarning, match=r"'floor' and 'cube' overlap by 0.100 m .* at 50.000 m/s"):
+        signorini.step(model, data)
+    assert data.qvel[2] == pytest.approx(50)
+    signorini.step(model, data, nstep=10)
+    data.reset()
+    data.joint("floating_base").qpos[2] = 0.1
+    signorini.step(model, data, nstep=10)
+    data.joint("floating_base").qpos[2] -= 0.0015
+    signorini.step(model, data)
+
+
 def test_a_floor_under_mjcf_is_reported_as_not_made():
     with pytest.warns(signorini.ModelWarning, match="floor"):
         model = signorini.Model.from_string("<mujoco><worldbody/></mujoco>", floor=True)

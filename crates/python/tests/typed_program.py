@@ -51,6 +51,7 @@ def stepping(model: Model) -> Data:
     data.reset(keyframe="home")
     with warnings.catch_warnings():
         warnings.simplefilter("error", signorini.ToleranceWarning)
+        warnings.simplefilter("error", signorini.OverlapWarning)
         signorini.step(model, data, nstep=10)
     signorini.forward(model, data)
     signorini.kinematics(model, data)

@@ -150,6 +150,13 @@ impl Workspace {
         &self.points
     }
 
+    /// The deepest overlap of two shapes at the beginning of the last step, where removing it within the step takes more than 1 m/s:
+    /// what a start inside the floor looks like.
+    pub fn sudden_overlap(&self) -> Option<&ContactPoint> {
+        let deepest = self.points.iter().min_by(|a, b| a.gap.total_cmp(&b.gap));
+        deepest.filter(|point| -point.gap > self.builder.problem.timestep)
+    }
+
     /// Frames of the contact points.
     pub fn contact_frames(&self) -> &[ContactFrame] {
         &self.builder.frames
