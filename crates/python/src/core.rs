@@ -111,7 +111,7 @@ impl Core {
     fn step_once(&mut self) -> Result<(), Stop> {
         let Self { model, settings, workspace, state, other, input, .. } = self;
         self.report = step(model, state, input, settings, workspace, other).map_err(Stop::Simulation)?;
-        if !self.stepped || self.previewed.is_some() {
+        if (!self.stepped || self.previewed.is_some()) && self.report.advanced() {
             self.start_overlap = workspace.sudden_overlap().copied();
         }
         self.stepped = true;

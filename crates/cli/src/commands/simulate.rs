@@ -128,6 +128,7 @@ impl Watch {
         let begin = Instant::now();
         let time = self.outputs.time();
         if self.tried == 0
+            && report.advanced()
             && let Some(note) = text::start_overlap(simulation)
         {
             self.progress.suspend(|| eprintln!("note: {note}"));
