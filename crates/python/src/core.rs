@@ -33,8 +33,8 @@ pub struct Core {
     pub stepped: bool,
     /// Where the step in the workspace began, if it was only previewed; otherwise that is `other`.
     previewed: Option<State>,
-    /// Shapes that were far inside each other where a run began, until somebody is told.
-    pub start_overlap: Option<ContactPoint>,
+    /// Shapes that were far inside each other where a run began, and how fast the step drove them apart, until somebody is told.
+    pub start_overlap: Option<(ContactPoint, f64)>,
     /// Steps made.
     pub steps: u64,
     /// Steps that missed the tolerance.
@@ -112,7 +112,7 @@ impl Core {
         let Self { model, settings, workspace, state, other, input, .. } = self;
         self.report = step(model, state, input, settings, workspace, other).map_err(Stop::Simulation)?;
         if (!self.stepped || self.previewed.is_some()) && self.report.advanced() {
-            self.start_overlap = workspace.sudden_overlap().copied();
+            self.start_overlap = workspace.sudden_overlap().map(|(&point, speed)| (point, speed));
         }
         self.stepped = true;
         self.previewed = None;

@@ -57,7 +57,7 @@ pub fn step(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>, ns
             live.acceleration(&core.state.v, &core.other.v, core.timestep());
         })?;
     }
-    let overlap = core.start_overlap.take().map(|point| describe_overlap(&core.model, &point, core.timestep()));
+    let overlap = core.start_overlap.take().map(|(point, speed)| describe_overlap(&core.model, &point, speed));
     let count = core.missed_steps - missed;
     drop(guard);
     if let Some(overlap) = overlap {
@@ -77,9 +77,9 @@ fn warn(py: Python<'_>, category: &str, message: String) -> PyResult<()> {
     py.import("warnings")?.call_method1("warn", (message, category, 1)).map(|_| ())
 }
 
-fn describe_overlap(model: &mb::Model, point: &mb::ContactPoint, timestep: f64) -> String {
+fn describe_overlap(model: &mb::Model, point: &mb::ContactPoint, speed: f64) -> String {
     let name = |geom: GeomId| &model.geoms[geom.index()].name;
-    let (depth, speed) = (-point.gap, -point.gap / timestep);
+    let depth = -point.gap;
     format!(
         "'{}' and '{}' overlap by {depth:.3} m at the start, and the first step drives them apart at {speed:.3} m/s: start \
          them apart, or remove a part in each step (Settings.stabilization)",

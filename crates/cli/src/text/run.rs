@@ -59,7 +59,7 @@ pub fn run(result: &RunResult) -> String {
 
 /// What a start with shapes inside each other leads to, after the first step.
 pub fn start_overlap(simulation: &Simulation) -> Option<String> {
-    let point = simulation.workspace().sudden_overlap()?;
+    let (point, speed) = simulation.workspace().sudden_overlap()?;
     let name = |geom: GeomId| &simulation.model().geoms[geom.index()].name;
     Some(format!(
         "'{}' and '{}' overlap by {} m at the start, and the first step drives them apart at {} m/s: start them apart \
@@ -67,7 +67,7 @@ pub fn start_overlap(simulation: &Simulation) -> Option<String> {
         name(point.geom_a),
         name(point.geom_b),
         number(-point.gap),
-        number(-point.gap / simulation.timestep())
+        number(speed)
     ))
 }
 
