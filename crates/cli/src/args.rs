@@ -77,7 +77,7 @@ impl Command {
 /// Which model, and how its file is read.
 #[derive(Clone, Debug, Args)]
 pub struct ModelArguments {
-    /// Model file, MJCF or URDF; a bundled scene where none is given.
+    /// Model file, MJCF, URDF or SDF; a bundled scene where none is given.
     pub model: Option<PathBuf>,
     /// Bundled scene; `signorini scenes` lists them. A scene starts from its first keyframe. [default: house_of_cards]
     #[arg(long, value_name = "NAME", conflicts_with = "model")]
@@ -88,6 +88,12 @@ pub struct ModelArguments {
     /// Folder in which packages of `package://` names (URDF) are looked for; can be given several times.
     #[arg(long, value_name = "DIR")]
     pub package_dir: Vec<PathBuf>,
+    /// Coefficient of friction of the shapes of a URDF, which has no word for it.
+    #[arg(long, value_name = "MU", default_value_t = 1.0)]
+    pub friction: f64,
+    /// Put a floor under a URDF or SDF, the plane z = 0; the friction of what stands on it counts.
+    #[arg(long)]
+    pub floor: bool,
 }
 
 /// The state to start from.

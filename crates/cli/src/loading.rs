@@ -37,6 +37,8 @@ pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
     let options = LoadOptions {
         package_dirs: arguments.package_dir.clone(),
         floating_base: arguments.floating_base,
+        friction: arguments.friction,
+        floor: arguments.floor,
         ..LoadOptions::default()
     };
     if let Some(path) = &arguments.model {
@@ -45,7 +47,7 @@ pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
         return Ok(Loaded { model: Arc::new(imported.model), source, report: imported.report, first_keyframe: None });
     }
     let scene = scene::named(arguments.scene.as_deref().unwrap_or(scene::DEFAULT))?;
-    let mut imported = load_mjcf_str(scene.text, Path::new(""))?;
+    let mut imported = options.report_unused("", load_mjcf_str(scene.text, Path::new(""))?);
     let source = format!("scenes/{}.xml", scene.name);
     imported.report.warnings.iter_mut().for_each(|warning| warning.file.clone_from(&source));
     let first_keyframe = imported.model.keyframes.first().map(|keyframe| keyframe.name.clone());

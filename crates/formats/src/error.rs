@@ -132,6 +132,12 @@ pub enum FormatError {
         /// What is wrong with it.
         error: Box<ModelError>,
     },
+    /// The friction asked for is none.
+    #[error("the friction asked for is {found}: it must be finite and at least 0")]
+    InvalidFriction {
+        /// What was given.
+        found: f64,
+    },
 }
 
 fn nearest(similar: &Option<String>) -> String {

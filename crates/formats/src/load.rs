@@ -6,14 +6,14 @@ use signorini_multibody::Model;
 
 use crate::error::FormatError;
 use crate::mesh::read_file;
-use crate::report::ImportReport;
+use crate::report::{ImportReport, Warning};
 use crate::{mjcf, sdf, urdf, xml};
 
 /// Model files larger than this are refused.
 const MAX_BYTES: u64 = 64 << 20;
 
 /// How to read what a file leaves open.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct LoadOptions {
     /// Folders in which the packages of `package://…` are looked for (URDF, SDF). The folders above the model are searched
     /// after them. Default: none.
@@ -27,6 +27,36 @@ pub struct LoadOptions {
     pub self_collision: bool,
     /// An SRDF file whose `<disable_collisions>` say which links of a URDF do not meet. Default: none.
     pub srdf: Option<PathBuf>,
+    /// Coefficient of friction of the shapes of a URDF, which has no word for it; finite, ≥ 0. Default: 1.
+    pub friction: f64,
+    /// Whether the world gets a floor (URDF, SDF): the plane z = 0, the first geom, called "floor". Its own friction is 0, so that
+    /// the friction of what stands on it counts. Default: false.
+    pub floor: bool,
+}
+
+impl LoadOptions {
+    fn check(&self) -> Result<(), FormatError> {
+        if self.friction >= 0.0 && self.friction.is_finite() {
+            return Ok(());
+        }
+        Err(FormatError::InvalidFriction { found: self.friction })
+    }
+
+    /// Adds to the report of an MJCF file called `file` what is asked for and not done there. [`load`] does so by itself.
+    pub fn report_unused(&self, file: &str, mut imported: Imported) -> Imported {
+        if self.floor {
+            imported.report.warnings.push(Warning {
+                file: file.to_owned(),
+                line: 1,
+                element: "mujoco".into(),
+                what: "a floor was asked for".into(),
+                effect: "MJCF has its own; none is added".into(),
+                count: 1,
+                changes_motion: true,
+            });
+        }
+        imported
+    }
 }
 
 impl Default for LoadOptions {
@@ -37,6 +67,8 @@ impl Default for LoadOptions {
             merge_fixed_joints: false,
             self_collision: true,
             srdf: None,
+            friction: 1.0,
+            floor: false,
         }
     }
 }
@@ -53,8 +85,10 @@ pub struct Imported {
 /// Reads a model file; its root element says whether it is MJCF, URDF or SDF.
 ///
 /// # Errors
-/// [`FormatError`] with the place in the file; [`FormatError::Unreadable`] if there is no such file or it is not text.
+/// [`FormatError`] with the place in the file; [`FormatError::Unreadable`] if there is no such file or it is not text;
+/// [`FormatError::InvalidFriction`].
 pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
+    options.check()?;
     let path = path.as_ref();
     let unreadable = |reason| FormatError::Unreadable { path: path.to_owned(), reason };
     let bytes = read_file(path, MAX_BYTES).map_err(unreadable)?;
@@ -62,7 +96,7 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, F
     let base = path.parent().unwrap_or(Path::new(""));
     let tree = xml::parse(&text, &path.to_string_lossy())?;
     match tree.root().name() {
-        "mujoco" => mjcf::import(tree, base, Some(path)),
+        "mujoco" => Ok(options.report_unused(&path.to_string_lossy(), mjcf::import(tree, base, Some(path))?)),
         "robot" => urdf::import(tree, base, options),
         "sdf" | "gazebo" => sdf::import(tree, base, options),
         found => Err(FormatError::UnknownFormat { at: tree.root().at(), found: found.to_owned() }),
@@ -95,6 +129,7 @@ pub fn load_mjcf_str(text: &str, base: impl AsRef<Path>) -> Result<Imported, For
 /// # Errors
 /// As [`load`].
 pub fn load_urdf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
+    options.check()?;
     let tree = parse_as("robot", text, "(URDF text)")?;
     urdf::import(tree, base.as_ref(), options)
 }
@@ -104,6 +139,7 @@ pub fn load_urdf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) 
 /// # Errors
 /// As [`load`].
 pub fn load_sdf_str(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
+    options.check()?;
     let tree = parse_as("sdf", text, "(SDF text)")?;
     sdf::import(tree, base.as_ref(), options)
 }

@@ -11,7 +11,9 @@ pub(crate) fn resolve(uri: &str, base: &Path, package_dirs: &[PathBuf]) -> PathB
         return base.join(uri.strip_prefix("file://").unwrap_or(&uri));
     };
     let (package, rest) = inside.split_once('/').unwrap_or((inside, ""));
-    let above = base.canonicalize().unwrap_or_else(|_| base.to_owned());
+    // A file named without a folder lies in the present one.
+    let here = if base.as_os_str().is_empty() { Path::new(".") } else { base };
+    let above = here.canonicalize().unwrap_or_else(|_| base.to_owned());
     let folders = package_dirs.iter().map(PathBuf::as_path).chain(above.ancestors());
     let mut candidates = Vec::new();
     for folder in folders {

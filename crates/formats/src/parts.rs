@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use signorini_multibody::{
-    Actuator, ActuatorId, BodyId, EqualityKind, Geom, GeomId, Inertia, Joint, JointId, JointKind, Keyframe, Model,
-    ModelBuilder, ModelError, Pose, Sensor, Site, SiteId, Tendon, TendonId,
+    Actuator, ActuatorId, BodyId, EqualityKind, Geom, GeomId, Geometry, Inertia, Joint, JointId, JointKind, Keyframe,
+    Model, ModelBuilder, ModelError, Pose, Sensor, Site, SiteId, Tendon, TendonId,
 };
 
 use crate::error::{FormatError, Location};
@@ -149,6 +149,13 @@ impl Parts {
         let id = self.builder.add_geom(body, geom).map_err(|e| self.blame(e))?;
         self.settle(Sort::Geom, name, id.0);
         Ok(id)
+    }
+
+    /// Adds the plane z = 0, on which the friction of what stands there counts.
+    pub fn add_floor(&mut self, element: Element) -> Result<(), FormatError> {
+        let mut floor = Geom::new("", Geometry::Plane);
+        floor.friction = 0.0;
+        self.add_geom(element, Some("floor".into()), BodyId::WORLD, floor).map(|_| ())
     }
 
     pub fn add_equality(

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use signorini::multibody::{Input, Kinematics, Model, State, forward_kinematics_into};
+use signorini::multibody::{ContactPoint, Input, Kinematics, Model, State, forward_kinematics_into};
 use signorini::recording::{Frame, RecordingError};
 use signorini::{
     Settings, SimulationError, StepReport, Workspace, frame_into, last_frame_into, recording_header, sensors_into, step,
@@ -33,6 +33,8 @@ pub struct Core {
     pub stepped: bool,
     /// Where the step in the workspace began, if it was only previewed; otherwise that is `other`.
     previewed: Option<State>,
+    /// Shapes that were far inside each other where a run began, and how fast the step drove them apart, until somebody is told.
+    pub start_overlap: Option<(ContactPoint, f64)>,
     /// Steps made.
     pub steps: u64,
     /// Steps that missed the tolerance.
@@ -70,6 +72,7 @@ impl Core {
             report: StepReport::default(),
             stepped: false,
             previewed: None,
+            start_overlap: None,
             steps: 0,
             missed_steps: 0,
             clipped_steps: 0,
@@ -108,6 +111,9 @@ impl Core {
     fn step_once(&mut self) -> Result<(), Stop> {
         let Self { model, settings, workspace, state, other, input, .. } = self;
         self.report = step(model, state, input, settings, workspace, other).map_err(Stop::Simulation)?;
+        if (!self.stepped || self.previewed.is_some()) && self.report.advanced() {
+            self.start_overlap = workspace.sudden_overlap().map(|(&point, speed)| (point, speed));
+        }
         self.stepped = true;
         self.previewed = None;
         if let Some(sink) = &mut self.sink {

@@ -66,7 +66,7 @@ impl Model {
     #[new]
     #[pyo3(signature = (
         *, path=None, text=None, format="auto", base_dir=PathBuf::new(), package_dirs=Vec::new(), floating_base=false,
-        merge_fixed_joints=false, self_collision=true, srdf=None,
+        merge_fixed_joints=false, self_collision=true, srdf=None, friction=1.0, floor=false,
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
@@ -80,8 +80,11 @@ impl Model {
         merge_fixed_joints: bool,
         self_collision: bool,
         srdf: Option<PathBuf>,
+        friction: f64,
+        floor: bool,
     ) -> PyResult<Self> {
-        let options = LoadOptions { package_dirs, floating_base, merge_fixed_joints, self_collision, srdf };
+        let options =
+            LoadOptions { package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor };
         let imported = py.detach(|| match (path, text) {
             (Some(path), _) => load(path, &options),
             (None, text) => load_text(&text.unwrap_or_default(), format, &base_dir, &options),
@@ -325,11 +328,11 @@ fn load_text(text: &str, format: &str, base: &std::path::Path, options: &LoadOpt
     match format {
         "urdf" => load_urdf_str(text, base, options),
         "sdf" => load_sdf_str(text, base, options),
-        "mjcf" => load_mjcf_str(text, base),
+        "mjcf" => load_mjcf_str(text, base).map(|imported| options.report_unused("(MJCF text)", imported)),
         _ => match load_mjcf_str(text, base) {
             Err(FormatError::UnknownFormat { found, .. }) if found == "robot" => load_urdf_str(text, base, options),
             Err(FormatError::UnknownFormat { found, .. }) if found == "sdf" => load_sdf_str(text, base, options),
-            other => other,
+            other => other.map(|imported| options.report_unused("(MJCF text)", imported)),
         },
     }
 }

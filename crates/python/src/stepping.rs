@@ -57,21 +57,35 @@ pub fn step(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>, ns
             live.acceleration(&core.state.v, &core.other.v, core.timestep());
         })?;
     }
-    if core.missed_steps > missed {
-        let count = core.missed_steps - missed;
-        drop(guard);
-        warn_missed(py, count)?;
+    let overlap = core.start_overlap.take().map(|(point, speed)| describe_overlap(&core.model, &point, speed));
+    let count = core.missed_steps - missed;
+    drop(guard);
+    if let Some(overlap) = overlap {
+        warn(py, "OverlapWarning", overlap)?;
+    }
+    if count > 0 {
+        let steps = if count == 1 { "step" } else { "steps" };
+        let more = "data.certificate and data.missed_steps say more";
+        warn(py, "ToleranceWarning", format!("{count} {steps} missed the tolerance; {more}"))?;
     }
     outcome
 }
 
-/// Says that steps missed the tolerance.
-fn warn_missed(py: Python<'_>, count: u64) -> PyResult<()> {
-    let category = py.import("signorini.errors")?.getattr("ToleranceWarning")?;
-    let steps = if count == 1 { "step" } else { "steps" };
-    let message = format!("{count} {steps} missed the tolerance; data.certificate and data.missed_steps say more");
-    let arguments = (message, category, 1);
-    py.import("warnings")?.call_method1("warn", arguments).map(|_| ())
+/// Issues a warning of the package.
+fn warn(py: Python<'_>, category: &str, message: String) -> PyResult<()> {
+    let category = py.import("signorini.errors")?.getattr(category)?;
+    py.import("warnings")?.call_method1("warn", (message, category, 1)).map(|_| ())
+}
+
+fn describe_overlap(model: &mb::Model, point: &mb::ContactPoint, speed: f64) -> String {
+    let name = |geom: GeomId| &model.geoms[geom.index()].name;
+    let depth = -point.gap;
+    format!(
+        "'{}' and '{}' overlap by {depth:.3} m at the start, and the first step drives them apart at {speed:.3} m/s: start \
+         them apart, or remove a part in each step (Settings.stabilization)",
+        name(point.geom_a),
+        name(point.geom_b)
+    )
 }
 
 fn no_solution(core: &Core) -> PyErr {

@@ -39,6 +39,58 @@ def test_formats_are_told_apart(tmp_path):
         assert (model.name, model.joint_names, model.nv) == ("arm", ["shoulder"], 1)
 
 
+CUBE = """<robot name="cube"><link name="cube"><inertial><mass value="2"/>
+  <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>"""
+
+
+def test_a_urdf_lies_on_the_floor_that_was_asked_for_and_slides_with_the_friction_that_was_asked_for():
+    model = signorini.Model.from_urdf(CUBE, floating_base=True, floor=True, friction=0.25)
+    assert model.geom_names == ["floor", "cube"] and model.geom("cube").friction == 0.25
+    data = signorini.Data(model)
+    data.joint("floating_base").qpos[2] = 0.1
+    data.joint("floating_base").qvel[0] = 1.0
+    signorini.step(model, data, nstep=10)
+    force = data.body("cube").contact_force
+    assert force == pytest.approx([-0.25 * 2 * 9.81, 0, 2 * 9.81], abs=1e-8)
+    assert data.body("world").contact_force == pytest.approx(-force)
+    assert data.contact.force_world.sum(axis=0) == pytest.approx(force)
+    assert pickle.loads(pickle.dumps(model)) == model
+    with pytest.raises(signorini.ModelError, match="friction"):
+        signorini.Model.from_urdf(CUBE, friction=-1)
+
+
+def test_a_start_inside_the_floor_is_announced_once():
+    model = signorini.Model.from_urdf(CUBE, floating_base=True, floor=True)
+    data = signorini.Data(model)
+    with pytest.warns(signorini.OverlapWarning, match=r"'floor' and 'cube' overlap by 0.100 m .* at 50.000 m/s"):
+        signorini.step(model, data)
+    assert data.qvel[2] == pytest.approx(50)
+    signorini.step(model, data, nstep=10)
+    data.reset()
+    data.joint("floating_base").qpos[2] = 0.1
+    signorini.step(model, data, nstep=10)
+    data.joint("floating_base").qpos[2] -= 0.0015
+    signorini.step(model, data)
+
+
+def test_a_floor_under_mjcf_is_reported_as_not_made():
+    with pytest.warns(signorini.ModelWarning, match="floor"):
+        model = signorini.Model.from_string("<mujoco><worldbody/></mujoco>", floor=True)
+    assert model.ngeom == 0
+
+
+def test_packages_are_found_from_a_file_named_without_its_folder(tmp_path, monkeypatch):
+    (tmp_path / "cube" / "meshes").mkdir(parents=True)
+    corners = [f"v {x} {y} {z}" for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]
+    faces = ["f 1 2 4 3", "f 5 7 8 6", "f 1 5 6 2", "f 3 4 8 7", "f 1 3 7 5", "f 2 6 8 4"]
+    (tmp_path / "cube" / "meshes" / "cube.obj").write_text("\n".join(corners + faces))
+    mesh = '<mesh filename="package://cube/meshes/cube.obj"/>'
+    (tmp_path / "cube" / "cube.urdf").write_text(CUBE.replace('<box size="0.2 0.2 0.2"/>', mesh))
+    monkeypatch.chdir(tmp_path / "cube")
+    assert signorini.Model.from_urdf("cube.urdf").geom("cube").type == "convex mesh"
+
+
 def test_urdf_options(tmp_path):
     hand = ('<link name="hand"/><joint name="wrist" type="fixed"><parent link="upper"/><child link="hand"/></joint>'
             '<transmission name="t"><type>x</type><joint name="shoulder"/><actuator name="m"/></transmission></robot>')

@@ -51,6 +51,7 @@ def stepping(model: Model) -> Data:
     data.reset(keyframe="home")
     with warnings.catch_warnings():
         warnings.simplefilter("error", signorini.ToleranceWarning)
+        warnings.simplefilter("error", signorini.OverlapWarning)
         signorini.step(model, data, nstep=10)
     signorini.forward(model, data)
     signorini.kinematics(model, data)
@@ -101,7 +102,8 @@ def recording(model: Model, data: Data, folder: pathlib.Path) -> None:
     kept: signorini.Recording = recorder.stop()
     page: str = kept.to_html()
     again = signorini.load_recording(folder / "run.rec")
-    assert len(again) == 2 and "<html" in page
+    inline: signorini.viewer.InlineReport = signorini.viewer.html(kept)
+    assert len(again) == 2 and "<html" in page and inline.recording is kept
 
 
 def failing(model: Model, data: Data) -> None:

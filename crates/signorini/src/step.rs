@@ -150,6 +150,15 @@ impl Workspace {
         &self.points
     }
 
+    /// The contact whose overlap the last step had to remove fastest, and how fast, m/s, where that is more than 1 m/s: what a start
+    /// inside the floor looks like. Where negative gaps were taken as zero there is none.
+    pub fn sudden_overlap(&self) -> Option<(&ContactPoint, f64)> {
+        let problem = &self.builder.problem;
+        let speeds = problem.gap.iter().map(|gap| -gap / problem.timestep);
+        let fastest = self.points.iter().zip(speeds).max_by(|a, b| a.1.total_cmp(&b.1));
+        fastest.filter(|(_, speed)| *speed > 1.0)
+    }
+
     /// Frames of the contact points.
     pub fn contact_frames(&self) -> &[ContactFrame] {
         &self.builder.frames

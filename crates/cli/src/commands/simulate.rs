@@ -127,6 +127,12 @@ impl Watch {
     fn after_step(&mut self, simulation: &Simulation, report: &StepReport) -> bool {
         let begin = Instant::now();
         let time = self.outputs.time();
+        if self.tried == 0
+            && report.advanced()
+            && let Some(note) = text::start_overlap(simulation)
+        {
+            self.progress.suspend(|| eprintln!("note: {note}"));
+        }
         if report.advanced() && report.missed_tolerance {
             let (law, worst) = missed_law(report, simulation.settings().tolerance);
             let miss = self.misses.get_or_insert(Miss { first_time: time, worst, worst_law: law, worst_time: time });

@@ -7,7 +7,7 @@ mod solving;
 
 pub use comparison::comparison;
 pub use inspection::inspection;
-pub use run::{export, run};
+pub use run::{export, run, start_overlap};
 pub use solving::{check, solve};
 
 use std::fmt::Write;

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use signorini::Simulation;
+use signorini::multibody::GeomId;
+
 use super::{bodies, count, import, laws, number};
 use crate::commands::export::Exported;
 use crate::results::{Contradiction, Involved, Place, RunResult};
@@ -52,6 +55,20 @@ pub fn run(result: &RunResult) -> String {
         out.push_str(&stopped(contradiction));
     }
     out
+}
+
+/// What a start with shapes inside each other leads to, after the first step.
+pub fn start_overlap(simulation: &Simulation) -> Option<String> {
+    let (point, speed) = simulation.workspace().sudden_overlap()?;
+    let name = |geom: GeomId| &simulation.model().geoms[geom.index()].name;
+    Some(format!(
+        "'{}' and '{}' overlap by {} m at the start, and the first step drives them apart at {} m/s: start them apart \
+         (--set), or remove a part in each step (--stabilization)",
+        name(point.geom_a),
+        name(point.geom_b),
+        number(-point.gap),
+        number(speed)
+    ))
 }
 
 /// Whether every step is within its tolerance, and where not.

@@ -27,6 +27,24 @@ fn free_fall_has_the_energy_of_the_scheme() {
 }
 
 #[test]
+fn a_start_inside_the_floor_is_noted() {
+    let folder = Folder::new("overlap");
+    let link = "<link name='cube'><inertial><mass value='2'/><inertia ixx='.01' iyy='.01' izz='.01'/></inertial>\
+                <collision><geometry><box size='.2 .2 .2'/></geometry></collision></link>";
+    folder.write("cube.urdf", &format!("<robot name='cube'>{link}</robot>"));
+    let words = ["simulate", "cube.urdf", "--floating-base", "--floor", "--friction", "0.5", "--duration", "0.1"];
+    folder.run(&words).exits(0).complains(&["'floor' and 'cube' overlap by 0.1 m", "50 m/s", "--set"]);
+    let apart = folder
+        .run(&[&words[..], &["--set", "cube.q=0,0,0.1", "--set", "cube.v=1,0,0,0,0,0", "--json"]].concat())
+        .exits(0);
+    assert_eq!(apart.stderr, "");
+    let run = apart.json();
+    let speed: f64 = 1.0 - 0.5 * 9.81 * 0.1;
+    let energy = 2.0 * 9.81 * 0.1 + 0.5 * 2.0 * speed * speed;
+    assert_near(number(&run, "/energy/end"), energy, 1e-9);
+}
+
+#[test]
 fn a_box_at_rest_keeps_its_energy() {
     let folder = Folder::new("box_at_rest");
     folder.write("box.xml", BOX);

@@ -59,6 +59,9 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
         pairs: 0,
         version: version(root),
     };
+    if options.floor {
+        importer.parts.add_floor(root)?;
+    }
     if let Some(world) = world {
         read_world(&mut importer, world)?;
     }

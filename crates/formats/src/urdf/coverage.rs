@@ -47,7 +47,7 @@ pub(super) fn audit(root: Element, report: &mut Reporter) {
             }
             "material" | "transmission" => {}
             "gazebo" | "ros2_control" | "sensor" | "mujoco" | "drake" => {
-                let effect = "settings for other programs (friction and contact among them) are not read";
+                let effect = "settings for other programs are not read, friction among them: ask for one when loading";
                 report.motion(element.at(), element.name(), "is not supported", effect);
             }
             _ => unknown(element, report),
@@ -77,7 +77,12 @@ fn audit_link(link: Element, report: &mut Reporter) {
                 }
             }
             "contact" | "contact_coefficients" => {
-                report.motion(part.at(), part.name(), "is not supported", "the link's shapes have friction 1");
+                report.motion(
+                    part.at(),
+                    part.name(),
+                    "is not supported",
+                    "the link's shapes have the friction asked for",
+                );
             }
             _ => unknown(part, report),
         }

@@ -66,12 +66,17 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
         shapes: shapes::Shapes::read(root, base, &options.package_dirs)?,
         merged: HashMap::new(),
     };
+    if options.floor {
+        importer.parts.add_floor(root)?;
+    }
     let placed = place_links(&mut importer, &kinematics, options)?;
     collisions::exclude(&mut importer, root, &kinematics, &placed, options)?;
     transmissions::read(&mut importer, root)?;
     mimic::read(&mut importer, &kinematics)?;
     coverage::audit(root, &mut importer.report);
-    Ok(Imported { model: importer.parts.build()?, report: importer.report.finish() })
+    let mut model = importer.parts.build()?;
+    model.geoms.iter_mut().skip(usize::from(options.floor)).for_each(|geom| geom.friction = options.friction);
+    Ok(Imported { model, report: importer.report.finish() })
 }
 
 /// Adds all links in the order of the tree, each with its joint, inertia and shapes.

@@ -213,6 +213,24 @@ fn links_are_kept_apart_by_option_and_by_srdf() {
 }
 
 #[test]
+fn friction_and_floor_are_asked_for() {
+    let options = LoadOptions { friction: 0.7, floor: true, floating_base: true, ..LoadOptions::default() };
+    let model = import(&link("floor"), &options).model;
+    let [floor, body] = &model.geoms[..] else { panic!("{:?}", model.geoms) };
+    assert_eq!((body.name.as_str(), body.friction), ("floor_2", 0.7));
+    assert_eq!((floor.name.as_str(), floor.body, floor.friction), ("floor", BodyId::WORLD, 0.0));
+    assert!(matches!(floor.geometry, Geometry::Plane) && floor.frictional);
+    assert!(model.contact_filter.allows((GeomId(0), GeomId(1)), (floor, body)));
+    let alone = import(&link("a"), &LoadOptions::default()).model;
+    assert_eq!((alone.geoms.len(), alone.geoms[0].friction), (1, 1.0));
+    for friction in [-0.1, f64::NAN, f64::INFINITY] {
+        let options = LoadOptions { friction, ..LoadOptions::default() };
+        let error = load_urdf_str("<robot name='r'/>", "", &options).unwrap_err().to_string();
+        assert!(error.contains("friction") && error.contains("at least 0"), "{error}");
+    }
+}
+
+#[test]
 fn broken_trees_are_refused() {
     let (a, b, c) = (link("a"), link("b"), link("c"));
     let edge = |name, parent, child| joint(name, "revolute", parent, child);

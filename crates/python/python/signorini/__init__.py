@@ -21,6 +21,7 @@ import os
 from enum import IntEnum
 from typing import Union
 
+from signorini import viewer
 from signorini._core import (
     Actuator,
     Body,
@@ -57,6 +58,7 @@ from signorini.errors import (
     BatchError,
     ModelError,
     ModelWarning,
+    OverlapWarning,
     ProblemError,
     RecordingError,
     SettingError,
@@ -93,6 +95,7 @@ __all__ = [
     "Model",
     "ModelError",
     "ModelWarning",
+    "OverlapWarning",
     "ProblemError",
     "Recorder",
     "Recording",
@@ -119,6 +122,7 @@ __all__ = [
     "mass_matrix",
     "solve_lcp",
     "step",
+    "viewer",
 ]
 
 

@@ -153,6 +153,8 @@ class Model:
         merge_fixed_joints: bool = False,
         self_collision: bool = True,
         srdf: Optional[_Path] = None,
+        friction: float = 1.0,
+        floor: bool = False,
     ) -> Self: ...
     @property
     def name(self) -> str:
@@ -1010,7 +1012,7 @@ def step(model: Model, data: Data, nstep: int = 1) -> None:
     """Makes ``nstep`` steps; the GIL is released meanwhile.
 
     The control and the applied forces stay what they are at the call. Steps that miss the tolerance are announced by a
-    ``ToleranceWarning``.
+    ``ToleranceWarning``, shapes far inside each other where a run begins by an ``OverlapWarning``.
 
     Raises:
         SolveError: a step's contact problem has no solution; the state is the one before that step.

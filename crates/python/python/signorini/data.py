@@ -157,6 +157,14 @@ class BodyData:
         """Angular velocity, (3,), world axes, rad/s."""
         return _row(self._data.angular_velocity, self.id)
 
+    @property
+    def contact_force(self) -> Array:
+        """Sum of the contact forces on the body in the last step, (3,), world axes, N: a copy."""
+        contact = self._data.contact
+        force, on, against = contact.force_world, contact.body2 == self.id, contact.body1 == self.id
+        total: Array = force[on].sum(axis=0) - force[against].sum(axis=0)
+        return total
+
     def __repr__(self) -> str:
         return f"<signorini.BodyData {self.id} '{self.name}' at {self.xpos}>"
 

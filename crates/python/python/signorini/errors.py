@@ -8,6 +8,7 @@ __all__ = [
     "BatchError",
     "ModelError",
     "ModelWarning",
+    "OverlapWarning",
     "ProblemError",
     "RecordingError",
     "SettingError",
@@ -111,3 +112,7 @@ class ModelWarning(UserWarning):
 
 class ToleranceWarning(UserWarning):
     """Steps whose residuals exceed the tolerance of the settings."""
+
+
+class OverlapWarning(UserWarning):
+    """A run that begins with shapes inside each other, which the first step drives apart at more than 1 m/s."""

@@ -38,6 +38,8 @@ class Model(_core.Model):
         merge_fixed_joints: bool = False,
         self_collision: bool = True,
         srdf: Optional[PathLike] = None,
+        friction: float = 1.0,
+        floor: bool = False,
     ) -> Model:
         """Reads a model file; its root element says whether it is MJCF, URDF or SDF.
 
@@ -49,11 +51,14 @@ class Model(_core.Model):
                 stays as a site of its name.
             self_collision: whether the links of a URDF meet each other, but for those that a joint connects.
             srdf: a file whose ``<disable_collisions>`` say which links of a URDF do not meet.
+            friction: coefficient of friction of the shapes of a URDF, which has no word for it.
+            floor: whether the world gets a floor (URDF, SDF), the plane z = 0, as the first geom; the friction of what stands on it
+                counts.
 
         Raises:
             ModelError: the file cannot be read, with file and line.
         """
-        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf)
+        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor)
         return cls._load({"path": os.fspath(path)}, options)
 
     @classmethod
@@ -67,6 +72,8 @@ class Model(_core.Model):
         merge_fixed_joints: bool = False,
         self_collision: bool = True,
         srdf: Optional[PathLike] = None,
+        friction: float = 1.0,
+        floor: bool = False,
         format: Literal["auto", "mjcf", "urdf", "sdf"] = "auto",
     ) -> Model:
         """Reads MJCF, URDF or SDF from text; files that it names are looked for in ``base_dir``; other arguments as in
@@ -76,7 +83,7 @@ class Model(_core.Model):
             ModelError: the text cannot become a model, with line.
         """
         source: Dict[str, Any] = {"text": text, "format": format, "base_dir": os.fspath(base_dir)}
-        return cls._load(source, _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf))
+        return cls._load(source, _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor))
 
     @classmethod
     def from_mjcf(cls, source: PathLike) -> Model:
@@ -95,19 +102,21 @@ class Model(_core.Model):
         merge_fixed_joints: bool = False,
         self_collision: bool = True,
         srdf: Optional[PathLike] = None,
+        friction: float = 1.0,
+        floor: bool = False,
     ) -> Model:
         """Reads URDF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
-        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf)
+        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor)
         if _is_text(source):
             return cls._load({"text": os.fspath(source), "format": "urdf", "base_dir": ""}, options)
         return cls._load({"path": os.fspath(source)}, options)
 
     @classmethod
-    def from_sdf(cls, source: PathLike, *, package_dirs: Sequence[PathLike] = ()) -> Model:
+    def from_sdf(cls, source: PathLike, *, package_dirs: Sequence[PathLike] = (), floor: bool = False) -> Model:
         """Reads SDF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
         if _is_text(source):
-            return cls.from_string(os.fspath(source), format="sdf", package_dirs=package_dirs)
-        return cls.from_file(source, package_dirs=package_dirs)
+            return cls.from_string(os.fspath(source), format="sdf", package_dirs=package_dirs, floor=floor)
+        return cls.from_file(source, package_dirs=package_dirs, floor=floor)
 
     @classmethod
     def _load(cls, source: Dict[str, Any], options: Dict[str, Any]) -> Model:
@@ -199,6 +208,8 @@ def _options(
     merge_fixed_joints: bool,
     self_collision: bool,
     srdf: Optional[PathLike],
+    friction: float,
+    floor: bool,
 ) -> Dict[str, Any]:
     return {
         "package_dirs": [os.fspath(folder) for folder in package_dirs],
@@ -206,6 +217,8 @@ def _options(
         "merge_fixed_joints": merge_fixed_joints,
         "self_collision": self_collision,
         "srdf": None if srdf is None else os.path.abspath(srdf),
+        "friction": friction,
+        "floor": floor,
     }
 
 

@@ -51,5 +51,10 @@ fn a_single_penetration_is_pushed_out() {
     world.free_box(DVec3::splat(0.1), 1.0, DVec3::Z * 0.09);
     let mut simulation = world.simulation(Settings::default());
     simulation.step().unwrap();
+    // 1 cm in 5 ms.
+    let (point, speed) = simulation.workspace().sudden_overlap().expect("faster than 1 m/s");
+    assert!((point.gap + 0.01).abs() < 1e-12 && (speed - 2.0).abs() < 1e-9 && point.geom_a.index() == 0);
     assert!((position(&simulation, 0).z - 0.1).abs() < 1e-12);
+    simulation.step().unwrap();
+    assert!(simulation.workspace().sudden_overlap().is_none());
 }
