@@ -22,6 +22,7 @@ mod sensors;
 mod sleeping;
 mod snapshot;
 mod stacking;
+mod standing;
 mod support;
 mod trajectories;
 mod variation;
