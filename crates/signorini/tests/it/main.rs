@@ -24,5 +24,7 @@ mod snapshot;
 mod stacking;
 mod standing;
 mod support;
+mod tippe_top;
 mod trajectories;
 mod variation;
+mod woodpecker;

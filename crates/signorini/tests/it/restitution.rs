@@ -37,6 +37,7 @@ fn a_bouncing_ball_comes_to_rest_at_the_accumulation_point() {
                 last_moving = now.state().time;
             }
         });
+        println!("{law:?}: at rest after {last_moving:.4} s, the accumulation point is {rest:.4} s");
         assert!(
             (last_moving - rest).abs() < 0.02 * rest,
             "{law:?}: {last_moving} s, the accumulation point is {rest} s"
