@@ -44,8 +44,8 @@ pub enum RestitutionLaw {
 
 /// The law of dry friction at contacts (formulation §§2 and 9).
 ///
-/// The circular laws hold for contacts whose friction is the same in all directions. A step with friction that they do not have
-/// (in joints, of servos of speed, of moving surfaces, against spinning and rolling) is an error that says so.
+/// The circular laws hold where friction is the same in all directions, at contacts as in joints, at servos of speed, on moving
+/// surfaces, against spinning and rolling. A step with anisotropic friction is an error that says so.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum FrictionLaw {
     /// Maximum dissipation over a polygon of [`Settings::directions`]: an LCP, solved exactly.
