@@ -168,14 +168,10 @@ impl Settings {
         if !polygon && matches!(self.method, ContactMethod::Lcp(_)) {
             return exclude(["friction_law", "method"], "a method for LCPs solves the polygon's law alone");
         }
-        if self.restitution == RestitutionLaw::Poisson {
-            let reason = "Poisson's decompression bounds friction by shifted groups, which only the polygon's law has";
-            if !polygon {
-                return exclude(["friction_law", "restitution"], reason);
-            }
-            if self.impulses == ImpulseChoice::LeastNorm {
-                return exclude(["impulses", "restitution"], reason);
-            }
+        if self.restitution == RestitutionLaw::Poisson && self.impulses == ImpulseChoice::LeastNorm {
+            let reason =
+                "Poisson's decompression bounds friction by shifted groups, among which no impulses are chosen";
+            return exclude(["impulses", "restitution"], reason);
         }
         Ok(())
     }

@@ -175,7 +175,6 @@ fn settings_that_exclude_each_other_are_refused() {
     let poisson = RestitutionLaw::Poisson;
     for (settings, names) in [
         (Settings { method: lemke(), ..with_law(FrictionLaw::Circular) }, ["friction_law", "method"]),
-        (Settings { restitution: poisson, ..with_law(FrictionLaw::Circular) }, ["friction_law", "restitution"]),
         (
             Settings { restitution: poisson, impulses: ImpulseChoice::LeastNorm, ..Settings::default() },
             ["impulses", "restitution"],
