@@ -183,3 +183,23 @@ fn an_anisotropic_group_is_refused() {
     let solution = CircularConeSolver::default().solve(&problem, None);
     assert_eq!(solution.status, ConeStatus::Unsupported(UnsupportedFriction::AnisotropicGroup { group }));
 }
+
+/// Contacts with all sorts of friction, rows, and groups that pull: whatever the polygon solves the circle solves, too.
+#[test]
+fn the_circle_has_a_solution_where_the_polygon_has_one() {
+    let mut solved = 0;
+    for seed in 0..1000 {
+        let mut random = Random::new(900_000 + seed);
+        let (nc, nb) = (random.below(5), random.below(2));
+        let mut problem = random_problem(&mut random, nc, nb);
+        let nf = 1 + random.below(5);
+        push_random_groups(&mut problem, &mut random, nf);
+        let problem = with_directions(&problem, 8);
+        if ContactSolver::default().solve(&problem, None).status == SolveStatus::Solved {
+            let circle = CircularConeSolver::default().solve(&problem, None);
+            assert_eq!(circle.status, ConeStatus::Solved, "seed {seed}: {:e}", circle.certificate.worst());
+            solved += 1;
+        }
+    }
+    assert!(solved > 950, "{solved}");
+}
