@@ -42,6 +42,8 @@ const ITERATIONS: usize = 160;
 const PRECISION: f64 = 1e-12;
 /// Relative to the size: faces whose distances from the origin differ by less may be parts of one.
 const COPLANAR: f64 = 1e-8;
+/// A direction that no two faces of a box share.
+const ASLANT: DVec3 = DVec3::new(0.55, 0.62, 0.56);
 /// Relative to the size: bounds farther apart than this ask for another start.
 const POOR: f64 = 1e-9;
 
@@ -52,12 +54,14 @@ impl Epa {
     pub fn search(&mut self, a: &Placed, b: &Placed, axes: &[DVec3], inflation: f64) -> Option<Separation> {
         self.inflation = inflation;
         let size = a.size + b.size;
-        let full = self.grow(a, b, axes, true)?;
-        // Supports that nearly share a plane can spoil the start; a bare tetrahedron has none of those.
-        let found = if full.open <= POOR * size {
-            full
-        } else {
-            self.grow(a, b, axes, false).filter(|bare| bare.open < full.open).unwrap_or(full)
+        // Supports that nearly share a plane can spoil a start, or leave no face of it; a bare tetrahedron has none of those.
+        let full = self.grow(a, b, axes, true);
+        let found = match full {
+            Some(full) if full.open <= POOR * size => full,
+            _ => {
+                let bare = self.grow(a, b, axes, false);
+                [full, bare].into_iter().flatten().min_by(|f, g| f.open.total_cmp(&g.open))?
+            }
         };
         let normal = -found.outward;
         let weights = triangle_weights(found.corners[0].w, found.corners[1].w, found.corners[2].w);
@@ -122,17 +126,23 @@ impl Epa {
             let vertex = self.difference(a, b, -*d);
             self.vertices.push(vertex);
         }
-        let first = self.vertices[0].w;
-        let second = self.farthest(|w| (w - first).length_squared());
-        let line = (self.vertices[second].w - first).try_normalize()?;
-        let third = self.farthest(|w| line.cross(w - first).length_squared());
-        let normal = line.cross(self.vertices[third].w - first).try_normalize()?;
-        let fourth = self.farthest(|w| normal.dot(w - first).abs());
-        let side = normal.dot(self.vertices[fourth].w - first);
-        if side.is_nan() || side.abs() <= 1e-9 * size {
+        let (mut corners, mut side) = self.tetrahedron(size);
+        if side == 0.0 {
+            // Of parallel faces any corner is a support, and all of them may lie in one plane. Aslant there is one for each direction.
+            for signs in
+                [DVec3::ONE, DVec3::new(1.0, -1.0, -1.0), DVec3::new(-1.0, 1.0, -1.0), DVec3::new(-1.0, -1.0, 1.0)]
+            {
+                let d = a.rotation * (signs * ASLANT);
+                let vertex = self.difference(a, b, d.normalize());
+                self.vertices.push(vertex);
+            }
+            (corners, side) = self.tetrahedron(size);
+        }
+        if side == 0.0 {
             return None;
         }
-        let [p, q, r, s] = if side < 0.0 { [0, second, third, fourth] } else { [0, third, second, fourth] };
+        let [first, second, third, fourth] = corners;
+        let [p, q, r, s] = if side < 0.0 { [first, second, third, fourth] } else { [first, third, second, fourth] };
         for v in [[p, q, r], [p, s, q], [q, s, r], [r, s, p]] {
             self.add_face(v);
         }
@@ -143,6 +153,21 @@ impl Epa {
             }
         }
         Some(())
+    }
+
+    /// Of the vertices four that span much, and the height of the fourth over the first three, with its sign; 0 where all lie in
+    /// a plane or are not numbers.
+    fn tetrahedron(&self, size: f64) -> ([usize; 4], f64) {
+        let first = self.vertices[0].w;
+        let second = self.farthest(|w| (w - first).length_squared());
+        let line = (self.vertices[second].w - first).normalize_or_zero();
+        let third = self.farthest(|w| line.cross(w - first).length_squared());
+        let across = line.cross(self.vertices[third].w - first);
+        let normal = across.normalize_or_zero();
+        let fourth = self.farthest(|w| normal.dot(w - first).abs());
+        let side = normal.dot(self.vertices[fourth].w - first);
+        let spans = across.length() > 1e-9 * size && side.abs() > 1e-9 * size;
+        ([0, second, third, fourth], if spans { side } else { 0.0 })
     }
 
     /// The vertex of `B − A` farthest along the unit vector `d`.

@@ -22,6 +22,10 @@
 //! The gap is always the separation of the two shapes along the returned normal, computed from their support functions:
 //! where a search ends early it is smaller than the true distance, never larger (but for the rounding given above).
 //!
+//! All of this is checked on random and degenerate pairs against an independent method
+//! (`cargo run --release -p signorini-collision --example cross_check`). Where faces are parallel up to rounding their points are
+//! determined to 2e-7 of the size; a disc that leans by less than 1e-6 counts as flat.
+//!
 //! A pair has one normal (capsules along each other and meshes may have several), so a point that would only be reached
 //! by a large turn within the step can be missing; the next step finds it. Triangle meshes are thin and have two outsides;
 //! a height field is solid below. Edges inside a flat or hollow part of a surface let no normal lean over them; between

@@ -228,7 +228,9 @@ fn cone_normals(
     let slant = radius.hypot(2.0 * half_length);
     let axis = cone.rotation.z_axis;
     let towards = [to_b, -to_b, a.rotation.z_axis, b.rotation.z_axis, -a.rotation.z_axis, -b.rotation.z_axis];
-    towards.into_iter().filter_map(move |d| {
+    // On its axis all directions from it are alike.
+    let aside = perpendicular(to_b, axis).is_none().then(|| axis.any_orthonormal_vector());
+    towards.into_iter().chain(aside).filter_map(move |d| {
         let out = perpendicular(d, axis)?;
         Some(out * (2.0 * half_length / slant) + axis * (radius / slant))
     })

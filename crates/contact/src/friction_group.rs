@@ -49,6 +49,11 @@ impl FrictionBound {
         }
     }
 
+    /// The bound where contacts have the normal impulses that `lambda_n` gives, N·s.
+    pub(crate) fn at(&self, lambda_n: impl Fn(usize) -> f64) -> f64 {
+        self.constant() + self.normal().map_or(0.0, |(contact, coefficient)| coefficient * lambda_n(contact))
+    }
+
     /// The contact whose normal impulse it takes part in, and the coefficient.
     pub fn normal(&self) -> Option<(usize, f64)> {
         match *self {
@@ -131,8 +136,7 @@ impl FrictionGroups {
 
     /// The bound `r` of group `j` at given normal impulses of the contacts, `[nc]`.
     pub fn bound_at(&self, j: usize, lambda_n: &[f64]) -> f64 {
-        let bound = &self.bound[j];
-        bound.constant() + bound.normal().map_or(0.0, |(contact, coefficient)| coefficient * lambda_n[contact])
+        self.bound[j].at(|contact| lambda_n[contact])
     }
 
     /// The impulse `D α` of group `j`; `alpha`: of all groups.

@@ -44,8 +44,8 @@ pub enum RestitutionLaw {
 
 /// The law of dry friction at contacts (formulation §§2 and 9).
 ///
-/// The circular laws hold for contacts whose friction is the same in all directions. A step with friction that they do not have
-/// (in joints, of servos of speed, of moving surfaces, against spinning and rolling) is an error that says so.
+/// The circular laws hold where friction is the same in all directions, at contacts as in joints, at servos of speed, on moving
+/// surfaces, against spinning and rolling. A step with anisotropic friction is an error that says so.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum FrictionLaw {
     /// Maximum dissipation over a polygon of [`Settings::directions`]: an LCP, solved exactly.
@@ -168,14 +168,10 @@ impl Settings {
         if !polygon && matches!(self.method, ContactMethod::Lcp(_)) {
             return exclude(["friction_law", "method"], "a method for LCPs solves the polygon's law alone");
         }
-        if self.restitution == RestitutionLaw::Poisson {
-            let reason = "Poisson's decompression bounds friction by shifted groups, which only the polygon's law has";
-            if !polygon {
-                return exclude(["friction_law", "restitution"], reason);
-            }
-            if self.impulses == ImpulseChoice::LeastNorm {
-                return exclude(["impulses", "restitution"], reason);
-            }
+        if self.restitution == RestitutionLaw::Poisson && self.impulses == ImpulseChoice::LeastNorm {
+            let reason =
+                "Poisson's decompression bounds friction by shifted groups, among which no impulses are chosen";
+            return exclude(["impulses", "restitution"], reason);
         }
         Ok(())
     }

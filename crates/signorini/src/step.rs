@@ -405,6 +405,9 @@ impl Workspace {
         let verdict = solver.solve_into(&mut decompression.problem, None, &mut decompression.solution)?;
         report.status.clone_from(&decompression.solution.status);
         report.certificate.merge(&verdict.certificate);
+        if let (Some(first), Some(second)) = (&mut report.cone_certificate, &verdict.cone) {
+            first.merge(second);
+        }
         report.solver.accumulate(&decompression.solution.report);
         report.missed_tolerance |= !verdict.holds;
         Ok(())

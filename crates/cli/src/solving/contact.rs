@@ -109,6 +109,7 @@ fn as_cone(solution: &ContactSolution) -> ConeSolution {
         velocity: solution.velocity.clone(),
         impulse: solution.impulse.clone(),
         bilateral: solution.bilateral.clone(),
+        group_impulse: solution.group_impulse.clone(),
         ..ConeSolution::default()
     }
 }

@@ -99,11 +99,12 @@ fn other_kinds_have_the_rows_that_they_can() {
     folder.save("g.npz", &point_with_group());
     let groups = folder.run(&["compare", "g.npz", "--directions", "8", "--json"]).exits(0).json();
     assert_eq!(row(&groups, "polygon", Some(4), "structured")["status"], "solved");
-    for (law, method) in [("circular", "circular"), ("circular", "refined"), ("relaxation", "relaxation")] {
-        let refused = row(&groups, law, None, method);
-        assert_eq!(refused["status"], "refused");
-        assert!(refused["reason"].as_str().expect("a reason").contains("friction groups"), "{refused}");
+    for method in ["circular", "refined"] {
+        assert_eq!(row(&groups, "circular", None, method)["status"], "solved");
     }
+    let refused = row(&groups, "relaxation", None, "relaxation");
+    assert_eq!(refused["status"], "refused");
+    assert!(refused["reason"].as_str().expect("a reason").contains("friction groups"), "{refused}");
 }
 
 #[test]

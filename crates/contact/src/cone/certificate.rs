@@ -10,7 +10,7 @@ use crate::problem_file::FrictionalProblem;
 /// bilateral rows, all at `v^f`), impulses by `s_v/g` with `g` the largest diagonal entry of `J M⁻¹ Jᵀ`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ConeCertificate {
-    /// `‖M(v⁺ − v^f) − J_Nᵀλ_N − J_Tᵀλ_T − J_Bᵀλ_B‖_∞`: momentum balance of the claimed `v⁺` and impulses.
+    /// `‖M(v⁺ − v^f) − J_Nᵀλ_N − J_Tᵀλ_T − J_Bᵀλ_B − J_Fᵀλ_F‖_∞`: momentum balance of the claimed `v⁺` and impulses.
     pub momentum: f64,
     /// `‖gλ − P_K(gλ − u − μ‖u_T‖n)‖`, the natural map of formulation §9, with the velocities that the impulses give (and the
     /// bilateral rows with them). It is of first order in every error, the direction of friction included.
@@ -53,6 +53,19 @@ impl ConeCertificate {
         keep(&mut self.bilateral, other.bilateral);
     }
 
+    /// The same for a friction group with the bound `r`, its impulse and slips in the last two places. `s`: the data's velocity scale,
+    /// by which the dissipation is measured where the bound is larger than what any impulse of the step needs.
+    fn add_group(&mut self, law: &CoulombLaw, [lambda, given, claimed]: [[f64; 3]; 3], r: f64, g: f64, s: f64) {
+        keep(&mut self.natural_map, law.group_natural_map(lambda, given, r, g));
+        let (t, slip) = (law.tangential(lambda), law.tangential(claimed));
+        let outside = (lambda[1] - t[0]).hypot(lambda[2] - t[1]);
+        keep(&mut self.friction, (t[0].hypot(t[1]) - r).max(outside).max(0.0));
+        let strength = s.max(g * r);
+        let relative = if strength > 0.0 { s / strength } else { 1.0 };
+        let power = slip[0] * t[0] + slip[1] * t[1];
+        keep(&mut self.dissipation, (power + r * slip[0].hypot(slip[1])).abs() * relative);
+    }
+
     /// Adds one contact's laws, in velocities and impulses: impulse, velocity that the impulses give, claimed velocity.
     fn add_contact(&mut self, law: &CoulombLaw, lambda: [f64; 3], given: [f64; 3], claimed: [f64; 3], g: f64) {
         keep(&mut self.natural_map, law.natural_map(lambda, given, g));
@@ -80,10 +93,11 @@ pub(super) struct Scratch {
     column: Vec<f64>,
 }
 
-/// Certifies a claimed solution `(v⁺, λ, λ_B)` with the circular cone; only these of `solution` are read.
+/// Certifies a claimed solution `(v⁺, λ, λ_B, λ_F)` with the circular cone; only these of `solution` are read.
 ///
 /// - `problem`: the data. Of each contact's directions only this matters: none means no friction, two opposite ones friction
-///   along their line, more friction in all tangential directions. Where it has friction that the circular cone has no law
+///   along their line, more friction in all tangential directions, and likewise for friction groups, whose impulse lies in the disc
+///   (the interval) of radius `r`. Where it has friction that the circular cone has no law
 ///   for ([`ContactProblem::check_circular`]), every residual is infinite.
 /// - `solution`: arrays of the problem's sizes; a missing entry, or one that is not finite, makes every residual infinite.
 ///
@@ -98,10 +112,10 @@ pub(super) fn certify_cone_with(
     solution: &ConeSolution,
     scratch: &mut Scratch,
 ) -> ConeCertificate {
-    let (nv, nc, nb) = (problem.nv(), problem.contact_count(), problem.bilateral_violation.len());
-    let sizes_fit = solution.velocity.len() == nv && solution.impulse.len() == nc && solution.bilateral.len() == nb;
-    let mut numbers = solution.velocity.iter().chain(&solution.bilateral).chain(solution.impulse.iter().flatten());
-    if !sizes_fit || numbers.any(|x| !x.is_finite()) || problem.check_circular().is_err() {
+    let (nv, nc, groups) = (problem.nv(), problem.contact_count(), &problem.friction_groups);
+    let contacts = solution.velocity.iter().chain(&solution.bilateral).chain(solution.impulse.iter().flatten());
+    let mut numbers = contacts.chain(solution.group_impulse.iter().flatten());
+    if !solution.fits(problem) || numbers.any(|x| !x.is_finite()) || problem.check_circular().is_err() {
         return ConeCertificate::everything_violated();
     }
     let mut g = 0.0_f64;
@@ -109,6 +123,9 @@ pub(super) fn certify_cone_with(
     scratch.column.resize(nv, 0.0);
     for i in 0..nc {
         g = problem.delassus_diagonal(i, &mut scratch.column).into_iter().fold(g, f64::max);
+    }
+    for j in 0..groups.len() {
+        g = problem.group_delassus(j, &mut scratch.column).into_iter().fold(g, f64::max);
     }
     let g = if g > 0.0 { g } else { 1.0 };
     let mut raw = ConeCertificate { momentum: scratch.balance_momentum(problem, solution), ..Default::default() };
@@ -120,6 +137,16 @@ pub(super) fn certify_cone_with(
         };
         let law = CoulombLaw::of(problem, i);
         raw.add_contact(&law, solution.impulse[i], slack(&scratch.given), slack(&solution.velocity), g);
+    }
+    let s = if groups.is_empty() { 0.0 } else { velocity_scale(problem) };
+    for (j, [f_1, f_2]) in solution.group_impulse.iter().enumerate() {
+        let slip = |v: &[f64]| {
+            let [s_1, s_2] = groups.slip(j, v);
+            [0.0, s_1, s_2]
+        };
+        let r = groups.bound[j].at(|contact| solution.impulse[contact][0]);
+        let own = [[0.0, *f_1, *f_2], slip(&scratch.given), slip(&solution.velocity)];
+        raw.add_group(&CoulombLaw::of_group(problem, j), own, r, g, s);
     }
     for (k, theta) in problem.bilateral_violation.iter().enumerate() {
         let rate = |v: &[f64]| problem.bilateral_jacobian.multiply(k, v)[0] + theta / problem.timestep;
@@ -164,11 +191,16 @@ pub(super) fn velocity_scale(problem: &ContactProblem) -> f64 {
         let [rate] = problem.bilateral_jacobian.multiply(k, &problem.free_velocity);
         scale = scale.max((rate + theta / problem.timestep).abs());
     }
+    for j in 0..problem.friction_groups.len() {
+        let [s_1, s_2] = problem.friction_groups.slip(j, &problem.free_velocity);
+        let [t_1, t_2] = CoulombLaw::of_group(problem, j).tangential([0.0, s_1, s_2]);
+        scale = scale.max(t_1.hypot(t_2));
+    }
     scale
 }
 
 impl Scratch {
-    /// `‖M(v⁺ − v^f) − Jᵀλ − J_Bᵀλ_B‖_∞`; leaves in `given` the velocity that the impulses give.
+    /// `‖M(v⁺ − v^f) − Jᵀλ − J_Bᵀλ_B − J_Fᵀλ_F‖_∞`; leaves in `given` the velocity that the impulses give.
     fn balance_momentum(&mut self, problem: &ContactProblem, solution: &ConeSolution) -> f64 {
         let nv = problem.nv();
         for x in [&mut self.force, &mut self.given, &mut self.momentum] {
@@ -180,6 +212,9 @@ impl Scratch {
         }
         for (k, p) in solution.bilateral.iter().enumerate() {
             problem.bilateral_jacobian.add_transposed(k, [*p], &mut self.force);
+        }
+        for (j, p) in solution.group_impulse.iter().enumerate() {
+            problem.friction_groups.jacobian.add_transposed(j, *p, &mut self.force);
         }
         for ((d, v), f) in self.given.iter_mut().zip(&solution.velocity).zip(&problem.free_velocity) {
             *d = v - f;

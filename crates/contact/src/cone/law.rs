@@ -1,12 +1,16 @@
-//! Coulomb's law of one contact with the circular cone: projections, slopes and the natural map.
+//! Coulomb's law of one contact with the circular cone, and that of one friction group: projections, slopes and the natural map.
 //!
 //! Two maps have the solutions of Signorini's and Coulomb's laws as fixed points, for any weight `ρ > 0`:
 //! - `λ = P(λ − ρ u)` with `P(y) = (max(y_N, 0), projection of y_T onto the disc of radius μ max(y_N, 0))` (Alart & Curnier 1991),
 //!   the limit of the polygon solver's projection for many directions; Newton's method works on this one;
 //! - `λ = P_K(λ − ρ (u + μ‖u_T‖ n))` with the Euclidean projection `P_K` onto the cone (De Saxcé & Feng 1998), the
 //!   complementarity problem of formulation §9; the certificate is its residual.
+//!
+//! A friction group has the disc (in one direction the interval) of radius `r = r₀ + c λ_N` for its impulse and no normal part. Its triples
+//! hold in the first place what decides `r`: of an impulse the radius itself, of a velocity that of its contact's normal. So the same
+//! `P` projects it, with μ = 1.
 
-use crate::ContactProblem;
+use crate::{ContactProblem, FrictionBound};
 
 /// Where friction acts in the tangent plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,24 +29,42 @@ enum Tangent {
 pub(crate) struct CoulombLaw {
     friction: f64,
     tangent: Tangent,
+    /// What bounds the impulse of a friction group; contacts have none.
+    bound: Option<FrictionBound>,
+}
+
+/// Where friction with these directions acts.
+fn tangent_of(directions: &[[f64; 2]]) -> Tangent {
+    match directions {
+        [] => Tangent::None,
+        [d, _] => Tangent::Line(*d),
+        _ => Tangent::Plane,
+    }
 }
 
 impl CoulombLaw {
     /// The law of contact `i`: none of its directions matter, only whether they are none, one line, or more.
     pub fn of(problem: &ContactProblem, i: usize) -> Self {
-        let friction = problem.friction[i];
-        match problem.directions_of(i) {
-            _ if friction == 0.0 => Self::default(),
-            [] => Self::default(),
-            [d, _] => Self { friction, tangent: Tangent::Line(*d) },
-            _ => Self { friction, tangent: Tangent::Plane },
-        }
+        let (friction, tangent) = (problem.friction[i], tangent_of(problem.directions_of(i)));
+        let acts = friction != 0.0 && tangent != Tangent::None;
+        if acts { Self { friction, tangent, bound: None } } else { Self::default() }
+    }
+
+    /// The law of friction group `j`.
+    pub fn of_group(problem: &ContactProblem, j: usize) -> Self {
+        let groups = &problem.friction_groups;
+        Self { friction: 1.0, tangent: tangent_of(groups.directions_of(j)), bound: Some(groups.bound[j]) }
+    }
+
+    /// What bounds the impulse of a friction group; nothing for a contact.
+    pub fn bound(&self) -> Option<FrictionBound> {
+        self.bound
     }
 
     /// The law of a contact of a problem in impulse space. `dimension`: 2 or 3.
     pub fn in_dimension(friction: f64, dimension: usize) -> Self {
         let tangent = if dimension == 2 { Tangent::Line([1.0, 0.0]) } else { Tangent::Plane };
-        if friction == 0.0 { Self::default() } else { Self { friction, tangent } }
+        if friction == 0.0 { Self::default() } else { Self { friction, tangent, bound: None } }
     }
 
     /// The coefficient of friction, 0 where no friction acts.
@@ -139,5 +161,13 @@ impl CoulombLaw {
         let difference: [f64; 3] = std::array::from_fn(|r| z[r] - p[r]);
         let square: f64 = difference.iter().map(|x| x * x).sum();
         square.sqrt()
+    }
+
+    /// `‖g λ − D(g λ − s)‖`, m/s, with `D` the projection onto the disc of radius `g r`: the same for a friction group with the
+    /// impulse `λ` (N·s) in the last two places, the slip `s` (m/s) likewise, and the bound `r` (N·s).
+    pub fn group_natural_map(&self, lambda: [f64; 3], slip: [f64; 3], r: f64, g: f64) -> f64 {
+        let (z, s) = ([g * lambda[1], g * lambda[2]], self.tangential(slip));
+        let p = self.project([g * r, z[0] - s[0], z[1] - s[1]]);
+        (z[0] - p[1]).hypot(z[1] - p[2])
     }
 }

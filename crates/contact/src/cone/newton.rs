@@ -45,12 +45,22 @@ pub(super) struct Newton {
 }
 
 impl Newton {
+    /// Takes impulses of contacts and friction groups as the start.
+    pub fn begin_at(&mut self, contacts: &[Triple], groups: &[[f64; 2]]) {
+        self.impulse.clear();
+        self.impulse.extend_from_slice(contacts);
+        self.impulse.extend(groups.iter().map(|[a, b]| [0.0, *a, *b]));
+    }
+
     /// Runs from `impulse` until the residual is at `settings.polish` or stops falling. Returns the residual of what is in
     /// `impulse`: the natural map of formulation §9 and the bilateral rows, relative to the velocity scale.
     pub fn run(&mut self, system: &mut impl ContactSystem, laws: &[CoulombLaw], settings: &ConeSettings) -> f64 {
         let mut epsilon = settings.proximal_weight;
         let (mut best, mut last, mut failures) = (f64::INFINITY, f64::INFINITY, 0);
-        self.impulse.iter_mut().zip(laws).for_each(|(p, law)| *p = law.project(*p));
+        for i in 0..laws.len() {
+            let y = with_bound(&laws[i], self.impulse[i], |contact| self.impulse[contact][0]);
+            self.impulse[i] = laws[i].project(y);
+        }
         for _ in 0..settings.max_proximal_iterations {
             let residual = self.residual(system, laws);
             if residual < best {
@@ -74,10 +84,8 @@ impl Newton {
                 epsilon = (epsilon * EPSILON_STEP).min(1.0);
                 last = f64::INFINITY;
             }
-            for ((p, law), (u, (c, rho))) in
-                self.impulse.iter_mut().zip(laws).zip(self.u.iter().zip(self.center.iter().zip(&self.weight)))
-            {
-                *p = law.project(trial(*c, *rho, *u));
+            for i in 0..laws.len() {
+                self.impulse[i] = laws[i].project(self.trial(laws, i, self.u[i]));
             }
         }
         self.impulse.clone_from(&self.best);
@@ -95,9 +103,12 @@ impl Newton {
     pub fn residual(&mut self, system: &mut impl ContactSystem, laws: &[CoulombLaw]) -> f64 {
         let bilateral = system.evaluate(&self.impulse, &mut self.u);
         let (g, s) = (system.largest_scale(), system.velocity_scale());
-        let contacts = self.impulse.iter().zip(&self.u).zip(laws);
-        let worst = contacts.fold(bilateral, |worst, ((p, u), law)| {
-            let r = law.natural_map(*p, *u, g);
+        let units = self.impulse.iter().zip(&self.u).zip(laws);
+        let worst = units.fold(bilateral, |worst, ((p, u), law)| {
+            let r = match law.bound() {
+                None => law.natural_map(*p, *u, g),
+                Some(bound) => law.group_natural_map(*p, *u, bound.at(|contact| self.impulse[contact][0]), g),
+            };
             if r.is_nan() { f64::INFINITY } else { worst.max(r) }
         });
         if s > 0.0 { worst / s } else { worst }
@@ -169,7 +180,7 @@ impl Newton {
         let mut sum = 0.0;
         for i in 0..laws.len() {
             let u: Triple = std::array::from_fn(|k| self.u[i][k] + t * self.du[i][k]);
-            let p = laws[i].project(trial(self.center[i], self.weight[i], u));
+            let p = laws[i].project(self.trial(laws, i, u));
             let g = system.scale(i);
             for k in 0..3 {
                 let d = g * (p[k] - self.impulse[i][k] - t * self.r[i][k]);
@@ -179,12 +190,19 @@ impl Newton {
         sum
     }
 
+    /// `λ̄ − ρ u` of unit `i` at its velocity `u`; of a friction group with the bound that its contact's normal impulse gives.
+    fn trial(&self, laws: &[CoulombLaw], i: usize, u: Triple) -> Triple {
+        let y = std::array::from_fn(|k| self.center[i][k] - self.weight[i] * u[k]);
+        // A group's first velocity is that of its contact's normal.
+        with_bound(&laws[i], y, |contact| (self.center[contact][0] - self.weight[contact] * u[0]).max(0.0))
+    }
+
     /// Fills `r = P(λ̄ − ρ u) − λ`.
     fn discrepancy(&mut self, system: &impl ContactSystem, laws: &[CoulombLaw]) -> Merit {
         let mut merit = Merit { sum: 0.0, worst: 0.0 };
         self.r.clear();
         for i in 0..laws.len() {
-            let p = laws[i].project(trial(self.center[i], self.weight[i], self.u[i]));
+            let p = laws[i].project(self.trial(laws, i, self.u[i]));
             let g = system.scale(i);
             let r: Triple = std::array::from_fn(|k| p[k] - self.impulse[i][k]);
             for x in r {
@@ -216,8 +234,13 @@ impl Newton {
         self.slopes.clear();
         for i in 0..laws.len() {
             let rho = self.weight[i];
-            let slope = laws[i].slope(trial(self.center[i], rho, self.u[i]));
-            self.slopes.push(slope.map(|row| row.map(|b| rho * b)));
+            let slope = laws[i].slope(self.trial(laws, i, self.u[i]));
+            // The radius of a group follows its contact's normal impulse, whose slope is in that contact's block.
+            let by_normal = match laws[i].bound() {
+                None => rho,
+                Some(bound) => bound.normal().map_or(0.0, |(contact, c)| c * self.slopes[contact][0][0]),
+            };
+            self.slopes.push(slope.map(|[n, t_1, t_2]| [by_normal * n, rho * t_1, rho * t_2]));
         }
         self.effort.factorizations += 1;
         system.factor(&self.slopes)
@@ -231,6 +254,7 @@ struct Merit {
     worst: f64,
 }
 
-fn trial(center: Triple, rho: f64, u: Triple) -> Triple {
-    std::array::from_fn(|k| center[k] - rho * u[k])
+/// `y` with the bound of a friction group in the first place, where `normal` gives the normal impulses of contacts.
+fn with_bound(law: &CoulombLaw, y: Triple, normal: impl Fn(usize) -> f64) -> Triple {
+    law.bound().map_or(y, |bound| [bound.at(normal), y[1], y[2]])
 }

@@ -39,10 +39,9 @@ pub struct RefinementReport {
 /// Refines friction polygons; the memory is kept from problem to problem.
 #[derive(Clone, Debug, Default)]
 pub struct DirectionRefiner {
-    base: Vec<[f64; 2]>,
-    base_offsets: Vec<usize>,
-    directions: Vec<[f64; 2]>,
-    offsets: Vec<usize>,
+    base: Directions,
+    group_base: Directions,
+    turned: Directions,
     warm: WarmStart,
     cone: ConeSolution,
     scratch: Scratch,
@@ -74,8 +73,9 @@ impl DirectionRefiner {
             let certificate = ConeCertificate::everything_violated();
             return RefinementReport { unsupported: Some(unsupported), certificate, ..RefinementReport::default() };
         }
-        self.base.clone_from(&problem.directions);
-        self.base_offsets.clone_from(&problem.direction_offsets);
+        self.base.copy(&problem.directions, &problem.direction_offsets);
+        let groups = &problem.friction_groups;
+        self.group_base.copy(&groups.directions, &groups.direction_offsets);
         let mut report = RefinementReport::default();
         for solve in 1..=max_solves.max(1) {
             if solve == 1 {
@@ -83,6 +83,7 @@ impl DirectionRefiner {
             } else {
                 self.warm.clear();
                 (0..problem.contact_count()).for_each(|i| self.warm.push(solution, Some(i)));
+                (0..problem.friction_groups.len()).for_each(|j| self.warm.push_group(solution, Some(j)));
                 self.warm.set_bilateral(&solution.bilateral);
                 solver.solve_into(problem, Some(&self.warm), solution);
             }
@@ -101,27 +102,34 @@ impl DirectionRefiner {
 
     /// [`align_directions`] with memory that is kept.
     pub(super) fn align(&mut self, problem: &mut ContactProblem, solution: &ConeSolution) {
-        if solution.velocity.len() != problem.nv() || solution.impulse.len() != problem.contact_count() {
+        if !solution.fits(problem) {
             return;
         }
         let slow = STICKING * velocity_scale(problem);
-        self.directions.clear();
-        self.offsets.clear();
-        self.offsets.push(0);
+        let turned = &mut self.turned;
+        turned.clear();
         for i in 0..problem.contact_count() {
             let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
             let [n, t_1, t_2] = solution.impulse[i];
-            let (law, size) = (CoulombLaw::of(problem, i), t_1.hypot(t_2));
-            let inside = || size <= law.friction() * n * half_widest_angle(problem.directions_of(i)).cos();
-            if law.is_circular() && size > 0.0 && (c_1.hypot(c_2) > slow || !inside()) {
-                push_directions(problem.directions_of(i), t_2.atan2(t_1), 0.0, &mut self.directions);
-            } else {
-                self.directions.extend_from_slice(problem.directions_of(i));
-            }
-            self.offsets.push(self.directions.len());
+            let law = CoulombLaw::of(problem, i);
+            let slides = c_1.hypot(c_2) > slow;
+            turned.push_aligned(problem.directions_of(i), law.is_circular(), law.friction() * n, [t_1, t_2], slides);
         }
-        std::mem::swap(&mut problem.directions, &mut self.directions);
-        std::mem::swap(&mut problem.direction_offsets, &mut self.offsets);
+        turned.swap(&mut problem.directions, &mut problem.direction_offsets);
+        turned.clear();
+        let groups = &mut problem.friction_groups;
+        for (j, friction) in solution.group_impulse.iter().enumerate() {
+            let [s_1, s_2] = groups.slip(j, &solution.velocity);
+            let bound = groups.bound[j].at(|contact| solution.impulse[contact][0]);
+            turned.push_aligned(
+                groups.directions_of(j),
+                groups.directions_of(j).len() > 2,
+                bound,
+                *friction,
+                s_1.hypot(s_2) > slow,
+            );
+        }
+        turned.swap(&mut groups.directions, &mut groups.direction_offsets);
     }
 
     /// The residuals of the circular cone's laws of a polygon's solution.
@@ -129,10 +137,11 @@ impl DirectionRefiner {
         self.cone.velocity.clone_from(&solution.velocity);
         self.cone.impulse.clone_from(&solution.impulse);
         self.cone.bilateral.clone_from(&solution.bilateral);
+        self.cone.group_impulse.clone_from(&solution.group_impulse);
         certify_cone_with(problem, &self.cone, &mut self.scratch)
     }
 
-    /// Writes new directions of the contacts that slide across theirs.
+    /// Writes new directions of the contacts and friction groups that slide across theirs.
     fn turn_directions(
         &mut self,
         problem: &mut ContactProblem,
@@ -143,33 +152,100 @@ impl DirectionRefiner {
         self.column.clear();
         self.column.resize(problem.nv(), 0.0);
         let (g, s) = (problem.delassus_scale(), velocity_scale(problem));
-        self.directions.clear();
-        self.offsets.clear();
-        self.offsets.push(0);
+        let good = GOOD * tolerance * s;
+        self.turned.clear();
         for i in 0..problem.contact_count() {
             let law = CoulombLaw::of(problem, i);
             let mut u = problem.contact_velocity(i, &solution.velocity);
             u[0] += problem.gap[i] / problem.timestep;
             let p = solution.impulse[i];
-            let satisfied = law.natural_map(p, u, g) <= GOOD * tolerance * s;
-            let at_rest = u[1] == 0.0 && u[2] == 0.0 || p[1] == 0.0 && p[2] == 0.0;
-            if satisfied || at_rest || !law.is_circular() {
-                self.directions.extend_from_slice(problem.directions_of(i));
+            if law.natural_map(p, u, g) <= good || at_rest(p, u) || !law.is_circular() {
+                self.turned.push(problem.directions_of(i));
             } else {
                 let [_, w_1, w_2] = problem.delassus_diagonal(i, &mut self.column);
                 let stiffness = law.friction() * p[0] * w_1.max(w_2);
-                let (angle, width) = expected_direction(p, u, stiffness);
-                let base = &self.base[self.base_offsets[i]..self.base_offsets[i + 1]];
-                push_directions(base, angle, bracket * width, &mut self.directions);
+                self.turned.push_turned(self.base.of(i), p, u, stiffness, bracket);
             }
-            self.offsets.push(self.directions.len());
         }
-        std::mem::swap(&mut problem.directions, &mut self.directions);
-        std::mem::swap(&mut problem.direction_offsets, &mut self.offsets);
+        self.turned.swap(&mut problem.directions, &mut problem.direction_offsets);
+        self.turned.clear();
+        for j in 0..problem.friction_groups.len() {
+            let (law, groups) = (CoulombLaw::of_group(problem, j), &problem.friction_groups);
+            let ([s_1, s_2], [f_1, f_2]) = (groups.slip(j, &solution.velocity), solution.group_impulse[j]);
+            let (u, p) = ([0.0, s_1, s_2], [0.0, f_1, f_2]);
+            let bound = groups.bound_at(j, &solution.lambda_n);
+            if law.group_natural_map(p, u, bound, g) <= good || at_rest(p, u) || !law.is_circular() {
+                self.turned.push(groups.directions_of(j));
+            } else {
+                let [w_1, w_2] = problem.group_delassus(j, &mut self.column);
+                self.turned.push_turned(self.group_base.of(j), p, u, bound * w_1.max(w_2), bracket);
+            }
+        }
+        let groups = &mut problem.friction_groups;
+        self.turned.swap(&mut groups.directions, &mut groups.direction_offsets);
     }
 }
 
-/// Gives every contact that slides in a solution with the circular cone, or sticks outside its polygon, a vertex at its
+/// Without slip or without friction there is no angle between them.
+fn at_rest(p: [f64; 3], u: [f64; 3]) -> bool {
+    u[1] == 0.0 && u[2] == 0.0 || p[1] == 0.0 && p[2] == 0.0
+}
+
+/// The directions of many contacts or friction groups, one after another.
+#[derive(Clone, Debug, Default)]
+struct Directions {
+    directions: Vec<[f64; 2]>,
+    offsets: Vec<usize>,
+}
+
+impl Directions {
+    fn clear(&mut self) {
+        self.directions.clear();
+        self.offsets.clear();
+        self.offsets.push(0);
+    }
+
+    fn copy(&mut self, directions: &Vec<[f64; 2]>, offsets: &Vec<usize>) {
+        self.directions.clone_from(directions);
+        self.offsets.clone_from(offsets);
+    }
+
+    /// Exchanges them with those of a problem.
+    fn swap(&mut self, directions: &mut Vec<[f64; 2]>, offsets: &mut Vec<usize>) {
+        std::mem::swap(&mut self.directions, directions);
+        std::mem::swap(&mut self.offsets, offsets);
+    }
+
+    fn of(&self, i: usize) -> &[[f64; 2]] {
+        &self.directions[self.offsets[i]..self.offsets[i + 1]]
+    }
+
+    fn push(&mut self, own: &[[f64; 2]]) {
+        self.directions.extend_from_slice(own);
+        self.offsets.push(self.directions.len());
+    }
+
+    /// The base directions with one where friction and slip are expected to meet.
+    fn push_turned(&mut self, base: &[[f64; 2]], p: [f64; 3], u: [f64; 3], stiffness: f64, bracket: f64) {
+        let (angle, width) = expected_direction(p, u, stiffness);
+        push_directions(base, angle, bracket * width, &mut self.directions);
+        self.offsets.push(self.directions.len());
+    }
+
+    /// The own directions with one at the friction, where it slides or sticks outside their polygon of radius `bound`.
+    fn push_aligned(&mut self, own: &[[f64; 2]], circular: bool, bound: f64, friction: [f64; 2], slides: bool) {
+        let size = friction[0].hypot(friction[1]);
+        let inside = || size <= bound * half_widest_angle(own).cos();
+        if circular && size > 0.0 && (slides || !inside()) {
+            push_directions(own, friction[1].atan2(friction[0]), 0.0, &mut self.directions);
+            self.offsets.push(self.directions.len());
+        } else {
+            self.push(own);
+        }
+    }
+}
+
+/// Gives every contact, and every friction group, that slides in a solution with the circular cone, or sticks outside its polygon, a vertex at its
 /// friction: the LCP with these directions has that solution among its own, and the ordinary [`certify`](crate::certify) can judge it. Start it from the
 /// solution's impulses or from a [`WarmStart`].
 ///

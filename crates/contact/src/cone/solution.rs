@@ -62,6 +62,8 @@ pub struct ConeSolution {
     pub impulse: Vec<[f64; 3]>,
     /// Impulses of the bilateral rows `λ_B`, `[nb]`, N·s or N·m·s.
     pub bilateral: Vec<f64>,
+    /// Impulses of each friction group along its two generalized directions, N·s or N·m·s.
+    pub group_impulse: Vec<[f64; 2]>,
     /// How the solve ended.
     pub status: ConeStatus,
     /// Residuals of the laws, computed from the data.
@@ -71,6 +73,14 @@ pub struct ConeSolution {
 }
 
 impl ConeSolution {
+    /// Whether the sizes are those of a problem.
+    pub(super) fn fits(&self, problem: &ContactProblem) -> bool {
+        self.velocity.len() == problem.nv()
+            && self.impulse.len() == problem.contact_count()
+            && self.bilateral.len() == problem.bilateral_violation.len()
+            && self.group_impulse.len() == problem.friction_groups.len()
+    }
+
     /// The velocity without impulses, for a problem with friction that the cone has no law for.
     pub(super) fn refuse(&mut self, problem: &ContactProblem, unsupported: UnsupportedFriction) {
         self.velocity.clone_from(&problem.free_velocity);
@@ -78,16 +88,19 @@ impl ConeSolution {
         self.impulse.resize(problem.contact_count(), [0.0; 3]);
         self.bilateral.clear();
         self.bilateral.resize(problem.bilateral_violation.len(), 0.0);
+        self.group_impulse.clear();
+        self.group_impulse.resize(problem.friction_groups.len(), [0.0; 2]);
         self.report = ConeReport::default();
         self.status = ConeStatus::Unsupported(unsupported);
         self.certificate = ConeCertificate::everything_violated();
     }
 }
 
-/// Impulses of an earlier solve, one entry per contact of the next problem.
+/// Impulses of an earlier solve, one entry per contact and per friction group of the next problem.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ConeWarmStart {
     pub(super) impulse: Vec<[f64; 3]>,
+    pub(super) group_impulse: Vec<[f64; 2]>,
     pub(super) bilateral: Vec<f64>,
 }
 
@@ -95,7 +108,13 @@ impl ConeWarmStart {
     /// Forgets everything and keeps the memory.
     pub fn clear(&mut self) {
         self.impulse.clear();
+        self.group_impulse.clear();
         self.bilateral.clear();
+    }
+
+    /// Adds the entry for the next friction group: its impulse in an earlier solution; zero for a new one.
+    pub fn push_group(&mut self, impulse: [f64; 2]) {
+        self.group_impulse.push(impulse);
     }
 
     /// Adds the entry for the next contact: its impulse (normal, tangent 1, tangent 2) in an earlier solution, N·s; zero for
@@ -110,15 +129,16 @@ impl ConeWarmStart {
         self.bilateral.extend_from_slice(impulses);
     }
 
-    /// Takes the impulses of a polygon's start over; zero for new contacts.
+    /// Takes the impulses of a polygon's start over; zero for new contacts and groups.
     pub fn take(&mut self, start: &WarmStart) {
         self.clear();
         self.impulse.extend(start.contacts.iter().map(|entry| entry.map_or([0.0; 3], |(impulse, _)| impulse)));
+        self.group_impulse.extend(start.groups.iter().map(|entry| entry.map_or([0.0; 2], |([_, a, b], _)| [a, b])));
         self.bilateral.extend_from_slice(&start.bilateral);
     }
 
     /// Whether the sizes are those of a problem.
     pub(super) fn fits(&self, problem: &ContactProblem) -> bool {
-        self.impulse.len() == problem.contact_count()
+        self.impulse.len() == problem.contact_count() && self.group_impulse.len() == problem.friction_groups.len()
     }
 }

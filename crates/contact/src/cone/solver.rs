@@ -66,10 +66,11 @@ impl CircularConeSolver {
         }
         self.laws.clear();
         self.laws.extend((0..problem.contact_count()).map(|i| CoulombLaw::of(problem, i)));
+        self.laws.extend((0..problem.friction_groups.len()).map(|j| CoulombLaw::of_group(problem, j)));
         solution.report = ConeReport::default();
         solution.certificate.momentum = f64::INFINITY;
         if let Some(warm) = warm.filter(|warm| warm.fits(problem)) {
-            self.newton.impulse.clone_from(&warm.impulse);
+            self.newton.begin_at(&warm.impulse, &warm.group_impulse);
             if self.run_newton(problem, ConeStart::Warm, &warm.bilateral, solution) {
                 return;
             }
@@ -100,7 +101,7 @@ impl CircularConeSolver {
     fn start_from_polygon(&mut self, problem: &ContactProblem, solution: &mut ConeSolution) -> Result<(), SolveStatus> {
         self.polygon.solve_into(problem, None, &mut self.polygon_solution);
         solution.report.polygon_solves += 1;
-        self.newton.impulse.clone_from(&self.polygon_solution.impulse);
+        self.newton.begin_at(&self.polygon_solution.impulse, &self.polygon_solution.group_impulse);
         let bilateral = std::mem::take(&mut self.polygon_solution.bilateral);
         let solved = self.run_newton(problem, ConeStart::Polygon, &bilateral, solution);
         self.polygon_solution.bilateral = bilateral;
@@ -122,7 +123,7 @@ impl CircularConeSolver {
             &mut self.polygon_solution,
         );
         solution.report.polygon_solves += report.solves;
-        self.newton.impulse.clone_from(&self.polygon_solution.impulse);
+        self.newton.begin_at(&self.polygon_solution.impulse, &self.polygon_solution.group_impulse);
         let bilateral = std::mem::take(&mut self.polygon_solution.bilateral);
         let solved = self.run_newton(problem, ConeStart::Refinement, &bilateral, solution);
         self.polygon_solution.bilateral = bilateral;
@@ -132,7 +133,7 @@ impl CircularConeSolver {
     /// Sweeps and Newton's method in turns, from the best point so far.
     fn start_from_sweeps(&mut self, problem: &ContactProblem, rounds: u32, solution: &mut ConeSolution) -> bool {
         for _ in 0..rounds {
-            self.newton.impulse.clone_from(&solution.impulse);
+            self.newton.begin_at(&solution.impulse, &solution.group_impulse);
             let bilateral = solution.bilateral.clone();
             let mut system = VelocitySystem::new(problem, &bilateral, &mut self.memory);
             let (most, tolerance) = (self.settings.sweeps, self.settings.polish);
@@ -150,6 +151,7 @@ impl CircularConeSolver {
     fn drop_impulses(&mut self, problem: &ContactProblem, solution: &mut ConeSolution) {
         solution.velocity.clone_from(&problem.free_velocity);
         solution.impulse.fill([0.0; 3]);
+        solution.group_impulse.fill([0.0; 2]);
         solution.bilateral.fill(0.0);
         solution.certificate = certify_cone_with(problem, solution, &mut self.scratch);
     }
@@ -167,7 +169,11 @@ impl CircularConeSolver {
         newton.effort = Default::default();
         let mut system = VelocitySystem::new(problem, bilateral, memory);
         newton.run(&mut system, laws, settings);
-        candidate.impulse.clone_from(&newton.impulse);
+        let (contacts, groups) = newton.impulse.split_at(problem.contact_count());
+        candidate.impulse.clear();
+        candidate.impulse.extend_from_slice(contacts);
+        candidate.group_impulse.clear();
+        candidate.group_impulse.extend(groups.iter().map(|[_, a, b]| [*a, *b]));
         // The velocities of the best impulses, and what is left of them to rounding.
         newton.residual(&mut system, laws);
         candidate.velocity.clone_from(system.velocity());
@@ -182,9 +188,10 @@ impl CircularConeSolver {
         report.newton_iterations += newton.effort.newton_iterations;
         report.factorizations += newton.effort.factorizations;
         report.start = Some(start);
-        if candidate.certificate.worst() < solution.certificate.worst() || solution.impulse.len() != laws.len() {
+        if candidate.certificate.worst() < solution.certificate.worst() || !solution.fits(problem) {
             solution.velocity.clone_from(&candidate.velocity);
             solution.impulse.clone_from(&candidate.impulse);
+            solution.group_impulse.clone_from(&candidate.group_impulse);
             solution.bilateral.clone_from(&candidate.bilateral);
             solution.certificate = candidate.certificate;
         }
@@ -212,6 +219,7 @@ impl CircularConeSolver {
         }
         let mut start = ConeWarmStart::default();
         solution.impulse.iter().for_each(|p| start.push(*p));
+        solution.group_impulse.iter().for_each(|p| start.push_group(*p));
         start.set_bilateral(&solution.bilateral);
         let cone = self.solve(problem, Some(&start));
         if cone.status != ConeStatus::Solved {
@@ -219,10 +227,9 @@ impl CircularConeSolver {
         }
         align_directions(problem, &cone);
         solution.impulse.clone_from(&cone.impulse);
+        solution.group_impulse.clone_from(&cone.group_impulse);
         solution.bilateral.clone_from(&cone.bilateral);
-        let mut aligned = WarmStart::default();
-        (0..problem.contact_count()).for_each(|i| aligned.push(solution, Some(i)));
-        aligned.set_bilateral(&solution.bilateral);
+        let aligned = WarmStart::from_solution(solution);
         let last = self.refiner.refine(&mut self.polygon, problem, Some(&aligned), tolerance, 1, solution);
         report.solves += last.solves;
         RefinementReport { solves: report.solves, ..last }
@@ -238,8 +245,17 @@ impl CircularConeSolver {
         out.velocity.clone_from(&cone.velocity);
         out.impulse.clone_from(&cone.impulse);
         out.bilateral.clone_from(&cone.bilateral);
-        for (i, mode) in out.solver_modes.iter_mut().enumerate().take(cone.impulse.len()) {
+        out.group_impulse.clone_from(&cone.group_impulse);
+        let (contact_modes, group_modes) = out.solver_modes.split_at_mut(cone.impulse.len());
+        for (i, mode) in contact_modes.iter_mut().enumerate() {
             *mode = self.cones.mode_at(i, cone.impulse[i]);
+        }
+        for (j, mode) in group_modes.iter_mut().enumerate() {
+            let (i, [a, b]) = (cone.impulse.len() + j, cone.group_impulse[j]);
+            // The first component times the group's coefficient is its bound.
+            let bound = problem.friction_groups.bound[j].at(|contact| cone.impulse[contact][0]);
+            let first = if self.cones.friction(i) > 0.0 { bound / self.cones.friction(i) } else { 0.0 };
+            *mode = self.cones.mode_at(i, [first, a, b]);
         }
         recover_into(problem, &self.cones, problem.velocity_scale(), out);
         out.certificate = certify_afresh(problem, out, &mut self.polygon_scratch);

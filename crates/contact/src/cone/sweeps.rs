@@ -1,4 +1,5 @@
-//! Nonlinear block Gauss–Seidel: contact after contact solved exactly, with all other impulses held.
+//! Nonlinear block Gauss–Seidel: contact after contact solved exactly, with all other impulses held; friction groups by a projected
+//! step each.
 
 use super::law::CoulombLaw;
 use super::system::{Block, ContactSystem, Triple};
@@ -36,7 +37,13 @@ impl Sweeps {
                 let (w, p, u) = (&self.blocks[i], impulse[i], system.velocity_of(i));
                 let wp = multiply(w, p);
                 let q = std::array::from_fn(|k| u[k] - wp[k]);
-                let next = solve_contact(&laws[i], w, q, p);
+                let next = match laws[i].bound() {
+                    None => solve_contact(&laws[i], w, q, p),
+                    Some(bound) => {
+                        let (r, g) = (bound.at(|contact| impulse[contact][0]), system.scale(i));
+                        laws[i].project([r, p[1] - u[1] / g, p[2] - u[2] / g])
+                    }
+                };
                 let change: Triple = std::array::from_fn(|k| next[k] - p[k]);
                 if change != [0.0; 3] {
                     system.add_impulse(i, change);

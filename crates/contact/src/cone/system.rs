@@ -1,20 +1,21 @@
 //! What the cone's methods need of the equations of motion: velocities of impulses, and the linear system of a Newton step.
 
-/// Three numbers of each contact: normal, tangent 1, tangent 2.
+/// Three numbers of each unit: of a contact normal, tangent 1, tangent 2; of a friction group (units after the contacts) its bound, or
+/// the velocity of the normal that its bound follows, and its two directions.
 pub(super) type Triple = [f64; 3];
 
-/// A 3 × 3 matrix of a contact, row by row.
+/// A 3 × 3 matrix of a unit, row by row.
 pub(super) type Block = [[f64; 3]; 3];
 
 /// `u = q + W λ`, with what belongs to the equations besides the contacts (bilateral rows) kept inside.
 pub(super) trait ContactSystem {
-    /// Number of contacts.
+    /// Number of units: contacts, then friction groups.
     fn len(&self) -> usize;
 
     /// `g`: the largest diagonal entry of `W`, 1/kg; 1 where it is 0.
     fn largest_scale(&self) -> f64;
 
-    /// The largest diagonal entry of contact `i`'s block of `W`; 1 where it is 0.
+    /// The largest diagonal entry of unit `i`'s block of `W`; 1 where it is 0.
     fn scale(&self, i: usize) -> f64;
 
     /// `s_v`: the largest velocity without impulses, m/s.
@@ -44,13 +45,13 @@ pub(super) trait ContactSystem {
     /// Returns to the best bilateral impulses.
     fn restore_best(&mut self);
 
-    /// Contact `i`'s block of `W`.
+    /// Contact `i`'s block of `W`; zero for a friction group.
     fn block(&mut self, i: usize) -> Block;
 
-    /// `u` of contact `i`, kept up to date by [`add_impulse`](Self::add_impulse) after [`evaluate`](Self::evaluate).
+    /// `u` of unit `i`, kept up to date by [`add_impulse`](Self::add_impulse) after [`evaluate`](Self::evaluate).
     fn velocity_of(&self, i: usize) -> Triple;
 
-    /// Adds an impulse at contact `i`.
+    /// Adds an impulse at unit `i`.
     fn add_impulse(&mut self, i: usize, change: Triple);
 
     /// Solves every bilateral row once, one after another. Returns the largest velocity that this changed, m/s.

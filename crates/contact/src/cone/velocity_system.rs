@@ -61,6 +61,11 @@ impl<'a> VelocitySystem<'a> {
             memory.largest_scale = memory.largest_scale.max(g);
             memory.scale.push(positive(g));
         }
+        for j in 0..problem.friction_groups.len() {
+            let g = problem.group_delassus(j, &mut memory.scratch).into_iter().fold(0.0, f64::max);
+            memory.largest_scale = memory.largest_scale.max(g);
+            memory.scale.push(positive(g));
+        }
         memory.largest_scale = positive(memory.largest_scale);
         memory.bilateral_scale.clear();
         for k in 0..nb {
@@ -85,11 +90,28 @@ impl<'a> VelocitySystem<'a> {
         &self.memory.bilateral
     }
 
-    /// Adds `J_cᵀ r_c` of all contacts to a vector over the degrees of freedom.
+    /// Adds `J_cᵀ r_c` of all units to a vector over the degrees of freedom.
     fn add_transposed(&self, r: &[Triple], out: &mut [f64]) {
-        for (i, p) in r.iter().enumerate() {
+        let (contacts, groups) = r.split_at(self.problem.contact_count());
+        for (i, p) in contacts.iter().enumerate() {
             self.problem.jacobian.add_transposed(i, *p, out);
         }
+        for (j, [_, t_1, t_2]) in groups.iter().enumerate() {
+            self.problem.friction_groups.jacobian.add_transposed(j, [*t_1, *t_2], out);
+        }
+    }
+
+    /// The group that unit `i` is, if it is none of the contacts.
+    fn group(&self, i: usize) -> Option<usize> {
+        i.checked_sub(self.problem.contact_count())
+    }
+
+    /// `J x` of group `j`, with that of the normal that its bound follows.
+    fn group_rates(&self, j: usize, x: &[f64]) -> Triple {
+        let groups = &self.problem.friction_groups;
+        let [t_1, t_2] = groups.jacobian.multiply(j, x);
+        let normal = groups.bound[j].normal().map_or(0.0, |(i, _)| self.problem.jacobian.multiply(i, x)[0]);
+        [normal, t_1, t_2]
     }
 
     fn bilateral_slack(&self, k: usize, v: &[f64]) -> f64 {
@@ -120,7 +142,7 @@ impl<'a> VelocitySystem<'a> {
 
 impl ContactSystem for VelocitySystem<'_> {
     fn len(&self) -> usize {
-        self.problem.contact_count()
+        self.problem.contact_count() + self.problem.friction_groups.len()
     }
 
     fn largest_scale(&self) -> f64 {
@@ -185,13 +207,32 @@ impl ContactSystem for VelocitySystem<'_> {
                 }
             }
         }
-        for (c, slope) in slopes.iter().enumerate().filter(|(_, slope)| slope[0][0] != 0.0) {
+        let (contact_slopes, group_slopes) = slopes.split_at(problem.contact_count());
+        for (c, slope) in contact_slopes.iter().enumerate().filter(|(_, slope)| slope[0][0] != 0.0) {
             let (columns, entries) = problem.jacobian.group(c);
             for (&i, a) in columns.iter().zip(entries) {
                 let row: Triple = std::array::from_fn(|k| a[0] * slope[0][k] + a[1] * slope[1][k] + a[2] * slope[2][k]);
                 let h_row = &mut h[i as usize * n..(i as usize + 1) * n];
                 for (&j, b) in columns.iter().zip(entries) {
                     h_row[j as usize] += row[0] * b[0] + row[1] * b[1] + row[2] * b[2];
+                }
+            }
+        }
+        let groups = &problem.friction_groups;
+        for (j, slope) in group_slopes.iter().enumerate() {
+            let (columns, entries) = groups.jacobian.group(j);
+            let (normal_columns, normal_entries) = match groups.bound[j].normal() {
+                Some((contact, _)) => problem.jacobian.group(contact),
+                None => (&[][..], &[][..]),
+            };
+            for (&i, a) in columns.iter().zip(entries) {
+                let row: Triple = std::array::from_fn(|k| a[0] * slope[1][k] + a[1] * slope[2][k]);
+                let h_row = &mut h[i as usize * n..(i as usize + 1) * n];
+                for (&j, b) in columns.iter().zip(entries) {
+                    h_row[j as usize] += row[1] * b[0] + row[2] * b[1];
+                }
+                for (&j, b) in normal_columns.iter().zip(normal_entries) {
+                    h_row[j as usize] += row[0] * b[0];
                 }
             }
         }
@@ -216,7 +257,8 @@ impl ContactSystem for VelocitySystem<'_> {
         }
         du.clear();
         du.extend((0..problem.contact_count()).map(|i| problem.jacobian.multiply(i, &x)));
-        memory.change = x;
+        du.extend((0..problem.friction_groups.len()).map(|j| self.group_rates(j, &x)));
+        self.memory.change = x;
     }
 
     fn step(&mut self, t: f64) {
@@ -237,6 +279,10 @@ impl ContactSystem for VelocitySystem<'_> {
 
     fn block(&mut self, i: usize) -> Block {
         let mut block = [[0.0; 3]; 3];
+        if self.group(i).is_some() {
+            // Sweeps take short steps with the scale of a group.
+            return block;
+        }
         let (columns, entries) = self.problem.jacobian.group(i);
         let memory = &mut *self.memory;
         let mut first = 0;
@@ -262,6 +308,12 @@ impl ContactSystem for VelocitySystem<'_> {
     }
 
     fn velocity_of(&self, i: usize) -> Triple {
+        if let Some(j) = self.group(i) {
+            let groups = &self.problem.friction_groups;
+            let [_, t_1, t_2] = self.group_rates(j, &self.memory.velocity);
+            let normal = groups.bound[j].normal().map_or(0.0, |(contact, _)| self.velocity_of(contact)[0]);
+            return [normal, t_1 - groups.target[j][0], t_2 - groups.target[j][1]];
+        }
         let mut u = self.problem.contact_velocity(i, &self.memory.velocity);
         u[0] += self.problem.gap[i] / self.problem.timestep;
         u
@@ -269,6 +321,10 @@ impl ContactSystem for VelocitySystem<'_> {
 
     fn add_impulse(&mut self, i: usize, p: Triple) {
         let problem = self.problem;
+        if let Some(j) = self.group(i) {
+            let (columns, entries) = problem.friction_groups.jacobian.group(j);
+            return self.add_response(columns, |k| entries[k][0] * p[1] + entries[k][1] * p[2]);
+        }
         let (columns, entries) = problem.jacobian.group(i);
         self.add_response(columns, |k| entries[k][0] * p[0] + entries[k][1] * p[1] + entries[k][2] * p[2]);
     }

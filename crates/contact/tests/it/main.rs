@@ -8,6 +8,7 @@ mod bilateral;
 mod certificate;
 mod circular_cone;
 mod cone_gaps;
+mod cone_groups;
 mod cone_refinement;
 mod cone_solver;
 mod extremes;

@@ -25,34 +25,24 @@ fn with_group() -> ContactProblem {
 
 /// What the circular cone says without the refused part would be a solution of another problem.
 #[test]
-fn the_circular_cone_refuses_groups_and_anisotropy() {
+fn the_circular_cone_refuses_anisotropy() {
     let anisotropic = sliding_point(&FrictionPolygon::ellipse(8, [1.0, 0.5], 0.0).expect("positive"));
-    for (mut problem, reason) in [
-        (with_group(), UnsupportedFriction::Groups { count: 1 }),
-        (anisotropic, UnsupportedFriction::Anisotropic { contact: 0 }),
-    ] {
-        assert_eq!(problem.check_circular(), Err(reason));
-        let solution = CircularConeSolver::default().solve(&problem, None);
-        assert_eq!(solution.status, ConeStatus::Unsupported(reason));
-        assert_eq!((&solution.velocity, solution.impulse.len()), (&problem.free_velocity, 1));
-        assert_eq!(certify_cone(&problem, &solution).worst(), f64::INFINITY);
+    let (mut problem, reason) = (anisotropic, UnsupportedFriction::Anisotropic { contact: 0 });
+    assert_eq!(problem.check_circular(), Err(reason));
+    let solution = CircularConeSolver::default().solve(&problem, None);
+    assert_eq!(solution.status, ConeStatus::Unsupported(reason));
+    assert_eq!((&solution.velocity, solution.impulse.len()), (&problem.free_velocity, 1));
+    assert_eq!(certify_cone(&problem, &solution).worst(), f64::INFINITY);
 
-        let mut refined = ContactSolution::default();
-        let before = problem.directions.clone();
-        let report = DirectionRefiner::default().refine(
-            &mut ContactSolver::default(),
-            &mut problem,
-            None,
-            1e-6,
-            8,
-            &mut refined,
-        );
-        assert_eq!((report.unsupported, report.solves, report.converged), (Some(reason), 0, false));
-        assert_ne!(refined.status, SolveStatus::Solved);
-        let again = CircularConeSolver::default().refine_into(&mut problem, None, 1e-6, &mut refined);
-        assert_eq!((again.unsupported, again.converged), (Some(reason), false));
-        assert_eq!(problem.directions, before);
-    }
+    let mut refined = ContactSolution::default();
+    let before = problem.directions.clone();
+    let report =
+        DirectionRefiner::default().refine(&mut ContactSolver::default(), &mut problem, None, 1e-6, 8, &mut refined);
+    assert_eq!((report.unsupported, report.solves, report.converged), (Some(reason), 0, false));
+    assert_ne!(refined.status, SolveStatus::Solved);
+    let again = CircularConeSolver::default().refine_into(&mut problem, None, 1e-6, &mut refined);
+    assert_eq!((again.unsupported, again.converged), (Some(reason), false));
+    assert_eq!(problem.directions, before);
 }
 
 /// The polygon's own solution of these problems is one; as a solution of the circular cone it must not pass.

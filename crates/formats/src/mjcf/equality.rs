@@ -4,6 +4,7 @@ use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{BodyId, EqualityKind, Pose};
 
 use super::Importer;
+use super::sensors::site;
 use crate::error::FormatError;
 use crate::parts::JointRecord;
 use crate::xml::{Attributes, Element};
@@ -20,44 +21,59 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
             "joint" => coupled_joints(importer, &a)?,
             _ => continue,
         };
-        let (Some(kind), true) = (kind, a.flag("active")?.unwrap_or(true) && !importer.equalities_disabled) else {
+        if !a.flag("active")?.unwrap_or(true) || importer.equalities_disabled {
             continue;
-        };
+        }
         let name = element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty());
         importer.parts.add_equality(element, name, kind)?;
     }
     Ok(())
 }
 
-/// The two bodies; none, with a warning, where sites are given instead.
-fn bodies(importer: &mut Importer, a: &Attributes) -> Result<Option<(BodyId, BodyId)>, FormatError> {
-    if a.has("site1") || a.has("site2") {
-        let what = "between sites is not supported";
-        let element = a.element();
-        importer.report.motion(element.at(), element.name(), what, "the constraint is left out");
+/// The frames of two sites in their bodies, which are to coincide; nothing where bodies are named instead.
+fn sites(importer: &Importer, a: &Attributes) -> Result<Option<[(BodyId, Pose); 2]>, FormatError> {
+    if !a.has("site1") && !a.has("site2") {
         return Ok(None);
     }
+    if let Some(other) = ["body1", "body2", "anchor", "relpose"].into_iter().find(|name| a.has(name)) {
+        return Err(a.invalid(other, "nothing beside 'site1' and 'site2', which say what it says"));
+    }
+    let frame = |attribute: &'static str| {
+        let site = importer.parts.builder.site(site(importer, a, attribute)?);
+        Ok(site.map_or((BodyId::WORLD, Pose::IDENTITY), |site| (site.body, site.placement)))
+    };
+    Ok(Some([frame("site1")?, frame("site2")?]))
+}
+
+/// The two bodies.
+fn bodies(importer: &Importer, a: &Attributes) -> Result<(BodyId, BodyId), FormatError> {
     let body = |attribute: &'static str, name: &str| {
         importer.parts.body(name).ok_or_else(|| a.unknown(attribute, "body", importer.parts.body_names()))
     };
     let first = body("body1", a.required("body1", "the first body")?)?;
     let second = a.text("body2").map_or(Ok(BodyId::WORLD), |name| body("body2", name))?;
-    Ok(Some((first, second)))
+    Ok((first, second))
 }
 
-/// `anchor` is a point of the first body; the second body's is where it is at the reference configuration.
-fn connect(importer: &mut Importer, a: &Attributes) -> Result<Option<EqualityKind>, FormatError> {
-    let Some((body_a, body_b)) = bodies(importer, a)? else { return Ok(None) };
+/// Two sites, or `anchor`: a point of the first body; the second body's is where it is at the reference configuration.
+fn connect(importer: &Importer, a: &Attributes) -> Result<EqualityKind, FormatError> {
+    if let Some([(body_a, a), (body_b, b)]) = sites(importer, a)? {
+        return Ok(EqualityKind::Connect { body_a, point_a: a.position, body_b, point_b: b.position });
+    }
+    let (body_a, body_b) = bodies(importer, a)?;
     let anchor = a.vec3("anchor")?.ok_or_else(|| a.element().incomplete("attribute 'anchor': the point, in body1"))?;
     let [pose_a, pose_b] = [body_a, body_b].map(|body| importer.parts.builder.reference_pose(body));
     let point_b = pose_b.inverse().transform_point(pose_a.transform_point(anchor));
-    Ok(Some(EqualityKind::Connect { body_a, point_a: anchor, body_b, point_b }))
+    Ok(EqualityKind::Connect { body_a, point_a: anchor, body_b, point_b })
 }
 
-/// The frame of the second body stands at `anchor` in it; `relpose` is the second body in the first, as at the reference
+/// Two sites, or: the frame of the second body stands at `anchor` in it; `relpose` is the second body in the first, as at the reference
 /// configuration where its quaternion is zero.
-fn weld(importer: &mut Importer, a: &Attributes) -> Result<Option<EqualityKind>, FormatError> {
-    let Some((body_a, body_b)) = bodies(importer, a)? else { return Ok(None) };
+fn weld(importer: &Importer, a: &Attributes) -> Result<EqualityKind, FormatError> {
+    if let Some([(body_a, frame_a), (body_b, frame_b)]) = sites(importer, a)? {
+        return Ok(EqualityKind::Weld { body_a, frame_a, body_b, frame_b });
+    }
+    let (body_a, body_b) = bodies(importer, a)?;
     let ([x, y, z, w, i, j, k], _) = a.overlay::<7>("relpose", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?;
     let given = DQuat::from_xyzw(i, j, k, w);
     let relative = if given.length() > 0.0 {
@@ -67,11 +83,11 @@ fn weld(importer: &mut Importer, a: &Attributes) -> Result<Option<EqualityKind>,
         pose_a.inverse() * pose_b
     };
     let frame_b = Pose::from_position(a.vec3("anchor")?.unwrap_or(DVec3::ZERO));
-    Ok(Some(EqualityKind::Weld { body_a, frame_a: relative * frame_b, body_b, frame_b }))
+    Ok(EqualityKind::Weld { body_a, frame_a: relative * frame_b, body_b, frame_b })
 }
 
 /// `joint1` follows `joint2` by the polynomial `polycoef`, or stays at its constant.
-fn coupled_joints(importer: &mut Importer, a: &Attributes) -> Result<Option<EqualityKind>, FormatError> {
+fn coupled_joints(importer: &Importer, a: &Attributes) -> Result<EqualityKind, FormatError> {
     let joint = |attribute: &'static str, name: &str| -> Result<JointRecord, FormatError> {
         let unknown = || a.unknown(attribute, "joint", importer.parts.joint_names());
         let joint = importer.parts.joint(name).ok_or_else(unknown)?;
@@ -80,5 +96,5 @@ fn coupled_joints(importer: &mut Importer, a: &Attributes) -> Result<Option<Equa
     let follower = joint("joint1", a.required("joint1", "the joint that follows")?)?;
     let driver = a.text("joint2").map(|name| joint("joint2", name)).transpose()?;
     let (polynomial, _) = a.overlay::<5>("polycoef", [0.0, 1.0, 0.0, 0.0, 0.0])?;
-    Ok(Some(EqualityKind::Joint { joint: follower.id, driver: driver.map(|d| d.id), polynomial }))
+    Ok(EqualityKind::Joint { joint: follower.id, driver: driver.map(|d| d.id), polynomial })
 }

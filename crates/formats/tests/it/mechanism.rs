@@ -2,8 +2,8 @@
 
 use signorini_formats::{LoadOptions, load_mjcf_str, load_urdf_str};
 use signorini_multibody::glam::DVec3;
+use signorini_multibody::{EqualityBlock, equality_block_into, equality_violations, forward_kinematics_into};
 use signorini_multibody::{EqualityKind, JointKind, Kinematics, Model, SpinResistance, State};
-use signorini_multibody::{equality_violations, forward_kinematics_into};
 
 fn mjcf(inner: &str) -> Model {
     let imported = load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "").unwrap();
@@ -49,6 +49,33 @@ fn a_given_relative_pose_replaces_that_of_the_reference() {
     let model = mjcf(&format!("{RODS}<equality><weld body1='a' body2='b' relpose='1 2 3 1 0 0 0'/></equality>"));
     let EqualityKind::Weld { frame_a, frame_b, .. } = model.equalities[0].kind else { panic!("a weld") };
     assert_eq!((frame_a.position, frame_b.position), (DVec3::new(1.0, 2.0, 3.0), DVec3::ZERO));
+}
+
+/// Frames of sites coincide, wherever they are at the reference configuration. MuJoCo 4.0.0 gives the same difference.
+#[test]
+fn constraints_between_sites_join_their_frames() {
+    let rods = RODS.replace(
+        "<geom size='.1' mass='1'/></body><body name='b'",
+        "<geom size='.1' mass='1'/><site name='s' \
+        pos='.1 .2 .3' euler='10 20 30'/></body><body name='b'",
+    );
+    let rods =
+        rods.replacen("</body></worldbody>", "<site name='t' pos='.4 0 .1' euler='0 40 0'/></body></worldbody>", 1);
+    let rods =
+        rods.replace(" euler='0 30 0'><joint name='ja' axis='0 1 0' ref='20'/>", "><joint name='ja' axis='0 1 0'/>");
+    let model = mjcf(&format!("{rods}<equality><connect site1='s' site2='t'/><weld site1='s' site2='t'/></equality>"));
+    let mut kinematics = Kinematics::new(&model);
+    forward_kinematics_into(&model, &State::new(&model).q, &[0.0; 2], &mut kinematics);
+    let mut block = EqualityBlock::new(&model);
+    equality_block_into(&model, &kinematics, &State::new(&model).q, &model.equalities[0].kind, 0, &mut block);
+    let difference = DVec3::from_array(block.violation);
+    let wanted = DVec3::new(-1.3, 0.2, 0.2);
+    assert!((difference - wanted).length().min((difference + wanted).length()) < 1e-12, "{difference}");
+    let EqualityKind::Weld { frame_a, frame_b, .. } = model.equalities[1].kind else { panic!("a weld") };
+    assert_eq!((frame_a, frame_b), (model.sites[0].placement, model.sites[1].placement));
+    let with_body = format!("{rods}<equality><connect site1='s' site2='t' anchor='0 0 0'/></equality>");
+    assert!(refusal(&with_body).contains("anchor"), "{}", refusal(&with_body));
+    assert!(refusal(&format!("{rods}<equality><weld site1='s' site2='u'/></equality>")).contains("'u'"));
 }
 
 #[test]

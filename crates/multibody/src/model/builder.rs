@@ -185,6 +185,11 @@ impl ModelBuilder {
         Ok(id)
     }
 
+    /// A site that was added, if there is one of this index.
+    pub fn site(&self, site: SiteId) -> Option<&Site> {
+        self.sites.get(site.index())
+    }
+
     /// Adds a tendon; its joints are named by what [`add_joint`](Self::add_joint) gave back.
     pub fn add_tendon(&mut self, tendon: Tendon) -> TendonId {
         self.tendons.push(tendon);

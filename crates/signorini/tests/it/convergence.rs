@@ -81,6 +81,7 @@ fn difference(a: &[f64], b: &[f64]) -> f64 {
 /// Errors at three steps, each half of the one before, fall by the factor of the order; the last is at most `largest`.
 fn check_order(order: i32, largest: f64, error: impl Fn(f64) -> f64, coarse: f64) {
     let errors = [1.0, 0.5, 0.25].map(|part| error(coarse * part));
+    println!("errors at Δt, Δt/2, Δt/4: {:.2e} {:.2e} {:.2e}", errors[0], errors[1], errors[2]);
     assert!(errors[2] < largest, "{errors:?}");
     for pair in errors.windows(2) {
         let ratio = pair[0] / pair[1];

@@ -6,12 +6,12 @@ use std::path::Path;
 use signorini::contact::{LeastNormOutcome, ProblemError, UnsupportedFriction};
 use signorini::lcp::MethodKind;
 use signorini::multibody::glam::{DQuat, DVec3};
-use signorini::multibody::{Geometry, Pose};
+use signorini::multibody::{Geometry, Pose, SpinResistance};
 use signorini::{
     CertifiedLaw, ContactMethod, FrictionLaw, ImpulseChoice, RestitutionLaw, Settings, Simulation, SimulationError,
 };
 
-use crate::support::{G, World, position, run_observed, set_velocity, velocity};
+use crate::support::{G, World, position, run_certified, run_observed, set_velocity, velocity};
 
 const DT: f64 = 0.005;
 const HALF: DVec3 = DVec3::new(0.2, 0.1, 0.05);
@@ -175,7 +175,6 @@ fn settings_that_exclude_each_other_are_refused() {
     let poisson = RestitutionLaw::Poisson;
     for (settings, names) in [
         (Settings { method: lemke(), ..with_law(FrictionLaw::Circular) }, ["friction_law", "method"]),
-        (Settings { restitution: poisson, ..with_law(FrictionLaw::Circular) }, ["friction_law", "restitution"]),
         (
             Settings { restitution: poisson, impulses: ImpulseChoice::LeastNorm, ..Settings::default() },
             ["impulses", "restitution"],
@@ -190,23 +189,56 @@ fn settings_that_exclude_each_other_are_refused() {
     assert!(loose.validate().unwrap_err().to_string().contains("friction_law.tolerance"));
 }
 
-/// A joint with dry friction has a law in the polygon's problem alone: the step says so and does not leave it out.
+/// The impulses of least norm are chosen among those of contacts alone: a step with dry friction in a joint says so and does not
+/// leave it out. Every law of friction has it.
 #[test]
-fn friction_that_a_law_does_not_have_is_refused() {
+fn friction_in_joints_has_every_law_but_no_least_norm() {
     let text = r#"<mujoco><worldbody><body><joint name="hinge" type="hinge" axis="0 1 0" frictionloss="0.1"/>
         <geom size="0.1" pos="0.3 0 0" mass="1"/></body></worldbody></mujoco>"#;
     let model = std::sync::Arc::new(signorini_formats::load_mjcf_str(text, Path::new("")).unwrap().model);
-    let circular = with_law(FrictionLaw::Circular);
-    let refined = with_law(FrictionLaw::Refined { tolerance: 1e-6 });
     let least_norm = Settings { impulses: ImpulseChoice::LeastNorm, ..Settings::default() };
-    for settings in [circular, refined, least_norm] {
-        let mut simulation = Simulation::new(model.clone(), settings).unwrap();
-        match simulation.step() {
-            Err(SimulationError::Problem(ProblemError::Unsupported(reason))) => {
-                assert_eq!(reason, UnsupportedFriction::Groups { count: 1 });
-            }
-            other => panic!("{other:?}"),
+    match Simulation::new(model.clone(), least_norm).unwrap().step() {
+        Err(SimulationError::Problem(ProblemError::Unsupported(reason))) => {
+            assert_eq!(reason, UnsupportedFriction::Groups { count: 1 });
         }
+        other => panic!("{other:?}"),
     }
-    assert!(Simulation::new(model, Settings::default()).unwrap().step().unwrap().certificate.holds(1e-9));
+    let end = |law: FrictionLaw| {
+        let mut simulation = Simulation::new(model.clone(), with_law(law)).unwrap();
+        run_certified(&mut simulation, 1.0);
+        simulation.state().q[0]
+    };
+    let polygon = end(FrictionLaw::Polygon);
+    for law in [FrictionLaw::Circular, FrictionLaw::Refined { tolerance: 1e-6 }] {
+        assert!((end(law) - polygon).abs() < 1e-9, "one direction has no polygon: {law:?}");
+    }
+}
+
+/// A ball that rolls at an angle to every direction of its polygon is braked by its rolling friction `c`, straight ahead: with
+/// `v = ω r` and the moment `c m g` about its centre `v̇ = −c g / (r (1 + 2/5))`.
+#[test]
+fn rolling_friction_brakes_straight_ahead() {
+    let (radius, coefficient, speed, duration) = (0.1, 2e-3, 2.0, 1.0);
+    let run = |law: FrictionLaw| {
+        let mut world = World::upright(1e-3, 0.5);
+        world.floor();
+        world.free_ball(radius, 1.0, DVec3::Z * radius);
+        let mut model = world.builder.build().unwrap();
+        for geom in &mut model.geoms {
+            geom.spin_resistance = SpinResistance::Rolling;
+            (geom.rolling_friction, geom.spinning_friction) = (coefficient, 1e-3);
+        }
+        let mut simulation = Simulation::new(model, with_law(law)).unwrap();
+        let ahead = heading();
+        set_velocity(&mut simulation, 0, ahead * speed, DVec3::Z.cross(ahead) * (speed / radius));
+        run_certified(&mut simulation, duration);
+        let v = velocity(&simulation, 0);
+        (v.dot(ahead), v.dot(DVec3::Z.cross(ahead)))
+    };
+    let wanted = speed - coefficient * G * duration / (radius * 1.4);
+    let (ahead, aside) = run(FrictionLaw::Circular);
+    println!("circle: {ahead} m/s ahead, {aside:e} aside; wanted {wanted}");
+    assert!((ahead - wanted).abs() < 1e-6 * speed && aside.abs() < 1e-9, "{ahead} {aside}");
+    let (_, aside) = run(FrictionLaw::Polygon);
+    assert!(aside.abs() > 1e-4, "the polygon pulls it aside: {aside}");
 }

@@ -49,6 +49,7 @@ fn painleves_rod_jams_by_an_impact_without_collision() {
             let (rx, rz, inertia) = (-angle.cos(), -angle.sin() - 1e-3, 1.0 / 3.0);
             let (nn, tt, nt) = (1.0 + rx * rx / inertia, 1.0 + rz * rz / inertia, -rx * rz / inertia);
             let wanted = -nt * speed / (nn * tt - nt * nt);
+            println!("μ = {mu}: impulse {fine:.6} N·s, of the impact without collision {wanted:.6} N·s");
             assert!((fine - wanted).abs() < 1e-4 * fine && slip < 1e-9, "μ = {mu}: {fine} and {wanted}, {slip}");
             assert!((coarse - fine).abs() < 1e-2 * fine, "μ = {mu}: {coarse}, {fine}");
         } else {

@@ -2,7 +2,7 @@
 
 use signorini::multibody::glam::{DMat3, DQuat, DVec3};
 use signorini::multibody::{Geometry, Inertia, Joint, JointKind, Pose};
-use signorini::{RestitutionLaw, Settings, Simulation};
+use signorini::{FrictionLaw, RestitutionLaw, Settings, Simulation};
 
 use crate::support::{G, World, position, run_certified, run_observed, set_velocity, velocity};
 
@@ -37,6 +37,7 @@ fn a_bouncing_ball_comes_to_rest_at_the_accumulation_point() {
                 last_moving = now.state().time;
             }
         });
+        println!("{law:?}: at rest after {last_moving:.4} s, the accumulation point is {rest:.4} s");
         assert!(
             (last_moving - rest).abs() < 0.02 * rest,
             "{law:?}: {last_moving} s, the accumulation point is {rest} s"
@@ -99,6 +100,31 @@ fn an_oblique_impact_has_the_closed_form() {
         // Sliding throughout: μ (1 + e) 1.5.
         assert!((v.x - (3.0 - mu * (1.0 + e) * 1.5)).abs() < 1e-12, "{law:?}: {v}");
         assert_eq!(simulation.workspace().decompression().is_some(), law == RestitutionLaw::Poisson);
+    }
+}
+
+/// The same at an angle to every direction, with the circular cone: both phases take their share of the speed straight ahead.
+#[test]
+fn an_oblique_impact_keeps_its_heading_with_the_circular_cone() {
+    let ahead = DVec3::new(0.35_f64.cos(), 0.35_f64.sin(), 0.0);
+    for restitution in LAWS {
+        for friction_law in [FrictionLaw::Circular, FrictionLaw::Refined { tolerance: 1e-7 }] {
+            let (e, mu) = (0.6, 0.1);
+            let mut world = World::new(1e-3, DVec3::ZERO, mu);
+            world.floor();
+            world.free_ball(0.1, 2.0, DVec3::Z * 0.1);
+            let mut model = world.builder.build().unwrap();
+            model.geoms.iter_mut().for_each(|geom| geom.restitution = e);
+            let mut simulation =
+                Simulation::new(model, Settings { restitution, friction_law, ..Settings::default() }).unwrap();
+            set_velocity(&mut simulation, 0, ahead * 3.0 - DVec3::Z * 1.5, DVec3::ZERO);
+            let report = simulation.step().unwrap().clone();
+            assert!(!report.missed_tolerance && report.cone_certificate.unwrap().holds(1e-7), "{report:?}");
+            let wanted = ahead * (3.0 - mu * (1.0 + e) * 1.5) + DVec3::Z * (e * 1.5);
+            let off = (velocity(&simulation, 0) - wanted).length();
+            let close = if friction_law == FrictionLaw::Circular { 1e-10 } else { 1e-6 };
+            assert!(off < close, "{restitution:?} {friction_law:?}: {off:e}");
+        }
     }
 }
 
