@@ -29,6 +29,7 @@ mod free_rotation;
 mod inverse_dynamics;
 mod jacobian;
 mod kinematics;
+mod layout;
 mod length;
 mod mass;
 mod math;
@@ -56,7 +57,8 @@ pub use jacobian::{
 };
 pub use kinematics::{Kinematics, forward_kinematics_into};
 pub use length::{LengthRow, actuator_length_into, tendon_length_into};
-pub use mass::{Block, BlockDiagonal, MassError};
+pub use layout::Block;
+pub use mass::{BlockDiagonal, MassError};
 pub use math::{Pose, rotation_exp, rotation_log};
 pub use model::{
     Actuator, ActuatorId, ActuatorKind, Body, BodyId, ContactFilter, Equality, EqualityKind, FrameId, Geom, GeomId,
