@@ -1,7 +1,9 @@
 //! The search for contact points of a whole model.
 
+use std::collections::BTreeSet;
+
 use glamx::glam::{DMat3, DVec3};
-use signorini_multibody::{ContactPoint, GeomId, Model, Pose};
+use signorini_multibody::{BodyId, ContactPoint, GeomId, Model, Pose};
 
 use crate::CollisionError;
 use crate::bvh::{Aabb, Bvh};
@@ -26,6 +28,8 @@ pub struct Reach {
 #[derive(Clone, Debug)]
 pub struct Collider {
     geoms: Vec<Prepared>,
+    /// Geoms that can meet another one, half-spaces included; the others have no place.
+    active: Vec<u32>,
     half_spaces: Vec<u32>,
     /// Bounded geoms that can meet another bounded geom; the others need no place in the tree.
     in_tree: Vec<u32>,
@@ -45,7 +49,7 @@ pub struct Collider {
 }
 
 /// A geom in world.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct GeomPose {
     rotation: DMat3,
     position: DVec3,
@@ -65,6 +69,10 @@ impl Collider {
         let (half_spaces, bounded): (Vec<u32>, Vec<u32>) = (0..geoms.len() as u32).partition(is_half_space);
         let in_tree = that_can_meet(model, &bounded, &bounded);
         let over_half_spaces = that_can_meet(model, &bounded, &half_spaces);
+        let half_spaces = that_can_meet(model, &half_spaces, &bounded);
+        let mut active = [&half_spaces[..], &in_tree, &over_half_spaces].concat();
+        active.sort_unstable();
+        active.dedup();
         let mut own_friction: Vec<(u32, u32, f64)> = Vec::new();
         for pair in &model.pairs {
             let (a, b) = (pair.geom_a.0.min(pair.geom_b.0), pair.geom_a.0.max(pair.geom_b.0));
@@ -73,15 +81,16 @@ impl Collider {
         own_friction.sort_by_key(|p| (p.0, p.1));
         own_friction.dedup_by_key(|p| (p.0, p.1));
         Ok(Self {
+            placed: vec![GeomPose::default(); geoms.len()],
+            boxes: vec![Aabb { low: DVec3::ZERO, high: DVec3::ZERO }; geoms.len()],
+            travel: vec![0.0; geoms.len()],
+            turn: vec![0.0; geoms.len()],
             geoms,
+            active,
             half_spaces,
             in_tree,
             over_half_spaces,
             own_friction,
-            placed: Vec::new(),
-            boxes: Vec::new(),
-            travel: Vec::new(),
-            turn: Vec::new(),
             pairs: Vec::new(),
             tree: Bvh::default(),
             narrow: Narrow::default(),
@@ -132,6 +141,12 @@ impl Collider {
         }
     }
 
+    /// The bodies of geoms that can touch another one, ascending; the reach of the others is not looked at.
+    pub fn touching_bodies(&self) -> impl Iterator<Item = BodyId> {
+        let bodies: BTreeSet<u32> = self.active.iter().map(|&k| self.geoms[k as usize].body as u32).collect();
+        bodies.into_iter().map(BodyId)
+    }
+
     /// `X_WG` of a geom, m.
     pub fn geom_pose(&self, geom: GeomId, body_pose: &[Pose]) -> Pose {
         let prepared = &self.geoms[geom.index()];
@@ -140,21 +155,19 @@ impl Collider {
 
     /// World poses, travels and the boxes around all that the geoms can reach.
     fn place(&mut self, body_pose: &[Pose], reach: &[Reach]) {
-        self.placed.clear();
-        self.boxes.clear();
-        self.travel.clear();
-        self.turn.clear();
-        for geom in &self.geoms {
-            let pose = body_pose[geom.body] * geom.placement;
+        for k in self.active.iter().map(|&k| k as usize) {
+            let geom = &self.geoms[k];
+            let body = body_pose[geom.body];
+            let pose = if geom.placement == Pose::IDENTITY { body } else { body * geom.placement };
             let rotation = pose.rotation_matrix();
             let center = rotation * geom.center + pose.position;
             let reach = reach[geom.body];
             let travel = reach.linear + reach.angular * geom.arm;
             let half = rotation.abs() * geom.half + DVec3::splat(travel);
-            self.placed.push(GeomPose { rotation, position: pose.position, center });
-            self.boxes.push(Aabb { low: center - half, high: center + half });
-            self.travel.push(travel);
-            self.turn.push(reach.angular);
+            self.placed[k] = GeomPose { rotation, position: pose.position, center };
+            self.boxes[k] = Aabb { low: center - half, high: center + half };
+            self.travel[k] = travel;
+            self.turn[k] = reach.angular;
         }
     }
 

@@ -37,10 +37,10 @@ impl<const R: usize> SparseRows<R> {
 
     /// Adds a group from its columns (strictly ascending) and, for each column, its `R` entries.
     pub fn push(&mut self, group: impl IntoIterator<Item = (u32, [f64; R])>) {
-        for (column, entry) in group {
-            self.columns.push(column);
-            self.entries.push(entry);
-        }
+        // Both lists grow in one go where the length is known.
+        let mut both = (std::mem::take(&mut self.columns), std::mem::take(&mut self.entries));
+        both.extend(group);
+        (self.columns, self.entries) = both;
         self.offsets.push(self.columns.len());
     }
 

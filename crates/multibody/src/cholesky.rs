@@ -19,7 +19,15 @@ pub struct BlockCholesky {
     /// `Lᵀ`: upper triangles in dense row-major blocks.
     data: Vec<f64>,
     inverse_diagonal: Vec<f64>,
+    /// For small blocks what was factorised last: those of bodies that fly freely do not change while these turn about their
+    /// origin.
+    source: Vec<f64>,
+    /// Whether the factor of a block is that of its `source`.
+    known: Vec<bool>,
 }
+
+/// Comparing a block with the last one is cheap beside factorising it up to this many rows.
+const SMALL: usize = 6;
 
 impl BlockCholesky {
     /// Storage for the factor of a matrix with the same blocks; holds the identity's factor until
@@ -35,6 +43,8 @@ impl BlockCholesky {
             layout: matrix.layout().clone(),
             data,
             inverse_diagonal: vec![1.0; matrix.dimension()],
+            source: vec![0.0; matrix.data().len()],
+            known: vec![false; matrix.blocks().len()],
         }
     }
 
@@ -47,10 +57,19 @@ impl BlockCholesky {
     /// If the matrix has other blocks or couples other rows.
     pub fn refactor(&mut self, matrix: &BlockDiagonal) -> Result<(), MassError> {
         assert!(self.layout == *matrix.layout(), "the factor was made for another matrix");
-        let Self { layout, data, inverse_diagonal } = self;
-        for block in &layout.blocks {
+        let Self { layout, data, inverse_diagonal, source, known } = self;
+        for (block, known) in layout.blocks.iter().zip(known) {
+            let (a, source) = (matrix.data_of(block), &mut source[block.data_range()]);
+            if *known && same_bits(a, source) {
+                continue;
+            }
+            *known = false;
             let (u, inverse) = (&mut data[block.data_range()], &mut inverse_diagonal[block.range()]);
-            factor_block(matrix.data_of(block), block, layout, u, inverse)?;
+            factor_block(a, block, layout, u, inverse)?;
+            if block.size <= SMALL {
+                source.copy_from_slice(a);
+                *known = true;
+            }
         }
         Ok(())
     }
@@ -189,6 +208,10 @@ fn factor_block(
         row[k] = root;
     }
     Ok(())
+}
+
+fn same_bits(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a.to_bits() ^ b.to_bits())) == 0
 }
 
 /// Finishes column `k` of neighbouring rows on the way to the root, four of which share the loads of the carried part of row `k`.

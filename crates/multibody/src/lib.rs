@@ -55,7 +55,7 @@ pub use jacobian::{
     SparseRows, angular_jacobian_into, angular_rows_into, contact_rows_into, point_column, point_jacobian_into,
     point_rows_into, spin_rows_into,
 };
-pub use kinematics::{Kinematics, forward_kinematics_into};
+pub use kinematics::{Kinematics, body_velocities_into, forward_kinematics_into};
 pub use length::{LengthRow, actuator_length_into, tendon_length_into};
 pub use layout::Block;
 pub use mass::{BlockDiagonal, MassError};
