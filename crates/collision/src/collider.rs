@@ -24,6 +24,9 @@ pub struct Reach {
     pub angular: f64,
 }
 
+/// The tree over the geoms is made anew after as many steps; in between it is refitted.
+const REFITS: u32 = 32;
+
 /// Finds the contact points of one model; holds its prepared shapes and all buffers.
 #[derive(Clone, Debug)]
 pub struct Collider {
@@ -43,6 +46,8 @@ pub struct Collider {
     turn: Vec<f64>,
     pairs: Vec<(u32, u32)>,
     tree: Bvh,
+    /// How often the tree was refitted since it was made.
+    refits: u32,
     narrow: Narrow,
     surface: Surface,
     touches: Vec<Touch>,
@@ -93,6 +98,7 @@ impl Collider {
             own_friction,
             pairs: Vec::new(),
             tree: Bvh::default(),
+            refits: 0,
             narrow: Narrow::default(),
             surface: Surface::default(),
             touches: Vec::new(),
@@ -179,16 +185,6 @@ impl Collider {
             let both = (&model.geoms[i as usize], &model.geoms[j as usize]);
             model.contact_filter.allows((GeomId(i), GeomId(j)), both)
         };
-        let boxes = &self.boxes;
-        let known = |i: &u32| !boxes[*i as usize].is_nan();
-        self.tree.build(boxes, self.in_tree.iter().copied().filter(known));
-        for i in self.in_tree.iter().copied().filter(known) {
-            self.tree.overlapping(&boxes[i as usize], |j| {
-                if i < j && boxes[i as usize].overlaps(&boxes[j as usize]) && allowed(i, j) {
-                    pairs.push((i, j));
-                }
-            });
-        }
         for &h in &self.half_spaces {
             let plane = &self.placed[h as usize];
             let normal = plane.rotation.z_axis;
@@ -201,6 +197,26 @@ impl Collider {
                 }
             }
         }
+        let boxes = &self.boxes;
+        let known = |i: &u32| !boxes[*i as usize].is_nan();
+        let complete = self.tree.len() == self.in_tree.len() && self.in_tree.iter().all(known);
+        if complete && self.refits < REFITS {
+            self.refits += 1;
+            self.tree.refit(boxes);
+        } else {
+            self.refits = 0;
+            self.tree.build(boxes, self.in_tree.iter().copied().filter(known));
+        }
+        for i in self.in_tree.iter().copied().filter(known) {
+            let first = pairs.len();
+            self.tree.overlapping(&boxes[i as usize], |j| {
+                if i < j && boxes[i as usize].overlaps(&boxes[j as usize]) && allowed(i, j) {
+                    pairs.push((i, j));
+                }
+            });
+            pairs[first..].sort_unstable();
+        }
+        // In order already, unless a half-space comes after other geoms.
         pairs.sort_unstable();
     }
 

@@ -193,6 +193,9 @@ impl Manifold {
             let l = (k + 1) % count;
             let (p, q) = (plane.flatten(patch_a.points[k]), plane.flatten(patch_a.points[l]));
             let Some(inward) = (q - p).try_normalize().map(|e| e.perp() * turn) else { continue };
+            if self.corners.iter().all(|corner| inward.dot(corner.p - p) >= -tolerance) {
+                continue;
+            }
             self.clipped.clear();
             let side = [patch_a.ids[k], patch_a.ids[l]];
             cut(&self.corners, p, inward, side, tolerance, &mut self.clipped);
@@ -222,9 +225,12 @@ const PARALLEL: f64 = 1e-3;
 
 /// Keeps the part of a polygon on the inward side of a line, the line's border included.
 fn cut(corners: &[Corner], p: DVec2, inward: DVec2, side: [u32; 2], tolerance: f64, out: &mut Vec<Corner>) {
+    let depth = |corner: &Corner| inward.dot(corner.p - p);
+    let Some(first) = corners.first() else { return };
+    let mut there = depth(first);
     for (k, corner) in corners.iter().enumerate() {
-        let after = &corners[(k + 1) % corners.len()];
-        let (here, there) = (inward.dot(corner.p - p), inward.dot(after.p - p));
+        let after = corners.get(k + 1).unwrap_or(first);
+        let here = std::mem::replace(&mut there, depth(after));
         let (keep, keep_after) = (here >= -tolerance, there >= -tolerance);
         if keep {
             out.push(*corner);

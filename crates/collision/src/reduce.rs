@@ -47,6 +47,9 @@ impl Reducer {
         let deepest = (0..own.len()).min_by(|&i, &j| own[i].gap.total_cmp(&own[j].gap)).unwrap_or(0);
         merge(&mut self.flat, own, tolerance);
         convex_outline(&self.flat, &mut self.outline, tolerance);
+        if self.outline.len() == own.len() && own.len() <= MOST {
+            return; // Nothing to leave out; the order of the points means nothing.
+        }
         while self.outline.len() > MOST {
             drop_bluntest(&mut self.outline, deepest);
         }
@@ -142,8 +145,9 @@ fn convex_outline(flat: &[(DVec2, usize)], out: &mut Vec<(DVec2, usize)>, tolera
     let mut k = 0;
     while k < out.len() {
         let (start, end) = (out[k].0, out[(k + 1) % out.len()].0);
-        let along = (end - start).normalize_or_zero();
-        let mut beyond = (tolerance, None);
+        let along = end - start;
+        // Distances from the side times its length.
+        let mut beyond = (tolerance * along.length(), None);
         for point in flat {
             let distance = -along.perp_dot(point.0 - start);
             if distance > beyond.0 {

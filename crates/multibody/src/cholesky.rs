@@ -221,8 +221,8 @@ fn eliminate(targets: &mut [f64], sources: &[f64], n: usize, k: usize, carried_r
     let (head, tail) = targets.split_at_mut(4 * n * fours);
     for rows in head.chunks_exact_mut(4 * n) {
         let sums = four_dots(std::array::from_fn(|r| &rows[r * n..][carried.clone()]), carried_row);
-        for (r, sum) in sums.into_iter().enumerate() {
-            rows[r * n + k] = (rest[r * n + k] - sum) * inverse;
+        for (r, [even, odd]) in sums.into_iter().enumerate() {
+            rows[r * n + k] = (rest[r * n + k] - (even + odd)) * inverse;
         }
         rest = &rest[4 * n..];
     }
@@ -248,8 +248,9 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums[0] + sums[1] + rest
 }
 
-/// The scalar products of four rows with one, each in two sums.
-fn four_dots(rows: [&[f64]; 4], x: &[f64]) -> [f64; 4] {
+/// The scalar products of four rows with one, each as two sums: of the products at even and at odd places.
+#[inline]
+fn four_dots(rows: [&[f64]; 4], x: &[f64]) -> [[f64; 2]; 4] {
     let (pairs, rest) = x.as_chunks::<2>();
     let [a, b, c, d] = rows.map(|row| &row.as_chunks::<2>().0[..pairs.len()]);
     let mut sums = [[0.0; 2]; 4];
@@ -260,7 +261,9 @@ fn four_dots(rows: [&[f64]; 4], x: &[f64]) -> [f64; 4] {
             }
         }
     }
-    let last = 2 * pairs.len();
-    let odd = rest.first().copied();
-    std::array::from_fn(|r| sums[r][0] + sums[r][1] + odd.map_or(0.0, |x| rows[r][last] * x))
+    if let [x] = rest {
+        let last = 2 * pairs.len();
+        (0..4).for_each(|r| sums[r][0] += rows[r][last] * x);
+    }
+    sums
 }
