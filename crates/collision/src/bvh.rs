@@ -1,4 +1,4 @@
-//! A tree of axis-aligned boxes: over the geoms of a model, made anew in every search, and over the triangles of a mesh.
+//! A tree of axis-aligned boxes over the triangles of a mesh.
 
 use glamx::glam::DVec3;
 
@@ -12,10 +12,6 @@ pub(crate) struct Aabb {
 impl Aabb {
     pub fn overlaps(&self, other: &Self) -> bool {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
-    }
-
-    fn union(&self, other: &Self) -> Self {
-        Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
     pub fn is_nan(&self) -> bool {
@@ -33,11 +29,6 @@ struct Node {
     first: u32,
     /// Number of items of a leaf; 0 for an inner node.
     count: u32,
-}
-
-/// The box around at least one item.
-fn union_of(boxes: &[Aabb], items: &[u32]) -> Aabb {
-    items[1..].iter().fold(boxes[items[0] as usize], |all, &i| all.union(&boxes[i as usize]))
 }
 
 /// A balanced tree split at the median of the widest axis.
@@ -58,27 +49,12 @@ impl Bvh {
         }
     }
 
-    /// How many items it has.
-    pub fn len(&self) -> usize {
-        self.items.len()
-    }
-
-    /// Takes over boxes that have moved since it was made. What overlaps is the same with any tree; one that was made for other
-    /// places is slower.
-    pub fn refit(&mut self, boxes: &[Aabb]) {
-        for k in (0..self.nodes.len()).rev() {
-            let Node { first, count, .. } = self.nodes[k];
-            self.nodes[k].bounds = if count == 0 {
-                self.nodes[k + 1].bounds.union(&self.nodes[first as usize].bounds)
-            } else {
-                union_of(boxes, &self.items[first as usize..(first + count) as usize])
-            };
-        }
-    }
-
     fn split(&mut self, boxes: &[Aabb], start: usize, end: usize) {
         let items = &mut self.items[start..end];
-        let bounds = union_of(boxes, items);
+        let bounds = items.iter().skip(1).fold(boxes[items[0] as usize], |all, &i| {
+            let own = &boxes[i as usize];
+            Aabb { low: all.low.min(own.low), high: all.high.max(own.high) }
+        });
         let node = self.nodes.len();
         self.nodes.push(Node { bounds, first: start as u32, count: (end - start) as u32 });
         if end - start <= LEAF {

@@ -6,7 +6,7 @@ use glamx::glam::{DMat3, DVec3};
 use signorini_multibody::{BodyId, ContactPoint, GeomId, Model, Pose};
 
 use crate::CollisionError;
-use crate::bvh::{Aabb, Bvh};
+use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed};
 use crate::halfspace::HalfSpace;
 use crate::manifold::Touch;
@@ -14,6 +14,7 @@ use crate::mesh::TriangleSet;
 use crate::narrow::Narrow;
 use crate::shape::{Prepared, Shape};
 use crate::surface::{PlacedSet, Surface};
+use crate::sweep::Sweep;
 
 /// How far a body can travel within the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -24,9 +25,6 @@ pub struct Reach {
     pub angular: f64,
 }
 
-/// The tree over the geoms is made anew after as many steps; in between it is refitted.
-const REFITS: u32 = 32;
-
 /// Finds the contact points of one model; holds its prepared shapes and all buffers.
 #[derive(Clone, Debug)]
 pub struct Collider {
@@ -34,8 +32,8 @@ pub struct Collider {
     /// Geoms that can meet another one, half-spaces included; the others have no place.
     active: Vec<u32>,
     half_spaces: Vec<u32>,
-    /// Bounded geoms that can meet another bounded geom; the others need no place in the tree.
-    in_tree: Vec<u32>,
+    /// Bounded geoms that can meet another bounded geom; the others need not be swept.
+    swept: Vec<u32>,
     /// Bounded geoms that can meet a half-space.
     over_half_spaces: Vec<u32>,
     own_friction: Vec<(u32, u32, f64)>,
@@ -44,10 +42,9 @@ pub struct Collider {
     travel: Vec<f64>,
     /// Largest angle every geom can turn within the step, rad.
     turn: Vec<f64>,
-    pairs: Vec<(u32, u32)>,
-    tree: Bvh,
-    /// How often the tree was refitted since it was made.
-    refits: u32,
+    /// Both geoms of each pair in one number, so that these sort as pairs do.
+    pairs: Vec<u64>,
+    sweep: Sweep,
     narrow: Narrow,
     surface: Surface,
     touches: Vec<Touch>,
@@ -72,10 +69,10 @@ impl Collider {
         check_meshes(model, &geoms)?;
         let is_half_space = |i: &u32| matches!(geoms[*i as usize].shape, Shape::HalfSpace);
         let (half_spaces, bounded): (Vec<u32>, Vec<u32>) = (0..geoms.len() as u32).partition(is_half_space);
-        let in_tree = that_can_meet(model, &bounded, &bounded);
+        let swept = that_can_meet(model, &bounded, &bounded);
         let over_half_spaces = that_can_meet(model, &bounded, &half_spaces);
         let half_spaces = that_can_meet(model, &half_spaces, &bounded);
-        let mut active = [&half_spaces[..], &in_tree, &over_half_spaces].concat();
+        let mut active = [&half_spaces[..], &swept, &over_half_spaces].concat();
         active.sort_unstable();
         active.dedup();
         let mut own_friction: Vec<(u32, u32, f64)> = Vec::new();
@@ -93,12 +90,11 @@ impl Collider {
             geoms,
             active,
             half_spaces,
-            in_tree,
+            swept,
             over_half_spaces,
             own_friction,
             pairs: Vec::new(),
-            tree: Bvh::default(),
-            refits: 0,
+            sweep: Sweep::default(),
             narrow: Narrow::default(),
             surface: Surface::default(),
             touches: Vec::new(),
@@ -126,7 +122,7 @@ impl Collider {
         self.place(body_pose, reach);
         self.collect_pairs(model);
         for k in 0..self.pairs.len() {
-            let (i, j) = self.pairs[k];
+            let (i, j) = ((self.pairs[k] >> 32) as u32, self.pairs[k] as u32);
             self.touches.clear();
             let origin = self.touch(i as usize, j as usize);
             let start = out.len();
@@ -193,30 +189,15 @@ impl Collider {
                 let margin = self.travel[k] + self.travel[h as usize];
                 let height = normal.dot(self.placed[k].center - plane.position) - geoms[k].size;
                 if height <= margin && allowed(h, i) {
-                    pairs.push((h.min(i), h.max(i)));
+                    pairs.push(pair_of(h, i));
                 }
             }
         }
-        let boxes = &self.boxes;
-        let known = |i: &u32| !boxes[*i as usize].is_nan();
-        let complete = self.tree.len() == self.in_tree.len() && self.in_tree.iter().all(known);
-        if complete && self.refits < REFITS {
-            self.refits += 1;
-            self.tree.refit(boxes);
-        } else {
-            self.refits = 0;
-            self.tree.build(boxes, self.in_tree.iter().copied().filter(known));
-        }
-        for i in self.in_tree.iter().copied().filter(known) {
-            let first = pairs.len();
-            self.tree.overlapping(&boxes[i as usize], |j| {
-                if i < j && boxes[i as usize].overlaps(&boxes[j as usize]) && allowed(i, j) {
-                    pairs.push((i, j));
-                }
-            });
-            pairs[first..].sort_unstable();
-        }
-        // In order already, unless a half-space comes after other geoms.
+        self.sweep.overlapping(&self.boxes, &self.swept, |i, j| {
+            if allowed(i.min(j), i.max(j)) {
+                pairs.push(pair_of(i, j));
+            }
+        });
         pairs.sort_unstable();
     }
 
@@ -269,6 +250,11 @@ impl Collider {
         let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
         if a.frictional || b.frictional { a.friction.max(b.friction) } else { 0.0 }
     }
+}
+
+/// Two geoms as one number, the smaller index first.
+fn pair_of(i: u32, j: u32) -> u64 {
+    u64::from(i.min(j)) << 32 | u64::from(i.max(j))
 }
 
 /// Those of `geoms` whose masks let them meet one of `others`, or that are named in a pair; the rest meets none of them whatever

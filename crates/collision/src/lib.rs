@@ -47,6 +47,7 @@ mod reduce;
 mod separation;
 mod shape;
 mod surface;
+mod sweep;
 
 pub use collider::{Collider, Reach};
 pub use error::CollisionError;
