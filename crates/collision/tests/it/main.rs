@@ -1,6 +1,7 @@
 //! Contact points against closed forms, support functions and brute force.
 
 mod allocation;
+mod history;
 mod pairs;
 mod random;
 mod scene;
