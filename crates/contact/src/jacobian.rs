@@ -45,12 +45,14 @@ impl<const R: usize> SparseRows<R> {
     }
 
     /// The columns of group `i` and the entries in them.
+    #[inline]
     pub fn group(&self, i: usize) -> (&[u32], &[[f64; R]]) {
-        let range = self.offsets[i]..self.offsets[i + 1];
-        (&self.columns[range.clone()], &self.entries[range])
+        let (start, end) = (self.offsets[i], self.offsets[i + 1]);
+        (&self.columns[start..end], &self.entries[start..end])
     }
 
     /// `J_i x` for a vector over all degrees of freedom.
+    #[inline]
     pub fn multiply(&self, i: usize, x: &[f64]) -> [f64; R] {
         let (columns, entries) = self.group(i);
         let mut y = [0.0; R];
@@ -64,6 +66,7 @@ impl<const R: usize> SparseRows<R> {
     }
 
     /// The largest sum of absolute products in `J_i x`: what its rounding is relative to.
+    #[inline]
     pub(crate) fn largest_terms(&self, i: usize, x: &[f64]) -> f64 {
         let (columns, entries) = self.group(i);
         let mut sums = [0.0; R];
@@ -77,6 +80,7 @@ impl<const R: usize> SparseRows<R> {
     }
 
     /// `y += J_iᵀ p`.
+    #[inline]
     pub fn add_transposed(&self, i: usize, p: [f64; R], y: &mut [f64]) {
         let (columns, entries) = self.group(i);
         for (&column, entry) in columns.iter().zip(entries) {

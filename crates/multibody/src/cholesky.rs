@@ -24,6 +24,9 @@ pub struct BlockCholesky {
     source: Vec<f64>,
     /// Whether the factor of a block is that of its `source`.
     known: Vec<bool>,
+    /// Whether a small block's factor has nothing beside its diagonal: that of a body that flies freely, where its origin is its
+    /// centre of mass and its axes are those of its inertia.
+    diagonal: Vec<bool>,
 }
 
 /// Comparing a block with the last one is cheap beside factorising it up to this many rows.
@@ -45,6 +48,7 @@ impl BlockCholesky {
             inverse_diagonal: vec![1.0; matrix.dimension()],
             source: vec![0.0; matrix.data().len()],
             known: vec![false; matrix.blocks().len()],
+            diagonal: vec![false; matrix.blocks().len()],
         }
     }
 
@@ -57,18 +61,20 @@ impl BlockCholesky {
     /// If the matrix has other blocks or couples other rows.
     pub fn refactor(&mut self, matrix: &BlockDiagonal) -> Result<(), MassError> {
         assert!(self.layout == *matrix.layout(), "the factor was made for another matrix");
-        let Self { layout, data, inverse_diagonal, source, known } = self;
-        for (block, known) in layout.blocks.iter().zip(known) {
+        let Self { layout, data, inverse_diagonal, source, known, diagonal } = self;
+        for ((block, known), diagonal) in layout.blocks.iter().zip(known).zip(diagonal) {
             let (a, source) = (matrix.data_of(block), &mut source[block.data_range()]);
             if *known && same_bits(a, source) {
                 continue;
             }
-            *known = false;
+            (*known, *diagonal) = (false, false);
             let (u, inverse) = (&mut data[block.data_range()], &mut inverse_diagonal[block.range()]);
             factor_block(a, block, layout, u, inverse)?;
             if block.size <= SMALL {
                 source.copy_from_slice(a);
                 *known = true;
+                let beside = |k: usize| &u[k * block.size..(k + 1) * block.size][k + 1..];
+                *diagonal = (0..block.size).all(|k| beside(k).iter().all(|x| *x == 0.0));
             }
         }
         Ok(())
@@ -96,7 +102,11 @@ impl BlockCholesky {
     /// If the length is not the block's size.
     pub fn solve_block_in_place(&self, block: usize, x: &mut [f64]) {
         self.half_solve_block_in_place(block, x);
+        let is_diagonal = self.diagonal[block];
         let block = &self.layout.blocks[block];
+        if is_diagonal {
+            return scale_rows(x, &self.inverse_diagonal[block.range()]);
+        }
         let (n, end) = (block.size, &self.layout.end[block.range()]);
         let rows = self.data[block.data_range()].chunks_exact(n);
         let inverse = &self.inverse_diagonal[block.range()];
@@ -117,9 +127,13 @@ impl BlockCholesky {
     /// # Panics
     /// If the length is not the block's size.
     pub fn half_solve_block_in_place(&self, block: usize, x: &mut [f64]) {
+        let is_diagonal = self.diagonal[block];
         let block = &self.layout.blocks[block];
         let (n, end) = (block.size, &self.layout.end[block.range()]);
         assert_eq!(x.len(), n, "length must be the block's size");
+        if is_diagonal {
+            return scale_rows(x, &self.inverse_diagonal[block.range()]);
+        }
         let rows = self.data[block.data_range()].chunks_exact(n);
         let inverse = &self.inverse_diagonal[block.range()];
         for (k, (row, (&inverse, &end))) in rows.zip(inverse.iter().zip(end)).enumerate().rev() {
@@ -135,9 +149,14 @@ impl BlockCholesky {
     /// # Panics
     /// If there are more rows than the block has.
     pub fn half_solve_block<const N: usize>(&self, block: usize, rows: &mut [[f64; N]]) {
+        let is_diagonal = self.diagonal[block];
         let block = &self.layout.blocks[block];
         assert!(rows.len() <= block.size, "no more rows than the block has");
         let (u, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
+        if is_diagonal {
+            rows.iter_mut().zip(inverse).for_each(|(row, inverse)| row.iter_mut().for_each(|y| *y *= inverse));
+            return;
+        }
         for k in (0..rows.len()).rev() {
             let end = (self.layout.end(block.start + k) - block.start).min(rows.len());
             let (head, tail) = rows.split_at_mut(k + 1);
@@ -208,6 +227,10 @@ fn factor_block(
         row[k] = root;
     }
     Ok(())
+}
+
+fn scale_rows(x: &mut [f64], factors: &[f64]) {
+    x.iter_mut().zip(factors).for_each(|(x, factor)| *x *= factor);
 }
 
 fn same_bits(a: &[f64], b: &[f64]) -> bool {

@@ -137,8 +137,11 @@ pub(crate) fn rate_of_momentum(
 ) -> (DVec3, DVec3) {
     let rotation = kinematics.rotation[i];
     let velocity = kinematics.angular_velocity[i];
-    let (angular_b, velocity_b) = (rotation.mul_transpose_vec3(angular), rotation.mul_transpose_vec3(velocity));
-    let spin = inertia.rotational * angular_b + velocity_b.cross(inertia.rotational * velocity_b);
+    let velocity_b = rotation.mul_transpose_vec3(velocity);
+    let mut spin = velocity_b.cross(inertia.rotational * velocity_b);
+    if angular != DVec3::ZERO {
+        spin += inertia.rotational * rotation.mul_transpose_vec3(angular);
+    }
     if inertia.center_of_mass == DVec3::ZERO {
         return (rotation * spin, linear * inertia.mass);
     }

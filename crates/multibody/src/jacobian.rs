@@ -133,10 +133,13 @@ pub fn contact_rows_into(
         let linear = directions.map(|d| d * sign);
         let angular = linear.map(|d| arm.cross(d));
         if step.free {
+            // Its axes are the world's and the body's.
+            let linear = linear.map(|d| d.to_array());
+            let angular = angular.map(|d| kinematics.rotation[i].mul_transpose_vec3(d).to_array());
+            let (first, last) = columns.split_at_mut(3);
             for a in 0..3 {
-                let axis = kinematics.dof_angular[step.first_dof + 3 + a];
-                columns[a] = linear.map(|d| d[a]);
-                columns[3 + a] = angular.map(|d| d.dot(axis));
+                first[a] = linear.map(|d| d[a]);
+                last[a] = angular.map(|d| d[a]);
             }
             return;
         }
