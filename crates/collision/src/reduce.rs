@@ -43,6 +43,9 @@ impl Reducer {
         let flatten = |p: DVec3| DVec2::new(u.dot(p - origin), v.dot(p - origin));
         self.flat.clear();
         self.flat.extend(touches[from..].iter().enumerate().map(|(i, t)| (flatten(t.position), i)));
+        if is_corner_everywhere(&self.flat, tolerance) {
+            return;
+        }
         let own = &touches[from..];
         let deepest = (0..own.len()).min_by(|&i, &j| own[i].gap.total_cmp(&own[j].gap)).unwrap_or(0);
         merge(&mut self.flat, own, tolerance);
@@ -81,6 +84,20 @@ impl Reducer {
             self.outline(touches, 0, f64::INFINITY, size);
         }
     }
+}
+
+/// Whether three or four points, in the order given, are the corners of a convex polygon, each farther than `tolerance` from the
+/// line through its neighbours. (Five such points can make a star.)
+fn is_corner_everywhere(flat: &[(DVec2, usize)], tolerance: f64) -> bool {
+    let count = flat.len();
+    let turns = |sign: f64| {
+        (0..count).all(|k| {
+            let (a, b, c) = (flat[k].0, flat[(k + 1) % count].0, flat[(k + 2) % count].0);
+            let chord = c - a;
+            sign * (b - a).perp_dot(chord) > tolerance * chord.length()
+        })
+    };
+    (3..=4).contains(&count) && (turns(1.0) || turns(-1.0))
 }
 
 /// The gap at `p` that the kept points guarantee: interpolated on the triangles between the deepest point and the sides of

@@ -56,8 +56,8 @@ pub use jacobian::{
     point_rows_into, spin_rows_into,
 };
 pub use kinematics::{Kinematics, body_velocities_into, forward_kinematics_into};
-pub use length::{LengthRow, actuator_length_into, tendon_length_into};
 pub use layout::Block;
+pub use length::{LengthRow, actuator_length_into, tendon_length_into};
 pub use mass::{BlockDiagonal, MassError};
 pub use math::{Pose, rotation_exp, rotation_log};
 pub use model::{

@@ -324,8 +324,8 @@ pub(crate) fn step_driven(
         for drive in driven {
             ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
         }
-        let unchanged = !report.clipped_gaps && ws.solver.keeps_directions() && ws.warm.holds(&ws.builder.keys);
-        if report.enlargements > 0 && unchanged {
+        let unchanged = || !report.clipped_gaps && ws.solver.keeps_directions() && ws.warm.holds(&ws.builder.keys);
+        if report.enlargements > 0 && unchanged() {
             break; // The larger reach has no new contacts: the solution at hand is that of the step.
         }
         ws.solve(settings, &mut report)?;
