@@ -1,8 +1,9 @@
 """Where the instructions of a step go, stage by stage, counted by callgrind.
 
-    python3 benchmarks/sim/stages.py [SCENE=SECONDS ...] [--sim target/release/sim]
+    python3 benchmarks/sim/stages.py [SCENE=FROM-TO ...] [--sim target/release/sim]
 
-Needs valgrind, the program `sim` and its scenes. Only what happens inside a step counts; the scenes are cut to a few seconds or steps.
+Needs valgrind, the program `sim` and its scenes. Only what happens inside a step counts, and of the steps those between two times (s):
+each scene is run to the one and to the other, and the counts are subtracted, so that the first, cold steps are not in them.
 """
 
 import argparse
@@ -14,10 +15,19 @@ import subprocess
 import tempfile
 
 BUILD = pathlib.Path(__file__).resolve().parents[2] / "build" / "peers"
-USUAL = {"S1_stick": 1.0, "S2_stack10": 0.1, "S3_wall10": 0.05, "S6_quadruped": 2.4, "S7_humanoid": 5.0, "S10_chain": 0.1, "S12_gripper": 0.4}
+USUAL = {
+    "S1_stick": "0.2-1.0",
+    "S2_stack10": "0.05-0.2",
+    "S2_stack20": "0.05-0.2",
+    "S3_wall10": "0.02-0.12",
+    "S6_quadruped": "0.4-2.4",
+    "S7_humanoid": "3.5-4.5",
+    "S10_chain": "0.02-0.1",
+    "S12_gripper": "0.1-0.4",
+}
 # Functions of the step, by how callgrind names them; what they call counts as theirs.
 STAGES = {
-    "kinematics": ["kinematics::forward_kinematics_into", "reach::BodyReach::body_velocities"],
+    "kinematics": ["kinematics::forward_kinematics_into", "kinematics::body_velocities_into"],
     "free motion": ["free_motion::free_motion_into"],
     "collision": ["collider::Collider::find"],
     "rows": ["jacobian::contact_rows_into"],
@@ -28,7 +38,7 @@ STAGES = {
 
 
 def profile(program, name, seconds, folder):
-    """Function → instructions with all that it calls, and the number of steps."""
+    """Function → instructions of all steps of a run, with all that it calls, and the number of steps."""
     scene = json.loads((BUILD / "sim" / "scenes.json").read_text())[name] | dict(duration=seconds)
     data, out = folder / f"{name}.json", folder / f"{name}.callgrind"
     data.write_text(json.dumps({name: scene}))
@@ -41,6 +51,12 @@ def profile(program, name, seconds, folder):
     return {function: int(count.replace(",", "")) for count, function in rows}, round(seconds / scene["dt"])
 
 
+def between(program, name, start, end, folder):
+    """Function → instructions of a step between two times, with all that it calls."""
+    (first, few), (last, many) = profile(program, name, start, folder), profile(program, name, end, folder)
+    return {function: (count - first.get(function, 0)) / (many - few) for function, count in last.items()}
+
+
 def split(functions):
     """Stage → instructions."""
     total = next(count for name, count in functions.items() if name == "signorini::step::step")
@@ -51,18 +67,17 @@ def split(functions):
 
 def main():
     options = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    options.add_argument("scenes", nargs="*", default=[f"{name}={seconds}" for name, seconds in USUAL.items()])
+    options.add_argument("scenes", nargs="*", default=[f"{name}={times}" for name, times in USUAL.items()])
     options.add_argument("--sim", default="target/release/sim")
     options = options.parse_args()
     print("| scene | instructions a step | " + " | ".join([*STAGES, "rest"]) + " |")
     print("|" + "---|" * (len(STAGES) + 3))
     with tempfile.TemporaryDirectory() as folder:
         for argument in options.scenes:
-            name, seconds = argument.split("=")
-            functions, steps = profile(options.sim, name, float(seconds), pathlib.Path(folder))
-            total, stages = split(functions)
-            cells = [f"{100 * stages[stage] / total:.1f} %" for stage in [*STAGES, "rest"]]
-            print(f"| {name} | {total / steps:,.0f} | " + " | ".join(cells) + " |", flush=True)
+            name, times = argument.split("=")
+            total, stages = split(between(options.sim, name, *map(float, times.split("-")), pathlib.Path(folder)))
+            cells = [f"{stages[stage]:,.0f}" for stage in [*STAGES, "rest"]]
+            print(f"| {name} | {total:,.0f} | " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":

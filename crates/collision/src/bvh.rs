@@ -1,4 +1,4 @@
-//! A tree of axis-aligned boxes: over the geoms of a model, made anew in every search, and over the triangles of a mesh.
+//! A tree of axis-aligned boxes over the triangles of a mesh.
 
 use glamx::glam::DVec3;
 

@@ -1,10 +1,12 @@
 //! The search for contact points of a whole model.
 
+use std::collections::BTreeSet;
+
 use glamx::glam::{DMat3, DVec3};
-use signorini_multibody::{ContactPoint, GeomId, Model, Pose};
+use signorini_multibody::{BodyId, ContactPoint, GeomId, Model, Pose};
 
 use crate::CollisionError;
-use crate::bvh::{Aabb, Bvh};
+use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed};
 use crate::halfspace::HalfSpace;
 use crate::manifold::Touch;
@@ -12,6 +14,7 @@ use crate::mesh::TriangleSet;
 use crate::narrow::Narrow;
 use crate::shape::{Prepared, Shape};
 use crate::surface::{PlacedSet, Surface};
+use crate::sweep::Sweep;
 
 /// How far a body can travel within the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -26,9 +29,11 @@ pub struct Reach {
 #[derive(Clone, Debug)]
 pub struct Collider {
     geoms: Vec<Prepared>,
+    /// Geoms that can meet another one, half-spaces included; the others have no place.
+    active: Vec<u32>,
     half_spaces: Vec<u32>,
-    /// Bounded geoms that can meet another bounded geom; the others need no place in the tree.
-    in_tree: Vec<u32>,
+    /// Bounded geoms that can meet another bounded geom; the others need not be swept.
+    swept: Vec<u32>,
     /// Bounded geoms that can meet a half-space.
     over_half_spaces: Vec<u32>,
     own_friction: Vec<(u32, u32, f64)>,
@@ -37,15 +42,16 @@ pub struct Collider {
     travel: Vec<f64>,
     /// Largest angle every geom can turn within the step, rad.
     turn: Vec<f64>,
-    pairs: Vec<(u32, u32)>,
-    tree: Bvh,
+    /// Both geoms of each pair in one number, so that these sort as pairs do.
+    pairs: Vec<u64>,
+    sweep: Sweep,
     narrow: Narrow,
     surface: Surface,
     touches: Vec<Touch>,
 }
 
 /// A geom in world.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct GeomPose {
     rotation: DMat3,
     position: DVec3,
@@ -63,8 +69,12 @@ impl Collider {
         check_meshes(model, &geoms)?;
         let is_half_space = |i: &u32| matches!(geoms[*i as usize].shape, Shape::HalfSpace);
         let (half_spaces, bounded): (Vec<u32>, Vec<u32>) = (0..geoms.len() as u32).partition(is_half_space);
-        let in_tree = that_can_meet(model, &bounded, &bounded);
+        let swept = that_can_meet(model, &bounded, &bounded);
         let over_half_spaces = that_can_meet(model, &bounded, &half_spaces);
+        let half_spaces = that_can_meet(model, &half_spaces, &bounded);
+        let mut active = [&half_spaces[..], &swept, &over_half_spaces].concat();
+        active.sort_unstable();
+        active.dedup();
         let mut own_friction: Vec<(u32, u32, f64)> = Vec::new();
         for pair in &model.pairs {
             let (a, b) = (pair.geom_a.0.min(pair.geom_b.0), pair.geom_a.0.max(pair.geom_b.0));
@@ -73,17 +83,18 @@ impl Collider {
         own_friction.sort_by_key(|p| (p.0, p.1));
         own_friction.dedup_by_key(|p| (p.0, p.1));
         Ok(Self {
+            placed: vec![GeomPose::default(); geoms.len()],
+            boxes: vec![Aabb { low: DVec3::ZERO, high: DVec3::ZERO }; geoms.len()],
+            travel: vec![0.0; geoms.len()],
+            turn: vec![0.0; geoms.len()],
             geoms,
+            active,
             half_spaces,
-            in_tree,
+            swept,
             over_half_spaces,
             own_friction,
-            placed: Vec::new(),
-            boxes: Vec::new(),
-            travel: Vec::new(),
-            turn: Vec::new(),
             pairs: Vec::new(),
-            tree: Bvh::default(),
+            sweep: Sweep::default(),
             narrow: Narrow::default(),
             surface: Surface::default(),
             touches: Vec::new(),
@@ -111,7 +122,7 @@ impl Collider {
         self.place(body_pose, reach);
         self.collect_pairs(model);
         for k in 0..self.pairs.len() {
-            let (i, j) = self.pairs[k];
+            let (i, j) = ((self.pairs[k] >> 32) as u32, self.pairs[k] as u32);
             self.touches.clear();
             let origin = self.touch(i as usize, j as usize);
             let start = out.len();
@@ -132,6 +143,12 @@ impl Collider {
         }
     }
 
+    /// The bodies of geoms that can touch another one, ascending; the reach of the others is not looked at.
+    pub fn touching_bodies(&self) -> impl Iterator<Item = BodyId> {
+        let bodies: BTreeSet<u32> = self.active.iter().map(|&k| self.geoms[k as usize].body as u32).collect();
+        bodies.into_iter().map(BodyId)
+    }
+
     /// `X_WG` of a geom, m.
     pub fn geom_pose(&self, geom: GeomId, body_pose: &[Pose]) -> Pose {
         let prepared = &self.geoms[geom.index()];
@@ -140,21 +157,19 @@ impl Collider {
 
     /// World poses, travels and the boxes around all that the geoms can reach.
     fn place(&mut self, body_pose: &[Pose], reach: &[Reach]) {
-        self.placed.clear();
-        self.boxes.clear();
-        self.travel.clear();
-        self.turn.clear();
-        for geom in &self.geoms {
-            let pose = body_pose[geom.body] * geom.placement;
+        for k in self.active.iter().map(|&k| k as usize) {
+            let geom = &self.geoms[k];
+            let body = body_pose[geom.body];
+            let pose = if geom.placement == Pose::IDENTITY { body } else { body * geom.placement };
             let rotation = pose.rotation_matrix();
             let center = rotation * geom.center + pose.position;
             let reach = reach[geom.body];
             let travel = reach.linear + reach.angular * geom.arm;
             let half = rotation.abs() * geom.half + DVec3::splat(travel);
-            self.placed.push(GeomPose { rotation, position: pose.position, center });
-            self.boxes.push(Aabb { low: center - half, high: center + half });
-            self.travel.push(travel);
-            self.turn.push(reach.angular);
+            self.placed[k] = GeomPose { rotation, position: pose.position, center };
+            self.boxes[k] = Aabb { low: center - half, high: center + half };
+            self.travel[k] = travel;
+            self.turn[k] = reach.angular;
         }
     }
 
@@ -166,16 +181,6 @@ impl Collider {
             let both = (&model.geoms[i as usize], &model.geoms[j as usize]);
             model.contact_filter.allows((GeomId(i), GeomId(j)), both)
         };
-        let boxes = &self.boxes;
-        let known = |i: &u32| !boxes[*i as usize].is_nan();
-        self.tree.build(boxes, self.in_tree.iter().copied().filter(known));
-        for i in self.in_tree.iter().copied().filter(known) {
-            self.tree.overlapping(&boxes[i as usize], |j| {
-                if i < j && boxes[i as usize].overlaps(&boxes[j as usize]) && allowed(i, j) {
-                    pairs.push((i, j));
-                }
-            });
-        }
         for &h in &self.half_spaces {
             let plane = &self.placed[h as usize];
             let normal = plane.rotation.z_axis;
@@ -184,10 +189,15 @@ impl Collider {
                 let margin = self.travel[k] + self.travel[h as usize];
                 let height = normal.dot(self.placed[k].center - plane.position) - geoms[k].size;
                 if height <= margin && allowed(h, i) {
-                    pairs.push((h.min(i), h.max(i)));
+                    pairs.push(pair_of(h, i));
                 }
             }
         }
+        self.sweep.overlapping(&self.boxes, &self.swept, |i, j| {
+            if allowed(i.min(j), i.max(j)) {
+                pairs.push(pair_of(i, j));
+            }
+        });
         pairs.sort_unstable();
     }
 
@@ -240,6 +250,11 @@ impl Collider {
         let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
         if a.frictional || b.frictional { a.friction.max(b.friction) } else { 0.0 }
     }
+}
+
+/// Two geoms as one number, the smaller index first.
+fn pair_of(i: u32, j: u32) -> u64 {
+    u64::from(i.min(j)) << 32 | u64::from(i.max(j))
 }
 
 /// Those of `geoms` whose masks let them meet one of `others`, or that are named in a pair; the rest meets none of them whatever

@@ -51,6 +51,7 @@ mod reduce;
 mod separation;
 mod shape;
 mod surface;
+mod sweep;
 
 pub use collider::{Collider, Reach};
 pub use error::CollisionError;

@@ -58,6 +58,9 @@ struct Corner {
 pub(crate) struct Manifold {
     pub patch_a: Patch,
     pub patch_b: Patch,
+    /// The patches in the contact plane.
+    flat_a: Vec<DVec2>,
+    flat_b: Vec<DVec2>,
     corners: Vec<Corner>,
     clipped: Vec<Corner>,
 }
@@ -70,16 +73,20 @@ impl Manifold {
         let plane = Plane::new(n);
         drop_far_end(&mut self.patch_a, n);
         drop_far_end(&mut self.patch_b, -n);
-        let (count_a, count_b) = (self.patch_a.points.len(), self.patch_b.points.len());
+        for (flat, patch) in [(&mut self.flat_a, &self.patch_a), (&mut self.flat_b, &self.patch_b)] {
+            flat.clear();
+            flat.extend(patch.points.iter().map(|p| plane.flatten(*p)));
+        }
+        let (count_a, count_b) = (self.flat_a.len(), self.flat_b.len());
         self.corners.clear();
         match (count_a, count_b) {
             (0, _) | (_, 0) => {}
-            (1, _) => self.point(&plane, true, tolerance),
-            (_, 1) => self.point(&plane, false, tolerance),
-            (2, 2) => self.lines(&plane, tolerance),
-            (2, _) => self.line_in_polygon(&plane, true, tolerance),
-            (_, 2) => self.line_in_polygon(&plane, false, tolerance),
-            _ => self.polygons(&plane, tolerance),
+            (1, _) => self.point(true, tolerance),
+            (_, 1) => self.point(false, tolerance),
+            (2, 2) => self.lines(tolerance),
+            (2, _) => self.line_in_polygon(true, tolerance),
+            (_, 2) => self.line_in_polygon(false, tolerance),
+            _ => self.polygons(tolerance),
         }
         let height_a = Height::new(&plane, &self.patch_a);
         let height_b = Height::new(&plane, &self.patch_b);
@@ -94,19 +101,23 @@ impl Manifold {
     }
 
     /// The single point of A (or of B) if the other patch covers it.
-    fn point(&mut self, plane: &Plane, of_a: bool, tolerance: f64) {
-        let (own, other) = if of_a { (&self.patch_a, &self.patch_b) } else { (&self.patch_b, &self.patch_a) };
-        let p = plane.flatten(own.points[0]);
-        if covers(plane, other, p, tolerance) {
-            let feature = if of_a { Feature::VertexA(own.ids[0]) } else { Feature::VertexB(own.ids[0]) };
+    fn point(&mut self, of_a: bool, tolerance: f64) {
+        let (own, id, other) = if of_a {
+            (&self.flat_a, self.patch_a.ids[0], &self.flat_b)
+        } else {
+            (&self.flat_b, self.patch_b.ids[0], &self.flat_a)
+        };
+        let p = own[0];
+        if covers(other, p, tolerance) {
+            let feature = if of_a { Feature::VertexA(id) } else { Feature::VertexB(id) };
             let next = Side::OfA([0, 0]);
             self.corners.push(Corner { p, feature, next });
         }
     }
 
     /// Two lines: the ends of their common part when they run along each other, else where they cross.
-    fn lines(&mut self, plane: &Plane, tolerance: f64) {
-        let [a, b] = [&self.patch_a, &self.patch_b].map(|l| [plane.flatten(l.points[0]), plane.flatten(l.points[1])]);
+    fn lines(&mut self, tolerance: f64) {
+        let [a, b] = [&self.flat_a, &self.flat_b].map(|flat| [flat[0], flat[1]]);
         let (ids_a, ids_b) = ([self.patch_a.ids[0], self.patch_a.ids[1]], [self.patch_b.ids[0], self.patch_b.ids[1]]);
         let (u, v) = (a[1] - a[0], b[1] - b[0]);
         let (length_a, length_b) = (u.length(), v.length());
@@ -142,26 +153,25 @@ impl Manifold {
     }
 
     /// The part of the line of A (or of B) that the other polygon covers.
-    fn line_in_polygon(&mut self, plane: &Plane, of_a: bool, tolerance: f64) {
-        let (line, polygon) = if of_a { (&self.patch_a, &self.patch_b) } else { (&self.patch_b, &self.patch_a) };
-        let ends = [plane.flatten(line.points[0]), plane.flatten(line.points[1])];
-        let ids = [line.ids[0], line.ids[1]];
+    fn line_in_polygon(&mut self, of_a: bool, tolerance: f64) {
+        let (a, b) = ((&self.flat_a, &self.patch_a.ids), (&self.flat_b, &self.patch_b.ids));
+        let ((line, line_ids), (polygon, polygon_ids)) = if of_a { (a, b) } else { (b, a) };
+        let ends = [line[0], line[1]];
+        let ids = [line_ids[0], line_ids[1]];
         let vertex = |id| if of_a { Feature::VertexA(id) } else { Feature::VertexB(id) };
         let crossing = |side| if of_a { Feature::Edges(ids, side) } else { Feature::Edges(side, ids) };
         let mut first = (0.0, vertex(ids[0]));
         let mut last = (1.0, vertex(ids[1]));
-        let turn = orientation(plane, polygon);
-        let count = polygon.points.len();
-        for k in 0..count {
-            let l = (k + 1) % count;
-            let (p, q) = (plane.flatten(polygon.points[k]), plane.flatten(polygon.points[l]));
+        let turn = orientation(polygon);
+        for (k, l) in sides(polygon) {
+            let (p, q) = (polygon[k], polygon[l]);
             let Some(inward) = (q - p).try_normalize().map(|e| e.perp() * turn) else { continue };
             let depth = ends.map(|e| inward.dot(e - p));
             if depth[0] < -tolerance && depth[1] < -tolerance {
                 return;
             }
             let cut = depth[0] / (depth[0] - depth[1]);
-            let side = crossing([polygon.ids[k], polygon.ids[l]]);
+            let side = crossing([polygon_ids[k], polygon_ids[l]]);
             if depth[0] < -tolerance && cut > first.0 {
                 first = (cut, side);
             } else if depth[1] < -tolerance && cut < last.0 {
@@ -179,26 +189,46 @@ impl Manifold {
     }
 
     /// The overlap of two convex polygons (Sutherland & Hodgman 1974), A clipping B.
-    fn polygons(&mut self, plane: &Plane, tolerance: f64) {
-        let (patch_a, patch_b) = (&self.patch_a, &self.patch_b);
-        let count = patch_b.points.len();
-        for k in 0..count {
-            let (id, next) = (patch_b.ids[k], patch_b.ids[(k + 1) % count]);
-            let p = plane.flatten(patch_b.points[k]);
-            self.corners.push(Corner { p, feature: Feature::VertexB(id), next: Side::OfB([id, next]) });
+    fn polygons(&mut self, tolerance: f64) {
+        let Self { patch_a, patch_b, flat_a, flat_b, corners, clipped } = self;
+        let corner = |p: &DVec2, feature, next| Corner { p: *p, feature, next };
+        if lies_within(flat_a, flat_b, tolerance) {
+            let own = flat_a.iter().zip(&patch_a.ids);
+            corners.extend(own.map(|(p, &id)| corner(p, Feature::VertexA(id), Side::OfA([id, id]))));
+            return;
         }
-        let turn = orientation(plane, patch_a);
-        let count = patch_a.points.len();
-        for k in 0..count {
-            let l = (k + 1) % count;
-            let (p, q) = (plane.flatten(patch_a.points[k]), plane.flatten(patch_a.points[l]));
+        let count = flat_b.len();
+        for (k, (p, &id)) in flat_b.iter().zip(&patch_b.ids).enumerate() {
+            corners.push(corner(p, Feature::VertexB(id), Side::OfB([id, patch_b.ids[(k + 1) % count]])));
+        }
+        let turn = orientation(flat_a);
+        for (k, l) in sides(flat_a) {
+            let (p, q) = (flat_a[k], flat_a[l]);
             let Some(inward) = (q - p).try_normalize().map(|e| e.perp() * turn) else { continue };
-            self.clipped.clear();
-            let side = [patch_a.ids[k], patch_a.ids[l]];
-            cut(&self.corners, p, inward, side, tolerance, &mut self.clipped);
-            std::mem::swap(&mut self.corners, &mut self.clipped);
+            if corners.iter().all(|corner| inward.dot(corner.p - p) >= -tolerance) {
+                continue;
+            }
+            clipped.clear();
+            cut(corners, p, inward, [patch_a.ids[k], patch_a.ids[l]], tolerance, clipped);
+            std::mem::swap(corners, clipped);
         }
     }
+}
+
+/// Whether points lie inside a polygon by more than a distance.
+fn lies_within(points: &[DVec2], polygon: &[DVec2], distance: f64) -> bool {
+    let turn = orientation(polygon);
+    sides(polygon).all(|(k, l)| {
+        let side = polygon[l] - polygon[k];
+        let (inward, least) = (side.perp() * turn, distance * side.length());
+        points.iter().all(|p| inward.dot(*p - polygon[k]) > least)
+    })
+}
+
+/// Both ends of every side of a polygon.
+fn sides(polygon: &[DVec2]) -> impl Iterator<Item = (usize, usize)> {
+    let count = polygon.len();
+    (0..count).map(move |k| (k, if k + 1 == count { 0 } else { k + 1 }))
 }
 
 /// A line seen almost end-on bears at the end that is farther along `n`; its length across is not well determined.
@@ -222,9 +252,12 @@ const PARALLEL: f64 = 1e-3;
 
 /// Keeps the part of a polygon on the inward side of a line, the line's border included.
 fn cut(corners: &[Corner], p: DVec2, inward: DVec2, side: [u32; 2], tolerance: f64, out: &mut Vec<Corner>) {
+    let depth = |corner: &Corner| inward.dot(corner.p - p);
+    let Some(first) = corners.first() else { return };
+    let mut there = depth(first);
     for (k, corner) in corners.iter().enumerate() {
-        let after = &corners[(k + 1) % corners.len()];
-        let (here, there) = (inward.dot(corner.p - p), inward.dot(after.p - p));
+        let after = corners.get(k + 1).unwrap_or(first);
+        let here = std::mem::replace(&mut there, depth(after));
         let (keep, keep_after) = (here >= -tolerance, there >= -tolerance);
         if keep {
             out.push(*corner);
@@ -245,30 +278,25 @@ fn shared_vertex(e: [u32; 2], f: [u32; 2]) -> u32 {
     if f.contains(&e[0]) { e[0] } else { e[1] }
 }
 
-/// +1 if the polygon runs counter-clockwise in the plane, else −1.
-fn orientation(plane: &Plane, polygon: &Patch) -> f64 {
-    let first = plane.flatten(polygon.points[0]);
-    let edges = polygon.points[1..].windows(2);
-    let area: f64 = edges.map(|e| (plane.flatten(e[0]) - first).perp_dot(plane.flatten(e[1]) - first)).sum();
+/// +1 if the polygon runs counter-clockwise, else −1.
+fn orientation(polygon: &[DVec2]) -> f64 {
+    let area: f64 = polygon[1..].windows(2).map(|e| (e[0] - polygon[0]).perp_dot(e[1] - polygon[0])).sum();
     if area >= 0.0 { 1.0 } else { -1.0 }
 }
 
-fn covers(plane: &Plane, patch: &Patch, p: DVec2, tolerance: f64) -> bool {
-    let count = patch.points.len();
-    let flat = |k: usize| plane.flatten(patch.points[k % count]);
-    match count {
-        1 => (flat(0) - p).length() <= tolerance,
-        2 => {
-            let (a, b) = (flat(0), flat(1));
+fn covers(patch: &[DVec2], p: DVec2, tolerance: f64) -> bool {
+    match *patch {
+        [a] => (a - p).length() <= tolerance,
+        [a, b] => {
             let length2 = (b - a).length_squared();
             let place = if length2 < 1e-30 { 0.0 } else { ((p - a).dot(b - a) / length2).clamp(0.0, 1.0) };
             (a.lerp(b, place) - p).length() <= tolerance
         }
         _ => {
-            let turn = orientation(plane, patch);
-            (0..count).all(|k| {
-                let inward = (flat(k + 1) - flat(k)).normalize_or_zero().perp() * turn;
-                inward.dot(p - flat(k)) >= -tolerance
+            let turn = orientation(patch);
+            sides(patch).all(|(k, l)| {
+                let inward = (patch[l] - patch[k]).normalize_or_zero().perp() * turn;
+                inward.dot(p - patch[k]) >= -tolerance
             })
         }
     }

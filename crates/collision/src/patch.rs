@@ -41,7 +41,7 @@ impl Patch {
                 self.push(DVec3::Z * *half_length + d * *radius, 0);
                 self.push(DVec3::Z * -half_length + d * *radius, 1);
             }
-            Convex::Box { half } => self.box_face(*half, d),
+            Convex::Box { half } => return self.box_face(placed, *half, d),
             Convex::Cylinder { radius, half_length } => self.cylinder(*radius, *half_length, d),
             Convex::Cone { radius, half_length } => self.cone(*radius, *half_length, d),
             Convex::Ellipsoid { .. } => self.push(placed.shape.core_support(d), 0),
@@ -53,7 +53,8 @@ impl Patch {
         }
     }
 
-    fn box_face(&mut self, half: DVec3, d: DVec3) {
+    /// The face of a box, in the common frame.
+    fn box_face(&mut self, placed: &Placed, half: DVec3, d: DVec3) {
         let a = d.abs();
         let axis = if a.x >= a.y && a.x >= a.z {
             0
@@ -64,11 +65,14 @@ impl Patch {
         };
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let up = d[axis] >= 0.0;
-        for (su, sv) in [(true, true), (false, true), (false, false), (true, false)] {
-            let mut signs = [false; 3];
-            (signs[axis], signs[u], signs[v]) = (up, su, sv);
-            self.push(box_corner(half, signs), box_corner_id(signs));
-        }
+        let arm = |i: usize| placed.rotation.col(i) * half[i];
+        let center = if up { placed.position + arm(axis) } else { placed.position - arm(axis) };
+        let (along_u, along_v) = (arm(u), arm(v));
+        let id = |su: bool, sv: bool| u32::from(up) << axis | u32::from(su) << u | u32::from(sv) << v;
+        self.push(center + along_u + along_v, id(true, true));
+        self.push(center - along_u + along_v, id(false, true));
+        self.push(center - along_u - along_v, id(false, false));
+        self.push(center + along_u - along_v, id(true, false));
     }
 
     fn cylinder(&mut self, radius: f64, half_length: f64, d: DVec3) {

@@ -43,10 +43,16 @@ impl Reducer {
         let flatten = |p: DVec3| DVec2::new(u.dot(p - origin), v.dot(p - origin));
         self.flat.clear();
         self.flat.extend(touches[from..].iter().enumerate().map(|(i, t)| (flatten(t.position), i)));
+        if is_corner_everywhere(&self.flat, tolerance) {
+            return;
+        }
         let own = &touches[from..];
         let deepest = (0..own.len()).min_by(|&i, &j| own[i].gap.total_cmp(&own[j].gap)).unwrap_or(0);
         merge(&mut self.flat, own, tolerance);
         convex_outline(&self.flat, &mut self.outline, tolerance);
+        if self.outline.len() == own.len() && own.len() <= MOST {
+            return; // Nothing to leave out; the order of the points means nothing.
+        }
         while self.outline.len() > MOST {
             drop_bluntest(&mut self.outline, deepest);
         }
@@ -78,6 +84,20 @@ impl Reducer {
             self.outline(touches, 0, f64::INFINITY, size);
         }
     }
+}
+
+/// Whether three or four points, in the order given, are the corners of a convex polygon, each farther than `tolerance` from the
+/// line through its neighbours. (Five such points can make a star.)
+fn is_corner_everywhere(flat: &[(DVec2, usize)], tolerance: f64) -> bool {
+    let count = flat.len();
+    let turns = |sign: f64| {
+        (0..count).all(|k| {
+            let (a, b, c) = (flat[k].0, flat[(k + 1) % count].0, flat[(k + 2) % count].0);
+            let chord = c - a;
+            sign * (b - a).perp_dot(chord) > tolerance * chord.length()
+        })
+    };
+    (3..=4).contains(&count) && (turns(1.0) || turns(-1.0))
 }
 
 /// The gap at `p` that the kept points guarantee: interpolated on the triangles between the deepest point and the sides of
@@ -142,8 +162,9 @@ fn convex_outline(flat: &[(DVec2, usize)], out: &mut Vec<(DVec2, usize)>, tolera
     let mut k = 0;
     while k < out.len() {
         let (start, end) = (out[k].0, out[(k + 1) % out.len()].0);
-        let along = (end - start).normalize_or_zero();
-        let mut beyond = (tolerance, None);
+        let along = end - start;
+        // Distances from the side times its length.
+        let mut beyond = (tolerance * along.length(), None);
         for point in flat {
             let distance = -along.perp_dot(point.0 - start);
             if distance > beyond.0 {

@@ -63,13 +63,24 @@ pub(crate) fn boxes(a: &Placed, b: &Placed, half_a: DVec3, half_b: DVec3, margin
     }
     let mut edge = (best.0 + EDGE_BIAS.0 * best.0.abs() + EDGE_BIAS.1 * size, None);
     for i in 0..3 {
+        let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
         for j in 0..3 {
-            let axis = ra.col(i).cross(rb.col(j));
-            let length2 = axis.length_squared();
+            let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
+            // All in the axes of A, where axis i of A is a unit vector: |a_i × b_j|² = 1 − (a_i·b_j)², without cancellation.
+            let b_j = relative.col(j);
+            let length2 = b_j[i1] * b_j[i1] + b_j[i2] * b_j[i2];
             if length2 < 1e-8 {
                 continue;
             }
-            let axis = axis / length2.sqrt();
+            let along = center[i2] * b_j[i1] - center[i1] * b_j[i2];
+            let reach_a = half_a[i1] * abs[j][i2] + half_a[i2] * abs[j][i1];
+            let reach_b = half_b[j1] * abs[j2][i] + half_b[j2] * abs[j1][i];
+            // The gap is this over the length, which is at most 1.
+            let scaled = along.abs() - reach_a - reach_b;
+            if scaled <= edge.0.min(0.0) || scaled <= edge.0 * length2.sqrt() {
+                continue;
+            }
+            let axis = ra.col(i).cross(rb.col(j)).normalize();
             let (in_a, in_b) = (ra.transpose() * axis, rb.transpose() * axis);
             let along = axis.dot(to_b);
             let gap = along.abs() - half_a.dot(in_a.abs()) - half_b.dot(in_b.abs());

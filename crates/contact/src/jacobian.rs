@@ -37,20 +37,22 @@ impl<const R: usize> SparseRows<R> {
 
     /// Adds a group from its columns (strictly ascending) and, for each column, its `R` entries.
     pub fn push(&mut self, group: impl IntoIterator<Item = (u32, [f64; R])>) {
-        for (column, entry) in group {
-            self.columns.push(column);
-            self.entries.push(entry);
-        }
+        // Both lists grow in one go where the length is known.
+        let mut both = (std::mem::take(&mut self.columns), std::mem::take(&mut self.entries));
+        both.extend(group);
+        (self.columns, self.entries) = both;
         self.offsets.push(self.columns.len());
     }
 
     /// The columns of group `i` and the entries in them.
+    #[inline]
     pub fn group(&self, i: usize) -> (&[u32], &[[f64; R]]) {
-        let range = self.offsets[i]..self.offsets[i + 1];
-        (&self.columns[range.clone()], &self.entries[range])
+        let (start, end) = (self.offsets[i], self.offsets[i + 1]);
+        (&self.columns[start..end], &self.entries[start..end])
     }
 
     /// `J_i x` for a vector over all degrees of freedom.
+    #[inline]
     pub fn multiply(&self, i: usize, x: &[f64]) -> [f64; R] {
         let (columns, entries) = self.group(i);
         let mut y = [0.0; R];
@@ -64,6 +66,7 @@ impl<const R: usize> SparseRows<R> {
     }
 
     /// The largest sum of absolute products in `J_i x`: what its rounding is relative to.
+    #[inline]
     pub(crate) fn largest_terms(&self, i: usize, x: &[f64]) -> f64 {
         let (columns, entries) = self.group(i);
         let mut sums = [0.0; R];
@@ -77,6 +80,7 @@ impl<const R: usize> SparseRows<R> {
     }
 
     /// `y += J_iᵀ p`.
+    #[inline]
     pub fn add_transposed(&self, i: usize, p: [f64; R], y: &mut [f64]) {
         let (columns, entries) = self.group(i);
         for (&column, entry) in columns.iter().zip(entries) {

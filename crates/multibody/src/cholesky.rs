@@ -1,6 +1,9 @@
 //! Factorisation of block-diagonal matrices along kinematic trees.
 
-use crate::mass::{Block, BlockDiagonal, Coupling, MassError};
+use std::sync::Arc;
+
+use crate::layout::{Block, Layout};
+use crate::mass::{BlockDiagonal, MassError};
 
 /// The factor `L` of `A = Lᵀ L` of a [`BlockDiagonal`], lower triangular.
 ///
@@ -12,13 +15,22 @@ use crate::mass::{Block, BlockDiagonal, Coupling, MassError};
 /// each entry is finished at once: all sums then run along a row of `Lᵀ` over the degrees of freedom that a joint carries.
 #[derive(Clone, Debug)]
 pub struct BlockCholesky {
-    blocks: Vec<Block>,
-    block_of: Vec<usize>,
-    coupling: Coupling,
+    layout: Arc<Layout>,
     /// `Lᵀ`: upper triangles in dense row-major blocks.
     data: Vec<f64>,
     inverse_diagonal: Vec<f64>,
+    /// For small blocks what was factorised last: those of bodies that fly freely do not change while these turn about their
+    /// origin.
+    source: Vec<f64>,
+    /// Whether the factor of a block is that of its `source`.
+    known: Vec<bool>,
+    /// Whether a small block's factor has nothing beside its diagonal: that of a body that flies freely, where its origin is its
+    /// centre of mass and its axes are those of its inertia.
+    diagonal: Vec<bool>,
 }
+
+/// Comparing a block with the last one is cheap beside factorising it up to this many rows.
+const SMALL: usize = 6;
 
 impl BlockCholesky {
     /// Storage for the factor of a matrix with the same blocks; holds the identity's factor until
@@ -31,11 +43,12 @@ impl BlockCholesky {
             }
         }
         Self {
-            blocks: matrix.blocks().to_vec(),
-            block_of: (0..matrix.dimension()).map(|k| matrix.block_of(k)).collect(),
-            coupling: matrix.coupling().clone(),
+            layout: matrix.layout().clone(),
             data,
             inverse_diagonal: vec![1.0; matrix.dimension()],
+            source: vec![0.0; matrix.data().len()],
+            known: vec![false; matrix.blocks().len()],
+            diagonal: vec![false; matrix.blocks().len()],
         }
     }
 
@@ -47,19 +60,29 @@ impl BlockCholesky {
     /// # Panics
     /// If the matrix has other blocks or couples other rows.
     pub fn refactor(&mut self, matrix: &BlockDiagonal) -> Result<(), MassError> {
-        let same = self.blocks == matrix.blocks() && self.coupling == *matrix.coupling();
-        assert!(same, "the factor was made for another matrix");
-        for block in &self.blocks {
-            let u = &mut self.data[block.data_range()];
-            let inverse = &mut self.inverse_diagonal[block.range()];
-            factor_block(matrix.data_of(block), block, &self.coupling, u, inverse)?;
+        assert!(self.layout == *matrix.layout(), "the factor was made for another matrix");
+        let Self { layout, data, inverse_diagonal, source, known, diagonal } = self;
+        for ((block, known), diagonal) in layout.blocks.iter().zip(known).zip(diagonal) {
+            let (a, source) = (matrix.data_of(block), &mut source[block.data_range()]);
+            if *known && same_bits(a, source) {
+                continue;
+            }
+            (*known, *diagonal) = (false, false);
+            let (u, inverse) = (&mut data[block.data_range()], &mut inverse_diagonal[block.range()]);
+            factor_block(a, block, layout, u, inverse)?;
+            if block.size <= SMALL {
+                source.copy_from_slice(a);
+                *known = true;
+                let beside = |k: usize| &u[k * block.size..(k + 1) * block.size][k + 1..];
+                *diagonal = (0..block.size).all(|k| beside(k).iter().all(|x| *x == 0.0));
+            }
         }
         Ok(())
     }
 
     /// The blocks of the factorised matrix.
     pub fn blocks(&self) -> &[Block] {
-        &self.blocks
+        &self.layout.blocks
     }
 
     /// `x ← A⁻¹ x`, `[nv]`.
@@ -67,9 +90,9 @@ impl BlockCholesky {
     /// # Panics
     /// If the length is not the dimension.
     pub fn solve_in_place(&self, x: &mut [f64]) {
-        assert_eq!(x.len(), self.block_of.len(), "length must be the dimension");
-        for b in 0..self.blocks.len() {
-            self.solve_block_in_place(b, &mut x[self.blocks[b].range()]);
+        assert_eq!(x.len(), self.layout.block_of.len(), "length must be the dimension");
+        for b in 0..self.layout.blocks.len() {
+            self.solve_block_in_place(b, &mut x[self.layout.blocks[b].range()]);
         }
     }
 
@@ -79,15 +102,20 @@ impl BlockCholesky {
     /// If the length is not the block's size.
     pub fn solve_block_in_place(&self, block: usize, x: &mut [f64]) {
         self.half_solve_block_in_place(block, x);
-        let (block, n) = (&self.blocks[block], self.blocks[block].size);
-        let u = &self.data[block.data_range()];
+        let is_diagonal = self.diagonal[block];
+        let block = &self.layout.blocks[block];
+        if is_diagonal {
+            return scale_rows(x, &self.inverse_diagonal[block.range()]);
+        }
+        let (n, end) = (block.size, &self.layout.end[block.range()]);
+        let rows = self.data[block.data_range()].chunks_exact(n);
         let inverse = &self.inverse_diagonal[block.range()];
-        let carried = |k: usize| k + 1..self.coupling.end(block.start + k) - block.start;
-        for k in 0..n {
-            let row = &u[k * n..(k + 1) * n];
-            x[k] *= inverse[k];
-            let factor = x[k];
-            for (x, u) in x[carried(k)].iter_mut().zip(&row[carried(k)]) {
+        for (k, (row, (&inverse, &end))) in rows.zip(inverse.iter().zip(end)).enumerate() {
+            let (head, tail) = x.split_at_mut(k + 1);
+            let (row, end) = (&row[k + 1..], end - block.start - k - 1);
+            head[k] *= inverse;
+            let factor = head[k];
+            for (x, u) in tail[..end].iter_mut().zip(row) {
                 *x -= u * factor;
             }
         }
@@ -99,13 +127,19 @@ impl BlockCholesky {
     /// # Panics
     /// If the length is not the block's size.
     pub fn half_solve_block_in_place(&self, block: usize, x: &mut [f64]) {
-        let (block, n) = (&self.blocks[block], self.blocks[block].size);
+        let is_diagonal = self.diagonal[block];
+        let block = &self.layout.blocks[block];
+        let (n, end) = (block.size, &self.layout.end[block.range()]);
         assert_eq!(x.len(), n, "length must be the block's size");
-        let u = &self.data[block.data_range()];
+        if is_diagonal {
+            return scale_rows(x, &self.inverse_diagonal[block.range()]);
+        }
+        let rows = self.data[block.data_range()].chunks_exact(n);
         let inverse = &self.inverse_diagonal[block.range()];
-        for k in (0..n).rev() {
-            let carried = k + 1..self.coupling.end(block.start + k) - block.start;
-            x[k] = (x[k] - dot(&u[k * n..(k + 1) * n][carried.clone()], &x[carried])) * inverse[k];
+        for (k, (row, (&inverse, &end))) in rows.zip(inverse.iter().zip(end)).enumerate().rev() {
+            let (head, tail) = x.split_at_mut(k + 1);
+            let carried = end - block.start - k - 1;
+            head[k] = (head[k] - dot(&tail[..carried], &row[k + 1..][..carried])) * inverse;
         }
     }
 
@@ -115,11 +149,16 @@ impl BlockCholesky {
     /// # Panics
     /// If there are more rows than the block has.
     pub fn half_solve_block<const N: usize>(&self, block: usize, rows: &mut [[f64; N]]) {
-        let block = &self.blocks[block];
+        let is_diagonal = self.diagonal[block];
+        let block = &self.layout.blocks[block];
         assert!(rows.len() <= block.size, "no more rows than the block has");
         let (u, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
+        if is_diagonal {
+            rows.iter_mut().zip(inverse).for_each(|(row, inverse)| row.iter_mut().for_each(|y| *y *= inverse));
+            return;
+        }
         for k in (0..rows.len()).rev() {
-            let end = (self.coupling.end(block.start + k) - block.start).min(rows.len());
+            let end = (self.layout.end(block.start + k) - block.start).min(rows.len());
             let (head, tail) = rows.split_at_mut(k + 1);
             let row = &mut head[k];
             for (u, y) in u[k * block.size + k + 1..k * block.size + end].iter().zip(tail.iter()) {
@@ -141,11 +180,11 @@ impl BlockCholesky {
     pub fn half_solve_sparse<const N: usize>(&self, dofs: &[usize], rows: &mut [[f64; N]]) {
         assert_eq!(dofs.len(), rows.len(), "one row for every degree of freedom");
         for (i, &k) in dofs.iter().enumerate().rev() {
-            let block = &self.blocks[self.block_of[k]];
+            let block = &self.layout.blocks[self.layout.block_of[k]];
             let u = &self.data[block.offset + (k - block.start) * block.size..][..block.size];
             let (head, tail) = rows.split_at_mut(i + 1);
             let row = &mut head[i];
-            let end = self.coupling.end(k);
+            let end = self.layout.end(k);
             for (&j, y) in dofs[i + 1..].iter().zip(tail.iter()).take_while(|(j, _)| **j < end) {
                 let factor = u[j - block.start];
                 for (x, y) in row.iter_mut().zip(y) {
@@ -161,42 +200,93 @@ impl BlockCholesky {
 fn factor_block(
     a: &[f64],
     block: &Block,
-    coupling: &Coupling,
+    layout: &Layout,
     u: &mut [f64],
     inverse: &mut [f64],
 ) -> Result<(), MassError> {
-    let n = block.size;
+    let (n, start) = (block.size, block.start);
     for k in (0..n).rev() {
-        let carried = k + 1..coupling.end(block.start + k) - block.start;
+        let carried = k + 1..layout.end(start + k) - start;
         let (above, row) = u.split_at_mut(k * n);
         let carried_row = &row[carried.clone()];
         let diagonal = a[k * (n + 1)];
         let pivot = diagonal - dot(carried_row, carried_row);
         // What is left of the diagonal after elimination has an error of some roundings of the original entry.
         if !(pivot > 4.0 * n as f64 * f64::EPSILON * diagonal && pivot.is_finite()) {
-            return Err(MassError::NotPositiveDefinite { dof: block.start + k, pivot });
+            return Err(MassError::NotPositiveDefinite { dof: start + k, pivot });
         }
         let root = pivot.sqrt();
         inverse[k] = 1.0 / root;
-        for i in coupling.ancestors(block.start + k) {
-            let i = i - block.start;
-            let target = &mut above[i * n..(i + 1) * n];
-            target[k] = (a[i * n + k] - dot(&target[carried.clone()], carried_row)) * inverse[k];
+        let mut next = layout.previous(start + k);
+        while let Some(last) = next {
+            let first = layout.run_start(last);
+            let run = (first - start) * n..(last + 1 - start) * n;
+            eliminate(&mut above[run.clone()], &a[run], n, k, carried_row, inverse[k]);
+            next = layout.previous(first);
         }
         row[k] = root;
     }
     Ok(())
 }
 
-/// The scalar product, in four sums so that an addition does not wait for the one before it.
+fn scale_rows(x: &mut [f64], factors: &[f64]) {
+    x.iter_mut().zip(factors).for_each(|(x, factor)| *x *= factor);
+}
+
+fn same_bits(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a.to_bits() ^ b.to_bits())) == 0
+}
+
+/// Finishes column `k` of neighbouring rows on the way to the root, four of which share the loads of the carried part of row `k`.
+fn eliminate(targets: &mut [f64], sources: &[f64], n: usize, k: usize, carried_row: &[f64], inverse: f64) {
+    let carried = k + 1..k + 1 + carried_row.len();
+    let (fours, mut rest) = (targets.len() / (4 * n), sources);
+    let (head, tail) = targets.split_at_mut(4 * n * fours);
+    for rows in head.chunks_exact_mut(4 * n) {
+        let sums = four_dots(std::array::from_fn(|r| &rows[r * n..][carried.clone()]), carried_row);
+        for (r, [even, odd]) in sums.into_iter().enumerate() {
+            rows[r * n + k] = (rest[r * n + k] - (even + odd)) * inverse;
+        }
+        rest = &rest[4 * n..];
+    }
+    for (row, source) in tail.chunks_exact_mut(n).zip(rest.chunks_exact(n)) {
+        row[k] = (source[k] - dot(&row[carried.clone()], carried_row)) * inverse;
+    }
+}
+
+/// The scalar product, in four sums so that an addition does not wait for the one before it. They are added in pairs that are
+/// neighbours in memory.
+#[inline]
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (head_a, head_b) = (a.chunks_exact(4), b.chunks_exact(4));
-    let rest = head_a.remainder().iter().zip(head_b.remainder()).map(|(a, b)| a * b).sum::<f64>();
-    for (a, b) in head_a.zip(head_b) {
-        for i in 0..4 {
-            sums[i] += a[i] * b[i];
+    let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let (mut even, mut odd) = ([0.0; 2], [0.0; 2]);
+    for (a, b) in a.iter().zip(b) {
+        for l in 0..2 {
+            even[l] += a[l] * b[l];
+            odd[l] += a[l + 2] * b[l + 2];
         }
     }
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+    let sums: [f64; 2] = std::array::from_fn(|l| even[l] + odd[l]);
+    let rest = rest_a.iter().zip(rest_b).fold(0.0, |sum, (a, b)| sum + a * b);
+    sums[0] + sums[1] + rest
+}
+
+/// The scalar products of four rows with one, each as two sums: of the products at even and at odd places.
+#[inline]
+fn four_dots(rows: [&[f64]; 4], x: &[f64]) -> [[f64; 2]; 4] {
+    let (pairs, rest) = x.as_chunks::<2>();
+    let [a, b, c, d] = rows.map(|row| &row.as_chunks::<2>().0[..pairs.len()]);
+    let mut sums = [[0.0; 2]; 4];
+    for (j, x) in pairs.iter().enumerate() {
+        for (sums, row) in sums.iter_mut().zip([a[j], b[j], c[j], d[j]]) {
+            for l in 0..2 {
+                sums[l] += row[l] * x[l];
+            }
+        }
+    }
+    if let [x] = rest {
+        let last = 2 * pairs.len();
+        (0..4).for_each(|r| sums[r][0] += rows[r][last] * x);
+    }
+    sums
 }

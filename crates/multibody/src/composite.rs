@@ -1,11 +1,14 @@
 //! Mass matrix by the composite-rigid-body algorithm.
 
+use std::ops::Range;
+
 use glamx::glam::{DMat3, DVec3};
 
 use crate::kinematics::Kinematics;
+use crate::layout::Block;
 use crate::mass::BlockDiagonal;
 use crate::math::{outer, scalar};
-use crate::model::{BodyId, Inertia, JointKind, Model};
+use crate::model::{Inertia, Model};
 
 /// Inertia of a rigid body about some origin, world axes.
 #[derive(Clone, Copy, Debug)]
@@ -62,28 +65,79 @@ pub struct MassMatrix {
     /// `M(q)`, kg, kg·m, kg·m².
     pub matrix: BlockDiagonal,
     composite: Vec<RigidInertia>,
-    has_children: Vec<bool>,
     /// Of every body, in its own axes.
     inertia: Vec<RigidInertia>,
-    path: Vec<PathStep>,
+    /// Whether other bodies hang on a body.
+    has_children: Vec<bool>,
+    /// Of every degree of freedom.
+    momenta: Vec<Momentum>,
+    carried: Carried,
 }
 
-/// A body on the way to the root.
+/// For every body the degrees of freedom of its own joints and of all that hangs on it, as runs of neighbours: one run, if
+/// bodies were added tree by tree.
+#[derive(Clone, Debug)]
+struct Carried {
+    runs: Vec<Range<usize>>,
+    /// Where each body's runs begin, and the total.
+    offsets: Vec<usize>,
+}
+
+impl Carried {
+    fn of(model: &Model) -> Self {
+        let mut of_body: Vec<Vec<Range<usize>>> = vec![Vec::new(); model.bodies.len()];
+        for (i, step) in model.path.iter().enumerate().rev() {
+            let own = step.first_dof..step.end_dof;
+            of_body[i].extend((!own.is_empty()).then_some(own));
+            of_body[i].sort_by_key(|run| run.start);
+            of_body[i].dedup_by(|next, run| {
+                let neighbours = run.end == next.start;
+                run.end = if neighbours { next.end } else { run.end };
+                neighbours
+            });
+            // What the world carries is asked by nobody.
+            if step.parent != 0 {
+                let runs = of_body[i].clone();
+                of_body[step.parent].extend(runs);
+            }
+        }
+        of_body[0].clear();
+        let mut offsets = vec![0];
+        offsets.extend(of_body.iter().scan(0, |sum, runs| {
+            *sum += runs.len();
+            Some(*sum)
+        }));
+        Self { runs: of_body.concat(), offsets }
+    }
+
+    fn runs_of(&self, i: usize) -> &[Range<usize>] {
+        &self.runs[self.offsets[i]..self.offsets[i + 1]]
+    }
+}
+
+/// The momentum that a unit rate of a degree of freedom gives to all it carries: moment about the origin of the body that is
+/// at hand, then force, world axes; or an axis of a joint: angular, then linear.
 #[derive(Clone, Copy, Debug)]
-struct PathStep {
-    parent: usize,
-    /// Its own degrees of freedom.
-    first_dof: usize,
-    end_dof: usize,
-    /// Whether they are those of a free joint.
-    free: bool,
-}
+struct Momentum([f64; 6]);
 
-impl PathStep {
-    fn of(model: &Model, i: usize) -> Self {
-        let dofs = model.dofs_of(BodyId(i as u32));
-        let free = matches!(model.joints_of(BodyId(i as u32)), [joint] if joint.kind == JointKind::Free);
-        Self { parent: model.bodies[i].parent.index(), first_dof: dofs.start, end_dof: dofs.end, free }
+impl Momentum {
+    const ZERO: Self = Self([0.0; 6]);
+
+    fn new(moment: DVec3, force: DVec3) -> Self {
+        Self([moment.x, moment.y, moment.z, force.x, force.y, force.z])
+    }
+
+    /// The same referred to an origin at `−r` from the present one.
+    fn shift(&mut self, r: DVec3) {
+        let [mx, my, mz, fx, fy, fz] = self.0;
+        self.0 = [mx + (r.y * fz - r.z * fy), my + (r.z * fx - r.x * fz), mz + (r.x * fy - r.y * fx), fx, fy, fz];
+    }
+
+    /// The scalar product with an axis, two products at a time.
+    fn dot(&self, axis: &Self) -> f64 {
+        let (a, b) = (&self.0, &axis.0);
+        let sums: [f64; 2] = std::array::from_fn(|l| a[l] * b[l] + a[2 + l] * b[2 + l] + a[4 + l] * b[4 + l]);
+        sums[0] + sums[1]
     }
 }
 
@@ -91,15 +145,14 @@ impl MassMatrix {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
         let mut has_children = vec![false; model.bodies.len()];
-        for body in &model.bodies[1..] {
-            has_children[body.parent.index()] = true;
-        }
+        model.bodies[1..].iter().for_each(|body| has_children[body.parent.index()] = true);
         Self {
             matrix: BlockDiagonal::new(model),
             composite: vec![RigidInertia::ZERO; model.bodies.len()],
-            has_children,
             inertia: model.bodies.iter().map(|body| RigidInertia::in_body_axes(&body.inertia)).collect(),
-            path: (0..model.bodies.len()).map(|i| PathStep::of(model, i)).collect(),
+            has_children,
+            momenta: vec![Momentum::ZERO; model.nv],
+            carried: Carried::of(model),
         }
     }
 }
@@ -113,33 +166,47 @@ impl MassMatrix {
 /// O(dofs · depth), no allocation. A free body without children costs a few dozen flops.
 ///
 /// # Source
-/// Featherstone (2008), ch. 6.2.
+/// Featherstone (2008), ch. 6.2. All columns that a body carries go to its parent together, about whose origin they are then,
+/// so that no number depends on where the world's origin is.
 pub fn mass_matrix_into(model: &Model, kinematics: &Kinematics, mass: &mut MassMatrix) {
-    assert_eq!(mass.path.len(), model.bodies.len(), "the storage belongs to another model");
+    assert_eq!(mass.composite.len(), model.bodies.len(), "the storage belongs to another model");
     // Every entry that can differ from zero is written below.
-    let MassMatrix { matrix, composite, has_children, inertia, path } = mass;
-    for i in (1..model.bodies.len()).filter(|&i| !path[i].free || has_children[i]) {
+    let MassMatrix { matrix, composite, inertia, has_children, momenta, carried } = mass;
+    let alone = |i: usize| model.path[i].free && !has_children[i];
+    for i in (1..model.bodies.len()).filter(|&i| !alone(i)) {
         composite[i] = inertia[i].turned(kinematics.rotation[i]);
     }
     for i in (1..model.bodies.len()).rev() {
-        let (rotation, k) = (kinematics.rotation[i], path[i].first_dof);
-        if path[i].free && !has_children[i] {
+        let (rotation, step) = (kinematics.rotation[i], &model.path[i]);
+        if alone(i) {
             let arm = rotation * inertia[i].first_moment;
-            free_columns(k, inertia[i].mass, arm, inertia[i].rotational, kinematics, matrix);
+            free_block(step.first_dof, inertia[i].mass, arm, inertia[i].rotational, kinematics, matrix);
             continue;
         }
-        let whole = composite[i];
-        if path[i].free {
+        let (whole, runs) = (&composite[i], carried.runs_of(i));
+        if step.free {
             let rotational = rotation.transpose() * whole.rotational * rotation;
-            free_columns(k, whole.mass, whole.first_moment, rotational, kinematics, matrix);
+            free_block(step.first_dof, whole.mass, whole.first_moment, rotational, kinematics, matrix);
+            for k in runs.iter().flat_map(|run| run.start.max(step.end_dof)..run.end) {
+                put_free_column(rotation, &momenta[k], step.first_dof, k, matrix);
+            }
             continue;
         }
-        for k in path[i].first_dof..path[i].end_dof {
-            column(path, kinematics, i, k, &whole, matrix);
+        for k in step.first_dof..step.end_dof {
+            let (moment, force) = whole.times(kinematics.dof_angular[k], kinematics.dof_linear[k]);
+            momenta[k] = Momentum::new(moment, force);
         }
-        let parent = path[i].parent;
-        if parent != 0 {
-            composite[parent].add_at(&whole, kinematics.offset[i]);
+        for k in step.first_dof..step.end_dof {
+            let axis = Momentum::new(kinematics.dof_angular[k], kinematics.dof_linear[k]);
+            for run in runs.iter().filter(|run| run.end > k) {
+                put_row(&axis, momenta, k, run.start.max(k)..run.end, matrix.block_mut(matrix.block_of(k)));
+            }
+        }
+        if step.above != 0 {
+            let offset = kinematics.offset[i];
+            let whole = *whole;
+            composite[step.parent].add_at(&whole, offset);
+            runs.iter().for_each(|run| momenta[run.clone()].iter_mut().for_each(|momentum| momentum.shift(offset)));
         }
     }
     for joint in model.joints.iter().filter(|joint| joint.armature != 0.0) {
@@ -149,51 +216,36 @@ pub fn mass_matrix_into(model: &Model, kinematics: &Kinematics, mass: &mut MassM
     }
 }
 
-/// Row `k` of a dof of body `i` up to and including its diagonal, and the column: the momentum that its unit rate gives to
-/// all it carries, seen along every axis on the way to the root.
-fn column(
-    path: &[PathStep],
-    kinematics: &Kinematics,
-    i: usize,
-    k: usize,
-    inertia: &RigidInertia,
-    out: &mut BlockDiagonal,
-) {
-    let (mut moment, force) = inertia.times(kinematics.dof_angular[k], kinematics.dof_linear[k]);
+/// Row `k` of a block, that of an axis, at the columns of a run, and the column.
+fn put_row(axis: &Momentum, momenta: &[Momentum], k: usize, run: Range<usize>, (block, data): (Block, &mut [f64])) {
+    let (n, row) = (block.size, k - block.start);
+    let mut mirrored = (run.start - block.start) * n + row;
+    let own = row * n + run.start - block.start;
+    for (momentum, entry) in momenta[run].iter().zip(own..) {
+        let value = momentum.dot(axis);
+        data[entry] = value;
+        data[mirrored] = value;
+        mirrored += n;
+    }
+}
+
+/// Column `k` at the rows of a free joint, and the row: the axes of the joint are the world's and the body's.
+fn put_free_column(rotation: DMat3, momentum: &Momentum, first: usize, k: usize, out: &mut BlockDiagonal) {
+    let [mx, my, mz, fx, fy, fz] = momentum.0;
+    let moment = rotation.mul_transpose_vec3(DVec3::new(mx, my, mz));
+    let column = [fx, fy, fz, moment.x, moment.y, moment.z];
     let (block, data) = out.block_mut(out.block_of(k));
-    let row = k - block.start;
-    let (mut body, mut end) = (i, k + 1);
-    loop {
-        let step = path[body];
-        let mut put = |column: usize, value: f64| {
-            let column = column - block.start;
-            data[row * block.size + column] = value;
-            data[column * block.size + row] = value;
-        };
-        if step.free {
-            // Its axes are the world's and the body's.
-            let values = [force, kinematics.rotation[body].mul_transpose_vec3(moment)];
-            let values = values.iter().flat_map(|x| x.to_array());
-            (step.first_dof..).zip(values).for_each(|(column, value)| put(column, value));
-            return;
-        }
-        let axes = kinematics.dof_angular[step.first_dof..end].iter().zip(&kinematics.dof_linear[step.first_dof..end]);
-        for (column, (angular, linear)) in (step.first_dof..).zip(axes) {
-            put(column, angular.dot(moment) + linear.dot(force));
-        }
-        if step.parent == 0 {
-            return;
-        }
-        moment += kinematics.offset[body].cross(force);
-        body = step.parent;
-        end = path[body].end_dof;
+    let (n, first, k) = (block.size, first - block.start, k - block.start);
+    data[k * n + first..][..6].copy_from_slice(&column);
+    for (row, x) in data[first * n..].chunks_mut(n).zip(column) {
+        row[k] = x;
     }
 }
 
 /// The 6 × 6 block of a free joint, velocities in world axes, angular velocities in the body's:
 /// `[m 1, −[R m c]× R; …, I_o]`, in which only the coupling depends on the configuration.
 /// - `first_moment`: world axes; `rotational`: about the origin, body axes
-fn free_columns(
+fn free_block(
     k: usize,
     m: f64,
     first_moment: DVec3,
@@ -201,15 +253,21 @@ fn free_columns(
     kinematics: &Kinematics,
     out: &mut BlockDiagonal,
 ) {
-    let rotational = rotational.to_cols_array_2d();
-    for a in 0..3 {
-        out.set(k + a, k + a, m);
-        let coupling = kinematics.dof_angular[k + 3 + a].cross(first_moment).to_array();
-        for b in 0..3 {
-            out.set(k + 3 + a, k + b, coupling[b]);
-        }
-        for b in 0..=a {
-            out.set(k + 3 + a, k + 3 + b, rotational[a][b]);
+    let (block, data) = out.block_mut(out.block_of(k));
+    let (n, k) = (block.size, k - block.start);
+    let axes = &kinematics.dof_angular[block.start + k + 3..block.start + k + 6];
+    // Row a of −[R m c]× R transposed: how the linear momentum changes with the rate about axis a of the body.
+    let coupling: [[f64; 3]; 3] = std::array::from_fn(|a| axes[a].cross(first_moment).to_array());
+    for (a, row) in data[k * n..].chunks_mut(n).take(6).enumerate() {
+        let row = &mut row[k..k + 6];
+        if a < 3 {
+            row[..3].fill(0.0);
+            row[a] = m;
+            (0..3).for_each(|b| row[3 + b] = coupling[b][a]);
+        } else {
+            row[..3].copy_from_slice(&coupling[a - 3]);
+            // The upper triangle of both halves: a product may be symmetric to rounding only.
+            (0..3).for_each(|b| row[3 + b] = rotational.col(b.max(a - 3))[b.min(a - 3)]);
         }
     }
 }

@@ -71,8 +71,9 @@ pub struct FreeMotion {
     pub unresolved_rotations: usize,
     free_rotations: Vec<FreeRotation>,
     newton_euler: NewtonEuler,
-    /// `M`, to which the implicit terms are added anew when an actuator saturates.
+    /// `M`, to which the implicit terms are added anew when an actuator saturates; kept only where one can.
     rigid: BlockDiagonal,
+    can_saturate: bool,
     /// `Δt (τ − h)` with gravity compensation and the gyroscopic impulse of the variational integrator.
     impulse: Vec<f64>,
     rhs: Vec<f64>,
@@ -101,6 +102,7 @@ impl FreeMotion {
         Self {
             factor: BlockCholesky::new(&mass.matrix),
             rigid: mass.matrix.clone(),
+            can_saturate: model.actuators.iter().any(can_saturate),
             mass,
             bias: vec![0.0; model.nv],
             free_velocity: vec![0.0; model.nv],
@@ -157,7 +159,9 @@ pub fn free_motion_into(
     }
     bias_force_into(model, kinematics, &mut out.newton_euler, &mut out.bias);
     mass_matrix_into(model, kinematics, &mut out.mass);
-    out.rigid.copy_from(&out.mass.matrix);
+    if out.can_saturate {
+        out.rigid.copy_from(&out.mass.matrix);
+    }
     for (actuator, row) in model.actuators.iter().zip(&mut out.actuator_rows) {
         actuator_length_into(model, kinematics, &state.q, actuator, row);
     }
@@ -333,6 +337,11 @@ fn actuator_law(actuator: &Actuator, control: f64, length: f64, rate: f64) -> Af
     }
 }
 
+/// Whether the force of an actuator changes during a step and has a range that it can leave.
+fn can_saturate(actuator: &Actuator) -> bool {
+    actuator.force_range.is_some() && !matches!(actuator.kind, ActuatorKind::Motor | ActuatorKind::Speed)
+}
+
 /// Stores the actuator forces at the end of the step and holds those that would leave their range at its end; whether
 /// there is a new one. An actuator that is held stays held, so this ends after at most one round per actuator.
 fn saturate(model: &Model, dt: f64, out: &mut FreeMotion) -> bool {
@@ -341,7 +350,8 @@ fn saturate(model: &Model, dt: f64, out: &mut FreeMotion) -> bool {
         let force = out.actuator_force_at(a, &out.free_velocity, dt);
         out.actuator_force[a] = force;
         let [lower, upper] = actuator.force_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-        if out.saturation[a] == Saturation::Within && (force < lower || force > upper) {
+        let within = out.saturation[a] == Saturation::Within && can_saturate(actuator);
+        if within && (force < lower || force > upper) {
             out.saturation[a] = if force < lower { Saturation::Lower } else { Saturation::Upper };
             changed = true;
         }

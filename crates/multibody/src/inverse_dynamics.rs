@@ -63,7 +63,7 @@ pub fn inverse_dynamics_into(
     tau: &mut [f64],
 ) {
     assert!(acceleration.len() == model.nv && tau.len() == model.nv, "lengths must be nv");
-    newton_euler(model, kinematics, |k| acceleration[k], work, tau);
+    newton_euler(model, kinematics, Some(acceleration), work, tau);
     for joint in model.joints.iter().filter(|joint| joint.armature != 0.0) {
         for k in joint.v_index..joint.v_index + joint.kind.nv() {
             tau[k] += joint.armature * acceleration[k];
@@ -79,40 +79,49 @@ pub fn inverse_dynamics_into(
 /// If a length does not fit the model.
 pub fn bias_force_into(model: &Model, kinematics: &Kinematics, work: &mut NewtonEuler, h: &mut [f64]) {
     assert_eq!(h.len(), model.nv, "length must be nv");
-    newton_euler(model, kinematics, |_| 0.0, work, h);
+    newton_euler(model, kinematics, None, work, h);
 }
 
+/// `acceleration`: zero where it is not given.
 fn newton_euler(
     model: &Model,
     kinematics: &Kinematics,
-    acceleration: impl Fn(usize) -> f64,
+    acceleration: Option<&[f64]>,
     work: &mut NewtonEuler,
     tau: &mut [f64],
 ) {
     work.linear_acceleration[0] = -model.gravity;
-    for i in 1..model.bodies.len() {
-        let body = &model.bodies[i];
-        let parent = body.parent.index();
-        let mut angular = work.angular_acceleration[parent] + kinematics.bias_angular[i];
-        let mut linear = work.linear_acceleration[parent]
-            + work.angular_acceleration[parent].cross(kinematics.offset[i])
-            + kinematics.bias_linear[i];
-        for k in model.dofs_of(BodyId(i as u32)) {
-            angular += kinematics.dof_angular[k] * acceleration(k);
-            linear += kinematics.dof_linear[k] * acceleration(k);
+    for (i, (step, body)) in model.path.iter().zip(&model.bodies).enumerate().skip(1) {
+        let around = work.angular_acceleration[step.parent];
+        let mut angular = around + kinematics.bias_angular[i];
+        let mut linear = work.linear_acceleration[step.parent] + kinematics.bias_linear[i];
+        if step.parent != 0 {
+            linear += around.cross(kinematics.offset[i]);
+        }
+        if let Some(acceleration) = acceleration {
+            for k in step.first_dof..step.end_dof {
+                angular += kinematics.dof_angular[k] * acceleration[k];
+                linear += kinematics.dof_linear[k] * acceleration[k];
+            }
         }
         (work.angular_acceleration[i], work.linear_acceleration[i]) = (angular, linear);
         (work.moment[i], work.force[i]) = rate_of_momentum(&body.inertia, kinematics, i, angular, linear);
     }
-    for i in (1..model.bodies.len()).rev() {
+    for (i, step) in model.path.iter().enumerate().skip(1).rev() {
         let (moment, force) = (work.moment[i], work.force[i]);
-        for k in model.dofs_of(BodyId(i as u32)) {
+        if step.free {
+            // Its axes are the world's and the body's.
+            let moment = kinematics.rotation[i].mul_transpose_vec3(moment);
+            tau[step.first_dof..][..3].copy_from_slice(&force.to_array());
+            tau[step.first_dof + 3..][..3].copy_from_slice(&moment.to_array());
+            continue;
+        }
+        for k in step.first_dof..step.end_dof {
             tau[k] = kinematics.dof_angular[k].dot(moment) + kinematics.dof_linear[k].dot(force);
         }
-        let parent = model.bodies[i].parent.index();
-        if parent != 0 {
-            work.moment[parent] += moment + kinematics.offset[i].cross(force);
-            work.force[parent] += force;
+        if step.parent != 0 {
+            work.moment[step.parent] += moment + kinematics.offset[i].cross(force);
+            work.force[step.parent] += force;
         }
     }
 }
@@ -128,9 +137,15 @@ pub(crate) fn rate_of_momentum(
 ) -> (DVec3, DVec3) {
     let rotation = kinematics.rotation[i];
     let velocity = kinematics.angular_velocity[i];
+    let velocity_b = rotation.mul_transpose_vec3(velocity);
+    let mut spin = velocity_b.cross(inertia.rotational * velocity_b);
+    if angular != DVec3::ZERO {
+        spin += inertia.rotational * rotation.mul_transpose_vec3(angular);
+    }
+    if inertia.center_of_mass == DVec3::ZERO {
+        return (rotation * spin, linear * inertia.mass);
+    }
     let c = rotation * inertia.center_of_mass;
     let force = (linear + angular.cross(c) + velocity.cross(velocity.cross(c))) * inertia.mass;
-    let (angular_b, velocity_b) = (rotation.mul_transpose_vec3(angular), rotation.mul_transpose_vec3(velocity));
-    let spin = inertia.rotational * angular_b + velocity_b.cross(inertia.rotational * velocity_b);
     (rotation * spin + c.cross(force), force)
 }

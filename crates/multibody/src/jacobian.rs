@@ -3,7 +3,7 @@
 use glamx::glam::DVec3;
 
 use crate::kinematics::Kinematics;
-use crate::model::{BodyId, Model};
+use crate::model::{BodyId, Model, PathStep};
 
 /// Three rows of a Jacobian on the degrees of freedom that can be nonzero; storage that is reused.
 ///
@@ -126,9 +126,27 @@ pub fn contact_rows_into(
     directions: &[DVec3; 3],
     out: &mut SparseRows,
 ) {
-    let along = |k: usize, sign: f64| {
-        let velocity = point_column(model, kinematics, k, point) * sign;
-        directions.map(|d| d.dot(velocity))
+    let along = |i: usize, sign: f64, columns: &mut [[f64; 3]]| {
+        let step = &model.path[i];
+        // d · (v + ω × r) = d · v + (r × d) · ω
+        let arm = point - kinematics.pose[i].position;
+        let linear = directions.map(|d| d * sign);
+        let angular = linear.map(|d| arm.cross(d));
+        if step.free {
+            // Its axes are the world's and the body's.
+            let linear = linear.map(|d| d.to_array());
+            let angular = angular.map(|d| kinematics.rotation[i].mul_transpose_vec3(d).to_array());
+            let (first, last) = columns.split_at_mut(3);
+            for a in 0..3 {
+                first[a] = linear.map(|d| d[a]);
+                last[a] = angular.map(|d| d[a]);
+            }
+            return;
+        }
+        for (k, column) in (step.first_dof..).zip(columns) {
+            let (w, v) = (kinematics.dof_angular[k], kinematics.dof_linear[k]);
+            *column = std::array::from_fn(|r| linear[r].dot(v) + angular[r].dot(w));
+        }
     };
     relative_rows(model, bodies, out, along, |_| [0.0; 3]);
 }
@@ -144,9 +162,11 @@ pub(crate) fn relative_point_rows_into(
     b: (BodyId, DVec3),
     out: &mut SparseRows,
 ) {
-    let along = |k: usize, sign: f64| {
+    let along = |i: usize, sign: f64, columns: &mut [[f64; 3]]| {
         let point = if sign > 0.0 { b.1 } else { a.1 };
-        (point_column(model, kinematics, k, point) * sign).to_array()
+        for (k, column) in (model.path[i].first_dof..).zip(columns) {
+            *column = (point_column(model, kinematics, k, point) * sign).to_array();
+        }
     };
     let common = |k: usize| kinematics.dof_angular[k].cross(b.1 - a.1).to_array();
     relative_rows(model, (a.0, b.0), out, along, common);
@@ -160,7 +180,11 @@ pub(crate) fn relative_angular_rows_into(
     body_b: BodyId,
     out: &mut SparseRows,
 ) {
-    let along = |k: usize, sign: f64| (kinematics.dof_angular[k] * sign).to_array();
+    let along = |i: usize, sign: f64, columns: &mut [[f64; 3]]| {
+        for (k, column) in (model.path[i].first_dof..).zip(columns) {
+            *column = (kinematics.dof_angular[k] * sign).to_array();
+        }
+    };
     relative_rows(model, (body_a, body_b), out, along, |_| [0.0; 3]);
 }
 
@@ -173,38 +197,58 @@ pub fn spin_rows_into(
     directions: &[DVec3; 3],
     out: &mut SparseRows,
 ) {
-    let along = |k: usize, sign: f64| directions.map(|d| d.dot(kinematics.dof_angular[k] * sign));
+    let along = |i: usize, sign: f64, columns: &mut [[f64; 3]]| {
+        for (k, column) in (model.path[i].first_dof..).zip(columns) {
+            *column = directions.map(|d| d.dot(kinematics.dof_angular[k] * sign));
+        }
+    };
     relative_rows(model, bodies, out, along, |_| [0.0; 3]);
 }
 
-/// Columns on all degrees of freedom that move A or B: `along(k, −1)` for those that move A alone, `along(k, 1)` for B alone,
-/// `common(k)` for those that move both.
+/// Columns on all degrees of freedom that move A or B: `along(body, −1, columns)` fills those of the own joints of a body that
+/// moves A alone, `along(body, 1, columns)` for B alone, `common(k)` is that of a degree of freedom that moves both.
 fn relative_rows(
     model: &Model,
     (body_a, body_b): (BodyId, BodyId),
     out: &mut SparseRows,
-    along: impl Fn(usize, f64) -> [f64; 3],
+    along: impl Fn(usize, f64, &mut [[f64; 3]]),
     common: impl Fn(usize) -> [f64; 3],
 ) {
-    out.clear();
-    let (mut a, mut b) = (model.body_last_dof[body_a.index()], model.body_last_dof[body_b.index()]);
+    let mut count = 0;
+    walk_to_root(model, (body_a, body_b), |step, _| count += step.end_dof - step.first_dof);
+    out.dofs.resize(count, 0);
+    out.columns.resize(count, [0.0; 3]);
+    // The bodies come from the last one to the root, so the columns are filled from the last one to the first.
+    let mut end = count;
+    walk_to_root(model, (body_a, body_b), |step, side| {
+        let first = end - (step.end_dof - step.first_dof);
+        let columns = &mut out.columns[first..end];
+        out.dofs[first..end].iter_mut().zip(step.first_dof..).for_each(|(dof, k)| *dof = k);
+        match side {
+            Some((body, sign)) => along(body, sign, columns),
+            None => columns.iter_mut().zip(step.first_dof..).for_each(|(column, k)| *column = common(k)),
+        }
+        end = first;
+    });
+}
+
+/// Visits every body with joints of its own that moves A or B, the later ones first: with its number and −1 if it moves A
+/// alone, 1 if it moves B alone, nothing if it moves both.
+fn walk_to_root(
+    model: &Model,
+    (body_a, body_b): (BodyId, BodyId),
+    mut visit: impl FnMut(&PathStep, Option<(usize, f64)>),
+) {
+    let (mut a, mut b) = (model.body_weld[body_a.index()].index(), model.body_weld[body_b.index()].index());
     while a != b {
         // The later of the two cannot move both bodies, because both paths to the root descend.
-        if a > b {
-            a = a.and_then(|k| {
-                out.push(k, along(k, -1.0));
-                model.dof_parent[k]
-            });
-        } else {
-            b = b.and_then(|k| {
-                out.push(k, along(k, 1.0));
-                model.dof_parent[k]
-            });
-        }
+        let (later, sign) = if a > b { (&mut a, -1.0) } else { (&mut b, 1.0) };
+        let step = &model.path[*later];
+        visit(step, Some((*later, sign)));
+        *later = step.above;
     }
-    while let Some(k) = a {
-        out.push(k, common(k));
-        a = model.dof_parent[k];
+    while a != 0 {
+        visit(&model.path[a], None);
+        a = model.path[a].above;
     }
-    out.finish();
 }

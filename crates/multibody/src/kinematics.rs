@@ -78,18 +78,55 @@ pub fn forward_kinematics_into(model: &Model, q: &[f64], v: &[f64], kinematics: 
     assert_eq!(v.len(), model.nv, "v must have nv entries");
     assert_eq!(kinematics.pose.len(), model.bodies.len(), "the kinematics belong to another model");
     for i in 1..model.bodies.len() {
-        match model.joints_of(BodyId(i as u32)) {
-            [joint] if joint.kind == JointKind::Free => {
-                place_free_body(joint, i, q, kinematics);
-                move_free_body(joint, i, v, kinematics);
-            }
-            joints => {
-                place_body(model, joints, i, q, kinematics);
-                move_body(model, joints, i, v, kinematics);
-            }
+        let joints = model.joints_of(BodyId(i as u32));
+        if model.path[i].free {
+            place_free_body(&joints[0], i, q, kinematics);
+            move_free_body(&joints[0], i, v, kinematics);
+        } else {
+            place_body(model, joints, i, q, kinematics);
+            move_body(model, joints, i, v, kinematics);
         }
         let com = kinematics.rotation[i] * model.bodies[i].inertia.center_of_mass;
         kinematics.center_of_mass[i] = kinematics.pose[i].position + com;
+    }
+}
+
+/// Velocities of all bodies for a generalized velocity at the configuration of `kinematics`, world axes.
+///
+/// - `v`: `[nv]`
+/// - `angular`: out, angular velocity of every body, rad/s
+/// - `linear`: out, velocity of every body's origin, m/s
+///
+/// # Panics
+/// If a length does not fit the model.
+///
+/// # Cost
+/// O(bodies + dofs), no allocation once the outputs have had their size.
+pub fn body_velocities_into(
+    model: &Model,
+    kinematics: &Kinematics,
+    v: &[f64],
+    angular: &mut Vec<DVec3>,
+    linear: &mut Vec<DVec3>,
+) {
+    assert_eq!(v.len(), model.nv, "v must have nv entries");
+    angular.resize(model.bodies.len(), DVec3::ZERO);
+    linear.resize(model.bodies.len(), DVec3::ZERO);
+    (angular[0], linear[0]) = (DVec3::ZERO, DVec3::ZERO);
+    for (i, step) in model.path.iter().enumerate().skip(1) {
+        if step.free {
+            let v = &v[step.first_dof..step.first_dof + 6];
+            linear[i] = DVec3::new(v[0], v[1], v[2]);
+            angular[i] = kinematics.rotation[i] * DVec3::new(v[3], v[4], v[5]);
+            continue;
+        }
+        let (mut w, mut u) = (angular[step.parent], linear[step.parent]);
+        u += w.cross(kinematics.offset[i]);
+        for k in step.first_dof..step.end_dof {
+            w += kinematics.dof_angular[k] * v[k];
+            u += kinematics.dof_linear[k] * v[k];
+        }
+        (angular[i], linear[i]) = (w, u);
     }
 }
 
@@ -116,21 +153,29 @@ fn move_free_body(joint: &Joint, i: usize, v: &[f64], out: &mut Kinematics) {
 }
 
 fn place_body(model: &Model, joints: &[Joint], i: usize, q: &[f64], out: &mut Kinematics) {
-    let body = &model.bodies[i];
-    let parent = body.parent.index();
-    let mut rotation = out.pose[parent].rotation * body.placement.rotation;
+    let (body, parent) = (&model.bodies[i], model.path[i].parent);
+    let before = out.pose[parent].rotation;
+    let turned = body.placement.rotation != DQuat::IDENTITY;
+    let mut rotation = if turned { before * body.placement.rotation } else { before };
     let mut offset = out.rotation[parent] * body.placement.position;
-    let first_dof = joints.first().map_or(0, |joint| joint.v_index);
-    for joint in joints {
-        let step = apply_joint(joint, q, &mut rotation, out);
-        // The origin has moved on: the earlier joints of this body now carry it with a longer lever.
-        for k in first_dof..joint.v_index {
-            out.dof_linear[k] += out.dof_angular[k].cross(step);
+    if let [Joint { kind: JointKind::Hinge { axis }, anchor: DVec3::ZERO, q_index, v_index, reference, .. }] = joints {
+        rotation *= DQuat::from_axis_angle(*axis, q[*q_index] - reference);
+        let matrix = DMat3::from_quat(rotation);
+        (out.dof_angular[*v_index], out.dof_linear[*v_index]) = (matrix * *axis, DVec3::ZERO);
+        out.rotation[i] = matrix;
+    } else {
+        let first_dof = model.path[i].first_dof;
+        for joint in joints {
+            let step = apply_joint(joint, q, &mut rotation, out);
+            // The origin has moved on: the earlier joints of this body now carry it with a longer lever.
+            for k in first_dof..joint.v_index {
+                out.dof_linear[k] += out.dof_angular[k].cross(step);
+            }
+            offset += step;
         }
-        offset += step;
+        out.rotation[i] = DMat3::from_quat(rotation);
     }
     out.pose[i] = Pose::new(out.pose[parent].position + offset, rotation);
-    out.rotation[i] = DMat3::from_quat(rotation);
     out.offset[i] = offset;
 }
 

@@ -29,6 +29,7 @@ mod free_rotation;
 mod inverse_dynamics;
 mod jacobian;
 mod kinematics;
+mod layout;
 mod length;
 mod mass;
 mod math;
@@ -54,9 +55,10 @@ pub use jacobian::{
     SparseRows, angular_jacobian_into, angular_rows_into, contact_rows_into, point_column, point_jacobian_into,
     point_rows_into, spin_rows_into,
 };
-pub use kinematics::{Kinematics, forward_kinematics_into};
+pub use kinematics::{Kinematics, body_velocities_into, forward_kinematics_into};
+pub use layout::Block;
 pub use length::{LengthRow, actuator_length_into, tendon_length_into};
-pub use mass::{Block, BlockDiagonal, MassError};
+pub use mass::{BlockDiagonal, MassError};
 pub use math::{Pose, rotation_exp, rotation_log};
 pub use model::{
     Actuator, ActuatorId, ActuatorKind, Body, BodyId, ContactFilter, Equality, EqualityKind, FrameId, Geom, GeomId,

@@ -3,7 +3,10 @@
 //! The mass matrix couples only degrees of freedom of the same tree, so it is stored as one dense block per tree: a free
 //! box is one 6 × 6 block. Any symmetric positive definite matrix can be brought in with [`BlockDiagonal::from_dense`].
 
+use std::sync::Arc;
+
 use crate::cholesky::BlockCholesky;
+use crate::layout::{Block, Layout};
 use crate::model::Model;
 
 /// What is wrong with a mass matrix.
@@ -47,75 +50,10 @@ pub enum MassError {
     },
 }
 
-/// A dense block on the diagonal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Block {
-    /// First degree of freedom.
-    pub start: usize,
-    /// Number of degrees of freedom.
-    pub size: usize,
-    /// Where its entries begin in the matrix's data.
-    pub offset: usize,
-}
-
-impl Block {
-    /// The degrees of freedom it covers.
-    pub fn range(&self) -> std::ops::Range<usize> {
-        self.start..self.start + self.size
-    }
-
-    pub(crate) fn data_range(&self) -> std::ops::Range<usize> {
-        self.offset..self.offset + self.size * self.size
-    }
-}
-
-/// Which rows a row is coupled with: those on its way to the root and those that have it on theirs.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Coupling {
-    /// The next row on the way to the root.
-    previous: Vec<Option<usize>>,
-    /// One after the last row that has this one on its way to the root, or after the row itself.
-    end: Vec<usize>,
-}
-
-impl Coupling {
-    /// Every row of a block with every other.
-    fn full(blocks: &[Block]) -> Self {
-        let rows = || blocks.iter().flat_map(|block| block.range().map(move |k| (k, block)));
-        Self {
-            previous: rows().map(|(k, block)| k.checked_sub(1).filter(|&p| p >= block.start)).collect(),
-            end: rows().map(|(_, block)| block.start + block.size).collect(),
-        }
-    }
-
-    fn of_tree(dof_parent: &[Option<usize>]) -> Self {
-        let mut end: Vec<usize> = (1..=dof_parent.len()).collect();
-        for k in (0..end.len()).rev() {
-            if let Some(parent) = dof_parent[k] {
-                end[parent] = end[parent].max(end[k]);
-            }
-        }
-        Self { previous: dof_parent.to_vec(), end }
-    }
-
-    /// The rows on the way from row `k` to the root, without `k`.
-    pub fn ancestors(&self, k: usize) -> impl Iterator<Item = usize> + '_ {
-        std::iter::successors(self.previous[k], |&i| self.previous[i])
-    }
-
-    /// One after the last row that is coupled with row `k`.
-    pub fn end(&self, k: usize) -> usize {
-        self.end[k]
-    }
-}
-
 /// A symmetric matrix in dense diagonal blocks, both triangles stored, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BlockDiagonal {
-    coupling: Coupling,
-    blocks: Vec<Block>,
-    /// For every degree of freedom its block.
-    block_of: Vec<usize>,
+    layout: Arc<Layout>,
     data: Vec<f64>,
 }
 
@@ -123,9 +61,11 @@ impl BlockDiagonal {
     /// A zero matrix with the blocks of a model: one per kinematic tree. (Trees whose degrees of freedom interleave, which
     /// happens only if bodies are not added tree by tree, share a block.)
     pub fn new(model: &Model) -> Self {
-        let mut matrix = Self::with_reach(&(0..model.nv).map(|k| model.dof_parent[k].unwrap_or(k)).collect::<Vec<_>>());
-        matrix.coupling = Coupling::of_tree(&model.dof_parent);
-        matrix
+        Self::zeros(Layout::of_tree(&model.dof_parent))
+    }
+
+    fn zeros(layout: Layout) -> Self {
+        Self { data: vec![0.0; layout.entries()], layout: Arc::new(layout) }
     }
 
     /// A symmetric matrix given row by row, cut into the smallest blocks of consecutive indices that hold all its
@@ -149,8 +89,8 @@ impl BlockDiagonal {
             }
         }
         let reach = |i: usize| (0..=i).find(|&j| dense[i * nv + j] != 0.0).unwrap_or(i);
-        let mut out = Self::with_reach(&(0..nv).map(reach).collect::<Vec<_>>());
-        for block in &out.blocks {
+        let mut out = Self::zeros(Layout::full(&(0..nv).map(reach).collect::<Vec<_>>()));
+        for block in &out.layout.blocks {
             for i in 0..block.size {
                 for j in 0..block.size {
                     let (row, column) = (block.start + i, block.start + j);
@@ -162,54 +102,29 @@ impl BlockDiagonal {
         Ok(out)
     }
 
-    /// Zero matrix whose row `i` has entries from column `reach[i]` on.
-    fn with_reach(reach: &[usize]) -> Self {
-        let n = reach.len();
-        let mut blocks = Vec::new();
-        let mut block_of = vec![0; n];
-        let mut entries = 0;
-        // Going up from the last row, a block ends where no row below reaches further up.
-        let mut end = n;
-        let mut top = n;
-        for i in (0..n).rev() {
-            top = top.min(reach[i]).min(i);
-            if top == i {
-                blocks.push(Block { start: i, size: end - i, offset: 0 });
-                end = i;
-            }
-        }
-        blocks.reverse();
-        for (b, block) in blocks.iter_mut().enumerate() {
-            block.offset = entries;
-            entries += block.size * block.size;
-            block_of[block.range()].fill(b);
-        }
-        Self { coupling: Coupling::full(&blocks), blocks, block_of, data: vec![0.0; entries] }
-    }
-
     /// Number of rows.
     pub fn dimension(&self) -> usize {
-        self.block_of.len()
+        self.layout.block_of.len()
     }
 
     /// The blocks, in order; they cover all rows.
     pub fn blocks(&self) -> &[Block] {
-        &self.blocks
+        &self.layout.blocks
     }
 
     /// Where entries can differ from zero.
-    pub(crate) fn coupling(&self) -> &Coupling {
-        &self.coupling
+    pub(crate) fn layout(&self) -> &Arc<Layout> {
+        &self.layout
     }
 
     /// Index of the block that a degree of freedom belongs to.
     pub fn block_of(&self, dof: usize) -> usize {
-        self.block_of[dof]
+        self.layout.block_of[dof]
     }
 
     /// Entries of a block, row by row, `[size, size]`.
     pub fn block_data(&self, block: usize) -> &[f64] {
-        &self.data[self.blocks[block].data_range()]
+        &self.data[self.layout.blocks[block].data_range()]
     }
 
     /// Entries of all blocks, one block after another.
@@ -222,13 +137,13 @@ impl BlockDiagonal {
     /// # Panics
     /// If the blocks differ.
     pub fn copy_from(&mut self, other: &Self) {
-        assert_eq!(self.blocks, other.blocks, "the matrices have different blocks");
+        assert_eq!(self.layout.blocks, other.layout.blocks, "the matrices have different blocks");
         self.data.copy_from_slice(&other.data);
     }
 
     /// The entry at a row and column; zero outside the blocks.
     pub fn get(&self, row: usize, column: usize) -> f64 {
-        let block = self.blocks[self.block_of[row]];
+        let block = self.layout.blocks[self.layout.block_of[row]];
         if block.range().contains(&column) {
             self.data[block.offset + (row - block.start) * block.size + column - block.start]
         } else {
@@ -238,13 +153,13 @@ impl BlockDiagonal {
 
     /// Adds to a diagonal entry.
     pub fn add_to_diagonal(&mut self, dof: usize, value: f64) {
-        let block = self.blocks[self.block_of[dof]];
+        let block = self.layout.blocks[self.layout.block_of[dof]];
         self.data[block.offset + (dof - block.start) * (block.size + 1)] += value;
     }
 
     /// Adds to the entries at (row, column) and (column, row), which must be in one block and not on the diagonal.
     pub(crate) fn add_off_diagonal(&mut self, row: usize, column: usize, value: f64) {
-        let block = self.blocks[self.block_of[row]];
+        let block = self.layout.blocks[self.layout.block_of[row]];
         let (i, j) = (row - block.start, column - block.start);
         self.data[block.offset + i * block.size + j] += value;
         self.data[block.offset + j * block.size + i] += value;
@@ -252,23 +167,15 @@ impl BlockDiagonal {
 
     /// A block and its entries.
     pub(crate) fn block_mut(&mut self, block: usize) -> (Block, &mut [f64]) {
-        let block = self.blocks[block];
+        let block = self.layout.blocks[block];
         (block, &mut self.data[block.data_range()])
-    }
-
-    /// Sets the entries at (row, column) and (column, row), which must be in one block.
-    pub(crate) fn set(&mut self, row: usize, column: usize, value: f64) {
-        let block = self.blocks[self.block_of[row]];
-        let (i, j) = (row - block.start, column - block.start);
-        self.data[block.offset + i * block.size + j] = value;
-        self.data[block.offset + j * block.size + i] = value;
     }
 
     /// All entries row by row, `[nv, nv]`.
     pub fn to_dense(&self) -> Vec<f64> {
         let n = self.dimension();
         let mut dense = vec![0.0; n * n];
-        for block in &self.blocks {
+        for block in &self.layout.blocks {
             for i in 0..block.size {
                 let row = &self.data[block.offset + i * block.size..][..block.size];
                 dense[(block.start + i) * n + block.start..][..block.size].copy_from_slice(row);
@@ -283,7 +190,7 @@ impl BlockDiagonal {
     /// If a length is not the dimension.
     pub fn multiply_into(&self, x: &[f64], out: &mut [f64]) {
         assert!(x.len() == self.dimension() && out.len() == self.dimension(), "lengths must be the dimension");
-        for block in &self.blocks {
+        for block in &self.layout.blocks {
             let x = &x[block.range()];
             for (row, out) in self.data[block.data_range()].chunks_exact(block.size).zip(&mut out[block.range()]) {
                 *out = row.iter().zip(x).map(|(a, x)| a * x).sum();

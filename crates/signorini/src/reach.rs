@@ -4,9 +4,9 @@
 //! beginning and without contact, with a factor to spare; after the solve it is compared with the true motion, and where a
 //! body outran its reach (one that was struck, say) the step is found and solved again with more.
 
-use signorini_collision::Reach;
+use signorini_collision::{Collider, Reach};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{BodyId, Kinematics, Model};
+use signorini_multibody::{BodyId, Kinematics, Model, body_velocities_into};
 
 /// Factor between a velocity and the reach it is given.
 const MARGIN: f64 = 2.0;
@@ -14,66 +14,58 @@ const MARGIN: f64 = 2.0;
 /// Travel beyond the reach that is rounding of a body at rest, m or rad: no gap that it could close matters.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// The reach of every body, and the velocities it was made from.
+/// The reach of every body that can touch another one, and the velocities it was made from.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BodyReach {
+    /// Of every body; zero for those that touch nothing.
     pub reach: Vec<Reach>,
+    /// The bodies that can touch another one and move.
+    bodies: Vec<u32>,
     angular: Vec<DVec3>,
     linear: Vec<DVec3>,
 }
 
 impl BodyReach {
-    /// The reach for the generalized velocities `v` (at the beginning of the step) and `v_free`.
-    pub fn start(&mut self, model: &Model, kinematics: &Kinematics, velocities: [&[f64]; 2], dt: f64) {
-        self.reach.clear();
-        self.reach.resize(model.bodies.len(), Reach { linear: 0.0, angular: 0.0 });
-        for v in velocities {
-            self.body_velocities(model, kinematics, v);
-            for (i, reach) in self.reach.iter_mut().enumerate() {
-                reach.linear = reach.linear.max(MARGIN * dt * self.linear[i].length());
-                reach.angular = reach.angular.max(MARGIN * dt * self.angular[i].length());
-            }
+    /// Storage for a model.
+    pub fn new(model: &Model, collider: &Collider) -> Self {
+        let moves = |body: &BodyId| model.body_weld[body.index()] != BodyId::WORLD;
+        let bodies = collider.touching_bodies().filter(moves).map(|body| body.0).collect();
+        Self { reach: vec![Reach::default(); model.bodies.len()], bodies, ..Self::default() }
+    }
+
+    /// The reach for the velocity at the beginning of the step, that of `kinematics`, and for another one.
+    /// - `v_free`: generalized velocity, `[nv]`
+    pub fn start(&mut self, model: &Model, kinematics: &Kinematics, v_free: &[f64], dt: f64) {
+        if self.bodies.is_empty() {
+            return;
+        }
+        body_velocities_into(model, kinematics, v_free, &mut self.angular, &mut self.linear);
+        for i in self.bodies.iter().map(|&i| i as usize) {
+            let faster = |a: DVec3, b: DVec3| MARGIN * dt * a.length_squared().max(b.length_squared()).sqrt();
+            self.reach[i] = Reach {
+                linear: faster(self.linear[i], kinematics.linear_velocity[i]),
+                angular: faster(self.angular[i], kinematics.angular_velocity[i]),
+            };
         }
     }
 
     /// Enlarges the reach of every body that `v` moves beyond it; whether there was one.
     pub fn enlarge(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64], dt: f64) -> bool {
-        self.body_velocities(model, kinematics, v);
+        if self.bodies.is_empty() {
+            return false;
+        }
+        body_velocities_into(model, kinematics, v, &mut self.angular, &mut self.linear);
         let mut exceeded = false;
-        for (i, reach) in self.reach.iter_mut().enumerate() {
-            for (travel, limit) in
-                [(dt * self.linear[i].length(), &mut reach.linear), (dt * self.angular[i].length(), &mut reach.angular)]
-            {
-                if travel > *limit * (1.0 + 1e-9) + NEGLIGIBLE {
-                    *limit = MARGIN * travel;
+        for i in self.bodies.iter().map(|&i| i as usize) {
+            let reach = &mut self.reach[i];
+            for (speed, limit) in [(self.linear[i], &mut reach.linear), (self.angular[i], &mut reach.angular)] {
+                let allowed = *limit * (1.0 + 1e-9) + NEGLIGIBLE;
+                if dt * dt * speed.length_squared() > allowed * allowed {
+                    *limit = MARGIN * dt * speed.length();
                     exceeded = true;
                 }
             }
         }
         exceeded
-    }
-
-    /// Velocities of all bodies for a generalized velocity at the configuration of `kinematics`, world axes.
-    fn body_velocities(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64]) {
-        self.angular.clear();
-        self.linear.clear();
-        for (i, body) in model.bodies.iter().enumerate() {
-            if i == 0 {
-                self.angular.push(DVec3::ZERO);
-                self.linear.push(DVec3::ZERO);
-                continue;
-            }
-            let parent = body.parent.index();
-            let mut angular = self.angular[parent];
-            let mut linear = self.linear[parent] + angular.cross(kinematics.offset[i]);
-            for joint in model.joints_of(BodyId(i as u32)) {
-                for k in joint.v_index..joint.v_index + joint.kind.nv() {
-                    angular += kinematics.dof_angular[k] * v[k];
-                    linear += kinematics.dof_linear[k] * v[k];
-                }
-            }
-            self.angular.push(angular);
-            self.linear.push(linear);
-        }
     }
 }

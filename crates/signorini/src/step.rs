@@ -124,6 +124,7 @@ impl Workspace {
         let mut mass = BlockDiagonal::new(model);
         (0..model.nv).for_each(|k| mass.add_to_diagonal(k, 1.0));
         let problem = ContactProblem::new(mass, vec![0.0; model.nv], settings.timestep.unwrap_or(model.timestep))?;
+        let collider = Collider::new(model)?;
         Ok(Self {
             kinematics: Kinematics::new(model),
             points: Vec::new(),
@@ -137,8 +138,8 @@ impl Workspace {
             assembler: Assembler::new(model, settings.assembly_tolerance),
             smooth: FreeMotion::new(model),
             sensors: SensorWork::new(model),
-            collider: Collider::new(model)?,
-            reach: BodyReach::default(),
+            reach: BodyReach::new(model, &collider),
+            collider,
             solver: StepSolver::new(settings)?,
             warm: WarmCache::default(),
             fixed_point: FixedPoint::default(),
@@ -324,7 +325,7 @@ pub(crate) fn step_driven(
     forward_kinematics_into(model, &state.q, &state.v, &mut ws.kinematics);
     free_motion_into(model, &ws.kinematics, state, input, dt, &mut ws.smooth)?;
     ws.builder.take_smooth(&mut ws.smooth, dt);
-    ws.reach.start(model, &ws.kinematics, [&state.v, &ws.builder.problem.free_velocity], dt);
+    ws.reach.start(model, &ws.kinematics, &ws.builder.problem.free_velocity, dt);
     let mut report = StepReport { unresolved_rotations: ws.smooth.unresolved_rotations, ..StepReport::default() };
     loop {
         ws.collider.find(model, &ws.kinematics.pose, &ws.reach.reach, &mut ws.points);
@@ -332,8 +333,8 @@ pub(crate) fn step_driven(
         for drive in driven {
             ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
         }
-        let unchanged = !report.clipped_gaps && ws.solver.keeps_directions() && ws.warm.holds(&ws.builder.keys);
-        if report.enlargements > 0 && unchanged {
+        let unchanged = || !report.clipped_gaps && ws.solver.keeps_directions() && ws.warm.holds(&ws.builder.keys);
+        if report.enlargements > 0 && unchanged() {
             break; // The larger reach has no new contacts: the solution at hand is that of the step.
         }
         ws.solve(settings, &mut report)?;

@@ -2,6 +2,7 @@
 
 mod allocation;
 mod cross_check;
+mod history;
 mod pairs;
 mod random;
 mod scene;

@@ -31,7 +31,7 @@ mod weight;
 pub use settings::SolverSettings;
 pub use warm_start::WarmStart;
 
-use crate::certificate::{Certificate, Scales, Scratch, certify_with, velocity_from_impulses};
+use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use island::Islands;
@@ -154,6 +154,9 @@ impl ContactSolver {
     /// the result, never by the solver's own numbers. No allocation after warm-up where the first two stages reach
     /// the tolerance on one thread.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
+        if !has_rows(problem) {
+            return take_free_velocity(problem, solution);
+        }
         self.cones.prepare(problem);
         if problem.friction_groups.bound.iter().any(|bound| matches!(bound, FrictionBound::Shifted { .. })) {
             self.solve_whole(problem, solution);
@@ -278,6 +281,9 @@ impl ContactSolver {
     /// The certificate of a claimed solution of the problem that was solved last, as by [`certify`](crate::certify()), with the
     /// scales that the solve computed.
     pub fn recertify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
+        if !has_rows(problem) {
+            return certify_afresh(problem, solution, &mut self.scratch);
+        }
         certify_with(problem, solution, &self.scales, &mut self.scratch)
     }
 
@@ -286,6 +292,20 @@ impl ContactSolver {
         let mut solution = ContactSolution::default();
         self.solve_into(problem, warm, &mut solution);
         solution
+    }
+}
+
+fn has_rows(problem: &ContactProblem) -> bool {
+    problem.contact_count() > 0 || !problem.bilateral_violation.is_empty() || !problem.friction_groups.is_empty()
+}
+
+/// The solution where nothing touches: with `v⁺ = v^f` and no other unknown every residual is zero, if the data are numbers.
+fn take_free_velocity(problem: &ContactProblem, solution: &mut ContactSolution) {
+    solution.prepare(problem);
+    solution.certificate = Certificate::default();
+    if solution.velocity.iter().any(|v| !v.is_finite()) {
+        solution.certificate = Certificate::everything_violated();
+        solution.status = SolveStatus::Inaccurate;
     }
 }
 

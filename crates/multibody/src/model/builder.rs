@@ -9,7 +9,8 @@ use super::check::{
 use super::check_sensing::{check_sensors, check_sites, check_tendons};
 use super::{
     Actuator, ActuatorId, Body, BodyId, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair, Inertia, Joint,
-    JointId, JointKind, Keyframe, Model, ModelError, Sensor, SensorKind, Site, SiteId, Tendon, TendonId, Transmission,
+    JointId, JointKind, Keyframe, Model, ModelError, PathStep, Sensor, SensorKind, Site, SiteId, Tendon, TendonId,
+    Transmission,
 };
 use crate::math::Pose;
 
@@ -325,6 +326,7 @@ impl ModelBuilder {
         }
         let weld_parent = body_weld.iter().map(|w| body_weld[bodies[w.index()].parent.index()]).collect();
         let contact_filter = ContactFilter::new(&self.pairs, &self.excluded, body_weld.clone(), weld_parent);
+        let path = PathStep::all(&bodies, &joints);
         Model {
             name: self.name,
             gravity: self.gravity,
@@ -347,6 +349,7 @@ impl ModelBuilder {
             dof_joint,
             body_last_dof,
             body_weld,
+            path,
         }
     }
 }

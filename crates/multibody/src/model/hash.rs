@@ -36,6 +36,7 @@ impl Model {
             dof_joint: _,
             body_last_dof: _,
             body_weld: _,
+            path: _,
         } = self;
         name.feed(&mut hash);
         gravity.feed(&mut hash);

@@ -9,6 +9,7 @@ mod filter;
 mod geometry;
 mod hash;
 mod parts;
+mod path;
 mod sensing;
 mod transmission;
 
@@ -21,6 +22,7 @@ pub use parts::{
     Actuator, ActuatorId, ActuatorKind, Body, BodyId, Geom, GeomId, GeomPair, Inertia, Joint, JointId, JointKind,
     Keyframe, SiteId, SpinResistance, TendonId,
 };
+pub(crate) use path::PathStep;
 pub use sensing::{FrameId, Sensor, SensorKind, Site};
 pub use transmission::{Tendon, Transmission};
 
@@ -74,6 +76,8 @@ pub struct Model {
     /// For every body the nearest ancestor (or itself) that has joints: bodies with the same one are welded together.
     /// The world for bodies that cannot move.
     pub body_weld: Vec<BodyId>,
+    /// For every body its place in its tree.
+    pub(crate) path: Vec<PathStep>,
 }
 
 impl Model {

@@ -1,6 +1,6 @@
 //! Block-diagonal matrices and their factors against dense algebra.
 
-use signorini_multibody::glam::DVec3;
+use signorini_multibody::glam::{self, DVec3};
 use signorini_multibody::{
     BlockCholesky, BlockDiagonal, BodyId, Inertia, Joint, JointKind, MassError, ModelBuilder, Pose, SparseRows, State,
     contact_rows_into,
@@ -160,4 +160,37 @@ fn a_singular_configuration_is_an_error_and_not_a_number() {
     let mut x = [1.0, 3.0];
     factor.solve_in_place(&mut x);
     assert_eq!(x, [4.0, 3.0]);
+}
+
+/// A free body that turns about its origin (`offset` zero) or about a point beside it; the block of the former is diagonal.
+fn free_body_mass(offset: f64, turn: f64) -> BlockDiagonal {
+    let mut builder = ModelBuilder::new("brick");
+    let rotational = glam::DMat3::from_diagonal(DVec3::new(0.2, 0.3, 0.4));
+    let inertia = Inertia { mass: 3.0, center_of_mass: DVec3::new(offset, 0.0, 0.0), rotational };
+    let body = builder.add_body("brick", BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
+    builder.add_joint(body, Joint::new("free", JointKind::Free)).unwrap();
+    let model = builder.build().unwrap();
+    let mut state = State::new(&model);
+    (state.q[3], state.q[6]) = ((0.5 * turn).cos(), (0.5 * turn).sin());
+    mass_matrix(&model, &kinematics(&model, &state)).matrix
+}
+
+#[test]
+fn a_factor_that_is_used_again_is_the_one_of_a_fresh_factorisation() {
+    let (diagonal, full, turned) = (free_body_mass(0.0, 0.3), free_body_mass(0.1, 0.3), free_body_mass(0.1, 0.4));
+    let mut singular = full.clone();
+    singular.add_to_diagonal(4, -full.get(4, 4));
+    let x: Vec<f64> = (0..6).map(|k| 1.0 + f64::from(k)).collect();
+    let mut factor = BlockCholesky::new(&full);
+    for matrix in [&diagonal, &diagonal, &full, &full, &turned, &singular, &turned, &singular, &diagonal, &full] {
+        let fresh = matrix.factor();
+        assert_eq!(factor.refactor(matrix), fresh.as_ref().map(|_| ()).map_err(Clone::clone));
+        let Ok(fresh) = fresh else { continue };
+        let (mut found, mut expected, mut back) = (x.clone(), x.clone(), vec![0.0; 6]);
+        factor.solve_in_place(&mut found);
+        fresh.solve_in_place(&mut expected);
+        assert_eq!(found, expected);
+        matrix.multiply_into(&found, &mut back);
+        assert!(relative_error(&back, &x) < 1e-14, "{back:?}");
+    }
 }

@@ -15,12 +15,12 @@ impl ProblemBuilder {
     pub(super) fn push_limits(&mut self, model: &Model, state: &State) {
         let dt = self.problem.timestep;
         let v_free = std::mem::take(&mut self.problem.free_velocity);
-        for limit in limits(model, state, &v_free) {
+        for_each_limit(model, state, &v_free, |limit| {
             let reach = 4.0 * dt * limit.rate(&state.v).abs().max(limit.rate(&v_free).abs());
             if limit.gap <= reach {
-                self.push_limit(&limit);
+                self.push_limit(limit);
             }
-        }
+        });
         for (t, limits) in limited_tendons(model) {
             self.measure_tendon(model, state, t);
             let reach = 4.0 * dt * self.length.rate(&state.v).abs().max(self.length.rate(&v_free).abs());
@@ -37,11 +37,11 @@ impl ProblemBuilder {
     pub fn add_crossed_limits(&mut self, model: &Model, state: &State, v: &[f64]) -> bool {
         let dt = self.problem.timestep;
         let before = self.keys.len();
-        for limit in limits(model, state, v) {
+        for_each_limit(model, state, v, |limit| {
             if limit.gap + dt * limit.rate(v) < 0.0 && !self.keys.contains(&limit.key) {
-                self.push_limit(&limit);
+                self.push_limit(limit);
             }
-        }
+        });
         for (t, limits) in limited_tendons(model) {
             self.measure_tendon(model, state, t);
             let rate = self.length.rate(v);
@@ -97,22 +97,21 @@ impl Limit {
     }
 }
 
-/// The limits of all joints, in the order of their keys. A ball joint has one: its rotation by the angle θ about the axis a
+/// Visits the limits of all joints, in the order of their keys. A ball joint has one: its rotation by the angle θ about the axis a
 /// stays within its cone, `θ_max − θ`, whose rate is `−a·ω`. `v_free` gives the axis where there is no rotation yet.
-fn limits<'a>(model: &'a Model, state: &'a State, v_free: &'a [f64]) -> impl Iterator<Item = Limit> + 'a {
-    let limited = model.joints.iter().enumerate().filter_map(|(j, joint)| Some((j, joint, joint.limits?)));
-    limited.flat_map(move |(j, joint, [lower, upper])| {
-        let dof = joint.v_index;
-        let both = match joint.kind {
-            JointKind::Ball => [None, Some(cone(j, joint, upper, state, v_free))],
-            _ => {
-                let q = state.q[joint.q_index];
-                let side = |key, gap, sign: f64| Some(Limit { key, gap, dof, slope: [sign, 0.0, 0.0], count: 1 });
-                [side(joint_limit_key(j, 0), q - lower, 1.0), side(joint_limit_key(j, 1), upper - q, -1.0)]
-            }
-        };
-        both.into_iter().flatten()
-    })
+fn for_each_limit(model: &Model, state: &State, v_free: &[f64], mut visit: impl FnMut(&Limit)) {
+    for (j, joint) in model.joints.iter().enumerate() {
+        let Some([lower, upper]) = joint.limits else { continue };
+        if joint.kind == JointKind::Ball {
+            visit(&cone(j, joint, upper, state, v_free));
+            continue;
+        }
+        let q = state.q[joint.q_index];
+        for (side, gap, sign) in [(0, q - lower, 1.0), (1, upper - q, -1.0)] {
+            let (key, slope) = (joint_limit_key(j, side), [sign, 0.0, 0.0]);
+            visit(&Limit { key, gap, dof: joint.v_index, slope, count: 1 });
+        }
+    }
 }
 
 fn cone(j: usize, joint: &Joint, largest: f64, state: &State, v_free: &[f64]) -> Limit {

@@ -31,7 +31,11 @@ impl SurfaceFeatures {
 
 impl ProblemBuilder {
     pub(super) fn push_point(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint) {
-        let frame = ContactFrame::from_normal(point.normal);
+        // Most points share their normal with the one before.
+        let frame = match self.frames.last() {
+            Some(last) if last.normal == point.normal => *last,
+            _ => ContactFrame::from_normal(point.normal),
+        };
         let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
         let bodies = (point.body_a, point.body_b);
         contact_rows_into(model, kinematics, bodies, point.position, &directions, &mut self.rows);

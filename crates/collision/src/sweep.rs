@@ -1,0 +1,105 @@
+//! Pairs of boxes that overlap, by sorting them along an axis and sweeping (Baraff 1992).
+//!
+//! The order is kept from search to search, because bodies move little in a step; what is found does not depend on it.
+
+use crate::bvh::Aabb;
+
+/// The axis is chosen anew after so many searches.
+const CHOICE: u32 = 64;
+
+/// Insertions may move this many items per item; beyond that a sort from scratch is quicker.
+const SHIFTS: usize = 8;
+
+/// Buffers of the sweep.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Sweep {
+    /// Items with their boxes, in the order of the lower ends along the axis.
+    sorted: Vec<Entry>,
+    axis: usize,
+    age: u32,
+}
+
+/// The axes of the bounds are those after the sweep's, with the sweep's own first.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    low: [f64; 3],
+    high: [f64; 3],
+    item: u32,
+}
+
+impl Entry {
+    fn new(boxes: &[Aabb], item: u32, axis: usize) -> Self {
+        let (low, high) = (boxes[item as usize].low.to_array(), boxes[item as usize].high.to_array());
+        let turned = |x: [f64; 3]| std::array::from_fn(|k| x[(axis + k) % 3]);
+        Self { low: turned(low), high: turned(high), item }
+    }
+}
+
+impl Sweep {
+    /// Calls `visit` for every two of `items` whose boxes overlap, in no particular order. Boxes that are not numbers overlap
+    /// nothing.
+    pub fn overlapping(&mut self, boxes: &[Aabb], items: &[u32], mut visit: impl FnMut(u32, u32)) {
+        self.take(boxes, items);
+        self.sort();
+        for (k, a) in self.sorted.iter().enumerate() {
+            for b in &self.sorted[k + 1..] {
+                if b.low[0] > a.high[0] {
+                    break;
+                }
+                if (1..3).all(|r| a.low[r] <= b.high[r] && b.low[r] <= a.high[r]) {
+                    visit(a.item, b.item);
+                }
+            }
+        }
+    }
+
+    /// Takes over the boxes, in the order of the last search if that had the same items.
+    fn take(&mut self, boxes: &[Aabb], items: &[u32]) {
+        let known = |i: &u32| !boxes[*i as usize].is_nan();
+        let complete = self.sorted.len() == items.len() && items.iter().all(known);
+        if !complete || self.age >= CHOICE {
+            let axis = widest_axis(boxes, items.iter().copied().filter(known));
+            if !complete || axis != self.axis {
+                self.sorted.clear();
+                self.sorted.extend(items.iter().filter(|i| known(i)).map(|&i| Entry::new(boxes, i, axis)));
+            }
+            (self.axis, self.age) = (axis, 0);
+        }
+        self.age += 1;
+        let axis = self.axis;
+        self.sorted.iter_mut().for_each(|entry| *entry = Entry::new(boxes, entry.item, axis));
+    }
+
+    /// Sorts by insertion, from scratch where that moves too much.
+    fn sort(&mut self) {
+        let mut shifts = SHIFTS * self.sorted.len();
+        for k in 1..self.sorted.len() {
+            let entry = self.sorted[k];
+            let mut place = k;
+            while place > 0 && self.sorted[place - 1].low[0] > entry.low[0] {
+                self.sorted[place] = self.sorted[place - 1];
+                place -= 1;
+            }
+            self.sorted[place] = entry;
+            if k - place > shifts {
+                return self.sorted.sort_unstable_by(|a, b| a.low[0].total_cmp(&b.low[0]));
+            }
+            shifts -= k - place;
+        }
+    }
+}
+
+/// The axis along which the boxes' centres are spread most.
+fn widest_axis(boxes: &[Aabb], items: impl Iterator<Item = u32>) -> usize {
+    let (mut count, mut sum, mut squares) = (0.0, [0.0; 3], [0.0; 3]);
+    for i in items {
+        let center = (boxes[i as usize].low + boxes[i as usize].high).to_array();
+        count += 1.0;
+        for r in 0..3 {
+            sum[r] += center[r];
+            squares[r] += center[r] * center[r];
+        }
+    }
+    let spread = |r: usize| count * squares[r] - sum[r] * sum[r];
+    (0..3).fold(0, |best, r| if spread(r) > spread(best) { r } else { best })
+}

@@ -1,0 +1,79 @@
+//! A search knows nothing of the searches before it, although it keeps their order.
+
+use glamx::glam::DVec3;
+use signorini_collision::Collider;
+use signorini_multibody::{ContactPoint, Geometry, Pose};
+
+use crate::random::Random;
+use crate::scene::{Scene, contacts, cuboid};
+
+const COUNT: usize = 24;
+
+fn shapes(random: &mut Random) -> Vec<Geometry> {
+    let size = |random: &mut Random| 0.1 + 0.2 * random.unit();
+    let shape = |random: &mut Random, k: usize| match k % 3 {
+        0 => Geometry::Sphere { radius: size(random) },
+        _ => cuboid(size(random), size(random), size(random)),
+    };
+    let bodies = (0..COUNT).map(|k| shape(random, k)).collect::<Vec<_>>();
+    [vec![Geometry::Plane], bodies].concat()
+}
+
+/// Poses in a box that is long in x, then in z; mostly small steps, now and then everything anew, once a pose that is none.
+fn walk(random: &mut Random, poses: &mut [Pose], step: usize) {
+    for pose in poses.iter_mut().skip(1) {
+        if step.is_multiple_of(50) {
+            let extent = if step < 100 { DVec3::new(3.0, 0.5, 0.3) } else { DVec3::new(0.5, 0.5, 3.0) };
+            *pose = Pose::new(random.vector() * extent, random.rotation());
+        } else {
+            pose.position += random.vector() * 0.02;
+        }
+    }
+    if step == 75 {
+        poses[COUNT / 2].position.y = f64::NAN;
+    } else if step == 76 {
+        poses[COUNT / 2].position.y = 0.1;
+    }
+}
+
+fn same_bits(a: &[ContactPoint], b: &[ContactPoint]) -> bool {
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a == b && a.gap.to_bits() == b.gap.to_bits())
+}
+
+#[test]
+fn the_answer_depends_on_the_poses_alone() {
+    let mut random = Random(3);
+    let mut scene = Scene::new(&shapes(&mut random));
+    let mut poses = vec![Pose::IDENTITY; COUNT + 1];
+    let mut most = 0;
+    for step in 0..200 {
+        walk(&mut random, &mut poses, step);
+        let found = scene.find(&poses, 0.05);
+        let experienced = std::mem::replace(&mut scene.collider, Collider::new(&scene.model).unwrap());
+        let afresh = scene.find(&poses, 0.05);
+        scene.collider = experienced;
+        assert!(same_bits(&found, &afresh), "step {step}: {} and {} points", found.len(), afresh.len());
+        most = most.max(found.len());
+    }
+    assert!(most > 20, "the scene should be crowded, but had {most} points");
+}
+
+#[test]
+fn every_pair_is_found_that_touches_when_it_is_alone() {
+    let mut random = Random(4);
+    let shapes = shapes(&mut random);
+    let mut scene = Scene::new(&shapes);
+    let mut poses = vec![Pose::IDENTITY; COUNT + 1];
+    for step in 0..4 {
+        walk(&mut random, &mut poses, 50 * step);
+        let found = scene.find(&poses, 0.05);
+        let places = |points: &[ContactPoint]| points.iter().map(|p| (p.position, p.gap)).collect::<Vec<_>>();
+        let mut expected = Vec::new();
+        for i in 0..=COUNT {
+            for j in i + 1..=COUNT {
+                expected.extend(places(&contacts(&shapes[i], poses[i], &shapes[j], poses[j], 0.05)));
+            }
+        }
+        assert_eq!(places(&found), expected, "step {step}");
+    }
+}
