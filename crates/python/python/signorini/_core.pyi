@@ -86,26 +86,28 @@ class Batch:
         """Control values, (nsim, nu): a live view."""
     @property
     def residual(self) -> _Array:
-        """Largest residual of each simulation's last step, (nsim,)."""
+        """Largest residual of each simulation's last step, (nsim,); 0 where there is none."""
     @property
     def ncon(self) -> _Ints:
-        """Contacts and joint limits in each simulation's last step, (nsim,)."""
-    def step(self, nstep: int = 1) -> None:
-        """Makes ``nstep`` steps of every simulation; the GIL is released meanwhile.
+        """Contacts and joint limits in each simulation's last step, (nsim,); 0 where there is none."""
+    @property
+    def sensordata(self) -> _Array:
+        """Numbers of all sensors at the beginning of each simulation's last step, (nsim, nsensordata); 0 where there is none."""
+    @property
+    def contact_wrench(self) -> _Array:
+        """What the contacts of each simulation's last step do to its bodies, (nsim, nbody, 6); 0 where there is none.
+
+        Moments about the bodies' centres of mass, N·m, and mean forces over the step, N, in world axes. The row of body 0, the
+        world, is that of fixed geoms, about the origin.
+        """
+    def step(self, nstep: int = 1, ids: Optional[Sequence[int]] = None) -> None:
+        """Makes ``nstep`` steps of the simulations ``ids``, or of all; the GIL is released meanwhile.
 
         Raises:
             BatchError: simulations stopped; the others made all their steps.
+            IndexError: there is no simulation of an index.
         """
-    def rollout(self, ctrl: Optional[ArrayLike] = None, nstep: Optional[int] = None) -> Tuple[_Array, _Array]:
-        """Makes steps and records the states after each: qpos, (nsim, nstep, nq), and qvel, (nsim, nstep, nv).
-
-        Args:
-            ctrl: control values of every step, (nsim, nstep, nu); without it, ``self.ctrl`` stays.
-            nstep: number of steps, where ``ctrl`` does not say it.
-
-        Raises:
-            BatchError: simulations stopped; the others made all their steps.
-        """
+    def _rollout(self, ctrl: Optional[ArrayLike], nstep: Optional[int], record: Sequence[str]) -> list[_Array]: ...
     def _reset(self, ids: Optional[Sequence[int]] = None, keyframe: Optional[int] = None) -> None: ...
 
 @final

@@ -1,0 +1,90 @@
+"""A task of contact: a finger pushes a box over a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Dict, Tuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from signorini import Batch
+from signorini.gymnasium.task import Array, Judgement, Task
+
+__all__ = ["PushBox"]
+
+_FINGER, _BOX, _TURN, _GOAL = slice(0, 2), slice(2, 4), slice(5, 9), slice(9, 11)
+
+
+@dataclass(frozen=True)
+class PushBox(Task):
+    """A finger, moved in a plane, pushes a box of 10 cm and 0.4 kg over a table (μ = 0.5) to a goal.
+
+    Actions, (2,), are velocities of the finger in units of ``finger_speed``, held by servos of at most 20 N; an action lasts
+    0.05 s. The observation, (13,), has, in m, m/s and rad/s:
+
+    ===== =====================================
+    0:2   place of the finger
+    2:4   velocity of the finger
+    4:6   place of the box less the finger's
+    6:8   place of the goal less the box's
+    8:10  cosine and sine of the box's yaw
+    10:12 velocity of the box
+    12    yaw rate of the box
+    ===== =====================================
+
+    Box and goal start anywhere in squares of ±0.15 m and ±0.2 m, the finger on a circle of 0.12 m about the box. reward =
+    −distance of box and goal − finger_cost_weight · distance of finger and box − ctrl_cost_weight · |action|², and
+    success_reward where the box is within ``success_distance`` of the goal. Episodes end by time alone.
+    """
+
+    file = "push_box.xml"
+    frame_skip = 10
+
+    finger_speed: float = 0.4
+    """Speed for an action of 1, m/s."""
+    finger_cost_weight: float = 0.2
+    """Cost per m between the finger and the middle of the box."""
+    ctrl_cost_weight: float = 1e-3
+    """Cost of the squared action."""
+    success_distance: float = 0.03
+    """Where the box has arrived, m."""
+    success_reward: float = 0.25
+    """Reward of every action after which the box is at the goal."""
+
+    @property
+    def observation_size(self) -> int:
+        return 13
+
+    def start(self, rng: np.random.Generator) -> Tuple[Array, Array]:
+        box, goal = rng.uniform(-0.15, 0.15, 2), rng.uniform(-0.2, 0.2, 2)
+        yaw, side = rng.uniform(-np.pi, np.pi, 2)
+        finger = box + 0.12 * np.array([np.cos(side), np.sin(side)])
+        turn = [np.cos(yaw / 2), 0.0, 0.0, np.sin(yaw / 2)]
+        return np.concatenate([finger, box, [0.05], turn, goal]), np.zeros(self.model.nv)
+
+    def control(self, action: Array) -> Array:
+        return self.finger_speed * action
+
+    def observe(self, batch: Batch) -> Array:
+        qpos, qvel = batch.qpos, batch.qvel
+        w, x, y, z = qpos[:, _TURN].T
+        heading = np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (w * z + x * y)], axis=1)
+        finger, box, goal = qpos[:, _FINGER], qpos[:, _BOX], qpos[:, _GOAL]
+        return np.concatenate([finger, qvel[:, :2], box - finger, goal - box, heading, qvel[:, 2:4], qvel[:, 7:8]], axis=1)
+
+    def judge(self, batch: Batch, before: Array, action: Array) -> Judgement:
+        away, reach = self._distances(batch)
+        arrived = away < self.success_distance
+        cost = away + self.finger_cost_weight * reach + self.ctrl_cost_weight * np.square(action).sum(axis=1)
+        info: Dict[str, NDArray[np.generic]] = {"distance": away, "is_success": arrived}
+        return Judgement(self.success_reward * arrived - cost, np.zeros(len(batch), dtype=np.bool_), info)
+
+    def describe(self, batch: Batch) -> Dict[str, NDArray[np.generic]]:
+        away, _ = self._distances(batch)
+        return {"distance": away, "is_success": away < self.success_distance}
+
+    def _distances(self, batch: Batch) -> Tuple[Array, Array]:
+        """Of box and goal and of finger and box, (n,) each, m."""
+        away, reach = batch.qpos[:, _GOAL] - batch.qpos[:, _BOX], batch.qpos[:, _BOX] - batch.qpos[:, _FINGER]
+        return np.sqrt(np.square(away).sum(axis=1)), np.sqrt(np.square(reach).sum(axis=1))
