@@ -6,7 +6,7 @@ use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyRuntimeError};
 use pyo3::prelude::*;
 use signorini::multibody::{Input, State};
-use signorini::{LaneStop, contact_wrenches_into};
+use signorini::{LaneStop, Variation, contact_wrenches_into};
 
 use crate::arrays::{self, Cube, Table, Vector};
 use crate::error::{BatchError, ProblemError, simulation_error};
@@ -186,6 +186,19 @@ impl Batch {
             arrays::array(py, records.iter().flat_map(|record| record[j].iter().copied()).collect(), &shape)
         });
         joined.collect()
+    }
+
+    /// Gives a simulation parameters of its own, relative to those of the model.
+    #[pyo3(signature = (id, *, friction=1.0, mass=1.0, gravity=None))]
+    fn vary(&self, py: Python<'_>, id: usize, friction: f64, mass: f64, gravity: Option<[f64; 3]>) -> PyResult<()> {
+        if id >= self.count {
+            return Err(self.no_simulation(id));
+        }
+        let mut lanes = self.loaded(py)?;
+        let variation = Variation { friction, mass, gravity: gravity.map(Into::into) };
+        lanes.batch.vary(id, &variation).map_err(simulation_error)?;
+        lanes.stepped[id] = false;
+        Ok(())
     }
 
     #[pyo3(signature = (ids=None, keyframe=None))]

@@ -108,3 +108,24 @@ def test_a_rollout_records_what_is_asked_for():
     assert batch.contact_wrench[1].any() and batch.residual[0] == 0.0
     with pytest.raises(signorini.ProblemError, match="record = 'force'.*'contact_wrench'"):
         batch.rollout(nstep=1, record=["force"])
+
+
+def test_simulations_with_parameters_of_their_own():
+    """A sliding box slows down by μ g Δt in every step, whatever its mass, until gravity or friction is another."""
+    model = mjcf("<geom type='plane' friction='0.3'/><body pos='0 0 0.1'><freejoint/>"
+                 "<geom type='box' size='0.1 0.1 0.1' mass='2' friction='0.3'/></body>")
+    batch = signorini.Batch(model, 4)
+    batch.vary(1, friction=0.5)
+    batch.vary(2, mass=4.0)
+    batch.vary(3, gravity=(0.0, 0.0, -1.62))
+    for _ in range(2):
+        batch.qvel[:, 0] = 2.0
+        batch.step(100)
+        slowed = 2.0 - 100 * 0.002 * np.array([0.3 * 9.81, 0.15 * 9.81, 0.3 * 9.81, 0.3 * 1.62])
+        assert np.allclose(batch.qvel[:, 0], slowed, atol=1e-9)
+        assert np.allclose(batch.contact_wrench[:, 1, 5], [2 * 9.81, 2 * 9.81, 8 * 9.81, 2 * 1.62], atol=1e-6)
+        batch.reset()
+    with pytest.raises(signorini.SettingError, match="mass"):
+        batch.vary(0, mass=0.0)
+    with pytest.raises(IndexError, match="simulation 4"):
+        batch.vary(4)

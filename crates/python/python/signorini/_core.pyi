@@ -107,6 +107,23 @@ class Batch:
             BatchError: simulations stopped; the others made all their steps.
             IndexError: there is no simulation of an index.
         """
+    def vary(
+        self, id: int, *, friction: float = 1.0, mass: float = 1.0, gravity: Optional[Tuple[float, float, float]] = None
+    ) -> None:
+        """Gives simulation ``id`` parameters of its own, relative to those of the model; its next step starts cold.
+
+        A reset keeps them. ``self.model`` stays the one without them.
+
+        Args:
+            id: the simulation.
+            friction: factor on all coefficients of sliding friction, at least 0.
+            mass: factor on masses and inertia of all bodies, positive.
+            gravity: gravity in world, m/s²; without it the model's.
+
+        Raises:
+            SettingError: a parameter is out of its range.
+            IndexError: there is no such simulation.
+        """
     def _rollout(self, ctrl: Optional[ArrayLike], nstep: Optional[int], record: Sequence[str]) -> list[_Array]: ...
     def _reset(self, ids: Optional[Sequence[int]] = None, keyframe: Optional[int] = None) -> None: ...
 
