@@ -206,6 +206,10 @@ def test_what_is_wrong_is_said():
         env.step(np.zeros(2))
     with pytest.raises(ValueError, match="not finite"):
         env.step(np.full(3, np.nan))
+    with pytest.raises(ValueError, match="'height'.*there are none"):
+        env.reset(options={"height": 2.0})
+    with pytest.raises(ValueError, match="'height'.*only 'reset_mask'"):
+        envs.reset(options={"height": 2.0})
     with pytest.raises(ValueError, match="first reset"):
         envs.reset(options={"reset_mask": np.array([True, False])})
     with pytest.raises(ValueError, match="3 entries"):

@@ -1,7 +1,7 @@
 """Trains PPO of Stable-Baselines3 on one of the package's environments, on the CPU, and keeps the curve of its returns.
 
     pip install 'signorini[gymnasium]' stable-baselines3
-    python train_ppo.py Hopper --steps 1500000 --gamma 0.999 --gae-lambda 0.99
+    python train_ppo.py Hopper --steps 1500000 --gamma 0.995
     python train_ppo.py PushBox --steps 1500000
 
 Writes NAME.csv (a row per update: environment steps, seconds by the clock and of the processor, mean return and length of the last
@@ -102,8 +102,8 @@ def main() -> None:
     parser.add_argument("name", choices=sorted(signorini.gymnasium.TASKS))
     parser.add_argument("--steps", type=int, default=1_000_000, help="environment steps")
     parser.add_argument("--minutes", type=float, default=float("inf"), help="time after which the training ends")
-    parser.add_argument("--envs", type=int, default=16, help="simulations at once")
-    parser.add_argument("--horizon", type=int, default=256, help="steps of each simulation per update")
+    parser.add_argument("--envs", type=int, default=32, help="simulations at once")
+    parser.add_argument("--horizon", type=int, default=128, help="steps of each simulation per update")
     parser.add_argument("--gamma", type=float, default=0.99, help="discount of an action")
     parser.add_argument("--gae-lambda", type=float, default=0.95, help="of generalised advantage estimation")
     parser.add_argument("--seed", type=int, default=0)
@@ -123,13 +123,13 @@ def main() -> None:
         "MlpPolicy",
         normalised,
         n_steps=arguments.horizon,
-        batch_size=arguments.envs * arguments.horizon // 32,
+        batch_size=arguments.envs * arguments.horizon // 16,
         n_epochs=10,
         learning_rate=lambda left: 3e-4 * left,
         gamma=arguments.gamma,
         gae_lambda=arguments.gae_lambda,
         clip_range=0.2,
-        policy_kwargs={"net_arch": [64, 64], "log_std_init": -1.0},
+        policy_kwargs={"net_arch": [64, 64]},
         seed=seed,
         device="cpu",
     )

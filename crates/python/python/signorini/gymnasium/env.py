@@ -113,6 +113,8 @@ class Env(gymnasium.Env[Array, Array]):
 
     def reset(self, *, seed: Optional[int] = None, options: Optional[_Info] = None) -> Tuple[Array, _Info]:
         """Begins an episode; a ``seed`` makes it and those that follow the same, bit for bit. There are no ``options``."""
+        if options:
+            raise ValueError(f"options {sorted(options)}: there are none")
         super().reset(seed=seed)
         self._episodes.begin(0, self.np_random)
         self._begun = True
@@ -195,7 +197,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, NDArray[Any]]):
             options: nothing but ``reset_mask``.
 
         Raises:
-            ValueError: the seeds or the mask do not fit, or the first reset is not one of all.
+            ValueError: the seeds or the options do not fit, or the first reset is not one of all.
         """
         if isinstance(seed, (int, np.integer)):
             seed = [int(seed) + i for i in range(self.num_envs)]
@@ -289,7 +291,10 @@ def _actions(action: ArrayLike, shape: Tuple[int, ...]) -> Array:
 
 
 def _reset_mask(options: Optional[_Info], count: int) -> _Mask:
-    if not options or "reset_mask" not in options:
+    unknown = set(options or ()) - {"reset_mask"}
+    if unknown:
+        raise ValueError(f"options {sorted(unknown)}: there is only 'reset_mask'")
+    if not options:
         return np.ones(count, dtype=np.bool_)
     mask: _Mask = np.asarray(options["reset_mask"])
     if mask.dtype != np.bool_ or mask.shape != (count,) or not mask.any():
