@@ -1,5 +1,8 @@
 """Environments for Gymnasium, against Gymnasium's own checks and its vector environments."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -248,3 +251,11 @@ def test_the_example_of_the_modules_docstring():
 
     result = doctest.testmod(environments)
     assert result.attempted == 7 and not result.failed
+
+
+def test_without_gymnasium_it_is_named():
+    code = ("import importlib.util as util; found = util.find_spec\n"
+            "util.find_spec = lambda name, *rest: None if name == 'gymnasium' else found(name, *rest)\n"
+            "import signorini.gymnasium")
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert run.returncode == 1 and "pip install 'signorini[gymnasium]'" in run.stderr
