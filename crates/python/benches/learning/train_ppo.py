@@ -2,7 +2,7 @@
 
     pip install 'signorini[gymnasium]' stable-baselines3
     python train_ppo.py Hopper --steps 1500000 --gamma 0.995
-    python train_ppo.py PushBox --steps 1500000
+    python train_ppo.py PushBox --steps 1500000 --log-std -0.7
 
 Writes NAME.csv (a row per update: environment steps, seconds by the clock and of the processor, mean return and length of the last
 100 episodes, share of them that succeeded) and NAME.json (what a random policy and the policy at the end reach in 20 episodes each, without learning).
@@ -106,6 +106,7 @@ def main() -> None:
     parser.add_argument("--horizon", type=int, default=128, help="steps of each simulation per update")
     parser.add_argument("--gamma", type=float, default=0.99, help="discount of an action")
     parser.add_argument("--gae-lambda", type=float, default=0.95, help="of generalised advantage estimation")
+    parser.add_argument("--log-std", type=float, default=0.0, help="logarithm of the actions' standard deviation at the start")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--out", type=pathlib.Path, default=pathlib.Path.cwd(), help="folder of the results")
     arguments = parser.parse_args()
@@ -129,7 +130,7 @@ def main() -> None:
         gamma=arguments.gamma,
         gae_lambda=arguments.gae_lambda,
         clip_range=0.2,
-        policy_kwargs={"net_arch": [64, 64]},
+        policy_kwargs={"net_arch": [64, 64], "log_std_init": arguments.log_std},
         seed=seed,
         device="cpu",
     )

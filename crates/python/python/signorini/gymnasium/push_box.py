@@ -14,6 +14,8 @@ from signorini.gymnasium.task import Array, Judgement, Task
 __all__ = ["PushBox"]
 
 _FINGER, _BOX, _TURN, _GOAL = slice(0, 2), slice(2, 4), slice(5, 9), slice(9, 11)
+_BEHIND = 0.07
+"""From the middle of the box to that of the finger that touches its face, m."""
 
 
 @dataclass(frozen=True)
@@ -34,8 +36,9 @@ class PushBox(Task):
     ===== =====================================
 
     Box and goal start anywhere in squares of ±0.15 m and ±0.2 m, the finger on a circle of 0.12 m about the box. reward =
-    −distance of box and goal − finger_cost_weight · distance of finger and box − ctrl_cost_weight · |action|², and
-    success_reward where the box is within ``success_distance`` of the goal. Episodes end by time alone.
+    −distance of box and goal − finger_cost_weight · distance of the finger from the place to push from − ctrl_cost_weight ·
+    |action|², where that place is 0.07 m behind the middle of the box, seen from the goal; and success_reward alone where the box is
+    within ``success_distance`` of the goal. Episodes end by time alone.
     """
 
     file = "push_box.xml"
@@ -43,8 +46,8 @@ class PushBox(Task):
 
     finger_speed: float = 0.4
     """Speed for an action of 1, m/s."""
-    finger_cost_weight: float = 0.2
-    """Cost per m between the finger and the middle of the box."""
+    finger_cost_weight: float = 0.5
+    """Cost per m between the finger and the place to push from."""
     ctrl_cost_weight: float = 1e-3
     """Cost of the squared action."""
     success_distance: float = 0.03
@@ -77,14 +80,22 @@ class PushBox(Task):
         away, reach = self._distances(batch)
         arrived = away < self.success_distance
         cost = away + self.finger_cost_weight * reach + self.ctrl_cost_weight * np.square(action).sum(axis=1)
+        reward = np.where(arrived, self.success_reward, -cost)
         info: Dict[str, NDArray[np.generic]] = {"distance": away, "is_success": arrived}
-        return Judgement(self.success_reward * arrived - cost, np.zeros(len(batch), dtype=np.bool_), info)
+        return Judgement(reward, np.zeros(len(batch), dtype=np.bool_), info)
 
     def describe(self, batch: Batch) -> Dict[str, NDArray[np.generic]]:
         away, _ = self._distances(batch)
         return {"distance": away, "is_success": away < self.success_distance}
 
     def _distances(self, batch: Batch) -> Tuple[Array, Array]:
-        """Of box and goal and of finger and box, (n,) each, m."""
-        away, reach = batch.qpos[:, _GOAL] - batch.qpos[:, _BOX], batch.qpos[:, _BOX] - batch.qpos[:, _FINGER]
-        return np.sqrt(np.square(away).sum(axis=1)), np.sqrt(np.square(reach).sum(axis=1))
+        """Of box and goal, and of the finger and the place to push from, (n,) each, m."""
+        finger, box, goal = batch.qpos[:, _FINGER], batch.qpos[:, _BOX], batch.qpos[:, _GOAL]
+        away = _length(goal - box)
+        behind = box - _BEHIND * (goal - box) / np.maximum(away, 1e-9)[:, None]
+        return away, _length(behind - finger)
+
+
+def _length(rows: Array) -> Array:
+    squares: Array = np.square(rows).sum(axis=1)
+    return np.sqrt(squares)
