@@ -117,6 +117,26 @@ def test_rewards_of_the_runners():
             assert info["reward_forward"] == pytest.approx(speed) and env.observation_space.contains(observation)
 
 
+def test_rewards_of_pushing_add_up():
+    """But for the costs of actions and the pay at the goal, an episode earns what lies between its first and last observation."""
+
+    def potential(observation):
+        to_box, to_goal = observation[4:6], observation[6:8]
+        behind = to_box - 0.07 * to_goal / np.linalg.norm(to_goal)
+        return -10.0 * np.linalg.norm(to_goal) - 2.0 * np.linalg.norm(behind)
+
+    env, rng = environments.Env("PushBox"), np.random.default_rng(0)
+    first, info = env.reset(seed=3)
+    assert info["distance"] == pytest.approx(np.linalg.norm(first[6:8]))
+    total = 0.0
+    for _ in range(80):
+        action = np.clip(8.0 * first[4:6] + rng.normal(size=2), -1, 1)
+        last, reward, _, _, info = env.step(action)
+        total += reward + 1e-3 * np.square(action).sum() - 0.2 * info["is_success"]
+    assert np.linalg.norm(last[6:8] - first[6:8]) > 0.02
+    assert total == pytest.approx(potential(last) - potential(first), abs=1e-9)
+
+
 def test_a_hopper_that_does_nothing_falls():
     env = environments.Env("Hopper")
     env.reset(seed=0)

@@ -36,9 +36,9 @@ class PushBox(Task):
     ===== =====================================
 
     Box and goal start anywhere in squares of ±0.15 m and ±0.2 m, the finger on a circle of 0.12 m about the box. reward =
-    −distance of box and goal − finger_cost_weight · distance of the finger from the place to push from − ctrl_cost_weight ·
-    |action|², where that place is 0.07 m behind the middle of the box, seen from the goal; and success_reward alone where the box is
-    within ``success_distance`` of the goal. Episodes end by time alone.
+    progress_weight · (how much nearer the box came to the goal) + finger_weight · (how much nearer the finger came to the place
+    to push from) − ctrl_cost_weight · |action|², and success_reward more where the box is within ``success_distance`` of the goal.
+    The place to push from is 0.07 m behind the middle of the box, seen from the goal. Episodes end by time alone.
     """
 
     file = "push_box.xml"
@@ -46,13 +46,15 @@ class PushBox(Task):
 
     finger_speed: float = 0.4
     """Speed for an action of 1, m/s."""
-    finger_cost_weight: float = 0.5
-    """Cost per m between the finger and the place to push from."""
+    progress_weight: float = 10.0
+    """Reward per m that the box comes nearer to the goal."""
+    finger_weight: float = 2.0
+    """Reward per m that the finger comes nearer to the place to push from."""
     ctrl_cost_weight: float = 1e-3
     """Cost of the squared action."""
     success_distance: float = 0.03
     """Where the box has arrived, m."""
-    success_reward: float = 0.25
+    success_reward: float = 0.2
     """Reward of every action after which the box is at the goal."""
 
     @property
@@ -77,23 +79,25 @@ class PushBox(Task):
         return np.concatenate([finger, qvel[:, :2], box - finger, goal - box, heading, qvel[:, 2:4], qvel[:, 7:8]], axis=1)
 
     def judge(self, batch: Batch, before: Array, action: Array) -> Judgement:
-        away, reach = self._distances(batch)
+        (away, reach), (away_before, reach_before) = _distances(batch.qpos), _distances(before)
         arrived = away < self.success_distance
-        cost = away + self.finger_cost_weight * reach + self.ctrl_cost_weight * np.square(action).sum(axis=1)
-        reward = np.where(arrived, self.success_reward, -cost)
+        progress = self.progress_weight * (away_before - away) + self.finger_weight * (reach_before - reach)
+        effort = self.ctrl_cost_weight * np.square(action).sum(axis=1)
+        reward = progress + self.success_reward * arrived - effort
         info: Dict[str, NDArray[np.generic]] = {"distance": away, "is_success": arrived}
         return Judgement(reward, np.zeros(len(batch), dtype=np.bool_), info)
 
     def describe(self, batch: Batch) -> Dict[str, NDArray[np.generic]]:
-        away, _ = self._distances(batch)
+        away, _ = _distances(batch.qpos)
         return {"distance": away, "is_success": away < self.success_distance}
 
-    def _distances(self, batch: Batch) -> Tuple[Array, Array]:
-        """Of box and goal, and of the finger and the place to push from, (n,) each, m."""
-        finger, box, goal = batch.qpos[:, _FINGER], batch.qpos[:, _BOX], batch.qpos[:, _GOAL]
-        away = _length(goal - box)
-        behind = box - _BEHIND * (goal - box) / np.maximum(away, 1e-9)[:, None]
-        return away, _length(behind - finger)
+
+def _distances(qpos: Array) -> Tuple[Array, Array]:
+    """Of box and goal, and of the finger and the place to push from, (n,) each, m."""
+    finger, box, goal = qpos[:, _FINGER], qpos[:, _BOX], qpos[:, _GOAL]
+    away = _length(goal - box)
+    behind = box - _BEHIND * (goal - box) / np.maximum(away, 1e-9)[:, None]
+    return away, _length(behind - finger)
 
 
 def _length(rows: Array) -> Array:
