@@ -123,6 +123,7 @@ def test_rewards_of_pushing_add_up():
     def potential(observation):
         to_box, to_goal = observation[4:6], observation[6:8]
         behind = to_box - 0.07 * to_goal / np.linalg.norm(to_goal)
+        assert observation[8:10] == pytest.approx(behind)
         return -10.0 * np.linalg.norm(to_goal) - 2.0 * np.linalg.norm(behind)
 
     env, rng = environments.Env("PushBox"), np.random.default_rng(0)

@@ -23,16 +23,17 @@ class PushBox(Task):
     """A finger, moved in a plane, pushes a box of 10 cm and 0.4 kg over a table (μ = 0.5) to a goal.
 
     Actions, (2,), are velocities of the finger in units of ``finger_speed``, held by servos of at most 20 N; an action lasts
-    0.05 s. The observation, (13,), has, in m, m/s and rad/s:
+    0.05 s. The observation, (15,), has, in m, m/s and rad/s:
 
     ===== =====================================
     0:2   place of the finger
     2:4   velocity of the finger
     4:6   place of the box less the finger's
     6:8   place of the goal less the box's
-    8:10  cosine and sine of the box's yaw
-    10:12 velocity of the box
-    12    yaw rate of the box
+    8:10  place to push from less the finger's
+    10:12 cosine and sine of the box's yaw
+    12:14 velocity of the box
+    14    yaw rate of the box
     ===== =====================================
 
     Box and goal start anywhere in squares of ±0.15 m and ±0.2 m, the finger on a circle of 0.12 m about the box. reward =
@@ -59,7 +60,7 @@ class PushBox(Task):
 
     @property
     def observation_size(self) -> int:
-        return 13
+        return 15
 
     def start(self, rng: np.random.Generator) -> Tuple[Array, Array]:
         box, goal = rng.uniform(-0.15, 0.15, 2), rng.uniform(-0.2, 0.2, 2)
@@ -76,7 +77,8 @@ class PushBox(Task):
         w, x, y, z = qpos[:, _TURN].T
         heading = np.stack([1.0 - 2.0 * (y * y + z * z), 2.0 * (w * z + x * y)], axis=1)
         finger, box, goal = qpos[:, _FINGER], qpos[:, _BOX], qpos[:, _GOAL]
-        return np.concatenate([finger, qvel[:, :2], box - finger, goal - box, heading, qvel[:, 2:4], qvel[:, 7:8]], axis=1)
+        places = [finger, qvel[:, :2], box - finger, goal - box, _behind(qpos) - finger]
+        return np.concatenate([*places, heading, qvel[:, 2:4], qvel[:, 7:8]], axis=1)
 
     def judge(self, batch: Batch, before: Array, action: Array) -> Judgement:
         (away, reach), (away_before, reach_before) = _distances(batch.qpos), _distances(before)
@@ -92,12 +94,16 @@ class PushBox(Task):
         return {"distance": away, "is_success": away < self.success_distance}
 
 
+def _behind(qpos: Array) -> Array:
+    """The place to push from, (n, 2), m."""
+    away = qpos[:, _GOAL] - qpos[:, _BOX]
+    place: Array = qpos[:, _BOX] - _BEHIND * away / np.maximum(_length(away), 1e-9)[:, None]
+    return place
+
+
 def _distances(qpos: Array) -> Tuple[Array, Array]:
     """Of box and goal, and of the finger and the place to push from, (n,) each, m."""
-    finger, box, goal = qpos[:, _FINGER], qpos[:, _BOX], qpos[:, _GOAL]
-    away = _length(goal - box)
-    behind = box - _BEHIND * (goal - box) / np.maximum(away, 1e-9)[:, None]
-    return away, _length(behind - finger)
+    return _length(qpos[:, _GOAL] - qpos[:, _BOX]), _length(_behind(qpos) - qpos[:, _FINGER])
 
 
 def _length(rows: Array) -> Array:
