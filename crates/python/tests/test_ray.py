@@ -45,7 +45,6 @@ def cluster():
 
 
 @needs_ray
-@pytest.mark.filterwarnings("ignore")
 def test_any_number_of_workers_gives_the_bits_of_a_local_run(cluster, quadruped):
     seeds = [int(s) for s in np.random.default_rng(0).integers(0, 2**40, 23)]
     local = program(signorini.Batch(quadruped, 23), seeds)
@@ -56,7 +55,6 @@ def test_any_number_of_workers_gives_the_bits_of_a_local_run(cluster, quadruped)
 
 
 @needs_ray
-@pytest.mark.filterwarnings("ignore")
 def test_a_lost_worker_costs_no_seed_and_no_bit(cluster, quadruped, tmp_path):
     """The worker that first meets seed 11 is killed in the middle of its part."""
 
@@ -75,7 +73,6 @@ def test_a_lost_worker_costs_no_seed_and_no_bit(cluster, quadruped, tmp_path):
 
 
 @needs_ray
-@pytest.mark.filterwarnings("ignore")
 def test_what_fails_is_said(cluster, quadruped):
     def kills(batch, seeds):
         os.kill(os.getpid(), signal.SIGKILL)

@@ -86,7 +86,7 @@ class Curve(BaseCallback):
             seconds, cpu_seconds = self.elapsed()
             self.rows.append((self.num_timesteps, seconds, cpu_seconds, *mean, success))
             with self.path.open("w", newline="") as file:
-                writer = csv.writer(file)
+                writer = csv.writer(file, lineterminator="\n")
                 writer.writerow(["steps", "seconds", "cpu_seconds", "return_mean", "length_mean", "success"])
                 writer.writerows(
                     [s, f"{t:.1f}", f"{c:.1f}", f"{r:.4g}", f"{n:.4g}", f"{p:.3g}"] for s, t, c, r, n, p in self.rows
