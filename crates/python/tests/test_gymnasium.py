@@ -202,6 +202,22 @@ def test_a_finger_that_steers_by_hand_brings_the_box_home():
     assert arrived[True] >= 6 and arrived[False] == 0, arrived
 
 
+def test_an_episode_is_recorded_bit_for_bit():
+    envs = native("Hopper", 2, render_mode="html")
+    envs.reset(seed=0)
+    envs.action_space.seed(0)
+    for k in range(1, 40):
+        observations, _, terminated, _, _ = envs.step(envs.action_space.sample())
+        if terminated.any():
+            break
+    i = int(np.flatnonzero(terminated)[0])
+    recording = envs.unwrapped.recording(i)
+    assert len(recording) == 4 * k + 1 and recording.residuals.max() < 1e-9
+    assert np.array_equal(recording.qpos[-1, 1:], observations[i, :5])
+    envs.step(envs.action_space.sample())
+    assert len(envs.unwrapped.recording(i)) == 1
+
+
 def test_an_episode_as_a_page():
     env = gymnasium.make("signorini/PushBox-v0", render_mode="html")
     env.reset(seed=0)
@@ -210,6 +226,8 @@ def test_an_episode_as_a_page():
     page = env.render()
     assert "<html" in page and "PushBox" in page
     assert environments.Env("PushBox").render() is None
+    with pytest.raises(ValueError, match="render_mode='html'"):
+        environments.Env("PushBox").recording()
     with pytest.raises(ValueError, match="draws no images"):
         environments.Env("PushBox", render_mode="rgb_array")
     envs = native("PushBox", 2, render_mode="html")

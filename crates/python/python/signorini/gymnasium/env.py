@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from signorini import Batch, Data, Settings, ToleranceWarning, step
+from signorini import Batch, Data, Recording, Settings, ToleranceWarning, step
 from signorini.gymnasium.locomotion import Ant, HalfCheetah, Hopper
 from signorini.gymnasium.push_box import PushBox
 from signorini.gymnasium.task import Array, Judgement, Task
@@ -62,8 +62,8 @@ class _Episodes:
         self.batch.step(self.task.frame_skip, None if running.all() else ids)
         return self.task.judge(self.batch, before, action)
 
-    def page(self, i: int) -> str:
-        """The episode of simulation ``i``, made again step by step, as an HTML page."""
+    def recording(self, i: int) -> Recording:
+        """The episode of simulation ``i`` so far, made again step by step."""
         if self._history is None:
             raise ValueError("there is nothing to show: make the environment with render_mode='html'")
         if not self._history[i]:
@@ -76,7 +76,11 @@ class _Episodes:
             for ctrl in controls:
                 data.ctrl[:] = ctrl
                 step(self.task.model, data, self.task.frame_skip)
-        return recorder.recording.to_html(title=type(self.task).__name__)
+        return recorder.recording
+
+    def page(self, i: int) -> str:
+        """The recording as an HTML page."""
+        return self.recording(i).to_html(title=type(self.task).__name__)
 
 
 class Env(gymnasium.Env[Array, Array]):
@@ -129,6 +133,10 @@ class Env(gymnasium.Env[Array, Array]):
         judgement = self._episodes.advance(actions, np.ones(1, dtype=np.bool_))
         observation = self.task.observe(self._episodes.batch)[0]
         return observation, float(judgement.reward[0]), bool(judgement.terminated[0]), False, _first(judgement.info)
+
+    def recording(self) -> Recording:
+        """The episode so far, with its contacts, forces and residuals; needs render mode "html"."""
+        return self._episodes.recording(0)
 
     def render(self) -> Optional[str]:
         """The episode so far as an HTML page, with render mode "html"; otherwise ``None``."""
@@ -243,6 +251,10 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, NDArray[Any]]):
             _put(infos, self.task.describe(self._episodes.batch), ~running)
         self._ended = ended
         return self.task.observe(self._episodes.batch), reward, terminated, truncated, infos
+
+    def recording(self, i: int) -> Recording:
+        """The episode of simulation ``i`` so far; see :meth:`Env.recording`."""
+        return self._episodes.recording(i)
 
     def render(self) -> Optional[Tuple[str, ...]]:
         """The episodes so far as HTML pages, with render mode "html"; otherwise ``None``."""
