@@ -34,6 +34,11 @@ pub fn cube<'py>(py: Python<'py>, data: Vec<f64>, shape: [usize; 3]) -> PyResult
     data.into_pyarray(py).reshape(shape)
 }
 
+/// A new array with any number of axes.
+pub fn array<'py>(py: Python<'py>, data: Vec<f64>, shape: &[usize]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+    data.into_pyarray(py).reshape(shape)
+}
+
 /// A new array of numbers.
 pub fn vector<'py>(py: Python<'py>, numbers: &[f64]) -> Vector<'py> {
     PyArray1::from_slice(py, numbers)

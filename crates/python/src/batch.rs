@@ -1,16 +1,17 @@
 //! `Batch`: many simulations of one model at once, on threads.
 
-use std::sync::Mutex;
+use std::sync::{Mutex, MutexGuard};
 
-use numpy::{PyArray1, PyArray2, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyRuntimeError};
 use pyo3::prelude::*;
-use signorini::LaneStop;
 use signorini::multibody::{Input, State};
+use signorini::{LaneStop, Variation, contact_wrenches_into};
 
-use crate::arrays::{self, Cube, Vector};
+use crate::arrays::{self, Cube, Table, Vector};
 use crate::error::{BatchError, ProblemError, simulation_error};
 use crate::model::Model;
+use crate::quantity::Quantity;
 use crate::settings::PySettings;
 
 /// Independent simulations of one model; each makes the steps that it would make alone, with the same bits.
@@ -20,12 +21,19 @@ pub struct Batch {
     model: Py<Model>,
     #[pyo3(get)]
     settings: Py<PyAny>,
-    batch: Mutex<signorini::Batch>,
+    lanes: Mutex<Lanes>,
     count: usize,
     time: Py<PyArray1<f64>>,
     qpos: Py<PyArray2<f64>>,
     qvel: Py<PyArray2<f64>>,
     ctrl: Py<PyArray2<f64>>,
+}
+
+/// The simulations.
+struct Lanes {
+    batch: signorini::Batch,
+    /// Which of them have made a step since they were made or reset.
+    stepped: Vec<bool>,
 }
 
 #[pymethods]
@@ -46,9 +54,9 @@ impl Batch {
             qpos: zeros(nq),
             qvel: zeros(nv),
             ctrl: zeros(nu),
-            batch: Mutex::new(batch),
+            lanes: Mutex::new(Lanes { batch, stepped: vec![false; nsim] }),
         };
-        this.publish(py, &*this.lock()?)?;
+        this.publish(py, &this.lock()?.batch)?;
         Ok(this)
     }
 
@@ -80,62 +88,123 @@ impl Batch {
         self.ctrl.bind(py).call_method0("view")
     }
 
-    /// Largest residual of each simulation's last step, (nsim,).
+    /// Largest residual of each simulation's last step, (nsim,); 0 where there is none.
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
-        let batch = self.lock()?;
-        Ok(PyArray1::from_iter(py, (0..self.count).map(|i| batch.report(i).certificate.worst())))
+        let lanes = self.lock()?;
+        let worst = |i| if lanes.stepped[i] { lanes.batch.report(i).certificate.worst() } else { 0.0 };
+        Ok(PyArray1::from_iter(py, (0..self.count).map(worst)))
     }
 
-    /// Contacts and joint limits in each simulation's last step, (nsim,).
+    /// Contacts and joint limits in each simulation's last step, (nsim,); 0 where there is none.
     #[getter]
     fn ncon<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
-        let batch = self.lock()?;
-        Ok(PyArray1::from_iter(py, (0..self.count).map(|i| batch.report(i).contacts as i32)))
+        let lanes = self.lock()?;
+        let contacts = |i| if lanes.stepped[i] { lanes.batch.report(i).contacts as i32 } else { 0 };
+        Ok(PyArray1::from_iter(py, (0..self.count).map(contacts)))
     }
 
-    /// Makes `nstep` steps of every simulation; the GIL is released meanwhile.
-    #[pyo3(signature = (nstep=1))]
-    fn step(&self, py: Python<'_>, nstep: u64) -> PyResult<()> {
-        let mut batch = self.loaded(py)?;
-        let batch = &mut *batch;
-        py.detach(|| batch.step(nstep));
+    /// Numbers of all sensors at the beginning of each simulation's last step, (nsim, nsensordata); 0 where there is none.
+    #[getter]
+    fn sensordata<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        let mut lanes = self.lock()?;
+        let size = lanes.batch.model().sensor_size;
+        let mut numbers = vec![0.0; self.count * size];
+        for i in (0..self.count).filter(|_| size > 0) {
+            if lanes.stepped[i] {
+                numbers[i * size..(i + 1) * size].copy_from_slice(lanes.batch.sensors(i));
+            }
+        }
+        arrays::matrix(py, numbers, self.count, size)
+    }
+
+    /// What the contacts of each simulation's last step do to its bodies, (nsim, nbody, 6).
+    #[getter]
+    fn contact_wrench<'py>(&self, py: Python<'py>) -> PyResult<Cube<'py>> {
+        let lanes = self.lock()?;
+        let bodies = lanes.batch.model().bodies.len();
+        let mut numbers = vec![0.0; self.count * bodies * 6];
+        for (i, out) in numbers.chunks_exact_mut(bodies * 6).enumerate() {
+            if lanes.stepped[i] {
+                contact_wrenches_into(lanes.batch.simulation(i).workspace(), out);
+            }
+        }
+        arrays::cube(py, numbers, [self.count, bodies, 6])
+    }
+
+    /// Makes `nstep` steps of the simulations `ids`, or of all; the GIL is released meanwhile.
+    #[pyo3(signature = (nstep=1, ids=None))]
+    fn step(&self, py: Python<'_>, nstep: u64, ids: Option<Vec<usize>>) -> PyResult<()> {
+        let mut lanes = self.loaded(py)?;
+        let Lanes { batch, stepped } = &mut *lanes;
+        let mut chosen = vec![ids.is_none(); self.count];
+        for i in ids.into_iter().flatten() {
+            *chosen.get_mut(i).ok_or_else(|| self.no_simulation(i))? = true;
+        }
+        py.detach(|| batch.step_chosen(nstep, &chosen));
+        stepped.iter_mut().zip(chosen).for_each(|(stepped, chosen)| *stepped |= chosen && nstep > 0);
         self.publish(py, batch)?;
         self.check(batch)
     }
 
-    /// Makes steps with given controls and records the states after each: `(qpos, qvel)`.
-    #[pyo3(signature = (ctrl=None, nstep=None))]
-    fn rollout<'py>(
+    /// Makes steps with given controls and records what is asked for after each.
+    fn _rollout<'py>(
         &self,
         py: Python<'py>,
         ctrl: Option<&Bound<'py, PyAny>>,
         nstep: Option<usize>,
-    ) -> PyResult<(Cube<'py>, Cube<'py>)> {
-        let mut batch = self.loaded(py)?;
-        let batch = &mut *batch;
-        let (nq, nv, nu) = (batch.model().nq, batch.model().nv, batch.model().actuators.len());
+        record: Vec<String>,
+    ) -> PyResult<Vec<Bound<'py, PyArrayDyn<f64>>>> {
+        let quantities = record.iter().map(|name| Quantity::named(name)).collect::<PyResult<Vec<_>>>()?;
+        let mut lanes = self.loaded(py)?;
+        let Lanes { batch, stepped } = &mut *lanes;
+        let model = self.model.get().inner.clone();
         let (steps, controls) = match (ctrl, nstep) {
             (Some(ctrl), nstep) => {
-                let shape = [Some(self.count), nstep, Some(nu)];
+                let shape = [Some(self.count), nstep, Some(model.actuators.len())];
                 let (shape, controls) = arrays::read_cube("ctrl", ctrl, shape)?;
                 (shape[1], controls)
             }
             (None, Some(nstep)) => (nstep, Vec::new()),
             (None, None) => return Err(ProblemError::new_err("give ctrl, (nsim, nstep, nu), or nstep")),
         };
-        let mut q = vec![0.0; self.count * steps * nq];
-        let mut v = vec![0.0; self.count * steps * nv];
-        py.detach(|| batch.rollout(steps, &controls, &mut q, &mut v));
+        let empty = |quantity: &Quantity| vec![f64::NAN; steps * quantity.size(&model)];
+        let mut records: Vec<Vec<Vec<f64>>> = vec![quantities.iter().map(empty).collect(); self.count];
+        py.detach(|| {
+            batch.rollout_observed(steps, &controls, &mut records, |k, simulation, records| {
+                for (quantity, record) in quantities.iter().zip(records) {
+                    let size = quantity.size(&model);
+                    quantity.write(simulation, &mut record[k * size..(k + 1) * size]);
+                }
+            })
+        });
+        stepped.iter_mut().for_each(|stepped| *stepped |= steps > 0);
         self.publish(py, batch)?;
         self.check(batch)?;
-        Ok((arrays::cube(py, q, [self.count, steps, nq])?, arrays::cube(py, v, [self.count, steps, nv])?))
+        let joined = quantities.iter().enumerate().map(|(j, quantity)| {
+            let shape = [vec![self.count, steps], quantity.shape(&model)].concat();
+            arrays::array(py, records.iter().flat_map(|record| record[j].iter().copied()).collect(), &shape)
+        });
+        joined.collect()
+    }
+
+    /// Gives a simulation parameters of its own, relative to those of the model.
+    #[pyo3(signature = (id, *, friction=1.0, mass=1.0, gravity=None))]
+    fn vary(&self, py: Python<'_>, id: usize, friction: f64, mass: f64, gravity: Option<[f64; 3]>) -> PyResult<()> {
+        if id >= self.count {
+            return Err(self.no_simulation(id));
+        }
+        let mut lanes = self.loaded(py)?;
+        let variation = Variation { friction, mass, gravity: gravity.map(Into::into) };
+        lanes.batch.vary(id, &variation).map_err(simulation_error)?;
+        lanes.stepped[id] = false;
+        Ok(())
     }
 
     #[pyo3(signature = (ids=None, keyframe=None))]
     fn _reset(&self, py: Python<'_>, ids: Option<Vec<usize>>, keyframe: Option<usize>) -> PyResult<()> {
-        let mut batch = self.loaded(py)?;
-        let batch = &mut *batch;
+        let mut lanes = self.loaded(py)?;
+        let Lanes { batch, stepped } = &mut *lanes;
         let (model, nu) = (self.model.get().inner.clone(), self.model.get().inner.actuators.len());
         let (state, mut control) = match keyframe {
             None => (State::new(&model), Vec::new()),
@@ -148,9 +217,7 @@ impl Batch {
         };
         control.resize(nu, 0.0);
         for i in ids.unwrap_or_else(|| (0..self.count).collect()) {
-            if i >= self.count {
-                return Err(PyIndexError::new_err(format!("simulation {i}: the batch has {}", self.count)));
-            }
+            *stepped.get_mut(i).ok_or_else(|| self.no_simulation(i))? = false;
             batch.state_mut(i).clone_from(&state);
             *batch.input_mut(i) = Input { control: control.clone(), ..Input::default() };
             batch.clear_warm_start(i);
@@ -161,15 +228,20 @@ impl Batch {
 }
 
 impl Batch {
-    fn lock(&self) -> PyResult<std::sync::MutexGuard<'_, signorini::Batch>> {
+    fn no_simulation(&self, i: usize) -> PyErr {
+        PyIndexError::new_err(format!("simulation {i}: the batch has {}", self.count))
+    }
+
+    fn lock(&self) -> PyResult<MutexGuard<'_, Lanes>> {
         let busy =
             |_| PyRuntimeError::new_err("this batch is being stepped in another thread: give each thread its own");
-        self.batch.try_lock().map_err(busy)
+        self.lanes.try_lock().map_err(busy)
     }
 
     /// The Rust side with what Python may have written to the arrays.
-    fn loaded(&self, py: Python<'_>) -> PyResult<std::sync::MutexGuard<'_, signorini::Batch>> {
-        let mut batch = self.lock()?;
+    fn loaded(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Lanes>> {
+        let mut lanes = self.lock()?;
+        let batch = &mut lanes.batch;
         let (nq, nv, nu) = (batch.model().nq, batch.model().nv, batch.model().actuators.len());
         let (time, qpos) = (self.time.bind(py).try_readonly()?, self.qpos.bind(py).try_readonly()?);
         let (qvel, ctrl) = (self.qvel.bind(py).try_readonly()?, self.ctrl.bind(py).try_readonly()?);
@@ -183,7 +255,7 @@ impl Batch {
             control.clear();
             control.extend_from_slice(&ctrl[i * nu..(i + 1) * nu]);
         }
-        Ok(batch)
+        Ok(lanes)
     }
 
     fn publish(&self, py: Python<'_>, batch: &signorini::Batch) -> PyResult<()> {

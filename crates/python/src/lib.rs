@@ -17,6 +17,7 @@ mod live;
 mod model;
 mod parts;
 mod problem;
+mod quantity;
 mod recording;
 mod report;
 mod settings;

@@ -68,3 +68,64 @@ def test_those_that_stop_are_named_and_the_others_go_on():
         batch.step(2)
     assert error.value.ids == [1] and len(error.value.reasons) == 1
     assert batch.time.tolist() == pytest.approx([0.004, 0.0, 0.004]) and "3 simulations" in repr(batch)
+
+
+def test_steps_of_some(quadruped):
+    batch, together = signorini.Batch(quadruped, 3), signorini.Batch(quadruped, 3)
+    batch.step(10)
+    together.step(20)
+    before = batch.qpos.copy()
+    batch.step(10, ids=[0, 2])
+    assert np.array_equal(batch.qpos[1], before[1]) and np.array_equal(batch.qpos[[0, 2]], together.qpos[[0, 2]])
+    batch.step(10, ids=[1])
+    assert np.array_equal(batch.qpos, together.qpos) and np.array_equal(batch.time, together.time)
+    with pytest.raises(IndexError, match="simulation 7: the batch has 3"):
+        batch.step(1, ids=[0, 7])
+
+
+def test_a_rollout_records_what_is_asked_for():
+    """Each record is what a simulation alone shows after that step."""
+    model = mjcf("<geom type='plane'/><body pos='0 0 0.16' euler='5 10 0'><freejoint/><geom type='box' size='0.2 0.1 0.1' mass='2'/>"
+                 "<site name='s' size='0.5'/></body>",
+                 rest="<sensor><touch site='s'/><accelerometer site='s'/></sensor>")
+    names = ("residual", "contact_wrench", "sensordata", "qvel")
+    batch = signorini.Batch(model, 2, nthread=2)
+    residual, wrench, sensors, qvel = batch.rollout(nstep=200, record=names)
+    assert residual.shape == (2, 200) and wrench.shape == (2, 200, 2, 6) and sensors.shape == (2, 200, 4)
+    data = signorini.Data(model)
+    for k in range(200):
+        signorini.step(model, data)
+        assert residual[1, k] == data.certificate.worst and np.array_equal(qvel[1, k], data.qvel)
+        assert np.array_equal(sensors[1, k], data.sensordata)
+        on_box = np.where(data.contact.body2 == 1, 1.0, -1.0)[:, None] * data.contact.force_world
+        assert np.allclose(wrench[1, k, 1, 3:], on_box.sum(axis=0), rtol=1e-12, atol=1e-9)
+        assert np.allclose(wrench[1, k, 0, 3:], -wrench[1, k, 1, 3:])
+    assert wrench[:, :, 1, 5].max() > 19.0
+    for name, last in zip(names, (residual, wrench, sensors, qvel)):
+        assert np.array_equal(getattr(batch, name), last[:, -1])
+    batch.reset([0])
+    assert not batch.contact_wrench[0].any() and not batch.sensordata[0].any() and batch.ncon.tolist()[0] == 0
+    assert batch.contact_wrench[1].any() and batch.residual[0] == 0.0
+    with pytest.raises(signorini.ProblemError, match="record = 'force'.*'contact_wrench'"):
+        batch.rollout(nstep=1, record=["force"])
+
+
+def test_simulations_with_parameters_of_their_own():
+    """A sliding box slows down by μ g Δt in every step, whatever its mass, until gravity or friction is another."""
+    model = mjcf("<geom type='plane' friction='0.3'/><body pos='0 0 0.1'><freejoint/>"
+                 "<geom type='box' size='0.1 0.1 0.1' mass='2' friction='0.3'/></body>")
+    batch = signorini.Batch(model, 4)
+    batch.vary(1, friction=0.5)
+    batch.vary(2, mass=4.0)
+    batch.vary(3, gravity=(0.0, 0.0, -1.62))
+    for _ in range(2):
+        batch.qvel[:, 0] = 2.0
+        batch.step(100)
+        slowed = 2.0 - 100 * 0.002 * np.array([0.3 * 9.81, 0.15 * 9.81, 0.3 * 9.81, 0.3 * 1.62])
+        assert np.allclose(batch.qvel[:, 0], slowed, atol=1e-9)
+        assert np.allclose(batch.contact_wrench[:, 1, 5], [2 * 9.81, 2 * 9.81, 8 * 9.81, 2 * 1.62], atol=1e-6)
+        batch.reset()
+    with pytest.raises(signorini.SettingError, match="mass"):
+        batch.vary(0, mass=0.0)
+    with pytest.raises(IndexError, match="simulation 4"):
+        batch.vary(4)

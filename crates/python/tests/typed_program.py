@@ -91,6 +91,11 @@ def many(model: Model) -> None:
     batch = signorini.Batch(model, 2, nthread=2)
     try:
         qpos, _ = batch.rollout(nstep=3)
+        batch.vary(0, friction=0.5, gravity=(0.0, 0.0, -1.62))
+        batch.step(2, ids=[1])
+        wrenches: NDArray[np.float64] = batch.contact_wrench
+        (sensors,) = batch.rollout(nstep=1, record=["sensordata"])
+        assert wrenches.shape == (2, model.nbody, 6) and sensors.shape == (2, 1, 0) and batch.sensordata.size == 0
         assert qpos.shape == (2, 3, model.nq)
     except signorini.BatchError as error:
         print(error.ids)

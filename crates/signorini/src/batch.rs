@@ -115,6 +115,11 @@ impl Batch {
         &self.lanes[i].simulation
     }
 
+    /// Numbers of all sensors of simulation `i` at the beginning of its last step; see [`Simulation::sensors`].
+    pub fn sensors(&mut self, i: usize) -> &[f64] {
+        self.lanes[i].simulation.sensors()
+    }
+
     /// State of simulation `i`.
     pub fn state(&self, i: usize) -> &State {
         &self.lanes[i].simulation.state
@@ -237,6 +242,18 @@ impl Batch {
         })
     }
 
+    /// Makes `steps` steps of the simulations that are `chosen`; the others stay as they are. Otherwise as [`step`](Self::step).
+    ///
+    /// # Panics
+    /// If `chosen` has not one entry per simulation.
+    pub fn step_chosen(&mut self, steps: u64, chosen: &[bool]) -> bool {
+        assert_eq!(chosen.len(), self.len(), "chosen must have one entry per simulation");
+        let mut chosen = chosen.to_vec();
+        self.for_each(&mut chosen, |_, lane, chosen| {
+            (0..if *chosen { steps } else { 0 }).all(|_| lane.step());
+        })
+    }
+
     /// Makes `steps` steps of every simulation with given controls, and records the states after each. One that stops early
     /// leaves the others going, and the rest of its record is NaN; whether none did.
     ///
@@ -246,8 +263,7 @@ impl Batch {
     /// # Panics
     /// If a length does not fit.
     pub fn rollout(&mut self, steps: usize, controls: &[f64], q: &mut [f64], v: &mut [f64]) -> bool {
-        let (count, nq, nv, nu) = (self.len(), self.model.nq, self.model.nv, self.model.actuators.len());
-        assert!(controls.is_empty() || controls.len() == count * steps * nu, "controls must be [n, steps, nu]");
+        let (count, nq, nv) = (self.len(), self.model.nq, self.model.nv);
         let record = !(q.is_empty() && v.is_empty());
         if record {
             self.check_lengths(q, v, steps);
@@ -255,7 +271,32 @@ impl Batch {
         q.fill(f64::NAN);
         v.fill(f64::NAN);
         let mut records: Vec<_> = parts_mut(q, count).into_iter().zip(parts_mut(v, count)).collect();
-        self.for_each(&mut records, |i, lane, (q, v)| {
+        self.rollout_observed(steps, controls, &mut records, |k, simulation, (q, v)| {
+            if record {
+                q[k * nq..(k + 1) * nq].copy_from_slice(&simulation.state.q);
+                v[k * nv..(k + 1) * nv].copy_from_slice(&simulation.state.v);
+            }
+        })
+    }
+
+    /// As [`rollout`](Self::rollout), with records of the caller's.
+    ///
+    /// - `records`: one per simulation
+    /// - `observe`: called after every step with its index, the simulation and its record
+    ///
+    /// # Panics
+    /// If a length does not fit.
+    pub fn rollout_observed<T: Send>(
+        &mut self,
+        steps: usize,
+        controls: &[f64],
+        records: &mut [T],
+        observe: impl Fn(usize, &mut Simulation, &mut T) + Sync,
+    ) -> bool {
+        let (count, nu) = (self.len(), self.model.actuators.len());
+        assert!(controls.is_empty() || controls.len() == count * steps * nu, "controls must be [n, steps, nu]");
+        assert_eq!(records.len(), count, "records must have one entry per simulation");
+        self.for_each(records, |i, lane, record| {
             for k in 0..steps {
                 if !controls.is_empty() {
                     let start = (i * steps + k) * nu;
@@ -266,10 +307,7 @@ impl Batch {
                 if !lane.step() {
                     break;
                 }
-                if record {
-                    q[k * nq..(k + 1) * nq].copy_from_slice(&lane.simulation.state.q);
-                    v[k * nv..(k + 1) * nv].copy_from_slice(&lane.simulation.state.v);
-                }
+                observe(k, &mut lane.simulation, record);
             }
         })
     }

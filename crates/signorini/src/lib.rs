@@ -61,7 +61,7 @@ pub use error::SimulationError;
 pub use inverse::{DrivenVelocity, InverseMotion, inverse_step};
 pub use linear_system::{LinearComplementaritySystem, linear_complementarity_system};
 pub use recorder::{frame_into, last_frame_into, recording_header};
-pub use sensors::sensors_into;
+pub use sensors::{contact_wrenches_into, sensors_into};
 pub use settings::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, RestitutionLaw, Settings};
 pub use simulation::{RunEnd, Simulation, Summary};
 pub use snapshot::Snapshot;

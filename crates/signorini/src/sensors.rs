@@ -133,18 +133,9 @@ fn held(model: &Model, workspace: &Workspace, site: SiteId, dt: f64) -> (DVec3, 
             moment -= (contact.position - point).cross(push);
         }
     }
-    for (j, &source) in workspace.builder.friction_source.iter().enumerate() {
-        let [first, second] = workspace.group_impulse(j);
-        let (contact, turn) = match source {
-            FrictionSource::Spinning { contact } => (contact, workspace.builder.frames[contact].normal * first),
-            FrictionSource::Rolling { contact } => {
-                let frame = &workspace.builder.frames[contact];
-                (contact, frame.tangent_1 * first + frame.tangent_2 * second)
-            }
-            _ => continue,
-        };
+    for (contact, turn) in contact_moments(workspace, dt) {
         let contact = &workspace.points[contact];
-        moment -= turn * (share([contact.body_a, contact.body_b]) / dt);
+        moment -= turn * share([contact.body_a, contact.body_b]);
     }
     for (k, row) in workspace.builder.bilateral_source.iter().enumerate() {
         let push = DVec3::AXES[row.axis] * (workspace.bilateral_impulse(k) / dt);
@@ -169,6 +160,53 @@ fn held(model: &Model, workspace: &Workspace, site: SiteId, dt: f64) -> (DVec3, 
 fn contact_force(workspace: &Workspace, i: usize, dt: f64) -> DVec3 {
     let (frame, [n, t_1, t_2]) = (&workspace.builder.frames[i], workspace.contact_impulse(i));
     (frame.normal * n + frame.tangent_1 * t_1 + frame.tangent_2 * t_2) / dt
+}
+
+/// Moments of spinning and rolling friction on body B of their contacts, world axes, with the contacts.
+fn contact_moments(workspace: &Workspace, dt: f64) -> impl Iterator<Item = (usize, DVec3)> {
+    workspace.builder.friction_source.iter().enumerate().filter_map(move |(j, &source)| {
+        let [first, second] = workspace.group_impulse(j);
+        match source {
+            FrictionSource::Spinning { contact } => {
+                Some((contact, workspace.builder.frames[contact].normal * first / dt))
+            }
+            FrictionSource::Rolling { contact } => {
+                let frame = &workspace.builder.frames[contact];
+                Some((contact, (frame.tangent_1 * first + frame.tangent_2 * second) / dt))
+            }
+            _ => None,
+        }
+    })
+}
+
+/// What the contacts of the last step do to every body: moment about its centre of mass and mean force over the step.
+///
+/// - `out`: `[bodies][6]`, (moment, force), world axes, N·m and N, at the poses of the beginning of the step; the world's
+///   row is that of its fixed geoms, about its origin
+///
+/// Limits, equality constraints, applied forces and joint friction are not in it.
+///
+/// # Panics
+/// If the length of `out` does not fit.
+pub fn contact_wrenches_into(workspace: &Workspace, out: &mut [f64]) {
+    let (dt, centers) = (workspace.problem().timestep, &workspace.kinematics.center_of_mass);
+    assert_eq!(out.len(), 6 * centers.len(), "out must be [bodies][6]");
+    out.fill(0.0);
+    let mut add = |body: BodyId, moment: DVec3, force: DVec3| {
+        let row = &mut out[6 * body.index()..6 * (body.index() + 1)];
+        let wrench = moment.to_array().into_iter().chain(force.to_array());
+        row.iter_mut().zip(wrench).for_each(|(sum, x)| *sum += x);
+    };
+    for (i, contact) in workspace.points.iter().enumerate() {
+        let force = contact_force(workspace, i, dt);
+        for (body, push) in [(contact.body_a, -force), (contact.body_b, force)] {
+            add(body, (contact.position - centers[body.index()]).cross(push), push);
+        }
+    }
+    for (i, turn) in contact_moments(workspace, dt) {
+        add(workspace.points[i].body_a, -turn, DVec3::ZERO);
+        add(workspace.points[i].body_b, turn, DVec3::ZERO);
+    }
 }
 
 /// Sum of the normal forces on the body of a site whose line, followed from the contact against the force, meets its zone.

@@ -114,6 +114,11 @@ impl Simulation {
         &self.state
     }
 
+    /// How the last step went.
+    pub fn report(&self) -> &StepReport {
+        &self.report
+    }
+
     /// Contact points, problem and solution of the last step.
     pub fn workspace(&self) -> &Workspace {
         &self.workspace

@@ -86,26 +86,45 @@ class Batch:
         """Control values, (nsim, nu): a live view."""
     @property
     def residual(self) -> _Array:
-        """Largest residual of each simulation's last step, (nsim,)."""
+        """Largest residual of each simulation's last step, (nsim,); 0 where there is none."""
     @property
     def ncon(self) -> _Ints:
-        """Contacts and joint limits in each simulation's last step, (nsim,)."""
-    def step(self, nstep: int = 1) -> None:
-        """Makes ``nstep`` steps of every simulation; the GIL is released meanwhile.
+        """Contacts and joint limits in each simulation's last step, (nsim,); 0 where there is none."""
+    @property
+    def sensordata(self) -> _Array:
+        """Numbers of all sensors at the beginning of each simulation's last step, (nsim, nsensordata); 0 where there is none."""
+    @property
+    def contact_wrench(self) -> _Array:
+        """What the contacts of each simulation's last step do to its bodies, (nsim, nbody, 6); 0 where there is none.
+
+        Moments about the bodies' centres of mass, N·m, and mean forces over the step, N, in world axes. The row of body 0, the
+        world, is that of fixed geoms, about the origin.
+        """
+    def step(self, nstep: int = 1, ids: Optional[Sequence[int]] = None) -> None:
+        """Makes ``nstep`` steps of the simulations ``ids``, or of all; the GIL is released meanwhile.
 
         Raises:
             BatchError: simulations stopped; the others made all their steps.
+            IndexError: there is no simulation of an index.
         """
-    def rollout(self, ctrl: Optional[ArrayLike] = None, nstep: Optional[int] = None) -> Tuple[_Array, _Array]:
-        """Makes steps and records the states after each: qpos, (nsim, nstep, nq), and qvel, (nsim, nstep, nv).
+    def vary(
+        self, id: int, *, friction: float = 1.0, mass: float = 1.0, gravity: Optional[Tuple[float, float, float]] = None
+    ) -> None:
+        """Gives simulation ``id`` parameters of its own, relative to those of the model; its next step starts cold.
+
+        A reset keeps them. ``self.model`` stays the one without them.
 
         Args:
-            ctrl: control values of every step, (nsim, nstep, nu); without it, ``self.ctrl`` stays.
-            nstep: number of steps, where ``ctrl`` does not say it.
+            id: the simulation.
+            friction: factor on all coefficients of sliding friction, at least 0.
+            mass: factor on masses and inertia of all bodies, positive.
+            gravity: gravity in world, m/s²; without it the model's.
 
         Raises:
-            BatchError: simulations stopped; the others made all their steps.
+            SettingError: a parameter is out of its range.
+            IndexError: there is no such simulation.
         """
+    def _rollout(self, ctrl: Optional[ArrayLike], nstep: Optional[int], record: Sequence[str]) -> list[_Array]: ...
     def _reset(self, ids: Optional[Sequence[int]] = None, keyframe: Optional[int] = None) -> None: ...
 
 @final

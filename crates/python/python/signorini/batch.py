@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Optional, Sequence
+from typing import Optional, Sequence, Tuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from signorini import _core
 from signorini._names import Key, index_of
@@ -31,6 +34,26 @@ class Batch(_core.Batch):
         """Takes the simulations ``ids`` (all without it) to the reference configuration or to a keyframe (name or index)."""
         index = None if keyframe is None else index_of("keyframe", self.model.keyframe_names, keyframe)
         self._reset(None if ids is None else [int(i) for i in ids], index)
+
+    def rollout(
+        self,
+        ctrl: Optional[ArrayLike] = None,
+        nstep: Optional[int] = None,
+        record: Sequence[str] = ("qpos", "qvel"),
+    ) -> Tuple[NDArray[np.float64], ...]:
+        """Makes steps and returns what was recorded after each, one array per name; the GIL is released meanwhile.
+
+        Args:
+            ctrl: control values of every step, (nsim, nstep, nu); without it, ``self.ctrl`` stays.
+            nstep: number of steps, where ``ctrl`` does not say it.
+            record: of "qpos", (nsim, nstep, nq), "qvel", (nsim, nstep, nv), "sensordata", (nsim, nstep, nsensordata),
+                "contact_wrench", (nsim, nstep, nbody, 6), and "residual", (nsim, nstep), each as the attribute of this name.
+
+        Raises:
+            BatchError: simulations stopped; the others made all their steps.
+            ProblemError: ``ctrl`` has another shape, or nothing has a name in ``record``.
+        """
+        return tuple(self._rollout(ctrl, nstep, list(record)))
 
     def __repr__(self) -> str:
         return f"<signorini.Batch of {len(self)} simulations of '{self.model.name}'>"

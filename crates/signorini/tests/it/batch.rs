@@ -112,3 +112,32 @@ fn states_as_flat_arrays() {
     batch.states_into(&mut q_out, &mut v_out);
     assert_eq!((q_out, v_out), (q, v));
 }
+
+/// Those that were not chosen keep their state, time and warm start; the chosen ones do not notice.
+#[test]
+fn steps_of_some() {
+    let model = quadruped();
+    let mut batch = Batch::new(model.clone(), Settings::default(), 3, 2).unwrap();
+    let mut together = Batch::new(model.clone(), Settings::default(), 3, 2).unwrap();
+    assert!(batch.step(10) && together.step(20));
+    let before = batch.state(1).clone();
+    assert!(batch.step_chosen(10, &[true, false, true]));
+    assert_eq!((batch.state(0), batch.state(1)), (together.state(0), &before));
+    assert!(batch.step_chosen(10, &[false, true, false]));
+    assert_eq!((batch.state(1), batch.state(2)), (together.state(1), together.state(2)));
+}
+
+#[test]
+fn a_rollout_is_observed_after_every_step() {
+    let model = quadruped();
+    let mut batch = Batch::new(model.clone(), Settings::default(), 2, 2).unwrap();
+    let mut times = vec![Vec::new(); 2];
+    assert!(batch.rollout_observed(5, &[], &mut times, |k, simulation, times| {
+        times.push((k, simulation.state().time, simulation.report().contacts));
+    }));
+    for record in &times {
+        let expected: Vec<f64> = (1..=5).map(|k| k as f64 * batch.timestep()).collect();
+        assert_eq!(record.iter().map(|r| r.0).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
+        assert!(record.iter().zip(expected).all(|(r, t)| (r.1 - t).abs() < 1e-12 && r.2 > 0));
+    }
+}

@@ -1,8 +1,9 @@
 //! Sensors against MuJoCo's, whose numbers `testdata/make_sensor_reference.py` stored.
 
 use serde_json::Value;
+use signorini::multibody::glam::{DMat3, DVec3};
 use signorini::multibody::{Model, State};
-use signorini::{RestitutionLaw, Settings, Simulation};
+use signorini::{RestitutionLaw, Settings, Simulation, contact_wrenches_into};
 
 const REFERENCE: &str = include_str!("../../testdata/sensor_reference.json");
 
@@ -156,5 +157,44 @@ fn both_phases_of_an_impact_are_felt() {
         let felt = (after + 3.0) / 0.002 + 9.81;
         let numbers = simulation.sensors();
         assert!((numbers[0] - 2.0 * felt).abs() < 1e-6 && (numbers[3] - felt).abs() < 1e-6, "{numbers:?}, not {felt}");
+    }
+}
+
+/// What contacts do to a box that tumbles and slides is what changes its momentum beside gravity and gyroscopic moments, step by
+/// step, also where they rub against spinning and rolling; and the floor gets the opposite force.
+#[test]
+fn wrenches_of_contacts_change_the_momentum() {
+    for condim in [3, 6] {
+        let text = format!(
+            "<mujoco><option timestep='.002'/><worldbody><geom type='plane' size='1 1 1'/>
+            <body pos='0 0 .25' euler='20 30 10'><freejoint/><geom type='box' size='.2 .1 .05' mass='2' condim='{condim}'
+            friction='.5 .02 .01'/></body></worldbody></mujoco>"
+        );
+        let model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
+        let inertia = DVec3::new(0.01 + 0.0025, 0.04 + 0.0025, 0.04 + 0.01) * 2.0 / 3.0;
+        let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+        let mut state = simulation.state().clone();
+        state.v = vec![1.0, 0.0, -0.5, 0.5, 2.0, 1.0];
+        simulation.set_state(&state).unwrap();
+        let mut touched = 0;
+        for _ in 0..300 {
+            let before = simulation.state().clone();
+            simulation.step().unwrap();
+            let mut wrenches = [0.0; 12];
+            contact_wrenches_into(simulation.workspace(), &mut wrenches);
+            let (after, free) = (&simulation.state().v, &simulation.workspace().problem().free_velocity);
+            let change =
+                |from: &[f64], k: usize| (DVec3::from_slice(&after[k..]) - DVec3::from_slice(&from[k..])) / 0.002;
+            let force = 2.0 * (change(&before.v, 0) + DVec3::Z * 9.81);
+            let moment = inertia * change(free, 3);
+            let [w, x, y, z] = [3, 4, 5, 6].map(|k| before.q[k]);
+            let to_world = DMat3::from_quat(signorini::multibody::glam::DQuat::from_xyzw(x, y, z, w));
+            let scale = 1.0 + force.length();
+            let near = |found: &[f64], wanted: DVec3| (DVec3::from_slice(found) - wanted).length() < 1e-8 * scale;
+            assert!(near(&wrenches[6..9], to_world * moment), "{wrenches:?}, not {}", to_world * moment);
+            assert!(near(&wrenches[9..], force) && near(&wrenches[3..6], -force), "{wrenches:?}, not {force}");
+            touched += u32::from(force.length() > 1.0);
+        }
+        assert!(touched > 100, "{touched}");
     }
 }
