@@ -79,6 +79,9 @@ impl Default for Header {
 pub struct JointLabel {
     /// Name.
     pub name: String,
+    /// "free", "ball", "hinge" or "slide"; empty in schema version 1.
+    #[serde(default)]
+    pub kind: String,
     /// The body that the joint moves, index into [`Header::bodies`].
     pub body: usize,
     /// Its first entry in q, and how many.

@@ -70,15 +70,7 @@ impl Impulses {
 
     /// The arrays in the order in which files hold them.
     pub(crate) fn arrays(&self) -> [&Vec<f64>; 7] {
-        [
-            &self.velocity,
-            &self.lambda_n,
-            &self.alpha,
-            &self.beta,
-            &self.bilateral,
-            &self.group_alpha,
-            &self.group_beta,
-        ]
+        [&self.velocity, &self.lambda_n, &self.alpha, &self.beta, &self.bilateral, &self.group_alpha, &self.group_beta]
     }
 
     pub(crate) fn arrays_mut(&mut self) -> [&mut Vec<f64>; 7] {

@@ -51,7 +51,8 @@ pub(crate) fn size(solution: &StepSolution) -> Option<usize> {
 /// Appends a solution. Allocates only to grow `bytes`.
 pub(crate) fn encode(solution: &StepSolution, bytes: &mut Vec<u8>) {
     let flags = if solution.clipped_gaps { CLIPPED_GAPS } else { 0 };
-    let counts = [solution.control.len(), solution.generalized_force.len(), solution.reach.len(), solution.limits.len()];
+    let counts =
+        [solution.control.len(), solution.generalized_force.len(), solution.reach.len(), solution.limits.len()];
     let numbers = [flags, u32::from(solution.phases)].into_iter().chain(counts.map(|count| count as u32));
     put_u32(bytes, numbers);
     put(bytes, &solution.control);

@@ -38,7 +38,7 @@ pub fn header() -> Header {
         nv: 6,
         method: "lemke".into(),
         bodies: vec!["world".into(), "base".into(), "arm".into()],
-        joints: vec![JointLabel { name: "free".into(), body: 1, q: (0, 7), v: (0, 6) }],
+        joints: vec![JointLabel { name: "free".into(), kind: "free".into(), body: 1, q: (0, 7), v: (0, 6) }],
         geoms: shapes.into_iter().enumerate().map(geom).collect(),
         laws: Some(StepLaws {
             direction_angle: 0.1,
