@@ -52,6 +52,7 @@ mod settings;
 mod simulation;
 mod snapshot;
 mod solver;
+mod stabilization;
 mod step;
 mod variation;
 mod warm;
@@ -68,6 +69,7 @@ pub use settings::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, 
 pub use simulation::{RunEnd, Simulation, Summary};
 pub use snapshot::Snapshot;
 pub use solver::CertifiedLaw;
+pub use stabilization::StabilizedStep;
 pub use step::{ContactSource, StepReport, Workspace, step};
 pub use variation::Variation;
 

@@ -23,6 +23,9 @@ Examples:
   signorini replay run.rec
   signorini replay run.rec --report run.html";
 
+/// Browsers show pages up to this many bytes without trouble.
+const LARGEST_PAGE: usize = 100_000_000;
+
 /// Arguments of `replay`.
 #[derive(Debug, Args)]
 #[command(after_help = HELP)]
@@ -113,7 +116,7 @@ fn write_page(
     let settings = ReportSettings {
         notes,
         max_frames: arguments.max_frames as usize,
-        max_bytes: usize::MAX,
+        max_bytes: LARGEST_PAGE,
         ..ReportSettings::default()
     };
     let mut builder = ReportBuilder::new(reader.header().clone(), settings)?;

@@ -4,6 +4,7 @@ mod compare;
 mod input;
 mod inspect;
 mod problems;
+mod recordings;
 mod runs;
 mod solvers;
 mod stops;

@@ -28,6 +28,7 @@ from signorini._core import (
     ContactProblem,
     Contacts,
     ContactSolution,
+    ContactSum,
     Geom,
     ImportWarning,
     Joint,
@@ -36,6 +37,7 @@ from signorini._core import (
     Limits,
     LinearComplementaritySystem,
     Recording,
+    RecordingCheck,
     StepReport,
     __version__,
     bias_force,
@@ -67,7 +69,7 @@ from signorini.errors import (
 )
 from signorini.lemkelcp import lemkelcp
 from signorini.model import Model
-from signorini.settings import Settings
+from signorini.settings import Settings, SolverSettings
 
 __all__ = [
     "Actuator",
@@ -80,6 +82,7 @@ __all__ = [
     "ContactMode",
     "ContactProblem",
     "ContactSolution",
+    "ContactSum",
     "Contacts",
     "Data",
     "Geom",
@@ -96,11 +99,13 @@ __all__ = [
     "ProblemError",
     "Recorder",
     "Recording",
+    "RecordingCheck",
     "RecordingError",
     "SettingError",
     "Settings",
     "SignoriniError",
     "SolveError",
+    "SolverSettings",
     "StateError",
     "StepReport",
     "ToleranceWarning",

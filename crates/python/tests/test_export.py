@@ -1,0 +1,173 @@
+"""Recordings in other formats, read back by programs that are not ours; and recordings certified again."""
+
+import copy
+import csv
+import json
+import pickle
+
+import numpy as np
+import pytest
+
+import signorini
+from conftest import mjcf
+
+SHAPES = """<geom name='floor' type='plane' friction='0.5'/>
+  <body name='box' pos='0 0 0.1'><freejoint name='free'/><geom name='skin' type='box' size='.1 .1 .1' mass='2' rgba='1 0 0 1'/></body>
+  <body name='arm' pos='1 0 1'><joint name='hinge' axis='0 1 0' range='-20 20'/>
+    <geom type='capsule' fromto='0 0 0 .3 0 0' size='.02' mass='1'/>
+    <body name='wrist' pos='.3 0 0'><joint name='ball' type='ball'/><geom type='ellipsoid' size='.03 .02 .01' mass='.1'/>
+    </body></body>
+  <body name='cart' pos='2 0 1'><joint name='rail' type='slide' axis='1 0 0'/><geom type='cylinder' size='.1 .05' mass='1'/></body>"""
+
+
+@pytest.fixture(scope="module")
+def run():
+    """A recording of 30 steps in which a box slides and an arm hits its limit."""
+    model = mjcf(SHAPES, rest="<actuator><motor name='push' joint='rail'/></actuator>")
+    data = signorini.Data(model)
+    data.qvel[:3] = 1.0, 0.3, 0.0
+    data.ctrl[0] = 0.5
+    with data.record() as recorder:
+        signorini.step(model, data, nstep=150)
+    return model, recorder.recording
+
+
+def test_arrays(run, tmp_path):
+    _, recording = run
+    recording.to_npz(tmp_path / "run.npz")
+    arrays = np.load(tmp_path / "run.npz")
+    for name in ("time", "qpos", "qvel", "xpos", "xquat", "energy", "residuals", "iterations", "ncon"):
+        assert np.array_equal(arrays[name], getattr(recording, name)), name
+    assert [s.decode() for s in arrays["status"]] == recording.status
+    assert [s.decode() for s in arrays["body_names"]] == recording.body_names
+    assert int(arrays["model_hash"].item().decode(), 16) == recording.model_hash
+    assert arrays["ctrl"][:-1, 0] == pytest.approx(0.5) and arrays["qfrc_applied"].shape == recording.qvel.shape
+    start = arrays["contact_start"]
+    for i in (0, 7, 149):
+        contact, rows = recording.contact(i), slice(start[i], start[i + 1])
+        for name in ("point", "frame", "gap", "friction", "impulse", "force_world", "sliding_velocity", "mode", "geom1", "body2"):
+            assert np.array_equal(arrays[f"contact_{name}"][rows], getattr(contact, name)), name
+    assert (arrays["limit_impulse"] > 0).any() and set(arrays["limit_tendon"]) == {-1}
+
+
+def test_table(run, tmp_path):
+    model, recording = run
+    recording.to_csv(tmp_path / "run.csv")
+    with open(tmp_path / "run.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == len(recording) == 151 and None not in rows[0] and len(rows[0]) == 2 + model.nq + model.nv + 14
+    column = lambda name: np.array([float(row[name]) for row in rows])
+    assert np.array_equal(column("time [s]"), recording.time)
+    for name, part in (("q free.x [m]", 0), ("q free.qw", 3), ("q hinge [rad]", 7), ("q ball.qz", 11), ("q rail [m]", 12)):
+        assert np.array_equal(column(name), recording.qpos[:, part]), name
+    for name, part in (("v free.z [m/s]", 2), ("v free.wx [rad/s]", 3), ("v ball.wz [rad/s]", 9), ("v rail [m/s]", 10)):
+        assert np.array_equal(column(name), recording.qvel[:, part]), name
+    assert np.array_equal(column("signorini residual"), recording.residuals[:, 2])
+    assert column("normal impulses [N s]")[:-1] == pytest.approx(2 * 9.81 * 0.002, rel=1e-6)
+    assert [row["status"] for row in rows] == recording.status and rows[-1]["smallest gap [m]"] == ""
+
+
+def test_messages(run, tmp_path):
+    reader = pytest.importorskip("mcap.reader", reason="reads MCAP with the package mcap")
+    model, recording = run
+    recording.to_mcap(tmp_path / "run.mcap")
+    found = {}
+    with open(tmp_path / "run.mcap", "rb") as file:
+        source = reader.make_reader(file, validate_crcs=True)
+        counts = source.get_summary().statistics.channel_message_counts
+        metadata = {m.name: m.metadata for m in source.iter_metadata()}
+        for schema, channel, message in source.iter_messages():
+            assert schema.encoding == "jsonschema" and channel.message_encoding == "json"
+            value = json.loads(message.data)
+            described = json.loads(schema.data)
+            assert described["title"] == schema.name and set(value) == set(described["properties"])
+            found.setdefault((channel.topic, schema.name), []).append((message.log_time, value))
+    assert sum(counts.values()) == 5 * len(recording) + 1
+    assert metadata["recording"]["model_hash"] == f"{recording.model_hash:016x}"
+    moved = found["/tf", "foxglove.FrameTransforms"]
+    assert [time for time, _ in moved] == np.round(1e9 * recording.time).astype(int).tolist()
+    for i in (0, 20, 150):
+        for body, transform in enumerate(moved[i][1]["transforms"], 1):
+            assert transform["child_frame_id"] == recording.body_names[body] and transform["parent_frame_id"] == "world"
+            assert [transform["translation"][k] for k in "xyz"] == recording.xpos[i, body].tolist()
+            assert [transform["rotation"][k] for k in "wxyz"] == recording.xquat[i, body].tolist()
+    (_, scene), = found["/scene", "foxglove.SceneUpdate"]
+    kinds = {entity["id"]: [kind for kind in ("cubes", "spheres", "cylinders", "triangles") if entity[kind]]
+             for entity in scene["entities"]}
+    assert kinds == {"world": ["cubes"], "box": ["cubes"], "arm": ["spheres", "cylinders"], "wrist": ["spheres"], "cart": ["cylinders"]}
+    box = next(entity for entity in scene["entities"] if entity["id"] == "box")
+    assert box["cubes"][0]["size"] == {"x": 0.2, "y": 0.2, "z": 0.2} and box["frame_locked"] and box["cubes"][0]["color"]["r"] == 1
+    contacts = found["/contacts", "signorini.Contacts"][10][1]["contacts"]
+    recorded = recording.contact(10)
+    assert [[c["force"][k] for k in "xyz"] for c in contacts] == recorded.force_world.tolist()
+    assert {(c["body1"], c["geom2"]) for c in contacts} == {("world", "skin")}
+    arrows = found["/contact_forces", "foxglove.SceneUpdate"][10][1]["entities"][0]["arrows"]
+    assert len(arrows) == (recorded.impulse[:, 0] > 0).sum()
+    certificate = found["/certificate", "signorini.Certificate"][10][1]
+    assert certificate["natural_map"] == recording.residuals[10, 1] and certificate["worst"] == recording.residuals[10].max()
+    assert found["/state", "signorini.State"][10][1]["q"] == recording.qpos[10].tolist()
+
+
+def test_rerun(run, tmp_path):
+    pytest.importorskip("rerun", reason="writes and reads recordings of Rerun with the package rerun-sdk")
+    import rerun.dataframe
+
+    _, recording = run
+    recording.to_rerun(tmp_path / "run.rrd")
+    stored = rerun.dataframe.load_recording(str(tmp_path / "run.rrd"))
+    view = stored.view(index="sim_time", contents="/**")
+    table = view.select().read_all().to_pandas()
+    name = next(c for c in table.columns if "signorini" in c and "certificate" in c)
+    residuals = np.array([row[0] for row in table[name] if row is not None])
+    assert np.array_equal(residuals, recording.residuals[:, 2])
+    name = next(c for c in table.columns if "1 box:" in c.replace("\\", "") and "translation" in c.lower())
+    assert np.array_equal([np.ravel(row[0]) for row in table[name] if row is not None], recording.xpos[:, 1].astype(np.float32))
+
+
+def test_without_rerun_the_error_says_what_to_install(run, tmp_path, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    with pytest.raises(ImportError, match=r"pip install 'signorini\[rerun\]'"):
+        run[1].to_rerun(tmp_path / "run.rrd")
+
+
+def test_every_step_is_certified_again(run, tmp_path):
+    model, recording = run
+    check = recording.check(tolerance=1e-9)
+    assert check and check.ok and check.steps == 150 and check.violated == 0 and check.law == "polygon"
+    assert check.restarts == [] and check.violations == [] and 0 < check.worst.worst < 1e-9 and "every law" in repr(check)
+    assert recording.check(model)
+    with pytest.raises(signorini.RecordingError, match="hashes differ"):
+        recording.check(mjcf("<body><freejoint/><geom size='1'/></body>"))
+    # One flipped bit of a stored impulse, its record's checksum made to fit.
+    import zlib
+
+    stored = bytearray(recording._to_bytes())
+    at = 20 + int.from_bytes(stored[12:16], "little")
+    for _ in range(40):
+        at += 8 + int.from_bytes(stored[at : at + 4], "little")
+    length = int.from_bytes(stored[at : at + 4], "little")
+    impulse = np.float64(recording.contact(40).impulse[0, 0]).tobytes()
+    where = stored.rindex(impulse, at, at + 8 + length)
+    stored[where + 5] ^= 0x10
+    stored[at + 4 : at + 8] = zlib.crc32(bytes(stored[at + 8 : at + 8 + length])).to_bytes(4, "little")
+    tampered = signorini.Recording._from_bytes(bytes(stored)).check()
+    assert not tampered and tampered.violated == 1 and tampered.violations[0][0] == 40
+
+
+def test_states_set_from_outside_are_restarts_and_no_violations(ball):
+    data = signorini.Data(ball)
+    with data.record() as recorder:
+        signorini.step(ball, data, nstep=3)
+        data.qpos[0] += 0.5
+        signorini.step(ball, data, nstep=3)
+    check = recorder.recording.check()
+    assert check and check.restarts == [3]
+
+
+def test_recordings_travel(run):
+    _, recording = run
+    for other in (pickle.loads(pickle.dumps(recording)), copy.deepcopy(recording)):
+        assert np.array_equal(other.qpos, recording.qpos) and other.ending == recording.ending
+        assert other.check().steps == 150 and repr(other) == repr(recording)
