@@ -109,19 +109,30 @@ def test_messages(run, tmp_path):
 
 
 def test_rerun(run, tmp_path):
-    pytest.importorskip("rerun", reason="writes and reads recordings of Rerun with the package rerun-sdk")
-    import rerun.dataframe
-
+    chunk = pytest.importorskip("rerun.chunk", reason="writes and reads recordings of Rerun with the package rerun-sdk")
     _, recording = run
     recording.to_rerun(tmp_path / "run.rrd")
-    stored = rerun.dataframe.load_recording(str(tmp_path / "run.rrd"))
-    view = stored.view(index="sim_time", contents="/**")
-    table = view.select().read_all().to_pandas()
-    name = next(c for c in table.columns if "signorini" in c and "certificate" in c)
-    residuals = np.array([row[0] for row in table[name] if row is not None])
-    assert np.array_equal(residuals, recording.residuals[:, 2])
-    name = next(c for c in table.columns if "1 box:" in c.replace("\\", "") and "translation" in c.lower())
-    assert np.array_equal([np.ravel(row[0]) for row in table[name] if row is not None], recording.xpos[:, 1].astype(np.float32))
+    found = {}
+    for part in chunk.RrdReader(tmp_path / "run.rrd").stream().to_chunks():
+        batch = part.to_record_batch()
+        for name in batch.schema.names:
+            found.setdefault((str(part.entity_path), name), []).extend(batch.column(name).to_pylist())
+    for k, law in enumerate(("momentum", "natural_map", "signorini", "friction", "dissipation")):
+        assert np.array_equal(np.ravel(found[f"/certificate/{law}", "Scalars:scalars"]), recording.residuals[:, k])
+    for body in (1, 2, 3, 4):
+        entity = f"/world/bodies/{recording.body_names[body]}"
+        times = np.array(found[entity, "sim_time"], dtype="timedelta64[ns]").astype(float) * 1e-9
+        assert times == pytest.approx(recording.time, abs=1e-9)
+        translation = np.array(found[entity, "Transform3D:translation"])[:, 0]
+        assert np.array_equal(translation, recording.xpos[:, body].astype(np.float32))
+        quaternion = np.array(found[entity, "Transform3D:quaternion"])[:, 0]
+        assert np.array_equal(quaternion, np.roll(recording.xquat[:, body], -1, axis=1).astype(np.float32))
+    arrows = found["/world/contacts", "Arrows3D:vectors"]
+    assert [len(frame) for frame in arrows] == recording.ncon.tolist()
+    forces = [recording.contact(i).force_world for i in range(len(recording))]
+    longest = max(np.linalg.norm(f, axis=1).max() for f in forces if len(f))
+    assert np.array(arrows[20]) == pytest.approx(forces[20] * 0.3 / longest, rel=1e-6, abs=1e-9)
+    assert found["/world/bodies/box/geom1", "Boxes3D:half_sizes"] == [[pytest.approx([0.1, 0.1, 0.1])]]
 
 
 def test_without_rerun_the_error_says_what_to_install(run, tmp_path, monkeypatch):

@@ -76,7 +76,7 @@ def test_stabilization_is_the_part_that_lifts_a_body_out():
     assert contact.impulse[:, 0].sum() == pytest.approx(depth / dt + 9.81 * dt, rel=1e-9)
     assert contact.stabilization[:, 0].sum() == pytest.approx(depth / dt, rel=1e-9)
     assert contact.stabilization.shape == (len(contact), 3)
-    signorini.step(model, data, nstep=20)
+    signorini.step(model, data, nstep=200)
     assert (data.contact.stabilization == 0).all() and len(data.contact) == 1
     assert contact.stabilization[:, 0].sum() == pytest.approx(depth / dt, rel=1e-9), "a snapshot"
     half = signorini.Data(model, signorini.Settings(stabilization=0.5))
@@ -86,4 +86,4 @@ def test_stabilization_is_the_part_that_lifts_a_body_out():
         signorini.step(model, half)
     with pytest.raises(RuntimeError, match="recording"):
         recorder.recording.contact(0).stabilization
-    assert recorder.recording.contact(0).between("world", "ball").force[2] > 0
+    assert recorder.recording.contact(0).between("world", "ball").ncon == 1

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
-from typing import Any, Dict, List, Union
+from typing import Any, Dict, Union
 
 import numpy as np
 
@@ -24,7 +25,7 @@ def write(recording: Recording, path: Union[str, "os.PathLike[str]"]) -> None:
         ImportError: the package ``rerun-sdk`` is not installed.
     """
     try:
-        import rerun as rr
+        rr: Any = importlib.import_module("rerun")
     except ImportError as error:
         raise ImportError("recordings of Rerun need the package rerun-sdk: pip install 'signorini[rerun]'") from error
 
@@ -34,13 +35,13 @@ def write(recording: Recording, path: Union[str, "os.PathLike[str]"]) -> None:
     times = [rr.TimeColumn("sim_time", duration=recording.time)]
     names = recording.body_names
     for geom, shape in enumerate(json.loads(recording._geoms())):
-        _log_shape(rr, stream, f"{_entity(names, shape['body'])}/geom{geom}", shape)
+        _log_shape(rr, stream, f"{_entity(rr, names[shape['body']])}/geom{geom}", shape)
     xpos, xquat = recording.xpos, recording.xquat
     for body in range(1, len(names)):
         turned = np.roll(xquat[:, body], -1, axis=1)  # (x, y, z, w) there
         columns = rr.Transform3D.columns(translation=xpos[:, body], quaternion=turned)
-        stream.send_columns(_entity(names, body), indexes=times, columns=columns)
-    _log_contacts(rr, stream, recording)
+        stream.send_columns(_entity(rr, names[body]), indexes=times, columns=columns)
+    _log_contacts(rr, stream, times, recording)
     residuals = recording.residuals
     for k, law in enumerate(("momentum", "natural_map", "signorini", "friction", "dissipation")):
         stream.send_columns(f"certificate/{law}", indexes=times, columns=rr.Scalars.columns(scalars=residuals[:, k]))
@@ -50,19 +51,19 @@ def write(recording: Recording, path: Union[str, "os.PathLike[str]"]) -> None:
     stream.disconnect()
 
 
-def _entity(names: List[str], body: int) -> str:
-    return "world" if body == 0 else f"world/{body} {names[body]}".replace("\\", "/")
+def _entity(rr: Any, body: str) -> str:
+    path: str = rr.new_entity_path(["world", "bodies", body])
+    return path
 
 
-def _log_contacts(rr: Any, stream: Any, recording: Recording) -> None:
+def _log_contacts(rr: Any, stream: Any, times: Any, recording: Recording) -> None:
     frames = [recording.contact(i) for i in range(len(recording))]
     forces = [frame.force_world for frame in frames]
     largest = max((float(np.linalg.norm(f, axis=1).max()) for f in forces if len(f)), default=0.0)
     scale = LONGEST_ARROW / largest if largest > 0 else 0.0
-    for time, frame, force in zip(recording.time, frames, forces):
-        stream.set_time("sim_time", duration=float(time))
-        stream.log("world/contacts", rr.Arrows3D(origins=frame.point, vectors=scale * force))
-    stream.reset_time()
+    origins, vectors = np.vstack([frame.point for frame in frames]), scale * np.vstack(forces)
+    columns = rr.Arrows3D.columns(origins=origins, vectors=vectors).partition([len(frame) for frame in frames])
+    stream.send_columns("world/contacts", indexes=times, columns=columns)
 
 
 def _log_shape(rr: Any, stream: Any, entity: str, geom: Dict[str, Any]) -> None:
