@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use signorini::multibody::{Input, Kinematics, Model, State, forward_kinematics_into};
 use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
-    Settings, SimulationError, StepReport, Workspace, frame_into, last_frame_into, recording_header, sensors_into, step,
-    step_solution_into,
+    Settings, SimulationError, StepReport, Workspace, frame_into, last_frame_into, recording_header, sensors_into,
+    step, step_solution_into,
 };
 
 use crate::recording::Sink;

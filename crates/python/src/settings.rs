@@ -57,29 +57,36 @@ impl PySettings {
             stabilization: self.stabilization,
             position_iterations: self.position_iterations,
             assembly_tolerance: self.assembly_tolerance,
-            restitution: choose("restitution", &self.restitution, &[
-                ("newton", RestitutionLaw::Newton),
-                ("poisson", RestitutionLaw::Poisson),
-            ])?,
+            restitution: choose(
+                "restitution",
+                &self.restitution,
+                &[("newton", RestitutionLaw::Newton), ("poisson", RestitutionLaw::Poisson)],
+            )?,
             tolerance: self.tolerance,
-            friction_law: choose("friction_law", &self.friction_law, &[
-                ("polygon", FrictionLaw::Polygon),
-                ("circular", FrictionLaw::Circular),
-                ("refined", FrictionLaw::Refined { tolerance: self.cone_tolerance }),
-            ])?,
-            impulses: choose("impulses", &self.impulses, &[
-                ("solver", ImpulseChoice::Solver),
-                ("least_norm", ImpulseChoice::LeastNorm),
-            ])?,
+            friction_law: choose(
+                "friction_law",
+                &self.friction_law,
+                &[
+                    ("polygon", FrictionLaw::Polygon),
+                    ("circular", FrictionLaw::Circular),
+                    ("refined", FrictionLaw::Refined { tolerance: self.cone_tolerance }),
+                ],
+            )?,
+            impulses: choose(
+                "impulses",
+                &self.impulses,
+                &[("solver", ImpulseChoice::Solver), ("least_norm", ImpulseChoice::LeastNorm)],
+            )?,
             method: match contact_method(&self.method, self.tolerance)? {
                 ContactMethod::Structured(_) => ContactMethod::Structured(self.solver.to_settings(self.tolerance)),
                 lcp => lcp,
             },
             sleeping: self.sleeping,
-            infeasible: choose("infeasible", &self.infeasible, &[
-                ("stop", InfeasiblePolicy::Stop),
-                ("clip_gaps", InfeasiblePolicy::ClipGaps),
-            ])?,
+            infeasible: choose(
+                "infeasible",
+                &self.infeasible,
+                &[("stop", InfeasiblePolicy::Stop), ("clip_gaps", InfeasiblePolicy::ClipGaps)],
+            )?,
         };
         settings.validate().map_err(simulation_error)?;
         Ok(settings)

@@ -108,6 +108,44 @@ def test_messages(run, tmp_path):
     assert found["/state", "signorini.State"][10][1]["q"] == recording.qpos[10].tolist()
 
 
+def areas_and_heights(points, faces):
+    """Areas of triangles seen from above, positive where they are counter-clockwise, and the range of heights."""
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    return np.cross(b - a, c - a)[:, 2] / 2, (points[:, 2].min(), points[:, 2].max())
+
+
+def test_surfaces_of_triangles(tmp_path):
+    reader = pytest.importorskip("mcap.reader", reason="reads MCAP with the package mcap")
+    model = mjcf("<geom type='hfield' hfield='h'/><body name='tetrahedron' pos='0 0 2'><freejoint/><geom type='mesh' mesh='t'/></body>",
+                 rest="<asset><hfield name='h' nrow='2' ncol='3' size='1 2 .5 .1' elevation='0 1 0 1 0 1'/>"
+                      "<mesh name='t' vertex='0 0 0  .3 0 0  0 .3 0  0 0 .3' face='0 2 1  0 1 3  0 3 2  1 2 3'/></asset>")
+    data = signorini.Data(model)
+    with data.record() as recorder:
+        signorini.step(model, data)
+    recorder.recording.to_mcap(tmp_path / "run.mcap")
+    with open(tmp_path / "run.mcap", "rb") as file:
+        messages = [json.loads(m.data) for _, channel, m in reader.make_reader(file).iter_messages(topics=["/scene"])]
+    surfaces = {}
+    for entity in messages[0]["entities"]:
+        (triangles,) = entity["triangles"]
+        points = np.array([[p[k] for k in "xyz"] for p in triangles["points"]])
+        surfaces[entity["id"]] = points, np.array(triangles["indices"]).reshape(-1, 3)
+    points, faces = surfaces["world"]
+    areas, heights = areas_and_heights(points, faces)
+    assert len(faces) == 4 and (areas > 0).all() and areas.sum() == pytest.approx(2 * 4) and heights == pytest.approx((0, 0.5))
+    # A ball that is let down near the middle of either edge meets the surface that is drawn there.
+    for y in (-1.99, 1.99):
+        drawn = points[np.argmin(np.linalg.norm(points[:, :2] - [0, y], axis=1)), 2]
+        ball = mjcf(f"<geom type='hfield' hfield='h'/><body pos='0 {y} {drawn + 0.02}'><freejoint/><geom size='.01'/></body>",
+                    rest="<asset><hfield name='h' nrow='2' ncol='3' size='1 2 .5 .1' elevation='0 1 0 1 0 1'/></asset>")
+        falling = signorini.Data(ball)
+        signorini.step(ball, falling, nstep=30)
+        assert falling.qpos[2] == pytest.approx(drawn + 0.01, abs=3e-3) and falling.ncon > 0
+    points, faces = surfaces["tetrahedron"]
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    assert np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6 == pytest.approx(0.3**3 / 6, rel=1e-6)
+
+
 def test_rerun(run, tmp_path):
     chunk = pytest.importorskip("rerun.chunk", reason="writes and reads recordings of Rerun with the package rerun-sdk")
     _, recording = run

@@ -43,7 +43,10 @@ impl ContactSum {
 
     fn __repr__(&self) -> String {
         let [x, y, z] = (self.impulse / self.timestep).to_array();
-        format!("<signorini.ContactSum {} contacts, {} closed, force ({x:.6}, {y:.6}, {z:.6}) N>", self.ncon, self.closed)
+        format!(
+            "<signorini.ContactSum {} contacts, {} closed, force ({x:.6}, {y:.6}, {z:.6}) N>",
+            self.ncon, self.closed
+        )
     }
 }
 
