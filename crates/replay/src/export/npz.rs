@@ -12,18 +12,26 @@ use crate::{FrameSource, ReplayError};
 ///
 /// With N frames, K contacts in all of them together and L limits:
 ///
-/// - `time` [N] s, `step` [N], `qpos` [N, nq], `qvel` [N, nv], `xpos` [N, nbody, 3] m, `xquat` [N, nbody, 4] (w, x, y, z),
-///   `energy` [N, 2] kinetic and potential, J, `ctrl` [N, nu], `qfrc_applied` [N, nv];
-/// - `residuals` [N, 5] momentum, natural map, Signorini, friction, dissipation; `status` [N] words, `iterations` [N],
-///   `missed_tolerance` [N] 0 or 1;
-/// - `ncon` [N]; the contacts of frame i are the rows `contact_start[i]:contact_start[i + 1]` of `contact_geom1`,
-///   `contact_geom2`, `contact_body1`, `contact_body2` [K], `contact_point` [K, 3] m, `contact_frame` [K, 3, 3] (rows normal,
-///   tangents), `contact_gap` [K] m, `contact_friction` [K], `contact_impulse` [K, 3] N·s along the frame, `contact_force_world`
-///   [K, 3] N, `contact_sliding_velocity` [K, 2] m/s, `contact_mode` [K] (0 open, 1 frictionless, 2 sticking, 3 sliding);
-/// - in the same way `limit_start` [N + 1], `limit_joint`, `limit_tendon` (−1 for the other), `limit_upper`, `limit_gap`,
-///   `limit_impulse` [L];
-/// - `model_name`, `model_hash` (16 hexadecimal digits), `generator`, `method`, `timestep` s, `tolerance`, `gravity` [3] m/s²,
-///   `body_names`, `joint_names`, `geom_names`.
+/// | arrays | shape | content |
+/// |---|---|---|
+/// | `time`, `step` | N | s |
+/// | `qpos`, `qvel` | N × nq, N × nv | configuration and velocity |
+/// | `xpos`, `xquat` | N × nbody × 3, × 4 | poses of the bodies, m; (w, x, y, z) |
+/// | `energy` | N × 2 | kinetic and potential, J |
+/// | `ctrl`, `qfrc_applied` | N × nu, N × nv | what acted in the step |
+/// | `residuals` | N × 5 | momentum, natural map, Signorini, friction, dissipation |
+/// | `status`, `iterations`, `missed_tolerance` | N | words, counts, 0 or 1 |
+/// | `ncon`, `contact_start` | N, N + 1 | contacts of frame i: rows `contact_start[i]` up to `contact_start[i + 1]` |
+/// | `contact_geom1`, `contact_geom2`, `contact_body1`, `contact_body2` | K | indices |
+/// | `contact_point`, `contact_frame` | K × 3, K × 3 × 3 | m; rows normal, tangents |
+/// | `contact_gap`, `contact_friction` | K | m |
+/// | `contact_impulse`, `contact_force_world` | K × 3 | along the frame, N·s; world axes, N |
+/// | `contact_sliding_velocity`, `contact_mode` | K × 2, K | m/s; 0 open, 1 frictionless, 2 sticking, 3 sliding |
+/// | `limit_start` | N + 1 | as `contact_start` |
+/// | `limit_joint`, `limit_tendon`, `limit_upper` | L | indices, −1 for the other sort; 0 or 1 |
+/// | `limit_gap`, `limit_impulse` | L | rad or m; N·s or N·m·s |
+/// | `model_name`, `model_hash`, `generator`, `method`, `timestep`, `tolerance`, `gravity` | – | of the run; the hash as 16 hexadecimal digits |
+/// | `body_names`, `joint_names`, `geom_names` | | UTF-8 |
 ///
 /// # Errors
 /// [`ReplayError::Npz`] if the file cannot be written or exceeds 4 GiB, [`ReplayError::Recording`] if a frame cannot be read.
