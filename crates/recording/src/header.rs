@@ -169,6 +169,11 @@ pub enum ShapeVisual {
 }
 
 impl Header {
+    /// The header for a page, which is passed on: without the text of the model's file and the folders around it.
+    pub(crate) fn without_source(self) -> Self {
+        Self { source: None, ..self }
+    }
+
     /// Checks that numbers are finite and that indices are inside their tables.
     ///
     /// # Errors
