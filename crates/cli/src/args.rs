@@ -7,7 +7,7 @@ use signorini::contact::SolverSettings;
 use signorini::lcp::MethodKind;
 use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, Settings};
 
-use crate::commands::{check, compare, export, inspect, scenes, simulate, solve, view};
+use crate::commands::{check, compare, convert, export, inspect, replay, scenes, simulate, solve, view};
 use crate::error::CliError;
 use crate::exit::{EXIT_CODES, Exit};
 
@@ -40,8 +40,12 @@ pub enum Command {
     Solve(solve::Arguments),
     /// Solve one problem with every law and method, side by side.
     Compare(compare::Arguments),
-    /// Check a solution against its problem; no solver is involved.
+    /// Check a solution against its problem, or every step of a recording; no solver is involved.
     Check(check::Arguments),
+    /// Show a recording in the browser, or write its report.
+    Replay(replay::Arguments),
+    /// Write a recording in another format: NumPy arrays, CSV, MCAP.
+    Convert(convert::Arguments),
 }
 
 impl Command {
@@ -56,6 +60,8 @@ impl Command {
             Self::Solve(arguments) => solve::run(arguments),
             Self::Compare(arguments) => compare::run(arguments),
             Self::Check(arguments) => check::run(arguments),
+            Self::Replay(arguments) => replay::run(arguments),
+            Self::Convert(arguments) => convert::run(arguments),
         }
     }
 
@@ -70,6 +76,8 @@ impl Command {
             Self::Solve(arguments) => arguments.json,
             Self::Compare(arguments) => arguments.json,
             Self::Check(arguments) => arguments.json,
+            Self::Replay(arguments) => arguments.json,
+            Self::Convert(arguments) => arguments.json,
         }
     }
 }

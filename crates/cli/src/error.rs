@@ -7,6 +7,7 @@ use signorini::contact::ProblemError;
 use signorini::multibody::StateError;
 use signorini::recording::RecordingError;
 use signorini_formats::FormatError;
+use signorini_replay::ReplayError;
 use signorini_viewer::ViewerError;
 
 use crate::exit::Exit;
@@ -39,6 +40,23 @@ pub enum CliError {
     /// A recording or report.
     #[error(transparent)]
     Recording(#[from] RecordingError),
+    /// What is done with a recording.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
+    /// A recording in which no step can be checked.
+    #[error("{}: it holds no step", path.display())]
+    NoSteps {
+        /// The recording.
+        path: PathBuf,
+    },
+    /// `check` has too much or too little.
+    #[error("{}: {problem}", path.display())]
+    CheckArguments {
+        /// The first file.
+        path: PathBuf,
+        /// What is wrong.
+        problem: &'static str,
+    },
     /// The page of a running simulation.
     #[error(transparent)]
     Viewer(#[from] ViewerError),
@@ -170,6 +188,7 @@ impl CliError {
         match self {
             Self::OneSolution { .. }
             | Self::UnusedOption { .. }
+            | Self::CheckArguments { .. }
             | Self::Simulation(SimulationError::Incompatible { .. }) => Exit::Usage,
             _ => Exit::Failure,
         }

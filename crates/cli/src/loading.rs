@@ -4,8 +4,10 @@ use std::path::Path;
 use std::sync::Arc;
 
 use signorini::multibody::Model;
+use signorini::recording::ModelSource;
 use signorini::{Settings, Simulation};
-use signorini_formats::{ImportReport, LoadOptions, load, load_mjcf_str};
+use signorini_formats::{FormatError, ImportReport, LoadOptions, load, load_mjcf_str};
+use signorini_replay::{model_source, read_model_source};
 
 use crate::args::{ModelArguments, StartArguments};
 use crate::error::CliError;
@@ -22,6 +24,8 @@ pub struct Loaded {
     pub report: ImportReport,
     /// The keyframe to start from where none is asked for.
     pub first_keyframe: Option<String>,
+    /// The model's file, for recordings.
+    pub file: ModelSource,
 }
 
 impl Loaded {
@@ -44,14 +48,23 @@ pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
     if let Some(path) = &arguments.model {
         let imported = load(path, &options)?;
         let source = path.display().to_string();
-        return Ok(Loaded { model: Arc::new(imported.model), source, report: imported.report, first_keyframe: None });
+        let file = read_model_source(path, &options)
+            .map_err(|e| FormatError::Unreadable { path: path.clone(), reason: e.to_string() })?;
+        return Ok(Loaded {
+            model: Arc::new(imported.model),
+            source,
+            report: imported.report,
+            first_keyframe: None,
+            file,
+        });
     }
     let scene = scene::named(arguments.scene.as_deref().unwrap_or(scene::DEFAULT))?;
     let mut imported = options.report_unused("", load_mjcf_str(scene.text, Path::new(""))?);
     let source = format!("scenes/{}.xml", scene.name);
     imported.report.warnings.iter_mut().for_each(|warning| warning.file.clone_from(&source));
     let first_keyframe = imported.model.keyframes.first().map(|keyframe| keyframe.name.clone());
-    Ok(Loaded { model: Arc::new(imported.model), source, report: imported.report, first_keyframe })
+    let file = model_source(&source, scene.text, Path::new(""), &options);
+    Ok(Loaded { model: Arc::new(imported.model), source, report: imported.report, first_keyframe, file })
 }
 
 /// A simulation in the state asked for.

@@ -1,13 +1,22 @@
 //! The contacts of a step as arrays.
 
+mod sums;
+
+use std::sync::{Arc, OnceLock};
+
 use numpy::{PyArray1, PyArray2};
+use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use signorini::contact::ContactMode;
+use signorini::multibody::Model;
 use signorini::multibody::glam::DVec3;
-use signorini::recording::{ContactFrame as RecordedContact, ContactModeCode, Frame};
-use signorini::{ContactSource, Workspace};
+use signorini::recording::{ContactFrame as RecordedContact, ContactModeCode, Frame, Header};
+use signorini::{ContactSource, Settings, StabilizedStep, Workspace};
 
 use crate::arrays::{self, Cube, Table, Vector};
+use crate::error::simulation_error;
+
+pub use sums::ContactSum;
 
 /// What is known about one contact.
 struct Contact {
@@ -26,6 +35,14 @@ struct Contact {
     directions: [i32; 2],
 }
 
+impl Contact {
+    /// The impulse on the second body in world axes, N·s.
+    fn impulse_world(&self) -> DVec3 {
+        let [n, t_1, t_2] = self.impulse;
+        self.axes[0] * n + self.axes[1] * t_1 + self.axes[2] * t_2
+    }
+}
+
 /// The contacts of a step: a snapshot whose arrays have one row per contact, in the order of the contact problem.
 ///
 /// Normals point from geom1 to geom2; forces and impulses act on geom2.
@@ -33,20 +50,43 @@ struct Contact {
 pub struct Contacts {
     contacts: Vec<Contact>,
     timestep: f64,
+    bodies: Bodies,
+    stabilization: Stabilization,
+}
+
+/// Names of the bodies.
+enum Bodies {
+    /// Those of a model.
+    Of(Arc<Model>),
+    /// Those of a recording.
+    Listed(Vec<String>),
+}
+
+/// The part of the impulses that corrects penetrations.
+enum Stabilization {
+    /// Recordings do not tell.
+    Unknown,
+    /// Nothing was corrected.
+    Nothing,
+    /// What it follows from, and the part once it was asked for.
+    Step { step: Box<StabilizedStep>, settings: Box<Settings>, part: OnceLock<Vec<[f64; 3]>> },
 }
 
 impl Contacts {
     /// No contacts.
-    pub fn none(timestep: f64) -> Self {
-        Self { contacts: Vec::new(), timestep }
+    pub fn none(model: &Arc<Model>, timestep: f64) -> Self {
+        let (bodies, stabilization) = (Bodies::Of(Arc::clone(model)), Stabilization::Nothing);
+        Self { contacts: Vec::new(), timestep, bodies, stabilization }
     }
 
     /// Those of the last step of a workspace.
-    pub fn of_step(workspace: &Workspace) -> Self {
+    pub fn of_step(model: &Arc<Model>, workspace: &Workspace, settings: &Settings) -> Self {
         let (problem, solution) = (workspace.problem(), workspace.solution());
+        // After an impact by Poisson's law the decompression ends the step.
+        let velocity = workspace.decompression().map_or(&solution.velocity, |(_, second)| &second.velocity);
         let points = workspace.contact_points().iter().zip(workspace.contact_frames()).enumerate();
         let contacts = points.map(|(i, (point, frame))| {
-            let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
+            let [_, c_1, c_2] = problem.contact_velocity(i, velocity);
             let (mode, directions) = mode_code(solution.modes[i]);
             Contact {
                 geoms: [point.geom_a.0, point.geom_b.0],
@@ -55,18 +95,29 @@ impl Contacts {
                 axes: [frame.normal, frame.tangent_1, frame.tangent_2],
                 gap: point.gap,
                 friction: point.friction,
-                impulse: solution.impulse[i],
+                impulse: workspace.contact_impulse(i),
                 sliding: [c_1, c_2],
                 mode,
                 directions,
             }
         });
-        Self { contacts: contacts.collect(), timestep: problem.timestep }
+        let stabilization = workspace.stabilized_step().map_or(Stabilization::Nothing, |step| Stabilization::Step {
+            step: Box::new(step),
+            settings: Box::new(settings.clone()),
+            part: OnceLock::new(),
+        });
+        let (contacts, bodies) = (contacts.collect(), Bodies::Of(Arc::clone(model)));
+        Self { contacts, timestep: problem.timestep, bodies, stabilization }
     }
 
     /// Those of a recorded frame.
-    pub fn of_frame(frame: &Frame, timestep: f64) -> Self {
-        Self { contacts: frame.contacts.iter().map(recorded).collect(), timestep }
+    pub fn of_frame(frame: &Frame, header: &Header) -> Self {
+        Self {
+            contacts: frame.contacts.iter().map(recorded).collect(),
+            timestep: header.timestep,
+            bodies: Bodies::Listed(header.bodies.clone()),
+            stabilization: Stabilization::Unknown,
+        }
     }
 
     fn each<'py, T: numpy::Element>(&self, py: Python<'py>, value: impl Fn(&Contact) -> T) -> Bound<'py, PyArray1<T>> {
@@ -114,10 +165,32 @@ impl Contacts {
         self.each(py, |c| c.friction)
     }
 
-    /// Impulses of the step along normal and tangents, (ncon, 3), N·s.
+    /// Impulses of the step along normal and tangents, (ncon, 3), N·s: all that acted on the bodies there, the drive of a moving
+    /// surface and both phases of an impact included.
     #[getter]
     fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         self.rows(py, |c| c.impulse)
+    }
+
+    /// The part of `impulse` that corrects penetrations and violated equality constraints, (ncon, 3), N·s: what it has beyond the
+    /// impulse of the same step with these taken as zero. One more problem is solved for it, once.
+    #[getter]
+    fn stabilization<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        let count = self.contacts.len();
+        match &self.stabilization {
+            Stabilization::Unknown => {
+                Err(PyRuntimeError::new_err("a recording does not hold it: take it from data.contact after the step"))
+            }
+            Stabilization::Nothing => arrays::rows(py, std::iter::repeat_n([0.0; 3], count)),
+            Stabilization::Step { step, settings, part } => {
+                if part.get().is_none() {
+                    let found = py.detach(|| step.impulses(settings)).map_err(simulation_error)?;
+                    // Another thread may have been first, with the same numbers.
+                    let _ = part.set(found);
+                }
+                arrays::rows(py, part.get().into_iter().flatten().copied().take(count))
+            }
+        }
     }
 
     /// Mean forces over the step along normal and tangents, (ncon, 3), N.
@@ -129,11 +202,7 @@ impl Contacts {
     /// Mean forces over the step on geom2 in world axes, (ncon, 3), N.
     #[getter]
     fn force_world<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        let in_world = |c: &Contact| {
-            let [n, t1, t2] = c.impulse.map(|p| p / self.timestep);
-            (c.axes[0] * n + c.axes[1] * t1 + c.axes[2] * t2).to_array()
-        };
-        self.rows(py, in_world)
+        self.rows(py, |c| (c.impulse_world() / self.timestep).to_array())
     }
 
     /// Velocities of geom2 relative to geom1 along the two tangents at the end of the step, (ncon, 2), m/s.

@@ -4,9 +4,10 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use signorini::multibody::{ContactPoint, Input, Kinematics, Model, State, forward_kinematics_into};
-use signorini::recording::{Frame, RecordingError};
+use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
-    Settings, SimulationError, StepReport, Workspace, frame_into, last_frame_into, recording_header, sensors_into, step,
+    Settings, SimulationError, StepReport, Workspace, frame_into, last_frame_into, recording_header, sensors_into,
+    step, step_solution_into,
 };
 
 use crate::recording::Sink;
@@ -118,6 +119,7 @@ impl Core {
         self.previewed = None;
         if let Some(sink) = &mut self.sink {
             frame_into(model, self.steps, state, workspace, &self.report, &mut self.frame);
+            step_solution_into(input, workspace, &self.report, &mut self.frame);
             sink.push(&self.frame).map_err(Stop::Recording)?;
         }
         if !self.report.advanced() {
@@ -160,8 +162,13 @@ impl Core {
     }
 
     /// Begins to record every step, to memory or to a file.
-    pub fn start_recording(&mut self, path: Option<&std::path::Path>) -> Result<(), RecordingError> {
-        self.sink = Some(Sink::new(recording_header(&self.model, &self.settings), path)?);
+    pub fn start_recording(
+        &mut self,
+        path: Option<&std::path::Path>,
+        source: Option<ModelSource>,
+    ) -> Result<(), RecordingError> {
+        let header = Header { source, ..recording_header(&self.model, &self.settings) };
+        self.sink = Some(Sink::new(header, path)?);
         Ok(())
     }
 

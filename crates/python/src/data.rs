@@ -144,7 +144,12 @@ impl Data {
     #[getter]
     fn contact(&self) -> PyResult<Contacts> {
         let core = self.core()?;
-        Ok(if core.stepped { Contacts::of_step(&core.workspace) } else { Contacts::none(core.timestep()) })
+        let model = &core.model;
+        Ok(if core.stepped {
+            Contacts::of_step(model, &core.workspace, &core.settings)
+        } else {
+            Contacts::none(model, core.timestep())
+        })
     }
 
     /// Numbers of all sensors, (nsensordata,): those of the state at the beginning of the last step, and the accelerations and
@@ -277,11 +282,12 @@ impl Data {
 
     #[pyo3(signature = (path=None))]
     fn _start_recording(&self, path: Option<PathBuf>) -> PyResult<()> {
+        let source = self.model.get().source.clone();
         let mut core = self.core()?;
         if core.is_recording() {
             return Err(PyRuntimeError::new_err("this data is being recorded already: stop that recorder first"));
         }
-        core.start_recording(path.as_deref()).map_err(recording_error)
+        core.start_recording(path.as_deref(), source).map_err(recording_error)
     }
 
     fn _stop_recording(&self, py: Python<'_>, reason: &str) -> PyResult<Option<Recording>> {

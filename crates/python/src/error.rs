@@ -7,6 +7,7 @@ use signorini::lcp::LcpError;
 use signorini::multibody::FreeMotionError;
 use signorini::recording::RecordingError as RecordingFault;
 use signorini_formats::FormatError;
+use signorini_replay::ReplayError;
 
 pyo3::import_exception!(signorini.errors, BatchError);
 pyo3::import_exception!(signorini.errors, ModelError);
@@ -65,4 +66,13 @@ pub fn lcp_error(error: LcpError) -> PyErr {
 /// A recording that cannot be written or read.
 pub fn recording_error(error: RecordingFault) -> PyErr {
     RecordingError::new_err(error.to_string())
+}
+
+/// A recording that cannot be checked or exported.
+pub fn replay_error(error: ReplayError) -> PyErr {
+    match error {
+        ReplayError::Recording(fault) => recording_error(fault),
+        ReplayError::Model(fault) => format_error(*fault),
+        other => RecordingError::new_err(other.to_string()),
+    }
 }

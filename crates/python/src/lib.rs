@@ -32,7 +32,7 @@ mod _core {
     #[pymodule_export]
     use crate::batch::Batch;
     #[pymodule_export]
-    use crate::contacts::{Contacts, Limits};
+    use crate::contacts::{ContactSum, Contacts, Limits};
     #[pymodule_export]
     use crate::data::Data;
     #[pymodule_export]
@@ -48,7 +48,7 @@ mod _core {
     #[pymodule_export]
     use crate::problem::{ContactProblem, ContactSolution};
     #[pymodule_export]
-    use crate::recording::Recording;
+    use crate::recording::{Recording, RecordingCheck};
     #[pymodule_export]
     use crate::report::{Certificate, StepReport};
     #[pymodule_export]

@@ -6,7 +6,9 @@ use std::sync::Arc;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use signorini::multibody::{self as mb, BodyId};
+use signorini::recording::ModelSource;
 use signorini_formats::{FormatError, Imported, LoadOptions, load, load_mjcf_str, load_sdf_str, load_urdf_str};
+use signorini_replay::{model_source, read_model_source};
 
 use crate::arrays::{self, Table, Vector};
 use crate::error::format_error;
@@ -57,6 +59,8 @@ impl ImportWarning {
 #[pyclass(frozen, subclass, module = "signorini._core")]
 pub struct Model {
     pub inner: Arc<mb::Model>,
+    /// The file, for recordings.
+    pub source: Option<ModelSource>,
     report: Vec<ImportWarning>,
 }
 
@@ -85,11 +89,16 @@ impl Model {
     ) -> PyResult<Self> {
         let options =
             LoadOptions { package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor };
-        let imported = py.detach(|| match (path, text) {
+        let imported = py.detach(|| match (&path, &text) {
             (Some(path), _) => load(path, &options),
-            (None, text) => load_text(&text.unwrap_or_default(), format, &base_dir, &options),
+            (None, text) => load_text(text.as_deref().unwrap_or_default(), format, &base_dir, &options),
         });
         let Imported { model, report } = imported.map_err(format_error)?;
+        // A file that cannot be read a second time leaves recordings without their model's text, and nothing else.
+        let source = match (path, text) {
+            (Some(path), _) => read_model_source(&path, &options).ok(),
+            (None, text) => Some(model_source("(text)", &text.unwrap_or_default(), &base_dir, &options)),
+        };
         let report = report.warnings.into_iter().map(|w| ImportWarning {
             text: w.to_string(),
             file: w.file,
@@ -100,7 +109,7 @@ impl Model {
             count: w.count,
             changes_motion: w.changes_motion,
         });
-        Ok(Self { inner: Arc::new(model), report: report.collect() })
+        Ok(Self { inner: Arc::new(model), source, report: report.collect() })
     }
 
     /// The model's name.

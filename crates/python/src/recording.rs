@@ -1,18 +1,26 @@
 //! Recordings: where frames go while a run goes on, and a finished recording as arrays.
 
+mod check;
+
 use std::fs::File;
+use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
 use numpy::PyArray1;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use signorini::recording::report::{ReportSettings, inline_html, write_html, write_html_to};
-use signorini::recording::{self, Ending, Frame, Header, RecordingError, Writer};
+use signorini::recording::{self, Ending, Frame, Header, Reader, RecordingError, Writer};
+use signorini_replay::export::{write_csv, write_mcap, write_npz};
+use signorini_replay::{check, rebuild};
 
 use crate::arrays::{self, Cube, Table, Vector};
 use crate::contacts::Contacts;
-use crate::error::recording_error;
+use crate::error::{recording_error, replay_error};
+use crate::model::Model;
 use crate::report::name_of;
+
+pub use check::RecordingCheck;
 
 /// Where the frames of a run go.
 pub enum Sink {
@@ -235,6 +243,68 @@ impl Recording {
         let from_end = if index < 0 { index + count as isize } else { index };
         let frame = usize::try_from(from_end).ok().and_then(|i| self.0.frames().get(i));
         let frame = frame.ok_or_else(|| PyIndexError::new_err(format!("frame {index}: the recording has {count}")))?;
-        Ok(Contacts::of_frame(frame, self.0.header().timestep))
+        Ok(Contacts::of_frame(frame, self.0.header()))
+    }
+
+    /// Writes every quantity as one array over all frames, for `numpy.load`.
+    fn to_npz(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| write_npz(&mut &self.0, &path)).map_err(replay_error)
+    }
+
+    /// Writes one row per frame, after a row of names with units.
+    fn to_csv(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| write_csv(&mut &self.0, &path)).map_err(replay_error)
+    }
+
+    /// Writes timed JSON messages for Foxglove and other readers of MCAP.
+    fn to_mcap(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.detach(|| write_mcap(&mut &self.0, &path)).map_err(replay_error)
+    }
+
+    /// Writes a recording of Rerun (needs the package rerun-sdk).
+    fn to_rerun(slf: Py<Self>, py: Python<'_>, path: PathBuf) -> PyResult<()> {
+        py.import("signorini._rerun")?.call_method1("write", (slf, path)).map(drop)
+    }
+
+    /// Certifies every step again, without any solver.
+    #[pyo3(signature = (model=None, *, tolerance=1e-8))]
+    fn check(&self, py: Python<'_>, model: Option<Py<Model>>, tolerance: f64) -> PyResult<RecordingCheck> {
+        let given = model.map(|model| model.get().inner.clone());
+        let found = py.detach(|| {
+            let model = given.map_or_else(|| rebuild(self.0.header()).map(Into::into), Ok)?;
+            check(&mut &self.0, model, tolerance)
+        });
+        found.map(|found| RecordingCheck { found, tolerance }).map_err(replay_error)
+    }
+
+    /// The file's bytes.
+    fn _to_bytes(&self, py: Python<'_>) -> PyResult<Vec<u8>> {
+        let write = || -> Result<Vec<u8>, RecordingError> {
+            let mut writer = Writer::new(Vec::new(), self.0.header().clone())?;
+            self.0.frames().iter().try_for_each(|frame| writer.append(frame))?;
+            match self.0.ending() {
+                Ending::Finished { reason } => writer.finish(reason),
+                _ => Ok(writer.into_output()),
+            }
+        };
+        py.detach(write).map_err(recording_error)
+    }
+
+    #[staticmethod]
+    fn _from_bytes(py: Python<'_>, bytes: Vec<u8>) -> PyResult<Self> {
+        let read = || recording::Recording::from_reader(&mut Reader::new("(bytes)", Cursor::new(bytes))?);
+        py.detach(read).map(Self).map_err(recording_error)
+    }
+
+    fn __reduce__(slf: &Bound<'_, Self>) -> PyResult<(Py<PyAny>, (Py<PyAny>,))> {
+        let bytes = slf.get()._to_bytes(slf.py())?;
+        let make = slf.get_type().getattr("_from_bytes")?.unbind();
+        Ok((make, (pyo3::types::PyBytes::new(slf.py(), &bytes).into_any().unbind(),)))
+    }
+
+    /// The shapes as JSON: name, body, shape, pose, rgba.
+    fn _geoms(&self) -> PyResult<String> {
+        serde_json::to_string(&self.0.header().geoms)
+            .map_err(|error| pyo3::exceptions::PyValueError::new_err(error.to_string()))
     }
 }

@@ -59,6 +59,21 @@ impl Certificate {
         self.0.holds(tolerance)
     }
 
+    fn _repr_html_(&self) -> String {
+        let c = &self.0;
+        let laws = [
+            ("momentum", c.momentum),
+            ("natural map", c.natural_map),
+            ("Signorini", c.signorini),
+            ("friction", c.friction),
+            ("dissipation", c.dissipation),
+            ("bilateral", c.bilateral),
+        ];
+        let row = |(law, residual)| format!("<tr><td>{law}</td><td>{residual:.1e}</td></tr>");
+        let rows: String = laws.into_iter().map(row).collect();
+        format!("<b>signorini.Certificate</b>, worst residual {:.1e}<table>{rows}</table>", c.worst())
+    }
+
     fn __repr__(&self) -> String {
         let c = &self.0;
         format!(

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use signorini::contact::SolverSettings;
 use signorini::lcp::MethodKind;
-use signorini::{ContactMethod, InfeasiblePolicy, Settings};
+use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, RestitutionLaw, Settings};
 
 use crate::error::{SettingError, lcp_error, simulation_error};
 
@@ -17,6 +17,34 @@ pub struct PySettings {
     tolerance: f64,
     method: String,
     infeasible: String,
+    friction_law: String,
+    cone_tolerance: f64,
+    impulses: String,
+    restitution: String,
+    position_iterations: u32,
+    assembly_tolerance: f64,
+    sleeping: bool,
+    solver: PySolverSettings,
+}
+
+/// The fields of the dataclass `SolverSettings`.
+#[derive(FromPyObject)]
+struct PySolverSettings {
+    accept: f64,
+    polish: f64,
+    proximal_weight: f64,
+    smallest_proximal_weight: f64,
+    mode_tolerance: f64,
+    newton_iterations: u32,
+    max_rounds: u32,
+    max_proximal_iterations: u32,
+    max_restarts: u32,
+    path_changes_base: u32,
+    path_changes_per_violation: u32,
+    path_changes_per_contact: u32,
+    lemke_pivots_per_row: usize,
+    lemke_max_rows: usize,
+    threads: usize,
 }
 
 impl PySettings {
@@ -27,21 +55,74 @@ impl PySettings {
             directions: self.directions,
             direction_angle: self.direction_angle,
             stabilization: self.stabilization,
+            position_iterations: self.position_iterations,
+            assembly_tolerance: self.assembly_tolerance,
+            restitution: choose(
+                "restitution",
+                &self.restitution,
+                &[("newton", RestitutionLaw::Newton), ("poisson", RestitutionLaw::Poisson)],
+            )?,
             tolerance: self.tolerance,
-            method: contact_method(&self.method, self.tolerance)?,
-            infeasible: match self.infeasible.as_str() {
-                "stop" => InfeasiblePolicy::Stop,
-                "clip_gaps" => InfeasiblePolicy::ClipGaps,
-                other => {
-                    let message = format!("infeasible = '{other}': must be 'stop' or 'clip_gaps'");
-                    return Err(SettingError::new_err(message));
-                }
+            friction_law: choose(
+                "friction_law",
+                &self.friction_law,
+                &[
+                    ("polygon", FrictionLaw::Polygon),
+                    ("circular", FrictionLaw::Circular),
+                    ("refined", FrictionLaw::Refined { tolerance: self.cone_tolerance }),
+                ],
+            )?,
+            impulses: choose(
+                "impulses",
+                &self.impulses,
+                &[("solver", ImpulseChoice::Solver), ("least_norm", ImpulseChoice::LeastNorm)],
+            )?,
+            method: match contact_method(&self.method, self.tolerance)? {
+                ContactMethod::Structured(_) => ContactMethod::Structured(self.solver.to_settings(self.tolerance)),
+                lcp => lcp,
             },
-            ..Settings::default()
+            sleeping: self.sleeping,
+            infeasible: choose(
+                "infeasible",
+                &self.infeasible,
+                &[("stop", InfeasiblePolicy::Stop), ("clip_gaps", InfeasiblePolicy::ClipGaps)],
+            )?,
         };
         settings.validate().map_err(simulation_error)?;
         Ok(settings)
     }
+}
+
+impl PySolverSettings {
+    fn to_settings(&self, tolerance: f64) -> SolverSettings {
+        SolverSettings {
+            tolerance,
+            accept: self.accept,
+            polish: self.polish,
+            proximal_weight: self.proximal_weight,
+            smallest_proximal_weight: self.smallest_proximal_weight,
+            mode_tolerance: self.mode_tolerance,
+            newton_iterations: self.newton_iterations,
+            max_rounds: self.max_rounds,
+            max_proximal_iterations: self.max_proximal_iterations,
+            max_restarts: self.max_restarts,
+            path_changes_base: self.path_changes_base,
+            path_changes_per_violation: self.path_changes_per_violation,
+            path_changes_per_contact: self.path_changes_per_contact,
+            lemke_pivots_per_row: self.lemke_pivots_per_row,
+            lemke_max_rows: self.lemke_max_rows,
+            threads: self.threads,
+            ..SolverSettings::default()
+        }
+    }
+}
+
+/// The value of this name.
+fn choose<T: Copy>(setting: &str, name: &str, values: &[(&str, T)]) -> PyResult<T> {
+    values.iter().find(|(known, _)| *known == name).map(|(_, value)| *value).ok_or_else(|| {
+        let known = values.iter().map(|(known, _)| format!("'{known}'")).collect::<Vec<_>>().join(" or ");
+        SettingError::new_err(format!("{setting} = '{name}': must be {known}"))
+    })
 }
 
 /// "structured", or the name of a method of `signorini-lcp`.

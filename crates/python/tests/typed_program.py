@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import signorini
-from signorini import ContactMode, Data, Model, Settings
+from signorini import ContactMode, Data, Model, Settings, SolverSettings
 
 TEXT = """<mujoco model="arm">
   <worldbody>
@@ -47,7 +47,7 @@ def models() -> Model:
 
 
 def stepping(model: Model) -> Data:
-    data = Data(model, Settings(directions=4))
+    data = Data(model, Settings(directions=4, solver=SolverSettings(max_restarts=2)))
     data.reset(keyframe="home")
     with warnings.catch_warnings():
         warnings.simplefilter("error", signorini.ToleranceWarning)
@@ -109,6 +109,12 @@ def recording(model: Model, data: Data, folder: pathlib.Path) -> None:
     again = signorini.load_recording(folder / "run.rec")
     inline: signorini.viewer.InlineReport = signorini.viewer.html(kept)
     assert len(again) == 2 and "<html" in page and inline.recording is kept
+    check: signorini.RecordingCheck = again.check(tolerance=1e-9)
+    assert check and check.ok and check.steps == 1 and check.worst.holds() and not check.violations
+    again.to_csv(folder / "run.csv")
+    total: signorini.ContactSum = again.contact(0).between("world", "box")
+    force: NDArray[np.float64] = total.force
+    assert force[2] > 0 and total.closed <= total.ncon
 
 
 def failing(model: Model, data: Data) -> None:

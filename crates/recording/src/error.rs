@@ -64,7 +64,7 @@ pub enum RecordingError {
         found: usize,
     },
     /// A frame passed its checksum but is not laid out as the schema says.
-    #[error("{}: frame {frame} (at byte {offset}) is not laid out as schema version 1", file.display())]
+    #[error("{}: frame {frame} (at byte {offset}) is not laid out as the schema says", file.display())]
     DamagedFrame {
         /// The file.
         file: PathBuf,

@@ -1,5 +1,7 @@
 //! One step of a run.
 
+use crate::solution::StepSolution;
+
 /// Position in m and unit quaternion, `[x, y, z, qw, qx, qy, qz]`.
 pub type Pose = [f64; 7];
 
@@ -31,6 +33,8 @@ pub struct Frame {
     pub status: StepStatus,
     /// Whether a residual exceeds the run's tolerance.
     pub missed_tolerance: bool,
+    /// What acted and what was found, so that the certificate can be computed again.
+    pub solution: StepSolution,
 }
 
 /// One candidate contact. Body B lies on the side that the normal points to.

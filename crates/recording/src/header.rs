@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::RecordingError;
 use crate::frame::Pose;
+use crate::provenance::{ModelSource, StepLaws};
 
 /// Version of the format that this crate writes.
-pub const SCHEMA_VERSION: u32 = 1;
+pub const SCHEMA_VERSION: u32 = 2;
 
 /// Everything about a run that does not change while it runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -41,6 +42,12 @@ pub struct Header {
     pub joints: Vec<JointLabel>,
     /// What the bodies look like.
     pub geoms: Vec<GeomVisual>,
+    /// The settings on which the laws of a step depend; not in schema version 1.
+    #[serde(default)]
+    pub laws: Option<StepLaws>,
+    /// The model's file, where there is one; not in schema version 1.
+    #[serde(default)]
+    pub source: Option<ModelSource>,
 }
 
 impl Default for Header {
@@ -61,6 +68,8 @@ impl Default for Header {
             bodies: vec!["world".into()],
             joints: Vec::new(),
             geoms: Vec::new(),
+            laws: None,
+            source: None,
         }
     }
 }
@@ -70,6 +79,9 @@ impl Default for Header {
 pub struct JointLabel {
     /// Name.
     pub name: String,
+    /// "free", "ball", "hinge" or "slide"; empty in schema version 1.
+    #[serde(default)]
+    pub kind: String,
     /// The body that the joint moves, index into [`Header::bodies`].
     pub body: usize,
     /// Its first entry in q, and how many.
@@ -157,6 +169,11 @@ pub enum ShapeVisual {
 }
 
 impl Header {
+    /// The header for a page, which is passed on: without the text of the model's file and the folders around it.
+    pub(crate) fn without_source(self) -> Self {
+        Self { source: None, ..self }
+    }
+
     /// Checks that numbers are finite and that indices are inside their tables.
     ///
     /// # Errors

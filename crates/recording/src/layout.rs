@@ -2,6 +2,7 @@
 
 use crate::frame::{ContactFrame, ContactModeCode, Frame, FrictionPolygon, Pose, StepStatus};
 use crate::header::Header;
+use crate::solution_layout;
 
 /// First byte of a frame's payload.
 pub(crate) const FRAME: u8 = 1;
@@ -51,14 +52,15 @@ pub(crate) fn check(frame: &Frame, header: &Header) -> Result<(), Mismatch> {
             }
         }
     }
-    Ok(())
+    solution_layout::check(&frame.solution, header)
 }
 
 /// Appends a frame's payload. Allocates only to grow `bytes`.
 pub(crate) fn encode(frame: &Frame, bytes: &mut Vec<u8>) {
     let status = STATUSES.iter().position(|&status| status == frame.status);
     let status = status.expect("every status is in the table") as u8;
-    bytes.extend([FRAME, status, u8::from(frame.missed_tolerance), 0]);
+    let solved = frame.solution.phases > 0;
+    bytes.extend([FRAME, status, u8::from(frame.missed_tolerance), u8::from(solved)]);
     bytes.extend(frame.iterations.to_le_bytes());
     bytes.extend(frame.step.to_le_bytes());
     let r = &frame.residuals;
@@ -75,13 +77,17 @@ pub(crate) fn encode(frame: &Frame, bytes: &mut Vec<u8>) {
     for contact in &frame.contacts {
         encode_contact(contact, bytes);
     }
+    if solved {
+        solution_layout::encode(&frame.solution, bytes);
+    }
 }
 
 /// Size of a frame's payload in bytes; `None` when a count or the size exceeds 32 bits.
 pub(crate) fn encoded_size(frame: &Frame) -> Option<u32> {
     let counts = counts(frame);
     counts.iter().try_for_each(|&count| u32::try_from(count).ok().map(drop))?;
-    u32::try_from(size(counts)?).ok()
+    let solution = if frame.solution.phases > 0 { solution_layout::size(&frame.solution)? } else { 0 };
+    u32::try_from(size(counts)?.checked_add(solution)?).ok()
 }
 
 fn counts(frame: &Frame) -> [usize; 5] {
@@ -94,7 +100,7 @@ fn size([nq, nv, bodies, contacts, directions]: [usize; 5]) -> Option<usize> {
     FIXED_SIZE.checked_add(floats.checked_mul(8)?)?.checked_add(contacts.checked_mul(CONTACT_SIZE)?)
 }
 
-fn put(bytes: &mut Vec<u8>, values: &[f64]) {
+pub(crate) fn put(bytes: &mut Vec<u8>, values: &[f64]) {
     for value in values {
         bytes.extend(value.to_le_bytes());
     }
@@ -128,7 +134,7 @@ fn encode_contact(contact: &ContactFrame, bytes: &mut Vec<u8>) {
 /// Fills `frame` from a payload; `None` when the payload is not a frame. Re-uses its memory.
 pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     let mut fields = Fields(payload);
-    let [FRAME, status, missed @ (0 | 1), _] = fields.array()? else {
+    let [FRAME, status, missed @ (0 | 1), solved @ (0 | 1)] = fields.array()? else {
         return None;
     };
     frame.status = *STATUSES.get(usize::from(status))?;
@@ -143,7 +149,8 @@ pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     for count in &mut counts {
         *count = fields.u32()? as usize;
     }
-    if size(counts) != Some(payload.len()) {
+    let size = size(counts)?;
+    if payload.len() < size || (solved == 0 && payload.len() > size) {
         return None;
     }
     let [nq, nv, bodies, contacts, directions] = counts;
@@ -151,10 +158,15 @@ pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     refill(&mut frame.v, nv, || fields.f64())?;
     refill(&mut frame.body_poses, bodies, || fields.floats::<7>() as Option<Pose>)?;
     refill(&mut frame.listed_directions, directions, || fields.floats())?;
-    refill(&mut frame.contacts, contacts, || decode_contact(&mut fields))
+    refill(&mut frame.contacts, contacts, || decode_contact(&mut fields))?;
+    frame.solution.clear();
+    if solved == 1 {
+        solution_layout::decode_into(&mut fields, &mut frame.solution)?;
+    }
+    fields.0.is_empty().then_some(())
 }
 
-fn refill<T>(values: &mut Vec<T>, count: usize, mut next: impl FnMut() -> Option<T>) -> Option<()> {
+pub(crate) fn refill<T>(values: &mut Vec<T>, count: usize, mut next: impl FnMut() -> Option<T>) -> Option<()> {
     values.clear();
     values.reserve(count);
     for _ in 0..count {
@@ -200,24 +212,29 @@ fn decode_contact(fields: &mut Fields) -> Option<ContactFrame> {
 }
 
 /// What is left of a payload.
-struct Fields<'a>(&'a [u8]);
+pub(crate) struct Fields<'a>(&'a [u8]);
 
 impl Fields<'_> {
+    /// Whether as many entries of this size are left, so that a wrong count reserves no memory.
+    pub(crate) fn has(&self, count: u32, size: usize) -> Option<()> {
+        (count as usize).checked_mul(size).filter(|bytes| *bytes <= self.0.len()).map(drop)
+    }
+
     fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
         let (field, rest) = self.0.split_first_chunk()?;
         self.0 = rest;
         Some(*field)
     }
 
-    fn u32(&mut self) -> Option<u32> {
+    pub(crate) fn u32(&mut self) -> Option<u32> {
         self.array().map(u32::from_le_bytes)
     }
 
-    fn f64(&mut self) -> Option<f64> {
+    pub(crate) fn f64(&mut self) -> Option<f64> {
         self.array().map(f64::from_le_bytes)
     }
 
-    fn floats<const N: usize>(&mut self) -> Option<[f64; N]> {
+    pub(crate) fn floats<const N: usize>(&mut self) -> Option<[f64; N]> {
         let mut values = [0.0; N];
         for value in &mut values {
             *value = self.f64()?;

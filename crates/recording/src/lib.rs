@@ -10,9 +10,9 @@
 //! frame and says in [`Ending`] how the file ends. [`Recording`] holds the same in memory, and
 //! [`report`] turns it into one HTML file that opens in any browser.
 //!
-//! # File format, schema version 1
+//! # File format, schema version 2
 //!
-//! All numbers are little-endian.
+//! All numbers are little-endian; there is no padding but what is listed.
 //!
 //! | bytes | content |
 //! |---|---|
@@ -24,32 +24,71 @@
 //! | … | records until the end of the file |
 //!
 //! A record is its payload's length (u32), the payload's CRC-32 (u32), and the payload, whose first
-//! byte is 1 for a frame and 2 for the end of the run. The end holds the number of frames (u64) and
-//! the reason as UTF-8 text. A frame holds, in this order:
+//! byte is 1 for a frame and 2 for the end of the run. The end holds after that byte the number of
+//! frames (u64) and the reason as UTF-8 text. A frame holds n_q, n_v, n_b (bodies), n_c (contacts) and
+//! n_d (listed directions) as it says at byte 80:
 //!
-//! | type | content |
-//! |---|---|
-//! | u8 × 3 | status, missed tolerance (0 or 1), 0 |
-//! | u32 | solver iterations |
-//! | u64, f64 | step, time |
-//! | f64 × 5 | residuals: momentum, natural map, Signorini, friction, dissipation |
-//! | f64 × 2 | kinetic, potential energy |
-//! | u32 × 5 | numbers of q, v, bodies, contacts, listed directions |
-//! | f64 … | q, v, 7 per body pose, 2 per listed direction |
-//! | 200 bytes per contact | u32 × 4: body A, body B, geom A, geom B; u32 × 3: mode (0 open, 1 sticking, 2 sliding, 3 between) and its directions; u32 × 3: polygon (0 regular, 1 listed), number of directions, first listed direction; f64 × 20: point, normal, tangent 1, tangent 2, gap, friction, λ_N, λ_T (2), c_T (2), angle of the first direction |
+//! | byte | type | content |
+//! |---|---|---|
+//! | 0 | u8 | 1 |
+//! | 1 | u8 | status: 0 solved, 1 inaccurate, 2 ray, 3 infeasible, 4 iteration limit, 5 numerical failure |
+//! | 2 | u8 | whether it missed the tolerance, 0 or 1 |
+//! | 3 | u8 | whether a solution follows the contacts, 0 or 1 |
+//! | 4 | u32 | solver iterations |
+//! | 8 | u64 | step |
+//! | 16 | f64 | time, s |
+//! | 24 | f64 × 5 | residuals: momentum, natural map (bilateral rows included), Signorini, friction, dissipation |
+//! | 64 | f64 × 2 | kinetic, potential energy, J |
+//! | 80 | u32 × 5 | n_q, n_v, n_b, n_c, n_d |
+//! | 100 | f64 × n_q | q |
+//! | … | f64 × n_v | v |
+//! | … | f64 × 7 n_b | poses of the bodies |
+//! | … | f64 × 2 n_d | listed directions |
+//! | … | 200 bytes × n_c | contacts |
+//! | … | … | the solution |
+//!
+//! | byte of a contact | type | content |
+//! |---|---|---|
+//! | 0 | u32 × 4 | body A, body B, geom A, geom B |
+//! | 16 | u32 × 3 | mode: 0 open, 1 sticking, 2 sliding, 3 sliding between; its two directions |
+//! | 28 | u32 × 3 | polygon: 0 regular, 1 listed; number of directions; first listed direction |
+//! | 40 | f64 × 3 | point, m |
+//! | 64 | f64 × 9 | normal, tangent 1, tangent 2 |
+//! | 136 | f64 | gap, m |
+//! | 144 | f64 | friction coefficient |
+//! | 152 | f64 × 3 | λ_N, λ_T, N·s |
+//! | 176 | f64 × 2 | c_T, m/s |
+//! | 192 | f64 | angle of the first direction of a regular polygon, rad |
+//!
+//! | byte of a solution | type | content |
+//! |---|---|---|
+//! | 0 | u32 | 1 where negative gaps were taken as zero, otherwise 0 |
+//! | 4 | u32 | phases: 1, or 2 with a decompression |
+//! | 8 | u32 × 4 | numbers of controls, generalized forces, reaches, limits |
+//! | 24 | f64 … | controls; generalized forces; reaches (2 per body: m, rad) |
+//! | … | 32 bytes per limit | u32: 0 joint, 1 tendon; u32: its index; u32: 1 for the upper limit; u32: 0; f64 × 2: gap, impulse |
+//! | … | per phase | u32 × 7: lengths of v⁺, λ_N, α, β, λ_B, α_F, β_F; then these arrays as f64 |
+//!
+//! Directions of α are those of the contacts in order, limits have none. Schema version 1 had no solutions (byte 3 was
+//! always 0), and no `laws` and `source` in the header; it can still be read.
 
 mod error;
 mod frame;
 mod header;
 mod layout;
+mod provenance;
 mod reader;
 mod recording;
 pub mod report;
+mod solution;
+mod solution_layout;
 mod writer;
 
 pub use error::RecordingError;
 pub use frame::{ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, Pose, Residuals, StepStatus};
 pub use header::{GeomVisual, Header, JointLabel, SCHEMA_VERSION, ShapeVisual};
-pub use reader::{Ending, Reader};
+pub use provenance::{FrictionCode, ModelSource, RestitutionCode, StepLaws};
+pub use reader::{Ending, Reader, is_recording};
 pub use recording::Recording;
+pub use solution::{Impulses, LimitFrame, StepSolution};
 pub use writer::Writer;

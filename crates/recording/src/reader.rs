@@ -61,6 +61,18 @@ impl Reader<BufReader<File>> {
     }
 }
 
+/// Whether a file begins as every recording does, however damaged it may be after that.
+///
+/// # Errors
+/// [`RecordingError::Io`].
+pub fn is_recording(path: impl AsRef<Path>) -> Result<bool, RecordingError> {
+    let file = path.as_ref();
+    let io = |source| RecordingError::Io { file: file.to_path_buf(), source };
+    let mut start = Vec::new();
+    File::open(file).and_then(|input| input.take(MAGIC.len() as u64).read_to_end(&mut start)).map_err(io)?;
+    Ok(start == MAGIC)
+}
+
 impl<R: Read + Seek> Reader<R> {
     /// Reads from any source; `file` is the name that errors will carry.
     ///

@@ -1,5 +1,6 @@
 //! A recording in memory.
 
+use std::io::{Read, Seek};
 use std::path::Path;
 
 use crate::error::RecordingError;
@@ -33,7 +34,14 @@ impl Recording {
     /// # Errors
     /// As [`Reader::open`] and [`Reader::frame_into`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, RecordingError> {
-        let mut reader = Reader::open(path)?;
+        Self::from_reader(&mut Reader::open(path)?)
+    }
+
+    /// All complete frames of a reader.
+    ///
+    /// # Errors
+    /// As [`Reader::frame_into`].
+    pub fn from_reader<R: Read + Seek>(reader: &mut Reader<R>) -> Result<Self, RecordingError> {
         let frames = reader.frames().collect::<Result<_, _>>()?;
         Ok(Self { header: reader.header().clone(), frames, ending: reader.ending().clone() })
     }

@@ -112,6 +112,11 @@ impl<W: Write> Writer<W> {
         }
     }
 
+    /// Gives the output back without marking the run as ended.
+    pub fn into_output(self) -> W {
+        self.output
+    }
+
     fn start_record(&mut self) {
         self.record.clear();
         self.record.extend([0; RECORD_PREFIX]);

@@ -54,6 +54,12 @@ pub enum SimulationError {
         /// The constraints, in the model's order.
         names: Vec<String>,
     },
+    /// The steps of a recording cannot be certified again.
+    #[error("this recording cannot be checked: {reason}")]
+    Recording {
+        /// Why, and what to do.
+        reason: &'static str,
+    },
     /// The contact problem is malformed.
     #[error(transparent)]
     Problem(#[from] ProblemError),

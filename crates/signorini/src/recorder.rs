@@ -1,18 +1,22 @@
 //! From a simulation to the frames of a recording.
 
+mod solution;
+
 use signorini_contact::{ContactMode, SolveStatus};
 use signorini_multibody::{
     Geometry, Kinematics, Model, Pose, State, forward_kinematics_into, kinetic_energy, potential_energy,
 };
 use signorini_recording::{
-    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, JointLabel, Residuals,
-    SCHEMA_VERSION, ShapeVisual, StepStatus,
+    ContactFrame, ContactModeCode, Energy, Frame, FrictionCode, FrictionPolygon, GeomVisual, Header, JointLabel,
+    Residuals, RestitutionCode, SCHEMA_VERSION, ShapeVisual, StepLaws, StepStatus,
 };
 
-use crate::settings::Settings;
+pub use solution::step_solution_into;
+
+use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
 use crate::step::{StepReport, Workspace};
 
-/// The header of a recording of this model.
+/// The header of a recording of this model; its [`source`](Header::source) is left for whoever knows the file.
 pub fn recording_header(model: &Model, settings: &Settings) -> Header {
     Header {
         schema_version: SCHEMA_VERSION,
@@ -28,13 +32,33 @@ pub fn recording_header(model: &Model, settings: &Settings) -> Header {
         bodies: model.bodies.iter().map(|b| b.name.clone()).collect(),
         joints: model.joints.iter().map(joint_label).collect(),
         geoms: model.geoms.iter().map(geom_visual).collect(),
+        laws: Some(step_laws(settings)),
         ..Header::default()
+    }
+}
+
+fn step_laws(settings: &Settings) -> StepLaws {
+    StepLaws {
+        direction_angle: settings.direction_angle,
+        stabilization: settings.stabilization,
+        position_iterations: settings.position_iterations,
+        assembly_tolerance: settings.assembly_tolerance,
+        restitution: match settings.restitution {
+            RestitutionLaw::Newton => RestitutionCode::Newton,
+            RestitutionLaw::Poisson => RestitutionCode::Poisson,
+        },
+        friction: match settings.friction_law {
+            FrictionLaw::Polygon => FrictionCode::Polygon,
+            FrictionLaw::Circular => FrictionCode::Circular,
+            FrictionLaw::Refined { tolerance } => FrictionCode::Refined(tolerance),
+        },
     }
 }
 
 fn joint_label(joint: &signorini_multibody::Joint) -> JointLabel {
     JointLabel {
         name: joint.name.clone(),
+        kind: joint.kind.name().into(),
         body: joint.body.index(),
         q: (joint.q_index, joint.kind.nq()),
         v: (joint.v_index, joint.kind.nv()),
@@ -73,12 +97,13 @@ fn shape_visual(geometry: &Geometry) -> ShapeVisual {
     }
 }
 
-fn pose_array(pose: &Pose) -> [f64; 7] {
+pub(crate) fn pose_array(pose: &Pose) -> [f64; 7] {
     let (p, r) = (pose.position, pose.rotation);
     [p.x, p.y, p.z, r.w, r.x, r.y, r.z]
 }
 
-/// Fills a frame with the beginning of a step and that step's contacts, impulses and certificate.
+/// Fills a frame with the beginning of a step and that step's contacts, impulses and certificate. A recording that is to be
+/// checked also needs the step's [solution](step_solution_into), which pages do not.
 ///
 /// - `index`: number of the step
 /// - `state`: the state at the beginning of the step
@@ -131,9 +156,10 @@ fn state_into(model: &Model, index: u64, state: &State, kinematics: &Kinematics,
     frame.energy = energy(model, kinematics, state);
     frame.contacts.clear();
     frame.listed_directions.clear();
+    frame.solution.clear();
 }
 
-fn energy(model: &Model, kinematics: &Kinematics, state: &State) -> Energy {
+pub(crate) fn energy(model: &Model, kinematics: &Kinematics, state: &State) -> Energy {
     Energy {
         kinetic: kinetic_energy(model, kinematics, &state.v),
         potential: potential_energy(model, kinematics, &state.q),

@@ -208,7 +208,7 @@ fn cone_solver(method: &ContactMethod, tolerance: f64) -> Result<CircularConeSol
 }
 
 /// The residuals of the same names.
-fn residuals(cone: &ConeCertificate) -> Certificate {
+pub(crate) fn residuals(cone: &ConeCertificate) -> Certificate {
     Certificate {
         momentum: cone.momentum,
         natural_map: cone.natural_map,

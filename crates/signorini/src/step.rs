@@ -99,8 +99,8 @@ pub struct Workspace {
     pub(crate) decompression: Decompression,
     pub(crate) smooth: FreeMotion,
     pub(crate) sensors: SensorWork,
-    collider: Collider,
-    reach: BodyReach,
+    pub(crate) collider: Collider,
+    pub(crate) reach: BodyReach,
     pub(crate) solver: StepSolver,
     pub(crate) fixed_point: FixedPoint,
     warm: WarmCache,
@@ -108,9 +108,9 @@ pub struct Workspace {
 
 /// The second half of the impacts of a step.
 pub(crate) struct Decompression {
-    happened: bool,
-    problem: ContactProblem,
-    solution: ContactSolution,
+    pub happened: bool,
+    pub problem: ContactProblem,
+    pub solution: ContactSolution,
 }
 
 impl Workspace {

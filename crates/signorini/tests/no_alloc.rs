@@ -81,6 +81,28 @@ fn sensors_and_tendons() {
     assert_eq!(allocations(|| steps(200)), 0);
 }
 
+/// The solution of a step goes to the memory that the frame has from the step before.
+#[test]
+fn solutions_in_frames() {
+    let path = format!("{}/../../scenes/stack_of_ten.xml", env!("CARGO_MANIFEST_DIR"));
+    let model = signorini_formats::load(path, &Default::default()).unwrap().model;
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let mut frame = signorini::recording::Frame::default();
+    let mut steps = |n: usize| {
+        let recorded = (0..n).map(|_| {
+            let report = simulation.step().unwrap().clone();
+            let workspace = simulation.workspace();
+            let count =
+                allocations(|| signorini::step_solution_into(&simulation.input, workspace, &report, &mut frame));
+            assert!(frame.solution.phases == 1 && !frame.solution.impulses[0].alpha.is_empty());
+            count
+        });
+        recorded.sum::<usize>()
+    };
+    assert!(steps(50) > 0);
+    assert_eq!(steps(200), 0);
+}
+
 #[test]
 fn the_counter_counts() {
     assert!(allocations(|| drop(vec![0_u8; 100])) > 0);

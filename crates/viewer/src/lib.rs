@@ -15,6 +15,7 @@ mod drag;
 mod http;
 mod message;
 mod outbox;
+mod page;
 mod runner;
 mod server;
 
@@ -28,6 +29,7 @@ use signorini::Simulation;
 use signorini::multibody::State;
 use signorini::recording::RecordingError;
 
+pub use page::PageServer;
 use runner::{Order, Runner};
 use server::Server;
 

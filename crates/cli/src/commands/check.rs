@@ -1,4 +1,6 @@
-//! `signorini check`: from the data of problem and solution to the residuals, without any solver.
+//! `signorini check`: from the data of problem and solution, or of a recording, to the residuals, without any solver.
+
+mod recording;
 
 use std::path::{Path, PathBuf};
 
@@ -7,6 +9,7 @@ use signorini::contact::problem_file::{
     self, ProblemFile, is_cone_solution, read_cone_solution, read_contact_solution, read_plain_solution,
 };
 use signorini::contact::{ProblemError, certify, certify_cone};
+use signorini::recording::is_recording;
 
 use crate::args::{directions, fraction};
 use crate::error::CliError;
@@ -19,21 +22,31 @@ const EXAMPLE: &str = "\
 Examples:
   signorini check problem.npz solution.npz
   signorini check problem.npz solution.npz --tol 1e-10 --json
+  signorini check run.rec
 
 The solution file holds z, and for contact problems v, lambda_n, alpha, beta where it has them; v is computed from the
 impulses where it is missing. A solution with the circular cone (`solve --method circular` or `refined`) says so in its
-field `law` and is checked against the circular cone's laws. Give --directions where the solution was made with them. Exit code 1: a law is violated.";
+field `law` and is checked against the circular cone's laws. Give --directions where the solution was made with them.
+
+Of a recording every step is checked: at the recorded state the contact problem is built anew from the model, and the recorded
+velocity and impulses are judged as its solution; everything else in the step must follow from them. The model is made from the
+text in the recording; meshes are read from where they were.
+
+Exit code 1: a law is violated; of a recording, the steps are named.";
 
 /// Arguments of `check`.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLE)]
 pub struct Arguments {
-    /// Problem file.
-    #[arg(value_name = "PROBLEM.npz")]
+    /// Problem file, or a recording.
+    #[arg(value_name = "PROBLEM.npz|RUN.rec")]
     pub problem: PathBuf,
-    /// Solution file.
+    /// Solution file; none for a recording.
     #[arg(value_name = "SOLUTION.npz")]
-    pub solution: PathBuf,
+    pub solution: Option<PathBuf>,
+    /// Model file of the recording, in place of the text that it holds.
+    #[arg(long, value_name = "FILE")]
+    pub model: Option<PathBuf>,
     /// A law holds when its residual is at most this.
     #[arg(long, value_name = "X", default_value = "1e-8", value_parser = fraction)]
     pub tol: f64,
@@ -45,15 +58,29 @@ pub struct Arguments {
     pub json: bool,
 }
 
-/// Checks a solution and says which laws hold.
+/// Checks a solution or a recording and says which laws hold.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
+    let wrong = |problem| Err(CliError::CheckArguments { path: arguments.problem.clone(), problem });
+    match (is_recording(&arguments.problem)?, &arguments.solution) {
+        (true, None) if arguments.directions.is_none() => recording::run(arguments),
+        (true, None) => wrong("a recording has its own directions; leave --directions out"),
+        (true, Some(_)) => wrong("a recording holds its solutions; give it alone"),
+        (false, None) => wrong("this is a problem and no recording; give its solution too"),
+        (false, Some(_)) if arguments.model.is_some() => wrong("--model has a meaning with a recording only"),
+        (false, Some(solution)) => check_solution(solution, arguments),
+    }
+}
+
+fn check_solution(solution: &Path, arguments: &Arguments) -> Result<Exit, CliError> {
     let problem = problem_file::read(&arguments.problem).map_err(CliError::in_file(&arguments.problem))?;
     let kind = kind_of(&problem);
-    let solution = &arguments.solution;
     let circular = is_cone_solution(solution).map_err(CliError::in_file(solution))?;
-    let (law, laws) =
-        if circular { circular_laws(problem, kind, arguments)? } else { polygon_laws(problem, arguments)? };
-    let files = [arguments.problem.clone(), solution.clone()];
+    let (law, laws) = if circular {
+        circular_laws(problem, kind, solution, arguments)?
+    } else {
+        polygon_laws(problem, solution, arguments)?
+    };
+    let files = [arguments.problem.clone(), solution.to_path_buf()];
     let result = CheckResult::new(files, kind, law, arguments.tol, laws);
     output::print_result(&result, arguments.json, text::check);
     Ok(if result.ok { Exit::Success } else { Exit::Failure })
@@ -63,9 +90,9 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
 fn circular_laws(
     problem: ProblemFile,
     kind: &'static str,
+    path: &Path,
     arguments: &Arguments,
 ) -> Result<(Option<ContactLaw>, Laws), CliError> {
-    let path = arguments.solution.as_path();
     let read = |nv, nc, nb| read_cone_solution(path, nv, nc, nb).map_err(CliError::in_file(path));
     let laws = match problem {
         ProblemFile::Contact(problem) => {
@@ -85,8 +112,12 @@ fn circular_laws(
 }
 
 /// The laws of the complementarity problem.
-fn polygon_laws(problem: ProblemFile, arguments: &Arguments) -> Result<(Option<ContactLaw>, Laws), CliError> {
-    let (path, solution) = (arguments.problem.as_path(), arguments.solution.as_path());
+fn polygon_laws(
+    problem: ProblemFile,
+    solution: &Path,
+    arguments: &Arguments,
+) -> Result<(Option<ContactLaw>, Laws), CliError> {
+    let path = arguments.problem.as_path();
     match problem {
         ProblemFile::Lcp(problem) => {
             let z = read_z(solution, problem.len())?;

@@ -2,8 +2,10 @@
 
 pub mod check;
 pub mod compare;
+pub mod convert;
 pub mod export;
 pub mod inspect;
+pub mod replay;
 pub mod scenes;
 pub mod simulate;
 pub mod solve;

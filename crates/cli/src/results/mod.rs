@@ -3,12 +3,14 @@
 mod comparison;
 mod contradiction;
 mod inspection;
+mod recording;
 mod run;
 mod solving;
 
 pub use comparison::{Comparison, Row};
 pub use contradiction::{Contradiction, Involved, Place};
 pub use inspection::{BodyLine, Inspection};
+pub use recording::{RecordingResult, ending};
 pub use run::{Miss, Range, RunResult, RunStatus};
 pub use solving::{CheckResult, Distributions, Ending, LeastNormResult, SolveResult, solve_status};
 

@@ -2,11 +2,13 @@
 
 mod comparison;
 mod inspection;
+mod recording;
 mod run;
 mod solving;
 
 pub use comparison::comparison;
 pub use inspection::inspection;
+pub use recording::recording;
 pub use run::{export, run, start_overlap};
 pub use solving::{check, solve};
 

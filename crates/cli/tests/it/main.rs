@@ -4,6 +4,7 @@ mod compare;
 mod input;
 mod inspect;
 mod problems;
+mod recordings;
 mod reference;
 mod runs;
 mod solvers;

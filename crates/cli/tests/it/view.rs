@@ -9,10 +9,10 @@ use serde_json::Value;
 use crate::support::{BOX, Folder};
 
 /// The command while it runs.
-struct Running(Child);
+pub struct Running(Child);
 
 impl Running {
-    fn start(folder: &Folder, words: &[&str]) -> (Self, String) {
+    pub fn start(folder: &Folder, words: &[&str]) -> (Self, String) {
         let mut command = Command::new(env!("CARGO_BIN_EXE_signorini"));
         command.args(words).current_dir(folder.path("")).stdout(Stdio::piped());
         let mut child = command.spawn().expect("the command starts");
@@ -29,7 +29,8 @@ impl Drop for Running {
     }
 }
 
-fn get(address: &str) -> String {
+/// What the server answers at an address.
+pub fn get(address: &str) -> String {
     let (host, path) = address.strip_prefix("http://").expect("http").split_once('/').expect("a path");
     let mut stream = TcpStream::connect(host).expect("the server listens");
     write!(stream, "GET /{path} HTTP/1.1\r\nHost: {host}\r\n\r\n").expect("it takes a request");

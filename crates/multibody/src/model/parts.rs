@@ -88,6 +88,16 @@ pub enum JointKind {
 }
 
 impl JointKind {
+    /// MJCF's name: "free", "ball", "hinge" or "slide".
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Free => "free",
+            Self::Ball => "ball",
+            Self::Hinge { .. } => "hinge",
+            Self::Slide { .. } => "slide",
+        }
+    }
+
     /// Number of entries in `q`.
     pub fn nq(self) -> usize {
         match self {

@@ -29,6 +29,7 @@ from signorini._core import (
     ContactProblem,
     Contacts,
     ContactSolution,
+    ContactSum,
     Geom,
     ImportWarning,
     Joint,
@@ -37,6 +38,7 @@ from signorini._core import (
     Limits,
     LinearComplementaritySystem,
     Recording,
+    RecordingCheck,
     StepReport,
     __version__,
     bias_force,
@@ -69,7 +71,7 @@ from signorini.errors import (
 )
 from signorini.lemkelcp import lemkelcp
 from signorini.model import Model
-from signorini.settings import Settings
+from signorini.settings import Settings, SolverSettings
 
 __all__ = [
     "Actuator",
@@ -82,6 +84,7 @@ __all__ = [
     "ContactMode",
     "ContactProblem",
     "ContactSolution",
+    "ContactSum",
     "Contacts",
     "Data",
     "Geom",
@@ -99,11 +102,13 @@ __all__ = [
     "ProblemError",
     "Recorder",
     "Recording",
+    "RecordingCheck",
     "RecordingError",
     "SettingError",
     "Settings",
     "SignoriniError",
     "SolveError",
+    "SolverSettings",
     "StateError",
     "StepReport",
     "ToleranceWarning",

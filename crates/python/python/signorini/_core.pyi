@@ -21,6 +21,7 @@ __all__ = [
     "Certificate",
     "ContactProblem",
     "ContactSolution",
+    "ContactSum",
     "Contacts",
     "Data",
     "Geom",
@@ -32,6 +33,7 @@ __all__ = [
     "LinearComplementaritySystem",
     "Model",
     "Recording",
+    "RecordingCheck",
     "StepReport",
     "Viewer",
     "__version__",
@@ -576,7 +578,24 @@ class Contacts:
         """Coefficients of friction, (ncon,)."""
     @property
     def impulse(self) -> _Array:
-        """Impulses of the step along normal and tangents, (ncon, 3), N·s."""
+        """Impulses of the step along normal and tangents, (ncon, 3), N·s: all that acted on the bodies there, the drive of a
+        moving surface and both phases of an impact included.
+        """
+    @property
+    def stabilization(self) -> _Array:
+        """The part of ``impulse`` that corrects penetrations and violated equality constraints, (ncon, 3), N·s: what it has
+        beyond the impulse of the same step with these taken as zero. One more problem is solved for it, once.
+
+        Raises:
+            RuntimeError: the contacts are those of a recording, which does not hold it.
+        """
+    def between(self, body1: str | int, body2: str | int) -> ContactSum:
+        """Sums over the contacts between two bodies, by name or index; they act on ``body2``.
+
+        Raises:
+            KeyError: no body has this name; the message lists those that exist.
+            IndexError: the index is out of range.
+        """
     @property
     def force(self) -> _Array:
         """Mean forces over the step along normal and tangents, (ncon, 3), N."""
@@ -604,6 +623,26 @@ class Contacts:
     @property
     def body2(self) -> _Ints:
         """Bodies of the second geoms, (ncon,)."""
+
+@final
+class ContactSum:
+    """What the contacts between two bodies add up to in a step; it acts on the second of them, world axes."""
+
+    @property
+    def ncon(self) -> int:
+        """Number of contacts."""
+    @property
+    def closed(self) -> int:
+        """Number of contacts with an impulse."""
+    @property
+    def impulse(self) -> _Array:
+        """Sum of the impulses on the second body, (3,), N·s."""
+    @property
+    def force(self) -> _Array:
+        """Mean force over the step on the second body, (3,), N."""
+    @property
+    def torque(self) -> _Array:
+        """Mean moment of these forces about the world's origin, (3,), N·m."""
 
 @final
 class Limits:
@@ -656,6 +695,7 @@ class Certificate:
         """The largest residual."""
     def holds(self, tolerance: float = 1e-9) -> bool:
         """Whether every law holds within ``tolerance``."""
+    def _repr_html_(self) -> str: ...
 
 @final
 class StepReport:
@@ -943,6 +983,36 @@ class LinearComplementaritySystem:
         """
 
 @final
+class RecordingCheck:
+    """What certifying the steps of a recording again found; true where every law holds in every step."""
+
+    @property
+    def ok(self) -> bool:
+        """Whether there are steps and every law holds in all of them."""
+    @property
+    def steps(self) -> int:
+        """Steps certified."""
+    @property
+    def law(self) -> str:
+        """"polygon" or "circular_cone": the law of friction of the certificates."""
+    @property
+    def worst(self) -> Certificate:
+        """Largest residual of each law."""
+    @property
+    def worst_step(self) -> int:
+        """The step with the largest residual."""
+    @property
+    def violated(self) -> int:
+        """Number of steps that do not hold."""
+    @property
+    def violations(self) -> list[tuple[int, float, str]]:
+        """The first of them: step, time in s, and what is wrong."""
+    @property
+    def restarts(self) -> list[int]:
+        """Steps that do not begin where the one before ended: the state was set from outside."""
+    def __bool__(self) -> bool: ...
+
+@final
 class Recording:
     """What a run did, frame by frame: state at the beginning of each step, its contacts, its residuals."""
 
@@ -960,6 +1030,39 @@ class Recording:
         self, path: _Path, *, title: str = "", notes: Sequence[Tuple[str, str]] = ..., max_frames: int = 2000
     ) -> None:
         """One HTML page with the run in 3-D, contact forces, energies and residuals: written to ``path``, or returned."""
+    def to_npz(self, path: _Path) -> None:
+        """Writes every quantity as one array over all frames, for ``numpy.load``: those of this class under their names, and
+        the contacts of all frames one after the other as ``contact_…``, those of frame i from ``contact_start[i]`` on.
+        """
+    def to_csv(self, path: _Path) -> None:
+        """Writes one row per frame, after a row of names with units: state, energies, contacts, residuals."""
+    def to_mcap(self, path: _Path) -> None:
+        """Writes timed JSON messages for Foxglove and other readers of MCAP: poses, shapes, contact forces, contacts,
+        certificates, states.
+        """
+    def to_rerun(self, path: _Path) -> None:
+        """Writes a recording of Rerun, ``.rrd``.
+
+        Raises:
+            ImportError: the package rerun-sdk is not installed (``pip install 'signorini[rerun]'``).
+        """
+    def check(self, model: Model | None = None, *, tolerance: float = 1e-8) -> RecordingCheck:
+        """Certifies every step again, without any solver: at the recorded state the contact problem is built anew from the
+        model, and the recorded velocity and impulses are judged as its solution.
+
+        Args:
+            model: the recorded one; made from the text in the recording if it is not given.
+            tolerance: largest residual of a step that holds.
+
+        Raises:
+            RecordingError: the model is another one, or the recording holds neither solutions nor its model's text.
+            ModelError: the text cannot become a model any more.
+        """
+    def _geoms(self) -> str: ...
+    def _to_bytes(self) -> bytes: ...
+    @staticmethod
+    def _from_bytes(bytes: bytes) -> Recording: ...
+    def __reduce__(self) -> Tuple[Any, ...]: ...
     def _inline_html(self, title: str, max_frames: int, height: int) -> str: ...
     def _repr_html_(self) -> str: ...
     def __len__(self) -> int: ...

@@ -53,6 +53,7 @@ impl ReportBuilder {
     /// [`RecordingError::InvalidHeader`].
     pub fn new(header: Header, settings: ReportSettings) -> Result<Self, RecordingError> {
         header.validate()?;
+        let header = header.without_source();
         let room = settings.max_bytes.saturating_sub(page::empty_length(&header)?);
         Ok(Self { header, settings, run: Run::default(), kept: Vec::new(), stride: 1, latest: None, bytes: 0, room })
     }

@@ -44,7 +44,7 @@ impl LiveFeed {
     /// [`RecordingError::InvalidHeader`].
     pub fn new(header: Header) -> Result<Self, RecordingError> {
         header.validate()?;
-        Ok(Self { header, run: Run::default(), epoch: 0, frame: Frame::default(), bin: None })
+        Ok(Self { header: header.without_source(), run: Run::default(), epoch: 0, frame: Frame::default(), bin: None })
     }
 
     /// The page, which takes its frames from a websocket at the address `socket` beside its own.

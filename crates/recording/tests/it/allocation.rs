@@ -4,7 +4,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::io::Cursor;
 
-use signorini_recording::{ContactFrame, Frame, Reader, Writer};
+use signorini_recording::{ContactFrame, Frame, Impulses, Reader, StepSolution, Writer};
 
 use crate::samples;
 
@@ -41,11 +41,13 @@ fn allocations(work: impl FnOnce()) -> usize {
 
 #[test]
 fn none_per_frame() {
+    let phase = Impulses { velocity: vec![0.0; 6], alpha: vec![0.0; 160], ..Impulses::default() };
     let frame = Frame {
         q: vec![0.0; 7],
         v: vec![0.0; 6],
         body_poses: vec![[0.0; 7]; 3],
         contacts: vec![ContactFrame::default(); 20],
+        solution: StepSolution { phases: 1, impulses: [phase, Impulses::default()], ..StepSolution::default() },
         ..Frame::default()
     };
     assert!(allocations(|| drop(frame.clone())) > 0, "the counter counts");

@@ -3,9 +3,24 @@
 use std::io::Cursor;
 
 use proptest::prelude::*;
-use signorini_recording::{Ending, Frame, Reader, RecordingError};
+use signorini_recording::{
+    Ending, Frame, Impulses, LimitFrame, Reader, RecordingError, SCHEMA_VERSION, StepSolution, is_recording,
+};
 
 use crate::samples;
+
+/// A solution with this many contacts and a limit.
+fn solution(contacts: usize) -> StepSolution {
+    let phase = || Impulses {
+        velocity: vec![0.5; 6],
+        lambda_n: vec![1.0; contacts + 1],
+        beta: vec![0.0; contacts + 1],
+        alpha: vec![0.25; 4 * contacts],
+        ..Impulses::default()
+    };
+    let limits = vec![LimitFrame::default()];
+    StepSolution { phases: 2, impulses: [phase(), phase()], limits, control: vec![0.1], ..StepSolution::default() }
+}
 
 fn frames() -> Vec<Frame> {
     let frame = |step| Frame {
@@ -14,6 +29,7 @@ fn frames() -> Vec<Frame> {
         v: vec![0.0; 6],
         body_poses: vec![[0.0; 7]; 3],
         contacts: vec![Default::default(); step as usize],
+        solution: solution(step as usize),
         ..Frame::default()
     };
     (0..4).map(frame).collect()
@@ -65,15 +81,46 @@ fn a_flipped_bit_is_noticed() {
 #[test]
 fn versions_and_other_files() {
     let mut bytes = samples::bytes(&[], None);
-    bytes[8] = 2;
+    bytes[8] = 3;
     let error = Reader::new("new.rec", Cursor::new(bytes)).unwrap_err();
-    assert!(matches!(error, RecordingError::NewerSchema { found: 2, known: 1, .. }), "{error}");
+    assert!(matches!(error, RecordingError::NewerSchema { found: 3, known: SCHEMA_VERSION, .. }), "{error}");
     let error = Reader::new("a.png", Cursor::new(b"\x89PNG\r\n\x1a\n and more than this".to_vec()));
     assert!(matches!(error, Err(RecordingError::NotARecording { .. })));
     assert!(matches!(Reader::open("/nonexistent.rec"), Err(RecordingError::Io { .. })));
     let mut reader = Reader::new("empty", Cursor::new(samples::bytes(&[], None))).unwrap();
     assert!(reader.is_empty());
     assert!(matches!(reader.frame(0), Err(RecordingError::NoSuchFrame { frame: 0, count: 0 })));
+}
+
+/// A file of schema version 1: no laws, no source, and no frame has a solution.
+#[test]
+fn the_first_version_is_still_read() {
+    let frame = Frame { solution: StepSolution::default(), ..frames().remove(2) };
+    let mut json = serde_json::to_value(samples::header()).unwrap();
+    for field in ["laws", "source"] {
+        json.as_object_mut().unwrap().remove(field).unwrap();
+    }
+    let json = serde_json::to_vec(&json).unwrap();
+    let mut bytes = b"\x89SIGREC\n\x01\0\0\0".to_vec();
+    bytes.extend((json.len() as u32).to_le_bytes());
+    bytes.extend(crc32fast::hash(&json).to_le_bytes());
+    bytes.extend(json);
+    let start = samples::bytes(&[], None).len();
+    bytes.extend(&samples::bytes(std::slice::from_ref(&frame), None)[start..]);
+    let mut reader = Reader::new("old.rec", Cursor::new(bytes)).unwrap();
+    assert_eq!((reader.header().laws.as_ref(), reader.header().source.as_ref()), (None, None));
+    assert_eq!(reader.frame(0).unwrap(), frame);
+}
+
+#[test]
+fn recordings_are_known_by_their_first_bytes() {
+    let path = std::env::temp_dir().join(format!("signorini-magic-{}", std::process::id()));
+    for (bytes, expected) in [(samples::bytes(&[], None), true), (b"PK\x03\x04".to_vec(), false), (Vec::new(), false)] {
+        std::fs::write(&path, bytes).unwrap();
+        assert_eq!(is_recording(&path).unwrap(), expected);
+    }
+    std::fs::remove_file(&path).unwrap();
+    assert!(matches!(is_recording(&path), Err(RecordingError::Io { .. })));
 }
 
 proptest! {

@@ -96,6 +96,7 @@ fn every_frame_of_a_short_run_is_there() {
     assert_eq!(page.about["run"]["worst"][4]["step"], 4);
     assert_eq!(page.about["header"]["model_hash"], "fffffffffffffffe");
     assert_eq!(page.about["header"]["geoms"].as_array().unwrap().len(), 9);
+    assert!(page.about["header"]["source"].is_null(), "pages are passed on without the model's file and folders");
     assert_eq!(page.arrays["time"], [0.0, 0.25, 0.5, 0.75, 1.0]);
     assert_eq!(page.arrays["kinetic"], [0.0, 1.0, 4.0, 9.0, 16.0]);
     assert_eq!(page.arrays["contact_ends"], [0.0, 1.0, 3.0, 6.0, 10.0]);

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use signorini_recording::{
-    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, JointLabel, Residuals,
-    ShapeVisual, StepStatus,
+    ContactFrame, ContactModeCode, Energy, Frame, FrictionCode, FrictionPolygon, GeomVisual, Header, Impulses,
+    JointLabel, LimitFrame, ModelSource, Residuals, RestitutionCode, ShapeVisual, StepLaws, StepSolution, StepStatus,
 };
 
 /// A world, two bodies, one geom of every shape.
@@ -38,8 +38,28 @@ pub fn header() -> Header {
         nv: 6,
         method: "lemke".into(),
         bodies: vec!["world".into(), "base".into(), "arm".into()],
-        joints: vec![JointLabel { name: "free".into(), body: 1, q: (0, 7), v: (0, 6) }],
+        joints: vec![JointLabel { name: "free".into(), kind: "free".into(), body: 1, q: (0, 7), v: (0, 6) }],
         geoms: shapes.into_iter().enumerate().map(geom).collect(),
+        laws: Some(StepLaws {
+            direction_angle: 0.1,
+            stabilization: 0.5,
+            position_iterations: 3,
+            assembly_tolerance: 1e-6,
+            restitution: RestitutionCode::Poisson,
+            friction: FrictionCode::Refined(1e-6),
+        }),
+        source: Some(ModelSource {
+            file: "arm.urdf".into(),
+            text: "<robot name=\"ä\"/>".into(),
+            base_dir: "/models".into(),
+            package_dirs: vec!["/packages".into()],
+            floating_base: true,
+            merge_fixed_joints: false,
+            self_collision: true,
+            srdf: Some("arm.srdf".into()),
+            friction: 0.75,
+            floor: true,
+        }),
         ..Header::default()
     }
 }
@@ -77,6 +97,40 @@ fn contact() -> impl Strategy<Value = ContactFrame> {
     )
 }
 
+/// Solutions that fit [`header`], and none.
+pub fn solution() -> impl Strategy<Value = StepSolution> {
+    let numbers = |count| prop::collection::vec(-1e9..1e9f64, count);
+    let phase = || {
+        let of_contacts = (0..4usize).prop_flat_map(move |nc| (numbers(nc..=nc), numbers(nc..=nc)));
+        (numbers(6..=6), of_contacts, numbers(0..=9), numbers(0..=3), numbers(0..=4), numbers(0..=2)).prop_map(
+            |(velocity, (lambda_n, beta), alpha, bilateral, group_alpha, group_beta)| Impulses {
+                velocity,
+                lambda_n,
+                alpha,
+                beta,
+                bilateral,
+                group_alpha,
+                group_beta,
+            },
+        )
+    };
+    let limit = (any::<bool>(), any::<bool>(), -1.0..1.0f64, 0.0..9.0f64).prop_map(|(tendon, upper, gap, impulse)| {
+        LimitFrame { tendon, index: if tendon { 7 } else { 0 }, upper, gap, impulse }
+    });
+    let force = prop_oneof![Just(Vec::new()), numbers(6..=6)];
+    let reach = prop_oneof![Just(Vec::new()), prop::collection::vec(prop::array::uniform2(0.0..1.0f64), 3)];
+    let parts = (0..3u8, [phase(), phase()], numbers(0..=3), force, any::<bool>(), reach);
+    (parts, prop::collection::vec(limit, 0..3)).prop_map(
+        |((phases, mut impulses, control, generalized_force, clipped_gaps, reach), limits)| {
+            impulses[usize::from(phases)..].iter_mut().for_each(|phase| *phase = Impulses::default());
+            if phases == 0 {
+                return StepSolution::default();
+            }
+            StepSolution { phases, impulses, control, generalized_force, clipped_gaps, reach, limits }
+        },
+    )
+}
+
 /// Frames that fit [`header`].
 pub fn frame() -> impl Strategy<Value = Frame> {
     let float = || prop_oneof![-1e9..1e9f64, Just(f64::INFINITY), Just(-0.0), Just(5e-324)];
@@ -96,7 +150,8 @@ pub fn frame() -> impl Strategy<Value = Frame> {
         prop::collection::vec(prop::array::uniform2(float()), 4..6),
     );
     let numbers = (any::<u64>(), any::<u32>(), any::<bool>(), prop::array::uniform8(float()));
-    (vectors, numbers, statuses).prop_map(|(vectors, (step, iterations, missed, x), status)| {
+    let solved = (vectors, solution());
+    (solved, numbers, statuses).prop_map(|((vectors, solution), (step, iterations, missed, x), status)| {
         let (q, v, body_poses, contacts, listed_directions) = vectors;
         Frame {
             step,
@@ -117,6 +172,7 @@ pub fn frame() -> impl Strategy<Value = Frame> {
             iterations,
             status,
             missed_tolerance: missed,
+            solution,
         }
     })
 }

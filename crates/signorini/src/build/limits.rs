@@ -35,10 +35,24 @@ impl ProblemBuilder {
 
     /// Adds the limits that `v` would cross in this step although they are not in the problem; whether there were any.
     pub fn add_crossed_limits(&mut self, model: &Model, state: &State, v: &[f64]) -> bool {
+        self.add_limits(model, state, v, |_, end| end < 0.0)
+    }
+
+    /// Adds the limits that are wanted and not in the problem; whether there were any.
+    ///
+    /// - `v`: velocity at the end of the step
+    /// - `wanted`: told the key of a limit and the distance to it at the end of the step
+    pub fn add_limits(
+        &mut self,
+        model: &Model,
+        state: &State,
+        v: &[f64],
+        wanted: impl Fn(&ContactKey, f64) -> bool,
+    ) -> bool {
         let dt = self.problem.timestep;
         let before = self.keys.len();
         for_each_limit(model, state, v, |limit| {
-            if limit.gap + dt * limit.rate(v) < 0.0 && !self.keys.contains(&limit.key) {
+            if wanted(&limit.key, limit.gap + dt * limit.rate(v)) && !self.keys.contains(&limit.key) {
                 self.push_limit(limit);
             }
         });
@@ -46,7 +60,8 @@ impl ProblemBuilder {
             self.measure_tendon(model, state, t);
             let rate = self.length.rate(v);
             for (side, (gap, sign)) in gaps(self.length.length, limits).into_iter().enumerate() {
-                if gap + sign * dt * rate < 0.0 && !self.keys.contains(&tendon_limit_key(t, side as u32)) {
+                let key = tendon_limit_key(t, side as u32);
+                if wanted(&key, gap + sign * dt * rate) && !self.keys.contains(&key) {
                     self.push_tendon_limit(t, side, gap);
                 }
             }

@@ -224,6 +224,34 @@ fn a_belt_takes_a_box_along() {
     assert!((simulation.state().q[0] - before - 0.5).abs() < 1e-9);
 }
 
+/// The impulse that a contact shows is all that acted there: with it the momentum balances, drive of the belt included, and
+/// what lifts a box out of the belt is told apart.
+#[test]
+fn impulses_of_a_belt_balance_the_momentum() {
+    let (depth, dt) = (1e-4, 1e-3);
+    let mut world = World::upright(dt, 0.5);
+    world.fixed(Geometry::Box { half_extents: DVec3::new(5.0, 1.0, 0.5) }, Pose::from_position(DVec3::Z * -0.5));
+    world.free_box(DVec3::splat(0.1), 3.0, DVec3::Z * (0.1 - depth));
+    let mut model = world.builder.build().unwrap();
+    model.geoms[0].surface_velocity = DVec3::new(1.0, 0.5, 0.0);
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    simulation.step().unwrap();
+    let (workspace, v) = (simulation.workspace(), &simulation.state().v);
+    let (problem, mut force) = (workspace.problem(), vec![0.0; 6]);
+    for i in 0..problem.contact_count() {
+        problem.jacobian.add_transposed(i, workspace.contact_impulse(i), &mut force);
+    }
+    let (mut gained, mut change) = (vec![0.0; 6], vec![0.0; 6]);
+    change.iter_mut().zip(v).zip(&problem.free_velocity).for_each(|((d, v), f)| *d = v - f);
+    problem.mass.multiply_into(&change, &mut gained);
+    assert!(gained.iter().zip(&force).all(|(a, b)| (a - b).abs() < 1e-12), "{gained:?} and {force:?}");
+    assert!(force[0] > 0.1 && force[1] > 0.05, "the belt drives: {force:?}");
+    let part = workspace.stabilized_step().expect("it penetrates").impulses(simulation.settings()).unwrap();
+    let lift: f64 = part.iter().map(|p| p[0]).sum();
+    assert!((lift - 3.0 * depth / dt).abs() < 1e-9, "{lift}");
+    assert!(part.iter().map(|p| p[1]).sum::<f64>() > 0.0, "a larger load is driven more");
+}
+
 /// A rod on a ball joint falls onto its cone and stays on it.
 #[test]
 fn a_ball_joint_stays_within_its_cone() {

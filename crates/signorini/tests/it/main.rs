@@ -16,6 +16,7 @@ mod joints;
 mod linear_system;
 mod literature;
 mod mechanisms;
+mod recertify;
 mod restitution;
 mod scenes;
 mod sensors;

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 
 use signorini::multibody::State;
 use signorini::recording::report::{ReportBuilder, ReportSettings};
-use signorini::recording::{Ending, Frame, Writer};
-use signorini::{Simulation, StepReport, frame_into, last_frame_into, recording_header};
+use signorini::recording::{Ending, Frame, Header, Writer};
+use signorini::{Simulation, StepReport, frame_into, last_frame_into, recording_header, step_solution_into};
 
 use crate::error::CliError;
 use crate::loading::Loaded;
@@ -36,7 +36,8 @@ impl Outputs {
         report: Option<&Path>,
         loaded: &Loaded,
     ) -> Result<Self, CliError> {
-        let header = recording_header(simulation.model(), simulation.settings());
+        let source = Some(loaded.file.clone());
+        let header = Header { source, ..recording_header(simulation.model(), simulation.settings()) };
         let writer = record.map(|path| Writer::create(path, header.clone())).transpose()?;
         let report = report.map(|path| -> Result<Report, CliError> {
             let file = File::create(path).map_err(|source| CliError::Write { path: path.to_owned(), source })?;
@@ -59,6 +60,7 @@ impl Outputs {
             let workspace = simulation.workspace();
             frame_into(simulation.model(), index, &self.before, workspace, report, &mut self.frame);
             if let Some(writer) = &mut self.writer {
+                step_solution_into(&simulation.input, workspace, report, &mut self.frame);
                 writer.append(&self.frame)?;
             }
             if let Some(report) = &mut self.report {

@@ -1,0 +1,102 @@
+//! The solution of a step, from which its laws can be checked again.
+
+/// What acted in a step and what the solver found: with the model and the frame's q and v, all that its certificate is
+/// computed from.
+///
+/// Contacts are those of the frame, in order, then the limits.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct StepSolution {
+    /// Number of problems solved in the step: 1; 2 with a decompression (Poisson's law of restitution); 0 where the frame
+    /// holds no solution.
+    pub phases: u8,
+    /// Their solutions; those beyond `phases` are empty.
+    pub impulses: [Impulses; 2],
+    /// Control values, `[nu]`; empty for zeros.
+    pub control: Vec<f64>,
+    /// Applied generalized force, `[nv]`, N, N·m; empty for zeros.
+    pub generalized_force: Vec<f64>,
+    /// Whether negative gaps were taken as zero.
+    pub clipped_gaps: bool,
+    /// Reach of every body, m and rad, within which contacts were looked for; empty where it follows from the velocities at
+    /// the beginning and without contact.
+    pub reach: Vec<[f64; 2]>,
+    /// The limits of joints and tendons in the problem.
+    pub limits: Vec<LimitFrame>,
+}
+
+impl StepSolution {
+    /// The solutions there are.
+    pub fn solved(&self) -> &[Impulses] {
+        &self.impulses[..usize::from(self.phases).min(2)]
+    }
+
+    /// Empties it and keeps the memory.
+    pub fn clear(&mut self) {
+        self.phases = 0;
+        self.impulses.iter_mut().for_each(Impulses::clear);
+        self.control.clear();
+        self.generalized_force.clear();
+        self.clipped_gaps = false;
+        self.reach.clear();
+        self.limits.clear();
+    }
+}
+
+/// Velocity and multipliers of one complementarity problem (the formulation, §4), N·s or N·m·s, m/s or rad/s.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Impulses {
+    /// v⁺, `[nv]`.
+    pub velocity: Vec<f64>,
+    /// λ_N of contacts and limits, `[nc]`.
+    pub lambda_n: Vec<f64>,
+    /// α, along the friction directions of all contacts.
+    pub alpha: Vec<f64>,
+    /// β, multipliers of the friction bounds, `[nc]`.
+    pub beta: Vec<f64>,
+    /// λ_B of the equality constraints' rows.
+    pub bilateral: Vec<f64>,
+    /// α of the friction groups.
+    pub group_alpha: Vec<f64>,
+    /// β of the friction groups.
+    pub group_beta: Vec<f64>,
+}
+
+impl Impulses {
+    fn clear(&mut self) {
+        for numbers in self.arrays_mut() {
+            numbers.clear();
+        }
+    }
+
+    /// The arrays in the order in which files hold them.
+    pub(crate) fn arrays(&self) -> [&Vec<f64>; 7] {
+        [&self.velocity, &self.lambda_n, &self.alpha, &self.beta, &self.bilateral, &self.group_alpha, &self.group_beta]
+    }
+
+    pub(crate) fn arrays_mut(&mut self) -> [&mut Vec<f64>; 7] {
+        [
+            &mut self.velocity,
+            &mut self.lambda_n,
+            &mut self.alpha,
+            &mut self.beta,
+            &mut self.bilateral,
+            &mut self.group_alpha,
+            &mut self.group_beta,
+        ]
+    }
+}
+
+/// A limit of a joint or tendon in a step's problem.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LimitFrame {
+    /// Whether it is the limit of a tendon; otherwise of a joint.
+    pub tendon: bool,
+    /// Index of the joint or tendon in the model.
+    pub index: u32,
+    /// Whether it is the upper limit.
+    pub upper: bool,
+    /// Distance to the limit at the beginning of the step, rad or m.
+    pub gap: f64,
+    /// Impulse of the step away from the limit, N·s or N·m·s.
+    pub impulse: f64,
+}

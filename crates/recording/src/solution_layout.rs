@@ -1,0 +1,115 @@
+//! Solutions of steps as bytes; the layout is in the crate's documentation.
+
+use crate::header::Header;
+use crate::layout::{Fields, Mismatch, put, refill};
+use crate::solution::{Impulses, LimitFrame, StepSolution};
+
+/// Bytes before the arrays: flags, phases, and four counts.
+const FIXED_SIZE: usize = 6 * 4;
+/// Bytes of a phase before its arrays.
+const PHASE_SIZE: usize = 7 * 4;
+const LIMIT_SIZE: usize = 4 * 4 + 2 * 8;
+const CLIPPED_GAPS: u32 = 1;
+
+/// Checks lengths and indices against the header.
+pub(crate) fn check(solution: &StepSolution, header: &Header) -> Result<(), Mismatch> {
+    let same = |field, found, expected| {
+        if found == expected { Ok(()) } else { Err(Mismatch { field, expected, found }) }
+    };
+    if solution.phases > 2 {
+        return Err(Mismatch { field: "solved phases", expected: 2, found: solution.phases.into() });
+    }
+    for phase in solution.solved() {
+        same("velocity of the solution", phase.velocity.len(), header.nv)?;
+        same("friction multipliers", phase.beta.len(), phase.lambda_n.len())?;
+    }
+    if !solution.generalized_force.is_empty() {
+        same("generalized force", solution.generalized_force.len(), header.nv)?;
+    }
+    if !solution.reach.is_empty() {
+        same("reach", solution.reach.len(), header.bodies.len())?;
+    }
+    for limit in solution.limits.iter().filter(|limit| !limit.tendon) {
+        let (found, expected) = (limit.index as usize, header.joints.len());
+        if found >= expected {
+            return Err(Mismatch { field: "joint of a limit", expected, found });
+        }
+    }
+    Ok(())
+}
+
+/// Bytes that [`encode`] appends; `None` when a count or the sum is too large.
+pub(crate) fn size(solution: &StepSolution) -> Option<usize> {
+    let phases = solution.solved();
+    let of_phases = phases.iter().flat_map(|phase| phase.arrays().map(Vec::len));
+    let before = [solution.control.len(), solution.generalized_force.len(), solution.reach.len().checked_mul(2)?];
+    let numbers = of_phases.chain(before).try_fold(0usize, |sum, count| sum.checked_add(count))?;
+    let limits = solution.limits.len().checked_mul(LIMIT_SIZE)?;
+    FIXED_SIZE.checked_add(phases.len() * PHASE_SIZE)?.checked_add(limits)?.checked_add(numbers.checked_mul(8)?)
+}
+
+/// Appends a solution. Allocates only to grow `bytes`.
+pub(crate) fn encode(solution: &StepSolution, bytes: &mut Vec<u8>) {
+    let flags = if solution.clipped_gaps { CLIPPED_GAPS } else { 0 };
+    let counts =
+        [solution.control.len(), solution.generalized_force.len(), solution.reach.len(), solution.limits.len()];
+    let numbers = [flags, u32::from(solution.phases)].into_iter().chain(counts.map(|count| count as u32));
+    put_u32(bytes, numbers);
+    put(bytes, &solution.control);
+    put(bytes, &solution.generalized_force);
+    put(bytes, solution.reach.as_flattened());
+    for limit in &solution.limits {
+        put_u32(bytes, [u32::from(limit.tendon), limit.index, u32::from(limit.upper), 0]);
+        put(bytes, &[limit.gap, limit.impulse]);
+    }
+    for phase in solution.solved() {
+        put_u32(bytes, phase.arrays().map(|array| array.len() as u32));
+        phase.arrays().into_iter().for_each(|array| put(bytes, array));
+    }
+}
+
+fn put_u32(bytes: &mut Vec<u8>, numbers: impl IntoIterator<Item = u32>) {
+    numbers.into_iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+}
+
+/// Fills `solution` from the fields at hand; `None` when they are not a solution. Re-uses its memory.
+pub(crate) fn decode_into(fields: &mut Fields, solution: &mut StepSolution) -> Option<()> {
+    let (flags, phases) = (fields.u32()?, fields.u32()?);
+    if flags > CLIPPED_GAPS || !(1..=2).contains(&phases) {
+        return None;
+    }
+    solution.clipped_gaps = flags == CLIPPED_GAPS;
+    solution.phases = phases as u8;
+    let [control, force, reach, limits] = [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
+    fields.has(control, 8)?;
+    refill(&mut solution.control, control as usize, || fields.f64())?;
+    fields.has(force, 8)?;
+    refill(&mut solution.generalized_force, force as usize, || fields.f64())?;
+    fields.has(reach, 16)?;
+    refill(&mut solution.reach, reach as usize, || fields.floats())?;
+    fields.has(limits, LIMIT_SIZE)?;
+    refill(&mut solution.limits, limits as usize, || decode_limit(fields))?;
+    let solved = usize::from(solution.phases);
+    solution.impulses[..solved].iter_mut().try_for_each(|phase| decode_phase(fields, phase))
+}
+
+fn decode_limit(fields: &mut Fields) -> Option<LimitFrame> {
+    let [tendon @ (0 | 1), index, upper @ (0 | 1), 0] = [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?]
+    else {
+        return None;
+    };
+    let [gap, impulse] = fields.floats()?;
+    Some(LimitFrame { tendon: tendon == 1, index, upper: upper == 1, gap, impulse })
+}
+
+fn decode_phase(fields: &mut Fields, phase: &mut Impulses) -> Option<()> {
+    let mut counts = [0; 7];
+    for count in &mut counts {
+        *count = fields.u32()?;
+    }
+    for (array, count) in phase.arrays_mut().into_iter().zip(counts) {
+        fields.has(count, 8)?;
+        refill(array, count as usize, || fields.f64())?;
+    }
+    Some(())
+}

@@ -1,0 +1,132 @@
+//! Every step of a recording, certified again.
+
+use std::sync::Arc;
+
+use signorini::contact::{Certificate, ConeCertificate};
+use signorini::multibody::Model;
+use signorini::recording::{Frame, StepStatus};
+use signorini::{CertifiedLaw, FrictionLaw, Recertifier, StepCheck, StepFault};
+
+use crate::{FrameSource, ReplayError};
+
+/// Violations that are listed; the others are counted.
+const LISTED: usize = 20;
+
+/// What checking a recording found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct RecordingCheck {
+    /// Frames read.
+    pub frames: usize,
+    /// Steps certified.
+    pub certified: usize,
+    /// Steps that violate a law or say something that does not follow.
+    pub violated: usize,
+    /// The first of them.
+    pub violations: Vec<Violation>,
+    /// The friction law of the certificates.
+    pub law: CertifiedLaw,
+    /// Largest residual of each law.
+    pub worst: Certificate,
+    /// The same of the circular cone's laws, where directions were refined or the law is that.
+    pub worst_cone: Option<ConeCertificate>,
+    /// The step with the largest residual.
+    pub worst_step: u64,
+    /// Steps in which negative gaps were taken as zero.
+    pub clipped: usize,
+    /// Steps that do not begin where the one before ended: the state was set from outside, or frames were left out.
+    pub restarts: Vec<u64>,
+}
+
+impl RecordingCheck {
+    /// Whether there are steps and all of them hold.
+    pub fn holds(&self) -> bool {
+        self.certified > 0 && self.violated == 0
+    }
+}
+
+/// A step that does not hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Violation {
+    /// Number of the step.
+    pub step: u64,
+    /// Time at its beginning, s.
+    pub time: f64,
+    /// Its largest residual; none where it could not be certified.
+    pub residual: Option<f64>,
+    /// What in it does not follow.
+    pub fault: Option<StepFault>,
+}
+
+/// Certifies every step again.
+///
+/// - `model`: the recorded one; see [`rebuild`](crate::rebuild)
+/// - `tolerance`: largest residual of a step that holds; of the circular cone's laws under refined directions, the tolerance of
+///   the run where that is larger
+///
+/// # Errors
+/// [`ReplayError::Simulation`] if the model is another one or the recording has no solutions, [`ReplayError::Recording`] if a
+/// frame cannot be read.
+pub fn check(
+    frames: &mut impl FrameSource,
+    model: impl Into<Arc<Model>>,
+    tolerance: f64,
+) -> Result<RecordingCheck, ReplayError> {
+    let mut recertifier = Recertifier::new(model, frames.header())?;
+    let cone_tolerance = match recertifier.settings().friction_law {
+        FrictionLaw::Refined { tolerance } => tolerance,
+        _ => 0.0,
+    };
+    let count = frames.count();
+    let mut result = RecordingCheck { frames: count, ..RecordingCheck::default() };
+    let mut largest = -1.0;
+    let mut follows = false;
+    frames.visit(&mut |i, frame| {
+        if follows && !recertifier.leads_to(frame) {
+            result.restarts.push(frame.step);
+        }
+        follows = false;
+        let last = i + 1 == count;
+        if frame.solution.phases == 0 && last && (frame.status != StepStatus::Solved || frame.contacts.is_empty()) {
+            return Ok(()); // The state that a run ended in, or the step that it could not make.
+        }
+        match recertifier.check(frame) {
+            Ok(step) => {
+                follows = true;
+                result.certified += 1;
+                result.clipped += usize::from(frame.solution.clipped_gaps);
+                if residual(&step) > largest {
+                    (largest, result.worst_step) = (residual(&step), frame.step);
+                }
+                result.add(&step);
+                if !step.holds(tolerance, cone_tolerance) {
+                    result.violate(frame, Some(residual(&step)), step.fault);
+                }
+            }
+            Err(fault) => result.violate(frame, None, Some(fault)),
+        }
+        Ok(())
+    })?;
+    Ok(result)
+}
+
+/// The largest residual of a step by the law of its run.
+fn residual(step: &StepCheck) -> f64 {
+    step.certificate.worst()
+}
+
+impl RecordingCheck {
+    fn add(&mut self, step: &StepCheck) {
+        self.law = step.law;
+        self.worst.merge(&step.certificate);
+        if let Some(cone) = &step.cone_certificate {
+            self.worst_cone.get_or_insert_default().merge(cone);
+        }
+    }
+
+    fn violate(&mut self, frame: &Frame, residual: Option<f64>, fault: Option<StepFault>) {
+        self.violated += 1;
+        if self.violations.len() < LISTED {
+            self.violations.push(Violation { step: frame.step, time: frame.time, residual, fault });
+        }
+    }
+}

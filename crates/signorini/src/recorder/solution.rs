@@ -1,0 +1,54 @@
+//! What a step was solved with and to, for a recording.
+
+use signorini_contact::ContactSolution;
+use signorini_multibody::Input;
+use signorini_recording::{Frame, Impulses, LimitFrame};
+
+use crate::step::{ContactSource, StepReport, Workspace};
+
+/// Adds to a frame, after [`frame_into`](super::frame_into), what acted in the step and its solution, so that its
+/// certificate can be computed again ([`Recertifier`](crate::Recertifier)). A step without solution adds nothing.
+///
+/// - `input`: what acted during the step
+/// - `workspace`, `report`: after the step
+pub fn step_solution_into(input: &Input, workspace: &Workspace, report: &StepReport, frame: &mut Frame) {
+    let out = &mut frame.solution;
+    out.clear();
+    if !report.advanced() {
+        return;
+    }
+    out.control.clone_from(&input.control);
+    out.generalized_force.clone_from(&input.generalized_force);
+    out.clipped_gaps = report.clipped_gaps;
+    if report.enlargements > 0 {
+        out.reach.extend(workspace.reach.reach.iter().map(|reach| [reach.linear, reach.angular]));
+    }
+    let contacts = workspace.contact_points().len()..workspace.problem().contact_count();
+    out.limits.extend(contacts.filter_map(|i| limit_frame(workspace, i)));
+    copy(workspace.solution(), &mut out.impulses[0]);
+    out.phases = 1;
+    if let Some((_, solution)) = workspace.decompression() {
+        copy(solution, &mut out.impulses[1]);
+        out.phases = 2;
+    }
+}
+
+fn limit_frame(workspace: &Workspace, i: usize) -> Option<LimitFrame> {
+    let (tendon, index, upper) = match workspace.contact_source(i)? {
+        ContactSource::Point(_) => return None,
+        ContactSource::Limit { joint, upper } => (false, joint.0, upper),
+        ContactSource::TendonLimit { tendon, upper } => (true, tendon.0, upper),
+    };
+    let (gap, impulse) = (workspace.problem().gap[i], workspace.contact_impulse(i)[0]);
+    Some(LimitFrame { tendon, index, upper, gap, impulse })
+}
+
+fn copy(from: &ContactSolution, to: &mut Impulses) {
+    to.velocity.clone_from(&from.velocity);
+    to.lambda_n.clone_from(&from.lambda_n);
+    to.alpha.clone_from(&from.alpha);
+    to.beta.clone_from(&from.beta);
+    to.bilateral.clone_from(&from.bilateral);
+    to.group_alpha.clone_from(&from.group_alpha);
+    to.group_beta.clone_from(&from.group_beta);
+}
