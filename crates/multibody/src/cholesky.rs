@@ -78,7 +78,12 @@ impl BlockCholesky {
     /// # Panics
     /// If the length is not the block's size.
     pub fn solve_block_in_place(&self, block: usize, x: &mut [f64]) {
-        self.half_solve_block_in_place(block, x);
+        match self.blocks[block].size {
+            1 => return self.solve_small::<1>(block, x),
+            3 => return self.solve_small::<3>(block, x),
+            6 => return self.solve_small::<6>(block, x),
+            _ => self.half_solve_block_in_place(block, x),
+        }
         let (block, n) = (&self.blocks[block], self.blocks[block].size);
         let u = &self.data[block.data_range()];
         let inverse = &self.inverse_diagonal[block.range()];
@@ -89,6 +94,28 @@ impl BlockCholesky {
             let factor = x[k];
             for (x, u) in x[carried(k)].iter_mut().zip(&row[carried(k)]) {
                 *x -= u * factor;
+            }
+        }
+    }
+
+    /// The same for a block of `N` rows: a part of a free body or all of it. Entries that its coupling lacks are zero.
+    fn solve_small<const N: usize>(&self, block: usize, x: &mut [f64]) {
+        let block = &self.blocks[block];
+        let x: &mut [f64; N] = x.try_into().expect("length must be the block's size");
+        let rows = self.data[block.data_range()].as_chunks::<N>().0;
+        let inverse = &self.inverse_diagonal[block.range()];
+        let (Some(u), Some(inverse)) = (rows.first_chunk::<N>(), inverse.first_chunk::<N>()) else { return };
+        for k in (0..N).rev() {
+            let mut sum = x[k];
+            for j in k + 1..N {
+                sum -= u[k][j] * x[j];
+            }
+            x[k] = sum * inverse[k];
+        }
+        for k in 0..N {
+            x[k] *= inverse[k];
+            for j in k + 1..N {
+                x[j] -= u[k][j] * x[k];
             }
         }
     }
@@ -115,8 +142,13 @@ impl BlockCholesky {
     /// # Panics
     /// If there are more rows than the block has.
     pub fn half_solve_block<const N: usize>(&self, block: usize, rows: &mut [[f64; N]]) {
+        match (self.blocks[block].size, rows.len()) {
+            (1, 1) => return self.half_solve_small::<1, N>(block, rows),
+            (3, 3) => return self.half_solve_small::<3, N>(block, rows),
+            (6, 6) => return self.half_solve_small::<6, N>(block, rows),
+            (size, count) => assert!(count <= size, "no more rows than the block has"),
+        }
         let block = &self.blocks[block];
-        assert!(rows.len() <= block.size, "no more rows than the block has");
         let (u, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
         for k in (0..rows.len()).rev() {
             let end = (self.coupling.end(block.start + k) - block.start).min(rows.len());
@@ -128,6 +160,27 @@ impl BlockCholesky {
                 }
             }
             row.iter_mut().for_each(|y| *y *= inverse[k]);
+        }
+    }
+
+    /// The same for a block of `K` rows and all of them.
+    fn half_solve_small<const K: usize, const N: usize>(&self, block: usize, rows: &mut [[f64; N]]) {
+        let block = &self.blocks[block];
+        let u = self.data[block.data_range()].as_chunks::<K>().0;
+        let inverse = &self.inverse_diagonal[block.range()];
+        let (Some(u), Some(inverse), Some(rows)) =
+            (u.first_chunk::<K>(), inverse.first_chunk::<K>(), rows.first_chunk_mut::<K>())
+        else {
+            return;
+        };
+        for k in (0..K).rev() {
+            let mut row = rows[k];
+            for j in k + 1..K {
+                for n in 0..N {
+                    row[n] -= u[k][j] * rows[j][n];
+                }
+            }
+            rows[k] = row.map(|y| y * inverse[k]);
         }
     }
 

@@ -86,10 +86,11 @@ impl IslandSolver {
             self.take_modes_of_trial(cones, island);
             *factored = false;
         }
-        if self.modes != self.newton_best || !*factored {
-            self.modes.clone_from(&self.newton_best);
-            *factored = false;
+        if self.modes == self.newton_best && *factored {
+            return true;
         }
+        self.modes.clone_from(&self.newton_best);
+        *factored = false;
         self.solve_modes(cones, island, factored)
     }
 

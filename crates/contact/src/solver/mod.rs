@@ -18,6 +18,7 @@ mod gathering;
 mod island;
 mod island_pool;
 mod island_solver;
+mod islands;
 mod mode;
 mod path;
 mod proximal;
@@ -33,9 +34,9 @@ pub use warm_start::WarmStart;
 use crate::certificate::{Certificate, Scales, Scratch, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
-use island::Islands;
 use island_pool::{IslandPool, Outcome};
 use island_solver::{Effort, IslandSolver};
+use islands::Islands;
 pub(crate) use mode::{Cones, Mode};
 use signorini_lcp::Refusal;
 
@@ -159,7 +160,7 @@ impl ContactSolver {
             return;
         }
         self.islands.find(problem);
-        self.scales = Scales::of(problem, self.islands.delassus_scale());
+        self.scales = Scales::new(problem, self.islands.delassus_scale(), self.islands.velocity_scale());
         solution.prepare(problem);
         solution.report.islands = self.islands.all().len();
         self.residuals.clear();

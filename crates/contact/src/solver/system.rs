@@ -1,9 +1,9 @@
 //! The proximal system `H = M + Σ J_cᵀ (ρ_c B_c) J_c` of one island, factorised, with rank-one updates.
 
 use super::gathering::Gathering;
-use super::island::Island;
+use super::island::{Island, block_of};
 use super::mode::{Cones, Facet, Mode};
-use super::sparse::{BlockLu, Symbolic};
+use super::sparse::{BlockLu, Symbolic, add_free_outer};
 use crate::ContactProblem;
 
 /// Updates kept before the matrix is factorised afresh.
@@ -158,17 +158,15 @@ fn apply(updates: &[Update], columns: &[f64], n: usize, island: &Island, x: &mut
     }
 }
 
-/// The block that holds a degree of freedom.
-fn block_of(starts: &[usize], dof: usize) -> usize {
-    starts.partition_point(|&s| s <= dof) - 1
-}
-
 /// Cuts ascending columns where they pass from one block to the next.
 fn find_runs(columns: &[u32], starts: &[usize], runs: &mut Vec<Run>) {
     let mut first = 0;
     while first < columns.len() {
         let block = block_of(starts, columns[first] as usize);
-        let last = first + columns[first..].partition_point(|&c| (c as usize) < starts[block + 1]);
+        let end = starts[block + 1];
+        let inside = |&c: &u32| (c as usize) < end;
+        let rest = &columns[first..];
+        let last = if rest.last().is_some_and(inside) { columns.len() } else { first + rest.partition_point(inside) };
         runs.push(Run { block, first, last });
         first = last;
     }
@@ -183,30 +181,51 @@ fn add_outer<const R: usize>(
     (columns, entries): (&[u32], &[[f64; R]]),
     slope: [[f64; R]; R],
 ) {
-    let row = |i: usize| -> [f64; R] { std::array::from_fn(|k| (0..R).map(|r| entries[i][r] * slope[r][k]).sum()) };
-    let product = |row: [f64; R], j: usize| -> f64 { (0..R).map(|k| row[k] * entries[j][k]).sum() };
-    for (k, a) in runs.iter().enumerate() {
-        let (start, size) = (starts[a.block], starts[a.block + 1] - starts[a.block]);
-        let place = symbolic.diagonal[symbolic.position[a.block] as usize];
-        for i in a.first..a.last {
-            let (row, at) = (row(i), place + (columns[i] as usize - start) * size);
-            for j in a.first..a.last {
-                matrix.diagonal[at + columns[j] as usize - start] += product(row, j);
-            }
-        }
-        for b in &runs[..k] {
-            let swapped = symbolic.position[a.block] > symbolic.position[b.block];
-            let (a, b) = if swapped { (b, a) } else { (a, b) };
-            let (start, size, below) = (starts[a.block], starts[a.block + 1] - starts[a.block], starts[b.block]);
+    let transposed = std::array::from_fn(|r| std::array::from_fn(|k| slope[k][r]));
+    let part = |run: &Run| Part {
+        start: starts[run.block],
+        size: starts[run.block + 1] - starts[run.block],
+        columns: &columns[run.first..run.last],
+        entries: &entries[run.first..run.last],
+    };
+    for (k, run) in runs.iter().enumerate() {
+        let own = part(run);
+        let place = symbolic.diagonal[symbolic.position[run.block] as usize];
+        add_block(&mut matrix.diagonal[place..place + own.size * own.size], &own, &slope, &own);
+        for other in &runs[..k] {
+            let swapped = symbolic.position[run.block] > symbolic.position[other.block];
+            let (a, b) = if swapped { (other, run) } else { (run, other) };
             let place = symbolic.block_in_panel(a.block, b.block);
-            for i in b.first..b.last {
-                let (lower_row, at) = (row(i), place + (columns[i] as usize - below) * size);
-                for j in a.first..a.last {
-                    let place = at + columns[j] as usize - start;
-                    matrix.lower[place] += product(lower_row, j);
-                    matrix.upper[place] += product(row(j), i);
-                }
-            }
+            let (a, b) = (part(a), part(b));
+            let range = place..place + a.size * b.size;
+            add_block(&mut matrix.lower[range.clone()], &b, &slope, &a);
+            add_block(&mut matrix.upper[range], &b, &transposed, &a);
+        }
+    }
+}
+
+/// The entries of a group of Jacobian rows in one block.
+struct Part<'a, const R: usize> {
+    /// First degree of freedom of the block, and its size.
+    start: usize,
+    size: usize,
+    columns: &'a [u32],
+    entries: &'a [[f64; R]],
+}
+
+/// `C += A S Bᵀ` for `C` of the sizes of the two blocks.
+#[inline]
+fn add_block<const R: usize>(c: &mut [f64], a: &Part<R>, slope: &[[f64; R]; R], b: &Part<R>) {
+    if let (Ok(c), Ok(a), Ok(b), 6) =
+        (c.as_chunks_mut::<6>().0.try_into(), a.entries.try_into(), b.entries.try_into(), b.size)
+    {
+        return add_free_outer(c, a, slope, b);
+    }
+    for (i, row) in a.columns.iter().zip(a.entries) {
+        let weighted: [f64; R] = std::array::from_fn(|k| (0..R).map(|r| row[r] * slope[r][k]).sum());
+        let at = (*i as usize - a.start) * b.size;
+        for (j, column) in b.columns.iter().zip(b.entries) {
+            c[at + *j as usize - b.start] += (0..R).map(|k| weighted[k] * column[k]).sum::<f64>();
         }
     }
 }
