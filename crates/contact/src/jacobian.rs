@@ -150,22 +150,41 @@ fn one_body<'a, const R: usize>(columns: &[u32], entries: &'a [[f64; R]]) -> Opt
 /// `J x` for one group of rows.
 fn multiply<const R: usize>(columns: &[u32], entries: &[[f64; R]], x: &[f64]) -> [f64; R] {
     let mut y = [0.0; R];
-    for (&column, entry) in columns.iter().zip(entries) {
-        let x = x[column as usize];
+    let mut take = |entry: &[f64; R], x: f64| {
         for r in 0..R {
             y[r] += entry[r] * x;
         }
+    };
+    let ((bodies, rest), (body_entries, rest_entries)) = (columns.as_chunks::<FREE>(), entries.as_chunks::<FREE>());
+    for (columns, entries) in bodies.iter().zip(body_entries) {
+        if let Some((start, entries)) = one_body(columns, entries) {
+            let x = &x[start..start + FREE];
+            (0..FREE).for_each(|k| take(&entries[k], x[k]));
+        } else {
+            (0..FREE).for_each(|k| take(&entries[k], x[columns[k] as usize]));
+        }
     }
+    rest.iter().zip(rest_entries).for_each(|(&column, entry)| take(entry, x[column as usize]));
     y
 }
 
 /// `y += Jᵀ p` for one group of rows.
 fn add_transposed<const R: usize>(columns: &[u32], entries: &[[f64; R]], p: [f64; R], y: &mut [f64]) {
-    for (&column, entry) in columns.iter().zip(entries) {
+    let along = |entry: &[f64; R]| {
         let mut sum = 0.0;
         for r in 0..R {
             sum += entry[r] * p[r];
         }
-        y[column as usize] += sum;
+        sum
+    };
+    let ((bodies, rest), (body_entries, rest_entries)) = (columns.as_chunks::<FREE>(), entries.as_chunks::<FREE>());
+    for (columns, entries) in bodies.iter().zip(body_entries) {
+        if let Some((start, entries)) = one_body(columns, entries) {
+            let y = &mut y[start..start + FREE];
+            (0..FREE).for_each(|k| y[k] += along(&entries[k]));
+        } else {
+            (0..FREE).for_each(|k| y[columns[k] as usize] += along(&entries[k]));
+        }
     }
+    rest.iter().zip(rest_entries).for_each(|(&column, entry)| y[column as usize] += along(entry));
 }

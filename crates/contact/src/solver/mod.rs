@@ -40,6 +40,9 @@ use islands::Islands;
 pub(crate) use mode::{Cones, Mode};
 use signorini_lcp::Refusal;
 
+/// A residual that no choice among velocities mends.
+const HOPELESS: f64 = 1e-3;
+
 /// What a solve ended with.
 #[derive(Clone, Debug, PartialEq, Default)]
 #[non_exhaustive]
@@ -191,7 +194,7 @@ impl ContactSolver {
     fn drop_what_is_worse(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
         if solution.certificate.natural_map > 1.0 || solution.certificate.natural_map.is_nan() {
             solution.drop_impulses(problem);
-            self.complete(problem, solution);
+            self.certify_completed(problem, solution);
         }
     }
 
@@ -224,10 +227,13 @@ impl ContactSolver {
     /// Gives the islands that were accepted a cold start, where the certificate asks for more than they do (it multiplies
     /// errors of the velocity by large impulses), and keeps what certifies better.
     fn retry_cold(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        let accept = self.settings.accept;
+        if self.residuals.iter().all(|&residual| residual > accept) {
+            return;
+        }
         self.earlier.copy_warm_part(solution);
         self.earlier.velocity.clone_from(&solution.velocity);
         let earlier = solution.certificate.worst();
-        let accept = self.settings.accept;
         solution.report.restarts += self.residuals.iter().filter(|&&residual| residual <= accept).count() as u32;
         self.solve_islands(problem, Start::Cold, solution, |residual| residual <= accept);
         self.complete(problem, solution);
@@ -253,11 +259,17 @@ impl ContactSolver {
 
     /// Fills in what follows from impulses and velocity, and certifies it.
     fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        recover_into(problem, &self.cones, self.scales.velocity, solution);
-        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
-        if !solution.certificate.holds(self.settings.tolerance) {
+        self.certify_completed(problem, solution);
+        // Impulses that are far from a solution are so with any velocity.
+        let hopeless = solution.certificate.natural_map > HOPELESS && self.residuals.iter().any(|r| *r > HOPELESS);
+        if !hopeless && !solution.certificate.holds(self.settings.tolerance) {
             self.take_velocity_of_impulses(problem, solution);
         }
+    }
+
+    fn certify_completed(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        recover_into(problem, &self.cones, self.scales.velocity, solution);
+        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
     }
 
     /// Replaces the refined velocity by that of the impulses, with the `β` that follows from it, where this certifies
@@ -266,8 +278,7 @@ impl ContactSolver {
         let refined_certificate = solution.certificate;
         let unrefined = velocity_from_impulses(problem, solution);
         let refined = std::mem::replace(&mut solution.velocity, unrefined);
-        recover_into(problem, &self.cones, self.scales.velocity, solution);
-        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
+        self.certify_completed(problem, solution);
         if solution.certificate.worst() >= refined_certificate.worst() {
             solution.velocity = refined;
             recover_into(problem, &self.cones, self.scales.velocity, solution);
@@ -345,5 +356,8 @@ fn solve_island(
             break;
         }
         outcome.restarts += 1;
+        if solver.jammed {
+            break;
+        }
     }
 }

@@ -56,12 +56,13 @@ impl IslandSolver {
             // The first slow iteration gives the second change of the impulses that an extrapolation needs.
             slow = if residual > SLOW * last { slow + 1 } else { 0 };
             last = residual;
+            if slow > 0 && best > NOISE && (self.is_contradiction(island) || self.is_jam(cones, island)) {
+                break;
+            }
             if slow == 2 {
                 slow = 0;
                 if best > NOISE && self.extrapolate(cones, island) {
                     last = f64::INFINITY;
-                } else if best > NOISE && self.is_contradiction(island) {
-                    break;
                 } else {
                     ascending |= best <= ROUNDING_FLOOR || epsilon <= settings.smallest_proximal_weight;
                     if ascending && epsilon >= LARGEST_WEIGHT {

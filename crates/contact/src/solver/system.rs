@@ -3,7 +3,7 @@
 use super::gathering::Gathering;
 use super::island::{Island, block_of};
 use super::mode::{Cones, Facet, Mode};
-use super::sparse::{BlockLu, Symbolic, add_free_outer};
+use super::sparse::{BlockLu, FREE, FreeRows, Symbolic, add_free_product};
 use crate::ContactProblem;
 
 /// Updates kept before the matrix is factorised afresh.
@@ -191,15 +191,28 @@ fn add_outer<const R: usize>(
     for (k, run) in runs.iter().enumerate() {
         let own = part(run);
         let place = symbolic.diagonal[symbolic.position[run.block] as usize];
-        add_block(&mut matrix.diagonal[place..place + own.size * own.size], &own, &slope, &own);
+        let free = own.free_rows();
+        let diagonal = &mut matrix.diagonal[place..place + own.size * own.size];
+        match (&free, free_block(diagonal)) {
+            (Some(rows), Some(c)) => add_free_product(c, &weigh(rows, &slope), rows),
+            _ => add_block(diagonal, &own, &slope, &own),
+        }
         for other in &runs[..k] {
             let swapped = symbolic.position[run.block] > symbolic.position[other.block];
             let (a, b) = if swapped { (other, run) } else { (run, other) };
             let place = symbolic.block_in_panel(a.block, b.block);
             let (a, b) = (part(a), part(b));
             let range = place..place + a.size * b.size;
-            add_block(&mut matrix.lower[range.clone()], &b, &slope, &a);
-            add_block(&mut matrix.upper[range], &b, &transposed, &a);
+            let (lower, upper) = (&mut matrix.lower[range.clone()], &mut matrix.upper[range]);
+            if let (Some(a), Some(b)) = (a.free_rows(), b.free_rows())
+                && let (Some(lower), Some(upper)) = (free_block(lower), free_block(upper))
+            {
+                add_free_product(lower, &weigh(&b, &slope), &a);
+                add_free_product(upper, &weigh(&b, &transposed), &a);
+            } else {
+                add_block(lower, &b, &slope, &a);
+                add_block(upper, &b, &transposed, &a);
+            }
         }
     }
 }
@@ -213,19 +226,45 @@ struct Part<'a, const R: usize> {
     entries: &'a [[f64; R]],
 }
 
-/// `C += A S Bᵀ` for `C` of the sizes of the two blocks.
-#[inline]
-fn add_block<const R: usize>(c: &mut [f64], a: &Part<R>, slope: &[[f64; R]; R], b: &Part<R>) {
-    if let (Ok(c), Ok(a), Ok(b), 6) =
-        (c.as_chunks_mut::<6>().0.try_into(), a.entries.try_into(), b.entries.try_into(), b.size)
-    {
-        return add_free_outer(c, a, slope, b);
+impl<const R: usize> Part<'_, R> {
+    /// The rows, if they have all columns of a free body.
+    #[inline]
+    fn free_rows(&self) -> Option<FreeRows<R>> {
+        let entries: &[[f64; R]; FREE] = self.entries.try_into().ok().filter(|_| self.size == FREE)?;
+        Some(std::array::from_fn(|r| std::array::from_fn(|k| entries[k][r])))
     }
+}
+
+fn free_block(block: &mut [f64]) -> Option<&mut [[f64; FREE]; FREE]> {
+    block.as_chunks_mut().0.try_into().ok()
+}
+
+/// `Sᵀ` times the rows.
+#[inline]
+fn weigh<const R: usize>(rows: &FreeRows<R>, slope: &[[f64; R]; R]) -> FreeRows<R> {
+    let mut weighted = [[0.0; FREE]; R];
+    for k in 0..R {
+        for r in 0..R {
+            for i in 0..FREE {
+                weighted[k][i] += slope[r][k] * rows[r][i];
+            }
+        }
+    }
+    weighted
+}
+
+/// `C += A S Bᵀ` for `C` of the sizes of the two blocks.
+fn add_block<const R: usize>(c: &mut [f64], a: &Part<R>, slope: &[[f64; R]; R], b: &Part<R>) {
+    let first = b.columns.first().map_or(0, |&j| j as usize - b.start);
+    let consecutive = b.columns.last().is_some_and(|&j| j as usize - b.start + 1 == first + b.columns.len());
     for (i, row) in a.columns.iter().zip(a.entries) {
         let weighted: [f64; R] = std::array::from_fn(|k| (0..R).map(|r| row[r] * slope[r][k]).sum());
-        let at = (*i as usize - a.start) * b.size;
-        for (j, column) in b.columns.iter().zip(b.entries) {
-            c[at + *j as usize - b.start] += (0..R).map(|k| weighted[k] * column[k]).sum::<f64>();
+        let product = |entry: &[f64; R]| (0..R).map(|k| weighted[k] * entry[k]).sum::<f64>();
+        let c = &mut c[(*i as usize - a.start) * b.size..][..b.size];
+        if consecutive {
+            c[first..].iter_mut().zip(b.entries).for_each(|(c, entry)| *c += product(entry));
+        } else {
+            b.columns.iter().zip(b.entries).for_each(|(&j, entry)| c[j as usize - b.start] += product(entry));
         }
     }
 }

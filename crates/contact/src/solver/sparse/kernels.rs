@@ -1,7 +1,7 @@
 //! Dense operations on small blocks, row-major.
 
 /// Degrees of freedom of a free body: the block size that almost all problems with many blocks have.
-const FREE: usize = 6;
+pub(crate) const FREE: usize = 6;
 
 /// `C −= A Bᵀ` for `A` of `[rows, inner]`, `B` of `[columns, inner]`, `C` of `[rows, columns]`.
 pub(super) fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], inner: usize, columns: usize) {
@@ -10,7 +10,7 @@ pub(super) fn subtract_product(c: &mut [f64], a: &[f64], b: &[f64], inner: usize
     }
     for (row, a) in c.chunks_exact_mut(columns).zip(a.chunks_exact(inner)) {
         for (x, b) in row.iter_mut().zip(b.chunks_exact(inner)) {
-            *x -= a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+            *x -= dot(a, b);
         }
     }
 }
@@ -32,31 +32,39 @@ fn subtract_free(c: &mut [f64], a: &[f64], b: &[f64]) {
     }
 }
 
-/// `C += A S Bᵀ` for blocks of free bodies: `A` and `B` of `[6, R]`, `C` of `[6, 6]`.
+/// The rows `A` of a free body in a group of `R`, row by row.
+pub(crate) type FreeRows<const R: usize> = [[f64; FREE]; R];
+
+/// `C += Wᵀ B` for the rows of two free bodies, `C` of `[6, 6]`.
 #[inline]
-pub(crate) fn add_free_outer<const R: usize>(
+pub(crate) fn add_free_product<const R: usize>(
     c: &mut [[f64; FREE]; FREE],
-    a: &[[f64; R]; FREE],
-    slope: &[[f64; R]; R],
-    b: &[[f64; R]; FREE],
+    weighted: &FreeRows<R>,
+    rows: &FreeRows<R>,
 ) {
-    let transposed: [[f64; FREE]; R] = std::array::from_fn(|r| std::array::from_fn(|j| b[j][r]));
-    for (row, a) in c.iter_mut().zip(a) {
-        let weighted: [f64; R] = std::array::from_fn(|k| {
-            let mut sum = 0.0;
-            for r in 0..R {
-                sum += a[r] * slope[r][k];
+    for i in 0..FREE {
+        let mut sum = c[i];
+        for r in 0..R {
+            for j in 0..FREE {
+                sum[j] += weighted[r][i] * rows[r][j];
             }
-            sum
-        });
-        for j in 0..FREE {
-            let mut sum = 0.0;
-            for k in 0..R {
-                sum += weighted[k] * transposed[k][j];
-            }
-            row[j] += sum;
+        }
+        c[i] = sum;
+    }
+}
+
+/// The scalar product, in four sums so that an addition does not wait for the one before it.
+#[inline]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        for k in 0..4 {
+            sums[k] += a[k] * b[k];
         }
     }
+    let rest: f64 = rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// `x −= A y` for `A` of `[x, y]`.
@@ -73,7 +81,7 @@ pub(super) fn subtract_multiply(x: &mut [f64], a: &[f64], y: &[f64]) {
         return;
     }
     for (x, row) in x.iter_mut().zip(a.chunks_exact(y.len())) {
-        *x -= row.iter().zip(y).map(|(a, y)| a * y).sum::<f64>();
+        *x -= dot(row, y);
     }
 }
 
@@ -131,9 +139,7 @@ pub(super) fn factor_block(a: &mut [f64], swaps: &mut [u32]) -> f64 {
             let factor = row[k] * inverse;
             row[k] = factor;
             if factor != 0.0 {
-                for j in k + 1..n {
-                    row[j] -= factor * pivot_row[j];
-                }
+                row[k + 1..].iter_mut().zip(&pivot_row[k + 1..n]).for_each(|(x, p)| *x -= factor * p);
             }
         }
     }
@@ -188,12 +194,11 @@ pub(super) fn solve_block(a: &[f64], swaps: &[u32], x: &mut [f64]) {
     }
     for i in 1..n {
         let (done, rest) = x.split_at_mut(i);
-        rest[0] -= a[i * n..i * n + i].iter().zip(done).map(|(a, x)| a * *x).sum::<f64>();
+        rest[0] -= dot(&a[i * n..i * n + i], done);
     }
     for i in (0..n).rev() {
         let (left, right) = x.split_at_mut(i + 1);
-        let sum: f64 = a[i * n + i + 1..(i + 1) * n].iter().zip(right).map(|(a, x)| a * *x).sum();
-        left[i] = (left[i] - sum) * a[i * n + i];
+        left[i] = (left[i] - dot(&a[i * n + i + 1..(i + 1) * n], right)) * a[i * n + i];
     }
 }
 

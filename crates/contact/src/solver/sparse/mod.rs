@@ -6,5 +6,5 @@ mod ordering;
 mod symbolic;
 
 pub(crate) use block_lu::BlockLu;
-pub(crate) use kernels::add_free_outer;
+pub(crate) use kernels::{FREE, FreeRows, add_free_product};
 pub(crate) use symbolic::Symbolic;
