@@ -38,6 +38,8 @@ pub(crate) struct Island {
     pub bilateral_jacobian: SparseRows<1>,
     /// `Θ/Δt` of each.
     pub bilateral_offset: Vec<f64>,
+    /// `∇Θ v^f + Θ/Δt` of each.
+    pub bilateral_free_slack: Vec<f64>,
     /// `∇Θ M⁻¹ ∇Θᵀ` of each.
     pub bilateral_scale: Vec<f64>,
 }
@@ -137,6 +139,7 @@ impl Island {
         self.bilateral.clear();
         self.bilateral_jacobian.clear();
         self.bilateral_offset.clear();
+        self.bilateral_free_slack.clear();
         self.bilateral_scale.clear();
     }
 }

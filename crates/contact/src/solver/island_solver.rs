@@ -10,6 +10,7 @@ use super::convex_start::ConvexStart;
 use super::island::Island;
 use super::mode::{Cones, Mode};
 use super::path::Path;
+use super::sweeps::Sweeps;
 use super::system::ProximalSystem;
 use crate::ContactProblem;
 
@@ -73,6 +74,9 @@ pub(crate) struct IslandSolver {
     pub(super) magnitude: Vec<f64>,
     pub(super) effort: Effort,
     pub(super) convex: ConvexStart,
+    pub(super) sweeps: Sweeps,
+    /// Whether the modes are those of the trial impulses, which sweeps may improve.
+    pub(super) guessed: bool,
     /// Whether `system` knows the island's structure.
     pub(super) analysed: bool,
 }
@@ -95,6 +99,7 @@ impl IslandSolver {
         self.modes.clear();
         self.contradiction.clear();
         self.jammed = false;
+        self.guessed = false;
         self.change.clear();
         self.earlier_change.clear();
         self.bilateral_change.clear();

@@ -130,6 +130,7 @@ impl Islands {
         island.bilateral_jacobian.push_renumbered(local_columns(problem, &self.local_start, columns), entries);
         island.bilateral.push(k as u32);
         island.bilateral_offset.push(problem.bilateral_violation[k] / problem.timestep);
+        island.bilateral_free_slack.push(slack);
         island.velocity_scale.add(slack, terms);
         island.bilateral_scale.push(scale);
     }

@@ -25,6 +25,7 @@ mod proximal;
 mod settings;
 mod sleep;
 mod sparse;
+mod sweeps;
 mod system;
 mod warm_start;
 

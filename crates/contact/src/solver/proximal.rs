@@ -18,11 +18,10 @@ const NOISE: f64 = 1e-11;
 const WEIGHT_STEP: f64 = 1e2;
 /// Below this residual a slow iteration is a matter of rounding: ε goes up. Above it the impulses still have a long way to
 /// go in directions of small Delassus eigenvalues, or a contact that has to slide is still inside its cone: ε goes down.
-const ROUNDING_FLOOR: f64 = 2e-12;
-/// Contacts from which an island may begin with the convex relaxation: if more than one in so many lies outside its mode, or
-/// if any does.
-const MEDIUM: usize = 16;
-const FAR: usize = 4;
+const ROUNDING_FLOOR: f64 = 2e-11;
+/// Below this one, another ε is not worth its factorisation.
+const NEARLY_POLISHED: f64 = 3e-12;
+/// Contacts from which an island begins with the convex relaxation if one lies outside its mode; a smaller one is swept.
 const LARGE: usize = 64;
 /// ε of the last iterations. The rounding of `u` enters the impulses divided by ε: once a small ε has found the impulses in
 /// the directions of small eigenvalues, larger ones remove that noise from the others.
@@ -65,7 +64,7 @@ impl IslandSolver {
                     last = f64::INFINITY;
                 } else {
                     ascending |= best <= ROUNDING_FLOOR || epsilon <= settings.smallest_proximal_weight;
-                    if ascending && epsilon >= LARGEST_WEIGHT {
+                    if ascending && (epsilon >= LARGEST_WEIGHT || best <= NEARLY_POLISHED) {
                         break;
                     }
                     epsilon = if ascending {
@@ -81,6 +80,7 @@ impl IslandSolver {
             let cold = self.modes.is_empty();
             if cold {
                 self.guess_modes(cones, island);
+                self.guessed = attempt == 0 && island.units.len() < LARGE;
             }
             self.prepare_system(problem, island, &mut prepared);
             if cold && attempt == 0 && self.is_far_from_start(cones, island, settings, &mut factored) {
@@ -90,7 +90,7 @@ impl IslandSolver {
                 (prepared, factored) = (false, false);
                 self.prepare_system(problem, island, &mut prepared);
             }
-            if !self.solve_proximal(cones, island, settings, attempt, &mut factored) {
+            if !self.solve_proximal(problem, cones, island, settings, attempt, &mut factored) {
                 break;
             }
             self.effort.proximal_iterations += 1;
@@ -119,11 +119,9 @@ impl IslandSolver {
         settings: &SolverSettings,
         factored: &mut bool,
     ) -> bool {
-        let contacts = island.units.len();
-        let most = if contacts >= LARGE { 0 } else { contacts / FAR };
-        contacts >= MEDIUM
+        island.units.len() >= LARGE
             && self.take_newton_steps(cones, island, settings, settings.newton_iterations, factored)
-            && self.violations(cones, island, settings) > most
+            && self.violations(cones, island, settings) > 0
     }
 
     /// Assembles what the system has in common for all modes, unless that is done for the present ε.
