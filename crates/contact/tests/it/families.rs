@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use signorini_contact::{ContactProblem, ContactSolution, ContactSolver, SolveStatus};
 use signorini_lcp::{Enumeration, Method};
-use signorini_testkit::{Family, Gap, Motion, Parameters, Random, families};
+use signorini_testkit::{Family, Gap, Motion, Parameters, Random, families, suite};
 
 use crate::reference::{keep, random_problem, worst_violation};
 
@@ -110,4 +110,44 @@ fn outcomes_agree_with_enumeration() {
     println!("{solved} solved, {denied} rightly denied, {ray} ended on a ray though solvable, {other} other");
     assert!(solved >= 150 && denied >= 20, "the problems are not what they should be: {counts:?}");
     assert!(ray + other == 0, "{counts:?}");
+}
+
+/// Boxes squeezed between walls that demand more room than there is: the iterations' own impulses are the proof.
+#[test]
+fn squeezes_are_denied_without_lemke() {
+    let list = suite::entries();
+    let mut denied = 0;
+    for seed in 0..4 * list.len() {
+        let entry = list[seed % list.len()];
+        if entry.group == "squeeze" {
+            let solution = ContactSolver::default().solve(&entry.problem(seed as u32), None);
+            assert!(matches!(solution.status, SolveStatus::Infeasible { .. }), "seed {seed}: {:?}", solution.status);
+            assert_eq!(solution.report.lemke_islands, 0, "seed {seed}: {:?}", solution.report);
+            denied += 1;
+        }
+    }
+    assert!(denied >= 20, "only {denied} squeezes");
+}
+
+/// Wedges that jam go to Lemke's method after one attempt.
+#[test]
+fn jams_are_not_tried_again() {
+    let list = suite::entries();
+    let mut jammed = 0;
+    for seed in 0..4 * list.len() {
+        let entry = list[seed % list.len()];
+        if entry.group == "wedge" {
+            let solution = ContactSolver::default().solve(&entry.problem(seed as u32), None);
+            if let SolveStatus::Ray { contacts } = &solution.status {
+                assert!(
+                    !contacts.is_empty() && solution.report.lemke_islands == 1,
+                    "seed {seed}: {:?}",
+                    solution.report
+                );
+                assert!(solution.report.restarts <= 1, "seed {seed}: {:?}", solution.report);
+                jammed += 1;
+            }
+        }
+    }
+    assert!(jammed >= 4, "only {jammed} jams");
 }
