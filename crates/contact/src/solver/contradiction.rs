@@ -13,8 +13,6 @@ use super::mode::Cones;
 
 /// Sums of numbers that cancel to this part of their sizes are zero.
 const ROUNDING: f64 = 1e-9;
-/// Contacts up to which a jam is left to Lemke's method, which is quick there.
-const SMALL: usize = 32;
 
 /// A sum, and that of the sizes of its terms.
 #[derive(Clone, Copy, Default)]
@@ -48,14 +46,10 @@ impl IslandSolver {
         true
     }
 
-    /// Whether the last change of the impulses, friction included, will be that of all iterations to come. Of islands that
-    /// Lemke's method may be given at once.
+    /// Whether the last change of the impulses, friction included, will be that of all iterations to come.
     pub(super) fn is_jam(&mut self, cones: &Cones, island: &Island) -> bool {
         let Some(size) = self.size_of_growth(island) else { return false };
-        self.jammed = island.contact_count <= SMALL
-            && self.stays_in_modes(cones, island, size)
-            && self.is_self_balanced(island, island.units.len(), |p| p);
-        self.jammed
+        self.stays_in_modes(cones, island, size) && self.is_self_balanced(island, island.units.len(), |p| p)
     }
 
     /// The largest growth of a normal impulse, if none shrinks.

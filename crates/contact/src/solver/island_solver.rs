@@ -69,8 +69,6 @@ pub(crate) struct IslandSolver {
     pub(super) best_modes: Vec<Mode>,
     /// Units whose rows are proved to contradict each other.
     pub(super) contradiction: Vec<u32>,
-    /// Whether iterations would only add more of the same impulses.
-    pub(super) jammed: bool,
     pub(super) magnitude: Vec<f64>,
     pub(super) effort: Effort,
     pub(super) convex: ConvexStart,
@@ -98,7 +96,6 @@ impl IslandSolver {
         self.bilateral_impulse.resize(island.bilateral.len(), 0.0);
         self.modes.clear();
         self.contradiction.clear();
-        self.jammed = false;
         self.guessed = false;
         self.change.clear();
         self.earlier_change.clear();

@@ -4,7 +4,7 @@
 //! 1. proximal iterations from the warm start, a few Newton steps on the modes in each, then the [path](path); a small cold
 //!    island begins with modes that [sweeps](sweeps) found, a large one at its [convex relaxation](convex_start); a
 //!    [proof](contradiction) that the gaps contradict each other ends the solve;
-//! 2. the same from a cold start with other random shifts, a few times, unless the contacts of a small island [jam](contradiction);
+//! 2. the same from a cold start with other random shifts, a few times;
 //! 3. lexicographic Lemke on the standard LCP ([`signorini_lcp::Lemke`]), which ends in a solution, or in a ray where the
 //!    contacts wedge.
 //!
@@ -357,8 +357,5 @@ fn solve_island(
             break;
         }
         outcome.restarts += 1;
-        if solver.jammed {
-            break;
-        }
     }
 }

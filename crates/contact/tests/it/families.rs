@@ -128,26 +128,3 @@ fn squeezes_are_denied_without_lemke() {
     }
     assert!(denied >= 20, "only {denied} squeezes");
 }
-
-/// Wedges that jam go to Lemke's method after one attempt.
-#[test]
-fn jams_are_not_tried_again() {
-    let list = suite::entries();
-    let mut jammed = 0;
-    for seed in 0..4 * list.len() {
-        let entry = list[seed % list.len()];
-        if entry.group == "wedge" {
-            let solution = ContactSolver::default().solve(&entry.problem(seed as u32), None);
-            if let SolveStatus::Ray { contacts } = &solution.status {
-                assert!(
-                    !contacts.is_empty() && solution.report.lemke_islands == 1,
-                    "seed {seed}: {:?}",
-                    solution.report
-                );
-                assert!(solution.report.restarts <= 1, "seed {seed}: {:?}", solution.report);
-                jammed += 1;
-            }
-        }
-    }
-    assert!(jammed >= 4, "only {jammed} jams");
-}
