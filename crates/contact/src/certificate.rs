@@ -59,7 +59,11 @@ impl Certificate {
 
 /// Keeps the larger value; NaN counts as infinite.
 fn keep(largest: &mut f64, value: f64) {
-    *largest = if value.is_nan() { f64::INFINITY } else { largest.max(value) };
+    if value > *largest {
+        *largest = value;
+    } else if value.is_nan() {
+        *largest = f64::INFINITY;
+    }
 }
 
 /// `|min(z, w)|`, NaN where one of them is (`f64::min` would drop it).
@@ -94,7 +98,7 @@ pub(crate) fn certify_afresh(
     scratch: &mut Scratch,
 ) -> Certificate {
     scratch.resize(problem.nv());
-    let scales = Scales::of(problem, problem.delassus_scale_with(&mut scratch.column));
+    let scales = Scales::new(problem, problem.delassus_scale_with(&mut scratch.column), problem.velocity_scale());
     certify_with(problem, solution, &scales, scratch)
 }
 
@@ -166,11 +170,12 @@ pub(crate) struct Scales {
 }
 
 impl Scales {
-    /// The scales of a problem whose largest Delassus entry is known ([`ContactProblem::delassus_scale`]).
-    pub fn of(problem: &ContactProblem, delassus: f64) -> Self {
+    /// The scales of a problem whose largest Delassus entry ([`ContactProblem::delassus_scale`]) and velocity scale
+    /// ([`ContactProblem::velocity_scale`]) are known.
+    pub fn new(problem: &ContactProblem, delassus: f64, velocity: f64) -> Self {
         Self {
             delassus: if delassus > 0.0 { delassus } else { 1.0 },
-            velocity: problem.velocity_scale(),
+            velocity,
             mass: problem.mass.data().iter().fold(0.0, |a, m| a.max(m.abs())),
         }
     }
@@ -295,18 +300,21 @@ impl Friction<'_> {
     /// `v⁺`.
     fn laws(&self, computed: [f64; 2], claimed: [f64; 2], scales: &Scales, raw: &mut Certificate) {
         let g = scales.delassus;
-        let along = |d: &[f64; 2], c: [f64; 2]| d[0] * c[0] + d[1] * c[1];
-        for (d, a) in self.directions.iter().zip(self.alpha) {
-            keep(&mut raw.natural_map, natural(g * a, along(d, computed) + self.beta));
+        let (mut sum, mut least) = (0.0, 0.0_f64);
+        let (mut power, mut support) = (0.0, f64::MIN);
+        for (d, &a) in self.directions.iter().zip(self.alpha) {
+            keep(&mut raw.natural_map, natural(g * a, d[0] * computed[0] + d[1] * computed[1] + self.beta));
+            sum += a;
+            least = least.min(a);
+            let rate = d[0] * claimed[0] + d[1] * claimed[1];
+            power += a * rate;
+            support = support.max(-rate);
         }
-        let room = self.bound - self.alpha.iter().sum::<f64>();
+        let room = self.bound - sum;
         keep(&mut raw.natural_map, natural(self.beta, g * room));
         keep(&mut raw.friction, -room);
-        keep(&mut raw.friction, self.alpha.iter().fold(0.0, |a: f64, x| a.max(-x)));
+        keep(&mut raw.friction, -least);
         if !self.alpha.is_empty() {
-            let pairs = || self.directions.iter().zip(self.alpha);
-            let power: f64 = pairs().map(|(d, a)| a * along(d, claimed)).sum();
-            let support = self.directions.iter().map(|d| -along(d, claimed)).fold(f64::MIN, f64::max);
             let strength = scales.velocity.max(g * self.bound);
             let relative = if strength > 0.0 { scales.velocity / strength } else { 1.0 };
             keep(&mut raw.dissipation, (power + self.bound * support) * relative);

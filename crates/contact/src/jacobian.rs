@@ -1,5 +1,8 @@
 //! Sparse Jacobian rows.
 
+/// Degrees of freedom of a free body. Rows mostly have all of a body's columns or none: these are taken together.
+const FREE: usize = 6;
+
 /// Groups of `R` Jacobian rows, each group over its own few columns.
 ///
 /// A contact is a group of three rows (normal, first tangent, second tangent: `J_N` and the two rows of `J_T`); a
@@ -44,6 +47,13 @@ impl<const R: usize> SparseRows<R> {
         self.offsets.push(self.columns.len());
     }
 
+    /// Adds a group with these entries in columns that are numbered otherwise.
+    pub(crate) fn push_renumbered(&mut self, columns: impl Iterator<Item = u32>, entries: &[[f64; R]]) {
+        self.columns.extend(columns);
+        self.entries.extend_from_slice(entries);
+        self.offsets.push(self.columns.len());
+    }
+
     /// The columns of group `i` and the entries in them.
     #[inline]
     pub fn group(&self, i: usize) -> (&[u32], &[[f64; R]]) {
@@ -55,41 +65,56 @@ impl<const R: usize> SparseRows<R> {
     #[inline]
     pub fn multiply(&self, i: usize, x: &[f64]) -> [f64; R] {
         let (columns, entries) = self.group(i);
-        let mut y = [0.0; R];
-        for (&column, entry) in columns.iter().zip(entries) {
-            let x = x[column as usize];
-            for r in 0..R {
-                y[r] += entry[r] * x;
-            }
+        if let Some((start, entries)) = one_body(columns, entries) {
+            let x = &x[start..start + FREE];
+            return std::array::from_fn(|r| {
+                let mut sum = 0.0;
+                for k in 0..FREE {
+                    sum += entries[k][r] * x[k];
+                }
+                sum
+            });
         }
-        y
+        multiply(columns, entries, x)
     }
 
-    /// The largest sum of absolute products in `J_i x`: what its rounding is relative to.
+    /// `J_i x`, and the largest sum of absolute products in it: what its rounding is relative to.
     #[inline]
-    pub(crate) fn largest_terms(&self, i: usize, x: &[f64]) -> f64 {
+    pub(crate) fn multiply_with_terms(&self, i: usize, x: &[f64]) -> ([f64; R], f64) {
         let (columns, entries) = self.group(i);
-        let mut sums = [0.0; R];
-        for (&column, entry) in columns.iter().zip(entries) {
-            let x = x[column as usize].abs();
+        let (mut y, mut sums) = ([0.0; R], [0.0; R]);
+        let mut take = |entry: &[f64; R], x: f64| {
             for r in 0..R {
-                sums[r] += entry[r].abs() * x;
+                let term = entry[r] * x;
+                y[r] += term;
+                sums[r] += f64::abs(term);
             }
+        };
+        if let Some((start, entries)) = one_body(columns, entries) {
+            let x = &x[start..start + FREE];
+            (0..FREE).for_each(|k| take(&entries[k], x[k]));
+        } else {
+            columns.iter().zip(entries).for_each(|(&column, entry)| take(entry, x[column as usize]));
         }
-        sums.into_iter().fold(0.0, f64::max)
+        (y, sums.into_iter().fold(0.0, f64::max))
     }
 
     /// `y += J_iᵀ p`.
     #[inline]
     pub fn add_transposed(&self, i: usize, p: [f64; R], y: &mut [f64]) {
         let (columns, entries) = self.group(i);
-        for (&column, entry) in columns.iter().zip(entries) {
-            let mut sum = 0.0;
-            for r in 0..R {
-                sum += entry[r] * p[r];
+        if let Some((start, entries)) = one_body(columns, entries) {
+            let y = &mut y[start..start + FREE];
+            for k in 0..FREE {
+                let mut sum = 0.0;
+                for r in 0..R {
+                    sum += entries[k][r] * p[r];
+                }
+                y[k] += sum;
             }
-            y[column as usize] += sum;
+            return;
         }
+        add_transposed(columns, entries, p, y);
     }
 
     /// The first column index of any group that is not below `nv`, with its group.
@@ -110,4 +135,56 @@ impl<const R: usize> SparseRows<R> {
         let (k, x) = self.entries.iter().enumerate().find_map(|(k, e)| bad(e).map(|x| (k, x)))?;
         Some((self.offsets.partition_point(|&o| o <= k) - 1, x))
     }
+}
+
+/// The first column and the entries of rows that have all columns of one free body and no others. (Columns ascend, so that
+/// six of them follow one another where the last is five after the first.)
+#[inline]
+fn one_body<'a, const R: usize>(columns: &[u32], entries: &'a [[f64; R]]) -> Option<(usize, &'a [[f64; R]; FREE])> {
+    let columns: &[u32; FREE] = columns.try_into().ok()?;
+    let entries: &[[f64; R]; FREE] = entries.try_into().ok()?;
+    let first = columns[0] as usize;
+    (columns[FREE - 1] as usize == first + FREE - 1).then_some((first, entries))
+}
+
+/// `J x` for one group of rows.
+fn multiply<const R: usize>(columns: &[u32], entries: &[[f64; R]], x: &[f64]) -> [f64; R] {
+    let mut y = [0.0; R];
+    let mut take = |entry: &[f64; R], x: f64| {
+        for r in 0..R {
+            y[r] += entry[r] * x;
+        }
+    };
+    let ((bodies, rest), (body_entries, rest_entries)) = (columns.as_chunks::<FREE>(), entries.as_chunks::<FREE>());
+    for (columns, entries) in bodies.iter().zip(body_entries) {
+        if let Some((start, entries)) = one_body(columns, entries) {
+            let x = &x[start..start + FREE];
+            (0..FREE).for_each(|k| take(&entries[k], x[k]));
+        } else {
+            (0..FREE).for_each(|k| take(&entries[k], x[columns[k] as usize]));
+        }
+    }
+    rest.iter().zip(rest_entries).for_each(|(&column, entry)| take(entry, x[column as usize]));
+    y
+}
+
+/// `y += Jᵀ p` for one group of rows.
+fn add_transposed<const R: usize>(columns: &[u32], entries: &[[f64; R]], p: [f64; R], y: &mut [f64]) {
+    let along = |entry: &[f64; R]| {
+        let mut sum = 0.0;
+        for r in 0..R {
+            sum += entry[r] * p[r];
+        }
+        sum
+    };
+    let ((bodies, rest), (body_entries, rest_entries)) = (columns.as_chunks::<FREE>(), entries.as_chunks::<FREE>());
+    for (columns, entries) in bodies.iter().zip(body_entries) {
+        if let Some((start, entries)) = one_body(columns, entries) {
+            let y = &mut y[start..start + FREE];
+            (0..FREE).for_each(|k| y[k] += along(&entries[k]));
+        } else {
+            (0..FREE).for_each(|k| y[columns[k] as usize] += along(&entries[k]));
+        }
+    }
+    rest.iter().zip(rest_entries).for_each(|(&column, entry)| y[column as usize] += along(entry));
 }

@@ -21,6 +21,7 @@ mod problem;
 pub mod problem_file;
 mod recovery;
 mod relaxation;
+mod scales;
 mod solution;
 mod solver;
 mod unsupported;

@@ -7,10 +7,6 @@ use crate::friction_group::{FrictionBound, FrictionGroups};
 use crate::jacobian::SparseRows;
 use crate::polygon::{FrictionPolygon, check_directions};
 
-/// Up to as many rows of a block of the mass matrix are solved with all columns of a contact together, on the stack: free bodies
-/// and robots. A power of two, so that they are cleared quickly.
-const FEW_ROWS: usize = 32;
-
 /// Everything the formulation needs for one step: `M`, `v^f`, `Δt`, and for each contact `J_N`, `J_T`, `φ`, `μ`, `D`; for
 /// each bilateral row its Jacobian and `Θ`, for each friction group its Jacobian, target, bound and `D` (formulation §§1–5).
 ///
@@ -43,9 +39,6 @@ pub struct ContactProblem {
     /// Friction apart from the tangents of contacts.
     pub friction_groups: FrictionGroups,
 }
-
-/// Part of its terms below which a sum is taken for rounding.
-pub(crate) const CANCELLATION: f64 = 1e-7;
 
 impl ContactProblem {
     /// A problem without contacts.
@@ -226,139 +219,6 @@ impl ContactProblem {
     /// Contact velocity `c_i = J_i v` as (normal, tangent 1, tangent 2), m/s.
     pub fn contact_velocity(&self, i: usize, v: &[f64]) -> [f64; 3] {
         self.jacobian.multiply(i, v)
-    }
-
-    /// `g`: the largest diagonal entry of `J M⁻¹ Jᵀ` over the rows of contacts and friction groups, 1/kg; 0 without any.
-    pub fn delassus_scale(&self) -> f64 {
-        let mut column = vec![0.0; self.nv()];
-        self.delassus_scale_with(&mut column)
-    }
-
-    /// [`delassus_scale`](Self::delassus_scale) without memory of its own; `scratch` as in
-    /// [`delassus_diagonal`](Self::delassus_diagonal).
-    pub(crate) fn delassus_scale_with(&self, scratch: &mut [f64]) -> f64 {
-        let mut scale = 0.0_f64;
-        for i in 0..self.contact_count() {
-            let (columns, entries) = self.jacobian.group(i);
-            scale = scale.max(self.largest_delassus_entry(columns, entries, scratch));
-        }
-        for j in 0..self.friction_groups.len() {
-            let (columns, entries) = self.friction_groups.jacobian.group(j);
-            scale = scale.max(self.largest_delassus_entry(columns, entries, scratch));
-        }
-        scale
-    }
-
-    /// The diagonal of contact `i`'s block of `J M⁻¹ Jᵀ`. `scratch`: `[nv]`, all zero before and after.
-    ///
-    /// # Cost
-    /// Three half solves with each block of the mass matrix that the contact touches.
-    pub fn delassus_diagonal(&self, i: usize, scratch: &mut [f64]) -> [f64; 3] {
-        let (columns, entries) = self.jacobian.group(i);
-        self.delassus_entries(columns, entries, scratch)
-    }
-
-    /// `∇Θ_k M⁻¹ ∇Θ_kᵀ` of bilateral row `k`. `scratch` as in [`delassus_diagonal`](Self::delassus_diagonal).
-    pub fn bilateral_delassus(&self, k: usize, scratch: &mut [f64]) -> f64 {
-        let (columns, entries) = self.bilateral_jacobian.group(k);
-        self.delassus_entries(columns, entries, scratch)[0]
-    }
-
-    /// The diagonal of friction group `j`'s block of `J M⁻¹ Jᵀ`. `scratch` as in
-    /// [`delassus_diagonal`](Self::delassus_diagonal).
-    pub fn group_delassus(&self, j: usize, scratch: &mut [f64]) -> [f64; 2] {
-        let (columns, entries) = self.friction_groups.jacobian.group(j);
-        self.delassus_entries(columns, entries, scratch)
-    }
-
-    fn delassus_entries<const R: usize>(&self, columns: &[u32], entries: &[[f64; R]], scratch: &mut [f64]) -> [f64; R] {
-        let mut diagonal = [0.0; R];
-        let mut first = 0;
-        while first < columns.len() {
-            let index = self.mass.block_of(columns[first] as usize);
-            let range = self.mass.blocks()[index].range();
-            let last = first + columns[first..].partition_point(|&c| range.contains(&(c as usize)));
-            if range.len() == 1 {
-                let mut unit = [1.0];
-                self.mass_factor.half_solve_block_in_place(index, &mut unit);
-                diagonal.iter_mut().zip(entries[first]).for_each(|(sum, e)| *sum += (e * unit[0]) * (e * unit[0]));
-                first = last;
-                continue;
-            }
-            for (r, sum) in diagonal.iter_mut().enumerate() {
-                for k in first..last {
-                    scratch[columns[k] as usize] = entries[k][r];
-                }
-                let x = &mut scratch[range.clone()];
-                self.mass_factor.half_solve_block_in_place(index, x);
-                *sum += x.iter().map(|x| x * x).sum::<f64>();
-                x.fill(0.0);
-            }
-            first = last;
-        }
-        diagonal
-    }
-
-    /// The largest of [`delassus_entries`](Self::delassus_entries), by half a solve with all columns together where a block
-    /// has few rows.
-    fn largest_delassus_entry<const R: usize>(
-        &self,
-        columns: &[u32],
-        entries: &[[f64; R]],
-        scratch: &mut [f64],
-    ) -> f64 {
-        let mut diagonal = [0.0; R];
-        let mut first = 0;
-        while first < columns.len() {
-            let index = self.mass.block_of(columns[first] as usize);
-            let range = self.mass.blocks()[index].range();
-            let last = first + columns[first..].partition_point(|&c| range.contains(&(c as usize)));
-            let rows = columns[last - 1] as usize + 1 - range.start;
-            if rows > FEW_ROWS {
-                return self.delassus_entries(columns, entries, scratch).into_iter().fold(0.0, f64::max);
-            }
-            let mut together = [[0.0; R]; FEW_ROWS];
-            for (column, entry) in columns[first..last].iter().zip(&entries[first..last]) {
-                together[*column as usize - range.start] = *entry;
-            }
-            self.mass_factor.half_solve_block(index, &mut together[..rows]);
-            for row in &together[..rows] {
-                diagonal.iter_mut().zip(row).for_each(|(sum, y)| *sum += y * y);
-            }
-            first = last;
-        }
-        diagonal.into_iter().fold(0.0, f64::max)
-    }
-
-    /// `s_v = max|b|`, the data's velocity scale (formulation §8), m/s. Constant bounds of friction groups, which are impulses,
-    /// are not in it: a bound that is never reached does not loosen the residuals.
-    ///
-    /// At least 1e-7 of the terms that add up to `J v^f`: where bodies move together these cancel, and a smaller scale would
-    /// compare rounding with rounding.
-    pub fn velocity_scale(&self) -> f64 {
-        let (v, groups) = (&self.free_velocity, &self.friction_groups);
-        let (mut scale, mut terms) = (0.0_f64, 0.0_f64);
-        for i in 0..self.contact_count() {
-            let [c_n, c_1, c_2] = self.contact_velocity(i, v);
-            scale = scale.max((c_n + self.gap[i] / self.timestep).abs());
-            for d in self.directions_of(i) {
-                scale = scale.max((d[0] * c_1 + d[1] * c_2).abs());
-            }
-            terms = terms.max(self.jacobian.largest_terms(i, v));
-        }
-        for (k, theta) in self.bilateral_violation.iter().enumerate() {
-            let [rate] = self.bilateral_jacobian.multiply(k, v);
-            scale = scale.max((rate + theta / self.timestep).abs());
-            terms = terms.max(self.bilateral_jacobian.largest_terms(k, v));
-        }
-        for j in 0..groups.len() {
-            let [s_1, s_2] = groups.slip(j, v);
-            for d in groups.directions_of(j) {
-                scale = scale.max((d[0] * s_1 + d[1] * s_2).abs());
-            }
-            terms = terms.max(groups.jacobian.largest_terms(j, v));
-        }
-        scale.max(CANCELLATION * terms)
     }
 }
 

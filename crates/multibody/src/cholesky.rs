@@ -101,12 +101,17 @@ impl BlockCholesky {
     /// # Panics
     /// If the length is not the block's size.
     pub fn solve_block_in_place(&self, block: usize, x: &mut [f64]) {
-        self.half_solve_block_in_place(block, x);
-        let is_diagonal = self.diagonal[block];
-        let block = &self.layout.blocks[block];
-        if is_diagonal {
-            return scale_rows(x, &self.inverse_diagonal[block.range()]);
+        if self.diagonal[block] {
+            self.half_solve_block_in_place(block, x);
+            return scale_rows(x, &self.inverse_diagonal[self.layout.blocks[block].range()]);
         }
+        match self.layout.blocks[block].size {
+            1 => return self.solve_small::<1>(block, x),
+            3 => return self.solve_small::<3>(block, x),
+            6 => return self.solve_small::<6>(block, x),
+            _ => self.half_solve_block_in_place(block, x),
+        }
+        let block = &self.layout.blocks[block];
         let (n, end) = (block.size, &self.layout.end[block.range()]);
         let rows = self.data[block.data_range()].chunks_exact(n);
         let inverse = &self.inverse_diagonal[block.range()];
@@ -117,6 +122,28 @@ impl BlockCholesky {
             let factor = head[k];
             for (x, u) in tail[..end].iter_mut().zip(row) {
                 *x -= u * factor;
+            }
+        }
+    }
+
+    /// The same for a block of `N` rows: a part of a free body or all of it. Entries that its coupling lacks are zero.
+    fn solve_small<const N: usize>(&self, block: usize, x: &mut [f64]) {
+        let block = &self.layout.blocks[block];
+        let x: &mut [f64; N] = x.try_into().expect("length must be the block's size");
+        let rows = self.data[block.data_range()].as_chunks::<N>().0;
+        let inverse = &self.inverse_diagonal[block.range()];
+        let (Some(u), Some(inverse)) = (rows.first_chunk::<N>(), inverse.first_chunk::<N>()) else { return };
+        for k in (0..N).rev() {
+            let mut sum = x[k];
+            for j in k + 1..N {
+                sum -= u[k][j] * x[j];
+            }
+            x[k] = sum * inverse[k];
+        }
+        for k in 0..N {
+            x[k] *= inverse[k];
+            for j in k + 1..N {
+                x[j] -= u[k][j] * x[k];
             }
         }
     }
@@ -150,8 +177,13 @@ impl BlockCholesky {
     /// If there are more rows than the block has.
     pub fn half_solve_block<const N: usize>(&self, block: usize, rows: &mut [[f64; N]]) {
         let is_diagonal = self.diagonal[block];
+        match (self.layout.blocks[block].size, rows.len()) {
+            (1, 1) if !is_diagonal => return self.half_solve_small::<1, N>(block, rows),
+            (3, 3) if !is_diagonal => return self.half_solve_small::<3, N>(block, rows),
+            (6, 6) if !is_diagonal => return self.half_solve_small::<6, N>(block, rows),
+            (size, count) => assert!(count <= size, "no more rows than the block has"),
+        }
         let block = &self.layout.blocks[block];
-        assert!(rows.len() <= block.size, "no more rows than the block has");
         let (u, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
         if is_diagonal {
             rows.iter_mut().zip(inverse).for_each(|(row, inverse)| row.iter_mut().for_each(|y| *y *= inverse));
@@ -167,6 +199,27 @@ impl BlockCholesky {
                 }
             }
             row.iter_mut().for_each(|y| *y *= inverse[k]);
+        }
+    }
+
+    /// The same for a block of `K` rows and all of them.
+    fn half_solve_small<const K: usize, const N: usize>(&self, block: usize, rows: &mut [[f64; N]]) {
+        let block = &self.layout.blocks[block];
+        let u = self.data[block.data_range()].as_chunks::<K>().0;
+        let inverse = &self.inverse_diagonal[block.range()];
+        let (Some(u), Some(inverse), Some(rows)) =
+            (u.first_chunk::<K>(), inverse.first_chunk::<K>(), rows.first_chunk_mut::<K>())
+        else {
+            return;
+        };
+        for k in (0..K).rev() {
+            let mut row = rows[k];
+            for j in k + 1..K {
+                for n in 0..N {
+                    row[n] -= u[k][j] * rows[j][n];
+                }
+            }
+            rows[k] = row.map(|y| y * inverse[k]);
         }
     }
 

@@ -12,7 +12,7 @@ use crate::certificate::{self, certify_afresh};
 use crate::problem_file::FrictionalProblem;
 use crate::recovery::recover_into;
 use crate::solver::Cones;
-use crate::{ContactProblem, ContactSolution, ContactSolver, ProblemError, SolveStatus, WarmStart};
+use crate::{ContactProblem, ContactSolution, ContactSolver, ProblemError, SolveStatus, SolverSettings, WarmStart};
 
 /// Residual at which a start counts as successful, relative to the tolerance: the certificate judges the rest.
 const ACCEPT: f64 = 0.1;
@@ -22,7 +22,7 @@ const ACCEPT: f64 = 0.1;
 /// Semismooth Newton steps on the proximal form, started from, in this order: the caller's impulses; the exact solution with the
 /// problem's own polygons; polygons refined into the slip; block Gauss–Seidel sweeps in turns with Newton's method. The
 /// status is decided by the [certificate](super::certify_cone) of the result.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct CircularConeSolver {
     settings: ConeSettings,
     polygon: ContactSolver,
@@ -36,6 +36,30 @@ pub struct CircularConeSolver {
     scratch: Scratch,
     cones: Cones,
     polygon_scratch: certificate::Scratch,
+}
+
+/// What polygons are polished to: where impulses are large against the masses they move, Newton's method ends as exactly as it
+/// begins.
+const POLYGON_POLISH: f64 = 1e-13;
+
+impl Default for CircularConeSolver {
+    fn default() -> Self {
+        let polygon = SolverSettings { polish: POLYGON_POLISH, ..SolverSettings::default() };
+        Self {
+            settings: ConeSettings::default(),
+            polygon: ContactSolver::new(polygon).unwrap_or_default(),
+            polygon_solution: ContactSolution::default(),
+            refiner: DirectionRefiner::default(),
+            laws: Vec::new(),
+            memory: Memory::default(),
+            newton: Newton::default(),
+            sweeps: Sweeps::default(),
+            candidate: ConeSolution::default(),
+            scratch: Scratch::default(),
+            cones: Cones::default(),
+            polygon_scratch: certificate::Scratch::default(),
+        }
+    }
 }
 
 impl CircularConeSolver {

@@ -1,8 +1,8 @@
-//! Contradictions between gaps, proved while iterating.
+//! Contradictions between gaps, found while iterating.
 //!
-//! Where contacts demand what no velocity can give, every proximal iteration adds the same self-balanced impulses. Their normal
-//! and bilateral parts `d ≥ 0` are then a Farkas vector: with `J_Nᵀ d_N + ∇Θᵀ d_B = 0` the sum `d_N · (J_N v + φ/Δt) + d_B · (∇Θ v +
-//! Θ/Δt)` is the same for every `v`, and where it is negative no `v` satisfies the rows (formulation §4).
+//! Where contacts demand what no velocity can give, every proximal iteration adds the same self-balanced impulses. If their normal
+//! and bilateral parts `d ≥ 0` balance alone, they are a Farkas vector: with `J_Nᵀ d_N + ∇Θᵀ d_B = 0` the sum `d_N · (J_N v + φ/Δt) +
+//! d_B · (∇Θ v + Θ/Δt)` is the same for every `v`, and where it is negative no `v` satisfies the rows (formulation §4).
 
 use super::island::Island;
 use super::island_solver::IslandSolver;
@@ -10,44 +10,71 @@ use super::island_solver::IslandSolver;
 /// Sums of numbers that cancel to this part of their sizes are zero.
 const ROUNDING: f64 = 1e-9;
 
+/// A sum, and that of the sizes of its terms.
+#[derive(Clone, Copy, Default)]
+struct Sum {
+    value: f64,
+    terms: f64,
+}
+
+impl Sum {
+    fn add(&mut self, term: f64) {
+        self.value += term;
+        self.terms += term.abs();
+    }
+
+    fn is_negative(&self) -> bool {
+        self.value < -ROUNDING * self.terms
+    }
+}
+
 impl IslandSolver {
     /// Whether the last change of the impulses proves that the rows contradict each other; the units that do are then in
     /// `contradiction`.
     pub(super) fn is_contradiction(&mut self, island: &Island) -> bool {
-        let normal = |c: usize| self.change[c][0];
-        let contacts = 0..island.contact_count;
-        let size = contacts.clone().map(normal).fold(0.0, f64::max);
-        if size <= 0.0 || contacts.clone().any(|c| normal(c) < -ROUNDING * size) {
+        let Some(size) = self.size_of_growth(island) else { return false };
+        let normal = |p: [f64; 3]| [p[0].max(0.0), 0.0, 0.0];
+        if !self.is_self_balanced(island, island.contact_count, normal) {
             return false;
         }
-        let (mut gain, mut terms) = (0.0, 0.0);
+        let contacts = (0..island.contact_count).filter(|&c| self.change[c][0] > ROUNDING * size);
+        self.contradiction.extend(contacts.map(|c| island.units[c]));
+        true
+    }
+
+    /// The largest growth of a normal impulse, if none shrinks.
+    fn size_of_growth(&self, island: &Island) -> Option<f64> {
+        let normals = || self.change.iter().take(island.contact_count).map(|p| p[0]);
+        let size = normals().fold(0.0, f64::max);
+        (size > 0.0 && normals().all(|d| d >= -ROUNDING * size)).then_some(size)
+    }
+
+    /// Whether what `part` leaves of the change of the first `count` units, and the change of the bilateral rows, balance each
+    /// other while they work against the gaps.
+    fn is_self_balanced(&mut self, island: &Island, count: usize, part: impl Fn([f64; 3]) -> [f64; 3]) -> bool {
+        let mut gain = Sum::default();
         self.work.fill(0.0);
         self.magnitude.clear();
         self.magnitude.resize(island.nv(), 0.0);
-        for c in contacts.clone() {
-            let d = normal(c).max(0.0);
-            gain += d * island.offset[c][0];
-            terms += (d * island.offset[c][0]).abs();
+        for c in 0..count {
+            let d = island.pushing(c, part(self.change[c]));
+            (0..3).for_each(|r| gain.add(d[r] * island.offset[c][r]));
             let (columns, entries) = island.jacobian.group(c);
             for (&k, e) in columns.iter().zip(entries) {
-                self.work[k as usize] += d * e[0];
-                self.magnitude[k as usize] += (d * e[0]).abs();
+                for r in 0..3 {
+                    self.work[k as usize] += d[r] * e[r];
+                    self.magnitude[k as usize] += (d[r] * e[r]).abs();
+                }
             }
         }
         for (k, (&d, offset)) in self.bilateral_change.iter().zip(&island.bilateral_offset).enumerate() {
-            gain += d * offset;
-            terms += (d * offset).abs();
+            gain.add(d * offset);
             let (columns, entries) = island.bilateral_jacobian.group(k);
             for (&k, e) in columns.iter().zip(entries) {
                 self.work[k as usize] += d * e[0];
                 self.magnitude[k as usize] += (d * e[0]).abs();
             }
         }
-        let balanced = self.work.iter().zip(&self.magnitude).all(|(sum, size)| sum.abs() <= ROUNDING * size);
-        if !balanced || gain >= -ROUNDING * terms {
-            return false;
-        }
-        self.contradiction.extend(contacts.filter(|&c| normal(c) > ROUNDING * size).map(|c| island.units[c]));
-        true
+        gain.is_negative() && self.work.iter().zip(&self.magnitude).all(|(sum, size)| sum.abs() <= ROUNDING * size)
     }
 }

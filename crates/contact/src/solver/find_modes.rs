@@ -5,13 +5,11 @@ use super::island::Island;
 use super::island_solver::IslandSolver;
 use super::mode::{Cones, Mode};
 use super::path::{PathOutcome, Shift};
+use super::proximal::LARGE;
+use crate::ContactProblem;
 
-/// Newton steps without a better set of modes before they are given up.
-const NEWTON_PATIENCE: u32 = 2;
-/// A careful search follows a path if at most one in so many contacts lies outside its mode.
+/// The first attempt on a large island follows a path if at most one in so many contacts lies outside its mode.
 const FEW: usize = 16;
-/// Contacts of an island that is large enough for a path to wander.
-const LARGE: usize = 64;
 
 impl IslandSolver {
     /// Solves the proximal problem around the centre: modes, `y`, bilateral impulses. `false` if neither Newton's
@@ -21,19 +19,33 @@ impl IslandSolver {
     /// open: the matrix of the proximal problem is strictly copositive, so that this path, which is Lemke's in other
     /// coordinates, cannot end on a ray.
     ///
-    /// A careful search follows one path at most, and only where few contacts lie outside their modes: what it does not find
-    /// is asked for with a larger ε.
+    /// The first attempt on a large island follows one path at most, and only where few contacts lie outside their modes: what
+    /// it does not find is asked for with a larger ε.
+    ///
+    /// Modes that are no more than guessed and do not hold are swept first.
     pub(super) fn solve_proximal(
         &mut self,
+        problem: &ContactProblem,
         cones: &Cones,
         island: &Island,
         settings: &SolverSettings,
         attempt: u32,
-        careful: bool,
         factored: &mut bool,
     ) -> bool {
+        let careful = attempt == 0 && island.units.len() >= LARGE;
         for round in 0..settings.max_rounds {
             let newton = if round == 0 && attempt == 0 { settings.newton_iterations } else { 0 };
+            if std::mem::take(&mut self.guessed) {
+                if !self.solve_modes(cones, island, factored) {
+                    return false;
+                }
+                if self.violations(cones, island, settings) == 0 {
+                    self.take_bilateral(island);
+                    return true;
+                }
+                self.sweep(problem, cones, island);
+                *factored = false;
+            }
             if !self.take_newton_steps(cones, island, settings, newton, factored) {
                 return false;
             }
@@ -71,8 +83,8 @@ impl IslandSolver {
         contacts >= LARGE && 2 * self.violations(cones, island, settings) > contacts
     }
 
-    /// Newton steps on all modes at once; ends at the modes that left the fewest contacts outside their modes, factorised and
-    /// solved. `false` if a system is singular.
+    /// Newton steps on all modes at once, as long as each leaves fewer contacts outside their modes; ends at the modes that left
+    /// the fewest there, factorised and solved. `false` if a system is singular.
     pub(super) fn take_newton_steps(
         &mut self,
         cones: &Cones,
@@ -81,27 +93,28 @@ impl IslandSolver {
         steps: u32,
         factored: &mut bool,
     ) -> bool {
-        let (mut fewest, mut since) = (usize::MAX, 0);
-        for _ in 0..=steps {
+        let mut fewest = usize::MAX;
+        for step in 0..=steps {
             if !self.solve_modes(cones, island, factored) {
                 return false;
             }
             let violations = self.violations(cones, island, settings);
-            since = if violations < fewest { 0 } else { since + 1 };
-            if violations < fewest {
+            let better = violations < fewest;
+            if better {
                 fewest = violations;
                 self.newton_best.clone_from(&self.modes);
             }
-            if violations == 0 || since > NEWTON_PATIENCE {
+            if violations == 0 || step == steps || !better {
                 break;
             }
             self.take_modes_of_trial(cones, island);
             *factored = false;
         }
-        if self.modes != self.newton_best || !*factored {
-            self.modes.clone_from(&self.newton_best);
-            *factored = false;
+        if self.modes == self.newton_best && *factored {
+            return true;
         }
+        self.modes.clone_from(&self.newton_best);
+        *factored = false;
         self.solve_modes(cones, island, factored)
     }
 

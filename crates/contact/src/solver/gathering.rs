@@ -44,15 +44,19 @@ impl Gathering {
         let contacts = (0..island.units.len()).map(|c| island.jacobian.group(c).0);
         let bilateral = (0..island.bilateral.len()).map(|k| island.bilateral_jacobian.group(k).0);
         for columns in contacts.chain(bilateral) {
-            let mut last = None;
+            // Columns ascend; blocks are mostly followed by the next one.
+            let (mut block, mut end, mut follows) = (0, 0, false);
             for &column in columns {
-                let block = island.starts.partition_point(|&s| s <= column as usize) - 1;
-                if last == Some(block) {
+                let column = column as usize;
+                if column < end {
                     continue;
                 }
-                self.rows[block] += 1;
-                self.shared[block] += u32::from(block > 0 && last == Some(block - 1));
-                last = Some(block);
+                let next =
+                    if follows && column < island.starts[block + 2] { block + 1 } else { island.block_of(column) };
+                self.shared[next] += u32::from(follows && next == block + 1);
+                self.rows[next] += 1;
+                (block, end) = (next, island.starts[next + 1]);
+                follows = next + 1 < island.blocks.len();
             }
         }
     }

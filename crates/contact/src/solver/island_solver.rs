@@ -10,9 +10,9 @@ use super::interior_start::InteriorStart;
 use super::island::Island;
 use super::mode::{Cones, Mode};
 use super::path::Path;
+use super::sweeps::Sweeps;
 use super::system::ProximalSystem;
 use crate::ContactProblem;
-use crate::problem::CANCELLATION;
 
 /// Counters of one island's solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -74,6 +74,9 @@ pub(crate) struct IslandSolver {
     pub(super) magnitude: Vec<f64>,
     pub(super) effort: Effort,
     pub(super) interior: InteriorStart,
+    pub(super) sweeps: Sweeps,
+    /// Whether the modes are those of the trial impulses, which sweeps may improve.
+    pub(super) guessed: bool,
     /// Whether `system` knows the island's structure.
     pub(super) analysed: bool,
 }
@@ -85,7 +88,7 @@ impl IslandSolver {
         self.velocity.resize(island.nv(), 0.0);
         self.work.clear();
         self.work.resize(island.nv(), 0.0);
-        self.find_velocity_scale(island);
+        self.velocity_scale = island.velocity_scale.value();
         self.analysed = false;
         self.effort = Effort::default();
         self.impulse.clear();
@@ -95,26 +98,11 @@ impl IslandSolver {
         self.bilateral_impulse.resize(island.bilateral.len(), 0.0);
         self.modes.clear();
         self.contradiction.clear();
+        self.guessed = false;
         self.change.clear();
         self.earlier_change.clear();
         self.bilateral_change.clear();
         self.bilateral_change.resize(island.bilateral.len(), 0.0);
-    }
-
-    fn find_velocity_scale(&mut self, island: &Island) {
-        let v = &self.free_velocity;
-        let (mut scale, mut terms) = (0.0_f64, 0.0_f64);
-        for c in 0..island.units.len() {
-            let b = island.pushing(c, island.slack(c, v));
-            scale = scale.max(b[0].abs()).max(b[1].abs()).max(b[2].abs());
-            terms = terms.max(island.jacobian.largest_terms(c, v));
-        }
-        for (k, offset) in island.bilateral_offset.iter().enumerate() {
-            let [c] = island.bilateral_jacobian.multiply(k, v);
-            scale = scale.max((c + offset).abs());
-            terms = terms.max(island.bilateral_jacobian.largest_terms(k, v));
-        }
-        self.velocity_scale = scale.max(CANCELLATION * terms);
     }
 
     /// Sets the first component of the friction groups' impulses to what bounds them.
@@ -159,25 +147,20 @@ impl IslandSolver {
 
     /// Computes `v`, `u` and the trial impulses at the centre; returns the residual of the contact laws there.
     pub(super) fn evaluate_centre(&mut self, problem: &ContactProblem, cones: &Cones, island: &Island) -> f64 {
-        self.work.fill(0.0);
-        for (c, p) in self.impulse.iter().enumerate() {
-            island.add_impulse(c, *p, &mut self.work);
-        }
-        for (k, p) in self.bilateral_impulse.iter().enumerate() {
-            island.bilateral_jacobian.add_transposed(k, [*p], &mut self.work);
-        }
-        island.solve_mass(&problem.mass_factor, &mut self.work);
-        for ((v, f), d) in self.velocity.iter_mut().zip(&self.free_velocity).zip(&self.work) {
-            *v = f + d;
+        let pushed = self.impulse.iter().any(|p| *p != [0.0; 3]) || self.bilateral_impulse.iter().any(|p| *p != 0.0);
+        self.slack.clear();
+        if pushed {
+            self.find_velocity(problem, island);
+            self.slack.extend((0..island.units.len()).map(|c| island.slack(c, &self.velocity)));
+        } else {
+            self.velocity.copy_from_slice(&self.free_velocity);
+            self.slack.extend_from_slice(&island.free_slack);
         }
         let mut worst = 0.0_f64;
-        self.slack.clear();
         self.trial.clear();
         for (c, &i) in island.units.iter().enumerate() {
-            let u = island.slack(c, &self.velocity);
-            let (p, rho, g) = (self.impulse[c], self.weight[c], island.scale[c]);
+            let (u, p, rho, g) = (self.slack[c], self.impulse[c], self.weight[c], island.scale[c]);
             worst = worst.max(law_residual(cones, i as usize, p, island.pushing(c, u), g));
-            self.slack.push(u);
             self.trial.push(std::array::from_fn(|r| p[r] - rho * u[r]));
         }
         island.bind(&mut self.trial);
@@ -189,6 +172,21 @@ impl IslandSolver {
             self.bilateral_slack.push(u);
         }
         if self.velocity_scale > 0.0 { worst / self.velocity_scale } else { 0.0 }
+    }
+
+    /// `v = v^f + M⁻¹ Jᵀ λ`.
+    fn find_velocity(&mut self, problem: &ContactProblem, island: &Island) {
+        self.work.fill(0.0);
+        for (c, p) in self.impulse.iter().enumerate() {
+            island.add_impulse(c, *p, &mut self.work);
+        }
+        for (k, p) in self.bilateral_impulse.iter().enumerate() {
+            island.bilateral_jacobian.add_transposed(k, [*p], &mut self.work);
+        }
+        island.solve_mass(&problem.mass_factor, &mut self.work);
+        for ((v, f), d) in self.velocity.iter_mut().zip(&self.free_velocity).zip(&self.work) {
+            *v = f + d;
+        }
     }
 
     /// The modes in which the trial impulses at the centre lie.
@@ -264,26 +262,27 @@ impl IslandSolver {
         }
     }
 
-    /// How far contact `c`'s trial impulse lies outside its mode's cone, relative to its typical size; ≤ 0 inside.
-    pub fn violation(&self, cones: &Cones, island: &Island, c: usize) -> f64 {
-        let y = self.y[c];
-        let mut worst = f64::NEG_INFINITY;
-        cones.facets(island.units[c] as usize, self.modes[c], y, |facet| {
-            let f = facet.normal;
-            let length = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
-            worst = worst.max(-(f[0] * y[0] + f[1] * y[1] + f[2] * y[2]) / length);
-        });
-        worst / self.typical_impulse(island, c)
-    }
-
     /// The impulse that changes contact `c`'s velocity by the island's velocity scale.
     pub fn typical_impulse(&self, island: &Island, c: usize) -> f64 {
         (self.velocity_scale / island.scale[c]).max(f64::MIN_POSITIVE)
     }
 
+    /// Whether contact `c`'s trial impulse lies outside its mode's cone by more than the tolerance.
+    pub(super) fn is_violated(&self, cones: &Cones, island: &Island, settings: &SolverSettings, c: usize) -> bool {
+        let y = self.y[c];
+        let most = settings.mode_tolerance * self.typical_impulse(island, c);
+        let mut violated = false;
+        cones.facets(island.units[c] as usize, self.modes[c], y, |facet| {
+            let f = facet.normal;
+            let outside = -(f[0] * y[0] + f[1] * y[1] + f[2] * y[2]);
+            violated |= outside > 0.0 && outside > most * (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();
+        });
+        violated
+    }
+
     /// How many contacts lie outside their modes' cones.
     pub(super) fn violations(&self, cones: &Cones, island: &Island, settings: &SolverSettings) -> usize {
-        (0..self.modes.len()).filter(|&c| self.violation(cones, island, c) > settings.mode_tolerance).count()
+        (0..self.modes.len()).filter(|&c| self.is_violated(cones, island, settings, c)).count()
     }
 }
 
@@ -291,6 +290,9 @@ impl IslandSolver {
 /// natural map of the normal pair.
 pub(super) fn law_residual(cones: &Cones, i: usize, p: [f64; 3], u: [f64; 3], g: f64) -> f64 {
     let normal = (g * p[0]).min(u[0]).abs();
+    if p[0] <= 0.0 {
+        return normal.max(g * p[1].abs()).max(g * p[2].abs());
+    }
     let y = [p[0], p[1] - u[1] / g, p[2] - u[2] / g];
     let mode = cones.mode_at(i, y);
     let q = cones.project(i, mode, y);

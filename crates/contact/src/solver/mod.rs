@@ -1,9 +1,9 @@
 //! The structured contact solver: exact, warm-started, with Lemke's method behind it.
 //!
 //! The cascade, island by island:
-//! 1. proximal iterations from the warm start, a few Newton steps on the modes in each, then the [path](path); a large
-//!    island that is far from its modes has an [interior start](interior_start); a [proof](contradiction) that the gaps
-//!    contradict each other ends the solve;
+//! 1. proximal iterations from the warm start, a few Newton steps on the modes in each, then the [path](path); a small cold
+//!    island begins with modes that [sweeps](sweeps) found, a large one that is far from its modes has an
+//!    [interior start](interior_start); a [proof](contradiction) that the gaps contradict each other ends the solve;
 //! 2. the same from a cold start with other random shifts, a few times;
 //! 3. lexicographic Lemke on the standard LCP ([`signorini_lcp::Lemke`]), which ends in a solution, or in a ray where the
 //!    contacts wedge.
@@ -18,12 +18,14 @@ mod interior_start;
 mod island;
 mod island_pool;
 mod island_solver;
+mod islands;
 mod mode;
 mod path;
 mod proximal;
 mod settings;
 mod sleep;
 mod sparse;
+mod sweeps;
 mod system;
 mod warm_start;
 mod weight;
@@ -34,11 +36,14 @@ pub use warm_start::WarmStart;
 use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
-use island::Islands;
 use island_pool::{IslandPool, Outcome};
 use island_solver::{Effort, IslandSolver};
+use islands::Islands;
 pub(crate) use mode::{Cones, Mode};
 use signorini_lcp::Refusal;
+
+/// A residual that no choice among velocities mends.
+const HOPELESS: f64 = 1e-3;
 
 /// What a solve ended with.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -163,7 +168,7 @@ impl ContactSolver {
             return;
         }
         self.islands.find(problem);
-        self.scales = Scales::of(problem, self.islands.delassus_scale());
+        self.scales = Scales::new(problem, self.islands.delassus_scale(), self.islands.velocity_scale());
         solution.prepare(problem);
         solution.report.islands = self.islands.all().len();
         self.residuals.clear();
@@ -194,7 +199,7 @@ impl ContactSolver {
     fn drop_what_is_worse(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
         if solution.certificate.natural_map > 1.0 || solution.certificate.natural_map.is_nan() {
             solution.drop_impulses(problem);
-            self.complete(problem, solution);
+            self.certify_completed(problem, solution);
         }
     }
 
@@ -227,10 +232,13 @@ impl ContactSolver {
     /// Gives the islands that were accepted a cold start, where the certificate asks for more than they do (it multiplies
     /// errors of the velocity by large impulses), and keeps what certifies better.
     fn retry_cold(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        let accept = self.settings.accept;
+        if self.residuals.iter().all(|&residual| residual > accept) {
+            return;
+        }
         self.earlier.copy_warm_part(solution);
         self.earlier.velocity.clone_from(&solution.velocity);
         let earlier = solution.certificate.worst();
-        let accept = self.settings.accept;
         solution.report.restarts += self.residuals.iter().filter(|&&residual| residual <= accept).count() as u32;
         self.solve_islands(problem, Start::Cold, solution, |residual| residual <= accept);
         self.complete(problem, solution);
@@ -256,11 +264,17 @@ impl ContactSolver {
 
     /// Fills in what follows from impulses and velocity, and certifies it.
     fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        recover_into(problem, &self.cones, self.scales.velocity, solution);
-        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
-        if !solution.certificate.holds(self.settings.tolerance) {
+        self.certify_completed(problem, solution);
+        // Impulses that are far from a solution are so with any velocity.
+        let hopeless = solution.certificate.natural_map > HOPELESS && self.residuals.iter().any(|r| *r > HOPELESS);
+        if !hopeless && !solution.certificate.holds(self.settings.tolerance) {
             self.take_velocity_of_impulses(problem, solution);
         }
+    }
+
+    fn certify_completed(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        recover_into(problem, &self.cones, self.scales.velocity, solution);
+        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
     }
 
     /// Replaces the refined velocity by that of the impulses, with the `β` that follows from it, where this certifies
@@ -269,8 +283,7 @@ impl ContactSolver {
         let refined_certificate = solution.certificate;
         let unrefined = velocity_from_impulses(problem, solution);
         let refined = std::mem::replace(&mut solution.velocity, unrefined);
-        recover_into(problem, &self.cones, self.scales.velocity, solution);
-        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
+        self.certify_completed(problem, solution);
         if solution.certificate.worst() >= refined_certificate.worst() {
             solution.velocity = refined;
             recover_into(problem, &self.cones, self.scales.velocity, solution);

@@ -111,7 +111,7 @@ impl Path {
             let (i, mode) = (island.units[c] as usize, solver.modes[c]);
             let y = solver.y[c];
             let factor = random.between(0.5, 1.5);
-            let violated = solver.violation(cones, island, c) > settings.mode_tolerance;
+            let violated = solver.is_violated(cones, island, settings, c);
             let shift = if which == Shift::All {
                 [-y[0].max(0.0) - solver.typical_impulse(island, c) * factor, 0.0, 0.0]
             } else if violated {

@@ -17,7 +17,8 @@ const PARALLEL: f64 = 0.99;
 const NOISE: f64 = 1e-11;
 /// An extrapolation has to leave less than this part of the residual of the last one.
 const EXTRAPOLATED: f64 = 0.5;
-/// Contacts and groups from which an island is large: a path from modes that are far from the solution's would wander.
+/// Contacts and groups from which an island is large: a path from modes that are far from the
+/// solution's would wander. A smaller one is swept where it is cold.
 pub(super) const LARGE: usize = 64;
 
 impl IslandSolver {
@@ -36,7 +37,8 @@ impl IslandSolver {
         self.set_weights(island, weight.epsilon);
         let (mut best, mut last, mut slow, mut extrapolated) = (f64::INFINITY, f64::INFINITY, 0, f64::INFINITY);
         let (mut prepared, mut factored, mut polished) = (false, false, false);
-        for _ in 0..settings.max_proximal_iterations {
+        let iterations = if careful { 2 } else { 1 } * settings.max_proximal_iterations;
+        for _ in 0..iterations {
             let residual = self.evaluate_centre(problem, cones, island);
             if residual < best {
                 best = residual;
@@ -49,11 +51,14 @@ impl IslandSolver {
             // The first slow iteration gives the second change of the impulses that an extrapolation needs.
             slow = if residual > SLOW * last && !weight.is_falling() { slow + 1 } else { 0 };
             last = residual;
+            if slow > 0 && best > NOISE && (self.is_contradiction(island)) {
+                break;
+            }
             if slow == 2 {
                 slow = 0;
                 if best > NOISE && best < EXTRAPOLATED * extrapolated && self.extrapolate(cones, island) {
                     (last, extrapolated) = (f64::INFINITY, best);
-                } else if best > NOISE && self.is_contradiction(island) || !weight.change(best, last) {
+                } else if !weight.change(best, last) {
                     break;
                 } else {
                     self.set_weights(island, weight.epsilon);
@@ -63,10 +68,11 @@ impl IslandSolver {
             }
             if self.modes.is_empty() {
                 self.guess_modes(cones, island);
+                self.guessed = attempt == 0 && island.units.len() < LARGE;
             }
             self.prepare_system(problem, island, &mut prepared);
             self.earlier_modes.clone_from(&self.modes);
-            let reweighted = if self.solve_proximal(cones, island, settings, attempt, careful, &mut factored) {
+            let reweighted = if self.solve_proximal(problem, cones, island, settings, attempt, &mut factored) {
                 self.effort.proximal_iterations += 1;
                 self.take_impulses(cones, island);
                 weight.fall()

@@ -21,7 +21,7 @@ pub struct SolverSettings {
     pub newton_iterations: u32,
     /// How often the path is followed for one proximal problem. Default 4; at least 1.
     pub max_rounds: u32,
-    /// Proximal iterations at most. Default 120; at least 1.
+    /// Proximal iterations at most; twice as many in an island of 64 contacts or more. Default 60; at least 1.
     pub max_proximal_iterations: u32,
     /// Cold restarts before Lemke's method; one at most in an island of 64 contacts or more. Default 3.
     pub max_restarts: u32,
@@ -56,7 +56,7 @@ impl Default for SolverSettings {
             mode_tolerance: 1e-11,
             newton_iterations: 10,
             max_rounds: 4,
-            max_proximal_iterations: 120,
+            max_proximal_iterations: 60,
             max_restarts: 3,
             path_changes_base: 100,
             path_changes_per_violation: 8,

@@ -1,9 +1,9 @@
 //! The proximal system `H = M + Σ J_cᵀ (ρ_c B_c) J_c` of one island, factorised, with rank-one updates.
 
 use super::gathering::Gathering;
-use super::island::Island;
+use super::island::{Island, block_of};
 use super::mode::{Cones, Facet, Mode};
-use super::sparse::{BlockLu, Symbolic};
+use super::sparse::{BlockLu, FREE, FreeRows, Symbolic, add_free_product};
 use crate::ContactProblem;
 
 /// Updates kept before the matrix is factorised afresh.
@@ -158,17 +158,15 @@ fn apply(updates: &[Update], columns: &[f64], n: usize, island: &Island, x: &mut
     }
 }
 
-/// The block that holds a degree of freedom.
-fn block_of(starts: &[usize], dof: usize) -> usize {
-    starts.partition_point(|&s| s <= dof) - 1
-}
-
 /// Cuts ascending columns where they pass from one block to the next.
 fn find_runs(columns: &[u32], starts: &[usize], runs: &mut Vec<Run>) {
     let mut first = 0;
     while first < columns.len() {
         let block = block_of(starts, columns[first] as usize);
-        let last = first + columns[first..].partition_point(|&c| (c as usize) < starts[block + 1]);
+        let end = starts[block + 1];
+        let inside = |&c: &u32| (c as usize) < end;
+        let rest = &columns[first..];
+        let last = if rest.last().is_some_and(inside) { columns.len() } else { first + rest.partition_point(inside) };
         runs.push(Run { block, first, last });
         first = last;
     }
@@ -183,30 +181,90 @@ fn add_outer<const R: usize>(
     (columns, entries): (&[u32], &[[f64; R]]),
     slope: [[f64; R]; R],
 ) {
-    let row = |i: usize| -> [f64; R] { std::array::from_fn(|k| (0..R).map(|r| entries[i][r] * slope[r][k]).sum()) };
-    let product = |row: [f64; R], j: usize| -> f64 { (0..R).map(|k| row[k] * entries[j][k]).sum() };
-    for (k, a) in runs.iter().enumerate() {
-        let (start, size) = (starts[a.block], starts[a.block + 1] - starts[a.block]);
-        let place = symbolic.diagonal[symbolic.position[a.block] as usize];
-        for i in a.first..a.last {
-            let (row, at) = (row(i), place + (columns[i] as usize - start) * size);
-            for j in a.first..a.last {
-                matrix.diagonal[at + columns[j] as usize - start] += product(row, j);
+    let transposed = std::array::from_fn(|r| std::array::from_fn(|k| slope[k][r]));
+    let part = |run: &Run| Part {
+        start: starts[run.block],
+        size: starts[run.block + 1] - starts[run.block],
+        columns: &columns[run.first..run.last],
+        entries: &entries[run.first..run.last],
+    };
+    for (k, run) in runs.iter().enumerate() {
+        let own = part(run);
+        let place = symbolic.diagonal[symbolic.position[run.block] as usize];
+        let free = own.free_rows();
+        let diagonal = &mut matrix.diagonal[place..place + own.size * own.size];
+        match (&free, free_block(diagonal)) {
+            (Some(rows), Some(c)) => add_free_product(c, &weigh(rows, &slope), rows),
+            _ => add_block(diagonal, &own, &slope, &own),
+        }
+        for other in &runs[..k] {
+            let swapped = symbolic.position[run.block] > symbolic.position[other.block];
+            let (a, b) = if swapped { (other, run) } else { (run, other) };
+            let place = symbolic.block_in_panel(a.block, b.block);
+            let (a, b) = (part(a), part(b));
+            let range = place..place + a.size * b.size;
+            let (lower, upper) = (&mut matrix.lower[range.clone()], &mut matrix.upper[range]);
+            if let (Some(a), Some(b)) = (a.free_rows(), b.free_rows())
+                && let (Some(lower), Some(upper)) = (free_block(lower), free_block(upper))
+            {
+                add_free_product(lower, &weigh(&b, &slope), &a);
+                add_free_product(upper, &weigh(&b, &transposed), &a);
+            } else {
+                add_block(lower, &b, &slope, &a);
+                add_block(upper, &b, &transposed, &a);
             }
         }
-        for b in &runs[..k] {
-            let swapped = symbolic.position[a.block] > symbolic.position[b.block];
-            let (a, b) = if swapped { (b, a) } else { (a, b) };
-            let (start, size, below) = (starts[a.block], starts[a.block + 1] - starts[a.block], starts[b.block]);
-            let place = symbolic.block_in_panel(a.block, b.block);
-            for i in b.first..b.last {
-                let (lower_row, at) = (row(i), place + (columns[i] as usize - below) * size);
-                for j in a.first..a.last {
-                    let place = at + columns[j] as usize - start;
-                    matrix.lower[place] += product(lower_row, j);
-                    matrix.upper[place] += product(row(j), i);
-                }
+    }
+}
+
+/// The entries of a group of Jacobian rows in one block.
+struct Part<'a, const R: usize> {
+    /// First degree of freedom of the block, and its size.
+    start: usize,
+    size: usize,
+    columns: &'a [u32],
+    entries: &'a [[f64; R]],
+}
+
+impl<const R: usize> Part<'_, R> {
+    /// The rows, if they have all columns of a free body.
+    #[inline]
+    fn free_rows(&self) -> Option<FreeRows<R>> {
+        let entries: &[[f64; R]; FREE] = self.entries.try_into().ok().filter(|_| self.size == FREE)?;
+        Some(std::array::from_fn(|r| std::array::from_fn(|k| entries[k][r])))
+    }
+}
+
+fn free_block(block: &mut [f64]) -> Option<&mut [[f64; FREE]; FREE]> {
+    block.as_chunks_mut().0.try_into().ok()
+}
+
+/// `Sᵀ` times the rows.
+#[inline]
+fn weigh<const R: usize>(rows: &FreeRows<R>, slope: &[[f64; R]; R]) -> FreeRows<R> {
+    let mut weighted = [[0.0; FREE]; R];
+    for k in 0..R {
+        for r in 0..R {
+            for i in 0..FREE {
+                weighted[k][i] += slope[r][k] * rows[r][i];
             }
+        }
+    }
+    weighted
+}
+
+/// `C += A S Bᵀ` for `C` of the sizes of the two blocks.
+fn add_block<const R: usize>(c: &mut [f64], a: &Part<R>, slope: &[[f64; R]; R], b: &Part<R>) {
+    let first = b.columns.first().map_or(0, |&j| j as usize - b.start);
+    let consecutive = b.columns.last().is_some_and(|&j| j as usize - b.start + 1 == first + b.columns.len());
+    for (i, row) in a.columns.iter().zip(a.entries) {
+        let weighted: [f64; R] = std::array::from_fn(|k| (0..R).map(|r| row[r] * slope[r][k]).sum());
+        let product = |entry: &[f64; R]| (0..R).map(|k| weighted[k] * entry[k]).sum::<f64>();
+        let c = &mut c[(*i as usize - a.start) * b.size..][..b.size];
+        if consecutive {
+            c[first..].iter_mut().zip(b.entries).for_each(|(c, entry)| *c += product(entry));
+        } else {
+            b.columns.iter().zip(b.entries).for_each(|(&j, entry)| c[j as usize - b.start] += product(entry));
         }
     }
 }

@@ -12,7 +12,9 @@ use super::SolverSettings;
 const SLOW_STEP: f64 = 1e2;
 const LARGE_SLOW_STEP: f64 = 10.0;
 /// Below this residual a slow iteration is a matter of rounding.
-const ROUNDING_FLOOR: f64 = 2e-12;
+const ROUNDING_FLOOR: f64 = 2e-11;
+/// Below this one, another ε is not worth its factorisation.
+const NEARLY_POLISHED: f64 = 3e-12;
 /// A residual that rounding can leave.
 const SMALL: f64 = 1e-8;
 /// How many times the best residual it is then.
@@ -92,7 +94,7 @@ impl ProximalWeight {
         let fruitless = self.is_large && best < SMALL && best >= self.earlier_best && last > ROUNDED * best;
         self.ascending |= best <= ROUNDING_FLOOR || self.epsilon <= self.smallest || fruitless;
         self.earlier_best = best;
-        if self.ascending && self.epsilon >= LARGEST_LAST {
+        if self.ascending && (self.epsilon >= LARGEST_LAST || best <= NEARLY_POLISHED) {
             return false;
         }
         self.epsilon = if self.ascending {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use signorini_contact::{ContactProblem, ContactSolution, ContactSolver, SolveStatus};
 use signorini_lcp::{Enumeration, Method};
-use signorini_testkit::{Family, Gap, Motion, Parameters, Random, families};
+use signorini_testkit::{Family, Gap, Motion, Parameters, Random, families, suite};
 
 use crate::reference::{keep, random_problem, worst_violation};
 
@@ -110,4 +110,21 @@ fn outcomes_agree_with_enumeration() {
     println!("{solved} solved, {denied} rightly denied, {ray} ended on a ray though solvable, {other} other");
     assert!(solved >= 150 && denied >= 20, "the problems are not what they should be: {counts:?}");
     assert!(ray + other == 0, "{counts:?}");
+}
+
+/// Boxes squeezed between walls that demand more room than there is: the iterations' own impulses are the proof.
+#[test]
+fn squeezes_are_denied_without_lemke() {
+    let list = suite::entries();
+    let mut denied = 0;
+    for seed in 0..4 * list.len() {
+        let entry = list[seed % list.len()];
+        if entry.group == "squeeze" {
+            let solution = ContactSolver::default().solve(&entry.problem(seed as u32), None);
+            assert!(matches!(solution.status, SolveStatus::Infeasible { .. }), "seed {seed}: {:?}", solution.status);
+            assert_eq!(solution.report.lemke_islands, 0, "seed {seed}: {:?}", solution.report);
+            denied += 1;
+        }
+    }
+    assert!(denied >= 20, "only {denied} squeezes");
 }

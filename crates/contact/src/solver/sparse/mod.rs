@@ -6,4 +6,5 @@ mod ordering;
 mod symbolic;
 
 pub(crate) use block_lu::BlockLu;
+pub(crate) use kernels::{FREE, FreeRows, add_free_product};
 pub(crate) use symbolic::Symbolic;

@@ -1,0 +1,203 @@
+//! The scales of a problem's data: its Delassus diagonal and its velocities.
+
+use crate::ContactProblem;
+
+/// Up to as many rows of a block of the mass matrix are solved with all columns of a contact together, on the stack: free bodies
+/// and robots. A power of two, so that they are cleared quickly.
+const FEW_ROWS: usize = 32;
+/// Rows of the block of a free body.
+const FREE_ROWS: usize = 6;
+
+/// Part of its terms below which a sum is taken for rounding.
+const CANCELLATION: f64 = 1e-7;
+
+impl ContactProblem {
+    /// `g`: the largest diagonal entry of `J M⁻¹ Jᵀ` over the rows of contacts and friction groups, 1/kg; 0 without any.
+    pub fn delassus_scale(&self) -> f64 {
+        let mut column = vec![0.0; self.nv()];
+        self.delassus_scale_with(&mut column)
+    }
+
+    /// [`delassus_scale`](Self::delassus_scale) without memory of its own; `scratch` as in
+    /// [`delassus_diagonal`](Self::delassus_diagonal).
+    pub(crate) fn delassus_scale_with(&self, scratch: &mut [f64]) -> f64 {
+        let mut scale = 0.0_f64;
+        for i in 0..self.contact_count() {
+            let (columns, entries) = self.jacobian.group(i);
+            scale = scale.max(largest(self.delassus_entries(columns, entries, scratch)));
+        }
+        for j in 0..self.friction_groups.len() {
+            let (columns, entries) = self.friction_groups.jacobian.group(j);
+            scale = scale.max(largest(self.delassus_entries(columns, entries, scratch)));
+        }
+        scale
+    }
+
+    /// The diagonal of contact `i`'s block of `J M⁻¹ Jᵀ`. `scratch`: `[nv]`, all zero before and after.
+    ///
+    /// # Cost
+    /// Three half solves with each block of the mass matrix that the contact touches.
+    pub fn delassus_diagonal(&self, i: usize, scratch: &mut [f64]) -> [f64; 3] {
+        let (columns, entries) = self.jacobian.group(i);
+        self.delassus_entries(columns, entries, scratch)
+    }
+
+    /// `∇Θ_k M⁻¹ ∇Θ_kᵀ` of bilateral row `k`. `scratch` as in [`delassus_diagonal`](Self::delassus_diagonal).
+    pub fn bilateral_delassus(&self, k: usize, scratch: &mut [f64]) -> f64 {
+        let (columns, entries) = self.bilateral_jacobian.group(k);
+        self.delassus_entries(columns, entries, scratch)[0]
+    }
+
+    /// The diagonal of friction group `j`'s block of `J M⁻¹ Jᵀ`. `scratch` as in
+    /// [`delassus_diagonal`](Self::delassus_diagonal).
+    pub fn group_delassus(&self, j: usize, scratch: &mut [f64]) -> [f64; 2] {
+        let (columns, entries) = self.friction_groups.jacobian.group(j);
+        self.delassus_entries(columns, entries, scratch)
+    }
+
+    fn delassus_entries<const R: usize>(&self, columns: &[u32], entries: &[[f64; R]], scratch: &mut [f64]) -> [f64; R] {
+        let mut diagonal = [0.0; R];
+        let mut first = 0;
+        while first < columns.len() {
+            let index = self.mass.block_of(columns[first] as usize);
+            let range = self.mass.blocks()[index].range();
+            let mut last = first + 1;
+            while last < columns.len() && (columns[last] as usize) < range.end {
+                last += 1;
+            }
+            let (own, own_entries) = (&columns[first..last], &entries[first..last]);
+            let squares = if range.len() == 1 {
+                self.squares_together::<R, 1>(index, range.start, own, own_entries)
+            } else if range.len() <= FREE_ROWS {
+                self.squares_together::<R, FREE_ROWS>(index, range.start, own, own_entries)
+            } else if (own[own.len() - 1] as usize) < range.start + FEW_ROWS {
+                self.squares_together::<R, FEW_ROWS>(index, range.start, own, own_entries)
+            } else {
+                self.squares_one_by_one(index, range, own, own_entries, scratch)
+            };
+            diagonal.iter_mut().zip(squares).for_each(|(sum, s)| *sum += s);
+            first = last;
+        }
+        diagonal
+    }
+
+    /// The part of one block of the mass matrix, by half a solve with all columns together on the stack.
+    #[inline]
+    fn squares_together<const R: usize, const ROWS: usize>(
+        &self,
+        block: usize,
+        start: usize,
+        columns: &[u32],
+        entries: &[[f64; R]],
+    ) -> [f64; R] {
+        let mut together = [[0.0; R]; ROWS];
+        let mut rows = 0;
+        for (&column, entry) in columns.iter().zip(entries) {
+            let row = column as usize - start;
+            together[row] = *entry;
+            rows = row + 1;
+        }
+        self.mass_factor.half_solve_block(block, &mut together[..rows]);
+        let mut squares = [0.0; R];
+        for row in &together[..rows] {
+            for r in 0..R {
+                squares[r] += row[r] * row[r];
+            }
+        }
+        squares
+    }
+
+    /// The same, column by column, in `scratch`.
+    fn squares_one_by_one<const R: usize>(
+        &self,
+        block: usize,
+        range: std::ops::Range<usize>,
+        columns: &[u32],
+        entries: &[[f64; R]],
+        scratch: &mut [f64],
+    ) -> [f64; R] {
+        std::array::from_fn(|r| {
+            for (&column, entry) in columns.iter().zip(entries) {
+                scratch[column as usize] = entry[r];
+            }
+            let x = &mut scratch[range.clone()];
+            self.mass_factor.half_solve_block_in_place(block, x);
+            let square = x.iter().map(|x| x * x).sum();
+            x.fill(0.0);
+            square
+        })
+    }
+
+    /// `s_v = max|b|`, the data's velocity scale (formulation §8), m/s. Constant bounds of friction groups, which are impulses,
+    /// are not in it: a bound that is never reached does not loosen the residuals.
+    ///
+    /// At least 1e-7 of the terms that add up to `J v^f`: where bodies move together these cancel, and a smaller scale would
+    /// compare rounding with rounding.
+    pub fn velocity_scale(&self) -> f64 {
+        let mut scale = VelocityScale::default();
+        for i in 0..self.contact_count() {
+            scale.add_contact(self, i);
+        }
+        for k in 0..self.bilateral_violation.len() {
+            scale.add_bilateral(self, k);
+        }
+        for j in 0..self.friction_groups.len() {
+            scale.add_group(self, j);
+        }
+        scale.value()
+    }
+}
+
+/// The largest entry of `b` and the largest sum of terms in it, of the rows so far.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct VelocityScale {
+    pub largest: f64,
+    pub terms: f64,
+}
+
+impl VelocityScale {
+    /// `s_v` of the rows so far.
+    pub fn value(&self) -> f64 {
+        self.largest.max(CANCELLATION * self.terms)
+    }
+
+    /// Takes in a velocity that its terms, the largest sum of which is given, add up to.
+    pub fn add(&mut self, velocity: f64, terms: f64) {
+        self.largest = self.largest.max(velocity.abs());
+        self.terms = self.terms.max(terms);
+    }
+
+    /// Takes in contact `i`; returns `J_i v^f + (φ/Δt, 0, 0)` and its terms.
+    pub fn add_contact(&mut self, problem: &ContactProblem, i: usize) -> ([f64; 3], f64) {
+        let (mut u, terms) = problem.jacobian.multiply_with_terms(i, &problem.free_velocity);
+        u[0] += problem.gap[i] / problem.timestep;
+        self.add(u[0], terms);
+        for d in problem.directions_of(i) {
+            self.largest = self.largest.max((d[0] * u[1] + d[1] * u[2]).abs());
+        }
+        (u, terms)
+    }
+
+    /// Takes in bilateral row `k`; returns `∇Θ_k v^f + Θ_k/Δt` and its terms.
+    pub fn add_bilateral(&mut self, problem: &ContactProblem, k: usize) -> (f64, f64) {
+        let ([rate], terms) = problem.bilateral_jacobian.multiply_with_terms(k, &problem.free_velocity);
+        let u = rate + problem.bilateral_violation[k] / problem.timestep;
+        self.add(u, terms);
+        (u, terms)
+    }
+
+    /// Takes in friction group `j`.
+    pub fn add_group(&mut self, problem: &ContactProblem, j: usize) {
+        let groups = &problem.friction_groups;
+        let ([a, b], terms) = groups.jacobian.multiply_with_terms(j, &problem.free_velocity);
+        self.terms = self.terms.max(terms);
+        let target = groups.target[j];
+        for d in groups.directions_of(j) {
+            self.largest = self.largest.max((d[0] * (a - target[0]) + d[1] * (b - target[1])).abs());
+        }
+    }
+}
+
+fn largest<const R: usize>(diagonal: [f64; R]) -> f64 {
+    diagonal.into_iter().fold(0.0, f64::max)
+}

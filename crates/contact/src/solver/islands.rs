@@ -1,0 +1,270 @@
+//! Splitting a problem into islands.
+
+use super::island::Island;
+use crate::ContactProblem;
+use crate::scales::VelocityScale;
+
+/// The islands of a problem; memory is reused from problem to problem.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Islands {
+    islands: Vec<Island>,
+    count: usize,
+    /// For every block of the mass matrix another one of its island, the first for itself; after
+    /// [`number_islands`](Self::number_islands) the first for all.
+    root: Vec<u32>,
+    /// Whether a row's first column is in the block.
+    touched: Vec<bool>,
+    island_of_root: Vec<u32>,
+    local_start: Vec<usize>,
+    scratch: Vec<f64>,
+    columns: Vec<(u32, [f64; 3])>,
+    /// Unit of each contact in its island.
+    place: Vec<u32>,
+    /// The largest Delassus entry of contacts and groups.
+    delassus_scale: f64,
+    velocity_scale: VelocityScale,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Islands {
+    /// The islands that have at least one row, in the order of their first block.
+    pub fn all(&self) -> &[Island] {
+        &self.islands[..self.count]
+    }
+
+    /// `g` of the problem ([`ContactProblem::delassus_scale`]).
+    pub fn delassus_scale(&self) -> f64 {
+        self.delassus_scale
+    }
+
+    /// `s_v` of the problem ([`ContactProblem::velocity_scale`]).
+    pub fn velocity_scale(&self) -> f64 {
+        self.velocity_scale.value()
+    }
+
+    /// Finds the islands of a problem.
+    pub fn find(&mut self, problem: &ContactProblem) {
+        self.join_blocks(problem);
+        self.number_islands(problem);
+        self.delassus_scale = 0.0;
+        self.velocity_scale = VelocityScale::default();
+        self.scratch.clear();
+        self.scratch.resize(problem.nv(), 0.0);
+        self.place.clear();
+        (0..problem.contact_count()).for_each(|i| self.add_contact(problem, i));
+        (0..problem.friction_groups.len()).for_each(|j| self.add_group(problem, j));
+        (0..problem.bilateral_violation.len()).for_each(|k| self.add_bilateral(problem, k));
+    }
+
+    fn add_contact(&mut self, problem: &ContactProblem, i: usize) {
+        let (slack, terms) = self.velocity_scale.add_contact(problem, i);
+        self.place.push(NONE);
+        let (columns, entries) = problem.jacobian.group(i);
+        let Some(island) = self.island_of(problem, columns) else { return };
+        let g = largest(&problem.delassus_diagonal(i, &mut self.scratch));
+        self.delassus_scale = self.delassus_scale.max(g);
+        let island = &mut self.islands[island];
+        self.place[i] = island.units.len() as u32;
+        island.jacobian.push_renumbered(local_columns(problem, &self.local_start, columns), entries);
+        island.units.push(i as u32);
+        island.contact_count += 1;
+        island.offset.push([problem.gap[i] / problem.timestep, 0.0, 0.0]);
+        island.free_slack.push(slack);
+        slack.into_iter().for_each(|u| island.velocity_scale.add(u, terms));
+        island.scale.push(positive(g));
+    }
+
+    /// A group's first row is that of its contact, scaled so that the proximal weight of the group turns it into the contact's
+    /// own trial impulse.
+    fn add_group(&mut self, problem: &ContactProblem, j: usize) {
+        self.velocity_scale.add_group(problem, j);
+        let groups = &problem.friction_groups;
+        let (columns, entries) = groups.jacobian.group(j);
+        let Some(island) = self.island_of(problem, columns) else { return };
+        let g = largest(&problem.group_delassus(j, &mut self.scratch));
+        self.delassus_scale = self.delassus_scale.max(g);
+        let scale = positive(g);
+        self.columns.clear();
+        self.columns.extend(columns.iter().zip(entries).map(|(&c, e)| (c, [0.0, e[0], e[1]])));
+        let target = groups.target[j];
+        let mut offset = [0.0, -target[0], -target[1]];
+        let contact = groups.bound[j].normal().map(|(contact, _)| contact).filter(|&i| self.place[i] != NONE);
+        if let Some(i) = contact {
+            let factor = scale / self.islands[island].scale[self.place[i] as usize];
+            offset[0] = factor * problem.gap[i] / problem.timestep;
+            let (columns, entries) = problem.jacobian.group(i);
+            for (&c, e) in columns.iter().zip(entries) {
+                match self.columns.binary_search_by_key(&c, |x| x.0) {
+                    Ok(k) => self.columns[k].1[0] = factor * e[0],
+                    Err(k) => self.columns.insert(k, (c, [factor * e[0], 0.0, 0.0])),
+                }
+            }
+        }
+        let mut slack = offset;
+        let mut terms = [0.0; 3];
+        for (c, e) in &self.columns {
+            for r in 0..3 {
+                let term = e[r] * problem.free_velocity[*c as usize];
+                slack[r] += term;
+                terms[r] += term.abs();
+            }
+        }
+        let island = &mut self.islands[island];
+        island.bounded_by.push(contact.map_or(island.units.len() as u32, |i| self.place[i]));
+        let local = |c: u32| local_column(problem, &self.local_start, c);
+        island.jacobian.push(self.columns.iter().map(|&(c, e)| (local(c), e)));
+        island.units.push((problem.contact_count() + j) as u32);
+        island.offset.push(offset);
+        island.free_slack.push(slack);
+        slack[1..].iter().for_each(|u| island.velocity_scale.add(*u, largest(&terms)));
+        island.scale.push(scale);
+    }
+
+    fn add_bilateral(&mut self, problem: &ContactProblem, k: usize) {
+        let (slack, terms) = self.velocity_scale.add_bilateral(problem, k);
+        let (columns, entries) = problem.bilateral_jacobian.group(k);
+        let Some(island) = self.island_of(problem, columns) else { return };
+        let scale = positive(problem.bilateral_delassus(k, &mut self.scratch));
+        let island = &mut self.islands[island];
+        island.bilateral_jacobian.push_renumbered(local_columns(problem, &self.local_start, columns), entries);
+        island.bilateral.push(k as u32);
+        island.bilateral_offset.push(problem.bilateral_violation[k] / problem.timestep);
+        island.bilateral_free_slack.push(slack);
+        island.velocity_scale.add(slack, terms);
+        island.bilateral_scale.push(scale);
+    }
+
+    /// Union–find over the blocks of the mass matrix.
+    fn join_blocks(&mut self, problem: &ContactProblem) {
+        let blocks = problem.mass.blocks().len();
+        self.root.clear();
+        self.root.extend(0..blocks as u32);
+        self.touched.clear();
+        self.touched.resize(blocks, false);
+        for i in 0..problem.contact_count() {
+            self.join(problem, problem.jacobian.group(i).0);
+        }
+        let groups = &problem.friction_groups;
+        for j in 0..groups.len() {
+            let columns = groups.jacobian.group(j).0;
+            self.join(problem, columns);
+            if let Some((contact, _)) = groups.bound[j].normal()
+                && let (Some(&a), Some(&b)) = (columns.first(), problem.jacobian.group(contact).0.first())
+            {
+                self.join_pair(problem.mass.block_of(a as usize), problem.mass.block_of(b as usize));
+            }
+        }
+        for i in 0..problem.bilateral_violation.len() {
+            self.join(problem, problem.bilateral_jacobian.group(i).0);
+        }
+    }
+
+    /// Joins the blocks that ascending columns lie in.
+    fn join(&mut self, problem: &ContactProblem, columns: &[u32]) {
+        let (Some(&first), Some(&last)) = (columns.first(), columns.last()) else { return };
+        let blocks = problem.mass.blocks();
+        let mut block = problem.mass.block_of(first as usize);
+        self.touched[block] = true;
+        let mut end = blocks[block].range().end;
+        if (last as usize) < end {
+            return;
+        }
+        for &column in columns {
+            if column as usize >= end {
+                let next = problem.mass.block_of(column as usize);
+                self.join_pair(block, next);
+                (block, end) = (next, blocks[next].range().end);
+            }
+        }
+    }
+
+    fn join_pair(&mut self, first: usize, second: usize) {
+        if self.root[first] == self.root[second] {
+            return;
+        }
+        let a = find_root(&mut self.root, first as u32);
+        let b = find_root(&mut self.root, second as u32);
+        self.root[a.max(b) as usize] = a.min(b);
+    }
+
+    /// Gives every touched root an island and every block its local place.
+    fn number_islands(&mut self, problem: &ContactProblem) {
+        let blocks = problem.mass.blocks();
+        self.island_of_root.clear();
+        self.island_of_root.resize(blocks.len(), NONE);
+        for k in 0..blocks.len() {
+            // Roots come first: that of block k's root is known.
+            let root = self.root[self.root[k] as usize];
+            self.root[k] = root;
+            if self.touched[k] {
+                self.island_of_root[root as usize] = 0;
+            }
+        }
+        self.count = 0;
+        self.local_start.clear();
+        self.local_start.resize(blocks.len(), 0);
+        for (k, block) in blocks.iter().enumerate() {
+            let root = self.root[k] as usize;
+            if self.island_of_root[root] == NONE {
+                continue;
+            }
+            if root == k {
+                self.island_of_root[root] = self.count as u32;
+                if self.islands.len() == self.count {
+                    self.islands.push(Island::default());
+                }
+                self.islands[self.count].clear();
+                self.islands[self.count].starts.push(0);
+                self.count += 1;
+            }
+            let island = &mut self.islands[self.island_of_root[root] as usize];
+            self.local_start[k] = island.nv();
+            island.blocks.push(k as u32);
+            island.global_starts.push(block.start);
+            island.starts.push(self.local_start[k] + block.size);
+        }
+    }
+
+    fn island_of(&self, problem: &ContactProblem, columns: &[u32]) -> Option<usize> {
+        let block = problem.mass.block_of(*columns.first()? as usize);
+        Some(self.island_of_root[self.root[block] as usize] as usize)
+    }
+}
+
+fn largest(diagonal: &[f64]) -> f64 {
+    diagonal.iter().copied().fold(0.0, f64::max)
+}
+
+/// A scale; 1 where there is nothing to scale by.
+fn positive(g: f64) -> f64 {
+    if g > 0.0 { g } else { 1.0 }
+}
+
+/// Place of a global degree of freedom in its island.
+fn local_column(problem: &ContactProblem, local_start: &[usize], column: u32) -> u32 {
+    let block = problem.mass.block_of(column as usize);
+    (local_start[block] + column as usize - problem.mass.blocks()[block].start) as u32
+}
+
+/// The same for ascending columns.
+fn local_columns(problem: &ContactProblem, local_start: &[usize], columns: &[u32]) -> impl Iterator<Item = u32> {
+    let blocks = problem.mass.blocks();
+    let (mut end, mut before) = (0, 0);
+    columns.iter().map(move |&column| {
+        if column as usize >= end {
+            let block = problem.mass.block_of(column as usize);
+            end = blocks[block].range().end;
+            before = (blocks[block].start - local_start[block]) as u32;
+        }
+        column - before
+    })
+}
+
+fn find_root(root: &mut [u32], mut k: u32) -> u32 {
+    while root[k as usize] != k {
+        root[k as usize] = root[root[k as usize] as usize];
+        k = root[k as usize];
+    }
+    k
+}
