@@ -115,6 +115,11 @@ impl Page {
         self.socket.send(Message::text(text)).expect("the server listens");
     }
 
+    /// Sends what the server will hang up on, perhaps before it has all of it.
+    pub fn send_in_vain(&mut self, text: &str) {
+        let _ = self.socket.send(Message::text(text));
+    }
+
     pub fn send_message(&mut self, message: Message) {
         self.socket.send(message).expect("the server listens");
     }
