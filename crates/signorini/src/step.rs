@@ -155,7 +155,9 @@ impl Workspace {
     /// inside the floor looks like. Where negative gaps were taken as zero there is none.
     pub fn sudden_overlap(&self) -> Option<(&ContactPoint, f64)> {
         let problem = &self.builder.problem;
-        let speeds = problem.gap.iter().map(|gap| -gap / problem.timestep);
+        // The problem's gap is less where an overlap goes in parts, and not the distance where contacts bounce.
+        let overlap = |(point, gap): (&ContactPoint, &f64)| point.gap.max(*gap) / -problem.timestep;
+        let speeds = self.points.iter().zip(&problem.gap).map(overlap);
         let fastest = self.points.iter().zip(speeds).max_by(|a, b| a.1.total_cmp(&b.1));
         fastest.filter(|(_, speed)| *speed > 1.0)
     }
