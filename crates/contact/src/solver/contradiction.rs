@@ -33,8 +33,7 @@ impl IslandSolver {
     /// `contradiction`.
     pub(super) fn is_contradiction(&mut self, island: &Island) -> bool {
         let Some(size) = self.size_of_growth(island) else { return false };
-        let normal = |p: [f64; 3]| [p[0].max(0.0), 0.0, 0.0];
-        if !self.is_self_balanced(island, island.contact_count, normal) {
+        if !self.is_self_balanced(island) {
             return false;
         }
         let contacts = (0..island.contact_count).filter(|&c| self.change[c][0] > ROUNDING * size);
@@ -49,22 +48,20 @@ impl IslandSolver {
         (size > 0.0 && normals().all(|d| d >= -ROUNDING * size)).then_some(size)
     }
 
-    /// Whether what `part` leaves of the change of the first `count` units, and the change of the bilateral rows, balance each
-    /// other while they work against the gaps.
-    fn is_self_balanced(&mut self, island: &Island, count: usize, part: impl Fn([f64; 3]) -> [f64; 3]) -> bool {
+    /// Whether the changes of the normal impulses and of the bilateral rows balance each other while they work against the
+    /// gaps.
+    fn is_self_balanced(&mut self, island: &Island) -> bool {
         let mut gain = Sum::default();
         self.work.fill(0.0);
         self.magnitude.clear();
         self.magnitude.resize(island.nv(), 0.0);
-        for c in 0..count {
-            let d = island.pushing(c, part(self.change[c]));
-            (0..3).for_each(|r| gain.add(d[r] * island.offset[c][r]));
+        for c in 0..island.contact_count {
+            let d = self.change[c][0].max(0.0);
+            gain.add(d * island.offset[c][0]);
             let (columns, entries) = island.jacobian.group(c);
             for (&k, e) in columns.iter().zip(entries) {
-                for r in 0..3 {
-                    self.work[k as usize] += d[r] * e[r];
-                    self.magnitude[k as usize] += (d[r] * e[r]).abs();
-                }
+                self.work[k as usize] += d * e[0];
+                self.magnitude[k as usize] += (d * e[0]).abs();
             }
         }
         for (k, (&d, offset)) in self.bilateral_change.iter().zip(&island.bilateral_offset).enumerate() {
