@@ -85,6 +85,8 @@ export interface RunData {
   readonly frames: number;
   /** of a live run */
   readonly state?: RunState;
+  /** of a live run: what the user should know of its start */
+  readonly note?: string | null;
   time(frame: number): number;
   step(frame: number): number;
   kinetic(frame: number): number;

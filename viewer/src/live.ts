@@ -20,6 +20,7 @@ interface Status {
   speed: number;
   rate: number;
   trouble: string | null;
+  note: string | null;
 }
 
 type Notice = Status | { type: "error"; message: string };
@@ -63,6 +64,8 @@ export class LiveRun extends ChunkedRun {
   }
 
   get frames(): number { return this.chunks.length; }
+
+  get note(): string | null { return this.status?.note ?? null; }
 
   protected locate(frame: number): [Chunk, number] { return [this.chunks[frame], 0]; }
 

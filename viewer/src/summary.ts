@@ -24,6 +24,7 @@ function chips(run: RunData, seek: (frame: number) => void): HTMLElement[] {
   if (state) made.push(element("span", { className: state.bad ? "chip bad" : "chip", id: "state" }, state.text));
   else if (ending !== null) made.push(element("span", { className: "chip" }, ending));
   else made.push(element("span", { className: "chip bad" }, "the run did not end by itself"));
+  if (run.note) made.push(element("span", { className: "chip bad", id: "note" }, run.note));
   if (stride > 1) {
     const text = `shows every ${stride}th of ${integer(figures.frames)} steps`;
     made.push(element("span", { className: "chip" }, text));

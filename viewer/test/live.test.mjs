@@ -57,12 +57,17 @@ function readFrame(message) {
   return { step: at("step")[0], time: at("time")[0], poses: at("poses"), residuals: at("residuals") };
 }
 
+/** Serves a model, at rest: the process and the address of its page. */
+async function view(text) {
+  const model = join(mkdtempSync(join(tmpdir(), "signorini-live-")), "model.xml");
+  writeFileSync(model, text);
+  const process = spawn(command(), ["view", model, "--paused", "--no-open", "--json"], { stdio: ["ignore", "pipe", "inherit"] });
+  const line = await new Promise((resolve) => createInterface(process.stdout).once("line", resolve));
+  return [process, JSON.parse(line).address];
+}
+
 before(async () => {
-  const model = join(mkdtempSync(join(tmpdir(), "signorini-live-")), "box.xml");
-  writeFileSync(model, MODEL);
-  server = spawn(command(), ["view", model, "--paused", "--no-open", "--json"], { stdio: ["ignore", "pipe", "inherit"] });
-  const [line] = await new Promise((resolve) => createInterface(server.stdout).once("line", (text) => resolve([text])));
-  address = JSON.parse(line).address;
+  [server, address] = await view(MODEL);
   browser = await openBrowser();
   page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "light" });
   page.on("pageerror", (error) => problems.push(error.message));
@@ -237,6 +242,26 @@ test("reset goes back to the start, also after steps", async () => {
   await page.keyboard.press("Shift+ArrowRight");
   await until("steps after a reset", async () => (await reading(0)) === "9" && (await reading(1)) === "5");
   if (process.env.SCREENSHOTS) await page.screenshot({ path: join(process.env.SCREENSHOTS, "live.png") });
+});
+
+test("a start with shapes inside each other is announced, and that it is no more after a reset", async () => {
+  assert.equal(await page.locator("#note").count(), 0);
+  const [other, there] = await view(MODEL.replace('pos="0 0 0.2"', 'pos="0 0 0.1"'));
+  try {
+    const sunk = await browser.newPage({ viewport: { width: 1280, height: 800 } });
+    await sunk.goto(there);
+    await sunk.waitForSelector("body[data-frame]");
+    assert.equal(await sunk.locator("#note").count(), 0);
+    await sunk.keyboard.press("ArrowRight");
+    const text = await sunk.locator("#note").textContent();
+    assert.equal(text, "'floor' and 'geom1' overlap by 0.100 m at the start, and the first step drives them apart at 20.000 m/s");
+    if (process.env.SCREENSHOTS) await sunk.screenshot({ path: join(process.env.SCREENSHOTS, "note.png") });
+    await sunk.keyboard.press("r");
+    await sunk.locator("#note").waitFor({ state: "detached" });
+    await sunk.close();
+  } finally {
+    other.kill();
+  }
 });
 
 test("the end of the simulation is said, and what came stays", async () => {

@@ -108,6 +108,130 @@ def test_messages(run, tmp_path):
     assert found["/state", "signorini.State"][10][1]["q"] == recording.qpos[10].tolist()
 
 
+def messages_of(path):
+    """Every message of an MCAP file, in the order of the file: topic, its schema's name and text, time in ns, content."""
+    reader = pytest.importorskip("mcap.reader", reason="reads MCAP with the package mcap")
+    with open(path, "rb") as file:
+        source = reader.make_reader(file, validate_crcs=True)
+        return [(channel.topic, schema.name, json.loads(schema.data), message.log_time, json.loads(message.data))
+                for schema, channel, message in source.iter_messages(log_time_order=False)]
+
+
+def without_unnamed_fields(schema):
+    """The schema, refusing what it does not name, and demanding what it does."""
+    if isinstance(schema, list):
+        return [without_unnamed_fields(part) for part in schema]
+    if not isinstance(schema, dict):
+        return schema
+    strict = {key: without_unnamed_fields(part) for key, part in schema.items()}
+    if schema.get("type") == "object":
+        strict |= {"additionalProperties": False, "required": list(schema["properties"])}
+    return strict
+
+
+def test_messages_are_what_their_schemas_say(run, tmp_path):
+    jsonschema = pytest.importorskip("jsonschema", reason="checks JSON schemas with the package jsonschema")
+    _, recording = run
+    recording.to_mcap(tmp_path / "run.mcap")
+    checkers = {}
+    for _, name, schema, _, value in messages_of(tmp_path / "run.mcap"):
+        if name not in checkers:
+            jsonschema.Draft202012Validator.check_schema(schema)
+            checkers[name] = jsonschema.Draft202012Validator(without_unnamed_fields(schema))
+        checkers[name].validate(value)
+    assert len(checkers) == 5
+    with pytest.raises(jsonschema.ValidationError):
+        checkers["signorini.State"].validate({**value, "q": ["1"]})
+
+
+def as_protobuf(value, key=None):
+    """Times as protobuf's JSON has them, otherwise the same."""
+    if key == "timestamp":
+        return f"{np.datetime64(value['sec'], 's')}.{value['nsec']:09d}Z"
+    if key == "lifetime":
+        return f"{value['sec']}.{value['nsec']:09d}s"
+    if isinstance(value, dict):
+        return {name: as_protobuf(part, name) for name, part in value.items()}
+    return [as_protobuf(part) for part in value] if isinstance(value, list) else value
+
+
+def fields_of(descriptor):
+    """Fields of a protobuf message, and of those within it, as JSON schemas have them: "name" or "name[]"."""
+    found = set()
+    for field in descriptor.fields:
+        name = field.name + ("[]" if field.is_repeated else "")
+        inner = field.message_type
+        times = inner is not None and inner.full_name.startswith("google.protobuf")
+        found |= {f"{name}.{part}" for part in fields_of(inner)} if inner and not times else {name}
+    return found
+
+
+def fields_of_schema(schema):
+    found = set()
+    for name, part in schema["properties"].items():
+        if part["type"] == "array":
+            name, part = name + "[]", part["items"]
+        times = part.get("title") in ("time", "duration")
+        inner = part["type"] == "object" and not times
+        found |= {f"{name}.{inside}" for inside in fields_of_schema(part)} if inner else {name}
+    return found
+
+
+def test_messages_are_those_of_foxglove(run, tmp_path):
+    """Foxglove's own definitions, from its package, know every field, and read every message with nothing left over."""
+    package = "foxglove_schemas_protobuf"
+    pytest.importorskip(package, reason="has Foxglove's definitions of messages in the package foxglove-schemas-protobuf")
+    import importlib
+
+    from google.protobuf import json_format
+
+    _, recording = run
+    recording.to_mcap(tmp_path / "run.mcap")
+    read = {}
+    for topic, name, schema, time, value in messages_of(tmp_path / "run.mcap"):
+        if name.startswith("foxglove."):
+            kind = getattr(importlib.import_module(f"{package}.{name[9:]}_pb2"), name[9:])
+            assert fields_of_schema(schema) == fields_of(kind.DESCRIPTOR), name
+            message = json_format.ParseDict(as_protobuf(value), kind())
+            read.setdefault(topic, []).append((time, message))
+    assert [len(read[topic]) for topic in ("/tf", "/scene", "/contact_forces")] == [len(recording), 1, len(recording)]
+    for (time, message), frame in zip(read["/tf"], range(len(recording))):
+        for body, transform in enumerate(message.transforms, 1):
+            assert transform.timestamp.ToNanoseconds() == time
+            moved, turned = transform.translation, transform.rotation
+            assert [moved.x, moved.y, moved.z] == recording.xpos[frame, body].tolist()
+            assert [turned.w, turned.x, turned.y, turned.z] == recording.xquat[frame, body].tolist()
+    (_, scene), = read["/scene"]
+    assert {entity.frame_id for entity in scene.entities} == set(recording.body_names)
+    assert all(entity.lifetime.ToNanoseconds() == 0 for entity in scene.entities)
+
+
+def test_times_grow_and_poses_follow_from_the_states(run, tmp_path):
+    """What one topic says, a simulation set to the state of another topic says, too."""
+    model, recording = run
+    recording.to_mcap(tmp_path / "run.mcap")
+    times, poses, states = {}, {}, {}
+    for topic, _, _, time, value in messages_of(tmp_path / "run.mcap"):
+        times.setdefault(topic, []).append(time)
+        if topic == "/tf":
+            poses[time] = value["transforms"]
+        elif topic == "/state":
+            states[time] = value
+    for topic, stamps in times.items():
+        assert (np.diff(stamps) > 0).all() and stamps[0] == 0, topic
+    every = [stamp for _, _, _, stamp, _ in messages_of(tmp_path / "run.mcap")]
+    assert every == sorted(every) and poses.keys() == states.keys()
+    data = signorini.Data(model)
+    for time, state in states.items():
+        assert state["step"] * 0.002 == pytest.approx(1e-9 * time, abs=1e-9) and state["time"] == pytest.approx(1e-9 * time, abs=1e-9)
+        data.qpos[:] = state["q"]
+        signorini.forward(model, data)
+        for transform in poses[time]:
+            body = data.body(transform["child_frame_id"])
+            assert [transform["translation"][k] for k in "xyz"] == pytest.approx(body.xpos, abs=1e-12)
+            assert [transform["rotation"][k] for k in "wxyz"] == pytest.approx(body.xquat, abs=1e-12)
+
+
 def areas_and_heights(points, faces):
     """Areas of triangles seen from above, positive where they are counter-clockwise, and the range of heights."""
     a, b, c = (points[faces[:, k]] for k in range(3))
@@ -148,25 +272,32 @@ def test_surfaces_of_triangles(tmp_path):
 
 def test_rerun(run, tmp_path):
     chunk = pytest.importorskip("rerun.chunk", reason="writes and reads recordings of Rerun with the package rerun-sdk")
-    _, recording = run
+    model, recording = run
     recording.to_rerun(tmp_path / "run.rrd")
     found = {}
-    for part in chunk.RrdReader(tmp_path / "run.rrd").stream().to_chunks():
+    reader = chunk.RrdReader(tmp_path / "run.rrd")
+    (stored,) = reader.recordings()
+    assert stored.application_id == "signorini" and stored.recording_id == f"{model.name}-{recording.model_hash:016x}"
+    for part in reader.stream().to_chunks():
         batch = part.to_record_batch()
         for name in batch.schema.names:
             found.setdefault((str(part.entity_path), name), []).extend(batch.column(name).to_pylist())
     for k, law in enumerate(("momentum", "natural_map", "signorini", "friction", "dissipation")):
         assert np.array_equal(np.ravel(found[f"/certificate/{law}", "Scalars:scalars"]), recording.residuals[:, k])
+    for k, kind in enumerate(("kinetic", "potential")):
+        assert np.array_equal(np.ravel(found[f"/energy/{kind}", "Scalars:scalars"]), recording.energy[:, k])
     for body in (1, 2, 3, 4):
         entity = f"/world/bodies/{recording.body_names[body]}"
         times = np.array(found[entity, "sim_time"], dtype="timedelta64[ns]").astype(float) * 1e-9
-        assert times == pytest.approx(recording.time, abs=1e-9)
+        assert times == pytest.approx(recording.time, abs=1e-9) and (np.diff(times) > 0).all()
         translation = np.array(found[entity, "Transform3D:translation"])[:, 0]
         assert np.array_equal(translation, recording.xpos[:, body].astype(np.float32))
         quaternion = np.array(found[entity, "Transform3D:quaternion"])[:, 0]
         assert np.array_equal(quaternion, np.roll(recording.xquat[:, body], -1, axis=1).astype(np.float32))
     arrows = found["/world/contacts", "Arrows3D:vectors"]
     assert [len(frame) for frame in arrows] == recording.ncon.tolist()
+    origins = found["/world/contacts", "Arrows3D:origins"]
+    assert np.array_equal(origins[20], recording.contact(20).point.astype(np.float32))
     forces = [recording.contact(i).force_world for i in range(len(recording))]
     longest = max(np.linalg.norm(f, axis=1).max() for f in forces if len(f))
     assert np.array(arrows[20]) == pytest.approx(forces[20] * 0.3 / longest, rel=1e-6, abs=1e-9)

@@ -3,6 +3,7 @@
 import os
 import pathlib
 import signal
+import sys
 
 import numpy as np
 import pytest
@@ -100,7 +101,7 @@ def test_bad_numbers_are_refused(quadruped):
     assert signorini.ray.rollout(quadruped, program, [], workers=1) == {}
 
 
-@pytest.mark.skipif(HAVE_RAY, reason="Ray is installed")
-def test_without_ray_it_is_named(quadruped):
+def test_without_ray_it_is_named(quadruped, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ray", None)
     with pytest.raises(ModuleNotFoundError, match="signorini\\[ray\\]"):
         signorini.ray.rollout(quadruped, program, [1], workers=1)

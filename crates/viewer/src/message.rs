@@ -96,6 +96,8 @@ pub enum Notice<'a> {
         rate: f64,
         /// Why it cannot go on.
         trouble: Option<&'a str>,
+        /// What the user should know of the start.
+        note: Option<&'a str>,
     },
     /// A command that was not understood.
     Error {

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use signorini::multibody::{Input, State};
+use signorini::multibody::{GeomId, Input, State};
 use signorini::recording::RecordingError;
 use signorini::recording::report::LiveFeed;
 use signorini::{Simulation, frame_into, last_frame_into, recording_header};
@@ -70,6 +70,8 @@ pub struct Runner {
     due: f64,
     rate: Rate,
     trouble: Option<String>,
+    /// What the first step from the start met.
+    note: Option<String>,
 }
 
 /// Speed reached since the last status.
@@ -105,6 +107,7 @@ impl Runner {
             due: 0.0,
             rate: Rate { since: Instant::now(), simulated: 0.0, value: 0.0 },
             trouble: None,
+            note: None,
             simulation,
         };
         runner.restart_feed()?;
@@ -222,6 +225,7 @@ impl Runner {
     fn reset(&mut self) {
         self.steps = 0;
         self.trouble = None;
+        self.note = None;
         self.due = 0.0;
         self.grips.clear();
         let outcome = self.simulation.set_state(&self.start).map_err(|error| error.to_string());
@@ -284,6 +288,12 @@ impl Runner {
             self.trouble = Some(format!("the contacts contradict each other at t = {} s", self.before.time));
             return false;
         }
+        if self.steps == 0 {
+            self.note = start_overlap(&self.simulation);
+            if self.note.is_some() {
+                self.tell_status();
+            }
+        }
         self.steps += 1;
         true
     }
@@ -316,11 +326,21 @@ impl Runner {
 
     fn tell_status(&self) {
         let rate = if self.runs() { self.rate.value } else { 0.0 };
-        let notice =
-            Notice::Status { running: self.running, speed: self.speed, rate, trouble: self.trouble.as_deref() };
+        let (trouble, note) = (self.trouble.as_deref(), self.note.as_deref());
+        let notice = Notice::Status { running: self.running, speed: self.speed, rate, trouble, note };
         let text: Arc<str> = notice.to_json().into();
         for outbox in self.pages.values() {
             outbox.put_status(Arc::clone(&text));
         }
     }
+}
+
+/// What a start with shapes inside each other led to, after the first step.
+fn start_overlap(simulation: &Simulation) -> Option<String> {
+    let (point, speed) = simulation.workspace().sudden_overlap()?;
+    let name = |geom: GeomId| &simulation.model().geoms[geom.index()].name;
+    let (a, b, depth) = (name(point.geom_a), name(point.geom_b), -point.gap);
+    Some(format!(
+        "'{a}' and '{b}' overlap by {depth:.3} m at the start, and the first step drives them apart at {speed:.3} m/s"
+    ))
 }

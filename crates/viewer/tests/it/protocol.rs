@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use tungstenite::{Bytes, Message};
 
-use crate::support::{PATIENCE, Page, TIMESTEP, viewer};
+use crate::support::{PATIENCE, Page, TIMESTEP, viewer, viewer_of_sunk_box};
 
 #[test]
 fn a_page_gets_the_start_and_then_steps_when_it_asks() {
@@ -29,6 +29,35 @@ fn a_page_gets_the_start_and_then_steps_when_it_asks() {
     let impulse: f64 = later.array("contacts").chunks_exact(25).map(|contact| contact[21]).sum();
     assert!((impulse - 10.0 * TIMESTEP).abs() < 1e-7, "{impulse}");
     assert!((viewer.state().time - 26.0 * TIMESTEP).abs() < 1e-12);
+}
+
+#[test]
+fn an_overlap_at_the_start_is_said_after_the_first_step_until_a_reset() {
+    let (viewer, at_rest) = (viewer_of_sunk_box(), viewer(false));
+    for (viewer, text) in [(&viewer, Some("overlap by 0.060 m at the start")), (&at_rest, None)] {
+        let mut page = Page::open(viewer);
+        assert!(page.notice_where(|_| true)["note"].is_null(), "no step was made");
+        for _ in 0..2 {
+            page.send(r#"{"type":"step","count":2}"#);
+            page.frame_where(|frame| frame.step() == 1);
+            page.send(r#"{"type":"pause"}"#);
+            let said = |notice: &serde_json::Value| notice["note"].as_str().map(str::to_owned);
+            match text {
+                // 6 cm in a step of 4 ms.
+                Some(text) => {
+                    let note = page.notice_where(|notice| said(notice).is_some())["note"].to_string();
+                    assert!(
+                        note.contains(text) && note.contains("'floor' and ") && note.contains("at 15.000 m/s"),
+                        "{note}"
+                    );
+                }
+                None => assert!(page.notice_where(|notice| notice["running"] == false)["note"].is_null()),
+            }
+            page.notices.clear();
+            page.send(r#"{"type":"reset"}"#);
+            page.notice_where(|notice| notice["note"].is_null());
+        }
+    }
 }
 
 #[test]

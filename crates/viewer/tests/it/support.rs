@@ -38,7 +38,16 @@ pub const ARM: usize = 2;
 pub const POST: usize = 3;
 
 pub fn viewer(running: bool) -> Viewer {
-    let model = signorini_formats::load_mjcf_str(SCENE, Path::new("")).expect("the scene is well-formed").model;
+    viewer_of(SCENE, running)
+}
+
+/// The same scene with the box 6 cm inside the floor.
+pub fn viewer_of_sunk_box() -> Viewer {
+    viewer_of(&SCENE.replace("pos=\"0 0 0.1\"", "pos=\"0 0 0.04\""), false)
+}
+
+fn viewer_of(scene: &str, running: bool) -> Viewer {
+    let model = signorini_formats::load_mjcf_str(scene, Path::new("")).expect("the scene is well-formed").model;
     let simulation = Simulation::new(model, Settings::default()).expect("the scene can be simulated");
     Viewer::launch(simulation, &ViewerSettings { running, ..ViewerSettings::default() }).expect("a port is free")
 }

@@ -103,14 +103,43 @@ fn entity() -> Value {
     };
     let sizes = ["shaft_length", "shaft_diameter", "head_length", "head_diameter"].map(|name| (name, number()));
     let arrow = [("pose", pose()), ("color", color())].into_iter().chain(sizes).collect();
+    let points = || array(numbers("foxglove.Point3", &["x", "y", "z"]));
     let triangles = vec![
         ("pose", pose()),
-        ("points", array(numbers("foxglove.Point3", &["x", "y", "z"]))),
+        ("points", points()),
         ("color", color()),
         ("colors", array(color())),
         ("indices", array(integer())),
     ];
     let pair = object("foxglove.KeyValuePair", vec![("key", text()), ("value", text())]);
+    // Messages hold none of the last three, but readers that know Foxglove's schemas look for the lists.
+    let line = vec![
+        ("type", integer()),
+        ("pose", pose()),
+        ("thickness", number()),
+        ("scale_invariant", boolean()),
+        ("points", points()),
+        ("color", color()),
+        ("colors", array(color())),
+        ("indices", array(integer())),
+    ];
+    let label = vec![
+        ("pose", pose()),
+        ("billboard", boolean()),
+        ("font_size", number()),
+        ("scale_invariant", boolean()),
+        ("color", color()),
+        ("text", text()),
+    ];
+    let model = vec![
+        ("pose", pose()),
+        ("scale", vector()),
+        ("color", color()),
+        ("override_color", boolean()),
+        ("url", text()),
+        ("media_type", text()),
+        ("data", json!({ "type": "string", "contentEncoding": "base64" })),
+    ];
     let fields = vec![
         ("timestamp", time()),
         ("frame_id", text()),
@@ -123,6 +152,9 @@ fn entity() -> Value {
         ("spheres", array(solid("foxglove.SpherePrimitive", &[]))),
         ("cylinders", array(solid("foxglove.CylinderPrimitive", &["bottom_scale", "top_scale"]))),
         ("triangles", array(object("foxglove.TriangleListPrimitive", triangles))),
+        ("lines", array(object("foxglove.LinePrimitive", line))),
+        ("texts", array(object("foxglove.TextPrimitive", label))),
+        ("models", array(object("foxglove.ModelPrimitive", model))),
     ];
     object("foxglove.SceneEntity", fields)
 }
