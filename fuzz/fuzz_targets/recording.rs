@@ -33,7 +33,10 @@ fn use_recording(bytes: &[u8]) {
     assert_eq!(again.frames().len(), recording.frames().len());
     assert!(write(&again) == written, "written twice, two different files");
 
-    inline_html(&recording, &ReportSettings::default(), 400).expect("what can be read can be shown");
+    // A page is half a megabyte whatever it shows, which costs more than all the rest: one in sixteen will do.
+    if crc32fast::hash(bytes).is_multiple_of(16) {
+        inline_html(&recording, &ReportSettings::default(), 400).expect("what can be read can be shown");
+    }
     let file = temporary();
     for ending in ["npz", "csv", "mcap"] {
         export::export(&mut &recording, &file.with_extension(ending)).expect("what can be read can be exported");
