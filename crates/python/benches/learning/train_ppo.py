@@ -2,6 +2,8 @@
 
     pip install 'signorini[gymnasium]' stable-baselines3
     python train_ppo.py Hopper --steps 1500000 --gamma 0.995
+    python train_ppo.py HalfCheetah --steps 2000000 --gamma 0.98 --gae-lambda 0.92 --log-std -1
+    python train_ppo.py Ant --steps 1500000 --log-std -1
     python train_ppo.py PushBox --steps 1500000 --log-std -0.7
 
 Writes NAME.csv (a row per update: environment steps, seconds by the clock and of the processor, mean return and length of the last
