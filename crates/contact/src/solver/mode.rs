@@ -74,10 +74,72 @@ struct Edge {
 /// The friction cones of all contacts, then those of all friction groups, with directions in angular order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cones {
-    edges: Vec<Edge>,
-    offsets: Vec<usize>,
+    polygons: Polygons,
+    /// First edge of each cone's polygon and the one after its last; none without friction.
+    ranges: Vec<(u32, u32)>,
     friction: Vec<f64>,
+    /// Radius of a circle well inside each cone's polygon for a normal impulse of 1.
+    inner: Vec<f64>,
+}
+
+/// Polygons with their edges. Most contacts share one, which stays from problem to problem.
+#[derive(Clone, Debug, Default)]
+struct Polygons {
+    edges: Vec<Edge>,
+    /// The directions of each polygon in the order in which the problem has them, as many as edges.
+    directions: Vec<[f64; 2]>,
+    /// First edge and the one after the last of each polygon.
+    ranges: Vec<(u32, u32)>,
     order: Vec<u32>,
+}
+
+/// Part of a polygon's inner circle in which rounding cannot take a point for one outside.
+const WELL_INSIDE: f64 = 1.0 - 1e-9;
+
+/// Polygons that are looked through for the one that a contact asks for, and that stay for the next problem.
+const KEPT_POLYGONS: usize = 4;
+
+impl Polygons {
+    /// Makes room for the polygons of another problem.
+    fn begin(&mut self) {
+        if self.ranges.len() > KEPT_POLYGONS {
+            self.edges.clear();
+            self.directions.clear();
+            self.ranges.clear();
+        }
+    }
+
+    /// First edge and the one after the last of the polygon with these directions.
+    fn with_directions(&mut self, directions: &[[f64; 2]]) -> (u32, u32) {
+        let same = |&(first, end): &(u32, u32)| self.directions[first as usize..end as usize] == *directions;
+        let known = self.ranges.iter().take(KEPT_POLYGONS).find(|range| same(range));
+        known.copied().unwrap_or_else(|| self.push(directions))
+    }
+
+    fn push(&mut self, directions: &[[f64; 2]]) -> (u32, u32) {
+        // Grows with the angle as the angle itself does, from −2 to 2.
+        let angle = |k: &u32| {
+            let [x, y] = directions[*k as usize];
+            (1.0 - x / (x.abs() + y.abs())).copysign(y)
+        };
+        self.order.clear();
+        self.order.extend(0..directions.len() as u32);
+        self.order.sort_unstable_by(|a, b| angle(a).total_cmp(&angle(b)));
+        let first = self.edges.len() as u32;
+        for (k, &direction) in self.order.iter().enumerate() {
+            let vertex = directions[direction as usize];
+            let next = directions[self.order[(k + 1) % self.order.len()] as usize];
+            let along = [next[0] - vertex[0], next[1] - vertex[1]];
+            let length = along[0].hypot(along[1]);
+            let tangent = [along[0] / length, along[1] / length];
+            let normal = [tangent[1], -tangent[0]];
+            self.edges.push(Edge { vertex, tangent, normal, height: dot(normal, vertex), direction });
+        }
+        self.directions.extend_from_slice(directions);
+        let range = (first, self.edges.len() as u32);
+        self.ranges.push(range);
+        range
+    }
 }
 
 fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
@@ -87,10 +149,10 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 impl Cones {
     /// Reads friction and directions of a problem; memory is reused.
     pub fn prepare(&mut self, problem: &ContactProblem) {
-        self.edges.clear();
-        self.offsets.clear();
-        self.offsets.push(0);
+        self.polygons.begin();
+        self.ranges.clear();
         self.friction.clear();
+        self.inner.clear();
         for i in 0..problem.contact_count() {
             self.push_cone(problem.friction[i], problem.directions_of(i));
         }
@@ -105,45 +167,25 @@ impl Cones {
     fn push_cone(&mut self, friction: f64, directions: &[[f64; 2]]) {
         let frictional = friction > 0.0 && !directions.is_empty();
         self.friction.push(if frictional { friction } else { 0.0 });
-        if frictional {
-            // Neighbouring contacts mostly have the same polygon.
-            let previous = self.offsets.len().checked_sub(2).map(|k| self.offsets[k]..self.offsets[k + 1]);
-            match previous.filter(|edges| self.has_directions(edges.clone(), directions)) {
-                Some(edges) => self.edges.extend_from_within(edges),
-                None => self.push_edges(directions),
-            }
-        }
-        self.offsets.push(self.edges.len());
+        self.ranges.push(if frictional { self.polygons.with_directions(directions) } else { (0, 0) });
+        // Two directions make a line, which has no inside.
+        let least = |edges: &[Edge]| edges.iter().fold(f64::MAX, |least, edge| least.min(edge.height));
+        let edges = self.edges(self.friction.len() - 1);
+        let inner = if edges.len() > 2 { WELL_INSIDE * friction * least(edges) } else { 0.0 };
+        self.inner.push(inner);
     }
 
-    /// Whether these edges were made from these directions.
-    fn has_directions(&self, edges: std::ops::Range<usize>, directions: &[[f64; 2]]) -> bool {
-        edges.len() == directions.len()
-            && self.edges[edges].iter().all(|e| e.vertex == directions[e.direction as usize])
+    /// Whether an impulse lies so far inside contact `i`'s cone that it sticks beyond doubt; the quick answer for most contacts.
+    #[inline]
+    pub fn is_well_inside(&self, i: usize, y: [f64; 3]) -> bool {
+        let radius = self.inner[i] * y[0];
+        radius > 0.0 && y[1] * y[1] + y[2] * y[2] < radius * radius
     }
 
-    fn push_edges(&mut self, directions: &[[f64; 2]]) {
-        // Grows with the angle as the angle itself does, from −2 to 2.
-        let angle = |k: &u32| {
-            let [x, y] = directions[*k as usize];
-            (1.0 - x / (x.abs() + y.abs())).copysign(y)
-        };
-        self.order.clear();
-        self.order.extend(0..directions.len() as u32);
-        self.order.sort_unstable_by(|a, b| angle(a).total_cmp(&angle(b)));
-        for (k, &direction) in self.order.iter().enumerate() {
-            let vertex = directions[direction as usize];
-            let next = directions[self.order[(k + 1) % self.order.len()] as usize];
-            let along = [next[0] - vertex[0], next[1] - vertex[1]];
-            let length = along[0].hypot(along[1]);
-            let tangent = [along[0] / length, along[1] / length];
-            let normal = [tangent[1], -tangent[0]];
-            self.edges.push(Edge { vertex, tangent, normal, height: dot(normal, vertex), direction });
-        }
-    }
-
+    #[inline]
     fn edges(&self, i: usize) -> &[Edge] {
-        &self.edges[self.offsets[i]..self.offsets[i + 1]]
+        let (first, end) = self.ranges[i];
+        &self.polygons.edges[first as usize..end as usize]
     }
 
     /// The effective coefficient of friction of contact `i`: 0 where it has no directions.
@@ -176,10 +218,13 @@ impl Cones {
 
     /// The mode whose cone holds `y`.
     pub fn mode_at(&self, i: usize, y: [f64; 3]) -> Mode {
-        let edges = self.edges(i);
         if y[0] <= 0.0 {
             return Mode::Open;
         }
+        if self.is_well_inside(i, y) {
+            return Mode::Stick;
+        }
+        let edges = self.edges(i);
         if edges.is_empty() {
             return Mode::Closed;
         }
