@@ -242,31 +242,34 @@ impl BlockCholesky {
             rows.iter().zip(entries).for_each(|(&k, entry)| add(entry.map(|x| x * inverse[k])));
             return squares;
         }
-        // All rows on the ways to the root, the last one first.
-        let mut active = 0_u32;
-        for &k in rows {
+        // All rows on the ways to the root: a bit and, from the last one on, what the solve gives each.
+        let (mut active, mut y) = (0_u32, [[0.0; N]; FEW_ROWS]);
+        for (&k, entry) in rows.iter().zip(entries) {
+            y[k] = *entry;
             let mut next = Some(block.start + k);
             while let Some(row) = next.filter(|row| active & (1 << (row - block.start)) == 0) {
                 active |= 1 << (row - block.start);
                 next = self.layout.previous(row);
             }
         }
-        let (mut place, mut y, mut count) = ([0; FEW_ROWS], [[0.0; N]; FEW_ROWS], 0);
-        let mut entries = rows.iter().zip(entries).rev().peekable();
-        while active != 0 {
-            let k = 31 - active.leading_zeros() as usize;
-            active &= !(1 << k);
-            let end = self.layout.end(block.start + k) - block.start;
-            let first = place[..count].partition_point(|&j| j >= end);
-            let own = &u[k * block.size..][..block.size];
-            let mut row = entries.next_if(|(row, _)| **row == k).map_or([0.0; N], |(_, entry)| *entry);
-            for (&j, y) in place[first..count].iter().zip(&y[first..count]) {
-                (0..N).for_each(|n| row[n] -= own[j] * y[n]);
+        let mut to_do = active;
+        while to_do != 0 {
+            let k = 31 - to_do.leading_zeros() as usize;
+            to_do &= !(1 << k);
+            let (own, mut row) = (&u[k * block.size..][..block.size], y[k]);
+            // The rows that this one carries, in runs of neighbours.
+            let below = |end: usize| u32::MAX >> (FEW_ROWS - end);
+            let mut rest = active & below(self.layout.end(block.start + k) - block.start) & !below(k + 1);
+            while rest != 0 {
+                let first = rest.trailing_zeros() as usize;
+                let run = first..first + (rest >> first).trailing_ones() as usize;
+                rest &= !below(run.end);
+                for (u, y) in own[run.clone()].iter().zip(&y[run]) {
+                    (0..N).for_each(|n| row[n] -= u * y[n]);
+                }
             }
-            let row = row.map(|x| x * inverse[k]);
-            add(row);
-            (place[count], y[count]) = (k, row);
-            count += 1;
+            y[k] = row.map(|x| x * inverse[k]);
+            add(y[k]);
         }
         squares
     }

@@ -75,8 +75,8 @@ struct Edge {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cones {
     polygons: Polygons,
-    /// First edge of each cone's polygon and the one after its last; none without friction.
-    ranges: Vec<(u32, u32)>,
+    /// The polygon of each cone; one without edges where there is no friction.
+    shape: Vec<Polygon>,
     friction: Vec<f64>,
     /// Radius of a circle well inside each cone's polygon for a normal impulse of 1.
     inner: Vec<f64>,
@@ -88,9 +88,18 @@ struct Polygons {
     edges: Vec<Edge>,
     /// The directions of each polygon in the order in which the problem has them, as many as edges.
     directions: Vec<[f64; 2]>,
-    /// First edge and the one after the last of each polygon.
-    ranges: Vec<(u32, u32)>,
+    known: Vec<Polygon>,
     order: Vec<u32>,
+}
+
+/// Where the edges of a polygon are.
+#[derive(Clone, Copy, Debug, Default)]
+struct Polygon {
+    first: u32,
+    /// One after the last edge.
+    end: u32,
+    /// Radius of a circle well inside; zero without an inside.
+    inner: f64,
 }
 
 /// Part of a polygon's inner circle in which rounding cannot take a point for one outside.
@@ -102,21 +111,25 @@ const KEPT_POLYGONS: usize = 4;
 impl Polygons {
     /// Makes room for the polygons of another problem.
     fn begin(&mut self) {
-        if self.ranges.len() > KEPT_POLYGONS {
+        if self.known.len() > KEPT_POLYGONS {
             self.edges.clear();
             self.directions.clear();
-            self.ranges.clear();
+            self.known.clear();
         }
     }
 
-    /// First edge and the one after the last of the polygon with these directions.
-    fn with_directions(&mut self, directions: &[[f64; 2]]) -> (u32, u32) {
-        let same = |&(first, end): &(u32, u32)| self.directions[first as usize..end as usize] == *directions;
-        let known = self.ranges.iter().take(KEPT_POLYGONS).find(|range| same(range));
+    /// The polygon with these directions, to the bit: the sign of a zero decides which edge is the first.
+    fn with_directions(&mut self, directions: &[[f64; 2]]) -> Polygon {
+        let same = |polygon: &&Polygon| {
+            let own = &self.directions[polygon.first as usize..polygon.end as usize];
+            let bits = |d: &[f64; 2]| d.map(f64::to_bits);
+            own.len() == directions.len() && own.iter().zip(directions).all(|(a, b)| bits(a) == bits(b))
+        };
+        let known = self.known.iter().take(KEPT_POLYGONS).find(same);
         known.copied().unwrap_or_else(|| self.push(directions))
     }
 
-    fn push(&mut self, directions: &[[f64; 2]]) -> (u32, u32) {
+    fn push(&mut self, directions: &[[f64; 2]]) -> Polygon {
         // Grows with the angle as the angle itself does, from −2 to 2.
         let angle = |k: &u32| {
             let [x, y] = directions[*k as usize];
@@ -125,7 +138,7 @@ impl Polygons {
         self.order.clear();
         self.order.extend(0..directions.len() as u32);
         self.order.sort_unstable_by(|a, b| angle(a).total_cmp(&angle(b)));
-        let first = self.edges.len() as u32;
+        let first = self.edges.len();
         for (k, &direction) in self.order.iter().enumerate() {
             let vertex = directions[direction as usize];
             let next = directions[self.order[(k + 1) % self.order.len()] as usize];
@@ -136,9 +149,13 @@ impl Polygons {
             self.edges.push(Edge { vertex, tangent, normal, height: dot(normal, vertex), direction });
         }
         self.directions.extend_from_slice(directions);
-        let range = (first, self.edges.len() as u32);
-        self.ranges.push(range);
-        range
+        let own = &self.edges[first..];
+        let least = own.iter().fold(f64::MAX, |least, edge| least.min(edge.height));
+        // Two directions make a line, which has no inside.
+        let inner = if own.len() > 2 { WELL_INSIDE * least } else { 0.0 };
+        let polygon = Polygon { first: first as u32, end: self.edges.len() as u32, inner };
+        self.known.push(polygon);
+        polygon
     }
 }
 
@@ -150,7 +167,7 @@ impl Cones {
     /// Reads friction and directions of a problem; memory is reused.
     pub fn prepare(&mut self, problem: &ContactProblem) {
         self.polygons.begin();
-        self.ranges.clear();
+        self.shape.clear();
         self.friction.clear();
         self.inner.clear();
         for i in 0..problem.contact_count() {
@@ -167,12 +184,9 @@ impl Cones {
     fn push_cone(&mut self, friction: f64, directions: &[[f64; 2]]) {
         let frictional = friction > 0.0 && !directions.is_empty();
         self.friction.push(if frictional { friction } else { 0.0 });
-        self.ranges.push(if frictional { self.polygons.with_directions(directions) } else { (0, 0) });
-        // Two directions make a line, which has no inside.
-        let least = |edges: &[Edge]| edges.iter().fold(f64::MAX, |least, edge| least.min(edge.height));
-        let edges = self.edges(self.friction.len() - 1);
-        let inner = if edges.len() > 2 { WELL_INSIDE * friction * least(edges) } else { 0.0 };
-        self.inner.push(inner);
+        let shape = if frictional { self.polygons.with_directions(directions) } else { Polygon::default() };
+        self.inner.push(friction * shape.inner);
+        self.shape.push(shape);
     }
 
     /// Whether an impulse lies so far inside contact `i`'s cone that it sticks beyond doubt; the quick answer for most contacts.
@@ -184,7 +198,7 @@ impl Cones {
 
     #[inline]
     fn edges(&self, i: usize) -> &[Edge] {
-        let (first, end) = self.ranges[i];
+        let Polygon { first, end, .. } = self.shape[i];
         &self.polygons.edges[first as usize..end as usize]
     }
 
