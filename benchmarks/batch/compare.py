@@ -4,7 +4,7 @@
 
 Both read the same MJCF file: the A1 of `benchmarks/sim` with servos whose targets trot in place, each simulation at a frequency of its
 own. Both record every state of every simulation. Engines and numbers of threads take turns, so that what else the machine does
-meets all of them; medians and quartiles of wall time are printed, and ratios within the rounds.
+meets all of them; medians and quartiles are printed, of wall time and of the time of all processors, and ratios within the rounds.
 """
 
 import argparse
@@ -68,9 +68,9 @@ class MuJoCo:
 
     def turn(self):
         control = targets(self.task, len(self.states), self.first, self.steps)
-        begin = time.perf_counter()
+        begin = np.array([time.perf_counter(), time.process_time()])
         self.pool.rollout(self.model, self.data, self.states, control, state=self.record, sensordata=self.sensors)
-        elapsed = time.perf_counter() - begin
+        elapsed = np.array([time.perf_counter(), time.process_time()]) - begin
         self.states = np.array(self.record[:, -1])
         self.first += self.steps
         return elapsed
@@ -93,7 +93,7 @@ class Ours:
     def turn(self, threads):
         self.process.stdin.write(f"{threads}\n")
         self.process.stdin.flush()
-        return float(self.process.stdout.readline())
+        return np.array(self.process.stdout.readline().split(), float)
 
     def end(self):
         out, _ = self.process.communicate()
@@ -125,16 +125,21 @@ def main():
             if k > 0:  # the first turn falls onto the floor, and fills the memory
                 times[key].append(1e6 * elapsed / options.simulations / options.steps)
     print(f"MuJoCo {mujoco.__version__}, {options.simulations} simulations, load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors\n")
-    print("| engine | threads | µs a step of one simulation, median (quartiles) |\n|---|---|---|")
+    print("| engine | threads | wall time of a step of one simulation, µs | processor time, µs |\n|---|---|---|---|")
     for (engine, threads), values in times.items():
-        print(f"| {engine} | {threads} | {quartiles(values)} |")
-    print("\n| ratio of wall times, within rounds | median (quartiles) |\n|---|---|")
-    ratio = lambda a, b: quartiles([x / y for x, y in zip(times[a], times[b])])  # noqa: E731
+        wall, processor = zip(*values)
+        print(f"| {engine} | {threads} | {quartiles(wall)} | {quartiles(processor)} |")
+    print("\n| ratio within rounds | wall time | processor time |\n|---|---|---|")
+
+    def compare(name, a, b):
+        wall, processor = zip(*(x / y for x, y in zip(times[a], times[b])))
+        print(f"| {name} | {quartiles(wall)} | {quartiles(processor)} |")
+
     for n in options.threads:
-        print(f"| MuJoCo / ours, {n} threads | {ratio(('MuJoCo', n), ('signorini', n))} |")
+        compare(f"MuJoCo / ours, {n} threads", ("MuJoCo", n), ("signorini", n))
     one, many = options.threads[0], options.threads[-1]
     for engine in ("signorini", "MuJoCo"):
-        print(f"| {engine}, {one} / {many} threads | {ratio((engine, one), (engine, many))} |")
+        compare(f"{engine}, {one} / {many} threads", (engine, one), (engine, many))
     print("\nOurs: threads, steps, missed, worst residual, lowest base, hash of the states:")
     for line in ours.end():
         print("   ", *line)

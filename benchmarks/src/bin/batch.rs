@@ -1,6 +1,7 @@
 //! Our side of `benchmarks/batch/compare.py`: batches of a robot that make steps when they are told to.
 //!
-//! Every line on the standard input is a number of threads; the batch with so many makes its next steps, and their time is printed.
+//! Every line on the standard input is a number of threads; the batch with so many makes its next steps, and their wall time and
+//! processor time are printed, s.
 //! At the end of the input comes a line about all steps.
 
 use std::error::Error;
@@ -10,6 +11,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
+use cpu_time::ProcessTime;
 use signorini::multibody::Model;
 use signorini::{Batch, Settings, Simulation};
 use signorini_benchmarks::sim::{BatchTask, hash_of};
@@ -54,7 +56,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let threads: usize = line?.trim().parse()?;
         let runner = runners.iter_mut().find(|r| r.threads == threads).ok_or("no batch with so many threads")?;
         let controls = task.controls(options.simulations, runner.steps, options.steps);
-        println!("{}", runner.turn(&controls, options.steps)?);
+        let [wall, processor] = runner.turn(&controls, options.steps)?;
+        println!("{wall} {processor}");
     }
     for runner in &runners {
         let missed: u64 = runner.missed.iter().sum();
@@ -78,11 +81,11 @@ impl Runner {
         Ok(Self { threads, batch, steps: 0, q, v, missed: vec![0; count], worst: vec![0.0; count] })
     }
 
-    /// Makes the steps of a turn; their wall time, s.
-    fn turn(&mut self, controls: &[f64], steps: usize) -> Result<f64, Box<dyn Error>> {
-        let start = Instant::now();
+    /// Makes the steps of a turn; their wall time and the time of all processors, s.
+    fn turn(&mut self, controls: &[f64], steps: usize) -> Result<[f64; 2], Box<dyn Error>> {
+        let (start, begin) = (Instant::now(), ProcessTime::now());
         let all = self.batch.rollout(steps, controls, &mut self.q, &mut self.v);
-        let elapsed = start.elapsed().as_secs_f64();
+        let elapsed = [start.elapsed().as_secs_f64(), begin.elapsed().as_secs_f64()];
         if !all {
             return Err(format!("simulations stopped: {:?}", self.batch.stops().next()).into());
         }
