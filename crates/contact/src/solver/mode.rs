@@ -107,15 +107,21 @@ const WELL_INSIDE: f64 = 1.0 - 1e-9;
 
 /// Polygons that are looked through for the one that a contact asks for, and that stay for the next problem.
 const KEPT_POLYGONS: usize = 4;
+/// Edges that stay for the next problem, at most.
+const KEPT_EDGES: usize = 64;
 
 impl Polygons {
-    /// Makes room for the polygons of another problem.
-    fn begin(&mut self) {
-        if self.known.len() > KEPT_POLYGONS {
+    /// Makes room for the polygons of another problem, as if no two units shared one: what is kept never decides about memory.
+    fn begin(&mut self, units: usize, directions: usize) {
+        if self.known.len() > KEPT_POLYGONS || self.edges.len() > KEPT_EDGES {
             self.edges.clear();
             self.directions.clear();
             self.known.clear();
         }
+        let edges = KEPT_EDGES + directions - self.edges.len();
+        self.edges.reserve(edges);
+        self.directions.reserve(edges);
+        self.known.reserve(KEPT_POLYGONS + units - self.known.len());
     }
 
     /// The polygon with these directions, to the bit: the sign of a zero decides which edge is the first.
@@ -166,7 +172,9 @@ fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
 impl Cones {
     /// Reads friction and directions of a problem; memory is reused.
     pub fn prepare(&mut self, problem: &ContactProblem) {
-        self.polygons.begin();
+        let groups = &problem.friction_groups;
+        let units = problem.contact_count() + groups.len();
+        self.polygons.begin(units, problem.direction_count() + groups.direction_count());
         self.shape.clear();
         self.friction.clear();
         self.inner.clear();
@@ -174,7 +182,6 @@ impl Cones {
             self.push_cone(problem.friction[i], problem.directions_of(i));
         }
         // A group with a constant bound has that bound in place of the normal impulse.
-        let groups = &problem.friction_groups;
         for j in 0..groups.len() {
             let coefficient = groups.bound[j].normal().map_or(1.0, |(_, coefficient)| coefficient);
             self.push_cone(coefficient, groups.directions_of(j));
