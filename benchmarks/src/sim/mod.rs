@@ -1,9 +1,11 @@
 //! Scenes that all engines run with the same numbers, and how ours runs them.
 
+mod batch;
 mod motors;
 mod run;
 mod scenes;
 
+pub use batch::{BatchTask, hash_of};
 pub use motors::Motors;
 pub use run::{Contact, Run, Snapshot, drive};
 pub use scenes::{Scene, build, field};

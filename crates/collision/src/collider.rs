@@ -308,6 +308,9 @@ fn check_meshes(model: &Model, geoms: &[Prepared]) -> Result<(), CollisionError>
 
 /// Sorts the points of a pair by feature and makes the features unique.
 fn order_features(points: &mut [ContactPoint]) {
+    if points.is_sorted_by(|p, q| p.feature < q.feature) {
+        return;
+    }
     points.sort_unstable_by(|p, q| {
         let place = |c: &ContactPoint| c.position.to_array();
         let ([px, py, pz], [qx, qy, qz]) = (place(p), place(q));

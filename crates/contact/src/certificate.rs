@@ -71,6 +71,18 @@ fn natural(z: f64, w: f64) -> f64 {
     if z.is_nan() || w.is_nan() { f64::NAN } else { z.min(w).abs() }
 }
 
+/// The smaller of two numbers, in one instruction; the second where one of them is none.
+#[inline]
+fn smaller(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers, in one instruction; the second where one of them is none.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
 /// Memory of the certificate.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Scratch {
@@ -257,8 +269,7 @@ impl Scratch {
 /// `λ_T = D α` of contact `i`.
 pub(crate) fn tangential_impulse(problem: &ContactProblem, solution: &ContactSolution, i: usize) -> [f64; 2] {
     let alpha = &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
-    let sum = |r: usize| problem.directions_of(i).iter().zip(alpha).map(|(d, a)| d[r] * a).sum();
-    [sum(0), sum(1)]
+    problem.directions_of(i).iter().zip(alpha).fold([0.0; 2], |[x, y], (d, a)| [x + d[0] * a, y + d[1] * a])
 }
 
 /// Raw residuals of contact `i`. `from_impulses`: the velocity that the impulses give.
@@ -302,14 +313,19 @@ impl Friction<'_> {
         let g = scales.delassus;
         let (mut sum, mut least) = (0.0, 0.0_f64);
         let (mut power, mut support) = (0.0, f64::MIN);
+        // The impulses are numbers; a velocity that is none leaves its mark in `checked`.
+        let (mut worst, mut checked) = (0.0, 0.0);
         for (d, &a) in self.directions.iter().zip(self.alpha) {
-            keep(&mut raw.natural_map, natural(g * a, d[0] * computed[0] + d[1] * computed[1] + self.beta));
+            let w = d[0] * computed[0] + d[1] * computed[1] + self.beta;
+            checked += w;
+            worst = larger(worst, smaller(g * a, w).abs());
             sum += a;
-            least = least.min(a);
+            least = smaller(least, a);
             let rate = d[0] * claimed[0] + d[1] * claimed[1];
             power += a * rate;
-            support = support.max(-rate);
+            support = larger(support, -rate);
         }
+        keep(&mut raw.natural_map, if checked.is_nan() { f64::NAN } else { worst });
         let room = self.bound - sum;
         keep(&mut raw.natural_map, natural(self.beta, g * room));
         keep(&mut raw.friction, -room);

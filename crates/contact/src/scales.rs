@@ -1,10 +1,9 @@
 //! The scales of a problem's data: its Delassus diagonal and its velocities.
 
+use signorini_multibody::FEW_ROWS;
+
 use crate::ContactProblem;
 
-/// Up to as many rows of a block of the mass matrix are solved with all columns of a contact together, on the stack: free bodies
-/// and robots. A power of two, so that they are cleared quickly.
-const FEW_ROWS: usize = 32;
 /// Rows of the block of a free body.
 const FREE_ROWS: usize = 6;
 
@@ -36,7 +35,8 @@ impl ContactProblem {
     /// The diagonal of contact `i`'s block of `J M⁻¹ Jᵀ`. `scratch`: `[nv]`, all zero before and after.
     ///
     /// # Cost
-    /// Three half solves with each block of the mass matrix that the contact touches.
+    /// Half a solve with each block of the mass matrix that the contact touches, on the ways to the root; three in blocks of more
+    /// than [`FEW_ROWS`] rows.
     pub fn delassus_diagonal(&self, i: usize, scratch: &mut [f64]) -> [f64; 3] {
         let (columns, entries) = self.jacobian.group(i);
         self.delassus_entries(columns, entries, scratch)
@@ -66,12 +66,10 @@ impl ContactProblem {
                 last += 1;
             }
             let (own, own_entries) = (&columns[first..last], &entries[first..last]);
-            let squares = if range.len() == 1 {
-                self.squares_together::<R, 1>(index, range.start, own, own_entries)
-            } else if range.len() <= FREE_ROWS {
-                self.squares_together::<R, FREE_ROWS>(index, range.start, own, own_entries)
-            } else if (own[own.len() - 1] as usize) < range.start + FEW_ROWS {
-                self.squares_together::<R, FEW_ROWS>(index, range.start, own, own_entries)
+            let squares = if range.len() <= FREE_ROWS && range.len() == own.len() {
+                self.mass_factor.inverse_squares_of_block(index, own_entries)
+            } else if range.len() <= FEW_ROWS {
+                self.squares_on_paths(index, range.start, own, own_entries)
             } else {
                 self.squares_one_by_one(index, range, own, own_entries, scratch)
             };
@@ -81,30 +79,26 @@ impl ContactProblem {
         diagonal
     }
 
-    /// The part of one block of the mass matrix, by half a solve with all columns together on the stack.
-    #[inline]
-    fn squares_together<const R: usize, const ROWS: usize>(
+    /// The part of one block of the mass matrix, on the ways to the root.
+    fn squares_on_paths<const R: usize>(
         &self,
         block: usize,
         start: usize,
         columns: &[u32],
         entries: &[[f64; R]],
     ) -> [f64; R] {
-        let mut together = [[0.0; R]; ROWS];
-        let mut rows = 0;
-        for (&column, entry) in columns.iter().zip(entries) {
-            let row = column as usize - start;
-            together[row] = *entry;
-            rows = row + 1;
+        let mut rows = [0; FEW_ROWS];
+        let rows = &mut rows[..columns.len()];
+        rows.iter_mut().zip(columns).for_each(|(row, &column)| *row = column as usize - start);
+        // The limit of a joint has a normal alone.
+        if entries.iter().all(|entry| entry[1..].iter().all(|x| *x == 0.0)) {
+            let mut normal = [[0.0]; FEW_ROWS];
+            let normal = &mut normal[..columns.len()];
+            normal.iter_mut().zip(entries).for_each(|(x, entry)| x[0] = entry[0]);
+            let [square] = self.mass_factor.inverse_squares(block, rows, normal);
+            return std::array::from_fn(|r| if r == 0 { square } else { 0.0 });
         }
-        self.mass_factor.half_solve_block(block, &mut together[..rows]);
-        let mut squares = [0.0; R];
-        for row in &together[..rows] {
-            for r in 0..R {
-                squares[r] += row[r] * row[r];
-            }
-        }
-        squares
+        self.mass_factor.inverse_squares(block, rows, entries)
     }
 
     /// The same, column by column, in `scratch`.
@@ -173,7 +167,9 @@ impl VelocityScale {
         u[0] += problem.gap[i] / problem.timestep;
         self.add(u[0], terms);
         for d in problem.directions_of(i) {
-            self.largest = self.largest.max((d[0] * u[1] + d[1] * u[2]).abs());
+            let speed = (d[0] * u[1] + d[1] * u[2]).abs();
+            // One instruction, unlike `f64::max`.
+            self.largest = if speed > self.largest { speed } else { self.largest };
         }
         (u, terms)
     }

@@ -29,6 +29,9 @@ pub struct BlockCholesky {
     diagonal: Vec<bool>,
 }
 
+/// Rows up to which a block's sparse columns are solved on the stack: free bodies and robots.
+pub const FEW_ROWS: usize = 32;
+
 /// Comparing a block with the last one is cheap beside factorising it up to this many rows.
 const SMALL: usize = 6;
 
@@ -117,12 +120,9 @@ impl BlockCholesky {
         let inverse = &self.inverse_diagonal[block.range()];
         for (k, (row, (&inverse, &end))) in rows.zip(inverse.iter().zip(end)).enumerate() {
             let (head, tail) = x.split_at_mut(k + 1);
-            let (row, end) = (&row[k + 1..], end - block.start - k - 1);
             head[k] *= inverse;
-            let factor = head[k];
-            for (x, u) in tail[..end].iter_mut().zip(row) {
-                *x -= u * factor;
-            }
+            let carried = end - block.start - k - 1;
+            subtract_multiple(&mut tail[..carried], head[k], &row[k + 1..][..carried]);
         }
     }
 
@@ -223,6 +223,78 @@ impl BlockCholesky {
         }
     }
 
+    /// The diagonal of `Yᵀ A_b⁻¹ Y` for `N` sparse columns in the same rows of one block of at most [`FEW_ROWS`] rows: `xᵀ A_b⁻¹ x`
+    /// of each.
+    /// - `rows`: ascending, counted from the block's first; `entries`: of `Y` in them
+    ///
+    /// # Panics
+    /// If a row is not below the block's size or the block has more rows.
+    ///
+    /// # Cost
+    /// Half a solve on the rows' ways to the root.
+    pub fn inverse_squares<const N: usize>(&self, block: usize, rows: &[usize], entries: &[[f64; N]]) -> [f64; N] {
+        let is_diagonal = self.diagonal[block];
+        let block = &self.layout.blocks[block];
+        let (u, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
+        let mut squares = [0.0; N];
+        let mut add = |y: [f64; N]| (0..N).for_each(|n| squares[n] += y[n] * y[n]);
+        if is_diagonal {
+            rows.iter().zip(entries).for_each(|(&k, entry)| add(entry.map(|x| x * inverse[k])));
+            return squares;
+        }
+        // All rows on the ways to the root: a bit and, from the last one on, what the solve gives each.
+        let (mut active, mut y) = (0_u32, [[0.0; N]; FEW_ROWS]);
+        for (&k, entry) in rows.iter().zip(entries) {
+            y[k] = *entry;
+            let mut next = Some(block.start + k);
+            while let Some(row) = next.filter(|row| active & (1 << (row - block.start)) == 0) {
+                active |= 1 << (row - block.start);
+                next = self.layout.previous(row);
+            }
+        }
+        let mut to_do = active;
+        while to_do != 0 {
+            let k = 31 - to_do.leading_zeros() as usize;
+            to_do &= !(1 << k);
+            let (own, mut row) = (&u[k * block.size..][..block.size], y[k]);
+            // The rows that this one carries, in runs of neighbours.
+            let below = |end: usize| u32::MAX >> (FEW_ROWS - end);
+            let mut rest = active & below(self.layout.end(block.start + k) - block.start) & !below(k + 1);
+            while rest != 0 {
+                let first = rest.trailing_zeros() as usize;
+                let run = first..first + (rest >> first).trailing_ones() as usize;
+                rest &= !below(run.end);
+                for (u, y) in own[run.clone()].iter().zip(&y[run]) {
+                    (0..N).for_each(|n| row[n] -= u * y[n]);
+                }
+            }
+            y[k] = row.map(|x| x * inverse[k]);
+            add(y[k]);
+        }
+        squares
+    }
+
+    /// [`inverse_squares`](Self::inverse_squares) for columns in all rows of a block of at most six: a free body or a part of it.
+    ///
+    /// # Panics
+    /// If there is not one row of entries for each of the block.
+    pub fn inverse_squares_of_block<const N: usize>(&self, block: usize, entries: &[[f64; N]]) -> [f64; N] {
+        assert_eq!(entries.len(), self.layout.blocks[block].size, "one row of entries for each of the block");
+        let mut squares = [0.0; N];
+        let mut add = |y: &[f64; N]| (0..N).for_each(|n| squares[n] += y[n] * y[n]);
+        if self.diagonal[block] {
+            let inverse = &self.inverse_diagonal[self.layout.blocks[block].range()];
+            entries.iter().zip(inverse).for_each(|(entry, inverse)| add(&entry.map(|x| x * inverse)));
+            return squares;
+        }
+        let mut rows = [[0.0; N]; SMALL];
+        let rows = &mut rows[..entries.len()];
+        rows.copy_from_slice(entries);
+        self.half_solve_block(block, rows);
+        rows.iter().for_each(add);
+        squares
+    }
+
     /// `Y ← L⁻ᵀ Y` for `N` sparse columns on the same rows, so that `YᵀY` is the product with `A⁻¹` between them
     /// (the Delassus operator is `J M⁻¹ Jᵀ = (L⁻ᵀJᵀ)ᵀ(L⁻ᵀJᵀ)`).
     /// - `dofs`: sorted, and with every degree of freedom all those before it on its way to the root
@@ -293,6 +365,12 @@ fn same_bits(a: &[f64], b: &[f64]) -> bool {
 /// Finishes column `k` of neighbouring rows on the way to the root, four of which share the loads of the carried part of row `k`.
 fn eliminate(targets: &mut [f64], sources: &[f64], n: usize, k: usize, carried_row: &[f64], inverse: f64) {
     let carried = k + 1..k + 1 + carried_row.len();
+    if carried_row.len() <= 2 {
+        for (row, source) in targets.chunks_exact_mut(n).zip(sources.chunks_exact(n)) {
+            row[k] = (source[k] - dot(&row[carried.clone()], carried_row)) * inverse;
+        }
+        return;
+    }
     let (fours, mut rest) = (targets.len() / (4 * n), sources);
     let (head, tail) = targets.split_at_mut(4 * n * fours);
     for rows in head.chunks_exact_mut(4 * n) {
@@ -307,10 +385,27 @@ fn eliminate(targets: &mut [f64], sources: &[f64], n: usize, k: usize, carried_r
     }
 }
 
-/// The scalar product, in four sums so that an addition does not wait for the one before it. They are added in pairs that are
-/// neighbours in memory.
+/// `x −= f y`. Near the leaves of a tree rows are short.
 #[inline]
-fn dot(a: &[f64], b: &[f64]) -> f64 {
+fn subtract_multiple(x: &mut [f64], f: f64, y: &[f64]) {
+    match (x, y) {
+        ([], []) => {}
+        ([a], [p]) => *a -= p * f,
+        ([a, b], [p, q]) => (*a, *b) = (*a - p * f, *b - q * f),
+        (x, y) => x.iter_mut().zip(y).for_each(|(x, y)| *x -= y * f),
+    }
+}
+
+/// The scalar product, in four sums so that an addition does not wait for the one before it. They are added in pairs that are
+/// neighbours in memory. Near the leaves of a tree rows are short.
+#[inline]
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    match (a, b) {
+        ([], []) => return 0.0,
+        ([a], [p]) => return a * p,
+        ([a, b], [p, q]) => return a * p + b * q,
+        _ => {}
+    }
     let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
     let (mut even, mut odd) = ([0.0; 2], [0.0; 2]);
     for (a, b) in a.iter().zip(b) {

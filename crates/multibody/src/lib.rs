@@ -38,7 +38,7 @@ mod sensors;
 mod state;
 
 pub use centroidal::{Centroidal, center_of_mass_jacobian_into, centroidal_momentum_matrix_into};
-pub use cholesky::BlockCholesky;
+pub use cholesky::{BlockCholesky, FEW_ROWS};
 pub use composite::{MassMatrix, mass_matrix_into};
 pub use configuration::{difference_into, integrate_into};
 pub use delassus::{HalfSolvedRows, delassus_into};

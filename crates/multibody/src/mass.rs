@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use crate::cholesky::BlockCholesky;
+use crate::cholesky::{BlockCholesky, dot};
 use crate::layout::{Block, Layout};
 use crate::model::Model;
 
@@ -193,7 +193,7 @@ impl BlockDiagonal {
         for block in &self.layout.blocks {
             let x = &x[block.range()];
             for (row, out) in self.data[block.data_range()].chunks_exact(block.size).zip(&mut out[block.range()]) {
-                *out = row.iter().zip(x).map(|(a, x)| a * x).sum();
+                *out = dot(row, x);
             }
         }
     }

@@ -270,6 +270,9 @@ impl IslandSolver {
     /// Whether contact `c`'s trial impulse lies outside its mode's cone by more than the tolerance.
     pub(super) fn is_violated(&self, cones: &Cones, island: &Island, settings: &SolverSettings, c: usize) -> bool {
         let y = self.y[c];
+        if self.modes[c] == Mode::Stick && cones.is_well_inside(island.units[c] as usize, y) {
+            return false;
+        }
         let most = settings.mode_tolerance * self.typical_impulse(island, c);
         let mut violated = false;
         cones.facets(island.units[c] as usize, self.modes[c], y, |facet| {

@@ -74,55 +74,68 @@ struct Edge {
 /// The friction cones of all contacts, then those of all friction groups, with directions in angular order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cones {
-    edges: Vec<Edge>,
-    offsets: Vec<usize>,
+    polygons: Polygons,
+    /// The polygon of each cone; one without edges where there is no friction.
+    shape: Vec<Polygon>,
     friction: Vec<f64>,
+    /// Radius of a circle well inside each cone's polygon for a normal impulse of 1.
+    inner: Vec<f64>,
+}
+
+/// Polygons with their edges. Most contacts share one, which stays from problem to problem.
+#[derive(Clone, Debug, Default)]
+struct Polygons {
+    edges: Vec<Edge>,
+    /// The directions of each polygon in the order in which the problem has them, as many as edges.
+    directions: Vec<[f64; 2]>,
+    known: Vec<Polygon>,
     order: Vec<u32>,
 }
 
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
+/// Where the edges of a polygon are.
+#[derive(Clone, Copy, Debug, Default)]
+struct Polygon {
+    first: u32,
+    /// One after the last edge.
+    end: u32,
+    /// Radius of a circle well inside; zero without an inside.
+    inner: f64,
 }
 
-impl Cones {
-    /// Reads friction and directions of a problem; memory is reused.
-    pub fn prepare(&mut self, problem: &ContactProblem) {
-        self.edges.clear();
-        self.offsets.clear();
-        self.offsets.push(0);
-        self.friction.clear();
-        for i in 0..problem.contact_count() {
-            self.push_cone(problem.friction[i], problem.directions_of(i));
+/// Part of a polygon's inner circle in which rounding cannot take a point for one outside.
+const WELL_INSIDE: f64 = 1.0 - 1e-9;
+
+/// Polygons that are looked through for the one that a contact asks for, and that stay for the next problem.
+const KEPT_POLYGONS: usize = 4;
+/// Edges that stay for the next problem, at most.
+const KEPT_EDGES: usize = 64;
+
+impl Polygons {
+    /// Makes room for the polygons of another problem, as if no two units shared one: what is kept never decides about memory.
+    fn begin(&mut self, units: usize, directions: usize) {
+        if self.known.len() > KEPT_POLYGONS || self.edges.len() > KEPT_EDGES {
+            self.edges.clear();
+            self.directions.clear();
+            self.known.clear();
         }
-        // A group with a constant bound has that bound in place of the normal impulse.
-        let groups = &problem.friction_groups;
-        for j in 0..groups.len() {
-            let coefficient = groups.bound[j].normal().map_or(1.0, |(_, coefficient)| coefficient);
-            self.push_cone(coefficient, groups.directions_of(j));
-        }
+        let edges = KEPT_EDGES + directions - self.edges.len();
+        self.edges.reserve(edges);
+        self.directions.reserve(edges);
+        self.known.reserve(KEPT_POLYGONS + units - self.known.len());
     }
 
-    fn push_cone(&mut self, friction: f64, directions: &[[f64; 2]]) {
-        let frictional = friction > 0.0 && !directions.is_empty();
-        self.friction.push(if frictional { friction } else { 0.0 });
-        if frictional {
-            // Neighbouring contacts mostly have the same polygon.
-            let previous = self.offsets.len().checked_sub(2).map(|k| self.offsets[k]..self.offsets[k + 1]);
-            match previous.filter(|edges| self.has_directions(edges.clone(), directions)) {
-                Some(edges) => self.edges.extend_from_within(edges),
-                None => self.push_edges(directions),
-            }
-        }
-        self.offsets.push(self.edges.len());
+    /// The polygon with these directions, to the bit: the sign of a zero decides which edge is the first.
+    fn with_directions(&mut self, directions: &[[f64; 2]]) -> Polygon {
+        let same = |polygon: &&Polygon| {
+            let own = &self.directions[polygon.first as usize..polygon.end as usize];
+            let bits = |d: &[f64; 2]| d.map(f64::to_bits);
+            own.len() == directions.len() && own.iter().zip(directions).all(|(a, b)| bits(a) == bits(b))
+        };
+        let known = self.known.iter().take(KEPT_POLYGONS).find(same);
+        known.copied().unwrap_or_else(|| self.push(directions))
     }
 
-    /// Whether these edges were made from these directions.
-    fn has_directions(&self, edges: std::ops::Range<usize>, directions: &[[f64; 2]]) -> bool {
-        edges.len() == directions.len()
-            && self.edges[edges].iter().all(|e| e.vertex == directions[e.direction as usize])
-    }
-
-    fn push_edges(&mut self, directions: &[[f64; 2]]) {
+    fn push(&mut self, directions: &[[f64; 2]]) -> Polygon {
         // Grows with the angle as the angle itself does, from −2 to 2.
         let angle = |k: &u32| {
             let [x, y] = directions[*k as usize];
@@ -131,6 +144,7 @@ impl Cones {
         self.order.clear();
         self.order.extend(0..directions.len() as u32);
         self.order.sort_unstable_by(|a, b| angle(a).total_cmp(&angle(b)));
+        let first = self.edges.len();
         for (k, &direction) in self.order.iter().enumerate() {
             let vertex = directions[direction as usize];
             let next = directions[self.order[(k + 1) % self.order.len()] as usize];
@@ -140,10 +154,59 @@ impl Cones {
             let normal = [tangent[1], -tangent[0]];
             self.edges.push(Edge { vertex, tangent, normal, height: dot(normal, vertex), direction });
         }
+        self.directions.extend_from_slice(directions);
+        let own = &self.edges[first..];
+        let least = own.iter().fold(f64::MAX, |least, edge| least.min(edge.height));
+        // Two directions make a line, which has no inside.
+        let inner = if own.len() > 2 { WELL_INSIDE * least } else { 0.0 };
+        let polygon = Polygon { first: first as u32, end: self.edges.len() as u32, inner };
+        self.known.push(polygon);
+        polygon
+    }
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+impl Cones {
+    /// Reads friction and directions of a problem; memory is reused.
+    pub fn prepare(&mut self, problem: &ContactProblem) {
+        let groups = &problem.friction_groups;
+        let units = problem.contact_count() + groups.len();
+        self.polygons.begin(units, problem.direction_count() + groups.direction_count());
+        self.shape.clear();
+        self.friction.clear();
+        self.inner.clear();
+        for i in 0..problem.contact_count() {
+            self.push_cone(problem.friction[i], problem.directions_of(i));
+        }
+        // A group with a constant bound has that bound in place of the normal impulse.
+        for j in 0..groups.len() {
+            let coefficient = groups.bound[j].normal().map_or(1.0, |(_, coefficient)| coefficient);
+            self.push_cone(coefficient, groups.directions_of(j));
+        }
     }
 
+    fn push_cone(&mut self, friction: f64, directions: &[[f64; 2]]) {
+        let frictional = friction > 0.0 && !directions.is_empty();
+        self.friction.push(if frictional { friction } else { 0.0 });
+        let shape = if frictional { self.polygons.with_directions(directions) } else { Polygon::default() };
+        self.inner.push(friction * shape.inner);
+        self.shape.push(shape);
+    }
+
+    /// Whether an impulse lies so far inside contact `i`'s cone that it sticks beyond doubt; the quick answer for most contacts.
+    #[inline]
+    pub fn is_well_inside(&self, i: usize, y: [f64; 3]) -> bool {
+        let radius = self.inner[i] * y[0];
+        radius > 0.0 && y[1] * y[1] + y[2] * y[2] < radius * radius
+    }
+
+    #[inline]
     fn edges(&self, i: usize) -> &[Edge] {
-        &self.edges[self.offsets[i]..self.offsets[i + 1]]
+        let Polygon { first, end, .. } = self.shape[i];
+        &self.polygons.edges[first as usize..end as usize]
     }
 
     /// The effective coefficient of friction of contact `i`: 0 where it has no directions.
@@ -176,10 +239,13 @@ impl Cones {
 
     /// The mode whose cone holds `y`.
     pub fn mode_at(&self, i: usize, y: [f64; 3]) -> Mode {
-        let edges = self.edges(i);
         if y[0] <= 0.0 {
             return Mode::Open;
         }
+        if self.is_well_inside(i, y) {
+            return Mode::Stick;
+        }
+        let edges = self.edges(i);
         if edges.is_empty() {
             return Mode::Closed;
         }
