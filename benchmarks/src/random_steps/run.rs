@@ -189,6 +189,7 @@ impl Worker {
             SolveStatus::Solved => return Outcome::FalselyClaimed,
             SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. } => true,
             _ if residual <= TOLERANCE => return Outcome::Unclaimed,
+            _ if residual <= self.judge.rounding() => return Outcome::Rounded,
             _ => false,
         };
         let exists = if denied { Outcome::WronglyDenied } else { Outcome::Missed };

@@ -27,6 +27,9 @@ pub enum Outcome {
     /// Not claimed: the point violates the assembled problem by no more than the solver's tolerance, but its certificate, which
     /// asks for more, does not hold.
     Unclaimed,
+    /// Not claimed: the violations are those that the rounding of impulses makes which are this large. Double precision has no better
+    /// point, or hardly one.
+    Rounded,
     /// Not solved; not known whether there is a solution.
     Inaccurate,
     /// Not solved, although there is a solution.
@@ -43,13 +46,14 @@ pub enum Outcome {
 
 impl Outcome {
     /// All of them, in the order of the table.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Solved,
         Self::Infeasible,
         Self::NoSolution,
         Self::Denied,
         Self::InaccurateWithoutSolution,
         Self::Unclaimed,
+        Self::Rounded,
         Self::Inaccurate,
         Self::Missed,
         Self::WronglyDenied,
