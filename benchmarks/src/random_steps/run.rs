@@ -186,6 +186,7 @@ impl Worker {
     fn outcome(&self, problem: &ContactProblem, residual: f64, programs: usize) -> Outcome {
         let denied = match self.solution.status {
             SolveStatus::Solved if residual <= HOLDS => return Outcome::Solved,
+            SolveStatus::Solved if residual <= self.judge.rounding() => return Outcome::ClaimedRounded,
             SolveStatus::Solved => return Outcome::FalselyClaimed,
             SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. } => true,
             _ if residual <= TOLERANCE => return Outcome::Unclaimed,
