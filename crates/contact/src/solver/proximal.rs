@@ -10,7 +10,7 @@ use crate::ContactProblem;
 /// A proximal iteration that leaves more than this part of the residual calls for another ε.
 const SLOW: f64 = 0.1;
 /// The velocity is refined where its error times the largest impulse, both relative, exceeds this.
-const REFINE: f64 = 1e-12;
+const REFINE: f64 = 1e-10;
 /// Cosine between two changes of the impulses that counts as the same direction.
 const PARALLEL: f64 = 0.99;
 /// Below this residual changes of the impulses may be rounding, and are not extrapolated.
