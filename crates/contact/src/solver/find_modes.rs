@@ -58,9 +58,7 @@ impl IslandSolver {
             }
             *factored = false;
             let seed = attempt * settings.max_rounds + round;
-            if is_lost(island, violations)
-                || !self.follow_path(cones, island, settings, Shift::Violated, seed)
-            {
+            if is_lost(island, violations) || !self.follow_path(cones, island, settings, Shift::Violated, seed) {
                 if careful {
                     return false;
                 }

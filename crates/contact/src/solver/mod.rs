@@ -179,7 +179,7 @@ impl ContactSolver {
         self.contradiction.clear();
         self.solve_islands(problem, warm.map_or(Start::Zero, Start::Warm), solution, |_| true);
         self.complete(problem, solution);
-        if !self.contradiction.is_empty() {
+        if !self.contradiction.is_empty() && !solution.certificate.holds(self.settings.tolerance) {
             self.drop_what_is_worse(problem, solution);
             self.contradiction.sort_unstable();
             solution.status = SolveStatus::Infeasible { contacts: self.contradiction.clone() };

@@ -51,7 +51,7 @@ impl IslandSolver {
             // The first slow iteration gives the second change of the impulses that an extrapolation needs.
             slow = if residual > SLOW * last && !weight.is_falling() { slow + 1 } else { 0 };
             last = residual;
-            if slow > 0 && best > NOISE && (self.is_contradiction(island)) {
+            if slow > 0 && best > NOISE && self.is_contradiction(island, settings.tolerance) {
                 break;
             }
             if slow == 2 {
