@@ -80,14 +80,15 @@ impl Judge {
         }
         let impulses = solution.lambda_n.iter().chain(&solution.alpha).chain(&solution.group_alpha);
         let largest = impulses.fold(0.0, |a: f64, p| a.max(p.abs()));
-        self.rounding = ROUNDED_TERMS * f64::EPSILON * g * largest / found.scale;
+        let rounding = ROUNDED_TERMS * f64::EPSILON * g * largest;
+        self.rounding = if found.scale > 0.0 { rounding / found.scale } else { 0.0 };
         if found.worst <= ROUNDING * found.terms {
             return 0.0;
         }
         if found.scale == 0.0 { found.worst } else { found.worst / found.scale }
     }
 
-    /// What the last residual may be by the rounding of the solution's impulses alone; not a number where all data are zero.
+    /// What the last residual may be by the rounding of the solution's impulses alone; 0 where all data are zero.
     pub fn rounding(&self) -> f64 {
         self.rounding
     }
