@@ -34,10 +34,10 @@ struct Options {
     #[arg(long, default_value_t = 60.0)]
     limit: f64,
     /// Examine what was not solved with linear programs for every so many seeds; Lemke's method always looks at it
-    #[arg(long, default_value_t = 50)]
+    #[arg(long, default_value_t = 500)]
     examine_every: u64,
     /// Linear programs for one problem at most
-    #[arg(long, default_value_t = 1000)]
+    #[arg(long, default_value_t = 200)]
     programs: usize,
     /// Rows of the problems that are examined with linear programs
     #[arg(long, default_value_t = 24)]

@@ -4,6 +4,8 @@ use signorini::contact::{ContactProblem, ContactSolution};
 
 /// Violations below this fraction of the terms of a row are rounding: bodies that fall together have `b = 0` up to it.
 const ROUNDING: f64 = 1e-14;
+/// Rounding errors of the size of the largest impulse that meet in a velocity.
+const ROUNDED_TERMS: f64 = 4.0;
 
 /// A judge with its memory.
 #[derive(Debug, Default)]
@@ -12,6 +14,7 @@ pub struct Judge {
     factor: Vec<f64>,
     row: Vec<f64>,
     velocity: Vec<f64>,
+    rounding: f64,
 }
 
 /// What has been found so far, in the unit of velocity.
@@ -75,10 +78,19 @@ impl Judge {
         for j in 0..groups.len() {
             self.group(problem, solution, j, g, &mut found);
         }
+        let impulses = solution.lambda_n.iter().chain(&solution.alpha).chain(&solution.group_alpha);
+        let largest = impulses.fold(0.0, |a: f64, p| a.max(p.abs()));
+        let rounding = ROUNDED_TERMS * f64::EPSILON * g * largest;
+        self.rounding = if found.scale > 0.0 { rounding / found.scale } else { 0.0 };
         if found.worst <= ROUNDING * found.terms {
             return 0.0;
         }
         if found.scale == 0.0 { found.worst } else { found.worst / found.scale }
+    }
+
+    /// What the last residual may be by the rounding of the solution's impulses alone; 0 where all data are zero.
+    pub fn rounding(&self) -> f64 {
+        self.rounding
     }
 
     fn contact(&self, problem: &ContactProblem, solution: &ContactSolution, i: usize, g: f64, found: &mut Found) {

@@ -186,9 +186,11 @@ impl Worker {
     fn outcome(&self, problem: &ContactProblem, residual: f64, programs: usize) -> Outcome {
         let denied = match self.solution.status {
             SolveStatus::Solved if residual <= HOLDS => return Outcome::Solved,
+            SolveStatus::Solved if residual <= self.judge.rounding() => return Outcome::ClaimedRounded,
             SolveStatus::Solved => return Outcome::FalselyClaimed,
             SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. } => true,
             _ if residual <= TOLERANCE => return Outcome::Unclaimed,
+            _ if residual <= self.judge.rounding() => return Outcome::Rounded,
             _ => false,
         };
         let exists = if denied { Outcome::WronglyDenied } else { Outcome::Missed };

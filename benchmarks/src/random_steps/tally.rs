@@ -27,6 +27,12 @@ pub enum Outcome {
     /// Not claimed: the point violates the assembled problem by no more than the solver's tolerance, but its certificate, which
     /// asks for more, does not hold.
     Unclaimed,
+    /// Claimed solved, with a residual above 10⁻⁸ that is no more than the rounding of impulses which are this large: in other orders of
+    /// summation it is another one.
+    ClaimedRounded,
+    /// Not claimed: the violations are those that the rounding of impulses makes which are this large. Double precision has no better
+    /// point, or hardly one.
+    Rounded,
     /// Not solved; not known whether there is a solution.
     Inaccurate,
     /// Not solved, although there is a solution.
@@ -43,13 +49,15 @@ pub enum Outcome {
 
 impl Outcome {
     /// All of them, in the order of the table.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Solved,
         Self::Infeasible,
         Self::NoSolution,
         Self::Denied,
         Self::InaccurateWithoutSolution,
         Self::Unclaimed,
+        Self::ClaimedRounded,
+        Self::Rounded,
         Self::Inaccurate,
         Self::Missed,
         Self::WronglyDenied,

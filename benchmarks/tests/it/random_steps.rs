@@ -78,6 +78,15 @@ fn the_judge_sees_what_is_wrong() {
             wrong.lambda_n[i] -= 2.0 * wrong.lambda_n[i] + size / problem.delassus_scale();
             assert!(judge.residual(problem, &wrong) > 1e-4, "seed {seed}: a contact that pulls");
         }
+        // What rounding can do grows with the impulses, and is far from what counts as wrong.
+        judge.residual(problem, &solution);
+        let rounding = judge.rounding();
+        assert!(rounding < 1e-5, "seed {seed}: {rounding:e}");
+        let mut large = solution.clone();
+        let impulses = large.lambda_n.iter_mut().chain(&mut large.alpha).chain(&mut large.group_alpha);
+        impulses.for_each(|p| *p *= 1024.0);
+        judge.residual(problem, &large);
+        assert_eq!(judge.rounding(), 1024.0 * rounding);
         let mut wrong = solution.clone();
         wrong.velocity.pop();
         assert_eq!(judge.residual(problem, &wrong), f64::INFINITY);

@@ -5,6 +5,8 @@ use crate::{ContactMode, ContactProblem, ContactSolution};
 
 /// Contacts slower than this fraction of the data's velocity scale stick.
 const STICKING: f64 = 1e-9;
+/// Friction this close to its bound, relative to it, is at the bound: the projection and the split round.
+const AT_BOUND: f64 = 16.0 * f64::EPSILON;
 
 /// Fills `lambda_n`, `alpha`, `beta` and `modes` of a solution, of contacts and friction groups, from the impulses and
 /// `velocity`.
@@ -27,6 +29,7 @@ pub(crate) fn recover_into(
         let range = problem.direction_offsets[i]..problem.direction_offsets[i + 1];
         let alpha = &mut solution.alpha[range];
         cones.decompose(i, impulse, alpha);
+        take_up_rounding(alpha, problem.friction[i] * impulse[0]);
         solution.lambda_n[i] = impulse[0];
         solution.beta[i] = speed;
         solution.modes[i] = contact_mode(impulse[0], alpha, speed > slow, cones.friction(i) > 0.0);
@@ -47,8 +50,27 @@ fn recover_groups(problem: &ContactProblem, cones: &Cones, slow: f64, solution: 
         let [f_1, f_2] = solution.group_impulse[j];
         let alpha = &mut solution.group_alpha[groups.direction_range(j)];
         cones.decompose(problem.contact_count() + j, [bound, f_1, f_2], alpha);
+        take_up_rounding(alpha, bound);
         solution.group_beta[j] = speed;
         solution.group_modes[j] = contact_mode(bound, alpha, speed > slow, true);
+    }
+}
+
+/// Makes the sum of multipliers that are at the bound equal to it: with large impulses a last digit is a velocity.
+fn take_up_rounding(alpha: &mut [f64], bound: f64) {
+    let sum: f64 = alpha.iter().sum();
+    if sum == bound || (bound - sum).abs() > AT_BOUND * bound {
+        return;
+    }
+    let largest = (0..alpha.len()).fold(0, |best, k| if alpha[k] > alpha[best] { k } else { best });
+    let other = (0..alpha.len()).find(|&k| k != largest && alpha[k] > 0.0);
+    match other {
+        // The larger one is at least half the bound: the difference is exact.
+        Some(other) => {
+            alpha[largest] = alpha[largest].min(bound);
+            alpha[other] = bound - alpha[largest];
+        }
+        None => alpha[largest] = bound,
     }
 }
 

@@ -29,11 +29,12 @@ impl Sum {
 }
 
 impl IslandSolver {
-    /// Whether the last change of the impulses proves that the rows contradict each other; the units that do are then in
-    /// `contradiction`.
-    pub(super) fn is_contradiction(&mut self, island: &Island) -> bool {
+    /// Whether the last change of the impulses proves that the rows contradict each other by more than `tolerance`, relative to
+    /// the velocity scale; the units that do are then in `contradiction`. Rows that contradict each other by less have points
+    /// that count as solutions.
+    pub(super) fn is_contradiction(&mut self, island: &Island, tolerance: f64) -> bool {
         let Some(size) = self.size_of_growth(island) else { return false };
-        if !self.is_self_balanced(island) {
+        if !self.is_self_balanced(island, tolerance * self.velocity_scale) {
             return false;
         }
         let contacts = (0..island.contact_count).filter(|&c| self.change[c][0] > ROUNDING * size);
@@ -49,15 +50,17 @@ impl IslandSolver {
     }
 
     /// Whether the changes of the normal impulses and of the bilateral rows balance each other while they work against the
-    /// gaps.
-    fn is_self_balanced(&mut self, island: &Island) -> bool {
-        let mut gain = Sum::default();
+    /// gaps: for every velocity some row is then violated by at least their mean, the gain by the sum of the changes, which
+    /// has to exceed `least`.
+    fn is_self_balanced(&mut self, island: &Island, least: f64) -> bool {
+        let (mut gain, mut weights) = (Sum::default(), 0.0);
         self.work.fill(0.0);
         self.magnitude.clear();
         self.magnitude.resize(island.nv(), 0.0);
         for c in 0..island.contact_count {
             let d = self.change[c][0].max(0.0);
             gain.add(d * island.offset[c][0]);
+            weights += d;
             let (columns, entries) = island.jacobian.group(c);
             for (&k, e) in columns.iter().zip(entries) {
                 self.work[k as usize] += d * e[0];
@@ -66,12 +69,15 @@ impl IslandSolver {
         }
         for (k, (&d, offset)) in self.bilateral_change.iter().zip(&island.bilateral_offset).enumerate() {
             gain.add(d * offset);
+            weights += d.abs();
             let (columns, entries) = island.bilateral_jacobian.group(k);
             for (&k, e) in columns.iter().zip(entries) {
                 self.work[k as usize] += d * e[0];
                 self.magnitude[k as usize] += (d * e[0]).abs();
             }
         }
-        gain.is_negative() && self.work.iter().zip(&self.magnitude).all(|(sum, size)| sum.abs() <= ROUNDING * size)
+        gain.is_negative()
+            && gain.value < -least * weights
+            && self.work.iter().zip(&self.magnitude).all(|(sum, size)| sum.abs() <= ROUNDING * size)
     }
 }

@@ -8,6 +8,9 @@ use super::{SolveStatus, SolverSettings};
 use crate::lcp_route::solve_as_lcp;
 use crate::{ContactProblem, ContactSolution, FrictionPolygon};
 
+/// A smaller part of a tolerance is rounding.
+const SMALLEST_PART: f64 = 1e-6;
+
 /// Solves an island by Lemke's method and takes its impulses if they are better than what is there (`residual`). Returns
 /// the failure to report, if the island stays unsolved.
 pub(super) fn solve_with_lemke(
@@ -45,16 +48,34 @@ pub(super) fn solve_whole(problem: &ContactProblem, settings: &SolverSettings) -
     if problem.standard_layout().size > settings.lemke_max_rows {
         return None;
     }
-    solve_as_lcp(problem, &mut lemke(settings)?, settings.tolerance).ok()
+    solve_patiently(problem, settings)
 }
 
-fn lemke(settings: &SolverSettings) -> Option<Lemke> {
-    let settings = LemkeSettings {
-        tolerance: settings.accept,
+/// Lemke's method with the solver's settings and, where the certificate does not hold, with its own, which polish longer.
+fn solve_patiently(problem: &ContactProblem, settings: &SolverSettings) -> Option<ContactSolution> {
+    let part = part_of_velocities(problem);
+    let first_settings = LemkeSettings {
+        tolerance: part * settings.accept,
         pivots_per_pair: settings.lemke_pivots_per_row,
         ..LemkeSettings::default()
     };
-    Lemke::new(settings).ok()
+    let first = solve_as_lcp(problem, &mut Lemke::new(first_settings).ok()?, settings.tolerance).ok()?;
+    if !matches!(first.status, SolveStatus::Inaccurate | SolveStatus::IterationLimit) {
+        return Some(first);
+    }
+    let usual = LemkeSettings::default();
+    let second_settings = LemkeSettings { tolerance: part * usual.tolerance, ..usual };
+    let second = solve_as_lcp(problem, &mut Lemke::new(second_settings).ok()?, settings.tolerance).ok()?;
+    Some(if second.certificate.worst() < first.certificate.worst() { second } else { first })
+}
+
+/// The velocity scale relative to the largest entry of the LCP's right-hand side, which the method's tolerance is relative to: that
+/// has the constant bounds of friction groups in it, too, which are impulses and may be as large as they like.
+fn part_of_velocities(problem: &ContactProblem) -> f64 {
+    let bounds = problem.friction_groups.bound.iter().map(|bound| bound.constant().abs());
+    let largest = problem.delassus_scale() * bounds.fold(0.0, f64::max);
+    let velocity = problem.velocity_scale();
+    if largest > velocity { (velocity / largest).max(SMALLEST_PART) } else { 1.0 }
 }
 
 /// Lemke's solution of the island as a problem of its own; nothing if the island is too large for it or its data are
@@ -64,13 +85,7 @@ fn solve_local(problem: &ContactProblem, island: &Island, settings: &SolverSetti
     if local.standard_layout().size > settings.lemke_max_rows {
         return None;
     }
-    let first = solve_as_lcp(&local, &mut lemke(settings)?, settings.tolerance).ok()?;
-    if !matches!(first.status, SolveStatus::Inaccurate | SolveStatus::IterationLimit) {
-        return Some(first);
-    }
-    // The settings of the method for problems of any kind polish longer.
-    let second = solve_as_lcp(&local, &mut Lemke::default(), settings.tolerance).ok()?;
-    Some(if second.certificate.worst() < first.certificate.worst() { second } else { first })
+    solve_patiently(&local, settings)
 }
 
 /// The island as a problem of its own, with its contacts and rows in the island's order.

@@ -46,21 +46,19 @@ impl IslandSolver {
                 self.sweep(problem, cones, island);
                 *factored = false;
             }
-            if !self.take_newton_steps(cones, island, settings, newton, factored) {
+            let Some(violations) = self.take_newton_steps(cones, island, settings, newton, factored) else {
                 return false;
-            }
-            if self.violations(cones, island, settings) == 0 {
+            };
+            if violations == 0 {
                 self.take_bilateral(island);
                 return true;
             }
-            if careful && (round > 0 || FEW * self.violations(cones, island, settings) > island.units.len()) {
+            if careful && (round > 0 || FEW * violations > island.units.len()) {
                 return false;
             }
             *factored = false;
             let seed = attempt * settings.max_rounds + round;
-            if self.is_lost(cones, island, settings)
-                || !self.follow_path(cones, island, settings, Shift::Violated, seed)
-            {
+            if is_lost(island, violations) || !self.follow_path(cones, island, settings, Shift::Violated, seed) {
                 if careful {
                     return false;
                 }
@@ -77,14 +75,8 @@ impl IslandSolver {
         false
     }
 
-    /// Whether so many contacts of a large island lie outside their modes that a path from there would wander.
-    fn is_lost(&self, cones: &Cones, island: &Island, settings: &SolverSettings) -> bool {
-        let contacts = island.units.len();
-        contacts >= LARGE && 2 * self.violations(cones, island, settings) > contacts
-    }
-
     /// Newton steps on all modes at once, as long as each leaves fewer contacts outside their modes; ends at the modes that left
-    /// the fewest there, factorised and solved. `false` if a system is singular.
+    /// the fewest there, factorised and solved, and returns how many. Nothing if a system is singular.
     pub(super) fn take_newton_steps(
         &mut self,
         cones: &Cones,
@@ -92,11 +84,11 @@ impl IslandSolver {
         settings: &SolverSettings,
         steps: u32,
         factored: &mut bool,
-    ) -> bool {
+    ) -> Option<usize> {
         let mut fewest = usize::MAX;
         for step in 0..=steps {
             if !self.solve_modes(cones, island, factored) {
-                return false;
+                return None;
             }
             let violations = self.violations(cones, island, settings);
             let better = violations < fewest;
@@ -111,11 +103,11 @@ impl IslandSolver {
             *factored = false;
         }
         if self.modes == self.newton_best && *factored {
-            return true;
+            return Some(fewest);
         }
         self.modes.clone_from(&self.newton_best);
         *factored = false;
-        self.solve_modes(cones, island, factored)
+        self.solve_modes(cones, island, factored).then_some(fewest)
     }
 
     fn follow_path(
@@ -139,4 +131,10 @@ impl IslandSolver {
             self.modes[c] = mode;
         }
     }
+}
+
+/// Whether so many contacts of a large island lie outside their modes that a path from there would wander.
+fn is_lost(island: &Island, violations: usize) -> bool {
+    let contacts = island.units.len();
+    contacts >= LARGE && 2 * violations > contacts
 }

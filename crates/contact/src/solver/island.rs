@@ -30,6 +30,8 @@ pub(crate) struct Island {
     pub free_slack: Vec<[f64; 3]>,
     /// Largest diagonal entry of each unit's Delassus block.
     pub scale: Vec<f64>,
+    /// That of the whole problem, in which residuals are measured as in the certificate.
+    pub residual_scale: f64,
     /// Of the parts of `free_slack` that its laws see, and of the bilateral rows.
     pub velocity_scale: VelocityScale,
     /// Bilateral rows in it, ascending.

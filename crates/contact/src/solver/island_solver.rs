@@ -159,8 +159,8 @@ impl IslandSolver {
         let mut worst = 0.0_f64;
         self.trial.clear();
         for (c, &i) in island.units.iter().enumerate() {
-            let (u, p, rho, g) = (self.slack[c], self.impulse[c], self.weight[c], island.scale[c]);
-            worst = worst.max(law_residual(cones, i as usize, p, island.pushing(c, u), g));
+            let (u, p, rho) = (self.slack[c], self.impulse[c], self.weight[c]);
+            worst = worst.max(law_residual(cones, i as usize, p, island.pushing(c, u), island.residual_scale));
             self.trial.push(std::array::from_fn(|r| p[r] - rho * u[r]));
         }
         island.bind(&mut self.trial);

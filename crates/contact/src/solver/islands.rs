@@ -55,6 +55,8 @@ impl Islands {
         (0..problem.contact_count()).for_each(|i| self.add_contact(problem, i));
         (0..problem.friction_groups.len()).for_each(|j| self.add_group(problem, j));
         (0..problem.bilateral_violation.len()).for_each(|k| self.add_bilateral(problem, k));
+        let scale = positive(self.delassus_scale);
+        self.islands[..self.count].iter_mut().for_each(|island| island.residual_scale = scale);
     }
 
     fn add_contact(&mut self, problem: &ContactProblem, i: usize) {
@@ -71,7 +73,8 @@ impl Islands {
         island.contact_count += 1;
         island.offset.push([problem.gap[i] / problem.timestep, 0.0, 0.0]);
         island.free_slack.push(slack);
-        slack.into_iter().for_each(|u| island.velocity_scale.add(u, terms));
+        let seen = if problem.directions_of(i).is_empty() { 1 } else { 3 };
+        slack[..seen].iter().for_each(|u| island.velocity_scale.add(*u, terms));
         island.scale.push(positive(g));
     }
 

@@ -9,8 +9,10 @@ use crate::ContactProblem;
 
 /// A proximal iteration that leaves more than this part of the residual calls for another ε.
 const SLOW: f64 = 0.1;
-/// The velocity is refined where its error times the largest impulse, both relative, exceeds this.
-const REFINE: f64 = 1e-12;
+/// The velocity is refined where its error, relative to the data, exceeds this: bodies at rest must not creep …
+const REFINE: f64 = 2e-13;
+/// … or where that times the largest impulse, also relative, exceeds this.
+const REFINE_LARGE: f64 = 1e-10;
 /// Cosine between two changes of the impulses that counts as the same direction.
 const PARALLEL: f64 = 0.99;
 /// Below this residual changes of the impulses may be rounding, and are not extrapolated.
@@ -51,7 +53,7 @@ impl IslandSolver {
             // The first slow iteration gives the second change of the impulses that an extrapolation needs.
             slow = if residual > SLOW * last && !weight.is_falling() { slow + 1 } else { 0 };
             last = residual;
-            if slow > 0 && best > NOISE && (self.is_contradiction(island)) {
+            if slow > 0 && best > NOISE && self.is_contradiction(island, settings.tolerance) {
                 break;
             }
             if slow == 2 {
@@ -93,7 +95,7 @@ impl IslandSolver {
             self.evaluate_centre(problem, cones, island);
         }
         // The dissipation law multiplies an error of the velocity by the impulse.
-        if best * self.largest_impulse(island) > REFINE {
+        if best > REFINE || best * self.largest_impulse(island) > REFINE_LARGE {
             self.prepare_system(problem, island, &mut prepared);
             self.refine_velocity(cones, island, settings, factored);
         }

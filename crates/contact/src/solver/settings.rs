@@ -7,7 +7,8 @@ use crate::ProblemError;
 pub struct SolverSettings {
     /// A solution is `Solved` when every residual of the certificate is at most this. Default 1e-9; range (0, 1).
     pub tolerance: f64,
-    /// An island is restarted when its residual is above this. Default 1e-9; range (0, 1).
+    /// An island is restarted when its residual is above this; where the certificate does not hold, one of less than 64 contacts
+    /// when it is above a tenth of this. Default 1e-9; range (0, 1).
     pub accept: f64,
     /// Proximal iterations stop at this residual. Default 1e-12; range (0, 1).
     pub polish: f64,

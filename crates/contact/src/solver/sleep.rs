@@ -63,7 +63,7 @@ impl IslandSolver {
     fn residual_at_rest(&self, cones: &Cones, island: &Island) -> f64 {
         let law = |(c, &i): (usize, &u32)| {
             let u = island.pushing(c, island.offset[c]);
-            law_residual(cones, i as usize, self.impulse[c], u, island.scale[c])
+            law_residual(cones, i as usize, self.impulse[c], u, island.residual_scale)
         };
         let contacts = island.units.iter().enumerate().map(law);
         let worst = contacts.chain(island.bilateral_offset.iter().map(|u| u.abs())).fold(0.0, f64::max);

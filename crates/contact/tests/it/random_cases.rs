@@ -1,5 +1,6 @@
-//! Problems of `benchmarks/random_steps` that were hard at some time: those in `tests/data/random_steps/solvable` must be solved. The
-//! numbers in a name are the seed and the step.
+//! Problems of `benchmarks/random_steps` that were hard at some time: those in `tests/data/random_steps/solvable` must be solved; those
+//! in `rounded` have solutions with impulses so large that their last digits are velocities above the tolerance. The numbers in a name
+//! are the seed and the step.
 
 use std::path::PathBuf;
 
@@ -30,5 +31,22 @@ fn solvable_cases_are_solved_cold_and_warm() {
             let violation = worst_violation(&problem, &solution);
             assert!(violation <= 1e-8, "{name}: {violation:e}");
         }
+    }
+}
+
+#[test]
+fn cases_beyond_double_precision_are_solved_to_rounding_and_never_denied() {
+    for (name, problem) in cases("rounded") {
+        let solution = ContactSolver::default().solve(&problem, None);
+        let is_honest = match solution.status {
+            SolveStatus::Solved => solution.certificate.holds(1e-9),
+            SolveStatus::Inaccurate => !solution.certificate.holds(1e-9),
+            _ => false,
+        };
+        assert!(is_honest, "{name}: {:?}", solution.status);
+        let largest = solution.lambda_n.iter().chain(&solution.alpha).fold(0.0, |a: f64, p| a.max(p.abs()));
+        let rounding = 4.0 * f64::EPSILON * problem.delassus_scale() * largest / problem.velocity_scale();
+        let violation = worst_violation(&problem, &solution);
+        assert!(violation <= rounding.max(1e-8), "{name}: {violation:e}, rounding {rounding:e}");
     }
 }
