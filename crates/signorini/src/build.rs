@@ -146,7 +146,7 @@ impl ProblemBuilder {
         self.push_limits(model, state);
         self.push_equalities(model, kinematics, &state.q);
         self.push_joint_friction(model);
-        self.push_servos(model, kinematics, &state.q, input);
+        self.push_servos(model, kinematics, state, input);
         self.group_keys.clear();
         self.group_keys.extend(self.friction_source.iter().map(|&source| group_key(source, &self.keys)));
     }

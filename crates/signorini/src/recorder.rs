@@ -151,6 +151,7 @@ fn state_into(model: &Model, index: u64, state: &State, kinematics: &Kinematics,
     frame.time = state.time;
     frame.q.clone_from(&state.q);
     frame.v.clone_from(&state.v);
+    frame.activation.clone_from(&state.activation);
     frame.body_poses.clear();
     frame.body_poses.extend(kinematics.pose.iter().map(pose_array));
     frame.energy = energy(model, kinematics, state);

@@ -2,8 +2,8 @@
 
 use signorini_formats::{LoadOptions, load_mjcf_str, load_urdf_str};
 use signorini_multibody::glam::DVec3;
+use signorini_multibody::{ActuatorKind, EqualityKind, JointKind, Kinematics, Model, SpinResistance, State};
 use signorini_multibody::{EqualityBlock, equality_block_into, equality_violations, forward_kinematics_into};
-use signorini_multibody::{EqualityKind, JointKind, Kinematics, Model, SpinResistance, State};
 
 fn mjcf(inner: &str) -> Model {
     let imported = load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "").unwrap();
@@ -135,6 +135,32 @@ fn restitution_is_read_from_custom_numbers() {
         ("<numeric name='signorini:restitutions' data='.2'/>", "signorini:restitution:GEOM"),
     ] {
         let message = refusal(&format!("<custom>{numeric}</custom>{world}"));
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
+fn velocity_servos_can_hold_their_speed_exactly() {
+    let text = |custom: &str, servo: &str| {
+        format!(
+            "<custom><numeric {custom}/></custom><worldbody><body><joint name='j'/><geom size='.1' mass='1'/></body>\
+             </worldbody><actuator>{servo}</actuator>"
+        )
+    };
+    let wheel = "<velocity name='wheel' joint='j' kv='3' forcerange='-2 5'/>";
+    let model = mjcf(&text("name='signorini:speed:wheel' data='1'", wheel));
+    assert_eq!((model.actuators[0].kind, model.actuators[0].force_range), (ActuatorKind::Speed, Some([-2.0, 5.0])));
+    let model = mjcf(&text("name='signorini:speed:wheel' data='0'", wheel));
+    assert_eq!(model.actuators[0].kind, ActuatorKind::Velocity { kv: 3.0 });
+    let unbounded = "<velocity name='wheel' joint='j'/>";
+    for (custom, servo, part) in [
+        ("name='signorini:speed:whel' data='1'", wheel, "name of an actuator"),
+        ("name='signorini:speed' data='1'", wheel, "signorini:speed:ACTUATOR"),
+        ("name='signorini:speed:wheel' data='2'", wheel, "1, or 0"),
+        ("name='signorini:speed:wheel' data='1'", unbounded, "forcerange"),
+        ("name='signorini:speed:wheel' data='1'", "<motor name='wheel' joint='j'/>", "<velocity>"),
+    ] {
+        let message = refusal(&text(custom, servo));
         assert!(message.contains(part), "{message}");
     }
 }

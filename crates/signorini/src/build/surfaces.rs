@@ -8,6 +8,9 @@ use signorini_multibody::{
 use super::{FrictionSource, ProblemBuilder, stabilized};
 use crate::warm::point_key;
 
+/// A lever below this, relative to the coordinates of the point, is the rounding of their difference.
+const ROUNDING: f64 = 1e-14;
+
 /// What the surfaces of a model have that not every model has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceFeatures {
@@ -39,6 +42,7 @@ impl ProblemBuilder {
         let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
         let bodies = (point.body_a, point.body_b);
         contact_rows_into(model, kinematics, bodies, point.position, &directions, &mut self.rows);
+        self.clear_rounding(point);
         let belt = if self.features.belts { self.belt_velocity(model, kinematics, point) } else { DVec3::ZERO };
         let frictional = point.friction > 0.0 && belt == DVec3::ZERO;
         let polygon = if frictional { &self.polygon } else { &self.frictionless };
@@ -52,6 +56,18 @@ impl ProblemBuilder {
         }
         self.frames.push(frame);
         self.keys.push(point_key(point));
+    }
+
+    /// Makes rows zero that hold nothing but rounding: those of a point at the centre of the ball joint that it would move. No
+    /// impulse opens it, and one over its rounding would be without bound.
+    fn clear_rounding(&mut self, point: &ContactPoint) {
+        let smallest = ROUNDING * point.position.abs().max_element();
+        for r in 0..3 {
+            if self.rows.columns.iter().any(|column| column[r].abs() > smallest) {
+                return;
+            }
+            self.rows.columns.iter_mut().for_each(|column| column[r] = 0.0);
+        }
     }
 
     /// Velocity of the surface of A relative to that of B by their belts, world axes: the velocity of B relative to A at which

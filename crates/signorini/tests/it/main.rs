@@ -1,5 +1,6 @@
 //! Physics of whole simulations against closed forms and identities.
 
+mod activation;
 mod batch;
 mod contradiction;
 mod convergence;
@@ -15,6 +16,7 @@ mod inverse;
 mod joints;
 mod linear_system;
 mod literature;
+mod margin;
 mod mechanisms;
 mod recertify;
 mod restitution;
