@@ -81,6 +81,8 @@ pub(crate) struct ProblemBuilder {
     /// Largest |Θ| of the equality constraints at the beginning of the step, m or rad.
     pub constraint_error: f64,
     pub polygon: FrictionPolygon,
+    /// The polygon of the contact at hand, where its friction depends on the direction.
+    stretched: FrictionPolygon,
     rows: SparseRows,
     block: EqualityBlock,
     length: LengthRow,
@@ -102,6 +104,7 @@ impl ProblemBuilder {
             bilateral_source: Vec::new(),
             impacts: Vec::new(),
             constraint_error: 0.0,
+            stretched: polygon.clone(),
             polygon,
             rows: SparseRows::new(model),
             block: EqualityBlock::new(model),

@@ -2,6 +2,8 @@
 //!
 //! - `<numeric name="signorini:restitution" data="0.6"/>`: coefficient of restitution of all geoms;
 //! - `<numeric name="signorini:restitution:ball" data="0.9"/>`: of the geom `ball`;
+//! - `<numeric name="signorini:grain:blade" data="0.05 1"/>`: factors of the friction of the geom `blade` along its x axis and across
+//!   it;
 //! - `<numeric name="signorini:speed:wheel" data="1"/>`: the actuator `wheel`, a `<velocity>` with a force range, holds its speed
 //!   exactly until the range ends.
 
@@ -14,6 +16,7 @@ use crate::error::FormatError;
 use crate::xml::{Attributes, Element};
 
 const RESTITUTION: &str = "signorini:restitution";
+const GRAIN: &str = "signorini:grain";
 const SPEED: &str = "signorini:speed";
 
 /// Coefficients of restitution.
@@ -48,6 +51,21 @@ impl<'t> Restitution<'t> {
     pub fn of(&self, geom: Option<&str>) -> f64 {
         geom.and_then(|name| self.own.get(name)).map_or(self.common, |(e, _)| *e)
     }
+}
+
+/// The grain of geoms, by name.
+pub(super) fn grains<'t>(root: Element<'t>) -> Result<HashMap<&'t str, ([f64; 2], Attributes<'t>)>, FormatError> {
+    let mut grains = HashMap::new();
+    for element in root.children_named("custom").flat_map(|c| c.children_named("numeric")) {
+        let a = element.attributes();
+        let Some(rest) = a.text("name").and_then(|name| name.trim().strip_prefix(GRAIN)) else { continue };
+        let Some(geom) = rest.strip_prefix(':') else { return Err(a.invalid("name", "signorini:grain:GEOM")) };
+        match a.numbers("data")?.as_deref() {
+            Some(&[along, across]) if along > 0.0 && across > 0.0 => drop(grains.insert(geom, ([along, across], a))),
+            _ => return Err(a.invalid("data", "two positive numbers: along and across the grain")),
+        }
+    }
+    Ok(grains)
 }
 
 /// The actuators that shall hold their speed exactly, by name.
@@ -90,12 +108,14 @@ pub(super) fn check_speed_servos(importer: &Importer) -> Result<(), FormatError>
     }
 }
 
-/// Refuses coefficients of geoms that are not there.
+/// Refuses coefficients and grains of geoms that are not there.
 pub(super) fn check(importer: &Importer) -> Result<(), FormatError> {
-    for (geom, (_, a)) in &importer.restitution.own {
-        if importer.parts.geom(geom).is_none() {
-            return Err(a.invalid("name", "the name of a geom after 'signorini:restitution:'"));
-        }
+    let missing = |geom: &str| importer.parts.geom(geom).is_none();
+    if let Some((_, (_, a))) = importer.restitution.own.iter().find(|(geom, _)| missing(geom)) {
+        return Err(a.invalid("name", "the name of a geom after 'signorini:restitution:'"));
     }
-    Ok(())
+    match importer.grains.iter().find(|(geom, _)| missing(geom)) {
+        None => Ok(()),
+        Some((_, (_, a))) => Err(a.invalid("name", "the name of a geom after 'signorini:grain:'")),
+    }
 }

@@ -71,6 +71,8 @@ struct Importer<'t> {
     /// Names of tendons and actuators of the file that the model does not have.
     left_out_tendons: HashSet<&'t str>,
     left_out_actuators: HashSet<&'t str>,
+    /// Friction that depends on the direction, by geom.
+    grains: HashMap<&'t str, ([f64; 2], Attributes<'t>)>,
     /// Actuators that shall hold their speed exactly and that were not met yet.
     speed_servos: HashMap<&'t str, Attributes<'t>>,
     /// Time step of the file, s.
@@ -102,6 +104,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result
         left_out_tendons: HashSet::new(),
         left_out_actuators: HashSet::new(),
         damping_ratios: Vec::new(),
+        grains: custom::grains(root)?,
         speed_servos: custom::speed_servos(root)?,
         timestep: 0.002,
     };

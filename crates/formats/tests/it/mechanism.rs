@@ -140,6 +140,24 @@ fn restitution_is_read_from_custom_numbers() {
 }
 
 #[test]
+fn grain_is_read_from_custom_numbers() {
+    let world = "<worldbody><geom name='ice' type='plane' size='1 1 1'/><body pos='0 0 1'><freejoint/>\
+                 <geom name='blade' size='.1'/></body></worldbody>";
+    let text = |name: &str, data: &str| format!("<custom><numeric name='{name}' data='{data}'/></custom>{world}");
+    let model = mjcf(&text("signorini:grain:blade", ".05 1"));
+    assert_eq!((model.geoms[0].grain, model.geoms[1].grain), (None, Some([0.05, 1.0])));
+    for (name, data, part) in [
+        ("signorini:grain:blad", ".05 1", "name of a geom"),
+        ("signorini:grain:blade", "0 1", "two positive numbers"),
+        ("signorini:grain:blade", "1", "two positive numbers"),
+        ("signorini:grain", ".05 1", "signorini:grain:GEOM"),
+    ] {
+        let message = refusal(&text(name, data));
+        assert!(message.contains(part), "{message}");
+    }
+}
+
+#[test]
 fn velocity_servos_can_hold_their_speed_exactly() {
     let text = |custom: &str, servo: &str| {
         format!(

@@ -164,6 +164,8 @@ pub(super) fn check_geoms(model: &Model) -> Result<(), ModelError> {
         }
         number(part, "restitution", "between 0 and 1", geom.restitution, |e| (0.0..=1.0).contains(&e))?;
         number(part, "margin", "finite and not negative", geom.margin, |m| m >= 0.0)?;
+        let grain = geom.grain.unwrap_or([1.0; 2]);
+        grain.iter().try_for_each(|&g| number(part, "grain", "positive and finite", g, |g| g > 0.0))?;
         let belt = geom.surface_velocity.to_array();
         belt.into_iter().try_for_each(|x| number(part, "surface velocity", "finite", x, |_| true))?;
         let invalid = |reason| {

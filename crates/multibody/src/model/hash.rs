@@ -123,6 +123,7 @@ feed_fields!(Geom {
     spin_resistance,
     spinning_friction,
     rolling_friction,
+    grain,
     restitution,
     margin,
     surface_velocity,

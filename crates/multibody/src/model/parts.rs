@@ -203,6 +203,9 @@ pub struct Geom {
     pub spinning_friction: f64,
     /// Coefficient of friction against rolling, m, ≥ 0.
     pub rolling_friction: f64,
+    /// Factors of the sliding friction along the geom's x axis and across it in the surface, > 0: a skate has a small first one.
+    /// Where both geoms of a pair have some, those of the first count.
+    pub grain: Option<[f64; 2]>,
     /// Coefficient of restitution e in [0, 1]; a pair takes the larger of the two.
     pub restitution: f64,
     /// Distance from the surface at which contacts act, m, ≥ 0; those of the two geoms of a pair add up (MJCF `margin`).
@@ -231,6 +234,7 @@ impl Geom {
             spin_resistance: SpinResistance::None,
             spinning_friction: 0.005,
             rolling_friction: 0.0001,
+            grain: None,
             restitution: 0.0,
             margin: 0.0,
             surface_velocity: DVec3::ZERO,

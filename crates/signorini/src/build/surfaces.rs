@@ -15,6 +15,7 @@ const ROUNDING: f64 = 1e-14;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceFeatures {
     belts: bool,
+    grain: bool,
     spin: bool,
     pub restitution: bool,
 }
@@ -23,6 +24,7 @@ impl SurfaceFeatures {
     pub fn of(model: &Model) -> Self {
         let pairs = &model.pairs;
         Self {
+            grain: model.geoms.iter().any(|g| g.grain.is_some()),
             belts: model.geoms.iter().any(|g| g.surface_velocity != DVec3::ZERO),
             spin: model.geoms.iter().any(|g| g.spin_resistance != SpinResistance::None)
                 || pairs.iter().any(|p| p.spin_resistance != SpinResistance::None),
@@ -45,7 +47,12 @@ impl ProblemBuilder {
         self.clear_rounding(point);
         let belt = if self.features.belts { self.belt_velocity(model, kinematics, point) } else { DVec3::ZERO };
         let frictional = point.friction > 0.0 && belt == DVec3::ZERO;
-        let polygon = if frictional { &self.polygon } else { &self.frictionless };
+        let grained = self.features.grain && frictional && self.stretch_polygon(model, kinematics, point, &frame);
+        let polygon = match (frictional, grained) {
+            (false, _) => &self.frictionless,
+            (true, false) => &self.polygon,
+            (true, true) => &self.stretched,
+        };
         let columns = self.rows.dofs.iter().map(|&k| k as u32).zip(self.rows.columns.iter().copied());
         self.problem.push_contact(columns, stabilized(point.gap, self.stabilization), point.friction, polygon);
         if point.friction > 0.0 && !frictional {
@@ -68,6 +75,23 @@ impl ProblemBuilder {
             }
             self.rows.columns.iter_mut().for_each(|column| column[r] = 0.0);
         }
+    }
+
+    /// The polygon of a contact whose friction depends on the direction: that of the settings, stretched along the grain as the
+    /// contact's tangents see it; whether there is a grain.
+    fn stretch_polygon(
+        &mut self,
+        model: &Model,
+        kinematics: &Kinematics,
+        point: &ContactPoint,
+        frame: &ContactFrame,
+    ) -> bool {
+        let geoms = [point.geom_a, point.geom_b].map(|id| &model.geoms[id.index()]);
+        let Some((geom, grain)) = geoms.into_iter().find_map(|geom| Some((geom, geom.grain?))) else { return false };
+        let axis = kinematics.pose[geom.body.index()].rotation * (geom.placement.rotation * DVec3::X);
+        let angle = axis.dot(frame.tangent_2).atan2(axis.dot(frame.tangent_1));
+        self.stretched.stretch(&self.polygon, grain, angle);
+        true
     }
 
     /// Velocity of the surface of A relative to that of B by their belts, world axes: the velocity of B relative to A at which

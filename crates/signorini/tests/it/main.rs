@@ -8,6 +8,7 @@ mod determinism;
 mod dry_friction;
 mod friction;
 mod friction_law;
+mod grain;
 mod impact;
 mod incline;
 mod input;
