@@ -11,6 +11,9 @@ use crate::warm::point_key;
 /// A lever below this, relative to the coordinates of the point, is the rounding of their difference.
 const ROUNDING: f64 = 1e-14;
 
+/// A lever below this, relative to an overlap, would have to turn by a hundred radians in the step to open it.
+const POWERLESS: f64 = 1e-2;
+
 /// What the surfaces of a model have that not every model has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceFeatures {
@@ -44,7 +47,7 @@ impl ProblemBuilder {
         let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
         let bodies = (point.body_a, point.body_b);
         contact_rows_into(model, kinematics, bodies, point.position, &directions, &mut self.rows);
-        self.clear_rounding(point);
+        self.clear_powerless_rows(point);
         let belt = if self.features.belts { self.belt_velocity(model, kinematics, point) } else { DVec3::ZERO };
         let frictional = point.friction > 0.0 && belt == DVec3::ZERO;
         let grained = self.features.grain && frictional && self.stretch_polygon(model, kinematics, point, &frame);
@@ -65,10 +68,10 @@ impl ProblemBuilder {
         self.keys.push(point_key(point));
     }
 
-    /// Makes rows zero that hold nothing but rounding: those of a point at the centre of the ball joint that it would move. No
-    /// impulse opens it, and one over its rounding would be without bound.
-    fn clear_rounding(&mut self, point: &ContactPoint) {
-        let smallest = ROUNDING * point.position.abs().max_element();
+    /// Makes rows zero that hold nothing but rounding, or levers too short to open an overlap by any motion: those of a point at the
+    /// centre of the ball joint that it would move. An impulse over them would be without bound.
+    fn clear_powerless_rows(&mut self, point: &ContactPoint) {
+        let smallest = (ROUNDING * point.position.abs().max_element()).max(-POWERLESS * point.gap);
         for r in 0..3 {
             if self.rows.columns.iter().any(|column| column[r].abs() > smallest) {
                 return;

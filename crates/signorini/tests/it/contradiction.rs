@@ -75,8 +75,14 @@ fn an_overlap_that_no_motion_opens_is_named_and_harmless() {
     let SolveStatus::Infeasible { contacts } = &report.status else { panic!("{:?}", report.status) };
     let points = stopped.workspace().contact_points();
     assert!(!contacts.is_empty() && contacts.iter().all(|k| [points[*k].geom_a, points[*k].geom_b] == named));
+    // With a second joint the arms fold onto the fixed capsule, where levers are short and not zero.
+    let text = text.replace(
+        "</body>",
+        "<body pos='0 0.1 0.1'><joint type='ball' damping='0.005'/><geom fromto='0 0 0 0 0.1 0'/></body></body>",
+    );
+    let model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
     let settings = Settings { infeasible: InfeasiblePolicy::ClipGaps, ..Settings::default() };
     let mut clipped = Simulation::new(model, settings).unwrap();
-    assert_eq!(clipped.run(1.0, |_, report| !report.missed_tolerance).unwrap(), RunEnd::Finished);
-    assert!(clipped.state().v.iter().all(|v| v.abs() < 100.0), "{:?}", clipped.state());
+    let end = clipped.run(1.0, |now, _| now.state().v.iter().all(|v| v.abs() < 100.0)).unwrap();
+    assert_eq!(end, RunEnd::Finished, "{:?}", clipped.state());
 }
