@@ -7,6 +7,7 @@ The data belong to their authors (licences beside each model) and are not part o
 """
 
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -28,12 +29,16 @@ ROBOTS = {
 def main():
     folders = [FOLDER, TARGET / "dm_control", TARGET / "gymnasium"]
     if not all(folder.is_dir() for folder in folders):
-        TARGET.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory() as folder:
+        TARGET.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=TARGET.parent) as folder:
             venv.create(folder, with_pip=True)
             python = pathlib.Path(folder) / "bin" / "python"
-            install = [python, "-m", "pip", "install", "--quiet", "--no-deps", "--target", TARGET]
+            # Whoever looks for the folder finds all of it or none.
+            fetched = pathlib.Path(folder) / "robots"
+            install = [python, "-m", "pip", "install", "--quiet", "--no-deps", "--target", fetched]
             subprocess.run([*install, *PACKAGES], check=True)
+            shutil.rmtree(TARGET, ignore_errors=True)
+            fetched.rename(TARGET)
     missing = [name for name, path in ROBOTS.items() if not (FOLDER / path).is_file()]
     for name, path in ROBOTS.items():
         print(f"{name:8} {FOLDER / path}")

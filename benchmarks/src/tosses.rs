@@ -92,7 +92,7 @@ pub fn start_state(first: &[f64; 13], protocol: Protocol, substeps: usize) -> St
         let n = substeps as f64;
         v[2] -= GRAVITY / SAMPLE_RATE * (n - 1.0) / (2.0 * n);
     }
-    State { time: 0.0, q, v }
+    State { time: 0.0, q, v, activation: vec![] }
 }
 
 /// The cube above its board, as a box on a plane with friction `mu` and coefficient of restitution `restitution`.

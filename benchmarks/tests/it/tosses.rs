@@ -1,8 +1,9 @@
 //! Recorded tosses: starts, errors, and whole simulated tosses against closed forms.
 
 use signorini::Settings;
+use signorini_benchmarks::table::shared;
 use signorini_benchmarks::tosses::{
-    GRAVITY, HALF_SIDE, Protocol, SAMPLE_RATE, Toss, compare, simulate, simulation, start_state,
+    GRAVITY, HALF_SIDE, IDENTIFICATION, Protocol, SAMPLE_RATE, Toss, compare, load, simulate, simulation, start_state,
 };
 
 /// A recording without contact: vertical flight with velocities as backward differences, spin about the vertical.
@@ -79,4 +80,34 @@ fn a_flat_cube_slides_as_far_as_coulomb_says() {
     let last = poses.last().unwrap();
     assert!((last[0] - x).abs() < 1e-10 && last[1].abs() < 1e-10, "{} instead of {x}", last[0]);
     assert_eq!((effort.missed_steps, effort.stopped_tosses), (0, 0));
+}
+
+/// The recorded tosses that took no part in the identification, with friction and restitution (Newton's: none) as identified on the
+/// others: `cube_toss --law newton` finds these two numbers.
+#[test]
+fn recorded_tosses_are_followed() {
+    const FRICTION: f64 = 0.180;
+    const SUBSTEPS: usize = 10;
+    let folder = shared("data/cube_tosses");
+    if !folder.join("cube_tosses.npz").exists() {
+        println!("skipped: no cube_tosses.npz in {}", folder.display());
+        return;
+    }
+    let settings = Settings { directions: 16, ..Settings::default() };
+    let mut simulation = simulation(FRICTION, 0.0, SUBSTEPS, &settings).unwrap();
+    let tosses = load(&folder, Protocol::Raw).unwrap();
+    let others = tosses.iter().enumerate().filter(|(k, _)| !IDENTIFICATION.contains(k));
+    let (mut count, mut position, mut rotation) = (0.0, 0.0, 0.0);
+    for (_, toss) in others {
+        let (poses, effort) = simulate(&mut simulation, toss, Protocol::Raw, SUBSTEPS).unwrap();
+        assert_eq!((effort.missed_steps, effort.clipped_steps, effort.stopped_tosses), (0, 0, 0));
+        let error = compare(&poses, toss);
+        count += 1.0;
+        position += error.position / (2.0 * HALF_SIDE) * 100.0;
+        rotation += error.rotation;
+    }
+    let (position, rotation) = (position / count, rotation / count);
+    println!("{count} tosses: {position:.2} %, {rotation:.2}°");
+    assert_eq!(count, 235.0);
+    assert!(position <= 14.5 && rotation <= 18.0, "{position} % and {rotation}°");
 }

@@ -36,9 +36,13 @@ pub struct Collider {
     swept: Vec<u32>,
     /// Bounded geoms that can meet a half-space.
     over_half_spaces: Vec<u32>,
-    own_friction: Vec<(u32, u32, f64)>,
+    /// Pairs with a law of their own, with friction and margin, in order.
+    own_laws: Vec<(u32, u32, [f64; 2])>,
+    /// Largest part of a geom in the margin of a pair, m.
+    margin: Vec<f64>,
     placed: Vec<GeomPose>,
     boxes: Vec<Aabb>,
+    /// How far every geom's contacts reach: its travel and its margin, m.
     travel: Vec<f64>,
     /// Largest angle every geom can turn within the step, rad.
     turn: Vec<f64>,
@@ -75,13 +79,18 @@ impl Collider {
         let mut active = [&half_spaces[..], &swept, &over_half_spaces].concat();
         active.sort_unstable();
         active.dedup();
-        let mut own_friction: Vec<(u32, u32, f64)> = Vec::new();
+        let mut margin: Vec<f64> = model.geoms.iter().map(|geom| geom.margin).collect();
+        let mut own_laws: Vec<(u32, u32, [f64; 2])> = Vec::new();
         for pair in &model.pairs {
             let (a, b) = (pair.geom_a.0.min(pair.geom_b.0), pair.geom_a.0.max(pair.geom_b.0));
-            own_friction.push((a, b, model.pair_friction(GeomId(a), GeomId(b))));
+            let of_pair = model.pair_margin(GeomId(a), GeomId(b));
+            own_laws.push((a, b, [model.pair_friction(GeomId(a), GeomId(b)), of_pair]));
+            // Where a pair's margin is more than those of its geoms, the search must reach as far.
+            let missing = (of_pair - margin[a as usize] - margin[b as usize]).max(0.0);
+            margin[a as usize] += missing;
         }
-        own_friction.sort_by_key(|p| (p.0, p.1));
-        own_friction.dedup_by_key(|p| (p.0, p.1));
+        own_laws.sort_by_key(|p| (p.0, p.1));
+        own_laws.dedup_by_key(|p| (p.0, p.1));
         Ok(Self {
             placed: vec![GeomPose::default(); geoms.len()],
             boxes: vec![Aabb { low: DVec3::ZERO, high: DVec3::ZERO }; geoms.len()],
@@ -92,7 +101,8 @@ impl Collider {
             half_spaces,
             swept,
             over_half_spaces,
-            own_friction,
+            own_laws,
+            margin,
             pairs: Vec::new(),
             sweep: Sweep::default(),
             narrow: Narrow::default(),
@@ -104,7 +114,8 @@ impl Collider {
     /// Every point at which two geoms could touch within the step.
     ///
     /// A geom of a body with [`Reach`] `r` travels at most `r.linear + r.angular · (distance of its farthest point from
-    /// the body's origin)`; a point is returned when its gap is at most the sum of both geoms' travels. Points are
+    /// the body's origin)`; a point is returned when its gap is at most the sum of both geoms' travels (somewhat more where a pair's own
+    /// margin is not the sum of its geoms'). Points are
     /// ordered by `(geom_a, geom_b, feature)`, `geom_a < geom_b`; the result depends on nothing but the arguments.
     /// Geoms whose pose is not a number touch nothing. A body at rest still needs the reach of a step of free fall: with
     /// no reach at all a gap of one rounding error is too far.
@@ -126,7 +137,7 @@ impl Collider {
             self.touches.clear();
             let origin = self.touch(i as usize, j as usize);
             let start = out.len();
-            let friction = self.friction(model, i, j);
+            let [friction, margin] = self.law(model, i, j);
             let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
             out.extend(self.touches.iter().map(|t| ContactPoint {
                 geom_a: GeomId(i),
@@ -135,7 +146,7 @@ impl Collider {
                 body_b: b.body,
                 position: t.position + origin,
                 normal: t.normal,
-                gap: t.gap,
+                gap: t.gap - margin,
                 friction,
                 feature: t.feature.code(),
             }));
@@ -164,7 +175,7 @@ impl Collider {
             let rotation = pose.rotation_matrix();
             let center = rotation * geom.center + pose.position;
             let reach = reach[geom.body];
-            let travel = reach.linear + reach.angular * geom.arm;
+            let travel = reach.linear + reach.angular * geom.arm + self.margin[k];
             let half = rotation.abs() * geom.half + DVec3::splat(travel);
             self.placed[k] = GeomPose { rotation, position: pose.position, center };
             self.boxes[k] = Aabb { low: center - half, high: center + half };
@@ -243,12 +254,14 @@ impl Collider {
         origin
     }
 
-    fn friction(&self, model: &Model, i: u32, j: u32) -> f64 {
-        if let Ok(k) = self.own_friction.binary_search_by_key(&(i, j), |p| (p.0, p.1)) {
-            return self.own_friction[k].2;
+    /// Friction and margin of a pair.
+    fn law(&self, model: &Model, i: u32, j: u32) -> [f64; 2] {
+        if let Ok(k) = self.own_laws.binary_search_by_key(&(i, j), |p| (p.0, p.1)) {
+            return self.own_laws[k].2;
         }
         let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
-        if a.frictional || b.frictional { a.friction.max(b.friction) } else { 0.0 }
+        let friction = if a.frictional || b.frictional { a.friction.max(b.friction) } else { 0.0 };
+        [friction, a.margin + b.margin]
     }
 }
 

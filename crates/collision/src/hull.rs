@@ -21,6 +21,9 @@ pub(crate) struct HullFace {
     pub loop_: Vec<u32>,
 }
 
+/// A point may be so far outside of its hull, relative to the size.
+const OUTSIDE: f64 = 1e-5;
+
 /// Triangles whose normals differ by less than this sine and whose planes agree are one face.
 const FLAT: f64 = 1e-6;
 
@@ -30,7 +33,20 @@ impl Hull {
     /// # Errors
     /// A message if the points span no volume.
     pub fn new(points: &[DVec3]) -> Result<Self, String> {
-        let (vertices, triangles) = try_convex_hull(points).map_err(|e| e.to_string())?;
+        let direct =
+            try_convex_hull(points).map_err(|e| e.to_string()).and_then(|hull| Self::of_triangles(hull, points));
+        direct.or_else(|reason| {
+            // The library loses thin membranes; stretched to a cube's proportions they have the same hull.
+            let frame = Stretched::around(points).ok_or(reason.clone())?;
+            let stretched: Vec<DVec3> = points.iter().map(|p| frame.stretch(*p)).collect();
+            let (mut vertices, triangles) = try_convex_hull(&stretched).map_err(|_| reason)?;
+            vertices.iter_mut().for_each(|p| *p = frame.restore(*p));
+            Self::of_triangles((vertices, triangles), points)
+        })
+    }
+
+    /// Checks triangles that claim to be the hull of points: they enclose a volume, and no point is outside.
+    fn of_triangles((vertices, triangles): (Vec<DVec3>, Vec<[u32; 3]>), points: &[DVec3]) -> Result<Self, String> {
         let center = vertices.iter().sum::<DVec3>() / vertices.len().max(1) as f64;
         let size = vertices.iter().map(|p| (*p - center).length()).fold(0.0, f64::max);
         let volume: f64 = triangles.iter().map(|t| volume_below(&vertices, t, center)).sum();
@@ -38,7 +54,11 @@ impl Hull {
             return Err(format!("volume {volume:.3e} m³ at size {size:.3e} m"));
         }
         let faces = merge_faces(&vertices, &triangles, size);
-        Ok(Self { vertices, faces })
+        let outside = |f: &HullFace| points.iter().map(|p| f.normal.dot(*p) - f.offset).fold(0.0, f64::max);
+        match faces.iter().map(outside).fold(0.0, f64::max) {
+            farthest if farthest > OUTSIDE * size => Err(format!("a point is {farthest:.3e} m outside of its hull")),
+            _ => Ok(Self { vertices, faces }),
+        }
     }
 
     /// A vertex farthest along `d`.
@@ -67,6 +87,41 @@ impl Hull {
             }
         }
         best
+    }
+}
+
+/// A right-handed frame along the length, breadth and thickness of points, with these as its units.
+struct Stretched {
+    origin: DVec3,
+    axes: [DVec3; 3],
+    extent: [f64; 3],
+}
+
+impl Stretched {
+    /// None if the points lie in a plane to rounding.
+    fn around(points: &[DVec3]) -> Option<Self> {
+        let origin = *points.first()?;
+        let farthest = |across: &dyn Fn(DVec3) -> DVec3| {
+            let offsets = points.iter().map(|p| across(*p - origin));
+            offsets.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared())).unwrap_or(DVec3::ZERO)
+        };
+        let x = farthest(&|p| p).try_normalize()?;
+        let y = farthest(&|p| p - x * x.dot(p)).try_normalize()?;
+        let axes = [x, y, x.cross(y)];
+        let extent = axes.map(|axis| {
+            let along = |p: &DVec3| axis.dot(*p - origin);
+            points.iter().map(along).fold(0.0, f64::max) - points.iter().map(along).fold(0.0, f64::min)
+        });
+        (extent[2] > 1e-9 * extent[0]).then_some(Self { origin, axes, extent })
+    }
+
+    fn stretch(&self, p: DVec3) -> DVec3 {
+        DVec3::from_array([0, 1, 2].map(|k| self.axes[k].dot(p - self.origin) / self.extent[k]))
+    }
+
+    fn restore(&self, p: DVec3) -> DVec3 {
+        let along = p.to_array();
+        self.origin + (0..3).map(|k| self.axes[k] * (along[k] * self.extent[k])).sum::<DVec3>()
     }
 }
 

@@ -53,10 +53,17 @@ impl FrictionPolygon {
         if !semi_axes.iter().all(|a| *a > 0.0 && a.is_finite()) {
             return refused(format!("the semi-axes {semi_axes:?} must be positive and finite"));
         }
-        let [[cos, sin], [a, b]] = [unit_vector(angle), semi_axes];
-        let stretched = |d: &[f64; 2]| [cos * a * d[0] - sin * b * d[1], sin * a * d[0] + cos * b * d[1]];
         let circle = Self::regular(count, 0.0)?;
-        Self::from_directions(circle.directions.iter().map(stretched).collect())
+        Self::from_directions(circle.directions.iter().map(|d| stretched(d, semi_axes, angle)).collect())
+    }
+
+    /// Directions on an ellipse, from those of a circle: each is stretched by `semi_axes` along and across the axis at `angle`, rad
+    /// from the first tangent. Keeps its memory.
+    ///
+    /// `circle`: directions of length 1; `semi_axes`: positive and finite
+    pub fn stretch(&mut self, circle: &Self, semi_axes: [f64; 2], angle: f64) {
+        self.directions.clear();
+        self.directions.extend(circle.directions.iter().map(|d| stretched(d, semi_axes, angle)));
     }
 
     /// The user's own directions, of any length.
@@ -73,6 +80,12 @@ impl FrictionPolygon {
     pub fn directions(&self) -> &[[f64; 2]] {
         &self.directions
     }
+}
+
+/// A direction of a circle brought onto an ellipse whose first semi-axis is at `angle`.
+fn stretched(d: &[f64; 2], [a, b]: [f64; 2], angle: f64) -> [f64; 2] {
+    let [cos, sin] = unit_vector(angle);
+    [cos * a * d[0] - sin * b * d[1], sin * a * d[0] + cos * b * d[1]]
 }
 
 /// Says what is wrong with a set of directions, if anything.

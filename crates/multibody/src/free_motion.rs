@@ -224,7 +224,7 @@ fn assemble(model: &Model, state: &State, input: &Input, dt: f64, out: &mut Free
         out.laws[a] = match (out.saturation[a], actuator.force_range) {
             (Saturation::Lower, Some([lower, _])) => AffineForce::constant(lower),
             (Saturation::Upper, Some([_, upper])) => AffineForce::constant(upper),
-            _ => actuator_law(actuator, actuator.control(input, a), row.length, row.rate(&state.v)),
+            _ => actuator_law(actuator, actuator.drive(state, input, a, dt), row.length, row.rate(&state.v)),
         };
         add_implicit(model, out.laws[a], row, state, dt, &mut out.mass.matrix, &mut out.rhs);
     }
@@ -315,7 +315,7 @@ fn tendon_spring(tendon: &Tendon, length: f64) -> AffineForce {
     AffineForce { value: -tendon.stiffness * stretch, stiffness, damping: tendon.damping }
 }
 
-/// The force of an actuator as a function of its length and rate, before the gear.
+/// The force of an actuator as a function of its length and rate, before the gear; `control` may be its activation.
 fn actuator_law(actuator: &Actuator, control: f64, length: f64, rate: f64) -> AffineForce {
     match actuator.kind {
         ActuatorKind::Motor => {

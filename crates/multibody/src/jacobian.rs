@@ -54,6 +54,32 @@ impl SparseRows {
     }
 }
 
+/// Adds what a force and a moment on a body are to the degrees of freedom: `τ += J_vᵀ f + J_ωᵀ m`.
+///
+/// - `kinematics`: from [`forward_kinematics_into`](crate::forward_kinematics_into)
+/// - `point`: where the force acts, world, m
+/// - `force`, `moment`: world axes, N and N·m
+/// - `generalized_force`: `[nv]`, N, N·m; that of [`Input`](crate::Input) makes it act in a step
+///
+/// On the world nothing happens.
+///
+/// # Panics
+/// If `generalized_force` is shorter than `nv`.
+pub fn add_wrench(
+    model: &Model,
+    kinematics: &Kinematics,
+    body: BodyId,
+    point: DVec3,
+    force: DVec3,
+    moment: DVec3,
+    generalized_force: &mut [f64],
+) {
+    for k in model.dofs_moving(body) {
+        let along = point_column(model, kinematics, k, point);
+        generalized_force[k] += force.dot(along) + moment.dot(kinematics.dof_angular[k]);
+    }
+}
+
 /// Velocity of the material point of a moved body at `point` (world) per unit rate of degree of freedom `dof`, world axes.
 /// The degree of freedom has to be one that moves the body.
 pub fn point_column(model: &Model, kinematics: &Kinematics, dof: usize, point: DVec3) -> DVec3 {

@@ -1,6 +1,6 @@
 //! Multibody dynamics on trees of rigid bodies, without contact.
 //!
-//! The first rooms of the house: an immutable [`Model`] (made by [`ModelBuilder`]), a [`State`] `(t, q, v)`, and the
+//! The first rooms of the house: an immutable [`Model`] (made by [`ModelBuilder`]), a [`State`] `(t, q, v)` with the activations of actuators, and the
 //! nouns that the other crates share ([`Geometry`], [`Geom`], [`ContactPoint`]). Everything is `f64` and SI.
 //!
 //! Algorithms are free functions on `(&Model, …, &mut out)` that allocate nothing: [`forward_kinematics_into`] first, then
@@ -15,6 +15,7 @@
 //! - a free joint has `q = [p_WB, quat_WB]` and `v = [velocity of B's origin in world axes, angular velocity in body axes]`;
 //!   a ball joint has the angular velocity in body axes; hinges and slides are scalars.
 
+mod activation;
 mod centroidal;
 mod cholesky;
 mod composite;
@@ -37,6 +38,7 @@ pub mod model;
 mod sensors;
 mod state;
 
+pub use activation::advance_activations_into;
 pub use centroidal::{Centroidal, center_of_mass_jacobian_into, centroidal_momentum_matrix_into};
 pub use cholesky::{BlockCholesky, FEW_ROWS};
 pub use composite::{MassMatrix, mass_matrix_into};
@@ -52,8 +54,8 @@ pub use frame::{
 pub use free_motion::{FreeMotion, FreeMotionError, Saturation, free_motion_into};
 pub use inverse_dynamics::{NewtonEuler, bias_force_into, inverse_dynamics_into};
 pub use jacobian::{
-    SparseRows, angular_jacobian_into, angular_rows_into, contact_rows_into, point_column, point_jacobian_into,
-    point_rows_into, spin_rows_into,
+    SparseRows, add_wrench, angular_jacobian_into, angular_rows_into, contact_rows_into, point_column,
+    point_jacobian_into, point_rows_into, spin_rows_into,
 };
 pub use kinematics::{Kinematics, body_velocities_into, forward_kinematics_into};
 pub use layout::Block;
@@ -61,9 +63,9 @@ pub use length::{LengthRow, actuator_length_into, tendon_length_into};
 pub use mass::{BlockDiagonal, MassError};
 pub use math::{Pose, rotation_exp, rotation_log};
 pub use model::{
-    Actuator, ActuatorId, ActuatorKind, Body, BodyId, ContactFilter, Equality, EqualityKind, FrameId, Geom, GeomId,
-    GeomPair, Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelBuilder, ModelError, Sensor,
-    SensorKind, Site, SiteId, SpinResistance, Tendon, TendonId, Transmission,
+    Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, ContactFilter, Equality,
+    EqualityKind, FrameId, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Model,
+    ModelBuilder, ModelError, Sensor, SensorKind, Site, SiteId, SpinResistance, Tendon, TendonId, Transmission,
 };
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};
 pub use state::{ContactPoint, Input, State, StateError};

@@ -46,7 +46,7 @@ pub enum StateError {
     },
 }
 
-/// The state of a model: time, configuration, generalized velocity, and nothing else.
+/// The state of a model: time, configuration, generalized velocity, activations of actuators, and nothing else.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
     /// Time, s.
@@ -55,12 +55,15 @@ pub struct State {
     pub q: Vec<f64>,
     /// Generalized velocity `v`, `[nv]` (m/s, rad/s), in joint order.
     pub v: Vec<f64>,
+    /// Activations, `[na]`, of the actuators that have one, in their order.
+    pub activation: Vec<f64>,
 }
 
 impl State {
-    /// The model's reference configuration at rest at time 0.
+    /// The model's reference configuration at rest at time 0, activations at zero.
     pub fn new(model: &Model) -> Self {
-        Self { time: 0.0, q: model.reference_configuration(), v: vec![0.0; model.nv] }
+        let (q, v) = (model.reference_configuration(), vec![0.0; model.nv]);
+        Self { time: 0.0, q, v, activation: vec![0.0; model.na] }
     }
 
     /// Whether the state fits the model: lengths, finite numbers, unit quaternions (within 1e-6).
@@ -70,8 +73,18 @@ impl State {
     pub fn check(&self, model: &Model) -> Result<(), StateError> {
         check_length("q", &self.q, model.nq)?;
         check_length("v", &self.v, model.nv)?;
+        check_length("activation", &self.activation, model.na)?;
         if !self.time.is_finite() {
             return Err(StateError::NotFinite { quantity: "time", index: 0, part: "state".into(), found: self.time });
+        }
+        if !all_finite(&self.activation) {
+            let with_memory = model.actuators.iter().filter(|actuator| actuator.activation.is_some());
+            for (index, (&found, actuator)) in self.activation.iter().zip(with_memory).enumerate() {
+                if !found.is_finite() {
+                    let part = format!("actuator '{}'", actuator.name);
+                    return Err(StateError::NotFinite { quantity: "activation", index, part, found });
+                }
+            }
         }
         let finite = all_finite(&self.q) && all_finite(&self.v);
         for joint in &model.joints {
@@ -188,7 +201,7 @@ pub struct ContactPoint {
     pub position: DVec3,
     /// Unit normal from A to B in world.
     pub normal: DVec3,
-    /// Gap φ: signed distance of the surfaces along the normal, m; negative when penetrating.
+    /// Gap φ: signed distance of the surfaces along the normal less the pair's margin, m; negative when penetrating.
     pub gap: f64,
     /// Coefficient of friction μ of this pair; 0 is frictionless.
     pub friction: f64,

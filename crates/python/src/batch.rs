@@ -26,6 +26,7 @@ pub struct Batch {
     time: Py<PyArray1<f64>>,
     qpos: Py<PyArray2<f64>>,
     qvel: Py<PyArray2<f64>>,
+    act: Py<PyArray2<f64>>,
     ctrl: Py<PyArray2<f64>>,
 }
 
@@ -42,7 +43,7 @@ impl Batch {
     #[pyo3(signature = (model, nsim, settings, nthread=0))]
     fn new(py: Python<'_>, model: Py<Model>, nsim: usize, settings: Py<PyAny>, nthread: usize) -> PyResult<Self> {
         let inner = model.get().inner.clone();
-        let (nq, nv, nu) = (inner.nq, inner.nv, inner.actuators.len());
+        let (nq, nv, na, nu) = (inner.nq, inner.nv, inner.na, inner.actuators.len());
         let options = settings.extract::<PySettings>(py)?.to_settings()?;
         let batch = py.detach(|| signorini::Batch::new(inner, options, nsim, nthread)).map_err(simulation_error)?;
         let zeros = |columns| PyArray2::zeros(py, [nsim, columns], false).unbind();
@@ -53,6 +54,7 @@ impl Batch {
             time: PyArray1::zeros(py, nsim, false).unbind(),
             qpos: zeros(nq),
             qvel: zeros(nv),
+            act: zeros(na),
             ctrl: zeros(nu),
             lanes: Mutex::new(Lanes { batch, stepped: vec![false; nsim] }),
         };
@@ -80,6 +82,12 @@ impl Batch {
     #[getter]
     fn qvel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.qvel.bind(py).call_method0("view")
+    }
+
+    /// Activations of actuators, (nsim, na): a live view.
+    #[getter]
+    fn act<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.act.bind(py).call_method0("view")
     }
 
     /// Control values, (nsim, nu): a live view.
@@ -211,8 +219,9 @@ impl Batch {
             Some(k) => {
                 let keyframe = model.keyframes.get(k);
                 let keyframe = keyframe.ok_or_else(|| PyIndexError::new_err(format!("there is no keyframe {k}")))?;
-                let state = State { time: keyframe.time, q: keyframe.q.clone(), v: keyframe.v.clone() };
-                (state, keyframe.control.clone())
+                let signorini::multibody::Keyframe { time, q, v, activation, control, .. } = keyframe.clone();
+                let state = State { time, q, v, activation };
+                (state, control)
             }
         };
         control.resize(nu, 0.0);
@@ -242,7 +251,10 @@ impl Batch {
     fn loaded(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Lanes>> {
         let mut lanes = self.lock()?;
         let batch = &mut lanes.batch;
-        let (nq, nv, nu) = (batch.model().nq, batch.model().nv, batch.model().actuators.len());
+        let (nq, nv) = (batch.model().nq, batch.model().nv);
+        let (na, nu) = (batch.model().na, batch.model().actuators.len());
+        let act = self.act.bind(py).try_readonly()?;
+        let act = act.as_slice()?;
         let (time, qpos) = (self.time.bind(py).try_readonly()?, self.qpos.bind(py).try_readonly()?);
         let (qvel, ctrl) = (self.qvel.bind(py).try_readonly()?, self.ctrl.bind(py).try_readonly()?);
         let (time, qpos, qvel, ctrl) = (time.as_slice()?, qpos.as_slice()?, qvel.as_slice()?, ctrl.as_slice()?);
@@ -251,6 +263,7 @@ impl Batch {
             state.time = time[i];
             state.q.copy_from_slice(&qpos[i * nq..(i + 1) * nq]);
             state.v.copy_from_slice(&qvel[i * nv..(i + 1) * nv]);
+            state.activation.copy_from_slice(&act[i * na..(i + 1) * na]);
             let control = &mut batch.input_mut(i).control;
             control.clear();
             control.extend_from_slice(&ctrl[i * nu..(i + 1) * nu]);
@@ -259,7 +272,9 @@ impl Batch {
     }
 
     fn publish(&self, py: Python<'_>, batch: &signorini::Batch) -> PyResult<()> {
-        let (nq, nv) = (batch.model().nq, batch.model().nv);
+        let (nq, nv, na) = (batch.model().nq, batch.model().nv, batch.model().na);
+        let mut act = self.act.bind(py).try_readwrite()?;
+        let act = act.as_slice_mut()?;
         let mut time = self.time.bind(py).try_readwrite()?;
         let mut qpos = self.qpos.bind(py).try_readwrite()?;
         let mut qvel = self.qvel.bind(py).try_readwrite()?;
@@ -269,6 +284,7 @@ impl Batch {
             time[i] = state.time;
             qpos[i * nq..(i + 1) * nq].copy_from_slice(&state.q);
             qvel[i * nv..(i + 1) * nv].copy_from_slice(&state.v);
+            act[i * na..(i + 1) * na].copy_from_slice(&state.activation);
         }
         Ok(())
     }

@@ -53,6 +53,8 @@ live_arrays! {
     qpos, set_qpos, Qpos;
     /// Generalized velocity, (nv,), m/s, rad/s: a live view.
     qvel, set_qvel, Qvel;
+    /// Activations of actuators, (na,): a live view.
+    act, set_act, Act;
     /// Control values, (nu,): a live view.
     ctrl, set_ctrl, Ctrl;
     /// Applied generalized force, (nv,), N, N·m: a live view.
@@ -224,6 +226,7 @@ impl Data {
                 core.state.time = keyframe.time;
                 core.state.q.clone_from(&keyframe.q);
                 core.state.v.clone_from(&keyframe.v);
+                core.state.activation.clone_from(&keyframe.activation);
                 core.input.control.clone_from(&keyframe.control);
                 core.input.control.resize(model.actuators.len(), 0.0);
             }
@@ -234,13 +237,14 @@ impl Data {
         self.write_all(py, &core)
     }
 
-    /// Time, qpos, qvel, ctrl, qfrc_applied, and the solver's warm start, as one vector.
+    /// Time, qpos, qvel, act, ctrl, qfrc_applied, and the solver's warm start, as one vector.
     #[pyo3(signature = (*, warm_start=true))]
     fn get_state<'py>(&self, py: Python<'py>, warm_start: bool) -> PyResult<Vector<'py>> {
         let core = self.loaded(py)?;
         let mut numbers = vec![core.state.time];
         numbers.extend(&core.state.q);
         numbers.extend(&core.state.v);
+        numbers.extend(&core.state.activation);
         numbers.extend(&core.input.control);
         numbers.extend(&core.input.generalized_force);
         if warm_start {
@@ -253,8 +257,8 @@ impl Data {
     fn set_state(&self, py: Python<'_>, state: &Bound<'_, PyAny>) -> PyResult<()> {
         let numbers = arrays::read_vector("state", state, None)?;
         let mut core = self.core()?;
-        let (nq, nv, nu) = (core.model.nq, core.model.nv, core.model.actuators.len());
-        let size = 1 + nq + 2 * nv + nu;
+        let (nq, nv, na, nu) = (core.model.nq, core.model.nv, core.model.na, core.model.actuators.len());
+        let size = 1 + nq + 2 * nv + na + nu;
         if numbers.len() < size {
             let message = format!("the state has {} numbers, this model's has at least {size}", numbers.len());
             return Err(StateError::new_err(message));
@@ -267,11 +271,17 @@ impl Data {
         if !warm.is_empty() {
             core.workspace.set_warm_start(warm).map_err(simulation_error)?;
         }
-        core.state.time = plain[0];
-        core.state.q.copy_from_slice(&plain[1..1 + nq]);
-        core.state.v.copy_from_slice(&plain[1 + nq..1 + nq + nv]);
-        core.input.control.copy_from_slice(&plain[1 + nq + nv..1 + nq + nv + nu]);
-        core.input.generalized_force.copy_from_slice(&plain[1 + nq + nv + nu..]);
+        let (time, plain) = plain.split_at(1);
+        let (q, plain) = plain.split_at(nq);
+        let (v, plain) = plain.split_at(nv);
+        let (activation, plain) = plain.split_at(na);
+        let (control, force) = plain.split_at(nu);
+        core.state.time = time[0];
+        core.state.q.copy_from_slice(q);
+        core.state.v.copy_from_slice(v);
+        core.state.activation.copy_from_slice(activation);
+        core.input.control.copy_from_slice(control);
+        core.input.generalized_force.copy_from_slice(force);
         core.stepped = false;
         core.report = Default::default();
         let core = &mut *core;

@@ -17,6 +17,7 @@ use crate::core::Core;
 pub enum Field {
     Qpos,
     Qvel,
+    Act,
     Ctrl,
     QfrcApplied,
     Qacc,
@@ -44,8 +45,9 @@ pub struct Live {
 impl Live {
     /// Zeros for a model.
     pub fn new(py: Python<'_>, model: &Model) -> PyResult<Self> {
-        let (nq, nv, nu, nbody) = (model.nq, model.nv, model.actuators.len(), model.bodies.len());
-        let flat: [usize; 5] = [nq, nv, nu, nv, nv];
+        let (nq, nv, na, nu) = (model.nq, model.nv, model.na, model.actuators.len());
+        let nbody = model.bodies.len();
+        let flat: [usize; 6] = [nq, nv, na, nu, nv, nv];
         let per_body: [&[usize]; 6] = [&[3], &[4], &[3, 3], &[3], &[3], &[3]];
         let shapes: Vec<Vec<usize>> =
             flat.iter().map(|&n| vec![n]).chain(per_body.iter().map(|row| [&[nbody], *row].concat())).collect();
@@ -79,6 +81,7 @@ impl Live {
         let part = |field: Field| &numbers[self.starts[field as usize]..self.starts[field as usize + 1]];
         core.state.q.copy_from_slice(part(Field::Qpos));
         core.state.v.copy_from_slice(part(Field::Qvel));
+        core.state.activation.copy_from_slice(part(Field::Act));
         core.input.control.copy_from_slice(part(Field::Ctrl));
         core.input.generalized_force.copy_from_slice(part(Field::QfrcApplied));
         Ok(())
@@ -109,10 +112,11 @@ impl Writer<'_> {
         }
     }
 
-    /// Configuration and velocity.
+    /// Configuration, velocity and activations.
     pub fn state(&mut self, core: &Core) {
         self.part(Field::Qpos).copy_from_slice(&core.state.q);
         self.part(Field::Qvel).copy_from_slice(&core.state.v);
+        self.part(Field::Act).copy_from_slice(&core.state.activation);
     }
 
     /// Control and applied forces.

@@ -142,6 +142,12 @@ impl Model {
         self.inner.nv
     }
 
+    /// Number of activations of actuators, entries of `act`.
+    #[getter]
+    fn na(&self) -> usize {
+        self.inner.na
+    }
+
     /// Number of actuators, entries of `ctrl`.
     #[getter]
     fn nu(&self) -> usize {

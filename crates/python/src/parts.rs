@@ -117,6 +117,8 @@ pub struct Keyframe {
     qpos: Vec<f64>,
     /// Velocity, nv numbers.
     qvel: Vec<f64>,
+    /// Activations, na numbers.
+    act: Vec<f64>,
     /// Control, nu numbers.
     ctrl: Vec<f64>,
 }
@@ -221,6 +223,7 @@ pub fn keyframe(keyframe: &mb::Keyframe, id: usize) -> Keyframe {
         time: keyframe.time,
         qpos: keyframe.q.clone(),
         qvel: keyframe.v.clone(),
+        act: keyframe.activation.clone(),
         ctrl: keyframe.control.clone(),
     }
 }

@@ -11,15 +11,17 @@ use crate::error::ProblemError;
 pub enum Quantity {
     Qpos,
     Qvel,
+    Act,
     SensorData,
     ContactWrench,
     Residual,
 }
 
 impl Quantity {
-    const NAMES: [(&'static str, Self); 5] = [
+    const NAMES: [(&'static str, Self); 6] = [
         ("qpos", Self::Qpos),
         ("qvel", Self::Qvel),
+        ("act", Self::Act),
         ("sensordata", Self::SensorData),
         ("contact_wrench", Self::ContactWrench),
         ("residual", Self::Residual),
@@ -38,6 +40,7 @@ impl Quantity {
         match self {
             Self::Qpos => vec![model.nq],
             Self::Qvel => vec![model.nv],
+            Self::Act => vec![model.na],
             Self::SensorData => vec![model.sensor_size],
             Self::ContactWrench => vec![model.bodies.len(), 6],
             Self::Residual => vec![],
@@ -54,6 +57,7 @@ impl Quantity {
         match self {
             Self::Qpos => out.copy_from_slice(&simulation.state().q),
             Self::Qvel => out.copy_from_slice(&simulation.state().v),
+            Self::Act => out.copy_from_slice(&simulation.state().activation),
             Self::SensorData => out.copy_from_slice(simulation.sensors()),
             Self::ContactWrench => contact_wrenches_into(simulation.workspace(), out),
             Self::Residual => out[0] = simulation.report().certificate.worst(),

@@ -16,6 +16,8 @@ pub struct Frame {
     pub q: Vec<f64>,
     /// Velocity, `[nv]`.
     pub v: Vec<f64>,
+    /// Activations of actuators, `[na]`.
+    pub activation: Vec<f64>,
     /// Pose of every body in the world, in the order of [`Header::bodies`](crate::Header::bodies);
     /// the world's own is the identity.
     pub body_poses: Vec<Pose>,

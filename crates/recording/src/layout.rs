@@ -19,6 +19,9 @@ const STATUSES: [StepStatus; 6] = [
 ];
 const FIXED_SIZE: usize = 4 + 4 + 8 + 8 + 7 * 8 + 5 * 4;
 const CONTACT_SIZE: usize = 10 * 4 + 20 * 8;
+/// Bits of a frame's byte 3: what comes after its contacts.
+const SOLVED: u8 = 1;
+const ACTIVATED: u8 = 2;
 
 /// A field whose length or value does not fit the header.
 pub(crate) struct Mismatch {
@@ -60,7 +63,9 @@ pub(crate) fn encode(frame: &Frame, bytes: &mut Vec<u8>) {
     let status = STATUSES.iter().position(|&status| status == frame.status);
     let status = status.expect("every status is in the table") as u8;
     let solved = frame.solution.phases > 0;
-    bytes.extend([FRAME, status, u8::from(frame.missed_tolerance), u8::from(solved)]);
+    let activated = !frame.activation.is_empty();
+    let after = if solved { SOLVED } else { 0 } | if activated { ACTIVATED } else { 0 };
+    bytes.extend([FRAME, status, u8::from(frame.missed_tolerance), after]);
     bytes.extend(frame.iterations.to_le_bytes());
     bytes.extend(frame.step.to_le_bytes());
     let r = &frame.residuals;
@@ -77,6 +82,10 @@ pub(crate) fn encode(frame: &Frame, bytes: &mut Vec<u8>) {
     for contact in &frame.contacts {
         encode_contact(contact, bytes);
     }
+    if activated {
+        bytes.extend((frame.activation.len() as u32).to_le_bytes());
+        put(bytes, &frame.activation);
+    }
     if solved {
         solution_layout::encode(&frame.solution, bytes);
     }
@@ -87,7 +96,11 @@ pub(crate) fn encoded_size(frame: &Frame) -> Option<u32> {
     let counts = counts(frame);
     counts.iter().try_for_each(|&count| u32::try_from(count).ok().map(drop))?;
     let solution = if frame.solution.phases > 0 { solution_layout::size(&frame.solution)? } else { 0 };
-    u32::try_from(size(counts)?.checked_add(solution)?).ok()
+    let activation = match frame.activation.len() {
+        0 => 0,
+        count => count.checked_mul(8)?.checked_add(4)?,
+    };
+    u32::try_from(size(counts)?.checked_add(activation)?.checked_add(solution)?).ok()
 }
 
 fn counts(frame: &Frame) -> [usize; 5] {
@@ -134,7 +147,7 @@ fn encode_contact(contact: &ContactFrame, bytes: &mut Vec<u8>) {
 /// Fills `frame` from a payload; `None` when the payload is not a frame. Re-uses its memory.
 pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     let mut fields = Fields(payload);
-    let [FRAME, status, missed @ (0 | 1), solved @ (0 | 1)] = fields.array()? else {
+    let [FRAME, status, missed @ (0 | 1), after @ 0..=3] = fields.array()? else {
         return None;
     };
     frame.status = *STATUSES.get(usize::from(status))?;
@@ -150,7 +163,7 @@ pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
         *count = fields.u32()? as usize;
     }
     let size = size(counts)?;
-    if payload.len() < size || (solved == 0 && payload.len() > size) {
+    if payload.len() < size || (after == 0 && payload.len() > size) {
         return None;
     }
     let [nq, nv, bodies, contacts, directions] = counts;
@@ -159,8 +172,14 @@ pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     refill(&mut frame.body_poses, bodies, || fields.floats::<7>() as Option<Pose>)?;
     refill(&mut frame.listed_directions, directions, || fields.floats())?;
     refill(&mut frame.contacts, contacts, || decode_contact(&mut fields))?;
+    frame.activation.clear();
+    if after & ACTIVATED != 0 {
+        let count = fields.u32()?;
+        fields.has(count, 8)?;
+        refill(&mut frame.activation, count as usize, || fields.f64())?;
+    }
     frame.solution.clear();
-    if solved == 1 {
+    if after & SOLVED != 0 {
         solution_layout::decode_into(&mut fields, &mut frame.solution)?;
     }
     fields.0.is_empty().then_some(())

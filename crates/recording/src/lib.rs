@@ -33,7 +33,7 @@
 //! | 0 | u8 | 1 |
 //! | 1 | u8 | status: 0 solved, 1 inaccurate, 2 ray, 3 infeasible, 4 iteration limit, 5 numerical failure |
 //! | 2 | u8 | whether it missed the tolerance, 0 or 1 |
-//! | 3 | u8 | whether a solution follows the contacts, 0 or 1 |
+//! | 3 | u8 | what follows the contacts: 1 a solution, 2 activations, 3 both |
 //! | 4 | u32 | solver iterations |
 //! | 8 | u64 | step |
 //! | 16 | f64 | time, s |
@@ -45,6 +45,7 @@
 //! | … | f64 × 7 n_b | poses of the bodies |
 //! | … | f64 × 2 n_d | listed directions |
 //! | … | 200 bytes × n_c | contacts |
+//! | … | u32, f64 … | number of activations, and these |
 //! | … | … | the solution |
 //!
 //! | byte of a contact | type | content |

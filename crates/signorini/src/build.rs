@@ -81,6 +81,8 @@ pub(crate) struct ProblemBuilder {
     /// Largest |Θ| of the equality constraints at the beginning of the step, m or rad.
     pub constraint_error: f64,
     pub polygon: FrictionPolygon,
+    /// The polygon of the contact at hand, where its friction depends on the direction.
+    stretched: FrictionPolygon,
     rows: SparseRows,
     block: EqualityBlock,
     length: LengthRow,
@@ -102,6 +104,7 @@ impl ProblemBuilder {
             bilateral_source: Vec::new(),
             impacts: Vec::new(),
             constraint_error: 0.0,
+            stretched: polygon.clone(),
             polygon,
             rows: SparseRows::new(model),
             block: EqualityBlock::new(model),
@@ -146,7 +149,7 @@ impl ProblemBuilder {
         self.push_limits(model, state);
         self.push_equalities(model, kinematics, &state.q);
         self.push_joint_friction(model);
-        self.push_servos(model, kinematics, &state.q, input);
+        self.push_servos(model, kinematics, state, input);
         self.group_keys.clear();
         self.group_keys.extend(self.friction_source.iter().map(|&source| group_key(source, &self.keys)));
     }

@@ -12,7 +12,9 @@ use std::sync::Arc;
 use signorini_contact::{
     Certificate, ConeCertificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone,
 };
-use signorini_multibody::{Input, Model, State, forward_kinematics_into, free_motion_into, integrate_into};
+use signorini_multibody::{
+    Input, Model, State, advance_activations_into, forward_kinematics_into, free_motion_into, integrate_into,
+};
 use signorini_recording::{
     ContactFrame, Frame, FrictionCode, FrictionPolygon, Header, Impulses, RestitutionCode, StepLaws,
 };
@@ -116,7 +118,10 @@ impl Recertifier {
     /// set from outside, or where frames were left out.
     pub fn leads_to(&self, frame: &Frame) -> bool {
         let same = |found: &[f64], expected: &[f64]| found.iter().zip(expected).all(|(a, b)| compare::near(*a, *b));
-        compare::near(frame.time, self.next.time) && same(&frame.q, &self.next.q) && same(&frame.v, &self.next.v)
+        // A frame without solution does not tell of activations.
+        let remembered = same(&frame.activation, &self.next.activation);
+        let moved = same(&frame.q, &self.next.q) && same(&frame.v, &self.next.v);
+        compare::near(frame.time, self.next.time) && moved && remembered
     }
 
     /// Builds the problem of a step from the model, the recorded state and input, and the recorded list of limits.
@@ -126,6 +131,7 @@ impl Recertifier {
         state.time = frame.time;
         state.q.clone_from(&frame.q);
         state.v.clone_from(&frame.v);
+        state.activation.clone_from(&frame.activation);
         input.control.clone_from(&solution.control);
         input.generalized_force.clone_from(&solution.generalized_force);
         if first.velocity.len() != model.nv {
@@ -193,8 +199,9 @@ impl Recertifier {
 
     /// The state that the step checked leads to.
     fn advance(&mut self) {
-        let Self { model, settings, workspace: ws, state, next, .. } = self;
+        let Self { model, settings, workspace: ws, state, input, next } = self;
         let dt = settings.timestep.unwrap_or(model.timestep);
+        advance_activations_into(model, state, input, dt, &mut next.activation);
         next.time = state.time + dt;
         next.v.copy_from_slice(ws.end_velocity());
         integrate_into(model, &state.q, &next.v, dt, &mut next.q);

@@ -129,7 +129,10 @@ pub fn frame_into(
         dissipation: c.dissipation,
     };
     for i in 0..workspace.points.len() {
-        let polygon = polygon_of(workspace, i, &mut frame.listed_directions);
+        let grain = [workspace.points[i].geom_a, workspace.points[i].geom_b];
+        let turned =
+            !workspace.solver.keeps_directions() || grain.iter().any(|g| model.geoms[g.index()].grain.is_some());
+        let polygon = polygon_of(workspace, i, turned, &mut frame.listed_directions);
         frame.contacts.push(contact_frame(workspace, i, polygon));
     }
 }
@@ -151,6 +154,7 @@ fn state_into(model: &Model, index: u64, state: &State, kinematics: &Kinematics,
     frame.time = state.time;
     frame.q.clone_from(&state.q);
     frame.v.clone_from(&state.v);
+    frame.activation.clone_from(&state.activation);
     frame.body_poses.clear();
     frame.body_poses.extend(kinematics.pose.iter().map(pose_array));
     frame.energy = energy(model, kinematics, state);
@@ -166,11 +170,11 @@ pub(crate) fn energy(model: &Model, kinematics: &Kinematics, state: &State) -> E
     }
 }
 
-/// The polygon of contact `i`; its directions are listed where a law of friction has turned them.
-fn polygon_of(workspace: &Workspace, i: usize, listed: &mut Vec<[f64; 2]>) -> FrictionPolygon {
+/// The polygon of contact `i`; its directions are listed where a law of friction has turned them or a grain has stretched them.
+fn polygon_of(workspace: &Workspace, i: usize, turned: bool, listed: &mut Vec<[f64; 2]>) -> FrictionPolygon {
     let directions = workspace.builder.problem.directions_of(i);
     let count = directions.len() as u32;
-    if workspace.solver.keeps_directions() {
+    if !turned {
         let angle = directions.first().map_or(0.0, |d| d[1].atan2(d[0]));
         return FrictionPolygon::Regular { directions: count, angle };
     }

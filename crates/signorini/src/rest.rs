@@ -10,6 +10,7 @@ pub(crate) struct FixedPoint {
     holds: bool,
     q: Vec<f64>,
     v: Vec<f64>,
+    activation: Vec<f64>,
     input: Input,
     dt: f64,
     report: StepReport,
@@ -21,12 +22,13 @@ impl FixedPoint {
         self.holds = false;
     }
 
-    /// How the step from here goes, if it is the last one again: same configuration, velocity, input and Δt, bit for bit.
+    /// How the step from here goes, if it is the last one again: same configuration, velocity, activations, input and Δt, bit for bit.
     pub fn report(&self, state: &State, input: &Input, dt: f64) -> Option<&StepReport> {
         let same = self.holds
             && self.dt == dt
             && same_bits(&self.v, &state.v)
             && same_bits(&self.q, &state.q)
+            && same_bits(&self.activation, &state.activation)
             && same_bits(&self.input.control, &input.control)
             && same_bits(&self.input.generalized_force, &input.generalized_force);
         same.then_some(&self.report)
@@ -35,12 +37,14 @@ impl FixedPoint {
     /// Takes note of a step from `state` to `next`.
     pub fn observe(&mut self, state: &State, input: &Input, next: &State, dt: f64, report: &StepReport) {
         let plain = report.advanced() && !report.missed_tolerance && !report.clipped_gaps && report.impacts == 0;
-        self.holds = plain && same_bits(&state.v, &next.v) && same_bits(&state.q, &next.q);
+        let remembered = same_bits(&state.activation, &next.activation);
+        self.holds = plain && remembered && same_bits(&state.v, &next.v) && same_bits(&state.q, &next.q);
         if !self.holds {
             return;
         }
         self.q.clone_from(&state.q);
         self.v.clone_from(&state.v);
+        self.activation.clone_from(&state.activation);
         self.input.control.clone_from(&input.control);
         self.input.generalized_force.clone_from(&input.generalized_force);
         self.dt = dt;

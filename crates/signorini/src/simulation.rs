@@ -154,6 +154,7 @@ impl Simulation {
             time: self.state.time,
             q: self.state.q.clone(),
             v: self.state.v.clone(),
+            activation: self.state.activation.clone(),
             input: self.input.clone(),
             warm_start: self.workspace.warm_start(),
         }
@@ -219,11 +220,11 @@ impl Simulation {
     /// # Errors
     /// [`SimulationError::UnknownName`] if the model has no such keyframe.
     pub fn reset_to(&mut self, keyframe: &str) -> Result<(), SimulationError> {
-        let Some(Keyframe { time, q, v, control, .. }) = self.model.keyframe_named(keyframe) else {
+        let Some(Keyframe { time, q, v, activation, control, .. }) = self.model.keyframe_named(keyframe) else {
             let known = self.model.keyframes.iter().map(|k| k.name.as_str()).collect::<Vec<_>>().join(", ");
             return Err(SimulationError::UnknownName { sort: "keyframe", name: keyframe.into(), known });
         };
-        let state = State { time: *time, q: q.clone(), v: v.clone() };
+        let state = State { time: *time, q: q.clone(), v: v.clone(), activation: activation.clone() };
         self.input.control = control.clone();
         self.set_state(&state)
     }

@@ -7,7 +7,7 @@ use crate::SimulationError;
 /// The first bytes of a stored snapshot.
 const MAGIC: &[u8; 8] = b"SIGNSTAT";
 /// Version of the byte form.
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
 
 /// State, input and warm start of a simulation: with the same model and settings it goes on from here with the same bits.
 ///
@@ -21,15 +21,16 @@ pub struct Snapshot {
     pub(crate) time: f64,
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
+    pub(crate) activation: Vec<f64>,
     pub(crate) input: Input,
     /// See [`Workspace::warm_start`](crate::Workspace::warm_start).
     pub(crate) warm_start: Vec<f64>,
 }
 
 impl Snapshot {
-    /// The state `(t, q, v)`.
+    /// The state: `(t, q, v)` and activations.
     pub fn state(&self) -> State {
-        State { time: self.time, q: self.q.clone(), v: self.v.clone() }
+        State { time: self.time, q: self.q.clone(), v: self.v.clone(), activation: self.activation.clone() }
     }
 
     /// What acts on the model in the next step.
@@ -43,7 +44,7 @@ impl Snapshot {
     }
 
     /// The snapshot as bytes, the same on every machine: `SIGNSTAT`, the version (u32), the model's content hash (u64), whether
-    /// the equality constraints have been checked (u64), the time, then `q`, `v`, controls, generalized forces and warm start,
+    /// the equality constraints have been checked (u64), the time, then `q`, `v`, activations, controls, generalized forces and warm start,
     /// each with its length (u64) before it, and the CRC-32 of all that. Little-endian; numbers are f64.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -52,7 +53,8 @@ impl Snapshot {
         bytes.extend(self.model_hash.to_le_bytes());
         bytes.extend(u64::from(self.assembled).to_le_bytes());
         bytes.extend(self.time.to_le_bytes());
-        for numbers in [&self.q, &self.v, &self.input.control, &self.input.generalized_force, &self.warm_start] {
+        let Input { control, generalized_force } = &self.input;
+        for numbers in [&self.q, &self.v, &self.activation, control, generalized_force, &self.warm_start] {
             bytes.extend((numbers.len() as u64).to_le_bytes());
             numbers.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
         }
@@ -83,9 +85,9 @@ impl Snapshot {
         let model_hash = u64::from_le_bytes(take(rest)?);
         let assembled = u64::from_le_bytes(take(rest)?) == 1;
         let time = f64::from_le_bytes(take(rest)?);
-        let [q, v, control] = [numbers(rest)?, numbers(rest)?, numbers(rest)?];
+        let [q, v, activation, control] = [numbers(rest)?, numbers(rest)?, numbers(rest)?, numbers(rest)?];
         let input = Input { control, generalized_force: numbers(rest)? };
-        Some(Self { model_hash, assembled, time, q, v, input, warm_start: numbers(rest)? })
+        Some(Self { model_hash, assembled, time, q, v, activation, input, warm_start: numbers(rest)? })
     }
 }
 

@@ -7,7 +7,7 @@ use signorini_contact::{
 };
 use signorini_multibody::{
     BlockDiagonal, ContactPoint, FreeMotion, Input, JointId, Kinematics, Model, State, TendonId,
-    forward_kinematics_into, free_motion_into, integrate_into,
+    advance_activations_into, forward_kinematics_into, free_motion_into, integrate_into,
 };
 
 use crate::SimulationError;
@@ -279,7 +279,7 @@ impl Workspace {
 
 /// Advances a state by Δt: kinematics → contacts → free motion → contact problem → solution → next state.
 ///
-/// - `state`: `(t, q, v)`; `next`: out, same sizes
+/// - `state`: `(t, q, v)` and activations; `next`: out, same sizes
 /// - `input`: what acts during the step
 ///
 /// Where the contact problem has no solution, `next` is the unchanged state and the report says so.
@@ -357,8 +357,10 @@ pub(crate) fn step_driven(
     next.time = state.time;
     next.q.clone_from(&state.q);
     next.v.clone_from(&state.v);
+    next.activation.clone_from(&state.activation);
     if report.advanced() {
         next.time = state.time + dt;
+        advance_activations_into(model, state, input, dt, &mut next.activation);
         next.v.copy_from_slice(ws.end_velocity());
         integrate_into(model, &state.q, &next.v, dt, &mut next.q);
         if settings.position_iterations > 0 && !model.equalities.is_empty() {

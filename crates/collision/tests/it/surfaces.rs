@@ -8,7 +8,7 @@ use signorini_multibody::{Geometry, Pose};
 
 use crate::random::{Random, convex_shapes, cuboid_mesh};
 use crate::scene::{Scene, assert_close, assert_near, assert_positions, at, contacts, cuboid, smallest_gap, turned};
-use crate::support::extent;
+use crate::support::{directions, extent};
 
 /// A surface over [−1, 1]² as a mesh of 2·n² triangles.
 fn sheet(n: u32, height: impl Fn(f64, f64) -> f64) -> Geometry {
@@ -180,4 +180,30 @@ fn a_turned_box_on_triangles_is_like_on_a_plane() {
     let p = contacts(&ground, Pose::IDENTITY, &shape, pose, 1e-6);
     assert_eq!(p.len(), 2, "{p:?}");
     assert_close((p[0].position - p[1].position).length(), 0.6, 1e-6);
+}
+
+/// Thin, slightly curved membranes (the wings of a fly) have a hull: every corner of it stands where brute force finds it.
+#[test]
+fn membranes_have_hulls() {
+    for seed in 0..40 {
+        let mut random = Random(seed);
+        let thickness = 10.0_f64.powf(-2.0 - 4.0 * random.unit());
+        let turn = random.rotation();
+        let vertices = (0..600).map(|_| {
+            let (x, y) = (1.3 * random.signed(), 0.55 * random.signed());
+            let p = turn * DVec3::new(x, y, thickness * (x * x - y + 0.1 * random.signed()));
+            // As files have them: single precision.
+            p.as_vec3().as_dvec3()
+        });
+        let mesh = Mesh { vertices: vertices.collect(), triangles: vec![] };
+        let (shape, pose) = (Geometry::ConvexMesh(Arc::new(mesh)), Pose::IDENTITY);
+        let mut scene = Scene::new(&[Geometry::Plane, shape.clone()]);
+        for d in directions(20) {
+            let up = DQuat::from_rotation_arc(d, DVec3::Z);
+            let stood = Pose::new(DVec3::Z * extent(&shape, &pose, -d), up);
+            let found = scene.find(&[Pose::IDENTITY, stood], 1e-3);
+            let lowest = found.iter().map(|c| c.gap).fold(f64::INFINITY, f64::min);
+            assert!(lowest.abs() < 1e-5, "seed {seed}, thickness {thickness:e}: off by {lowest:e}");
+        }
+    }
 }

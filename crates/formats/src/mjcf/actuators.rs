@@ -1,26 +1,19 @@
-//! `<actuator>`: motors, servos, dampers and general affine actuators on joints, tendons and sites.
+//! `<actuator>`: motors, servos, dampers, cylinders and general affine actuators on joints, tendons and sites.
 
 use signorini_multibody::{
-    Actuator, ActuatorId, ActuatorKind, JointKind, Kinematics, LengthRow, MassMatrix, Model, Transmission,
+    Activation, Actuator, ActuatorId, ActuatorKind, JointKind, Kinematics, LengthRow, MassMatrix, Model, Transmission,
     actuator_length_into, forward_kinematics_into, mass_matrix_into,
 };
 
-use super::Importer;
+use super::laws::{activation_count, law};
 use super::sensors::{site, tendon};
+use super::{Importer, custom};
 use crate::error::FormatError;
 use crate::parts::JointRecord;
 use crate::xml::{Attributes, Element};
 
 /// Elements whose defaults apply to every actuator.
-const KINDS: [&str; 5] = ["general", "motor", "position", "velocity", "damper"];
-
-/// MuJoCo's affine actuator: with length `l` and its rate `l̇`,
-/// force = `(gain[0] + gain[1] l + gain[2] l̇) · control + bias[0] + bias[1] l + bias[2] l̇`.
-#[derive(Clone, Copy, PartialEq)]
-struct Affine {
-    gain: [f64; 3],
-    bias: [f64; 3],
-}
+const KINDS: [&str; 7] = ["general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder"];
 
 /// What an actuator acts on, and the joint if it is a hinge or slide.
 struct Target {
@@ -29,9 +22,17 @@ struct Target {
     joint: Option<JointRecord>,
 }
 
-/// Reads all actuators; gives back for each one of the file whether it is in the model.
-pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<Vec<bool>, FormatError> {
-    let mut kept = Vec::new();
+/// What an actuator of the file means for the lists of a keyframe.
+pub(super) struct Listed {
+    /// Whether the model has it.
+    pub kept: bool,
+    /// How many activations it has in the file.
+    pub activations: usize,
+}
+
+/// Reads all actuators, in the order of the file.
+pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<Vec<Listed>, FormatError> {
+    let mut listed = Vec::new();
     for element in root.children_named("actuator").flat_map(|a| a.children()) {
         let missing = read_actuator(importer, element)?;
         if let Some(what) = &missing {
@@ -39,9 +40,11 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
             importer.report.motion(element.at(), element.name(), what, effect);
             importer.left_out_actuators.extend(element.attributes().text("name"));
         }
-        kept.push(missing.is_none());
+        let activations = activation_count(&importer.defaults.of(element, None, &KINDS)?)?;
+        listed.push(Listed { kept: missing.is_none(), activations });
     }
-    Ok(kept)
+    custom::check_speed_servos(importer)?;
+    Ok(listed)
 }
 
 /// Adds an actuator, or says why it is not supported.
@@ -54,21 +57,31 @@ fn read_actuator<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Resul
         Ok(target) => target,
         Err(what) => return Ok(Some(what)),
     };
-    let Some(kind) = law(importer, &a)? else {
-        return Ok(Some("gain, bias or activation is not that of a memoryless affine actuator".into()));
+    let Some((kind, dynamics)) = law(importer, &a)? else {
+        return Ok(Some("gain, bias or activation is not that of an affine actuator".into()));
     };
-    let actuator = Actuator {
+    let activation = match dynamics {
+        None => None,
+        Some(kind) => Some(Activation {
+            range: activation_range(importer, &a, target.joint)?,
+            early: a.flag("actearly")?.unwrap_or(false) && element.is("general"),
+            ..Activation::new(kind)
+        }),
+    };
+    let mut actuator = Actuator {
         name: String::new(),
         transmission: target.transmission,
         gear: target.gear,
         kind,
+        activation,
         control_range: control_range(importer, &a, target.joint)?,
         force_range: importer.range(&a, "forcerange", "forcelimited")?,
     };
     let name = element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty());
+    custom::hold_speed(importer, &mut actuator, name.as_deref())?;
     let id = importer.parts.add_actuator(element, name, actuator)?;
     let ratio = damping_ratio(&a)?;
-    if ratio > 0.0 && element.is("position") {
+    if ratio > 0.0 && ["position", "intvelocity"].contains(&element.name()) {
         importer.damping_ratios.push((id, ratio));
     }
     Ok(None)
@@ -115,109 +128,37 @@ fn control_range(
     a: &Attributes,
     joint: Option<JointRecord>,
 ) -> Result<Option<[f64; 2]>, FormatError> {
-    let inherit = a.non_negative("inheritrange")?.filter(|x| *x > 0.0 && a.element().is("position"));
-    match inherit {
+    match inherited_range(a, joint)?.filter(|_| a.element().is("position")) {
         None => importer.range(a, "ctrlrange", "ctrllimited"),
-        Some(factor) => {
-            let missing = || a.invalid("inheritrange", "an actuator on a joint with limits");
-            let [low, high] = joint.and_then(|joint| joint.limits).ok_or_else(missing)?;
-            let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0 * factor);
-            Ok(Some([middle - half, middle + half]))
-        }
+        inherited => Ok(inherited),
     }
 }
 
-/// The law of an actuator; none if it has an activation or depends on more than length and rate. Servos inherit gains
-/// from defaults of their own sort and from those of `<general>`, which itself inherits from all.
-fn law(importer: &mut Importer, a: &Attributes) -> Result<Option<ActuatorKind>, FormatError> {
-    let sort = a.element().name();
-    if sort == "motor" {
-        return Ok(Some(ActuatorKind::Motor));
+fn activation_range(
+    importer: &Importer,
+    a: &Attributes,
+    joint: Option<JointRecord>,
+) -> Result<Option<[f64; 2]>, FormatError> {
+    if !a.element().is("intvelocity") {
+        return importer.range(a, "actrange", "actlimited");
     }
-    let relevant = |layer: &Element| sort == "general" || layer.is(sort) || layer.is("general");
-    let inherited = Attributes::new(a.element(), a.layers().skip(1).filter(relevant).collect());
-    if sort == "general" && inherited.text("dyntype").is_some_and(|t| t != "none") {
+    let own = a.vector::<2>("actrange")?.filter(|[low, high]| low < high);
+    match inherited_range(a, joint)?.or(own) {
+        None => Err(a.element().incomplete("attribute 'actrange': the range of its set point")),
+        range => Ok(range),
+    }
+}
+
+/// The range that `inheritrange` makes of the joint's limits: their middle, and so many times their width.
+fn inherited_range(a: &Attributes, joint: Option<JointRecord>) -> Result<Option<[f64; 2]>, FormatError> {
+    let Some(factor) = a.non_negative("inheritrange")?.filter(|x| *x > 0.0) else { return Ok(None) };
+    if !["position", "intvelocity"].contains(&a.element().name()) {
         return Ok(None);
     }
-    if sort == "position" && inherited.number_or("timeconst", 0.0)? != 0.0 {
-        let effect = "the servo follows its control at once";
-        importer.report.motion(a.at("timeconst"), "position", "'timeconst' is not supported", effect);
-    }
-    let Some(Affine { gain, bias }) = affine(&inherited)? else { return Ok(None) };
-    Ok(Some(match sort {
-        "position" => ActuatorKind::Position { kp: gain[0], kv: -bias[2] },
-        "velocity" => ActuatorKind::Velocity { kv: gain[0] },
-        _ => kind_of(Affine { gain, bias }),
-    }))
-}
-
-/// Gain and bias as the layers write them over each other; none if they depend on more than length and rate.
-fn affine(a: &Attributes) -> Result<Option<Affine>, FormatError> {
-    let mut law = Affine { gain: [1.0, 0.0, 0.0], bias: [0.0; 3] };
-    // Numbers that a gain of type 'fixed' and a bias of type 'none' do not use are kept for a nearer layer that does.
-    let (mut gain_affine, mut bias_affine) = (false, false);
-    for layer in a.layers().rev() {
-        let own = layer.attributes();
-        match layer.name() {
-            "position" => {
-                let kp = own.non_negative("kp")?.unwrap_or(law.gain[0]);
-                let kv = own.non_negative("kv")?.unwrap_or(-law.bias[2]);
-                law = Affine { gain: [kp, 0.0, 0.0], bias: [0.0, -kp, -kv] };
-                (gain_affine, bias_affine) = (false, true);
-            }
-            "velocity" => {
-                let kv = own.non_negative("kv")?.unwrap_or(law.gain[0]);
-                law = Affine { gain: [kv, 0.0, 0.0], bias: [0.0, 0.0, -kv] };
-                (gain_affine, bias_affine) = (false, true);
-            }
-            "damper" => {
-                let kv = own.non_negative("kv")?.unwrap_or(-law.gain[2]);
-                law = Affine { gain: [0.0, 0.0, -kv], bias: [0.0; 3] };
-                (gain_affine, bias_affine) = (true, false);
-            }
-            "motor" => {
-                law = Affine { gain: [1.0, 0.0, 0.0], bias: [0.0; 3] };
-                (gain_affine, bias_affine) = (false, false);
-            }
-            _ => {
-                match own.text("gaintype") {
-                    None => {}
-                    Some("fixed") => gain_affine = false,
-                    Some("affine") => gain_affine = true,
-                    Some(_) => return Ok(None),
-                }
-                match own.text("biastype") {
-                    None => {}
-                    Some("none") => bias_affine = false,
-                    Some("affine") => bias_affine = true,
-                    Some(_) => return Ok(None),
-                }
-                for (numbers, name) in [(&mut law.gain, "gainprm"), (&mut law.bias, "biasprm")] {
-                    let given = own.numbers(name)?.unwrap_or_default();
-                    numbers.iter_mut().zip(given).for_each(|(b, x)| *b = x);
-                }
-            }
-        }
-    }
-    if !gain_affine {
-        law.gain = [law.gain[0], 0.0, 0.0];
-    }
-    if !bias_affine {
-        law.bias = [0.0; 3];
-    }
-    Ok(Some(law))
-}
-
-/// The motor or servo whose force is the same, or the affine actuator itself.
-fn kind_of(Affine { gain, bias }: Affine) -> ActuatorKind {
-    let (kp, kv) = (-bias[1], -bias[2]);
-    let plain = gain[1] == 0.0 && gain[2] == 0.0 && bias[0] == 0.0 && kv >= 0.0;
-    match gain[0] {
-        1.0 if plain && kp == 0.0 && kv == 0.0 => ActuatorKind::Motor,
-        g if plain && kp == g && g > 0.0 => ActuatorKind::Position { kp, kv },
-        g if plain && kp == 0.0 && kv == g && g > 0.0 => ActuatorKind::Velocity { kv },
-        _ => ActuatorKind::Affine { gain, bias },
-    }
+    let missing = || a.invalid("inheritrange", "an actuator on a joint with limits");
+    let [low, high] = joint.and_then(|joint| joint.limits).ok_or_else(missing)?;
+    let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0 * factor);
+    Ok(Some([middle - half, middle + half]))
 }
 
 fn damping_ratio(a: &Attributes) -> Result<f64, FormatError> {

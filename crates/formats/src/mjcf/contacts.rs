@@ -61,6 +61,7 @@ fn read_pair<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<()
             spinning_friction,
             rolling_friction: roll_x,
             restitution: None,
+            margin: a.non_negative("margin")?,
         });
     }
     Ok(())

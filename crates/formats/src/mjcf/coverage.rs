@@ -6,10 +6,6 @@ use crate::xml::Element;
 
 const SOFT: &str = "contacts and limits are rigid here, so that softness has no counterpart";
 
-/// In MuJoCo 4 surfaces rest at the distance `margin`, and `gap` beyond it only lists contacts that do not act yet. Here every contact
-/// that could close within the step is in the problem, so that `gap` has nothing left to say.
-const MARGIN: &str = "contact acts when surfaces touch, not at this distance before";
-
 const fn ignored(name: &'static str, neutral: &'static str, effect: &'static str) -> Ignored {
     Ignored { name, neutral, effect }
 }
@@ -110,7 +106,9 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("actuator" | "default", "position") => Read(&POSITION),
         ("actuator" | "default", "velocity") => Read(&VELOCITY),
         ("actuator" | "default", "general") => Read(&GENERAL),
+        ("actuator" | "default", "intvelocity") => Read(&INTEGRATED_VELOCITY),
         ("actuator" | "default", "damper") => Read(&DAMPER),
+        ("actuator" | "default", "cylinder") => Read(&CYLINDER),
         ("actuator", _) => ReportedElsewhere,
         ("keyframe", "key") => Read(&KEY),
         ("option", "flag") => Read(&FLAG),
@@ -221,13 +219,14 @@ const JOINT: Coverage = Coverage {
 
 const GEOM: Coverage = Coverage {
     read: "name class type size fromto pos quat axisangle xyaxes zaxis euler mesh hfield mass density group friction \
-           condim contype conaffinity rgba material",
+           condim contype conaffinity rgba material margin",
+    // In MuJoCo 4 `gap` lists contacts beyond the margin that do not act yet. Here every contact that could close within the step is
+    // in the problem, so that it has nothing left to say.
     harmless: "user castshadow gap",
     ignored: &[
         ignored("solref", "0.02 1", SOFT),
         ignored("solimp", "0.9 0.95 0.001 0.5 2", SOFT),
         ignored("solmix", "1", SOFT),
-        ignored("margin", "0", MARGIN),
         ignored("priority", "0", "a pair has the larger friction of its geoms, not that of the one with priority"),
         ignored("adhesion", "0", "surfaces do not stick"),
         ignored("surfacevel", "0 0 0", "surfaces do not run"),
@@ -258,13 +257,12 @@ const HFIELD: Coverage =
     Coverage { read: "name nrow ncol size elevation file", harmless: "content_type", ignored: &[] };
 
 const PAIR: Coverage = Coverage {
-    read: "class geom1 geom2 friction condim",
+    read: "class geom1 geom2 friction condim margin",
     harmless: "name gap",
     ignored: &[
         ignored("solref", "0.02 1", SOFT),
         ignored("solimp", "0.9 0.95 0.001 0.5 2", SOFT),
         ignored("solreffriction", "0.02 1", SOFT),
-        ignored("margin", "0", MARGIN),
         ignored("adhesion", "0", "surfaces do not stick"),
     ],
 };
@@ -310,13 +308,8 @@ const MOTOR: Coverage = actuator!("", []);
 const POSITION: Coverage = actuator!("kp kv dampratio timeconst inheritrange", []);
 const VELOCITY: Coverage = actuator!("kv", []);
 const GENERAL: Coverage = actuator!(
-    "gaintype gainprm biastype biasprm dyntype",
+    "gaintype gainprm biastype biasprm dyntype dynprm actdim actlimited actrange actearly",
     [
-        ignored("actdim", "", "there is no activation"),
-        ignored("actearly", "false", "there is no activation"),
-        ignored("actlimited", "auto", "there is no activation"),
-        ignored("actrange", "0 0", "there is no activation"),
-        ignored("dynprm", "1 0 0", "there is no activation"),
         ignored("inheritrange", "0", "the control has the range 'ctrlrange' or none"),
         ignored("ffrange", "0 0", "there is no feed-forward"),
         ignored("velrange", "0 0", "the control has the range 'ctrlrange' or none"),
@@ -324,7 +317,9 @@ const GENERAL: Coverage = actuator!(
     ]
 );
 
+const INTEGRATED_VELOCITY: Coverage = actuator!("kp kv dampratio actrange inheritrange", []);
 const DAMPER: Coverage = actuator!("kv", []);
+const CYLINDER: Coverage = actuator!("timeconst area diameter bias", []);
 
 const SITE: Coverage = Coverage {
     read: "name class type size fromto pos quat axisangle xyaxes zaxis euler",
@@ -358,10 +353,9 @@ const SENSOR: Coverage = Coverage {
 };
 
 const KEY: Coverage = Coverage {
-    read: "name time qpos qvel ctrl",
+    read: "name time qpos qvel act ctrl",
     harmless: "",
     ignored: &[
-        ignored("act", "", "actuators have no activation"),
         ignored("mpos", "", "there are no motion-capture bodies"),
         ignored("mquat", "", "there are no motion-capture bodies"),
     ],

@@ -64,6 +64,8 @@ pub(super) fn read<'t>(
     show_as_it_is(importer, name.as_deref(), &mut geom);
     let material = importer.assets.material(&a)?;
     geom.rgba = colour(&a, material.unwrap_or(geom.rgba))?;
+    geom.margin = a.non_negative("margin")?.unwrap_or(0.0);
+    geom.grain = name.as_deref().and_then(|name| importer.grains.get(name)).map(|(grain, _)| *grain);
     geom.restitution = importer.restitution.of(name.as_deref());
     importer.contact_properties.push(ContactProperties {
         friction: geom.friction,

@@ -3,20 +3,29 @@
 use signorini_multibody::Keyframe;
 
 use super::Importer;
+use super::actuators::Listed;
 use crate::error::FormatError;
 use crate::xml::{Attributes, Element};
 
-/// `kept`: for each actuator of the file whether the model has it.
-pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>, kept: &[bool]) -> Result<(), FormatError> {
+/// `actuators`: those of the file, in its order.
+pub(super) fn read<'t>(
+    importer: &mut Importer<'t>,
+    root: Element<'t>,
+    actuators: &[Listed],
+) -> Result<(), FormatError> {
     for key in root.children_named("keyframe").flat_map(|k| k.children_named("key")) {
         let a = key.attributes();
         let q = list(&a, "qpos", "numbers in q (nq)", &importer.parts.reference)?;
         let v = list(&a, "qvel", "numbers in v (nv)", &vec![0.0; importer.parts.nv])?;
-        let control = list(&a, "ctrl", "actuators", &vec![0.0; kept.len()])?;
-        let control = control.into_iter().zip(kept).filter(|(_, kept)| **kept).map(|(c, _)| c).collect();
+        let control = list(&a, "ctrl", "actuators", &vec![0.0; actuators.len()])?;
+        let control = control.into_iter().zip(actuators).filter(|(_, a)| a.kept).map(|(c, _)| c).collect();
+        let count = actuators.iter().map(|actuator| actuator.activations).sum();
+        let activations = list(&a, "act", "activations (na)", &vec![0.0; count])?;
+        let owners = actuators.iter().flat_map(|actuator| std::iter::repeat_n(actuator.kept, actuator.activations));
+        let activation = activations.into_iter().zip(owners).filter(|(_, kept)| *kept).map(|(x, _)| x).collect();
         let time = a.number_or("time", 0.0)?;
         let name = a.text("name").filter(|n| !n.is_empty()).map(str::to_owned);
-        importer.parts.add_keyframe(key, name, Keyframe { name: String::new(), time, q, v, control })?;
+        importer.parts.add_keyframe(key, name, Keyframe { name: String::new(), time, q, v, activation, control })?;
     }
     Ok(())
 }

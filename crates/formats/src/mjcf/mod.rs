@@ -18,12 +18,13 @@ mod geoms;
 mod include;
 mod joints;
 mod keyframes;
+mod laws;
 mod options;
 mod sensors;
 mod sites;
 mod tendons;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use signorini_multibody::{ActuatorId, SpinResistance};
@@ -70,6 +71,12 @@ struct Importer<'t> {
     /// Names of tendons and actuators of the file that the model does not have.
     left_out_tendons: HashSet<&'t str>,
     left_out_actuators: HashSet<&'t str>,
+    /// Friction that depends on the direction, by geom.
+    grains: HashMap<&'t str, ([f64; 2], Attributes<'t>)>,
+    /// Actuators that shall hold their speed exactly and that were not met yet.
+    speed_servos: HashMap<&'t str, Attributes<'t>>,
+    /// Time step of the file, s.
+    timestep: f64,
     /// Position servos whose damping is to come from a damping ratio.
     damping_ratios: Vec<(ActuatorId, f64)>,
 }
@@ -97,6 +104,9 @@ pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result
         left_out_tendons: HashSet::new(),
         left_out_actuators: HashSet::new(),
         damping_ratios: Vec::new(),
+        grains: custom::grains(root)?,
+        speed_servos: custom::speed_servos(root)?,
+        timestep: 0.002,
     };
     options::read(&mut importer, root)?;
     bodies::read(&mut importer, root)?;
@@ -104,9 +114,9 @@ pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result
     custom::check(&importer)?;
     equality::read(&mut importer, root)?;
     tendons::read(&mut importer, root)?;
-    let kept = actuators::read(&mut importer, root)?;
+    let listed = actuators::read(&mut importer, root)?;
     sensors::read(&mut importer, root)?;
-    keyframes::read(&mut importer, root, &kept)?;
+    keyframes::read(&mut importer, root, &listed)?;
     coverage::audit(root, &mut importer.report);
     let mut model = importer.parts.build()?;
     actuators::damp_by_ratio(&mut model, &importer.damping_ratios);

@@ -17,6 +17,7 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
                 return Err(a.invalid("timestep", "a positive number, s"));
             }
             importer.parts.builder.timestep(timestep);
+            importer.timestep = timestep;
         }
         for flag in option.children_named("flag") {
             weightless = disabled(flag, "gravity")?.unwrap_or(weightless);

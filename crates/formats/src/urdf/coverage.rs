@@ -14,19 +14,20 @@ const ORIGIN: Coverage = reading("xyz rpy");
 const NAMED: Coverage = reading("name");
 const JOINT: Coverage = reading("name type");
 const INERTIA: Coverage = reading("ixx iyy izz ixy ixz iyz");
-const LIMIT: Coverage = Coverage {
+/// Of a joint that mimics another and that no transmission drives.
+const MIMIC_LIMIT: Coverage = Coverage {
     read: "lower upper",
     harmless: "",
     ignored: &[
         Ignored {
             name: "effort",
             neutral: "0",
-            effect: "without <transmission> there is no actuator to bound; bound your own controls",
+            effect: "the joint that it mimics moves it; it has no motor of its own",
         },
         Ignored { name: "velocity", neutral: "0", effect: "the joint can move as fast as it will" },
     ],
 };
-const DRIVEN_LIMIT: Coverage = Coverage {
+const LIMIT: Coverage = Coverage {
     read: "lower upper effort",
     harmless: "",
     ignored: &[Ignored { name: "velocity", neutral: "0", effect: "the joint can move as fast as it will" }],
@@ -110,7 +111,7 @@ fn audit_joint(joint: Element, driven: bool, report: &mut Reporter) {
             "origin" => ORIGIN.audit(part, report),
             "axis" => reading("xyz").audit(part, report),
             "parent" | "child" => reading("link").audit(part, report),
-            "limit" if driven => DRIVEN_LIMIT.audit(part, report),
+            "limit" if !driven && joint.child("mimic").is_some() => MIMIC_LIMIT.audit(part, report),
             "limit" => LIMIT.audit(part, report),
             "dynamics" => reading("damping friction").audit(part, report),
             "mimic" => reading("joint multiplier offset").audit(part, report),

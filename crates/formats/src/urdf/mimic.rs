@@ -14,9 +14,10 @@ pub(super) fn read(importer: &mut Importer, kinematics: &KinematicTree) -> Resul
         let leader = a.required("joint", "the joint that leads")?;
         let own = joint.element.attributes();
         let name = own.required("name", "messages and the model refer to the joint by it")?;
-        let known = kinematics.joints.iter().filter_map(|j| j.element.attributes().text("name"));
-        if !known.clone().any(|other| other == leader) {
-            return Err(a.unknown("joint", "joint", known));
+        if !kinematics.joints.iter().any(|j| j.element.attributes().text("name") == Some(leader)) {
+            let what = format!("follows the joint '{leader}', which is not defined");
+            importer.report.motion(element.at(), "mimic", what, "it moves freely; is the name misspelt?");
+            continue;
         }
         let one_way = |record: Option<crate::parts::JointRecord>| record.filter(|r| r.kind.nv() == 1);
         let (Some(follower), Some(driver)) =

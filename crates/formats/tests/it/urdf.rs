@@ -121,7 +121,7 @@ fn impossible_inertia_is_replaced_and_reported() {
 
 #[test]
 fn what_is_not_supported_is_reported() {
-    let hinge = joint("m", "revolute", "a", "b").replace("effort='0'", "effort='9'");
+    let hinge = joint("m", "revolute", "a", "b").replace("velocity='0'", "velocity='9'");
     let mesh = "<link name='c'><collision><geometry><mesh filename='c.fbx'/></geometry></collision></link>";
     let weld = joint("w", "fixed", "a", "c");
     let text = format!("{}{}{mesh}\n{hinge}\n{weld}<gazebo/><tranmission/>", link("a"), link("b"));
@@ -188,6 +188,28 @@ fn transmissions_become_motors_bounded_by_the_effort() {
     let [motor] = &model.actuators[..] else { panic!("{:?}", model.actuators) };
     assert_eq!((motor.name.as_str(), motor.force_range), ("j", Some([-9.0, 9.0])));
     assert_eq!((motor.transmission, motor.kind), (Transmission::Joint(JointId(0)), ActuatorKind::Motor));
+}
+
+/// Without a transmission, too; motors of transmissions come first. What mimics another joint has no motor of its own.
+#[test]
+fn efforts_become_motors() {
+    let with_effort = |name: &str, parent: &str, child: &str, effort: &str| {
+        joint(name, "revolute", parent, child).replace("effort='0'", &format!("effort='{effort}'"))
+    };
+    let links = ["a", "b", "c", "d", "e"].map(link).concat();
+    let follower = with_effort("follower", "d", "e", "4").replace("</joint>", "<mimic joint='first'/></joint>");
+    let edges = [
+        with_effort("first", "a", "b", "3"),
+        with_effort("second", "b", "c", "5"),
+        with_effort("passive", "c", "d", "0"),
+        follower,
+    ];
+    let drive = "<transmission name='t'><type>x</type><joint name='second'/><actuator name='m'/></transmission>";
+    let Imported { model, report } = import(&format!("{links}{drive}\n{}", edges.concat()), &LoadOptions::default());
+    let motors: Vec<_> = model.actuators.iter().map(|motor| (motor.name.as_str(), motor.force_range)).collect();
+    assert_eq!(motors, [("second", Some([-5.0, 5.0])), ("first", Some([-3.0, 3.0]))]);
+    let [warning] = &report.warnings[..] else { panic!("{report}") };
+    assert!(warning.what.contains("effort") && warning.effect.contains("mimics"), "{report}");
 }
 
 #[test]

@@ -311,6 +311,11 @@ impl ModelBuilder {
                 Transmission::Tendon(_) | Transmission::Site { .. } => {}
             }
         }
+        let mut na = 0;
+        for activation in actuators.iter_mut().filter_map(|actuator| actuator.activation.as_mut()) {
+            activation.index = na;
+            na += 1;
+        }
         let mut sensor_size = 0;
         for sensor in &mut sensors {
             sensor.address = sensor_size;
@@ -344,6 +349,7 @@ impl ModelBuilder {
             keyframes: self.keyframes,
             nq,
             nv,
+            na,
             sensor_size,
             dof_parent,
             dof_joint,

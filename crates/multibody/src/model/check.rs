@@ -4,7 +4,10 @@ use std::collections::HashSet;
 
 use glamx::glam::{DMat3, DVec3};
 
-use super::{ActuatorKind, Body, BodyId, EqualityKind, Geometry, JointId, JointKind, Model, ModelError, Transmission};
+use super::{
+    ActivationKind, ActuatorKind, Body, BodyId, EqualityKind, Geometry, JointId, JointKind, Model, ModelError,
+    Transmission,
+};
 use crate::math::Pose;
 
 pub(super) fn unique<'a>(sort: &'static str, names: impl Iterator<Item = &'a String>) -> Result<(), ModelError> {
@@ -160,6 +163,9 @@ pub(super) fn check_geoms(model: &Model) -> Result<(), ModelError> {
             number(part, quantity, "finite and not negative", x, |x| x >= 0.0)?;
         }
         number(part, "restitution", "between 0 and 1", geom.restitution, |e| (0.0..=1.0).contains(&e))?;
+        number(part, "margin", "finite and not negative", geom.margin, |m| m >= 0.0)?;
+        let grain = geom.grain.unwrap_or([1.0; 2]);
+        grain.iter().try_for_each(|&g| number(part, "grain", "positive and finite", g, |g| g > 0.0))?;
         let belt = geom.surface_velocity.to_array();
         belt.into_iter().try_for_each(|x| number(part, "surface velocity", "finite", x, |_| true))?;
         let invalid = |reason| {
@@ -187,6 +193,7 @@ pub(super) fn check_pairs(model: &Model) -> Result<(), ModelError> {
         }
         let e = pair.restitution.unwrap_or(0.0);
         number(part, "restitution", "between 0 and 1", e, |e| (0.0..=1.0).contains(&e))?;
+        number(part, "margin", "finite and not negative", pair.margin.unwrap_or(0.0), |m| m >= 0.0)?;
     }
     Ok(())
 }
@@ -242,7 +249,11 @@ pub(super) fn check_actuators(model: &Model) -> Result<(), ModelError> {
                 number(part, "number of ends of its force range", "2", ends, |n| n == 2.0)?;
             }
         }
-        for range in [actuator.control_range, actuator.force_range].into_iter().flatten() {
+        let (kind, range) = actuator.activation.map(|a| (a.kind, a.range)).unzip();
+        if let Some(ActivationKind::Filter { time_constant } | ActivationKind::ExactFilter { time_constant }) = kind {
+            number(part, "time constant", "positive and finite", time_constant, |x| x > 0.0)?;
+        }
+        for range in [actuator.control_range, actuator.force_range, range.flatten()].into_iter().flatten() {
             check_range(part, range)?;
         }
     }
@@ -296,12 +307,15 @@ pub(super) fn scalar_joint(
 
 /// Checks sizes and numbers and normalises the quaternions.
 pub(super) fn check_keyframes(model: &mut Model) -> Result<(), ModelError> {
-    let (nq, nv, nu) = (model.nq, model.nv, model.actuators.len());
+    let (nq, nv, na, nu) = (model.nq, model.nv, model.na, model.actuators.len());
     for keyframe in &mut model.keyframes {
         let part = format!("keyframe '{}'", keyframe.name);
-        for (list, expected, values) in
-            [("qpos", nq, &keyframe.q), ("qvel", nv, &keyframe.v), ("ctrl", nu, &keyframe.control)]
-        {
+        for (list, expected, values) in [
+            ("qpos", nq, &keyframe.q),
+            ("qvel", nv, &keyframe.v),
+            ("act", na, &keyframe.activation),
+            ("ctrl", nu, &keyframe.control),
+        ] {
             if values.len() != expected {
                 return Err(ModelError::WrongLength { part, list, expected, found: values.len() });
             }

@@ -3,8 +3,9 @@
 use glamx::glam::{DMat3, DVec3};
 
 use super::{
-    Actuator, ActuatorKind, Body, ContactFilter, Equality, EqualityKind, Geom, GeomPair, Geometry, HeightField,
-    Inertia, Joint, JointKind, Keyframe, Mesh, Model, Sensor, SensorKind, Site, SpinResistance, Tendon, Transmission,
+    Activation, ActivationKind, Actuator, ActuatorKind, Body, ContactFilter, Equality, EqualityKind, Geom, GeomPair,
+    Geometry, HeightField, Inertia, Joint, JointKind, Keyframe, Mesh, Model, Sensor, SensorKind, Site, SpinResistance,
+    Tendon, Transmission,
 };
 use crate::math::Pose;
 
@@ -31,6 +32,7 @@ impl Model {
             keyframes,
             nq: _,
             nv: _,
+            na: _,
             sensor_size: _,
             dof_parent: _,
             dof_joint: _,
@@ -121,19 +123,31 @@ feed_fields!(Geom {
     spin_resistance,
     spinning_friction,
     rolling_friction,
+    grain,
     restitution,
+    margin,
     surface_velocity,
     contact_type,
     contact_affinity,
     rgba,
 });
-feed_fields!(GeomPair { geom_a, geom_b, friction, spin_resistance, spinning_friction, rolling_friction, restitution });
+feed_fields!(GeomPair {
+    geom_a,
+    geom_b,
+    friction,
+    spin_resistance,
+    spinning_friction,
+    rolling_friction,
+    restitution,
+    margin
+});
 feed_fields!(Equality { name, kind });
 feed_fields!(Site { name, body, placement, zone });
 feed_fields!(Tendon { name, terms, stiffness, damping, rest, limits });
 feed_fields!(Sensor { name, kind, cutoff, address });
-feed_fields!(Actuator { name, transmission, gear, kind, control_range, force_range });
-feed_fields!(Keyframe { name, time, q, v, control });
+feed_fields!(Actuator { name, transmission, gear, kind, activation, control_range, force_range });
+feed_fields!(Activation { kind, range, early, index });
+feed_fields!(Keyframe { name, time, q, v, activation, control });
 feed_fields!(Mesh { vertices, triangles });
 feed_fields!(HeightField { size, half_extents, heights });
 
@@ -266,6 +280,22 @@ impl Feed for ActuatorKind {
                 4u8.feed(hash);
                 gain.feed(hash);
                 bias.feed(hash);
+            }
+        }
+    }
+}
+
+impl Feed for ActivationKind {
+    fn feed(&self, hash: &mut Fnv) {
+        match self {
+            Self::Integrator => 0u8.feed(hash),
+            Self::Filter { time_constant } => {
+                1u8.feed(hash);
+                time_constant.feed(hash);
+            }
+            Self::ExactFilter { time_constant } => {
+                2u8.feed(hash);
+                time_constant.feed(hash);
             }
         }
     }

@@ -19,8 +19,8 @@ pub use error::ModelError;
 pub use filter::ContactFilter;
 pub use geometry::{Geometry, HeightField, Mesh};
 pub use parts::{
-    Actuator, ActuatorId, ActuatorKind, Body, BodyId, Geom, GeomId, GeomPair, Inertia, Joint, JointId, JointKind,
-    Keyframe, SiteId, SpinResistance, TendonId,
+    Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, Geom, GeomId, GeomPair, Inertia,
+    Joint, JointId, JointKind, Keyframe, SiteId, SpinResistance, TendonId,
 };
 pub(crate) use path::PathStep;
 pub use sensing::{FrameId, Sensor, SensorKind, Site};
@@ -65,6 +65,8 @@ pub struct Model {
     pub nq: usize,
     /// Size of `v`.
     pub nv: usize,
+    /// Number of activations of actuators.
+    pub na: usize,
     /// Size of the array of all sensors' numbers.
     pub sensor_size: usize,
     /// For every degree of freedom the one before it on the way to the root, if any.
@@ -215,6 +217,14 @@ impl Model {
         match self.own_pair(a, b) {
             Some(GeomPair { restitution: Some(e), .. }) => *e,
             _ => self.geoms[a.index()].restitution.max(self.geoms[b.index()].restitution),
+        }
+    }
+
+    /// Distance of the surfaces of a pair of geoms at which their contacts act, m: the pair's own entry, else the sum of the two.
+    pub fn pair_margin(&self, a: GeomId, b: GeomId) -> f64 {
+        match self.own_pair(a, b) {
+            Some(GeomPair { margin: Some(margin), .. }) => *margin,
+            _ => self.geoms[a.index()].margin + self.geoms[b.index()].margin,
         }
     }
 

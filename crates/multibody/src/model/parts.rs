@@ -203,8 +203,13 @@ pub struct Geom {
     pub spinning_friction: f64,
     /// Coefficient of friction against rolling, m, ≥ 0.
     pub rolling_friction: f64,
+    /// Factors of the sliding friction along the geom's x axis and across it in the surface, > 0: a skate has a small first one.
+    /// Where both geoms of a pair have some, those of the first count.
+    pub grain: Option<[f64; 2]>,
     /// Coefficient of restitution e in [0, 1]; a pair takes the larger of the two.
     pub restitution: f64,
+    /// Distance from the surface at which contacts act, m, ≥ 0; those of the two geoms of a pair add up (MJCF `margin`).
+    pub margin: f64,
     /// Velocity of the surface relative to the body, in the geom's axes, m/s: a conveyor belt. Only its part along the
     /// tangents of a contact acts.
     pub surface_velocity: DVec3,
@@ -229,7 +234,9 @@ impl Geom {
             spin_resistance: SpinResistance::None,
             spinning_friction: 0.005,
             rolling_friction: 0.0001,
+            grain: None,
             restitution: 0.0,
+            margin: 0.0,
             surface_velocity: DVec3::ZERO,
             contact_type: 1,
             contact_affinity: 1,
@@ -255,13 +262,23 @@ pub struct GeomPair {
     pub rolling_friction: f64,
     /// Coefficient of restitution in [0, 1]; that of the geoms where it is not given.
     pub restitution: Option<f64>,
+    /// Distance of the surfaces at which contacts act, m, ≥ 0; the sum of the geoms' where it is not given.
+    pub margin: Option<f64>,
 }
 
 impl GeomPair {
     /// A pair with a coefficient of sliding friction that resists no turning.
     pub fn new(geom_a: GeomId, geom_b: GeomId, friction: f64) -> Self {
-        let (spin_resistance, restitution) = (SpinResistance::None, None);
-        Self { geom_a, geom_b, friction, spin_resistance, spinning_friction: 0.0, rolling_friction: 0.0, restitution }
+        Self {
+            geom_a,
+            geom_b,
+            friction,
+            spin_resistance: SpinResistance::None,
+            spinning_friction: 0.0,
+            rolling_friction: 0.0,
+            restitution: None,
+            margin: None,
+        }
     }
 }
 
@@ -295,6 +312,43 @@ pub enum ActuatorKind {
     },
 }
 
+/// How an activation follows its control `u`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ActivationKind {
+    /// `ȧ = u`.
+    Integrator,
+    /// `ȧ = (u − a)/τ`, by an explicit step: unstable where Δt > 2 τ.
+    Filter {
+        /// τ, s, > 0.
+        time_constant: f64,
+    },
+    /// `ȧ = (u − a)/τ`, by the exact solution for a constant control.
+    ExactFilter {
+        /// τ, s, > 0.
+        time_constant: f64,
+    },
+}
+
+/// The memory of an actuator: a number that follows the control and takes its place in the force law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Activation {
+    /// How it follows the control.
+    pub kind: ActivationKind,
+    /// Range it is cut to after each step.
+    pub range: Option<[f64; 2]>,
+    /// Whether the force of a step is made with the activation at its end, not at its beginning.
+    pub early: bool,
+    /// Its place among the activations of a state; set by the builder.
+    pub index: usize,
+}
+
+impl Activation {
+    /// An activation without a range whose force comes a step later.
+    pub fn new(kind: ActivationKind) -> Self {
+        Self { kind, range: None, early: false, index: 0 }
+    }
+}
+
 /// An actuator: a force along the length of a joint, tendon or site.
 #[derive(Clone, Debug)]
 pub struct Actuator {
@@ -306,6 +360,8 @@ pub struct Actuator {
     pub gear: f64,
     /// Its law.
     pub kind: ActuatorKind,
+    /// What it remembers; none for an actuator that acts on its control at once.
+    pub activation: Option<Activation>,
     /// Range the control value is clamped to.
     pub control_range: Option<[f64; 2]>,
     /// Range the force is clamped to (N, N·m), before the gear.
@@ -323,6 +379,8 @@ pub struct Keyframe {
     pub q: Vec<f64>,
     /// Velocity, `[nv]`.
     pub v: Vec<f64>,
+    /// Activations, `[na]`.
+    pub activation: Vec<f64>,
     /// Control, `[actuators]`.
     pub control: Vec<f64>,
 }

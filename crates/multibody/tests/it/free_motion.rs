@@ -18,7 +18,7 @@ fn free_motion(model: &Model, state: &State, input: &Input, dt: f64) -> FreeMoti
 fn actuator(joint: usize, kind: ActuatorKind) -> Actuator {
     let name = format!("actuator{joint}");
     let transmission = Transmission::Joint(JointId(joint as u32));
-    Actuator { name, transmission, gear: 1.0, kind, control_range: None, force_range: None }
+    Actuator { name, transmission, gear: 1.0, kind, activation: None, control_range: None, force_range: None }
 }
 
 /// A mass on a slide along x, without gravity.
@@ -135,7 +135,7 @@ fn spring_and_damper_on_a_mass() {
     let (m, k, c, dt) = (1.7, 300.0, 4.0, 0.01);
     let joint = Joint { stiffness: k, spring_reference: 0.25, damping: c, ..slide() };
     let model = slider(m, joint, vec![]);
-    let state = State { time: 0.0, q: vec![0.6], v: vec![-0.4] };
+    let state = State { time: 0.0, q: vec![0.6], v: vec![-0.4], activation: vec![] };
     let free = free_motion(&model, &state, &Input::default(), dt);
     let effective = m + dt * c + dt * dt * k;
     let expected = (m * -0.4 - dt * k * (0.6 - 0.25)) / effective;
@@ -148,7 +148,7 @@ fn spring_and_damper_on_a_mass() {
 fn a_stiff_servo_settles_at_its_target() {
     let servo = actuator(0, ActuatorKind::Position { kp: 1e4, kv: 10.0 });
     let model = slider(1e-4, slide(), vec![servo]);
-    let mut state = State { time: 0.0, q: vec![0.0], v: vec![50.0] };
+    let mut state = State { time: 0.0, q: vec![0.0], v: vec![50.0], activation: vec![] };
     let input = Input { control: vec![0.3], ..Input::default() };
     for _ in 0..200 {
         state.v = free_motion(&model, &state, &input, 5e-3).free_velocity;
@@ -161,12 +161,13 @@ fn a_stiff_servo_settles_at_its_target() {
 fn a_servo_out_of_its_range_pushes_with_the_end_of_it() {
     let servo = Actuator {
         force_range: Some([-2.0, 3.0]),
+        activation: None,
         control_range: Some([-1.0, 1.0]),
         gear: 4.0,
         ..actuator(0, ActuatorKind::Position { kp: 1e4, kv: 10.0 })
     };
     let model = slider(2.0, slide(), vec![servo]);
-    let state = State { time: 0.0, q: vec![0.1], v: vec![0.5] };
+    let state = State { time: 0.0, q: vec![0.1], v: vec![0.5], activation: vec![] };
     let pushed =
         |control: f64| free_motion(&model, &state, &Input { control: vec![control], ..Input::default() }, 0.01);
     let up = pushed(5.0);
@@ -192,7 +193,7 @@ fn a_stiff_tendon_between_two_trees_is_stable() {
     let terms = vec![(joints[0], 1.0), (joints[1], -1.0)];
     builder.add_tendon(Tendon { stiffness: 1e6, damping: 1.0, ..Tendon::new("tie", terms) });
     let model = builder.build().unwrap();
-    let (dt, mut state) = (5e-3, State { time: 0.0, q: vec![0.01, 0.0], v: vec![3.0, 1.0] });
+    let (dt, mut state) = (5e-3, State { time: 0.0, q: vec![0.01, 0.0], v: vec![3.0, 1.0], activation: vec![] });
     for _ in 0..2000 {
         state.v = free_motion(&model, &state, &Input::default(), dt).free_velocity;
         (0..2).for_each(|k| state.q[k] += dt * state.v[k]);
@@ -206,7 +207,7 @@ fn a_stiff_tendon_between_two_trees_is_stable() {
 fn a_stiff_affine_actuator_settles_at_its_target() {
     let kind = ActuatorKind::Affine { gain: [1e4, 0.0, 0.0], bias: [500.0, -1e4, -10.0] };
     let model = slider(1e-4, slide(), vec![actuator(0, kind)]);
-    let mut state = State { time: 0.0, q: vec![0.0], v: vec![50.0] };
+    let mut state = State { time: 0.0, q: vec![0.0], v: vec![50.0], activation: vec![] };
     let input = Input { control: vec![0.3], ..Input::default() };
     for _ in 0..200 {
         state.v = free_motion(&model, &state, &input, 5e-3).free_velocity;

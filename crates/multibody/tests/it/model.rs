@@ -29,6 +29,7 @@ fn ball_and_box() -> ModelBuilder {
         transmission: Transmission::Joint(joint),
         gear: 1.0,
         kind: ActuatorKind::Motor,
+        activation: None,
         control_range: None,
         force_range: None,
     });

@@ -2,9 +2,9 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    BodyId, Kinematics, Model, SparseRows, State, angular_jacobian_into, angular_momentum, angular_rows_into,
-    center_of_mass, contact_rows_into, difference_into, integrate_into, kinetic_energy, linear_momentum,
-    point_jacobian_into, point_rows_into, potential_energy, rotation_log, total_mass,
+    BodyId, Kinematics, Model, SparseRows, State, add_wrench, angular_jacobian_into, angular_momentum,
+    angular_rows_into, center_of_mass, contact_rows_into, difference_into, integrate_into, kinetic_energy,
+    linear_momentum, point_jacobian_into, point_rows_into, potential_energy, rotation_log, total_mass,
 };
 
 use crate::identities::{
@@ -73,6 +73,22 @@ fn jacobians_times_velocity_are_velocities() {
             close(times(&dense), at.angular_velocity[i], 1e-13, "angular J v");
             angular_rows_into(model, &at, body, &mut rows);
             close(DVec3::from(rows.multiply(&state.v)), at.angular_velocity[i], 1e-13, "sparse angular J v");
+        }
+    });
+}
+
+/// The power of a wrench is what its generalized force does with the velocities.
+#[test]
+fn wrenches_do_the_work_of_their_generalized_force() {
+    for_random_models(29, FIXED, |model, state, random| {
+        let at = kinematics(model, state);
+        for body in (0..model.bodies.len() as u32).map(BodyId) {
+            let [point, force, moment] = [0; 3].map(|_: i32| random.vector(2.0));
+            let mut tau = vec![0.0; model.nv];
+            add_wrench(model, &at, body, point, force, moment, &mut tau);
+            let work: f64 = tau.iter().zip(&state.v).map(|(t, v)| t * v).sum();
+            let power = force.dot(at.point_velocity(body, point)) + moment.dot(at.angular_velocity[body.index()]);
+            assert!((work - power).abs() < 1e-11 * (1.0 + power.abs()), "{body:?}: {work}, {power}");
         }
     });
 }

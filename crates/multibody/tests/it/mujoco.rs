@@ -139,7 +139,15 @@ fn build() -> Model {
     let mut drive = |name: &str, joint: &str, kind: ActuatorKind, gear: f64, control_range: Option<[f64; 2]>| {
         let joint = model.joint_named(joint).unwrap();
         let (name, transmission) = (name.into(), Transmission::Joint(joint));
-        builder.add_actuator(Actuator { name, transmission, gear, kind, control_range, force_range: None });
+        builder.add_actuator(Actuator {
+            name,
+            transmission,
+            gear,
+            kind,
+            activation: None,
+            control_range,
+            force_range: None,
+        });
     };
     drive("push", "arm_slide", ActuatorKind::Motor, 3.0, Some([-0.5, 0.5]));
     drive("hold", "leg_hinge", ActuatorKind::Position { kp: 50.0, kv: 2.0 }, -1.5, None);
@@ -154,7 +162,7 @@ fn quantity(lines: &[(&str, Vec<f64>)], name: &str) -> Vec<f64> {
 
 fn check_state(model: &Model, lines: &[(&str, Vec<f64>)]) {
     const TOLERANCE: f64 = 1e-13;
-    let state = State { time: 0.0, q: quantity(lines, "qpos"), v: quantity(lines, "qvel") };
+    let state = State { time: 0.0, q: quantity(lines, "qpos"), v: quantity(lines, "qvel"), activation: vec![] };
     state.check(model).unwrap();
     let at = kinematics(model, &state);
     let positions: Vec<f64> = at.pose.iter().flat_map(|x| x.position.to_array()).collect();

@@ -84,6 +84,9 @@ class Batch:
     def qvel(self) -> _Array:
         """Velocities, (nsim, nv): a live view."""
     @property
+    def act(self) -> _Array:
+        """Activations of actuators, (nsim, na): a live view."""
+    @property
     def ctrl(self) -> _Array:
         """Control values, (nsim, nu): a live view."""
     @property
@@ -192,6 +195,9 @@ class Model:
     @property
     def nv(self) -> int:
         """Number of degrees of freedom, entries of ``qvel``."""
+    @property
+    def na(self) -> int:
+        """Number of activations of actuators, entries of ``act``."""
     @property
     def nu(self) -> int:
         """Number of actuators, entries of ``ctrl``."""
@@ -439,6 +445,9 @@ class Keyframe:
     def qvel(self) -> list[float]:
         """Velocity, nv numbers."""
     @property
+    def act(self) -> list[float]:
+        """Activations, na numbers."""
+    @property
     def ctrl(self) -> list[float]:
         """Control, nu numbers."""
 
@@ -463,6 +472,11 @@ class Data:
         """Generalized velocity, (nv,), m/s, rad/s: a live view."""
     @qvel.setter
     def qvel(self, value: ArrayLike) -> None: ...
+    @property
+    def act(self) -> _Array:
+        """Activations of actuators, (na,): a live view."""
+    @act.setter
+    def act(self, value: ArrayLike) -> None: ...
     @property
     def ctrl(self) -> _Array:
         """Control values, (nu,): a live view."""
@@ -542,7 +556,7 @@ class Data:
     def solution(self) -> ContactSolution:
         """The solution of the last step's contact problem, a copy; errors as :meth:`problem`."""
     def get_state(self, *, warm_start: bool = True) -> _Array:
-        """Time (1), qpos (nq), qvel (nv), ctrl (nu), qfrc_applied (nv), and the solver's warm start (any number) as one vector.
+        """Time (1), qpos (nq), qvel (nv), act (na), ctrl (nu), qfrc_applied (nv), and the solver's warm start (any number) as one vector.
 
         Given back to :meth:`set_state` of any data of the same model and settings, a run goes on with the same bits.
         """
@@ -1138,7 +1152,7 @@ def step(model: Model, data: Data, nstep: int = 1) -> None:
 
     Raises:
         SolveError: a step's contact problem has no solution; the state is the one before that step.
-        StateError: qpos, qvel, ctrl or qfrc_applied is not finite, or a quaternion is not of unit length.
+        StateError: qpos, qvel, act, ctrl or qfrc_applied is not finite, or a quaternion is not of unit length.
     """
 
 def forward(model: Model, data: Data) -> None:

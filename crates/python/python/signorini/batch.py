@@ -18,7 +18,7 @@ __all__ = ["Batch"]
 class Batch(_core.Batch):
     """Independent simulations of one model, stepped on threads; each makes the steps that it would make alone, bit for bit.
 
-    ``time``, ``qpos``, ``qvel`` and ``ctrl`` are live views with one row per simulation.
+    ``time``, ``qpos``, ``qvel``, ``act`` and ``ctrl`` are live views with one row per simulation.
 
     Args:
         model: the model.
@@ -46,8 +46,8 @@ class Batch(_core.Batch):
         Args:
             ctrl: control values of every step, (nsim, nstep, nu); without it, ``self.ctrl`` stays.
             nstep: number of steps, where ``ctrl`` does not say it.
-            record: of "qpos", (nsim, nstep, nq), "qvel", (nsim, nstep, nv), "sensordata", (nsim, nstep, nsensordata),
-                "contact_wrench", (nsim, nstep, nbody, 6), and "residual", (nsim, nstep), each as the attribute of this name.
+            record: of "qpos", (nsim, nstep, nq), "qvel", (nsim, nstep, nv), "act", (nsim, nstep, na), "sensordata",
+                (nsim, nstep, nsensordata), "contact_wrench", (nsim, nstep, nbody, 6), and "residual", (nsim, nstep), each as the attribute of this name.
 
         Raises:
             BatchError: simulations stopped; the others made all their steps.

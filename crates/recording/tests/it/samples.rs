@@ -145,6 +145,7 @@ pub fn frame() -> impl Strategy<Value = Frame> {
     let vectors = (
         prop::collection::vec(float(), 7),
         prop::collection::vec(float(), 6),
+        prop::collection::vec(float(), 0..3),
         prop::collection::vec(prop::array::uniform7(float()), 3),
         prop::collection::vec(contact(), 0..5),
         prop::collection::vec(prop::array::uniform2(float()), 4..6),
@@ -152,12 +153,13 @@ pub fn frame() -> impl Strategy<Value = Frame> {
     let numbers = (any::<u64>(), any::<u32>(), any::<bool>(), prop::array::uniform8(float()));
     let solved = (vectors, solution());
     (solved, numbers, statuses).prop_map(|((vectors, solution), (step, iterations, missed, x), status)| {
-        let (q, v, body_poses, contacts, listed_directions) = vectors;
+        let (q, v, activation, body_poses, contacts, listed_directions) = vectors;
         Frame {
             step,
             time: x[0],
             q,
             v,
+            activation,
             body_poses,
             contacts,
             listed_directions,

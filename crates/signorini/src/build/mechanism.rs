@@ -2,7 +2,7 @@
 
 use signorini_contact::FrictionBound;
 use signorini_multibody::{
-    ActuatorKind, EqualityBlock, Input, Kinematics, Model, actuator_length_into, equality_block_into,
+    ActuatorKind, EqualityBlock, Input, Kinematics, Model, State, actuator_length_into, equality_block_into,
 };
 
 use super::{BilateralSource, FrictionSource, ProblemBuilder};
@@ -60,13 +60,14 @@ impl ProblemBuilder {
 
     /// Friction groups of servos of speed, in the rate of the actuator's length. The middle of the force range is part of the free motion; the group adds up to half
     /// of the range in either direction.
-    pub(super) fn push_servos(&mut self, model: &Model, kinematics: &Kinematics, q: &[f64], input: &Input) {
+    pub(super) fn push_servos(&mut self, model: &Model, kinematics: &Kinematics, state: &State, input: &Input) {
         for (a, actuator) in model.actuators.iter().enumerate() {
             if let (ActuatorKind::Speed, Some([lower, upper])) = (actuator.kind, actuator.force_range) {
-                actuator_length_into(model, kinematics, q, actuator, &mut self.length);
+                actuator_length_into(model, kinematics, &state.q, actuator, &mut self.length);
+                let speed = actuator.drive(state, input, a, self.problem.timestep);
                 let bound = FrictionBound::Impulse((upper - lower) / 2.0 * self.problem.timestep);
                 let row = self.length.dofs.iter().zip(&self.length.gradient).map(|(&k, &g)| (k as u32, g));
-                self.problem.push_friction_row(row, actuator.control(input, a), bound);
+                self.problem.push_friction_row(row, speed, bound);
                 self.friction_source.push(FrictionSource::Servo { actuator: a });
             }
         }

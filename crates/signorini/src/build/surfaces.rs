@@ -8,10 +8,17 @@ use signorini_multibody::{
 use super::{FrictionSource, ProblemBuilder, stabilized};
 use crate::warm::point_key;
 
+/// A lever below this, relative to the coordinates of the point, is the rounding of their difference.
+const ROUNDING: f64 = 1e-14;
+
+/// A lever below this, relative to an overlap, would have to turn by a hundred radians in the step to open it.
+const POWERLESS: f64 = 1e-2;
+
 /// What the surfaces of a model have that not every model has.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct SurfaceFeatures {
     belts: bool,
+    grain: bool,
     spin: bool,
     pub restitution: bool,
 }
@@ -20,6 +27,7 @@ impl SurfaceFeatures {
     pub fn of(model: &Model) -> Self {
         let pairs = &model.pairs;
         Self {
+            grain: model.geoms.iter().any(|g| g.grain.is_some()),
             belts: model.geoms.iter().any(|g| g.surface_velocity != DVec3::ZERO),
             spin: model.geoms.iter().any(|g| g.spin_resistance != SpinResistance::None)
                 || pairs.iter().any(|p| p.spin_resistance != SpinResistance::None),
@@ -39,9 +47,15 @@ impl ProblemBuilder {
         let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
         let bodies = (point.body_a, point.body_b);
         contact_rows_into(model, kinematics, bodies, point.position, &directions, &mut self.rows);
+        self.clear_powerless_rows(point);
         let belt = if self.features.belts { self.belt_velocity(model, kinematics, point) } else { DVec3::ZERO };
         let frictional = point.friction > 0.0 && belt == DVec3::ZERO;
-        let polygon = if frictional { &self.polygon } else { &self.frictionless };
+        let grained = self.features.grain && frictional && self.stretch_polygon(model, kinematics, point, &frame);
+        let polygon = match (frictional, grained) {
+            (false, _) => &self.frictionless,
+            (true, false) => &self.polygon,
+            (true, true) => &self.stretched,
+        };
         let columns = self.rows.dofs.iter().map(|&k| k as u32).zip(self.rows.columns.iter().copied());
         self.problem.push_contact(columns, stabilized(point.gap, self.stabilization), point.friction, polygon);
         if point.friction > 0.0 && !frictional {
@@ -52,6 +66,35 @@ impl ProblemBuilder {
         }
         self.frames.push(frame);
         self.keys.push(point_key(point));
+    }
+
+    /// Makes rows zero that hold nothing but rounding, or levers too short to open an overlap by any motion: those of a point at the
+    /// centre of the ball joint that it would move. An impulse over them would be without bound.
+    fn clear_powerless_rows(&mut self, point: &ContactPoint) {
+        let smallest = (ROUNDING * point.position.abs().max_element()).max(-POWERLESS * point.gap);
+        for r in 0..3 {
+            if self.rows.columns.iter().any(|column| column[r].abs() > smallest) {
+                return;
+            }
+            self.rows.columns.iter_mut().for_each(|column| column[r] = 0.0);
+        }
+    }
+
+    /// The polygon of a contact whose friction depends on the direction: that of the settings, stretched along the grain as the
+    /// contact's tangents see it; whether there is a grain.
+    fn stretch_polygon(
+        &mut self,
+        model: &Model,
+        kinematics: &Kinematics,
+        point: &ContactPoint,
+        frame: &ContactFrame,
+    ) -> bool {
+        let geoms = [point.geom_a, point.geom_b].map(|id| &model.geoms[id.index()]);
+        let Some((geom, grain)) = geoms.into_iter().find_map(|geom| Some((geom, geom.grain?))) else { return false };
+        let axis = kinematics.pose[geom.body.index()].rotation * (geom.placement.rotation * DVec3::X);
+        let angle = axis.dot(frame.tangent_2).atan2(axis.dot(frame.tangent_1));
+        self.stretched.stretch(&self.polygon, grain, angle);
+        true
     }
 
     /// Velocity of the surface of A relative to that of B by their belts, world axes: the velocity of B relative to A at which

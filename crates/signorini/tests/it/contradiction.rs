@@ -58,3 +58,31 @@ fn a_single_penetration_is_pushed_out() {
     simulation.step().unwrap();
     assert!(simulation.workspace().sudden_overlap().is_none());
 }
+
+/// Two capsules overlap at the centre of the ball joint between them, where no motion can part them: what is left of the contact's
+/// row is rounding, which must not become an impulse without bound.
+#[test]
+fn an_overlap_that_no_motion_opens_is_named_and_harmless() {
+    let text = "<mujoco><default><geom type='capsule' size='0.01'/></default><worldbody>
+        <geom name='fixed' fromto='0.3 0.2 0.1 0.3 0.2 0.2'/>
+        <body pos='0.3 0.2 0.2'><joint type='ball' damping='0.005'/><geom name='moved' fromto='0 0 0 0 0.1 0.1'/></body>
+        </worldbody></mujoco>";
+    let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
+    let named = [model.geom_named("fixed").unwrap(), model.geom_named("moved").unwrap()];
+    let mut stopped = Simulation::new(model.clone(), Settings::default()).unwrap();
+    let end = stopped.run(1.0, |_, _| true).unwrap();
+    let RunEnd::NoSolution(report) = end else { panic!("{end:?}") };
+    let SolveStatus::Infeasible { contacts } = &report.status else { panic!("{:?}", report.status) };
+    let points = stopped.workspace().contact_points();
+    assert!(!contacts.is_empty() && contacts.iter().all(|k| [points[*k].geom_a, points[*k].geom_b] == named));
+    // With a second joint the arms fold onto the fixed capsule, where levers are short and not zero.
+    let text = text.replace(
+        "</body>",
+        "<body pos='0 0.1 0.1'><joint type='ball' damping='0.005'/><geom fromto='0 0 0 0 0.1 0'/></body></body>",
+    );
+    let model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
+    let settings = Settings { infeasible: InfeasiblePolicy::ClipGaps, ..Settings::default() };
+    let mut clipped = Simulation::new(model, settings).unwrap();
+    let end = clipped.run(1.0, |now, _| now.state().v.iter().all(|v| v.abs() < 100.0)).unwrap();
+    assert_eq!(end, RunEnd::Finished, "{:?}", clipped.state());
+}

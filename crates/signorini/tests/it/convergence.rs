@@ -71,7 +71,7 @@ fn runge_kutta(model: &Model, start: &State, dt: f64, duration: f64) -> State {
             v[k] += dt / 6.0 * (a1[k] + 2.0 * a2[k] + 2.0 * a3[k] + a4[k]);
         }
     }
-    State { time: duration, q, v }
+    State { time: duration, q, v, activation: vec![] }
 }
 
 fn difference(a: &[f64], b: &[f64]) -> f64 {
@@ -120,7 +120,7 @@ fn a_pendulum_converges_to_the_elliptic_function() {
     }
     let quarter = std::f64::consts::FRAC_PI_2 / a;
     let exact = 2.0 * (m.sqrt() * jacobi(quarter - omega * duration, m).0).asin();
-    let start = State { time: 0.0, q: vec![theta], v: vec![0.0] };
+    let start = State { time: 0.0, q: vec![theta], v: vec![0.0], activation: vec![] };
     check_order(1, 5e-3, |dt| (stepped(&model, &start, dt, duration).q[0] - exact).abs(), 4e-3);
     // With the velocity half a step before the start the scheme is the leapfrog method.
     let shifted = |dt: f64| State { v: vec![0.5 * dt * omega * omega * theta.sin()], ..start.clone() };
@@ -130,7 +130,7 @@ fn a_pendulum_converges_to_the_elliptic_function() {
 #[test]
 fn a_double_pendulum_converges() {
     let model = chain(&[1.0, 0.6], 0.7, 0.2);
-    let start = State { time: 0.0, q: vec![1.1, 0.8], v: vec![0.0, 0.0] };
+    let start = State { time: 0.0, q: vec![1.1, 0.8], v: vec![0.0, 0.0], activation: vec![] };
     let exact = runge_kutta(&model, &start, 1e-4, 1.5);
     let check = runge_kutta(&model, &start, 2e-4, 1.5);
     assert!(difference(&exact.q, &check.q) < 1e-10, "the reference is exact enough");

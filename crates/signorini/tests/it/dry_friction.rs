@@ -87,6 +87,7 @@ fn a_servo_of_speed_holds_until_its_limit() {
             transmission: Transmission::Joint(JointId(0)),
             gear: 3.0,
             kind: ActuatorKind::Speed,
+            activation: None,
             control_range: None,
             force_range: Some(force_range),
         });
@@ -140,6 +141,7 @@ fn servos_of_speed_drive_tendons_and_sites() {
             transmission,
             gear: 2.0,
             kind: ActuatorKind::Speed,
+            activation: None,
             control_range: None,
             force_range: Some([-1e4, 1e4]),
         });

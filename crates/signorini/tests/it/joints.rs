@@ -96,6 +96,7 @@ fn position_servo_reaches_its_target() {
         transmission: Transmission::Joint(JointId(0)),
         gear: 1.0,
         kind,
+        activation: None,
         control_range: None,
         force_range: None,
     };

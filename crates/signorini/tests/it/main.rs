@@ -1,5 +1,6 @@
 //! Physics of whole simulations against closed forms and identities.
 
+mod activation;
 mod batch;
 mod contradiction;
 mod convergence;
@@ -7,6 +8,7 @@ mod determinism;
 mod dry_friction;
 mod friction;
 mod friction_law;
+mod grain;
 mod impact;
 mod incline;
 mod input;
@@ -15,6 +17,7 @@ mod inverse;
 mod joints;
 mod linear_system;
 mod literature;
+mod margin;
 mod mechanisms;
 mod recertify;
 mod restitution;

@@ -13,7 +13,7 @@ use signorini::{
 
 use crate::support::bundled;
 
-/// A loop, a limit, a tendon's limit, dry friction, a servo of speed, a rolling ball, a belt, a crate that a ball strikes.
+/// A loop, a limit, a tendon's limit, dry friction, a servo of speed, a winch whose force grows, a rolling ball, a belt, a crate that a ball strikes.
 const EVERYTHING: &str = r#"<mujoco model="everything">
   <compiler angle="radian"/>
   <option timestep="0.002"/>
@@ -37,7 +37,8 @@ const EVERYTHING: &str = r#"<mujoco model="everything">
   </worldbody>
   <tendon><fixed name="rope" limited="true" range="-0.02 0.02"><joint joint="lift" coef="1"/></fixed></tendon>
   <equality><connect body1="hand" body2="slider" anchor="0.3 0 -0.3"/></equality>
-  <actuator><velocity name="drive" joint="rail" kv="20" ctrlrange="-1 1"/></actuator>
+  <actuator><velocity name="drive" joint="rail" kv="20" ctrlrange="-1 1"/>
+    <general name="winch" joint="lift" dyntype="integrator"/></actuator>
 </mujoco>"#;
 
 fn everything(settings: Settings) -> Simulation {
@@ -54,7 +55,7 @@ fn everything(settings: Settings) -> Simulation {
     let ball = simulation.model().joints.iter().find(|j| simulation.model().bodies[j.body.index()].name == "ball");
     state.v[ball.unwrap().v_index] = 2.0;
     simulation.set_state(&state).unwrap();
-    simulation.input = Input { control: vec![0.3], generalized_force: vec![0.01; simulation.model().nv] };
+    simulation.input = Input { control: vec![0.3, 1.5], generalized_force: vec![0.01; simulation.model().nv] };
     simulation
 }
 
@@ -213,6 +214,7 @@ fn every_change_is_found() {
     let changes = [
         on("q of the arm", |frame, _| frame.q.last_mut().unwrap()),
         on("v", |frame, _| frame.v.last_mut().unwrap()),
+        on("activation", |frame, _| &mut frame.activation[0]),
         on("control", |frame, _| &mut frame.solution.control[0]),
         on("force", |frame, _| &mut frame.solution.generalized_force[0]),
         on("v⁺", |frame, _| &mut frame.solution.impulses[0].velocity[0]),

@@ -59,7 +59,7 @@ fn moving_sensors_are_mujocos() {
     };
     for state in run["states"].as_array().unwrap() {
         let time = state["time"].as_f64().unwrap();
-        let start = State { time, q: numbers(&state["qpos"]), v: numbers(&state["qvel"]) };
+        let start = State { time, q: numbers(&state["qpos"]), v: numbers(&state["qvel"]), activation: vec![] };
         let control = numbers(&state["ctrl"]);
         let [long, short] = [2e-7, 1e-7].map(|timestep| measure(timestep, &start, &control));
         let instant: Vec<f64> = short.iter().zip(&long).map(|(s, l)| 2.0 * s - l).collect();

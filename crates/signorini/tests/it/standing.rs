@@ -46,6 +46,7 @@ fn published(path: &str) -> Option<(Model, State, Vec<f64>)> {
             transmission: Transmission::Joint(JointId(j as u32)),
             gear: 1.0,
             kind: SERVO,
+            activation: None,
             control_range: None,
             force_range: None,
         });

@@ -54,7 +54,8 @@ fn woodpecker(dt: f64) -> Simulation {
     }
     let mut simulation = Simulation::new(builder.build().unwrap(), Settings::default()).unwrap();
     let (sleeve, bird) = (-0.1036, -0.2788);
-    let start = State { time: 0.0, q: vec![0.0, sleeve, bird - sleeve], v: vec![-0.3411, 0.0, -7.4583] };
+    let start =
+        State { time: 0.0, q: vec![0.0, sleeve, bird - sleeve], v: vec![-0.3411, 0.0, -7.4583], activation: vec![] };
     simulation.set_state(&start).unwrap();
     simulation
 }
