@@ -22,6 +22,8 @@ impl IslandSolver {
     /// The first attempt on a large island follows one path at most, and only where few contacts lie outside their modes: what
     /// it does not find is asked for with a larger ε.
     ///
+    /// A patient attempt on one follows a path from the centre, which is short where the laws nearly hold there.
+    ///
     /// Modes that are no more than guessed and do not hold are swept first.
     pub(super) fn solve_proximal(
         &mut self,
@@ -32,9 +34,10 @@ impl IslandSolver {
         attempt: u32,
         factored: &mut bool,
     ) -> bool {
-        let careful = attempt == 0 && island.units.len() >= LARGE;
+        let large = island.units.len() >= LARGE;
+        let (careful, patient) = (large && attempt == 0, large && attempt > 0);
         for round in 0..settings.max_rounds {
-            let newton = if round == 0 && attempt == 0 { settings.newton_iterations } else { 0 };
+            let newton = if round == 0 && (attempt == 0 || patient) { settings.newton_iterations } else { 0 };
             if std::mem::take(&mut self.guessed) {
                 if !self.solve_modes(cones, island, factored) {
                     return false;
@@ -52,6 +55,11 @@ impl IslandSolver {
             if violations == 0 {
                 self.take_bilateral(island);
                 return true;
+            }
+            if patient {
+                *factored = false;
+                return self.follow_path(cones, island, settings, Shift::Centre, attempt)
+                    && self.holds_at_path_end(cones, island, settings, factored);
             }
             if careful && (round > 0 || FEW * violations > island.units.len()) {
                 return false;
@@ -108,6 +116,21 @@ impl IslandSolver {
         self.modes.clone_from(&self.newton_best);
         *factored = false;
         self.solve_modes(cones, island, factored).then_some(fewest)
+    }
+
+    /// Solves with the modes at a path's end, which are the solution's but for rounding.
+    fn holds_at_path_end(
+        &mut self,
+        cones: &Cones,
+        island: &Island,
+        settings: &SolverSettings,
+        factored: &mut bool,
+    ) -> bool {
+        let holds = self.solve_modes(cones, island, factored) && self.violations(cones, island, settings) == 0;
+        if holds {
+            self.take_bilateral(island);
+        }
+        holds
     }
 
     fn follow_path(

@@ -42,6 +42,13 @@ impl Outcome {
         self.velocity.clone_from(&solver.velocity);
     }
 
+    /// Gives a solver what was taken.
+    pub fn give(&self, solver: &mut IslandSolver) {
+        solver.impulse.clone_from(&self.impulse);
+        solver.modes.clone_from(&self.modes);
+        solver.bilateral_impulse.clone_from(&self.bilateral);
+    }
+
     /// Forgets an earlier island.
     fn begin(&mut self, island: usize) {
         (self.island, self.residual) = (island, f64::INFINITY);

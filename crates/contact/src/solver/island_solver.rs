@@ -6,6 +6,7 @@
 //! `λ̄`, so that the last iterations work with small numbers and reach rounding.
 
 use super::SolverSettings;
+use super::block_sweeps::BlockSweeps;
 use super::interior_start::InteriorStart;
 use super::island::Island;
 use super::mode::{Cones, Mode};
@@ -75,6 +76,7 @@ pub(crate) struct IslandSolver {
     pub(super) effort: Effort,
     pub(super) interior: InteriorStart,
     pub(super) sweeps: Sweeps,
+    pub(super) block_sweeps: BlockSweeps,
     /// Whether the modes are those of the trial impulses, which sweeps may improve.
     pub(super) guessed: bool,
     /// Whether `system` knows the island's structure.
@@ -210,7 +212,7 @@ impl IslandSolver {
 
     /// Solution of the proximal problem with the modes fixed: `H δv = Jᵀ(B y₀ − λ̄)`, `y = y₀ − ρ J δv`.
     pub(super) fn solve_fixed_modes(&mut self, cones: &Cones, island: &Island) {
-        self.solve_shifted(cones, island, |_| ([0.0; 3], [0.0; 3]));
+        self.solve_shifted(cones, island, 1.0, |_| ([0.0; 3], [0.0; 3]));
         island.bind(&mut self.y);
     }
 
@@ -219,11 +221,12 @@ impl IslandSolver {
         &mut self,
         cones: &Cones,
         island: &Island,
-        shift: &[[f64; 3]],
-        offset: &[[f64; 3]],
+        (shift, offset): (&[[f64; 3]], &[[f64; 3]]),
         remaining: f64,
+        bilateral_part: f64,
     ) {
-        self.solve_shifted(cones, island, |c| (shift[c].map(|s| remaining * s), offset[c].map(|o| remaining * o)));
+        let shifted = |c: usize| (shift[c].map(|s| remaining * s), offset[c].map(|o| remaining * o));
+        self.solve_shifted(cones, island, bilateral_part, shifted);
     }
 
     /// `H δv = Jᵀ(B (y₀ + s) − o − λ̄)`, `y = y₀ + s − ρ J δv` for the shift and offset `(s, o)` of each contact.
@@ -231,6 +234,7 @@ impl IslandSolver {
         &mut self,
         cones: &Cones,
         island: &Island,
+        bilateral_part: f64,
         shifted: impl Fn(usize) -> ([f64; 3], [f64; 3]),
     ) {
         self.work.fill(0.0);
@@ -241,15 +245,22 @@ impl IslandSolver {
             let d = std::array::from_fn(|r| p[r] - o[r] - self.impulse[c][r]);
             island.add_impulse(c, d, &mut self.work);
         }
-        for (k, u) in self.bilateral_slack.iter().enumerate() {
-            island.bilateral_jacobian.add_transposed(k, [-self.bilateral_weight[k] * u], &mut self.work);
-        }
+        let mut work = std::mem::take(&mut self.work);
+        self.add_bilateral_pull(island, bilateral_part, &mut work);
+        self.work = work;
         self.system.solve(island, &mut self.work);
         self.y.clear();
         for (c, y0) in self.trial.iter().enumerate() {
             let u = island.jacobian.multiply(c, &self.work);
             let (s, _) = shifted(c);
             self.y.push(std::array::from_fn(|r| y0[r] + s[r] - self.weight[c] * u[r]));
+        }
+    }
+
+    /// Adds `part` of what the violated bilateral rows pull with.
+    pub(super) fn add_bilateral_pull(&self, island: &Island, part: f64, momentum: &mut [f64]) {
+        for (k, u) in self.bilateral_slack.iter().enumerate() {
+            island.bilateral_jacobian.add_transposed(k, [-self.bilateral_weight[k] * part * u], momentum);
         }
     }
 

@@ -4,12 +4,15 @@
 //! 1. proximal iterations from the warm start, a few Newton steps on the modes in each, then the [path](path); a small cold
 //!    island begins with modes that [sweeps](sweeps) found, a large one that is far from its modes has an
 //!    [interior start](interior_start); a [proof](contradiction) that the gaps contradict each other ends the solve;
-//! 2. the same from a cold start with other random shifts, a few times;
+//! 2. the same from a cold start with other random shifts, a few times; in a large island once, patiently: from
+//!    [block sweeps](block_sweeps), by paths that begin at the centre, and with an ε that stays near the one at which they turn
+//!    back;
 //! 3. lexicographic Lemke on the standard LCP ([`signorini_lcp::Lemke`]), which ends in a solution, or in a ray where the
 //!    contacts wedge.
 //!
 //! What was tried and why the solver moved on is in the [`SolveReport`].
 
+mod block_sweeps;
 mod contradiction;
 mod fallback;
 mod find_modes;
@@ -19,9 +22,12 @@ mod island;
 mod island_pool;
 mod island_solver;
 mod islands;
+mod lists;
 mod mode;
 mod path;
+mod polygons;
 mod proximal;
+mod random;
 mod settings;
 mod sleep;
 mod sparse;
@@ -45,6 +51,8 @@ use signorini_lcp::Refusal;
 /// Where the certificate asks for more than `accept`, a small island has to come down to this part of it.
 const CLOSER: f64 = 0.1;
 
+/// A patient attempt on a large island begins where the one before it ended if the residual there is below this.
+const NEAR: f64 = 1e-3;
 /// A residual that no choice among velocities mends.
 const HOPELESS: f64 = 1e-3;
 
@@ -358,8 +366,8 @@ fn solve_island(
     outcome: &mut Outcome,
 ) {
     let first_attempt = u32::from(start == Start::Cold);
-    let restarts =
-        if island.units.len() >= proximal::LARGE { settings.max_restarts.min(1) } else { settings.max_restarts };
+    let large = island.units.len() >= proximal::LARGE;
+    let restarts = if large { settings.max_restarts.min(1) } else { settings.max_restarts };
     let accept = if start == Start::Cold { closely_accepted(island, settings) } else { settings.accept };
     for attempt in first_attempt..=restarts.max(first_attempt) {
         solver.start(problem, island);
@@ -372,6 +380,9 @@ fn solve_island(
                 outcome.take(solver);
                 return;
             }
+        }
+        if attempt > 0 && large && outcome.residual < NEAR {
+            outcome.give(solver);
         }
         let residual = solver.run(problem, cones, island, settings, attempt);
         outcome.effort.add(solver.effort);

@@ -5,6 +5,7 @@
 //! polyhedral cone with its apex at 0, on which `P` is linear; two pieces that share a facet `f·y = 0` have slopes that
 //! differ by the rank-one matrix `a fᵀ`, because `P` is continuous. That is all that the path method needs.
 
+use super::polygons::{Edge, Polygon, Polygons, dot};
 use crate::ContactProblem;
 
 /// A linear piece of the projection of one contact. Vertices and edges are numbered counterclockwise; edge `k` runs from
@@ -56,20 +57,8 @@ pub(crate) struct Facet {
     pub next: Mode,
 }
 
-/// One edge of a polygon of radius 1.
-#[derive(Clone, Copy, Debug)]
-struct Edge {
-    /// Its first vertex.
-    vertex: [f64; 2],
-    /// Unit vector along the edge.
-    tangent: [f64; 2],
-    /// Outward unit normal.
-    normal: [f64; 2],
-    /// Distance from the centre.
-    height: f64,
-    /// Index of its first vertex among the contact's directions.
-    direction: u32,
-}
+/// Part of an edge's distance from the centre within which an impulse lies on the edge.
+const ON_EDGE: f64 = 1e-9;
 
 /// The friction cones of all contacts, then those of all friction groups, with directions in angular order.
 #[derive(Clone, Debug, Default)]
@@ -80,93 +69,6 @@ pub(crate) struct Cones {
     friction: Vec<f64>,
     /// Radius of a circle well inside each cone's polygon for a normal impulse of 1.
     inner: Vec<f64>,
-}
-
-/// Polygons with their edges. Most contacts share one, which stays from problem to problem.
-#[derive(Clone, Debug, Default)]
-struct Polygons {
-    edges: Vec<Edge>,
-    /// The directions of each polygon in the order in which the problem has them, as many as edges.
-    directions: Vec<[f64; 2]>,
-    known: Vec<Polygon>,
-    order: Vec<u32>,
-}
-
-/// Where the edges of a polygon are.
-#[derive(Clone, Copy, Debug, Default)]
-struct Polygon {
-    first: u32,
-    /// One after the last edge.
-    end: u32,
-    /// Radius of a circle well inside; zero without an inside.
-    inner: f64,
-}
-
-/// Part of a polygon's inner circle in which rounding cannot take a point for one outside.
-const WELL_INSIDE: f64 = 1.0 - 1e-9;
-
-/// Polygons that are looked through for the one that a contact asks for, and that stay for the next problem.
-const KEPT_POLYGONS: usize = 4;
-/// Edges that stay for the next problem, at most.
-const KEPT_EDGES: usize = 64;
-
-impl Polygons {
-    /// Makes room for the polygons of another problem, as if no two units shared one: what is kept never decides about memory.
-    fn begin(&mut self, units: usize, directions: usize) {
-        if self.known.len() > KEPT_POLYGONS || self.edges.len() > KEPT_EDGES {
-            self.edges.clear();
-            self.directions.clear();
-            self.known.clear();
-        }
-        let edges = KEPT_EDGES + directions - self.edges.len();
-        self.edges.reserve(edges);
-        self.directions.reserve(edges);
-        self.known.reserve(KEPT_POLYGONS + units - self.known.len());
-    }
-
-    /// The polygon with these directions, to the bit: the sign of a zero decides which edge is the first.
-    fn with_directions(&mut self, directions: &[[f64; 2]]) -> Polygon {
-        let same = |polygon: &&Polygon| {
-            let own = &self.directions[polygon.first as usize..polygon.end as usize];
-            let bits = |d: &[f64; 2]| d.map(f64::to_bits);
-            own.len() == directions.len() && own.iter().zip(directions).all(|(a, b)| bits(a) == bits(b))
-        };
-        let known = self.known.iter().take(KEPT_POLYGONS).find(same);
-        known.copied().unwrap_or_else(|| self.push(directions))
-    }
-
-    fn push(&mut self, directions: &[[f64; 2]]) -> Polygon {
-        // Grows with the angle as the angle itself does, from −2 to 2.
-        let angle = |k: &u32| {
-            let [x, y] = directions[*k as usize];
-            (1.0 - x / (x.abs() + y.abs())).copysign(y)
-        };
-        self.order.clear();
-        self.order.extend(0..directions.len() as u32);
-        self.order.sort_unstable_by(|a, b| angle(a).total_cmp(&angle(b)));
-        let first = self.edges.len();
-        for (k, &direction) in self.order.iter().enumerate() {
-            let vertex = directions[direction as usize];
-            let next = directions[self.order[(k + 1) % self.order.len()] as usize];
-            let along = [next[0] - vertex[0], next[1] - vertex[1]];
-            let length = along[0].hypot(along[1]);
-            let tangent = [along[0] / length, along[1] / length];
-            let normal = [tangent[1], -tangent[0]];
-            self.edges.push(Edge { vertex, tangent, normal, height: dot(normal, vertex), direction });
-        }
-        self.directions.extend_from_slice(directions);
-        let own = &self.edges[first..];
-        let least = own.iter().fold(f64::MAX, |least, edge| least.min(edge.height));
-        // Two directions make a line, which has no inside.
-        let inner = if own.len() > 2 { WELL_INSIDE * least } else { 0.0 };
-        let polygon = Polygon { first: first as u32, end: self.edges.len() as u32, inner };
-        self.known.push(polygon);
-        polygon
-    }
-}
-
-fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
 }
 
 impl Cones {
@@ -205,8 +107,7 @@ impl Cones {
 
     #[inline]
     fn edges(&self, i: usize) -> &[Edge] {
-        let Polygon { first, end, .. } = self.shape[i];
-        &self.polygons.edges[first as usize..end as usize]
+        self.polygons.edges(self.shape[i])
     }
 
     /// The effective coefficient of friction of contact `i`: 0 where it has no directions.
@@ -377,6 +278,38 @@ impl Cones {
         let along = |e: &Edge| dot(e.vertex, [y[1], y[2]]);
         let best = (0..edges.len()).max_by(|&a, &b| along(&edges[a]).total_cmp(&along(&edges[b])));
         best.map_or((Mode::Closed, [0.0; 2]), |k| (Mode::Vertex(k as u16), edges[k].vertex))
+    }
+
+    /// A trial impulse whose projection is the impulse `p` of contact `i`, as near to `y` as one is.
+    pub fn source(&self, i: usize, p: [f64; 3], y: [f64; 3]) -> [f64; 3] {
+        if p[0] <= 0.0 {
+            return [y[0].min(0.0), y[1], y[2]];
+        }
+        let d = [y[1] - p[1], y[2] - p[2]];
+        // The edges that hold the impulse, two at a vertex.
+        let mut held_by = [(f64::INFINITY, [0.0; 2]); 2];
+        self.interior_edges(i, |normal, reach| {
+            let distance = reach * p[0] - dot(normal, [p[1], p[2]]);
+            if distance <= ON_EDGE * reach * p[0] {
+                if distance < held_by[0].0 {
+                    held_by = [(distance, normal), held_by[0]];
+                } else if distance < held_by[1].0 {
+                    held_by[1] = (distance, normal);
+                }
+            }
+        });
+        let along = |n: [f64; 2]| n.map(|n_r| n_r * dot(n, d).max(0.0));
+        let outwards = match held_by.map(|(distance, normal)| distance.is_finite().then_some(normal)) {
+            [Some(a), Some(b)] => {
+                let area = a[0] * b[1] - a[1] * b[0];
+                let (x, y) = ((d[0] * b[1] - d[1] * b[0]) / area, (a[0] * d[1] - a[1] * d[0]) / area);
+                let between = area != 0.0 && x >= 0.0 && y >= 0.0;
+                if between { d } else { along(if dot(a, d) >= dot(b, d) { a } else { b }) }
+            }
+            [Some(a), None] => along(a),
+            _ => [0.0; 2],
+        };
+        [p[0], p[1] + outwards[0], p[2] + outwards[1]]
     }
 
     /// A trial impulse of normal size `size` well inside the mode's cone.

@@ -10,6 +10,7 @@ use super::SolverSettings;
 use super::island::Island;
 use super::island_solver::IslandSolver;
 use super::mode::{Cones, Facet, Mode};
+use super::random::Random;
 
 /// How a path ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,10 +28,19 @@ pub(crate) enum Shift {
     Violated,
     /// All; their modes are open.
     All,
+    /// Those whose laws do not hold at the centre, which is then the solution at the start of the path.
+    Centre,
 }
 
 /// How far back `t` may run before the path counts as lost.
 const FARTHEST_BACK: f64 = -1e4;
+/// The same for a path from the centre: behind its start lies nothing that is nearer to the solution.
+const BACK_FROM_CENTRE: f64 = -0.2;
+/// Of a contact's typical impulse: how far inside its mode a path from the centre begins, so that no two contacts cross at once.
+const INSIDE: f64 = 1e-2;
+/// Mode changes that a path from the centre may use, and more of them for so many contacts each.
+const CENTRE_CHANGES: u32 = 200;
+const CONTACTS_PER_CHANGE: u32 = 4;
 
 /// The memory of a path.
 #[derive(Clone, Debug, Default)]
@@ -42,6 +52,8 @@ pub(crate) struct Path {
     /// `dy_c/dt`.
     rate: Vec<[f64; 3]>,
     work: Vec<f64>,
+    /// Whether the bilateral rows are shifted as well, as they are where the path starts at the centre.
+    from_centre: bool,
 }
 
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
@@ -60,14 +72,24 @@ impl Path {
         shift: Shift,
         seed: u32,
     ) -> PathOutcome {
-        self.begin(solver, cones, island, settings, shift, seed);
+        self.from_centre = shift == Shift::Centre;
+        if self.from_centre {
+            self.begin_at_centre(solver, cones, island, seed);
+            if !self.refresh(solver, cones, island, 0.0) {
+                return PathOutcome::Lost;
+            }
+        } else {
+            self.begin(solver, cones, island, settings, shift, seed);
+        }
         let (mut t, mut direction) = (0.0, 1.0);
         let shifted = self.shift.iter().filter(|s| **s != [0.0; 3]).count() as u32;
-        let limit = settings.path_changes_base
-            + match shift {
-                Shift::Violated => settings.path_changes_per_violation * shifted,
-                Shift::All => settings.path_changes_per_contact * solver.modes.len() as u32,
-            };
+        let contacts = solver.modes.len() as u32;
+        let limit = match shift {
+            Shift::Violated => settings.path_changes_base + settings.path_changes_per_violation * shifted,
+            Shift::All => settings.path_changes_base + settings.path_changes_per_contact * contacts,
+            Shift::Centre => CENTRE_CHANGES + contacts / CONTACTS_PER_CHANGE,
+        };
+        let farthest_back = if self.from_centre { BACK_FROM_CENTRE } else { FARTHEST_BACK };
         for _ in 0..limit {
             let Some((step, crossing)) = self.next_breakpoint(solver, cones, island, direction, t) else {
                 return PathOutcome::Lost;
@@ -79,7 +101,7 @@ impl Path {
                 }
             }
             let Some((c, facet)) = crossing else { return PathOutcome::Reached };
-            if t < FARTHEST_BACK {
+            if t < farthest_back {
                 return PathOutcome::Lost;
             }
             let Some(ratio) = self.cross(solver, island, c, &facet) else { return PathOutcome::Lost };
@@ -124,6 +146,25 @@ impl Path {
             self.rate.push(shift.map(|s| -s));
             solver.y[c] = std::array::from_fn(|r| y[r] + shift[r]);
             self.shift.push(shift);
+        }
+    }
+
+    /// Gives every contact modes and a shift with which the centre is the solution.
+    fn begin_at_centre(&mut self, solver: &mut IslandSolver, cones: &Cones, island: &Island, seed: u32) {
+        let mut random = Random::new(seed);
+        self.shift.clear();
+        self.offset.clear();
+        self.rate.clear();
+        self.rate.resize(island.units.len(), [0.0; 3]);
+        for (c, &i) in island.units.iter().enumerate() {
+            let (i, trial) = (i as usize, solver.trial[c]);
+            let source = cones.source(i, solver.impulse[c], trial);
+            let mode = cones.mode_at(i, source);
+            let size = INSIDE * solver.typical_impulse(island, c) * random.between(0.5, 1.5);
+            let inwards = cones.interior_point(i, mode, size);
+            self.shift.push(std::array::from_fn(|r| source[r] + inwards[r] - trial[r]));
+            self.offset.push(cones.project(i, mode, inwards));
+            solver.modes[c] = mode;
         }
     }
 
@@ -192,39 +233,26 @@ impl Path {
     /// Factorises afresh and recomputes `y` and its rate at `t` from the data.
     fn refresh(&mut self, solver: &mut IslandSolver, cones: &Cones, island: &Island, t: f64) -> bool {
         solver.effort.factorizations += 1;
-        let IslandSolver { system, modes, weight, .. } = solver;
-        if !system.factor(island, cones, modes, weight) {
+        if !solver.system.factor(island, cones, &solver.modes, &solver.weight) {
             return false;
         }
         self.work.clear();
         self.work.resize(island.nv(), 0.0);
         for (c, &i) in island.units.iter().enumerate() {
-            let drive = cones.project(i as usize, modes[c], self.shift[c]);
+            let drive = cones.project(i as usize, solver.modes[c], self.shift[c]);
             let d = std::array::from_fn(|r| self.offset[c][r] - drive[r]);
             island.add_impulse(c, d, &mut self.work);
         }
-        system.solve(island, &mut self.work);
+        if self.from_centre {
+            solver.add_bilateral_pull(island, 1.0, &mut self.work);
+        }
+        solver.system.solve(island, &mut self.work);
         for (c, rate) in self.rate.iter_mut().enumerate() {
             let u = island.jacobian.multiply(c, &self.work);
-            *rate = std::array::from_fn(|r| -weight[c] * u[r] - self.shift[c][r]);
+            *rate = std::array::from_fn(|r| -solver.weight[c] * u[r] - self.shift[c][r]);
         }
-        solver.place_on_path(cones, island, &self.shift, &self.offset, 1.0 - t);
+        let bilateral_part = if self.from_centre { t } else { 1.0 };
+        solver.place_on_path(cones, island, (&self.shift, &self.offset), 1.0 - t, bilateral_part);
         true
-    }
-}
-
-/// A small seeded generator (xorshift): ties between breakpoints are broken by it, the same way every time.
-struct Random(u64);
-
-impl Random {
-    fn new(seed: u32) -> Self {
-        Self((u64::from(seed) + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15))
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        low + (high - low) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
     }
 }

@@ -19,6 +19,8 @@ const PARALLEL: f64 = 0.99;
 const NOISE: f64 = 1e-11;
 /// An extrapolation has to leave less than this part of the residual of the last one.
 const EXTRAPOLATED: f64 = 0.5;
+/// A patient attempt has so many times the iterations of a small island.
+const PATIENCE: u32 = 10;
 /// Contacts and groups from which an island is large: a path from modes that are far from the
 /// solution's would wander. A smaller one is swept where it is cold.
 pub(super) const LARGE: usize = 64;
@@ -34,12 +36,22 @@ impl IslandSolver {
         settings: &SolverSettings,
         attempt: u32,
     ) -> f64 {
-        let careful = attempt == 0 && island.units.len() >= LARGE;
-        let mut weight = ProximalWeight::new(settings, careful);
+        let large = island.units.len() >= LARGE;
+        let patient = large && attempt > 0;
+        let mut weight = ProximalWeight::new(settings, large, patient);
+        if patient {
+            self.sweep_blocks(problem, cones, island, settings);
+            weight.begin_large();
+        }
         self.set_weights(island, weight.epsilon);
         let (mut best, mut last, mut slow, mut extrapolated) = (f64::INFINITY, f64::INFINITY, 0, f64::INFINITY);
         let (mut prepared, mut factored, mut polished) = (false, false, false);
-        let iterations = if careful { 2 } else { 1 } * settings.max_proximal_iterations;
+        let iterations = settings.max_proximal_iterations
+            * match (large, patient) {
+                (_, true) => PATIENCE,
+                (true, false) => 2,
+                (false, false) => 1,
+            };
         for _ in 0..iterations {
             let residual = self.evaluate_centre(problem, cones, island);
             if residual < best {
@@ -78,7 +90,7 @@ impl IslandSolver {
                 self.effort.proximal_iterations += 1;
                 self.take_impulses(cones, island);
                 weight.fall()
-            } else if careful && self.recover(problem, cones, island, &mut weight, best) {
+            } else if large && self.recover(problem, cones, island, &mut weight, best) {
                 true
             } else {
                 break;
@@ -112,7 +124,7 @@ impl IslandSolver {
         weight: &mut ProximalWeight,
         best: f64,
     ) -> bool {
-        if self.effort.proximal_iterations == 0 && !weight.is_falling() {
+        if self.effort.proximal_iterations == 0 && !weight.is_falling() && !weight.is_patient() {
             weight.begin_large();
             return self.interior_start(problem, cones, island);
         }

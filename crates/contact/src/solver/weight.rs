@@ -27,8 +27,13 @@ const LARGEST: f64 = 10.0;
 /// Its factor after a proximal problem that was solved, and after one that was not.
 const FALL: f64 = 0.3;
 const RISE: f64 = 5.0;
-/// Problems that may stay unsolved.
+/// The same of a patient attempt: just above the ε at which paths turn back, the iterations leave the place where they do so
+/// in the fewest steps.
+const PATIENT_FALL: f64 = 0.5;
+const PATIENT_RISE: f64 = 2.0;
+/// Problems that may stay unsolved, also in a patient attempt.
 const FAILURES: u32 = 30;
+const PATIENT_FAILURES: u32 = 300;
 
 /// ε and what it does next.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +43,7 @@ pub(super) struct ProximalWeight {
     smallest: f64,
     accept: f64,
     is_large: bool,
+    is_patient: bool,
     /// The best residual at the last slow iterations.
     earlier_best: f64,
     ascending: bool,
@@ -45,7 +51,7 @@ pub(super) struct ProximalWeight {
 }
 
 impl ProximalWeight {
-    pub fn new(settings: &SolverSettings, is_large: bool) -> Self {
+    pub fn new(settings: &SolverSettings, is_large: bool, is_patient: bool) -> Self {
         let (usual, smallest) = (settings.proximal_weight, settings.smallest_proximal_weight);
         Self {
             epsilon: usual,
@@ -53,15 +59,21 @@ impl ProximalWeight {
             smallest,
             accept: settings.accept,
             is_large,
+            is_patient,
             earlier_best: f64::INFINITY,
             ascending: false,
             failures: 0,
         }
     }
 
-    /// After an interior start.
+    /// After an interior start or block sweeps.
     pub fn begin_large(&mut self) {
         self.epsilon = FIRST;
+    }
+
+    /// Whether the attempt is a patient one.
+    pub fn is_patient(&self) -> bool {
+        self.is_patient
     }
 
     /// Whether ε is still coming down to the usual one.
@@ -73,7 +85,8 @@ impl ProximalWeight {
     pub fn fall(&mut self) -> bool {
         let falling = self.is_falling();
         if falling {
-            self.epsilon = (FALL * self.epsilon).max(self.usual);
+            let factor = if self.is_patient { PATIENT_FALL } else { FALL };
+            self.epsilon = (factor * self.epsilon).max(self.usual);
         }
         falling
     }
@@ -81,10 +94,11 @@ impl ProximalWeight {
     /// After a proximal problem that was not solved, with the best residual so far; `false` if there is nothing left to try.
     pub fn rise(&mut self, best: f64) -> bool {
         self.failures += 1;
-        if best <= self.accept || self.ascending || self.failures > FAILURES || self.epsilon >= LARGEST {
+        let (factor, failures) = if self.is_patient { (PATIENT_RISE, PATIENT_FAILURES) } else { (RISE, FAILURES) };
+        if best <= self.accept || self.ascending || self.failures > failures || self.epsilon >= LARGEST {
             return false;
         }
-        self.epsilon = (RISE * self.epsilon).min(LARGEST);
+        self.epsilon = (factor * self.epsilon).min(LARGEST);
         true
     }
 
