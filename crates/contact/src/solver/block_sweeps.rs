@@ -343,7 +343,7 @@ mod tests {
         let polygon = FrictionPolygon::regular(6, 0.0).expect("even");
         for body in 1..BODIES {
             for other in [Some(body - 1), (body > 9).then(|| body - random.below(9)), None] {
-                let (polar, azimuth) = (random.between(0.2, 2.9_f64), random.between(0.0, 6.28_f64));
+                let (polar, azimuth) = (random.between(0.2, 2.9_f64), random.between(0.0, std::f64::consts::TAU));
                 let ((s, c), (sa, ca)) = (polar.sin_cos(), azimuth.sin_cos());
                 let frame = [[s * ca, s * sa, c], [c * ca, c * sa, -s], [-sa, ca, 0.0]];
                 let columns = |body: usize, sign: f64| {
