@@ -29,6 +29,16 @@ MJCF = """<mujoco><worldbody><geom type="plane"/>
   <actuator><motor name="motor" joint="knee"/></actuator>
   <keyframe><key name="home" qpos="0 0 1 1 0 0 0 .2"/></keyframe></mujoco>"""
 
+# What the tables call by its MJCF name, as it is written into that model.
+MJCF_WORDS = {
+    **{f"<{kind}>": ("motor name", f"{kind} {rest} name") for kind, rest in {
+        "position": "kp='9'", "velocity": "kv='9'", "intvelocity": "kp='9' actrange='-1 1'", "cylinder": "timeconst='.1'"}.items()},
+    **{word: ("motor name", f"general dyntype='integrator' {rest} name") for word, rest in {
+        "dyntype": "", "actrange": "actlimited='true' actrange='-1 1'", "actearly": "actearly='true'"}.items()},
+    "forcerange": ("motor name", "velocity kv='9' forcerange='-1 1' name"),
+    "margin": ("<geom type=\"box\"", "<geom margin='.01' type=\"box\""),
+}
+
 
 @pytest.fixture
 def robots(tmp_path, monkeypatch):
@@ -130,8 +140,10 @@ def test_what_a_table_says_can_be_written(robots, whom, there, here):
     assert spans or not re.search(r"[a-z]\(|\.[a-z]", here)
     owner = "data"
     for span in spans:
-        if span.startswith("<"):
-            assert span == "<position>" and signorini.Model.from_mjcf(MJCF.replace("motor name", "position kp='9' name")).nu == 1
+        if span in MJCF_WORDS:
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", signorini.ModelWarning)
+                assert signorini.Model.from_mjcf(MJCF.replace(*MJCF_WORDS[span])).nu == 1
         elif re.fullmatch(r"\w+=\w+", span):
             signorini.Model.from_urdf(robots / "robot.urdf", **{span.split("=")[0]: span.endswith("True")})
         elif here == "the same":
