@@ -20,7 +20,7 @@ const NOISE: f64 = 1e-11;
 /// An extrapolation has to leave less than this part of the residual of the last one.
 const EXTRAPOLATED: f64 = 0.5;
 /// A patient attempt has so many times the iterations of a small island.
-const PATIENCE: u32 = 10;
+const PATIENCE: u32 = 4;
 /// Contacts and groups from which an island is large: a path from modes that are far from the
 /// solution's would wander. A smaller one is swept where it is cold.
 pub(super) const LARGE: usize = 64;

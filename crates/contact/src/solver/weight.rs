@@ -33,7 +33,7 @@ const PATIENT_FALL: f64 = 0.5;
 const PATIENT_RISE: f64 = 2.0;
 /// Problems that may stay unsolved, also in a patient attempt.
 const FAILURES: u32 = 30;
-const PATIENT_FAILURES: u32 = 300;
+const PATIENT_FAILURES: u32 = 150;
 
 /// ε and what it does next.
 #[derive(Clone, Copy, Debug)]
