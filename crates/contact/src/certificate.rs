@@ -71,6 +71,14 @@ fn natural(z: f64, w: f64) -> f64 {
     if z.is_nan() || w.is_nan() { f64::NAN } else { z.min(w).abs() }
 }
 
+/// Whether all are finite: zero times anything else is not a number.
+fn are_numbers(x: &[f64]) -> bool {
+    let (pairs, rest) = x.as_chunks::<2>();
+    let mut zero = [0.0; 2];
+    pairs.iter().for_each(|pair| (0..2).for_each(|l| zero[l] += 0.0 * pair[l]));
+    zero[0] + zero[1] + rest.iter().map(|x| 0.0 * x).sum::<f64>() == 0.0
+}
+
 /// The smaller of two numbers, in one instruction; the second where one of them is none.
 #[inline]
 fn smaller(a: f64, b: f64) -> f64 {
@@ -109,7 +117,8 @@ pub(crate) fn certify_afresh(
     solution: &ContactSolution,
     scratch: &mut Scratch,
 ) -> Certificate {
-    scratch.resize(problem.nv());
+    scratch.column.clear();
+    scratch.column.resize(problem.nv(), 0.0);
     let scales = Scales::new(problem, problem.delassus_scale_with(&mut scratch.column), problem.velocity_scale());
     certify_with(problem, solution, &scales, scratch)
 }
@@ -130,8 +139,8 @@ pub(crate) fn certify_with(
         && solution.group_alpha.len() == problem.friction_groups.direction_count()
         && solution.group_beta.len() == problem.friction_groups.len();
     let contacts = [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta];
-    let mut numbers = contacts.into_iter().chain([&solution.bilateral, &solution.group_alpha, &solution.group_beta]);
-    if !sizes_fit || numbers.any(|x| x.iter().any(|x| !x.is_finite())) {
+    let mut arrays = contacts.into_iter().chain([&solution.bilateral, &solution.group_alpha, &solution.group_beta]);
+    if !sizes_fit || !arrays.all(|x| are_numbers(x)) {
         return Certificate::everything_violated();
     }
     scratch.resize(nv);
@@ -177,7 +186,7 @@ pub(crate) struct Scales {
     delassus: f64,
     /// `s_v = max|b|`, m/s.
     pub velocity: f64,
-    /// `max|M|`.
+    /// `max|M|`, which is on the diagonal.
     mass: f64,
 }
 
@@ -188,7 +197,7 @@ impl Scales {
         Self {
             delassus: if delassus > 0.0 { delassus } else { 1.0 },
             velocity,
-            mass: problem.mass.data().iter().fold(0.0, |a, m| a.max(m.abs())),
+            mass: problem.mass.largest_diagonal(),
         }
     }
 
@@ -227,8 +236,8 @@ impl Scales {
 
 impl Scratch {
     fn resize(&mut self, nv: usize) {
-        for x in [&mut self.force, &mut self.change, &mut self.momentum, &mut self.column] {
-            x.clear();
+        self.force.clear();
+        for x in [&mut self.force, &mut self.change, &mut self.momentum] {
             x.resize(nv, 0.0);
         }
     }
@@ -311,20 +320,25 @@ impl Friction<'_> {
     /// `v⁺`.
     fn laws(&self, computed: [f64; 2], claimed: [f64; 2], scales: &Scales, raw: &mut Certificate) {
         let g = scales.delassus;
-        let (mut sum, mut least) = (0.0, 0.0_f64);
-        let (mut power, mut support) = (0.0, f64::MIN);
-        // The impulses are numbers; a velocity that is none leaves its mark in `checked`.
-        let (mut worst, mut checked) = (0.0, 0.0);
-        for (d, &a) in self.directions.iter().zip(self.alpha) {
+        // Sums and extrema of the even and of the odd directions, so that two are done at once.
+        let ([mut sum, mut power, mut worst, mut checked, mut least], mut support) = ([[0.0; 2]; 5], [f64::MIN; 2]);
+        let ((pairs, odd), (alphas, odd_alpha)) = (self.directions.as_chunks::<2>(), self.alpha.as_chunks::<2>());
+        let mut take = |l: usize, d: &[f64; 2], a: f64| {
             let w = d[0] * computed[0] + d[1] * computed[1] + self.beta;
-            checked += w;
-            worst = larger(worst, smaller(g * a, w).abs());
-            sum += a;
-            least = smaller(least, a);
+            // The impulses are numbers; a velocity that is none leaves its mark here.
+            checked[l] += w;
+            worst[l] = larger(worst[l], smaller(g * a, w).abs());
+            sum[l] += a;
+            least[l] = smaller(least[l], a);
             let rate = d[0] * claimed[0] + d[1] * claimed[1];
-            power += a * rate;
-            support = larger(support, -rate);
-        }
+            power[l] += a * rate;
+            support[l] = larger(support[l], -rate);
+        };
+        pairs.iter().zip(alphas).for_each(|(d, a)| (0..2).for_each(|l| take(l, &d[l], a[l])));
+        odd.iter().zip(odd_alpha).for_each(|(d, &a)| take(0, d, a));
+        let (sum, power, checked) = (sum[0] + sum[1], power[0] + power[1], checked[0] + checked[1]);
+        let (worst, least) = (larger(worst[0], worst[1]), smaller(least[0], least[1]));
+        let support = larger(support[0], support[1]);
         keep(&mut raw.natural_map, if checked.is_nan() { f64::NAN } else { worst });
         let room = self.bound - sum;
         keep(&mut raw.natural_map, natural(self.beta, g * room));

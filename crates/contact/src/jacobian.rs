@@ -67,13 +67,13 @@ impl<const R: usize> SparseRows<R> {
         let (columns, entries) = self.group(i);
         if let Some((start, entries)) = one_body(columns, entries) {
             let x = &x[start..start + FREE];
-            return std::array::from_fn(|r| {
-                let mut sum = 0.0;
-                for k in 0..FREE {
-                    sum += entries[k][r] * x[k];
+            let mut y = [0.0; R];
+            for k in 0..FREE {
+                for r in 0..R {
+                    y[r] += entries[k][r] * x[k];
                 }
-                sum
-            });
+            }
+            return y;
         }
         multiply(columns, entries, x)
     }

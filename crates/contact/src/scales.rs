@@ -56,6 +56,9 @@ impl ContactProblem {
     }
 
     fn delassus_entries<const R: usize>(&self, columns: &[u32], entries: &[[f64; R]], scratch: &mut [f64]) -> [f64; R] {
+        if let Some(diagonal) = self.mass_factor.inverse_squares_if_diagonal(columns, entries) {
+            return diagonal;
+        }
         let mut diagonal = [0.0; R];
         let mut first = 0;
         while first < columns.len() {
@@ -157,8 +160,8 @@ impl VelocityScale {
 
     /// Takes in a velocity that its terms, the largest sum of which is given, add up to.
     pub fn add(&mut self, velocity: f64, terms: f64) {
-        self.largest = self.largest.max(velocity.abs());
-        self.terms = self.terms.max(terms);
+        raise(&mut self.largest, velocity.abs());
+        raise(&mut self.terms, terms);
     }
 
     /// Takes in contact `i`; returns `J_i v^f + (φ/Δt, 0, 0)` and its terms.
@@ -167,9 +170,7 @@ impl VelocityScale {
         u[0] += problem.gap[i] / problem.timestep;
         self.add(u[0], terms);
         for d in problem.directions_of(i) {
-            let speed = (d[0] * u[1] + d[1] * u[2]).abs();
-            // One instruction, unlike `f64::max`.
-            self.largest = if speed > self.largest { speed } else { self.largest };
+            raise(&mut self.largest, (d[0] * u[1] + d[1] * u[2]).abs());
         }
         (u, terms)
     }
@@ -182,18 +183,27 @@ impl VelocityScale {
         (u, terms)
     }
 
-    /// Takes in friction group `j`.
-    pub fn add_group(&mut self, problem: &ContactProblem, j: usize) {
+    /// Takes in friction group `j`; returns `J_j v^f − u_F` and its terms.
+    pub fn add_group(&mut self, problem: &ContactProblem, j: usize) -> ([f64; 2], f64) {
         let groups = &problem.friction_groups;
         let ([a, b], terms) = groups.jacobian.multiply_with_terms(j, &problem.free_velocity);
-        self.terms = self.terms.max(terms);
-        let target = groups.target[j];
+        raise(&mut self.terms, terms);
+        let slip = [a - groups.target[j][0], b - groups.target[j][1]];
         for d in groups.directions_of(j) {
-            self.largest = self.largest.max((d[0] * (a - target[0]) + d[1] * (b - target[1])).abs());
+            raise(&mut self.largest, (d[0] * slip[0] + d[1] * slip[1]).abs());
         }
+        (slip, terms)
     }
 }
 
 fn largest<const R: usize>(diagonal: [f64; R]) -> f64 {
-    diagonal.into_iter().fold(0.0, f64::max)
+    let mut largest = 0.0;
+    diagonal.iter().for_each(|x| raise(&mut largest, *x));
+    largest
+}
+
+/// Keeps the larger value in one instruction, unlike `f64::max`; what is no number is left out.
+#[inline]
+pub(crate) fn raise(largest: &mut f64, value: f64) {
+    *largest = if value > *largest { value } else { *largest };
 }

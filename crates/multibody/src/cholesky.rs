@@ -27,6 +27,8 @@ pub struct BlockCholesky {
     /// Whether a small block's factor has nothing beside its diagonal: that of a body that flies freely, where its origin is its
     /// centre of mass and its axes are those of its inertia.
     diagonal: Vec<bool>,
+    /// Whether no block's factor has anything beside its diagonal.
+    all_diagonal: bool,
 }
 
 /// Rows up to which a block's sparse columns are solved on the stack: free bodies and robots.
@@ -52,6 +54,7 @@ impl BlockCholesky {
             source: vec![0.0; matrix.data().len()],
             known: vec![false; matrix.blocks().len()],
             diagonal: vec![false; matrix.blocks().len()],
+            all_diagonal: false,
         }
     }
 
@@ -64,8 +67,9 @@ impl BlockCholesky {
     /// If the matrix has other blocks or couples other rows.
     pub fn refactor(&mut self, matrix: &BlockDiagonal) -> Result<(), MassError> {
         assert!(self.layout == *matrix.layout(), "the factor was made for another matrix");
-        let Self { layout, data, inverse_diagonal, source, known, diagonal } = self;
-        for ((block, known), diagonal) in layout.blocks.iter().zip(known).zip(diagonal) {
+        let Self { layout, data, inverse_diagonal, source, known, diagonal, all_diagonal } = self;
+        *all_diagonal = false;
+        for ((block, known), diagonal) in layout.blocks.iter().zip(known).zip(&mut *diagonal) {
             let (a, source) = (matrix.data_of(block), &mut source[block.data_range()]);
             if *known && same_bits(a, source) {
                 continue;
@@ -80,6 +84,7 @@ impl BlockCholesky {
                 *diagonal = (0..block.size).all(|k| beside(k).iter().all(|x| *x == 0.0));
             }
         }
+        *all_diagonal = diagonal.iter().all(|is_diagonal| *is_diagonal);
         Ok(())
     }
 
@@ -94,6 +99,9 @@ impl BlockCholesky {
     /// If the length is not the dimension.
     pub fn solve_in_place(&self, x: &mut [f64]) {
         assert_eq!(x.len(), self.layout.block_of.len(), "length must be the dimension");
+        if self.all_diagonal {
+            return x.iter_mut().zip(&self.inverse_diagonal).for_each(|(x, inverse)| *x = *x * inverse * inverse);
+        }
         for b in 0..self.layout.blocks.len() {
             self.solve_block_in_place(b, &mut x[self.layout.blocks[b].range()]);
         }
@@ -105,8 +113,9 @@ impl BlockCholesky {
     /// If the length is not the block's size.
     pub fn solve_block_in_place(&self, block: usize, x: &mut [f64]) {
         if self.diagonal[block] {
-            self.half_solve_block_in_place(block, x);
-            return scale_rows(x, &self.inverse_diagonal[self.layout.blocks[block].range()]);
+            let inverse = &self.inverse_diagonal[self.layout.blocks[block].range()];
+            assert_eq!(x.len(), inverse.len(), "length must be the block's size");
+            return x.iter_mut().zip(inverse).for_each(|(x, inverse)| *x = *x * inverse * inverse);
         }
         match self.layout.blocks[block].size {
             1 => return self.solve_small::<1>(block, x),
@@ -293,6 +302,26 @@ impl BlockCholesky {
         self.half_solve_block(block, rows);
         rows.iter().for_each(add);
         squares
+    }
+
+    /// The diagonal of `Yᵀ A⁻¹ Y` for `N` sparse columns in the same rows, where the factor is diagonal.
+    /// - `rows`: of the whole matrix; `entries`: of `Y` in them
+    ///
+    /// # Panics
+    /// If a row is not below the dimension.
+    pub fn inverse_squares_if_diagonal<const N: usize>(&self, rows: &[u32], entries: &[[f64; N]]) -> Option<[f64; N]> {
+        if !self.all_diagonal {
+            return None;
+        }
+        let mut squares = [0.0; N];
+        for (&row, entry) in rows.iter().zip(entries) {
+            let inverse = self.inverse_diagonal[row as usize];
+            for n in 0..N {
+                let y = entry[n] * inverse;
+                squares[n] += y * y;
+            }
+        }
+        Some(squares)
     }
 
     /// `Y ← L⁻ᵀ Y` for `N` sparse columns on the same rows, so that `YᵀY` is the product with `A⁻¹` between them

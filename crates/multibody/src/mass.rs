@@ -171,6 +171,17 @@ impl BlockDiagonal {
         (block, &mut self.data[block.data_range()])
     }
 
+    /// The largest entry on the diagonal; 0 without rows. No other entry of a positive definite matrix exceeds it.
+    pub fn largest_diagonal(&self) -> f64 {
+        let mut largest = 0.0;
+        for block in &self.layout.blocks {
+            for entry in self.data[block.data_range()].iter().step_by(block.size + 1) {
+                largest = if *entry > largest { *entry } else { largest };
+            }
+        }
+        largest
+    }
+
     /// All entries row by row, `[nv, nv]`.
     pub fn to_dense(&self) -> Vec<f64> {
         let n = self.dimension();
@@ -190,6 +201,10 @@ impl BlockDiagonal {
     /// If a length is not the dimension.
     pub fn multiply_into(&self, x: &[f64], out: &mut [f64]) {
         assert!(x.len() == self.dimension() && out.len() == self.dimension(), "lengths must be the dimension");
+        if self.data.len() == x.len() {
+            // Every block is a number.
+            return out.iter_mut().zip(x).zip(&self.data).for_each(|((out, x), a)| *out = a * x);
+        }
         for block in &self.layout.blocks {
             let x = &x[block.range()];
             for (row, out) in self.data[block.data_range()].chunks_exact(block.size).zip(&mut out[block.range()]) {

@@ -130,13 +130,18 @@ impl Island {
         self.blocks.clear();
         self.starts.clear();
         self.global_starts.clear();
+        self.velocity_scale = VelocityScale::default();
+        self.clear_rows();
+    }
+
+    /// Leaves its blocks and its velocity scale.
+    pub(super) fn clear_rows(&mut self) {
         self.units.clear();
         self.contact_count = 0;
         self.bounded_by.clear();
         self.jacobian.clear();
         self.offset.clear();
         self.free_slack.clear();
-        self.velocity_scale = VelocityScale::default();
         self.scale.clear();
         self.bilateral.clear();
         self.bilateral_jacobian.clear();

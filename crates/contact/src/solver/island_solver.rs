@@ -14,6 +14,7 @@ use super::path::Path;
 use super::sweeps::Sweeps;
 use super::system::ProximalSystem;
 use crate::ContactProblem;
+use crate::scales::raise;
 
 /// Counters of one island's solve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,6 +46,8 @@ pub(crate) struct IslandSolver {
     pub(super) free_velocity: Vec<f64>,
     /// The velocity that goes with `impulse`.
     pub(super) velocity: Vec<f64>,
+    /// Whether the velocity is that of the centre that is evaluated next.
+    pub(super) knows_velocity: bool,
     /// The centre and, at the end, the solution.
     pub(super) impulse: Vec<[f64; 3]>,
     pub(super) bilateral_impulse: Vec<f64>,
@@ -88,6 +91,7 @@ impl IslandSolver {
     pub fn start(&mut self, problem: &ContactProblem, island: &Island) {
         island.gather(&problem.free_velocity, &mut self.free_velocity);
         self.velocity.resize(island.nv(), 0.0);
+        self.knows_velocity = false;
         self.work.clear();
         self.work.resize(island.nv(), 0.0);
         self.velocity_scale = island.velocity_scale.value();
@@ -151,8 +155,11 @@ impl IslandSolver {
     pub(super) fn evaluate_centre(&mut self, problem: &ContactProblem, cones: &Cones, island: &Island) -> f64 {
         let pushed = self.impulse.iter().any(|p| *p != [0.0; 3]) || self.bilateral_impulse.iter().any(|p| *p != 0.0);
         self.slack.clear();
+        let known = std::mem::take(&mut self.knows_velocity);
         if pushed {
-            self.find_velocity(problem, island);
+            if !known {
+                self.find_velocity(problem, island);
+            }
             self.slack.extend((0..island.units.len()).map(|c| island.slack(c, &self.velocity)));
         } else {
             self.velocity.copy_from_slice(&self.free_velocity);
@@ -162,7 +169,7 @@ impl IslandSolver {
         self.trial.clear();
         for (c, &i) in island.units.iter().enumerate() {
             let (u, p, rho) = (self.slack[c], self.impulse[c], self.weight[c]);
-            worst = worst.max(law_residual(cones, i as usize, p, island.pushing(c, u), island.residual_scale));
+            raise(&mut worst, law_residual(cones, i as usize, p, island.pushing(c, u), island.residual_scale));
             self.trial.push(std::array::from_fn(|r| p[r] - rho * u[r]));
         }
         island.bind(&mut self.trial);
@@ -170,7 +177,7 @@ impl IslandSolver {
         for (k, offset) in island.bilateral_offset.iter().enumerate() {
             let [c] = island.bilateral_jacobian.multiply(k, &self.velocity);
             let u = c + offset;
-            worst = worst.max(u.abs());
+            raise(&mut worst, u.abs());
             self.bilateral_slack.push(u);
         }
         if self.velocity_scale > 0.0 { worst / self.velocity_scale } else { 0.0 }
@@ -303,12 +310,14 @@ impl IslandSolver {
 /// Distance from the laws of one contact in velocity units: `g |λ − P(λ − u/g)|` for the projection of the cone, and the
 /// natural map of the normal pair.
 pub(super) fn law_residual(cones: &Cones, i: usize, p: [f64; 3], u: [f64; 3], g: f64) -> f64 {
-    let normal = (g * p[0]).min(u[0]).abs();
-    if p[0] <= 0.0 {
-        return normal.max(g * p[1].abs()).max(g * p[2].abs());
-    }
-    let y = [p[0], p[1] - u[1] / g, p[2] - u[2] / g];
-    let mode = cones.mode_at(i, y);
-    let q = cones.project(i, mode, y);
-    normal.max(g * (p[1] - q[1]).abs()).max(g * (p[2] - q[2]).abs())
+    let mut residual = (g * p[0]).min(u[0]).abs();
+    let q = if p[0] <= 0.0 {
+        [0.0; 3]
+    } else {
+        let y = [p[0], p[1] - u[1] / g, p[2] - u[2] / g];
+        cones.project(i, cones.mode_at(i, y), y)
+    };
+    raise(&mut residual, g * (p[1] - q[1]).abs());
+    raise(&mut residual, g * (p[2] - q[2]).abs());
+    residual
 }

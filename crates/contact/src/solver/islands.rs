@@ -2,7 +2,7 @@
 
 use super::island::Island;
 use crate::ContactProblem;
-use crate::scales::VelocityScale;
+use crate::scales::{VelocityScale, raise};
 
 /// The islands of a problem; memory is reused from problem to problem.
 #[derive(Clone, Debug, Default)]
@@ -20,9 +20,23 @@ pub(crate) struct Islands {
     columns: Vec<(u32, [f64; 3])>,
     /// Unit of each contact in its island.
     place: Vec<u32>,
+    units: Vec<Measured>,
+    /// The island of each bilateral row, and `∇Θ v^f + Θ/Δt`.
+    bilateral: Vec<(u32, f64)>,
     /// The largest Delassus entry of contacts and groups.
     delassus_scale: f64,
     velocity_scale: VelocityScale,
+}
+
+/// What the data say of a contact or friction group.
+#[derive(Clone, Copy, Debug)]
+struct Measured {
+    /// Its island, [`NONE`] if nothing moves it.
+    island: u32,
+    /// The largest entry on the diagonal of its Delassus block, 1 if that is 0.
+    scale: f64,
+    /// `u` of a contact at the free velocity.
+    free_slack: [f64; 3],
 }
 
 const NONE: u32 = u32::MAX;
@@ -43,7 +57,37 @@ impl Islands {
         self.velocity_scale.value()
     }
 
-    /// Finds the islands of a problem.
+    /// `s_v` of an island.
+    pub fn scale_of(&self, island: usize) -> f64 {
+        self.islands[island].velocity_scale.value()
+    }
+
+    /// The Delassus scale that residuals are measured with.
+    pub fn residual_scale(&self) -> f64 {
+        positive(self.delassus_scale)
+    }
+
+    /// The largest entry on the diagonal of a unit's Delassus block, 1 if that is 0.
+    pub fn delassus_of(&self, unit: usize) -> f64 {
+        self.units[unit].scale
+    }
+
+    /// The island of a unit of the problem: a contact, or a friction group counted after the contacts.
+    pub fn of_unit(&self, unit: usize) -> Option<usize> {
+        index(self.units[unit].island)
+    }
+
+    /// The island of a bilateral row.
+    pub fn of_bilateral(&self, row: usize) -> Option<usize> {
+        index(self.bilateral[row].0)
+    }
+
+    /// The island of a block of the mass matrix.
+    pub fn of_block(&self, block: usize) -> Option<usize> {
+        index(self.island_of_root[self.root[block] as usize])
+    }
+
+    /// Finds the islands of a problem and its scales. [`assemble`](Self::assemble) gives them their rows.
     pub fn find(&mut self, problem: &ContactProblem) {
         self.join_blocks(problem);
         self.number_islands(problem);
@@ -51,43 +95,92 @@ impl Islands {
         self.velocity_scale = VelocityScale::default();
         self.scratch.clear();
         self.scratch.resize(problem.nv(), 0.0);
-        self.place.clear();
-        (0..problem.contact_count()).for_each(|i| self.add_contact(problem, i));
-        (0..problem.friction_groups.len()).for_each(|j| self.add_group(problem, j));
-        (0..problem.bilateral_violation.len()).for_each(|k| self.add_bilateral(problem, k));
-        let scale = positive(self.delassus_scale);
-        self.islands[..self.count].iter_mut().for_each(|island| island.residual_scale = scale);
+        self.units.clear();
+        self.bilateral.clear();
+        (0..problem.contact_count()).for_each(|i| self.measure_contact(problem, i));
+        (0..problem.friction_groups.len()).for_each(|j| self.measure_group(problem, j));
+        (0..problem.bilateral_violation.len()).for_each(|k| self.measure_bilateral(problem, k));
     }
 
-    fn add_contact(&mut self, problem: &ContactProblem, i: usize) {
-        let (slack, terms) = self.velocity_scale.add_contact(problem, i);
-        self.place.push(NONE);
-        let (columns, entries) = problem.jacobian.group(i);
-        let Some(island) = self.island_of(problem, columns) else { return };
+    /// Gives the `wanted` islands their rows.
+    pub fn assemble(&mut self, problem: &ContactProblem, wanted: impl Fn(usize) -> bool) {
+        if !(0..self.count).any(&wanted) {
+            return;
+        }
+        let scale = self.residual_scale();
+        for (_, island) in self.islands[..self.count].iter_mut().enumerate().filter(|(k, _)| wanted(*k)) {
+            island.clear_rows();
+            island.residual_scale = scale;
+        }
+        self.place.clear();
+        self.place.resize(problem.contact_count(), NONE);
+        for unit in 0..self.units.len() {
+            let Some(island) = self.of_unit(unit).filter(|&k| wanted(k)) else { continue };
+            match unit.checked_sub(problem.contact_count()) {
+                None => self.add_contact(problem, island, unit),
+                Some(j) => self.add_group(problem, island, j),
+            }
+        }
+        for row in 0..self.bilateral.len() {
+            if let Some(island) = self.of_bilateral(row).filter(|&k| wanted(k)) {
+                self.add_bilateral(problem, island, row);
+            }
+        }
+    }
+
+    fn measure_contact(&mut self, problem: &ContactProblem, i: usize) {
+        let (free_slack, terms) = self.velocity_scale.add_contact(problem, i);
+        let Some(island) = self.island_of(problem, problem.jacobian.group(i).0) else {
+            return self.units.push(Measured { island: NONE, scale: 1.0, free_slack });
+        };
         let g = largest(&problem.delassus_diagonal(i, &mut self.scratch));
-        self.delassus_scale = self.delassus_scale.max(g);
+        raise(&mut self.delassus_scale, g);
+        let own = &mut self.islands[island].velocity_scale;
+        let seen = if problem.directions_of(i).is_empty() { 1 } else { 3 };
+        free_slack[..seen].iter().for_each(|u| own.add(*u, terms));
+        self.units.push(Measured { island: island as u32, scale: positive(g), free_slack });
+    }
+
+    fn measure_group(&mut self, problem: &ContactProblem, j: usize) {
+        let (slip, terms) = self.velocity_scale.add_group(problem, j);
+        let free_slack = [0.0, slip[0], slip[1]];
+        let Some(island) = self.island_of(problem, problem.friction_groups.jacobian.group(j).0) else {
+            return self.units.push(Measured { island: NONE, scale: 1.0, free_slack });
+        };
+        let g = largest(&problem.group_delassus(j, &mut self.scratch));
+        raise(&mut self.delassus_scale, g);
+        let own = &mut self.islands[island].velocity_scale;
+        slip.iter().for_each(|u| own.add(*u, terms));
+        self.units.push(Measured { island: island as u32, scale: positive(g), free_slack });
+    }
+
+    fn measure_bilateral(&mut self, problem: &ContactProblem, k: usize) {
+        let (slack, terms) = self.velocity_scale.add_bilateral(problem, k);
+        let island = self.island_of(problem, problem.bilateral_jacobian.group(k).0);
+        if let Some(island) = island {
+            self.islands[island].velocity_scale.add(slack, terms);
+        }
+        self.bilateral.push((island.map_or(NONE, |island| island as u32), slack));
+    }
+
+    fn add_contact(&mut self, problem: &ContactProblem, island: usize, i: usize) {
+        let (columns, entries) = problem.jacobian.group(i);
         let island = &mut self.islands[island];
         self.place[i] = island.units.len() as u32;
         island.jacobian.push_renumbered(local_columns(problem, &self.local_start, columns), entries);
         island.units.push(i as u32);
         island.contact_count += 1;
         island.offset.push([problem.gap[i] / problem.timestep, 0.0, 0.0]);
-        island.free_slack.push(slack);
-        let seen = if problem.directions_of(i).is_empty() { 1 } else { 3 };
-        slack[..seen].iter().for_each(|u| island.velocity_scale.add(*u, terms));
-        island.scale.push(positive(g));
+        island.free_slack.push(self.units[i].free_slack);
+        island.scale.push(self.units[i].scale);
     }
 
     /// A group's first row is that of its contact, scaled so that the proximal weight of the group turns it into the contact's
     /// own trial impulse.
-    fn add_group(&mut self, problem: &ContactProblem, j: usize) {
-        self.velocity_scale.add_group(problem, j);
+    fn add_group(&mut self, problem: &ContactProblem, island: usize, j: usize) {
         let groups = &problem.friction_groups;
         let (columns, entries) = groups.jacobian.group(j);
-        let Some(island) = self.island_of(problem, columns) else { return };
-        let g = largest(&problem.group_delassus(j, &mut self.scratch));
-        self.delassus_scale = self.delassus_scale.max(g);
-        let scale = positive(g);
+        let Measured { scale, mut free_slack, .. } = self.units[problem.contact_count() + j];
         self.columns.clear();
         self.columns.extend(columns.iter().zip(entries).map(|(&c, e)| (c, [0.0, e[0], e[1]])));
         let target = groups.target[j];
@@ -104,14 +197,9 @@ impl Islands {
                 }
             }
         }
-        let mut slack = offset;
-        let mut terms = [0.0; 3];
+        free_slack[0] = offset[0];
         for (c, e) in &self.columns {
-            for r in 0..3 {
-                let term = e[r] * problem.free_velocity[*c as usize];
-                slack[r] += term;
-                terms[r] += term.abs();
-            }
+            free_slack[0] += e[0] * problem.free_velocity[*c as usize];
         }
         let island = &mut self.islands[island];
         island.bounded_by.push(contact.map_or(island.units.len() as u32, |i| self.place[i]));
@@ -119,22 +207,18 @@ impl Islands {
         island.jacobian.push(self.columns.iter().map(|&(c, e)| (local(c), e)));
         island.units.push((problem.contact_count() + j) as u32);
         island.offset.push(offset);
-        island.free_slack.push(slack);
-        slack[1..].iter().for_each(|u| island.velocity_scale.add(*u, largest(&terms)));
+        island.free_slack.push(free_slack);
         island.scale.push(scale);
     }
 
-    fn add_bilateral(&mut self, problem: &ContactProblem, k: usize) {
-        let (slack, terms) = self.velocity_scale.add_bilateral(problem, k);
+    fn add_bilateral(&mut self, problem: &ContactProblem, island: usize, k: usize) {
         let (columns, entries) = problem.bilateral_jacobian.group(k);
-        let Some(island) = self.island_of(problem, columns) else { return };
         let scale = positive(problem.bilateral_delassus(k, &mut self.scratch));
         let island = &mut self.islands[island];
         island.bilateral_jacobian.push_renumbered(local_columns(problem, &self.local_start, columns), entries);
         island.bilateral.push(k as u32);
         island.bilateral_offset.push(problem.bilateral_violation[k] / problem.timestep);
-        island.bilateral_free_slack.push(slack);
-        island.velocity_scale.add(slack, terms);
+        island.bilateral_free_slack.push(self.bilateral[k].1);
         island.bilateral_scale.push(scale);
     }
 
@@ -145,8 +229,14 @@ impl Islands {
         self.root.extend(0..blocks as u32);
         self.touched.clear();
         self.touched.resize(blocks, false);
+        let mut last: &[u32] = &[];
         for i in 0..problem.contact_count() {
-            self.join(problem, problem.jacobian.group(i).0);
+            // Neighbours mostly belong to the same two bodies.
+            let columns = problem.jacobian.group(i).0;
+            if columns != last {
+                self.join(problem, columns);
+                last = columns;
+            }
         }
         let groups = &problem.friction_groups;
         for j in 0..groups.len() {
@@ -236,7 +326,14 @@ impl Islands {
 }
 
 fn largest(diagonal: &[f64]) -> f64 {
-    diagonal.iter().copied().fold(0.0, f64::max)
+    let mut largest = 0.0;
+    diagonal.iter().for_each(|x| raise(&mut largest, *x));
+    largest
+}
+
+/// The number of an island, if it is one.
+fn index(island: u32) -> Option<usize> {
+    (island != NONE).then_some(island as usize)
 }
 
 /// A scale; 1 where there is nothing to scale by.

@@ -17,6 +17,7 @@ mod contradiction;
 mod fallback;
 mod find_modes;
 mod gathering;
+mod given;
 mod interior_start;
 mod island;
 mod island_pool;
@@ -42,6 +43,7 @@ pub use warm_start::WarmStart;
 use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_from_impulses};
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
+use given::GivenStart;
 use island_pool::{IslandPool, Outcome};
 use island_solver::{Effort, IslandSolver};
 use islands::Islands;
@@ -138,6 +140,7 @@ pub struct ContactSolver {
     settings: SolverSettings,
     cones: Cones,
     islands: Islands,
+    given: GivenStart,
     pool: IslandPool,
     /// The solution before a retry.
     earlier: ContactSolution,
@@ -185,17 +188,24 @@ impl ContactSolver {
         self.residuals.clear();
         self.residuals.resize(self.islands.all().len(), f64::INFINITY);
         self.contradiction.clear();
-        self.solve_islands(problem, warm.map_or(Start::Zero, Start::Warm), solution, |_| true);
-        self.complete(problem, solution);
-        if !self.contradiction.is_empty() && !solution.certificate.holds(self.settings.tolerance) {
+        let is_given = warm.is_some_and(|warm| self.given.read(problem, &self.cones, &self.islands, warm));
+        let any_held = is_given && !self.settings.sleeping && self.hold_islands(problem, solution);
+        if self.solve_from_start(problem, is_given, solution) {
+            return;
+        }
+        if any_held {
+            self.residuals.fill(f64::INFINITY);
+            if self.solve_from_start(problem, is_given, solution) {
+                return;
+            }
+        }
+        if !self.contradiction.is_empty() {
             self.drop_what_is_worse(problem, solution);
             self.contradiction.sort_unstable();
             solution.status = SolveStatus::Infeasible { contacts: self.contradiction.clone() };
             return;
         }
-        if !solution.certificate.holds(self.settings.tolerance) {
-            self.retry_cold(problem, solution);
-        }
+        self.retry_cold(problem, solution);
         let failure =
             if solution.certificate.holds(self.settings.tolerance) { None } else { self.fall_back(problem, solution) };
         self.drop_what_is_worse(problem, solution);
@@ -204,6 +214,24 @@ impl ContactSolver {
         } else {
             failure.or_else(|| immovable_rows(problem)).unwrap_or(SolveStatus::Inaccurate)
         };
+    }
+
+    /// Takes the islands that the start solves already; whether there are any.
+    fn hold_islands(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
+        let Self { given, cones, islands, settings, residuals, .. } = self;
+        given.hold(problem, cones, islands, settings, solution, residuals)
+    }
+
+    /// Assembles the islands whose residual is not known yet, and solves them; whether the certificate holds then.
+    fn solve_from_start(&mut self, problem: &ContactProblem, is_given: bool, solution: &mut ContactSolution) -> bool {
+        if self.residuals.contains(&f64::INFINITY) {
+            self.islands.assemble(problem, |island| self.residuals[island] == f64::INFINITY);
+            let given = std::mem::take(&mut self.given);
+            let start = if is_given { Start::Warm(&given) } else { Start::Zero };
+            self.solve_islands(problem, start, solution, |residual| residual == f64::INFINITY);
+            self.given = given;
+        }
+        self.complete(problem, solution)
     }
 
     /// No impulses at all have the residual 1: what was found may be worse and of no use to anyone.
@@ -273,14 +301,18 @@ impl ContactSolver {
         failure
     }
 
-    /// Fills in what follows from impulses and velocity, and certifies it.
-    fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+    /// Fills in what follows from impulses and velocity, and certifies it; whether the certificate holds.
+    fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
         self.certify_completed(problem, solution);
+        if solution.certificate.holds(self.settings.tolerance) {
+            return true;
+        }
         // Impulses that are far from a solution are so with any velocity.
         let hopeless = solution.certificate.natural_map > HOPELESS && self.residuals.iter().any(|r| *r > HOPELESS);
-        if !hopeless && !solution.certificate.holds(self.settings.tolerance) {
+        if !hopeless {
             self.take_velocity_of_impulses(problem, solution);
         }
+        solution.certificate.holds(self.settings.tolerance)
     }
 
     fn certify_completed(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
@@ -344,10 +376,10 @@ fn immovable_rows(problem: &ContactProblem) -> Option<SolveStatus> {
 }
 
 /// Where the attempts on an island begin.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 enum Start<'a> {
     /// From an earlier solution.
-    Warm(&'a WarmStart),
+    Warm(&'a GivenStart),
     /// Without impulses.
     Zero,
     /// Without impulses, and with the attempts that follow a failure.
@@ -365,14 +397,15 @@ fn solve_island(
     start: Start,
     outcome: &mut Outcome,
 ) {
-    let first_attempt = u32::from(start == Start::Cold);
+    let cold = matches!(start, Start::Cold);
+    let first_attempt = u32::from(cold);
     let large = island.units.len() >= proximal::LARGE;
     let restarts = if large { settings.max_restarts.min(1) } else { settings.max_restarts };
-    let accept = if start == Start::Cold { closely_accepted(island, settings) } else { settings.accept };
+    let accept = if cold { closely_accepted(island, settings) } else { settings.accept };
     for attempt in first_attempt..=restarts.max(first_attempt) {
         solver.start(problem, island);
-        if let (0, Start::Warm(warm)) = (attempt, start) {
-            warm_start::load(solver, problem, cones, island, warm);
+        if let (0, Start::Warm(given)) = (attempt, start) {
+            warm_start::load(solver, island, given);
             if settings.sleeping
                 && let Some(residual) = solver.rest(problem, cones, island, settings)
             {

@@ -1,9 +1,10 @@
 //! Where a solve begins: impulses and modes of an earlier one.
 
+use super::given::GivenStart;
 use super::island::Island;
 use super::island_solver::IslandSolver;
-use super::mode::{Cones, Mode};
-use crate::{ContactProblem, ContactSolution};
+use super::mode::Mode;
+use crate::ContactSolution;
 
 /// Impulses and modes of an earlier solve, one entry per contact and per friction group of the next problem.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,34 +53,14 @@ impl WarmStart {
 }
 
 /// Gives the solver of an island its part of a start.
-pub(super) fn load(
-    solver: &mut IslandSolver,
-    problem: &ContactProblem,
-    cones: &Cones,
-    island: &Island,
-    warm: &WarmStart,
-) {
-    if warm.contacts.len() != problem.contact_count() {
-        return;
+pub(super) fn load(solver: &mut IslandSolver, island: &Island, given: &GivenStart) {
+    solver.modes.extend(island.units.iter().map(|&i| given.modes[i as usize]));
+    for (impulse, &i) in solver.impulse.iter_mut().zip(&island.units) {
+        *impulse = given.impulse[i as usize];
     }
-    for (c, &i) in island.units.iter().enumerate() {
-        let i = i as usize;
-        let entry = match i.checked_sub(problem.contact_count()) {
-            None => warm.contacts[i],
-            Some(j) => warm.groups.get(j).copied().flatten(),
-        };
-        let (impulse, mode) = entry.unwrap_or(([0.0; 3], Mode::Open));
-        solver.modes.push(cones.nearest_valid(i, mode));
-        solver.impulse[c] = impulse;
+    for (impulse, &i) in solver.bilateral_impulse.iter_mut().zip(&island.bilateral) {
+        *impulse = given.bilateral[i as usize];
     }
-    solver.set_bounds(problem, island);
-    for (c, &i) in island.units.iter().enumerate() {
-        let (i, impulse) = (i as usize, solver.impulse[c]);
-        solver.impulse[c] = cones.project(i, cones.mode_at(i, impulse), impulse);
-    }
-    if warm.bilateral.len() == problem.bilateral_violation.len() {
-        for (k, &i) in island.bilateral.iter().enumerate() {
-            solver.bilateral_impulse[k] = warm.bilateral[i as usize];
-        }
-    }
+    island.gather(&given.velocity, &mut solver.velocity);
+    solver.knows_velocity = true;
 }

@@ -1,0 +1,207 @@
+//! The warm start of a whole problem, and the islands that it solves already.
+//!
+//! At rest a step is like the one before it: its impulses satisfy the laws of the next one to rounding. An island of which that is
+//! true is not even assembled. Where it rests, its velocity is zero, and not what is left when weight and impulses cancel: that
+//! would move bodies by a last digit from time to time, which the next steps would have to take back. Nothing is remembered for
+//! it beside the warm start, so that any change sets the island in motion.
+
+use super::SolverSettings;
+use super::island_solver::law_residual;
+use super::islands::Islands;
+use super::mode::{Cones, Mode};
+use super::proximal::is_exact;
+use super::warm_start::WarmStart;
+use crate::scales::raise;
+use crate::{ContactProblem, ContactSolution};
+
+/// A warm start in the terms of the problem at hand.
+#[derive(Clone, Debug, Default)]
+pub(super) struct GivenStart {
+    /// Impulse and mode of each unit of the problem: contacts, then friction groups.
+    pub impulse: Vec<[f64; 3]>,
+    pub modes: Vec<Mode>,
+    /// Of each bilateral row.
+    pub bilateral: Vec<f64>,
+    /// The velocity that the impulses give, over all degrees of freedom.
+    pub velocity: Vec<f64>,
+    islands: Vec<Held>,
+}
+
+/// What the impulses do in an island.
+#[derive(Clone, Copy, Debug, Default)]
+struct Held {
+    /// Whether its laws hold with the velocity that they give, as far as is known.
+    holds: bool,
+    /// Whether that velocity is zero to rounding, and the laws hold with zero, too.
+    rests: bool,
+    /// The largest error, and what it may be, m/s.
+    residual: f64,
+    most: f64,
+    /// The largest entry of an impulse, and of the Delassus diagonals.
+    largest: f64,
+    scale: f64,
+}
+
+impl GivenStart {
+    /// Reads a start; `false` if it is that of a problem with another number of contacts.
+    pub fn read(&mut self, problem: &ContactProblem, cones: &Cones, islands: &Islands, warm: &WarmStart) -> bool {
+        let nc = problem.contact_count();
+        if warm.contacts.len() != nc {
+            return false;
+        }
+        self.impulse.clear();
+        self.modes.clear();
+        for (i, entry) in warm.contacts.iter().enumerate() {
+            let (impulse, mode) = entry.filter(|_| islands.of_unit(i).is_some()).unwrap_or(([0.0; 3], Mode::Open));
+            self.push(cones, impulse, mode);
+        }
+        for (j, bound) in problem.friction_groups.bound.iter().enumerate() {
+            let entry = warm.groups.get(j).copied().flatten().filter(|_| islands.of_unit(nc + j).is_some());
+            let ([_, a, b], mode) = entry.unwrap_or(([0.0; 3], Mode::Open));
+            let bound = bound.normal().map_or(bound.constant(), |(contact, _)| self.impulse[contact][0]);
+            self.push(cones, [bound, a, b], mode);
+        }
+        self.bilateral.clear();
+        self.bilateral.resize(problem.bilateral_violation.len(), 0.0);
+        if warm.bilateral.len() == self.bilateral.len() {
+            self.bilateral.copy_from_slice(&warm.bilateral);
+        }
+        self.find_velocity(problem);
+        true
+    }
+
+    /// Takes the next unit's impulse, brought into its cone.
+    fn push(&mut self, cones: &Cones, impulse: [f64; 3], mode: Mode) {
+        let i = self.impulse.len();
+        self.modes.push(cones.nearest_valid(i, mode));
+        self.impulse.push(cones.project(i, cones.mode_at(i, impulse), impulse));
+    }
+
+    /// `v = v^f + M⁻¹ Jᵀ λ`.
+    fn find_velocity(&mut self, problem: &ContactProblem) {
+        let (nc, v) = (problem.contact_count(), &mut self.velocity);
+        v.clear();
+        v.resize(problem.nv(), 0.0);
+        for (i, &p) in self.impulse[..nc].iter().enumerate() {
+            problem.jacobian.add_transposed(i, p, v);
+        }
+        for (j, &[_, a, b]) in self.impulse[nc..].iter().enumerate() {
+            problem.friction_groups.jacobian.add_transposed(j, [a, b], v);
+        }
+        for (k, &p) in self.bilateral.iter().enumerate() {
+            problem.bilateral_jacobian.add_transposed(k, [p], v);
+        }
+        problem.mass_factor.solve_in_place(v);
+        v.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    }
+
+    /// Writes what the impulses do where they solve an island already, and its residual; whether there is one.
+    pub fn hold(
+        &mut self,
+        problem: &ContactProblem,
+        cones: &Cones,
+        islands: &Islands,
+        settings: &SolverSettings,
+        solution: &mut ContactSolution,
+        residuals: &mut [f64],
+    ) -> bool {
+        self.islands.clear();
+        let scales = (0..residuals.len()).map(|k| islands.scale_of(k));
+        let held = |scale| Held { holds: scale > 0.0, rests: true, most: settings.polish * scale, ..Held::default() };
+        self.islands.extend(scales.map(held));
+        self.look_for_motion(problem, islands);
+        self.check_laws(problem, cones, islands);
+        let mut any = false;
+        for (k, held) in self.islands.iter_mut().enumerate() {
+            let scale = islands.scale_of(k);
+            let size = held.largest * held.scale / scale;
+            held.holds &= held.rests || is_exact(held.residual / scale, size);
+            if held.holds {
+                (residuals[k], any) = (held.residual / scale, true);
+            }
+        }
+        if any {
+            self.write(problem, islands, solution);
+        }
+        any
+    }
+
+    /// Which islands have momentum above rounding.
+    fn look_for_motion(&mut self, problem: &ContactProblem, islands: &Islands) {
+        for (b, block) in problem.mass.blocks().iter().enumerate() {
+            let Some(k) = islands.of_block(b).filter(|&k| self.islands[k].rests) else { continue };
+            let (mass, v) = (problem.mass.block_data(b), &self.velocity[block.range()]);
+            let largest = (0..block.size).map(|i| mass[i * (block.size + 1)]).fold(0.0, f64::max);
+            let most = self.islands[k].most * largest;
+            let momentum = |row: &[f64]| row.iter().zip(v).map(|(m, v)| m * v).sum::<f64>();
+            self.islands[k].rests = mass.chunks_exact(block.size).all(|row| momentum(row).abs() <= most);
+        }
+    }
+
+    /// The laws of all units and bilateral rows, as long as those of an island hold.
+    fn check_laws(&mut self, problem: &ContactProblem, cones: &Cones, islands: &Islands) {
+        let (nc, v) = (problem.contact_count(), &self.velocity);
+        let g = islands.residual_scale();
+        for (i, &p) in self.impulse[..nc].iter().enumerate() {
+            let Some(k) = islands.of_unit(i) else { continue };
+            let held = &mut self.islands[k];
+            if !held.holds {
+                continue;
+            }
+            let ([c, c_1, c_2], terms) =
+                if held.rests { problem.jacobian.multiply_with_terms(i, v) } else { (problem.jacobian.multiply(i, v), 0.0) };
+            let offset = problem.gap[i] / problem.timestep;
+            held.take(law_residual(cones, i, p, [c + offset, c_1, c_2], g), p, islands.delassus_of(i));
+            // At rest nothing slides, and the impulse is in its cone.
+            held.rests &= terms <= held.most && (g * p[0]).min(offset).abs() <= held.most;
+        }
+        for (j, target) in problem.friction_groups.target.iter().enumerate() {
+            let Some(k) = islands.of_unit(nc + j).filter(|&k| self.islands[k].holds) else { continue };
+            let (held, p) = (&mut self.islands[k], self.impulse[nc + j]);
+            let ([c_1, c_2], terms) = problem.friction_groups.jacobian.multiply_with_terms(j, v);
+            let residual = |u_1: f64, u_2: f64| law_residual(cones, nc + j, p, [0.0, u_1, u_2], g);
+            held.take(residual(c_1 - target[0], c_2 - target[1]), p, islands.delassus_of(nc + j));
+            held.rests = held.rests && terms <= held.most && residual(-target[0], -target[1]) <= held.most;
+        }
+        for row in 0..self.bilateral.len() {
+            let Some(k) = islands.of_bilateral(row).filter(|&k| self.islands[k].holds) else { continue };
+            let held = &mut self.islands[k];
+            let ([c], terms) = problem.bilateral_jacobian.multiply_with_terms(row, v);
+            let offset = problem.bilateral_violation[row] / problem.timestep;
+            held.take((c + offset).abs(), [0.0; 3], 0.0);
+            held.rests &= terms <= held.most && offset.abs() <= held.most;
+        }
+    }
+
+    /// Gives the solution the islands that hold.
+    fn write(&mut self, problem: &ContactProblem, islands: &Islands, solution: &mut ContactSolution) {
+        let holds = |k: Option<usize>| k.filter(|&k| self.islands[k].holds);
+        for i in (0..self.impulse.len()).filter(|&i| holds(islands.of_unit(i)).is_some()) {
+            solution.take_unit(i, self.impulse[i], self.modes[i]);
+        }
+        for i in (0..self.bilateral.len()).filter(|&i| holds(islands.of_bilateral(i)).is_some()) {
+            solution.bilateral[i] = self.bilateral[i];
+        }
+        for (b, block) in problem.mass.blocks().iter().enumerate() {
+            let Some(k) = holds(islands.of_block(b)) else { continue };
+            let velocity = &mut solution.velocity[block.range()];
+            if self.islands[k].rests {
+                velocity.fill(0.0);
+            } else {
+                velocity.copy_from_slice(&self.velocity[block.range()]);
+            }
+        }
+    }
+}
+
+impl Held {
+    /// Takes in a unit's residual, its impulse, and the largest entry of its Delassus diagonal.
+    #[inline]
+    fn take(&mut self, residual: f64, impulse: [f64; 3], delassus: f64) {
+        raise(&mut self.residual, residual);
+        // A velocity that is no number holds nothing.
+        self.holds = residual <= self.most;
+        impulse.iter().for_each(|p| raise(&mut self.largest, p.abs()));
+        raise(&mut self.scale, delassus);
+    }
+}
