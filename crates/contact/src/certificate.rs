@@ -194,11 +194,7 @@ impl Scales {
     /// The scales of a problem whose largest Delassus entry ([`ContactProblem::delassus_scale`]) and velocity scale
     /// ([`ContactProblem::velocity_scale`]) are known.
     pub fn new(problem: &ContactProblem, delassus: f64, velocity: f64) -> Self {
-        Self {
-            delassus: if delassus > 0.0 { delassus } else { 1.0 },
-            velocity,
-            mass: problem.mass.largest_diagonal(),
-        }
+        Self { delassus: if delassus > 0.0 { delassus } else { 1.0 }, velocity, mass: problem.mass.largest_diagonal() }
     }
 
     /// `s_v`, but at least a millionth of the free velocity: `M(v⁺ − v^f)` is a difference of numbers of that size, and below
@@ -320,25 +316,20 @@ impl Friction<'_> {
     /// `v⁺`.
     fn laws(&self, computed: [f64; 2], claimed: [f64; 2], scales: &Scales, raw: &mut Certificate) {
         let g = scales.delassus;
-        // Sums and extrema of the even and of the odd directions, so that two are done at once.
-        let ([mut sum, mut power, mut worst, mut checked, mut least], mut support) = ([[0.0; 2]; 5], [f64::MIN; 2]);
-        let ((pairs, odd), (alphas, odd_alpha)) = (self.directions.as_chunks::<2>(), self.alpha.as_chunks::<2>());
-        let mut take = |l: usize, d: &[f64; 2], a: f64| {
+        let (mut sum, mut least) = (0.0, 0.0_f64);
+        let (mut power, mut support) = (0.0, f64::MIN);
+        // The impulses are numbers; a velocity that is none leaves its mark in `checked`.
+        let (mut worst, mut checked) = (0.0, 0.0);
+        for (d, &a) in self.directions.iter().zip(self.alpha) {
             let w = d[0] * computed[0] + d[1] * computed[1] + self.beta;
-            // The impulses are numbers; a velocity that is none leaves its mark here.
-            checked[l] += w;
-            worst[l] = larger(worst[l], smaller(g * a, w).abs());
-            sum[l] += a;
-            least[l] = smaller(least[l], a);
+            checked += w;
+            worst = larger(worst, smaller(g * a, w).abs());
+            sum += a;
+            least = smaller(least, a);
             let rate = d[0] * claimed[0] + d[1] * claimed[1];
-            power[l] += a * rate;
-            support[l] = larger(support[l], -rate);
-        };
-        pairs.iter().zip(alphas).for_each(|(d, a)| (0..2).for_each(|l| take(l, &d[l], a[l])));
-        odd.iter().zip(odd_alpha).for_each(|(d, &a)| take(0, d, a));
-        let (sum, power, checked) = (sum[0] + sum[1], power[0] + power[1], checked[0] + checked[1]);
-        let (worst, least) = (larger(worst[0], worst[1]), smaller(least[0], least[1]));
-        let support = larger(support[0], support[1]);
+            power += a * rate;
+            support = larger(support, -rate);
+        }
         keep(&mut raw.natural_map, if checked.is_nan() { f64::NAN } else { worst });
         let room = self.bound - sum;
         keep(&mut raw.natural_map, natural(self.beta, g * room));

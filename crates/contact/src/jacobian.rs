@@ -147,7 +147,8 @@ fn one_body<'a, const R: usize>(columns: &[u32], entries: &'a [[f64; R]]) -> Opt
     (columns[FREE - 1] as usize == first + FREE - 1).then_some((first, entries))
 }
 
-/// `J x` for one group of rows.
+/// `J x` for one group of rows. Apart, so that the short way for one body saves no registers.
+#[inline(never)]
 fn multiply<const R: usize>(columns: &[u32], entries: &[[f64; R]], x: &[f64]) -> [f64; R] {
     let mut y = [0.0; R];
     let mut take = |entry: &[f64; R], x: f64| {
@@ -168,7 +169,8 @@ fn multiply<const R: usize>(columns: &[u32], entries: &[[f64; R]], x: &[f64]) ->
     y
 }
 
-/// `y += Jᵀ p` for one group of rows.
+/// `y += Jᵀ p` for one group of rows. Apart for the same reason.
+#[inline(never)]
 fn add_transposed<const R: usize>(columns: &[u32], entries: &[[f64; R]], p: [f64; R], y: &mut [f64]) {
     let along = |entry: &[f64; R]| {
         let mut sum = 0.0;

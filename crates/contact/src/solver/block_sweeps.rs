@@ -364,6 +364,7 @@ mod tests {
             let (mut cones, mut islands, mut solver) = (Cones::default(), Islands::default(), IslandSolver::default());
             cones.prepare(&problem);
             islands.find(&problem);
+            islands.assemble(&problem, |_| true);
             let [island] = islands.all() else { panic!("{} islands", islands.all().len()) };
             solver.start(&problem, island);
             solver.run(&problem, &cones, island, &SolverSettings::default(), 1);
@@ -387,6 +388,7 @@ mod tests {
         let (mut cones, mut islands, mut solver) = (Cones::default(), Islands::default(), IslandSolver::default());
         cones.prepare(&problem);
         islands.find(&problem);
+        islands.assemble(&problem, |_| true);
         let island = &islands.all()[0];
         solver.start(&problem, island);
         let mut random = Random::new(1);

@@ -148,8 +148,11 @@ impl GivenStart {
             if !held.holds {
                 continue;
             }
-            let ([c, c_1, c_2], terms) =
-                if held.rests { problem.jacobian.multiply_with_terms(i, v) } else { (problem.jacobian.multiply(i, v), 0.0) };
+            let ([c, c_1, c_2], terms) = if held.rests {
+                problem.jacobian.multiply_with_terms(i, v)
+            } else {
+                (problem.jacobian.multiply(i, v), 0.0)
+            };
             let offset = problem.gap[i] / problem.timestep;
             held.take(law_residual(cones, i, p, [c + offset, c_1, c_2], g), p, islands.delassus_of(i));
             // At rest nothing slides, and the impulse is in its cone.

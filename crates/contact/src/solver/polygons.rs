@@ -62,9 +62,8 @@ impl Polygons {
         let same = |polygon: &&Polygon| {
             let own = &self.directions[polygon.first as usize..polygon.end as usize];
             // All of them without a branch: they mostly are the same.
-            let difference = |(a, b): (&[f64; 2], &[f64; 2])| {
-                (a[0].to_bits() ^ b[0].to_bits()) | (a[1].to_bits() ^ b[1].to_bits())
-            };
+            let difference =
+                |(a, b): (&[f64; 2], &[f64; 2])| (a[0].to_bits() ^ b[0].to_bits()) | (a[1].to_bits() ^ b[1].to_bits());
             own.len() == directions.len()
                 && own.iter().zip(directions).map(difference).fold(0, |all, bits| all | bits) == 0
         };

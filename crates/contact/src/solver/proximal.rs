@@ -24,10 +24,6 @@ const PATIENCE: u32 = 4;
 /// Contacts and groups from which an island is large: a path from modes that are far from the
 /// solution's would wander. A smaller one is swept where it is cold.
 pub(super) const LARGE: usize = 64;
-/// Contacts and groups up to which modes are easily found from any centre, and the part of the usual ε with which there are fewer
-/// iterations.
-const FEW: usize = 4;
-const FEW_PART: f64 = 1e-2;
 
 /// Whether the velocity that impulses give needs no refinement: the residual of the laws is rounding, and the dissipation law, which
 /// multiplies an error of the velocity by the impulse, does not see it.
@@ -49,9 +45,6 @@ impl IslandSolver {
         let large = island.units.len() >= LARGE;
         let patient = large && attempt > 0;
         let mut weight = ProximalWeight::new(settings, large, patient);
-        if island.units.len() <= FEW && attempt == 0 {
-            weight.epsilon *= FEW_PART;
-        }
         if patient {
             self.sweep_blocks(problem, cones, island, settings);
             weight.begin_large();

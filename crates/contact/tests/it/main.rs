@@ -15,6 +15,7 @@ mod extremes;
 mod families;
 mod files;
 mod friction_groups;
+mod given_starts;
 mod indeterminacy;
 mod invariance;
 mod large_islands;

@@ -45,6 +45,17 @@ fn heavy_on_light() {
     stands(&mut stack(&[1.0, 1e6]), 1.0);
 }
 
+/// At rest nothing moves by as much as a last digit.
+#[test]
+fn a_stack_at_rest_stays_as_it_is() {
+    let mut simulation = stack(&[3.0, 1.0, 7.0]);
+    run_certified(&mut simulation, 0.5);
+    let before = simulation.state().clone();
+    run_certified(&mut simulation, 0.5);
+    assert_eq!(simulation.state().q, before.q);
+    assert!(simulation.state().v.iter().all(|v| *v == 0.0), "{:?}", simulation.state().v);
+}
+
 /// The floor carries the weight, each contact of a corner a quarter of it.
 #[test]
 fn a_stack_weighs_what_it_weighs() {

@@ -1,0 +1,69 @@
+//! Warm starts that solve islands already.
+
+use signorini_contact::{ContactProblem, ContactSolution, ContactSolver, FrictionPolygon, WarmStart, certify};
+use signorini_multibody::BlockDiagonal;
+
+const DT: f64 = 1e-3;
+const WEIGHT: f64 = 9.81 * DT;
+
+/// Point masses on a floor, each with its velocity without contact and its friction.
+fn points(given: &[([f64; 3], f64)]) -> ContactProblem {
+    let nv = 3 * given.len();
+    let mut mass = vec![0.0; nv * nv];
+    (0..nv).for_each(|k| mass[k * (nv + 1)] = 1.0 + (k / 3) as f64);
+    let velocity = given.iter().flat_map(|(v, _)| *v).collect();
+    let mut problem = ContactProblem::new(BlockDiagonal::from_dense(nv, &mass).unwrap(), velocity, DT).unwrap();
+    let polygon = FrictionPolygon::regular(8, 0.1).unwrap();
+    for (k, (_, friction)) in given.iter().enumerate() {
+        let at = 3 * k as u32;
+        let columns = [(at, [0.0, 1.0, 0.0]), (at + 1, [0.0, 0.0, 1.0]), (at + 2, [1.0, 0.0, 0.0])];
+        problem.push_contact(columns, 0.0, *friction, &polygon);
+    }
+    problem
+}
+
+fn solve_again(problem: &ContactProblem, earlier: &ContactSolution) -> ContactSolution {
+    let mut solver = ContactSolver::default();
+    let solution = solver.solve(problem, Some(&WarmStart::from_solution(earlier)));
+    assert_eq!(solution.certificate, certify(problem, &solution));
+    assert!(solution.certificate.holds(1e-12), "{:?}", solution.certificate);
+    solution
+}
+
+/// One point stands, one slides without friction, one slides against it: nothing is left to solve, what stands has no velocity
+/// at all, and what moves goes on.
+#[test]
+fn nothing_is_solved_twice() {
+    let problem = points(&[([0.0, 0.0, -WEIGHT], 0.5), ([1.0, 0.0, -WEIGHT], 0.0), ([0.3, 0.1, -WEIGHT], 0.2)]);
+    let cold = ContactSolver::default().solve(&problem, None);
+    assert!(cold.report.factorizations >= 3, "{:?}", cold.report);
+    let warm = solve_again(&problem, &cold);
+    assert_eq!((warm.report.islands, warm.report.factorizations, warm.report.proximal_iterations), (3, 0, 0));
+    assert_eq!(warm.velocity[..3], [0.0; 3]);
+    assert!(warm.velocity.iter().zip(&cold.velocity).all(|(a, b)| (a - b).abs() < 1e-15));
+    assert!((warm.velocity[3] - 1.0).abs() < 1e-15 && (warm.velocity[6] - 0.3).abs() < 3e-3, "{:?}", warm.velocity);
+}
+
+/// A point that is pushed is solved for, and nobody else.
+#[test]
+fn what_is_pushed_is_solved() {
+    let mut given = [([0.0, 0.0, -WEIGHT], 0.5), ([1.0, 0.0, -WEIGHT], 0.0), ([0.0, 0.0, -WEIGHT], 0.5)];
+    let cold = ContactSolver::default().solve(&points(&given), None);
+    given[2].0 = [0.4, -0.1, -2.0 * WEIGHT];
+    let problem = points(&given);
+    let warm = solve_again(&problem, &cold);
+    assert!((1..=2).contains(&warm.report.factorizations), "{:?}", warm.report);
+    assert_eq!(warm.impulse[..2], cold.impulse[..2]);
+    let expected = ContactSolver::default().solve(&problem, None);
+    assert!(warm.velocity.iter().zip(&expected.velocity).all(|(a, b)| (a - b).abs() < 1e-14));
+}
+
+/// A velocity of a few nanometres per second is none, to the eye and to a solver with tolerances; here it stays.
+#[test]
+fn slow_is_not_at_rest() {
+    let problem = points(&[([3e-9, 0.0, -WEIGHT], 0.0)]);
+    let cold = ContactSolver::default().solve(&problem, None);
+    let warm = solve_again(&problem, &cold);
+    assert_eq!(warm.report.factorizations, 0);
+    assert!((warm.velocity[0] - 3e-9).abs() < 1e-20, "{:e}", warm.velocity[0]);
+}
