@@ -1,21 +1,24 @@
 //! The proximal system `H = M + Σ J_cᵀ (ρ_c B_c) J_c` of one island, factorised, with rank-one updates.
 
+use super::coupling::{Run, add_outer, find_runs};
 use super::gathering::Gathering;
 use super::island::{Island, block_of};
 use super::mode::{Cones, Facet, Mode};
-use super::sparse::{BlockLu, FREE, FreeRows, Symbolic, add_free_product};
+use super::sparse::{BlockLu, Symbolic, Vectorised, run_widest};
 use crate::ContactProblem;
 
 /// Updates kept before the matrix is factorised afresh.
 const MAX_UPDATES: usize = 40;
 
 /// `H` for the current modes: a block LU factorisation and, since then, one rank-one update per change of mode
-/// (Sherman–Morrison in product form). Its blocks are the bodies or trees; contacts couple them.
+/// (Sherman–Morrison in product form). Its blocks are bodies, or branches of trees; contacts and trees couple them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProximalSystem {
     n: usize,
     /// First degree of freedom of each block, and the total.
     starts: Vec<usize>,
+    /// Pairs of blocks of one tree that its mass matrix couples, the one nearer to the root first.
+    branches: Vec<(u32, u32)>,
     gathering: Gathering,
     runs: Vec<Run>,
     /// Where each contact's runs begin, then each bilateral row's, and the total.
@@ -30,14 +33,6 @@ pub(crate) struct ProximalSystem {
     columns: Vec<f64>,
 }
 
-/// The columns of a group of Jacobian rows that belong to one block.
-#[derive(Clone, Copy, Debug)]
-struct Run {
-    block: usize,
-    first: usize,
-    last: usize,
-}
-
 #[derive(Clone, Copy, Debug)]
 struct Update {
     contact: usize,
@@ -47,11 +42,12 @@ struct Update {
 
 impl ProximalSystem {
     /// Finds which blocks the rows couple, and an elimination order.
-    pub fn analyse(&mut self, island: &Island) {
+    pub fn analyse(&mut self, problem: &ContactProblem, island: &Island) {
         self.n = island.nv();
-        self.gathering.find_blocks(island, &mut self.starts);
+        self.gathering.find_blocks(&problem.mass, island, &mut self.starts, &mut self.branches);
         self.runs.clear();
         self.edges.clear();
+        self.edges.extend_from_slice(&self.branches);
         self.run_offsets.clear();
         self.run_offsets.push(0);
         let contacts = (0..island.units.len()).map(|c| island.jacobian.group(c).0);
@@ -73,20 +69,49 @@ impl ProximalSystem {
     pub fn prepare(&mut self, problem: &ContactProblem, island: &Island, bilateral_weight: &[f64]) {
         self.base.clear(&self.symbolic);
         for (k, &block) in island.blocks.iter().enumerate() {
-            let (start, size) = (island.starts[k], island.starts[k + 1] - island.starts[k]);
-            let own = block_of(&self.starts, start);
-            let width = self.starts[own + 1] - self.starts[own];
-            let corner =
-                self.symbolic.diagonal[self.symbolic.position[own] as usize] + (start - self.starts[own]) * (width + 1);
-            for (i, row) in problem.mass.block_data(block as usize).chunks_exact(size).enumerate() {
-                self.base.diagonal[corner + i * width..][..size].copy_from_slice(row);
-            }
+            self.add_mass(problem.mass.block_data(block as usize), island.starts[k], island.starts[k + 1]);
+        }
+        for k in 0..self.branches.len() {
+            let (a, b) = (self.branches[k].0 as usize, self.branches[k].1 as usize);
+            let tree = island.block_of(self.starts[a]);
+            self.add_branch(problem.mass.block_data(island.blocks[tree] as usize), island.starts[tree], a, b);
         }
         let contacts = island.units.len();
         for (k, &rho) in bilateral_weight.iter().enumerate() {
             let entries = island.bilateral_jacobian.group(k);
             let runs = &self.runs[self.run_offsets[contacts + k]..self.run_offsets[contacts + k + 1]];
             add_outer(&mut self.base, &self.symbolic, &self.starts, runs, entries, [[rho]]);
+        }
+    }
+
+    /// Copies what a block of the mass matrix over the degrees of freedom `start..end` has in the diagonal blocks.
+    fn add_mass(&mut self, mass: &[f64], start: usize, end: usize) {
+        let size = end - start;
+        let mut block = block_of(&self.starts, start);
+        while self.starts[block] < end {
+            let (begin, width) = (self.starts[block], self.starts[block + 1] - self.starts[block]);
+            let position = self.symbolic.position[block] as usize;
+            let (place, stride) = (self.symbolic.upper_panel(position), self.symbolic.width(position));
+            let own = start.max(begin)..end.min(begin + width);
+            for i in own.clone() {
+                let row = &mass[(i - start) * size + own.start - start..][..own.len()];
+                self.base.upper[place + (i - begin) * stride + own.start - begin..][..own.len()].copy_from_slice(row);
+            }
+            block += 1;
+        }
+    }
+
+    /// Copies what the mass matrix of a tree whose degrees of freedom begin at `start` has where the blocks `a` and `b` meet.
+    fn add_branch(&mut self, mass: &[f64], start: usize, a: usize, b: usize) {
+        let size = mass.len().isqrt();
+        let swapped = self.symbolic.position[a] > self.symbolic.position[b];
+        let (a, b) = if swapped { (b, a) } else { (a, b) };
+        let place = self.symbolic.place(a, b);
+        let columns = self.starts[b] - start..self.starts[b + 1] - start;
+        for i in 0..self.starts[a + 1] - self.starts[a] {
+            let row = &mass[(self.starts[a] - start + i) * size..][columns.clone()];
+            self.base.lower[place.lower + i * place.lower_stride..][..row.len()].copy_from_slice(row);
+            self.base.upper[place.upper + i * place.upper_stride..][..row.len()].copy_from_slice(row);
         }
     }
 
@@ -103,15 +128,7 @@ impl ProximalSystem {
         self.updates.clear();
         self.columns.clear();
         self.lu.copy_from(&self.base);
-        for c in 0..island.units.len() {
-            if let Some(mut slope) = slope(c) {
-                if c >= island.contact_count {
-                    slope[0] = [0.0; 3];
-                }
-                let runs = &self.runs[self.run_offsets[c]..self.run_offsets[c + 1]];
-                add_outer(&mut self.lu, &self.symbolic, &self.starts, runs, island.jacobian.group(c), slope);
-            }
-        }
+        run_widest(Assembly { system: self, island, slope });
         self.lu.factor(&self.symbolic) > 0.0
     }
 
@@ -158,113 +175,27 @@ fn apply(updates: &[Update], columns: &[f64], n: usize, island: &Island, x: &mut
     }
 }
 
-/// Cuts ascending columns where they pass from one block to the next.
-fn find_runs(columns: &[u32], starts: &[usize], runs: &mut Vec<Run>) {
-    let mut first = 0;
-    while first < columns.len() {
-        let block = block_of(starts, columns[first] as usize);
-        let end = starts[block + 1];
-        let inside = |&c: &u32| (c as usize) < end;
-        let rest = &columns[first..];
-        let last = if rest.last().is_some_and(inside) { columns.len() } else { first + rest.partition_point(inside) };
-        runs.push(Run { block, first, last });
-        first = last;
-    }
+/// Adds `Σ J_cᵀ S_c J_c` to the matrix that is to be factorised.
+struct Assembly<'a, F> {
+    system: &'a mut ProximalSystem,
+    island: &'a Island,
+    slope: F,
 }
 
-/// `A += Jᵀ S J` for a group of Jacobian rows over its runs.
-fn add_outer<const R: usize>(
-    matrix: &mut BlockLu,
-    symbolic: &Symbolic,
-    starts: &[usize],
-    runs: &[Run],
-    (columns, entries): (&[u32], &[[f64; R]]),
-    slope: [[f64; R]; R],
-) {
-    let transposed = std::array::from_fn(|r| std::array::from_fn(|k| slope[k][r]));
-    let part = |run: &Run| Part {
-        start: starts[run.block],
-        size: starts[run.block + 1] - starts[run.block],
-        columns: &columns[run.first..run.last],
-        entries: &entries[run.first..run.last],
-    };
-    for (k, run) in runs.iter().enumerate() {
-        let own = part(run);
-        let place = symbolic.diagonal[symbolic.position[run.block] as usize];
-        let free = own.free_rows();
-        let diagonal = &mut matrix.diagonal[place..place + own.size * own.size];
-        match (&free, free_block(diagonal)) {
-            (Some(rows), Some(c)) => add_free_product(c, &weigh(rows, &slope), rows),
-            _ => add_block(diagonal, &own, &slope, &own),
-        }
-        for other in &runs[..k] {
-            let swapped = symbolic.position[run.block] > symbolic.position[other.block];
-            let (a, b) = if swapped { (other, run) } else { (run, other) };
-            let place = symbolic.block_in_panel(a.block, b.block);
-            let (a, b) = (part(a), part(b));
-            let range = place..place + a.size * b.size;
-            let (lower, upper) = (&mut matrix.lower[range.clone()], &mut matrix.upper[range]);
-            if let (Some(a), Some(b)) = (a.free_rows(), b.free_rows())
-                && let (Some(lower), Some(upper)) = (free_block(lower), free_block(upper))
-            {
-                add_free_product(lower, &weigh(&b, &slope), &a);
-                add_free_product(upper, &weigh(&b, &transposed), &a);
-            } else {
-                add_block(lower, &b, &slope, &a);
-                add_block(upper, &b, &transposed, &a);
+impl<F: Fn(usize) -> Option<[[f64; 3]; 3]>> Vectorised for Assembly<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: pulp::Simd>(self, _simd: S) {
+        let (system, island) = (self.system, self.island);
+        for c in 0..island.units.len() {
+            if let Some(mut slope) = (self.slope)(c) {
+                if c >= island.contact_count {
+                    slope[0] = [0.0; 3];
+                }
+                let runs = &system.runs[system.run_offsets[c]..system.run_offsets[c + 1]];
+                add_outer(&mut system.lu, &system.symbolic, &system.starts, runs, island.jacobian.group(c), slope);
             }
-        }
-    }
-}
-
-/// The entries of a group of Jacobian rows in one block.
-struct Part<'a, const R: usize> {
-    /// First degree of freedom of the block, and its size.
-    start: usize,
-    size: usize,
-    columns: &'a [u32],
-    entries: &'a [[f64; R]],
-}
-
-impl<const R: usize> Part<'_, R> {
-    /// The rows, if they have all columns of a free body.
-    #[inline]
-    fn free_rows(&self) -> Option<FreeRows<R>> {
-        let entries: &[[f64; R]; FREE] = self.entries.try_into().ok().filter(|_| self.size == FREE)?;
-        Some(std::array::from_fn(|r| std::array::from_fn(|k| entries[k][r])))
-    }
-}
-
-fn free_block(block: &mut [f64]) -> Option<&mut [[f64; FREE]; FREE]> {
-    block.as_chunks_mut().0.try_into().ok()
-}
-
-/// `Sᵀ` times the rows.
-#[inline]
-fn weigh<const R: usize>(rows: &FreeRows<R>, slope: &[[f64; R]; R]) -> FreeRows<R> {
-    let mut weighted = [[0.0; FREE]; R];
-    for k in 0..R {
-        for r in 0..R {
-            for i in 0..FREE {
-                weighted[k][i] += slope[r][k] * rows[r][i];
-            }
-        }
-    }
-    weighted
-}
-
-/// `C += A S Bᵀ` for `C` of the sizes of the two blocks.
-fn add_block<const R: usize>(c: &mut [f64], a: &Part<R>, slope: &[[f64; R]; R], b: &Part<R>) {
-    let first = b.columns.first().map_or(0, |&j| j as usize - b.start);
-    let consecutive = b.columns.last().is_some_and(|&j| j as usize - b.start + 1 == first + b.columns.len());
-    for (i, row) in a.columns.iter().zip(a.entries) {
-        let weighted: [f64; R] = std::array::from_fn(|k| (0..R).map(|r| row[r] * slope[r][k]).sum());
-        let product = |entry: &[f64; R]| (0..R).map(|k| weighted[k] * entry[k]).sum::<f64>();
-        let c = &mut c[(*i as usize - a.start) * b.size..][..b.size];
-        if consecutive {
-            c[first..].iter_mut().zip(b.entries).for_each(|(c, entry)| *c += product(entry));
-        } else {
-            b.columns.iter().zip(b.entries).for_each(|(&j, entry)| c[j as usize - b.start] += product(entry));
         }
     }
 }
