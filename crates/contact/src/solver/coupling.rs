@@ -1,7 +1,7 @@
 //! What a group of Jacobian rows adds to the blocks of the proximal system that it couples.
 
 use super::island::block_of;
-use super::sparse::{BlockLu, FREE, Symbolic};
+use super::sparse::{BlockLu, FREE, LIMB, Symbolic};
 
 /// The columns of a group of Jacobian rows that belong to one block.
 #[derive(Clone, Copy, Debug)]
@@ -70,8 +70,20 @@ impl<const R: usize> Part<'_, R> {
     /// `C += A S Bᵀ` for the transposed rows `A` and `B` of two blocks and `C` with `stride` between its rows.
     #[inline(always)]
     fn add_product(&self, slope: &[[f64; R]; R], other: &Self, c: &mut [f64], stride: usize) {
-        if let (Some(a), Some(b)) = (self.free_rows(), other.free_rows()) {
-            return add_free_product(&weigh(&a, slope), &b, c, stride);
+        if let Some(a) = self.rows::<FREE>() {
+            if let Some(b) = other.rows::<FREE>() {
+                return add_fixed(&weigh(&a, slope), &b, c, stride);
+            }
+            if let Some(b) = other.rows::<LIMB>() {
+                return add_fixed(&weigh(&a, slope), &b, c, stride);
+            }
+        } else if let Some(a) = self.rows::<LIMB>() {
+            if let Some(b) = other.rows::<FREE>() {
+                return add_fixed(&weigh(&a, slope), &b, c, stride);
+            }
+            if let Some(b) = other.rows::<LIMB>() {
+                return add_fixed(&weigh(&a, slope), &b, c, stride);
+            }
         }
         let first = other.columns.first().map_or(0, |&j| j as usize - other.start);
         let consecutive =
@@ -89,21 +101,21 @@ impl<const R: usize> Part<'_, R> {
         }
     }
 
-    /// The rows, if they have all columns of a free body.
+    /// The rows, if they have all columns of a block of `N`.
     #[inline(always)]
-    fn free_rows(&self) -> Option<[[f64; FREE]; R]> {
-        let entries: &[[f64; R]; FREE] = self.entries.try_into().ok().filter(|_| self.size == FREE)?;
+    fn rows<const N: usize>(&self) -> Option<[[f64; N]; R]> {
+        let entries: &[[f64; R]; N] = self.entries.try_into().ok().filter(|_| self.size == N)?;
         Some(std::array::from_fn(|r| std::array::from_fn(|k| entries[k][r])))
     }
 }
 
 /// `Sᵀ` times the rows.
 #[inline(always)]
-fn weigh<const R: usize>(rows: &[[f64; FREE]; R], slope: &[[f64; R]; R]) -> [[f64; FREE]; R] {
-    let mut weighted = [[0.0; FREE]; R];
+fn weigh<const N: usize, const R: usize>(rows: &[[f64; N]; R], slope: &[[f64; R]; R]) -> [[f64; N]; R] {
+    let mut weighted = [[0.0; N]; R];
     for k in 0..R {
         for r in 0..R {
-            for i in 0..FREE {
+            for i in 0..N {
                 weighted[k][i] += slope[r][k] * rows[r][i];
             }
         }
@@ -111,18 +123,18 @@ fn weigh<const R: usize>(rows: &[[f64; FREE]; R], slope: &[[f64; R]; R]) -> [[f6
     weighted
 }
 
-/// `C += Wᵀ B` for the rows of two free bodies.
+/// `C += Wᵀ B` for all columns of two blocks.
 #[inline(always)]
-fn add_free_product<const R: usize>(
-    weighted: &[[f64; FREE]; R],
-    rows: &[[f64; FREE]; R],
+fn add_fixed<const A: usize, const B: usize, const R: usize>(
+    weighted: &[[f64; A]; R],
+    rows: &[[f64; B]; R],
     c: &mut [f64],
     stride: usize,
 ) {
-    for i in 0..FREE {
-        let Some(c) = c[i * stride..].first_chunk_mut::<FREE>() else { return };
+    for i in 0..A {
+        let Some(c) = c[i * stride..].first_chunk_mut::<B>() else { return };
         for r in 0..R {
-            for j in 0..FREE {
+            for j in 0..B {
                 c[j] += weighted[r][i] * rows[r][j];
             }
         }

@@ -33,13 +33,14 @@ impl Gathering {
         if gathers {
             self.count_rows(island, count);
         }
+        let mut begin = 0;
         for k in 0..count {
             let (start, end) = (island.starts[k], island.starts[k + 1]);
-            let begin = starts.last().copied().unwrap_or(0);
             let joins = k > 0 && gathers && end - begin <= LARGEST && {
                 4 * self.shared[k] >= 3 * self.rows[k - 1].max(self.rows[k])
             };
             if !joins {
+                begin = start;
                 starts.push(start);
             }
             if end - start > LARGEST {

@@ -4,7 +4,7 @@ use super::coupling::{Run, add_outer, find_runs};
 use super::gathering::Gathering;
 use super::island::{Island, block_of};
 use super::mode::{Cones, Facet, Mode};
-use super::sparse::{BlockLu, Symbolic, Vectorised, run_widest};
+use super::sparse::{BlockLu, Symbolic, Vectorised, copy_few, run_widest};
 use crate::ContactProblem;
 
 /// Updates kept before the matrix is factorised afresh.
@@ -95,7 +95,7 @@ impl ProximalSystem {
             let own = start.max(begin)..end.min(begin + width);
             for i in own.clone() {
                 let row = &mass[(i - start) * size + own.start - start..][..own.len()];
-                self.base.upper[place + (i - begin) * stride + own.start - begin..][..own.len()].copy_from_slice(row);
+                copy_few(&mut self.base.upper[place + (i - begin) * stride + own.start - begin..][..own.len()], row);
             }
             block += 1;
         }
@@ -110,8 +110,8 @@ impl ProximalSystem {
         let columns = self.starts[b] - start..self.starts[b + 1] - start;
         for i in 0..self.starts[a + 1] - self.starts[a] {
             let row = &mass[(self.starts[a] - start + i) * size..][columns.clone()];
-            self.base.lower[place.lower + i * place.lower_stride..][..row.len()].copy_from_slice(row);
-            self.base.upper[place.upper + i * place.upper_stride..][..row.len()].copy_from_slice(row);
+            copy_few(&mut self.base.lower[place.lower + i * place.lower_stride..][..row.len()], row);
+            copy_few(&mut self.base.upper[place.upper + i * place.upper_stride..][..row.len()], row);
         }
     }
 
@@ -196,6 +196,89 @@ impl<F: Fn(usize) -> Option<[[f64; 3]; 3]>> Vectorised for Assembly<'_, F> {
                 let runs = &system.runs[system.run_offsets[c]..system.run_offsets[c + 1]];
                 add_outer(&mut system.lu, &system.symbolic, &system.starts, runs, island.jacobian.group(c), slope);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use signorini_multibody::glam::{DMat3, DVec3};
+    use signorini_multibody::{
+        BodyId, Inertia, Joint, JointKind, Kinematics, MassMatrix, ModelBuilder, Pose, State, forward_kinematics_into,
+        mass_matrix_into,
+    };
+
+    use super::super::islands::Islands;
+    use super::*;
+    use crate::FrictionPolygon;
+
+    /// A pseudo-random number between −1 and 1.
+    fn noise(k: usize) -> f64 {
+        ((k as f64 + 1.0).sin() * 43758.5453).fract()
+    }
+
+    /// A free base with two legs of three degrees of freedom, a neck of one, and on it a head of three and an arm of six; beside
+    /// it a body of three.
+    fn robot_mass() -> MassMatrix {
+        let mut builder = ModelBuilder::new("robot");
+        let mut add = |name: &str, parent, joint| {
+            let position = DVec3::new(0.3, 0.1, 0.2);
+            let rotational = DMat3::from_diagonal(position);
+            let inertia = Inertia { mass: 1.5, center_of_mass: 0.1 * position, rotational };
+            let body = builder.add_body(name, parent, Pose::from_position(position), inertia).unwrap();
+            builder.add_joint(body, Joint::new(name, joint)).unwrap();
+            body
+        };
+        let base = add("base", BodyId::WORLD, JointKind::Free);
+        add("left leg", base, JointKind::Ball);
+        let neck = add("neck", base, JointKind::Hinge { axis: DVec3::X });
+        add("head", neck, JointKind::Ball);
+        let arm = add("arm", neck, JointKind::Ball);
+        add("hand", arm, JointKind::Ball);
+        add("right leg", base, JointKind::Ball);
+        add("pendulum", BodyId::WORLD, JointKind::Ball);
+        let model = builder.build().unwrap();
+        let (mut kinematics, state) = (Kinematics::new(&model), State::new(&model));
+        forward_kinematics_into(&model, &state.q, &state.v, &mut kinematics);
+        let mut mass = MassMatrix::new(&model);
+        mass_matrix_into(&model, &kinematics, &mut mass);
+        mass
+    }
+
+    #[test]
+    fn trees_are_cut_where_they_branch_and_solved() {
+        let mass = robot_mass().matrix;
+        let n = mass.dimension();
+        let mut problem = ContactProblem::new(mass.clone(), vec![0.0; n], 0.01).unwrap();
+        let polygon = FrictionPolygon::regular(8, 0.0).unwrap();
+        // A foot, both feet, and the other one against the pendulum; the hand against the head.
+        let touched = [vec![0..9, 22..25], vec![0..9, 19..25], vec![0..6, 19..25], vec![0..19]];
+        for (i, columns) in touched.iter().enumerate() {
+            let columns = columns.iter().cloned().flatten();
+            let entry = |k: usize| std::array::from_fn(|r| noise(31 * i + 3 * k + r));
+            problem.push_contact(columns.map(|k| (k as u32, entry(k))), 0.0, 0.5, &polygon);
+        }
+        let mut islands = Islands::default();
+        islands.find(&problem);
+        let island = &islands.all()[0];
+        let mut system = ProximalSystem::default();
+        system.analyse(&problem, island);
+        assert_eq!(system.starts, [0, 6, 9, 10, 13, 19, 22, 25]);
+        assert_eq!(system.branches, [(0, 1), (0, 2), (2, 3), (0, 3), (2, 4), (0, 4), (0, 5)]);
+        system.prepare(&problem, island, &[]);
+        let slope = |c: usize| std::array::from_fn(|r| std::array::from_fn(|k| noise(97 * c + 3 * r + k)));
+        assert!(system.factor_slopes(island, |c| Some(slope(c))));
+        let wanted: Vec<f64> = (0..n).map(|k| noise(k) + 2.0).collect();
+        let mut x = vec![0.0; n];
+        mass.multiply_into(&wanted, &mut x);
+        for c in 0..touched.len() {
+            let u: [f64; 3] = island.jacobian.multiply(c, &wanted);
+            let p = slope(c).map(|row: [f64; 3]| row[0] * u[0] + row[1] * u[1] + row[2] * u[2]);
+            island.jacobian.add_transposed(c, p, &mut x);
+        }
+        system.solve(island, &mut x);
+        for k in 0..n {
+            assert!((x[k] - wanted[k]).abs() < 1e-8, "x[{k}] = {}, not {}", x[k], wanted[k]);
         }
     }
 }

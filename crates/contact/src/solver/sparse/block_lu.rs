@@ -4,7 +4,8 @@ use pulp::Simd;
 
 use super::Symbolic;
 use super::kernels::{
-    Panel, PanelMut, factor_block, multiply_transposed, solve_block, solve_panel, subtract_multiply, subtract_product,
+    Panel, PanelMut, copy_few, factor_block, multiply_transposed, solve_block, solve_panel, subtract_few,
+    subtract_multiply, subtract_product,
 };
 use super::vectors::{Vectorised, run_widest};
 
@@ -99,9 +100,7 @@ impl Vectorised for Factorisation<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) -> f64 {
         let Self { matrix, symbolic: s } = self;
-        matrix.swaps.clear();
         matrix.swaps.resize(s.size.iter().sum(), 0);
-        matrix.place.clear();
         matrix.place.resize(s.count(), 0);
         matrix.diagonal.resize(s.diagonal[s.count()], 0.0);
         let mut smallest = f64::INFINITY;
@@ -115,7 +114,7 @@ impl Vectorised for Factorisation<'_> {
             let upper = &mut matrix.upper[s.upper_panel(j)..s.upper_panel(j + 1)];
             let block = &mut matrix.diagonal[s.diagonal[j]..s.diagonal[j + 1]];
             for (own, row) in block.chunks_exact_mut(size).zip(upper.chunks_exact(width)) {
-                own.copy_from_slice(&row[..size]);
+                copy_few(own, &row[..size]);
             }
             let swaps = &mut matrix.swaps[s.first_dof[j]..s.first_dof[j] + size];
             smallest = smallest.min(factor_block(block, swaps));
@@ -151,13 +150,14 @@ impl Vectorised for Solution<'_> {
             let products = &mut scratch[..s.height[k]];
             multiply_transposed(products, &lower[s.panel[k]..s.panel[k + 1]], &x[own(k)]);
             for (rows, first) in entries(k) {
-                x[rows].iter_mut().zip(&products[first..]).for_each(|(x, p)| *x -= p);
+                let own = &products[first..first + rows.len()];
+                subtract_few(&mut x[rows], own);
             }
         }
         for k in (0..s.count()).rev() {
             let below = &mut scratch[..s.height[k]];
             for (rows, first) in entries(k) {
-                below[first..first + rows.len()].copy_from_slice(&x[rows]);
+                copy_few(&mut below[first..first + rows.len()], &x[rows]);
             }
             let upper = Panel { data: &upper[s.upper_panel(k)..s.upper_panel(k + 1)], stride: s.width(k) };
             subtract_multiply(&mut x[own(k)], upper.from(s.size[k]), below);
@@ -216,8 +216,15 @@ mod tests {
         }
         let wanted: Vec<f64> = (0..n).map(|i| 1.0 + noise(i)).collect();
         let mut x: Vec<f64> = dense.chunks(n).map(|row| row.iter().zip(&wanted).map(|(a, x)| a * x).sum()).collect();
+        let (mut narrow, mut narrow_x) = (lu.clone(), x.clone());
         assert!(lu.factor(&symbolic) > 0.0);
         lu.solve(&symbolic, &mut x);
+        // Without vectors the bits are the same.
+        let scalar = pulp::Scalar::new();
+        Factorisation { matrix: &mut narrow, symbolic: &symbolic }.run(scalar);
+        assert!(narrow.lower == lu.lower && narrow.upper == lu.upper && narrow.diagonal == lu.diagonal);
+        Solution { matrix: &mut narrow, symbolic: &symbolic, x: &mut narrow_x }.run(scalar);
+        assert_eq!(narrow_x, x);
         for i in 0..n {
             assert!((x[i] - wanted[i]).abs() < 1e-9, "x[{i}] = {}, not {}", x[i], wanted[i]);
         }

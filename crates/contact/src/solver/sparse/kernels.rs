@@ -8,8 +8,8 @@ use pulp::Simd;
 
 /// Degrees of freedom of a free body: the block size that almost all problems with many blocks have.
 pub(crate) const FREE: usize = 6;
-/// Those of a leg.
-const LIMB: usize = 3;
+/// Those of a leg of four, or of an arm.
+pub(crate) const LIMB: usize = 3;
 
 /// The columns of a panel from one on, and the distance between its rows.
 #[derive(Clone, Copy)]
@@ -217,24 +217,57 @@ fn solve_strip<const W: usize, const N: usize>(d: &[f64], order: &[usize; N], pa
     }
 }
 
+/// Copies a few numbers without calling for it.
+#[inline(always)]
+pub(crate) fn copy_few(target: &mut [f64], source: &[f64]) {
+    if let (Ok(target), Ok(source)) = (<&mut [f64; FREE]>::try_from(&mut *target), <&[f64; FREE]>::try_from(source)) {
+        *target = *source;
+    } else if let (Ok(target), Ok(source)) =
+        (<&mut [f64; LIMB]>::try_from(&mut *target), <&[f64; LIMB]>::try_from(source))
+    {
+        *target = *source;
+    } else {
+        target.copy_from_slice(source);
+    }
+}
+
+/// `x −= y` for a few numbers.
+#[inline(always)]
+pub(super) fn subtract_few(x: &mut [f64], y: &[f64]) {
+    if let (Ok(x), Ok(y)) = (<&mut [f64; FREE]>::try_from(&mut *x), <&[f64; FREE]>::try_from(y)) {
+        (0..FREE).for_each(|k| x[k] -= y[k]);
+    } else if let (Ok(x), Ok(y)) = (<&mut [f64; LIMB]>::try_from(&mut *x), <&[f64; LIMB]>::try_from(y)) {
+        (0..LIMB).for_each(|k| x[k] -= y[k]);
+    } else {
+        x.iter_mut().zip(y).for_each(|(x, y)| *x -= y);
+    }
+}
+
 /// `y = Bᵀ x` for a panel `B` of `[x, y]`.
 #[inline(always)]
 pub(super) fn multiply_transposed(y: &mut [f64], panel: &[f64], x: &[f64]) {
-    let columns = y.len();
-    if let Ok(x) = <&[f64; FREE]>::try_from(x) {
-        let rows: [&[f64]; FREE] = std::array::from_fn(|k| &panel[k * columns..][..columns]);
-        for j in 0..columns {
-            let mut sum = rows[0][j] * x[0];
-            for k in 1..FREE {
-                sum += rows[k][j] * x[k];
-            }
-            y[j] = sum;
-        }
-        return;
+    if let Ok(x) = x.try_into() {
+        return multiply_transposed_fixed::<FREE>(y, panel, x);
+    }
+    if let Ok(x) = x.try_into() {
+        return multiply_transposed_fixed::<LIMB>(y, panel, x);
     }
     y.fill(0.0);
-    for (x, row) in x.iter().zip(panel.chunks_exact(columns.max(1))) {
+    for (x, row) in x.iter().zip(panel.chunks_exact(y.len().max(1))) {
         y.iter_mut().zip(row).for_each(|(y, b)| *y += b * x);
+    }
+}
+
+#[inline(always)]
+fn multiply_transposed_fixed<const N: usize>(y: &mut [f64], panel: &[f64], x: &[f64; N]) {
+    let columns = y.len();
+    let rows: [&[f64]; N] = std::array::from_fn(|k| &panel[k * columns..][..columns]);
+    for j in 0..columns {
+        let mut sum = rows[0][j] * x[0];
+        for k in 1..N {
+            sum += rows[k][j] * x[k];
+        }
+        y[j] = sum;
     }
 }
 
@@ -246,8 +279,11 @@ pub(super) fn subtract_multiply(y: &mut [f64], panel: Panel, x: &[f64]) {
     }
     if let Ok(y) = <&mut [f64; FREE]>::try_from(&mut *y) {
         let products = dots::<FREE>(panel, x);
-        (0..FREE).for_each(|k| y[k] -= products[k]);
-        return;
+        return (0..FREE).for_each(|k| y[k] -= products[k]);
+    }
+    if let Ok(y) = <&mut [f64; LIMB]>::try_from(&mut *y) {
+        let products = dots::<LIMB>(panel, x);
+        return (0..LIMB).for_each(|k| y[k] -= products[k]);
     }
     for (k, y) in y.iter_mut().enumerate() {
         *y -= dot(panel.row(k, x.len()), x);

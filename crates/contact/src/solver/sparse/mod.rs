@@ -7,6 +7,6 @@ mod symbolic;
 mod vectors;
 
 pub(crate) use block_lu::BlockLu;
-pub(crate) use kernels::FREE;
+pub(crate) use kernels::{FREE, LIMB, copy_few};
 pub(crate) use symbolic::Symbolic;
 pub(crate) use vectors::{Vectorised, run_widest};
