@@ -252,7 +252,7 @@ mod tests {
         let mut problem = ContactProblem::new(mass.clone(), vec![0.0; n], 0.01).unwrap();
         let polygon = FrictionPolygon::regular(8, 0.0).unwrap();
         // A foot, both feet, and the other one against the pendulum; the hand against the head.
-        let touched = [vec![0..9, 22..25], vec![0..9, 19..25], vec![0..6, 19..25], vec![0..19]];
+        let touched = [vec![0..9, 22..25], vec![0..9, 19..25], vec![0..6, 19..25], vec![0..9, 10..19]];
         for (i, columns) in touched.iter().enumerate() {
             let columns = columns.iter().cloned().flatten();
             let entry = |k: usize| std::array::from_fn(|r| noise(31 * i + 3 * k + r));
