@@ -122,6 +122,12 @@ impl BlockDiagonal {
         self.layout.block_of[dof]
     }
 
+    /// The row before a row on its way to the root of its tree. A row is coupled with the rows on its way to the root, and with
+    /// those that have it on theirs; in a matrix that was given densely it is coupled with its whole block.
+    pub fn previous(&self, row: usize) -> Option<usize> {
+        self.layout.previous(row)
+    }
+
     /// Entries of a block, row by row, `[size, size]`.
     pub fn block_data(&self, block: usize) -> &[f64] {
         &self.data[self.layout.blocks[block].data_range()]

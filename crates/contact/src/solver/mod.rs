@@ -14,6 +14,7 @@
 
 mod block_sweeps;
 mod contradiction;
+mod coupling;
 mod fallback;
 mod find_modes;
 mod gathering;

@@ -144,7 +144,7 @@ impl IslandSolver {
     /// Assembles what the system has in common for all modes, unless that is done for the present ε.
     fn prepare_system(&mut self, problem: &ContactProblem, island: &Island, prepared: &mut bool) {
         if !self.analysed {
-            self.system.analyse(island);
+            self.system.analyse(problem, island);
             self.analysed = true;
         }
         if !*prepared {

@@ -1,21 +1,24 @@
 //! The proximal system `H = M + Σ J_cᵀ (ρ_c B_c) J_c` of one island, factorised, with rank-one updates.
 
+use super::coupling::{Run, add_outer, find_runs};
 use super::gathering::Gathering;
 use super::island::{Island, block_of};
 use super::mode::{Cones, Facet, Mode};
-use super::sparse::{BlockLu, FREE, FreeRows, Symbolic, add_free_product};
+use super::sparse::{BlockLu, Symbolic, Vectorised, copy_few, run_widest};
 use crate::ContactProblem;
 
 /// Updates kept before the matrix is factorised afresh.
 const MAX_UPDATES: usize = 40;
 
 /// `H` for the current modes: a block LU factorisation and, since then, one rank-one update per change of mode
-/// (Sherman–Morrison in product form). Its blocks are the bodies or trees; contacts couple them.
+/// (Sherman–Morrison in product form). Its blocks are bodies, or branches of trees; contacts and trees couple them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct ProximalSystem {
     n: usize,
     /// First degree of freedom of each block, and the total.
     starts: Vec<usize>,
+    /// Pairs of blocks of one tree that its mass matrix couples, the one nearer to the root first.
+    branches: Vec<(u32, u32)>,
     gathering: Gathering,
     runs: Vec<Run>,
     /// Where each contact's runs begin, then each bilateral row's, and the total.
@@ -30,14 +33,6 @@ pub(crate) struct ProximalSystem {
     columns: Vec<f64>,
 }
 
-/// The columns of a group of Jacobian rows that belong to one block.
-#[derive(Clone, Copy, Debug)]
-struct Run {
-    block: usize,
-    first: usize,
-    last: usize,
-}
-
 #[derive(Clone, Copy, Debug)]
 struct Update {
     contact: usize,
@@ -47,11 +42,12 @@ struct Update {
 
 impl ProximalSystem {
     /// Finds which blocks the rows couple, and an elimination order.
-    pub fn analyse(&mut self, island: &Island) {
+    pub fn analyse(&mut self, problem: &ContactProblem, island: &Island) {
         self.n = island.nv();
-        self.gathering.find_blocks(island, &mut self.starts);
+        self.gathering.find_blocks(&problem.mass, island, &mut self.starts, &mut self.branches);
         self.runs.clear();
         self.edges.clear();
+        self.edges.extend_from_slice(&self.branches);
         self.run_offsets.clear();
         self.run_offsets.push(0);
         let contacts = (0..island.units.len()).map(|c| island.jacobian.group(c).0);
@@ -73,20 +69,49 @@ impl ProximalSystem {
     pub fn prepare(&mut self, problem: &ContactProblem, island: &Island, bilateral_weight: &[f64]) {
         self.base.clear(&self.symbolic);
         for (k, &block) in island.blocks.iter().enumerate() {
-            let (start, size) = (island.starts[k], island.starts[k + 1] - island.starts[k]);
-            let own = block_of(&self.starts, start);
-            let width = self.starts[own + 1] - self.starts[own];
-            let corner =
-                self.symbolic.diagonal[self.symbolic.position[own] as usize] + (start - self.starts[own]) * (width + 1);
-            for (i, row) in problem.mass.block_data(block as usize).chunks_exact(size).enumerate() {
-                self.base.diagonal[corner + i * width..][..size].copy_from_slice(row);
-            }
+            self.add_mass(problem.mass.block_data(block as usize), island.starts[k], island.starts[k + 1]);
+        }
+        for k in 0..self.branches.len() {
+            let (a, b) = (self.branches[k].0 as usize, self.branches[k].1 as usize);
+            let tree = island.block_of(self.starts[a]);
+            self.add_branch(problem.mass.block_data(island.blocks[tree] as usize), island.starts[tree], a, b);
         }
         let contacts = island.units.len();
         for (k, &rho) in bilateral_weight.iter().enumerate() {
             let entries = island.bilateral_jacobian.group(k);
             let runs = &self.runs[self.run_offsets[contacts + k]..self.run_offsets[contacts + k + 1]];
             add_outer(&mut self.base, &self.symbolic, &self.starts, runs, entries, [[rho]]);
+        }
+    }
+
+    /// Copies what a block of the mass matrix over the degrees of freedom `start..end` has in the diagonal blocks.
+    fn add_mass(&mut self, mass: &[f64], start: usize, end: usize) {
+        let size = end - start;
+        let mut block = block_of(&self.starts, start);
+        while self.starts[block] < end {
+            let (begin, width) = (self.starts[block], self.starts[block + 1] - self.starts[block]);
+            let position = self.symbolic.position[block] as usize;
+            let (place, stride) = (self.symbolic.upper_panel(position), self.symbolic.width(position));
+            let own = start.max(begin)..end.min(begin + width);
+            for i in own.clone() {
+                let row = &mass[(i - start) * size + own.start - start..][..own.len()];
+                copy_few(&mut self.base.upper[place + (i - begin) * stride + own.start - begin..][..own.len()], row);
+            }
+            block += 1;
+        }
+    }
+
+    /// Copies what the mass matrix of a tree whose degrees of freedom begin at `start` has where the blocks `a` and `b` meet.
+    fn add_branch(&mut self, mass: &[f64], start: usize, a: usize, b: usize) {
+        let size = mass.len().isqrt();
+        let swapped = self.symbolic.position[a] > self.symbolic.position[b];
+        let (a, b) = if swapped { (b, a) } else { (a, b) };
+        let place = self.symbolic.place(a, b);
+        let columns = self.starts[b] - start..self.starts[b + 1] - start;
+        for i in 0..self.starts[a + 1] - self.starts[a] {
+            let row = &mass[(self.starts[a] - start + i) * size..][columns.clone()];
+            copy_few(&mut self.base.lower[place.lower + i * place.lower_stride..][..row.len()], row);
+            copy_few(&mut self.base.upper[place.upper + i * place.upper_stride..][..row.len()], row);
         }
     }
 
@@ -103,15 +128,7 @@ impl ProximalSystem {
         self.updates.clear();
         self.columns.clear();
         self.lu.copy_from(&self.base);
-        for c in 0..island.units.len() {
-            if let Some(mut slope) = slope(c) {
-                if c >= island.contact_count {
-                    slope[0] = [0.0; 3];
-                }
-                let runs = &self.runs[self.run_offsets[c]..self.run_offsets[c + 1]];
-                add_outer(&mut self.lu, &self.symbolic, &self.starts, runs, island.jacobian.group(c), slope);
-            }
-        }
+        run_widest(Assembly { system: self, island, slope });
         self.lu.factor(&self.symbolic) > 0.0
     }
 
@@ -158,113 +175,110 @@ fn apply(updates: &[Update], columns: &[f64], n: usize, island: &Island, x: &mut
     }
 }
 
-/// Cuts ascending columns where they pass from one block to the next.
-fn find_runs(columns: &[u32], starts: &[usize], runs: &mut Vec<Run>) {
-    let mut first = 0;
-    while first < columns.len() {
-        let block = block_of(starts, columns[first] as usize);
-        let end = starts[block + 1];
-        let inside = |&c: &u32| (c as usize) < end;
-        let rest = &columns[first..];
-        let last = if rest.last().is_some_and(inside) { columns.len() } else { first + rest.partition_point(inside) };
-        runs.push(Run { block, first, last });
-        first = last;
+/// Adds `Σ J_cᵀ S_c J_c` to the matrix that is to be factorised.
+struct Assembly<'a, F> {
+    system: &'a mut ProximalSystem,
+    island: &'a Island,
+    slope: F,
+}
+
+impl<F: Fn(usize) -> Option<[[f64; 3]; 3]>> Vectorised for Assembly<'_, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: pulp::Simd>(self, _simd: S) {
+        let (system, island) = (self.system, self.island);
+        for c in 0..island.units.len() {
+            if let Some(mut slope) = (self.slope)(c) {
+                if c >= island.contact_count {
+                    slope[0] = [0.0; 3];
+                }
+                let runs = &system.runs[system.run_offsets[c]..system.run_offsets[c + 1]];
+                add_outer(&mut system.lu, &system.symbolic, &system.starts, runs, island.jacobian.group(c), slope);
+            }
+        }
     }
 }
 
-/// `A += Jᵀ S J` for a group of Jacobian rows over its runs.
-fn add_outer<const R: usize>(
-    matrix: &mut BlockLu,
-    symbolic: &Symbolic,
-    starts: &[usize],
-    runs: &[Run],
-    (columns, entries): (&[u32], &[[f64; R]]),
-    slope: [[f64; R]; R],
-) {
-    let transposed = std::array::from_fn(|r| std::array::from_fn(|k| slope[k][r]));
-    let part = |run: &Run| Part {
-        start: starts[run.block],
-        size: starts[run.block + 1] - starts[run.block],
-        columns: &columns[run.first..run.last],
-        entries: &entries[run.first..run.last],
+#[cfg(test)]
+mod tests {
+    use signorini_multibody::glam::{DMat3, DVec3};
+    use signorini_multibody::{
+        BodyId, Inertia, Joint, JointKind, Kinematics, MassMatrix, ModelBuilder, Pose, State, forward_kinematics_into,
+        mass_matrix_into,
     };
-    for (k, run) in runs.iter().enumerate() {
-        let own = part(run);
-        let place = symbolic.diagonal[symbolic.position[run.block] as usize];
-        let free = own.free_rows();
-        let diagonal = &mut matrix.diagonal[place..place + own.size * own.size];
-        match (&free, free_block(diagonal)) {
-            (Some(rows), Some(c)) => add_free_product(c, &weigh(rows, &slope), rows),
-            _ => add_block(diagonal, &own, &slope, &own),
-        }
-        for other in &runs[..k] {
-            let swapped = symbolic.position[run.block] > symbolic.position[other.block];
-            let (a, b) = if swapped { (other, run) } else { (run, other) };
-            let place = symbolic.block_in_panel(a.block, b.block);
-            let (a, b) = (part(a), part(b));
-            let range = place..place + a.size * b.size;
-            let (lower, upper) = (&mut matrix.lower[range.clone()], &mut matrix.upper[range]);
-            if let (Some(a), Some(b)) = (a.free_rows(), b.free_rows())
-                && let (Some(lower), Some(upper)) = (free_block(lower), free_block(upper))
-            {
-                add_free_product(lower, &weigh(&b, &slope), &a);
-                add_free_product(upper, &weigh(&b, &transposed), &a);
-            } else {
-                add_block(lower, &b, &slope, &a);
-                add_block(upper, &b, &transposed, &a);
-            }
-        }
+
+    use super::super::islands::Islands;
+    use super::*;
+    use crate::FrictionPolygon;
+
+    /// A pseudo-random number between −1 and 1.
+    fn noise(k: usize) -> f64 {
+        ((k as f64 + 1.0).sin() * 43758.5453).fract()
     }
-}
 
-/// The entries of a group of Jacobian rows in one block.
-struct Part<'a, const R: usize> {
-    /// First degree of freedom of the block, and its size.
-    start: usize,
-    size: usize,
-    columns: &'a [u32],
-    entries: &'a [[f64; R]],
-}
-
-impl<const R: usize> Part<'_, R> {
-    /// The rows, if they have all columns of a free body.
-    #[inline]
-    fn free_rows(&self) -> Option<FreeRows<R>> {
-        let entries: &[[f64; R]; FREE] = self.entries.try_into().ok().filter(|_| self.size == FREE)?;
-        Some(std::array::from_fn(|r| std::array::from_fn(|k| entries[k][r])))
+    /// A free base with two legs of three degrees of freedom, a neck of one, and on it a head of three and an arm of six; beside
+    /// it a body of three.
+    fn robot_mass() -> MassMatrix {
+        let mut builder = ModelBuilder::new("robot");
+        let mut add = |name: &str, parent, joint| {
+            let position = DVec3::new(0.3, 0.1, 0.2);
+            let rotational = DMat3::from_diagonal(position);
+            let inertia = Inertia { mass: 1.5, center_of_mass: 0.1 * position, rotational };
+            let body = builder.add_body(name, parent, Pose::from_position(position), inertia).unwrap();
+            builder.add_joint(body, Joint::new(name, joint)).unwrap();
+            body
+        };
+        let base = add("base", BodyId::WORLD, JointKind::Free);
+        add("left leg", base, JointKind::Ball);
+        let neck = add("neck", base, JointKind::Hinge { axis: DVec3::X });
+        add("head", neck, JointKind::Ball);
+        let arm = add("arm", neck, JointKind::Ball);
+        add("hand", arm, JointKind::Ball);
+        add("right leg", base, JointKind::Ball);
+        add("pendulum", BodyId::WORLD, JointKind::Ball);
+        let model = builder.build().unwrap();
+        let (mut kinematics, state) = (Kinematics::new(&model), State::new(&model));
+        forward_kinematics_into(&model, &state.q, &state.v, &mut kinematics);
+        let mut mass = MassMatrix::new(&model);
+        mass_matrix_into(&model, &kinematics, &mut mass);
+        mass
     }
-}
 
-fn free_block(block: &mut [f64]) -> Option<&mut [[f64; FREE]; FREE]> {
-    block.as_chunks_mut().0.try_into().ok()
-}
-
-/// `Sᵀ` times the rows.
-#[inline]
-fn weigh<const R: usize>(rows: &FreeRows<R>, slope: &[[f64; R]; R]) -> FreeRows<R> {
-    let mut weighted = [[0.0; FREE]; R];
-    for k in 0..R {
-        for r in 0..R {
-            for i in 0..FREE {
-                weighted[k][i] += slope[r][k] * rows[r][i];
-            }
+    #[test]
+    fn trees_are_cut_where_they_branch_and_solved() {
+        let mass = robot_mass().matrix;
+        let n = mass.dimension();
+        let mut problem = ContactProblem::new(mass.clone(), vec![0.0; n], 0.01).unwrap();
+        let polygon = FrictionPolygon::regular(8, 0.0).unwrap();
+        // A foot, both feet, and the other one against the pendulum; the hand against the head.
+        let touched = [vec![0..9, 22..25], vec![0..9, 19..25], vec![0..6, 19..25], vec![0..9, 10..19]];
+        for (i, columns) in touched.iter().enumerate() {
+            let columns = columns.iter().cloned().flatten();
+            let entry = |k: usize| std::array::from_fn(|r| noise(31 * i + 3 * k + r));
+            problem.push_contact(columns.map(|k| (k as u32, entry(k))), 0.0, 0.5, &polygon);
         }
-    }
-    weighted
-}
-
-/// `C += A S Bᵀ` for `C` of the sizes of the two blocks.
-fn add_block<const R: usize>(c: &mut [f64], a: &Part<R>, slope: &[[f64; R]; R], b: &Part<R>) {
-    let first = b.columns.first().map_or(0, |&j| j as usize - b.start);
-    let consecutive = b.columns.last().is_some_and(|&j| j as usize - b.start + 1 == first + b.columns.len());
-    for (i, row) in a.columns.iter().zip(a.entries) {
-        let weighted: [f64; R] = std::array::from_fn(|k| (0..R).map(|r| row[r] * slope[r][k]).sum());
-        let product = |entry: &[f64; R]| (0..R).map(|k| weighted[k] * entry[k]).sum::<f64>();
-        let c = &mut c[(*i as usize - a.start) * b.size..][..b.size];
-        if consecutive {
-            c[first..].iter_mut().zip(b.entries).for_each(|(c, entry)| *c += product(entry));
-        } else {
-            b.columns.iter().zip(b.entries).for_each(|(&j, entry)| c[j as usize - b.start] += product(entry));
+        let mut islands = Islands::default();
+        islands.find(&problem);
+        let island = &islands.all()[0];
+        let mut system = ProximalSystem::default();
+        system.analyse(&problem, island);
+        assert_eq!(system.starts, [0, 6, 9, 10, 13, 19, 22, 25]);
+        assert_eq!(system.branches, [(0, 1), (0, 2), (2, 3), (0, 3), (2, 4), (0, 4), (0, 5)]);
+        system.prepare(&problem, island, &[]);
+        let slope = |c: usize| std::array::from_fn(|r| std::array::from_fn(|k| noise(97 * c + 3 * r + k)));
+        assert!(system.factor_slopes(island, |c| Some(slope(c))));
+        let wanted: Vec<f64> = (0..n).map(|k| noise(k) + 2.0).collect();
+        let mut x = vec![0.0; n];
+        mass.multiply_into(&wanted, &mut x);
+        for c in 0..touched.len() {
+            let u: [f64; 3] = island.jacobian.multiply(c, &wanted);
+            let p = slope(c).map(|row: [f64; 3]| row[0] * u[0] + row[1] * u[1] + row[2] * u[2]);
+            island.jacobian.add_transposed(c, p, &mut x);
+        }
+        system.solve(island, &mut x);
+        for k in 0..n {
+            assert!((x[k] - wanted[k]).abs() < 1e-8, "x[{k}] = {}, not {}", x[k], wanted[k]);
         }
     }
 }

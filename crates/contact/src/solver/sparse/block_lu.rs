@@ -1,19 +1,26 @@
 //! LU factorisation of a block-sparse matrix with a symmetric pattern, pivoting inside the diagonal blocks.
 
+use pulp::Simd;
+
 use super::Symbolic;
-use super::kernels::{factor_block, solve_block, subtract_multiply, subtract_multiply_transposed, subtract_product};
+use super::kernels::{
+    Panel, PanelMut, copy_few, factor_block, multiply_transposed, solve_block, solve_panel, subtract_few,
+    subtract_multiply, subtract_product,
+};
+use super::vectors::{Vectorised, run_widest};
 
 /// A matrix in the panels of a [`Symbolic`] structure and, after [`factor`](Self::factor), its factors.
 ///
-/// `A = L̃ D⁻¹ Ũ` in the order of elimination: `D` has the diagonal blocks, the panel of position `k` in `lower` the blocks
-/// `L̃_ik`, that in `upper` the transposed blocks of `D_k⁻¹ Ũ_ki`.
+/// `A = L̃ D⁻¹ Ũ` in the order of elimination: the panel of position `k` in `lower` has the transposed blocks `L̃_ik`, that in
+/// `upper` the diagonal block and, after it, the blocks `D_k⁻¹ Ũ_ki`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BlockLu {
-    pub diagonal: Vec<f64>,
     pub lower: Vec<f64>,
     pub upper: Vec<f64>,
+    /// The factorised diagonal blocks.
+    diagonal: Vec<f64>,
     swaps: Vec<u32>,
-    /// Panel row of each block in the panel at hand.
+    /// Column of each block in the panel of `U` at hand.
     place: Vec<usize>,
     scratch: Vec<f64>,
 }
@@ -25,14 +32,12 @@ impl BlockLu {
             x.clear();
             x.resize(n, 0.0);
         };
-        zero(&mut self.diagonal, symbolic.diagonal.last().copied().unwrap_or(0));
-        zero(&mut self.lower, symbolic.panel.last().copied().unwrap_or(0));
-        zero(&mut self.upper, symbolic.panel.last().copied().unwrap_or(0));
+        zero(&mut self.lower, symbolic.panel[symbolic.count()]);
+        zero(&mut self.upper, symbolic.upper_panel(symbolic.count()));
     }
 
     /// Copies a matrix.
     pub fn copy_from(&mut self, other: &Self) {
-        self.diagonal.clone_from(&other.diagonal);
         self.lower.clone_from(&other.lower);
         self.upper.clone_from(&other.upper);
     }
@@ -40,84 +45,122 @@ impl BlockLu {
     /// Factorises in place. Returns the smallest pivot relative to its diagonal block; 0 means that a block is singular, and
     /// then no solve may follow.
     pub fn factor(&mut self, symbolic: &Symbolic) -> f64 {
-        let s = symbolic;
-        self.swaps.clear();
-        self.swaps.resize(s.size.iter().sum(), 0);
-        self.place.clear();
-        self.place.resize(s.count(), 0);
-        let mut smallest = f64::INFINITY;
-        for j in 0..s.count() {
-            let size = s.size[j];
-            for entry in s.offsets[j]..s.offsets[j + 1] {
-                self.place[s.rows[entry] as usize] = s.row_start[entry] * size;
-            }
-            self.apply_updates(s, j);
-            let block = &mut self.diagonal[s.diagonal[j]..s.diagonal[j + 1]];
-            let swaps = &mut self.swaps[s.first_dof[j]..s.first_dof[j] + size];
-            smallest = smallest.min(factor_block(block, swaps));
-            if smallest == 0.0 {
-                return 0.0;
-            }
-            for row in self.upper[s.panel[j]..s.panel[j + 1]].chunks_exact_mut(size) {
-                solve_block(block, swaps, row);
-            }
-        }
-        if s.count() == 0 { 1.0 } else { smallest }
+        run_widest(Factorisation { matrix: self, symbolic })
     }
 
     /// Subtracts from block column and block row `j` what the earlier positions contribute.
-    fn apply_updates(&mut self, s: &Symbolic, j: usize) {
+    #[inline(always)]
+    fn apply_updates<S: Simd>(&mut self, simd: S, s: &Symbolic, j: usize) {
         let size = s.size[j];
+        let (lower_done, lower_own) = self.lower.split_at_mut(s.panel[j]);
+        let (upper_done, upper_own) = self.upper.split_at_mut(s.upper_panel(j));
+        let place = &self.place[..];
         for &(k, entry) in &s.updates[s.update_offsets[j]..s.update_offsets[j + 1]] {
             let k = k as usize;
-            let inner = s.size[k];
-            let first = s.panel[k] + s.row_start[entry] * inner;
-            let (lower_done, lower_rest) = self.lower.split_at_mut(s.panel[j]);
-            let (upper_done, upper_rest) = self.upper.split_at_mut(s.panel[j]);
-            let (l, u) = (&lower_done[first..first + size * inner], &upper_done[first..first + size * inner]);
-            subtract_product(&mut self.diagonal[s.diagonal[j]..s.diagonal[j + 1]], l, u, inner, size);
-            for other in entry + 1..s.offsets[k + 1] {
-                let row = s.rows[other] as usize;
-                let (from, height) = (s.panel[k] + s.row_start[other] * inner, s.size[row]);
-                let to = self.place[row];
-                let target = to..to + height * size;
-                let source = from..from + height * inner;
-                subtract_product(&mut lower_rest[target.clone()], &lower_done[source.clone()], u, inner, size);
-                subtract_product(&mut upper_rest[target], &upper_done[source], l, inner, size);
+            let lower = Panel { data: &lower_done[s.panel[k]..], stride: s.height[k] };
+            let upper = Panel { data: &upper_done[s.upper_panel(k) + s.size[k]..], stride: s.width(k) };
+            for is_upper in [false, true] {
+                let (factors, source) = if is_upper { (lower, upper) } else { (upper, lower) };
+                let factors = factors.from(s.row_start[entry]);
+                // The diagonal block is the first of the upper panel.
+                let mut other = entry + usize::from(!is_upper);
+                while other < s.offsets[k + 1] {
+                    let (from, to) = (s.row_start[other], place[s.rows[other] as usize]);
+                    let mut columns = 0;
+                    // Blocks that are neighbours in both panels are done together.
+                    while other < s.offsets[k + 1] && place[s.rows[other] as usize] == to + columns {
+                        columns += s.size[s.rows[other] as usize];
+                        other += 1;
+                    }
+                    let target = if is_upper {
+                        PanelMut { data: &mut upper_own[to..], stride: s.width(j) }
+                    } else {
+                        PanelMut { data: &mut lower_own[to - size..], stride: s.height[j] }
+                    };
+                    subtract_product(simd, target, factors, source.from(from), (s.size[k], size, columns));
+                }
             }
         }
     }
 
     /// Overwrites `x` (degrees of freedom in their own order) with `A⁻¹ x`.
     pub fn solve(&mut self, symbolic: &Symbolic, x: &mut [f64]) {
-        let s = symbolic;
-        let Self { diagonal, lower, upper, swaps, scratch, .. } = self;
+        run_widest(Solution { matrix: self, symbolic, x });
+    }
+}
+
+struct Factorisation<'a> {
+    matrix: &'a mut BlockLu,
+    symbolic: &'a Symbolic,
+}
+
+impl Vectorised for Factorisation<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> f64 {
+        let Self { matrix, symbolic: s } = self;
+        matrix.swaps.resize(s.size.iter().sum(), 0);
+        matrix.place.resize(s.count(), 0);
+        matrix.diagonal.resize(s.diagonal[s.count()], 0.0);
+        let mut smallest = f64::INFINITY;
+        for j in 0..s.count() {
+            let (size, width) = (s.size[j], s.width(j));
+            matrix.place[j] = 0;
+            for entry in s.offsets[j]..s.offsets[j + 1] {
+                matrix.place[s.rows[entry] as usize] = size + s.row_start[entry];
+            }
+            matrix.apply_updates(simd, s, j);
+            let upper = &mut matrix.upper[s.upper_panel(j)..s.upper_panel(j + 1)];
+            let block = &mut matrix.diagonal[s.diagonal[j]..s.diagonal[j + 1]];
+            for (own, row) in block.chunks_exact_mut(size).zip(upper.chunks_exact(width)) {
+                copy_few(own, &row[..size]);
+            }
+            let swaps = &mut matrix.swaps[s.first_dof[j]..s.first_dof[j] + size];
+            smallest = smallest.min(factor_block(block, swaps));
+            if smallest == 0.0 {
+                return 0.0;
+            }
+            solve_panel(block, swaps, upper, width);
+        }
+        if s.count() == 0 { 1.0 } else { smallest }
+    }
+}
+
+struct Solution<'a> {
+    matrix: &'a mut BlockLu,
+    symbolic: &'a Symbolic,
+    x: &'a mut [f64],
+}
+
+impl Vectorised for Solution<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, _simd: S) {
+        let Self { matrix: BlockLu { diagonal, lower, upper, swaps, scratch, .. }, symbolic: s, x } = self;
+        let own = |k: usize| s.first_dof[k]..s.first_dof[k] + s.size[k];
+        let entries = |k: usize| (s.offsets[k]..s.offsets[k + 1]).map(|e| (own(s.rows[e] as usize), s.row_start[e]));
+        scratch.resize(s.height.iter().copied().max().unwrap_or(0), 0.0);
         for k in 0..s.count() {
-            let own = s.first_dof[k]..s.first_dof[k] + s.size[k];
-            if x[own.clone()].iter().all(|x| *x == 0.0) {
+            if x[own(k)].iter().all(|x| *x == 0.0) {
                 continue;
             }
-            solve_block(&diagonal[s.diagonal[k]..s.diagonal[k + 1]], &swaps[own.clone()], &mut x[own.clone()]);
-            scratch.clear();
-            scratch.extend_from_slice(&x[own]);
-            for entry in s.offsets[k]..s.offsets[k + 1] {
-                let row = s.rows[entry] as usize;
-                let from = s.panel[k] + s.row_start[entry] * s.size[k];
-                let block = &lower[from..from + s.size[row] * s.size[k]];
-                subtract_multiply(&mut x[s.first_dof[row]..s.first_dof[row] + s.size[row]], block, scratch);
+            solve_block(&diagonal[s.diagonal[k]..s.diagonal[k + 1]], &swaps[own(k)], &mut x[own(k)]);
+            let products = &mut scratch[..s.height[k]];
+            multiply_transposed(products, &lower[s.panel[k]..s.panel[k + 1]], &x[own(k)]);
+            for (rows, first) in entries(k) {
+                let own = &products[first..first + rows.len()];
+                subtract_few(&mut x[rows], own);
             }
         }
         for k in (0..s.count()).rev() {
-            let own = s.first_dof[k]..s.first_dof[k] + s.size[k];
-            scratch.clear();
-            scratch.extend_from_slice(&x[own.clone()]);
-            for entry in s.offsets[k]..s.offsets[k + 1] {
-                let row = s.rows[entry] as usize;
-                let from = s.panel[k] + s.row_start[entry] * s.size[k];
-                let block = &upper[from..from + s.size[row] * s.size[k]];
-                subtract_multiply_transposed(scratch, block, &x[s.first_dof[row]..s.first_dof[row] + s.size[row]]);
+            let below = &mut scratch[..s.height[k]];
+            for (rows, first) in entries(k) {
+                copy_few(&mut below[first..first + rows.len()], &x[rows]);
             }
-            x[own].copy_from_slice(scratch);
+            let upper = Panel { data: &upper[s.upper_panel(k)..s.upper_panel(k + 1)], stride: s.width(k) };
+            subtract_multiply(&mut x[own(k)], upper.from(s.size[k]), below);
         }
     }
 }
@@ -150,30 +193,38 @@ mod tests {
         lu.clear(&symbolic);
         let mut dense = vec![0.0; n * n];
         for (a, &size) in sizes.iter().enumerate() {
-            let place = symbolic.diagonal[symbolic.position[a] as usize];
+            let position = symbolic.position[a] as usize;
+            let (place, stride) = (symbolic.upper_panel(position), symbolic.width(position));
             for k in 0..size * size {
                 let (i, j) = (k / size, k % size);
                 let x = noise(k + 31 * a) + if i == (j + 1) % size { 8.0 } else { 0.0 };
-                lu.diagonal[place + k] = x;
+                lu.upper[place + i * stride + j] = x;
                 dense[(starts[a] + i) * n + starts[a] + j] = x;
             }
         }
         for &(a, b) in &edges {
             let (a, b) = if symbolic.position[a as usize] < symbolic.position[b as usize] { (a, b) } else { (b, a) };
             let (a, b) = (a as usize, b as usize);
-            let place = symbolic.block_in_panel(a, b);
+            let place = symbolic.place(a, b);
             for k in 0..sizes[a] * sizes[b] {
                 let (i, j) = (k / sizes[a], k % sizes[a]);
-                lu.lower[place + k] = noise(7 * k + a);
-                lu.upper[place + k] = noise(5 * k + b);
+                lu.lower[place.lower + j * place.lower_stride + i] = noise(7 * k + a);
+                lu.upper[place.upper + j * place.upper_stride + i] = noise(5 * k + b);
                 dense[(starts[b] + i) * n + starts[a] + j] = noise(7 * k + a);
                 dense[(starts[a] + j) * n + starts[b] + i] = noise(5 * k + b);
             }
         }
         let wanted: Vec<f64> = (0..n).map(|i| 1.0 + noise(i)).collect();
         let mut x: Vec<f64> = dense.chunks(n).map(|row| row.iter().zip(&wanted).map(|(a, x)| a * x).sum()).collect();
+        let (mut narrow, mut narrow_x) = (lu.clone(), x.clone());
         assert!(lu.factor(&symbolic) > 0.0);
         lu.solve(&symbolic, &mut x);
+        // Without vectors the bits are the same.
+        let scalar = pulp::Scalar::new();
+        Factorisation { matrix: &mut narrow, symbolic: &symbolic }.run(scalar);
+        assert!(narrow.lower == lu.lower && narrow.upper == lu.upper && narrow.diagonal == lu.diagonal);
+        Solution { matrix: &mut narrow, symbolic: &symbolic, x: &mut narrow_x }.run(scalar);
+        assert_eq!(narrow_x, x);
         for i in 0..n {
             assert!((x[i] - wanted[i]).abs() < 1e-9, "x[{i}] = {}, not {}", x[i], wanted[i]);
         }

@@ -4,7 +4,9 @@ mod block_lu;
 mod kernels;
 mod ordering;
 mod symbolic;
+mod vectors;
 
 pub(crate) use block_lu::BlockLu;
-pub(crate) use kernels::{FREE, FreeRows, add_free_product};
+pub(crate) use kernels::{FREE, LIMB, copy_few};
 pub(crate) use symbolic::Symbolic;
+pub(crate) use vectors::{Vectorised, run_widest};

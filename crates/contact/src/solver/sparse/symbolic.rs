@@ -5,8 +5,8 @@ use super::ordering::Ordering;
 /// Structure of the block LU factors of a matrix with a symmetric pattern.
 ///
 /// "Position" is a block's place in the elimination order. Block column `k` of `L` and block row `k` of `U` have the same
-/// pattern, the `rows` of position `k`; both are kept as panels of `height(k)` rows (one for each degree of freedom of those
-/// blocks) and `size(k)` columns.
+/// pattern, the `rows` of position `k`. The transposed column and the row are row-major panels of `size(k)` rows and `height(k)`
+/// columns, one for each degree of freedom of those blocks; the panel of the row begins with the diagonal block.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Symbolic {
     ordering: Ordering,
@@ -22,11 +22,13 @@ pub(crate) struct Symbolic {
     pub offsets: Vec<usize>,
     /// Positions of the blocks below the diagonal, ascending.
     pub rows: Vec<u32>,
-    /// First panel row of each entry of `rows`.
+    /// First column of each entry of `rows` in the panel of `L`.
     pub row_start: Vec<usize>,
-    /// Where each position's panel begins, in both `L` and `U`, and the total.
+    /// Columns of each position's panel of `L`.
+    pub height: Vec<usize>,
+    /// Where each position's panel of `L` begins, and the total.
     pub panel: Vec<usize>,
-    /// Where each position's diagonal block begins, and the total.
+    /// Where each position's block begins among the diagonal blocks, and the total.
     pub diagonal: Vec<usize>,
     /// Where each position's updates begin in `updates`.
     pub update_offsets: Vec<usize>,
@@ -78,20 +80,22 @@ impl Symbolic {
     }
 
     fn place_panels(&mut self, count: usize) {
-        let Self { offsets, rows, row_start, panel, diagonal, size, .. } = self;
+        let Self { offsets, rows, row_start, height, panel, diagonal, size, .. } = self;
         row_start.clear();
+        height.clear();
         panel.clear();
         diagonal.clear();
         let (mut panel_end, mut diagonal_end) = (0, 0);
         for k in 0..count {
             panel.push(panel_end);
             diagonal.push(diagonal_end);
-            let mut height = 0;
+            let mut columns = 0;
             for &row in &rows[offsets[k]..offsets[k + 1]] {
-                row_start.push(height);
-                height += size[row as usize];
+                row_start.push(columns);
+                columns += size[row as usize];
             }
-            panel_end += height * size[k];
+            height.push(columns);
+            panel_end += columns * size[k];
             diagonal_end += size[k] * size[k];
         }
         panel.push(panel_end);
@@ -118,12 +122,35 @@ impl Symbolic {
         }
     }
 
-    /// Where the panel row of the first degree of freedom of block `b` begins in the panel of block `a`, `a` being
-    /// eliminated first and the two being coupled.
-    pub fn block_in_panel(&self, a: usize, b: usize) -> usize {
+    /// Where the panel of position `k` begins in `U`; that of the number of positions is the total.
+    pub fn upper_panel(&self, k: usize) -> usize {
+        self.panel[k] + self.diagonal[k]
+    }
+
+    /// Columns of the panel of position `k` in `U`.
+    pub fn width(&self, k: usize) -> usize {
+        self.size[k] + self.height[k]
+    }
+
+    /// Where the blocks `a` and `b` meet in the panels of block `a`, which is eliminated first.
+    pub fn place(&self, a: usize, b: usize) -> Place {
         let (k, row) = (self.position[a] as usize, self.position[b]);
         let range = self.offsets[k]..self.offsets[k + 1];
-        let entry = range.start + self.rows[range].partition_point(|&r| r < row);
-        self.panel[k] + self.row_start[entry] * self.size[k]
+        let start = self.row_start[range.start + self.rows[range].partition_point(|&r| r < row)];
+        Place {
+            lower: self.panel[k] + start,
+            lower_stride: self.height[k],
+            upper: self.upper_panel(k) + self.size[k] + start,
+            upper_stride: self.width(k),
+        }
     }
+}
+
+/// A pair of blocks in the panels of `L` and `U`: where their first entry is, and the distance between the rows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Place {
+    pub lower: usize,
+    pub lower_stride: usize,
+    pub upper: usize,
+    pub upper_stride: usize,
 }
