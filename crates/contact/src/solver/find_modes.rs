@@ -10,6 +10,10 @@ use crate::ContactProblem;
 
 /// The first attempt on a large island follows a path if at most one in so many contacts lies outside its mode.
 const FEW: usize = 16;
+/// ε from which Newton's steps find the modes of a large island by themselves.
+const EASY: f64 = 1e-2;
+/// So many contacts outside their modes are worth another step with any ε.
+const VERY_FEW: usize = 3;
 
 impl IslandSolver {
     /// Solves the proximal problem around the centre: modes, `y`, bilateral impulses. `false` if neither Newton's
@@ -66,7 +70,8 @@ impl IslandSolver {
             }
             *factored = false;
             let seed = attempt * settings.max_rounds + round;
-            if is_lost(island, violations) || !self.follow_path(cones, island, settings, Shift::Violated, seed) {
+            let shift = if careful { Shift::Few } else { Shift::Violated };
+            if is_lost(island, violations) || !self.follow_path(cones, island, settings, shift, seed) {
                 if careful {
                     return false;
                 }
@@ -104,7 +109,7 @@ impl IslandSolver {
                 fewest = violations;
                 self.newton_best.clone_from(&self.modes);
             }
-            if violations == 0 || step == steps || !better {
+            if violations == 0 || step == steps || !better || self.is_for_a_path(island, violations) {
                 break;
             }
             self.take_modes_of_trial(cones, island);
@@ -116,6 +121,13 @@ impl IslandSolver {
         self.modes.clone_from(&self.newton_best);
         *factored = false;
         self.solve_modes(cones, island, factored).then_some(fewest)
+    }
+
+    /// Whether so few contacts of a large island lie outside their modes, with an ε so small, that a path does better than a
+    /// step on all modes at once, which then mostly throws out more contacts than it brings in.
+    fn is_for_a_path(&self, island: &Island, violations: usize) -> bool {
+        let contacts = island.units.len();
+        contacts >= LARGE && self.epsilon < EASY && violations > VERY_FEW && FEW * violations <= contacts
     }
 
     /// Solves with the modes at a path's end, which are the solution's but for rounding.

@@ -38,7 +38,8 @@ impl Effort {
 pub(crate) struct IslandSolver {
     pub(super) system: ProximalSystem,
     pub(super) path: Path,
-    /// ρ of each contact and of each bilateral row.
+    /// ε, and with it ρ of each contact and of each bilateral row.
+    pub(super) epsilon: f64,
     pub(super) weight: Vec<f64>,
     pub(super) bilateral_weight: Vec<f64>,
     /// `max|b|` of the island.
@@ -133,6 +134,7 @@ impl IslandSolver {
     }
 
     pub(super) fn set_weights(&mut self, island: &Island, epsilon: f64) {
+        self.epsilon = epsilon;
         self.weight.clear();
         self.weight.extend(island.scale.iter().map(|g| 1.0 / (epsilon * g)));
         self.bilateral_weight.clear();

@@ -26,6 +26,8 @@ pub(crate) enum PathOutcome {
 pub(crate) enum Shift {
     /// Those whose modes do not hold.
     Violated,
+    /// The same, few of many: a path that ends does so after hardly more changes than there are of them.
+    Few,
     /// All; their modes are open.
     All,
     /// Those whose laws do not hold at the centre, which is then the solution at the start of the path.
@@ -38,6 +40,9 @@ const FARTHEST_BACK: f64 = -1e4;
 const BACK_FROM_CENTRE: f64 = -0.2;
 /// Of a contact's typical impulse: how far inside its mode a path from the centre begins, so that no two contacts cross at once.
 const INSIDE: f64 = 1e-2;
+/// Mode changes that a path from the modes of few contacts may use, and more of them for each contact.
+const FEW_CHANGES: u32 = 20;
+const CHANGES_PER_VIOLATION: u32 = 2;
 /// Mode changes that a path from the centre may use, and more of them for so many contacts each.
 const CENTRE_CHANGES: u32 = 200;
 const CONTACTS_PER_CHANGE: u32 = 4;
@@ -86,6 +91,7 @@ impl Path {
         let contacts = solver.modes.len() as u32;
         let limit = match shift {
             Shift::Violated => settings.path_changes_base + settings.path_changes_per_violation * shifted,
+            Shift::Few => FEW_CHANGES + CHANGES_PER_VIOLATION * shifted,
             Shift::All => settings.path_changes_base + settings.path_changes_per_contact * contacts,
             Shift::Centre => CENTRE_CHANGES + contacts / CONTACTS_PER_CHANGE,
         };

@@ -26,13 +26,13 @@ const FIRST: f64 = 1.0;
 const LARGEST: f64 = 10.0;
 /// Its factor after a proximal problem that was solved, and after one that was not.
 const FALL: f64 = 0.3;
-const RISE: f64 = 5.0;
+const RISE: f64 = 3.0;
 /// The same of a patient attempt: just above the ε at which paths turn back, the iterations leave the place where they do so
 /// in the fewest steps.
 const PATIENT_FALL: f64 = 0.5;
 const PATIENT_RISE: f64 = 2.0;
 /// Problems that may stay unsolved, also in a patient attempt.
-const FAILURES: u32 = 30;
+const FAILURES: u32 = 60;
 const PATIENT_FAILURES: u32 = 150;
 
 /// ε and what it does next.
@@ -104,8 +104,9 @@ impl ProximalWeight {
 
     /// After slow iterations, with the best residual ever and that of the last one; `false` if they are the last ones.
     pub fn change(&mut self, best: f64, last: f64) -> bool {
-        // In a large island a small residual that grows with a smaller ε is mostly rounding.
-        let fruitless = self.is_large && best < SMALL && best >= self.earlier_best && last > ROUNDED * best;
+        // In a large island a small residual that grows with a smaller ε is mostly rounding, while it is small.
+        let rounded = best < SMALL && last > ROUNDED * best && last < SMALL;
+        let fruitless = self.is_large && best >= self.earlier_best && rounded;
         self.ascending |= best <= ROUNDING_FLOOR || self.epsilon <= self.smallest || fruitless;
         self.earlier_best = best;
         if self.ascending && (self.epsilon >= LARGEST_LAST || best <= NEARLY_POLISHED) {
