@@ -90,6 +90,9 @@ pub(crate) struct Scratch {
     change: Vec<f64>,
     momentum: Vec<f64>,
     column: Vec<f64>,
+    /// How far the velocity that the impulses of the last certified solution give is from the claimed one along any row, relative
+    /// to the velocity scale. The momentum residual is relative to the heaviest body; this is what it means to the rows.
+    pub carried: f64,
 }
 
 /// Certifies a claimed solution `(v⁺, λ_N, α, β, λ_B)` with the `α` and `β` of its friction groups; only these of `solution` are read.
@@ -131,6 +134,7 @@ pub(crate) fn certify_with(
         && solution.group_beta.len() == problem.friction_groups.len();
     let contacts = [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta];
     let mut numbers = contacts.into_iter().chain([&solution.bilateral, &solution.group_alpha, &solution.group_beta]);
+    scratch.carried = f64::INFINITY;
     if !sizes_fit || numbers.any(|x| x.iter().any(|x| !x.is_finite())) {
         return Certificate::everything_violated();
     }
@@ -138,8 +142,9 @@ pub(crate) fn certify_with(
     scratch.add_forces(problem, solution);
     let mut certificate = Certificate { momentum: scratch.momentum_residual(problem, solution), ..Default::default() };
     scratch.velocity_from_impulses(problem);
+    let mut carried = 0.0;
     for i in 0..nc {
-        contact_laws(problem, solution, i, &scratch.change, scales, &mut certificate);
+        carried = larger(contact_laws(problem, solution, i, &scratch.change, scales, &mut certificate), carried);
     }
     for j in 0..problem.friction_groups.len() {
         let groups = &problem.friction_groups;
@@ -149,7 +154,9 @@ pub(crate) fn certify_with(
             beta: solution.group_beta[j],
             bound: groups.bound_at(j, &solution.lambda_n),
         };
-        friction.laws(groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity), scales, &mut certificate);
+        let (computed, claimed) = (groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity));
+        friction.laws(computed, claimed, scales, &mut certificate);
+        carried = larger(distance(computed, claimed), carried);
     }
     for k in 0..solution.bilateral.len() {
         let stabilization = problem.bilateral_violation[k] / problem.timestep;
@@ -157,7 +164,9 @@ pub(crate) fn certify_with(
         let [computed] = problem.bilateral_jacobian.multiply(k, &scratch.change);
         keep(&mut certificate.bilateral, (claimed + stabilization).abs());
         keep(&mut certificate.natural_map, (computed + stabilization).abs());
+        carried = larger((computed - claimed).abs(), carried);
     }
+    scratch.carried = if scales.velocity < NO_SQUARE { 0.0 } else { carried / scales.velocity };
     scales.normalise(problem, solution, certificate)
 }
 
@@ -272,7 +281,14 @@ pub(crate) fn tangential_impulse(problem: &ContactProblem, solution: &ContactSol
     problem.directions_of(i).iter().zip(alpha).fold([0.0; 2], |[x, y], (d, a)| [x + d[0] * a, y + d[1] * a])
 }
 
-/// Raw residuals of contact `i`. `from_impulses`: the velocity that the impulses give.
+/// At least the distance of two tangential velocities along any direction.
+#[inline]
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).abs() + (a[1] - b[1]).abs()
+}
+
+/// Raw residuals of contact `i`. `from_impulses`: the velocity that the impulses give. Returns how far it is from the claimed one
+/// along the contact's rows.
 fn contact_laws(
     problem: &ContactProblem,
     solution: &ContactSolution,
@@ -280,11 +296,11 @@ fn contact_laws(
     from_impulses: &[f64],
     scales: &Scales,
     raw: &mut Certificate,
-) {
+) -> f64 {
     let (g, lambda) = (scales.delassus, solution.lambda_n[i]);
     let gap_rate = problem.gap[i] / problem.timestep;
-    let [c_n, c_1, c_2] = problem.contact_velocity(i, from_impulses);
-    keep(&mut raw.natural_map, natural(g * lambda, c_n + gap_rate));
+    let [computed_n, c_1, c_2] = problem.contact_velocity(i, from_impulses);
+    keep(&mut raw.natural_map, natural(g * lambda, computed_n + gap_rate));
     let computed = [c_1, c_2];
     let [c_n, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
     keep(&mut raw.signorini, natural(g * lambda, c_n + gap_rate));
@@ -295,6 +311,8 @@ fn contact_laws(
         bound: problem.friction[i] * lambda,
     };
     friction.laws(computed, [c_1, c_2], scales, raw);
+    let tangential = if friction.directions.is_empty() { 0.0 } else { distance(computed, [c_1, c_2]) };
+    larger((computed_n - c_n).abs(), tangential)
 }
 
 /// The friction of one contact or friction group.

@@ -37,12 +37,12 @@ pub fn solve_as_lcp(
     solution.certificate = certify(problem, &solution);
     solution.report = SolveReport { lemke_pivots: outcome.iterations as u32, ..SolveReport::default() };
     solution.status = match &outcome.status {
+        _ if solution.certificate.holds(tolerance) => SolveStatus::Solved,
         Status::Ray(_) | Status::Infeasible(_) if must_have_a_solution(problem) => SolveStatus::Inaccurate,
         Status::Ray(ray) => SolveStatus::Ray { contacts: contacts_in(problem, &at, &ray.z) },
         Status::Infeasible(farkas) => SolveStatus::Infeasible { contacts: contacts_in(problem, &at, &farkas.y) },
         Status::Inconsistent { .. } => SolveStatus::Infeasible { contacts: Vec::new() },
         Status::IterationLimit => SolveStatus::IterationLimit,
-        _ if solution.certificate.holds(tolerance) => SolveStatus::Solved,
         Status::Refused(refusal) => SolveStatus::Refused(*refusal),
         Status::TooLarge { limit } => SolveStatus::TooLarge { limit: *limit },
         _ => SolveStatus::Inaccurate,
