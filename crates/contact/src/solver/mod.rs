@@ -8,7 +8,9 @@
 //!    [block sweeps](block_sweeps), by paths that begin at the centre, and with an ε that stays near the one at which they turn
 //!    back;
 //! 3. lexicographic Lemke on the standard LCP ([`signorini_lcp::Lemke`]), which ends in a solution, or in a ray where the
-//!    contacts wedge.
+//!    contacts wedge; what it leaves with a residual the proximal iterations go on from.
+//!
+//! A small island whose gaps are violated goes from its first attempt to the third stage.
 //!
 //! What was tried and why the solver moved on is in the [`SolveReport`].
 
@@ -53,6 +55,13 @@ const CLOSER: f64 = 0.1;
 
 /// A patient attempt on a large island begins where the one before it ended if the residual there is below this.
 const NEAR: f64 = 1e-3;
+/// What is left in islands that nothing more is to be done about.
+const SETTLED: f64 = -1.0;
+/// How often the iterations go on from what Lemke's method found, beyond the first time where at most so many tolerances are left,
+/// and by how much the impulses differ between one time and the next.
+const ROUNDINGS: u32 = 12;
+const ROUNDED: f64 = 10.0;
+const OTHER_DIGITS: f64 = 1e-9;
 /// How far the claimed velocity may be from that of the impulses along any row, in tolerances: where a contact is closed the laws
 /// hold for both, which leaves two.
 const CARRIED: f64 = 2.0;
@@ -170,7 +179,7 @@ impl ContactSolver {
     /// Solves a problem into `solution`, whose memory is reused. The result has the same bits on any number of threads.
     ///
     /// `warm`: the start, if it has one entry per contact. The status is decided by the [certificate](crate::certify) of
-    /// the result, never by the solver's own numbers. No allocation after warm-up where the first two stages reach
+    /// the result, and by how far its velocity is from that of its impulses along any row, never by the solver's own numbers. No allocation after warm-up where the first two stages reach
     /// the tolerance on one thread.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
         if !has_rows(problem) {
@@ -243,17 +252,27 @@ impl ContactSolver {
     }
 
     /// Gives the islands that were accepted a cold start, where the certificate asks for more than they do (it multiplies
-    /// errors of the velocity by large impulses), and keeps what certifies better.
+    /// errors of the velocity by large impulses).
     fn retry_cold(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
         let accept = self.settings.accept;
-        if self.residuals.iter().all(|&residual| residual > accept) {
-            return;
+        if self.residuals.iter().any(|&residual| residual <= accept) {
+            solution.report.restarts += self.residuals.iter().filter(|&&residual| residual <= accept).count() as u32;
+            self.retry(problem, Start::Cold, solution, |residual| residual <= accept);
         }
+    }
+
+    /// Solves the islands whose residual is `chosen` once more and keeps what certifies better.
+    fn retry(
+        &mut self,
+        problem: &ContactProblem,
+        start: Start,
+        solution: &mut ContactSolution,
+        chosen: impl Fn(f64) -> bool,
+    ) {
         self.earlier.copy_warm_part(solution);
         self.earlier.velocity.clone_from(&solution.velocity);
         let earlier = self.violation(solution);
-        solution.report.restarts += self.residuals.iter().filter(|&&residual| residual <= accept).count() as u32;
-        self.solve_islands(problem, Start::Cold, solution, |residual| residual <= accept);
+        self.solve_islands(problem, start, solution, chosen);
         self.complete(problem, solution);
         if self.violation(solution) >= earlier {
             solution.copy_warm_part(&self.earlier);
@@ -262,23 +281,47 @@ impl ContactSolver {
         }
     }
 
-    /// The last stage of the cascade, for the islands that the first two left with a residual.
+    /// The last stage of the cascade, for the islands that the first two left with a residual. Where it neither solves a small
+    /// island nor denies it, the first two go on from what it found: Lemke's method works with sums that round, the proximal
+    /// iterations with differences from their centre.
     fn fall_back(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> Option<SolveStatus> {
-        let mut failure = None;
-        for (island, &residual) in self.islands.all().iter().zip(&self.residuals) {
-            if residual > closely_accepted(island, &self.settings) {
-                let outcome = fallback::solve_with_lemke(problem, island, &self.settings, residual, solution);
-                failure = failure.or(outcome);
+        let (mut denial, mut failure) = (None, None);
+        for (island, residual) in self.islands.all().iter().zip(&mut self.residuals) {
+            let left =
+                std::mem::replace(residual, if island.units.len() < proximal::LARGE { *residual } else { SETTLED });
+            if left <= closely_accepted(island, &self.settings) {
+                continue;
             }
+            let outcome = fallback::solve_with_lemke(problem, island, &self.settings, left, solution);
+            let denied = matches!(outcome, Some(SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. }));
+            let kind = if denied { &mut denial } else { &mut failure };
+            *kind = kind.take().or(outcome);
         }
-        self.complete(problem, solution);
+        self.certify_completed(problem, solution);
+        if denial.is_some() {
+            return denial;
+        }
+        self.take_better_velocity(problem, solution);
+        for roundings in 0..ROUNDINGS {
+            let near = roundings == 0 || self.violation(solution) <= ROUNDED * self.settings.tolerance;
+            if !near || self.is_certified(solution) || self.residuals.iter().all(|&residual| residual <= SETTLED) {
+                break;
+            }
+            // The same solution by way of other numbers: where impulses are large, their last digits decide.
+            let found = WarmStart::scaled(solution, 1.0 + f64::from(roundings) * OTHER_DIGITS);
+            self.retry(problem, Start::Found(&found), solution, |residual| residual > SETTLED);
+        }
         failure
     }
 
     /// Fills in what follows from impulses and velocity, and certifies it.
     fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
         self.certify_completed(problem, solution);
-        // Impulses that are far from a solution are so with any velocity.
+        self.take_better_velocity(problem, solution);
+    }
+
+    /// Tries the velocity of the impulses where the certificate does not hold, unless they are far from a solution with any velocity.
+    fn take_better_velocity(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
         let hopeless = solution.certificate.natural_map > HOPELESS && self.residuals.iter().any(|r| *r > HOPELESS);
         if !hopeless && !self.is_certified(solution) {
             self.take_velocity_of_impulses(problem, solution);
@@ -366,6 +409,8 @@ enum Start<'a> {
     Zero,
     /// Without impulses, and with the attempts that follow a failure.
     Cold,
+    /// From what Lemke's method found.
+    Found(&'a WarmStart),
 }
 
 /// Runs the first two stages of the cascade on an island. Attempt 0 starts from the warm start if there is one, the later
@@ -381,13 +426,25 @@ fn solve_island(
 ) {
     let first_attempt = u32::from(start == Start::Cold);
     let large = island.units.len() >= proximal::LARGE;
-    let restarts = if large { settings.max_restarts.min(1) } else { settings.max_restarts };
-    let accept = if start == Start::Cold { closely_accepted(island, settings) } else { settings.accept };
+    let may_jam = may_jam(island, cones);
+    solver.brief = may_jam && matches!(start, Start::Warm(_) | Start::Zero);
+    let restarts = match start {
+        Start::Found(_) if !may_jam => 0,
+        _ if solver.brief => 0,
+        _ if large => settings.max_restarts.min(1),
+        _ => settings.max_restarts,
+    };
+    let accept = if matches!(start, Start::Warm(_) | Start::Zero) {
+        settings.accept
+    } else {
+        closely_accepted(island, settings)
+    };
     for attempt in first_attempt..=restarts.max(first_attempt) {
         solver.start(problem, island);
-        if let (0, Start::Warm(warm)) = (attempt, start) {
+        if let (0, Start::Warm(warm) | Start::Found(warm)) = (attempt, start) {
             warm_start::load(solver, problem, cones, island, warm);
             if settings.sleeping
+                && start == Start::Warm(warm)
                 && let Some(residual) = solver.rest(problem, cones, island, settings)
             {
                 (outcome.residual, outcome.asleep) = (residual, true);
@@ -410,6 +467,15 @@ fn solve_island(
         }
         outcome.restarts += 1;
     }
+}
+
+/// Whether an island is small and has gaps that are violated: where its first attempt fails its contacts are often jammed or squeezed,
+/// and Lemke's method has the next turn, which tells a solution from a ray. The other attempts follow where it does neither.
+fn may_jam(island: &island::Island, cones: &Cones) -> bool {
+    let rows = |unit: &u32| 2 + cones.direction_count(*unit as usize);
+    island.units.len() < proximal::LARGE
+        && island.offset[..island.contact_count].iter().any(|offset| offset[0] < 0.0)
+        && island.units.iter().map(rows).sum::<usize>() <= fallback::QUICK_ROWS
 }
 
 /// The residual that islands have to reach after a solution that the certificate did not accept. That of a large island is mostly
