@@ -179,6 +179,32 @@ pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &Contac
     scratch.change
 }
 
+/// The same velocity by way of other sums: contact after contact.
+pub(crate) fn velocity_by_contacts(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
+    let mut velocity = problem.free_velocity.clone();
+    let mut change = vec![0.0; problem.nv()];
+    let mut take = |change: &mut Vec<f64>| {
+        problem.mass_factor.solve_in_place(change);
+        velocity.iter_mut().zip(&*change).for_each(|(v, d)| *v += d);
+        change.fill(0.0);
+    };
+    for i in 0..problem.contact_count() {
+        let [t_1, t_2] = tangential_impulse(problem, solution, i);
+        problem.jacobian.add_transposed(i, [solution.lambda_n[i], t_1, t_2], &mut change);
+        take(&mut change);
+    }
+    for (k, p) in solution.bilateral.iter().enumerate() {
+        problem.bilateral_jacobian.add_transposed(k, [*p], &mut change);
+        take(&mut change);
+    }
+    for j in 0..problem.friction_groups.len() {
+        let impulse = problem.friction_groups.impulse(j, &solution.group_alpha);
+        problem.friction_groups.jacobian.add_transposed(j, impulse, &mut change);
+        take(&mut change);
+    }
+    velocity
+}
+
 /// The scales of the data.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Scales {
@@ -199,6 +225,13 @@ impl Scales {
             velocity,
             mass: problem.mass.data().iter().fold(0.0, |a, m| a.max(m.abs())),
         }
+    }
+
+    /// What the last digits of a solution's impulses make in a velocity, relative to `s_v`.
+    pub fn rounding(&self, solution: &ContactSolution) -> f64 {
+        let impulses = solution.lambda_n.iter().chain(&solution.alpha).chain(&solution.group_alpha);
+        let largest = impulses.chain(&solution.bilateral).fold(0.0, |a, p| larger(p.abs(), a));
+        if self.velocity > 0.0 { f64::EPSILON * self.delassus * largest / self.velocity } else { 0.0 }
     }
 
     /// `s_v`, but at least a millionth of the free velocity: `M(v⁺ − v^f)` is a difference of numbers of that size, and below
