@@ -307,8 +307,8 @@ impl ContactSolver {
         }
         self.take_better_velocity(problem, solution);
         for roundings in 0..ROUNDINGS {
-            let rounded = self.violation(solution) <= ROUNDED * self.settings.tolerance
-                && self.scales.rounding(solution) <= self.settings.tolerance;
+            let most = ROUNDED * self.settings.tolerance;
+            let rounded = self.violation(solution) <= most && self.scales.rounding(solution) <= most;
             let near = roundings == 0 || rounded;
             if !near || self.is_certified(solution) || self.residuals.iter().all(|&residual| residual <= SETTLED) {
                 break;
