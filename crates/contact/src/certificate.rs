@@ -179,30 +179,23 @@ pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &Contac
     scratch.change
 }
 
-/// The same velocity by way of other sums: contact after contact.
-pub(crate) fn velocity_by_contacts(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
-    let mut velocity = problem.free_velocity.clone();
-    let mut change = vec![0.0; problem.nv()];
-    let mut take = |change: &mut Vec<f64>| {
-        problem.mass_factor.solve_in_place(change);
-        velocity.iter_mut().zip(&*change).for_each(|(v, d)| *v += d);
-        change.fill(0.0);
-    };
-    for i in 0..problem.contact_count() {
-        let [t_1, t_2] = tangential_impulse(problem, solution, i);
-        problem.jacobian.add_transposed(i, [solution.lambda_n[i], t_1, t_2], &mut change);
-        take(&mut change);
-    }
-    for (k, p) in solution.bilateral.iter().enumerate() {
-        problem.bilateral_jacobian.add_transposed(k, [*p], &mut change);
-        take(&mut change);
-    }
-    for j in 0..problem.friction_groups.len() {
+/// The same velocity, its impulses summed in the reverse order.
+pub(crate) fn velocity_summed_backwards(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
+    let mut force = vec![0.0; problem.nv()];
+    for j in (0..problem.friction_groups.len()).rev() {
         let impulse = problem.friction_groups.impulse(j, &solution.group_alpha);
-        problem.friction_groups.jacobian.add_transposed(j, impulse, &mut change);
-        take(&mut change);
+        problem.friction_groups.jacobian.add_transposed(j, impulse, &mut force);
     }
-    velocity
+    for (k, p) in solution.bilateral.iter().enumerate().rev() {
+        problem.bilateral_jacobian.add_transposed(k, [*p], &mut force);
+    }
+    for i in (0..problem.contact_count()).rev() {
+        let [t_1, t_2] = tangential_impulse(problem, solution, i);
+        problem.jacobian.add_transposed(i, [solution.lambda_n[i], t_1, t_2], &mut force);
+    }
+    problem.mass_factor.solve_in_place(&mut force);
+    force.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    force
 }
 
 /// The scales of the data.

@@ -42,7 +42,7 @@ pub use settings::SolverSettings;
 pub use warm_start::WarmStart;
 
 use crate::certificate::{
-    Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_by_contacts, velocity_from_impulses,
+    Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_from_impulses, velocity_summed_backwards,
 };
 use crate::recovery::recover_into;
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
@@ -351,7 +351,7 @@ impl ContactSolver {
         if self.scales.rounding(solution) <= self.settings.tolerance {
             return true;
         }
-        let other = velocity_by_contacts(problem, solution);
+        let other = velocity_summed_backwards(problem, solution);
         let claimed = std::mem::replace(&mut solution.velocity, other);
         certify_with(problem, solution, &self.scales, &mut self.scratch);
         solution.velocity = claimed;
