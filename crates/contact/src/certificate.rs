@@ -220,10 +220,10 @@ impl Scales {
         }
     }
 
-    /// What the last digits of a solution's impulses make in a velocity, relative to `s_v`.
+    /// What the last digits of a solution's impulses make in a velocity, relative to `s_v`. Friction is little more than what bounds it.
     pub fn rounding(&self, solution: &ContactSolution) -> f64 {
-        let impulses = solution.lambda_n.iter().chain(&solution.alpha).chain(&solution.group_alpha);
-        let largest = impulses.chain(&solution.bilateral).fold(0.0, |a, p| larger(p.abs(), a));
+        let size = |impulses: &[f64]| impulses.iter().fold(0.0, |a, p| larger(p.abs(), a));
+        let largest = larger(larger(size(&solution.lambda_n), size(&solution.group_alpha)), size(&solution.bilateral));
         if self.velocity > 0.0 { f64::EPSILON * self.delassus * largest / self.velocity } else { 0.0 }
     }
 

@@ -35,16 +35,14 @@ mod sleep;
 mod sparse;
 mod sweeps;
 mod system;
+mod verdict;
 mod warm_start;
 mod weight;
 
 pub use settings::SolverSettings;
 pub use warm_start::WarmStart;
 
-use crate::certificate::{
-    Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_from_impulses, velocity_summed_backwards,
-};
-use crate::recovery::recover_into;
+use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with};
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use island_pool::{IslandPool, Outcome};
 use island_solver::{Effort, IslandSolver};
@@ -64,13 +62,6 @@ const SETTLED: f64 = -1.0;
 const ROUNDINGS: u32 = 12;
 const ROUNDED: f64 = 10.0;
 const OTHER_DIGITS: f64 = 1e-9;
-/// How far the claimed velocity may be from that of the impulses along any row, in tolerances: where a contact is closed the laws
-/// hold for both, which leaves two.
-const CARRIED: f64 = 2.0;
-/// How far, in tolerances, two ways to sum the velocity of the impulses may differ.
-const RESOLVED: f64 = 5.0;
-/// A residual that no choice among velocities mends.
-const HOPELESS: f64 = 1e-3;
 
 /// What a solve ended with.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -79,7 +70,7 @@ pub enum SolveStatus {
     /// Every law holds within the tolerance.
     #[default]
     Solved,
-    /// The best point found; its residuals exceed the tolerance.
+    /// The best point found; its residuals exceed the tolerance, or are no numbers to rely on because the impulses are too large.
     Inaccurate,
     /// Lemke's path ended on a ray: these contacts wedge each other (φ < 0 and a cone that is not pointed).
     Ray {
@@ -318,64 +309,6 @@ impl ContactSolver {
             self.retry(problem, Start::Found(&found), solution, |residual| residual > SETTLED);
         }
         failure
-    }
-
-    /// Fills in what follows from impulses and velocity, and certifies it.
-    fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        self.certify_completed(problem, solution);
-        self.take_better_velocity(problem, solution);
-    }
-
-    /// Tries the velocity of the impulses where the certificate does not hold, unless they are far from a solution with any velocity.
-    fn take_better_velocity(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        let hopeless = solution.certificate.natural_map > HOPELESS && self.residuals.iter().any(|r| *r > HOPELESS);
-        if !hopeless && !self.is_certified(solution) {
-            self.take_velocity_of_impulses(problem, solution);
-        }
-    }
-
-    /// The worst residual of the solution that was certified last, and what counts as one: a velocity that is not that of the
-    /// impulses.
-    fn violation(&self, solution: &ContactSolution) -> f64 {
-        solution.certificate.worst().max(self.scratch.carried / CARRIED)
-    }
-
-    /// Whether that is within the tolerance.
-    fn is_certified(&self, solution: &ContactSolution) -> bool {
-        self.violation(solution) <= self.settings.tolerance
-    }
-
-    /// Whether the velocity of the impulses is one number up to a few tolerances, in whatever order it is summed: with very large
-    /// impulses a certificate can hold by the luck of one order.
-    fn is_resolved(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
-        if self.scales.rounding(solution) <= self.settings.tolerance {
-            return true;
-        }
-        let other = velocity_summed_backwards(problem, solution);
-        let claimed = std::mem::replace(&mut solution.velocity, other);
-        certify_with(problem, solution, &self.scales, &mut self.scratch);
-        solution.velocity = claimed;
-        self.scratch.carried <= RESOLVED * self.settings.tolerance
-    }
-
-    fn certify_completed(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        recover_into(problem, &self.cones, self.scales.velocity, solution);
-        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
-    }
-
-    /// Replaces the refined velocity by that of the impulses, with the `β` that follows from it, where this certifies
-    /// better: light bodies turn refinements that the contact rows do not see into a difference between the two.
-    fn take_velocity_of_impulses(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        let (refined_certificate, carried) = (solution.certificate, self.scratch.carried);
-        let refined_violation = self.violation(solution);
-        let unrefined = velocity_from_impulses(problem, solution);
-        let refined = std::mem::replace(&mut solution.velocity, unrefined);
-        self.certify_completed(problem, solution);
-        if self.violation(solution) >= refined_violation {
-            solution.velocity = refined;
-            recover_into(problem, &self.cones, self.scales.velocity, solution);
-            (solution.certificate, self.scratch.carried) = (refined_certificate, carried);
-        }
     }
 
     /// The certificate of a claimed solution of the problem that was solved last, as by [`certify`](crate::certify()), with the
