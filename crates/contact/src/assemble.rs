@@ -48,7 +48,10 @@ struct CombinedRow {
     weights: [f64; 2],
 }
 
-fn dot((columns, entries): &(&[u32], Vec<f64>), x: &[f64]) -> f64 {
+/// Columns and entries of a row of the Jacobians.
+type Base<'a> = (&'a [u32], Vec<f64>);
+
+fn dot((columns, entries): &Base, x: &[f64]) -> f64 {
     columns.iter().zip(entries).map(|(&c, e)| e * x[c as usize]).sum()
 }
 
@@ -168,7 +171,7 @@ impl ContactProblem {
     }
 
     /// The rows of all impulses, in their order: which combinations they are of which rows of the Jacobians.
-    fn rows_by_base(&self, at: &Layout) -> (Vec<(&[u32], Vec<f64>)>, Vec<CombinedRow>) {
+    fn rows_by_base(&self, at: &Layout) -> (Vec<Base<'_>>, Vec<CombinedRow>) {
         let (mut bases, mut rows) = (Vec::new(), Vec::with_capacity(at.bounds));
         for k in 0..self.bilateral_violation.len() {
             let (columns, group) = self.bilateral_jacobian.group(k);
