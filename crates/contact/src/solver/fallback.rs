@@ -10,10 +10,11 @@ use crate::{ContactProblem, ContactSolution, FrictionPolygon};
 
 /// What counts as zero, relative to the largest entry, when a column is looked at a second time.
 const SMALLEST_PIVOT: f64 = 1e-14;
-/// Covering vectors in problems of so many rows at most, where gaps are violated: one path may end on a ray and another one at a
-/// solution.
-const COVERING_VECTORS: u32 = 9;
+/// Rows of an LCP that costs Lemke's method no more than the other attempts on an island.
 pub(super) const QUICK_ROWS: usize = 128;
+/// Covering vectors in problems of so many rows at most: where gaps are violated one path may end on a ray and another one at a solution.
+const COVERING_VECTORS: u32 = 9;
+const SMALL_ROWS: usize = 64;
 /// A smaller part of a tolerance is rounding.
 const SMALLEST_PART: f64 = 1e-6;
 
@@ -62,8 +63,8 @@ pub(super) fn solve_whole(problem: &ContactProblem, settings: &SolverSettings) -
 /// have pivots that are no larger than what is otherwise rounding.
 fn solve_patiently(problem: &ContactProblem, settings: &SolverSettings) -> Option<ContactSolution> {
     let part = part_of_velocities(problem);
-    let is_quick = problem.standard_layout().size <= QUICK_ROWS;
-    let covering_vectors = if is_quick { COVERING_VECTORS } else { LemkeSettings::default().covering_vectors };
+    let is_small = problem.standard_layout().size <= SMALL_ROWS;
+    let covering_vectors = if is_small { COVERING_VECTORS } else { LemkeSettings::default().covering_vectors };
     let first_settings = LemkeSettings {
         tolerance: part * settings.accept,
         pivots_per_pair: settings.lemke_pivots_per_row,
