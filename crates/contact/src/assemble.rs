@@ -40,6 +40,21 @@ impl Layout {
     }
 }
 
+/// A row of an impulse, made of one or two adjacent rows of the Jacobians, its bases.
+struct CombinedRow {
+    row: usize,
+    /// The first of them.
+    base: usize,
+    weights: [f64; 2],
+}
+
+/// Columns and entries of a row of the Jacobians.
+type Base<'a> = (&'a [u32], Vec<f64>);
+
+fn dot((columns, entries): &Base, x: &[f64]) -> f64 {
+    columns.iter().zip(entries).map(|(&c, e)| e * x[c as usize]).sum()
+}
+
 impl ContactProblem {
     /// Layout of [`mixed_lcp`](Self::mixed_lcp).
     pub fn mixed_layout(&self) -> Layout {
@@ -104,30 +119,92 @@ impl ContactProblem {
         Ok(Lcp::with_scaling(A, b, self.scaling(&at)?)?)
     }
 
-    /// `A` and `b` with `v⁺` eliminated: `A = R M⁻¹ Rᵀ` over the rows R of all impulses, plus the friction blocks.
+    /// `J v` with the constants of `b`, of the rows of all impulses in the order of [`standard_layout`](Self::standard_layout): their
+    /// `w` at the velocity that the impulses give, but for `β`.
+    pub(crate) fn rates(&self, velocity: &[f64]) -> Vec<f64> {
+        let at = self.standard_layout();
+        let mut rates = vec![0.0; at.size];
+        self.for_each_row(&at, |row, columns, entries| {
+            rates[row] = columns.iter().zip(entries).map(|(&c, e)| e * velocity[c as usize]).sum();
+        });
+        self.fill_constants(&at, &mut rates);
+        rates.truncate(at.bounds);
+        rates
+    }
+
+    /// `A` and `b` with `v⁺` eliminated: `A = R M⁻¹ Rᵀ` over the rows R of all impulses, plus the friction blocks. The rows of a contact
+    /// or friction group are combinations of few, of which the products are made.
     fn condensed_arrays(&self, at: &Layout) -> (Matrix, Vec<f64>) {
+        let (bases, rows) = self.rows_by_base(at);
+        let count = bases.len();
+        // The second base of the last rows may be one that is not there.
+        let mut products = vec![0.0; (count + 1) * (count + 1)];
+        let mut rates = vec![0.0; count + 1];
+        let mut column = vec![0.0; self.nv()];
+        for (j, source) in bases.iter().enumerate() {
+            column.fill(0.0);
+            source.0.iter().zip(&source.1).for_each(|(&c, e)| column[c as usize] = *e);
+            self.mass_factor.solve_in_place(&mut column);
+            for (i, target) in bases.iter().enumerate().skip(j) {
+                let product = dot(target, &column);
+                products[i * (count + 1) + j] = product;
+                products[j * (count + 1) + i] = product;
+            }
+            rates[j] = dot(source, &self.free_velocity);
+        }
         let mut A = Matrix::zeros(at.size, at.size);
         let mut b = vec![0.0; at.size];
-        let mut column = vec![0.0; self.nv()];
-        let mut rows: Vec<(usize, Vec<u32>, Vec<f64>)> = Vec::new();
-        self.for_each_row(at, |row, columns, entries| rows.push((row, columns.to_vec(), entries.to_vec())));
-        let dot = |(_, columns, entries): &(usize, Vec<u32>, Vec<f64>), x: &[f64]| -> f64 {
-            columns.iter().zip(entries).map(|(&c, e)| e * x[c as usize]).sum()
-        };
-        for source in &rows {
-            column.fill(0.0);
-            for (&c, e) in source.1.iter().zip(&source.2) {
-                column[c as usize] = *e;
+        let mut combined = vec![0.0; count + 1];
+        for target in &rows {
+            let [first, second] = target.weights;
+            let (start, next) = (target.base * (count + 1), (target.base + 1) * (count + 1));
+            let pairs = products[start..next].iter().zip(&products[next..next + count + 1]);
+            combined.iter_mut().zip(pairs).for_each(|(x, (a, b))| *x = first * a + second * b);
+            for (entry, source) in A.data_mut()[target.row * at.size..].iter_mut().zip(&rows) {
+                *entry = source.weights[0] * combined[source.base] + source.weights[1] * combined[source.base + 1];
             }
-            self.mass_factor.solve_in_place(&mut column);
-            for target in &rows {
-                A[(target.0, source.0)] = dot(target, &column);
-            }
-            b[source.0] = dot(source, &self.free_velocity);
+            b[target.row] = first * rates[target.base] + second * rates[target.base + 1];
         }
         self.fill_constants(at, &mut b);
         self.fill_friction(at, &mut A);
         (A, b)
+    }
+
+    /// The rows of all impulses, in their order: which combinations they are of which rows of the Jacobians.
+    fn rows_by_base(&self, at: &Layout) -> (Vec<Base<'_>>, Vec<CombinedRow>) {
+        let (mut bases, mut rows) = (Vec::new(), Vec::with_capacity(at.bounds));
+        for k in 0..self.bilateral_violation.len() {
+            let (columns, group) = self.bilateral_jacobian.group(k);
+            rows.push(CombinedRow { row: at.bilateral + k, base: bases.len(), weights: [1.0, 0.0] });
+            bases.push((columns, group.iter().map(|e| e[0]).collect()));
+        }
+        for i in 0..self.contact_count() {
+            let (columns, group) = self.jacobian.group(i);
+            rows.push(CombinedRow { row: at.normal + i, base: bases.len(), weights: [1.0, 0.0] });
+            bases.push((columns, group.iter().map(|e| e[0]).collect()));
+        }
+        for i in 0..self.contact_count() {
+            let (columns, group) = self.jacobian.group(i);
+            let directions = self.directions_of(i);
+            let first = at.tangential + self.direction_offsets[i];
+            let row = |(k, d): (usize, &[f64; 2])| CombinedRow { row: first + k, base: bases.len(), weights: *d };
+            rows.extend(directions.iter().enumerate().map(row));
+            let used = if directions.is_empty() { 1..1 } else { 1..3 };
+            bases.extend(used.map(|r| (columns, group.iter().map(|e| e[r]).collect())));
+        }
+        for j in 0..self.friction_groups.len() {
+            let (columns, group) = self.friction_groups.jacobian.group(j);
+            let range = self.friction_groups.direction_range(j);
+            let directions = range.zip(self.friction_groups.directions_of(j));
+            let row = |(k, d): (usize, &[f64; 2])| CombinedRow {
+                row: at.group_tangential + k,
+                base: bases.len(),
+                weights: *d,
+            };
+            rows.extend(directions.map(row));
+            bases.extend((0..2).map(|r| (columns, group.iter().map(|e| e[r]).collect())));
+        }
+        (bases, rows)
     }
 
     /// Calls `visit(row, columns, entries)` for the Jacobian row of every impulse: bilateral, normal, tangential.

@@ -98,6 +98,9 @@ pub(crate) struct Scratch {
     change: Vec<f64>,
     momentum: Vec<f64>,
     column: Vec<f64>,
+    /// How far the velocity that the impulses of the last certified solution give is from the claimed one along any row, relative
+    /// to the velocity scale. The momentum residual is relative to the heaviest body; this is what it means to the rows.
+    pub carried: f64,
 }
 
 /// Certifies a claimed solution `(v⁺, λ_N, α, β, λ_B)` with the `α` and `β` of its friction groups; only these of `solution` are read.
@@ -140,6 +143,7 @@ pub(crate) fn certify_with(
         && solution.group_beta.len() == problem.friction_groups.len();
     let contacts = [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta];
     let mut arrays = contacts.into_iter().chain([&solution.bilateral, &solution.group_alpha, &solution.group_beta]);
+    scratch.carried = f64::INFINITY;
     if !sizes_fit || !arrays.all(|x| are_numbers(x)) {
         return Certificate::everything_violated();
     }
@@ -147,8 +151,9 @@ pub(crate) fn certify_with(
     scratch.add_forces(problem, solution);
     let mut certificate = Certificate { momentum: scratch.momentum_residual(problem, solution), ..Default::default() };
     scratch.velocity_from_impulses(problem);
+    let mut carried = 0.0;
     for i in 0..nc {
-        contact_laws(problem, solution, i, &scratch.change, scales, &mut certificate);
+        carried = larger(contact_laws(problem, solution, i, &scratch.change, scales, &mut certificate), carried);
     }
     for j in 0..problem.friction_groups.len() {
         let groups = &problem.friction_groups;
@@ -158,7 +163,9 @@ pub(crate) fn certify_with(
             beta: solution.group_beta[j],
             bound: groups.bound_at(j, &solution.lambda_n),
         };
-        friction.laws(groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity), scales, &mut certificate);
+        let (computed, claimed) = (groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity));
+        friction.laws(computed, claimed, scales, &mut certificate);
+        carried = larger(distance(computed, claimed), carried);
     }
     for k in 0..solution.bilateral.len() {
         let stabilization = problem.bilateral_violation[k] / problem.timestep;
@@ -166,7 +173,9 @@ pub(crate) fn certify_with(
         let [computed] = problem.bilateral_jacobian.multiply(k, &scratch.change);
         keep(&mut certificate.bilateral, (claimed + stabilization).abs());
         keep(&mut certificate.natural_map, (computed + stabilization).abs());
+        carried = larger((computed - claimed).abs(), carried);
     }
+    scratch.carried = if scales.velocity < NO_SQUARE { 0.0 } else { carried / scales.velocity };
     scales.normalise(problem, solution, certificate)
 }
 
@@ -177,6 +186,25 @@ pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &Contac
     scratch.add_forces(problem, solution);
     scratch.velocity_from_impulses(problem);
     scratch.change
+}
+
+/// The same velocity, its impulses summed in the reverse order.
+pub(crate) fn velocity_summed_backwards(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
+    let mut force = vec![0.0; problem.nv()];
+    for j in (0..problem.friction_groups.len()).rev() {
+        let impulse = problem.friction_groups.impulse(j, &solution.group_alpha);
+        problem.friction_groups.jacobian.add_transposed(j, impulse, &mut force);
+    }
+    for (k, p) in solution.bilateral.iter().enumerate().rev() {
+        problem.bilateral_jacobian.add_transposed(k, [*p], &mut force);
+    }
+    for i in (0..problem.contact_count()).rev() {
+        let [t_1, t_2] = tangential_impulse(problem, solution, i);
+        problem.jacobian.add_transposed(i, [solution.lambda_n[i], t_1, t_2], &mut force);
+    }
+    problem.mass_factor.solve_in_place(&mut force);
+    force.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    force
 }
 
 /// The scales of the data.
@@ -195,6 +223,13 @@ impl Scales {
     /// ([`ContactProblem::velocity_scale`]) are known.
     pub fn new(problem: &ContactProblem, delassus: f64, velocity: f64) -> Self {
         Self { delassus: if delassus > 0.0 { delassus } else { 1.0 }, velocity, mass: problem.mass.largest_diagonal() }
+    }
+
+    /// What the last digits of a solution's impulses make in a velocity, relative to `s_v`. Friction is little more than what bounds it.
+    pub fn rounding(&self, solution: &ContactSolution) -> f64 {
+        let size = |impulses: &[f64]| impulses.iter().fold(0.0, |a, p| larger(p.abs(), a));
+        let largest = larger(larger(size(&solution.lambda_n), size(&solution.group_alpha)), size(&solution.bilateral));
+        if self.velocity > 0.0 { f64::EPSILON * self.delassus * largest / self.velocity } else { 0.0 }
     }
 
     /// `s_v`, but at least a millionth of the free velocity: `M(v⁺ − v^f)` is a difference of numbers of that size, and below
@@ -277,7 +312,14 @@ pub(crate) fn tangential_impulse(problem: &ContactProblem, solution: &ContactSol
     problem.directions_of(i).iter().zip(alpha).fold([0.0; 2], |[x, y], (d, a)| [x + d[0] * a, y + d[1] * a])
 }
 
-/// Raw residuals of contact `i`. `from_impulses`: the velocity that the impulses give.
+/// At least the distance of two tangential velocities along any direction.
+#[inline]
+fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+    (a[0] - b[0]).abs() + (a[1] - b[1]).abs()
+}
+
+/// Raw residuals of contact `i`. `from_impulses`: the velocity that the impulses give. Returns how far it is from the claimed one
+/// along the contact's rows.
 fn contact_laws(
     problem: &ContactProblem,
     solution: &ContactSolution,
@@ -285,11 +327,11 @@ fn contact_laws(
     from_impulses: &[f64],
     scales: &Scales,
     raw: &mut Certificate,
-) {
+) -> f64 {
     let (g, lambda) = (scales.delassus, solution.lambda_n[i]);
     let gap_rate = problem.gap[i] / problem.timestep;
-    let [c_n, c_1, c_2] = problem.contact_velocity(i, from_impulses);
-    keep(&mut raw.natural_map, natural(g * lambda, c_n + gap_rate));
+    let [computed_n, c_1, c_2] = problem.contact_velocity(i, from_impulses);
+    keep(&mut raw.natural_map, natural(g * lambda, computed_n + gap_rate));
     let computed = [c_1, c_2];
     let [c_n, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
     keep(&mut raw.signorini, natural(g * lambda, c_n + gap_rate));
@@ -300,6 +342,8 @@ fn contact_laws(
         bound: problem.friction[i] * lambda,
     };
     friction.laws(computed, [c_1, c_2], scales, raw);
+    let tangential = if friction.directions.is_empty() { 0.0 } else { distance(computed, [c_1, c_2]) };
+    larger((computed_n - c_n).abs(), tangential)
 }
 
 /// The friction of one contact or friction group.

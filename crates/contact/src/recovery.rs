@@ -63,10 +63,11 @@ fn sliding_speed(directions: &[[f64; 2]], c: [f64; 2]) -> f64 {
     directions.iter().map(|d| -(d[0] * c[0] + d[1] * c[1])).fold(0.0, larger)
 }
 
-/// Makes the sum of multipliers that are at the bound equal to it: with large impulses a last digit is a velocity.
+/// Makes the sum of multipliers that are at the bound equal to it, without rounding and in any order: with large impulses a last
+/// digit is a velocity.
 fn take_up_rounding(alpha: &mut [f64], bound: f64) {
     let sum: f64 = alpha.iter().sum();
-    if sum == bound || (bound - sum).abs() > AT_BOUND * bound {
+    if bound <= 0.0 || (bound - sum).abs() > AT_BOUND * bound {
         return;
     }
     let largest = (0..alpha.len()).fold(0, |best, k| if alpha[k] > alpha[best] { k } else { best });
@@ -74,7 +75,7 @@ fn take_up_rounding(alpha: &mut [f64], bound: f64) {
     match other {
         // The larger one is at least half the bound: the difference is exact.
         Some(other) => {
-            alpha[largest] = alpha[largest].min(bound);
+            alpha[largest] = alpha[largest].clamp(0.5 * bound, bound);
             alpha[other] = bound - alpha[largest];
         }
         None => alpha[largest] = bound,

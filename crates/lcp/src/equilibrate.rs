@@ -8,6 +8,12 @@ const SPARSE_SIZE: usize = 64;
 /// … which pay when at most one entry in this many is nonzero.
 const SPARSE_RATIO: usize = 4;
 
+/// The larger of two numbers, in one instruction.
+#[inline]
+fn larger(a: f64, b: f64) -> f64 {
+    if b > a { b } else { a }
+}
+
 /// A problem with rows, columns and right-hand side brought to size 1 by powers of two, hence without rounding:
 /// `A' = R A C`, `b' = R b / β`, `z = β C z'`.
 ///
@@ -114,9 +120,11 @@ impl Scaled {
         let (s, t) = (scaling.z(), scaling.w());
         let in_one_unit = |i: usize, j: usize| (t[i] / s[j] * A[(i, j)]).abs();
         let mut largest = 0.0f64;
+        self.col_size.clear();
+        self.col_size.extend(s.iter().map(|s| 1.0 / s));
         for (i, t) in t.iter().enumerate() {
-            let in_row = A.row(i).iter().zip(s).fold(0.0f64, |max, (a, s)| max.max((a / s).abs()));
-            largest = largest.max(t * in_row);
+            let in_row = A.row(i).iter().zip(&self.col_size).fold(0.0, |max, (a, s)| larger(max, (a * s).abs()));
+            largest = larger(largest, t * in_row);
         }
         self.row_scale.clear();
         self.col_scale.clear();
@@ -150,8 +158,8 @@ impl Scaled {
             if self.row_scale[i] != 0.0 {
                 continue;
             }
-            let row = (0..n).fold(0.0f64, |max, j| max.max(entry(i, j) * self.col_scale[j]));
-            let col = (0..n).fold(0.0f64, |max, j| max.max(entry(j, i) * self.row_scale[j]));
+            let row = (0..n).fold(0.0, |max, j| larger(max, entry(i, j) * self.col_scale[j]));
+            let col = (0..n).fold(0.0, |max, j| larger(max, entry(j, i) * self.row_scale[j]));
             // Written negative first: later rows must not see the scales of earlier ones.
             self.row_scale[i] = -invert(row);
             self.col_scale[i] = -invert(col);
@@ -172,8 +180,8 @@ impl Scaled {
             let (row_scale, mut in_row) = (self.row_scale[i], 0.0f64);
             for ((a, col_scale), in_col) in A.row(i).iter().zip(&self.col_scale).zip(&mut self.col_size) {
                 let size = (row_scale * a * col_scale).abs();
-                in_row = in_row.max(size);
-                *in_col = in_col.max(size);
+                in_row = larger(in_row, size);
+                *in_col = larger(*in_col, size);
             }
             self.row_size[i] = in_row;
         }

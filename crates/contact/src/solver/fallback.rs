@@ -8,6 +8,13 @@ use super::{SolveStatus, SolverSettings};
 use crate::lcp_route::solve_as_lcp;
 use crate::{ContactProblem, ContactSolution, FrictionPolygon};
 
+/// What counts as zero, relative to the largest entry, when a column is looked at a second time.
+const SMALLEST_PIVOT: f64 = 1e-14;
+/// Rows of an LCP that costs Lemke's method no more than the other attempts on an island.
+pub(super) const QUICK_ROWS: usize = 128;
+/// Covering vectors in problems of so many rows at most: where gaps are violated one path may end on a ray and another one at a solution.
+const COVERING_VECTORS: u32 = 9;
+const SMALL_ROWS: usize = 64;
 /// A smaller part of a tolerance is rounding.
 const SMALLEST_PART: f64 = 1e-6;
 
@@ -51,12 +58,17 @@ pub(super) fn solve_whole(problem: &ContactProblem, settings: &SolverSettings) -
     solve_patiently(problem, settings)
 }
 
-/// Lemke's method with the solver's settings and, where the certificate does not hold, with its own, which polish longer.
+/// Lemke's method with the solver's settings and, where the certificate does not hold or theory promises a solution that was not
+/// found, with its own, which polish longer, from more covering vectors and with pivots as small as they come: almost equal contacts
+/// have pivots that are no larger than what is otherwise rounding.
 fn solve_patiently(problem: &ContactProblem, settings: &SolverSettings) -> Option<ContactSolution> {
     let part = part_of_velocities(problem);
+    let is_small = problem.standard_layout().size <= SMALL_ROWS;
+    let covering_vectors = if is_small { COVERING_VECTORS } else { LemkeSettings::default().covering_vectors };
     let first_settings = LemkeSettings {
         tolerance: part * settings.accept,
         pivots_per_pair: settings.lemke_pivots_per_row,
+        covering_vectors,
         ..LemkeSettings::default()
     };
     let first = solve_as_lcp(problem, &mut Lemke::new(first_settings).ok()?, settings.tolerance).ok()?;
@@ -64,7 +76,8 @@ fn solve_patiently(problem: &ContactProblem, settings: &SolverSettings) -> Optio
         return Some(first);
     }
     let usual = LemkeSettings::default();
-    let second_settings = LemkeSettings { tolerance: part * usual.tolerance, ..usual };
+    let second_settings =
+        LemkeSettings { tolerance: part * usual.tolerance, pivot: SMALLEST_PIVOT, covering_vectors, ..usual };
     let second = solve_as_lcp(problem, &mut Lemke::new(second_settings).ok()?, settings.tolerance).ok()?;
     Some(if second.certificate.worst() < first.certificate.worst() { second } else { first })
 }

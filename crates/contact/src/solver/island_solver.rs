@@ -83,6 +83,8 @@ pub(crate) struct IslandSolver {
     pub(super) block_sweeps: BlockSweeps,
     /// Whether the modes are those of the trial impulses, which sweeps may improve.
     pub(super) guessed: bool,
+    /// Whether the attempt may end early, because Lemke's method has the next turn.
+    pub(super) brief: bool,
     /// Whether `system` knows the island's structure.
     pub(super) analysed: bool,
 }

@@ -8,7 +8,9 @@
 //!    [block sweeps](block_sweeps), by paths that begin at the centre, and with an ε that stays near the one at which they turn
 //!    back;
 //! 3. lexicographic Lemke on the standard LCP ([`signorini_lcp::Lemke`]), which ends in a solution, or in a ray where the
-//!    contacts wedge.
+//!    contacts wedge; what it leaves with a residual the proximal iterations go on from.
+//!
+//! A small island whose gaps are violated goes from its first attempt to the third stage.
 //!
 //! What was tried and why the solver moved on is in the [`SolveReport`].
 
@@ -35,14 +37,14 @@ mod sleep;
 mod sparse;
 mod sweeps;
 mod system;
+mod verdict;
 mod warm_start;
 mod weight;
 
 pub use settings::SolverSettings;
 pub use warm_start::WarmStart;
 
-use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_from_impulses};
-use crate::recovery::recover_into;
+use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with};
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use given::GivenStart;
 use island_pool::{IslandPool, Outcome};
@@ -56,8 +58,13 @@ const CLOSER: f64 = 0.1;
 
 /// A patient attempt on a large island begins where the one before it ended if the residual there is below this.
 const NEAR: f64 = 1e-3;
-/// A residual that no choice among velocities mends.
-const HOPELESS: f64 = 1e-3;
+/// What is left in islands that nothing more is to be done about.
+const SETTLED: f64 = -1.0;
+/// How often the iterations go on from what Lemke's method found, beyond the first time where at most so many tolerances are left,
+/// and by how much the impulses differ between one time and the next.
+const ROUNDINGS: u32 = 12;
+const ROUNDED: f64 = 10.0;
+const OTHER_DIGITS: f64 = 1e-9;
 
 /// What a solve ended with.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -66,7 +73,7 @@ pub enum SolveStatus {
     /// Every law holds within the tolerance.
     #[default]
     Solved,
-    /// The best point found; its residuals exceed the tolerance.
+    /// The best point found; its residuals exceed the tolerance, or are no numbers to rely on because the impulses are too large.
     Inaccurate,
     /// Lemke's path ended on a ray: these contacts wedge each other (φ < 0 and a cone that is not pointed).
     Ray {
@@ -171,8 +178,8 @@ impl ContactSolver {
     /// Solves a problem into `solution`, whose memory is reused. The result has the same bits on any number of threads.
     ///
     /// `warm`: the start, if it has one entry per contact. The status is decided by the [certificate](crate::certify) of
-    /// the result, never by the solver's own numbers. No allocation after warm-up where the first two stages reach
-    /// the tolerance on one thread.
+    /// the result, and by how far its velocity is from that of its impulses along any row, never by the solver's own numbers.
+    /// No allocation after warm-up where the first two stages reach the tolerance on one thread.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
         if !has_rows(problem) {
             return take_free_velocity(problem, solution);
@@ -191,26 +198,23 @@ impl ContactSolver {
         self.contradiction.clear();
         let is_given = warm.is_some_and(|warm| self.given.read(problem, &self.cones, &self.islands, warm));
         let any_held = is_given && !self.settings.sleeping && self.hold_islands(problem, solution);
-        if self.solve_from_start(problem, is_given, solution) {
-            return;
-        }
-        if any_held {
+        let mut certified = self.solve_from_start(problem, is_given, solution);
+        if any_held && !certified {
             self.residuals.fill(f64::INFINITY);
-            if self.solve_from_start(problem, is_given, solution) {
-                return;
-            }
+            certified = self.solve_from_start(problem, is_given, solution);
         }
-        if !self.contradiction.is_empty() {
+        if !certified && !self.contradiction.is_empty() {
             self.drop_what_is_worse(problem, solution);
             self.contradiction.sort_unstable();
             solution.status = SolveStatus::Infeasible { contacts: self.contradiction.clone() };
             return;
         }
-        self.retry_cold(problem, solution);
-        let failure =
-            if solution.certificate.holds(self.settings.tolerance) { None } else { self.fall_back(problem, solution) };
+        if !certified {
+            self.retry_cold(problem, solution);
+        }
+        let failure = if certified || self.is_certified(solution) { None } else { self.fall_back(problem, solution) };
         self.drop_what_is_worse(problem, solution);
-        solution.status = if solution.certificate.holds(self.settings.tolerance) {
+        solution.status = if self.is_certified(solution) && self.is_resolved(problem, solution) {
             SolveStatus::Solved
         } else {
             failure.or_else(|| immovable_rows(problem)).unwrap_or(SolveStatus::Inaccurate)
@@ -270,69 +274,71 @@ impl ContactSolver {
     }
 
     /// Gives the islands that were accepted a cold start, where the certificate asks for more than they do (it multiplies
-    /// errors of the velocity by large impulses), and keeps what certifies better.
+    /// errors of the velocity by large impulses).
     fn retry_cold(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
         let accept = self.settings.accept;
-        if self.residuals.iter().all(|&residual| residual > accept) {
-            return;
+        if self.residuals.iter().any(|&residual| residual <= accept) {
+            solution.report.restarts += self.residuals.iter().filter(|&&residual| residual <= accept).count() as u32;
+            self.retry(problem, Start::Cold, solution, |residual| residual <= accept);
         }
+    }
+
+    /// Solves the islands whose residual is `chosen` once more and keeps what certifies better.
+    fn retry(
+        &mut self,
+        problem: &ContactProblem,
+        start: Start,
+        solution: &mut ContactSolution,
+        chosen: impl Fn(f64) -> bool,
+    ) {
         self.earlier.copy_warm_part(solution);
         self.earlier.velocity.clone_from(&solution.velocity);
-        let earlier = solution.certificate.worst();
-        solution.report.restarts += self.residuals.iter().filter(|&&residual| residual <= accept).count() as u32;
-        self.solve_islands(problem, Start::Cold, solution, |residual| residual <= accept);
+        let earlier = self.violation(solution);
+        self.solve_islands(problem, start, solution, chosen);
         self.complete(problem, solution);
-        if solution.certificate.worst() >= earlier {
+        if self.violation(solution) >= earlier {
             solution.copy_warm_part(&self.earlier);
             solution.velocity.clone_from(&self.earlier.velocity);
             self.complete(problem, solution);
         }
     }
 
-    /// The last stage of the cascade, for the islands that the first two left with a residual.
+    /// The last stage of the cascade, for the islands that the first two left with a residual. Where it neither solves a small
+    /// island nor denies it, the first two go on from what it found: Lemke's method works with sums that round, the proximal
+    /// iterations with differences from their centre.
     fn fall_back(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> Option<SolveStatus> {
-        let mut failure = None;
-        for (island, &residual) in self.islands.all().iter().zip(&self.residuals) {
-            if residual > closely_accepted(island, &self.settings) {
-                let outcome = fallback::solve_with_lemke(problem, island, &self.settings, residual, solution);
-                failure = failure.or(outcome);
+        let (mut denial, mut failure) = (None, None);
+        for (island, residual) in self.islands.all().iter().zip(&mut self.residuals) {
+            let left =
+                std::mem::replace(residual, if island.units.len() < proximal::LARGE { *residual } else { SETTLED });
+            if left <= closely_accepted(island, &self.settings) {
+                continue;
             }
+            let outcome = fallback::solve_with_lemke(problem, island, &self.settings, left, solution);
+            let denied = matches!(outcome, Some(SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. }));
+            let kind = if denied { &mut denial } else { &mut failure };
+            *kind = kind.take().or(outcome);
         }
-        self.complete(problem, solution);
+        self.certify_completed(problem, solution);
+        if denial.is_some() {
+            return denial;
+        }
+        self.take_better_velocity(problem, solution);
+        for roundings in 0..ROUNDINGS {
+            let most = ROUNDED * self.settings.tolerance;
+            let rounded = self.violation(solution) <= most && self.scales.rounding(solution) <= most;
+            let near = roundings == 0 || rounded;
+            if !near || self.is_certified(solution) || self.residuals.iter().all(|&residual| residual <= SETTLED) {
+                break;
+            }
+            // The same solution by way of other numbers: where impulses are large, their last digits decide.
+            let found = WarmStart::scaled(solution, 1.0 + f64::from(roundings) * OTHER_DIGITS);
+            let mut given = std::mem::take(&mut self.given);
+            given.read(problem, &self.cones, &self.islands, &found);
+            self.retry(problem, Start::Found(&given), solution, |residual| residual > SETTLED);
+            self.given = given;
+        }
         failure
-    }
-
-    /// Fills in what follows from impulses and velocity, and certifies it; whether the certificate holds.
-    fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
-        self.certify_completed(problem, solution);
-        if solution.certificate.holds(self.settings.tolerance) {
-            return true;
-        }
-        // Impulses that are far from a solution are so with any velocity.
-        let hopeless = solution.certificate.natural_map > HOPELESS && self.residuals.iter().any(|r| *r > HOPELESS);
-        if !hopeless {
-            self.take_velocity_of_impulses(problem, solution);
-        }
-        solution.certificate.holds(self.settings.tolerance)
-    }
-
-    fn certify_completed(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        recover_into(problem, &self.cones, self.scales.velocity, solution);
-        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
-    }
-
-    /// Replaces the refined velocity by that of the impulses, with the `β` that follows from it, where this certifies
-    /// better: light bodies turn refinements that the contact rows do not see into a difference between the two.
-    fn take_velocity_of_impulses(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        let refined_certificate = solution.certificate;
-        let unrefined = velocity_from_impulses(problem, solution);
-        let refined = std::mem::replace(&mut solution.velocity, unrefined);
-        self.certify_completed(problem, solution);
-        if solution.certificate.worst() >= refined_certificate.worst() {
-            solution.velocity = refined;
-            recover_into(problem, &self.cones, self.scales.velocity, solution);
-            solution.certificate = refined_certificate;
-        }
     }
 
     /// The certificate of a claimed solution of the problem that was solved last, as by [`certify`](crate::certify()), with the
@@ -385,6 +391,8 @@ enum Start<'a> {
     Zero,
     /// Without impulses, and with the attempts that follow a failure.
     Cold,
+    /// From what Lemke's method found.
+    Found(&'a GivenStart),
 }
 
 /// Runs the first two stages of the cascade on an island. Attempt 0 starts from the warm start if there is one, the later
@@ -401,13 +409,25 @@ fn solve_island(
     let cold = matches!(start, Start::Cold);
     let first_attempt = u32::from(cold);
     let large = island.units.len() >= proximal::LARGE;
-    let restarts = if large { settings.max_restarts.min(1) } else { settings.max_restarts };
-    let accept = if cold { closely_accepted(island, settings) } else { settings.accept };
+    let may_jam = may_jam(island, cones);
+    solver.brief = may_jam && matches!(start, Start::Warm(_) | Start::Zero);
+    let restarts = match start {
+        Start::Found(_) if !may_jam => 0,
+        _ if solver.brief => 0,
+        _ if large => settings.max_restarts.min(1),
+        _ => settings.max_restarts,
+    };
+    let accept = if matches!(start, Start::Warm(_) | Start::Zero) {
+        settings.accept
+    } else {
+        closely_accepted(island, settings)
+    };
     for attempt in first_attempt..=restarts.max(first_attempt) {
         solver.start(problem, island);
-        if let (0, Start::Warm(given)) = (attempt, start) {
+        if let (0, Start::Warm(given) | Start::Found(given)) = (attempt, start) {
             warm_start::load(solver, island, given);
             if settings.sleeping
+                && matches!(start, Start::Warm(_))
                 && let Some(residual) = solver.rest(problem, cones, island, settings)
             {
                 (outcome.residual, outcome.asleep) = (residual, true);
@@ -430,6 +450,15 @@ fn solve_island(
         }
         outcome.restarts += 1;
     }
+}
+
+/// Whether an island is small and has gaps that are violated: where its first attempt fails its contacts are often jammed or squeezed,
+/// and Lemke's method has the next turn, which tells a solution from a ray. The other attempts follow where it does neither.
+fn may_jam(island: &island::Island, cones: &Cones) -> bool {
+    let rows = |unit: &u32| 2 + cones.direction_count(*unit as usize);
+    island.units.len() < proximal::LARGE
+        && island.offset[..island.contact_count].iter().any(|offset| offset[0] < 0.0)
+        && island.units.iter().map(rows).sum::<usize>() <= fallback::QUICK_ROWS
 }
 
 /// The residual that islands have to reach after a solution that the certificate did not accept. That of a large island is mostly

@@ -110,6 +110,11 @@ impl Cones {
         self.polygons.edges(self.shape[i])
     }
 
+    /// Number of directions of contact or friction group `i`.
+    pub fn direction_count(&self, i: usize) -> usize {
+        self.edges(i).len()
+    }
+
     /// The effective coefficient of friction of contact `i`: 0 where it has no directions.
     pub fn friction(&self, i: usize) -> f64 {
         self.friction[i]

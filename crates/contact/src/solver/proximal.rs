@@ -19,6 +19,9 @@ const PARALLEL: f64 = 0.99;
 const NOISE: f64 = 1e-11;
 /// An extrapolation has to leave less than this part of the residual of the last one.
 const EXTRAPOLATED: f64 = 0.5;
+/// A brief attempt that is this far from a solution and came no nearer by an extrapolation ends: what it adds to the impulses grows
+/// for ever.
+const FAR: f64 = 1e-3;
 /// A patient attempt has so many times the iterations of a small island.
 const PATIENCE: u32 = 4;
 /// Contacts and groups from which an island is large: a path from modes that are far from the
@@ -76,6 +79,9 @@ impl IslandSolver {
             }
             if slow == 2 {
                 slow = 0;
+                if self.brief && extrapolated < f64::INFINITY && best > FAR.max(EXTRAPOLATED * extrapolated) {
+                    break;
+                }
                 if best > NOISE && best < EXTRAPOLATED * extrapolated && self.extrapolate(cones, island) {
                     (last, extrapolated) = (f64::INFINITY, best);
                 } else if !weight.change(best, last) {

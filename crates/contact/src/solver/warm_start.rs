@@ -45,6 +45,16 @@ impl WarmStart {
         start
     }
 
+    /// The same with its impulses multiplied by a number.
+    pub(super) fn scaled(earlier: &ContactSolution, factor: f64) -> Self {
+        let mut start = Self::from_solution(earlier);
+        for (impulse, _) in start.contacts.iter_mut().chain(&mut start.groups).flatten() {
+            impulse.iter_mut().for_each(|p| *p *= factor);
+        }
+        start.bilateral.iter_mut().for_each(|p| *p *= factor);
+        start
+    }
+
     /// Carries the bilateral impulses over.
     pub fn set_bilateral(&mut self, impulses: &[f64]) {
         self.bilateral.clear();

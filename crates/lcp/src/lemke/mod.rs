@@ -22,6 +22,10 @@ use crate::{Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Solution, St
 /// Diagonal entries of the equilibrated matrix below this count as zero.
 const NO_DIAGONAL: f64 = 1e-9;
 
+/// From this one on, covering vectors have entries from 1/WIDE to WIDE: a path that leads elsewhere.
+const WIDE_FROM: u32 = 3;
+const WIDE: f64 = 64.0;
+
 /// Lemke's complementary pivoting method.
 ///
 /// # Guarantee
@@ -85,6 +89,7 @@ impl Lemke {
             updates: self.settings.updates,
             tie,
             pivot: self.settings.pivot,
+            confirm: seed < WIDE_FROM || search.ray.is_none(),
         };
         let walk = self.path.walk(&self.scaled, &from.z_basic, &self.cover, &self.perturbation, limits);
         let residual = match walk.outcome {
@@ -93,7 +98,9 @@ impl Lemke {
                 self.finish(search, basis, Some(z))
             }
             Outcome::Ray => {
-                self.keep_ray(search, &walk);
+                if limits.confirm {
+                    self.keep_ray(search, &walk);
+                }
                 None
             }
             _ => None,
@@ -101,7 +108,7 @@ impl Lemke {
         search.note(start, walk.outcome, Some(walk), residual);
     }
 
-    /// Covering vector and perturbation number `seed`; number 0 has the covering vector of ones.
+    /// Covering vector and perturbation number `seed`; number 0 has the covering vector of ones, later ones differ the more from it.
     fn choose_vectors(&mut self, n: usize, seed: u32) {
         let uniform = |stream: u32, i: usize| {
             let bits = mix(u64::from(stream) << 32 | i as u64) >> 11;
@@ -113,7 +120,11 @@ impl Lemke {
         self.cover.clear();
         for i in 0..n {
             let weight = if self.scaled.column(i)[i].abs() < NO_DIAGONAL { bound_weight } else { 1.0 };
-            self.cover.push(if seed == 0 { 1.0 } else { weight * uniform(2 * seed, i) });
+            self.cover.push(match seed {
+                0 => 1.0,
+                1..WIDE_FROM => weight * uniform(2 * seed, i),
+                _ => WIDE.powf(2.0 * uniform(2 * seed, i) - 3.0),
+            });
         }
         self.perturbation.clear();
         self.perturbation.extend((0..n).map(|i| uniform(2 * seed + 1, i)));

@@ -13,6 +13,8 @@ pub(super) struct Limits {
     pub(super) tie: f64,
     /// Entries of a transformed column below this, relative to its largest, count as zero.
     pub(super) pivot: f64,
+    /// Whether a ray is looked at once more with fresh factors: not where one is known and a solution is all that is sought.
+    pub(super) confirm: bool,
 }
 
 /// How a walk ended.
@@ -121,6 +123,10 @@ impl Path {
             self.transform(problem, walk.entering);
             let leaving = match self.ratio_test(z0, limits) {
                 Leaving::Position(position) => position,
+                Leaving::None if !limits.confirm => {
+                    walk.outcome = Outcome::Ray;
+                    return;
+                }
                 // Decide again on exactly recomputed numbers; if these say the same, it is so.
                 _ if self.basis.updates() > 0 => {
                     if !self.refresh(problem, walk) {
