@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use serde_json::Value;
-use signorini::{InfeasiblePolicy, Settings};
+use signorini::contact::SolverSettings;
+use signorini::{ContactMethod, InfeasiblePolicy, Settings};
 use signorini_benchmarks::sim::{Run, drive};
 use signorini_benchmarks::table;
 
@@ -33,6 +34,9 @@ struct Options {
     /// Factor on the correction of penetrations, in (0, 1]
     #[arg(long, default_value_t = 1.0)]
     stabilization: f64,
+    /// Tolerance of the certificate; islands are accepted at it, too
+    #[arg(long, default_value_t = 1e-9)]
+    tolerance: f64,
     /// Take negative gaps as zero where they make a step unsolvable, instead of stopping
     #[arg(long)]
     clip: bool,
@@ -64,7 +68,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     if chosen.is_empty() || (options.raw.is_some() && chosen.len() != 1) {
         return Err(format!("{} scenes of {} have these names", chosen.len(), path.display()).into());
     }
+    let solver =
+        SolverSettings { tolerance: options.tolerance, accept: options.tolerance, ..SolverSettings::default() };
     let settings = Settings {
+        tolerance: options.tolerance,
+        method: ContactMethod::Structured(solver),
         directions: options.directions,
         stabilization: options.stabilization,
         infeasible: if options.clip { InfeasiblePolicy::ClipGaps } else { InfeasiblePolicy::Stop },

@@ -260,6 +260,7 @@ mod tests {
         }
         let mut islands = Islands::default();
         islands.find(&problem);
+        islands.assemble(&problem, |_| true);
         let island = &islands.all()[0];
         let mut system = ProximalSystem::default();
         system.analyse(&problem, island);
