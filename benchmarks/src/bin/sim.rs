@@ -34,7 +34,7 @@ struct Options {
     /// Factor on the correction of penetrations, in (0, 1]
     #[arg(long, default_value_t = 1.0)]
     stabilization: f64,
-    /// Tolerance of the certificate; islands are accepted at it, too
+    /// Tolerance of the certificate; islands are accepted at half of it
     #[arg(long, default_value_t = 1e-9)]
     tolerance: f64,
     /// Take negative gaps as zero where they make a step unsolvable, instead of stopping
@@ -69,7 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err(format!("{} scenes of {} have these names", chosen.len(), path.display()).into());
     }
     let solver =
-        SolverSettings { tolerance: options.tolerance, accept: options.tolerance, ..SolverSettings::default() };
+        SolverSettings { tolerance: options.tolerance, accept: 0.5 * options.tolerance, ..SolverSettings::default() };
     let settings = Settings {
         tolerance: options.tolerance,
         method: ContactMethod::Structured(solver),

@@ -7,10 +7,11 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 
+use super::SolverSettings;
+use super::attempts::{Start, solve_island};
 use super::island::Island;
 use super::island_solver::{Effort, IslandSolver};
 use super::mode::{Cones, Mode};
-use super::{SolverSettings, Start, solve_island};
 use crate::{ContactProblem, ContactSolution};
 
 /// Contacts, friction groups and bilateral rows outside the largest island from which threads are worth their wake-up.

@@ -14,6 +14,7 @@
 //!
 //! What was tried and why the solver moved on is in the [`SolveReport`].
 
+mod attempts;
 mod block_sweeps;
 mod contradiction;
 mod coupling;
@@ -46,18 +47,14 @@ pub use warm_start::WarmStart;
 
 use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with};
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
+use attempts::{Start, closely_accepted};
 use given::GivenStart;
-use island_pool::{IslandPool, Outcome};
-use island_solver::{Effort, IslandSolver};
+use island_pool::IslandPool;
+use island_solver::Effort;
 use islands::Islands;
 pub(crate) use mode::{Cones, Mode};
 use signorini_lcp::Refusal;
 
-/// Where the certificate asks for more than `accept`, a small island has to come down to this part of it.
-const CLOSER: f64 = 0.1;
-
-/// A patient attempt on a large island begins where the one before it ended if the residual there is below this.
-const NEAR: f64 = 1e-3;
 /// What is left in islands that nothing more is to be done about.
 const SETTLED: f64 = -1.0;
 /// How often the iterations go on from what Lemke's method found, beyond the first time where at most so many tolerances are left,
@@ -210,7 +207,7 @@ impl ContactSolver {
             return;
         }
         if !certified {
-            self.retry_cold(problem, solution);
+            self.retry_cold(problem, is_given, solution);
         }
         let failure = if certified || self.is_certified(solution) { None } else { self.fall_back(problem, solution) };
         self.drop_what_is_worse(problem, solution);
@@ -274,12 +271,15 @@ impl ContactSolver {
     }
 
     /// Gives the islands that were accepted a cold start, where the certificate asks for more than they do (it multiplies
-    /// errors of the velocity by large impulses).
-    fn retry_cold(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+    /// errors of the velocity by large impulses); after a warm start first the one of a solve without it.
+    fn retry_cold(&mut self, problem: &ContactProblem, is_given: bool, solution: &mut ContactSolution) {
         let accept = self.settings.accept;
-        if self.residuals.iter().any(|&residual| residual <= accept) {
-            solution.report.restarts += self.residuals.iter().filter(|&&residual| residual <= accept).count() as u32;
-            self.retry(problem, Start::Cold, solution, |residual| residual <= accept);
+        for start in [Start::Zero, Start::Cold].into_iter().skip(usize::from(!is_given)) {
+            let accepted = self.residuals.iter().filter(|&&residual| residual <= accept).count();
+            if accepted > 0 && !self.is_certified(solution) {
+                solution.report.restarts += accepted as u32;
+                self.retry(problem, start, solution, |residual| residual <= accept);
+            }
         }
     }
 
@@ -380,89 +380,4 @@ fn immovable_rows(problem: &ContactProblem) -> Option<SolveStatus> {
         |k: usize| problem.bilateral_jacobian.group(k).0.is_empty() && problem.bilateral_violation[k] != 0.0;
     let any = !contacts.is_empty() || (0..problem.bilateral_violation.len()).any(contradicted);
     any.then_some(SolveStatus::Infeasible { contacts })
-}
-
-/// Where the attempts on an island begin.
-#[derive(Clone, Copy)]
-enum Start<'a> {
-    /// From an earlier solution.
-    Warm(&'a GivenStart),
-    /// Without impulses.
-    Zero,
-    /// Without impulses, and with the attempts that follow a failure.
-    Cold,
-    /// From what Lemke's method found.
-    Found(&'a GivenStart),
-}
-
-/// Runs the first two stages of the cascade on an island. Attempt 0 starts from the warm start if there is one, the later
-/// ones are cold; the best one is what comes out.
-fn solve_island(
-    solver: &mut IslandSolver,
-    problem: &ContactProblem,
-    cones: &Cones,
-    island: &island::Island,
-    settings: &SolverSettings,
-    start: Start,
-    outcome: &mut Outcome,
-) {
-    let cold = matches!(start, Start::Cold);
-    let first_attempt = u32::from(cold);
-    let large = island.units.len() >= proximal::LARGE;
-    let may_jam = may_jam(island, cones);
-    solver.brief = may_jam && matches!(start, Start::Warm(_) | Start::Zero);
-    let restarts = match start {
-        Start::Found(_) if !may_jam => 0,
-        _ if solver.brief => 0,
-        _ if large => settings.max_restarts.min(1),
-        _ => settings.max_restarts,
-    };
-    let accept = if matches!(start, Start::Warm(_) | Start::Zero) {
-        settings.accept
-    } else {
-        closely_accepted(island, settings)
-    };
-    for attempt in first_attempt..=restarts.max(first_attempt) {
-        solver.start(problem, island);
-        if let (0, Start::Warm(given) | Start::Found(given)) = (attempt, start) {
-            warm_start::load(solver, island, given);
-            if settings.sleeping
-                && matches!(start, Start::Warm(_))
-                && let Some(residual) = solver.rest(problem, cones, island, settings)
-            {
-                (outcome.residual, outcome.asleep) = (residual, true);
-                outcome.take(solver);
-                return;
-            }
-        }
-        if attempt > 0 && large && outcome.residual < NEAR {
-            outcome.give(solver);
-        }
-        let residual = solver.run(problem, cones, island, settings, attempt);
-        outcome.effort.add(solver.effort);
-        if residual < outcome.residual {
-            outcome.residual = residual;
-            outcome.take(solver);
-        }
-        if outcome.residual <= accept || !solver.contradiction.is_empty() {
-            outcome.contradiction.clone_from(&solver.contradiction);
-            break;
-        }
-        outcome.restarts += 1;
-    }
-}
-
-/// Whether an island is small and has gaps that are violated: where its first attempt fails its contacts are often jammed or squeezed,
-/// and Lemke's method has the next turn, which tells a solution from a ray. The other attempts follow where it does neither.
-fn may_jam(island: &island::Island, cones: &Cones) -> bool {
-    let rows = |unit: &u32| 2 + cones.direction_count(*unit as usize);
-    island.units.len() < proximal::LARGE
-        && island.offset[..island.contact_count].iter().any(|offset| offset[0] < 0.0)
-        && island.units.iter().map(rows).sum::<usize>() <= fallback::QUICK_ROWS
-}
-
-/// The residual that islands have to reach after a solution that the certificate did not accept. That of a large island is mostly
-/// rounding.
-fn closely_accepted(island: &island::Island, settings: &SolverSettings) -> f64 {
-    if island.units.len() >= proximal::LARGE { settings.accept } else { CLOSER * settings.accept }
 }

@@ -19,6 +19,8 @@ const NEARLY_POLISHED: f64 = 3e-12;
 const SMALL: f64 = 1e-8;
 /// How many times the best residual it is then.
 const ROUNDED: f64 = 10.0;
+/// Part of the best residual at the last slow iterations that counts as the same.
+const STUCK: f64 = 0.5;
 /// ε of the last iterations.
 const LARGEST_LAST: f64 = 1e-3;
 /// ε of the first problem after an interior start, and the largest one.
@@ -104,6 +106,10 @@ impl ProximalWeight {
 
     /// After slow iterations, with the best residual ever and that of the last one; `false` if they are the last ones.
     pub fn change(&mut self, best: f64, last: f64) -> bool {
+        // What is accepted and does not get better is paid for with many mode changes in a large island.
+        if self.is_large && best <= self.accept && best > STUCK * self.earlier_best {
+            return false;
+        }
         // In a large island a small residual that grows with a smaller ε is mostly rounding, while it is small.
         let rounded = best < SMALL && last > ROUNDED * best && last < SMALL;
         let fruitless = self.is_large && best >= self.earlier_best && rounded;

@@ -1,0 +1,103 @@
+//! The attempts on an island: the first two stages of the cascade, from start after start.
+
+use super::SolverSettings;
+use super::fallback::QUICK_ROWS;
+use super::given::GivenStart;
+use super::island::Island;
+use super::island_pool::Outcome;
+use super::island_solver::IslandSolver;
+use super::mode::Cones;
+use super::proximal::LARGE;
+use super::warm_start;
+use crate::ContactProblem;
+
+/// Where the certificate asks for more than `accept`, a small island has to come down to this part of it.
+const CLOSER: f64 = 0.1;
+
+/// A patient attempt on a large island begins where the one before it ended if the residual there is below this.
+const NEAR: f64 = 1e-3;
+
+/// Where the attempts on an island begin.
+#[derive(Clone, Copy)]
+pub(super) enum Start<'a> {
+    /// From an earlier solution.
+    Warm(&'a GivenStart),
+    /// Without impulses.
+    Zero,
+    /// Without impulses, and with the attempts that follow a failure.
+    Cold,
+    /// From what Lemke's method found.
+    Found(&'a GivenStart),
+}
+
+/// Runs the first two stages of the cascade on an island. Attempt 0 starts from the warm start if there is one, the later
+/// ones are cold; the best one is what comes out.
+pub(super) fn solve_island(
+    solver: &mut IslandSolver,
+    problem: &ContactProblem,
+    cones: &Cones,
+    island: &Island,
+    settings: &SolverSettings,
+    start: Start,
+    outcome: &mut Outcome,
+) {
+    let cold = matches!(start, Start::Cold);
+    let first_attempt = u32::from(cold);
+    let large = island.units.len() >= LARGE;
+    let may_jam = may_jam(island, cones);
+    solver.brief = may_jam && matches!(start, Start::Warm(_) | Start::Zero);
+    let restarts = match start {
+        Start::Found(_) if !may_jam => 0,
+        _ if solver.brief => 0,
+        _ if large => settings.max_restarts.min(1),
+        _ => settings.max_restarts,
+    };
+    let accept = if matches!(start, Start::Warm(_) | Start::Zero) {
+        settings.accept
+    } else {
+        closely_accepted(island, settings)
+    };
+    for attempt in first_attempt..=restarts.max(first_attempt) {
+        solver.start(problem, island);
+        if let (0, Start::Warm(given) | Start::Found(given)) = (attempt, start) {
+            warm_start::load(solver, island, given);
+            if settings.sleeping
+                && matches!(start, Start::Warm(_))
+                && let Some(residual) = solver.rest(problem, cones, island, settings)
+            {
+                (outcome.residual, outcome.asleep) = (residual, true);
+                outcome.take(solver);
+                return;
+            }
+        }
+        if attempt > 0 && large && outcome.residual < NEAR {
+            outcome.give(solver);
+        }
+        let residual = solver.run(problem, cones, island, settings, attempt);
+        outcome.effort.add(solver.effort);
+        if residual < outcome.residual {
+            outcome.residual = residual;
+            outcome.take(solver);
+        }
+        if outcome.residual <= accept || !solver.contradiction.is_empty() {
+            outcome.contradiction.clone_from(&solver.contradiction);
+            break;
+        }
+        outcome.restarts += 1;
+    }
+}
+
+/// Whether an island is small and has gaps that are violated: where its first attempt fails its contacts are often jammed or squeezed,
+/// and Lemke's method has the next turn, which tells a solution from a ray. The other attempts follow where it does neither.
+fn may_jam(island: &Island, cones: &Cones) -> bool {
+    let rows = |unit: &u32| 2 + cones.direction_count(*unit as usize);
+    island.units.len() < LARGE
+        && island.offset[..island.contact_count].iter().any(|offset| offset[0] < 0.0)
+        && island.units.iter().map(rows).sum::<usize>() <= QUICK_ROWS
+}
+
+/// The residual that islands have to reach after a solution that the certificate did not accept. That of a large island is mostly
+/// rounding.
+pub(super) fn closely_accepted(island: &Island, settings: &SolverSettings) -> f64 {
+    if island.units.len() >= LARGE { settings.accept } else { CLOSER * settings.accept }
+}
