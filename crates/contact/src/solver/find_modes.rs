@@ -10,6 +10,8 @@ use crate::ContactProblem;
 
 /// The first attempt on a large island follows a path if at most one in so many contacts lies outside its mode.
 const FEW: usize = 16;
+/// Contacts from which a factorisation costs more than the few mode changes of a path.
+const COSTLY: usize = 512;
 /// ε from which Newton's steps find the modes of a large island by themselves.
 const EASY: f64 = 1e-2;
 /// So many contacts outside their modes are worth another step with any ε.
@@ -123,11 +125,11 @@ impl IslandSolver {
         self.solve_modes(cones, island, factored).then_some(fewest)
     }
 
-    /// Whether so few contacts of a large island lie outside their modes, with an ε so small, that a path does better than a
+    /// Whether so few contacts of a very large island lie outside their modes, with an ε so small, that a path does better than a
     /// step on all modes at once, which then mostly throws out more contacts than it brings in.
     fn is_for_a_path(&self, island: &Island, violations: usize) -> bool {
         let contacts = island.units.len();
-        contacts >= LARGE && self.epsilon < EASY && violations > VERY_FEW && FEW * violations <= contacts
+        contacts >= COSTLY && self.epsilon < EASY && violations > VERY_FEW && FEW * violations <= contacts
     }
 
     /// Solves with the modes at a path's end, which are the solution's but for rounding.

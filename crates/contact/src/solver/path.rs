@@ -41,7 +41,7 @@ const BACK_FROM_CENTRE: f64 = -0.2;
 /// Of a contact's typical impulse: how far inside its mode a path from the centre begins, so that no two contacts cross at once.
 const INSIDE: f64 = 1e-2;
 /// Mode changes that a path from the modes of few contacts may use, and more of them for each contact.
-const FEW_CHANGES: u32 = 20;
+const FEW_CHANGES: u32 = 60;
 const CHANGES_PER_VIOLATION: u32 = 2;
 /// Mode changes that a path from the centre may use, and more of them for so many contacts each.
 const CENTRE_CHANGES: u32 = 200;
