@@ -15,7 +15,7 @@ use crate::ContactProblem;
 const CLOSER: f64 = 0.1;
 
 /// A patient attempt on a large island begins where the one before it ended if the residual there is below this.
-const NEAR: f64 = 1e-3;
+const NEAR: f64 = 1e-2;
 
 /// Where the attempts on an island begin.
 #[derive(Clone, Copy)]
@@ -49,7 +49,7 @@ pub(super) fn solve_island(
     let restarts = match start {
         Start::Found(_) if !may_jam => 0,
         _ if solver.brief => 0,
-        _ if large => settings.max_restarts.min(1),
+        _ if large => settings.max_restarts.min(2),
         _ => settings.max_restarts,
     };
     let accept = if matches!(start, Start::Warm(_) | Start::Zero) {
