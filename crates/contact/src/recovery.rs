@@ -1,5 +1,6 @@
 //! From impulses and velocity to a complete solution: `α`, `β` and the contact modes.
 
+use crate::scales::raise;
 use crate::solver::Cones;
 use crate::{ContactMode, ContactProblem, ContactSolution};
 
@@ -58,9 +59,9 @@ fn recover_groups(problem: &ContactProblem, cones: &Cones, slow: f64, solution: 
 
 /// `max_k(−d_kᵀ c)`, 0 if that is less or no number.
 fn sliding_speed(directions: &[[f64; 2]], c: [f64; 2]) -> f64 {
-    // One instruction, unlike `f64::max`.
-    let larger = |a: f64, b: f64| if b > a { b } else { a };
-    directions.iter().map(|d| -(d[0] * c[0] + d[1] * c[1])).fold(0.0, larger)
+    let mut speed = 0.0;
+    directions.iter().for_each(|d| raise(&mut speed, -(d[0] * c[0] + d[1] * c[1])));
+    speed
 }
 
 /// Makes the sum of multipliers that are at the bound equal to it, without rounding and in any order: with large impulses a last

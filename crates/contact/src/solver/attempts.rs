@@ -41,22 +41,19 @@ pub(super) fn solve_island(
     start: Start,
     outcome: &mut Outcome,
 ) {
-    let cold = matches!(start, Start::Cold);
-    let first_attempt = u32::from(cold);
+    let first_attempt = u32::from(matches!(start, Start::Cold));
+    // Nothing was tried before: what is enough is `accept`, and what may be jammed has one attempt before Lemke's method.
+    let begins = matches!(start, Start::Warm(_) | Start::Zero);
     let large = island.units.len() >= LARGE;
     let may_jam = may_jam(island, cones);
-    solver.brief = may_jam && matches!(start, Start::Warm(_) | Start::Zero);
+    solver.brief = may_jam && begins;
     let restarts = match start {
         Start::Found(_) if !may_jam => 0,
         _ if solver.brief => 0,
         _ if large => settings.max_restarts.min(2),
         _ => settings.max_restarts,
     };
-    let accept = if matches!(start, Start::Warm(_) | Start::Zero) {
-        settings.accept
-    } else {
-        closely_accepted(island, settings)
-    };
+    let accept = if begins { settings.accept } else { closely_accepted(island, settings) };
     for attempt in first_attempt..=restarts.max(first_attempt) {
         solver.start(problem, island);
         if let (0, Start::Warm(given) | Start::Found(given)) = (attempt, start) {
