@@ -40,13 +40,24 @@ impl Layout {
     }
 }
 
-/// A row of an impulse, made of one or two adjacent rows of the Jacobians, its bases.
-struct CombinedRow {
+/// Consecutive rows of impulses, each made of the same two adjacent rows of the Jacobians, their bases.
+struct CombinedRows {
+    /// The first of the rows.
     row: usize,
-    /// The first of them.
+    /// The first of the bases.
     base: usize,
-    weights: [f64; 2],
+    /// Of the first and of the second base in each row.
+    weights: [Vec<f64>; 2],
 }
+
+impl CombinedRows {
+    fn of_directions(row: usize, base: usize, directions: &[[f64; 2]]) -> Self {
+        Self { row, base, weights: [0, 1].map(|k| directions.iter().map(|d| d[k]).collect()) }
+    }
+}
+
+/// Of a row that is its first base.
+const ALONE: [[f64; 2]; 1] = [[1.0, 0.0]];
 
 /// Columns and entries of a row of the Jacobians.
 type Base<'a> = (&'a [u32], Vec<f64>);
@@ -155,15 +166,21 @@ impl ContactProblem {
         let mut A = Matrix::zeros(at.size, at.size);
         let mut b = vec![0.0; at.size];
         let mut combined = vec![0.0; count + 1];
-        for target in &rows {
-            let [first, second] = target.weights;
-            let (start, next) = (target.base * (count + 1), (target.base + 1) * (count + 1));
-            let pairs = products[start..next].iter().zip(&products[next..next + count + 1]);
-            combined.iter_mut().zip(pairs).for_each(|(x, (a, b))| *x = first * a + second * b);
-            for (entry, source) in A.data_mut()[target.row * at.size..].iter_mut().zip(&rows) {
-                *entry = source.weights[0] * combined[source.base] + source.weights[1] * combined[source.base + 1];
+        for targets in &rows {
+            let (start, next) = (targets.base * (count + 1), (targets.base + 1) * (count + 1));
+            for (k, (&first, &second)) in targets.weights[0].iter().zip(&targets.weights[1]).enumerate() {
+                let row = targets.row + k;
+                let pairs = products[start..next].iter().zip(&products[next..next + count + 1]);
+                combined.iter_mut().zip(pairs).for_each(|(x, (a, b))| *x = first * a + second * b);
+                let entries = &mut A.data_mut()[row * at.size..][..at.size];
+                for sources in &rows {
+                    let (first, second) = (combined[sources.base], combined[sources.base + 1]);
+                    let [a, b] = &sources.weights;
+                    let entries = entries[sources.row..].iter_mut().zip(a.iter().zip(b));
+                    entries.for_each(|(entry, (a, b))| *entry = a * first + b * second);
+                }
+                b[row] = first * rates[targets.base] + second * rates[targets.base + 1];
             }
-            b[target.row] = first * rates[target.base] + second * rates[target.base + 1];
         }
         self.fill_constants(at, &mut b);
         self.fill_friction(at, &mut A);
@@ -171,37 +188,31 @@ impl ContactProblem {
     }
 
     /// The rows of all impulses, in their order: which combinations they are of which rows of the Jacobians.
-    fn rows_by_base(&self, at: &Layout) -> (Vec<Base<'_>>, Vec<CombinedRow>) {
-        let (mut bases, mut rows) = (Vec::new(), Vec::with_capacity(at.bounds));
+    fn rows_by_base(&self, at: &Layout) -> (Vec<Base<'_>>, Vec<CombinedRows>) {
+        let (mut bases, mut rows) = (Vec::new(), Vec::new());
         for k in 0..self.bilateral_violation.len() {
             let (columns, group) = self.bilateral_jacobian.group(k);
-            rows.push(CombinedRow { row: at.bilateral + k, base: bases.len(), weights: [1.0, 0.0] });
+            rows.push(CombinedRows::of_directions(at.bilateral + k, bases.len(), &ALONE));
             bases.push((columns, group.iter().map(|e| e[0]).collect()));
         }
         for i in 0..self.contact_count() {
             let (columns, group) = self.jacobian.group(i);
-            rows.push(CombinedRow { row: at.normal + i, base: bases.len(), weights: [1.0, 0.0] });
+            rows.push(CombinedRows::of_directions(at.normal + i, bases.len(), &ALONE));
             bases.push((columns, group.iter().map(|e| e[0]).collect()));
         }
         for i in 0..self.contact_count() {
             let (columns, group) = self.jacobian.group(i);
             let directions = self.directions_of(i);
-            let first = at.tangential + self.direction_offsets[i];
-            let row = |(k, d): (usize, &[f64; 2])| CombinedRow { row: first + k, base: bases.len(), weights: *d };
-            rows.extend(directions.iter().enumerate().map(row));
-            let used = if directions.is_empty() { 1..1 } else { 1..3 };
-            bases.extend(used.map(|r| (columns, group.iter().map(|e| e[r]).collect())));
+            if !directions.is_empty() {
+                let row = at.tangential + self.direction_offsets[i];
+                rows.push(CombinedRows::of_directions(row, bases.len(), directions));
+                bases.extend((1..3).map(|r| (columns, group.iter().map(|e| e[r]).collect())));
+            }
         }
         for j in 0..self.friction_groups.len() {
             let (columns, group) = self.friction_groups.jacobian.group(j);
-            let range = self.friction_groups.direction_range(j);
-            let directions = range.zip(self.friction_groups.directions_of(j));
-            let row = |(k, d): (usize, &[f64; 2])| CombinedRow {
-                row: at.group_tangential + k,
-                base: bases.len(),
-                weights: *d,
-            };
-            rows.extend(directions.map(row));
+            let row = at.group_tangential + self.friction_groups.direction_range(j).start;
+            rows.push(CombinedRows::of_directions(row, bases.len(), self.friction_groups.directions_of(j)));
             bases.extend((0..2).map(|r| (columns, group.iter().map(|e| e[r]).collect())));
         }
         (bases, rows)

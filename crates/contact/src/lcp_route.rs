@@ -9,6 +9,8 @@ use crate::{ContactProblem, ContactSolution, FrictionBound, Layout, ProblemError
 
 /// A residual that the rounding of the LCP's entries can leave.
 const NEAR: f64 = 1e-6;
+/// How often it is taken out, at most.
+pub(crate) const CORRECTIONS: u32 = 4;
 
 /// Solves a contact problem as an LCP: the standard form (formulation §4), or with bilateral rows the condensed one.
 ///
@@ -25,6 +27,16 @@ pub fn solve_as_lcp(
     method: &mut dyn Method,
     tolerance: f64,
 ) -> Result<ContactSolution, ProblemError> {
+    solve_corrected(problem, method, tolerance, CORRECTIONS)
+}
+
+/// The same with at most so many corrections of the rounding of the LCP.
+pub(crate) fn solve_corrected(
+    problem: &ContactProblem,
+    method: &mut dyn Method,
+    tolerance: f64,
+    corrections: u32,
+) -> Result<ContactSolution, ProblemError> {
     let lcp = match problem.bilateral_violation.is_empty() {
         true => CondensedLcp::Standard(problem.standard_lcp()?),
         false => CondensedLcp::Mixed(problem.condensed_lcp()?),
@@ -37,14 +49,7 @@ pub fn solve_as_lcp(
     cones.prepare(problem);
     complete(problem, &cones, &at, &outcome.z, &mut solution);
     if solution.certificate.worst() > tolerance && solution.certificate.worst() < NEAR {
-        let corrected = lcp.corrected(&true_rows(problem, &at, &outcome.z, &solution.velocity), &outcome.w)?;
-        let second = corrected.solve(method, Some(&outcome.basis));
-        let mut better = solution.clone();
-        complete(problem, &cones, &at, &second.z, &mut better);
-        if better.certificate.worst() < solution.certificate.worst() {
-            outcome.iterations += second.iterations;
-            solution = better;
-        }
+        take_out_rounding((problem, &cones), lcp, method, (tolerance, corrections), &mut outcome, &mut solution)?;
     }
     solution.report = SolveReport { lemke_pivots: outcome.iterations as u32, ..SolveReport::default() };
     solution.status = match &outcome.status {
@@ -59,6 +64,34 @@ pub fn solve_as_lcp(
         _ => SolveStatus::Inaccurate,
     };
     Ok(solution)
+}
+
+/// Solves the LCP again from its basis, with a right-hand side that makes up for the rounding of its matrix, and takes the point that
+/// certifies best. Where impulses are so large that their last digits decide, one point is as good as the next until one holds.
+fn take_out_rounding(
+    (problem, cones): (&ContactProblem, &Cones),
+    mut lcp: CondensedLcp,
+    method: &mut dyn Method,
+    (tolerance, corrections): (f64, u32),
+    outcome: &mut Solution,
+    solution: &mut ContactSolution,
+) -> Result<(), ProblemError> {
+    let at = problem.standard_layout();
+    let mut near = solution.clone();
+    for _ in 0..corrections {
+        lcp = lcp.corrected(&true_rows(problem, &at, &outcome.z, &near.velocity), &outcome.w)?;
+        let corrected = lcp.solve(method, Some(&outcome.basis));
+        complete(problem, cones, &at, &corrected.z, &mut near);
+        outcome.iterations += corrected.iterations;
+        (outcome.z, outcome.w, outcome.basis) = (corrected.z, corrected.w, corrected.basis);
+        if near.certificate.worst() < solution.certificate.worst() {
+            solution.clone_from(&near);
+        }
+        if near.certificate.worst() <= tolerance || near.certificate.worst() >= NEAR {
+            break;
+        }
+    }
+    Ok(())
 }
 
 /// The LCP of a contact problem, mixed where there are bilateral rows.

@@ -79,9 +79,10 @@ impl Direction {
 /// The proof of infeasibility with these multipliers `y ≥ 0` of the equilibrated rows, if they are one.
 pub(crate) fn certificate(problem: &Scaled, y: &[f64]) -> Option<Farkas> {
     let sum: f64 = y.iter().sum();
+    // The last columns are the bounds on friction, where a jam that is no proof shows.
     let holds = sum > 0.0
         && sum.is_finite()
         && dot(&problem.b, y) <= -MARGIN * sum
-        && (0..problem.n).all(|j| dot(problem.column(j), y) <= CERTIFICATE * sum);
+        && (0..problem.n).rev().all(|j| dot(problem.column(j), y) <= CERTIFICATE * sum);
     holds.then(|| Farkas { y: (0..problem.n).map(|i| problem.unscaled_y(i, y[i])).collect() })
 }

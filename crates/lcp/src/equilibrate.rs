@@ -1,4 +1,7 @@
-use crate::linalg::{add_scaled, power_of_two};
+use crate::linalg::{
+    add_product, add_product_doubled, add_scaled_wide, larger, largest_entries, largest_product, power_of_two,
+    scale_transposed,
+};
 use crate::{Matrix, Scaling};
 
 /// Rounds of max-norm equilibration after the scaling by the diagonal.
@@ -7,12 +10,6 @@ const ROUNDS: usize = 3;
 const SPARSE_SIZE: usize = 64;
 /// … which pay when at most one entry in this many is nonzero.
 const SPARSE_RATIO: usize = 4;
-
-/// The larger of two numbers, in one instruction.
-#[inline]
-fn larger(a: f64, b: f64) -> f64 {
-    if b > a { b } else { a }
-}
 
 /// A problem with rows, columns and right-hand side brought to size 1 by powers of two, hence without rounding:
 /// `A' = R A C`, `b' = R b / β`, `z = β C z'`.
@@ -40,11 +37,7 @@ impl Scaled {
         let n = self.n;
         self.columns.clear();
         self.columns.resize(n * n, 0.0);
-        for i in 0..n {
-            for (j, a) in A.row(i).iter().enumerate() {
-                self.columns[j * n + i] = self.row_scale[i] * a * self.col_scale[j];
-            }
-        }
+        scale_transposed(A.data(), &self.row_scale, &self.col_scale, &mut self.columns);
         self.pattern.load(n, &self.columns);
         self.b.clear();
         self.b.extend(b.iter().zip(&self.row_scale).map(|(b, r)| r * b));
@@ -63,7 +56,19 @@ impl Scaled {
         let column = self.column(j);
         match self.pattern.rows(j) {
             Some(rows) => rows.iter().for_each(|&i| out[i as usize] += factor * column[i as usize]),
-            None => add_scaled(out, factor, column),
+            None => add_scaled_wide(out, factor, column),
+        }
+    }
+
+    /// `high + low += factor ·` column `j` of `A'` in doubled precision.
+    pub(crate) fn add_column_doubled(&self, j: usize, factor: f64, high: &mut [f64], low: &mut [f64]) {
+        let column = self.column(j);
+        match self.pattern.rows(j) {
+            Some(rows) => rows.iter().for_each(|&i| {
+                let i = i as usize;
+                add_product(&mut high[i], &mut low[i], column[i], factor);
+            }),
+            None => add_product_doubled(high, low, column, factor),
         }
     }
 
@@ -123,8 +128,7 @@ impl Scaled {
         self.col_size.clear();
         self.col_size.extend(s.iter().map(|s| 1.0 / s));
         for (i, t) in t.iter().enumerate() {
-            let in_row = A.row(i).iter().zip(&self.col_size).fold(0.0, |max, (a, s)| larger(max, (a * s).abs()));
-            largest = larger(largest, t * in_row);
+            largest = larger(largest, t * largest_product(A.row(i), &self.col_size));
         }
         self.row_scale.clear();
         self.col_scale.clear();
@@ -176,15 +180,7 @@ impl Scaled {
             sizes.clear();
             sizes.resize(n, 0.0);
         }
-        for i in 0..n {
-            let (row_scale, mut in_row) = (self.row_scale[i], 0.0f64);
-            for ((a, col_scale), in_col) in A.row(i).iter().zip(&self.col_scale).zip(&mut self.col_size) {
-                let size = (row_scale * a * col_scale).abs();
-                in_row = larger(in_row, size);
-                *in_col = larger(*in_col, size);
-            }
-            self.row_size[i] = in_row;
-        }
+        largest_entries(A.data(), &self.row_scale, &self.col_scale, &mut self.row_size, &mut self.col_size);
         let apply = |scales: &mut [f64], sizes: &[f64]| {
             for (scale, size) in scales.iter_mut().zip(sizes) {
                 if *size > 0.0 {

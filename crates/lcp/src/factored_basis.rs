@@ -1,5 +1,5 @@
 use crate::equilibrate::Scaled;
-use crate::linalg::{DoubleSum, Lu, add_scaled};
+use crate::linalg::{Lu, add_product, add_product_doubled, add_scaled_wide, apply_updates};
 
 /// A basis of `w − A z − d z0 = b`, factorised, with product-form updates; `d = 0` where a method has no `z0`.
 ///
@@ -21,7 +21,8 @@ pub(crate) struct FactoredBasis {
     eta_positions: Vec<usize>,
     core_rhs: Vec<f64>,
     w_basic: Vec<bool>,
-    sums: Vec<DoubleSum>,
+    /// What the sums of a residual lack.
+    low: Vec<f64>,
 }
 
 impl FactoredBasis {
@@ -85,19 +86,13 @@ impl FactoredBasis {
         for (&i, &x) in self.core_rows.iter().zip(&self.core_rhs) {
             v[i] = x;
         }
-        for (eta, &position) in self.etas.chunks_exact(self.n.max(1)).zip(&self.eta_positions) {
-            if v[position] != 0.0 {
-                let x = v[position] / eta[position];
-                add_scaled(v, -x, eta);
-                v[position] = x;
-            }
-        }
+        apply_updates(v, &self.etas, &self.eta_positions);
     }
 
     /// `out += factor · A'_j` for the variable `z_j`, `factor · d` for `z0`.
     fn add_column(&self, problem: &Scaled, variable: usize, factor: f64, out: &mut [f64]) {
         if variable == 2 * self.n {
-            add_scaled(out, factor, &self.d);
+            add_scaled_wide(out, factor, &self.d);
         } else {
             problem.add_column(variable - self.n, factor, out);
         }
@@ -138,20 +133,18 @@ impl FactoredBasis {
     /// `out ← rhs − B x`, accumulated in doubled precision.
     pub(crate) fn residual_into(&mut self, problem: &Scaled, rhs: &[f64], x: &[f64], out: &mut [f64]) {
         let n = self.n;
-        self.sums.clear();
-        self.sums.extend(rhs.iter().map(|&r| DoubleSum::new(r)));
+        out.copy_from_slice(rhs);
+        self.low.clear();
+        self.low.resize(n, 0.0);
         for (&variable, &x) in self.head.iter().zip(x) {
             if variable < n {
-                self.sums[variable].add_product(-1.0, x);
+                add_product(&mut out[variable], &mut self.low[variable], -1.0, x);
             } else if variable == 2 * n {
-                self.sums.iter_mut().zip(&self.d).for_each(|(sum, &d)| sum.add_product(d, x));
+                add_product_doubled(out, &mut self.low, &self.d, x);
             } else if x != 0.0 {
-                let sums = &mut self.sums;
-                problem.for_each_in_column(variable - n, |i, a| sums[i].add_product(a, x));
+                problem.add_column_doubled(variable - n, x, out, &mut self.low);
             }
         }
-        for (out, sum) in out.iter_mut().zip(&self.sums) {
-            *out = sum.value();
-        }
+        out.iter_mut().zip(&self.low).for_each(|(out, low)| *out += low);
     }
 }

@@ -1,3 +1,4 @@
+use crate::linalg::are_finite;
 use crate::{LcpError, Matrix, Residual, Scaling};
 
 /// The linear complementarity problem: find `z` with `0 ≤ z ⟂ w = A z + b ≥ 0`.
@@ -187,7 +188,9 @@ fn check_data(A: &Matrix, b: &[f64]) -> Result<(), LcpError> {
     if A.rows() != b.len() {
         return Err(LcpError::Length { what: "b", expected: A.rows(), found: b.len() });
     }
-    if let Some(k) = A.data().iter().position(|x| !x.is_finite()) {
+    if !are_finite(A.data())
+        && let Some(k) = A.data().iter().position(|x| !x.is_finite())
+    {
         return Err(LcpError::MatrixNotFinite { row: k / A.cols(), col: k % A.cols(), value: A.data()[k] });
     }
     if let Some(index) = b.iter().position(|x| !x.is_finite()) {

@@ -5,29 +5,31 @@ use signorini_multibody::BlockDiagonal;
 
 use super::island::Island;
 use super::{SolveStatus, SolverSettings};
-use crate::lcp_route::solve_as_lcp;
+use crate::lcp_route::{CORRECTIONS, solve_corrected};
 use crate::{ContactProblem, ContactSolution, FrictionPolygon};
 
 /// What counts as zero, relative to the largest entry, when a column is looked at a second time.
 const SMALLEST_PIVOT: f64 = 1e-14;
 /// Rows of an LCP that costs Lemke's method no more than the other attempts on an island.
 pub(super) const QUICK_ROWS: usize = 128;
-/// Covering vectors in problems of so many rows at most: where gaps are violated one path may end on a ray and another one at a solution.
-const COVERING_VECTORS: u32 = 9;
-const SMALL_ROWS: usize = 64;
+/// Covering vectors in problems of so many rows at most: where gaps are violated one path may end on a ray and another one at a
+/// solution. Each path finds fewer of the solutions that are left, the ninth those of about one problem in a thousand; in very small
+/// problems a few more cost little.
+const COVERING_VECTORS: [(usize, u32); 2] = [(24, 13), (64, 9)];
 /// A smaller part of a tolerance is rounding.
 const SMALLEST_PART: f64 = 1e-6;
 
 /// Solves an island by Lemke's method and takes its impulses if they are better than what is there (`residual`). Returns
 /// the failure to report, if the island stays unsolved.
 pub(super) fn solve_with_lemke(
+    lemke: &mut Lemke,
     problem: &ContactProblem,
     island: &Island,
     settings: &SolverSettings,
     residual: f64,
     solution: &mut ContactSolution,
 ) -> Option<SolveStatus> {
-    let Some(local) = solve_local(problem, island, settings) else { return Some(SolveStatus::Inaccurate) };
+    let Some(local) = solve_local(lemke, problem, island, settings) else { return Some(SolveStatus::Inaccurate) };
     solution.report.lemke_islands += 1;
     solution.report.lemke_pivots += local.report.lemke_pivots;
     if local.certificate.worst() < residual {
@@ -51,35 +53,50 @@ pub(super) fn solve_with_lemke(
 
 /// Lemke's solution of a whole problem with bounds that the first two stages do not know; nothing if the problem is too large
 /// for it or its data are not those of a problem.
-pub(super) fn solve_whole(problem: &ContactProblem, settings: &SolverSettings) -> Option<ContactSolution> {
+pub(super) fn solve_whole(
+    lemke: &mut Lemke,
+    problem: &ContactProblem,
+    settings: &SolverSettings,
+) -> Option<ContactSolution> {
     if problem.standard_layout().size > settings.lemke_max_rows {
         return None;
     }
-    solve_patiently(problem, settings)
+    solve_patiently(lemke, problem, settings, CORRECTIONS)
 }
 
 /// Lemke's method with the solver's settings and, where the certificate does not hold or theory promises a solution that was not
 /// found, with its own, which polish longer, from more covering vectors and with pivots as small as they come: almost equal contacts
 /// have pivots that are no larger than what is otherwise rounding.
-fn solve_patiently(problem: &ContactProblem, settings: &SolverSettings) -> Option<ContactSolution> {
+fn solve_patiently(
+    lemke: &mut Lemke,
+    problem: &ContactProblem,
+    settings: &SolverSettings,
+    corrections: u32,
+) -> Option<ContactSolution> {
     let part = part_of_velocities(problem);
-    let is_small = problem.standard_layout().size <= SMALL_ROWS;
-    let covering_vectors = if is_small { COVERING_VECTORS } else { LemkeSettings::default().covering_vectors };
+    let covering_vectors = covering_vectors(problem.standard_layout().size);
     let first_settings = LemkeSettings {
         tolerance: part * settings.accept,
         pivots_per_pair: settings.lemke_pivots_per_row,
         covering_vectors,
         ..LemkeSettings::default()
     };
-    let first = solve_as_lcp(problem, &mut Lemke::new(first_settings).ok()?, settings.tolerance).ok()?;
+    lemke.set(first_settings).ok()?;
+    let first = solve_corrected(problem, lemke, settings.tolerance, corrections).ok()?;
     if !matches!(first.status, SolveStatus::Inaccurate | SolveStatus::IterationLimit) {
         return Some(first);
     }
     let usual = LemkeSettings::default();
     let second_settings =
         LemkeSettings { tolerance: part * usual.tolerance, pivot: SMALLEST_PIVOT, covering_vectors, ..usual };
-    let second = solve_as_lcp(problem, &mut Lemke::new(second_settings).ok()?, settings.tolerance).ok()?;
+    lemke.set(second_settings).ok()?;
+    let second = solve_corrected(problem, lemke, settings.tolerance, corrections).ok()?;
     Some(if second.certificate.worst() < first.certificate.worst() { second } else { first })
+}
+
+fn covering_vectors(size: usize) -> u32 {
+    let enough = COVERING_VECTORS.iter().find(|(rows, _)| size <= *rows);
+    enough.map_or(LemkeSettings::default().covering_vectors, |(_, count)| *count)
 }
 
 /// The velocity scale relative to the largest entry of the LCP's right-hand side, which the method's tolerance is relative to: that
@@ -93,12 +110,18 @@ fn part_of_velocities(problem: &ContactProblem) -> f64 {
 
 /// Lemke's solution of the island as a problem of its own; nothing if the island is too large for it or its data are
 /// not those of a problem.
-fn solve_local(problem: &ContactProblem, island: &Island, settings: &SolverSettings) -> Option<ContactSolution> {
+fn solve_local(
+    lemke: &mut Lemke,
+    problem: &ContactProblem,
+    island: &Island,
+    settings: &SolverSettings,
+) -> Option<ContactSolution> {
     let local = local_problem(problem, island)?;
     if local.standard_layout().size > settings.lemke_max_rows {
         return None;
     }
-    solve_patiently(&local, settings)
+    // The iterations go on from what one correction leaves.
+    solve_patiently(lemke, &local, settings, 1)
 }
 
 /// The island as a problem of its own, with its contacts and rows in the island's order.

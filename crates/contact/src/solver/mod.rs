@@ -45,6 +45,8 @@ mod weight;
 pub use settings::SolverSettings;
 pub use warm_start::WarmStart;
 
+use signorini_lcp::{Lemke, Refusal};
+
 use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_with};
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use attempts::{Start, closely_accepted};
@@ -53,7 +55,6 @@ use island_pool::IslandPool;
 use island_solver::Effort;
 use islands::Islands;
 pub(crate) use mode::{Cones, Mode};
-use signorini_lcp::Refusal;
 
 /// What is left in islands that nothing more is to be done about.
 const SETTLED: f64 = -1.0;
@@ -155,6 +156,7 @@ pub struct ContactSolver {
     contradiction: Vec<usize>,
     scales: Scales,
     scratch: Scratch,
+    lemke: Lemke,
 }
 
 impl ContactSolver {
@@ -260,7 +262,7 @@ impl ContactSolver {
     /// Lemke's method for a whole problem: where a bound has a constant part and grows with a normal impulse, its kink lies
     /// between the pieces that the first two stages know.
     fn solve_whole(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        if let Some(whole) = fallback::solve_whole(problem, &self.settings) {
+        if let Some(whole) = fallback::solve_whole(&mut self.lemke, problem, &self.settings) {
             *solution = whole;
             (solution.report.islands, solution.report.lemke_islands) = (1, 1);
         } else {
@@ -314,7 +316,7 @@ impl ContactSolver {
             if left <= closely_accepted(island, &self.settings) {
                 continue;
             }
-            let outcome = fallback::solve_with_lemke(problem, island, &self.settings, left, solution);
+            let outcome = fallback::solve_with_lemke(&mut self.lemke, problem, island, &self.settings, left, solution);
             let denied = matches!(outcome, Some(SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. }));
             let kind = if denied { &mut denial } else { &mut failure };
             *kind = kind.take().or(outcome);

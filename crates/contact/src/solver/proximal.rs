@@ -19,8 +19,8 @@ const PARALLEL: f64 = 0.99;
 const NOISE: f64 = 1e-11;
 /// An extrapolation has to leave less than this part of the residual of the last one.
 const EXTRAPOLATED: f64 = 0.5;
-/// A brief attempt that is this far from a solution and came no nearer by an extrapolation ends: what it adds to the impulses grows
-/// for ever.
+/// A brief attempt that is this far from a solution ends where it came no nearer by an extrapolation, or where no contact will leave
+/// its mode however often the last change is added: the impulses grow for ever.
 const FAR: f64 = 1e-3;
 /// A patient attempt has so many times the iterations of a small island.
 const PATIENCE: u32 = 4;
@@ -82,7 +82,13 @@ impl IslandSolver {
                 if self.brief && extrapolated < f64::INFINITY && best > FAR.max(EXTRAPOLATED * extrapolated) {
                     break;
                 }
-                if best > NOISE && best < EXTRAPOLATED * extrapolated && self.extrapolate(cones, island) {
+                let goes_on = best > NOISE && best < EXTRAPOLATED * extrapolated;
+                let times = if goes_on { self.times_to_go(cones, island) } else { 0.0 };
+                if self.brief && best > FAR && times == f64::INFINITY {
+                    break;
+                }
+                if times.is_finite() && times >= 1.0 {
+                    self.extrapolate(times);
                     (last, extrapolated) = (f64::INFINITY, best);
                 } else if !weight.change(best, last) {
                     break;
@@ -166,13 +172,14 @@ impl IslandSolver {
         if self.velocity_scale > 0.0 { size * scale / self.velocity_scale } else { 0.0 }
     }
 
-    /// Continues the last change of the impulses to where it leads; whether that is far.
+    /// How many times the last change of the impulses fits into the way to where it leads; infinite where it leads nowhere, 0 where
+    /// it has no direction.
     ///
     /// When two changes in a row have the same direction, the iteration follows one eigenvector, with the ratio `r` of
     /// their sizes: the changes to come add up to `r/(1 − r)` times the last one. Where `r` is 1, contacts that stick
     /// contradict each other by a little, and every iteration adds the same self-balanced impulses until one of them
     /// slides or opens. Both end at the latest where a contact leaves its mode.
-    fn extrapolate(&mut self, cones: &Cones, island: &Island) -> bool {
+    fn times_to_go(&self, cones: &Cones, island: &Island) -> f64 {
         let (mut product, mut last, mut earlier) = (0.0, 0.0, 0.0);
         for (a, b) in self.change.iter().zip(&self.earlier_change) {
             for r in 0..3 {
@@ -185,7 +192,7 @@ impl IslandSolver {
             && product > PARALLEL * (last * earlier).sqrt()
             && self.change.len() == self.y.len();
         if !parallel {
-            return false;
+            return 0.0;
         }
         let ratio = (last / earlier).sqrt();
         let mut times = if ratio < 1.0 { ratio / (1.0 - ratio) } else { f64::INFINITY };
@@ -198,9 +205,11 @@ impl IslandSolver {
                 }
             });
         }
-        if !times.is_finite() || times < 1.0 {
-            return false;
-        }
+        times
+    }
+
+    /// Adds so many times the last change to the impulses.
+    fn extrapolate(&mut self, times: f64) {
         for (p, d) in self.impulse.iter_mut().zip(&self.change) {
             for r in 0..3 {
                 p[r] += times * d[r];
@@ -210,7 +219,6 @@ impl IslandSolver {
             *p += times * d;
         }
         self.change.clear();
-        true
     }
 
     /// The velocity of the solution, one more fixed-mode correction beyond what the impulses can express: where impulses

@@ -69,6 +69,16 @@ impl Lemke {
         Ok(Self { settings, ..Self::default() })
     }
 
+    /// The method with other settings and the same memory.
+    ///
+    /// # Errors
+    /// [`LcpError::Setting`] when a setting is outside its range.
+    pub fn set(&mut self, settings: LemkeSettings) -> Result<(), LcpError> {
+        settings.validate()?;
+        self.settings = settings;
+        Ok(())
+    }
+
     fn load(&mut self, problem: &Lcp) {
         self.scaled.load(problem.A(), problem.b(), problem.scaling());
     }

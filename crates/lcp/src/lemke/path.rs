@@ -2,6 +2,7 @@ use crate::Outcome;
 use crate::equilibrate::Scaled;
 use crate::factored_basis::FactoredBasis;
 use crate::fingerprint::{Seen, mix};
+use crate::linalg::{add_scaled_wide, ratio_bound};
 
 /// Numbers that steer one walk; all refer to the equilibrated problem, whose data have size 1.
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +46,11 @@ pub(super) struct Path {
     pub(super) a: Vec<f64>,
     rhs: Vec<f64>,
     work: Vec<f64>,
+    /// Positions whose ratio may be the smallest.
+    near: Vec<usize>,
     seen: Seen,
+    /// The hashes of the basic variables, added without carries.
+    hash: u64,
 }
 
 /// The choice of a ratio test.
@@ -80,12 +85,18 @@ impl Path {
         if self.basis.factorize(problem) == 0.0 {
             return walk;
         }
-        let mut d = vec![0.0; n];
+        let mut d = std::mem::take(&mut self.basis.d);
         self.basis.multiply_into(problem, cover, &mut d);
         self.basis.multiply_into(problem, perturbation, &mut self.p);
         self.basis.d = d;
-        if !self.refresh(problem, &mut walk) {
-            return walk;
+        self.hash = self.basis.head.iter().fold(0, |hash, &v| hash ^ mix(v as u64));
+        if z_basic.contains(&true) {
+            if !self.refresh(problem, &mut walk) {
+                return walk;
+            }
+        } else {
+            self.x.copy_from_slice(&problem.b);
+            self.xp.copy_from_slice(&self.p);
         }
         if self.x.iter().all(|&x| x >= -limits.tie * self.size()) {
             walk.outcome = Outcome::Complementary;
@@ -147,7 +158,8 @@ impl Path {
                 walk.outcome = Outcome::Complementary;
                 return;
             }
-            if !self.seen.insert(self.fingerprint(walk.entering)) {
+            // The basis, and what enters it.
+            if !self.seen.insert(self.hash ^ mix(walk.entering as u64 ^ 0x5bd1_e995)) {
                 walk.outcome = Outcome::Cycle;
                 return;
             }
@@ -190,21 +202,11 @@ impl Path {
     }
 
     /// The lexicographic minimum ratio over positive entries of the column; a tie with `z0` ends the walk.
-    fn ratio_test(&self, z0: usize, limits: Limits) -> Leaving {
-        let n = self.a.len();
-        let largest = self.a.iter().fold(0.0f64, |max, a| max.max(a.abs()));
-        let floor = limits.pivot * largest.max(1e-3);
-        let slack = limits.tie * self.size();
-        // Harris: the bound is the smallest ratio when each value may lie off by `slack`.
-        let mut bound = f64::INFINITY;
-        for i in 0..n {
-            if self.a[i] > floor {
-                bound = bound.min((self.x[i].max(0.0) + slack) / self.a[i]);
-            }
-        }
+    fn ratio_test(&mut self, z0: usize, limits: Limits) -> Leaving {
+        let bound = ratio_bound(&self.x, &self.a, limits.tie, limits.pivot, &mut self.near);
         let mut best: Option<usize> = None;
-        for i in 0..n {
-            if self.a[i] > floor && self.x[i].max(0.0) / self.a[i] <= bound {
+        for &i in &self.near {
+            if self.a[i] > bound.floor && self.x[i].max(0.0) / self.a[i] <= bound.ratio {
                 if self.basis.head[i] == z0 {
                     return Leaving::Position(i);
                 }
@@ -215,7 +217,7 @@ impl Path {
         }
         match best {
             None => Leaving::None,
-            Some(i) if self.a[i] < 1e-5 * largest => Leaving::Doubtful(i),
+            Some(i) if self.a[i] < 1e-5 * bound.largest => Leaving::Doubtful(i),
             Some(i) => Leaving::Position(i),
         }
     }
@@ -235,16 +237,12 @@ impl Path {
         for x in [&mut self.x, &mut self.xp] {
             let step = x[position] / self.a[position];
             if step != 0.0 {
-                x.iter_mut().zip(&self.a).for_each(|(x, a)| *x -= step * a);
+                add_scaled_wide(x, -step, &self.a);
             }
             x[position] = step;
         }
         self.basis.replace(position, entering, &self.a);
+        self.hash ^= mix(leaving as u64) ^ mix(entering as u64);
         if leaving < n { leaving + n } else { leaving - n }
-    }
-
-    /// A hash of the basis and the entering variable.
-    fn fingerprint(&self, entering: usize) -> u64 {
-        self.basis.head.iter().fold(mix(entering as u64 ^ 0x5bd1_e995), |hash, &v| hash ^ mix(v as u64))
     }
 }

@@ -1,5 +1,8 @@
 /// Dot product with independent partial sums, so that the compiler can vectorise it.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    if a.len() < 8 {
+        return a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>() + 0.0;
+    }
     let mut sums = [0.0; 8];
     let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
     let tail: f64 = a_chunks.remainder().iter().zip(b_chunks.remainder()).map(|(x, y)| x * y).sum();
@@ -54,10 +57,7 @@ impl DoubleSum {
     }
 
     pub(crate) fn add_product(&mut self, a: f64, b: f64) {
-        let (product, product_error) = two_product(a, b);
-        let (sum, sum_error) = two_sum(self.high, product);
-        self.high = sum;
-        self.low += sum_error + product_error;
+        add_product(&mut self.high, &mut self.low, a, b);
     }
 
     pub(crate) fn value(self) -> f64 {
@@ -65,12 +65,23 @@ impl DoubleSum {
     }
 }
 
+/// `high + low += a b` in doubled precision.
+#[inline(always)]
+pub(crate) fn add_product(high: &mut f64, low: &mut f64, a: f64, b: f64) {
+    let (product, product_error) = two_product(a, b);
+    let (sum, sum_error) = two_sum(*high, product);
+    *high = sum;
+    *low += sum_error + product_error;
+}
+
+#[inline(always)]
 fn two_sum(a: f64, b: f64) -> (f64, f64) {
     let sum = a + b;
     let b_part = sum - a;
     (sum, (a - (sum - b_part)) + (b - b_part))
 }
 
+#[inline(always)]
 fn two_product(a: f64, b: f64) -> (f64, f64) {
     let product = a * b;
     if cfg!(target_feature = "fma") {
@@ -82,6 +93,7 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
     (product, error)
 }
 
+#[inline(always)]
 fn split(a: f64) -> (f64, f64) {
     let c = 134_217_729.0 * a; // 2^27 + 1
     let high = c - (c - a);

@@ -4,6 +4,11 @@
 
 mod kernels;
 mod lu;
+mod vectors;
 
-pub(crate) use kernels::{DoubleSum, add_scaled, dot, power_of_two};
+pub(crate) use kernels::{DoubleSum, add_product, add_scaled, dot, power_of_two};
 pub use lu::Lu;
+pub(crate) use vectors::{
+    add_product_doubled, add_scaled_wide, apply_updates, are_finite, larger, largest_entries, largest_product,
+    ratio_bound, scale_transposed,
+};
