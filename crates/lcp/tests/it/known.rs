@@ -1,6 +1,6 @@
 //! Every method on the shared set of cases.
 
-use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, MethodKind};
+use signorini_lcp::{Enumeration, Lcp, Lemke, LemkeSettings, Matrix, Method, MethodKind};
 
 use crate::cases;
 use crate::support::{assert_honest, assert_proof, gram, solves};
@@ -17,6 +17,26 @@ fn the_known_answers_are_answers() {
             assert!(case.problem.residual(z).value > 1e-2, "{}: residual of {z:?}", case.name);
         }
     }
+}
+
+#[test]
+fn lemke_with_the_memory_and_settings_of_another_problem_answers_as_a_new_one() {
+    let mut used = Lemke::default();
+    for settings in [LemkeSettings { covering_vectors: 9, ..LemkeSettings::default() }, LemkeSettings::default()] {
+        for case in cases::all() {
+            used.set(settings.clone()).unwrap();
+            let again = used.solve(&case.problem, None);
+            let afresh = Lemke::new(settings.clone()).unwrap().solve(&case.problem, None);
+            assert_eq!(
+                (again.z, again.status, again.iterations),
+                (afresh.z, afresh.status, afresh.iterations),
+                "{}",
+                case.name
+            );
+        }
+    }
+    assert!(used.set(LemkeSettings { tie: 1.0, ..LemkeSettings::default() }).is_err());
+    assert_eq!(used.tolerance(), LemkeSettings::default().tolerance, "refused settings are not taken");
 }
 
 #[test]
