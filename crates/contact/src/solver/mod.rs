@@ -22,6 +22,7 @@ mod fallback;
 mod find_modes;
 mod gathering;
 mod given;
+mod impulse_newton;
 mod interior_start;
 mod island;
 mod island_pool;
