@@ -522,13 +522,16 @@ fn four_dots(rows: [&[f64]; 4], x: &[f64]) -> [[f64; 2]; 4] {
     let (pairs, rest) = x.as_chunks::<2>();
     let [a, b, c, d] = rows.map(|row| &row.as_chunks::<2>().0[..pairs.len()]);
     let mut sums = [[0.0; 2]; 4];
-    for (j, x) in pairs.iter().enumerate() {
-        for (sums, row) in sums.iter_mut().zip([a[j], b[j], c[j], d[j]]) {
+    for ((((x, a), b), c), d) in pairs.iter().zip(a).zip(b).zip(c).zip(d) {
+        for (sums, row) in sums.iter_mut().zip([a, b, c, d]) {
             for l in 0..2 {
                 sums[l] += row[l] * x[l];
             }
         }
     }
+    // What becomes of the sums is hidden, lest the compiler multiplies one entry of each of two rows at a time, which it has to
+    // gather, instead of two of each.
+    let mut sums = sums.map(std::hint::black_box);
     if let [x] = rest {
         let last = 2 * pairs.len();
         (0..4).for_each(|r| sums[r][0] += rows[r][last] * x);

@@ -265,13 +265,18 @@ fn half_solve(factor: &BlockCholesky, island: &Island, c: usize, half: &mut [[f6
 
 /// `Aᵀ B` over the rows whose bits are set.
 fn multiply_shared(a: &[[f64; 3]], b: &[[f64; 3]], rows: u32) -> [[f64; 3]; 3] {
-    let mut product = [[0.0; 3]; 3];
-    for_each_bit(rows, |k| {
-        let (a, b) = (a[k], b[k]);
-        for r in 0..3 {
-            (0..3).for_each(|s| product[r][s] += a[r] * b[s]);
+    let (mut product, mut left) = ([[0.0; 3]; 3], rows);
+    while left != 0 {
+        let first = left.trailing_zeros();
+        let run = first as usize..(first + (left >> first).trailing_ones()) as usize;
+        for (a, b) in a[run.clone()].iter().zip(&b[run]) {
+            for r in 0..3 {
+                (0..3).for_each(|s| product[r][s] += a[r] * b[s]);
+            }
         }
-    });
+        // A carry out of the run clears it.
+        left &= left.wrapping_add(1 << first);
+    }
     product
 }
 
