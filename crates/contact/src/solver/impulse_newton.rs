@@ -20,8 +20,11 @@ use crate::scales::raise;
 const STEPS: usize = 6;
 /// A step with the same modes that leaves more than this part of the residual is the last one.
 const PROGRESS: f64 = 0.1;
-/// What is added to the diagonal, in parts of a contact's Delassus scale, so that redundant contacts share.
-const SHARED: f64 = 1e-12;
+/// What is added to the diagonal, in parts of a contact's Delassus scale, so that redundant contacts share: rounding of a velocity
+/// becomes an impulse among these that is larger by the inverse.
+const SHARED: f64 = 1e-9;
+/// Solutions with one factorisation: each leaves about [`SHARED`] of what the one before left.
+const PASSES: usize = 2;
 
 /// The memory of the method and its iterate.
 #[derive(Clone, Debug, Default)]
@@ -204,8 +207,22 @@ impl ImpulseNewton {
             let (p, projected) = (self.impulse[c], cones.project(i as usize, self.modes[c], self.impulse[c]));
             self.change.push(std::array::from_fn(|r| projected[r] - p[r]));
         }
+        for _ in 0..PASSES {
+            self.add_solution(island.units.len());
+        }
+        for (c, &i) in island.units.iter().enumerate() {
+            let (before, change) = (self.impulse[c], self.change[c]);
+            let p = cones.project(i as usize, self.modes[c], std::array::from_fn(|r| before[r] + change[r]));
+            self.change[c] = std::array::from_fn(|r| p[r] - before[r]);
+            self.impulse[c] = p;
+        }
+        self.add_velocity(factor, island);
+    }
+
+    /// Adds `A z` to the change of the impulses, with which `R (u + W p)` vanishes but for what is shared.
+    fn add_solution(&mut self, count: usize) {
         self.unknowns.clear();
-        for (c, blocks) in self.delassus.chunks_exact(island.units.len().max(1)).enumerate() {
+        for (c, blocks) in self.delassus.chunks_exact(count.max(1)).enumerate() {
             let mut u = self.slack[c];
             for (block, p) in blocks.iter().zip(&self.change).filter(|(_, p)| **p != [0.0; 3]) {
                 (0..3).for_each(|r| u[r] += dot(block[r], *p));
@@ -214,16 +231,10 @@ impl ImpulseNewton {
             self.unknowns.extend(self.held[c][..free].iter().map(|held| -dot(held.velocity, u)));
         }
         self.system.solve(&mut self.unknowns);
-        for (c, &i) in island.units.iter().enumerate() {
-            let mut p = self.impulse[c];
-            let solved = self.unknowns[self.begins[c]..self.begins[c + 1]].iter().zip(&self.held[c]);
-            (0..3).for_each(|r| p[r] += self.change[c][r]);
-            solved.for_each(|(z, held)| (0..3).for_each(|r| p[r] += z * held.impulse[r]));
-            let p = cones.project(i as usize, self.modes[c], p);
-            self.change[c] = std::array::from_fn(|r| p[r] - self.impulse[c][r]);
-            self.impulse[c] = p;
+        for (c, p) in self.change.iter_mut().enumerate() {
+            let own = self.unknowns[self.begins[c]..self.begins[c + 1]].iter().zip(&self.held[c]);
+            own.for_each(|(z, held)| (0..3).for_each(|r| p[r] += z * held.impulse[r]));
         }
-        self.add_velocity(factor, island);
     }
 
     /// Adds `M⁻¹ Jᵀ` times the change of the impulses to the velocity.

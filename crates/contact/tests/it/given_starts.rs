@@ -4,7 +4,7 @@ use signorini_contact::{
     ContactProblem, ContactSolution, ContactSolver, FrictionPolygon, SolveStatus, WarmStart, certify,
 };
 use signorini_multibody::BlockDiagonal;
-use signorini_testkit::{Parameters, Random, articulated};
+use signorini_testkit::{Gap, Motion, Parameters, Random, articulated};
 
 use crate::reference::worst_violation;
 
@@ -101,4 +101,41 @@ fn robots_are_solved_in_impulses() {
     }
     println!("{in_impulses} of 100 in impulses, {moved} with other modes, {alone} with one factorisation");
     assert!(in_impulses >= 80 && moved >= 20 && alone >= 20, "{in_impulses} {moved} {alone}");
+}
+
+/// Contacts that share a load go on sharing it: what is indeterminate among the impulses does not grow from the rounding of many steps.
+#[test]
+fn redundant_contacts_of_robots_keep_their_shares() {
+    let mut solver = ContactSolver::default();
+    let (mut checked, mut in_impulses) = (0, 0);
+    for seed in 0..12 {
+        let mut random = Random::new(7_000 + seed);
+        let parameters = Parameters {
+            friction: 0.6,
+            copies: 2,
+            gap: Gap::Zero,
+            motion: Motion::Rest,
+            ..Parameters::random(&mut random)
+        };
+        let mut problem = articulated(&mut random, &parameters, 24, 2);
+        let first = solver.solve(&problem, None);
+        let largest = first.lambda_n.iter().fold(0.0, |a: f64, p| a.max(*p));
+        if largest == 0.0 {
+            continue;
+        }
+        let (scale, mut before) = (problem.velocity_scale(), first.clone());
+        for _ in 0..50 {
+            problem.free_velocity.iter_mut().for_each(|v| *v += 1e-9 * scale * random.normal());
+            let next = solver.solve(&problem, Some(&WarmStart::from_solution(&before)));
+            assert_eq!(next.status, SolveStatus::Solved, "seed {seed}");
+            in_impulses += u32::from(next.report.proximal_iterations == 0 && next.report.factorizations > 0);
+            before = next;
+        }
+        let moved = before.impulse.iter().flatten().zip(first.impulse.iter().flatten());
+        let moved = moved.fold(0.0, |a: f64, (p, q)| a.max((p - q).abs()));
+        assert!(moved <= 1e-5 * largest, "seed {seed}: impulses of {largest:e} moved by {moved:e}");
+        checked += 1;
+    }
+    println!("{checked} robots, {in_impulses} steps in impulses");
+    assert!(checked >= 6 && in_impulses >= 200, "{checked} {in_impulses}");
 }
