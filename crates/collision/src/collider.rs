@@ -73,7 +73,10 @@ impl Collider {
         check_meshes(model, &geoms)?;
         let is_half_space = |i: &u32| matches!(geoms[*i as usize].shape, Shape::HalfSpace);
         let (half_spaces, bounded): (Vec<u32>, Vec<u32>) = (0..geoms.len() as u32).partition(is_half_space);
-        let swept = that_can_meet(model, &bounded, &bounded);
+        let mut swept = that_can_meet(model, &bounded, &bounded);
+        if swept.len() == 1 {
+            swept.clear();
+        }
         let over_half_spaces = that_can_meet(model, &bounded, &half_spaces);
         let half_spaces = that_can_meet(model, &half_spaces, &bounded);
         let mut active = [&half_spaces[..], &swept, &over_half_spaces].concat();
@@ -176,9 +179,11 @@ impl Collider {
             let center = rotation * geom.center + pose.position;
             let reach = reach[geom.body];
             let travel = reach.linear + reach.angular * geom.arm + self.margin[k];
-            let half = rotation.abs() * geom.half + DVec3::splat(travel);
+            if !self.swept.is_empty() {
+                let half = rotation.abs() * geom.half + DVec3::splat(travel);
+                self.boxes[k] = Aabb { low: center - half, high: center + half };
+            }
             self.placed[k] = GeomPose { rotation, position: pose.position, center };
-            self.boxes[k] = Aabb { low: center - half, high: center + half };
             self.travel[k] = travel;
             self.turn[k] = reach.angular;
         }

@@ -123,10 +123,23 @@ impl BlockCholesky {
             6 => return self.solve_small::<6>(block, x),
             _ => self.half_solve_block_in_place(block, x),
         }
+        self.other_half_solve_block_in_place(block, x);
+    }
+
+    /// The second half of [`solve_block_in_place`](Self::solve_block_in_place), `x ← L⁻¹ x` within one block.
+    ///
+    /// # Panics
+    /// If the length is not the block's size.
+    pub fn other_half_solve_block_in_place(&self, block: usize, x: &mut [f64]) {
+        let is_diagonal = self.diagonal[block];
         let block = &self.layout.blocks[block];
         let (n, end) = (block.size, &self.layout.end[block.range()]);
-        let rows = self.data[block.data_range()].chunks_exact(n);
+        assert_eq!(x.len(), n, "length must be the block's size");
         let inverse = &self.inverse_diagonal[block.range()];
+        if is_diagonal {
+            return scale_rows(x, inverse);
+        }
+        let rows = self.data[block.data_range()].chunks_exact(n);
         for (k, (row, (&inverse, &end))) in rows.zip(inverse.iter().zip(end)).enumerate() {
             let (head, tail) = x.split_at_mut(k + 1);
             head[k] *= inverse;
@@ -242,24 +255,52 @@ impl BlockCholesky {
     /// # Cost
     /// Half a solve on the rows' ways to the root.
     pub fn inverse_squares<const N: usize>(&self, block: usize, rows: &[usize], entries: &[[f64; N]]) -> [f64; N] {
+        let mut y = [[0.0; N]; FEW_ROWS];
+        let mut active = self.half_solve_on_ways(block, rows, entries, &mut y);
+        let mut squares = [0.0; N];
+        while active != 0 {
+            let k = 31 - active.leading_zeros() as usize;
+            active &= !(1 << k);
+            (0..N).for_each(|n| squares[n] += y[k][n] * y[k][n]);
+        }
+        squares
+    }
+
+    /// `Y ← L⁻ᵀ Y` for `N` sparse columns in the same rows of one block of at most [`FEW_ROWS`] rows, so that `YᵀY` is the product
+    /// with `A_b⁻¹` between them.
+    /// - `rows`: ascending, counted from the block's first; `entries`: of `Y` in them
+    /// - `y`: out, `[at least size, N]`; written in the rows on the ways to the root, which are returned as bits
+    ///
+    /// # Panics
+    /// If a row is not below the block's size, or the block has more rows, or `y` has less.
+    pub fn half_solve_on_ways<const N: usize>(
+        &self,
+        block: usize,
+        rows: &[usize],
+        entries: &[[f64; N]],
+        y: &mut [[f64; N]],
+    ) -> u32 {
         let is_diagonal = self.diagonal[block];
         let block = &self.layout.blocks[block];
         let (u, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
-        let mut squares = [0.0; N];
-        let mut add = |y: [f64; N]| (0..N).for_each(|n| squares[n] += y[n] * y[n]);
+        let y = &mut y[..block.size];
         if is_diagonal {
-            rows.iter().zip(entries).for_each(|(&k, entry)| add(entry.map(|x| x * inverse[k])));
-            return squares;
+            rows.iter().zip(entries).for_each(|(&k, entry)| y[k] = entry.map(|x| x * inverse[k]));
+            return rows.iter().fold(0, |active, k| active | 1 << k);
+        }
+        if self.is_way(block, rows) {
+            return half_solve_on_way(u, inverse, rows, entries, y);
         }
         // All rows on the ways to the root: a bit and, from the last one on, what the solve gives each.
-        let (mut active, mut y) = (0_u32, [[0.0; N]; FEW_ROWS]);
+        let mut active = 0_u32;
         for (&k, entry) in rows.iter().zip(entries) {
-            y[k] = *entry;
             let mut next = Some(block.start + k);
             while let Some(row) = next.filter(|row| active & (1 << (row - block.start)) == 0) {
                 active |= 1 << (row - block.start);
+                y[row - block.start] = [0.0; N];
                 next = self.layout.previous(row);
             }
+            y[k] = *entry;
         }
         let mut to_do = active;
         while to_do != 0 {
@@ -278,9 +319,14 @@ impl BlockCholesky {
                 }
             }
             y[k] = row.map(|x| x * inverse[k]);
-            add(y[k]);
         }
-        squares
+        active
+    }
+
+    /// Whether rows of a block are all those on one way to the root.
+    fn is_way(&self, block: &Block, rows: &[usize]) -> bool {
+        let mut before = None;
+        rows.iter().all(|k| self.layout.previous(block.start + k) == before.replace(block.start + k))
     }
 
     /// [`inverse_squares`](Self::inverse_squares) for columns in all rows of a block of at most six: a free body or a part of it.
@@ -348,6 +394,28 @@ impl BlockCholesky {
             row.iter_mut().for_each(|y| *y *= self.inverse_diagonal[k]);
         }
     }
+}
+
+/// `Y ← L⁻ᵀ Y` for the rows of one way to the root, each of which carries all that follow; returns them as bits.
+fn half_solve_on_way<const N: usize>(
+    u: &[f64],
+    inverse: &[f64],
+    rows: &[usize],
+    entries: &[[f64; N]],
+    y: &mut [[f64; N]],
+) -> u32 {
+    let n = y.len();
+    let mut active = 0;
+    for (i, (&k, entry)) in rows.iter().zip(entries).enumerate().rev() {
+        let (own, mut row) = (&u[k * n..][..n], *entry);
+        for &j in &rows[i + 1..] {
+            let (u, y) = (own[j], &y[j]);
+            (0..N).for_each(|n| row[n] -= u * y[n]);
+        }
+        y[k] = row.map(|x| x * inverse[k]);
+        active |= 1 << k;
+    }
+    active
 }
 
 /// `U` with `A = U Uᵀ` of one dense row-major block; below the diagonal of `U` nothing is read or written.
@@ -454,13 +522,16 @@ fn four_dots(rows: [&[f64]; 4], x: &[f64]) -> [[f64; 2]; 4] {
     let (pairs, rest) = x.as_chunks::<2>();
     let [a, b, c, d] = rows.map(|row| &row.as_chunks::<2>().0[..pairs.len()]);
     let mut sums = [[0.0; 2]; 4];
-    for (j, x) in pairs.iter().enumerate() {
-        for (sums, row) in sums.iter_mut().zip([a[j], b[j], c[j], d[j]]) {
+    for ((((x, a), b), c), d) in pairs.iter().zip(a).zip(b).zip(c).zip(d) {
+        for (sums, row) in sums.iter_mut().zip([a, b, c, d]) {
             for l in 0..2 {
                 sums[l] += row[l] * x[l];
             }
         }
     }
+    // What becomes of the sums is hidden, lest the compiler multiplies one entry of each of two rows at a time, which it has to
+    // gather, instead of two of each.
+    let mut sums = sums.map(std::hint::black_box);
     if let [x] = rest {
         let last = 2 * pairs.len();
         (0..4).for_each(|r| sums[r][0] += rows[r][last] * x);

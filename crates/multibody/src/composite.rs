@@ -217,12 +217,29 @@ pub fn mass_matrix_into(model: &Model, kinematics: &Kinematics, mass: &mut MassM
 }
 
 /// Row `k` of a block, that of an axis, at the columns of a run, and the column.
-fn put_row(axis: &Momentum, momenta: &[Momentum], k: usize, run: Range<usize>, (block, data): (Block, &mut [f64])) {
+fn put_row(axis: &Momentum, momenta: &[Momentum], k: usize, run: Range<usize>, block: (Block, &mut [f64])) {
+    match axis.0 {
+        // Most joints turn about the origin of their body.
+        [x, y, z, 0.0, 0.0, 0.0] => {
+            put_entries(|momentum| momentum.0[0] * x + momentum.0[2] * z + momentum.0[1] * y, momenta, k, run, block);
+        }
+        _ => put_entries(|momentum| momentum.dot(axis), momenta, k, run, block),
+    }
+}
+
+#[inline]
+fn put_entries(
+    product: impl Fn(&Momentum) -> f64,
+    momenta: &[Momentum],
+    k: usize,
+    run: Range<usize>,
+    (block, data): (Block, &mut [f64]),
+) {
     let (n, row) = (block.size, k - block.start);
     let mut mirrored = (run.start - block.start) * n + row;
     let own = row * n + run.start - block.start;
     for (momentum, entry) in momenta[run].iter().zip(own..) {
-        let value = momentum.dot(axis);
+        let value = product(momentum);
         data[entry] = value;
         data[mirrored] = value;
         mirrored += n;

@@ -7,36 +7,37 @@ use crate::model::{BodyId, Inertia, Model};
 
 /// Storage of the recursive Newton–Euler algorithm: one entry per body, world axes, about the body's origin.
 #[derive(Clone, Debug)]
-pub struct NewtonEuler {
-    angular_acceleration: Vec<DVec3>,
-    linear_acceleration: Vec<DVec3>,
-    moment: Vec<DVec3>,
-    force: Vec<DVec3>,
+pub struct NewtonEuler(Vec<Motion>);
+
+/// How a body is accelerated, the acceleration of its origin less gravity, and the wrench that it takes with all that hangs on it.
+#[derive(Clone, Copy, Debug)]
+struct Motion {
+    angular: DVec3,
+    linear: DVec3,
+    moment: DVec3,
+    force: DVec3,
 }
 
 impl NewtonEuler {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
-        let zeros = vec![DVec3::ZERO; model.bodies.len()];
-        Self {
-            angular_acceleration: zeros.clone(),
-            linear_acceleration: zeros.clone(),
-            moment: zeros.clone(),
-            force: zeros,
-        }
+        let zero = DVec3::ZERO;
+        Self(vec![Motion { angular: zero, linear: zero, moment: zero, force: zero }; model.bodies.len()])
     }
 
     /// Angular acceleration of a body and the acceleration of its origin less gravity, world axes, rad/s² and m/s², of the
     /// last motion given to [`inverse_dynamics_into`].
     pub fn acceleration(&self, body: BodyId) -> (DVec3, DVec3) {
-        (self.angular_acceleration[body.index()], self.linear_acceleration[body.index()])
+        let motion = &self.0[body.index()];
+        (motion.angular, motion.linear)
     }
 
     /// Moment about a body's origin and force, world axes, N·m and N, that the last motion given to
     /// [`inverse_dynamics_into`] takes for the body with all that hangs on it. Less what acts from outside, this is how
     /// its parent holds it. Zero for the world.
     pub fn wrench(&self, body: BodyId) -> (DVec3, DVec3) {
-        (self.moment[body.index()], self.force[body.index()])
+        let motion = &self.0[body.index()];
+        (motion.moment, motion.force)
     }
 }
 
@@ -90,11 +91,13 @@ fn newton_euler(
     work: &mut NewtonEuler,
     tau: &mut [f64],
 ) {
-    work.linear_acceleration[0] = -model.gravity;
+    let motions = &mut work.0[..];
+    motions[0].linear = -model.gravity;
     for (i, (step, body)) in model.path.iter().zip(&model.bodies).enumerate().skip(1) {
-        let around = work.angular_acceleration[step.parent];
+        let parent = &motions[step.parent];
+        let around = parent.angular;
         let mut angular = around + kinematics.bias_angular[i];
-        let mut linear = work.linear_acceleration[step.parent] + kinematics.bias_linear[i];
+        let mut linear = parent.linear + kinematics.bias_linear[i];
         if step.parent != 0 {
             linear += around.cross(kinematics.offset[i]);
         }
@@ -104,11 +107,11 @@ fn newton_euler(
                 linear += kinematics.dof_linear[k] * acceleration[k];
             }
         }
-        (work.angular_acceleration[i], work.linear_acceleration[i]) = (angular, linear);
-        (work.moment[i], work.force[i]) = rate_of_momentum(&body.inertia, kinematics, i, angular, linear);
+        let (moment, force) = rate_of_momentum(&body.inertia, kinematics, i, angular, linear);
+        motions[i] = Motion { angular, linear, moment, force };
     }
     for (i, step) in model.path.iter().enumerate().skip(1).rev() {
-        let (moment, force) = (work.moment[i], work.force[i]);
+        let Motion { moment, force, .. } = motions[i];
         if step.free {
             // Its axes are the world's and the body's.
             let moment = kinematics.rotation[i].mul_transpose_vec3(moment);
@@ -120,8 +123,9 @@ fn newton_euler(
             tau[k] = kinematics.dof_angular[k].dot(moment) + kinematics.dof_linear[k].dot(force);
         }
         if step.parent != 0 {
-            work.moment[step.parent] += moment + kinematics.offset[i].cross(force);
-            work.force[step.parent] += force;
+            let parent = &mut motions[step.parent];
+            parent.moment += moment + kinematics.offset[i].cross(force);
+            parent.force += force;
         }
     }
 }

@@ -70,7 +70,9 @@ pub(super) fn solve_island(
         if attempt > 0 && large && outcome.residual < NEAR {
             outcome.give(solver);
         }
-        let residual = solver.run(problem, cones, island, settings, attempt);
+        let residual = solver
+            .solve_in_impulses(problem, cones, island, settings)
+            .unwrap_or_else(|| solver.run(problem, cones, island, settings, attempt));
         outcome.effort.add(solver.effort);
         if residual < outcome.residual {
             outcome.residual = residual;

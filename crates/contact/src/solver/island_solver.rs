@@ -7,6 +7,7 @@
 
 use super::SolverSettings;
 use super::block_sweeps::BlockSweeps;
+use super::impulse_newton::ImpulseNewton;
 use super::interior_start::InteriorStart;
 use super::island::Island;
 use super::mode::{Cones, Mode};
@@ -78,6 +79,7 @@ pub(crate) struct IslandSolver {
     pub(super) contradiction: Vec<u32>,
     pub(super) magnitude: Vec<f64>,
     pub(super) effort: Effort,
+    pub(super) newton: ImpulseNewton,
     pub(super) interior: InteriorStart,
     pub(super) sweeps: Sweeps,
     pub(super) block_sweeps: BlockSweeps,

@@ -1,6 +1,7 @@
 //! The structured contact solver: exact, warm-started, with Lemke's method behind it.
 //!
-//! The cascade, island by island:
+//! The cascade, island by island (one that starts warm and has few rows, as robots have, is first given to
+//! [Newton's method in the space of impulses](impulse_newton)):
 //! 1. proximal iterations from the warm start, a few Newton steps on the modes in each, then the [path](path); a small cold
 //!    island begins with modes that [sweeps](sweeps) found, a large one that is far from its modes has an
 //!    [interior start](interior_start); a [proof](contradiction) that the gaps contradict each other ends the solve;
@@ -22,6 +23,7 @@ mod fallback;
 mod find_modes;
 mod gathering;
 mod given;
+mod impulse_newton;
 mod interior_start;
 mod island;
 mod island_pool;

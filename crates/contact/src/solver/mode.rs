@@ -48,6 +48,13 @@ impl Mode {
     }
 }
 
+/// A direction in which a mode leaves the impulse free, and the one in which it holds the velocity for it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Held {
+    pub impulse: [f64; 3],
+    pub velocity: [f64; 3],
+}
+
 /// A facet of a mode's cone: the mode holds where `normal · y ≥ 0`. On its far side the mode is `next`, and the slope of
 /// the projection is larger by `jump normalᵀ`.
 #[derive(Clone, Copy, Debug)]
@@ -226,6 +233,30 @@ impl Cones {
     pub fn slope(&self, i: usize, mode: Mode) -> [[f64; 3]; 3] {
         let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|unit| self.project(i, mode, unit));
         std::array::from_fn(|r| std::array::from_fn(|c| columns[c][r]))
+    }
+
+    /// What is free with the mode fixed, and what it holds: impulses `λ = Σ z_k a_k` at velocities with `r_k·u = 0`, for the
+    /// pairs `(a_k, r_k)`; those that are not of the mode are zero.
+    pub fn held_directions(&self, i: usize, mode: Mode) -> (usize, [Held; 3]) {
+        let normal = [1.0, 0.0, 0.0];
+        let along = |impulse, velocity| Held { impulse, velocity };
+        let only = |impulse| (1, [along(impulse, normal), Held::default(), Held::default()]);
+        let mu = self.friction[i];
+        match mode {
+            Mode::Open => (0, [Held::default(); 3]),
+            Mode::Closed => only(normal),
+            Mode::Stick => (3, [normal, [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(|unit| along(unit, unit))),
+            Mode::Edge(k) => {
+                let e = &self.edges(i)[k as usize];
+                let (n, t) = (mu * e.height, [0.0, e.tangent[0], e.tangent[1]]);
+                let pushed = [1.0, n * e.normal[0], n * e.normal[1]];
+                (2, [along(pushed, normal), along(t, t), Held::default()])
+            }
+            Mode::Vertex(k) => {
+                let d = self.edges(i)[k as usize].vertex;
+                only([1.0, mu * d[0], mu * d[1]])
+            }
+        }
     }
 
     /// Calls `visit` with every facet of the mode's cone, given the trial impulse (which decides where an opening contact

@@ -1,7 +1,12 @@
 //! Warm starts that solve islands already.
 
-use signorini_contact::{ContactProblem, ContactSolution, ContactSolver, FrictionPolygon, WarmStart, certify};
+use signorini_contact::{
+    ContactProblem, ContactSolution, ContactSolver, FrictionPolygon, SolveStatus, WarmStart, certify,
+};
 use signorini_multibody::BlockDiagonal;
+use signorini_testkit::{Gap, Motion, Parameters, Random, articulated};
+
+use crate::reference::worst_violation;
 
 const DT: f64 = 1e-3;
 const WEIGHT: f64 = 9.81 * DT;
@@ -66,4 +71,71 @@ fn slow_is_not_at_rest() {
     let warm = solve_again(&problem, &cold);
     assert_eq!(warm.report.factorizations, 0);
     assert!((warm.velocity[0] - 3e-9).abs() < 1e-20, "{:e}", warm.velocity[0]);
+}
+
+/// Robots with fewer rows than degrees of freedom that were pushed a little, sliding, lifted and standing feet among them: one small
+/// system for each change of the modes, no proximal iterations, and the velocity of a cold solve.
+#[test]
+fn robots_are_solved_in_impulses() {
+    let mut solver = ContactSolver::default();
+    let (mut moved, mut in_impulses, mut alone) = (0, 0, 0);
+    for seed in 0..100 {
+        let mut random = Random::new(4_000 + seed);
+        let parameters = Parameters { friction: 0.4, copies: 1, ..Parameters::random(&mut random) };
+        let mut problem = articulated(&mut random, &parameters, 12 + seed as usize % 12, 1 + seed as usize % 4);
+        let before = solver.solve(&problem, None);
+        let size = 10.0_f64.powi(-(seed as i32 % 4));
+        problem.free_velocity.iter_mut().for_each(|v| *v += size * random.normal());
+        let cold = solver.solve(&problem, None);
+        let warm = solver.solve(&problem, Some(&WarmStart::from_solution(&before)));
+        assert_eq!(warm.status, SolveStatus::Solved, "seed {seed}: {:?}", warm.certificate);
+        assert_eq!(warm.certificate, certify(&problem, &warm));
+        let violation = worst_violation(&problem, &warm);
+        assert!(violation <= 1e-9, "seed {seed}: {violation:e}");
+        let scale = problem.free_velocity.iter().fold(problem.velocity_scale(), |a, v| a.max(v.abs()));
+        let difference = warm.velocity.iter().zip(&cold.velocity).fold(0.0, |d: f64, (a, b)| d.max((a - b).abs()));
+        assert!(difference <= 1e-9 * scale, "seed {seed}: {difference:e}");
+        moved += u32::from(warm.report.mode_changes > 0);
+        in_impulses += u32::from(warm.report.proximal_iterations == 0 && warm.report.factorizations > 0);
+        alone += u32::from(warm.report.factorizations == 1);
+    }
+    println!("{in_impulses} of 100 in impulses, {moved} with other modes, {alone} with one factorisation");
+    assert!(in_impulses >= 80 && moved >= 20 && alone >= 20, "{in_impulses} {moved} {alone}");
+}
+
+/// Contacts that share a load go on sharing it: what is indeterminate among the impulses does not grow from the rounding of many steps.
+#[test]
+fn redundant_contacts_of_robots_keep_their_shares() {
+    let mut solver = ContactSolver::default();
+    let (mut checked, mut in_impulses) = (0, 0);
+    for seed in 0..12 {
+        let mut random = Random::new(7_000 + seed);
+        let parameters = Parameters {
+            friction: 0.6,
+            copies: 2,
+            gap: Gap::Zero,
+            motion: Motion::Rest,
+            ..Parameters::random(&mut random)
+        };
+        let mut problem = articulated(&mut random, &parameters, 24, 2);
+        let first = solver.solve(&problem, None);
+        let largest = first.lambda_n.iter().fold(0.0, |a: f64, p| a.max(*p));
+        if largest == 0.0 {
+            continue;
+        }
+        let (scale, mut before) = (problem.velocity_scale(), first.clone());
+        for _ in 0..50 {
+            problem.free_velocity.iter_mut().for_each(|v| *v += 1e-9 * scale * random.normal());
+            let next = solver.solve(&problem, Some(&WarmStart::from_solution(&before)));
+            assert_eq!(next.status, SolveStatus::Solved, "seed {seed}");
+            in_impulses += u32::from(next.report.proximal_iterations == 0 && next.report.factorizations > 0);
+            before = next;
+        }
+        let moved = before.impulse.iter().flatten().zip(first.impulse.iter().flatten());
+        let moved = moved.fold(0.0, |a: f64, (p, q)| a.max((p - q).abs()));
+        assert!(moved <= 1e-5 * largest, "seed {seed}: impulses of {largest:e} moved by {moved:e}");
+        checked += 1;
+    }
+    println!("{checked} robots, {in_impulses} steps in impulses");
+    assert!(checked >= 6 && in_impulses >= 200, "{checked} {in_impulses}");
 }

@@ -56,7 +56,11 @@ fn half_solves_of_the_first_rows_of_a_block_give_the_product_with_its_inverse() 
             factor.half_solve_block(b, &mut half);
             let mut column = vec![0.0; block.range().len()];
             column.iter_mut().zip(&rows).for_each(|(x, row)| *x = row[0]);
+            let mut by_halves = column.clone();
             factor.solve_block_in_place(b, &mut column);
+            factor.half_solve_block_in_place(b, &mut by_halves);
+            factor.other_half_solve_block_in_place(b, &mut by_halves);
+            assert!(relative_error(&by_halves, &column) < 1e-13, "{by_halves:?} {column:?}");
             for r in 0..2 {
                 let expected: f64 = rows.iter().zip(&column).map(|(row, x)| row[r] * x).sum();
                 let product: f64 = half.iter().map(|y| y[0] * y[r]).sum();
@@ -69,6 +73,13 @@ fn half_solves_of_the_first_rows_of_a_block_give_the_product_with_its_inverse() 
             let places: Vec<usize> = (0..count).filter(|k| k % 3 != 1).collect();
             let entries: Vec<[f64; 2]> = places.iter().map(|&k| rows[k]).collect();
             let [square, _] = factor.inverse_squares(b, &places, &entries);
+            let mut on_ways = vec![[f64::NAN; 2]; block.range().len()];
+            let ways = factor.half_solve_on_ways(b, &places, &entries, &mut on_ways);
+            for (k, y) in on_ways.iter().enumerate() {
+                let other = half.get(k).unwrap_or(&[0.0; 2]);
+                let y = if ways & (1 << k) == 0 { [0.0; 2] } else { *y };
+                assert!((0..2).all(|r| (y[r] - other[r]).abs() <= 1e-12), "{y:?} {other:?}");
+            }
             let expected: f64 = rows.iter().zip(&column).map(|(row, x)| row[0] * x).sum();
             let size: f64 = rows.iter().zip(&column).map(|(row, x)| (row[0] * x).abs()).sum();
             assert!((square - expected).abs() <= 1e-10 * size, "{square} {expected}");
