@@ -98,6 +98,8 @@ pub(crate) struct Scratch {
     change: Vec<f64>,
     momentum: Vec<f64>,
     column: Vec<f64>,
+    /// The velocity that the impulses give and the claimed one, of each degree of freedom.
+    both: Vec<[f64; 2]>,
     /// How far the velocity that the impulses of the last certified solution give is from the claimed one along any row, relative
     /// to the velocity scale. The momentum residual is relative to the heaviest body; this is what it means to the rows.
     pub carried: f64,
@@ -142,18 +144,20 @@ pub(crate) fn certify_with(
         && solution.group_alpha.len() == problem.friction_groups.direction_count()
         && solution.group_beta.len() == problem.friction_groups.len();
     let contacts = [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta];
-    let mut arrays = contacts.into_iter().chain([&solution.bilateral, &solution.group_alpha, &solution.group_beta]);
+    let others = [&solution.bilateral, &solution.group_alpha, &solution.group_beta];
     scratch.carried = f64::INFINITY;
-    if !sizes_fit || !arrays.all(|x| are_numbers(x)) {
+    if !sizes_fit || !contacts.iter().all(|x| are_numbers(x)) || !others.iter().all(|x| are_numbers(x)) {
         return Certificate::everything_violated();
     }
     scratch.resize(nv);
     scratch.add_forces(problem, solution);
     let mut certificate = Certificate { momentum: scratch.momentum_residual(problem, solution), ..Default::default() };
     scratch.velocity_from_impulses(problem);
+    scratch.both.clear();
+    scratch.both.extend(scratch.change.iter().zip(&solution.velocity).map(|(computed, claimed)| [*computed, *claimed]));
     let mut carried = 0.0;
     for i in 0..nc {
-        carried = larger(contact_laws(problem, solution, i, &scratch.change, scales, &mut certificate), carried);
+        carried = larger(contact_laws(problem, solution, i, &scratch.both, scales, &mut certificate), carried);
     }
     for j in 0..problem.friction_groups.len() {
         let groups = &problem.friction_groups;
@@ -235,7 +239,7 @@ impl Scales {
     /// `s_v`, but at least a millionth of the free velocity: `M(v⁺ − v^f)` is a difference of numbers of that size, and below
     /// it the quotient would compare rounding with rounding (a limit at rest in a robot that falls).
     fn momentum_velocity(&self, problem: &ContactProblem) -> f64 {
-        let fastest = problem.free_velocity.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+        let fastest = problem.free_velocity.iter().fold(0.0, |a, v| larger(v.abs(), a));
         self.velocity.max(1e-6 * fastest)
     }
 
@@ -294,8 +298,9 @@ impl Scratch {
             *d = v - f;
         }
         problem.mass.multiply_into(&self.change, &mut self.momentum);
-        let differences = self.momentum.iter().zip(&self.force).map(|(p, f)| (p - f).abs());
-        differences.fold(0.0, |a, d| if d.is_nan() { f64::INFINITY } else { a.max(d) })
+        let mut largest = 0.0;
+        self.momentum.iter().zip(&self.force).for_each(|(p, f)| keep(&mut largest, (p - f).abs()));
+        largest
     }
 
     /// `change = v^f + M⁻¹ force`, the velocity that the impulses give.
@@ -318,32 +323,32 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).abs()
 }
 
-/// Raw residuals of contact `i`. `from_impulses`: the velocity that the impulses give. Returns how far it is from the claimed one
+/// Raw residuals of contact `i`. `both`: the velocity that the impulses give and the claimed one. Returns how far they are apart
 /// along the contact's rows.
 fn contact_laws(
     problem: &ContactProblem,
     solution: &ContactSolution,
     i: usize,
-    from_impulses: &[f64],
+    both: &[[f64; 2]],
     scales: &Scales,
     raw: &mut Certificate,
 ) -> f64 {
     let (g, lambda) = (scales.delassus, solution.lambda_n[i]);
     let gap_rate = problem.gap[i] / problem.timestep;
-    let [computed_n, c_1, c_2] = problem.contact_velocity(i, from_impulses);
+    let [[computed_n, claimed_n], t_1, t_2] = problem.jacobian.multiply_pairs(i, both);
+    let [computed, claimed] = [[t_1[0], t_2[0]], [t_1[1], t_2[1]]];
     keep(&mut raw.natural_map, natural(g * lambda, computed_n + gap_rate));
-    let computed = [c_1, c_2];
-    let [c_n, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
-    keep(&mut raw.signorini, natural(g * lambda, c_n + gap_rate));
+    keep(&mut raw.signorini, natural(g * lambda, claimed_n + gap_rate));
+    let range = problem.direction_offsets[i]..problem.direction_offsets[i + 1];
     let friction = Friction {
-        directions: problem.directions_of(i),
-        alpha: &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]],
+        directions: &problem.directions[range.clone()],
+        alpha: &solution.alpha[range],
         beta: solution.beta[i],
         bound: problem.friction[i] * lambda,
     };
-    friction.laws(computed, [c_1, c_2], scales, raw);
-    let tangential = if friction.directions.is_empty() { 0.0 } else { distance(computed, [c_1, c_2]) };
-    larger((computed_n - c_n).abs(), tangential)
+    friction.laws(computed, claimed, scales, raw);
+    let tangential = if friction.directions.is_empty() { 0.0 } else { distance(computed, claimed) };
+    larger((computed_n - claimed_n).abs(), tangential)
 }
 
 /// The friction of one contact or friction group.

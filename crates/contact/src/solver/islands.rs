@@ -1,6 +1,7 @@
 //! Splitting a problem into islands.
 
 use super::island::Island;
+use super::structure::Structure;
 use crate::ContactProblem;
 use crate::scales::{VelocityScale, raise};
 
@@ -26,6 +27,7 @@ pub(crate) struct Islands {
     /// The largest Delassus entry of contacts and groups.
     delassus_scale: f64,
     velocity_scale: VelocityScale,
+    structure: Structure,
 }
 
 /// What the data say of a contact or friction group.
@@ -89,17 +91,41 @@ impl Islands {
 
     /// Finds the islands of a problem and its scales. [`assemble`](Self::assemble) gives them their rows.
     pub fn find(&mut self, problem: &ContactProblem) {
-        self.join_blocks(problem);
-        self.number_islands(problem);
+        if self.structure.is_that_of(problem) {
+            for island in &mut self.islands[..self.count] {
+                island.velocity_scale = VelocityScale::default();
+                if !(island.units.is_empty() && island.bilateral.is_empty()) {
+                    island.clear_rows();
+                }
+            }
+        } else {
+            self.structure.read(problem);
+            self.join_blocks(problem);
+            self.number_islands(problem);
+            self.scratch.clear();
+            self.scratch.resize(problem.nv(), 0.0);
+            self.place_rows(problem);
+        }
         self.delassus_scale = 0.0;
         self.velocity_scale = VelocityScale::default();
-        self.scratch.clear();
-        self.scratch.resize(problem.nv(), 0.0);
-        self.units.clear();
-        self.bilateral.clear();
         (0..problem.contact_count()).for_each(|i| self.measure_contact(problem, i));
         (0..problem.friction_groups.len()).for_each(|j| self.measure_group(problem, j));
         (0..problem.bilateral_violation.len()).for_each(|k| self.measure_bilateral(problem, k));
+    }
+
+    /// The island of each unit and bilateral row.
+    fn place_rows(&mut self, problem: &ContactProblem) {
+        let (mut units, mut bilateral) = (std::mem::take(&mut self.units), std::mem::take(&mut self.bilateral));
+        let island_of = |columns: &[u32]| self.island_of(problem, columns).map_or(NONE, |island| island as u32);
+        let placed = |columns: &[u32]| Measured { island: island_of(columns), scale: 1.0, free_slack: [0.0; 3] };
+        units.clear();
+        units.extend((0..problem.contact_count()).map(|i| placed(problem.jacobian.group(i).0)));
+        let groups = &problem.friction_groups;
+        units.extend((0..groups.len()).map(|j| placed(groups.jacobian.group(j).0)));
+        bilateral.clear();
+        let rows = 0..problem.bilateral_violation.len();
+        bilateral.extend(rows.map(|k| (island_of(problem.bilateral_jacobian.group(k).0), 0.0)));
+        (self.units, self.bilateral) = (units, bilateral);
     }
 
     /// Gives the `wanted` islands their rows.
@@ -130,37 +156,36 @@ impl Islands {
 
     fn measure_contact(&mut self, problem: &ContactProblem, i: usize) {
         let (free_slack, terms) = self.velocity_scale.add_contact(problem, i);
-        let Some(island) = self.island_of(problem, problem.jacobian.group(i).0) else {
-            return self.units.push(Measured { island: NONE, scale: 1.0, free_slack });
-        };
+        let unit = &mut self.units[i];
+        unit.free_slack = free_slack;
+        let Some(island) = index(unit.island) else { return };
         let g = largest(&problem.delassus_diagonal(i, &mut self.scratch));
         raise(&mut self.delassus_scale, g);
+        unit.scale = positive(g);
         let own = &mut self.islands[island].velocity_scale;
         let seen = if problem.directions_of(i).is_empty() { 1 } else { 3 };
         free_slack[..seen].iter().for_each(|u| own.add(*u, terms));
-        self.units.push(Measured { island: island as u32, scale: positive(g), free_slack });
     }
 
     fn measure_group(&mut self, problem: &ContactProblem, j: usize) {
         let (slip, terms) = self.velocity_scale.add_group(problem, j);
         let free_slack = [0.0, slip[0], slip[1]];
-        let Some(island) = self.island_of(problem, problem.friction_groups.jacobian.group(j).0) else {
-            return self.units.push(Measured { island: NONE, scale: 1.0, free_slack });
-        };
+        let unit = &mut self.units[problem.contact_count() + j];
+        unit.free_slack = free_slack;
+        let Some(island) = index(unit.island) else { return };
         let g = largest(&problem.group_delassus(j, &mut self.scratch));
         raise(&mut self.delassus_scale, g);
+        unit.scale = positive(g);
         let own = &mut self.islands[island].velocity_scale;
         slip.iter().for_each(|u| own.add(*u, terms));
-        self.units.push(Measured { island: island as u32, scale: positive(g), free_slack });
     }
 
     fn measure_bilateral(&mut self, problem: &ContactProblem, k: usize) {
         let (slack, terms) = self.velocity_scale.add_bilateral(problem, k);
-        let island = self.island_of(problem, problem.bilateral_jacobian.group(k).0);
-        if let Some(island) = island {
+        self.bilateral[k].1 = slack;
+        if let Some(island) = self.of_bilateral(k) {
             self.islands[island].velocity_scale.add(slack, terms);
         }
-        self.bilateral.push((island.map_or(NONE, |island| island as u32), slack));
     }
 
     fn add_contact(&mut self, problem: &ContactProblem, island: usize, i: usize) {
