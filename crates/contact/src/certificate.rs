@@ -71,12 +71,12 @@ fn natural(z: f64, w: f64) -> f64 {
     if z.is_nan() || w.is_nan() { f64::NAN } else { z.min(w).abs() }
 }
 
-/// Whether all are finite: zero times anything else is not a number.
-fn are_numbers(x: &[f64]) -> bool {
-    let (pairs, rest) = x.as_chunks::<2>();
-    let mut zero = [0.0; 2];
-    pairs.iter().for_each(|pair| (0..2).for_each(|l| zero[l] += 0.0 * pair[l]));
-    zero[0] + zero[1] + rest.iter().map(|x| 0.0 * x).sum::<f64>() == 0.0
+/// Bits of which the highest is set where one of the numbers is not finite: its exponent has all bits set, and one more carries into
+/// the place of the sign.
+#[inline]
+fn carries(x: &[f64]) -> u64 {
+    const EXPONENT: u64 = 0x7ff << 52;
+    x.iter().fold(0, |bits, x| bits | ((x.to_bits() & EXPONENT) + (1 << 52)))
 }
 
 /// The smaller of two numbers, in one instruction; the second where one of them is none.
@@ -143,18 +143,17 @@ pub(crate) fn certify_with(
         && solution.bilateral.len() == problem.bilateral_violation.len()
         && solution.group_alpha.len() == problem.friction_groups.direction_count()
         && solution.group_beta.len() == problem.friction_groups.len();
-    let contacts = [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta];
-    let others = [&solution.bilateral, &solution.group_alpha, &solution.group_beta];
+    let of_contacts = carries(&solution.lambda_n) | carries(&solution.alpha) | carries(&solution.beta);
+    let of_groups = carries(&solution.group_alpha) | carries(&solution.group_beta);
+    let bits = carries(&solution.velocity) | of_contacts | carries(&solution.bilateral) | of_groups;
     scratch.carried = f64::INFINITY;
-    if !sizes_fit || !contacts.iter().all(|x| are_numbers(x)) || !others.iter().all(|x| are_numbers(x)) {
+    if !sizes_fit || bits >> 63 != 0 {
         return Certificate::everything_violated();
     }
     scratch.resize(nv);
     scratch.add_forces(problem, solution);
     let mut certificate = Certificate { momentum: scratch.momentum_residual(problem, solution), ..Default::default() };
-    scratch.velocity_from_impulses(problem);
-    scratch.both.clear();
-    scratch.both.extend(scratch.change.iter().zip(&solution.velocity).map(|(computed, claimed)| [*computed, *claimed]));
+    scratch.find_both_velocities(problem, solution);
     let mut carried = 0.0;
     for i in 0..nc {
         carried = larger(contact_laws(problem, solution, i, &scratch.both, scales, &mut certificate), carried);
@@ -167,14 +166,14 @@ pub(crate) fn certify_with(
             beta: solution.group_beta[j],
             bound: groups.bound_at(j, &solution.lambda_n),
         };
-        let (computed, claimed) = (groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity));
+        let ([a, b], [u_1, u_2]) = (groups.jacobian.multiply_pairs(j, &scratch.both), groups.target[j]);
+        let [computed, claimed] = [0, 1].map(|l| [a[l] - u_1, b[l] - u_2]);
         friction.laws(computed, claimed, scales, &mut certificate);
         carried = larger(distance(computed, claimed), carried);
     }
     for k in 0..solution.bilateral.len() {
         let stabilization = problem.bilateral_violation[k] / problem.timestep;
-        let [claimed] = problem.bilateral_jacobian.multiply(k, &solution.velocity);
-        let [computed] = problem.bilateral_jacobian.multiply(k, &scratch.change);
+        let [[computed, claimed]] = problem.bilateral_jacobian.multiply_pairs(k, &scratch.both);
         keep(&mut certificate.bilateral, (claimed + stabilization).abs());
         keep(&mut certificate.natural_map, (computed + stabilization).abs());
         carried = larger((computed - claimed).abs(), carried);
@@ -188,8 +187,9 @@ pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &Contac
     let mut scratch = Scratch::default();
     scratch.resize(problem.nv());
     scratch.add_forces(problem, solution);
-    scratch.velocity_from_impulses(problem);
-    scratch.change
+    problem.mass_factor.solve_in_place(&mut scratch.force);
+    scratch.force.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    scratch.force
 }
 
 /// The same velocity, its impulses summed in the reverse order.
@@ -270,11 +270,13 @@ impl Scales {
 }
 
 impl Scratch {
+    /// Makes room, and the force zero.
     fn resize(&mut self, nv: usize) {
         self.force.clear();
-        for x in [&mut self.force, &mut self.change, &mut self.momentum] {
-            x.resize(nv, 0.0);
-        }
+        self.force.resize(nv, 0.0);
+        self.change.resize(nv, 0.0);
+        self.momentum.resize(nv, 0.0);
+        self.both.resize(nv, [0.0; 2]);
     }
 
     /// `force = J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B + J_FᵀD_Fα_F`.
@@ -303,11 +305,13 @@ impl Scratch {
         largest
     }
 
-    /// `change = v^f + M⁻¹ force`, the velocity that the impulses give.
-    fn velocity_from_impulses(&mut self, problem: &ContactProblem) {
-        self.change.copy_from_slice(&self.force);
-        problem.mass_factor.solve_in_place(&mut self.change);
-        self.change.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    /// The velocity that the impulses give, `v^f + M⁻¹ force`, beside the claimed one. Overwrites the force.
+    fn find_both_velocities(&mut self, problem: &ContactProblem, solution: &ContactSolution) {
+        problem.mass_factor.solve_in_place(&mut self.force);
+        let changes = self.force.iter().zip(&problem.free_velocity);
+        for ((both, claimed), (change, free)) in self.both.iter_mut().zip(&solution.velocity).zip(changes) {
+            *both = [change + free, *claimed];
+        }
     }
 }
 

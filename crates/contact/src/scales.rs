@@ -59,6 +59,16 @@ impl ContactProblem {
         if let Some(diagonal) = self.mass_factor.inverse_squares_if_diagonal(columns, entries) {
             return diagonal;
         }
+        if let (&[first, .., last], FREE_ROWS) = (columns, columns.len())
+            && last as usize - first as usize == FREE_ROWS - 1
+        {
+            // Mostly all of a free body and nothing else.
+            let index = self.mass.block_of(first as usize);
+            let block = self.mass.blocks()[index];
+            if block.start == first as usize && block.size == FREE_ROWS {
+                return self.mass_factor.inverse_squares_of_block(index, entries);
+            }
+        }
         let mut diagonal = [0.0; R];
         let mut first = 0;
         while first < columns.len() {

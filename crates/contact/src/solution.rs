@@ -71,6 +71,25 @@ impl ContactSolution {
         self.status = SolveStatus::Solved;
     }
 
+    /// The same as [`prepare`](Self::prepare) where α, β and modes are recovered from the impulses later: of these only the sizes.
+    pub(crate) fn begin(&mut self, problem: &ContactProblem) {
+        let (nc, groups) = (problem.contact_count(), &problem.friction_groups);
+        let of_contacts = [self.modes.len(), self.lambda_n.len(), self.beta.len()] == [nc; 3];
+        let of_groups = [self.group_modes.len(), self.group_beta.len()] == [groups.len(); 2];
+        let of_directions =
+            [self.alpha.len(), self.group_alpha.len()] == [problem.direction_count(), groups.direction_count()];
+        if !(of_contacts && of_groups && of_directions) {
+            return self.prepare(problem);
+        }
+        self.velocity.clone_from(&problem.free_velocity);
+        fill(&mut self.impulse, nc, [0.0; 3]);
+        fill(&mut self.bilateral, problem.bilateral_violation.len(), 0.0);
+        fill(&mut self.group_impulse, groups.len(), [0.0; 2]);
+        fill(&mut self.solver_modes, nc + groups.len(), Mode::Open);
+        self.report = SolveReport::default();
+        self.status = SolveStatus::Solved;
+    }
+
     /// Zero impulses of the right sizes, and the velocity without them.
     pub(crate) fn drop_impulses(&mut self, problem: &ContactProblem) {
         let (nc, groups) = (problem.contact_count(), &problem.friction_groups);

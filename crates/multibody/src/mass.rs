@@ -181,8 +181,10 @@ impl BlockDiagonal {
     pub fn largest_diagonal(&self) -> f64 {
         let mut largest = 0.0;
         for block in &self.layout.blocks {
-            for entry in self.data[block.data_range()].iter().step_by(block.size + 1) {
-                largest = if *entry > largest { *entry } else { largest };
+            let entries = &self.data[block.data_range()];
+            for i in 0..block.size {
+                let entry = entries[i * (block.size + 1)];
+                largest = if entry > largest { entry } else { largest };
             }
         }
         largest
@@ -213,6 +215,10 @@ impl BlockDiagonal {
         }
         for block in &self.layout.blocks {
             let x = &x[block.range()];
+            if let Ok(x) = x.try_into() {
+                multiply_free::<6>(self.data[block.data_range()].as_chunks().0, x, &mut out[block.range()]);
+                continue;
+            }
             for (row, out) in self.data[block.data_range()].chunks_exact(block.size).zip(&mut out[block.range()]) {
                 *out = dot(row, x);
             }
@@ -232,4 +238,9 @@ impl BlockDiagonal {
     pub(crate) fn data_of(&self, block: &Block) -> &[f64] {
         &self.data[block.data_range()]
     }
+}
+
+/// `A x` for the block of a free body, whose size is known: the same sums as in other blocks.
+fn multiply_free<const N: usize>(rows: &[[f64; N]], x: &[f64; N], out: &mut [f64]) {
+    rows.iter().zip(out).for_each(|(row, out)| *out = dot(row, x));
 }

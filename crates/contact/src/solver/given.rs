@@ -181,27 +181,31 @@ impl GivenStart {
 
     /// Gives the solution the islands that hold.
     fn write(&mut self, problem: &ContactProblem, islands: &Islands, solution: &mut ContactSolution) {
-        if self.islands.iter().any(|held| held.rests) {
-            for (i, rates) in self.rates.iter_mut().enumerate() {
-                if islands.of_unit(i).is_some_and(|k| self.islands[k].rests) {
-                    *rates = [0.0; 3];
-                }
+        let Self { impulse, modes, bilateral, velocity, rates, islands: found } = self;
+        let nc = rates.len();
+        let holds = |k: Option<usize>| k.map(|k| found[k]).filter(|held| held.holds);
+        let written = solution.impulse.iter_mut().zip(&mut solution.solver_modes);
+        let contacts = written.zip(rates).zip(impulse.iter().zip(&*modes)).enumerate();
+        for (i, (((to, to_mode), rates), (impulse, mode))) in contacts {
+            let Some(held) = holds(islands.of_unit(i)) else { continue };
+            (*to, *to_mode) = (*impulse, *mode);
+            if held.rests {
+                *rates = [0.0; 3];
             }
         }
-        let holds = |k: Option<usize>| k.filter(|&k| self.islands[k].holds);
-        for i in (0..self.impulse.len()).filter(|&i| holds(islands.of_unit(i)).is_some()) {
-            solution.take_unit(i, self.impulse[i], self.modes[i]);
+        for i in (nc..impulse.len()).filter(|&i| holds(islands.of_unit(i)).is_some()) {
+            solution.take_unit(i, impulse[i], modes[i]);
         }
-        for i in (0..self.bilateral.len()).filter(|&i| holds(islands.of_bilateral(i)).is_some()) {
-            solution.bilateral[i] = self.bilateral[i];
+        for i in (0..bilateral.len()).filter(|&i| holds(islands.of_bilateral(i)).is_some()) {
+            solution.bilateral[i] = bilateral[i];
         }
         for (b, block) in problem.mass.blocks().iter().enumerate() {
-            let Some(k) = holds(islands.of_block(b)) else { continue };
-            let velocity = &mut solution.velocity[block.range()];
-            if self.islands[k].rests {
-                velocity.fill(0.0);
+            let Some(held) = holds(islands.of_block(b)) else { continue };
+            let written = &mut solution.velocity[block.range()];
+            if held.rests {
+                written.fill(0.0);
             } else {
-                velocity.copy_from_slice(&self.velocity[block.range()]);
+                written.copy_from_slice(&velocity[block.range()]);
             }
         }
     }

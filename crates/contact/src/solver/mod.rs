@@ -189,7 +189,7 @@ impl ContactSolver {
         }
         self.islands.find(problem);
         self.scales = Scales::new(problem, self.islands.delassus_scale(), self.islands.velocity_scale());
-        solution.prepare(problem);
+        solution.begin(problem);
         solution.report.islands = self.islands.all().len();
         self.residuals.clear();
         self.residuals.resize(self.islands.all().len(), f64::INFINITY);
