@@ -5,7 +5,7 @@ use signorini_multibody::FEW_ROWS;
 use crate::ContactProblem;
 
 /// Rows of the block of a free body.
-const FREE_ROWS: usize = 6;
+pub(crate) const FREE_ROWS: usize = 6;
 
 /// Part of its terms below which a sum is taken for rounding.
 const CANCELLATION: f64 = 1e-7;

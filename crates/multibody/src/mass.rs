@@ -214,13 +214,12 @@ impl BlockDiagonal {
             return out.iter_mut().zip(x).zip(&self.data).for_each(|((out, x), a)| *out = a * x);
         }
         for block in &self.layout.blocks {
-            let x = &x[block.range()];
-            if let Ok(x) = x.try_into() {
-                multiply_free::<6>(self.data[block.data_range()].as_chunks().0, x, &mut out[block.range()]);
-                continue;
-            }
-            for (row, out) in self.data[block.data_range()].chunks_exact(block.size).zip(&mut out[block.range()]) {
-                *out = dot(row, x);
+            let (rows, x, out) = (&self.data[block.data_range()], &x[block.range()], &mut out[block.range()]);
+            match block.size {
+                1 => out[0] = rows[0] * x[0],
+                3 => multiply_small::<3>(rows, x, out),
+                6 => multiply_small::<6>(rows, x, out),
+                size => rows.chunks_exact(size).zip(out).for_each(|(row, out)| *out = dot(row, x)),
             }
         }
     }
@@ -240,7 +239,9 @@ impl BlockDiagonal {
     }
 }
 
-/// `A x` for the block of a free body, whose size is known: the same sums as in other blocks.
-fn multiply_free<const N: usize>(rows: &[[f64; N]], x: &[f64; N], out: &mut [f64]) {
-    rows.iter().zip(out).for_each(|(row, out)| *out = dot(row, x));
+/// `A x` for a block of `N` rows: a free body or a part of it, with the same sums as in other blocks.
+fn multiply_small<const N: usize>(rows: &[f64], x: &[f64], out: &mut [f64]) {
+    if let Ok(x) = <&[f64; N]>::try_from(x) {
+        rows.as_chunks::<N>().0.iter().zip(out).for_each(|(row, out)| *out = dot(row, x));
+    }
 }

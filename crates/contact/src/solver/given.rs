@@ -129,9 +129,11 @@ impl GivenStart {
             let Some(k) = islands.of_block(b).filter(|&k| self.islands[k].rests) else { continue };
             let (mass, v) = (problem.mass.block_data(b), &self.velocity[block.range()]);
             let most = self.islands[k].most;
-            self.islands[k].rests = match v.try_into() {
-                Ok(v) => is_still::<6>(mass.as_chunks().0, v, most),
-                Err(_) => is_still_in(mass, v, most),
+            self.islands[k].rests = match block.size {
+                1 => (mass[0] * v[0]).abs() <= most * mass[0],
+                3 => is_still::<3>(mass, v, most),
+                6 => is_still::<6>(mass, v, most),
+                _ => is_still_in(mass, v, most),
             };
         }
     }
@@ -231,18 +233,16 @@ impl Held {
 }
 
 /// Whether a block of the mass matrix has no momentum above `most` times its largest entry.
-fn is_still<const N: usize>(mass: &[[f64; N]], v: &[f64; N], most: f64) -> bool {
-    let Some(mass) = mass.first_chunk::<N>() else { return false };
-    let mut largest = 0.0;
-    (0..N).for_each(|i| raise(&mut largest, mass[i][i]));
-    let most = most * largest;
-    mass.iter().all(|row| row.iter().zip(v).map(|(m, v)| m * v).sum::<f64>().abs() <= most)
-}
-
-/// The same for a block of any size.
+#[inline]
 fn is_still_in(mass: &[f64], v: &[f64], most: f64) -> bool {
     let mut largest = 0.0;
     (0..v.len()).for_each(|i| raise(&mut largest, mass[i * (v.len() + 1)]));
     let most = most * largest;
     mass.chunks_exact(v.len()).all(|row| row.iter().zip(v).map(|(m, v)| m * v).sum::<f64>().abs() <= most)
+}
+
+/// The same for a block of `N` rows.
+fn is_still<const N: usize>(mass: &[f64], v: &[f64], most: f64) -> bool {
+    let sized = mass.first_chunk::<N>().and(v.first_chunk::<N>());
+    sized.is_some_and(|v| is_still_in(&mass[..N * N], v, most))
 }

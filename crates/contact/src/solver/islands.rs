@@ -1,6 +1,7 @@
 //! Splitting a problem into islands.
 
 use super::island::Island;
+use super::known_rows::KnownRows;
 use super::structure::Structure;
 use crate::ContactProblem;
 use crate::scales::{VelocityScale, raise};
@@ -28,6 +29,7 @@ pub(crate) struct Islands {
     delassus_scale: f64,
     velocity_scale: VelocityScale,
     structure: Structure,
+    known: KnownRows,
 }
 
 /// What the data say of a contact or friction group.
@@ -35,8 +37,8 @@ pub(crate) struct Islands {
 struct Measured {
     /// Its island, [`NONE`] if nothing moves it.
     island: u32,
-    /// The largest entry on the diagonal of its Delassus block, 1 if that is 0.
-    scale: f64,
+    /// The largest entry on the diagonal of its Delassus block.
+    delassus: f64,
     /// `u` of a contact at the free velocity.
     free_slack: [f64; 3],
 }
@@ -71,7 +73,7 @@ impl Islands {
 
     /// The largest entry on the diagonal of a unit's Delassus block, 1 if that is 0.
     pub fn delassus_of(&self, unit: usize) -> f64 {
-        self.units[unit].scale
+        positive(self.units[unit].delassus)
     }
 
     /// The island of a unit of the problem: a contact, or a friction group counted after the contacts.
@@ -105,7 +107,9 @@ impl Islands {
             self.scratch.clear();
             self.scratch.resize(problem.nv(), 0.0);
             self.place_rows(problem);
+            self.known.forget(problem);
         }
+        self.known.begin(problem, &self.islands[..self.count]);
         self.delassus_scale = 0.0;
         self.velocity_scale = VelocityScale::default();
         (0..problem.contact_count()).for_each(|i| self.measure_contact(problem, i));
@@ -117,7 +121,7 @@ impl Islands {
     fn place_rows(&mut self, problem: &ContactProblem) {
         let (mut units, mut bilateral) = (std::mem::take(&mut self.units), std::mem::take(&mut self.bilateral));
         let island_of = |columns: &[u32]| self.island_of(problem, columns).map_or(NONE, |island| island as u32);
-        let placed = |columns: &[u32]| Measured { island: island_of(columns), scale: 1.0, free_slack: [0.0; 3] };
+        let placed = |columns: &[u32]| Measured { island: island_of(columns), delassus: 0.0, free_slack: [0.0; 3] };
         units.clear();
         units.extend((0..problem.contact_count()).map(|i| placed(problem.jacobian.group(i).0)));
         let groups = &problem.friction_groups;
@@ -159,9 +163,10 @@ impl Islands {
         let unit = &mut self.units[i];
         unit.free_slack = free_slack;
         let Some(island) = index(unit.island) else { return };
-        let g = largest(&problem.delassus_diagonal(i, &mut self.scratch));
-        raise(&mut self.delassus_scale, g);
-        unit.scale = positive(g);
+        if !self.known.has(problem, island, i) {
+            unit.delassus = largest(&problem.delassus_diagonal(i, &mut self.scratch));
+        }
+        raise(&mut self.delassus_scale, unit.delassus);
         let own = &mut self.islands[island].velocity_scale;
         let seen = if problem.directions_of(i).is_empty() { 1 } else { 3 };
         free_slack[..seen].iter().for_each(|u| own.add(*u, terms));
@@ -173,9 +178,8 @@ impl Islands {
         let unit = &mut self.units[problem.contact_count() + j];
         unit.free_slack = free_slack;
         let Some(island) = index(unit.island) else { return };
-        let g = largest(&problem.group_delassus(j, &mut self.scratch));
-        raise(&mut self.delassus_scale, g);
-        unit.scale = positive(g);
+        unit.delassus = largest(&problem.group_delassus(j, &mut self.scratch));
+        raise(&mut self.delassus_scale, unit.delassus);
         let own = &mut self.islands[island].velocity_scale;
         slip.iter().for_each(|u| own.add(*u, terms));
     }
@@ -197,7 +201,7 @@ impl Islands {
         island.contact_count += 1;
         island.offset.push([problem.gap[i] / problem.timestep, 0.0, 0.0]);
         island.free_slack.push(self.units[i].free_slack);
-        island.scale.push(self.units[i].scale);
+        island.scale.push(positive(self.units[i].delassus));
     }
 
     /// A group's first row is that of its contact, scaled so that the proximal weight of the group turns it into the contact's
@@ -205,7 +209,8 @@ impl Islands {
     fn add_group(&mut self, problem: &ContactProblem, island: usize, j: usize) {
         let groups = &problem.friction_groups;
         let (columns, entries) = groups.jacobian.group(j);
-        let Measured { scale, mut free_slack, .. } = self.units[problem.contact_count() + j];
+        let Measured { delassus, mut free_slack, .. } = self.units[problem.contact_count() + j];
+        let scale = positive(delassus);
         self.columns.clear();
         self.columns.extend(columns.iter().zip(entries).map(|(&c, e)| (c, [0.0, e[0], e[1]])));
         let target = groups.target[j];

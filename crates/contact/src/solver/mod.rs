@@ -27,6 +27,7 @@ mod island;
 mod island_pool;
 mod island_solver;
 mod islands;
+mod known_rows;
 mod lists;
 mod mode;
 mod path;
