@@ -5,9 +5,9 @@
 //! polyhedral cone with its apex at 0, on which `P` is linear; two pieces that share a facet `f·y = 0` have slopes that
 //! differ by the rank-one matrix `a fᵀ`, because `P` is continuous. That is all that the path method needs.
 
-use super::lists::{same, same_bits};
 use super::polygons::{Edge, Polygon, Polygons, dot};
-use crate::{ContactProblem, FrictionBound};
+use super::structure::ConeData;
+use crate::ContactProblem;
 
 /// A linear piece of the projection of one contact. Vertices and edges are numbered counterclockwise; edge `k` runs from
 /// vertex `k` to vertex `k + 1`.
@@ -70,41 +70,7 @@ pub(crate) struct Cones {
     friction: Vec<f64>,
     /// Radius of a circle well inside each cone's polygon for a normal impulse of 1.
     inner: Vec<f64>,
-    source: Source,
-}
-
-/// What the cones were read from: mostly the next problem has the same.
-#[derive(Clone, Debug, Default)]
-struct Source {
-    friction: Vec<f64>,
-    directions: Vec<[f64; 2]>,
-    offsets: Vec<usize>,
-    bounds: Vec<FrictionBound>,
-    group_directions: Vec<[f64; 2]>,
-    group_offsets: Vec<usize>,
-}
-
-impl Source {
-    /// Whether a problem has the same, to the bit where directions are concerned.
-    fn is_that_of(&self, problem: &ContactProblem) -> bool {
-        let groups = &problem.friction_groups;
-        same(&self.offsets, &problem.direction_offsets)
-            && same_bits(&self.friction, &problem.friction)
-            && same_bits(self.directions.as_flattened(), problem.directions.as_flattened())
-            && same(&self.group_offsets, &groups.direction_offsets)
-            && self.bounds == groups.bound
-            && same_bits(self.group_directions.as_flattened(), groups.directions.as_flattened())
-    }
-
-    fn read(&mut self, problem: &ContactProblem) {
-        let groups = &problem.friction_groups;
-        self.friction.clone_from(&problem.friction);
-        self.directions.clone_from(&problem.directions);
-        self.offsets.clone_from(&problem.direction_offsets);
-        self.bounds.clone_from(&groups.bound);
-        self.group_directions.clone_from(&groups.directions);
-        self.group_offsets.clone_from(&groups.direction_offsets);
-    }
+    source: ConeData,
 }
 
 impl Cones {
