@@ -71,12 +71,12 @@ fn natural(z: f64, w: f64) -> f64 {
     if z.is_nan() || w.is_nan() { f64::NAN } else { z.min(w).abs() }
 }
 
-/// Whether all are finite: zero times anything else is not a number.
-fn are_numbers(x: &[f64]) -> bool {
-    let (pairs, rest) = x.as_chunks::<2>();
-    let mut zero = [0.0; 2];
-    pairs.iter().for_each(|pair| (0..2).for_each(|l| zero[l] += 0.0 * pair[l]));
-    zero[0] + zero[1] + rest.iter().map(|x| 0.0 * x).sum::<f64>() == 0.0
+/// Bits of which the highest is set where one of the numbers is not finite: its exponent has all bits set, and one more carries into
+/// the place of the sign.
+#[inline]
+fn carries(x: &[f64]) -> u64 {
+    const EXPONENT: u64 = 0x7ff << 52;
+    x.iter().fold(0, |bits, x| bits | ((x.to_bits() & EXPONENT) + (1 << 52)))
 }
 
 /// The smaller of two numbers, in one instruction; the second where one of them is none.
@@ -98,6 +98,8 @@ pub(crate) struct Scratch {
     change: Vec<f64>,
     momentum: Vec<f64>,
     column: Vec<f64>,
+    /// The velocity that the impulses give and the claimed one, of each degree of freedom.
+    both: Vec<[f64; 2]>,
     /// How far the velocity that the impulses of the last certified solution give is from the claimed one along any row, relative
     /// to the velocity scale. The momentum residual is relative to the heaviest body; this is what it means to the rows.
     pub carried: f64,
@@ -141,19 +143,20 @@ pub(crate) fn certify_with(
         && solution.bilateral.len() == problem.bilateral_violation.len()
         && solution.group_alpha.len() == problem.friction_groups.direction_count()
         && solution.group_beta.len() == problem.friction_groups.len();
-    let contacts = [&solution.velocity, &solution.lambda_n, &solution.alpha, &solution.beta];
-    let mut arrays = contacts.into_iter().chain([&solution.bilateral, &solution.group_alpha, &solution.group_beta]);
+    let of_contacts = carries(&solution.lambda_n) | carries(&solution.alpha) | carries(&solution.beta);
+    let of_groups = carries(&solution.group_alpha) | carries(&solution.group_beta);
+    let bits = carries(&solution.velocity) | of_contacts | carries(&solution.bilateral) | of_groups;
     scratch.carried = f64::INFINITY;
-    if !sizes_fit || !arrays.all(|x| are_numbers(x)) {
+    if !sizes_fit || bits >> 63 != 0 {
         return Certificate::everything_violated();
     }
     scratch.resize(nv);
     scratch.add_forces(problem, solution);
     let mut certificate = Certificate { momentum: scratch.momentum_residual(problem, solution), ..Default::default() };
-    scratch.velocity_from_impulses(problem);
+    scratch.find_both_velocities(problem, solution);
     let mut carried = 0.0;
     for i in 0..nc {
-        carried = larger(contact_laws(problem, solution, i, &scratch.change, scales, &mut certificate), carried);
+        carried = larger(contact_laws(problem, solution, i, &scratch.both, scales, &mut certificate), carried);
     }
     for j in 0..problem.friction_groups.len() {
         let groups = &problem.friction_groups;
@@ -163,14 +166,14 @@ pub(crate) fn certify_with(
             beta: solution.group_beta[j],
             bound: groups.bound_at(j, &solution.lambda_n),
         };
-        let (computed, claimed) = (groups.slip(j, &scratch.change), groups.slip(j, &solution.velocity));
+        let ([a, b], [u_1, u_2]) = (groups.jacobian.multiply_pairs(j, &scratch.both), groups.target[j]);
+        let [computed, claimed] = [0, 1].map(|l| [a[l] - u_1, b[l] - u_2]);
         friction.laws(computed, claimed, scales, &mut certificate);
         carried = larger(distance(computed, claimed), carried);
     }
     for k in 0..solution.bilateral.len() {
         let stabilization = problem.bilateral_violation[k] / problem.timestep;
-        let [claimed] = problem.bilateral_jacobian.multiply(k, &solution.velocity);
-        let [computed] = problem.bilateral_jacobian.multiply(k, &scratch.change);
+        let [[computed, claimed]] = problem.bilateral_jacobian.multiply_pairs(k, &scratch.both);
         keep(&mut certificate.bilateral, (claimed + stabilization).abs());
         keep(&mut certificate.natural_map, (computed + stabilization).abs());
         carried = larger((computed - claimed).abs(), carried);
@@ -184,8 +187,9 @@ pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &Contac
     let mut scratch = Scratch::default();
     scratch.resize(problem.nv());
     scratch.add_forces(problem, solution);
-    scratch.velocity_from_impulses(problem);
-    scratch.change
+    problem.mass_factor.solve_in_place(&mut scratch.force);
+    scratch.force.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    scratch.force
 }
 
 /// The same velocity, its impulses summed in the reverse order.
@@ -235,7 +239,7 @@ impl Scales {
     /// `s_v`, but at least a millionth of the free velocity: `M(v⁺ − v^f)` is a difference of numbers of that size, and below
     /// it the quotient would compare rounding with rounding (a limit at rest in a robot that falls).
     fn momentum_velocity(&self, problem: &ContactProblem) -> f64 {
-        let fastest = problem.free_velocity.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+        let fastest = problem.free_velocity.iter().fold(0.0, |a, v| larger(v.abs(), a));
         self.velocity.max(1e-6 * fastest)
     }
 
@@ -266,11 +270,13 @@ impl Scales {
 }
 
 impl Scratch {
+    /// Makes room, and the force zero.
     fn resize(&mut self, nv: usize) {
         self.force.clear();
-        for x in [&mut self.force, &mut self.change, &mut self.momentum] {
-            x.resize(nv, 0.0);
-        }
+        self.force.resize(nv, 0.0);
+        self.change.resize(nv, 0.0);
+        self.momentum.resize(nv, 0.0);
+        self.both.resize(nv, [0.0; 2]);
     }
 
     /// `force = J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B + J_FᵀD_Fα_F`.
@@ -294,15 +300,18 @@ impl Scratch {
             *d = v - f;
         }
         problem.mass.multiply_into(&self.change, &mut self.momentum);
-        let differences = self.momentum.iter().zip(&self.force).map(|(p, f)| (p - f).abs());
-        differences.fold(0.0, |a, d| if d.is_nan() { f64::INFINITY } else { a.max(d) })
+        let mut largest = 0.0;
+        self.momentum.iter().zip(&self.force).for_each(|(p, f)| keep(&mut largest, (p - f).abs()));
+        largest
     }
 
-    /// `change = v^f + M⁻¹ force`, the velocity that the impulses give.
-    fn velocity_from_impulses(&mut self, problem: &ContactProblem) {
-        self.change.copy_from_slice(&self.force);
-        problem.mass_factor.solve_in_place(&mut self.change);
-        self.change.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    /// The velocity that the impulses give, `v^f + M⁻¹ force`, beside the claimed one. Overwrites the force.
+    fn find_both_velocities(&mut self, problem: &ContactProblem, solution: &ContactSolution) {
+        problem.mass_factor.solve_in_place(&mut self.force);
+        let changes = self.force.iter().zip(&problem.free_velocity);
+        for ((both, claimed), (change, free)) in self.both.iter_mut().zip(&solution.velocity).zip(changes) {
+            *both = [change + free, *claimed];
+        }
     }
 }
 
@@ -318,32 +327,32 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).abs() + (a[1] - b[1]).abs()
 }
 
-/// Raw residuals of contact `i`. `from_impulses`: the velocity that the impulses give. Returns how far it is from the claimed one
+/// Raw residuals of contact `i`. `both`: the velocity that the impulses give and the claimed one. Returns how far they are apart
 /// along the contact's rows.
 fn contact_laws(
     problem: &ContactProblem,
     solution: &ContactSolution,
     i: usize,
-    from_impulses: &[f64],
+    both: &[[f64; 2]],
     scales: &Scales,
     raw: &mut Certificate,
 ) -> f64 {
     let (g, lambda) = (scales.delassus, solution.lambda_n[i]);
     let gap_rate = problem.gap[i] / problem.timestep;
-    let [computed_n, c_1, c_2] = problem.contact_velocity(i, from_impulses);
+    let [[computed_n, claimed_n], t_1, t_2] = problem.jacobian.multiply_pairs(i, both);
+    let [computed, claimed] = [[t_1[0], t_2[0]], [t_1[1], t_2[1]]];
     keep(&mut raw.natural_map, natural(g * lambda, computed_n + gap_rate));
-    let computed = [c_1, c_2];
-    let [c_n, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
-    keep(&mut raw.signorini, natural(g * lambda, c_n + gap_rate));
+    keep(&mut raw.signorini, natural(g * lambda, claimed_n + gap_rate));
+    let range = problem.direction_offsets[i]..problem.direction_offsets[i + 1];
     let friction = Friction {
-        directions: problem.directions_of(i),
-        alpha: &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]],
+        directions: &problem.directions[range.clone()],
+        alpha: &solution.alpha[range],
         beta: solution.beta[i],
         bound: problem.friction[i] * lambda,
     };
-    friction.laws(computed, [c_1, c_2], scales, raw);
-    let tangential = if friction.directions.is_empty() { 0.0 } else { distance(computed, [c_1, c_2]) };
-    larger((computed_n - c_n).abs(), tangential)
+    friction.laws(computed, claimed, scales, raw);
+    let tangential = if friction.directions.is_empty() { 0.0 } else { distance(computed, claimed) };
+    larger((computed_n - claimed_n).abs(), tangential)
 }
 
 /// The friction of one contact or friction group.

@@ -1,5 +1,7 @@
 //! Sparse Jacobian rows.
 
+use crate::scales::raise;
+
 /// Degrees of freedom of a free body. Rows mostly have all of a body's columns or none: these are taken together.
 const FREE: usize = 6;
 
@@ -54,6 +56,11 @@ impl<const R: usize> SparseRows<R> {
         self.offsets.push(self.columns.len());
     }
 
+    /// Where each group begins among all columns, and the columns.
+    pub(crate) fn pattern(&self) -> (&[usize], &[u32]) {
+        (&self.offsets, &self.columns)
+    }
+
     /// The columns of group `i` and the entries in them.
     #[inline]
     pub fn group(&self, i: usize) -> (&[u32], &[[f64; R]]) {
@@ -78,6 +85,25 @@ impl<const R: usize> SparseRows<R> {
         multiply(columns, entries, x)
     }
 
+    /// `J_i x` for two vectors at a time, given as pairs.
+    #[inline]
+    pub(crate) fn multiply_pairs(&self, i: usize, x: &[[f64; 2]]) -> [[f64; 2]; R] {
+        let (columns, entries) = self.group(i);
+        let mut y = [[0.0; 2]; R];
+        let mut take = |entry: &[f64; R], x: [f64; 2]| {
+            for r in 0..R {
+                y[r] = [y[r][0] + entry[r] * x[0], y[r][1] + entry[r] * x[1]];
+            }
+        };
+        if let Some((start, entries)) = one_body(columns, entries) {
+            let x = &x[start..start + FREE];
+            (0..FREE).for_each(|k| take(&entries[k], x[k]));
+        } else {
+            columns.iter().zip(entries).for_each(|(&column, entry)| take(entry, x[column as usize]));
+        }
+        y
+    }
+
     /// `J_i x`, and the largest sum of absolute products in it: what its rounding is relative to.
     #[inline]
     pub(crate) fn multiply_with_terms(&self, i: usize, x: &[f64]) -> ([f64; R], f64) {
@@ -96,7 +122,9 @@ impl<const R: usize> SparseRows<R> {
         } else {
             columns.iter().zip(entries).for_each(|(&column, entry)| take(entry, x[column as usize]));
         }
-        (y, sums.into_iter().fold(0.0, f64::max))
+        let mut largest = 0.0;
+        sums.into_iter().for_each(|sum| raise(&mut largest, sum));
+        (y, largest)
     }
 
     /// `y += J_iᵀ p`.

@@ -21,19 +21,33 @@ pub(crate) fn recover_into(
     velocity_scale: f64,
     solution: &mut ContactSolution,
 ) {
+    recover_with(problem, cones, velocity_scale, |i, v| problem.contact_velocity(i, v), solution);
+}
+
+/// The same with the velocity of each contact at hand, as a function of its index and of `v⁺`.
+#[inline]
+pub(crate) fn recover_with(
+    problem: &ContactProblem,
+    cones: &Cones,
+    velocity_scale: f64,
+    contact_velocity: impl Fn(usize, &[f64]) -> [f64; 3],
+    solution: &mut ContactSolution,
+) {
     let slow = STICKING * velocity_scale;
-    for i in 0..problem.contact_count() {
-        let impulse = solution.impulse[i];
-        let [_, c_1, c_2] = problem.contact_velocity(i, &solution.velocity);
+    let ContactSolution { velocity, lambda_n, alpha, beta, modes, impulse, .. } = &mut *solution;
+    alpha.fill(0.0);
+    let mut rest = &mut alpha[..];
+    let units = impulse.iter().zip(lambda_n).zip(beta).zip(modes).enumerate();
+    for (i, (((&impulse, lambda_n), beta), mode)) in units {
+        let [_, c_1, c_2] = contact_velocity(i, velocity);
         let directions = problem.directions_of(i);
-        let speed = sliding_speed(directions, [c_1, c_2]);
-        let range = problem.direction_offsets[i]..problem.direction_offsets[i + 1];
-        let alpha = &mut solution.alpha[range];
-        cones.decompose(i, impulse, alpha);
-        take_up_rounding(alpha, problem.friction[i] * impulse[0]);
-        solution.lambda_n[i] = impulse[0];
-        solution.beta[i] = speed;
-        solution.modes[i] = contact_mode(impulse[0], alpha, speed > slow, cones.friction(i) > 0.0);
+        let own;
+        (own, rest) = rest.split_at_mut(directions.len());
+        let pair = cones.decompose(i, impulse, own);
+        take_up_rounding(own, pair, problem.friction[i] * impulse[0]);
+        *lambda_n = impulse[0];
+        *beta = sliding_speed(directions, [c_1, c_2]);
+        *mode = contact_mode(impulse[0], own, pair, *beta > slow, cones.friction(i) > 0.0);
     }
     recover_groups(problem, cones, slow, solution);
 }
@@ -41,6 +55,7 @@ pub(crate) fn recover_into(
 /// The same for the friction groups.
 fn recover_groups(problem: &ContactProblem, cones: &Cones, slow: f64, solution: &mut ContactSolution) {
     let groups = &problem.friction_groups;
+    solution.group_alpha.fill(0.0);
     for j in 0..groups.len() {
         let [s_1, s_2] = groups.slip(j, &solution.velocity);
         let speed = sliding_speed(groups.directions_of(j), [s_1, s_2]);
@@ -50,10 +65,10 @@ fn recover_groups(problem: &ContactProblem, cones: &Cones, slow: f64, solution: 
         }
         let [f_1, f_2] = solution.group_impulse[j];
         let alpha = &mut solution.group_alpha[groups.direction_range(j)];
-        cones.decompose(problem.contact_count() + j, [bound, f_1, f_2], alpha);
-        take_up_rounding(alpha, bound);
+        let pair = cones.decompose(problem.contact_count() + j, [bound, f_1, f_2], alpha);
+        take_up_rounding(alpha, pair, bound);
         solution.group_beta[j] = speed;
-        solution.group_modes[j] = contact_mode(bound, alpha, speed > slow, true);
+        solution.group_modes[j] = contact_mode(bound, alpha, pair, speed > slow, true);
     }
 }
 
@@ -65,22 +80,25 @@ fn sliding_speed(directions: &[[f64; 2]], c: [f64; 2]) -> f64 {
 }
 
 /// Makes the sum of multipliers that are at the bound equal to it, without rounding and in any order: with large impulses a last
-/// digit is a velocity.
-fn take_up_rounding(alpha: &mut [f64], bound: f64) {
-    let sum: f64 = alpha.iter().sum();
-    if bound <= 0.0 || (bound - sum).abs() > AT_BOUND * bound {
+/// digit is a velocity. `pair`: the two that may differ from zero.
+fn take_up_rounding(alpha: &mut [f64], pair: Option<[usize; 2]>, bound: f64) {
+    let Some([a, b]) = pair else { return };
+    if bound <= 0.0 || (bound - (alpha[a] + alpha[b])).abs() > AT_BOUND * bound {
         return;
     }
-    let largest = (0..alpha.len()).fold(0, |best, k| if alpha[k] > alpha[best] { k } else { best });
-    let other = (0..alpha.len()).find(|&k| k != largest && alpha[k] > 0.0);
-    match other {
+    let [largest, other] = larger_first(alpha, [a, b]);
+    if alpha[other] > 0.0 {
         // The larger one is at least half the bound: the difference is exact.
-        Some(other) => {
-            alpha[largest] = alpha[largest].clamp(0.5 * bound, bound);
-            alpha[other] = bound - alpha[largest];
-        }
-        None => alpha[largest] = bound,
+        alpha[largest] = alpha[largest].clamp(0.5 * bound, bound);
+        alpha[other] = bound - alpha[largest];
+    } else {
+        alpha[largest] = bound;
     }
+}
+
+/// Of two multipliers the larger one first, of equal ones that of the lower index.
+fn larger_first(alpha: &[f64], [a, b]: [usize; 2]) -> [usize; 2] {
+    if alpha[b] > alpha[a] || alpha[b] == alpha[a] && b < a { [b, a] } else { [a, b] }
 }
 
 /// The impulse of a group that moves nothing, at its bound along the direction most against the slip; none without slip.
@@ -90,8 +108,8 @@ fn immovable_impulse(directions: &[[f64; 2]], bound: f64, slip: [f64; 2]) -> [f6
     best.filter(|d| against(d) > 0.0).map_or([0.0; 2], |d| d.map(|x| bound * x))
 }
 
-/// `bound`: the normal impulse of a contact, the bound of a friction group.
-fn contact_mode(bound: f64, alpha: &[f64], slides: bool, frictional: bool) -> ContactMode {
+/// `bound`: the normal impulse of a contact, the bound of a friction group; `pair`: the multipliers that may differ from zero.
+fn contact_mode(bound: f64, alpha: &[f64], pair: Option<[usize; 2]>, slides: bool, frictional: bool) -> ContactMode {
     if bound <= 0.0 {
         return ContactMode::Open;
     }
@@ -101,19 +119,11 @@ fn contact_mode(bound: f64, alpha: &[f64], slides: bool, frictional: bool) -> Co
     if !slides {
         return ContactMode::Sticking;
     }
-    let (mut first, mut second) = (0, None);
-    for (k, &a) in alpha.iter().enumerate() {
-        if a > alpha[first] {
-            first = k;
-        }
-    }
-    for (k, &a) in alpha.iter().enumerate() {
-        if k != first && a > STICKING * alpha[first] {
-            second = Some(k);
-        }
-    }
-    match second {
-        None => ContactMode::Sliding { k: first as u32 },
-        Some(k) => ContactMode::SlidingBetween { j: first.min(k) as u32, k: first.max(k) as u32 },
+    let Some(pair) = pair else { return ContactMode::Sliding { k: 0 } };
+    let [first, second] = larger_first(alpha, pair);
+    if alpha[second] > STICKING * alpha[first] {
+        ContactMode::SlidingBetween { j: first.min(second) as u32, k: first.max(second) as u32 }
+    } else {
+        ContactMode::Sliding { k: if alpha[first] > 0.0 { first as u32 } else { 0 } }
     }
 }

@@ -5,7 +5,7 @@ use signorini_multibody::FEW_ROWS;
 use crate::ContactProblem;
 
 /// Rows of the block of a free body.
-const FREE_ROWS: usize = 6;
+pub(crate) const FREE_ROWS: usize = 6;
 
 /// Part of its terms below which a sum is taken for rounding.
 const CANCELLATION: f64 = 1e-7;
@@ -58,6 +58,16 @@ impl ContactProblem {
     fn delassus_entries<const R: usize>(&self, columns: &[u32], entries: &[[f64; R]], scratch: &mut [f64]) -> [f64; R] {
         if let Some(diagonal) = self.mass_factor.inverse_squares_if_diagonal(columns, entries) {
             return diagonal;
+        }
+        if let (&[first, .., last], FREE_ROWS) = (columns, columns.len())
+            && last as usize - first as usize == FREE_ROWS - 1
+        {
+            // Mostly all of a free body and nothing else.
+            let index = self.mass.block_of(first as usize);
+            let block = self.mass.blocks()[index];
+            if block.start == first as usize && block.size == FREE_ROWS {
+                return self.mass_factor.inverse_squares_of_block(index, entries);
+            }
         }
         let mut diagonal = [0.0; R];
         let mut first = 0;

@@ -71,31 +71,40 @@ impl ContactSolution {
         self.status = SolveStatus::Solved;
     }
 
+    /// The same as [`prepare`](Self::prepare) where α, β and modes are recovered from the impulses later: of these only the sizes.
+    pub(crate) fn begin(&mut self, problem: &ContactProblem) {
+        let (nc, groups) = (problem.contact_count(), &problem.friction_groups);
+        let of_contacts = [self.modes.len(), self.lambda_n.len(), self.beta.len()] == [nc; 3];
+        let of_groups = [self.group_modes.len(), self.group_beta.len()] == [groups.len(); 2];
+        let of_directions =
+            [self.alpha.len(), self.group_alpha.len()] == [problem.direction_count(), groups.direction_count()];
+        if !(of_contacts && of_groups && of_directions) {
+            return self.prepare(problem);
+        }
+        self.velocity.clone_from(&problem.free_velocity);
+        fill(&mut self.impulse, nc, [0.0; 3]);
+        fill(&mut self.bilateral, problem.bilateral_violation.len(), 0.0);
+        fill(&mut self.group_impulse, groups.len(), [0.0; 2]);
+        fill(&mut self.solver_modes, nc + groups.len(), Mode::Open);
+        self.report = SolveReport::default();
+        self.status = SolveStatus::Solved;
+    }
+
     /// Zero impulses of the right sizes, and the velocity without them.
     pub(crate) fn drop_impulses(&mut self, problem: &ContactProblem) {
-        let nc = problem.contact_count();
-        let zero = |x: &mut Vec<f64>, n| {
-            x.clear();
-            x.resize(n, 0.0);
-        };
+        let (nc, groups) = (problem.contact_count(), &problem.friction_groups);
         self.velocity.clone_from(&problem.free_velocity);
-        zero(&mut self.lambda_n, nc);
-        zero(&mut self.alpha, problem.direction_count());
-        zero(&mut self.beta, nc);
-        zero(&mut self.bilateral, problem.bilateral_violation.len());
-        let groups = &problem.friction_groups;
-        zero(&mut self.group_alpha, groups.direction_count());
-        zero(&mut self.group_beta, groups.len());
-        self.group_impulse.clear();
-        self.group_impulse.resize(groups.len(), [0.0; 2]);
-        self.group_modes.clear();
-        self.group_modes.resize(groups.len(), ContactMode::Open);
-        self.impulse.clear();
-        self.impulse.resize(nc, [0.0; 3]);
-        self.modes.clear();
-        self.modes.resize(nc, ContactMode::Open);
-        self.solver_modes.clear();
-        self.solver_modes.resize(nc + groups.len(), Mode::Open);
+        fill(&mut self.lambda_n, nc, 0.0);
+        fill(&mut self.alpha, problem.direction_count(), 0.0);
+        fill(&mut self.beta, nc, 0.0);
+        fill(&mut self.bilateral, problem.bilateral_violation.len(), 0.0);
+        fill(&mut self.group_alpha, groups.direction_count(), 0.0);
+        fill(&mut self.group_beta, groups.len(), 0.0);
+        fill(&mut self.group_impulse, groups.len(), [0.0; 2]);
+        fill(&mut self.group_modes, groups.len(), ContactMode::Open);
+        fill(&mut self.impulse, nc, [0.0; 3]);
+        fill(&mut self.modes, nc, ContactMode::Open);
+        fill(&mut self.solver_modes, nc + groups.len(), Mode::Open);
     }
 
     /// Takes the impulse and the piece of unit `i`: a contact, or a friction group counted after the contacts.
@@ -165,6 +174,15 @@ impl ContactSolution {
         let impulses = self.lambda_n.iter().chain(&self.alpha).chain(&self.group_alpha);
         impulses.chain(&self.beta).chain(&self.group_beta).copied().collect()
     }
+}
+
+/// Makes all entries the same, and as many as asked for. A list of the right length, as from step to step, stays in place.
+fn fill<T: Copy>(x: &mut Vec<T>, count: usize, value: T) {
+    if x.len() == count {
+        return x.iter_mut().for_each(|x| *x = value);
+    }
+    x.clear();
+    x.resize(count, value);
 }
 
 /// A number as an index, if it is a whole one.

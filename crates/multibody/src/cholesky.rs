@@ -93,6 +93,11 @@ impl BlockCholesky {
         &self.layout.blocks
     }
 
+    /// Entries of a block of the factor, `Lᵀ` row by row, `[size, size]`.
+    pub fn block_data(&self, block: usize) -> &[f64] {
+        &self.data[self.layout.blocks[block].data_range()]
+    }
+
     /// `x ← A⁻¹ x`, `[nv]`.
     ///
     /// # Panics
@@ -102,8 +107,13 @@ impl BlockCholesky {
         if self.all_diagonal {
             return x.iter_mut().zip(&self.inverse_diagonal).for_each(|(x, inverse)| *x = *x * inverse * inverse);
         }
-        for b in 0..self.layout.blocks.len() {
-            self.solve_block_in_place(b, &mut x[self.layout.blocks[b].range()]);
+        for (b, block) in self.layout.blocks.iter().enumerate() {
+            if block.size == 1 {
+                let inverse = self.inverse_diagonal[block.start];
+                x[block.start] = x[block.start] * inverse * inverse;
+            } else {
+                self.solve_block_in_place(b, &mut x[block.range()]);
+            }
         }
     }
 

@@ -181,8 +181,10 @@ impl BlockDiagonal {
     pub fn largest_diagonal(&self) -> f64 {
         let mut largest = 0.0;
         for block in &self.layout.blocks {
-            for entry in self.data[block.data_range()].iter().step_by(block.size + 1) {
-                largest = if *entry > largest { *entry } else { largest };
+            let entries = &self.data[block.data_range()];
+            for i in 0..block.size {
+                let entry = entries[i * (block.size + 1)];
+                largest = if entry > largest { entry } else { largest };
             }
         }
         largest
@@ -212,9 +214,12 @@ impl BlockDiagonal {
             return out.iter_mut().zip(x).zip(&self.data).for_each(|((out, x), a)| *out = a * x);
         }
         for block in &self.layout.blocks {
-            let x = &x[block.range()];
-            for (row, out) in self.data[block.data_range()].chunks_exact(block.size).zip(&mut out[block.range()]) {
-                *out = dot(row, x);
+            let (rows, x, out) = (&self.data[block.data_range()], &x[block.range()], &mut out[block.range()]);
+            match block.size {
+                1 => out[0] = rows[0] * x[0],
+                3 => multiply_small::<3>(rows, x, out),
+                6 => multiply_small::<6>(rows, x, out),
+                size => rows.chunks_exact(size).zip(out).for_each(|(row, out)| *out = dot(row, x)),
             }
         }
     }
@@ -231,5 +236,12 @@ impl BlockDiagonal {
 
     pub(crate) fn data_of(&self, block: &Block) -> &[f64] {
         &self.data[block.data_range()]
+    }
+}
+
+/// `A x` for a block of `N` rows: a free body or a part of it, with the same sums as in other blocks.
+fn multiply_small<const N: usize>(rows: &[f64], x: &[f64], out: &mut [f64]) {
+    if let Ok(x) = <&[f64; N]>::try_from(x) {
+        rows.as_chunks::<N>().0.iter().zip(out).for_each(|(row, out)| *out = dot(row, x));
     }
 }

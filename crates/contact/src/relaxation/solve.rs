@@ -358,6 +358,7 @@ impl ConvexRelaxation {
             let range = problem.direction_offsets[i]..problem.direction_offsets[i + 1];
             let (impulse, alpha) = (solution.impulse[i], &mut solution.alpha[range]);
             if self.cones.friction(i) > 0.0 {
+                alpha.fill(0.0);
                 self.cones.decompose(i, impulse, alpha);
                 alpha.iter_mut().for_each(|a| *a /= self.cones.friction(i));
             }

@@ -9,7 +9,7 @@ use super::SolverSettings;
 use super::island_solver::law_residual;
 use super::islands::Islands;
 use super::mode::{Cones, Mode};
-use super::proximal::is_exact;
+use super::proximal::{LARGE, REFINE_LARGE, is_exact};
 use super::warm_start::WarmStart;
 use crate::scales::raise;
 use crate::{ContactProblem, ContactSolution};
@@ -24,6 +24,8 @@ pub(super) struct GivenStart {
     pub bilateral: Vec<f64>,
     /// The velocity that the impulses give, over all degrees of freedom.
     pub velocity: Vec<f64>,
+    /// That of each contact along its rows, zero where its island rests, if its island [holds](Self::hold).
+    pub rates: Vec<[f64; 3]>,
     islands: Vec<Held>,
 }
 
@@ -37,6 +39,8 @@ struct Held {
     /// The largest error, and what it may be, m/s.
     residual: f64,
     most: f64,
+    /// Contacts and friction groups in it.
+    units: usize,
     /// The largest entry of an impulse, and of the Delassus diagonals.
     largest: f64,
     scale: f64,
@@ -51,48 +55,42 @@ impl GivenStart {
         }
         self.impulse.clear();
         self.modes.clear();
+        self.velocity.clear();
+        self.velocity.resize(problem.nv(), 0.0);
         for (i, entry) in warm.contacts.iter().enumerate() {
             let (impulse, mode) = entry.filter(|_| islands.of_unit(i).is_some()).unwrap_or(([0.0; 3], Mode::Open));
-            self.push(cones, impulse, mode);
+            let pushing = self.push(cones, impulse, mode);
+            problem.jacobian.add_transposed(i, pushing, &mut self.velocity);
         }
         for (j, bound) in problem.friction_groups.bound.iter().enumerate() {
             let entry = warm.groups.get(j).copied().flatten().filter(|_| islands.of_unit(nc + j).is_some());
             let ([_, a, b], mode) = entry.unwrap_or(([0.0; 3], Mode::Open));
             let bound = bound.normal().map_or(bound.constant(), |(contact, _)| self.impulse[contact][0]);
-            self.push(cones, [bound, a, b], mode);
+            let [_, a, b] = self.push(cones, [bound, a, b], mode);
+            problem.friction_groups.jacobian.add_transposed(j, [a, b], &mut self.velocity);
         }
         self.bilateral.clear();
         self.bilateral.resize(problem.bilateral_violation.len(), 0.0);
         if warm.bilateral.len() == self.bilateral.len() {
             self.bilateral.copy_from_slice(&warm.bilateral);
         }
-        self.find_velocity(problem);
+        for (k, &p) in self.bilateral.iter().enumerate() {
+            problem.bilateral_jacobian.add_transposed(k, [p], &mut self.velocity);
+        }
+        // `v = v^f + M⁻¹ Jᵀ λ`.
+        problem.mass_factor.solve_in_place(&mut self.velocity);
+        self.velocity.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
         true
     }
 
     /// Takes the next unit's impulse, brought into its cone.
-    fn push(&mut self, cones: &Cones, impulse: [f64; 3], mode: Mode) {
+    #[inline]
+    fn push(&mut self, cones: &Cones, impulse: [f64; 3], mode: Mode) -> [f64; 3] {
         let i = self.impulse.len();
         self.modes.push(cones.nearest_valid(i, mode));
-        self.impulse.push(cones.project(i, cones.mode_at(i, impulse), impulse));
-    }
-
-    /// `v = v^f + M⁻¹ Jᵀ λ`.
-    fn find_velocity(&mut self, problem: &ContactProblem) {
-        let (nc, v) = (problem.contact_count(), &mut self.velocity);
-        v.clear();
-        v.resize(problem.nv(), 0.0);
-        for (i, &p) in self.impulse[..nc].iter().enumerate() {
-            problem.jacobian.add_transposed(i, p, v);
-        }
-        for (j, &[_, a, b]) in self.impulse[nc..].iter().enumerate() {
-            problem.friction_groups.jacobian.add_transposed(j, [a, b], v);
-        }
-        for (k, &p) in self.bilateral.iter().enumerate() {
-            problem.bilateral_jacobian.add_transposed(k, [p], v);
-        }
-        problem.mass_factor.solve_in_place(v);
-        v.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+        let impulse = cones.project(i, cones.mode_at(i, impulse), impulse);
+        self.impulse.push(impulse);
+        impulse
     }
 
     /// Writes what the impulses do where they solve an island already, and its residual; whether there is one.
@@ -114,8 +112,7 @@ impl GivenStart {
         let mut any = false;
         for (k, held) in self.islands.iter_mut().enumerate() {
             let scale = islands.scale_of(k);
-            let size = held.largest * held.scale / scale;
-            held.holds &= held.rests || is_exact(held.residual / scale, size);
+            held.holds = held.holds && held.needs_no_refinement(scale);
             if held.holds {
                 (residuals[k], any) = (held.residual / scale, true);
             }
@@ -131,10 +128,13 @@ impl GivenStart {
         for (b, block) in problem.mass.blocks().iter().enumerate() {
             let Some(k) = islands.of_block(b).filter(|&k| self.islands[k].rests) else { continue };
             let (mass, v) = (problem.mass.block_data(b), &self.velocity[block.range()]);
-            let largest = (0..block.size).map(|i| mass[i * (block.size + 1)]).fold(0.0, f64::max);
-            let most = self.islands[k].most * largest;
-            let momentum = |row: &[f64]| row.iter().zip(v).map(|(m, v)| m * v).sum::<f64>();
-            self.islands[k].rests = mass.chunks_exact(block.size).all(|row| momentum(row).abs() <= most);
+            let most = self.islands[k].most;
+            self.islands[k].rests = match block.size {
+                1 => (mass[0] * v[0]).abs() <= most * mass[0],
+                3 => is_still::<3>(mass, v, most),
+                6 => is_still::<6>(mass, v, most),
+                _ => is_still_in(mass, v, most),
+            };
         }
     }
 
@@ -142,18 +142,22 @@ impl GivenStart {
     fn check_laws(&mut self, problem: &ContactProblem, cones: &Cones, islands: &Islands) {
         let (nc, v) = (problem.contact_count(), &self.velocity);
         let g = islands.residual_scale();
-        for (i, &p) in self.impulse[..nc].iter().enumerate() {
+        self.rates.clear();
+        self.rates.resize(nc, [0.0; 3]);
+        for (i, (&p, rates)) in self.impulse.iter().zip(&mut self.rates).enumerate() {
             let Some(k) = islands.of_unit(i) else { continue };
             let held = &mut self.islands[k];
             if !held.holds {
                 continue;
             }
-            let ([c, c_1, c_2], terms) = if held.rests {
+            held.units += 1;
+            let terms;
+            (*rates, terms) = if held.rests {
                 problem.jacobian.multiply_with_terms(i, v)
             } else {
                 (problem.jacobian.multiply(i, v), 0.0)
             };
-            let offset = problem.gap[i] / problem.timestep;
+            let ([c, c_1, c_2], offset) = (*rates, problem.gap[i] / problem.timestep);
             held.take(law_residual(cones, i, p, [c + offset, c_1, c_2], g), p, islands.delassus_of(i));
             // At rest nothing slides, and the impulse is in its cone.
             held.rests &= terms <= held.most && (g * p[0]).min(offset).abs() <= held.most;
@@ -161,6 +165,7 @@ impl GivenStart {
         for (j, target) in problem.friction_groups.target.iter().enumerate() {
             let Some(k) = islands.of_unit(nc + j).filter(|&k| self.islands[k].holds) else { continue };
             let (held, p) = (&mut self.islands[k], self.impulse[nc + j]);
+            held.units += 1;
             let ([c_1, c_2], terms) = problem.friction_groups.jacobian.multiply_with_terms(j, v);
             let residual = |u_1: f64, u_2: f64| law_residual(cones, nc + j, p, [0.0, u_1, u_2], g);
             held.take(residual(c_1 - target[0], c_2 - target[1]), p, islands.delassus_of(nc + j));
@@ -178,26 +183,44 @@ impl GivenStart {
 
     /// Gives the solution the islands that hold.
     fn write(&mut self, problem: &ContactProblem, islands: &Islands, solution: &mut ContactSolution) {
-        let holds = |k: Option<usize>| k.filter(|&k| self.islands[k].holds);
-        for i in (0..self.impulse.len()).filter(|&i| holds(islands.of_unit(i)).is_some()) {
-            solution.take_unit(i, self.impulse[i], self.modes[i]);
+        let Self { impulse, modes, bilateral, velocity, rates, islands: found } = self;
+        let nc = rates.len();
+        let holds = |k: Option<usize>| k.map(|k| found[k]).filter(|held| held.holds);
+        let written = solution.impulse.iter_mut().zip(&mut solution.solver_modes);
+        let contacts = written.zip(rates).zip(impulse.iter().zip(&*modes)).enumerate();
+        for (i, (((to, to_mode), rates), (impulse, mode))) in contacts {
+            let Some(held) = holds(islands.of_unit(i)) else { continue };
+            (*to, *to_mode) = (*impulse, *mode);
+            if held.rests {
+                *rates = [0.0; 3];
+            }
         }
-        for i in (0..self.bilateral.len()).filter(|&i| holds(islands.of_bilateral(i)).is_some()) {
-            solution.bilateral[i] = self.bilateral[i];
+        for i in (nc..impulse.len()).filter(|&i| holds(islands.of_unit(i)).is_some()) {
+            solution.take_unit(i, impulse[i], modes[i]);
+        }
+        for i in (0..bilateral.len()).filter(|&i| holds(islands.of_bilateral(i)).is_some()) {
+            solution.bilateral[i] = bilateral[i];
         }
         for (b, block) in problem.mass.blocks().iter().enumerate() {
-            let Some(k) = holds(islands.of_block(b)) else { continue };
-            let velocity = &mut solution.velocity[block.range()];
-            if self.islands[k].rests {
-                velocity.fill(0.0);
+            let Some(held) = holds(islands.of_block(b)) else { continue };
+            let written = &mut solution.velocity[block.range()];
+            if held.rests {
+                written.fill(0.0);
             } else {
-                velocity.copy_from_slice(&self.velocity[block.range()]);
+                written.copy_from_slice(&velocity[block.range()]);
             }
         }
     }
 }
 
 impl Held {
+    /// Whether the velocity of the impulses needs no refinement, where the laws hold with it. In a small island a factorisation for
+    /// it costs several times what the start costs: what the iterations stop at is enough, if the dissipation law does not see it.
+    fn needs_no_refinement(&self, scale: f64) -> bool {
+        let (residual, size) = (self.residual / scale, self.largest * self.scale / scale);
+        self.rests || is_exact(residual, size) || self.units < LARGE && residual * size <= REFINE_LARGE
+    }
+
     /// Takes in a unit's residual, its impulse, and the largest entry of its Delassus diagonal.
     #[inline]
     fn take(&mut self, residual: f64, impulse: [f64; 3], delassus: f64) {
@@ -207,4 +230,19 @@ impl Held {
         impulse.iter().for_each(|p| raise(&mut self.largest, p.abs()));
         raise(&mut self.scale, delassus);
     }
+}
+
+/// Whether a block of the mass matrix has no momentum above `most` times its largest entry.
+#[inline]
+fn is_still_in(mass: &[f64], v: &[f64], most: f64) -> bool {
+    let mut largest = 0.0;
+    (0..v.len()).for_each(|i| raise(&mut largest, mass[i * (v.len() + 1)]));
+    let most = most * largest;
+    mass.chunks_exact(v.len()).all(|row| row.iter().zip(v).map(|(m, v)| m * v).sum::<f64>().abs() <= most)
+}
+
+/// The same for a block of `N` rows.
+fn is_still<const N: usize>(mass: &[f64], v: &[f64], most: f64) -> bool {
+    let sized = mass.first_chunk::<N>().and(v.first_chunk::<N>());
+    sized.is_some_and(|v| is_still_in(&mass[..N * N], v, most))
 }

@@ -1,6 +1,8 @@
 //! Splitting a problem into islands.
 
 use super::island::Island;
+use super::known_rows::KnownRows;
+use super::structure::Structure;
 use crate::ContactProblem;
 use crate::scales::{VelocityScale, raise};
 
@@ -26,6 +28,8 @@ pub(crate) struct Islands {
     /// The largest Delassus entry of contacts and groups.
     delassus_scale: f64,
     velocity_scale: VelocityScale,
+    structure: Structure,
+    known: KnownRows,
 }
 
 /// What the data say of a contact or friction group.
@@ -33,8 +37,8 @@ pub(crate) struct Islands {
 struct Measured {
     /// Its island, [`NONE`] if nothing moves it.
     island: u32,
-    /// The largest entry on the diagonal of its Delassus block, 1 if that is 0.
-    scale: f64,
+    /// The largest entry on the diagonal of its Delassus block.
+    delassus: f64,
     /// `u` of a contact at the free velocity.
     free_slack: [f64; 3],
 }
@@ -69,7 +73,7 @@ impl Islands {
 
     /// The largest entry on the diagonal of a unit's Delassus block, 1 if that is 0.
     pub fn delassus_of(&self, unit: usize) -> f64 {
-        self.units[unit].scale
+        positive(self.units[unit].delassus)
     }
 
     /// The island of a unit of the problem: a contact, or a friction group counted after the contacts.
@@ -89,17 +93,43 @@ impl Islands {
 
     /// Finds the islands of a problem and its scales. [`assemble`](Self::assemble) gives them their rows.
     pub fn find(&mut self, problem: &ContactProblem) {
-        self.join_blocks(problem);
-        self.number_islands(problem);
+        if self.structure.is_that_of(problem) {
+            for island in &mut self.islands[..self.count] {
+                island.velocity_scale = VelocityScale::default();
+                if !(island.units.is_empty() && island.bilateral.is_empty()) {
+                    island.clear_rows();
+                }
+            }
+        } else {
+            self.structure.read(problem);
+            self.join_blocks(problem);
+            self.number_islands(problem);
+            self.scratch.clear();
+            self.scratch.resize(problem.nv(), 0.0);
+            self.place_rows(problem);
+            self.known.forget(problem);
+        }
+        self.known.begin(problem, &self.islands[..self.count]);
         self.delassus_scale = 0.0;
         self.velocity_scale = VelocityScale::default();
-        self.scratch.clear();
-        self.scratch.resize(problem.nv(), 0.0);
-        self.units.clear();
-        self.bilateral.clear();
         (0..problem.contact_count()).for_each(|i| self.measure_contact(problem, i));
         (0..problem.friction_groups.len()).for_each(|j| self.measure_group(problem, j));
         (0..problem.bilateral_violation.len()).for_each(|k| self.measure_bilateral(problem, k));
+    }
+
+    /// The island of each unit and bilateral row.
+    fn place_rows(&mut self, problem: &ContactProblem) {
+        let (mut units, mut bilateral) = (std::mem::take(&mut self.units), std::mem::take(&mut self.bilateral));
+        let island_of = |columns: &[u32]| self.island_of(problem, columns).map_or(NONE, |island| island as u32);
+        let placed = |columns: &[u32]| Measured { island: island_of(columns), delassus: 0.0, free_slack: [0.0; 3] };
+        units.clear();
+        units.extend((0..problem.contact_count()).map(|i| placed(problem.jacobian.group(i).0)));
+        let groups = &problem.friction_groups;
+        units.extend((0..groups.len()).map(|j| placed(groups.jacobian.group(j).0)));
+        bilateral.clear();
+        let rows = 0..problem.bilateral_violation.len();
+        bilateral.extend(rows.map(|k| (island_of(problem.bilateral_jacobian.group(k).0), 0.0)));
+        (self.units, self.bilateral) = (units, bilateral);
     }
 
     /// Gives the `wanted` islands their rows.
@@ -130,37 +160,36 @@ impl Islands {
 
     fn measure_contact(&mut self, problem: &ContactProblem, i: usize) {
         let (free_slack, terms) = self.velocity_scale.add_contact(problem, i);
-        let Some(island) = self.island_of(problem, problem.jacobian.group(i).0) else {
-            return self.units.push(Measured { island: NONE, scale: 1.0, free_slack });
-        };
-        let g = largest(&problem.delassus_diagonal(i, &mut self.scratch));
-        raise(&mut self.delassus_scale, g);
+        let unit = &mut self.units[i];
+        unit.free_slack = free_slack;
+        let Some(island) = index(unit.island) else { return };
+        if !self.known.has(problem, island, i) {
+            unit.delassus = largest(&problem.delassus_diagonal(i, &mut self.scratch));
+        }
+        raise(&mut self.delassus_scale, unit.delassus);
         let own = &mut self.islands[island].velocity_scale;
         let seen = if problem.directions_of(i).is_empty() { 1 } else { 3 };
         free_slack[..seen].iter().for_each(|u| own.add(*u, terms));
-        self.units.push(Measured { island: island as u32, scale: positive(g), free_slack });
     }
 
     fn measure_group(&mut self, problem: &ContactProblem, j: usize) {
         let (slip, terms) = self.velocity_scale.add_group(problem, j);
         let free_slack = [0.0, slip[0], slip[1]];
-        let Some(island) = self.island_of(problem, problem.friction_groups.jacobian.group(j).0) else {
-            return self.units.push(Measured { island: NONE, scale: 1.0, free_slack });
-        };
-        let g = largest(&problem.group_delassus(j, &mut self.scratch));
-        raise(&mut self.delassus_scale, g);
+        let unit = &mut self.units[problem.contact_count() + j];
+        unit.free_slack = free_slack;
+        let Some(island) = index(unit.island) else { return };
+        unit.delassus = largest(&problem.group_delassus(j, &mut self.scratch));
+        raise(&mut self.delassus_scale, unit.delassus);
         let own = &mut self.islands[island].velocity_scale;
         slip.iter().for_each(|u| own.add(*u, terms));
-        self.units.push(Measured { island: island as u32, scale: positive(g), free_slack });
     }
 
     fn measure_bilateral(&mut self, problem: &ContactProblem, k: usize) {
         let (slack, terms) = self.velocity_scale.add_bilateral(problem, k);
-        let island = self.island_of(problem, problem.bilateral_jacobian.group(k).0);
-        if let Some(island) = island {
+        self.bilateral[k].1 = slack;
+        if let Some(island) = self.of_bilateral(k) {
             self.islands[island].velocity_scale.add(slack, terms);
         }
-        self.bilateral.push((island.map_or(NONE, |island| island as u32), slack));
     }
 
     fn add_contact(&mut self, problem: &ContactProblem, island: usize, i: usize) {
@@ -172,7 +201,7 @@ impl Islands {
         island.contact_count += 1;
         island.offset.push([problem.gap[i] / problem.timestep, 0.0, 0.0]);
         island.free_slack.push(self.units[i].free_slack);
-        island.scale.push(self.units[i].scale);
+        island.scale.push(positive(self.units[i].delassus));
     }
 
     /// A group's first row is that of its contact, scaled so that the proximal weight of the group turns it into the contact's
@@ -180,7 +209,8 @@ impl Islands {
     fn add_group(&mut self, problem: &ContactProblem, island: usize, j: usize) {
         let groups = &problem.friction_groups;
         let (columns, entries) = groups.jacobian.group(j);
-        let Measured { scale, mut free_slack, .. } = self.units[problem.contact_count() + j];
+        let Measured { delassus, mut free_slack, .. } = self.units[problem.contact_count() + j];
+        let scale = positive(delassus);
         self.columns.clear();
         self.columns.extend(columns.iter().zip(entries).map(|(&c, e)| (c, [0.0, e[0], e[1]])));
         let target = groups.target[j];

@@ -29,6 +29,7 @@ mod island;
 mod island_pool;
 mod island_solver;
 mod islands;
+mod known_rows;
 mod lists;
 mod mode;
 mod path;
@@ -38,6 +39,7 @@ mod random;
 mod settings;
 mod sleep;
 mod sparse;
+mod structure;
 mod sweeps;
 mod system;
 mod verdict;
@@ -192,17 +194,20 @@ impl ContactSolver {
         }
         self.islands.find(problem);
         self.scales = Scales::new(problem, self.islands.delassus_scale(), self.islands.velocity_scale());
-        solution.prepare(problem);
+        solution.begin(problem);
         solution.report.islands = self.islands.all().len();
         self.residuals.clear();
         self.residuals.resize(self.islands.all().len(), f64::INFINITY);
         self.contradiction.clear();
         let is_given = warm.is_some_and(|warm| self.given.read(problem, &self.cones, &self.islands, warm));
         let any_held = is_given && !self.settings.sleeping && self.hold_islands(problem, solution);
-        let mut certified = self.solve_from_start(problem, is_given, solution);
+        let mut certified = self.solve_from_start(problem, is_given, any_held, solution);
+        if certified && self.is_resolved(problem, solution) {
+            return;
+        }
         if any_held && !certified {
             self.residuals.fill(f64::INFINITY);
-            certified = self.solve_from_start(problem, is_given, solution);
+            certified = self.solve_from_start(problem, is_given, false, solution);
         }
         if !certified && !self.contradiction.is_empty() {
             self.drop_what_is_worse(problem, solution);
@@ -229,13 +234,21 @@ impl ContactSolver {
     }
 
     /// Assembles the islands whose residual is not known yet, and solves them; whether the certificate holds then.
-    fn solve_from_start(&mut self, problem: &ContactProblem, is_given: bool, solution: &mut ContactSolution) -> bool {
+    fn solve_from_start(
+        &mut self,
+        problem: &ContactProblem,
+        is_given: bool,
+        any_held: bool,
+        solution: &mut ContactSolution,
+    ) -> bool {
         if self.residuals.contains(&f64::INFINITY) {
             self.islands.assemble(problem, |island| self.residuals[island] == f64::INFINITY);
             let given = std::mem::take(&mut self.given);
             let start = if is_given { Start::Warm(&given) } else { Start::Zero };
             self.solve_islands(problem, start, solution, |residual| residual == f64::INFINITY);
             self.given = given;
+        } else if any_held {
+            return self.complete_given(problem, solution);
         }
         self.complete(problem, solution)
     }

@@ -6,6 +6,7 @@
 //! differ by the rank-one matrix `a fᵀ`, because `P` is continuous. That is all that the path method needs.
 
 use super::polygons::{Edge, Polygon, Polygons, dot};
+use super::structure::ConeData;
 use crate::ContactProblem;
 
 /// A linear piece of the projection of one contact. Vertices and edges are numbered counterclockwise; edge `k` runs from
@@ -76,11 +77,16 @@ pub(crate) struct Cones {
     friction: Vec<f64>,
     /// Radius of a circle well inside each cone's polygon for a normal impulse of 1.
     inner: Vec<f64>,
+    source: ConeData,
 }
 
 impl Cones {
     /// Reads friction and directions of a problem; memory is reused.
     pub fn prepare(&mut self, problem: &ContactProblem) {
+        if self.source.is_that_of(problem) {
+            return;
+        }
+        self.source.read(problem);
         let groups = &problem.friction_groups;
         let units = problem.contact_count() + groups.len();
         self.polygons.begin(units, problem.direction_count() + groups.direction_count());
@@ -369,32 +375,35 @@ impl Cones {
     }
 
     /// Splits a tangential impulse into its direction multipliers `α ≥ 0`, `D α = λ_T`, over the two neighbouring
-    /// directions that enclose it. `alpha`: the contact's entries, zeroed by this function first.
-    pub fn decompose(&self, i: usize, lambda: [f64; 3], alpha: &mut [f64]) {
-        alpha.fill(0.0);
+    /// directions that enclose it, whose indices come back; nothing where there is no friction. `alpha`: the contact's entries,
+    /// zero before.
+    pub fn decompose(&self, i: usize, lambda: [f64; 3], alpha: &mut [f64]) -> Option<[usize; 2]> {
         let edges = self.edges(i);
         let (m, t) = (edges.len(), [lambda[1], lambda[2]]);
         if m == 0 || lambda[0] <= 0.0 {
-            return;
+            return None;
         }
         if m == 2 {
             let s = dot(edges[1].vertex, t);
-            alpha[edges[usize::from(s > 0.0)].direction as usize] = s.abs();
-            return;
+            let pair = [usize::from(s > 0.0), usize::from(s <= 0.0)].map(|k| edges[k].direction as usize);
+            alpha[pair[0]] = s.abs();
+            return Some(pair);
         }
         let encloses = |k: &usize| {
-            let (a, b) = (edges[*k].vertex, edges[(k + 1) % m].vertex);
+            let (a, b) = (edges[*k].vertex, edges[if k + 1 == m { 0 } else { k + 1 }].vertex);
             a[0] * t[1] - a[1] * t[0] >= 0.0 && t[0] * b[1] - t[1] * b[0] >= 0.0
         };
         let k = (0..m).find(encloses).unwrap_or(0);
-        split(&edges[k], &edges[(k + 1) % m], t, alpha);
+        Some(split(&edges[k], &edges[if k + 1 == m { 0 } else { k + 1 }], t, alpha))
     }
 }
 
-/// `α_a d_a + α_b d_b = t`, rounding below zero cut off.
-fn split(a: &Edge, b: &Edge, t: [f64; 2], alpha: &mut [f64]) {
+/// `α_a d_a + α_b d_b = t`, rounding below zero cut off; the indices of both directions.
+fn split(a: &Edge, b: &Edge, t: [f64; 2], alpha: &mut [f64]) -> [usize; 2] {
     let (u, v) = (a.vertex, b.vertex);
     let determinant = u[0] * v[1] - u[1] * v[0];
-    alpha[a.direction as usize] = ((t[0] * v[1] - t[1] * v[0]) / determinant).max(0.0);
-    alpha[b.direction as usize] = ((u[0] * t[1] - u[1] * t[0]) / determinant).max(0.0);
+    let pair = [a.direction as usize, b.direction as usize];
+    alpha[pair[0]] = ((t[0] * v[1] - t[1] * v[0]) / determinant).max(0.0);
+    alpha[pair[1]] = ((u[0] * t[1] - u[1] * t[0]) / determinant).max(0.0);
+    pair
 }

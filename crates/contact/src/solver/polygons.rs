@@ -1,5 +1,7 @@
 //! The polygons of the friction cones, each of them once.
 
+use super::lists::same_bits;
+
 /// One edge of a polygon of radius 1.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
@@ -61,11 +63,7 @@ impl Polygons {
     pub fn with_directions(&mut self, directions: &[[f64; 2]]) -> Polygon {
         let same = |polygon: &&Polygon| {
             let own = &self.directions[polygon.first as usize..polygon.end as usize];
-            // All of them without a branch: they mostly are the same.
-            let difference =
-                |(a, b): (&[f64; 2], &[f64; 2])| (a[0].to_bits() ^ b[0].to_bits()) | (a[1].to_bits() ^ b[1].to_bits());
-            own.len() == directions.len()
-                && own.iter().zip(directions).map(difference).fold(0, |all, bits| all | bits) == 0
+            same_bits(own.as_flattened(), directions.as_flattened())
         };
         let known = self.known.iter().take(KEPT_POLYGONS).find(same);
         known.copied().unwrap_or_else(|| self.push(directions))

@@ -12,7 +12,7 @@ const SLOW: f64 = 0.1;
 /// The velocity is refined where its error, relative to the data, exceeds this: bodies at rest must not creep …
 const REFINE: f64 = 2e-13;
 /// … or where that times the largest impulse, also relative, exceeds this.
-const REFINE_LARGE: f64 = 1e-10;
+pub(super) const REFINE_LARGE: f64 = 1e-10;
 /// Cosine between two changes of the impulses that counts as the same direction.
 const PARALLEL: f64 = 0.99;
 /// Below this residual changes of the impulses may be rounding, and are not extrapolated.

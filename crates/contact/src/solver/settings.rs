@@ -10,7 +10,8 @@ pub struct SolverSettings {
     /// An island is restarted when its residual is above this; where the certificate does not hold, one of less than 64 contacts
     /// when it is above a tenth of this. Default 1e-9; range (0, 1).
     pub accept: f64,
-    /// Proximal iterations stop at this residual. Default 1e-12; range (0, 1).
+    /// Proximal iterations stop at this residual, and an island whose warm start has it is taken as it is, in one of 64 contacts or more
+    /// if the velocity of the impulses needs no refinement. Default 1e-12; range (0, 1).
     pub polish: f64,
     /// ε of the proximal term, relative to each contact's Delassus block. Default 1e-5; range (0, 1).
     pub proximal_weight: f64,

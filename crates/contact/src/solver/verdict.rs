@@ -2,7 +2,7 @@
 
 use super::ContactSolver;
 use crate::certificate::{certify_with, velocity_from_impulses, velocity_summed_backwards};
-use crate::recovery::recover_into;
+use crate::recovery::{recover_into, recover_with};
 use crate::{ContactProblem, ContactSolution};
 
 /// How far the claimed velocity may be from that of the impulses along any row, in tolerances: where a contact is closed the laws
@@ -16,7 +16,18 @@ const HOPELESS: f64 = 1e-3;
 impl ContactSolver {
     /// Fills in what follows from impulses and velocity, and certifies it; whether the certificate holds.
     pub(super) fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
-        self.certify_completed(problem, solution);
+        recover_into(problem, &self.cones, self.scales.velocity, solution);
+        self.certify_recovered(problem, solution)
+    }
+
+    /// The same where every island is as the start gives it, so that the contacts' velocities are known.
+    pub(super) fn complete_given(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
+        recover_with(problem, &self.cones, self.scales.velocity, |i, _| self.given.rates[i], solution);
+        self.certify_recovered(problem, solution)
+    }
+
+    fn certify_recovered(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
+        solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
         self.is_certified(solution) || {
             self.take_better_velocity(problem, solution);
             self.is_certified(solution)

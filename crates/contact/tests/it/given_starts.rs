@@ -1,10 +1,10 @@
 //! Warm starts that solve islands already.
 
 use signorini_contact::{
-    ContactProblem, ContactSolution, ContactSolver, FrictionPolygon, SolveStatus, WarmStart, certify,
+    ContactProblem, ContactSolution, ContactSolver, FrictionPolygon, SolveStatus, SparseRows, WarmStart, certify,
 };
 use signorini_multibody::BlockDiagonal;
-use signorini_testkit::{Gap, Motion, Parameters, Random, articulated};
+use signorini_testkit::{Family, Gap, Motion, Parameters, Random, articulated};
 
 use crate::reference::worst_violation;
 
@@ -138,4 +138,76 @@ fn redundant_contacts_of_robots_keep_their_shares() {
     }
     println!("{checked} robots, {in_impulses} steps in impulses");
     assert!(checked >= 6 && in_impulses >= 200, "{checked} {in_impulses}");
+}
+
+/// A start whose laws hold to 6e-13 of the speed at hand is as exact as what the iterations stop at, 1e-12, and stays; one of
+/// 2e-12 does not.
+#[test]
+fn a_start_as_exact_as_a_solution_stays() {
+    let (speed, weight) = (0.3, |error: f64| -WEIGHT - error * 0.3);
+    let cold = ContactSolver::default().solve(&points(&[([speed, 0.1, weight(0.0)], 0.2)]), None);
+    let kept = solve_again(&points(&[([speed, 0.1, weight(6e-13)], 0.2)]), &cold);
+    assert_eq!((kept.report.factorizations, &kept.lambda_n), (0, &cold.lambda_n));
+    assert!(kept.certificate.natural_map > 3e-13, "{:?}", kept.certificate);
+    let solved = solve_again(&points(&[([speed, 0.1, weight(2e-12)], 0.2)]), &cold);
+    assert!(solved.report.factorizations > 0 && solved.certificate.natural_map < 1e-13, "{:?}", solved.certificate);
+}
+
+/// A problem and others with one thing changed: nothing, the mass, the rows, friction, directions, the free velocity and the gaps, and
+/// the columns.
+fn variants(problem: &ContactProblem) -> Vec<ContactProblem> {
+    let with = |change: fn(&mut ContactProblem)| {
+        let mut other = problem.clone();
+        change(&mut other);
+        other.check().expect("a valid problem");
+        other
+    };
+    let rows = |problem: &mut ContactProblem, column: fn(u32) -> u32, factor: f64| {
+        let mut rows = SparseRows::default();
+        for i in 0..problem.contact_count() {
+            let (columns, entries) = problem.jacobian.group(i);
+            rows.push(columns.iter().zip(entries).map(|(&c, e)| (column(c), e.map(|e| factor * e))));
+        }
+        problem.jacobian = rows;
+    };
+    let mut scaled = problem.clone();
+    rows(&mut scaled, |c| c, 1.25);
+    let mut moved = problem.clone();
+    rows(&mut moved, |c| if c == 0 { 1 } else { c }, 1.0);
+    let changes = [
+        with(|_| ()),
+        with(|p| {
+            p.mass.add_to_diagonal(p.nv() - 1, 0.5);
+            p.mass_factor.refactor(&p.mass).expect("positive definite");
+        }),
+        scaled,
+        with(|p| p.friction.iter_mut().for_each(|mu| *mu *= 0.5)),
+        with(|p| p.directions.iter_mut().for_each(|d| *d = [0.6 * d[0] - 0.8 * d[1], 0.8 * d[0] + 0.6 * d[1]])),
+        with(|p| p.free_velocity.iter_mut().for_each(|v| *v *= 1.5)),
+        with(|p| p.gap.iter_mut().for_each(|gap| *gap = gap.abs() + 1e-4)),
+    ];
+    // Columns ascend: those that begin with the first two cannot be moved.
+    changes.into_iter().chain(Some(moved).filter(|p| p.check().is_ok())).collect()
+}
+
+/// What a solver keeps of the problem before (cones, islands, scales of robots) never changes a bit of the next solution.
+#[test]
+fn the_problem_before_changes_no_bit() {
+    let (mut solver, mut solution) = (ContactSolver::default(), ContactSolution::default());
+    for seed in 0..24 {
+        let mut random = Random::new(5200 + seed);
+        let parameters = Parameters::random(&mut random);
+        let family = [Family::Articulated, Family::Stack, Family::Articulated, Family::Painleve][seed as usize % 4];
+        let problem = family.small(&mut random, &parameters);
+        let start = WarmStart::from_solution(&ContactSolver::default().solve(&problem, None));
+        for (k, problem) in variants(&problem).iter().flat_map(|other| [&problem, other]).enumerate() {
+            for start in [None, Some(&start)] {
+                solver.solve_into(problem, start, &mut solution);
+                let expected = ContactSolver::default().solve(problem, start);
+                let all =
+                    |s: &ContactSolution| (s.z(), s.velocity.clone(), s.modes.clone(), s.certificate, s.status.clone());
+                assert_eq!(all(&solution), all(&expected), "seed {seed}, variant {k}, warm {}", start.is_some());
+            }
+        }
+    }
 }
