@@ -140,7 +140,9 @@ def main():
     options = options.parse_args()
     scenes = json.loads(SCENES.read_text())
     begins = tuple(options.scenes) or ("S",)
-    chosen = {name: scene for name, scene in scenes.items() if name.startswith(begins)}
+    named = [name for name in begins if name in scenes]
+    begun = tuple(name for name in begins if name not in scenes)
+    chosen = {name: scene for name, scene in scenes.items() if name in named or name.startswith(begun)}
     RAW.mkdir(parents=True, exist_ok=True)
     if not options.judge:
         run_all(chosen, options)

@@ -68,8 +68,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if chosen.is_empty() || (options.raw.is_some() && chosen.len() != 1) {
         return Err(format!("{} scenes of {} have these names", chosen.len(), path.display()).into());
     }
-    let solver =
-        SolverSettings { tolerance: options.tolerance, accept: 0.5 * options.tolerance, ..SolverSettings::default() };
+    let solver = SolverSettings { accept: 0.5 * options.tolerance, ..SolverSettings::default() };
     let settings = Settings {
         tolerance: options.tolerance,
         method: ContactMethod::Structured(solver),

@@ -167,7 +167,9 @@ impl StepArguments {
             stabilization: self.stabilization,
             tolerance: self.tolerance,
             method: match &self.method {
-                MethodChoice::Structured => ContactMethod::Structured(structured(self.tolerance)),
+                MethodChoice::Structured => {
+                    ContactMethod::Structured(SolverSettings::default().for_tolerance(self.tolerance))
+                }
                 MethodChoice::Lcp(kind) => ContactMethod::Lcp(kind.clone()),
             },
             friction_law: match self.friction_law {
@@ -237,16 +239,6 @@ impl MethodChoice {
             let known: Vec<String> = MethodKind::all().iter().map(ToString::to_string).collect();
             format!("no method has this name; the methods are: structured, {}", known.join(", "))
         })
-    }
-}
-/// Settings of the structured solver for a tolerance.
-pub fn structured(tolerance: f64) -> SolverSettings {
-    let default = SolverSettings::default();
-    SolverSettings {
-        tolerance,
-        accept: default.accept.min(tolerance),
-        polish: default.polish.min(tolerance),
-        ..default
     }
 }
 

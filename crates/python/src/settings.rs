@@ -128,7 +128,7 @@ fn choose<T: Copy>(setting: &str, name: &str, values: &[(&str, T)]) -> PyResult<
 /// "structured", or the name of a method of `signorini-lcp`.
 pub fn contact_method(name: &str, tolerance: f64) -> PyResult<ContactMethod> {
     match name {
-        "structured" => Ok(ContactMethod::Structured(SolverSettings { tolerance, ..SolverSettings::default() })),
+        "structured" => Ok(ContactMethod::Structured(SolverSettings::default().for_tolerance(tolerance))),
         _ => name.parse::<MethodKind>().map(ContactMethod::Lcp).map_err(|e| {
             let message = lcp_error(e).to_string();
             SettingError::new_err(format!("{message}, structured").replace("SettingError: ", ""))

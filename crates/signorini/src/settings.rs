@@ -95,7 +95,8 @@ pub struct Settings {
     pub assembly_tolerance: f64,
     /// Law of restitution. Default Newton's.
     pub restitution: RestitutionLaw,
-    /// A step has missed its tolerance when the certificate's worst residual exceeds this. Default 1e-9; in (0, 1).
+    /// A step has missed its tolerance when the certificate's worst residual exceeds this; the solver has it, too
+    /// ([`SolverSettings::for_tolerance`](signorini_contact::SolverSettings::for_tolerance)). Default 1e-9; in (0, 1).
     pub tolerance: f64,
     /// Law of friction. Default polygon.
     pub friction_law: FrictionLaw,

@@ -66,6 +66,7 @@ impl StepSolver {
         let route = match (&settings.friction_law, &settings.method) {
             (FrictionLaw::Polygon, ContactMethod::Structured(solver)) => {
                 let solver = SolverSettings { sleeping: solver.sleeping || settings.sleeping, ..solver.clone() };
+                let solver = solver.for_tolerance(settings.tolerance);
                 Route::Structured(Box::new(ContactSolver::new(solver)?))
             }
             (FrictionLaw::Polygon, ContactMethod::Lcp(kind)) => Route::Lcp(kind.build().map_err(ProblemError::from)?),

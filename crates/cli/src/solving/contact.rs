@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use signorini::contact::{
     CircularConeSolver, ConeSettings, ConeSolution, ContactProblem, ContactSolution, ContactSolver, ConvexRelaxation,
-    LeastNorm, LeastNormOutcome, ProblemError, certify_cone, force_distributions, solve_as_lcp,
+    LeastNorm, LeastNormOutcome, ProblemError, SolverSettings, certify_cone, force_distributions, solve_as_lcp,
 };
 
 use super::{Answer, ContactLaw, Options, Point, SolverChoice};
-use crate::args::{MethodChoice, structured};
+use crate::args::MethodChoice;
 use crate::results::{Distributions, Ending, Laws, LeastNormResult};
 
 /// The contact problem with the directions asked for.
@@ -32,7 +32,9 @@ pub fn solve_contact(
         SolverChoice::Polygon(method) => {
             let begin = Instant::now();
             let mut solution = match method {
-                MethodChoice::Structured => ContactSolver::new(structured(options.tolerance))?.solve(problem, None),
+                MethodChoice::Structured => {
+                    ContactSolver::new(SolverSettings::default().for_tolerance(options.tolerance))?.solve(problem, None)
+                }
                 MethodChoice::Lcp(kind) => solve_as_lcp(problem, kind.build()?.as_mut(), options.tolerance)?,
             };
             let seconds = begin.elapsed().as_secs_f64();
@@ -54,7 +56,7 @@ pub fn solve_contact(
 pub(super) fn cone_solver(tolerance: f64) -> Result<CircularConeSolver, ProblemError> {
     let default = ConeSettings::default();
     let settings = ConeSettings { tolerance, polish: default.polish.min(tolerance), ..default };
-    CircularConeSolver::new(settings, ContactSolver::new(structured(tolerance))?)
+    CircularConeSolver::new(settings, ContactSolver::new(SolverSettings::default().for_tolerance(tolerance))?)
 }
 
 fn choose_impulses(

@@ -73,6 +73,12 @@ impl Default for SolverSettings {
 }
 
 impl SolverSettings {
+    /// The same for another [`tolerance`](Self::tolerance), with [`accept`](Self::accept) and [`polish`](Self::polish) no larger
+    /// than it.
+    pub fn for_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, accept: self.accept.min(tolerance), polish: self.polish.min(tolerance), ..self }
+    }
+
     /// Checks the ranges.
     ///
     /// # Errors

@@ -1,5 +1,6 @@
 //! Things that stand.
 
+use signorini::contact::SolveStatus;
 use signorini::multibody::glam::DVec3;
 use signorini::{Settings, Simulation};
 
@@ -54,6 +55,26 @@ fn a_stack_at_rest_stays_as_it_is() {
     run_certified(&mut simulation, 0.5);
     assert_eq!(simulation.state().q, before.q);
     assert!(simulation.state().v.iter().all(|v| *v == 0.0), "{:?}", simulation.state().v);
+}
+
+/// Whatever tolerance a step is held to, its solver is held to as well.
+#[test]
+fn the_solver_has_the_tolerance_of_the_settings() {
+    let mut missed = 0;
+    for tolerance in [1e-9, 1e-17] {
+        let mut world = World::upright(0.005, 0.5);
+        world.floor();
+        for (k, mass) in [1.0, 1e3, 1e-2].into_iter().enumerate() {
+            world.free_box(DVec3::splat(0.5), mass, DVec3::new(0.1, 0.0, 0.5 + k as f64));
+        }
+        let mut simulation = world.simulation(Settings { tolerance, ..Settings::default() });
+        for _ in 0..20 {
+            let report = simulation.step().expect("a stack");
+            assert_eq!(report.missed_tolerance, report.status != SolveStatus::Solved, "{tolerance:e}: {report:?}");
+            missed += usize::from(report.missed_tolerance);
+        }
+    }
+    assert!(missed > 0, "no solver reaches 1e-17 in every step");
 }
 
 /// The floor carries the weight, each contact of a corner a quarter of it.
