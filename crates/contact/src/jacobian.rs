@@ -85,6 +85,13 @@ impl<const R: usize> SparseRows<R> {
         multiply(columns, entries, x)
     }
 
+    /// The columns of group `i`, and the entries in them with all that follow.
+    #[inline(always)]
+    pub(crate) fn group_and_rest(&self, i: usize) -> (&[u32], &[f64]) {
+        let (start, end) = (self.offsets[i], self.offsets[i + 1]);
+        (&self.columns[start..end], self.entries[start..].as_flattened())
+    }
+
     /// `J_i x` for two vectors at a time, given as pairs.
     #[inline]
     pub(crate) fn multiply_pairs(&self, i: usize, x: &[[f64; 2]]) -> [[f64; 2]; R] {

@@ -299,7 +299,7 @@ impl IslandSolver {
         }
         let most = settings.mode_tolerance * self.typical_impulse(island, c);
         let mut violated = false;
-        cones.facets(island.units[c] as usize, self.modes[c], y, |facet| {
+        cones.facets(island.units[c] as usize, self.modes[c], |facet| {
             let f = facet.normal;
             let outside = -(f[0] * y[0] + f[1] * y[1] + f[2] * y[2]);
             violated |= outside > 0.0 && outside > most * (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]).sqrt();

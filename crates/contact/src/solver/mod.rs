@@ -17,6 +17,7 @@
 
 mod attempts;
 mod block_sweeps;
+mod breakpoint;
 mod contradiction;
 mod coupling;
 mod fallback;
@@ -32,6 +33,7 @@ mod islands;
 mod known_rows;
 mod lists;
 mod mode;
+mod motion;
 mod path;
 mod polygons;
 mod proximal;

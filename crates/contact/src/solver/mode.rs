@@ -265,18 +265,16 @@ impl Cones {
         }
     }
 
-    /// Calls `visit` with every facet of the mode's cone, given the trial impulse (which decides where an opening contact
-    /// would begin to slide).
-    pub fn facets(&self, i: usize, mode: Mode, y: [f64; 3], mut visit: impl FnMut(Facet)) {
+    /// Calls `visit` with every facet of the mode's cone. That of an open contact leads into closed contact without friction;
+    /// [`closing`](Self::closing) says where it lands.
+    #[inline]
+    pub fn facets(&self, i: usize, mode: Mode, mut visit: impl FnMut(Facet)) {
         let edges = self.edges(i);
         let (mu, m) = (self.friction[i], edges.len());
         let open = |jump| Facet { normal: [1.0, 0.0, 0.0], jump, next: Mode::Open };
         let tangential = |normal: [f64; 2], n: f64| [n, normal[0], normal[1]];
         match mode {
-            Mode::Open => {
-                let (next, d) = self.closing_mode(i, y);
-                visit(Facet { normal: [-1.0, 0.0, 0.0], jump: [-1.0, -mu * d[0], -mu * d[1]], next });
-            }
+            Mode::Open => visit(Facet { normal: [-1.0, 0.0, 0.0], jump: [-1.0, 0.0, 0.0], next: Mode::Closed }),
             Mode::Closed => visit(open([-1.0, 0.0, 0.0])),
             Mode::Stick => {
                 for (k, e) in edges.iter().enumerate() {
@@ -286,7 +284,7 @@ impl Cones {
             }
             Mode::Edge(k) => {
                 let e = &edges[k as usize];
-                let to = (k as usize + 1) % m;
+                let to = if k as usize + 1 == m { 0 } else { k as usize + 1 };
                 if m > 2 {
                     let normal = tangential(e.normal, -mu * e.height);
                     visit(Facet { normal, jump: tangential(e.normal, 0.0), next: Mode::Stick });
@@ -299,7 +297,7 @@ impl Cones {
             Mode::Vertex(k) => {
                 let d = edges[k as usize].vertex;
                 visit(open([-1.0, -mu * d[0], -mu * d[1]]));
-                let before = (k as usize + m - 1) % m;
+                let before = if k == 0 { m - 1 } else { k as usize - 1 };
                 if m > 2 || k == 0 {
                     let t = edges[k as usize].tangent;
                     let normal = [mu * dot(d, t), -t[0], -t[1]];
@@ -314,12 +312,13 @@ impl Cones {
         }
     }
 
-    /// Where an open contact with trial impulse `y` lands when it closes: its mode and, with friction, the vertex.
-    fn closing_mode(&self, i: usize, y: [f64; 3]) -> (Mode, [f64; 2]) {
-        let edges = self.edges(i);
+    /// The facet of an open contact that closes with the trial impulse `y`: with friction it begins to slide at a vertex.
+    pub fn closing(&self, i: usize, y: [f64; 3]) -> Facet {
+        let (edges, mu) = (self.edges(i), self.friction[i]);
         let along = |e: &Edge| dot(e.vertex, [y[1], y[2]]);
         let best = (0..edges.len()).max_by(|&a, &b| along(&edges[a]).total_cmp(&along(&edges[b])));
-        best.map_or((Mode::Closed, [0.0; 2]), |k| (Mode::Vertex(k as u16), edges[k].vertex))
+        let (next, d) = best.map_or((Mode::Closed, [0.0; 2]), |k| (Mode::Vertex(k as u16), edges[k].vertex));
+        Facet { normal: [-1.0, 0.0, 0.0], jump: [-1.0, -mu * d[0], -mu * d[1]], next }
     }
 
     /// A trial impulse whose projection is the impulse `p` of contact `i`, as near to `y` as one is.

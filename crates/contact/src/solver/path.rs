@@ -7,9 +7,11 @@
 //! enters the new piece. Where the determinant changes its sign the path turns back in `t`, as Lemke's does.
 
 use super::SolverSettings;
+use super::breakpoint::first_crossing;
 use super::island::Island;
 use super::island_solver::IslandSolver;
 use super::mode::{Cones, Facet, Mode};
+use super::motion::Motion;
 use super::random::Random;
 
 /// How a path ended.
@@ -54,8 +56,7 @@ pub(crate) struct Path {
     shift: Vec<[f64; 3]>,
     /// `B⁰_c s_c`.
     offset: Vec<[f64; 3]>,
-    /// `dy_c/dt`.
-    rate: Vec<[f64; 3]>,
+    motion: Motion,
     work: Vec<f64>,
     /// Whether the bilateral rows are shifted as well, as they are where the path starts at the centre.
     from_centre: bool,
@@ -101,11 +102,7 @@ impl Path {
                 return PathOutcome::Lost;
             };
             t += direction * step;
-            for (y, rate) in solver.y.iter_mut().zip(&self.rate) {
-                for r in 0..3 {
-                    y[r] += direction * step * rate[r];
-                }
-            }
+            self.motion.advance(&mut solver.y, direction * step);
             let Some((c, facet)) = crossing else { return PathOutcome::Reached };
             if t < farthest_back {
                 return PathOutcome::Lost;
@@ -134,7 +131,7 @@ impl Path {
         let mut random = Random::new(seed);
         self.shift.clear();
         self.offset.clear();
-        self.rate.clear();
+        self.motion.rate.clear();
         for c in 0..solver.modes.len() {
             let (i, mode) = (island.units[c] as usize, solver.modes[c]);
             let y = solver.y[c];
@@ -149,10 +146,11 @@ impl Path {
                 [0.0; 3]
             };
             self.offset.push(cones.project(i, mode, shift));
-            self.rate.push(shift.map(|s| -s));
+            self.motion.rate.push(shift.map(|s| -s));
             solver.y[c] = std::array::from_fn(|r| y[r] + shift[r]);
             self.shift.push(shift);
         }
+        self.motion.begin();
     }
 
     /// Gives every contact modes and a shift with which the centre is the solution.
@@ -160,8 +158,8 @@ impl Path {
         let mut random = Random::new(seed);
         self.shift.clear();
         self.offset.clear();
-        self.rate.clear();
-        self.rate.resize(island.units.len(), [0.0; 3]);
+        self.motion.rate.clear();
+        self.motion.rate.resize(island.units.len(), [0.0; 3]);
         for (c, &i) in island.units.iter().enumerate() {
             let (i, trial) = (i as usize, solver.trial[c]);
             let source = cones.source(i, solver.impulse[c], trial);
@@ -177,29 +175,16 @@ impl Path {
     /// The step to the next breakpoint and what crosses there; nothing crosses when `t = 1` comes first; none if the path
     /// runs back for ever.
     fn next_breakpoint(
-        &self,
+        &mut self,
         solver: &IslandSolver,
         cones: &Cones,
         island: &Island,
         direction: f64,
         t: f64,
     ) -> Option<(f64, Option<(usize, Facet)>)> {
-        let mut step = if direction > 0.0 { 1.0 - t } else { f64::INFINITY };
-        let mut speed = 0.0;
-        let mut crossing = None;
-        for c in 0..solver.modes.len() {
-            let (y, rate) = (solver.y[c], self.rate[c]);
-            cones.facets(island.units[c] as usize, solver.modes[c], y, |facet| {
-                let slope = direction * dot(facet.normal, rate);
-                if slope >= 0.0 {
-                    return;
-                }
-                let candidate = dot(facet.normal, y).max(0.0) / -slope;
-                if candidate < step || (candidate == step && crossing.is_some() && -slope > speed) {
-                    (step, speed, crossing) = (candidate, -slope, Some((c, facet)));
-                }
-            });
-        }
+        let most = if direction > 0.0 { 1.0 - t } else { f64::INFINITY };
+        let motion = &mut self.motion;
+        let (step, crossing) = first_crossing(cones, &island.units, &solver.modes, &solver.y, motion, direction, most);
         step.is_finite().then(|| (step, self.landing(solver, cones, island, crossing, direction * step)))
     }
 
@@ -214,8 +199,8 @@ impl Path {
     ) -> Option<(usize, Facet)> {
         let (c, mut facet) = crossing?;
         if solver.modes[c] == Mode::Open {
-            let y = std::array::from_fn(|r| solver.y[c][r] + step * self.rate[c][r]);
-            cones.facets(island.units[c] as usize, Mode::Open, y, |f| facet = f);
+            let y = std::array::from_fn(|r| solver.y[c][r] + step * self.motion.rate[c][r]);
+            facet = cones.closing(island.units[c] as usize, y);
         }
         Some((c, facet))
     }
@@ -224,13 +209,9 @@ impl Path {
     fn cross(&mut self, solver: &mut IslandSolver, island: &Island, c: usize, facet: &Facet) -> Option<f64> {
         let weight = solver.weight[c];
         let (column, ratio) = solver.system.cross(island, c, facet, weight)?;
-        let factor = dot(facet.normal, self.rate[c]) / ratio;
-        for (k, rate) in self.rate.iter_mut().enumerate() {
-            let u = island.jacobian.multiply(k, column);
-            for r in 0..3 {
-                rate[r] -= solver.weight[k] * u[r] * factor;
-            }
-        }
+        let factor = dot(facet.normal, self.motion.rate[c]) / ratio;
+        self.motion.correct(&island.jacobian, &solver.weight, column, factor);
+        self.motion.clearance[c] = 0.0;
         solver.modes[c] = facet.next;
         solver.effort.mode_changes += 1;
         Some(ratio)
@@ -253,10 +234,11 @@ impl Path {
             solver.add_bilateral_pull(island, 1.0, &mut self.work);
         }
         solver.system.solve(island, &mut self.work);
-        for (c, rate) in self.rate.iter_mut().enumerate() {
+        for (c, rate) in self.motion.rate.iter_mut().enumerate() {
             let u = island.jacobian.multiply(c, &self.work);
             *rate = std::array::from_fn(|r| -solver.weight[c] * u[r] - self.shift[c][r]);
         }
+        self.motion.begin();
         let bilateral_part = if self.from_centre { t } else { 1.0 };
         solver.place_on_path(cones, island, (&self.shift, &self.offset), 1.0 - t, bilateral_part);
         true

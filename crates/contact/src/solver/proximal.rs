@@ -197,7 +197,7 @@ impl IslandSolver {
         let ratio = (last / earlier).sqrt();
         let mut times = if ratio < 1.0 { ratio / (1.0 - ratio) } else { f64::INFINITY };
         for (c, &i) in island.units.iter().enumerate() {
-            cones.facets(i as usize, self.modes[c], self.y[c], |facet| {
+            cones.facets(i as usize, self.modes[c], |facet| {
                 let dot = |x: [f64; 3]| facet.normal[0] * x[0] + facet.normal[1] * x[1] + facet.normal[2] * x[2];
                 let slope = dot(self.change[c]);
                 if slope < 0.0 {

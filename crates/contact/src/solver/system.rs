@@ -140,7 +140,7 @@ impl ProximalSystem {
     /// Overwrites `x` with `H⁻¹ x`.
     pub fn solve(&mut self, island: &Island, x: &mut [f64]) {
         self.lu.solve(&self.symbolic, x);
-        apply(&self.updates, &self.columns, self.n, island, x);
+        run_widest(Updating { updates: &self.updates, columns: &self.columns, island, x });
     }
 
     /// Lets contact `c` cross a facet: `H ← H + ρ J_cᵀ a fᵀ J_c`. Returns the column `w = H_old⁻¹ J_cᵀ a` and the ratio of
@@ -151,7 +151,7 @@ impl ProximalSystem {
         let (known, column) = self.columns.split_at_mut(start);
         island.add_impulse(c, facet.jump, column);
         self.lu.solve(&self.symbolic, column);
-        apply(&self.updates, known, self.n, island, column);
+        run_widest(Updating { updates: &self.updates, columns: known, island, x: column });
         let u = island.jacobian.multiply(c, column);
         let f = facet.normal;
         let ratio = 1.0 + weight * (f[0] * u[0] + f[1] * u[1] + f[2] * u[2]);
@@ -165,12 +165,24 @@ impl ProximalSystem {
 }
 
 /// Applies the updates, oldest first, to `x`.
-fn apply(updates: &[Update], columns: &[f64], n: usize, island: &Island, x: &mut [f64]) {
-    for (update, column) in updates.iter().zip(columns.chunks_exact(n.max(1))) {
-        let u = island.jacobian.multiply(update.contact, x);
-        let factor = update.row[0] * u[0] + update.row[1] * u[1] + update.row[2] * u[2];
-        if factor != 0.0 {
-            x.iter_mut().zip(column).for_each(|(x, w)| *x -= factor * w);
+struct Updating<'a> {
+    updates: &'a [Update],
+    columns: &'a [f64],
+    island: &'a Island,
+    x: &'a mut [f64],
+}
+
+impl Vectorised for Updating<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: pulp::Simd>(self, _simd: S) {
+        for (update, column) in self.updates.iter().zip(self.columns.chunks_exact(self.x.len().max(1))) {
+            let u = self.island.jacobian.multiply(update.contact, self.x);
+            let factor = update.row[0] * u[0] + update.row[1] * u[1] + update.row[2] * u[2];
+            if factor != 0.0 {
+                self.x.iter_mut().zip(column).for_each(|(x, w)| *x -= factor * w);
+            }
         }
     }
 }

@@ -3,10 +3,9 @@
 use pulp::Simd;
 
 use super::Symbolic;
-use super::kernels::{
-    Panel, PanelMut, copy_few, factor_block, multiply_transposed, solve_block, solve_panel, subtract_few,
-    subtract_multiply, subtract_product,
-};
+use super::kernels::{copy_few, factor_block, solve_block, solve_panel, subtract_few};
+use super::panels::{Panel, PanelMut, SUMS};
+use super::products::{multiply_transposed, subtract_multiply, subtract_product};
 use super::vectors::{Vectorised, run_widest};
 
 /// A matrix in the panels of a [`Symbolic`] structure and, after [`factor`](Self::factor), its factors.
@@ -22,18 +21,19 @@ pub(crate) struct BlockLu {
     swaps: Vec<u32>,
     /// Column of each block in the panel of `U` at hand.
     place: Vec<usize>,
-    scratch: Vec<f64>,
+    /// Part of a vector below the diagonal.
+    scratch: Vec<[f64; SUMS]>,
 }
 
 impl BlockLu {
-    /// Makes the matrix zero.
+    /// Makes the matrix zero, with a little room behind it: solves read rows to a multiple of their sums.
     pub fn clear(&mut self, symbolic: &Symbolic) {
         let zero = |x: &mut Vec<f64>, n: usize| {
             x.clear();
             x.resize(n, 0.0);
         };
-        zero(&mut self.lower, symbolic.panel[symbolic.count()]);
-        zero(&mut self.upper, symbolic.upper_panel(symbolic.count()));
+        zero(&mut self.lower, symbolic.panel[symbolic.count()] + SUMS);
+        zero(&mut self.upper, symbolic.upper_panel(symbolic.count()) + SUMS);
     }
 
     /// Copies a matrix.
@@ -137,30 +137,34 @@ impl Vectorised for Solution<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _simd: S) {
+    fn run<S: Simd>(self, simd: S) {
         let Self { matrix: BlockLu { diagonal, lower, upper, swaps, scratch, .. }, symbolic: s, x } = self;
-        let own = |k: usize| s.first_dof[k]..s.first_dof[k] + s.size[k];
-        let entries = |k: usize| (s.offsets[k]..s.offsets[k + 1]).map(|e| (own(s.rows[e] as usize), s.row_start[e]));
-        scratch.resize(s.height.iter().copied().max().unwrap_or(0), 0.0);
+        scratch.resize(s.height.iter().copied().max().unwrap_or(0).div_ceil(SUMS), [0.0; SUMS]);
         for k in 0..s.count() {
-            if x[own(k)].iter().all(|x| *x == 0.0) {
+            let own = s.first_dof[k]..s.first_dof[k] + s.size[k];
+            if x[own.clone()].iter().all(|x| *x == 0.0) {
                 continue;
             }
-            solve_block(&diagonal[s.diagonal[k]..s.diagonal[k + 1]], &swaps[own(k)], &mut x[own(k)]);
-            let products = &mut scratch[..s.height[k]];
-            multiply_transposed(products, &lower[s.panel[k]..s.panel[k + 1]], &x[own(k)]);
-            for (rows, first) in entries(k) {
-                let own = &products[first..first + rows.len()];
-                subtract_few(&mut x[rows], own);
+            solve_block(&diagonal[s.diagonal[k]..s.diagonal[k + 1]], &swaps[own.clone()], &mut x[own.clone()]);
+            let products = &mut scratch[..s.height[k].div_ceil(SUMS)];
+            let panel = Panel { data: &lower[s.panel[k]..], stride: s.height[k] };
+            multiply_transposed(simd, products, panel, &x[own]);
+            let products = products.as_flattened();
+            for entry in s.offsets[k]..s.offsets[k + 1] {
+                let (row, first) = (s.rows[entry] as usize, s.row_start[entry]);
+                subtract_few(&mut x[s.first_dof[row]..][..s.size[row]], &products[first..first + s.size[row]]);
             }
         }
         for k in (0..s.count()).rev() {
-            let below = &mut scratch[..s.height[k]];
-            for (rows, first) in entries(k) {
-                copy_few(&mut below[first..first + rows.len()], &x[rows]);
+            let padded = &mut scratch[..s.height[k].div_ceil(SUMS)];
+            let below = padded.as_flattened_mut();
+            for entry in s.offsets[k]..s.offsets[k + 1] {
+                let (row, first) = (s.rows[entry] as usize, s.row_start[entry]);
+                copy_few(&mut below[first..first + s.size[row]], &x[s.first_dof[row]..][..s.size[row]]);
             }
-            let upper = Panel { data: &upper[s.upper_panel(k)..s.upper_panel(k + 1)], stride: s.width(k) };
-            subtract_multiply(&mut x[own(k)], upper.from(s.size[k]), below);
+            below[s.height[k]..].fill(0.0);
+            let upper = Panel { data: &upper[s.upper_panel(k) + s.size[k]..], stride: s.width(k) };
+            subtract_multiply(simd, &mut x[s.first_dof[k]..][..s.size[k]], upper, padded);
         }
     }
 }
@@ -174,10 +178,22 @@ mod tests {
         ((k as f64 + 1.0).sin() * 43758.5453).fract()
     }
 
+    fn check_with<S: Simd>(simd: S, matrix: (BlockLu, Vec<f64>), symbolic: &Symbolic, wanted: (&BlockLu, &[f64])) {
+        let (mut matrix, mut x) = matrix;
+        Factorisation { matrix: &mut matrix, symbolic }.run(simd);
+        let (lu, wanted) = wanted;
+        assert!(matrix.lower == lu.lower && matrix.upper == lu.upper && matrix.diagonal == lu.diagonal);
+        Solution { matrix: &mut matrix, symbolic, x: &mut x }.run(simd);
+        assert_eq!(x, wanted);
+    }
+
     #[test]
     fn solves_graphs_of_unequal_blocks() {
-        let sizes = [6, 6, 3, 6, 1, 6, 6, 70, 6];
-        let edges = [(0, 1), (1, 2), (2, 3), (0, 3), (3, 4), (4, 7), (5, 6), (5, 7), (1, 6)];
+        let sizes = [6, 6, 3, 6, 1, 6, 6, 70, 6, 6, 6, 6, 6, 6, 3, 3, 3, 6];
+        let mut edges = vec![(0, 1), (1, 2), (2, 3), (0, 3), (3, 4), (4, 7), (5, 6), (5, 7), (1, 6)];
+        // All coupled with all, for panels of many widths; and legs on a trunk.
+        edges.extend((8..14).flat_map(|b| (8..b).map(move |a| (a, b))));
+        edges.extend([(13, 17), (14, 15), (14, 16), (15, 16), (14, 17), (15, 17), (16, 17)]);
         let starts: Vec<usize> = std::iter::once(0)
             .chain(sizes.iter().scan(0, |sum, s| {
                 Some({
@@ -216,15 +232,15 @@ mod tests {
         }
         let wanted: Vec<f64> = (0..n).map(|i| 1.0 + noise(i)).collect();
         let mut x: Vec<f64> = dense.chunks(n).map(|row| row.iter().zip(&wanted).map(|(a, x)| a * x).sum()).collect();
-        let (mut narrow, mut narrow_x) = (lu.clone(), x.clone());
+        let matrix = (lu.clone(), x.clone());
         assert!(lu.factor(&symbolic) > 0.0);
         lu.solve(&symbolic, &mut x);
-        // Without vectors the bits are the same.
-        let scalar = pulp::Scalar::new();
-        Factorisation { matrix: &mut narrow, symbolic: &symbolic }.run(scalar);
-        assert!(narrow.lower == lu.lower && narrow.upper == lu.upper && narrow.diagonal == lu.diagonal);
-        Solution { matrix: &mut narrow, symbolic: &symbolic, x: &mut narrow_x }.run(scalar);
-        assert_eq!(narrow_x, x);
+        // Without vectors the bits are the same, and with narrower ones.
+        check_with(pulp::Scalar::new(), matrix.clone(), &symbolic, (&lu, &x));
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            check_with(simd, matrix.clone(), &symbolic, (&lu, &x));
+        }
         for i in 0..n {
             assert!((x[i] - wanted[i]).abs() < 1e-9, "x[{i}] = {}, not {}", x[i], wanted[i]);
         }

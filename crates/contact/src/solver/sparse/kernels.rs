@@ -1,133 +1,15 @@
-//! Dense operations on blocks inside row-major panels.
+//! Dense operations on diagonal blocks, and on panels of their height.
 //!
 //! All are compiled for several widths of vectors, by being inlined into what [`run_widest`](super::run_widest) runs. Every entry of
 //! a result is summed in one order that depends neither on that width nor on which columns are done together, and products are
 //! rounded before they are added: all processors give the same bits.
 
-use pulp::Simd;
+use super::panels::PanelMut;
 
 /// Degrees of freedom of a free body: the block size that almost all problems with many blocks have.
 pub(crate) const FREE: usize = 6;
 /// Those of a leg of four, or of an arm.
 pub(crate) const LIMB: usize = 3;
-
-/// The columns of a panel from one on, and the distance between its rows.
-#[derive(Clone, Copy)]
-pub(super) struct Panel<'a> {
-    pub data: &'a [f64],
-    pub stride: usize,
-}
-
-impl<'a> Panel<'a> {
-    /// The panel from a later column on.
-    #[inline(always)]
-    pub fn from(self, column: usize) -> Self {
-        Self { data: &self.data[column.min(self.data.len())..], stride: self.stride }
-    }
-
-    /// `N` entries of a row.
-    #[inline(always)]
-    fn part<const N: usize>(&self, row: usize, first: usize) -> &'a [f64; N] {
-        self.data[row * self.stride + first..].first_chunk().expect("the panel holds the block")
-    }
-
-    #[inline(always)]
-    fn row(&self, row: usize, length: usize) -> &'a [f64] {
-        &self.data[row * self.stride..][..length]
-    }
-}
-
-/// The same for a panel that is written.
-pub(super) struct PanelMut<'a> {
-    pub data: &'a mut [f64],
-    pub stride: usize,
-}
-
-impl PanelMut<'_> {
-    #[inline(always)]
-    fn part<const N: usize>(&mut self, row: usize, first: usize) -> &mut [f64; N] {
-        self.data[row * self.stride + first..].first_chunk_mut().expect("the panel holds the block")
-    }
-}
-
-/// `C −= Aᵀ B` for `A` of `[inner, rows]`, `B` of `[inner, columns]`, `C` of `[rows, columns]`.
-#[inline(always)]
-pub(super) fn subtract_product<S: Simd>(
-    _simd: S,
-    mut c: PanelMut,
-    a: Panel,
-    b: Panel,
-    (inner, rows, columns): (usize, usize, usize),
-) {
-    match (inner, rows) {
-        // As many sums as the registers hold.
-        (FREE, FREE) if S::F64_LANES >= 8 => subtract_fixed::<FREE, FREE, FREE>(&mut c, a, b, columns),
-        (FREE, FREE) => subtract_fixed::<FREE, FREE, 3>(&mut c, a, b, columns),
-        (LIMB, LIMB) => subtract_fixed::<LIMB, LIMB, 3>(&mut c, a, b, columns),
-        (LIMB, FREE) => subtract_fixed::<LIMB, FREE, 3>(&mut c, a, b, columns),
-        _ => {
-            for r in 0..rows {
-                let row = &mut c.data[r * c.stride..][..columns];
-                for k in 0..inner {
-                    let factor = a.data[k * a.stride + r];
-                    row.iter_mut().zip(b.row(k, columns)).for_each(|(c, b)| *c -= factor * b);
-                }
-            }
-        }
-    }
-}
-
-/// The product for blocks of fixed size, `T` rows at once.
-#[inline(always)]
-fn subtract_fixed<const I: usize, const R: usize, const T: usize>(
-    c: &mut PanelMut,
-    a: Panel,
-    b: Panel,
-    columns: usize,
-) {
-    let mut first = 0;
-    while first + 12 <= columns {
-        (0..R).step_by(T).for_each(|row| subtract_tile::<12, I, T>(c, a, b, row, first));
-        first += 12;
-    }
-    if first + 6 <= columns {
-        (0..R).step_by(T).for_each(|row| subtract_tile::<6, I, T>(c, a, b, row, first));
-        first += 6;
-    }
-    if first + 3 <= columns {
-        (0..R).step_by(T).for_each(|row| subtract_tile::<3, I, T>(c, a, b, row, first));
-        first += 3;
-    }
-    for first in first..columns {
-        (0..R).step_by(T).for_each(|row| subtract_tile::<1, I, T>(c, a, b, row, first));
-    }
-}
-
-/// `T` rows from `row` on and `W` columns from `first` on, summed in registers.
-#[inline(always)]
-fn subtract_tile<const W: usize, const I: usize, const T: usize>(
-    c: &mut PanelMut,
-    a: Panel,
-    b: Panel,
-    row: usize,
-    first: usize,
-) {
-    let mut sums = [[0.0; W]; T];
-    for r in 0..T {
-        sums[r] = *c.part(row + r, first);
-    }
-    for k in 0..I {
-        let (factors, entries) = (a.part::<T>(k, row), b.part::<W>(k, first));
-        for r in 0..T {
-            for j in 0..W {
-                sums[r][j] -= factors[r] * entries[j];
-            }
-        }
-    }
-    for r in 0..T {
-        *c.part(row + r, first) = sums[r];
-    }
-}
 
 /// `B ← D⁻¹ B` for a block that [`factor_block`] factorised and a panel of its height, after as many columns.
 #[inline(always)]
@@ -243,75 +125,18 @@ pub(super) fn subtract_few(x: &mut [f64], y: &[f64]) {
     }
 }
 
-/// `y = Bᵀ x` for a panel `B` of `[x, y]`.
-#[inline(always)]
-pub(super) fn multiply_transposed(y: &mut [f64], panel: &[f64], x: &[f64]) {
-    if let Ok(x) = x.try_into() {
-        return multiply_transposed_fixed::<FREE>(y, panel, x);
-    }
-    if let Ok(x) = x.try_into() {
-        return multiply_transposed_fixed::<LIMB>(y, panel, x);
-    }
-    y.fill(0.0);
-    for (x, row) in x.iter().zip(panel.chunks_exact(y.len().max(1))) {
-        y.iter_mut().zip(row).for_each(|(y, b)| *y += b * x);
-    }
-}
-
-#[inline(always)]
-fn multiply_transposed_fixed<const N: usize>(y: &mut [f64], panel: &[f64], x: &[f64; N]) {
-    let columns = y.len();
-    let rows: [&[f64]; N] = std::array::from_fn(|k| &panel[k * columns..][..columns]);
-    for j in 0..columns {
-        let mut sum = rows[0][j] * x[0];
-        for k in 1..N {
-            sum += rows[k][j] * x[k];
-        }
-        y[j] = sum;
-    }
-}
-
-/// `y −= B x` for a panel `B` of `[y, x]`.
-#[inline(always)]
-pub(super) fn subtract_multiply(y: &mut [f64], panel: Panel, x: &[f64]) {
-    if x.is_empty() {
-        return;
-    }
-    if let Ok(y) = <&mut [f64; FREE]>::try_from(&mut *y) {
-        let products = dots::<FREE>(panel, x);
-        return (0..FREE).for_each(|k| y[k] -= products[k]);
-    }
-    if let Ok(y) = <&mut [f64; LIMB]>::try_from(&mut *y) {
-        let products = dots::<LIMB>(panel, x);
-        return (0..LIMB).for_each(|k| y[k] -= products[k]);
-    }
-    for (k, y) in y.iter_mut().enumerate() {
-        *y -= dot(panel.row(k, x.len()), x);
-    }
-}
-
-/// Scalar products of `N` rows with `x`, each in four sums so that an addition does not wait for the one before it.
-#[inline(always)]
-fn dots<const N: usize>(rows: Panel, x: &[f64]) -> [f64; N] {
-    let rows: [(&[[f64; 4]], &[f64]); N] = std::array::from_fn(|k| rows.row(k, x.len()).as_chunks());
-    let (chunks, rest) = x.as_chunks::<4>();
-    let mut sums = [[0.0; 4]; N];
-    for (j, x) in chunks.iter().enumerate() {
-        for k in 0..N {
-            for l in 0..4 {
-                sums[k][l] += rows[k].0[j][l] * x[l];
-            }
-        }
-    }
-    std::array::from_fn(|k| {
-        let tail: f64 = rows[k].1.iter().zip(rest).map(|(a, x)| a * x).sum();
-        (sums[k][0] + sums[k][1]) + (sums[k][2] + sums[k][3]) + tail
-    })
-}
-
+/// A scalar product in four sums, so that an addition does not wait for the one before it.
 #[inline(always)]
 fn dot(a: &[f64], x: &[f64]) -> f64 {
-    dots::<1>(Panel { data: a, stride: 0 }, x)[0]
+    let ((a, a_rest), (x, x_rest)) = (a.as_chunks::<4>(), x.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, x) in a.iter().zip(x) {
+        for l in 0..4 {
+            sums[l] += a[l] * x[l];
+        }
+    }
+    let rest: f64 = a_rest.iter().zip(x_rest).map(|(a, x)| a * x).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// Factorises a square block in place with partial pivoting; `swaps[k]` is the row exchanged with row `k`, and the diagonal gets
