@@ -367,7 +367,7 @@ mod tests {
             islands.assemble(&problem, |_| true);
             let [island] = islands.all() else { panic!("{} islands", islands.all().len()) };
             solver.start(&problem, island);
-            solver.run(&problem, &cones, island, &SolverSettings::default(), 1);
+            solver.run(&problem, &cones, island, &SolverSettings::default(), attempt);
             let mut solution = ContactSolution::default();
             solution.prepare(&problem);
             for (c, &i) in island.units.iter().enumerate() {

@@ -25,6 +25,7 @@ mod gathering;
 mod given;
 mod impulse_newton;
 mod interior_start;
+mod interior_step;
 mod island;
 mod island_pool;
 mod island_solver;
