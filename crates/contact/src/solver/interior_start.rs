@@ -36,9 +36,9 @@ const SHORT: f64 = 0.1;
 /// The mean product, relative to the first one, above which the path goes on with a lagged slip term.
 const FOLDED: f64 = 1e-6;
 /// Steps with a lagged slip term at most; after each so many of them the product must have fallen to this part.
-const LAGGED_STEPS: u32 = 200;
-const LOOK: u32 = 12;
-const SLOWEST: f64 = 0.7;
+const LAGGED_STEPS: u32 = 400;
+const LOOK: u32 = 24;
+const SLOWEST: f64 = 0.8;
 /// Compliance of every contact around its present impulse, relative to its Delassus block: redundant contacts have a regular
 /// system with it, and at the end nothing depends on it.
 const COMPLIANCE: f64 = 1e-7;
@@ -149,7 +149,7 @@ impl InteriorStart {
                 self.lag_slip(solver, cones, island);
             }
             let (product, missing) = self.find_residuals(solver, problem, cones, island);
-            let converged = product <= TARGET * scale * scale && missing <= FEASIBLE * scale;
+            let converged = product <= TARGET * scale * scale && (self.is_lagged || missing <= FEASIBLE * scale);
             let rounded = !self.is_lagged && missing > (ROUNDED * least).max(FEASIBLE * scale);
             if converged || rounded {
                 break;

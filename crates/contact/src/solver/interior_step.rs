@@ -281,7 +281,11 @@ fn associated_slope(unit: &Unit, edges: &[Edge]) -> [[f64; 3]; 3] {
             let n = edge.normal;
             let turned = [stiffness[0][1] * n[0] + stiffness[0][2] * n[1], along_normal(n, stiffness)];
             let [[a, b], [_, d]] = inverse([[stiffness[0][0], turned[0]], turned]);
-            [[a, b * n[0], b * n[1]], [b * n[0], d * n[0] * n[0], d * n[0] * n[1]], [b * n[1], d * n[0] * n[1], d * n[1] * n[1]]]
+            [
+                [a, b * n[0], b * n[1]],
+                [b * n[0], d * n[0] * n[0], d * n[0] * n[1]],
+                [b * n[1], d * n[0] * n[1], d * n[1] * n[1]],
+            ]
         }
         _ => inverse_of_definite(stiffness),
     }
@@ -297,7 +301,8 @@ fn along_normal(n: [f64; 2], a: [[f64; 3]; 3]) -> f64 {
 fn inverse_of_definite(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let mut order = [0, 1, 2];
     for k in 0..2 {
-        let largest = (k..3).fold(k, |best, j| if a[order[j]][order[j]] > a[order[best]][order[best]] { j } else { best });
+        let largest =
+            (k..3).fold(k, |best, j| if a[order[j]][order[j]] > a[order[best]][order[best]] { j } else { best });
         order.swap(k, largest);
         let pivot = order[k];
         for (j, &row) in order.iter().enumerate().skip(k + 1) {
@@ -323,4 +328,70 @@ fn inverse_of_definite(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
         inverse[p][column] = unit(p) / a[p][p] - qp * y - rp * z;
     }
     inverse
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::random::Random;
+    use super::*;
+
+    /// Stiffnesses of edges that differ by twelve orders of magnitude, as they do near the end of a path.
+    #[test]
+    fn inverses_of_graded_matrices_hold() {
+        let mut random = Random::new(3);
+        for case in 0..200 {
+            let mut a = [[0.0; 3]; 3];
+            (0..3).for_each(|r| a[r][r] = 1e-7);
+            for _ in 0..5 {
+                let size = 10.0_f64.powf(random.between(-6.0, 6.0));
+                let row: [f64; 3] = std::array::from_fn(|_| random.between(-1.0, 1.0));
+                (0..3).for_each(|r| (0..3).for_each(|k| a[r][k] += size * row[r] * row[k]));
+            }
+            let inverse = inverse_of_definite(a);
+            for r in 0..3 {
+                for k in 0..3 {
+                    let product: f64 = (0..3).map(|j| inverse[r][j] * a[j][k]).sum();
+                    let unit = f64::from(u8::from(r == k));
+                    // Rounding of the terms that meet.
+                    let terms: f64 = (0..3).map(|j| (inverse[r][j] * a[j][k]).abs()).sum();
+                    assert!((product - unit).abs() < 1e-9 * (1.0 + terms), "{case}: {a:?} {inverse:?}");
+                }
+            }
+        }
+    }
+
+    /// On the line of two directions the slope is the inverse of what both rows see, and nothing across it.
+    #[test]
+    fn two_directions_have_a_slope_along_their_line_alone() {
+        let normal = [0.6, 0.8];
+        let edge = |sign: f64, multiplier: f64| Edge {
+            normal: normal.map(|n| sign * n),
+            reach: 0.5,
+            distance: 0.3,
+            multiplier,
+            distance_rate: 0.0,
+            multiplier_rate: 0.0,
+            correction: 0.0,
+        };
+        let unit = Unit { impulse: [2.0, 0.0, 0.0], slack: 0.1, compliance: 1e-7, ..Unit::default() };
+        let edges = [edge(1.0, 0.2), edge(-1.0, 0.7)];
+        let slope = associated_slope(&unit, &edges);
+        let across = [0.0, -normal[1], normal[0]];
+        let times = |x: [f64; 3]| slope.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2]);
+        assert!(times(across).iter().all(|x| x.abs() < 1e-12));
+        for velocity in [[1.0, 0.0, 0.0], [0.0, normal[0], normal[1]]] {
+            let p = times(velocity);
+            let mut back = [
+                (unit.compliance + unit.slack / unit.impulse[0]) * p[0],
+                unit.compliance * p[1],
+                unit.compliance * p[2],
+            ];
+            for edge in &edges {
+                let a = [edge.reach, -edge.normal[0], -edge.normal[1]];
+                let pressed = edge.multiplier / edge.distance * (a[0] * p[0] + a[1] * p[1] + a[2] * p[2]);
+                (0..3).for_each(|r| back[r] += pressed * a[r]);
+            }
+            assert!((0..3).all(|r| (back[r] - velocity[r]).abs() < 1e-12), "{velocity:?} {back:?}");
+        }
+    }
 }
