@@ -5,13 +5,11 @@ use super::island::Island;
 use super::island_solver::IslandSolver;
 use super::mode::{Cones, Mode};
 use super::path::{PathOutcome, Shift};
-use super::proximal::LARGE;
+use super::proximal::{COSTLY, LARGE, is_patient};
 use crate::ContactProblem;
 
 /// The first attempt on a large island follows a path if at most one in so many contacts lies outside its mode.
 const FEW: usize = 16;
-/// Contacts from which a factorisation costs more than the few mode changes of a path.
-const COSTLY: usize = 512;
 /// ε from which Newton's steps find the modes of a large island by themselves.
 const EASY: f64 = 1e-2;
 /// So many contacts outside their modes are worth another step with any ε.
@@ -41,9 +39,10 @@ impl IslandSolver {
         factored: &mut bool,
     ) -> bool {
         let large = island.units.len() >= LARGE;
-        let (careful, patient) = (large && attempt == 0, large && attempt > 0);
+        let patient = is_patient(island, attempt);
+        let careful = large && !patient;
         for round in 0..settings.max_rounds {
-            let newton = if round == 0 && (attempt == 0 || patient) { settings.newton_iterations } else { 0 };
+            let newton = if round == 0 && (attempt == 0 || large) { settings.newton_iterations } else { 0 };
             if std::mem::take(&mut self.guessed) {
                 if !self.solve_modes(cones, island, factored) {
                     return false;

@@ -7,8 +7,12 @@
 //! (1992), with one factorisation for both. Eliminating all but the velocity leaves `M + Σ Jᵀ S J`, which has the blocks of the
 //! proximal system, and the number of steps hardly grows with that of the contacts.
 //!
-//! Coulomb's law is not monotone: the central path may turn back before it arrives, and then the steps become short. Where it
-//! ends, most contacts are in the modes of a solution. Its impulses are never an answer: the exact iterations begin there.
+//! Coulomb's law is not monotone: the central path may turn back before it arrives, and then the steps become short. From there on
+//! the normal velocity is taken with De Saxcé's slip term, `u_N + s` with `s = μ max(−d·u_T)`, in the laws of the polyhedral cone and
+//! its dual, which are Coulomb's (formulation §9), and `s` lags one step behind, as in the fixed point of Cadoux (2009): every step is
+//! then one of a convex problem, and the path goes on. What `s` still changes by ends it.
+//!
+//! Where the path ends, most contacts are in the modes of a solution. Its impulses are never an answer: the exact iterations begin there.
 
 use super::island::Island;
 use super::island_solver::IslandSolver;
@@ -27,8 +31,14 @@ const ROUNDED: f64 = 10.0;
 const FRACTION: f64 = 0.99;
 /// The least centring.
 const LEAST_CENTRING: f64 = 1e-3;
-/// Steps below this length are short; two of them in a row end the method.
+/// Steps below this length are short; two of them in a row end the path of Coulomb's law.
 const SHORT: f64 = 0.1;
+/// The mean product, relative to the first one, above which the path goes on with a lagged slip term.
+const FOLDED: f64 = 1e-6;
+/// Steps with a lagged slip term at most; after each so many of them the product must have fallen to this part.
+const LAGGED_STEPS: u32 = 400;
+const LOOK: u32 = 24;
+const SLOWEST: f64 = 0.8;
 /// Compliance of every contact around its present impulse, relative to its Delassus block: redundant contacts have a regular
 /// system with it, and at the end nothing depends on it.
 const COMPLIANCE: f64 = 1e-7;
@@ -37,101 +47,153 @@ const BILATERAL_WEIGHT: f64 = 1e-4;
 /// ε at which the modes are read off: 1 compares impulses with slacks as the natural map does.
 const READING_WEIGHT: f64 = 1.0;
 
+/// The law that an interior start begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum InteriorLaw {
+    /// Coulomb's, as long as its path goes on.
+    Coulomb,
+    /// That with a lagged slip term.
+    Lagged,
+}
+
 /// An edge of a unit's polygon.
 #[derive(Clone, Copy, Debug)]
-struct Edge {
-    normal: [f64; 2],
+pub(super) struct Edge {
+    pub normal: [f64; 2],
     /// `μ h`.
-    reach: f64,
-    distance: f64,
-    multiplier: f64,
-    distance_rate: f64,
-    multiplier_rate: f64,
+    pub reach: f64,
+    pub distance: f64,
+    pub multiplier: f64,
+    pub distance_rate: f64,
+    pub multiplier_rate: f64,
     /// What the corrector takes from the product.
-    correction: f64,
+    pub correction: f64,
 }
 
 /// A contact or a friction group.
 #[derive(Clone, Copy, Debug, Default)]
-struct Unit {
+pub(super) struct Unit {
     /// Its edges in the list of all.
-    edges: (usize, usize),
+    pub edges: (usize, usize),
     /// The contact whose normal impulse bounds its friction; none where the bound is constant.
-    bounded_by: Option<usize>,
+    pub bounded_by: Option<usize>,
     /// The velocity of `bounded_by`'s normal is the first row of the unit divided by this.
-    row_factor: f64,
+    pub row_factor: f64,
     /// Whether it has a normal pair: contacts do.
-    has_normal: bool,
-    compliance: f64,
-    impulse: [f64; 3],
-    slack: f64,
-    impulse_rate: [f64; 3],
-    slack_rate: f64,
-    correction: f64,
+    pub has_normal: bool,
+    pub compliance: f64,
+    pub impulse: [f64; 3],
+    pub slack: f64,
+    pub impulse_rate: [f64; 3],
+    pub slack_rate: f64,
+    pub correction: f64,
     /// `u_N − s` and `u_T + Σ γ n`.
-    normal_residual: f64,
-    tangential_residual: [f64; 2],
+    pub normal_residual: f64,
+    pub tangential_residual: [f64; 2],
     /// How the impulse falls with the velocity.
-    slope: [[f64; 3]; 3],
+    pub slope: [[f64; 3]; 3],
     /// `(Σ (γ/w) n nᵀ)⁻¹` and `Σ (γ/w) μ h n`.
-    mobility: [[f64; 2]; 2],
-    pull: [f64; 2],
+    pub mobility: [[f64; 2]; 2],
+    pub pull: [f64; 2],
+    /// The lagged slip term `s`.
+    pub slip: f64,
     /// The rate of the impulse at a constant velocity.
-    drive: [f64; 3],
+    pub drive: [f64; 3],
 }
 
 /// Memory of the interior start.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InteriorStart {
-    units: Vec<Unit>,
-    edges: Vec<Edge>,
+    pub(super) units: Vec<Unit>,
+    pub(super) edges: Vec<Edge>,
     /// `M (v − v^f) − Jᵀ λ`.
-    momentum_residual: Vec<f64>,
-    bilateral_residual: Vec<f64>,
-    velocity_rate: Vec<f64>,
+    pub(super) momentum_residual: Vec<f64>,
+    pub(super) bilateral_residual: Vec<f64>,
+    pub(super) velocity_rate: Vec<f64>,
+    /// Whether the laws are those with a lagged slip term.
+    pub(super) is_lagged: bool,
 }
 
 impl IslandSolver {
     /// Moves the centre near a solution and guesses the modes from it. `false` if a system is singular; the centre is then
     /// where it was.
-    pub(super) fn interior_start(&mut self, problem: &ContactProblem, cones: &Cones, island: &Island) -> bool {
+    pub(super) fn interior_start(
+        &mut self,
+        problem: &ContactProblem,
+        cones: &Cones,
+        island: &Island,
+        law: InteriorLaw,
+    ) -> bool {
         let mut interior = std::mem::take(&mut self.interior);
-        let done = interior.run(self, problem, cones, island);
+        let done = interior.run(self, problem, cones, island, law);
         self.interior = interior;
         done
     }
 }
 
 impl InteriorStart {
-    fn run(&mut self, solver: &mut IslandSolver, problem: &ContactProblem, cones: &Cones, island: &Island) -> bool {
+    fn run(
+        &mut self,
+        solver: &mut IslandSolver,
+        problem: &ContactProblem,
+        cones: &Cones,
+        island: &Island,
+        law: InteriorLaw,
+    ) -> bool {
         self.begin(solver, problem, cones, island);
+        self.is_lagged = law == InteriorLaw::Lagged && may_lag(island);
         let scale = solver.velocity_scale;
-        let (mut short, mut least) = (0, f64::INFINITY);
-        for _ in 0..STEPS {
+        let (mut steps, mut short, mut least, mut earlier) = (0, 0, f64::INFINITY, f64::INFINITY);
+        loop {
+            if self.is_lagged {
+                self.lag_slip(solver, cones, island);
+            }
             let (product, missing) = self.find_residuals(solver, problem, cones, island);
-            let converged = product <= TARGET * scale * scale && missing <= FEASIBLE * scale;
-            if converged || missing > (ROUNDED * least).max(FEASIBLE * scale) {
+            let converged = product <= TARGET * scale * scale && (self.is_lagged || missing <= FEASIBLE * scale);
+            let rounded = !self.is_lagged && missing > (ROUNDED * least).max(FEASIBLE * scale);
+            if converged || rounded {
                 break;
             }
             least = least.min(missing);
-            self.find_slopes(island);
-            solver.effort.factorizations += 1;
-            if !solver.system.factor_slopes(island, |c| Some(self.units[c].slope)) {
+            if !self.find_direction(solver, island, product, missing) {
                 return false;
             }
-            self.find_rates(solver, island, 0.0);
-            let affine = self.longest_step(1.0);
-            let centring = (self.product_after(island, affine) / product).powi(3).clamp(LEAST_CENTRING, 1.0);
-            self.correct(affine);
-            self.find_rates(solver, island, centring * product);
             let step = self.longest_step(FRACTION);
             self.advance(solver, island, step);
+            steps += 1;
+            if self.is_lagged {
+                let stalled = steps % LOOK == 0 && product > SLOWEST * std::mem::replace(&mut earlier, product);
+                if stalled || steps == LAGGED_STEPS {
+                    break;
+                }
+                continue;
+            }
             short = if step < SHORT { short + 1 } else { 0 };
-            if short == 2 {
-                break;
+            if short == 2 || steps == STEPS {
+                if product <= FOLDED * scale * scale || !may_lag(island) {
+                    break;
+                }
+                (self.is_lagged, steps) = (true, 0);
             }
         }
         self.leave(solver, problem, cones, island);
+        true
+    }
+
+    /// The direction of the next step; `false` if its system is singular.
+    fn find_direction(&mut self, solver: &mut IslandSolver, island: &Island, product: f64, missing: f64) -> bool {
+        self.find_slopes(island);
+        solver.effort.factorizations += 1;
+        if !solver.system.factor_slopes(island, |c| Some(self.units[c].slope)) {
+            return false;
+        }
+        self.find_rates(solver, island, 0.0);
+        let affine = self.longest_step(1.0);
+        let centring = (self.product_after(island, affine) / product).powi(3).clamp(LEAST_CENTRING, 1.0);
+        self.correct(affine);
+        // What the slip term changes by has to be taken up before the products may be smaller.
+        let least = if self.is_lagged { product.min(missing * missing) } else { 0.0 };
+        self.find_rates(solver, island, (centring * product).max(least));
         true
     }
 
@@ -185,203 +247,6 @@ impl InteriorStart {
         }
     }
 
-    /// Computes what every equation lacks; returns the mean of the products in units of a squared velocity, and the most that
-    /// an equation lacks.
-    fn find_residuals(
-        &mut self,
-        solver: &IslandSolver,
-        problem: &ContactProblem,
-        cones: &Cones,
-        island: &Island,
-    ) -> (f64, f64) {
-        let (mut sum, mut count, mut missing) = (0.0, 0, 0.0_f64);
-        self.velocity_rate.clear();
-        self.velocity_rate.extend(solver.velocity.iter().zip(&solver.free_velocity).map(|(v, f)| v - f));
-        self.momentum_residual.clear();
-        self.momentum_residual.resize(island.nv(), 0.0);
-        island.multiply_mass(&problem.mass, &self.velocity_rate, &mut self.momentum_residual);
-        for (c, unit) in self.units.iter_mut().enumerate() {
-            island.add_impulse(c, unit.impulse.map(|p| -p), &mut self.momentum_residual);
-            let (u, g) = (island.slack(c, &solver.velocity), island.scale[c]);
-            if unit.has_normal {
-                unit.normal_residual = u[0] - unit.slack;
-                sum += g * unit.impulse[0] * unit.slack;
-                count += 1;
-            }
-            let mut tangential = [u[1], u[2]];
-            for edge in &self.edges[unit.edges.0..unit.edges.1] {
-                (0..2).for_each(|r| tangential[r] += edge.multiplier * edge.normal[r]);
-                sum += g * edge.distance * edge.multiplier;
-                count += 1;
-            }
-            let has_friction = unit.edges.1 > unit.edges.0;
-            unit.tangential_residual =
-                if has_friction { cones.admissible(island.units[c] as usize, tangential) } else { [0.0; 2] };
-            let [a, b] = unit.tangential_residual;
-            missing = missing.max(unit.normal_residual.abs()).max(a.abs()).max(b.abs());
-        }
-        self.bilateral_residual.clear();
-        for (k, offset) in island.bilateral_offset.iter().enumerate() {
-            let [u] = island.bilateral_jacobian.multiply(k, &solver.velocity);
-            self.bilateral_residual.push(u + offset);
-            missing = missing.max((u + offset).abs());
-            island.bilateral_jacobian.add_transposed(k, [-solver.bilateral_impulse[k]], &mut self.momentum_residual);
-        }
-        (sum / f64::from(count.max(1)), missing)
-    }
-
-    /// Eliminates all numbers of each unit but its velocity.
-    fn find_slopes(&mut self, island: &Island) {
-        for c in 0..island.units.len() {
-            let mut unit = self.units[c];
-            let (mut stiffness, mut pull) = ([[unit.compliance, 0.0], [0.0, unit.compliance]], [0.0; 2]);
-            let edges = &self.edges[unit.edges.0..unit.edges.1];
-            for edge in edges {
-                let (n, ratio) = (edge.normal, edge.multiplier / edge.distance);
-                for r in 0..2 {
-                    (0..2).for_each(|k| stiffness[r][k] += ratio * n[r] * n[k]);
-                    pull[r] += ratio * edge.reach * n[r];
-                }
-            }
-            unit.mobility = match edges {
-                [] => [[0.0; 2]; 2],
-                [edge, _] => along(edge.normal, stiffness),
-                _ => inverse(stiffness),
-            };
-            unit.pull = pull;
-            let by = unit.bounded_by.map_or(unit, |by| if by == c { unit } else { self.units[by] });
-            let normal = match unit.bounded_by {
-                Some(_) => by.impulse[0] / (by.slack + by.compliance * by.impulse[0]),
-                None => 0.0,
-            };
-            let [a, b] = times(unit.mobility, pull).map(|x| x * normal / unit.row_factor);
-            let [[aa, ab], [ba, bb]] = unit.mobility;
-            unit.slope = [[if unit.has_normal { normal } else { 0.0 }, 0.0, 0.0], [a, aa, ab], [b, ba, bb]];
-            self.units[c] = unit;
-        }
-    }
-
-    /// Newton's direction towards products that equal `target` (in units of a squared velocity), less the corrections.
-    fn find_rates(&mut self, solver: &mut IslandSolver, island: &Island, target: f64) {
-        self.velocity_rate.clear();
-        self.velocity_rate.extend(self.momentum_residual.iter().map(|r| -r));
-        for c in 0..self.units.len() {
-            let mut unit = self.units[c];
-            let product = target / island.scale[c];
-            if unit.has_normal {
-                let (p, s) = (unit.impulse[0], unit.slack);
-                let lack = product - p * s - unit.correction - p * unit.normal_residual;
-                unit.drive[0] = lack / (s + unit.compliance * p);
-            } else {
-                unit.drive[0] = unit.bounded_by.map_or(0.0, |by| self.units[by].drive[0]);
-            }
-            let mut tangential: [f64; 2] =
-                std::array::from_fn(|r| unit.pull[r] * unit.drive[0] - unit.tangential_residual[r]);
-            for edge in &self.edges[unit.edges.0..unit.edges.1] {
-                let lack = product - edge.distance * edge.multiplier - edge.correction;
-                (0..2).for_each(|r| tangential[r] -= lack / edge.distance * edge.normal[r]);
-            }
-            [unit.drive[1], unit.drive[2]] = times(unit.mobility, tangential);
-            island.add_impulse(c, unit.drive, &mut self.velocity_rate);
-            self.units[c] = unit;
-        }
-        for (k, u) in self.bilateral_residual.iter().enumerate() {
-            let pull = -solver.bilateral_weight[k] * u;
-            island.bilateral_jacobian.add_transposed(k, [pull], &mut self.velocity_rate);
-        }
-        solver.system.solve(island, &mut self.velocity_rate);
-        for (c, unit) in self.units.iter_mut().enumerate() {
-            let u = island.jacobian.multiply(c, &self.velocity_rate);
-            let s = unit.slope;
-            let fall = |r: usize| s[r][0] * u[0] + s[r][1] * u[1] + s[r][2] * u[2];
-            unit.impulse_rate = std::array::from_fn(|r| unit.drive[r] - fall(r));
-            if unit.has_normal {
-                unit.slack_rate = u[0] + unit.compliance * unit.impulse_rate[0] + unit.normal_residual;
-            } else if unit.bounded_by.is_some() {
-                unit.impulse_rate[0] = unit.drive[0];
-            }
-        }
-        self.find_edge_rates(island, target);
-    }
-
-    /// The rates of what follows from the impulses.
-    fn find_edge_rates(&mut self, island: &Island, target: f64) {
-        for c in 0..self.units.len() {
-            if !self.units[c].has_normal {
-                let by = self.units[c].bounded_by;
-                self.units[c].impulse_rate[0] = by.map_or(0.0, |by| self.units[by].impulse_rate[0]);
-            }
-            let (unit, product) = (self.units[c], target / island.scale[c]);
-            let p = unit.impulse_rate;
-            for edge in &mut self.edges[unit.edges.0..unit.edges.1] {
-                edge.distance_rate = edge.reach * p[0] - edge.normal[0] * p[1] - edge.normal[1] * p[2];
-                let lack = product - edge.distance * edge.multiplier - edge.correction;
-                edge.multiplier_rate = (lack - edge.multiplier * edge.distance_rate) / edge.distance;
-            }
-        }
-    }
-
-    /// The step that goes `fraction` of the way to where the first number becomes 0; 1 at most.
-    fn longest_step(&self, fraction: f64) -> f64 {
-        let mut step = 1.0_f64;
-        let mut limit = |x: f64, rate: f64| {
-            if rate < 0.0 {
-                step = step.min(-fraction * x / rate);
-            }
-        };
-        for unit in self.units.iter().filter(|unit| unit.has_normal) {
-            limit(unit.impulse[0], unit.impulse_rate[0]);
-            limit(unit.slack, unit.slack_rate);
-        }
-        for edge in &self.edges {
-            limit(edge.distance, edge.distance_rate);
-            limit(edge.multiplier, edge.multiplier_rate);
-        }
-        step
-    }
-
-    /// The mean product after a step.
-    fn product_after(&self, island: &Island, step: f64) -> f64 {
-        let (mut sum, mut count) = (0.0, 0);
-        for (unit, g) in self.units.iter().zip(&island.scale) {
-            if unit.has_normal {
-                sum += g * (unit.impulse[0] + step * unit.impulse_rate[0]) * (unit.slack + step * unit.slack_rate);
-                count += 1;
-            }
-            for edge in &self.edges[unit.edges.0..unit.edges.1] {
-                let multiplier = edge.multiplier + step * edge.multiplier_rate;
-                sum += g * (edge.distance + step * edge.distance_rate) * multiplier;
-                count += 1;
-            }
-        }
-        sum / f64::from(count.max(1))
-    }
-
-    /// The corrections: what a step along the predictor adds to the products beyond its linear part.
-    fn correct(&mut self, step: f64) {
-        let square = step * step;
-        self.units.iter_mut().for_each(|unit| unit.correction = square * unit.impulse_rate[0] * unit.slack_rate);
-        self.edges.iter_mut().for_each(|edge| edge.correction = square * edge.distance_rate * edge.multiplier_rate);
-    }
-
-    fn advance(&mut self, solver: &mut IslandSolver, island: &Island, step: f64) {
-        solver.velocity.iter_mut().zip(&self.velocity_rate).for_each(|(v, d)| *v += step * d);
-        for (k, residual) in self.bilateral_residual.iter().enumerate() {
-            let [u] = island.bilateral_jacobian.multiply(k, &self.velocity_rate);
-            solver.bilateral_impulse[k] -= step * solver.bilateral_weight[k] * (residual + u);
-        }
-        for unit in &mut self.units {
-            (0..3).for_each(|r| unit.impulse[r] += step * unit.impulse_rate[r]);
-            unit.slack += step * unit.slack_rate;
-            unit.correction = 0.0;
-        }
-        for edge in &mut self.edges {
-            edge.distance += step * edge.distance_rate;
-            edge.multiplier += step * edge.multiplier_rate;
-            edge.correction = 0.0;
-        }
-    }
-
     /// Reads the modes off and puts the centre on their cones.
     fn leave(&self, solver: &mut IslandSolver, problem: &ContactProblem, cones: &Cones, island: &Island) {
         solver.impulse.clear();
@@ -398,18 +263,7 @@ impl InteriorStart {
     }
 }
 
-fn times(a: [[f64; 2]; 2], x: [f64; 2]) -> [f64; 2] {
-    a.map(|row| row[0] * x[0] + row[1] * x[1])
-}
-
-fn inverse([[a, b], [c, d]]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let determinant = a * d - b * c;
-    [[d / determinant, -b / determinant], [-c / determinant, a / determinant]]
-}
-
-/// The inverse of a matrix on the line along a unit vector.
-fn along(n: [f64; 2], a: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let [x, y] = times(a, n);
-    let stiffness = n[0] * x + n[1] * y;
-    n.map(|r| n.map(|k| r * k / stiffness))
+/// Whether the slip term can lag: friction is that of contacts alone.
+pub(super) fn may_lag(island: &Island) -> bool {
+    island.contact_count == island.units.len()
 }

@@ -142,6 +142,11 @@ impl Cones {
         }
     }
 
+    /// `μ max(−d·u_T)` over contact `i`'s directions: De Saxcé's slip term.
+    pub fn slip_term(&self, i: usize, u: [f64; 3]) -> f64 {
+        self.friction[i] * self.edges(i).iter().fold(0.0_f64, |s, e| s.max(-dot(e.vertex, [u[1], u[2]])))
+    }
+
     /// Calls `visit` with the outward unit normal of every edge of the polygon and its distance from the centre for a normal
     /// impulse of 1; with two directions, with the ends of their interval.
     pub fn interior_edges(&self, i: usize, mut visit: impl FnMut([f64; 2], f64)) {

@@ -1,6 +1,7 @@
 //! The proximal iterations of an island: centre after centre, with ε where it helps.
 
 use super::SolverSettings;
+use super::interior_start::{InteriorLaw, may_lag};
 use super::island::Island;
 use super::island_solver::IslandSolver;
 use super::mode::Cones;
@@ -28,6 +29,17 @@ const PATIENCE: u32 = 4;
 /// solution's would wander. A smaller one is swept where it is cold.
 pub(super) const LARGE: usize = 64;
 
+/// Contacts and groups from which a factorisation costs more than the few mode changes of a path …
+pub(super) const COSTLY: usize = 512;
+/// … and part of what is accepted that is enough where an iteration is slow.
+const ENOUGH: f64 = 0.5;
+
+/// Whether an attempt on an island is a patient one. The first one is not, and on contacts alone the second one has another start.
+pub(super) fn is_patient(island: &Island, attempt: u32) -> bool {
+    let others = if may_lag(island) { 2 } else { 1 };
+    island.units.len() >= LARGE && attempt >= others
+}
+
 /// Whether the velocity that impulses give needs no refinement: the residual of the laws is rounding, and the dissipation law, which
 /// multiplies an error of the velocity by the impulse, does not see it.
 pub(super) fn is_exact(residual: f64, largest_impulse: f64) -> bool {
@@ -46,11 +58,15 @@ impl IslandSolver {
         attempt: u32,
     ) -> f64 {
         let large = island.units.len() >= LARGE;
-        let patient = large && attempt > 0;
+        let patient = is_patient(island, attempt);
         let mut weight = ProximalWeight::new(settings, large, patient);
         if patient {
             self.sweep_blocks(problem, cones, island, settings);
             weight.begin_large();
+        } else if large && attempt > 0 {
+            self.analyse_system(problem, island);
+            weight.begin_large();
+            self.interior_start(problem, cones, island, InteriorLaw::Lagged);
         }
         self.set_weights(island, weight.epsilon);
         let (mut best, mut last, mut slow, mut extrapolated) = (f64::INFINITY, f64::INFINITY, 0, f64::INFINITY);
@@ -74,6 +90,10 @@ impl IslandSolver {
             // The first slow iteration gives the second change of the impulses that an extrapolation needs.
             slow = if residual > SLOW * last && !weight.is_falling() { slow + 1 } else { 0 };
             last = residual;
+            // What is accepted and does not get better is paid for with factorisations.
+            if slow > 0 && island.units.len() >= COSTLY && best <= ENOUGH * settings.accept {
+                break;
+            }
             if slow > 0 && best > NOISE && self.is_contradiction(island, settings.tolerance) {
                 break;
             }
@@ -147,18 +167,21 @@ impl IslandSolver {
     ) -> bool {
         if self.effort.proximal_iterations == 0 && !weight.is_falling() && !weight.is_patient() {
             weight.begin_large();
-            return self.interior_start(problem, cones, island);
+            return self.interior_start(problem, cones, island, InteriorLaw::Coulomb);
         }
         self.modes.clone_from(&self.earlier_modes);
         weight.rise(best)
     }
 
+    fn analyse_system(&mut self, problem: &ContactProblem, island: &Island) {
+        if !std::mem::replace(&mut self.analysed, true) {
+            self.system.analyse(problem, island);
+        }
+    }
+
     /// Assembles what the system has in common for all modes, unless that is done for the present ε.
     fn prepare_system(&mut self, problem: &ContactProblem, island: &Island, prepared: &mut bool) {
-        if !self.analysed {
-            self.system.analyse(problem, island);
-            self.analysed = true;
-        }
+        self.analyse_system(problem, island);
         if !*prepared {
             self.system.prepare(problem, island, &self.bilateral_weight);
             *prepared = true;
