@@ -7,7 +7,7 @@ use super::island::Island;
 use super::island_pool::Outcome;
 use super::island_solver::IslandSolver;
 use super::mode::Cones;
-use super::proximal::LARGE;
+use super::proximal::{LARGE, first_patient};
 use super::warm_start;
 use crate::ContactProblem;
 
@@ -50,7 +50,7 @@ pub(super) fn solve_island(
     let restarts = match start {
         Start::Found(_) if !may_jam => 0,
         _ if solver.brief => 0,
-        _ if large => settings.max_restarts.min(2),
+        _ if large => settings.max_restarts.min(first_patient(island) + 1),
         _ => settings.max_restarts,
     };
     let accept = if begins { settings.accept } else { closely_accepted(island, settings) };

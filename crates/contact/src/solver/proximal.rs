@@ -34,10 +34,14 @@ pub(super) const COSTLY: usize = 512;
 /// … and part of what is accepted that is enough where an iteration is slow.
 const ENOUGH: f64 = 0.5;
 
-/// Whether an attempt on an island is a patient one. The first one is not, and on contacts alone the second one has another start.
+/// The first patient attempt on a large island: on contacts alone, the second attempt has another start.
+pub(super) fn first_patient(island: &Island) -> u32 {
+    if may_lag(island) { 2 } else { 1 }
+}
+
+/// Whether an attempt on an island is a patient one.
 pub(super) fn is_patient(island: &Island, attempt: u32) -> bool {
-    let others = if may_lag(island) { 2 } else { 1 };
-    island.units.len() >= LARGE && attempt >= others
+    island.units.len() >= LARGE && attempt >= first_patient(island)
 }
 
 /// Whether the velocity that impulses give needs no refinement: the residual of the laws is rounding, and the dissipation law, which
