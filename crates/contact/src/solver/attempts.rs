@@ -11,8 +11,10 @@ use super::proximal::{LARGE, first_patient};
 use super::warm_start;
 use crate::ContactProblem;
 
-/// Where the certificate asks for more than `accept`, a small island has to come down to this part of it.
+/// Where the certificate asks for more than `accept`, a small island has to come down to this part of it, a large one, whose residual
+/// may be mostly rounding, to that.
 const CLOSER: f64 = 0.1;
+pub(super) const CLOSER_LARGE: f64 = 0.3;
 
 /// A patient attempt on a large island begins where the one before it ended if the residual there is below this.
 const NEAR: f64 = 1e-2;
@@ -95,8 +97,7 @@ fn may_jam(island: &Island, cones: &Cones) -> bool {
         && island.units.iter().map(rows).sum::<usize>() <= QUICK_ROWS
 }
 
-/// The residual that islands have to reach after a solution that the certificate did not accept. That of a large island is mostly
-/// rounding.
+/// The residual that islands have to reach after a solution that the certificate did not accept.
 pub(super) fn closely_accepted(island: &Island, settings: &SolverSettings) -> f64 {
-    if island.units.len() >= LARGE { settings.accept } else { CLOSER * settings.accept }
+    if island.units.len() >= LARGE { CLOSER_LARGE * settings.accept } else { CLOSER * settings.accept }
 }

@@ -1,6 +1,7 @@
 //! The proximal iterations of an island: centre after centre, with ε where it helps.
 
 use super::SolverSettings;
+use super::attempts::CLOSER_LARGE;
 use super::interior_start::{InteriorLaw, may_lag};
 use super::island::Island;
 use super::island_solver::IslandSolver;
@@ -29,10 +30,8 @@ const PATIENCE: u32 = 4;
 /// solution's would wander. A smaller one is swept where it is cold.
 pub(super) const LARGE: usize = 64;
 
-/// Contacts and groups from which a factorisation costs more than the few mode changes of a path …
+/// Contacts and groups from which a factorisation costs more than the few mode changes of a path.
 pub(super) const COSTLY: usize = 512;
-/// … and part of what is accepted that is enough where an iteration is slow.
-const ENOUGH: f64 = 0.5;
 
 /// The first patient attempt on a large island: on contacts alone, the second attempt has another start.
 pub(super) fn first_patient(island: &Island) -> u32 {
@@ -94,8 +93,8 @@ impl IslandSolver {
             // The first slow iteration gives the second change of the impulses that an extrapolation needs.
             slow = if residual > SLOW * last && !weight.is_falling() { slow + 1 } else { 0 };
             last = residual;
-            // What is accepted and does not get better is paid for with factorisations.
-            if slow > 0 && island.units.len() >= COSTLY && best <= ENOUGH * settings.accept {
+            // What is accepted, also at a second look, and does not get better is paid for with factorisations.
+            if slow > 0 && island.units.len() >= COSTLY && best <= CLOSER_LARGE * settings.accept {
                 break;
             }
             if slow > 0 && best > NOISE && self.is_contradiction(island, settings.tolerance) {
