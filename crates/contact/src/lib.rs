@@ -25,6 +25,7 @@ mod scales;
 mod solution;
 mod solver;
 mod unsupported;
+mod vector;
 
 pub use assemble::Layout;
 pub use bilateral_basis::BilateralBasis;

@@ -1,12 +1,9 @@
 //! Cones of contact impulses given by their extreme rays, and the Euclidean projection onto them.
 
 use crate::ContactProblem;
+use crate::vector::dot;
 
 type Vector = [f64; 3];
-
-pub(crate) fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
 
 fn cross(a: Vector, b: Vector) -> Vector {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]

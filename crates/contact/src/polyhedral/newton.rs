@@ -2,9 +2,10 @@
 
 use signorini_lcp::linalg::Lu;
 
-use super::cones::{Piece, dot};
+use super::cones::Piece;
 use super::{Group, ImpulseCones};
 use crate::ContactProblem;
+use crate::vector::dot;
 
 /// Newton steps at most.
 const MAX_STEPS: u32 = 200;

@@ -2,6 +2,7 @@
 
 use super::mode::{Cones, Facet, Mode};
 use super::motion::{Motion, size};
+use crate::vector::dot;
 
 /// A facet that is farther than so many times the way to the breakpoint found so far is farther for certain: rounding is less.
 const BEYOND: f64 = 1.0 + 4.0 * f64::EPSILON;
@@ -46,11 +47,6 @@ pub(super) fn first_crossing(
         *clearance = nearest / steepest - ROUNDING * size(y);
     }
     (step, crossing)
-}
-
-#[inline]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use super::proximal::is_exact;
 use super::sparse::DenseLu;
 use crate::ContactProblem;
 use crate::scales::raise;
+use crate::vector::dot;
 
 /// Newton steps at most.
 const STEPS: usize = 6;
@@ -296,8 +297,4 @@ fn for_each_bit(mut bits: u32, mut visit: impl FnMut(usize)) {
         visit(bits.trailing_zeros() as usize);
         bits &= bits - 1;
     }
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -13,6 +13,7 @@ use super::island_solver::IslandSolver;
 use super::mode::{Cones, Facet, Mode};
 use super::motion::Motion;
 use super::random::Random;
+use crate::vector::dot;
 
 /// How a path ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,10 +61,6 @@ pub(crate) struct Path {
     work: Vec<f64>,
     /// Whether the bilateral rows are shifted as well, as they are where the path starts at the centre.
     from_centre: bool,
-}
-
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
 impl Path {

@@ -1,0 +1,7 @@
+//! Vectors of a contact: normal, then two tangential components.
+
+/// The scalar product.
+#[inline]
+pub(crate) fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
