@@ -95,8 +95,6 @@ pub(super) struct Unit {
     /// `(Σ (γ/w) n nᵀ)⁻¹` and `Σ (γ/w) μ h n`.
     pub mobility: [[f64; 2]; 2],
     pub pull: [f64; 2],
-    /// The lagged slip term `s`.
-    pub slip: f64,
     /// The rate of the impulse at a constant velocity.
     pub drive: [f64; 3],
 }
@@ -145,9 +143,6 @@ impl InteriorStart {
         let scale = solver.velocity_scale;
         let (mut steps, mut short, mut least, mut earlier) = (0, 0, f64::INFINITY, f64::INFINITY);
         loop {
-            if self.is_lagged {
-                self.lag_slip(solver, cones, island);
-            }
             let (product, missing) = self.find_residuals(solver, problem, cones, island);
             let converged = product <= TARGET * scale * scale && (self.is_lagged || missing <= FEASIBLE * scale);
             let rounded = !self.is_lagged && missing > (ROUNDED * least).max(FEASIBLE * scale);

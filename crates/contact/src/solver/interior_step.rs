@@ -8,17 +8,25 @@ use super::island::Island;
 use super::island_solver::IslandSolver;
 use super::mode::Cones;
 use crate::ContactProblem;
+use crate::vector::dot;
+
+impl Unit {
+    /// What the normal pair's product lacks of a target, less the correction.
+    fn lack(&self, product: f64) -> f64 {
+        product - self.impulse[0] * self.slack - self.correction
+    }
+}
+
+impl Edge {
+    /// The same of its pair.
+    fn lack(&self, product: f64) -> f64 {
+        product - self.distance * self.multiplier - self.correction
+    }
+}
 
 impl InteriorStart {
-    /// Takes the slip terms at the present velocity.
-    pub(super) fn lag_slip(&mut self, solver: &IslandSolver, cones: &Cones, island: &Island) {
-        for (c, unit) in self.units.iter_mut().enumerate() {
-            unit.slip = cones.slip_term(island.units[c] as usize, island.slack(c, &solver.velocity));
-        }
-    }
-
     /// Computes what every equation lacks; returns the mean of the products in units of a squared velocity, and the most that
-    /// an equation lacks.
+    /// an equation lacks. A lagged slip term is that of the present velocity, and stays so for the step.
     pub(super) fn find_residuals(
         &mut self,
         solver: &IslandSolver,
@@ -35,25 +43,24 @@ impl InteriorStart {
         for (c, unit) in self.units.iter_mut().enumerate() {
             island.add_impulse(c, unit.impulse.map(|p| -p), &mut self.momentum_residual);
             let (u, g) = (island.slack(c, &solver.velocity), island.scale[c]);
+            let edges = &self.edges[unit.edges.0..unit.edges.1];
             if unit.has_normal {
                 unit.normal_residual = u[0] - unit.slack;
                 if self.is_lagged {
-                    let edges = &self.edges[unit.edges.0..unit.edges.1];
                     let taken: f64 = edges.iter().map(|edge| edge.multiplier * edge.reach).sum();
-                    unit.normal_residual += unit.slip - taken;
+                    unit.normal_residual += cones.slip_term(island.units[c] as usize, u) - taken;
                 }
                 sum += g * unit.impulse[0] * unit.slack;
                 count += 1;
             }
             let mut tangential = [u[1], u[2]];
-            for edge in &self.edges[unit.edges.0..unit.edges.1] {
+            for edge in edges {
                 (0..2).for_each(|r| tangential[r] += edge.multiplier * edge.normal[r]);
                 sum += g * edge.distance * edge.multiplier;
                 count += 1;
             }
-            let has_friction = unit.edges.1 > unit.edges.0;
             unit.tangential_residual =
-                if has_friction { cones.admissible(island.units[c] as usize, tangential) } else { [0.0; 2] };
+                if !edges.is_empty() { cones.admissible(island.units[c] as usize, tangential) } else { [0.0; 2] };
             let [a, b] = unit.tangential_residual;
             missing = missing.max(unit.normal_residual.abs()).max(a.abs()).max(b.abs());
         }
@@ -117,7 +124,7 @@ impl InteriorStart {
             }
             if unit.has_normal {
                 let (p, s) = (unit.impulse[0], unit.slack);
-                let lack = product - p * s - unit.correction - p * unit.normal_residual;
+                let lack = unit.lack(product) - p * unit.normal_residual;
                 unit.drive[0] = lack / (s + unit.compliance * p);
             } else {
                 unit.drive[0] = unit.bounded_by.map_or(0.0, |by| self.units[by].drive[0]);
@@ -125,7 +132,7 @@ impl InteriorStart {
             let mut tangential: [f64; 2] =
                 std::array::from_fn(|r| unit.pull[r] * unit.drive[0] - unit.tangential_residual[r]);
             for edge in &self.edges[unit.edges.0..unit.edges.1] {
-                let lack = product - edge.distance * edge.multiplier - edge.correction;
+                let lack = edge.lack(product);
                 (0..2).for_each(|r| tangential[r] -= lack / edge.distance * edge.normal[r]);
             }
             [unit.drive[1], unit.drive[2]] = times(unit.mobility, tangential);
@@ -139,11 +146,9 @@ impl InteriorStart {
         solver.system.solve(island, &mut self.velocity_rate);
         for (c, unit) in self.units.iter_mut().enumerate() {
             let u = island.jacobian.multiply(c, &self.velocity_rate);
-            let s = unit.slope;
-            let fall = |r: usize| s[r][0] * u[0] + s[r][1] * u[1] + s[r][2] * u[2];
-            unit.impulse_rate = std::array::from_fn(|r| unit.drive[r] - fall(r));
+            unit.impulse_rate = std::array::from_fn(|r| unit.drive[r] - dot(unit.slope[r], u));
             if self.is_lagged {
-                let lack = target / island.scale[c] - unit.impulse[0] * unit.slack - unit.correction;
+                let lack = unit.lack(target / island.scale[c]);
                 unit.slack_rate = (lack - unit.slack * unit.impulse_rate[0]) / unit.impulse[0];
             } else if unit.has_normal {
                 unit.slack_rate = u[0] + unit.compliance * unit.impulse_rate[0] + unit.normal_residual;
@@ -157,14 +162,14 @@ impl InteriorStart {
     /// The rate of a contact's impulse at a constant velocity, by the associated law.
     fn associated_drive(&self, unit: &Unit, product: f64) -> [f64; 3] {
         let [a, b] = unit.tangential_residual;
-        let normal = (product - unit.impulse[0] * unit.slack - unit.correction) / unit.impulse[0];
+        let normal = unit.lack(product) / unit.impulse[0];
         let mut push = [normal - unit.normal_residual, -a, -b];
         for edge in &self.edges[unit.edges.0..unit.edges.1] {
-            let lack = (product - edge.distance * edge.multiplier - edge.correction) / edge.distance;
+            let lack = edge.lack(product) / edge.distance;
             push[0] += lack * edge.reach;
             (0..2).for_each(|r| push[1 + r] -= lack * edge.normal[r]);
         }
-        unit.slope.map(|row| row[0] * push[0] + row[1] * push[1] + row[2] * push[2])
+        unit.slope.map(|row| dot(row, push))
     }
 
     /// The rates of what follows from the impulses.
@@ -178,8 +183,7 @@ impl InteriorStart {
             let p = unit.impulse_rate;
             for edge in &mut self.edges[unit.edges.0..unit.edges.1] {
                 edge.distance_rate = edge.reach * p[0] - edge.normal[0] * p[1] - edge.normal[1] * p[2];
-                let lack = product - edge.distance * edge.multiplier - edge.correction;
-                edge.multiplier_rate = (lack - edge.multiplier * edge.distance_rate) / edge.distance;
+                edge.multiplier_rate = (edge.lack(product) - edge.multiplier * edge.distance_rate) / edge.distance;
             }
         }
     }
@@ -257,9 +261,14 @@ fn inverse([[a, b], [c, d]]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
 
 /// The inverse of a matrix on the line along a unit vector.
 fn along(n: [f64; 2], a: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let [x, y] = times(a, n);
-    let stiffness = n[0] * x + n[1] * y;
+    let stiffness = square(n, a);
     n.map(|r| n.map(|k| r * k / stiffness))
+}
+
+/// `nᵀ A n`.
+fn square(n: [f64; 2], a: [[f64; 2]; 2]) -> f64 {
+    let [x, y] = times(a, n);
+    n[0] * x + n[1] * y
 }
 
 /// How the impulse falls with the velocity by the associated law: the inverse of `C + (s/λ_N) e eᵀ + Σ (γ/w) a aᵀ` with the
@@ -278,22 +287,18 @@ fn associated_slope(unit: &Unit, edges: &[Edge]) -> [[f64; 3]; 3] {
     match edges {
         [] => [[1.0 / stiffness[0][0], 0.0, 0.0], [0.0; 3], [0.0; 3]],
         [edge, _] => {
-            let n = edge.normal;
-            let turned = [stiffness[0][1] * n[0] + stiffness[0][2] * n[1], along_normal(n, stiffness)];
-            let [[a, b], [_, d]] = inverse([[stiffness[0][0], turned[0]], turned]);
+            let (n, [[normal, a, b], [_, aa, ab], [_, ba, bb]]) = (edge.normal, stiffness);
+            let coupling = a * n[0] + b * n[1];
+            let tangential = square(n, [[aa, ab], [ba, bb]]);
+            let [[p, q], [_, r]] = inverse([[normal, coupling], [coupling, tangential]]);
             [
-                [a, b * n[0], b * n[1]],
-                [b * n[0], d * n[0] * n[0], d * n[0] * n[1]],
-                [b * n[1], d * n[0] * n[1], d * n[1] * n[1]],
+                [p, q * n[0], q * n[1]],
+                [q * n[0], r * n[0] * n[0], r * n[0] * n[1]],
+                [q * n[1], r * n[0] * n[1], r * n[1] * n[1]],
             ]
         }
         _ => inverse_of_definite(stiffness),
     }
-}
-
-/// `nᵀ A n` for the tangential part of `a`.
-fn along_normal(n: [f64; 2], a: [[f64; 3]; 3]) -> f64 {
-    n[0] * (a[1][1] * n[0] + a[1][2] * n[1]) + n[1] * (a[2][1] * n[0] + a[2][2] * n[1])
 }
 
 /// The inverse of a symmetric positive definite matrix whose entries may differ by many orders of magnitude: by its factorisation
