@@ -167,9 +167,7 @@ impl StepArguments {
             stabilization: self.stabilization,
             tolerance: self.tolerance,
             method: match &self.method {
-                MethodChoice::Structured => {
-                    ContactMethod::Structured(SolverSettings::default().for_tolerance(self.tolerance))
-                }
+                MethodChoice::Structured => ContactMethod::Structured(SolverSettings::default()),
                 MethodChoice::Lcp(kind) => ContactMethod::Lcp(kind.clone()),
             },
             friction_law: match self.friction_law {

@@ -70,12 +70,12 @@ impl StepSolver {
                 Route::Structured(Box::new(ContactSolver::new(solver)?))
             }
             (FrictionLaw::Polygon, ContactMethod::Lcp(kind)) => Route::Lcp(kind.build().map_err(ProblemError::from)?),
-            (FrictionLaw::Circular, method) => Route::Circular(Box::new(Circular {
-                solver: cone_solver(method, settings.tolerance)?,
+            (FrictionLaw::Circular, _) => Route::Circular(Box::new(Circular {
+                solver: cone_solver(settings, settings.tolerance)?,
                 ..Circular::default()
             })),
-            (&FrictionLaw::Refined { tolerance }, method) => {
-                let solver = Box::new(cone_solver(method, settings.tolerance.min(tolerance))?);
+            (&FrictionLaw::Refined { tolerance }, _) => {
+                let solver = Box::new(cone_solver(settings, settings.tolerance.min(tolerance))?);
                 Route::Refined { solver, tolerance }
             }
         };
@@ -197,15 +197,14 @@ impl Circular {
     }
 }
 
-/// `method`: the structured solver's settings, for the polygons that the circular cone's solver starts from.
-fn cone_solver(method: &ContactMethod, tolerance: f64) -> Result<CircularConeSolver, ProblemError> {
-    let polygon = match method {
+/// The circular cone's solver for a tolerance; the structured solver of the settings is for the polygons that it starts from.
+fn cone_solver(settings: &Settings, tolerance: f64) -> Result<CircularConeSolver, ProblemError> {
+    let polygon = match &settings.method {
         ContactMethod::Structured(settings) => settings.clone(),
         ContactMethod::Lcp(_) => SolverSettings::default(),
     };
-    let default = ConeSettings::default();
-    let settings = ConeSettings { tolerance, polish: default.polish.min(tolerance), ..default };
-    CircularConeSolver::new(settings, ContactSolver::new(polygon)?)
+    let polygon = polygon.for_tolerance(settings.tolerance);
+    CircularConeSolver::new(ConeSettings::default().for_tolerance(tolerance), ContactSolver::new(polygon)?)
 }
 
 /// The residuals of the same names.

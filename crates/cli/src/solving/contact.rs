@@ -54,8 +54,7 @@ pub fn solve_contact(
 
 /// A solver for the circular cone.
 pub(super) fn cone_solver(tolerance: f64) -> Result<CircularConeSolver, ProblemError> {
-    let default = ConeSettings::default();
-    let settings = ConeSettings { tolerance, polish: default.polish.min(tolerance), ..default };
+    let settings = ConeSettings::default().for_tolerance(tolerance);
     CircularConeSolver::new(settings, ContactSolver::new(SolverSettings::default().for_tolerance(tolerance))?)
 }
 

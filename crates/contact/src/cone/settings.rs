@@ -45,6 +45,11 @@ impl Default for ConeSettings {
 }
 
 impl ConeSettings {
+    /// The same for another [`tolerance`](Self::tolerance), with [`polish`](Self::polish) no larger than it.
+    pub fn for_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, polish: self.polish.min(tolerance), ..self }
+    }
+
     /// Checks the ranges.
     ///
     /// # Errors
