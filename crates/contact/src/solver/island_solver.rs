@@ -210,6 +210,13 @@ impl IslandSolver {
         self.modes.extend(modes);
     }
 
+    /// The modes of what stands: everything sticks. Where a stack falls as one, the trial impulses at the free velocity say that all
+    /// contacts but the lowest are open.
+    pub(super) fn guess_standing(&mut self, cones: &Cones, island: &Island) {
+        let standing = |i: usize| if cones.friction(i) > 0.0 { Mode::Stick } else { Mode::Closed };
+        self.modes.extend(island.units.iter().map(|&i| standing(i as usize)));
+    }
+
     /// Factorises if need be and solves with the modes fixed.
     pub(super) fn solve_modes(&mut self, cones: &Cones, island: &Island, factored: &mut bool) -> bool {
         if !*factored {

@@ -122,8 +122,12 @@ impl IslandSolver {
                 self.evaluate_centre(problem, cones, island);
             }
             if self.modes.is_empty() {
-                self.guess_modes(cones, island);
-                self.guessed = attempt == 0 && island.units.len() < LARGE;
+                if large {
+                    self.guess_standing(cones, island);
+                } else {
+                    self.guess_modes(cones, island);
+                    self.guessed = attempt == 0;
+                }
             }
             self.prepare_system(problem, island, &mut prepared);
             self.earlier_modes.clone_from(&self.modes);
