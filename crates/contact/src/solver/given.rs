@@ -14,6 +14,10 @@ use super::warm_start::WarmStart;
 use crate::scales::raise;
 use crate::{ContactProblem, ContactSolution};
 
+/// In a large island rounding adds up, of gaps metres above the ground and of impulses that carry many bodies: it rests where errors are
+/// below so many times the polish.
+const LARGE_AT_REST: f64 = 20.0;
+
 /// A warm start in the terms of the problem at hand.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GivenStart {
@@ -107,6 +111,7 @@ impl GivenStart {
         let scales = (0..residuals.len()).map(|k| islands.scale_of(k));
         let held = |scale| Held { holds: scale > 0.0, rests: true, most: settings.polish * scale, ..Held::default() };
         self.islands.extend(scales.map(held));
+        self.count_units(islands);
         self.look_for_motion(problem, islands);
         self.check_laws(problem, cones, islands);
         let mut any = false;
@@ -121,6 +126,15 @@ impl GivenStart {
             self.write(problem, islands, solution);
         }
         any
+    }
+
+    fn count_units(&mut self, islands: &Islands) {
+        for k in (0..self.impulse.len()).filter_map(|i| islands.of_unit(i)) {
+            self.islands[k].units += 1;
+        }
+        for held in self.islands.iter_mut().filter(|held| held.units >= LARGE) {
+            held.most *= LARGE_AT_REST;
+        }
     }
 
     /// Which islands have momentum above rounding.
@@ -150,7 +164,6 @@ impl GivenStart {
             if !held.holds {
                 continue;
             }
-            held.units += 1;
             let terms;
             (*rates, terms) = if held.rests {
                 problem.jacobian.multiply_with_terms(i, v)
@@ -165,7 +178,6 @@ impl GivenStart {
         for (j, target) in problem.friction_groups.target.iter().enumerate() {
             let Some(k) = islands.of_unit(nc + j).filter(|&k| self.islands[k].holds) else { continue };
             let (held, p) = (&mut self.islands[k], self.impulse[nc + j]);
-            held.units += 1;
             let ([c_1, c_2], terms) = problem.friction_groups.jacobian.multiply_with_terms(j, v);
             let residual = |u_1: f64, u_2: f64| law_residual(cones, nc + j, p, [0.0, u_1, u_2], g);
             held.take(residual(c_1 - target[0], c_2 - target[1]), p, islands.delassus_of(nc + j));
