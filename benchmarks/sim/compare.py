@@ -26,12 +26,13 @@ PYTHON_PEERS = {"mujoco", "drake", "bullet", "dart"}
 ROBOT_PEERS = {"signorini", "mujoco", "drake", "bullet", "dart"}
 # A large pile that settles has steps whose last digit costs more than all the others.
 PILES_TOLERANCE = 1e-8
-LARGE = ("pile1000", "pile3000", "spheres1000")
+LARGE = ("1000", "3000", "3038", "10000")
+MIDDLING = ("300", "306")
 
 
 def variants(engine, name, scene):
     """What of an engine makes sense on a scene."""
-    large, pile = name.endswith(LARGE), name.startswith(("S4", "S5"))
+    large, pile = name.endswith(LARGE), name.startswith(("S4", "S5", "S13"))
     if "robot" in scene and engine not in ROBOT_PEERS:
         return []
     if "urdf" not in scene and "robot" in scene and engine not in ("signorini", "mujoco"):
@@ -46,9 +47,9 @@ def variants(engine, name, scene):
     if engine == "bullet":
         return ["default"] if large else ["default", "iter500"] + (["boxfloor"] if name.startswith("S1_") else [])
     if engine == "dart":  # dense direct solves: beyond some hundred bodies a step takes minutes
-        return [] if large or name.endswith("300") else (["dantzig"] if pile else ["dantzig", "nsgs"])
+        return [] if large or name.endswith(MIDDLING) else (["dantzig"] if pile else ["dantzig", "nsgs"])
     if engine == "ode":
-        return ["quick", "quick100"] + ([] if large or name.endswith("300") else ["step"])
+        return ["quick", "quick100"] + ([] if large or name.endswith(MIDDLING) else ["step"])
     return ["default", "it16"] + ([] if pile else ["it64-hz60"])
 
 

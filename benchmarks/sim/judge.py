@@ -150,7 +150,7 @@ class Judge:
             return dict(slide_error_percent=100 * ((last[0, 0] - first[0, 0]) / exact - 1), hop_mm=float(hop) * MM)
         if name == "S1_stick":
             return dict(creep_mm_s=rate(times, [state[0, 0] for state in states], 2.0))
-        if name.startswith(("S2", "S3", "S8", "S9")):
+        if name.startswith(("S2", "S3", "S8", "S9", "S13")):
             moved, height = last[:, :3] - first[:, :3], 2 * scene["bodies"][0][3]
             return dict(stands=bool(max(-moved[:, 2].min(), np.linalg.norm(moved[:, :2], axis=1).max()) < STANDING * height))
         if name.startswith(("S4", "S5")):

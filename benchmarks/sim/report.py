@@ -27,6 +27,7 @@ SPECIAL = {
     "S8_cards": [("stands", "stands")], "S9_massratio": [("stands", "stands")],
     "S10_chain": [("joint gap mm", "gap_mm")], "S10_chain_2ms": [("joint gap mm", "gap_mm")],
     "S12_gripper": [("slip mm/s", "slip_mm_s"), ("held", "held")],
+    **{f"S13_bricks{n}": [("stands", "stands")] for n in (96, 306, 1000, 3038, 10000)},
 }  # fmt: skip
 
 

@@ -98,6 +98,26 @@ def pile(n, width, seed, balls=False):
     return scene(what, 0.005, 4.0, bodies=bodies, planes=walls, sample_every=100)
 
 
+def bricks(pairs, layers, seed):
+    """Bricks of 2 × 1 × 1 laid in a bin, `pairs` × 2 `pairs` to a layer, every layer across the one below it and moved by an eighth of a
+    brick, so that all hold together; densities between 500 and 1500 kg/m³."""
+    random, w, slit = Random(seed), 0.1, 0.002
+    side, bodies = 2 * pairs * (w + slit), []
+    for layer in range(layers):
+        over_x, over_y = ((0, 0), (w / 4, 0), (w / 4, w / 4), (0, w / 4))[layer % 4]
+        for i in range(pairs):
+            for k in range(2 * pairs):
+                x, y, half = (i + 0.5) * 2 * (w + slit) - side / 2, (k + 0.5) * (w + slit) - side / 2, [w, w / 2, w / 2]
+                if layer % 2:
+                    x, y, half = y, x, [w / 2, w, w / 2]
+                mass = random.uniform(500, 1500) * 2 * w**3
+                bodies.append(box(half, mass, [x + over_x, y + over_y, w * (layer + 0.5)]))
+    out = -side / 2 - 0.03
+    walls = [[0, 0, 1, 0], [1, 0, 0, out], [-1, 0, 0, out], [0, 1, 0, out], [0, -1, 0, out]]
+    what = f"{len(bodies)} bricks laid in a bin in {layers} layers, at rest"
+    return scene(what, 0.005, 0.25, bodies=bodies, planes=walls, sample_every=25)
+
+
 def mass_ratio():
     bodies = [box([0.5] * 3, 1.0, [0, 0, 0.5]), box([0.5] * 3, 1000.0, [0, 0, 1.5])]
     return scene("a cube of 1000 kg on a cube of 1 kg on the floor", 0.005, 10.0, bodies=bodies)
@@ -167,6 +187,8 @@ def all_scenes():
         "S4_pile1000": pile(1000, 2.7, 103), "S4_pile3000": pile(3000, 4.0, 104), "S5_spheres1000": pile(1000, 1.6, 105, True),
         "S6_quadruped": quadruped(), "S7_humanoid": humanoid(), "S8_cards": cards(), "S9_massratio": mass_ratio(),
         "S10_chain": chain(0.001), "S10_chain_2ms": chain(0.002), "S12_gripper": gripper(),
+        "S13_bricks96": bricks(2, 12, 131), "S13_bricks306": bricks(3, 17, 132), "S13_bricks1000": bricks(5, 20, 133),
+        "S13_bricks3038": bricks(7, 31, 134), "S13_bricks10000": bricks(10, 50, 135),
     }  # fmt: skip
 
 

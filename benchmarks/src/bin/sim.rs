@@ -15,7 +15,7 @@ use signorini_benchmarks::table;
 const STANDING: f64 = 0.3;
 
 /// Scenes in which something is meant to stand.
-const STANDS: [&str; 5] = ["S1_stick", "S2", "S3", "S8", "S9"];
+const STANDS: [&str; 6] = ["S1_stick", "S2", "S3", "S8", "S9", "S13"];
 
 /// Runs scenes of a JSON file.
 #[derive(Parser)]
