@@ -134,7 +134,7 @@ impl IslandSolver {
             let reweighted = if self.solve_proximal(problem, cones, island, settings, attempt, &mut factored) {
                 self.effort.proximal_iterations += 1;
                 self.take_impulses(cones, island);
-                weight.fall()
+                weight.fall(self.modes == self.earlier_modes)
             } else if large && self.recover(problem, cones, island, &mut weight, best) {
                 true
             } else {

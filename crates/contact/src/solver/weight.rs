@@ -26,8 +26,9 @@ const LARGEST_LAST: f64 = 1e-3;
 /// ε of the first problem after an interior start, and the largest one.
 const FIRST: f64 = 1.0;
 const LARGEST: f64 = 10.0;
-/// Its factor after a proximal problem that was solved, and after one that was not.
+/// Its factor after a proximal problem that was solved, after one whose modes were those of the one before, and after one that was not solved.
 const FALL: f64 = 0.3;
+const QUICK_FALL: f64 = 0.01;
 const RISE: f64 = 3.0;
 /// The same of a patient attempt: just above the ε at which paths turn back, the iterations leave the place where they do so
 /// in the fewest steps.
@@ -83,11 +84,15 @@ impl ProximalWeight {
         self.epsilon > self.usual && !self.ascending
     }
 
-    /// After a proximal problem that was solved; whether ε is another one.
-    pub fn fall(&mut self) -> bool {
+    /// After a proximal problem that was solved, with or without a change of its modes; whether ε is another one.
+    pub fn fall(&mut self, unchanged: bool) -> bool {
         let falling = self.is_falling();
         if falling {
-            let factor = if self.is_patient { PATIENT_FALL } else { FALL };
+            let factor = match (self.is_patient, unchanged) {
+                (true, _) => PATIENT_FALL,
+                (false, true) => QUICK_FALL,
+                (false, false) => FALL,
+            };
             self.epsilon = (factor * self.epsilon).max(self.usual);
         }
         falling
