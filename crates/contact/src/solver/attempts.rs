@@ -3,6 +3,7 @@
 use super::SolverSettings;
 use super::fallback::QUICK_ROWS;
 use super::given::GivenStart;
+use super::interior_start::may_lag;
 use super::island::Island;
 use super::island_pool::Outcome;
 use super::island_solver::IslandSolver;
@@ -19,6 +20,9 @@ pub(super) const CLOSER_LARGE: f64 = 0.3;
 /// A patient attempt on a large island begins where the one before it ended if the residual there is below this.
 const NEAR: f64 = 1e-2;
 
+/// Friction of the interior starts in the second round of attempts on a large island, as a part of what it is.
+const LOWERED_FRICTION: f64 = 0.8;
+
 /// Where the attempts on an island begin.
 #[derive(Clone, Copy)]
 pub(super) enum Start<'a> {
@@ -32,9 +36,32 @@ pub(super) enum Start<'a> {
     Found(&'a GivenStart),
 }
 
-/// Runs the first two stages of the cascade on an island. Attempt 0 starts from the warm start if there is one, the later
-/// ones are cold; the best one is what comes out.
+/// Runs the first two stages of the cascade on an island; the best of all attempts is what comes out.
+///
+/// Where they fail on a large island, a second round begins them with interior starts of less friction: they come out elsewhere, and
+/// the iterations, with all of the friction, have other folds on their way.
 pub(super) fn solve_island(
+    solver: &mut IslandSolver,
+    problem: &ContactProblem,
+    cones: &Cones,
+    island: &Island,
+    settings: &SolverSettings,
+    start: Start,
+    outcome: &mut Outcome,
+) {
+    solver.interior.friction = 1.0;
+    make_attempts(solver, problem, cones, island, settings, start, outcome);
+    let failed = outcome.residual > settings.accept && outcome.contradiction.is_empty();
+    if failed && island.units.len() >= LARGE && may_lag(island) && settings.max_restarts > first_patient(island) {
+        let mut second = outcome.another();
+        solver.interior.friction = LOWERED_FRICTION;
+        make_attempts(solver, problem, cones, island, settings, Start::Zero, &mut second);
+        outcome.take_better(second);
+    }
+}
+
+/// One round: attempt 0 starts from the warm start if there is one, the later ones are cold.
+fn make_attempts(
     solver: &mut IslandSolver,
     problem: &ContactProblem,
     cones: &Cones,

@@ -110,6 +110,8 @@ pub(crate) struct InteriorStart {
     pub(super) velocity_rate: Vec<f64>,
     /// Whether the laws are those with a lagged slip term.
     pub(super) is_lagged: bool,
+    /// Part of every contact's friction that the start knows of.
+    pub(super) friction: f64,
 }
 
 impl IslandSolver {
@@ -215,6 +217,7 @@ impl InteriorStart {
             let first = self.edges.len();
             if bound > 0.0 {
                 cones.interior_edges(i, |normal, reach| {
+                    let reach = self.friction * reach;
                     let distance = reach * bound;
                     let multiplier = solver.velocity_scale * typical / distance;
                     let (distance_rate, multiplier_rate, correction) = (0.0, 0.0, 0.0);

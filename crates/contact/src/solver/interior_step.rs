@@ -48,7 +48,7 @@ impl InteriorStart {
                 unit.normal_residual = u[0] - unit.slack;
                 if self.is_lagged {
                     let taken: f64 = edges.iter().map(|edge| edge.multiplier * edge.reach).sum();
-                    unit.normal_residual += cones.slip_term(island.units[c] as usize, u) - taken;
+                    unit.normal_residual += self.friction * cones.slip_term(island.units[c] as usize, u) - taken;
                 }
                 sum += g * unit.impulse[0] * unit.slack;
                 count += 1;
