@@ -1,8 +1,13 @@
 //! Direct solution of block-sparse systems: an elimination order, and an LU factorisation in that order.
 
+mod bisection;
 mod block_lu;
 mod dense_lu;
+mod dissection;
+mod elimination;
+mod graph;
 mod kernels;
+mod minimum_degree;
 mod ordering;
 mod panels;
 mod products;

@@ -65,15 +65,15 @@ impl Symbolic {
         self.position.resize(count, 0);
         self.first_dof.clear();
         self.size.clear();
-        for (position, &node) in self.ordering.order.iter().enumerate() {
+        for (position, &node) in self.ordering.elimination.order.iter().enumerate() {
             let node = node as usize;
             self.position[node] = position as u32;
             self.first_dof.push(self.starts[node]);
             self.size.push(self.starts[node + 1] - self.starts[node]);
         }
-        self.offsets.clone_from(&self.ordering.offsets);
+        self.offsets.clone_from(&self.ordering.elimination.offsets);
         self.rows.clear();
-        self.rows.extend(self.ordering.neighbours.iter().map(|&node| self.position[node as usize]));
+        self.rows.extend(self.ordering.elimination.neighbours.iter().map(|&node| self.position[node as usize]));
         for k in 0..count {
             self.rows[self.offsets[k]..self.offsets[k + 1]].sort_unstable();
         }
