@@ -109,7 +109,7 @@ impl Sequence {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
-        ((self.0 >> 32) as usize * end) >> 32
+        (((self.0 >> 32) * end as u64) >> 32) as usize
     }
 }
 
