@@ -116,8 +116,8 @@ impl Sequence {
 const NONE: u32 = u32::MAX;
 
 /// Joins pairs of nodes along heavy edges (Karypis & Kumar 1998, "A fast and high quality multilevel scheme for partitioning
-/// irregular graphs", §3.1, heavy-edge matching): a node's partner has the highest square of the edge's weight by the partner's own,
-/// which keeps the coarse nodes alike (Holtgrewe, Sanders & Schulz 2010, "Engineering a scalable high quality graph partitioner", §4).
+/// irregular graphs", heavy-edge matching): a node's partner has the highest square of the edge's weight by the partner's own,
+/// which keeps the coarse nodes alike (Holtgrewe, Sanders & Schulz 2010, "Engineering a scalable high quality graph partitioner").
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Coarsening {
     /// Nodes in the order of their visits: by the number of their edges, then by chance.
