@@ -25,7 +25,7 @@ const PATIENCE: usize = 120;
 /// A cut is improved by moves of a node from the separator to one side, which pull its neighbours on the other side into the
 /// separator; the best move goes first, also when it makes the cut worse, and the best state on the way is kept (Fiduccia &
 /// Mattheyses 1982, for separators as Ashcraft & Liu 1998, "Applications of the Dulmage–Mendelsohn decomposition and network flow to
-/// graph bisection improvement", §2).
+/// graph bisection improvement").
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Bisection {
     coarsening: Coarsening,

@@ -40,7 +40,7 @@ const NONE: u32 = u32::MAX;
 /// Finds the neighbours for a given order.
 ///
 /// The neighbours of a node are those it has in the graph and those of its children in the elimination tree, without itself and
-/// without those that went before (Liu 1990, "The role of elimination trees in sparse factorization", §3). A node's parent is the
+/// without those that went before (Liu 1990, "The role of elimination trees in sparse factorization"). A node's parent is the
 /// first of its neighbours to be eliminated.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GivenOrder {

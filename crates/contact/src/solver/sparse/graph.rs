@@ -109,15 +109,15 @@ impl Sequence {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
-        ((self.0 >> 32) as usize * end) >> 32
+        (((self.0 >> 32) * end as u64) >> 32) as usize
     }
 }
 
 const NONE: u32 = u32::MAX;
 
 /// Joins pairs of nodes along heavy edges (Karypis & Kumar 1998, "A fast and high quality multilevel scheme for partitioning
-/// irregular graphs", §3.1, heavy-edge matching): a node's partner has the highest square of the edge's weight by the partner's own,
-/// which keeps the coarse nodes alike (Holtgrewe, Sanders & Schulz 2010, "Engineering a scalable high quality graph partitioner", §4).
+/// irregular graphs", heavy-edge matching): a node's partner has the highest square of the edge's weight by the partner's own,
+/// which keeps the coarse nodes alike (Holtgrewe, Sanders & Schulz 2010, "Engineering a scalable high quality graph partitioner").
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Coarsening {
     /// Nodes in the order of their visits: by the number of their edges, then by chance.

@@ -106,6 +106,7 @@ impl MinimumDegree {
         let known = list.len();
         list.resize(known + own.len(), 0);
         let mut end = known;
+        // Without branches, which would go either way.
         for &x in own {
             list[end] = x;
             end += usize::from(self.seen[x as usize] != self.extended);

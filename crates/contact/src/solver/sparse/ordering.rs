@@ -5,7 +5,7 @@ use super::elimination::{Elimination, GivenOrder};
 use super::graph::Graph;
 use super::minimum_degree::MinimumDegree;
 
-/// From this cost by minimum degree on, nested dissection is tried.
+/// From this cost by minimum degree on, nested dissection is tried: a factorisation then takes about as long as the dissection.
 const LARGE: u64 = 1_000_000;
 
 /// The order of elimination of a graph's nodes: by [minimum degree](MinimumDegree), or by [nested dissection](Dissection) where the
