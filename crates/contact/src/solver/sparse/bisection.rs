@@ -2,7 +2,8 @@
 
 use std::collections::BinaryHeap;
 
-use super::graph::{Coarsening, Graph, Sequence};
+use super::super::random::Random;
+use super::graph::{Coarsening, Graph};
 
 /// Where a node lies: on one of the two sides, `0` and `1`, or in the separator.
 pub(crate) const SEPARATOR: u8 = 2;
@@ -40,7 +41,7 @@ pub(crate) struct Bisection {
 
 impl Bisection {
     /// Cuts a connected graph: where each of its nodes lies, by the best of several cuts.
-    pub fn cut(&mut self, graph: &Graph, random: &mut Sequence) -> &[u8] {
+    pub fn cut(&mut self, graph: &Graph, random: &mut Random) -> &[u8] {
         let mut smallest = None;
         for _ in 0..RUNS {
             let levels = self.coarsen(graph, random);
@@ -52,7 +53,7 @@ impl Bisection {
     }
 
     /// Makes coarser and coarser graphs: their number.
-    fn coarsen(&mut self, graph: &Graph, random: &mut Sequence) -> usize {
+    fn coarsen(&mut self, graph: &Graph, random: &mut Random) -> usize {
         let limit = (3 * graph.total_weight() / (2 * COARSEST as u32)).max(2);
         let mut levels = 0;
         loop {
@@ -74,7 +75,7 @@ impl Bisection {
     }
 
     /// Cuts the coarsest graph: the best of several beginnings.
-    fn begin(&mut self, graph: &Graph, levels: usize, random: &mut Sequence) {
+    fn begin(&mut self, graph: &Graph, levels: usize, random: &mut Random) {
         let Self { coarser, cut, begun, .. } = self;
         let coarsest = levels.checked_sub(1).map_or(graph, |level| &coarser[level].0);
         let mut smallest = None;

@@ -1,8 +1,9 @@
 //! Elimination orders by nested dissection.
 
+use super::super::random::Random;
 use super::bisection::{Bisection, SEPARATOR};
 use super::elimination::Elimination;
-use super::graph::{Graph, Sequence};
+use super::graph::Graph;
 use super::minimum_degree::MinimumDegree;
 
 /// Parts with no more nodes are ordered by minimum degree.
@@ -49,7 +50,7 @@ impl Dissection {
         let inner = self.nodes.len();
         self.nodes.extend((0..count as u32).filter(|&node| is_hub(node)));
         self.renumber(0, count);
-        let mut random = Sequence::default();
+        let mut random = Random::new(0);
         self.parts.clear();
         self.parts.push((0, inner));
         while let Some((begin, end)) = self.parts.pop() {
@@ -126,7 +127,7 @@ impl Dissection {
     }
 
     /// Makes the two sides of a cut of the part at hand parts; `false` where none is worth it.
-    fn cut(&mut self, begin: usize, end: usize, random: &mut Sequence) -> bool {
+    fn cut(&mut self, begin: usize, end: usize, random: &mut Random) -> bool {
         let sides = self.bisection.cut(&self.part, random);
         self.sorted.clear();
         let mut ends = [begin; 2];

@@ -1,5 +1,7 @@
 //! Graphs with weights, and smaller ones that resemble them.
 
+use super::super::random::Random;
+
 /// An undirected graph: for each node its neighbours, with weights of nodes and edges.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
@@ -93,26 +95,6 @@ impl Graph {
     }
 }
 
-/// A pseudo-random sequence (Marsaglia 2003, "Xorshift RNGs"), the same in every run.
-#[derive(Clone, Debug)]
-pub(crate) struct Sequence(u64);
-
-impl Default for Sequence {
-    fn default() -> Self {
-        Self(0x9e37_79b9_7f4a_7c15)
-    }
-}
-
-impl Sequence {
-    /// A number below `end`.
-    pub fn below(&mut self, end: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (((self.0 >> 32) * end as u64) >> 32) as usize
-    }
-}
-
 const NONE: u32 = u32::MAX;
 
 /// Joins pairs of nodes along heavy edges (Karypis & Kumar 1998, "A fast and high quality multilevel scheme for partitioning
@@ -134,7 +116,7 @@ impl Coarsening {
         &mut self,
         fine: &Graph,
         limit: u32,
-        random: &mut Sequence,
+        random: &mut Random,
         coarse: &mut Graph,
         coarse_of: &mut Vec<u32>,
     ) {
@@ -169,7 +151,7 @@ impl Coarsening {
         }
     }
 
-    fn pair(&mut self, fine: &Graph, limit: u32, random: &mut Sequence) {
+    fn pair(&mut self, fine: &Graph, limit: u32, random: &mut Random) {
         let count = fine.count();
         self.visits.clear();
         // Nodes with few edges first: they would be left alone.
