@@ -49,13 +49,15 @@ pub(super) fn solve_island(
     start: Start,
     outcome: &mut Outcome,
 ) {
-    solver.interior.friction = 1.0;
-    make_attempts(solver, problem, cones, island, settings, start, outcome);
+    let mut make_attempts = |friction: f64, start: Start, outcome: &mut Outcome| {
+        solver.interior.friction = friction;
+        make_attempts(solver, (problem, cones, island), settings, start, outcome);
+    };
+    make_attempts(1.0, start, outcome);
     let failed = outcome.residual > settings.accept && outcome.contradiction.is_empty();
     if failed && island.units.len() >= LARGE && may_lag(island) && settings.max_restarts > first_patient(island) {
         let mut second = outcome.another();
-        solver.interior.friction = LOWERED_FRICTION;
-        make_attempts(solver, problem, cones, island, settings, Start::Zero, &mut second);
+        make_attempts(LOWERED_FRICTION, Start::Zero, &mut second);
         outcome.take_better(second);
     }
 }
@@ -63,9 +65,7 @@ pub(super) fn solve_island(
 /// One round: attempt 0 starts from the warm start if there is one, the later ones are cold.
 fn make_attempts(
     solver: &mut IslandSolver,
-    problem: &ContactProblem,
-    cones: &Cones,
-    island: &Island,
+    (problem, cones, island): (&ContactProblem, &Cones, &Island),
     settings: &SolverSettings,
     start: Start,
     outcome: &mut Outcome,
