@@ -71,6 +71,11 @@ def wall(base):
     return scene(f"wall of {len(bodies)} boxes, base {base}", 0.005, 10.0, bodies=bodies, sample_every=100)
 
 
+def square_bin(half):
+    """Floor and walls of a bin of this half width."""
+    return FLOOR + [[1, 0, 0, -half], [-1, 0, 0, -half], [0, 1, 0, -half], [0, -1, 0, -half]]
+
+
 def pile(n, width, seed, balls=False):
     """Layers of k × k and (k − 1) × (k − 1) bodies, shifted against each other so that no tower survives, in a bin."""
     random, pitch = Random(seed), 0.165 if balls else 0.29
@@ -92,10 +97,8 @@ def pile(n, width, seed, balls=False):
         norm, angle = math.sqrt(sum(a * a for a in axis)), random.uniform(0, 0.6)
         turn = [math.cos(angle / 2), *(math.sin(angle / 2) * a / norm for a in axis)]
         bodies.append(box(half, 8000 * half[0] * half[1] * half[2], [x, y, z], turn))
-    w = -width / 2
-    walls = [[0, 0, 1, 0], [1, 0, 0, w], [-1, 0, 0, w], [0, 1, 0, w], [0, -1, 0, w]]
     what = f"{n} {'balls' if balls else 'mixed boxes'} dropped into a bin of {width} m"
-    return scene(what, 0.005, 4.0, bodies=bodies, planes=walls, sample_every=100)
+    return scene(what, 0.005, 4.0, bodies=bodies, planes=square_bin(width / 2), sample_every=100)
 
 
 def bricks(pairs, layers, seed):
@@ -112,10 +115,8 @@ def bricks(pairs, layers, seed):
                     x, y, half = y, x, [w / 2, w, w / 2]
                 mass = random.uniform(500, 1500) * 2 * w**3
                 bodies.append(box(half, mass, [x + over_x, y + over_y, w * (layer + 0.5)]))
-    out = -side / 2 - 0.03
-    walls = [[0, 0, 1, 0], [1, 0, 0, out], [-1, 0, 0, out], [0, 1, 0, out], [0, -1, 0, out]]
     what = f"{len(bodies)} bricks laid in a bin in {layers} layers, at rest"
-    return scene(what, 0.005, 0.25, bodies=bodies, planes=walls, sample_every=25)
+    return scene(what, 0.005, 0.25, bodies=bodies, planes=square_bin(side / 2 + 0.03), sample_every=25)
 
 
 def mass_ratio():
