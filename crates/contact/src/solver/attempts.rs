@@ -55,7 +55,10 @@ pub(super) fn solve_island(
     };
     make_attempts(1.0, start, outcome);
     let failed = outcome.residual > settings.accept && outcome.contradiction.is_empty();
-    if failed && island.units.len() >= LARGE && may_lag(island) && settings.max_restarts > first_patient(island) {
+    // What Lemke's method was asked for has had both rounds.
+    let is_first = !matches!(start, Start::Found(_));
+    let has_another = island.units.len() >= LARGE && may_lag(island) && settings.max_restarts > first_patient(island);
+    if failed && is_first && has_another {
         let mut second = outcome.another();
         make_attempts(LOWERED_FRICTION, Start::Zero, &mut second);
         outcome.take_better(second);
