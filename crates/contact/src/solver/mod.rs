@@ -7,7 +7,7 @@
 //!    [interior start](interior_start); a [proof](contradiction) that the gaps contradict each other ends the solve;
 //! 2. the same from a cold start with other random shifts, a few times; in a large island from an interior start with a lagged slip
 //!    term, and then twice patiently, from [block sweeps](block_sweeps), by paths that begin at the centre, and with an ε that stays
-//!    near the one at which they turn back;
+//!    near the one at which they turn back, and all of this once more with less friction in the interior starts;
 //! 3. lexicographic Lemke on the standard LCP ([`signorini_lcp::Lemke`]), which ends in a solution, or in a ray where the
 //!    contacts wedge; what it leaves with a residual the proximal iterations go on from.
 //!
