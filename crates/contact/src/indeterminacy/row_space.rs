@@ -1,5 +1,7 @@
 //! The row space of a matrix, by orthogonalisation with pivoting.
 
+use crate::vector::inner;
+
 /// Rows shorter than this after orthogonalisation depend on the others; all rows begin with length 1.
 const DEPENDENT: f64 = 1e-9;
 
@@ -8,10 +10,6 @@ const DEPENDENT: f64 = 1e-9;
 pub(super) struct Row {
     pub a: Vec<f64>,
     pub b: f64,
-}
-
-pub(super) fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 /// An orthonormal basis of the row space, with the right-hand sides carried along: the same solutions, full row rank.
@@ -43,12 +41,12 @@ pub(super) fn distance(basis: &[Row], x: &[f64]) -> f64 {
 }
 
 fn length(row: &Row) -> f64 {
-    dot(&row.a, &row.a).sqrt()
+    inner(&row.a, &row.a).sqrt()
 }
 
 /// Removes the part of `row` along a unit row.
 fn remove(row: &mut Row, unit: &Row) {
-    let along = dot(&row.a, &unit.a);
+    let along = inner(&row.a, &unit.a);
     row.a.iter_mut().zip(&unit.a).for_each(|(x, u)| *x -= along * u);
     row.b -= along * unit.b;
 }

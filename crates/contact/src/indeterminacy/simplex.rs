@@ -5,7 +5,8 @@
 
 use signorini_lcp::linalg::Lu;
 
-use super::row_space::{Row, dot, orthonormal};
+use super::row_space::{Row, orthonormal};
+use crate::vector::inner;
 
 /// Reduced costs up to this are zero; objectives have entries of size 1.
 const REDUCED_COST: f64 = 1e-10;
@@ -103,11 +104,11 @@ impl Simplex {
         for (positive, least) in [(true, DEPENDENT), (false, 0.0)] {
             while self.basis.len() < r {
                 let free = (0..rest.len()).filter(|&j| !self.is_basic[j] && (self.x[j] > 0.0 || !positive));
-                let longest = free.map(|j| (dot(&rest[j], &rest[j]), j)).max_by(|a, b| a.0.total_cmp(&b.0));
+                let longest = free.map(|j| (inner(&rest[j], &rest[j]), j)).max_by(|a, b| a.0.total_cmp(&b.0));
                 let Some((square, j)) = longest.filter(|(square, _)| *square > least * least) else { break };
                 let unit: Vec<f64> = rest[j].iter().map(|x| x / square.sqrt()).collect();
                 for column in &mut rest {
-                    let along = dot(column, &unit);
+                    let along = inner(column, &unit);
                     column.iter_mut().zip(&unit).for_each(|(x, u)| *x -= along * u);
                 }
                 self.basis.push(j);
@@ -168,7 +169,7 @@ impl Simplex {
         }
         self.solve_basis();
         self.certify(c);
-        Maximum::Attained(dot(c, &self.x))
+        Maximum::Attained(inner(c, &self.x))
     }
 
     /// `y` with `Bᵀy = c_B`.
@@ -187,7 +188,7 @@ impl Simplex {
         let tolerance = REDUCED_COST * largest(c);
         let mut best = (tolerance, None);
         for j in (0..c.len()).filter(|&j| !self.is_basic[j]) {
-            let reduced = c[j] - dot(y, &self.columns[j]);
+            let reduced = c[j] - inner(y, &self.columns[j]);
             if reduced > best.0 {
                 best = (reduced, Some(j));
                 if bland {
@@ -224,7 +225,7 @@ impl Simplex {
 
     /// `B⁻¹ a_j`.
     fn transformed(&self, j: usize) -> Vec<f64> {
-        self.inverse.iter().map(|row| dot(row, &self.columns[j])).collect()
+        self.inverse.iter().map(|row| inner(row, &self.columns[j])).collect()
     }
 
     fn exchange(&mut self, leaving: usize, entering: usize, column: &[f64]) {
@@ -282,7 +283,7 @@ impl Simplex {
                 rest.iter_mut().zip(&self.columns[j]).for_each(|(r, a)| *r -= a * self.x[j]);
             }
             for (row, &j) in self.inverse.iter().zip(&self.basis) {
-                self.x[j] += dot(row, &rest);
+                self.x[j] += inner(row, &rest);
             }
         }
         self.basis.iter().for_each(|&j| self.x[j] = if self.x[j] < TIE { 0.0 } else { self.x[j] });
@@ -291,8 +292,8 @@ impl Simplex {
     fn certify(&mut self, c: &[f64]) {
         let y = self.dual(c);
         let size = largest(c);
-        let reduced = (0..c.len()).map(|j| c[j] - dot(&y, &self.columns[j])).fold(0.0, f64::max);
-        let (primal, dual) = (dot(c, &self.x), dot(&y, &self.right));
+        let reduced = (0..c.len()).map(|j| c[j] - inner(&y, &self.columns[j])).fold(0.0, f64::max);
+        let (primal, dual) = (inner(c, &self.x), inner(&y, &self.right));
         let scale = primal.abs().max(dual.abs()).max(size * largest(&self.x));
         let residual = LinearProgramResidual {
             primal: self.violation(&self.x, true),
@@ -312,7 +313,7 @@ impl Simplex {
         let (mut worst, mut scale) = (0.0_f64, 0.0_f64);
         for row in &self.given {
             let b = if with_right_side { row.b } else { 0.0 };
-            worst = worst.max((dot(&row.a, x) - b).abs());
+            worst = worst.max((inner(&row.a, x) - b).abs());
             scale = scale.max(row.a.iter().zip(x).map(|(a, x)| (a * x).abs()).sum::<f64>().max(b.abs()));
         }
         let negative = x.iter().fold(0.0, |n: f64, x| n.max(-x));

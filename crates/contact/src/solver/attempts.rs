@@ -3,7 +3,6 @@
 use super::SolverSettings;
 use super::fallback::QUICK_ROWS;
 use super::given::GivenStart;
-use super::interior_start::may_lag;
 use super::island::Island;
 use super::island_pool::Outcome;
 use super::island_solver::IslandSolver;
@@ -20,9 +19,6 @@ pub(super) const CLOSER_LARGE: f64 = 0.3;
 /// A patient attempt on a large island begins where the one before it ended if the residual there is below this.
 const NEAR: f64 = 1e-2;
 
-/// Friction of the interior starts in the second round of attempts on a large island, as a part of what it is.
-const LOWERED_FRICTION: f64 = 0.8;
-
 /// Where the attempts on an island begin.
 #[derive(Clone, Copy)]
 pub(super) enum Start<'a> {
@@ -36,39 +32,13 @@ pub(super) enum Start<'a> {
     Found(&'a GivenStart),
 }
 
-/// Runs the first two stages of the cascade on an island; the best of all attempts is what comes out.
-///
-/// Where they fail on a large island, a second round begins them with interior starts of less friction: they come out elsewhere, and
-/// the iterations, with all of the friction, have other folds on their way.
+/// Runs the first two stages of the cascade on an island; the best of all attempts is what comes out. Attempt 0 starts from the
+/// warm start if there is one, the later ones are cold.
 pub(super) fn solve_island(
     solver: &mut IslandSolver,
     problem: &ContactProblem,
     cones: &Cones,
     island: &Island,
-    settings: &SolverSettings,
-    start: Start,
-    outcome: &mut Outcome,
-) {
-    let mut make_attempts = |friction: f64, start: Start, outcome: &mut Outcome| {
-        solver.interior.friction = friction;
-        make_attempts(solver, (problem, cones, island), settings, start, outcome);
-    };
-    make_attempts(1.0, start, outcome);
-    let failed = outcome.residual > settings.accept && outcome.contradiction.is_empty();
-    // What Lemke's method was asked for has had both rounds.
-    let is_first = !matches!(start, Start::Found(_));
-    let has_another = island.units.len() >= LARGE && may_lag(island) && settings.max_restarts > first_patient(island);
-    if failed && is_first && has_another {
-        let mut second = outcome.another();
-        make_attempts(LOWERED_FRICTION, Start::Zero, &mut second);
-        outcome.take_better(second);
-    }
-}
-
-/// One round: attempt 0 starts from the warm start if there is one, the later ones are cold.
-fn make_attempts(
-    solver: &mut IslandSolver,
-    (problem, cones, island): (&ContactProblem, &Cones, &Island),
     settings: &SolverSettings,
     start: Start,
     outcome: &mut Outcome,

@@ -1,14 +1,14 @@
 //! One step of the interior-point method: what the equations lack, the system, the direction, the length.
 //!
-//! Coulomb's law and the associated law with a lagged slip term (see [`interior_start`](super::interior_start)) share all of it but what
-//! is eliminated at a unit.
+//! Coulomb's law and the associated law with a lagged slip term (see [`interior_start`](super::interior_start)) share all of it; what is
+//! eliminated at a [unit](super::interior_unit) differs.
 
 use super::interior_start::{Edge, InteriorStart, Unit};
+use super::interior_unit::{ROWS, UnitSystem};
 use super::island::Island;
 use super::island_solver::IslandSolver;
 use super::mode::Cones;
 use crate::ContactProblem;
-use crate::vector::dot;
 
 impl Unit {
     /// What the normal pair's product lacks of a target, less the correction.
@@ -35,6 +35,7 @@ impl InteriorStart {
         island: &Island,
     ) -> (f64, f64) {
         let (mut sum, mut count, mut missing) = (0.0, 0, 0.0_f64);
+        let share = self.coulomb_share();
         self.velocity_rate.clear();
         self.velocity_rate.extend(solver.velocity.iter().zip(&solver.free_velocity).map(|(v, f)| v - f));
         self.momentum_residual.clear();
@@ -46,9 +47,10 @@ impl InteriorStart {
             let edges = &self.edges[unit.edges.0..unit.edges.1];
             if unit.has_normal {
                 unit.normal_residual = u[0] - unit.slack;
-                if self.is_lagged {
+                if share < 1.0 {
                     let taken: f64 = edges.iter().map(|edge| edge.multiplier * edge.reach).sum();
-                    unit.normal_residual += self.friction * cones.slip_term(island.units[c] as usize, u) - taken;
+                    let slip = if self.is_lagged { cones.slip_term(island.units[c] as usize, u) } else { 0.0 };
+                    unit.normal_residual += slip - (1.0 - share) * taken;
                 }
                 sum += g * unit.impulse[0] * unit.slack;
                 count += 1;
@@ -76,112 +78,161 @@ impl InteriorStart {
 
     /// Eliminates all numbers of each unit but its velocity.
     pub(super) fn find_slopes(&mut self, island: &Island) {
-        for c in 0..island.units.len() {
-            let mut unit = self.units[c];
-            if self.is_lagged {
-                self.units[c].slope = associated_slope(&unit, &self.edges[unit.edges.0..unit.edges.1]);
-                continue;
-            }
-            let (mut stiffness, mut pull) = ([[unit.compliance, 0.0], [0.0, unit.compliance]], [0.0; 2]);
-            let edges = &self.edges[unit.edges.0..unit.edges.1];
-            for edge in edges {
-                let (n, ratio) = (edge.normal, edge.multiplier / edge.distance);
-                for r in 0..2 {
-                    (0..2).for_each(|k| stiffness[r][k] += ratio * n[r] * n[k]);
-                    pull[r] += ratio * edge.reach * n[r];
-                }
-            }
-            unit.mobility = match edges {
-                [] => [[0.0; 2]; 2],
-                [edge, _] => along(edge.normal, stiffness),
-                _ => inverse(stiffness),
-            };
-            unit.pull = pull;
-            let by = unit.bounded_by.map_or(unit, |by| if by == c { unit } else { self.units[by] });
-            let normal = match unit.bounded_by {
-                Some(_) => by.impulse[0] / (by.slack + by.compliance * by.impulse[0]),
-                None => 0.0,
-            };
-            let [a, b] = times(unit.mobility, pull).map(|x| x * normal / unit.row_factor);
-            let [[aa, ab], [ba, bb]] = unit.mobility;
-            unit.slope = [[if unit.has_normal { normal } else { 0.0 }, 0.0, 0.0], [a, aa, ab], [b, ba, bb]];
-            self.units[c] = unit;
+        self.systems.resize(self.units.len(), UnitSystem::default());
+        let share = self.coulomb_share();
+        for (c, (system, g)) in self.systems.iter_mut().zip(&island.scale).enumerate() {
+            let stiffness = normal_stiffness(&self.units, c);
+            let unit = &mut self.units[c];
+            let edges = &mut self.edges[unit.edges.0..unit.edges.1];
+            system.factor(unit, edges, *g, stiffness, share);
+            unit.slope = system.slope().map(|row| row.map(|s| s / g));
         }
     }
 
-    /// Newton's direction towards products that equal `target` (in units of a squared velocity), less the corrections.
-    pub(super) fn find_rates(&mut self, solver: &mut IslandSolver, island: &Island, target: f64) {
+    /// How much of the law that a step is made for is Coulomb's. With a lagged slip term it is the associated one.
+    fn coulomb_share(&self) -> f64 {
+        if self.is_lagged { 0.0 } else { self.share }
+    }
+
+    /// Newton's direction towards products that equal `target` (in units of a squared velocity), less the corrections;
+    /// `refinements`: how often to take back what rounding leaves in its momentum balance.
+    pub(super) fn find_rates(
+        &mut self,
+        solver: &mut IslandSolver,
+        problem: &ContactProblem,
+        island: &Island,
+        target: f64,
+        refinements: u32,
+    ) {
+        self.find_drives(island, target);
         self.velocity_rate.clear();
         self.velocity_rate.extend(self.momentum_residual.iter().map(|r| -r));
-        for c in 0..self.units.len() {
-            let mut unit = self.units[c];
-            let product = target / island.scale[c];
-            if self.is_lagged {
-                unit.drive = self.associated_drive(&unit, product);
-                island.add_impulse(c, unit.drive, &mut self.velocity_rate);
-                self.units[c] = unit;
-                continue;
-            }
-            if unit.has_normal {
-                let (p, s) = (unit.impulse[0], unit.slack);
-                let lack = unit.lack(product) - p * unit.normal_residual;
-                unit.drive[0] = lack / (s + unit.compliance * p);
-            } else {
-                unit.drive[0] = unit.bounded_by.map_or(0.0, |by| self.units[by].drive[0]);
-            }
-            let mut tangential: [f64; 2] =
-                std::array::from_fn(|r| unit.pull[r] * unit.drive[0] - unit.tangential_residual[r]);
-            for edge in &self.edges[unit.edges.0..unit.edges.1] {
-                let lack = edge.lack(product);
-                (0..2).for_each(|r| tangential[r] -= lack / edge.distance * edge.normal[r]);
-            }
-            [unit.drive[1], unit.drive[2]] = times(unit.mobility, tangential);
+        for (c, unit) in self.units.iter().enumerate() {
             island.add_impulse(c, unit.drive, &mut self.velocity_rate);
-            self.units[c] = unit;
         }
         for (k, u) in self.bilateral_residual.iter().enumerate() {
             let pull = -solver.bilateral_weight[k] * u;
             island.bilateral_jacobian.add_transposed(k, [pull], &mut self.velocity_rate);
         }
         solver.system.solve(island, &mut self.velocity_rate);
-        for (c, unit) in self.units.iter_mut().enumerate() {
+        for (c, (system, rates)) in self.systems.iter().zip(&mut self.rates).enumerate() {
             let u = island.jacobian.multiply(c, &self.velocity_rate);
-            unit.impulse_rate = std::array::from_fn(|r| unit.drive[r] - dot(unit.slope[r], u));
-            if self.is_lagged {
-                let lack = unit.lack(target / island.scale[c]);
-                unit.slack_rate = (lack - unit.slack * unit.impulse_rate[0]) / unit.impulse[0];
-            } else if unit.has_normal {
-                unit.slack_rate = u[0] + unit.compliance * unit.impulse_rate[0] + unit.normal_residual;
-            } else if unit.bounded_by.is_some() {
-                unit.impulse_rate[0] = unit.drive[0];
-            }
+            (0..3).for_each(|r| rates[r] -= u[r]);
+            system.solve(rates);
         }
-        self.find_edge_rates(island, target);
-    }
-
-    /// The rate of a contact's impulse at a constant velocity, by the associated law.
-    fn associated_drive(&self, unit: &Unit, product: f64) -> [f64; 3] {
-        let [a, b] = unit.tangential_residual;
-        let normal = unit.lack(product) / unit.impulse[0];
-        let mut push = [normal - unit.normal_residual, -a, -b];
-        for edge in &self.edges[unit.edges.0..unit.edges.1] {
-            let lack = edge.lack(product) / edge.distance;
-            push[0] += lack * edge.reach;
-            (0..2).for_each(|r| push[1 + r] -= lack * edge.normal[r]);
+        self.take_rates(island);
+        for _ in 0..refinements {
+            self.refine(solver, problem, island);
         }
-        unit.slope.map(|row| dot(row, push))
-    }
-
-    /// The rates of what follows from the impulses.
-    fn find_edge_rates(&mut self, island: &Island, target: f64) {
         for c in 0..self.units.len() {
-            if !self.units[c].has_normal {
-                let by = self.units[c].bounded_by;
-                self.units[c].impulse_rate[0] = by.map_or(0.0, |by| self.units[by].impulse_rate[0]);
+            self.find_slack_rate(island, c, target);
+            self.find_edge_rates(c, target / island.scale[c]);
+        }
+    }
+
+    /// Finds what every unit's equations lack at a constant velocity, and the rates of the impulses that would make up for it.
+    fn find_drives(&mut self, island: &Island, target: f64) {
+        self.rates.clear();
+        for c in 0..self.units.len() {
+            let lack = self.drive(c, island.scale[c], target / island.scale[c]);
+            self.rates.push(lack);
+            let mut rates = lack;
+            self.systems[c].solve(&mut rates);
+            self.units[c].drive = std::array::from_fn(|r| rates[r] / island.scale[c]);
+        }
+    }
+
+    /// What the equations of unit `c`, with the Delassus scale `g`, lack at a constant velocity and a target of the products.
+    fn drive(&self, c: usize, g: f64, product: f64) -> [f64; ROWS] {
+        let unit = &self.units[c];
+        let [a, b] = unit.tangential_residual;
+        let normal = if unit.has_normal {
+            unit.lack(product) / unit.impulse[0] - unit.normal_residual
+        } else {
+            let stiffness = normal_stiffness(&self.units, c);
+            stiffness.zip(unit.bounded_by).map_or(0.0, |(stiffness, by)| stiffness * self.units[by].drive[0])
+        };
+        let rest = if unit.has_normal { 1.0 - self.coulomb_share() } else { 0.0 };
+        let mut drive = [0.0; ROWS];
+        (drive[0], drive[1], drive[2]) = (normal, -a, -b);
+        for edge in &self.edges[unit.edges.0..unit.edges.1] {
+            let lack = edge.lack(product);
+            if let Some(place) = edge.place {
+                drive[3 + place] = g * lack / edge.multiplier;
+                continue;
             }
-            let (unit, product) = (self.units[c], target / island.scale[c]);
-            let p = unit.impulse_rate;
-            for edge in &mut self.edges[unit.edges.0..unit.edges.1] {
+            let lack = lack / edge.distance;
+            drive[0] += rest * lack * edge.reach;
+            (0..2).for_each(|r| drive[1 + r] -= lack * edge.normal[r]);
+        }
+        drive
+    }
+
+    /// Takes the impulses' rates from those of the units' systems; a friction group's bound has that of its contact.
+    fn take_rates(&mut self, island: &Island) {
+        for c in 0..self.units.len() {
+            let (rates, g) = (&self.rates[c], island.scale[c]);
+            let mut impulse_rate = std::array::from_fn(|r| rates[r] / g);
+            if !self.units[c].has_normal {
+                impulse_rate[0] = self.units[c].bounded_by.map_or(0.0, |by| self.units[by].impulse_rate[0]);
+            }
+            self.units[c].impulse_rate = impulse_rate;
+        }
+    }
+
+    /// Takes back what rounding left in the momentum balance of the rates: the velocities of contacts that stick are differences of
+    /// large numbers, and stiff. What the units' systems give for the change of the velocity is added to their rates, which would
+    /// have the same rounding again if they were computed afresh.
+    fn refine(&mut self, solver: &mut IslandSolver, problem: &ContactProblem, island: &Island) {
+        let work = &mut self.work;
+        work.clear();
+        work.resize(island.nv(), 0.0);
+        island.multiply_mass(&problem.mass, &self.velocity_rate, work);
+        work.iter_mut().zip(&self.momentum_residual).for_each(|(w, r)| *w = -*w - r);
+        for (c, unit) in self.units.iter().enumerate() {
+            island.add_impulse(c, unit.impulse_rate, work);
+        }
+        for (k, u) in self.bilateral_residual.iter().enumerate() {
+            let [rate] = island.bilateral_jacobian.multiply(k, &self.velocity_rate);
+            island.bilateral_jacobian.add_transposed(k, [-solver.bilateral_weight[k] * (u + rate)], work);
+        }
+        solver.system.solve(island, work);
+        self.velocity_rate.iter_mut().zip(&*work).for_each(|(v, d)| *v += d);
+        for (c, (system, rates)) in self.systems.iter().zip(&mut self.rates).enumerate() {
+            let u = island.jacobian.multiply(c, work);
+            let mut change = [0.0; ROWS];
+            (0..3).for_each(|r| change[r] = -u[r]);
+            system.solve(&mut change);
+            rates.iter_mut().zip(change).for_each(|(rate, change)| *rate += change);
+        }
+        self.take_rates(island);
+    }
+
+    /// The rate of a contact's slack: from the product where that is the smaller number of the pair, as the velocity would leave
+    /// nothing but its rounding.
+    fn find_slack_rate(&mut self, island: &Island, c: usize, target: f64) {
+        let share = self.coulomb_share();
+        let (unit, g) = (&mut self.units[c], island.scale[c]);
+        if !unit.has_normal {
+            return;
+        }
+        unit.slack_rate = if share < 1.0 || g * unit.impulse[0] > unit.slack {
+            (unit.lack(target / g) - unit.slack * unit.impulse_rate[0]) / unit.impulse[0]
+        } else {
+            let [u, ..] = island.jacobian.multiply(c, &self.velocity_rate);
+            u + unit.compliance * unit.impulse_rate[0] + unit.normal_residual
+        };
+    }
+
+    /// The rates of unit `c`'s edges from that of its impulse, and from those of the multipliers that are near.
+    fn find_edge_rates(&mut self, c: usize, product: f64) {
+        let (unit, rates) = (&self.units[c], &self.rates[c]);
+        let p = unit.impulse_rate;
+        for edge in &mut self.edges[unit.edges.0..unit.edges.1] {
+            if let Some(place) = edge.place {
+                edge.multiplier_rate = rates[3 + place];
+                edge.distance_rate = (edge.lack(product) - edge.distance * edge.multiplier_rate) / edge.multiplier;
+            } else {
                 edge.distance_rate = edge.reach * p[0] - edge.normal[0] * p[1] - edge.normal[1] * p[2];
                 edge.multiplier_rate = (edge.lack(product) - edge.multiplier * edge.distance_rate) / edge.distance;
             }
@@ -250,153 +301,8 @@ impl InteriorStart {
     }
 }
 
-fn times(a: [[f64; 2]; 2], x: [f64; 2]) -> [f64; 2] {
-    a.map(|row| row[0] * x[0] + row[1] * x[1])
-}
-
-fn inverse([[a, b], [c, d]]: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let determinant = a * d - b * c;
-    [[d / determinant, -b / determinant], [-c / determinant, a / determinant]]
-}
-
-/// The inverse of a matrix on the line along a unit vector.
-fn along(n: [f64; 2], a: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
-    let stiffness = square(n, a);
-    n.map(|r| n.map(|k| r * k / stiffness))
-}
-
-/// `nᵀ A n`.
-fn square(n: [f64; 2], a: [[f64; 2]; 2]) -> f64 {
-    let [x, y] = times(a, n);
-    n[0] * x + n[1] * y
-}
-
-/// How the impulse falls with the velocity by the associated law: the inverse of `C + (s/λ_N) e eᵀ + Σ (γ/w) a aᵀ` with the
-/// compliance `C`, `e` along the normal and `a = (μ h, −n)` for every edge; on the line of its directions where there are two.
-fn associated_slope(unit: &Unit, edges: &[Edge]) -> [[f64; 3]; 3] {
-    let mut stiffness = [[0.0; 3]; 3];
-    (0..3).for_each(|r| stiffness[r][r] = unit.compliance);
-    stiffness[0][0] += unit.slack / unit.impulse[0];
-    for edge in edges {
-        let ratio = edge.multiplier / edge.distance;
-        let a = [edge.reach, -edge.normal[0], -edge.normal[1]];
-        for r in 0..3 {
-            (0..3).for_each(|k| stiffness[r][k] += ratio * a[r] * a[k]);
-        }
-    }
-    match edges {
-        [] => [[1.0 / stiffness[0][0], 0.0, 0.0], [0.0; 3], [0.0; 3]],
-        [edge, _] => {
-            let (n, [[normal, a, b], [_, aa, ab], [_, ba, bb]]) = (edge.normal, stiffness);
-            let coupling = a * n[0] + b * n[1];
-            let tangential = square(n, [[aa, ab], [ba, bb]]);
-            let [[p, q], [_, r]] = inverse([[normal, coupling], [coupling, tangential]]);
-            [
-                [p, q * n[0], q * n[1]],
-                [q * n[0], r * n[0] * n[0], r * n[0] * n[1]],
-                [q * n[1], r * n[0] * n[1], r * n[1] * n[1]],
-            ]
-        }
-        _ => inverse_of_definite(stiffness),
-    }
-}
-
-/// The inverse of a symmetric positive definite matrix whose entries may differ by many orders of magnitude: by its factorisation
-/// with the largest pivot first.
-fn inverse_of_definite(mut a: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
-    let mut order = [0, 1, 2];
-    for k in 0..2 {
-        let largest =
-            (k..3).fold(k, |best, j| if a[order[j]][order[j]] > a[order[best]][order[best]] { j } else { best });
-        order.swap(k, largest);
-        let pivot = order[k];
-        for (j, &row) in order.iter().enumerate().skip(k + 1) {
-            let factor = a[row][pivot] / a[pivot][pivot];
-            for &column in &order[j..] {
-                a[row][column] -= factor * a[pivot][column];
-                a[column][row] = a[row][column];
-            }
-            a[row][pivot] = factor;
-        }
-    }
-    let [p, q, r] = order;
-    // A = L D Lᵀ in the order of the pivots; the columns of its inverse.
-    let (qp, rp, rq) = (a[q][p], a[r][p], a[r][q]);
-    let mut inverse = [[0.0; 3]; 3];
-    for &column in &order {
-        let unit = |row: usize| f64::from(u8::from(row == column));
-        let y = unit(q) - qp * unit(p);
-        let z = (unit(r) - rp * unit(p) - rq * y) / a[r][r];
-        let y = y / a[q][q] - rq * z;
-        inverse[r][column] = z;
-        inverse[q][column] = y;
-        inverse[p][column] = unit(p) / a[p][p] - qp * y - rp * z;
-    }
-    inverse
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::random::Random;
-    use super::*;
-
-    /// Stiffnesses of edges that differ by twelve orders of magnitude, as they do near the end of a path.
-    #[test]
-    fn inverses_of_graded_matrices_hold() {
-        let mut random = Random::new(3);
-        for case in 0..200 {
-            let mut a = [[0.0; 3]; 3];
-            (0..3).for_each(|r| a[r][r] = 1e-7);
-            for _ in 0..5 {
-                let size = 10.0_f64.powf(random.between(-6.0, 6.0));
-                let row: [f64; 3] = std::array::from_fn(|_| random.between(-1.0, 1.0));
-                (0..3).for_each(|r| (0..3).for_each(|k| a[r][k] += size * row[r] * row[k]));
-            }
-            let inverse = inverse_of_definite(a);
-            for r in 0..3 {
-                for k in 0..3 {
-                    let product: f64 = (0..3).map(|j| inverse[r][j] * a[j][k]).sum();
-                    let unit = f64::from(u8::from(r == k));
-                    // Rounding of the terms that meet.
-                    let terms: f64 = (0..3).map(|j| (inverse[r][j] * a[j][k]).abs()).sum();
-                    assert!((product - unit).abs() < 1e-9 * (1.0 + terms), "{case}: {a:?} {inverse:?}");
-                }
-            }
-        }
-    }
-
-    /// On the line of two directions the slope is the inverse of what both rows see, and nothing across it.
-    #[test]
-    fn two_directions_have_a_slope_along_their_line_alone() {
-        let normal = [0.6, 0.8];
-        let edge = |sign: f64, multiplier: f64| Edge {
-            normal: normal.map(|n| sign * n),
-            reach: 0.5,
-            distance: 0.3,
-            multiplier,
-            distance_rate: 0.0,
-            multiplier_rate: 0.0,
-            correction: 0.0,
-        };
-        let unit = Unit { impulse: [2.0, 0.0, 0.0], slack: 0.1, compliance: 1e-7, ..Unit::default() };
-        let edges = [edge(1.0, 0.2), edge(-1.0, 0.7)];
-        let slope = associated_slope(&unit, &edges);
-        let across = [0.0, -normal[1], normal[0]];
-        let times = |x: [f64; 3]| slope.map(|row| row[0] * x[0] + row[1] * x[1] + row[2] * x[2]);
-        assert!(times(across).iter().all(|x| x.abs() < 1e-12));
-        for velocity in [[1.0, 0.0, 0.0], [0.0, normal[0], normal[1]]] {
-            let p = times(velocity);
-            let mut back = [
-                (unit.compliance + unit.slack / unit.impulse[0]) * p[0],
-                unit.compliance * p[1],
-                unit.compliance * p[2],
-            ];
-            for edge in &edges {
-                let a = [edge.reach, -edge.normal[0], -edge.normal[1]];
-                let pressed = edge.multiplier / edge.distance * (a[0] * p[0] + a[1] * p[1] + a[2] * p[2]);
-                (0..3).for_each(|r| back[r] += pressed * a[r]);
-            }
-            assert!((0..3).all(|r| (back[r] - velocity[r]).abs() < 1e-12), "{velocity:?} {back:?}");
-        }
-    }
+/// How the normal velocity of unit `c` falls with the impulse that bounds its friction; none where that is constant.
+fn normal_stiffness(units: &[Unit], c: usize) -> Option<f64> {
+    let by = &units[units[c].bounded_by?];
+    Some(units[c].row_factor * (by.slack / by.impulse[0] + by.compliance))
 }

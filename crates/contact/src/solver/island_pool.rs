@@ -50,24 +50,6 @@ impl Outcome {
         solver.bilateral_impulse.clone_from(&self.bilateral);
     }
 
-    /// For more attempts on the same island.
-    pub fn another(&self) -> Self {
-        let mut other = Self::default();
-        other.begin(self.island);
-        other
-    }
-
-    /// Takes over what other attempts gave, if it is better; in any case what they cost.
-    pub fn take_better(&mut self, mut other: Self) {
-        other.effort.add(self.effort);
-        other.restarts += self.restarts + 1;
-        if other.residual < self.residual {
-            *self = other;
-        } else {
-            (self.effort, self.restarts) = (other.effort, other.restarts);
-        }
-    }
-
     /// Forgets an earlier island.
     fn begin(&mut self, island: usize) {
         (self.island, self.residual) = (island, f64::INFINITY);

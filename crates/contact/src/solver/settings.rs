@@ -26,7 +26,7 @@ pub struct SolverSettings {
     /// Proximal iterations at most; twice as many in an island of 64 contacts or more. Default 60; at least 1.
     pub max_proximal_iterations: u32,
     /// Cold restarts before Lemke's method; in an island of 64 contacts or more at most three, the last ones with four times the
-    /// iterations, and where all three fail on contacts alone a second round of four attempts. Default 3.
+    /// iterations. Default 3.
     pub max_restarts: u32,
     /// Mode changes any path may use. Default 100.
     pub path_changes_base: u32,
