@@ -324,7 +324,7 @@ fn visit_bodies(island: &Island, columns: &[u32], mut visit: impl FnMut(usize)) 
 mod tests {
     use signorini_multibody::BlockDiagonal;
 
-    use super::super::islands::Islands;
+    use super::super::island_solver::started_on;
     use super::*;
     use crate::recovery::recover_into;
     use crate::{ContactSolution, FrictionPolygon, certify};
@@ -361,12 +361,8 @@ mod tests {
     fn later_attempts_end_in_certified_solutions() {
         for (seed, attempt) in (0..6).flat_map(|seed| [(seed, 1), (seed, 2)]) {
             let problem = heap(seed);
-            let (mut cones, mut islands, mut solver) = (Cones::default(), Islands::default(), IslandSolver::default());
-            cones.prepare(&problem);
-            islands.find(&problem);
-            islands.assemble(&problem, |_| true);
-            let [island] = islands.all() else { panic!("{} islands", islands.all().len()) };
-            solver.start(&problem, island);
+            let (cones, islands, mut solver) = started_on(&problem);
+            let island = &islands.all()[0];
             solver.run(&problem, &cones, island, &SolverSettings::default(), attempt);
             let mut solution = ContactSolution::default();
             solution.prepare(&problem);
@@ -385,12 +381,8 @@ mod tests {
     #[test]
     fn cuts_are_partitions_that_move_as_the_whole() {
         let problem = heap(7);
-        let (mut cones, mut islands, mut solver) = (Cones::default(), Islands::default(), IslandSolver::default());
-        cones.prepare(&problem);
-        islands.find(&problem);
-        islands.assemble(&problem, |_| true);
+        let (cones, islands, mut solver) = started_on(&problem);
         let island = &islands.all()[0];
-        solver.start(&problem, island);
         let mut random = Random::new(1);
         solver.impulse.iter_mut().for_each(|p| *p = [random.between(0.1, 1.0), 0.0, 0.0]);
         solver.set_weights(island, 1.0);

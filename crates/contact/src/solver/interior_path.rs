@@ -375,7 +375,7 @@ mod tests {
     use signorini_multibody::BlockDiagonal;
 
     use super::super::interior_start::InteriorLaw;
-    use super::super::islands::Islands;
+    use super::super::island_solver::started_on;
     use super::super::random::Random;
     use super::*;
     use crate::FrictionPolygon;
@@ -409,12 +409,8 @@ mod tests {
         let (mut folded, mut arrived) = (0, 0);
         for seed in 0..300 {
             let problem = tangle(seed);
-            let (mut cones, mut islands, mut solver) = (Cones::default(), Islands::default(), IslandSolver::default());
-            cones.prepare(&problem);
-            islands.find(&problem);
-            islands.assemble(&problem, |_| true);
-            let [island] = islands.all() else { panic!("{} islands", islands.all().len()) };
-            solver.start(&problem, island);
+            let (cones, islands, mut solver) = started_on(&problem);
+            let island = &islands.all()[0];
             solver.system.analyse(&problem, island);
             assert!(solver.interior_start(&problem, &cones, island, InteriorLaw::Coulomb));
             if !solver.interior.is_lagged {

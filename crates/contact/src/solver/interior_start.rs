@@ -343,7 +343,7 @@ pub(super) fn may_lag(island: &Island) -> bool {
 mod tests {
     use signorini_multibody::BlockDiagonal;
 
-    use super::super::islands::Islands;
+    use super::super::island_solver::started_on;
     use super::super::random::Random;
     use super::*;
     use crate::FrictionPolygon;
@@ -382,12 +382,8 @@ mod tests {
     fn piles_end_with_accurate_equations() {
         for seed in 0..6 {
             let problem = pile(seed);
-            let (mut cones, mut islands, mut solver) = (Cones::default(), Islands::default(), IslandSolver::default());
-            cones.prepare(&problem);
-            islands.find(&problem);
-            islands.assemble(&problem, |_| true);
-            let [island] = islands.all() else { panic!("{} islands", islands.all().len()) };
-            solver.start(&problem, island);
+            let (cones, islands, mut solver) = started_on(&problem);
+            let island = &islands.all()[0];
             solver.system.analyse(&problem, island);
             let mut interior = InteriorStart::default();
             assert!(interior.come_from_convex(&mut solver, &problem, &cones, island));

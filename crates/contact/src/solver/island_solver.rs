@@ -10,6 +10,8 @@ use super::block_sweeps::BlockSweeps;
 use super::impulse_newton::ImpulseNewton;
 use super::interior_start::InteriorStart;
 use super::island::Island;
+#[cfg(test)]
+use super::islands::Islands;
 use super::mode::{Cones, Mode};
 use super::path::Path;
 use super::sweeps::Sweeps;
@@ -333,4 +335,17 @@ pub(super) fn law_residual(cones: &Cones, i: usize, p: [f64; 3], u: [f64; 3], g:
     raise(&mut residual, g * (p[1] - q[1]).abs());
     raise(&mut residual, g * (p[2] - q[2]).abs());
     residual
+}
+
+/// A problem of one island, read and assembled, and a solver that has started on it.
+#[cfg(test)]
+pub(super) fn started_on(problem: &ContactProblem) -> (Cones, Islands, IslandSolver) {
+    let (mut cones, mut islands) = (Cones::default(), Islands::default());
+    cones.prepare(problem);
+    islands.find(problem);
+    islands.assemble(problem, |_| true);
+    let [island] = islands.all() else { panic!("{} islands", islands.all().len()) };
+    let mut solver = IslandSolver::default();
+    solver.start(problem, island);
+    (cones, islands, solver)
 }
