@@ -7,9 +7,10 @@
 //! (1992), with one factorisation for both. Eliminating all but the velocity leaves `M + Σ Jᵀ S J`, which has the blocks of the
 //! proximal system, and the number of steps hardly grows with that of the contacts.
 //!
-//! Coulomb's law is not monotone: the central path may turn back before it arrives, and then the steps become short. From there on
-//! the normal velocity is taken with De Saxcé's slip term, `u_N + s` with `s = μ max(−d·u_T)`, in the laws of the polyhedral cone and
-//! its dual, which are Coulomb's (formulation §9), and `s` lags one step behind, as in the fixed point of Cadoux (2009): every step is
+//! Coulomb's law is not monotone: the central path may turn back before it arrives, and then the steps become short. Where that is early,
+//! the path is followed [around its folds](super::interior_path) instead, from the associated law. Where it is late, or that path is lost,
+//! the normal velocity is taken with De Saxcé's slip term, `u_N + s` with `s = μ max(−d·u_T)`, in the laws of the polyhedral cone and its
+//! dual, which are Coulomb's (formulation §9), and `s` lags one step behind, as in the fixed point of Cadoux (2009): every step is
 //! then one of a convex problem, and the path goes on. What `s` still changes by ends it.
 //!
 //! Near the end a contact that slides is so close to an edge, and one that sticks so stiff, that rates found as differences of
@@ -20,7 +21,7 @@
 //!
 //! Where the path ends, most contacts are in the modes of a solution. Its impulses are never an answer: the exact iterations begin there.
 
-use super::interior_path::{Parameter, PathSteps};
+use super::interior_path::PathSteps;
 use super::interior_unit::{ROWS, UnitSystem};
 use super::island::Island;
 use super::island_solver::IslandSolver;
@@ -36,8 +37,6 @@ const TARGET: f64 = 1e-7;
 const PATH_TARGET: f64 = 1e-14;
 /// What the equations may still lack then, relative to the velocity scale.
 const FEASIBLE: f64 = 1e-4;
-/// The mean product at which a path that gets no further has arrived.
-const ENDED: f64 = 1e-9;
 /// What they may lack where a path from the associated law begins.
 const NEARLY_FEASIBLE: f64 = 1e-3;
 /// Steps end where an equation lacks so many times more than it did: the system has become too stiff for its rounding.
@@ -48,8 +47,12 @@ const FRACTION: f64 = 0.99;
 const LEAST_CENTRING: f64 = 1e-3;
 /// Steps below this length are short; two of them in a row end the path of Coulomb's law.
 const SHORT: f64 = 0.1;
-/// The mean product, relative to the first one, above which the path goes on with a lagged slip term.
-const FOLDED: f64 = 1e-6;
+/// The mean product, relative to the first one, above which a path that folds goes on with a lagged slip term ...
+pub(super) const FOLDED: f64 = 1e-6;
+/// ... and above which it is followed around its folds, which takes longer where the start is good, and much less time where it is not.
+const EARLY_FOLD: f64 = 1e-4;
+/// By how much a path opens all contacts where it does not begin at the associated law, relative to the velocity scale.
+pub(super) const OPENING: f64 = 10.0;
 /// Steps with a lagged slip term at most; after each so many of them the product must have fallen to this part.
 const LAGGED_STEPS: u32 = 400;
 const LOOK: u32 = 24;
@@ -66,11 +69,11 @@ const READING_WEIGHT: f64 = 1.0;
 /// The law that an interior start begins with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum InteriorLaw {
-    /// Coulomb's, as long as its path goes on.
+    /// Coulomb's, as long as its path goes on; where that turns back early, from the associated law, which is convex, around its folds.
     Coulomb,
-    /// From the associated law, which is convex, along the [central path](super::interior_path); if that does not arrive, with a lagged
-    /// slip term from the start.
-    Path,
+    /// Coulomb's with all contacts opened, from there around the folds; if that does not arrive, with a lagged slip term from the
+    /// start.
+    Opened,
 }
 
 /// An edge of a unit's polygon.
@@ -134,6 +137,9 @@ pub(crate) struct InteriorStart {
     pub(super) is_lagged: bool,
     /// How much of the law is Coulomb's: 1, but on the way there from the associated law.
     pub(super) share: f64,
+    /// What the normal velocities are larger by, in the part of the law that is not Coulomb's; where this is not zero, that part is
+    /// Coulomb's as well.
+    pub(super) opening: f64,
     pub(super) path: PathSteps,
 }
 
@@ -163,29 +169,41 @@ impl InteriorStart {
         island: &Island,
         law: InteriorLaw,
     ) -> bool {
-        let arrived = law == InteriorLaw::Path && self.come_from_convex(solver, problem, cones, island);
-        if !arrived {
+        let mut arrived = false;
+        if law == InteriorLaw::Coulomb {
             self.begin(solver, problem, cones, island);
-            self.is_lagged = law == InteriorLaw::Path;
-            if !self.go_on(solver, problem, cones, island) {
-                return false;
+            let Some(fold) = self.go_on(solver, problem, cones, island) else { return false };
+            arrived = fold <= FOLDED || !may_lag(island);
+            self.is_lagged = !arrived && fold <= EARLY_FOLD;
+        }
+        if !arrived && !self.is_lagged {
+            let opening = if law == InteriorLaw::Coulomb { 0.0 } else { OPENING * solver.velocity_scale };
+            arrived = self.come_along_path(solver, problem, cones, island, opening);
+            if !arrived {
+                self.begin(solver, problem, cones, island);
+                self.is_lagged = true;
             }
+        }
+        if !arrived && self.go_on(solver, problem, cones, island).is_none() {
+            return false;
         }
         self.leave(solver, problem, cones, island);
         true
     }
 
-    /// Goes to a point of the associated law's path, from there to Coulomb's law, and along its path; whether that arrives.
-    fn come_from_convex(
+    /// Goes along the [central path](super::interior_path) from a point of the associated law's, or from one of Coulomb's with the normal
+    /// velocities larger by `opening`; whether its products become as small as those of a path that does not fold early.
+    pub(super) fn come_along_path(
         &mut self,
         solver: &mut IslandSolver,
         problem: &ContactProblem,
         cones: &Cones,
         island: &Island,
+        opening: f64,
     ) -> bool {
         self.begin(solver, problem, cones, island);
         let square = solver.velocity_scale.powi(2);
-        self.share = 0.0;
+        (self.share, self.opening) = (0.0, opening);
         for _ in 0..STEPS {
             let (product, missing) = self.find_residuals(solver, problem, cones, island);
             if product <= square && missing <= NEARLY_FEASIBLE * solver.velocity_scale {
@@ -197,17 +215,19 @@ impl InteriorStart {
             let step = self.longest_step(FRACTION);
             self.advance(solver, island, step);
         }
-        let law = Parameter::Law { product: square };
-        if !self.follow(solver, (problem, cones, island), law) {
-            return false;
-        }
-        self.share = 1.0;
-        self.follow(solver, (problem, cones, island), Parameter::Product { target: PATH_TARGET * square });
-        self.find_residuals(solver, problem, cones, island).0 <= ENDED * square
+        self.follow(solver, (problem, cones, island), (square, PATH_TARGET * square));
+        self.share >= 1.0 && self.find_residuals(solver, problem, cones, island).0 <= FOLDED * square
     }
 
-    /// Goes to smaller products until they are small enough, or until the path ends; `false` if a system is singular.
-    fn go_on(&mut self, solver: &mut IslandSolver, problem: &ContactProblem, cones: &Cones, island: &Island) -> bool {
+    /// Goes to smaller products until they are small enough, or until the path ends. Returns the product where the path of Coulomb's law
+    /// folds, relative to the squared velocity scale, or zero; nothing if a system is singular.
+    pub(super) fn go_on(
+        &mut self,
+        solver: &mut IslandSolver,
+        problem: &ContactProblem,
+        cones: &Cones,
+        island: &Island,
+    ) -> Option<f64> {
         let scale = solver.velocity_scale;
         let (mut steps, mut short, mut least, mut earlier) = (0, 0, f64::INFINITY, f64::INFINITY);
         loop {
@@ -219,7 +239,7 @@ impl InteriorStart {
             }
             least = least.min(missing);
             if !self.find_direction(solver, problem, island, product, missing) {
-                return false;
+                return None;
             }
             let step = self.longest_step(FRACTION);
             self.advance(solver, island, step);
@@ -233,13 +253,10 @@ impl InteriorStart {
             }
             short = if step < SHORT { short + 1 } else { 0 };
             if short == 2 || steps == STEPS {
-                if product <= FOLDED * scale * scale || !may_lag(island) {
-                    break;
-                }
-                (self.is_lagged, steps) = (true, 0);
+                return Some(product / (scale * scale));
             }
         }
-        true
+        Some(0.0)
     }
 
     /// The direction of the next step; `false` if its system is singular.
@@ -267,12 +284,18 @@ impl InteriorStart {
     }
 
     /// The start: at the free velocity, with every product equal to the squared velocity scale over the Delassus scale.
-    fn begin(&mut self, solver: &mut IslandSolver, problem: &ContactProblem, cones: &Cones, island: &Island) {
+    pub(super) fn begin(
+        &mut self,
+        solver: &mut IslandSolver,
+        problem: &ContactProblem,
+        cones: &Cones,
+        island: &Island,
+    ) {
         solver.set_weights(island, BILATERAL_WEIGHT);
         solver.system.prepare(problem, island, &solver.bilateral_weight);
         solver.velocity.clone_from(&solver.free_velocity);
         solver.bilateral_impulse.fill(0.0);
-        (self.is_lagged, self.share) = (false, 1.0);
+        (self.is_lagged, self.share, self.opening) = (false, 1.0, 0.0);
         self.units.clear();
         self.edges.clear();
         for c in 0..island.units.len() {
@@ -386,7 +409,7 @@ mod tests {
             let island = &islands.all()[0];
             solver.system.analyse(&problem, island);
             let mut interior = InteriorStart::default();
-            assert!(interior.come_from_convex(&mut solver, &problem, &cones, island));
+            assert!(interior.come_along_path(&mut solver, &problem, &cones, island, 0.0));
             let (product, missing) = interior.find_residuals(&solver, &problem, &cones, island);
             let scale = solver.velocity_scale;
             let momentum = interior.momentum_residual.iter().fold(0.0_f64, |most, r| most.max(r.abs()));

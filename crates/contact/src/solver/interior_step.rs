@@ -46,7 +46,7 @@ impl InteriorStart {
             let (u, g) = (island.slack(c, &solver.velocity), island.scale[c]);
             let edges = &self.edges[unit.edges.0..unit.edges.1];
             if unit.has_normal {
-                unit.normal_residual = u[0] - unit.slack;
+                unit.normal_residual = u[0] - unit.slack + (1.0 - self.share) * self.opening;
                 if share < 1.0 {
                     let taken: f64 = edges.iter().map(|edge| edge.multiplier * edge.reach).sum();
                     let slip = if self.is_lagged { cones.slip_term(island.units[c] as usize, u) } else { 0.0 };
@@ -91,7 +91,11 @@ impl InteriorStart {
 
     /// How much of the law that a step is made for is Coulomb's. With a lagged slip term it is the associated one.
     fn coulomb_share(&self) -> f64 {
-        if self.is_lagged { 0.0 } else { self.share }
+        match (self.is_lagged, self.opening > 0.0) {
+            (true, _) => 0.0,
+            (false, true) => 1.0,
+            (false, false) => self.share,
+        }
     }
 
     /// Newton's direction towards products that equal `target` (in units of a squared velocity), less the corrections;

@@ -116,6 +116,14 @@ impl UnitSystem {
         }
     }
 
+    /// The sign of the determinant of the system.
+    pub fn determinant_sign(&self) -> f64 {
+        (0..self.size).fold(1.0, |sign, k| {
+            let is_swapped = usize::from(self.order[k]) != k;
+            if is_swapped != (self.lu[k * self.size + k] < 0.0) { -sign } else { sign }
+        })
+    }
+
     /// Overwrites what the unit's equations lack with the rates that make up for it: in the rows of the velocity with those of the
     /// impulse, times `g`, in the others with those of the multipliers that are near.
     pub fn solve(&self, x: &mut [f64; ROWS]) {

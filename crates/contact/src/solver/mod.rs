@@ -4,9 +4,9 @@
 //! [Newton's method in the space of impulses](impulse_newton)):
 //! 1. proximal iterations from the warm start, a few Newton steps on the modes in each, then the [path](path); a small cold
 //!    island begins with modes that [sweeps](sweeps) found, a large one that is far from its modes has an
-//!    [interior start](interior_start); a [proof](contradiction) that the gaps contradict each other ends the solve;
-//! 2. the same from a cold start with other random shifts, a few times; in a large island from the end of the
-//!    [central path](interior_path), and then twice patiently, from [block sweeps](block_sweeps), by paths that begin at the centre,
+//!    [interior start](interior_start), by the [central path](interior_path) where it needs that; a [proof](contradiction) that the gaps contradict each other ends the solve;
+//! 2. the same from a cold start with other random shifts, a few times; in a large island from the end of a
+//!    central path that begins with opened contacts, and then twice patiently, from [block sweeps](block_sweeps), by paths that begin at the centre,
 //!    and with an ε that stays near the one at which they turn back;
 //! 3. lexicographic Lemke on the standard LCP ([`signorini_lcp::Lemke`]), which ends in a solution, or in a ray where the
 //!    contacts wedge; what it leaves with a residual the proximal iterations go on from.
@@ -25,7 +25,9 @@ mod find_modes;
 mod gathering;
 mod given;
 mod impulse_newton;
+mod interior_control;
 mod interior_path;
+mod interior_series;
 mod interior_start;
 mod interior_step;
 mod interior_unit;

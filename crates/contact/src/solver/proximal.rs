@@ -69,7 +69,7 @@ impl IslandSolver {
         } else if large && attempt > 0 {
             self.analyse_system(problem, island);
             weight.begin_large();
-            self.interior_start(problem, cones, island, InteriorLaw::Path);
+            self.interior_start(problem, cones, island, InteriorLaw::Opened);
         }
         self.set_weights(island, weight.epsilon);
         let (mut best, mut last, mut slow, mut extrapolated) = (f64::INFINITY, f64::INFINITY, 0, f64::INFINITY);

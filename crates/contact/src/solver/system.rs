@@ -132,6 +132,11 @@ impl ProximalSystem {
         self.lu.factor(&self.symbolic) > 0.0
     }
 
+    /// The sign of the determinant of the matrix that was factorised last.
+    pub fn determinant_sign(&self) -> f64 {
+        self.lu.determinant_sign(&self.symbolic)
+    }
+
     /// Whether so many updates have gathered that a fresh factorisation is due.
     pub fn is_worn(&self) -> bool {
         self.updates.len() >= MAX_UPDATES

@@ -48,6 +48,22 @@ impl BlockLu {
         run_widest(Factorisation { matrix: self, symbolic })
     }
 
+    /// The sign of the determinant of the matrix that is factorised.
+    pub fn determinant_sign(&self, symbolic: &Symbolic) -> f64 {
+        let mut sign = 1.0;
+        for k in 0..symbolic.count() {
+            let (size, first) = (symbolic.size[k], symbolic.first_dof[k]);
+            let block = &self.diagonal[symbolic.diagonal[k]..symbolic.diagonal[k + 1]];
+            for r in 0..size {
+                let is_swapped = self.swaps[first + r] as usize != r;
+                if is_swapped != (block[r * size + r] < 0.0) {
+                    sign = -sign;
+                }
+            }
+        }
+        sign
+    }
+
     /// Subtracts from block column and block row `j` what the earlier positions contribute.
     #[inline(always)]
     fn apply_updates<S: Simd>(&mut self, simd: S, s: &Symbolic, j: usize) {
@@ -243,6 +259,46 @@ mod tests {
         }
         for i in 0..n {
             assert!((x[i] - wanted[i]).abs() < 1e-9, "x[{i}] = {}, not {}", x[i], wanted[i]);
+        }
+        assert_eq!(lu.determinant_sign(&symbolic), sign_by_elimination(dense, n));
+    }
+
+    /// The sign of the determinant of a matrix of `n` rows.
+    fn sign_by_elimination(mut a: Vec<f64>, n: usize) -> f64 {
+        let mut sign = 1.0;
+        for k in 0..n {
+            let pivot = (k..n).max_by(|&i, &j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs())).expect("a row");
+            if pivot != k {
+                (0..n).for_each(|c| a.swap(k * n + c, pivot * n + c));
+                sign = -sign;
+            }
+            sign *= a[k * n + k].signum();
+            for i in k + 1..n {
+                let factor = a[i * n + k] / a[k * n + k];
+                (k..n).for_each(|c| a[i * n + c] -= factor * a[k * n + c]);
+            }
+        }
+        sign
+    }
+
+    /// Every exchange of two rows of a block turns the sign, and so does every negative diagonal.
+    #[test]
+    fn signs_of_determinants_follow_exchanges() {
+        let mut symbolic = Symbolic::default();
+        symbolic.analyse(&[0, 3, 6], &[]);
+        for (diagonal, exchanged, sign) in
+            [(1.0, false, 1.0), (-1.0, false, -1.0), (1.0, true, -1.0), (-1.0, true, 1.0)]
+        {
+            let mut lu = BlockLu::default();
+            lu.clear(&symbolic);
+            for k in 0..6 {
+                let (block, r) = (k / 3, k % 3);
+                let column = if exchanged && block == 0 { [1, 0, 2][r] } else { r };
+                lu.upper[symbolic.upper_panel(block) + r * symbolic.width(block) + column] =
+                    if k == 5 { diagonal } else { 1.0 };
+            }
+            assert!(lu.factor(&symbolic) > 0.0);
+            assert_eq!(lu.determinant_sign(&symbolic), sign);
         }
     }
 
