@@ -8,7 +8,7 @@ use clap::Parser;
 use serde_json::Value;
 use signorini::contact::SolverSettings;
 use signorini::{ContactMethod, InfeasiblePolicy, Settings};
-use signorini_benchmarks::sim::{Run, drive};
+use signorini_benchmarks::sim::{Run, drive, settle};
 use signorini_benchmarks::table;
 
 /// A fraction of a body's height by which it may drop or drift and still count as standing.
@@ -49,6 +49,9 @@ struct Options {
     /// Write the run of the scene to this file, as JSON, for compare.py; exactly one scene
     #[arg(long)]
     raw: Option<PathBuf>,
+    /// Bring the scene's bodies to rest, and write it with where they lie and the length of its run to this file; exactly one scene
+    #[arg(long)]
+    settle: Option<PathBuf>,
     /// A few steps only: shows in seconds that the program works
     #[arg(long)]
     smoke: bool,
@@ -68,7 +71,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let named = |name: &str, n: &str| name == n || (!scenes.contains_key(n) && begins(name, n));
     let wanted = |name: &str| options.names.is_empty() || options.names.iter().any(|n| named(name, n));
     let chosen: Vec<(&String, &Value)> = scenes.iter().filter(|(name, _)| wanted(name)).collect();
-    if chosen.is_empty() || (options.raw.is_some() && chosen.len() != 1) {
+    if chosen.is_empty() || ((options.raw.is_some() || options.settle.is_some()) && chosen.len() != 1) {
         return Err(format!("{} scenes of {} have these names", chosen.len(), path.display()).into());
     }
     let solver = SolverSettings { accept: 0.5 * options.tolerance, ..SolverSettings::default() };
@@ -80,6 +83,13 @@ fn main() -> Result<(), Box<dyn Error>> {
         infeasible: if options.clip { InfeasiblePolicy::ClipGaps } else { InfeasiblePolicy::Stop },
         ..Settings::default()
     };
+    if let Some(out) = &options.settle {
+        let (name, scene) = chosen[0];
+        let settled = settle(name, scene, &robots, &settings)?;
+        print!("{}", settled.table());
+        std::fs::write(out, serde_json::to_string(&settled.scene)?)?;
+        return Ok(());
+    }
     let header = "scene|steps|missed|clipped|worst residual|contacts|drop um|drift um|sink um|us a step|us p99|verdict";
     let mut rows = vec![header.split('|').map(str::to_owned).collect::<Vec<_>>()];
     for (name, scene) in chosen {

@@ -22,6 +22,7 @@ pub mod problem_file;
 mod recovery;
 mod relaxation;
 mod scales;
+mod settling;
 mod solution;
 mod solver;
 mod unsupported;
@@ -48,6 +49,7 @@ pub use problem::ContactProblem;
 pub use relaxation::{
     ConvexRelaxation, RelaxationCertificate, RelaxationReport, RelaxationStatus, RelaxedSolution, certify_relaxation,
 };
+pub use settling::{SettlingEffort, SettlingSolver, SettlingStep};
 pub use solution::{ContactMode, ContactSolution};
 pub use solver::{ContactSolver, SolveReport, SolveStatus, SolverSettings, WarmStart};
 pub use unsupported::UnsupportedFriction;

@@ -124,6 +124,13 @@ impl ContactSolution {
         self.group_impulse.clone_from(&other.group_impulse);
     }
 
+    /// Multiplies the impulses of the [warm part](Self::copy_warm_part), as another Δt asks for.
+    pub fn scale_warm_part(&mut self, factor: f64) {
+        self.impulse.iter_mut().flatten().for_each(|p| *p *= factor);
+        self.group_impulse.iter_mut().flatten().for_each(|p| *p *= factor);
+        self.bilateral.iter_mut().for_each(|p| *p *= factor);
+    }
+
     /// Empties the [warm part](Self::copy_warm_part) and keeps the memory.
     pub fn clear_warm_part(&mut self) {
         self.impulse.clear();

@@ -89,6 +89,21 @@ pub enum SimulationError {
         /// What is wrong with it.
         reason: &'static str,
     },
+    /// A state that does not come to rest.
+    #[error(
+        "not at rest after {steps} steps: the kinetic energy is {kinetic_energy:.3e} J, and '{body}' moves fastest, with {speed:.3e}; what \
+         slides or rolls for ever cannot settle"
+    )]
+    NotSettled {
+        /// Steps made.
+        steps: u32,
+        /// Kinetic energy of the state reached, J.
+        kinetic_energy: f64,
+        /// The body with the largest entry of the velocity.
+        body: String,
+        /// That entry, m/s or rad/s.
+        speed: f64,
+    },
     /// The threads of a batch cannot be started.
     #[error(transparent)]
     Threads(#[from] rayon::ThreadPoolBuildError),

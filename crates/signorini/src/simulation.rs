@@ -51,11 +51,11 @@ pub enum RunEnd {
 
 /// A model with its state, input and everything needed to step.
 pub struct Simulation {
-    model: Arc<Model>,
-    settings: Settings,
+    pub(crate) model: Arc<Model>,
+    pub(crate) settings: Settings,
     pub(crate) workspace: Workspace,
     pub(crate) state: State,
-    next: State,
+    pub(crate) next: State,
     /// What acts on the model in the next step.
     pub input: Input,
     pub(crate) report: StepReport,
@@ -201,7 +201,7 @@ impl Simulation {
     }
 
     /// Refuses a start that violates the equality constraints.
-    fn check_assembly(&mut self) -> Result<(), SimulationError> {
+    pub(crate) fn check_assembly(&mut self) -> Result<(), SimulationError> {
         let tolerance = self.settings.assembly_tolerance;
         if !self.assembled && self.constraint_violation() > tolerance {
             let mut kinematics = Kinematics::new(&self.model);

@@ -103,7 +103,7 @@ pub struct Workspace {
     pub(crate) reach: BodyReach,
     pub(crate) solver: StepSolver,
     pub(crate) fixed_point: FixedPoint,
-    warm: WarmCache,
+    pub(crate) warm: WarmCache,
 }
 
 /// The second half of the impacts of a step.
@@ -322,16 +322,11 @@ pub(crate) fn step_driven(
 ) -> Result<StepReport, SimulationError> {
     let dt = settings.timestep.unwrap_or(model.timestep);
     let ws = workspace;
-    ws.fixed_point.clear();
     state.check(model)?;
-    forward_kinematics_into(model, &state.q, &state.v, &mut ws.kinematics);
-    free_motion_into(model, &ws.kinematics, state, input, dt, &mut ws.smooth)?;
-    ws.builder.take_smooth(&mut ws.smooth, dt);
-    ws.reach.start(model, &ws.kinematics, &ws.builder.problem.free_velocity, dt);
+    ws.begin(model, state, input, dt)?;
     let mut report = StepReport { unresolved_rotations: ws.smooth.unresolved_rotations, ..StepReport::default() };
     loop {
-        ws.collider.find(model, &ws.kinematics.pose, &ws.reach.reach, &mut ws.points);
-        ws.builder.build(model, state, input, &ws.kinematics, &ws.points);
+        ws.build_problem(model, state, input);
         for drive in driven {
             ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
         }
@@ -371,6 +366,28 @@ pub(crate) fn step_driven(
 }
 
 impl Workspace {
+    /// What comes before the contacts of a step: kinematics, free motion, and how far bodies can move.
+    pub(crate) fn begin(
+        &mut self,
+        model: &Model,
+        state: &State,
+        input: &Input,
+        dt: f64,
+    ) -> Result<(), SimulationError> {
+        self.fixed_point.clear();
+        forward_kinematics_into(model, &state.q, &state.v, &mut self.kinematics);
+        free_motion_into(model, &self.kinematics, state, input, dt, &mut self.smooth)?;
+        self.builder.take_smooth(&mut self.smooth, dt);
+        self.reach.start(model, &self.kinematics, &self.builder.problem.free_velocity, dt);
+        Ok(())
+    }
+
+    /// Finds the contacts within reach and builds the step's problem.
+    pub(crate) fn build_problem(&mut self, model: &Model, state: &State, input: &Input) {
+        self.collider.find(model, &self.kinematics.pose, &self.reach.reach, &mut self.points);
+        self.builder.build(model, state, input, &self.kinematics, &self.points);
+    }
+
     /// Solves the problem at hand and writes how it went to the report.
     fn solve(&mut self, settings: &Settings, report: &mut StepReport) -> Result<(), SimulationError> {
         let mut verdict = self.solve_once()?;

@@ -8,6 +8,6 @@ mod cones;
 mod groups;
 mod newton;
 
-pub(crate) use cones::ImpulseCones;
+pub(crate) use cones::{ImpulseCones, Piece};
 pub(crate) use groups::{Group, Groups};
 pub(crate) use newton::{ConeNewton, Objective};

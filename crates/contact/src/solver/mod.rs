@@ -64,8 +64,10 @@ use attempts::{Start, closely_accepted};
 use given::GivenStart;
 use island_pool::IslandPool;
 use island_solver::Effort;
-use islands::Islands;
+pub(crate) use island::Island;
+pub(crate) use islands::Islands;
 pub(crate) use mode::{Cones, Mode};
+pub(crate) use system::ProximalSystem;
 
 /// What is left in islands that nothing more is to be done about.
 const SETTLED: f64 = -1.0;

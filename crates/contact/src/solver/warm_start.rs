@@ -55,6 +55,16 @@ impl WarmStart {
         start
     }
 
+    /// The impulse of contact `i`, if it had one.
+    pub(crate) fn impulse(&self, i: usize) -> Option<[f64; 3]> {
+        self.contacts.get(i).copied().flatten().map(|(impulse, _)| impulse)
+    }
+
+    /// That of bilateral row `k`; zero if there was none.
+    pub(crate) fn bilateral_impulse(&self, k: usize) -> f64 {
+        self.bilateral.get(k).copied().unwrap_or(0.0)
+    }
+
     /// Carries the bilateral impulses over.
     pub fn set_bilateral(&mut self, impulses: &[f64]) {
         self.bilateral.clear();

@@ -1,0 +1,97 @@
+//! Scenes at rest, from scenes that are not.
+
+use std::path::Path;
+
+use cpu_time::ThreadTime;
+use serde_json::{Value, json};
+use signorini::multibody::{Kinematics, forward_kinematics_into};
+use signorini::{Settings, SettleReport, SettleSettings, Simulation, SimulationError};
+
+use super::{Scene, build};
+use crate::table;
+
+/// A scene whose bodies were brought to rest.
+pub struct Settled {
+    /// The scene with the bodies where they lie.
+    pub scene: Value,
+    report: SettleReport,
+    /// CPU time, s.
+    seconds: f64,
+    /// How far a body's centre moved at most, m.
+    moved: f64,
+    after: After,
+}
+
+/// Steps from the state of rest.
+#[derive(Default)]
+struct After {
+    /// Worst residual.
+    residual: f64,
+    /// Largest change of an entry of the configuration.
+    creep: f64,
+    /// Median CPU time of a step, µs.
+    micro: f64,
+}
+
+/// How many of them.
+const STEPS_AFTER: usize = 100;
+
+impl Settled {
+    /// How that went, for people.
+    pub fn table(&self) -> String {
+        let header = ["steps", "factorizations", "CPU s", "moved mm", "contacts", "at rest: residual", "creep", "us a step"];
+        let row = [
+            self.report.steps.to_string(),
+            self.report.factorizations.to_string(),
+            format!("{:.1}", self.seconds),
+            format!("{:.1}", 1e3 * self.moved),
+            self.report.at_rest.contacts.to_string(),
+            format!("{:.1e}", self.after.residual),
+            format!("{:.1e}", self.after.creep),
+            format!("{:.0}", self.after.micro),
+        ];
+        table::markdown(&[header.map(str::to_owned).to_vec(), row.to_vec()])
+    }
+}
+
+/// Brings the free bodies of a scene to rest.
+///
+/// # Errors
+/// What is wrong with the scene or the settings, or that it does not come to rest, as a sentence.
+pub fn settle(name: &str, scene: &Value, robots: &Path, settings: &Settings) -> Result<Settled, String> {
+    let text = |e: SimulationError| format!("{name}: {e}");
+    let Scene { model, input, .. } = build(name, scene, robots)?;
+    let mut scene = scene.clone();
+    let bodies = scene["bodies"].as_array_mut().ok_or(format!("{name}: no bodies"))?;
+    let mut simulation = Simulation::new(model, settings.clone()).map_err(text)?;
+    simulation.input = input;
+    let start = ThreadTime::now();
+    let report = simulation.settle(&SettleSettings::default()).map_err(text)?;
+    let seconds = start.elapsed().as_secs_f64();
+    let mut kinematics = Kinematics::new(simulation.model());
+    forward_kinematics_into(simulation.model(), &simulation.state().q, &simulation.state().v, &mut kinematics);
+    let mut moved = 0.0_f64;
+    for (row, pose) in bodies.iter_mut().zip(&kinematics.pose[1..]) {
+        let (p, q) = (pose.position, pose.rotation);
+        let lies = [p.x, p.y, p.z, q.w, q.x, q.y, q.z];
+        let distance = (0..3).map(|k| row[5 + k].as_f64().map_or(0.0, |x| (lies[k] - x).powi(2))).sum::<f64>();
+        moved = moved.max(distance.sqrt());
+        lies.iter().enumerate().for_each(|(k, x)| row[5 + k] = json!(x));
+    }
+    let after = stay(&mut simulation).map_err(text)?;
+    Ok(Settled { scene, report, seconds, moved, after })
+}
+
+/// Goes on with ordinary steps.
+fn stay(simulation: &mut Simulation) -> Result<After, SimulationError> {
+    let (begin, mut times, mut after) = (simulation.state().q.clone(), Vec::new(), After::default());
+    for _ in 0..STEPS_AFTER {
+        let start = ThreadTime::now();
+        after.residual = after.residual.max(simulation.step()?.certificate.worst());
+        times.push(start.elapsed().as_secs_f64() * 1e6);
+    }
+    let changes = simulation.state().q.iter().zip(&begin).map(|(a, b)| (a - b).abs());
+    after.creep = changes.fold(0.0, f64::max);
+    after.micro = table::quantile(&mut times, 0.5);
+    Ok(after)
+}

@@ -1,0 +1,277 @@
+//! Bringing a state to rest: on the way by steps that are easy to solve, at the end by Coulomb's laws.
+//!
+//! The steps of a pile that settles are the hardest there are, and what they are wanted for is often only where they end. Here the
+//! way is one of convex problems ([`SettlingSolver`]) with a large Δt, in which velocity is taken away after every step. Their state
+//! of rest is one of Coulomb's law, too, and an ordinary step with its certificate says so.
+
+use std::sync::Arc;
+
+use signorini_contact::{ProblemError, SettlingEffort, SettlingSolver, SettlingStep};
+use signorini_multibody::{Joint, Model, State, integrate_into};
+
+use crate::step::step;
+use crate::{Settings, Simulation, SimulationError, StepReport, Workspace};
+
+/// Δt of the steps over that of the simulation, where none is given.
+const LONGER: f64 = 4.0;
+/// Newton steps for an island, and those at the start, where no impulses are known.
+const NEWTON_STEPS: u32 = 20;
+const FIRST_NEWTON_STEPS: u32 = 60;
+/// Problems that are solved at a start without velocity to see whether it rests: their first ε, its fall from one to the next and its last value, and the
+/// part of the velocity that the next one of them may leave.
+const LOOKS: u32 = 16;
+const FIRST_EPSILON: f64 = 1e-3;
+const FALL: f64 = 0.1;
+const LAST_EPSILON: f64 = 1e-8;
+const SLOW: f64 = 0.5;
+/// Limits of ε; a motion begins with the largest. With a large one what gives way has to be pushed back by many steps, with a small one bounds
+/// of friction jump, because the normal impulses of redundant contacts do.
+const LARGEST_EPSILON: f64 = 1e-2;
+const SMALLEST_EPSILON: f64 = 1e-6;
+/// ε above which it falls while anything moves by more than as small a part of the velocity scale.
+const USUAL_EPSILON: f64 = 1e-4;
+/// Up to so many factorisations of an island ε falls, from so many on it rises, by a factor of two.
+const FEW: u32 = 7;
+const MANY: u32 = 12;
+/// Part of the velocity scale below which the laws are asked whether a state rests; again after this part of it, or so many steps later.
+const CALM: f64 = 1e-9;
+const CALMER: f64 = 0.1;
+const PAUSE: u32 = 40;
+/// Ordinary steps until two in a row end where they began; each takes up the rounding of the one before.
+const LAST_STEPS: u32 = 6;
+
+/// How a state is brought to rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SettleSettings {
+    /// Steps at most. Default 2000.
+    pub max_steps: u32,
+    /// Δt of these steps, s, or `None` for four times that of the simulation. What falls freely falls by `g Δt²` in a step; that
+    /// should be some percent of a body's size.
+    pub timestep: Option<f64>,
+    /// Part of its velocity that a step takes over from the one before, in [0, 1). With 0 bodies fall and slide as through honey,
+    /// with 0.9 and more they bounce and swing for long. Default 0.5.
+    pub momentum: f64,
+}
+
+impl Default for SettleSettings {
+    fn default() -> Self {
+        Self { max_steps: 2000, timestep: None, momentum: 0.5 }
+    }
+}
+
+impl SettleSettings {
+    fn validate(&self) -> Result<(), SimulationError> {
+        let check = |setting, found: f64, expected, ok: bool| {
+            if ok { Ok(()) } else { Err(SimulationError::Setting { setting, expected, found }) }
+        };
+        if let Some(dt) = self.timestep {
+            check("settle.timestep", dt, "positive and finite", dt > 0.0 && dt.is_finite())?;
+        }
+        check("settle.momentum", self.momentum, "in [0, 1)", (0.0..1.0).contains(&self.momentum))
+    }
+}
+
+/// How a state was brought to rest.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SettleReport {
+    /// Steps towards rest; 0 where the state rested.
+    pub steps: u32,
+    /// Factorisations in them.
+    pub factorizations: u64,
+    /// The ordinary step that ended with velocity zero where it began.
+    pub at_rest: StepReport,
+}
+
+impl Simulation {
+    /// Brings the state to rest: to a configuration, near the present one, from which the next step ends with velocity zero.
+    ///
+    /// The way there is no simulation. Friction is that of the step before, contacts give way a little, and velocity is taken
+    /// away ([`SettleSettings`]): bodies fall, slide and tumble until they lie. The end is exact: all velocities are zero, an ordinary
+    /// step from there ends where it began, and its [certificate](StepReport::certificate) holds within the tolerance of the
+    /// settings. The impulses of that step are the warm start of the next one. Time and input stay; the summary counts none of these steps. A
+    /// state that rests stays as it is, to the bit.
+    ///
+    /// # Errors
+    /// [`SimulationError::NotSettled`] if the steps are used up: something slides, rolls or falls for ever. The state is then the
+    /// one reached, with the velocity it has there. [`SimulationError::Setting`] for a setting out of its range;
+    /// [`SimulationError::Problem`] for friction that is no contact's sliding (joints, servos, spinning, rolling), which
+    /// these steps do not have; otherwise as for [`step`](Self::step).
+    pub fn settle(&mut self, settings: &SettleSettings) -> Result<SettleReport, SimulationError> {
+        settings.validate()?;
+        self.check_assembly()?;
+        let mut settler = Settler::new(self, settings)?;
+        let mut report = SettleReport::default();
+        if self.state.v.iter().all(|v| *v == 0.0) && settler.seems_to_rest(self)? {
+            if let Some(at_rest) = settler.certify(self)? {
+                report.at_rest = at_rest;
+                return Ok(report);
+            }
+        }
+        let mut calm = Calm::default();
+        while report.steps < settings.max_steps {
+            let epsilon = settler.epsilon;
+            settler.solve(self, SettlingEffort { epsilon, newton_steps: NEWTON_STEPS, associated: false })?;
+            report.steps += 1;
+            let [speed, slack] = settler.unrest();
+            let unrest = speed.max(slack);
+            settler.adapt(unrest);
+            settler.advance(settings.momentum);
+            if calm.asks(unrest, report.steps) && let Some(at_rest) = settler.certify(self)? {
+                (report.factorizations, report.at_rest) = (settler.factorizations, at_rest);
+                return Ok(report);
+            }
+        }
+        let time = self.state.time;
+        self.begin_at(&State { time, ..settler.state.clone() });
+        Err(self.not_settled(report.steps))
+    }
+
+    fn not_settled(&self, steps: u32) -> SimulationError {
+        let v = &self.state.v;
+        let fastest = (0..v.len()).fold(0, |a, b| if v[b].abs() > v[a].abs() { b } else { a });
+        let moves = |joint: &&Joint| joint.v_index <= fastest;
+        let body = self.model.joints.iter().filter(moves).max_by_key(|joint| joint.v_index).map(|joint| joint.body);
+        SimulationError::NotSettled {
+            steps,
+            kinetic_energy: self.energy().0,
+            body: body.map_or_else(String::new, |body| self.model.bodies[body.index()].name.clone()),
+            speed: v.get(fastest).map_or(0.0, |v| v.abs()),
+        }
+    }
+}
+
+/// When the laws are asked whether a state rests.
+#[derive(Default)]
+struct Calm {
+    asked_at: Option<(f64, u32)>,
+}
+
+impl Calm {
+    fn asks(&mut self, unrest: f64, steps: u32) -> bool {
+        let due = self.asked_at.is_none_or(|(least, step)| unrest <= CALMER * least || steps >= step + PAUSE);
+        let asks = unrest <= CALM && due;
+        if asks {
+            self.asked_at = Some((unrest, steps));
+        }
+        asks
+    }
+}
+
+/// The steps towards rest.
+struct Settler {
+    model: Arc<Model>,
+    workspace: Workspace,
+    solver: SettlingSolver,
+    step: SettlingStep,
+    state: State,
+    dt: f64,
+    epsilon: f64,
+    factorizations: u64,
+}
+
+impl Settler {
+    fn new(simulation: &Simulation, settings: &SettleSettings) -> Result<Self, SimulationError> {
+        let dt = settings.timestep.unwrap_or(LONGER * simulation.timestep());
+        let model = simulation.model.clone();
+        let workspace = Workspace::new(&model, &Settings { timestep: Some(dt), ..simulation.settings.clone() })?;
+        Ok(Self {
+            model,
+            workspace,
+            solver: SettlingSolver::default(),
+            step: SettlingStep::default(),
+            state: simulation.state.clone(),
+            dt,
+            epsilon: LARGEST_EPSILON,
+            factorizations: 0,
+        })
+    }
+
+    /// Whether impulses are found that hold the start, without going anywhere.
+    fn seems_to_rest(&mut self, simulation: &Simulation) -> Result<bool, SimulationError> {
+        let mut last = f64::INFINITY;
+        for look in 0..LOOKS {
+            let epsilon = (FIRST_EPSILON * FALL.powi(look as i32)).max(LAST_EPSILON);
+            self.solve(simulation, SettlingEffort { epsilon, newton_steps: FIRST_NEWTON_STEPS, associated: true })?;
+            let [speed, slack] = self.unrest();
+            if speed.max(slack) <= CALM * CALMER {
+                return Ok(true);
+            }
+            if look > 0 && speed > SLOW * last {
+                break;
+            }
+            last = speed;
+        }
+        Ok(false)
+    }
+
+    /// Solves the problem of a step from the present state, around the impulses of the last one.
+    fn solve(&mut self, simulation: &Simulation, effort: SettlingEffort) -> Result<(), SimulationError> {
+        let Self { model, workspace: ws, state, .. } = self;
+        state.check(model)?;
+        ws.begin(model, state, &simulation.input, self.dt)?;
+        ws.build_problem(model, state, &simulation.input);
+        let earlier = ws.warm.start_for(&ws.builder.keys, &ws.builder.group_keys);
+        let solved = self.solver.step_into(&ws.builder.problem, earlier, &state.v, effort, &mut self.step);
+        solved.map_err(ProblemError::from)?;
+        ws.warm.keep(&ws.builder.keys, &ws.builder.group_keys, &self.step.impulses);
+        self.factorizations += u64::from(self.step.factorizations);
+        Ok(())
+    }
+
+    /// The largest velocity, and by how much contacts give way, relative to the velocity scale.
+    fn unrest(&self) -> [f64; 2] {
+        let largest = |v: &[f64]| v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        let scale = self.step.velocity_scale.max(largest(&self.workspace.builder.problem.free_velocity));
+        [largest(&self.step.velocity), self.step.slack].map(|most| if most == 0.0 { 0.0 } else { most / scale })
+    }
+
+    /// Goes where the step leads, with a part of its velocity.
+    fn advance(&mut self, momentum: f64) {
+        let Self { model, state, step, .. } = self;
+        let q = state.q.clone();
+        integrate_into(model, &q, &step.velocity, self.dt, &mut state.q);
+        state.v.iter_mut().zip(&step.velocity).for_each(|(v, next)| *v = momentum * next);
+    }
+
+    /// ε of the next step.
+    fn adapt(&mut self, unrest: f64) {
+        let most = self.step.most_factorizations;
+        if most <= FEW {
+            let aim = unrest.clamp(SMALLEST_EPSILON, USUAL_EPSILON);
+            let epsilon = self.epsilon;
+            self.epsilon = if epsilon > aim { (0.5 * epsilon).max(aim) } else { (2.0 * epsilon).min(aim) };
+        } else if most > MANY {
+            self.epsilon = (2.0 * self.epsilon).min(LARGEST_EPSILON);
+        }
+    }
+
+    /// Asks Coulomb's laws: gives the simulation the present configuration without velocity, and makes ordinary steps from there
+    /// until one ends where it began. Where they do not, the simulation is as it was.
+    fn certify(&mut self, simulation: &mut Simulation) -> Result<Option<StepReport>, SimulationError> {
+        let before = simulation.state.clone();
+        let mut state = State { time: before.time, activation: before.activation.clone(), ..self.state.clone() };
+        state.v.fill(0.0);
+        simulation.begin_at(&state);
+        let mut impulses = self.step.impulses.clone();
+        impulses.scale_warm_part(simulation.timestep() / self.dt);
+        let builder = &self.workspace.builder;
+        simulation.workspace.warm.keep(&builder.keys, &builder.group_keys, &impulses);
+        let mut still = false;
+        for _ in 0..LAST_STEPS {
+            let Simulation { model, settings, workspace, state, next, input, .. } = &mut *simulation;
+            let report = step(model, state, input, settings, workspace, next)?;
+            if !report.advanced() || report.missed_tolerance {
+                break;
+            }
+            let was_still = std::mem::replace(&mut still, next.v.iter().all(|v| *v == 0.0) && next.q == state.q);
+            if still && was_still {
+                return Ok(Some(report));
+            }
+            next.time = state.time;
+            next.activation.clone_from(&state.activation);
+            std::mem::swap(state, next);
+        }
+        simulation.begin_at(&before);
+        Ok(None)
+    }
+}
