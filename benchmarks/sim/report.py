@@ -22,6 +22,8 @@ SPECIAL = {
     "S2_stack10": [("stands", "stands")], "S2_stack20": [("stands", "stands")], "S3_wall10": [("stands", "stands")],
     "S4_pile100": [("lost", "lost")], "S4_pile300": [("lost", "lost")], "S4_pile1000": [("lost", "lost")],
     "S4_pile3000": [("lost", "lost")], "S4s_pile100": [], "S4s_pile300": [], "S4s_pile1000": [], "S4s_pile3000": [],
+    "S4r_pile100": [("stands", "stands")], "S4r_pile300": [("stands", "stands")],
+    "S4r_pile1000": [("stands", "stands")], "S4r_pile3000": [("stands", "stands")],
     "S5_spheres1000": [("lost", "lost")],
     "S6_quadruped": [("height m", "height_end_m"), ("drift m", "drift_m")], "S7_humanoid": [("height m", "height_end_m")],
     "S8_cards": [("stands", "stands")], "S9_massratio": [("stands", "stands")],

@@ -8,14 +8,14 @@ use clap::Parser;
 use serde_json::Value;
 use signorini::contact::SolverSettings;
 use signorini::{ContactMethod, InfeasiblePolicy, Settings};
-use signorini_benchmarks::sim::{Run, drive, settle};
+use signorini_benchmarks::sim::{Run, Settled, drive, settle};
 use signorini_benchmarks::table;
 
 /// A fraction of a body's height by which it may drop or drift and still count as standing.
 const STANDING: f64 = 0.3;
 
 /// Scenes in which something is meant to stand.
-const STANDS: [&str; 6] = ["S1_stick", "S2", "S3", "S8", "S9", "S13"];
+const STANDS: [&str; 7] = ["S1_stick", "S2", "S3", "S4r", "S8", "S9", "S13"];
 
 /// Bricks of a bin that `--smoke` runs at most.
 const SMOKE_BRICKS: usize = 400;
@@ -49,9 +49,10 @@ struct Options {
     /// Write the run of the scene to this file, as JSON, for compare.py; exactly one scene
     #[arg(long)]
     raw: Option<PathBuf>,
-    /// Bring the scene's bodies to rest, and write it with where they lie and the length of its run to this file; exactly one scene
+    /// Bring the bodies of scenes to rest and add these scenes to the file, S4s_… as S4r_…, others with _rest behind their names;
+    /// those that it has already are left out
     #[arg(long)]
-    settle: Option<PathBuf>,
+    settle: bool,
     /// A few steps only: shows in seconds that the program works
     #[arg(long)]
     smoke: bool,
@@ -71,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let named = |name: &str, n: &str| name == n || (!scenes.contains_key(n) && begins(name, n));
     let wanted = |name: &str| options.names.is_empty() || options.names.iter().any(|n| named(name, n));
     let chosen: Vec<(&String, &Value)> = scenes.iter().filter(|(name, _)| wanted(name)).collect();
-    if chosen.is_empty() || ((options.raw.is_some() || options.settle.is_some()) && chosen.len() != 1) {
+    if chosen.is_empty() || (options.raw.is_some() && chosen.len() != 1) {
         return Err(format!("{} scenes of {} have these names", chosen.len(), path.display()).into());
     }
     let solver = SolverSettings { accept: 0.5 * options.tolerance, ..SolverSettings::default() };
@@ -83,12 +84,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         infeasible: if options.clip { InfeasiblePolicy::ClipGaps } else { InfeasiblePolicy::Stop },
         ..Settings::default()
     };
-    if let Some(out) = &options.settle {
-        let (name, scene) = chosen[0];
-        let settled = settle(name, scene, &robots, &settings)?;
-        print!("{}", settled.table());
-        std::fs::write(out, serde_json::to_string(&settled.scene)?)?;
-        return Ok(());
+    if options.settle {
+        return add_settled(&path, &file, &chosen, &robots, &settings);
     }
     let header = "scene|steps|missed|clipped|worst residual|contacts|drop um|drift um|sink um|us a step|us p99|verdict";
     let mut rows = vec![header.split('|').map(str::to_owned).collect::<Vec<_>>()];
@@ -111,6 +108,30 @@ fn main() -> Result<(), Box<dyn Error>> {
             std::fs::write(out, serde_json::to_string(&run)?)?;
         }
         rows.push(row(name, &scene, &run));
+    }
+    print!("{}", table::markdown(&rows));
+    Ok(())
+}
+
+/// Adds scenes at rest to the file, each as soon as it is found.
+fn add_settled(
+    path: &Path,
+    file: &Value,
+    chosen: &[(&String, &Value)],
+    robots: &Path,
+    settings: &Settings,
+) -> Result<(), Box<dyn Error>> {
+    let mut file = file.clone();
+    let mut rows = vec![Settled::HEADER.map(str::to_owned).to_vec()];
+    for (name, scene) in chosen {
+        let rest = name.strip_prefix("S4s_").map_or(format!("{name}_rest"), |pile| format!("S4r_{pile}"));
+        if !file[&rest].is_null() {
+            continue;
+        }
+        let settled = settle(name, scene, robots, settings)?;
+        rows.push(settled.row(&rest));
+        file[rest] = settled.scene;
+        std::fs::write(path, serde_json::to_string(&file)?)?;
     }
     print!("{}", table::markdown(&rows));
     Ok(())

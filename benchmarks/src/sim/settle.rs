@@ -12,7 +12,7 @@ use crate::table;
 
 /// A scene whose bodies were brought to rest.
 pub struct Settled {
-    /// The scene with the bodies where they lie.
+    /// The scene with the bodies where they lie, and with `rests`.
     pub scene: Value,
     report: SettleReport,
     /// CPU time, s.
@@ -37,10 +37,23 @@ struct After {
 const STEPS_AFTER: usize = 100;
 
 impl Settled {
+    /// What [`row`](Self::row) says.
+    pub const HEADER: [&str; 9] = [
+        "scene",
+        "steps",
+        "factorizations",
+        "CPU s",
+        "moved mm",
+        "contacts",
+        "at rest: residual",
+        "creep",
+        "us a step",
+    ];
+
     /// How that went, for people.
-    pub fn table(&self) -> String {
-        let header = ["steps", "factorizations", "CPU s", "moved mm", "contacts", "at rest: residual", "creep", "us a step"];
-        let row = [
+    pub fn row(&self, name: &str) -> Vec<String> {
+        vec![
+            name.to_owned(),
             self.report.steps.to_string(),
             self.report.factorizations.to_string(),
             format!("{:.1}", self.seconds),
@@ -49,8 +62,7 @@ impl Settled {
             format!("{:.1e}", self.after.residual),
             format!("{:.1e}", self.after.creep),
             format!("{:.0}", self.after.micro),
-        ];
-        table::markdown(&[header.map(str::to_owned).to_vec(), row.to_vec()])
+        ]
     }
 }
 
@@ -78,6 +90,8 @@ pub fn settle(name: &str, scene: &Value, robots: &Path, settings: &Settings) -> 
         moved = moved.max(distance.sqrt());
         lies.iter().enumerate().for_each(|(k, x)| row[5 + k] = json!(x));
     }
+    scene["rests"] = json!(true);
+    scene["what"] = json!(format!("{}, brought to rest exactly", scene["what"].as_str().unwrap_or(name)));
     let after = stay(&mut simulation).map_err(text)?;
     Ok(Settled { scene, report, seconds, moved, after })
 }

@@ -17,12 +17,13 @@ const LONGER: f64 = 4.0;
 /// Newton steps for an island, and those at the start, where no impulses are known.
 const NEWTON_STEPS: u32 = 20;
 const FIRST_NEWTON_STEPS: u32 = 60;
-/// Problems that are solved at a start without velocity to see whether it rests: their first ε, its fall from one to the next and its last value, and the
-/// part of the velocity that the next one of them may leave.
+/// Problems that are solved at a start without velocity to see whether it rests: their first ε, its fall from one to the next and its
+/// least value, that of the last ones, which take away what rounding leaves with a small one, and the part of the velocity that each of them may leave.
 const LOOKS: u32 = 16;
 const FIRST_EPSILON: f64 = 1e-3;
 const FALL: f64 = 0.1;
-const LAST_EPSILON: f64 = 1e-8;
+const LEAST_EPSILON: f64 = 1e-8;
+const LAST_EPSILON: f64 = 1e-4;
 const SLOW: f64 = 0.5;
 /// Limits of ε; a motion begins with the largest. With a large one what gives way has to be pushed back by many steps, with a small one bounds
 /// of friction jump, because the normal impulses of redundant contacts do.
@@ -34,9 +35,12 @@ const USUAL_EPSILON: f64 = 1e-4;
 const FEW: u32 = 7;
 const MANY: u32 = 12;
 /// Part of the velocity scale below which the laws are asked whether a state rests; again after this part of it, or so many steps later.
-const CALM: f64 = 1e-9;
+const CALM: f64 = 1e-10;
 const CALMER: f64 = 0.1;
 const PAUSE: u32 = 40;
+/// Steps after which speeds are compared, and the momentum of so many steps where they have not fallen to the part [`SLOW`].
+const WHILE: u32 = 30;
+const FREER: f64 = 0.9;
 /// Ordinary steps until two in a row end where they began; each takes up the rounding of the one before.
 const LAST_STEPS: u32 = 6;
 
@@ -107,7 +111,7 @@ impl Simulation {
                 return Ok(report);
             }
         }
-        let mut calm = Calm::default();
+        let (mut calm, mut patience) = (Calm::default(), Patience::default());
         while report.steps < settings.max_steps {
             let epsilon = settler.epsilon;
             settler.solve(self, SettlingEffort { epsilon, newton_steps: NEWTON_STEPS, associated: false })?;
@@ -115,8 +119,10 @@ impl Simulation {
             let [speed, slack] = settler.unrest();
             let unrest = speed.max(slack);
             settler.adapt(unrest);
-            settler.advance(settings.momentum);
-            if calm.asks(unrest, report.steps) && let Some(at_rest) = settler.certify(self)? {
+            settler.advance(patience.momentum(speed, report.steps, settings.momentum));
+            if calm.asks(unrest, report.steps)
+                && let Some(at_rest) = settler.certify(self)?
+            {
                 (report.factorizations, report.at_rest) = (settler.factorizations, at_rest);
                 return Ok(report);
             }
@@ -157,6 +163,27 @@ impl Calm {
     }
 }
 
+/// How much velocity is taken away: less for a while where nothing has become slower, so that what slides far does it sooner.
+#[derive(Default)]
+struct Patience {
+    /// The least speed of the last [`WHILE`] steps and of those before them.
+    least: f64,
+    earlier: f64,
+    is_slow: bool,
+}
+
+impl Patience {
+    fn momentum(&mut self, speed: f64, steps: u32, usual: f64) -> f64 {
+        if steps % WHILE == 1 {
+            self.is_slow = steps > WHILE && self.least > SLOW * self.earlier;
+            self.earlier = if steps == 1 { f64::INFINITY } else { self.least };
+            self.least = f64::INFINITY;
+        }
+        self.least = self.least.min(speed);
+        if self.is_slow { usual.max(FREER) } else { usual }
+    }
+}
+
 /// The steps towards rest.
 struct Settler {
     model: Arc<Model>,
@@ -188,20 +215,19 @@ impl Settler {
 
     /// Whether impulses are found that hold the start, without going anywhere.
     fn seems_to_rest(&mut self, simulation: &Simulation) -> Result<bool, SimulationError> {
-        let mut last = f64::INFINITY;
+        let (mut last, mut is_near) = (f64::INFINITY, false);
         for look in 0..LOOKS {
-            let epsilon = (FIRST_EPSILON * FALL.powi(look as i32)).max(LAST_EPSILON);
+            let falling = (FIRST_EPSILON * FALL.powi(look as i32)).max(LEAST_EPSILON);
+            let epsilon = if is_near { LAST_EPSILON } else { falling };
             self.solve(simulation, SettlingEffort { epsilon, newton_steps: FIRST_NEWTON_STEPS, associated: true })?;
             let [speed, slack] = self.unrest();
-            if speed.max(slack) <= CALM * CALMER {
-                return Ok(true);
-            }
             if look > 0 && speed > SLOW * last {
                 break;
             }
+            is_near |= speed.max(slack) <= CALM;
             last = speed;
         }
-        Ok(false)
+        Ok(is_near)
     }
 
     /// Solves the problem of a step from the present state, around the impulses of the last one.

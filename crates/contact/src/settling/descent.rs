@@ -114,7 +114,8 @@ impl Descent {
         for ((p, center), rho) in self.impulse.iter().zip(&self.center).zip(&self.weight) {
             most = (0..3).map(|r| (p[r] - center[r]).abs() / rho).fold(most, f64::max);
         }
-        for ((p, center), rho) in self.bilateral_impulse.iter().zip(&self.bilateral_center).zip(&self.bilateral_weight) {
+        for ((p, center), rho) in self.bilateral_impulse.iter().zip(&self.bilateral_center).zip(&self.bilateral_weight)
+        {
             most = most.max((p - center).abs() / rho);
         }
         most

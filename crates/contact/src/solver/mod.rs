@@ -62,9 +62,9 @@ use crate::certificate::{Certificate, Scales, Scratch, certify_afresh, certify_w
 use crate::{ContactProblem, ContactSolution, FrictionBound, ProblemError};
 use attempts::{Start, closely_accepted};
 use given::GivenStart;
+pub(crate) use island::Island;
 use island_pool::IslandPool;
 use island_solver::Effort;
-pub(crate) use island::Island;
 pub(crate) use islands::Islands;
 pub(crate) use mode::{Cones, Mode};
 pub(crate) use system::ProximalSystem;

@@ -23,6 +23,7 @@ mod polygons;
 mod random_cases;
 mod reference;
 mod relaxation;
+mod settling;
 mod shared_problems;
 mod threads;
 mod uniqueness;

@@ -23,6 +23,7 @@ mod recertify;
 mod restitution;
 mod scenes;
 mod sensors;
+mod settling;
 mod sleeping;
 mod snapshot;
 mod stacking;
