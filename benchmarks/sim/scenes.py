@@ -3,6 +3,7 @@
     build/peers/venv/bin/python benchmarks/sim/scenes.py OUT.json [--settle] [--robots FOLDER]
 
 `--settle` also makes the piles at rest (S4s): the boxes of S4 after 4 s in PyBullet, their velocities set to zero.
+The piles that rest exactly (S4r) come from these by `sim S4s_pile100 S4s_pile300 … --settle`.
 `--robots` writes the quadruped and the humanoid, taken from the packages example-robot-data and dm_control, as model files.
 
 SI units, z up; body frames in the centre of mass with principal axes. A body is `[kind, three half-sizes, mass, position, quaternion

@@ -10,7 +10,7 @@ use signorini_contact::{ProblemError, SettlingEffort, SettlingSolver, SettlingSt
 use signorini_multibody::{Joint, Model, State, integrate_into};
 
 use crate::step::step;
-use crate::{Settings, Simulation, SimulationError, StepReport, Workspace};
+use crate::{FrictionLaw, Settings, Simulation, SimulationError, StepReport, Workspace};
 
 /// Δt of the steps over that of the simulation, where none is given.
 const LONGER: f64 = 4.0;
@@ -34,13 +34,17 @@ const USUAL_EPSILON: f64 = 1e-4;
 /// Up to so many factorisations of an island ε falls, from so many on it rises, by a factor of two.
 const FEW: u32 = 7;
 const MANY: u32 = 12;
-/// Part of the velocity scale below which the laws are asked whether a state rests; again after this part of it, or so many steps later.
+/// Part of the velocity scale below which the laws are asked whether a state rests, and the steps until they are asked again; above the
+/// first part and below the second one only when so many steps have not brought less.
+const STILL: f64 = 1e-13;
+const SHORT_PAUSE: u32 = 8;
 const CALM: f64 = 1e-10;
-const CALMER: f64 = 0.1;
-const PAUSE: u32 = 40;
-/// Steps after which speeds are compared, and the momentum of so many steps where they have not fallen to the part [`SLOW`].
+const PAUSE: u32 = 30;
+/// Steps after which speeds are compared, and the part of what is usual that is taken away in so many steps where they have not fallen to
+/// the part [`SLOW`], once or twice as a power.
 const WHILE: u32 = 30;
-const FREER: f64 = 0.9;
+const FREER: f64 = 0.2;
+const FREEST: i32 = 2;
 /// Ordinary steps until two in a row end where they began; each takes up the rounding of the one before.
 const LAST_STEPS: u32 = 6;
 
@@ -93,15 +97,20 @@ impl Simulation {
     /// away ([`SettleSettings`]): bodies fall, slide and tumble until they lie. The end is exact: all velocities are zero, an ordinary
     /// step from there ends where it began, and its [certificate](StepReport::certificate) holds within the tolerance of the
     /// settings. The impulses of that step are the warm start of the next one. Time and input stay; the summary counts none of these steps. A
-    /// state that rests stays as it is, to the bit.
+    /// state that rests stays where it is, to rounding.
     ///
     /// # Errors
     /// [`SimulationError::NotSettled`] if the steps are used up: something slides, rolls or falls for ever. The state is then the
-    /// one reached, with the velocity it has there. [`SimulationError::Setting`] for a setting out of its range;
+    /// one reached, with the velocity it has there. [`SimulationError::Setting`] for a setting out of its range,
+    /// [`SimulationError::Incompatible`] with the circular cone;
     /// [`SimulationError::Problem`] for friction that is no contact's sliding (joints, servos, spinning, rolling), which
     /// these steps do not have; otherwise as for [`step`](Self::step).
     pub fn settle(&mut self, settings: &SettleSettings) -> Result<SettleReport, SimulationError> {
         settings.validate()?;
+        if self.settings.friction_law == FrictionLaw::Circular {
+            let reason = "steps with the circular cone end with velocities of rounding, never at rest";
+            return Err(SimulationError::Incompatible { settings: ["friction_law", "settle"], reason });
+        }
         self.check_assembly()?;
         let mut settler = Settler::new(self, settings)?;
         let mut report = SettleReport::default();
@@ -147,17 +156,29 @@ impl Simulation {
 }
 
 /// When the laws are asked whether a state rests.
-#[derive(Default)]
 struct Calm {
-    asked_at: Option<(f64, u32)>,
+    /// The least unrest so far, but for the last factor of two, and the step it was met in.
+    least: f64,
+    met_at: u32,
+    asked_at: u32,
+}
+
+impl Default for Calm {
+    fn default() -> Self {
+        Self { least: f64::INFINITY, met_at: 0, asked_at: 0 }
+    }
 }
 
 impl Calm {
+    /// Where nothing moves beyond rounding, or where unrest is small and falls no longer.
     fn asks(&mut self, unrest: f64, steps: u32) -> bool {
-        let due = self.asked_at.is_none_or(|(least, step)| unrest <= CALMER * least || steps >= step + PAUSE);
-        let asks = unrest <= CALM && due;
+        if unrest < 0.5 * self.least {
+            (self.least, self.met_at) = (unrest, steps);
+        }
+        let is_lasting = unrest <= CALM && steps >= self.met_at.max(self.asked_at) + PAUSE;
+        let asks = is_lasting || (unrest <= STILL && steps >= self.asked_at + SHORT_PAUSE);
         if asks {
-            self.asked_at = Some((unrest, steps));
+            self.asked_at = steps;
         }
         asks
     }
@@ -169,18 +190,20 @@ struct Patience {
     /// The least speed of the last [`WHILE`] steps and of those before them.
     least: f64,
     earlier: f64,
-    is_slow: bool,
+    /// How many times in a row it was more than a part of the latter.
+    slow: i32,
 }
 
 impl Patience {
     fn momentum(&mut self, speed: f64, steps: u32, usual: f64) -> f64 {
         if steps % WHILE == 1 {
-            self.is_slow = steps > WHILE && self.least > SLOW * self.earlier;
+            let is_slow = steps > WHILE && self.least > SLOW * self.earlier;
+            self.slow = if is_slow { (self.slow + 1).min(FREEST) } else { 0 };
             self.earlier = if steps == 1 { f64::INFINITY } else { self.least };
             self.least = f64::INFINITY;
         }
         self.least = self.least.min(speed);
-        if self.is_slow { usual.max(FREER) } else { usual }
+        1.0 - (1.0 - usual) * FREER.powi(self.slow)
     }
 }
 

@@ -3,7 +3,7 @@
 use signorini::contact::ContactMode;
 use signorini::multibody::glam::{DMat3, DQuat, DVec3};
 use signorini::multibody::{BodyId, Geometry, Inertia, Joint, JointKind, Pose};
-use signorini::{Settings, SettleSettings, Simulation, SimulationError};
+use signorini::{FrictionLaw, Settings, SettleSettings, Simulation, SimulationError};
 
 use crate::support::{G, Random, World, bits, body_poses, largest_move, position, run_certified, set_velocity};
 
@@ -135,6 +135,10 @@ fn what_the_steps_do_not_have_is_refused() {
     let mut simulation = world.simulation(Settings::default());
     let error = simulation.settle(&SettleSettings::default()).unwrap_err();
     assert!(matches!(error, SimulationError::Problem(_)) && error.to_string().contains("friction groups"), "{error}");
+    let circular = Settings { friction_law: FrictionLaw::Circular, ..Settings::default() };
+    let mut simulation = Simulation::new(on_a_slope(0.5).model().clone(), circular).unwrap();
+    let error = simulation.settle(&SettleSettings::default()).unwrap_err();
+    assert!(matches!(error, SimulationError::Incompatible { .. }), "{error}");
     for (settings, setting) in [
         (SettleSettings { momentum: 1.0, ..SettleSettings::default() }, "settle.momentum"),
         (SettleSettings { timestep: Some(0.0), ..SettleSettings::default() }, "settle.timestep"),
