@@ -41,9 +41,10 @@ const SHORT_PAUSE: u32 = 8;
 const CALM: f64 = 1e-10;
 const PAUSE: u32 = 30;
 /// Steps after which speeds are compared, and the part of what is usual that is taken away in so many steps where they have not fallen to
-/// the part [`SLOW`], once or twice as a power.
+/// the part [`SLOW`], squared where they have not for the second time; below that part of the velocity scale nothing slides far.
 const WHILE: u32 = 30;
 const FREER: f64 = 0.2;
+const MOVING: f64 = 1e-6;
 const FREEST: i32 = 2;
 /// Ordinary steps until two in a row end where they began; each takes up the rounding of the one before.
 const LAST_STEPS: u32 = 6;
@@ -84,7 +85,7 @@ impl SettleSettings {
 pub struct SettleReport {
     /// Steps towards rest; 0 where the state rested.
     pub steps: u32,
-    /// Factorisations in them.
+    /// Factorisations in them, and in the look whether the state rested; 0 where it did.
     pub factorizations: u64,
     /// The ordinary step that ended with velocity zero where it began.
     pub at_rest: StepReport,
@@ -114,11 +115,12 @@ impl Simulation {
         self.check_assembly()?;
         let mut settler = Settler::new(self, settings)?;
         let mut report = SettleReport::default();
-        if self.state.v.iter().all(|v| *v == 0.0) && settler.seems_to_rest(self)? {
-            if let Some(at_rest) = settler.certify(self)? {
-                report.at_rest = at_rest;
-                return Ok(report);
-            }
+        if self.state.v.iter().all(|v| *v == 0.0)
+            && settler.seems_to_rest(self)?
+            && let Some(at_rest) = settler.certify(self)?
+        {
+            report.at_rest = at_rest;
+            return Ok(report);
         }
         let (mut calm, mut patience) = (Calm::default(), Patience::default());
         while report.steps < settings.max_steps {
@@ -197,7 +199,7 @@ struct Patience {
 impl Patience {
     fn momentum(&mut self, speed: f64, steps: u32, usual: f64) -> f64 {
         if steps % WHILE == 1 {
-            let is_slow = steps > WHILE && self.least > SLOW * self.earlier;
+            let is_slow = steps > WHILE && self.least > (SLOW * self.earlier).max(MOVING);
             self.slow = if is_slow { (self.slow + 1).min(FREEST) } else { 0 };
             self.earlier = if steps == 1 { f64::INFINITY } else { self.least };
             self.least = f64::INFINITY;
@@ -295,7 +297,7 @@ impl Settler {
     }
 
     /// Asks Coulomb's laws: gives the simulation the present configuration without velocity, and makes ordinary steps from there
-    /// until one ends where it began. Where they do not, the simulation is as it was.
+    /// until two in a row end where they began. Where they do not, the simulation is as it was.
     fn certify(&mut self, simulation: &mut Simulation) -> Result<Option<StepReport>, SimulationError> {
         let before = simulation.state.clone();
         let mut state = State { time: before.time, activation: before.activation.clone(), ..self.state.clone() };
