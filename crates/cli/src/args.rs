@@ -114,6 +114,10 @@ pub struct StartArguments {
     /// A free joint takes x,y,z,qw,qx,qy,qz or just x,y,z. Quaternions are normalised. Can be given several times.
     #[arg(long = "set", value_name = "NAME.q=VALUES", value_parser = crate::assignment::parse)]
     pub assignments: Vec<crate::assignment::Assignment>,
+    /// Bring this state to rest first: bodies fall, slide and tumble until they lie. The way there is no simulation and leaves the
+    /// time as it is; at its end an ordinary step certifies that they rest.
+    #[arg(long)]
+    pub settle: bool,
 }
 
 /// How steps are made.

@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use signorini::multibody::Model;
 use signorini::recording::ModelSource;
-use signorini::{Settings, Simulation};
+use signorini::{Settings, SettleSettings, Simulation};
 use signorini_formats::{FormatError, ImportReport, LoadOptions, load, load_mjcf_str};
 use signorini_replay::{model_source, read_model_source};
 
 use crate::args::{ModelArguments, StartArguments};
 use crate::error::CliError;
-use crate::scene;
+use crate::{scene, text};
 
 /// A model with where it comes from.
 #[derive(Debug)]
@@ -83,6 +83,10 @@ pub fn start(loaded: &Loaded, start: &StartArguments, settings: Settings) -> Res
     if violation > simulation.settings().assembly_tolerance {
         let left = simulation.assemble()?;
         eprintln!("note: the start violated equality constraints by up to {violation:.1e}; it was moved to {left:.1e}");
+    }
+    if start.settle {
+        let report = simulation.settle(&SettleSettings::default())?;
+        eprintln!("note: {}", text::settled(&report));
     }
     Ok(simulation)
 }

@@ -23,6 +23,7 @@ const EXAMPLE: &str = "\
 Examples:
   signorini simulate
   signorini simulate robot.xml --duration 5 --keyframe home --report robot.html
+  signorini simulate pile.xml --settle --duration 1
   signorini simulate robot.xml --friction-law circular --impulses least-norm
   signorini simulate ball.xml --set ball.q=0,0,1 --set ball.v=1,0,0,0,0,0 --record ball.rec --json";
 

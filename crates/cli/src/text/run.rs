@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use signorini::Simulation;
 use signorini::multibody::GeomId;
+use signorini::{SettleReport, Simulation};
 
 use super::{bodies, count, import, laws, number};
 use crate::commands::export::Exported;
@@ -55,6 +55,16 @@ pub fn run(result: &RunResult) -> String {
         out.push_str(&stopped(contradiction));
     }
     out
+}
+
+/// How a start was brought to rest.
+pub fn settled(report: &SettleReport) -> String {
+    let way = match report.steps {
+        0 => "the start rests".into(),
+        steps => format!("the start was brought to rest in {}", count(u64::from(steps), "step")),
+    };
+    let (contacts, worst) = (count(report.at_rest.contacts as u64, "contact"), report.at_rest.certificate.worst());
+    format!("{way}: {contacts}, worst residual {worst:.1e}")
 }
 
 /// What a start with shapes inside each other leads to, after the first step.

@@ -3,7 +3,7 @@
 use signorini_npz::ArchiveWriter;
 
 use crate::problems::{lcp, sliding_point};
-use crate::support::{BALL, Folder};
+use crate::support::{BALL, BOX, Folder};
 
 #[test]
 fn bad_models_are_refused_with_file_and_line() {
@@ -41,6 +41,19 @@ fn unknown_names_are_answered_with_the_known_ones() {
     run(&["--report", "nowhere/run.html"]).exits(1).complains(&["nowhere/run.html"]);
     folder.run(&["export", "ball.xml", "--time", "-1", "--out", "p.npz"]).exits(64);
     folder.run(&["export", "ball.xml", "--time=-1", "--out", "p.npz"]).exits(1).complains(&["--time", "0 s"]);
+}
+
+/// A cube cannot rest where gravity is tilted beyond its friction, nor with the law that does not end at rest.
+#[test]
+fn what_cannot_settle_is_an_error() {
+    let folder = Folder::new("not_settled");
+    folder.write("slope.xml", &BOX.replace("gravity=\"0 0 -10\"", "gravity=\"6 0 -8\""));
+    let run = |words: &[&str]| folder.run(&[&["simulate", "slope.xml", "--settle"], words].concat());
+    let failed =
+        run(&["--report", "run.html", "--json"]).exits(1).complains(&["not at rest after 2000 steps", "'cube'"]);
+    assert!(failed.json()["error"].as_str().expect("an error").contains("not at rest"));
+    assert!(!folder.path("run.html").exists());
+    run(&["--friction-law", "circular"]).exits(64).complains(&["friction_law", "settle"]);
 }
 
 #[test]

@@ -162,3 +162,30 @@ fn without_a_model_a_house_of_cards_stands() {
         assert_eq!(frame.expect("a frame").status, StepStatus::Solved);
     }
 }
+
+/// A tilted cube falls from a height and then rests on a face; the run does not move it any more.
+#[test]
+fn settle_starts_a_run_at_rest() {
+    let folder = Folder::new("settle");
+    folder.write("box.xml", BOX);
+    let tilted = "--set=cube.q=0,0,0.5,0.96,0.2,0.1,0.05";
+    let words = ["simulate", "box.xml", tilted, "--settle", "--duration", "0.1", "--record", "run.rec", "--json"];
+    let done =
+        folder.run(&words).exits(0).complains(&["note: the start was brought to rest in ", " steps: 4 contacts"]);
+    assert_eq!(done.stderr.lines().count(), 1, "{}", done.stderr);
+    let (_, residual) = done.stderr.trim_end().rsplit_once("worst residual ").expect("a residual");
+    assert!(residual.parse::<f64>().expect("a number") <= 1e-9);
+    let run = done.json();
+    assert_eq!((&run["steps"], number(&run, "/time/start")), (&20.into(), 0.0));
+    assert_eq!(number(&run, "/energy/start"), number(&run, "/energy/end"));
+    assert_near(number(&run, "/energy/end"), 1.0, 1e-12);
+    let mut recording = Reader::open(folder.path("run.rec")).expect("a recording");
+    let [first, last] = [0, 20].map(|k| recording.frame(k).expect("a frame"));
+    assert!(last.v.iter().all(|v| *v == 0.0) && first.q == last.q, "{:?}", last.v);
+    assert_near(last.q[2], 0.1, 1e-13);
+
+    let lies = ["simulate", "box.xml", "--settle", "--duration", "0.1"];
+    folder.run(&lies).exits(0).complains(&["note: the start rests: 4 contacts, worst residual "]);
+    let export = ["export", "box.xml", tilted, "--settle", "--time", "0", "--out", "rest.npz", "--json"];
+    assert_eq!(folder.run(&export).exits(0).json()["contacts"], 4);
+}
