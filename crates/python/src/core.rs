@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use signorini::multibody::{ContactPoint, Input, Kinematics, Model, State, forward_kinematics_into};
 use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
-    Settings, SimulationError, StepReport, Workspace, frame_into, last_frame_into, recording_header, sensors_into,
-    step, step_solution_into,
+    Settings, SettleReport, SettleSettings, Simulation, SimulationError, StepReport, Workspace, frame_into,
+    last_frame_into, recording_header, sensors_into, step, step_solution_into,
 };
 
 use crate::recording::Sink;
@@ -141,6 +141,24 @@ impl Core {
         self.stepped = true;
         self.previewed = Some(state.clone());
         workspace.set_warm_start(&warm)
+    }
+
+    /// Brings the state to rest and solves the step from there. Where it does not come to rest, the state is the one reached; after
+    /// another error nothing has changed.
+    pub fn settle(&mut self, settings: &SettleSettings) -> Result<SettleReport, SimulationError> {
+        let mut simulation = Simulation::new(self.model.clone(), self.settings.clone())?;
+        simulation.set_state(&self.state)?;
+        simulation.input.clone_from(&self.input);
+        let settled = simulation.settle(settings);
+        if matches!(settled, Ok(_) | Err(SimulationError::NotSettled { .. })) {
+            self.state.clone_from(simulation.state());
+            self.forget();
+            self.update_kinematics();
+        }
+        let report = settled?;
+        self.workspace.set_warm_start(&simulation.workspace().warm_start())?;
+        self.preview()?;
+        Ok(report)
     }
 
     /// Numbers of all sensors at the beginning of the step in the workspace, `[sensor_size]`; zeros where there is none.

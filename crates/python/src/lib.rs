@@ -50,9 +50,9 @@ mod _core {
     #[pymodule_export]
     use crate::recording::{Recording, RecordingCheck};
     #[pymodule_export]
-    use crate::report::{Certificate, StepReport};
+    use crate::report::{Certificate, SettleReport, StepReport};
     #[pymodule_export]
-    use crate::stepping::{forward, kinematics, step};
+    use crate::stepping::{forward, kinematics, settle, step};
     #[pymodule_export]
     use crate::viewer::Viewer;
     #[allow(unused_imports)]

@@ -140,6 +140,35 @@ impl StepReport {
     }
 }
 
+/// How a state was brought to rest.
+#[pyclass(frozen, get_all, module = "signorini")]
+pub struct SettleReport {
+    /// Steps towards rest; 0 where the state rested.
+    steps: u32,
+    /// Factorisations in them; 0 where the state rested.
+    factorizations: u64,
+    /// The ordinary step that ended with velocity zero where it began.
+    at_rest: StepReport,
+}
+
+impl SettleReport {
+    pub fn new(report: &signorini::SettleReport) -> Self {
+        Self { steps: report.steps, factorizations: report.factorizations, at_rest: StepReport::new(&report.at_rest) }
+    }
+}
+
+#[pymethods]
+impl SettleReport {
+    fn __repr__(&self) -> String {
+        let StepReport { contacts, certificate, .. } = &self.at_rest;
+        let worst = certificate.0.worst();
+        format!(
+            "<signorini.SettleReport {} steps: at rest on {contacts} contacts, worst residual {worst:.1e}>",
+            self.steps
+        )
+    }
+}
+
 /// The contacts that a status blames.
 pub fn contacts_of(status: &SolveStatus) -> &[usize] {
     match status {

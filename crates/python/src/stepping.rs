@@ -2,14 +2,14 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use signorini::ContactSource;
 use signorini::multibody::{self as mb, GeomId};
+use signorini::{ContactSource, SettleSettings, SimulationError};
 
 use crate::core::{Core, Stop};
 use crate::data::Data;
 use crate::error::{SolveError, recording_error, simulation_error};
 use crate::model::Model;
-use crate::report::{contacts_of, name_of};
+use crate::report::{SettleReport, contacts_of, name_of};
 
 /// Checks that a data belongs to a model.
 pub fn check_model(model: &Bound<'_, Model>, data: &Bound<'_, Data>) -> PyResult<()> {
@@ -116,6 +116,32 @@ fn describe(model: &mb::Model, source: ContactSource) -> String {
             format!("{} limit of tendon '{}'", side(upper), model.tendons[tendon.index()].name)
         }
     }
+}
+
+/// Brings the state to rest; the GIL is released meanwhile.
+#[pyfunction]
+#[pyo3(signature = (model, data, *, max_steps=2000, timestep=None, momentum=0.5))]
+pub fn settle(
+    py: Python<'_>,
+    model: &Bound<'_, Model>,
+    data: &Bound<'_, Data>,
+    max_steps: u32,
+    timestep: Option<f64>,
+    momentum: f64,
+) -> PyResult<SettleReport> {
+    check_model(model, data)?;
+    let data = data.get();
+    let mut guard = data.loaded(py)?;
+    let core = &mut *guard;
+    let settled = py.detach(|| core.settle(&SettleSettings { max_steps, timestep, momentum }));
+    if matches!(settled, Ok(_) | Err(SimulationError::NotSettled { .. })) {
+        data.live.write(py, |live| {
+            live.state(core);
+            live.kinematics(core);
+            live.acceleration(&core.other.v, &core.state.v, core.timestep());
+        })?;
+    }
+    Ok(SettleReport::new(&settled.map_err(simulation_error)?))
 }
 
 /// Solves the step from the present state without making it.

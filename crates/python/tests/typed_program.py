@@ -76,6 +76,14 @@ def stepping(model: Model) -> Data:
     return data
 
 
+def settling() -> None:
+    model = Model.from_string(TEXT.replace('<joint name="hinge" axis="0 1 0" range="-90 90"/>', "").split("<actuator>")[0] + "</mujoco>")
+    data = Data(model)
+    data.qpos[2] = 0.3
+    settled: signorini.SettleReport = signorini.settle(model, data, max_steps=500, momentum=0.4)
+    assert settled.steps > 0 and settled.factorizations > 0 and settled.at_rest.contacts == 4 and not data.qvel.any()
+
+
 def solving(model: Model, data: Data) -> None:
     problem: signorini.ContactProblem = data.problem()
     solution: signorini.ContactSolution = problem.solve("structured")
@@ -134,6 +142,7 @@ def failing(model: Model, data: Data) -> None:
 def main() -> None:
     model = models()
     data = stepping(model)
+    settling()
     solving(model, data)
     many(model)
     with tempfile.TemporaryDirectory() as folder:

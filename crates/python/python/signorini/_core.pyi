@@ -34,6 +34,7 @@ __all__ = [
     "Model",
     "Recording",
     "RecordingCheck",
+    "SettleReport",
     "StepReport",
     "Viewer",
     "__version__",
@@ -47,6 +48,7 @@ __all__ = [
     "lcp_methods",
     "linearize",
     "mass_matrix",
+    "settle",
     "solve_lcp",
     "step",
 ]
@@ -747,6 +749,20 @@ class StepReport:
         """How often contacts were found anew because a body moved farther than expected."""
 
 @final
+class SettleReport:
+    """How :func:`settle` brought a state to rest."""
+
+    @property
+    def steps(self) -> int:
+        """Steps towards rest; 0 where the state rested."""
+    @property
+    def factorizations(self) -> int:
+        """Factorisations in them; 0 where the state rested."""
+    @property
+    def at_rest(self) -> StepReport:
+        """The ordinary step that ended with velocity zero where it began."""
+
+@final
 class ContactProblem:
     """The contact problem of one step as plain data.
 
@@ -1153,6 +1169,33 @@ def step(model: Model, data: Data, nstep: int = 1) -> None:
     Raises:
         SolveError: a step's contact problem has no solution; the state is the one before that step.
         StateError: qpos, qvel, act, ctrl or qfrc_applied is not finite, or a quaternion is not of unit length.
+    """
+
+def settle(
+    model: Model, data: Data, *, max_steps: int = 2000, timestep: Optional[float] = None, momentum: float = 0.5
+) -> SettleReport:
+    """Brings the state to rest: to a configuration, near the present one, from which steps end with velocity zero.
+
+    The way there is no simulation: bodies fall, slide and tumble, by steps in which contacts give way a little and velocity is taken
+    away. The end is exact: ``qvel`` is zero, and an ordinary step, certified within the tolerance of the settings, ends where it began.
+    A state that rests stays where it is. Time, activations and input stay; ``data.steps`` counts none of these steps, and a recorder does
+    not see them. ``contact``, ``certificate``, ``problem()`` and ``solution()`` are then those of the step from the state of rest,
+    which has not been made, and the next step starts warm from it. The GIL is released meanwhile; Ctrl-C waits for the end.
+
+    Args:
+        max_steps: steps at most.
+        timestep: Δt of these steps, s; ``None`` takes four times that of the simulation. What falls freely falls by g Δt² in a step;
+            that should be some percent of a body's size.
+        momentum: part of its velocity that a step takes over from the one before, in [0, 1). With 0 bodies fall and slide as through
+            honey, with 0.9 and more they bounce and swing for long.
+
+    Raises:
+        SolveError: the steps are used up, with status "not_settled": something slides, rolls or falls for ever. The state is the one
+            reached, with the velocity it has there.
+        SettingError: an argument is out of its range.
+        ProblemError: the settings have the circular cone, the model has friction that is no contact's sliding (joints, servos,
+            spinning, rolling), or the start violates equality constraints.
+        StateError: as in :func:`step`.
     """
 
 def forward(model: Model, data: Data) -> None:
