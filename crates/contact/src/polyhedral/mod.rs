@@ -6,8 +6,10 @@
 
 mod cones;
 mod groups;
+mod line_search;
 mod newton;
 
 pub(crate) use cones::{ImpulseCones, Piece};
 pub(crate) use groups::{Group, Groups};
+pub(crate) use line_search::step_length;
 pub(crate) use newton::{ConeNewton, Objective};

@@ -3,6 +3,7 @@
 use signorini_lcp::linalg::Lu;
 
 use super::cones::Piece;
+use super::line_search::step_length;
 use super::{Group, ImpulseCones};
 use crate::ContactProblem;
 use crate::vector::dot;
@@ -13,10 +14,6 @@ const MAX_STEPS: u32 = 200;
 const PATIENCE: u32 = 4;
 /// How many times the smallest decrement is near it.
 const NEAR: f64 = 1e8;
-/// The line search ends where the slope has fallen to this fraction.
-const SLOPE: f64 = 0.05;
-/// Evaluations of one line search at most.
-const MAX_EVALUATIONS: u32 = 40;
 
 /// The function
 ///
@@ -211,8 +208,7 @@ impl ConeNewton {
         decrement
     }
 
-    /// A step along the direction after which the slope of `F` has nearly vanished: the whole one if it does, else a root of
-    /// the slope, which grows monotonically, by the Illinois method.
+    /// The part of the step along the direction after which the slope of `F` has nearly vanished.
     fn step_length(&mut self, f: &Objective, x: &[f64]) -> f64 {
         self.change.clear();
         self.change.extend(f.group.contacts.iter().map(|&i| f.problem.jacobian.multiply(i as usize, &self.direction)));
@@ -240,26 +236,7 @@ impl ConeNewton {
             }
             sum
         };
-        let (mut low, mut high) = ((0.0, slope(0.0)), (1.0, slope(1.0)));
-        let target = SLOPE * low.1.abs();
-        if high.1 <= target || low.1 >= 0.0 {
-            return 1.0;
-        }
-        let mut last = 0.0_f64;
-        for _ in 0..MAX_EVALUATIONS {
-            let t = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
-            let s = slope(t);
-            if s.abs() <= target {
-                return t;
-            }
-            let (moved, kept) = if s < 0.0 { (&mut low, &mut high) } else { (&mut high, &mut low) };
-            *moved = (t, s);
-            if s * last > 0.0 {
-                kept.1 *= 0.5;
-            }
-            last = s;
-        }
-        low.0
+        step_length(slope)
     }
 }
 

@@ -6,13 +6,9 @@
 use super::SettlingEffort;
 use super::law::{BothCones, Law, LawPiece};
 use crate::ContactProblem;
+use crate::polyhedral::step_length;
 use crate::solver::{Island, ProximalSystem, WarmStart};
 use crate::vector::dot;
-
-/// The line search ends where the slope has fallen to this part.
-const SLOPE: f64 = 0.05;
-/// Evaluations of one line search at most.
-const EVALUATIONS: u32 = 30;
 
 /// The iterate on an island.
 #[derive(Clone, Debug, Default)]
@@ -149,8 +145,7 @@ impl Descent {
         }
     }
 
-    /// A part of the step after which the slope of the function along it has nearly vanished: all of it if it does, else a root of
-    /// the slope, which grows monotonically, by the Illinois method.
+    /// The part of the step after which the slope of the function along it has nearly vanished.
     fn step_length(&mut self, problem: &ContactProblem, island: &Island, cones: BothCones) -> f64 {
         self.change.clear();
         self.change.extend((0..island.units.len()).map(|c| island.jacobian.multiply(c, &self.step)));
@@ -177,25 +172,6 @@ impl Descent {
             }
             sum
         };
-        let (mut low, mut high) = ((0.0, slope(0.0)), (1.0, slope(1.0)));
-        let target = SLOPE * low.1.abs();
-        if high.1 <= target || low.1 >= 0.0 {
-            return 1.0;
-        }
-        let mut last = 0.0_f64;
-        for _ in 0..EVALUATIONS {
-            let t = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
-            let s = slope(t);
-            if s.abs() <= target {
-                return t;
-            }
-            let (moved, kept) = if s < 0.0 { (&mut low, &mut high) } else { (&mut high, &mut low) };
-            *moved = (t, s);
-            if s * last > 0.0 {
-                kept.1 *= 0.5;
-            }
-            last = s;
-        }
-        low.0
+        step_length(slope)
     }
 }
