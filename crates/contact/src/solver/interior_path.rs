@@ -95,7 +95,8 @@ pub(super) struct PathSteps {
     /// Where the last step along the path began, and an earlier place that was closer to it.
     last: Place,
     close: Place,
-    work: Vec<f64>,
+    /// What the bilateral rows lack at the present point.
+    bilateral_residual: Vec<f64>,
 }
 
 impl InteriorStart {
@@ -168,7 +169,7 @@ impl InteriorStart {
                 Move::Correct { part, along } => {
                     path.step.set(part, &path.correction);
                     path.step.add(part * along, &path.tangent);
-                    self.take_step(solver, island, &path.step, part);
+                    self.take_step(solver, island, path, part);
                     product = self.move_parameter(parameter, product, path.step.parameter);
                 }
                 Move::Advance { ahead, closest } => {
@@ -176,10 +177,8 @@ impl InteriorStart {
                     if closest {
                         path.close.clone_from(&path.last);
                     }
-                    let PathSteps { correction, tangent, direction, series, step, work, .. } = path;
-                    work.clone_from(&self.bilateral_residual);
+                    let PathSteps { correction, tangent, direction, series, step, .. } = path;
                     series.find(self, solver, (problem, island), parameter, (direction, tangent, correction), ahead);
-                    self.bilateral_residual.clone_from(work);
                     let accurate = series.accurate_length(ahead.length, parameter.skipped());
                     let end = series.length_to(self.way_to_end(parameter, product), accurate);
                     control.is_landing = end.is_some();
@@ -187,14 +186,15 @@ impl InteriorStart {
                     control.note(length / ahead.length);
                     series.sum(length, step);
                     series.find_direction((ahead.along, tangent), length, parameter.skipped(), direction);
-                    self.take_step(solver, island, step, length / ahead.length);
-                    product = self.move_parameter(parameter, product, step.parameter);
-                    if product <= ended && step.parameter > -LITTLE {
+                    self.take_step(solver, island, path, length / ahead.length);
+                    product = self.move_parameter(parameter, product, path.step.parameter);
+                    if product <= ended && path.step.parameter > -LITTLE {
                         return LegEnd::Arrived;
                     }
                 }
                 Move::Land => {
-                    self.take_step(solver, island, &path.correction, 1.0);
+                    path.step.clone_from(&path.correction);
+                    self.take_step(solver, island, path, 1.0);
                     return LegEnd::Passed;
                 }
             }
@@ -202,8 +202,8 @@ impl InteriorStart {
         LegEnd::Lost
     }
 
-    /// Finds the step to the path and the rates along it at the present point; returns the part of that step that keeps all numbers
-    /// positive, or nothing if the system is singular.
+    /// Finds the step to the path and the rates along it at the present point, and leaves no residuals; returns the part of that step
+    /// that keeps all numbers positive, or nothing if the system is singular.
     fn look_around(
         &mut self,
         solver: &mut IslandSolver,
@@ -221,7 +221,8 @@ impl InteriorStart {
         self.find_rates(solver, problem, island, product, REFINEMENTS);
         path.correction.take(self, 0.0);
         let boundary = self.longest_step(FRACTION);
-        self.find_tangent(solver, problem, island, product, parameter, &mut path.work);
+        path.bilateral_residual.clone_from(&self.bilateral_residual);
+        self.find_tangent(solver, problem, island, product, parameter);
         path.tangent.take(self, 1.0);
         Some(boundary)
     }
@@ -253,10 +254,11 @@ impl InteriorStart {
         }
     }
 
-    /// Moves by a step that makes up for a part of what the bilateral rows lack.
-    fn take_step(&mut self, solver: &mut IslandSolver, island: &Island, step: &Rates, part: f64) {
-        step.give(self);
-        self.bilateral_residual.iter_mut().for_each(|r| *r *= part);
+    /// Moves by the step at hand, which makes up for a part of what the bilateral rows lack.
+    fn take_step(&mut self, solver: &mut IslandSolver, island: &Island, path: &PathSteps, part: f64) {
+        path.step.give(self);
+        self.bilateral_residual.clear();
+        self.bilateral_residual.extend(path.bilateral_residual.iter().map(|r| part * r));
         self.advance(solver, island, 1.0);
     }
 
@@ -268,11 +270,7 @@ impl InteriorStart {
         island: &Island,
         product: f64,
         parameter: Parameter,
-        work: &mut Vec<f64>,
     ) {
-        work.clear();
-        work.extend_from_slice(&self.momentum_residual);
-        work.extend_from_slice(&self.bilateral_residual);
         self.momentum_residual.fill(0.0);
         self.bilateral_residual.fill(0.0);
         for (unit, g) in self.units.iter_mut().zip(&island.scale) {
@@ -291,9 +289,6 @@ impl InteriorStart {
             }
         }
         self.find_rates(solver, problem, island, product, REFINEMENTS);
-        let (momentum, bilateral) = work.split_at(self.momentum_residual.len());
-        self.momentum_residual.copy_from_slice(momentum);
-        self.bilateral_residual.copy_from_slice(bilateral);
     }
 
     /// Keeps the present place as the last one.

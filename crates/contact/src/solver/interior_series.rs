@@ -113,7 +113,8 @@ pub(super) struct Series {
 }
 
 impl Series {
-    /// Finds the coefficients at the present point, whose system is factorised and whose residuals are overwritten by zero.
+    /// Finds the coefficients at the present point, whose system is factorised. Momentum and bilateral rows have no residuals, as a
+    /// tangent leaves them.
     ///
     /// - `direction`: the direction of the path there, of length 1 in relative numbers
     /// - `tangent`, `correction`: the rates for one unit of the parameter, and those of Newton's step to the path
@@ -129,8 +130,6 @@ impl Series {
         let [first, ..] = &mut self.orders;
         first.set(ahead.along + ahead.correction / ahead.length, tangent);
         first.add(1.0 / ahead.length, correction);
-        interior.momentum_residual.fill(0.0);
-        interior.bilateral_residual.fill(0.0);
         for n in 2..=ORDER {
             let (known, rest) = self.orders.split_at_mut(n - 1);
             interior.take_products(known, parameter);

@@ -33,11 +33,11 @@ const STEPS: u32 = 50;
 /// The mean product at which the steps end, relative to the first one. Further steps would save changes of modes that take less time
 /// than they.
 const TARGET: f64 = 1e-7;
-/// The same of a path from the associated law.
+/// The same of a path around folds.
 const PATH_TARGET: f64 = 1e-14;
 /// What the equations may still lack then, relative to the velocity scale.
 const FEASIBLE: f64 = 1e-4;
-/// What they may lack where a path from the associated law begins.
+/// What they may lack where such a path begins.
 const NEARLY_FEASIBLE: f64 = 1e-3;
 /// Steps end where an equation lacks so many times more than it did: the system has become too stiff for its rounding.
 const ROUNDED: f64 = 10.0;

@@ -80,7 +80,7 @@ fn series_continue_the_path() {
             interior.look_around(&mut solver, data, parameter, square, &mut path).expect("a regular system");
             let part = interior_part(&path.correction);
             path.step.set(part, &path.correction);
-            interior.take_step(&mut solver, island, &path.step, part);
+            interior.take_step(&mut solver, island, &path, part);
         }
         let mut errors = Vec::new();
         interior.look_around(&mut solver, data, parameter, square, &mut path).expect("a regular system");
