@@ -40,6 +40,8 @@ const FRACTION: f64 = 0.9;
 const ENDED: f64 = 1e-9;
 const MOST_CORRECTORS: u32 = 2;
 const LITTLE: f64 = 0.1;
+/// Places kept to go back to.
+const PLACES: usize = 8;
 /// What a step leaves of the product at least.
 const LEAST_CHANGE: f64 = 0.02;
 
@@ -80,6 +82,8 @@ struct Place {
     share: f64,
     /// The direction in which the path came there.
     direction: Vec<f64>,
+    /// Whether it is very close to the path.
+    is_closest: bool,
 }
 
 /// Memory of the steps along a path.
@@ -92,9 +96,9 @@ pub(super) struct PathSteps {
     direction: Vec<f64>,
     series: Series,
     step: Rates,
-    /// Where the last step along the path began, and an earlier place that was closer to it.
-    last: Place,
-    close: Place,
+    /// Where the last steps along the path began, the latest at the end, and how many of these places are.
+    places: Vec<Place>,
+    place_count: usize,
     /// What the bilateral rows lack at the present point.
     bilateral_residual: Vec<f64>,
 }
@@ -139,7 +143,7 @@ impl InteriorStart {
         let ended = ENDED * solver.velocity_scale * solver.velocity_scale;
         let mut control = Control::new();
         path.direction.clear();
-        path.close.units.clear();
+        path.place_count = 0;
         for _ in 0..STEPS {
             match parameter {
                 Parameter::Law { .. } if self.share < 0.0 => return LegEnd::Lost,
@@ -158,10 +162,9 @@ impl InteriorStart {
                     if product <= ended {
                         return LegEnd::Arrived;
                     }
-                    if path.direction.is_empty() {
-                        return LegEnd::Lost;
-                    }
-                    product = self.restore(solver, path, closer);
+                    let Some(place) = path.take_place(closer) else { return LegEnd::Lost };
+                    product = self.restore(solver, &path.places[place]);
+                    path.direction.clone_from(&path.places[place].direction);
                 }
                 Move::Correct { .. } if product <= ended && control.correctors > MOST_CORRECTORS => {
                     return LegEnd::Arrived;
@@ -173,10 +176,7 @@ impl InteriorStart {
                     product = self.move_parameter(parameter, product, path.step.parameter);
                 }
                 Move::Advance { ahead, closest } => {
-                    self.keep(solver, product, path);
-                    if closest {
-                        path.close.clone_from(&path.last);
-                    }
+                    self.keep(solver, product, path, closest);
                     let PathSteps { correction, tangent, direction, series, step, .. } = path;
                     series.find(self, solver, (problem, island), parameter, (direction, tangent, correction), ahead);
                     let accurate = series.accurate_length(ahead.length, parameter.skipped());
@@ -292,23 +292,17 @@ impl InteriorStart {
     }
 
     /// Keeps the present place as the last one.
-    fn keep(&self, solver: &IslandSolver, product: f64, path: &mut PathSteps) {
-        let place = &mut path.last;
+    fn keep(&self, solver: &IslandSolver, product: f64, path: &mut PathSteps, is_closest: bool) {
+        let place = path.new_place();
         place.units.clone_from(&self.units);
         place.edges.clone_from(&self.edges);
         place.velocity.clone_from(&solver.velocity);
         place.bilateral_impulse.clone_from(&solver.bilateral_impulse);
-        place.direction.clone_from(&path.direction);
-        (place.product, place.share) = (product, self.share);
+        (place.product, place.share, place.is_closest) = (product, self.share, is_closest);
     }
 
-    /// Goes back to the last place, or to the closer one if there is one; returns its product.
-    fn restore(&mut self, solver: &mut IslandSolver, path: &mut PathSteps, closer: bool) -> f64 {
-        if closer && !path.close.units.is_empty() {
-            path.last.clone_from(&path.close);
-        }
-        let place = &path.last;
-        path.direction.clone_from(&place.direction);
+    /// Goes back to a place; returns its product.
+    fn restore(&mut self, solver: &mut IslandSolver, place: &Place) -> f64 {
         self.units.clone_from(&place.units);
         self.edges.clone_from(&place.edges);
         self.units.iter_mut().for_each(|unit| unit.correction = 0.0);
@@ -317,6 +311,32 @@ impl InteriorStart {
         solver.bilateral_impulse.clone_from(&place.bilateral_impulse);
         self.share = place.share;
         place.product
+    }
+}
+
+impl PathSteps {
+    /// The place where a step is about to begin, in the direction at hand; the oldest is forgotten where there are many.
+    fn new_place(&mut self) -> &mut Place {
+        if self.place_count == PLACES {
+            self.places.rotate_left(1);
+            self.place_count -= 1;
+        }
+        if self.place_count == self.places.len() {
+            self.places.push(Place::default());
+        }
+        let place = &mut self.places[self.place_count];
+        place.direction.clone_from(&self.direction);
+        self.place_count += 1;
+        place
+    }
+
+    /// The last place, or the last very close one, if there is one. It is no longer among the places: where no step can be made from
+    /// it, the next one to go back to is an earlier one.
+    fn take_place(&mut self, closer: bool) -> Option<usize> {
+        let places = &self.places[..self.place_count];
+        let closest = places.iter().rposition(|place| place.is_closest).filter(|_| closer);
+        self.place_count = closest.or(places.len().checked_sub(1))?;
+        Some(self.place_count)
     }
 }
 

@@ -57,7 +57,7 @@ fn paths_arrive_around_their_folds() {
         either += u32::from(ends.contains(&true));
     }
     let most = |count: u32, part: f64| f64::from(count) >= part * f64::from(folded);
-    let enough = most(either, 0.9) && arrived.into_iter().all(|count| most(count, 0.5));
+    let enough = most(either, 0.97) && arrived.into_iter().all(|count| most(count, 0.5));
     assert!(folded >= 20 && enough, "{arrived:?}, {either} of {folded}");
 }
 
