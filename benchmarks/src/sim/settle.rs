@@ -1,11 +1,13 @@
 //! Scenes at rest, from scenes that are not.
 
+use std::ops::ControlFlow;
 use std::path::Path;
+use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
 use signorini::multibody::{Kinematics, forward_kinematics_into};
-use signorini::{Settings, SettleReport, SettleSettings, Simulation, SimulationError};
+use signorini::{Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError};
 
 use super::{Scene, build};
 use crate::table;
@@ -35,6 +37,9 @@ struct After {
 
 /// How many of them.
 const STEPS_AFTER: usize = 100;
+
+/// CPU time between two words of how far it is.
+const EVERY: Duration = Duration::from_secs(10);
 
 impl Settled {
     /// What [`row`](Self::row) says.
@@ -78,7 +83,20 @@ pub fn settle(name: &str, scene: &Value, robots: &Path, settings: &Settings) -> 
     let mut simulation = Simulation::new(model, settings.clone()).map_err(text)?;
     simulation.input = input;
     let start = ThreadTime::now();
-    let report = simulation.settle(&SettleSettings::default()).map_err(text)?;
+    let mut told = start.elapsed();
+    let tell = |progress: &SettleProgress| {
+        let now = start.elapsed();
+        if now >= told + EVERY {
+            let SettleProgress { steps, factorizations, speed, slack } = progress;
+            eprintln!(
+                "{name}: {:.0} s, {steps} steps, {factorizations} factorizations, speed {speed:.1e}, slack {slack:.1e} of the scale",
+                now.as_secs_f64()
+            );
+            told = now;
+        }
+        ControlFlow::Continue(())
+    };
+    let report = simulation.settle_while(&SettleSettings::default(), tell).map_err(text)?;
     let seconds = start.elapsed().as_secs_f64();
     let mut kinematics = Kinematics::new(simulation.model());
     forward_kinematics_into(simulation.model(), &simulation.state().q, &simulation.state().v, &mut kinematics);

@@ -1,5 +1,6 @@
 //! From arguments to a simulation that is ready to step.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -11,7 +12,7 @@ use signorini_replay::{model_source, read_model_source};
 
 use crate::args::{ModelArguments, StartArguments};
 use crate::error::CliError;
-use crate::{scene, text};
+use crate::{output, scene, text};
 
 /// A model with where it comes from.
 #[derive(Debug)]
@@ -85,7 +86,14 @@ pub fn start(loaded: &Loaded, start: &StartArguments, settings: Settings) -> Res
         eprintln!("note: the start violated equality constraints by up to {violation:.1e}; it was moved to {left:.1e}");
     }
     if start.settle {
-        let report = simulation.settle(&SettleSettings::default())?;
+        let spinner = output::spinner();
+        let report = simulation.settle_while(&SettleSettings::default(), |progress| {
+            spinner.set_message(text::settling(progress));
+            spinner.tick();
+            ControlFlow::Continue(())
+        });
+        spinner.finish_and_clear();
+        let report = report?;
         eprintln!("note: {}", text::settled(&report));
     }
     Ok(simulation)

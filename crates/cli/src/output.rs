@@ -52,3 +52,8 @@ pub fn progress(length: u64, unit: &str) -> ProgressBar {
     let style = ProgressStyle::with_template(&template).expect("the template is well-formed");
     ProgressBar::new(length).with_style(style)
 }
+
+/// A line for work whose length is not known, drawn only where a terminal watches; its message says how far it is.
+pub fn spinner() -> ProgressBar {
+    if std::io::stderr().is_terminal() { ProgressBar::new_spinner() } else { ProgressBar::hidden() }
+}

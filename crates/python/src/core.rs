@@ -1,13 +1,14 @@
 //! What a `Data` holds on the Rust side: a state and everything needed to step it, free of Python.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use signorini::multibody::{ContactPoint, Input, Kinematics, Model, State, forward_kinematics_into};
 use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
-    Settings, SettleReport, SettleSettings, Simulation, SimulationError, StepReport, Workspace, frame_into,
-    last_frame_into, recording_header, sensors_into, step, step_solution_into,
+    Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError, StepReport, Workspace,
+    frame_into, last_frame_into, recording_header, sensors_into, step, step_solution_into,
 };
 
 use crate::recording::Sink;
@@ -145,11 +146,15 @@ impl Core {
 
     /// Brings the state to rest and solves the step from there. Where it does not come to rest, the state is the one reached; after
     /// another error nothing has changed.
-    pub fn settle(&mut self, settings: &SettleSettings) -> Result<SettleReport, SimulationError> {
+    pub fn settle(
+        &mut self,
+        settings: &SettleSettings,
+        goes_on: impl FnMut(&SettleProgress) -> ControlFlow<()>,
+    ) -> Result<SettleReport, SimulationError> {
         let mut simulation = Simulation::new(self.model.clone(), self.settings.clone())?;
         simulation.set_state(&self.state)?;
         simulation.input.clone_from(&self.input);
-        let settled = simulation.settle(settings);
+        let settled = simulation.settle_while(settings, goes_on);
         if matches!(settled, Ok(_) | Err(SimulationError::NotSettled { .. })) {
             self.state.clone_from(simulation.state());
             self.forget();

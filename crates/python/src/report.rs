@@ -147,13 +147,16 @@ pub struct SettleReport {
     steps: u32,
     /// Factorisations in them; 0 where the state rested.
     factorizations: u64,
-    /// The ordinary step that ended with velocity zero where it began.
+    /// The ordinary step that ended where it began.
     at_rest: StepReport,
+    /// Largest entry of the velocity after it, m/s or rad/s: zero, or rounding where springs or servos hold a load.
+    speed: f64,
 }
 
 impl SettleReport {
     pub fn new(report: &signorini::SettleReport) -> Self {
-        Self { steps: report.steps, factorizations: report.factorizations, at_rest: StepReport::new(&report.at_rest) }
+        let signorini::SettleReport { steps, factorizations, ref at_rest, speed } = *report;
+        Self { steps, factorizations, at_rest: StepReport::new(at_rest), speed }
     }
 }
 

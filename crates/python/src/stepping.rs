@@ -1,5 +1,7 @@
 //! The functions that move a `Data`.
 
+use std::ops::ControlFlow;
+
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use signorini::multibody::{self as mb, GeomId};
@@ -118,7 +120,7 @@ fn describe(model: &mb::Model, source: ContactSource) -> String {
     }
 }
 
-/// Brings the state to rest; the GIL is released meanwhile.
+/// Brings the state to rest; the GIL is released meanwhile, and signals are looked for after every step.
 #[pyfunction]
 #[pyo3(signature = (model, data, *, max_steps=2000, timestep=None, momentum=0.5))]
 pub fn settle(
@@ -133,7 +135,13 @@ pub fn settle(
     let data = data.get();
     let mut guard = data.loaded(py)?;
     let core = &mut *guard;
-    let settled = py.detach(|| core.settle(&SettleSettings { max_steps, timestep, momentum }));
+    let mut signal = Ok(());
+    let settled = py.detach(|| {
+        core.settle(&SettleSettings { max_steps, timestep, momentum }, |_| {
+            signal = Python::attach(|py| py.check_signals());
+            if signal.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+        })
+    });
     if matches!(settled, Ok(_) | Err(SimulationError::NotSettled { .. })) {
         data.live.write(py, |live| {
             live.state(core);
@@ -141,6 +149,7 @@ pub fn settle(
             live.acceleration(&core.other.v, &core.state.v, core.timestep());
         })?;
     }
+    signal?;
     Ok(SettleReport::new(&settled.map_err(simulation_error)?))
 }
 

@@ -1,5 +1,9 @@
 """States that are brought to rest."""
 
+import os
+import signal
+import threading
+
 import numpy as np
 import pytest
 
@@ -19,6 +23,7 @@ def test_a_box_falls_and_rests_exactly():
     report = signorini.settle(model, data)
     assert report.steps > 10 and report.factorizations > 10
     assert report.at_rest.status == "solved" and report.at_rest.certificate.holds(1e-9) and report.at_rest.contacts == 4
+    assert report.speed == 0
     assert repr(report).startswith(f"<signorini.SettleReport {report.steps} steps: at rest on 4 contacts")
     # A face of the box lies on the floor, which carries its weight.
     assert qpos[2] == pytest.approx(0.1, abs=1e-12) and np.all(qvel == 0)
@@ -72,3 +77,11 @@ def test_arguments_are_checked(ball, argument, message):
 def test_the_circular_cone_is_refused(ball):
     with pytest.raises(signorini.ProblemError, match="friction_law and settle"):
         signorini.settle(ball, signorini.Data(ball, signorini.Settings(friction_law="circular")))
+
+
+def test_a_signal_ends_it(slope):
+    data = signorini.Data(slope)
+    with pytest.raises(KeyboardInterrupt):
+        threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT)).start()
+        signorini.settle(slope, data, max_steps=2**32 - 1)
+    assert data.qpos[0] > 0.001 and data.qvel[0] > 0 and data.steps == 0

@@ -81,7 +81,7 @@ def settling() -> None:
     data = Data(model)
     data.qpos[2] = 0.3
     settled: signorini.SettleReport = signorini.settle(model, data, max_steps=500, momentum=0.4)
-    assert settled.steps > 0 and settled.factorizations > 0 and settled.at_rest.contacts == 4 and not data.qvel.any()
+    assert settled.steps > 0 and settled.factorizations > 0 and settled.at_rest.contacts == 4 and settled.speed == 0.0 and not data.qvel.any()
 
 
 def solving(model: Model, data: Data) -> None:

@@ -91,8 +91,8 @@ pub enum SimulationError {
     },
     /// A state that does not come to rest.
     #[error(
-        "not at rest after {steps} steps: the kinetic energy is {kinetic_energy:.3e} J, and '{body}' moves fastest, with {speed:.3e}; what \
-         slides or rolls for ever cannot settle"
+        "not at rest after {steps} steps: the kinetic energy is {kinetic_energy:.3e} J, and '{body}' moves fastest, with {speed:.3e}; \
+         what settles slowly needs more steps (from the state reached one can go on), what slides or rolls for ever never does"
     )]
     NotSettled {
         /// Steps made.

@@ -67,7 +67,7 @@ pub use recertify::{Recertifier, StepCheck, StepFault};
 pub use recorder::{frame_into, last_frame_into, recording_header, step_solution_into};
 pub use sensors::{contact_wrenches_into, sensors_into};
 pub use settings::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, RestitutionLaw, Settings};
-pub use settle::{SettleReport, SettleSettings};
+pub use settle::{SettleProgress, SettleReport, SettleSettings};
 pub use simulation::{RunEnd, Simulation, Summary};
 pub use snapshot::Snapshot;
 pub use solver::CertifiedLaw;

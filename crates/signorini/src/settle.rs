@@ -4,6 +4,7 @@
 //! way is one of convex problems ([`SettlingSolver`]) with a large Δt, in which velocity is taken away after every step. Their state
 //! of rest is one of Coulomb's law, too, and an ordinary step with its certificate says so.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use signorini_contact::{ProblemError, SettlingEffort, SettlingSolver, SettlingStep};
@@ -48,6 +49,9 @@ const MOVING: f64 = 1e-6;
 const FREEST: i32 = 2;
 /// Ordinary steps until two in a row end where they began; each takes up the rounding of the one before.
 const LAST_STEPS: u32 = 6;
+/// Part of the velocity scale that is rounding. Forces that depend on the configuration, of springs and servos, cancel others up to
+/// that.
+const ROUNDING: f64 = 1e-12;
 
 /// How a state is brought to rest.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,26 +91,55 @@ pub struct SettleReport {
     pub steps: u32,
     /// Factorisations in them, and in the look whether the state rested; 0 where it did.
     pub factorizations: u64,
-    /// The ordinary step that ended with velocity zero where it began.
+    /// The ordinary step that ended where it began.
     pub at_rest: StepReport,
+    /// The largest entry of the velocity after it, m/s or rad/s: zero, or rounding of at most 1e-12 of the velocity scale where springs
+    /// or servos hold a load.
+    pub speed: f64,
+}
+
+/// How far a state is from rest; see [`Simulation::settle_while`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SettleProgress {
+    /// Steps made; 0 while it is looked whether the start rests.
+    pub steps: u32,
+    /// Factorisations made.
+    pub factorizations: u64,
+    /// The largest entry of the last step's velocity, relative to the velocity scale.
+    pub speed: f64,
+    /// By how much contacts gave way in it, relative to the velocity scale.
+    pub slack: f64,
 }
 
 impl Simulation {
     /// Brings the state to rest: to a configuration, near the present one, from which the next step ends with velocity zero.
     ///
     /// The way there is no simulation. Friction is that of the step before, contacts give way a little, and velocity is taken
-    /// away ([`SettleSettings`]): bodies fall, slide and tumble until they lie. The end is exact: all velocities are zero, an ordinary
-    /// step from there ends where it began, and its [certificate](StepReport::certificate) holds within the tolerance of the
-    /// settings. The impulses of that step are the warm start of the next one. Time and input stay; the summary counts none of these steps. A
+    /// away ([`SettleSettings`]): bodies fall, slide and tumble until they lie. The end is exact: all velocities are zero (where springs or
+    /// servos hold a load, [rounding](SettleReport::speed)), an ordinary step from there ends where it began, and its
+    /// [certificate](StepReport::certificate) holds within the tolerance of the settings. The impulses of that step are the warm start of the next one. Time and input stay; the summary counts none of these steps. A
     /// state that rests stays where it is, to rounding.
     ///
     /// # Errors
-    /// [`SimulationError::NotSettled`] if the steps are used up: something slides, rolls or falls for ever. The state is then the
-    /// one reached, with the velocity it has there. [`SimulationError::Setting`] for a setting out of its range,
+    /// [`SimulationError::NotSettled`] if the steps are used up: something slides, rolls or falls for ever, or settles slowly. The
+    /// state is then the one reached, with the velocity it has there. [`SimulationError::Setting`] for a setting out of its range,
     /// [`SimulationError::Incompatible`] with the circular cone;
     /// [`SimulationError::Problem`] for friction that is no contact's sliding (joints, servos, spinning, rolling), which
     /// these steps do not have; otherwise as for [`step`](Self::step).
     pub fn settle(&mut self, settings: &SettleSettings) -> Result<SettleReport, SimulationError> {
+        self.settle_while(settings, |_| ControlFlow::Continue(()))
+    }
+
+    /// [`settle`](Self::settle), which for large piles takes minutes, with a function that is told after each step how far it is, and
+    /// that may end it.
+    ///
+    /// # Errors
+    /// As for [`settle`](Self::settle); [`SimulationError::NotSettled`] where the function ended it.
+    pub fn settle_while(
+        &mut self,
+        settings: &SettleSettings,
+        mut goes_on: impl FnMut(&SettleProgress) -> ControlFlow<()>,
+    ) -> Result<SettleReport, SimulationError> {
         settings.validate()?;
         if self.settings.friction_law == FrictionLaw::Circular {
             let reason = "steps with the circular cone end with velocities of rounding, never at rest";
@@ -116,14 +149,13 @@ impl Simulation {
         let mut settler = Settler::new(self, settings)?;
         let mut report = SettleReport::default();
         if self.state.v.iter().all(|v| *v == 0.0)
-            && settler.seems_to_rest(self)?
-            && let Some(at_rest) = settler.certify(self)?
+            && settler.seems_to_rest(self, &mut goes_on)?
+            && let Some((at_rest, speed)) = settler.certify(self)?
         {
-            report.at_rest = at_rest;
-            return Ok(report);
+            return Ok(SettleReport { at_rest, speed, ..report });
         }
         let (mut calm, mut patience) = (Calm::default(), Patience::default());
-        while report.steps < settings.max_steps {
+        while report.steps < settings.max_steps && !settler.is_ended {
             let epsilon = settler.epsilon;
             settler.solve(self, SettlingEffort { epsilon, newton_steps: NEWTON_STEPS, associated: false })?;
             report.steps += 1;
@@ -132,11 +164,11 @@ impl Simulation {
             settler.adapt(unrest);
             settler.advance(patience.momentum(speed, report.steps, settings.momentum));
             if calm.asks(unrest, report.steps)
-                && let Some(at_rest) = settler.certify(self)?
+                && let Some((at_rest, speed)) = settler.certify(self)?
             {
-                (report.factorizations, report.at_rest) = (settler.factorizations, at_rest);
-                return Ok(report);
+                return Ok(SettleReport { factorizations: settler.factorizations, at_rest, speed, ..report });
             }
+            settler.tell(report.steps, &mut goes_on);
         }
         let time = self.state.time;
         self.begin_at(&State { time, ..settler.state.clone() });
@@ -219,6 +251,10 @@ struct Settler {
     dt: f64,
     epsilon: f64,
     factorizations: u64,
+    /// Whether Coulomb's laws were asked and have not found rest.
+    refused: bool,
+    /// Whether it was ended from outside.
+    is_ended: bool,
 }
 
 impl Settler {
@@ -235,11 +271,17 @@ impl Settler {
             dt,
             epsilon: LARGEST_EPSILON,
             factorizations: 0,
+            refused: false,
+            is_ended: false,
         })
     }
 
     /// Whether impulses are found that hold the start, without going anywhere.
-    fn seems_to_rest(&mut self, simulation: &Simulation) -> Result<bool, SimulationError> {
+    fn seems_to_rest(
+        &mut self,
+        simulation: &Simulation,
+        goes_on: &mut impl FnMut(&SettleProgress) -> ControlFlow<()>,
+    ) -> Result<bool, SimulationError> {
         let (mut last, mut is_near) = (f64::INFINITY, false);
         for look in 0..LOOKS {
             let falling = (FIRST_EPSILON * FALL.powi(look as i32)).max(LEAST_EPSILON);
@@ -251,6 +293,10 @@ impl Settler {
             }
             is_near |= speed.max(slack) <= CALM;
             last = speed;
+            self.tell(0, goes_on);
+            if self.is_ended {
+                return Ok(false);
+            }
         }
         Ok(is_near)
     }
@@ -269,11 +315,24 @@ impl Settler {
         Ok(())
     }
 
+    fn tell(&mut self, steps: u32, goes_on: &mut impl FnMut(&SettleProgress) -> ControlFlow<()>) {
+        let [speed, slack] = self.unrest();
+        let progress = SettleProgress { steps, factorizations: self.factorizations, speed, slack };
+        self.is_ended = goes_on(&progress).is_break();
+    }
+
     /// The largest velocity, and by how much contacts give way, relative to the velocity scale.
     fn unrest(&self) -> [f64; 2] {
-        let largest = |v: &[f64]| v.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
-        let scale = self.step.velocity_scale.max(largest(&self.workspace.builder.problem.free_velocity));
+        let scale = self.scale(&self.workspace, self.dt);
         [largest(&self.step.velocity), self.step.slack].map(|most| if most == 0.0 { 0.0 } else { most / scale })
+    }
+
+    /// The velocity scale of a workspace's problem. Where gravity is held without contacts, what it would do in a step of Δt is no part of
+    /// the problem, but still what others are compared with.
+    fn scale(&self, workspace: &Workspace, dt: f64) -> f64 {
+        let problem = &workspace.builder.problem;
+        let falling = self.model.gravity.length() * dt;
+        problem.velocity_scale().max(largest(&problem.free_velocity)).max(falling)
     }
 
     /// Goes where the step leads, with a part of its velocity.
@@ -297,32 +356,40 @@ impl Settler {
     }
 
     /// Asks Coulomb's laws: gives the simulation the present configuration without velocity, and makes ordinary steps from there
-    /// until two in a row end where they began. Where they do not, the simulation is as it was.
-    fn certify(&mut self, simulation: &mut Simulation) -> Result<Option<StepReport>, SimulationError> {
+    /// until two in a row end where they began; not for the first time, the last one's velocity may be rounding. Returns the last
+    /// one's report and its largest velocity. Otherwise the simulation is as it was.
+    fn certify(&mut self, simulation: &mut Simulation) -> Result<Option<(StepReport, f64)>, SimulationError> {
         let before = simulation.state.clone();
         let mut state = State { time: before.time, activation: before.activation.clone(), ..self.state.clone() };
         state.v.fill(0.0);
         simulation.begin_at(&state);
-        let mut impulses = self.step.impulses.clone();
-        impulses.scale_warm_part(simulation.timestep() / self.dt);
+        let (dt, mut impulses) = (simulation.timestep(), self.step.impulses.clone());
+        impulses.scale_warm_part(dt / self.dt);
         let builder = &self.workspace.builder;
         simulation.workspace.warm.keep(&builder.keys, &builder.group_keys, &impulses);
         let mut still = false;
-        for _ in 0..LAST_STEPS {
+        for last in (0..LAST_STEPS).rev() {
             let Simulation { model, settings, workspace, state, next, input, .. } = &mut *simulation;
             let report = step(model, state, input, settings, workspace, next)?;
             if !report.advanced() || report.missed_tolerance {
                 break;
             }
-            let was_still = std::mem::replace(&mut still, next.v.iter().all(|v| *v == 0.0) && next.q == state.q);
-            if still && was_still {
-                return Ok(Some(report));
+            let speed = largest(&next.v);
+            let was_still = std::mem::replace(&mut still, speed == 0.0 && next.q == state.q);
+            let is_rounding = || speed <= ROUNDING * self.scale(workspace, dt);
+            if still && was_still || last == 0 && self.refused && is_rounding() {
+                return Ok(Some((report, speed)));
             }
             next.time = state.time;
             next.activation.clone_from(&state.activation);
             std::mem::swap(state, next);
         }
+        self.refused = true;
         simulation.begin_at(&before);
         Ok(None)
     }
+}
+
+fn largest(v: &[f64]) -> f64 {
+    v.iter().fold(0.0, |most: f64, v| most.max(v.abs()))
 }

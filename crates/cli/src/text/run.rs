@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use signorini::multibody::GeomId;
-use signorini::{SettleReport, Simulation};
+use signorini::{SettleProgress, SettleReport, Simulation};
 
 use super::{bodies, count, import, laws, number};
 use crate::commands::export::Exported;
@@ -55,6 +55,12 @@ pub fn run(result: &RunResult) -> String {
         out.push_str(&stopped(contradiction));
     }
     out
+}
+
+/// How far a start is from rest.
+pub fn settling(progress: &SettleProgress) -> String {
+    let SettleProgress { steps, speed, slack, .. } = progress;
+    format!("settling: step {steps}, fastest {speed:.0e}, contacts give way {slack:.0e} of the velocity scale")
 }
 
 /// How a start was brought to rest.

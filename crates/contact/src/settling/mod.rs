@@ -33,8 +33,6 @@ pub struct SettlingStep {
     pub impulses: ContactSolution,
     /// By how much contacts and bilateral rows give way because the impulses were others in the step before, m/s.
     pub slack: f64,
-    /// The largest velocity of the problem's data ([`ContactProblem::velocity_scale`]), m/s.
-    pub velocity_scale: f64,
     /// Factorisations of all islands, and the most that one of them took.
     pub factorizations: u32,
     /// See `factorizations`.
@@ -90,7 +88,6 @@ impl SettlingSolver {
         self.islands.assemble(problem, |_| true);
         step.velocity.clone_from(&problem.free_velocity);
         step.impulses.drop_impulses(problem);
-        step.velocity_scale = self.islands.velocity_scale();
         (step.slack, step.factorizations, step.most_factorizations) = (0.0, 0, 0);
         let islands = std::mem::take(&mut self.islands);
         for island in islands.all() {

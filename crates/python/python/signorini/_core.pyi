@@ -760,7 +760,10 @@ class SettleReport:
         """Factorisations in them; 0 where the state rested."""
     @property
     def at_rest(self) -> StepReport:
-        """The ordinary step that ended with velocity zero where it began."""
+        """The ordinary step that ended where it began."""
+    @property
+    def speed(self) -> float:
+        """Largest entry of the velocity after it, m/s or rad/s: zero, or rounding where springs or servos hold a load."""
 
 @final
 class ContactProblem:
@@ -1177,10 +1180,11 @@ def settle(
     """Brings the state to rest: to a configuration, near the present one, from which steps end with velocity zero.
 
     The way there is no simulation: bodies fall, slide and tumble, by steps in which contacts give way a little and velocity is taken
-    away. The end is exact: ``qvel`` is zero, and an ordinary step, certified within the tolerance of the settings, ends where it began.
+    away. The end is exact: ``qvel`` is zero (where springs or servos hold a load it may be rounding), and an ordinary step, certified
+    within the tolerance of the settings, ends where it began.
     A state that rests stays where it is. Time, activations and input stay; ``data.steps`` counts none of these steps, and a recorder does
     not see them. ``contact``, ``certificate``, ``problem()`` and ``solution()`` are then those of the step from the state of rest,
-    which has not been made, and the next step starts warm from it. The GIL is released meanwhile; Ctrl-C waits for the end.
+    which has not been made, and the next step starts warm from it. The GIL is released meanwhile; Ctrl-C ends it in the state reached.
 
     Args:
         max_steps: steps at most.
@@ -1190,8 +1194,8 @@ def settle(
             honey, with 0.9 and more they bounce and swing for long.
 
     Raises:
-        SolveError: the steps are used up, with status "not_settled": something slides, rolls or falls for ever. The state is the one
-            reached, with the velocity it has there.
+        SolveError: the steps are used up, with status "not_settled": something slides, rolls or falls for ever, or settles slowly. The
+            state is the one reached, with the velocity it has there.
         SettingError: an argument is out of its range.
         ProblemError: the settings have the circular cone, the model has friction that is no contact's sliding (joints, servos,
             spinning, rolling), or the start violates equality constraints.

@@ -1,8 +1,10 @@
 //! States that are brought to rest.
 
+use std::ops::ControlFlow;
+
 use signorini::contact::ContactMode;
 use signorini::multibody::glam::{DMat3, DQuat, DVec3};
-use signorini::multibody::{BodyId, Geometry, Inertia, Joint, JointKind, Pose};
+use signorini::multibody::{Actuator, ActuatorKind, BodyId, Geometry, Inertia, Joint, JointKind, Pose, Transmission};
 use signorini::{FrictionLaw, Settings, SettleSettings, Simulation, SimulationError};
 
 use crate::support::{G, Random, World, bits, body_poses, largest_move, position, run_certified, set_velocity};
@@ -122,6 +124,59 @@ fn what_slides_for_ever_is_not_settled() {
     assert!((kinetic_energy / (0.5 * 4.0 * speed * speed) - 1.0).abs() < 1e-2);
     assert!(position(&simulation, 0).x > start.x + 0.02 && simulation.state().v[0] == speed);
     assert!(simulation.step().unwrap().certificate.holds(1e-9));
+}
+
+/// An arm of two links on servos that are too weak to hold it straight: it sags until their torques are those of statics.
+#[test]
+fn an_arm_on_servos_rests_where_they_carry_it() {
+    let (kp, kv, mass, length) = (30.0, 1.0, 2.0, 0.3);
+    let mut world = World::upright(0.005, 0.5);
+    let mut parent = BodyId::WORLD;
+    for k in 0..2 {
+        let inertia = Inertia { mass, center_of_mass: length * DVec3::X, rotational: DMat3::IDENTITY * 0.01 };
+        let at = Pose::new(f64::from(k) * length * DVec3::X, DQuat::IDENTITY);
+        parent = world.builder.add_body(format!("link{k}"), parent, at, inertia).unwrap();
+        let hinge = Joint::new(format!("hinge{k}"), JointKind::Hinge { axis: DVec3::NEG_Y });
+        let joint = world.builder.add_joint(parent, hinge).unwrap();
+        world.builder.add_actuator(Actuator {
+            name: format!("servo{k}"),
+            transmission: Transmission::Joint(joint),
+            gear: 1.0,
+            kind: ActuatorKind::Position { kp, kv },
+            activation: None,
+            control_range: None,
+            force_range: None,
+        });
+    }
+    let mut simulation = world.simulation(Settings::default());
+    let report = simulation.settle(&SettleSettings::default()).unwrap();
+    let [shoulder, elbow] = [simulation.state().q[0], simulation.state().q[1]];
+    let outer = mass * G * length * (shoulder + elbow).cos();
+    let inner = mass * G * length * shoulder.cos();
+    assert!(shoulder < -0.3 && report.steps > 0);
+    assert!((kp * shoulder + 2.0 * inner + outer).abs() < 1e-10, "{shoulder} {elbow}");
+    assert!((kp * elbow + outer).abs() < 1e-10, "{shoulder} {elbow}");
+    assert!(report.speed < 1e-12 * G * simulation.timestep(), "{:e}", report.speed);
+    assert!(simulation.state().v.iter().all(|v| v.abs() <= report.speed));
+}
+
+/// Who watches is told of every step, and may end it: the state is then the one reached, from which it can be gone on.
+#[test]
+fn settling_can_be_watched_and_ended() {
+    let (mut whole, mut parts) = (heap(8, 1), heap(8, 1));
+    let report = whole.settle(&SettleSettings::default()).unwrap();
+    let mut told = Vec::new();
+    let error = parts.settle_while(&SettleSettings::default(), |progress| {
+        told.push(*progress);
+        if progress.steps < 20 { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    });
+    let Err(SimulationError::NotSettled { steps: 20, speed, .. }) = error else { panic!("{error:?}") };
+    let steps: Vec<u32> = told.iter().map(|progress| progress.steps).filter(|steps| *steps > 0).collect();
+    assert_eq!(steps, (1..=20).collect::<Vec<_>>());
+    assert!(report.steps > 20 && told[19].speed > 0.0 && told[19].factorizations < report.factorizations);
+    assert_eq!(parts.state().v.iter().fold(0.0, |most: f64, v| most.max(v.abs())), speed);
+    parts.settle(&SettleSettings::default()).unwrap();
+    assert!(parts.state().v.iter().all(|v| *v == 0.0));
 }
 
 #[test]
