@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use signorini::multibody::{GeomId, Input, State};
 use signorini::recording::RecordingError;
 use signorini::recording::report::LiveFeed;
-use signorini::{Simulation, frame_into, last_frame_into, recording_header};
+use signorini::{Simulation, Snapshot, frame_into, last_frame_into, recording_header};
 
 use crate::ViewerSettings;
 use crate::drag::{Grip, Spring};
@@ -52,8 +52,8 @@ pub enum Order {
 /// The simulation with everybody who watches it.
 pub struct Runner {
     simulation: Simulation,
-    /// What a reset goes back to.
-    start: State,
+    /// What a reset goes back to: with the warm start, without which a settled pile may find other impulses and leave.
+    start: Snapshot,
     input: Input,
     /// State at the beginning of the step.
     before: State,
@@ -93,7 +93,7 @@ impl Runner {
     ) -> Result<Self, RecordingError> {
         let feed = LiveFeed::new(recording_header(simulation.model(), simulation.settings()))?;
         let mut runner = Self {
-            start: simulation.state().clone(),
+            start: simulation.save(),
             input: simulation.input.clone(),
             before: simulation.state().clone(),
             steps: 0,
@@ -228,7 +228,7 @@ impl Runner {
         self.note = None;
         self.due = 0.0;
         self.grips.clear();
-        let outcome = self.simulation.set_state(&self.start).map_err(|error| error.to_string());
+        let outcome = self.simulation.restore(&self.start).map_err(|error| error.to_string());
         let outcome = outcome.and_then(|()| self.restart_feed().map_err(|error| error.to_string()));
         self.trouble = outcome.err();
         self.publish();

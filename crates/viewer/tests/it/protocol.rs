@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use tungstenite::{Bytes, Message};
 
-use crate::support::{PATIENCE, Page, TIMESTEP, viewer, viewer_of_sunk_box};
+use crate::support::{PATIENCE, Page, TIMESTEP, show, viewer, viewer_of_sunk_box, warm_simulation};
 
 #[test]
 fn a_page_gets_the_start_and_then_steps_when_it_asks() {
@@ -75,6 +75,30 @@ fn run_pause_and_reset() {
     let start = page.frame_where(|frame| frame.head["epoch"].as_u64() > epoch);
     assert_eq!((start.step(), start.array("time")[0], start.head["run"]["frames"].as_u64()), (0, 0.0, Some(0)));
     assert!(stopped > 20 && viewer.state().time == 0.0);
+}
+
+/// Impulses that are not unique are those of the warm start, before a reset and after it.
+#[test]
+fn a_reset_goes_back_to_the_warm_start() {
+    let mut cold = warm_simulation();
+    let state = cold.state().clone();
+    cold.set_state(&state).expect("its own state");
+    let ends = [warm_simulation(), cold].map(|simulation| {
+        let viewer = show(simulation, false);
+        let mut page = Page::open(&viewer);
+        let mut epoch = page.frame().head["epoch"].as_u64();
+        [(); 2].map(|()| {
+            page.send(r#"{"type":"step","count":1}"#);
+            let frame = page.frame_where(|frame| !frame.array("contacts").is_empty());
+            page.send(r#"{"type":"reset"}"#);
+            epoch = page.frame_where(|frame| frame.head["epoch"].as_u64() > epoch).head["epoch"].as_u64();
+            frame.array("contacts").chunks_exact(25).map(|contact| contact[21]).collect::<Vec<_>>()
+        })
+    });
+    let [[warm, warm_again], [cold, cold_again]] = ends;
+    assert_eq!((&warm, &cold), (&warm_again, &cold_again));
+    let difference = warm.iter().zip(&cold).fold(0.0, |most: f64, (a, b)| most.max((a - b).abs()));
+    assert!(warm.len() == 4 && difference > 1e-3, "{warm:?} {cold:?}");
 }
 
 #[test]

@@ -47,8 +47,27 @@ pub fn viewer_of_sunk_box() -> Viewer {
 }
 
 fn viewer_of(scene: &str, running: bool) -> Viewer {
+    show(simulation_of(scene), running)
+}
+
+/// The scene's simulation after some steps in which something lifted a corner of the box: the corners go on to carry it unevenly.
+pub fn warm_simulation() -> Simulation {
+    let mut simulation = simulation_of(SCENE);
+    simulation.input.generalized_force = vec![0.0; simulation.model().nv];
+    simulation.input.generalized_force[3..5].fill(0.7);
+    for _ in 0..20 {
+        simulation.step().expect("numbers");
+    }
+    simulation.input.generalized_force.clear();
+    simulation
+}
+
+fn simulation_of(scene: &str) -> Simulation {
     let model = signorini_formats::load_mjcf_str(scene, Path::new("")).expect("the scene is well-formed").model;
-    let simulation = Simulation::new(model, Settings::default()).expect("the scene can be simulated");
+    Simulation::new(model, Settings::default()).expect("the scene can be simulated")
+}
+
+pub fn show(simulation: Simulation, running: bool) -> Viewer {
     Viewer::launch(simulation, &ViewerSettings { running, ..ViewerSettings::default() }).expect("a port is free")
 }
 
