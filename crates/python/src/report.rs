@@ -149,7 +149,7 @@ pub struct SettleReport {
     factorizations: u64,
     /// The ordinary step that ended where it began.
     at_rest: StepReport,
-    /// Largest entry of the velocity after it, m/s or rad/s: zero, or rounding where springs or servos hold a load.
+    /// Largest entry of the velocity before and after it, m/s or rad/s: zero, or rounding where springs or servos hold a load.
     speed: f64,
 }
 

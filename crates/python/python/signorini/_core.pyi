@@ -763,7 +763,7 @@ class SettleReport:
         """The ordinary step that ended where it began."""
     @property
     def speed(self) -> float:
-        """Largest entry of the velocity after it, m/s or rad/s: zero, or rounding where springs or servos hold a load."""
+        """Largest entry of the velocity before and after it, m/s or rad/s: zero, or rounding where springs or servos hold a load."""
 
 @final
 class ContactProblem:
