@@ -30,8 +30,8 @@ const SMALLEST_EPSILON: f64 = 1e-6;
 /// ε above which it falls while anything moves by more than as small a part of the velocity scale.
 const USUAL_EPSILON: f64 = 1e-4;
 /// Up to so many factorisations of an island ε falls, from so many on it rises, by a factor of two.
-const FEW: u32 = 7;
-const MANY: u32 = 12;
+const FEW: u32 = 10;
+const MANY: u32 = 14;
 /// Ordinary steps until two in a row end where they began; each takes up the rounding of the one before.
 const LAST_STEPS: u32 = 6;
 /// Part of the velocity scale that is rounding. Forces that depend on the configuration, of springs and servos, cancel others up to
