@@ -12,7 +12,7 @@ pub(super) const SLOW: f64 = 0.5;
 /// The part of what is usual that is taken away in so many steps where they have not, squared where they have not for the second time;
 /// below that part of the velocity scale nothing slides far.
 const FREER: f64 = 0.2;
-const MOVING: f64 = 1e-6;
+pub(super) const MOVING: f64 = 1e-6;
 const FREEST: i32 = 2;
 /// How Δt grows where speeds fall, but not to less than this part, while no contact changes; the longest over the usual one.
 const FALLING: f64 = 0.99;

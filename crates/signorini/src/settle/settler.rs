@@ -6,7 +6,7 @@ use std::sync::Arc;
 use signorini_contact::{ProblemError, SettlingEffort, SettlingSolver, SettlingStep};
 use signorini_multibody::{Model, State, integrate_into};
 
-use super::pace::{CALM, SLOW};
+use super::pace::{CALM, MOVING, SLOW};
 use super::{SettleProgress, SettleSettings};
 use crate::step::step;
 use crate::{Settings, Simulation, SimulationError, StepReport, Workspace};
@@ -199,9 +199,13 @@ impl Settler {
                 break;
             }
             let speed = largest(&next.v).max(largest(&state.v));
+            let scale = self.scale(workspace, dt);
+            if speed > MOVING * scale {
+                break;
+            }
             let was_still = std::mem::replace(&mut still, speed == 0.0 && next.q == state.q);
-            let is_rounding = || speed <= ROUNDING * self.scale(workspace, dt);
-            if still && was_still || last == 0 && self.refused && is_rounding() {
+            let is_rounding = speed <= ROUNDING * scale;
+            if still && was_still || last == 0 && self.refused && is_rounding {
                 return Ok(Some((report, speed)));
             }
             next.time = state.time;
