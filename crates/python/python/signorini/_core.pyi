@@ -1182,9 +1182,10 @@ def settle(
     The way there is no simulation: bodies fall, slide and tumble, by steps in which contacts give way a little and velocity is taken
     away. The end is exact: ``qvel`` is zero (where springs or servos hold a load it may be rounding), and an ordinary step, certified
     within the tolerance of the settings, ends where it began.
-    A state that rests stays where it is; piles of hundreds of bodies may settle by tenths of a millimetre once more. Time, activations and input stay; ``data.steps`` counts none of these steps, and a recorder does
-    not see them. ``contact``, ``certificate``, ``problem()`` and ``solution()`` are then those of the step from the state of rest,
-    which has not been made, and the next step starts warm from it. The GIL is released meanwhile; Ctrl-C ends it in the state reached.
+    A state that rests stays where it is; piles of hundreds of bodies may settle by tenths of a millimetre once more. Time,
+    activations and input stay; ``data.steps`` counts none of these steps, and a recorder does not see them. ``contact``,
+    ``certificate``, ``problem()`` and ``solution()`` are then those of the step from the state of rest, which has not been made,
+    and the next step starts warm from it. The GIL is released meanwhile; Ctrl-C ends it in the state reached.
 
     Args:
         max_steps: steps at most.
