@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use serde_json::Value;
 use signorini::contact::SolverSettings;
-use signorini::{ContactMethod, InfeasiblePolicy, Settings};
+use signorini::{ContactMethod, InfeasiblePolicy, Settings, Snapshot};
 use signorini_benchmarks::sim::{Run, Settled, drive, settle};
 use signorini_benchmarks::table;
 
@@ -49,8 +49,8 @@ struct Options {
     /// Write the run of the scene to this file, as JSON, for compare.py; exactly one scene
     #[arg(long)]
     raw: Option<PathBuf>,
-    /// Bring the bodies of scenes to rest and add these scenes to the file, S4s_… as S4r_…, others with _rest behind their names;
-    /// those that it has already are left out
+    /// Bring the bodies of scenes to rest and add these scenes to the file, S4s_… as S4r_…, others with _rest behind their names,
+    /// and beside it a snapshot with the impulses that hold them; those that it has already are left out
     #[arg(long)]
     settle: bool,
     /// A few steps only: shows in seconds that the program works
@@ -103,7 +103,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
             scene["duration"] = (5.0 * scene["dt"].as_f64().unwrap_or(0.0)).into();
         }
-        let run = drive(name, &scene, &robots, &settings, if options.smoke { 1.0 } else { options.cap })?;
+        let rest = scene["snapshot"].as_str().map(|file| snapshot(&path.with_file_name(file))).transpose()?;
+        let cap = if options.smoke { 1.0 } else { options.cap };
+        let run = drive(name, &scene, rest.as_ref(), &robots, &settings, cap)?;
         if let Some(out) = &options.raw {
             std::fs::write(out, serde_json::to_string(&run)?)?;
         }
@@ -128,13 +130,22 @@ fn add_settled(
         if !file[&rest].is_null() {
             continue;
         }
-        let settled = settle(name, scene, robots, settings)?;
+        let mut settled = settle(name, &rest, scene, robots, settings)?;
         rows.push(settled.row(&rest));
+        let snapshot = format!("{rest}.state");
+        std::fs::write(path.with_file_name(&snapshot), settled.snapshot.to_bytes())?;
+        settled.scene["snapshot"] = snapshot.into();
         file[rest] = settled.scene;
         std::fs::write(path, serde_json::to_string(&file)?)?;
     }
     print!("{}", table::markdown(&rows));
     Ok(())
+}
+
+/// Reads where a scene begins that was brought to rest.
+fn snapshot(file: &Path) -> Result<Snapshot, Box<dyn Error>> {
+    let bytes = std::fs::read(file).map_err(|e| format!("{}: {e}; `--settle` writes it", file.display()))?;
+    Ok(Snapshot::from_bytes(&bytes).map_err(|e| format!("{}: {e}", file.display()))?)
 }
 
 /// Whether a scene belongs to a beginning: `S4` stands for `S4_…`, not for `S4s_…`; a whole name stands for itself alone.

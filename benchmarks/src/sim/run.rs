@@ -6,7 +6,7 @@ use cpu_time::ThreadTime;
 use serde::Serialize;
 use serde_json::Value;
 use signorini::multibody::{BodyId, Kinematics, forward_kinematics_into};
-use signorini::{Settings, SettleSettings, Simulation, SimulationError, Summary, Workspace};
+use signorini::{Settings, Simulation, SimulationError, Summary, Workspace};
 
 use super::{Motors, Scene, build};
 
@@ -62,14 +62,21 @@ fn flat<S: serde::Serializer>(rows: &[Contact], serializer: S) -> Result<S::Ok, 
     serializer.collect_seq(rows.iter().map(numbers))
 }
 
-/// Runs a scene until its end, or until `cap` seconds of CPU time are used up. In a scene that rests the impulses that hold it are looked for
-/// first ([`Simulation::settle`]); the time counts for the first step.
+/// Runs a scene until its end, or until `cap` seconds of CPU time are used up.
 ///
+/// - `rest`: where it begins, with the impulses that hold it there; without, at the scene's poses and cold
 /// - `robots`: the folder with the model files that robot scenes name.
 ///
 /// # Errors
 /// What is wrong with the scene or the settings, as a sentence.
-pub fn drive(name: &str, scene: &Value, robots: &Path, settings: &Settings, cap: f64) -> Result<Run, String> {
+pub fn drive(
+    name: &str,
+    scene: &Value,
+    rest: Option<&signorini::Snapshot>,
+    robots: &Path,
+    settings: &Settings,
+    cap: f64,
+) -> Result<Run, String> {
     let Scene { model, input, duration } = build(name, scene, robots)?;
     let free_bodies = scene["bodies"].is_array();
     let text = |e: SimulationError| format!("{name}: {e}");
@@ -81,11 +88,9 @@ pub fn drive(name: &str, scene: &Value, robots: &Path, settings: &Settings, cap:
         motors.stand(&mut state);
         simulation.set_state(&state).map_err(text)?;
     }
-    let start = ThreadTime::now();
-    if scene["rests"] == true {
-        simulation.settle(&SettleSettings::default()).map_err(text)?;
+    if let Some(rest) = rest {
+        simulation.restore(rest).map_err(text)?;
     }
-    let first_impulses = start.elapsed().as_nanos() as u64;
     let dt = simulation.timestep();
     let steps = (duration / dt).round() as usize;
     let every = scene["sample_every"].as_u64().unwrap_or(50) as usize;
@@ -109,7 +114,7 @@ pub fn drive(name: &str, scene: &Value, robots: &Path, settings: &Settings, cap:
                 break;
             }
         };
-        run.step_ns.push(start.elapsed().as_nanos() as u64 + if k == 0 { first_impulses } else { 0 });
+        run.step_ns.push(start.elapsed().as_nanos() as u64);
         run.certificates.push(report.certificate.worst());
         if !report.advanced() {
             run.error = Some(format!("no solution in step {k}: {:?}", report.status));

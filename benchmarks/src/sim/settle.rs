@@ -6,16 +6,18 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
-use signorini::multibody::{Kinematics, forward_kinematics_into};
-use signorini::{Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError};
+use signorini::multibody::{Kinematics, State, forward_kinematics_into};
+use signorini::{Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError, Snapshot};
 
 use super::{Scene, build};
 use crate::table;
 
 /// A scene whose bodies were brought to rest.
 pub struct Settled {
-    /// The scene with the bodies where they lie, and with `rests`.
+    /// The scene with the bodies where they lie.
     pub scene: Value,
+    /// A simulation of it, at rest, with the impulses that hold the bodies there.
+    pub snapshot: Snapshot,
     report: SettleReport,
     /// CPU time, s.
     seconds: f64,
@@ -71,11 +73,11 @@ impl Settled {
     }
 }
 
-/// Brings the free bodies of a scene to rest.
+/// Brings the free bodies of a scene to rest; the scene at rest is named `rest`.
 ///
 /// # Errors
 /// What is wrong with the scene or the settings, or that it does not come to rest, as a sentence.
-pub fn settle(name: &str, scene: &Value, robots: &Path, settings: &Settings) -> Result<Settled, String> {
+pub fn settle(name: &str, rest: &str, scene: &Value, robots: &Path, settings: &Settings) -> Result<Settled, String> {
     let text = |e: SimulationError| format!("{name}: {e}");
     let Scene { model, input, .. } = build(name, scene, robots)?;
     let mut scene = scene.clone();
@@ -108,10 +110,20 @@ pub fn settle(name: &str, scene: &Value, robots: &Path, settings: &Settings) -> 
         moved = moved.max(distance.sqrt());
         lies.iter().enumerate().for_each(|(k, x)| row[5 + k] = json!(x));
     }
-    scene["rests"] = json!(true);
     scene["what"] = json!(format!("{}, brought to rest exactly", scene["what"].as_str().unwrap_or(name)));
-    let after = stay(&mut simulation).map_err(text)?;
-    Ok(Settled { scene, report, seconds, moved, after })
+    let mut resting = at_rest(&simulation, build(rest, &scene, robots)?).map_err(text)?;
+    let snapshot = resting.save();
+    let after = stay(&mut resting).map_err(text)?;
+    Ok(Settled { scene, snapshot, report, seconds, moved, after })
+}
+
+/// The state and the impulses of a simulation in the scene that begins there: the same bodies and geoms, another model by its poses.
+fn at_rest(settled: &Simulation, Scene { model, input, .. }: Scene) -> Result<Simulation, SimulationError> {
+    let mut resting = Simulation::new(model, settled.settings().clone())?;
+    resting.input = input;
+    resting.set_state(&State { time: 0.0, ..settled.state().clone() })?;
+    resting.set_warm_start(&settled.workspace().warm_start())?;
+    Ok(resting)
 }
 
 /// Goes on with ordinary steps.

@@ -180,6 +180,15 @@ impl Simulation {
         Ok(())
     }
 
+    /// Takes over the [`Workspace::warm_start`] of another simulation. It is kept by body and geom, so that one of a model with
+    /// the same bodies and geoms in the same order will do, such as the model that begins where the other has come to.
+    ///
+    /// # Errors
+    /// [`SimulationError::WarmStart`] if the numbers are not those of a warm start; nothing has changed then.
+    pub fn set_warm_start(&mut self, numbers: &[f64]) -> Result<(), SimulationError> {
+        self.workspace.set_warm_start(numbers)
+    }
+
     /// Moves the configuration onto the equality constraints by the smallest change in the metric of the mass matrix, and
     /// gives back the largest violation that is left, m or rad. The velocity stays.
     ///

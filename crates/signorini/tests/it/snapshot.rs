@@ -29,7 +29,7 @@ fn a_continued_run_has_the_bits_of_an_uninterrupted_one() {
     ];
     let mut warm_starts_that_matter = 0;
     for start in starts {
-        let (mut whole, mut resumed, mut cold) = (start(), start(), start());
+        let [mut whole, mut resumed, mut handed, mut cold] = [start(), start(), start(), start()];
         whole.input.generalized_force = vec![0.01; whole.model().nv];
         run_certified(&mut whole, 0.3);
         run_certified(&mut resumed, 0.1);
@@ -38,9 +38,14 @@ fn a_continued_run_has_the_bits_of_an_uninterrupted_one() {
         assert_eq!(snapshot, whole.save());
         resumed.restore(&snapshot).unwrap();
         assert_eq!(resumed.state(), whole.state());
-        cold.set_state(whole.state()).unwrap();
-        cold.input = whole.input.clone();
+        for other in [&mut handed, &mut cold] {
+            other.set_state(whole.state()).unwrap();
+            other.input = whole.input.clone();
+        }
+        handed.set_warm_start(&whole.workspace().warm_start()).unwrap();
         assert!(go_on_alike(&mut whole, &mut resumed, 60), "{}", whole.model().name);
+        resumed.restore(&snapshot).unwrap();
+        assert!(go_on_alike(&mut handed, &mut resumed, 60), "{}", whole.model().name);
         resumed.restore(&snapshot).unwrap();
         warm_starts_that_matter += usize::from(!go_on_alike(&mut cold, &mut resumed, 60));
     }
