@@ -169,9 +169,9 @@ impl InteriorStart {
         island: &Island,
         law: InteriorLaw,
     ) -> bool {
+        self.begin(solver, problem, cones, island);
         let mut arrived = false;
         if law == InteriorLaw::Coulomb {
-            self.begin(solver, problem, cones, island);
             let Some(fold) = self.go_on(solver, problem, cones, island) else { return false };
             arrived = fold <= FOLDED || !may_lag(island);
             self.is_lagged = !arrived && fold <= EARLY_FOLD;
@@ -416,6 +416,22 @@ mod tests {
             assert!(product < 1e-10 * scale * scale, "{seed}: {product:e}");
             assert!(missing < 1e-8 * scale, "{seed}: {missing:e} of {scale:e}");
             assert!(momentum < 1e-8 * scale, "{seed}: {momentum:e} of {scale:e}");
+        }
+    }
+
+    /// A start has the same bits whatever the memory was used for before.
+    #[test]
+    fn a_start_knows_nothing_of_the_one_before_it() {
+        let problem = pile(1);
+        for law in [InteriorLaw::Coulomb, InteriorLaw::Opened] {
+            let lagged = InteriorStart { is_lagged: true, ..InteriorStart::default() };
+            let [fresh, used] = [InteriorStart::default(), lagged].map(|mut interior| {
+                let (cones, islands, mut solver) = started_on(&problem);
+                solver.system.analyse(&problem, &islands.all()[0]);
+                assert!(interior.run(&mut solver, &problem, &cones, &islands.all()[0], law));
+                solver.impulse
+            });
+            assert_eq!(fresh.as_flattened(), used.as_flattened(), "{law:?}");
         }
     }
 }
