@@ -7,7 +7,7 @@ use super::island::Island;
 use super::island_pool::Outcome;
 use super::island_solver::IslandSolver;
 use super::mode::Cones;
-use super::proximal::{LARGE, first_patient};
+use super::proximal::{LARGE, first_patient, is_patient};
 use super::warm_start;
 use crate::ContactProblem;
 
@@ -18,6 +18,13 @@ pub(super) const CLOSER_LARGE: f64 = 0.3;
 
 /// A patient attempt on a large island begins where the one before it ended if the residual there is below this.
 const NEAR: f64 = 1e-2;
+
+/// An attempt on a large island that ended below this residual is gone on with from there, with a large ε: what it lacks are a few modes,
+/// and another start would take all of the way again. Patient ones then need no block sweeps, which would lead far away ...
+const CLOSE: f64 = 1e-4;
+/// ... the others go on so often, as long as that leaves less than this part of the residual.
+const CONTINUATIONS: u32 = 3;
+const CLOSER_BY: f64 = 0.5;
 
 /// Where the attempts on an island begin.
 #[derive(Clone, Copy)]
@@ -72,19 +79,55 @@ pub(super) fn solve_island(
         if attempt > 0 && large && outcome.residual < NEAR {
             outcome.give(solver);
         }
-        let residual = solver
-            .solve_in_impulses(problem, cones, island, settings)
-            .unwrap_or_else(|| solver.run(problem, cones, island, settings, attempt));
-        outcome.effort.add(solver.effort);
-        if residual < outcome.residual {
-            outcome.residual = residual;
-            outcome.take(solver);
+        let patient = is_patient(island, attempt);
+        solver.goes_on = patient && outcome.residual < CLOSE;
+        let run = |solver: &mut IslandSolver| solver.run(problem, cones, island, settings, attempt);
+        let in_impulses = solver.solve_in_impulses(problem, cones, island, settings);
+        let residual = in_impulses.unwrap_or_else(|| run(solver));
+        keep(solver, residual, outcome);
+        if large && !patient {
+            go_on(solver, problem, island, accept, outcome, run);
         }
         if outcome.residual <= accept || !solver.contradiction.is_empty() {
             outcome.contradiction.clone_from(&solver.contradiction);
             break;
         }
         outcome.restarts += 1;
+    }
+}
+
+/// Goes on with an attempt on a large island that ended close to a solution; `attempt` runs it.
+fn go_on(
+    solver: &mut IslandSolver,
+    problem: &ContactProblem,
+    island: &Island,
+    accept: f64,
+    outcome: &mut Outcome,
+    attempt: impl Fn(&mut IslandSolver) -> f64,
+) {
+    solver.goes_on = true;
+    for _ in 0..CONTINUATIONS {
+        let before = outcome.residual;
+        if before <= accept || before > CLOSE || !solver.contradiction.is_empty() {
+            break;
+        }
+        outcome.restarts += 1;
+        solver.start(problem, island);
+        outcome.give(solver);
+        let residual = attempt(solver);
+        keep(solver, residual, outcome);
+        if outcome.residual > CLOSER_BY * before {
+            break;
+        }
+    }
+}
+
+/// Keeps the best of all attempts, and counts them all.
+fn keep(solver: &IslandSolver, residual: f64, outcome: &mut Outcome) {
+    outcome.effort.add(solver.effort);
+    if residual < outcome.residual {
+        outcome.residual = residual;
+        outcome.take(solver);
     }
 }
 

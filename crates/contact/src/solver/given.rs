@@ -128,6 +128,12 @@ impl GivenStart {
         any
     }
 
+    /// Makes the residuals of the islands that [hold](Self::hold) unknown, so that they are solved.
+    pub fn let_go(&self, residuals: &mut [f64]) {
+        let held = residuals.iter_mut().zip(&self.islands).filter(|(_, held)| held.holds);
+        held.for_each(|(residual, _)| *residual = f64::INFINITY);
+    }
+
     fn count_units(&mut self, islands: &Islands) {
         for k in (0..self.impulse.len()).filter_map(|i| islands.of_unit(i)) {
             self.islands[k].units += 1;

@@ -89,6 +89,8 @@ pub(crate) struct IslandSolver {
     pub(super) guessed: bool,
     /// Whether the attempt may end early, because Lemke's method has the next turn.
     pub(super) brief: bool,
+    /// Whether the attempt goes on from where the one before it ended.
+    pub(super) goes_on: bool,
     /// Whether `system` knows the island's structure.
     pub(super) analysed: bool,
 }

@@ -63,7 +63,9 @@ impl IslandSolver {
         let large = island.units.len() >= LARGE;
         let patient = is_patient(island, attempt);
         let mut weight = ProximalWeight::new(settings, large, patient);
-        if patient {
+        if self.goes_on {
+            weight.begin_large();
+        } else if patient {
             self.sweep_blocks(problem, cones, island, settings);
             weight.begin_large();
         } else if large && attempt > 0 {

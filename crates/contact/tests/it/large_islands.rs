@@ -1,7 +1,9 @@
 //! Large islands from a cold start: solved, certified by dense matrices, and with few factorisations, whose number hardly grows
 //! with that of the contacts.
 
-use signorini_contact::{ContactProblem, ContactSolution, ContactSolver, FrictionBound, FrictionPolygon, SolveStatus};
+use signorini_contact::{
+    ContactProblem, ContactSolution, ContactSolver, FrictionBound, FrictionPolygon, SolveStatus, SolverSettings,
+};
 use signorini_testkit::{Gap, Motion, Parameters, Random, families};
 
 use crate::reference::{keep, worst_violation};
@@ -74,4 +76,23 @@ fn factorisations_hardly_grow_with_a_stack() {
         assert!(many <= 2 * few.max(30), "{motion:?}: {few} and {many}");
         assert!(motion != Motion::Rest || few.max(many) <= 6, "{few} and {many}");
     }
+}
+
+/// An attempt that its number of iterations cuts off close to the solution is gone on with, which takes a few more factorisations;
+/// another start would take three times as many.
+#[test]
+fn what_ends_close_to_a_solution_goes_on_from_there() {
+    let cut_off = SolverSettings { max_proximal_iterations: 3, ..SolverSettings::default() };
+    let mut restarts = 0;
+    for seed in 0..3 {
+        let parameters = Parameters { directions: 8, motion: Motion::Slide, gap: Gap::Zero, ..Parameters::default() };
+        let problem = families::cluster(&mut Random::new(2900 + seed), &parameters, 100);
+        let whole = solve(&problem, &format!("whole {seed}"));
+        let cut = ContactSolver::new(cut_off.clone()).expect("valid").solve(&problem, None);
+        assert_eq!(cut.status, SolveStatus::Solved, "{seed}: {}", cut.certificate.worst());
+        restarts += cut.report.restarts;
+        let [cut, whole] = [&cut, &whole].map(|solution| solution.report.factorizations);
+        assert!(2 * cut <= 3 * whole, "{seed}: {cut} and {whole} factorisations");
+    }
+    assert!(restarts >= 2, "no attempt was cut off");
 }
