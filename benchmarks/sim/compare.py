@@ -56,7 +56,8 @@ def variants(engine, name, scene):
 def command(engine, variant, name, out, options):
     cap = options.cap if engine != "signorini" else options.own_cap
     if engine == "signorini":
-        tolerance = PILES_TOLERANCE if name.startswith("S4s_pile") and name != "S4s_pile100" else 1e-9
+        settles = name.startswith(("S4_pile", "S4s_pile")) and not name.endswith("pile100")
+        tolerance = PILES_TOLERANCE if settles else 1e-9
         return [options.sim, name, "--raw", out, "--cap", cap, "--tolerance", tolerance, "--data", SCENES, "--robots", ROBOTS]
     if engine in PYTHON_PEERS:
         script = HERE / "peers" / "protocol.py"
