@@ -197,7 +197,7 @@ def judge_group(name, scene, runs):
     """One row: accuracy from the first repetition (all engines are deterministic), time from all."""
     run = runs[0]
     row = {key: run.get(key) for key in ("engine", "variant", "version", "done", "planned", "error")}
-    for key in ("missed", "clipped", "contacts_max", "complaints"):
+    for key in ("tolerance", "missed", "clipped", "contacts_max", "complaints"):
         if key in run:
             row[key] = run[key]
     if run.get("certificates"):

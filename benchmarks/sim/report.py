@@ -105,7 +105,7 @@ def table(result):
 
 def certificate(own):
     text = f"Certificate of our {own['done']} steps: worst residual {short(own['certificate_worst'])}, median "
-    text += f"{short(own['certificate_median'])}; steps that missed 1e-9: {own['missed']}"
+    text += f"{short(own['certificate_median'])}; steps that missed {own.get('tolerance', 1e-9):.0e}: {own['missed']}"
     text += f"; steps that took negative gaps as zero: {own['clipped']}" if own["clipped"] else ""
     text += f"; slowest step {own['us_worst'] / 1e3:.3g} ms"
     return text + (f". It ended early: {own['error']}" if own.get("error") else ".")

@@ -47,6 +47,8 @@ pub struct Run {
     snapshots: Vec<Snapshot>,
     /// Worst residual of every step's certificate.
     pub certificates: Vec<f64>,
+    /// That of the certificates.
+    tolerance: f64,
     /// Steps whose certificate does not hold within the tolerance.
     pub missed: u64,
     /// Steps with negative gaps taken as zero.
@@ -95,7 +97,7 @@ pub fn drive(
     let steps = (duration / dt).round() as usize;
     let every = scene["sample_every"].as_u64().unwrap_or(50) as usize;
     let mut observer = Observer { kinematics: Kinematics::new(simulation.model()), all: free_bodies };
-    let mut run = Run::new(name, dt, steps);
+    let mut run = Run::new(name, dt, steps, settings.tolerance);
     run.samples.push((0.0, observer.bodies(&simulation)));
     let begin = ThreadTime::now();
     for k in 0..steps {
@@ -139,7 +141,7 @@ pub fn drive(
 }
 
 impl Run {
-    fn new(name: &str, dt: f64, planned: usize) -> Self {
+    fn new(name: &str, dt: f64, planned: usize, tolerance: f64) -> Self {
         Self {
             engine: "signorini",
             variant: "default",
@@ -154,6 +156,7 @@ impl Run {
             contacts: vec![0],
             snapshots: Vec::new(),
             certificates: Vec::new(),
+            tolerance,
             missed: 0,
             clipped: 0,
             contacts_max: 0,

@@ -59,7 +59,7 @@ pub(super) fn solve_island(
     let restarts = match start {
         Start::Found(_) if !may_jam => 0,
         _ if solver.brief => 0,
-        _ if large => settings.max_restarts.min(first_patient(island) + 1),
+        _ if large => settings.max_restarts.min(first_patient(island)) + 1,
         _ => settings.max_restarts,
     };
     let accept = if begins { settings.accept } else { closely_accepted(island, settings) };

@@ -74,6 +74,8 @@ pub(super) enum InteriorLaw {
     /// Coulomb's with all contacts opened, from there around the folds; if that does not arrive, with a lagged slip term from the
     /// start.
     Opened,
+    /// The associated law, from there around the folds, wherever Coulomb's path turns back; the rest as with `Opened`.
+    Associated,
 }
 
 /// An edge of a unit's polygon.
@@ -177,7 +179,7 @@ impl InteriorStart {
             self.is_lagged = !arrived && fold <= EARLY_FOLD;
         }
         if !arrived && !self.is_lagged {
-            let opening = if law == InteriorLaw::Coulomb { 0.0 } else { OPENING * solver.velocity_scale };
+            let opening = if law == InteriorLaw::Opened { OPENING * solver.velocity_scale } else { 0.0 };
             arrived = self.come_along_path(solver, problem, cones, island, opening);
             if !arrived {
                 self.begin(solver, problem, cones, island);
@@ -423,7 +425,7 @@ mod tests {
     #[test]
     fn a_start_knows_nothing_of_the_one_before_it() {
         let problem = pile(1);
-        for law in [InteriorLaw::Coulomb, InteriorLaw::Opened] {
+        for law in [InteriorLaw::Coulomb, InteriorLaw::Opened, InteriorLaw::Associated] {
             let lagged = InteriorStart { is_lagged: true, ..InteriorStart::default() };
             let [fresh, used] = [InteriorStart::default(), lagged].map(|mut interior| {
                 let (cones, islands, mut solver) = started_on(&problem);

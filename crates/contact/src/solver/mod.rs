@@ -6,9 +6,9 @@
 //!    island begins with modes that [sweeps](sweeps) found, a large one that is far from its modes has an
 //!    [interior start](interior_start), by the [central path](interior_path) where it needs that; a [proof](contradiction) that the gaps contradict each other ends the solve;
 //! 2. the same from a cold start with other random shifts, a few times; in a large island from where an attempt ended if that is
-//!    close to a solution, then from the end of a central path that begins with opened contacts, and then twice patiently, from
-//!    [block sweeps](block_sweeps) where nothing close was found, by paths that begin at the centre, and with an ε that stays near the
-//!    one at which they turn back;
+//!    close to a solution, then from the ends of central paths that begin with opened contacts and at the associated law, and then
+//!    twice patiently, from [block sweeps](block_sweeps) where nothing close was found, by paths that begin at the centre, and with an
+//!    ε that stays near the one at which they turn back;
 //! 3. lexicographic Lemke on the standard LCP ([`signorini_lcp::Lemke`]), which ends in a solution, or in a ray where the
 //!    contacts wedge; what it leaves with a residual the proximal iterations go on from.
 //!

@@ -33,9 +33,9 @@ pub(super) const LARGE: usize = 64;
 /// Contacts and groups from which a factorisation costs more than the few mode changes of a path.
 pub(super) const COSTLY: usize = 512;
 
-/// The first patient attempt on a large island: on contacts alone, the second attempt has another start.
+/// The first patient attempt on a large island: on contacts alone, two attempts before it have other starts.
 pub(super) fn first_patient(island: &Island) -> u32 {
-    if may_lag(island) { 2 } else { 1 }
+    if may_lag(island) { 3 } else { 1 }
 }
 
 /// Whether an attempt on an island is a patient one.
@@ -71,7 +71,8 @@ impl IslandSolver {
         } else if large && attempt > 0 {
             self.analyse_system(problem, island);
             weight.begin_large();
-            self.interior_start(problem, cones, island, InteriorLaw::Opened);
+            let law = if attempt == 1 { InteriorLaw::Opened } else { InteriorLaw::Associated };
+            self.interior_start(problem, cones, island, law);
         }
         self.set_weights(island, weight.epsilon);
         let (mut best, mut last, mut slow, mut extrapolated) = (f64::INFINITY, f64::INFINITY, 0, f64::INFINITY);

@@ -25,8 +25,8 @@ pub struct SolverSettings {
     pub max_rounds: u32,
     /// Proximal iterations at most; twice as many in an island of 64 contacts or more. Default 60; at least 1.
     pub max_proximal_iterations: u32,
-    /// Cold restarts before Lemke's method; in an island of 64 contacts or more at most three, the last ones with four times the
-    /// iterations. Default 3.
+    /// Cold restarts before Lemke's method; in an island of 64 contacts or more one more, but at most four, the last ones with four
+    /// times the iterations. Default 3.
     pub max_restarts: u32,
     /// Mode changes any path may use. Default 100.
     pub path_changes_base: u32,
