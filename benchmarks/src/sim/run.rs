@@ -47,7 +47,7 @@ pub struct Run {
     snapshots: Vec<Snapshot>,
     /// Worst residual of every step's certificate.
     pub certificates: Vec<f64>,
-    /// That of the certificates.
+    /// What the certificates' residuals may be.
     tolerance: f64,
     /// Steps whose certificate does not hold within the tolerance.
     pub missed: u64,

@@ -171,14 +171,15 @@ impl InteriorStart {
         island: &Island,
         law: InteriorLaw,
     ) -> bool {
-        self.begin(solver, problem, cones, island);
-        let mut arrived = false;
+        let (mut arrived, mut lags) = (false, false);
         if law == InteriorLaw::Coulomb {
+            self.begin(solver, problem, cones, island);
             let Some(fold) = self.go_on(solver, problem, cones, island) else { return false };
             arrived = fold <= FOLDED || !may_lag(island);
-            self.is_lagged = !arrived && fold <= EARLY_FOLD;
+            lags = !arrived && fold <= EARLY_FOLD;
+            self.is_lagged = lags;
         }
-        if !arrived && !self.is_lagged {
+        if !arrived && !lags {
             let opening = if law == InteriorLaw::Opened { OPENING * solver.velocity_scale } else { 0.0 };
             arrived = self.come_along_path(solver, problem, cones, island, opening);
             if !arrived {

@@ -63,16 +63,18 @@ impl IslandSolver {
         let large = island.units.len() >= LARGE;
         let patient = is_patient(island, attempt);
         let mut weight = ProximalWeight::new(settings, large, patient);
-        if self.goes_on {
+        let restarts = large && attempt > 0;
+        if restarts || self.goes_on {
             weight.begin_large();
-        } else if patient {
-            self.sweep_blocks(problem, cones, island, settings);
-            weight.begin_large();
-        } else if large && attempt > 0 {
-            self.analyse_system(problem, island);
-            weight.begin_large();
-            let law = if attempt == 1 { InteriorLaw::Opened } else { InteriorLaw::Associated };
-            self.interior_start(problem, cones, island, law);
+        }
+        if restarts && !self.goes_on {
+            if patient {
+                self.sweep_blocks(problem, cones, island, settings);
+            } else {
+                self.analyse_system(problem, island);
+                let law = if attempt == 1 { InteriorLaw::Opened } else { InteriorLaw::Associated };
+                self.interior_start(problem, cones, island, law);
+            }
         }
         self.set_weights(island, weight.epsilon);
         let (mut best, mut last, mut slow, mut extrapolated) = (f64::INFINITY, f64::INFINITY, 0, f64::INFINITY);
