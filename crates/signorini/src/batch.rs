@@ -6,8 +6,8 @@ use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelI
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use signorini_multibody::{Input, Model, State};
 
+use crate::report::StepReport;
 use crate::settings::ContactMethod;
-use crate::step::StepReport;
 use crate::{Settings, Simulation, SimulationError, Snapshot, Variation};
 
 /// One of the simulations.

@@ -16,17 +16,11 @@
 
 use signorini_multibody::{Input, Model, State};
 
-use crate::step::step_driven;
-use crate::{Settings, SimulationError, StepReport, Workspace};
-
-/// The velocity that a degree of freedom shall have at the end of a step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DrivenVelocity {
-    /// The degree of freedom, an index into `v`.
-    pub dof: usize,
-    /// Its velocity at the end of the step, m/s or rad/s.
-    pub velocity: f64,
-}
+use crate::SimulationError;
+use crate::report::StepReport;
+use crate::settings::Settings;
+use crate::step::{DrivenVelocity, step_driven};
+use crate::workspace::Workspace;
 
 /// What [`inverse_step`] computes.
 #[derive(Clone, Debug, PartialEq)]

@@ -12,9 +12,7 @@ use std::sync::Arc;
 use signorini_contact::{
     Certificate, ConeCertificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone,
 };
-use signorini_multibody::{
-    Input, Model, State, advance_activations_into, forward_kinematics_into, free_motion_into, integrate_into,
-};
+use signorini_multibody::{Input, Model, State, forward_kinematics_into, free_motion_into};
 use signorini_recording::{
     ContactFrame, Frame, FrictionCode, FrictionPolygon, Header, Impulses, RestitutionCode, StepLaws,
 };
@@ -24,8 +22,8 @@ pub use fault::StepFault;
 use crate::restitution::decompression as decompression_problem;
 use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
 use crate::solver::residuals;
-use crate::step::Workspace;
 use crate::warm::{joint_limit_key, tendon_limit_key};
+use crate::workspace::Workspace;
 use crate::{CertifiedLaw, SimulationError};
 
 /// What a recorded step shows when it is checked.
@@ -109,7 +107,7 @@ impl Recertifier {
             take_solution(&half.problem, second, &mut half.solution)?;
             certificate.certificate.merge(&certify(&half.problem, &half.solution));
         }
-        certificate.fault = self.compare(frame).err();
+        certificate.fault = compare::compare(&self.model, &self.workspace, &self.state, frame).err();
         self.advance();
         Ok(certificate)
     }
@@ -199,15 +197,8 @@ impl Recertifier {
 
     /// The state that the step checked leads to.
     fn advance(&mut self) {
-        let Self { model, settings, workspace: ws, state, input, next } = self;
-        let dt = settings.timestep.unwrap_or(model.timestep);
-        advance_activations_into(model, state, input, dt, &mut next.activation);
-        next.time = state.time + dt;
-        next.v.copy_from_slice(ws.end_velocity());
-        integrate_into(model, &state.q, &next.v, dt, &mut next.q);
-        if settings.position_iterations > 0 && !model.equalities.is_empty() {
-            ws.assembler.project(model, &ws.builder.problem.mass_factor, &mut next.q, settings.position_iterations);
-        }
+        let Self { model, settings, workspace, state, input, next } = self;
+        workspace.advance_into(model, state, input, settings, next);
     }
 }
 

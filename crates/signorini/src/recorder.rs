@@ -13,8 +13,9 @@ use signorini_recording::{
 
 pub use solution::step_solution_into;
 
+use crate::report::StepReport;
 use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
-use crate::step::{StepReport, Workspace};
+use crate::workspace::Workspace;
 
 /// The header of a recording of this model; its [`source`](Header::source) is left for whoever knows the file.
 pub fn recording_header(model: &Model, settings: &Settings) -> Header {

@@ -2,7 +2,7 @@
 
 use signorini_multibody::{Input, State};
 
-use crate::{Settings, StepReport, Workspace};
+use crate::report::StepReport;
 
 /// The last step, if it ended where it began. The problem and the solution of it are those in the workspace.
 #[derive(Clone, Debug, Default)]
@@ -53,28 +53,6 @@ impl FixedPoint {
         self.report.solver = Default::default();
         (self.report.solver.islands, self.report.solver.sleeping_islands) = (islands, islands);
         (self.report.enlargements, self.report.unresolved_rotations) = (0, report.unresolved_rotations);
-    }
-}
-
-impl Workspace {
-    /// The last step again, where nothing has changed since and its solution still certifies.
-    pub(crate) fn stay(
-        &mut self,
-        state: &State,
-        input: &Input,
-        settings: &Settings,
-        dt: f64,
-        next: &mut State,
-    ) -> Option<StepReport> {
-        if !self.solver.keeps_directions() {
-            return None; // What certifies the last step there is not the polygon's certificate.
-        }
-        let report = self.fixed_point.report(state, input, dt)?;
-        let certificate = self.solver.certify(&self.builder.problem, &self.solution);
-        let report = StepReport { certificate, ..report.clone() };
-        next.clone_from(state);
-        next.time = state.time + dt;
-        certificate.holds(settings.tolerance).then_some(report)
     }
 }
 

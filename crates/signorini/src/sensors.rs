@@ -6,32 +6,12 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    BodyId, EqualityKind, FrameId, Geometry, LengthRow, Model, NewtonEuler, Pose, SensorKind, Site, SiteId, State,
-    inverse_dynamics_into, moving_frame, state_sensors_into,
+    BodyId, EqualityKind, FrameId, Geometry, Model, Pose, SensorKind, Site, SiteId, State, inverse_dynamics_into,
+    moving_frame, state_sensors_into,
 };
 
-use crate::FrictionSource;
-use crate::step::Workspace;
-
-/// Storage for sensors.
-#[derive(Clone, Debug)]
-pub(crate) struct SensorWork {
-    newton_euler: NewtonEuler,
-    acceleration: Vec<f64>,
-    force: Vec<f64>,
-    row: LengthRow,
-}
-
-impl SensorWork {
-    pub fn new(model: &Model) -> Self {
-        Self {
-            newton_euler: NewtonEuler::new(model),
-            acceleration: vec![0.0; model.nv],
-            force: vec![0.0; model.nv],
-            row: LengthRow::new(model),
-        }
-    }
-}
+use crate::source::FrictionSource;
+use crate::workspace::Workspace;
 
 /// Numbers of all sensors at the beginning of the last step, in the order of the model's sensors.
 ///

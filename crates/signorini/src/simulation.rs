@@ -8,10 +8,13 @@ use signorini_multibody::{
     potential_energy,
 };
 
+use crate::report::StepReport;
 use crate::sensors::sensors_into;
+use crate::settings::Settings;
 use crate::solver::CertifiedLaw;
-use crate::step::{StepReport, Workspace, step};
-use crate::{Settings, SimulationError, Snapshot};
+use crate::step::step;
+use crate::workspace::Workspace;
+use crate::{SimulationError, Snapshot};
 
 /// What a run adds up to.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -3,10 +3,10 @@
 use signorini_contact::{ContactProblem, ContactSolution, WarmStart};
 
 use crate::SimulationError;
-use crate::build::FrictionSource;
 use crate::settings::Settings;
 use crate::solver::StepSolver;
-use crate::step::Workspace;
+use crate::source::FrictionSource;
+use crate::workspace::Workspace;
 
 /// Corrections slower than this part of the velocity scale are rounding.
 const ROUNDING: f64 = 1e-9;

@@ -3,8 +3,7 @@
 use signorini_contact::{ContactSolution, WarmStart};
 use signorini_multibody::{ContactPoint, JointId, TendonId};
 
-use crate::build::FrictionSource;
-use crate::step::ContactSource;
+use crate::source::{ContactSource, FrictionSource};
 
 /// What identifies a contact from step to step: its geoms and feature, or a limit of a joint or tendon.
 pub(crate) type ContactKey = [u32; 3];

@@ -3,7 +3,7 @@
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{Joint, JointKind, Model, State, rotation_log, tendon_length_into};
 
-use super::{ProblemBuilder, stabilized};
+use super::builder::{ProblemBuilder, stabilized};
 use crate::warm::{ContactKey, joint_limit_key, tendon_limit_key};
 
 /// Below this angle the axis of a ball joint's rotation is not taken from the rotation, rad.

@@ -5,7 +5,8 @@ use signorini_multibody::{
     ActuatorKind, EqualityBlock, Input, Kinematics, Model, State, actuator_length_into, equality_block_into,
 };
 
-use super::{BilateralSource, FrictionSource, ProblemBuilder};
+use super::builder::ProblemBuilder;
+use crate::source::{BilateralSource, FrictionSource};
 
 /// Entries of a block below this, relative to its largest one, are rounding.
 const ROUNDING: f64 = 1e-13;

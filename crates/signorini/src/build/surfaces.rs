@@ -1,11 +1,10 @@
 //! Contact points: tangents, moving surfaces, and friction against spinning and rolling.
 
 use signorini_contact::{ContactFrame, FrictionBound};
-use signorini_multibody::{
-    ContactPoint, GeomId, Kinematics, Model, SpinResistance, contact_rows_into, glam::DVec3, spin_rows_into,
-};
+use signorini_multibody::{ContactPoint, GeomId, Kinematics, Model, contact_rows_into, glam::DVec3, spin_rows_into};
 
-use super::{FrictionSource, ProblemBuilder, stabilized};
+use super::builder::{ProblemBuilder, stabilized};
+use crate::source::FrictionSource;
 use crate::warm::point_key;
 
 /// A lever below this, relative to the coordinates of the point, is the rounding of their difference.
@@ -13,29 +12,6 @@ const ROUNDING: f64 = 1e-14;
 
 /// A lever below this, relative to an overlap, would have to turn by a hundred radians in the step to open it.
 const POWERLESS: f64 = 1e-2;
-
-/// What the surfaces of a model have that not every model has.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SurfaceFeatures {
-    belts: bool,
-    grain: bool,
-    spin: bool,
-    pub restitution: bool,
-}
-
-impl SurfaceFeatures {
-    pub fn of(model: &Model) -> Self {
-        let pairs = &model.pairs;
-        Self {
-            grain: model.geoms.iter().any(|g| g.grain.is_some()),
-            belts: model.geoms.iter().any(|g| g.surface_velocity != DVec3::ZERO),
-            spin: model.geoms.iter().any(|g| g.spin_resistance != SpinResistance::None)
-                || pairs.iter().any(|p| p.spin_resistance != SpinResistance::None),
-            restitution: model.geoms.iter().any(|g| g.restitution > 0.0)
-                || pairs.iter().any(|p| p.restitution.is_some_and(|e| e > 0.0)),
-        }
-    }
-}
 
 impl ProblemBuilder {
     pub(super) fn push_point(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint) {

@@ -1,10 +1,12 @@
 //! What a frame says beside its solution, compared with what follows from model, state and solution.
 
+use signorini_multibody::{Model, State};
 use signorini_recording::Frame;
 
-use super::{Recertifier, StepFault};
+use super::fault::StepFault;
 use crate::recorder::{energy, pose_array};
-use crate::step::ContactSource;
+use crate::source::ContactSource;
+use crate::workspace::Workspace;
 
 /// Largest difference that is rounding: absolute below 1, relative above.
 const ROUNDING: f64 = 1e-9;
@@ -26,86 +28,83 @@ fn difference<const N: usize>(found: [f64; N], expected: [f64; N]) -> Option<f64
     far.then(|| largest_difference(&found, &expected))
 }
 
-impl Recertifier {
-    /// Compares everything; the first thing that differs.
-    pub(super) fn compare(&self, frame: &Frame) -> Result<(), StepFault> {
-        self.compare_contacts(frame)?;
-        self.compare_limits(frame)?;
-        self.compare_impulses(frame)?;
-        for (body, (recorded, pose)) in frame.body_poses.iter().zip(&self.workspace.kinematics.pose).enumerate() {
-            if let Some(difference) = difference(*recorded, pose_array(pose)) {
-                return Err(StepFault::Pose { body, difference });
-            }
-        }
-        let expected = energy(&self.model, &self.workspace.kinematics, &self.state);
-        let recorded = [frame.energy.kinetic, frame.energy.potential];
-        match difference(recorded, [expected.kinetic, expected.potential]) {
-            Some(difference) => Err(StepFault::Energy { difference }),
-            None => Ok(()),
+/// Compares everything; the first thing that differs.
+pub(super) fn compare(model: &Model, ws: &Workspace, state: &State, frame: &Frame) -> Result<(), StepFault> {
+    compare_contacts(ws, frame)?;
+    compare_limits(ws, frame)?;
+    compare_impulses(ws, frame)?;
+    for (body, (recorded, pose)) in frame.body_poses.iter().zip(&ws.kinematics.pose).enumerate() {
+        if let Some(difference) = difference(*recorded, pose_array(pose)) {
+            return Err(StepFault::Pose { body, difference });
         }
     }
+    let expected = energy(model, &ws.kinematics, state);
+    let recorded = [frame.energy.kinetic, frame.energy.potential];
+    match difference(recorded, [expected.kinetic, expected.potential]) {
+        Some(difference) => Err(StepFault::Energy { difference }),
+        None => Ok(()),
+    }
+}
 
-    fn compare_contacts(&self, frame: &Frame) -> Result<(), StepFault> {
-        let ws = &self.workspace;
-        let found = ws.points.iter().zip(&ws.builder.frames);
-        for (contact, (c, (point, axes))) in frame.contacts.iter().zip(found).enumerate() {
-            let ids = [c.body_a, c.body_b, c.geom_a, c.geom_b].map(f64::from);
-            let expected = [point.body_a.0, point.body_b.0, point.geom_a.0, point.geom_b.0].map(f64::from);
-            let [_, slip_1, slip_2] = ws.builder.problem.contact_velocity(contact, ws.end_velocity());
-            for (what, difference) in [
-                ("its pair of shapes", difference(ids, expected)),
-                ("its gap", difference([c.gap], [point.gap])),
-                ("its point", difference(c.point, point.position.to_array())),
-                ("its normal", difference(c.normal, axes.normal.to_array())),
-                ("its first tangent", difference(c.tangent_1, axes.tangent_1.to_array())),
-                ("its second tangent", difference(c.tangent_2, axes.tangent_2.to_array())),
-                ("its coefficient of friction", difference([c.friction], [point.friction])),
-                ("its sliding velocity", difference(c.velocity_t, [slip_1, slip_2])),
-            ] {
-                if let Some(difference) = difference {
-                    return Err(StepFault::Contact { contact, what, difference });
-                }
+fn compare_contacts(ws: &Workspace, frame: &Frame) -> Result<(), StepFault> {
+    let found = ws.points.iter().zip(&ws.builder.frames);
+    for (contact, (c, (point, axes))) in frame.contacts.iter().zip(found).enumerate() {
+        let ids = [c.body_a, c.body_b, c.geom_a, c.geom_b].map(f64::from);
+        let expected = [point.body_a.0, point.body_b.0, point.geom_a.0, point.geom_b.0].map(f64::from);
+        let [_, slip_1, slip_2] = ws.builder.problem.contact_velocity(contact, ws.end_velocity());
+        for (what, difference) in [
+            ("its pair of shapes", difference(ids, expected)),
+            ("its gap", difference([c.gap], [point.gap])),
+            ("its point", difference(c.point, point.position.to_array())),
+            ("its normal", difference(c.normal, axes.normal.to_array())),
+            ("its first tangent", difference(c.tangent_1, axes.tangent_1.to_array())),
+            ("its second tangent", difference(c.tangent_2, axes.tangent_2.to_array())),
+            ("its coefficient of friction", difference([c.friction], [point.friction])),
+            ("its sliding velocity", difference(c.velocity_t, [slip_1, slip_2])),
+        ] {
+            if let Some(difference) = difference {
+                return Err(StepFault::Contact { contact, what, difference });
             }
         }
-        Ok(())
     }
+    Ok(())
+}
 
-    fn compare_limits(&self, frame: &Frame) -> Result<(), StepFault> {
-        let (ws, first) = (&self.workspace, frame.contacts.len());
-        for (i, limit) in frame.solution.limits.iter().enumerate() {
-            let contact = first + i;
-            let same = match ws.contact_source(contact) {
-                Some(ContactSource::Limit { joint, upper }) => {
-                    !limit.tendon && (joint.0, upper) == (limit.index, limit.upper)
-                }
-                Some(ContactSource::TendonLimit { tendon, upper }) => {
-                    limit.tendon && (tendon.0, upper) == (limit.index, limit.upper)
-                }
-                _ => false,
-            };
-            if !same {
-                return Err(StepFault::Contact { contact, what: "the order of limits", difference: 1.0 });
+fn compare_limits(ws: &Workspace, frame: &Frame) -> Result<(), StepFault> {
+    let first = frame.contacts.len();
+    for (i, limit) in frame.solution.limits.iter().enumerate() {
+        let contact = first + i;
+        let same = match ws.contact_source(contact) {
+            Some(ContactSource::Limit { joint, upper }) => {
+                !limit.tendon && (joint.0, upper) == (limit.index, limit.upper)
             }
-            if let Some(difference) = difference([limit.gap], [ws.builder.problem.gap[contact]]) {
-                return Err(StepFault::Contact { contact, what: "the distance to its limit", difference });
+            Some(ContactSource::TendonLimit { tendon, upper }) => {
+                limit.tendon && (tendon.0, upper) == (limit.index, limit.upper)
             }
+            _ => false,
+        };
+        if !same {
+            return Err(StepFault::Contact { contact, what: "the order of limits", difference: 1.0 });
         }
-        let (recorded, found) = (first + frame.solution.limits.len(), ws.builder.problem.contact_count());
-        if recorded == found { Ok(()) } else { Err(StepFault::Contacts { recorded, found }) }
+        if let Some(difference) = difference([limit.gap], [ws.builder.problem.gap[contact]]) {
+            return Err(StepFault::Contact { contact, what: "the distance to its limit", difference });
+        }
     }
+    let (recorded, found) = (first + frame.solution.limits.len(), ws.builder.problem.contact_count());
+    if recorded == found { Ok(()) } else { Err(StepFault::Contacts { recorded, found }) }
+}
 
-    fn compare_impulses(&self, frame: &Frame) -> Result<(), StepFault> {
-        let contacts = frame.contacts.iter().map(|c| [c.lambda_n, c.lambda_t[0], c.lambda_t[1]]);
-        let limits = frame.solution.limits.iter().map(|limit| [limit.impulse, 0.0, 0.0]);
-        let count = self.workspace.builder.problem.contact_count();
-        let expected: Vec<[f64; 3]> = (0..count).map(|i| self.workspace.contact_impulse(i)).collect();
-        let largest = expected.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-        for (contact, (recorded, expected)) in contacts.chain(limits).zip(expected).enumerate() {
-            let difference = largest_difference(&recorded, &expected);
-            if difference > ROUNDING * largest {
-                return Err(StepFault::Impulse { contact, difference });
-            }
+fn compare_impulses(ws: &Workspace, frame: &Frame) -> Result<(), StepFault> {
+    let contacts = frame.contacts.iter().map(|c| [c.lambda_n, c.lambda_t[0], c.lambda_t[1]]);
+    let limits = frame.solution.limits.iter().map(|limit| [limit.impulse, 0.0, 0.0]);
+    let count = ws.builder.problem.contact_count();
+    let expected: Vec<[f64; 3]> = (0..count).map(|i| ws.contact_impulse(i)).collect();
+    let largest = expected.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    for (contact, (recorded, expected)) in contacts.chain(limits).zip(expected).enumerate() {
+        let difference = largest_difference(&recorded, &expected);
+        if difference > ROUNDING * largest {
+            return Err(StepFault::Impulse { contact, difference });
         }
-        Ok(())
     }
+    Ok(())
 }

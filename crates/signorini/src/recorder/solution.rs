@@ -4,7 +4,9 @@ use signorini_contact::ContactSolution;
 use signorini_multibody::Input;
 use signorini_recording::{Frame, Impulses, LimitFrame};
 
-use crate::step::{ContactSource, StepReport, Workspace};
+use crate::report::StepReport;
+use crate::source::ContactSource;
+use crate::workspace::Workspace;
 
 /// Adds to a frame, after [`frame_into`](super::frame_into), what acted in the step and its solution, so that its
 /// certificate can be computed again ([`Recertifier`](crate::Recertifier)). A step without solution adds nothing.

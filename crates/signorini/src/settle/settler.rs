@@ -7,9 +7,12 @@ use signorini_contact::{ProblemError, SettlingEffort, SettlingSolver, SettlingSt
 use signorini_multibody::{Model, State, integrate_into};
 
 use super::pace::{CALM, MOVING, SLOW};
-use super::{SettleProgress, SettleSettings};
+use super::report::{SettleProgress, SettleSettings};
+use crate::report::StepReport;
+use crate::settings::Settings;
 use crate::step::step;
-use crate::{Settings, Simulation, SimulationError, StepReport, Workspace};
+use crate::workspace::Workspace;
+use crate::{Simulation, SimulationError};
 
 /// Δt of the steps over that of the simulation, where none is given.
 const LONGER: f64 = 4.0;

@@ -1,0 +1,116 @@
+//! The problem of a step with what belongs to it, and the storage to build it.
+
+use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon};
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{EqualityBlock, FreeMotion, LengthRow, Model, SparseRows, SpinResistance};
+
+use crate::settings::{RestitutionLaw, Settings};
+use crate::source::{BilateralSource, FrictionSource};
+use crate::warm::{ContactKey, GroupKey};
+
+/// What the surfaces of a model have that not every model has.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SurfaceFeatures {
+    pub belts: bool,
+    pub grain: bool,
+    pub spin: bool,
+    pub restitution: bool,
+}
+
+impl SurfaceFeatures {
+    pub fn of(model: &Model) -> Self {
+        let pairs = &model.pairs;
+        Self {
+            grain: model.geoms.iter().any(|g| g.grain.is_some()),
+            belts: model.geoms.iter().any(|g| g.surface_velocity != DVec3::ZERO),
+            spin: model.geoms.iter().any(|g| g.spin_resistance != SpinResistance::None)
+                || pairs.iter().any(|p| p.spin_resistance != SpinResistance::None),
+            restitution: model.geoms.iter().any(|g| g.restitution > 0.0)
+                || pairs.iter().any(|p| p.restitution.is_some_and(|e| e > 0.0)),
+        }
+    }
+}
+
+/// A contact that closes with more than the velocity that gravity gives in a step, and restores some of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Impact {
+    pub contact: usize,
+    /// Part of the normal impulse of the compression that comes back.
+    pub restitution: f64,
+}
+
+/// The contact problem of a step with what belongs to it, and the storage to build it.
+#[derive(Clone, Debug)]
+pub(crate) struct ProblemBuilder {
+    pub problem: ContactProblem,
+    /// Frames of the contact points, in order; limits come after them and have none.
+    pub frames: Vec<ContactFrame>,
+    /// Identity of every contact of the problem, ascending.
+    pub keys: Vec<ContactKey>,
+    /// Identity of every friction group, ascending.
+    pub group_keys: Vec<GroupKey>,
+    /// Where each friction group comes from.
+    pub friction_source: Vec<FrictionSource>,
+    /// Where each bilateral row comes from.
+    pub bilateral_source: Vec<BilateralSource>,
+    /// The contacts that restore velocity.
+    pub impacts: Vec<Impact>,
+    /// Largest |Θ| of the equality constraints at the beginning of the step, m or rad.
+    pub constraint_error: f64,
+    pub polygon: FrictionPolygon,
+    /// The polygon of the contact at hand, where its friction depends on the direction.
+    pub(super) stretched: FrictionPolygon,
+    pub(super) rows: SparseRows,
+    pub(super) block: EqualityBlock,
+    pub(super) length: LengthRow,
+    pub(super) frictionless: FrictionPolygon,
+    pub(super) features: SurfaceFeatures,
+    pub(super) stabilization: f64,
+    pub(super) assembly_tolerance: f64,
+    pub(super) law: RestitutionLaw,
+}
+
+impl ProblemBuilder {
+    pub fn new(model: &Model, problem: ContactProblem, polygon: FrictionPolygon, settings: &Settings) -> Self {
+        Self {
+            problem,
+            frames: Vec::new(),
+            keys: Vec::new(),
+            group_keys: Vec::new(),
+            friction_source: Vec::new(),
+            bilateral_source: Vec::new(),
+            impacts: Vec::new(),
+            constraint_error: 0.0,
+            stretched: polygon.clone(),
+            polygon,
+            rows: SparseRows::new(model),
+            block: EqualityBlock::new(model),
+            length: LengthRow::new(model),
+            frictionless: FrictionPolygon::frictionless(),
+            features: SurfaceFeatures::of(model),
+            stabilization: settings.stabilization,
+            assembly_tolerance: settings.assembly_tolerance,
+            law: settings.restitution,
+        }
+    }
+
+    /// Takes mass matrix, factor and free velocity from `smooth`, which gets the storage of the last step in exchange.
+    pub fn take_smooth(&mut self, smooth: &mut FreeMotion, dt: f64) {
+        std::mem::swap(&mut self.problem.mass, &mut smooth.mass.matrix);
+        std::mem::swap(&mut self.problem.mass_factor, &mut smooth.factor);
+        self.problem.free_velocity.copy_from_slice(&smooth.free_velocity);
+        self.problem.timestep = dt;
+    }
+
+    /// Takes negative gaps as zero; whether there were any.
+    pub fn clip_gaps(&mut self) -> bool {
+        let negative = self.problem.gap.iter().any(|&phi| phi < 0.0);
+        self.problem.gap.iter_mut().for_each(|phi| *phi = phi.max(0.0));
+        negative
+    }
+}
+
+/// A gap with the part of its violation that the step corrects.
+pub(super) fn stabilized(gap: f64, stabilization: f64) -> f64 {
+    if gap < 0.0 { stabilization * gap } else { gap }
+}

@@ -1,0 +1,150 @@
+//! The phases of a step: what comes before the contacts, the problem, its solution, the decompression after impacts.
+
+use signorini_contact::{BilateralBasis, SolveStatus};
+use signorini_multibody::{
+    Input, Model, State, advance_activations_into, forward_kinematics_into, free_motion_into, integrate_into,
+};
+
+use crate::SimulationError;
+use crate::report::StepReport;
+use crate::restitution::decompression as decompression_problem;
+use crate::settings::{InfeasiblePolicy, RestitutionLaw, Settings};
+use crate::solver::Verdict;
+use crate::workspace::Workspace;
+
+/// A dependent row contradicts the others where it is off by this fraction of the velocity scale.
+const CONTRADICTION: f64 = 1e-7;
+
+impl Workspace {
+    /// The last step again, where nothing has changed since and its solution still certifies.
+    pub(crate) fn stay(
+        &mut self,
+        state: &State,
+        input: &Input,
+        settings: &Settings,
+        dt: f64,
+        next: &mut State,
+    ) -> Option<StepReport> {
+        if !self.solver.keeps_directions() {
+            return None; // What certifies the last step there is not the polygon's certificate.
+        }
+        let report = self.fixed_point.report(state, input, dt)?;
+        let certificate = self.solver.certify(&self.builder.problem, &self.solution);
+        let report = StepReport { certificate, ..report.clone() };
+        next.clone_from(state);
+        next.time = state.time + dt;
+        certificate.holds(settings.tolerance).then_some(report)
+    }
+
+    /// What comes before the contacts of a step: kinematics, free motion, and how far bodies can move.
+    pub(crate) fn begin(
+        &mut self,
+        model: &Model,
+        state: &State,
+        input: &Input,
+        dt: f64,
+    ) -> Result<(), SimulationError> {
+        self.fixed_point.clear();
+        forward_kinematics_into(model, &state.q, &state.v, &mut self.kinematics);
+        free_motion_into(model, &self.kinematics, state, input, dt, &mut self.smooth)?;
+        self.builder.take_smooth(&mut self.smooth, dt);
+        self.reach.start(model, &self.kinematics, &self.builder.problem.free_velocity, dt);
+        Ok(())
+    }
+
+    /// Finds the contacts within reach and builds the step's problem.
+    pub(crate) fn build_problem(&mut self, model: &Model, state: &State, input: &Input) {
+        self.collider.find(model, &self.kinematics.pose, &self.reach.reach, &mut self.points);
+        self.builder.build(model, state, input, &self.kinematics, &self.points);
+    }
+
+    /// Solves the problem at hand and writes how it went to the report.
+    pub(crate) fn solve(&mut self, settings: &Settings, report: &mut StepReport) -> Result<(), SimulationError> {
+        let mut verdict = self.solve_once()?;
+        let unsolvable = matches!(self.solution.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
+        if unsolvable && settings.infeasible == InfeasiblePolicy::ClipGaps && self.builder.clip_gaps() {
+            report.clipped_gaps = true;
+            verdict = self.solve_once()?;
+        }
+        report.status.clone_from(&self.solution.status);
+        report.law = verdict.law;
+        report.certificate = verdict.certificate;
+        report.cone_certificate = verdict.cone;
+        report.least_norm = verdict.least_norm;
+        report.solver.accumulate(&self.solution.report);
+        report.contacts = self.builder.problem.contact_count();
+        report.missed_tolerance = !verdict.holds;
+        Ok(())
+    }
+
+    fn solve_once(&mut self) -> Result<Verdict, SimulationError> {
+        let start = self.warm.start_for(&self.builder.keys, &self.builder.group_keys);
+        self.solver.solve_into(&mut self.builder.problem, Some(start), &mut self.solution)
+    }
+
+    /// The decompression after impacts, by Poisson's law.
+    pub(crate) fn decompress(&mut self, settings: &Settings, report: &mut StepReport) -> Result<(), SimulationError> {
+        report.impacts = self.builder.impacts.len();
+        report.constraint_error = self.builder.constraint_error;
+        let Self { builder, decompression, solver, solution, .. } = self;
+        decompression.happened = settings.restitution == RestitutionLaw::Poisson
+            && report.advanced()
+            && builder.impacts.iter().any(|impact| solution.lambda_n[impact.contact] > 0.0);
+        if !decompression.happened {
+            return Ok(());
+        }
+        decompression_problem(&builder.problem, solution, &builder.impacts, &mut decompression.problem);
+        let verdict = solver.solve_into(&mut decompression.problem, None, &mut decompression.solution)?;
+        report.status.clone_from(&decompression.solution.status);
+        report.certificate.merge(&verdict.certificate);
+        if let (Some(first), Some(second)) = (&mut report.cone_certificate, &verdict.cone) {
+            first.merge(second);
+        }
+        report.solver.accumulate(&decompression.solution.report);
+        report.missed_tolerance |= !verdict.holds;
+        Ok(())
+    }
+
+    /// The state that the solved step leads to; `next` is of the same model.
+    pub(crate) fn advance_into(
+        &mut self,
+        model: &Model,
+        state: &State,
+        input: &Input,
+        settings: &Settings,
+        next: &mut State,
+    ) {
+        let dt = self.builder.problem.timestep;
+        next.time = state.time + dt;
+        advance_activations_into(model, state, input, dt, &mut next.activation);
+        next.v.copy_from_slice(self.end_velocity());
+        integrate_into(model, &state.q, &next.v, dt, &mut next.q);
+        if settings.position_iterations > 0 && !model.equalities.is_empty() {
+            let factor = &self.builder.problem.mass_factor;
+            self.assembler.project(model, factor, &mut next.q, settings.position_iterations);
+        }
+    }
+
+    /// Where equality constraints alone have no solution, the error that names them.
+    pub(crate) fn name_contradiction(&self, model: &Model) -> Result<(), SimulationError> {
+        let problem = &self.builder.problem;
+        if self.solution.status == SolveStatus::Solved || problem.bilateral_violation.is_empty() {
+            return Ok(());
+        }
+        let rates = problem.bilateral_violation.iter().enumerate().map(|(k, theta)| {
+            problem.bilateral_jacobian.multiply(k, &problem.free_velocity)[0] + theta / problem.timestep
+        });
+        let rates: Vec<f64> = rates.collect();
+        let mut basis = BilateralBasis::default();
+        basis.factor(&problem.bilateral_jacobian, &problem.mass_factor, problem.nv());
+        let rows = basis.contradiction(&rates, CONTRADICTION * problem.velocity_scale());
+        // Driven degrees of freedom come after the constraints and have no source.
+        let mut constraints: Vec<usize> = rows.iter().filter_map(|&k| self.bilateral_source(k)).collect();
+        constraints.dedup();
+        if constraints.is_empty() {
+            return Ok(());
+        }
+        let names = constraints.iter().map(|&e| model.equalities[e].name.clone()).collect();
+        Err(SimulationError::ContradictingEqualities { names })
+    }
+}

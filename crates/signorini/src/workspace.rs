@@ -1,0 +1,228 @@
+//! Everything a step needs besides model and state, and what it leaves behind.
+
+use signorini_collision::Collider;
+use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
+use signorini_multibody::{BlockDiagonal, ContactPoint, FreeMotion, Kinematics, LengthRow, Model, NewtonEuler};
+
+use crate::SimulationError;
+use crate::assembly::Assembler;
+use crate::build::ProblemBuilder;
+use crate::reach::BodyReach;
+use crate::rest::FixedPoint;
+use crate::settings::Settings;
+use crate::solver::StepSolver;
+use crate::source::{ContactSource, FrictionSource};
+use crate::warm::{WarmCache, limit_of};
+
+/// Everything a step needs besides model and state; made once, so that a step allocates nothing.
+pub struct Workspace {
+    pub(crate) kinematics: Kinematics,
+    pub(crate) points: Vec<ContactPoint>,
+    pub(crate) solution: ContactSolution,
+    pub(crate) builder: ProblemBuilder,
+    pub(crate) assembler: Assembler,
+    pub(crate) decompression: Decompression,
+    pub(crate) smooth: FreeMotion,
+    pub(crate) sensors: SensorWork,
+    pub(crate) collider: Collider,
+    pub(crate) reach: BodyReach,
+    pub(crate) solver: StepSolver,
+    pub(crate) fixed_point: FixedPoint,
+    pub(crate) warm: WarmCache,
+}
+
+/// The second half of the impacts of a step.
+pub(crate) struct Decompression {
+    pub happened: bool,
+    pub problem: ContactProblem,
+    pub solution: ContactSolution,
+}
+
+/// Storage for sensors.
+#[derive(Clone, Debug)]
+pub(crate) struct SensorWork {
+    pub newton_euler: NewtonEuler,
+    pub acceleration: Vec<f64>,
+    pub force: Vec<f64>,
+    pub row: LengthRow,
+}
+
+impl SensorWork {
+    pub fn new(model: &Model) -> Self {
+        Self {
+            newton_euler: NewtonEuler::new(model),
+            acceleration: vec![0.0; model.nv],
+            force: vec![0.0; model.nv],
+            row: LengthRow::new(model),
+        }
+    }
+}
+
+impl Workspace {
+    /// Prepares a model for stepping.
+    ///
+    /// # Errors
+    /// [`SimulationError`] if a setting is out of its range or a shape cannot be prepared.
+    pub fn new(model: &Model, settings: &Settings) -> Result<Self, SimulationError> {
+        let polygon = settings.validate()?;
+        // The problem starts with the identity in the model's blocks; every step exchanges it for the step's own matrix.
+        let mut mass = BlockDiagonal::new(model);
+        (0..model.nv).for_each(|k| mass.add_to_diagonal(k, 1.0));
+        let problem = ContactProblem::new(mass, vec![0.0; model.nv], settings.timestep.unwrap_or(model.timestep))?;
+        let collider = Collider::new(model)?;
+        Ok(Self {
+            kinematics: Kinematics::new(model),
+            points: Vec::new(),
+            solution: ContactSolution::default(),
+            decompression: Decompression {
+                happened: false,
+                problem: problem.clone(),
+                solution: ContactSolution::default(),
+            },
+            builder: ProblemBuilder::new(model, problem, polygon, settings),
+            assembler: Assembler::new(model, settings.assembly_tolerance),
+            smooth: FreeMotion::new(model),
+            sensors: SensorWork::new(model),
+            reach: BodyReach::new(model, &collider),
+            collider,
+            solver: StepSolver::new(settings)?,
+            warm: WarmCache::default(),
+            fixed_point: FixedPoint::default(),
+        })
+    }
+
+    /// Contact points of the last step; joint limits are not among them.
+    pub fn contact_points(&self) -> &[ContactPoint] {
+        &self.points
+    }
+
+    /// The contact whose overlap the last step had to remove fastest, and how fast, m/s, where that is more than 1 m/s: what a start
+    /// inside the floor looks like. Where negative gaps were taken as zero there is none.
+    pub fn sudden_overlap(&self) -> Option<(&ContactPoint, f64)> {
+        let problem = &self.builder.problem;
+        // The problem's gap is less where an overlap goes in parts, and not the distance where contacts bounce.
+        let overlap = |(point, gap): (&ContactPoint, &f64)| point.gap.max(*gap) / -problem.timestep;
+        let speeds = self.points.iter().zip(&problem.gap).map(overlap);
+        let fastest = self.points.iter().zip(speeds).max_by(|a, b| a.1.total_cmp(&b.1));
+        fastest.filter(|(_, speed)| *speed > 1.0)
+    }
+
+    /// Frames of the contact points.
+    pub fn contact_frames(&self) -> &[ContactFrame] {
+        &self.builder.frames
+    }
+
+    /// The contact problem of the last step: first the contact points in their order, then limits of
+    /// joints and tendons.
+    pub fn problem(&self) -> &ContactProblem {
+        &self.builder.problem
+    }
+
+    /// What contact `i` of the [problem](Self::problem) comes from.
+    pub fn contact_source(&self, i: usize) -> Option<ContactSource> {
+        if let Some(point) = self.points.get(i) {
+            return Some(ContactSource::Point(*point));
+        }
+        self.builder.keys.get(i).map(limit_of)
+    }
+
+    /// What friction group `j` of the [problem](Self::problem) comes from.
+    pub fn friction_source(&self, j: usize) -> Option<FrictionSource> {
+        self.builder.friction_source.get(j).copied()
+    }
+
+    /// The index of the equality constraint that bilateral row `k` of the [problem](Self::problem) belongs to.
+    pub fn bilateral_source(&self, k: usize) -> Option<usize> {
+        self.builder.bilateral_source.get(k).map(|source| source.equality)
+    }
+
+    /// Problem and solution of the decompression, where the last step had one (Poisson's law of restitution): the
+    /// [problem](Self::problem) is then that of the compression, and the impulses of the step are the sum of `e` times those of the
+    /// compression, of the compression's, and of these ([`contact_impulse`](Self::contact_impulse)).
+    pub fn decompression(&self) -> Option<(&ContactProblem, &ContactSolution)> {
+        self.decompression.happened.then_some((&self.decompression.problem, &self.decompression.solution))
+    }
+
+    /// The solution of the last step.
+    pub fn solution(&self) -> &ContactSolution {
+        &self.solution
+    }
+
+    /// The impulse (normal, tangent 1, tangent 2) of contact `i` over the whole last step, N·s: its own, that of a belt, and
+    /// both phases of an impact.
+    pub fn contact_impulse(&self, i: usize) -> [f64; 3] {
+        let mut sum = self.solution.impulse[i];
+        let along = |problem: &ContactProblem, solution: &ContactSolution| {
+            let belongs =
+                |j: &usize| problem.friction_groups.bound[*j].normal().is_some_and(|(contact, _)| contact == i);
+            // The tangents of a contact come before its spinning and rolling.
+            let first = (0..problem.friction_groups.len()).find(belongs);
+            first.map_or([0.0; 2], |j| solution.group_impulse[j])
+        };
+        let belt = self.builder.friction_source.contains(&FrictionSource::Belt { contact: i });
+        let mut add = |[t_1, t_2]: [f64; 2]| {
+            sum[1] += t_1;
+            sum[2] += t_2;
+        };
+        if belt {
+            add(along(&self.builder.problem, &self.solution));
+        }
+        if let Some((problem, solution)) = self.decompression() {
+            if belt || !self.builder.problem.directions_of(i).is_empty() {
+                add(along(problem, solution));
+            }
+            let impact = self.builder.impacts.iter().find(|impact| impact.contact == i);
+            let restored = impact.map_or(0.0, |impact| impact.restitution * self.solution.lambda_n[i]);
+            sum[0] += restored + solution.lambda_n[i];
+        }
+        sum
+    }
+
+    /// The impulse of friction group `j` over the whole last step: both phases of an impact.
+    pub(crate) fn group_impulse(&self, j: usize) -> [f64; 2] {
+        let [mut first, mut second] = self.solution.group_impulse[j];
+        let of_contacts = &self.builder.problem.friction_groups.bound;
+        let bounded = of_contacts.iter().take_while(|bound| bound.normal().is_some()).count();
+        // The groups of the decompression are the tangents of contacts and then those groups that contacts bound, in their order.
+        if let Some((problem, solution)) = self.decompression()
+            && j < bounded
+        {
+            let [x, y] = solution.group_impulse[problem.friction_groups.len() - bounded + j];
+            (first, second) = (first + x, second + y);
+        }
+        [first, second]
+    }
+
+    /// The impulse of bilateral row `k` over the whole last step: both phases of an impact.
+    pub(crate) fn bilateral_impulse(&self, k: usize) -> f64 {
+        self.solution.bilateral[k] + self.decompression().map_or(0.0, |(_, solution)| solution.bilateral[k])
+    }
+
+    /// The velocity at the end of the step.
+    pub(crate) fn end_velocity(&self) -> &[f64] {
+        if self.decompression.happened { &self.decompression.solution.velocity } else { &self.solution.velocity }
+    }
+
+    /// The last solution in the form that the next step starts from, as plain numbers: stored with `(t, q, v)` and given
+    /// back to [`set_warm_start`](Self::set_warm_start), a run goes on with the same bits.
+    pub fn warm_start(&self) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        self.warm.write(&mut numbers);
+        numbers
+    }
+
+    /// Takes over a [`warm_start`](Self::warm_start) of the same model.
+    ///
+    /// # Errors
+    /// [`SimulationError::WarmStart`] if the numbers are not those of a warm start; nothing has changed then.
+    pub fn set_warm_start(&mut self, numbers: &[f64]) -> Result<(), SimulationError> {
+        self.fixed_point.clear();
+        self.warm.read(numbers).ok_or(SimulationError::WarmStart { found: numbers.len() })
+    }
+
+    /// Forgets the last solution, so that the next step starts cold.
+    pub fn clear_warm_start(&mut self) {
+        self.fixed_point.clear();
+        self.warm.clear();
+    }
+}
