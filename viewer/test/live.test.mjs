@@ -3,16 +3,14 @@
 // What the page shows is compared with the frames that come over its websocket, read here from the layout alone.
 
 import assert from "node:assert/strict";
-import { execFileSync, spawn } from "node:child_process";
+import { spawn } from "node:child_process";
 import { mkdtempSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
 import { after, before, test } from "node:test";
-import { fileURLToPath } from "node:url";
-import { drawnShare, openBrowser, pixelsOfColor } from "./support.mjs";
+import { drawnShare, openBrowser, pixelsOfColor, program } from "./support.mjs";
 
-const ROOT = fileURLToPath(new URL("../..", import.meta.url));
 const TIMESTEP = 0.005;
 // Nothing else on the page is of this colour; shading leaves the hue.
 const BOX_RED = "rgb(200, 20, 20)";
@@ -37,15 +35,6 @@ const requests = [];
 /** the frames that came, latest last: step and poses */
 const frames = [];
 
-/** The built command. */
-function command() {
-  const built = execFileSync(
-    "cargo", ["build", "--quiet", "-p", "signorini-cli", "--message-format=json"], { cwd: ROOT, maxBuffer: 1 << 28 },
-  );
-  const messages = built.toString().trim().split("\n").map((line) => JSON.parse(line));
-  return messages.find((message) => message.executable && message.target.name === "signorini").executable;
-}
-
 function readFrame(message) {
   const length = message.readUInt32LE(0);
   const { arrays } = JSON.parse(message.subarray(4, 4 + length).toString());
@@ -61,7 +50,7 @@ function readFrame(message) {
 async function view(text) {
   const model = join(mkdtempSync(join(tmpdir(), "signorini-live-")), "model.xml");
   writeFileSync(model, text);
-  const process = spawn(command(), ["view", model, "--paused", "--no-open", "--json"], { stdio: ["ignore", "pipe", "inherit"] });
+  const process = spawn(program("signorini"), ["view", model, "--paused", "--no-open", "--json"], { stdio: ["ignore", "pipe", "inherit"] });
   const line = await new Promise((resolve) => createInterface(process.stdout).once("line", resolve));
   return [process, JSON.parse(line).address];
 }

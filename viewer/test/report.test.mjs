@@ -9,10 +9,9 @@ import { mkdtempSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { fileURLToPath, pathToFileURL } from "node:url";
-import { drawnShare as share, openBrowser, pixelsOfColor as pixels } from "./support.mjs";
+import { pathToFileURL } from "node:url";
+import { drawnShare as share, openBrowser, pixelsOfColor as pixels, program } from "./support.mjs";
 
-const ROOT = fileURLToPath(new URL("../..", import.meta.url));
 const LAST_FRAME = 750;
 const BAD_STEP = 214;
 let browser;
@@ -26,8 +25,7 @@ before(async () => {
   const folder = mkdtempSync(join(tmpdir(), "signorini-viewer-"));
   const [report, recording, inline] = ["report.html", "run.rec", "inline.html"].map((name) => join(folder, name));
   inlineAddress = pathToFileURL(inline).href;
-  const example = ["run", "--quiet", "-p", "signorini-recording", "--example", "report", "--", report, recording, inline];
-  execFileSync("cargo", example, { cwd: ROOT, stdio: "inherit" });
+  execFileSync(program("examples/report"), [report, recording, inline], { stdio: "inherit" });
   address = pathToFileURL(report).href;
   browser = await openBrowser();
   page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "light" });

@@ -1,11 +1,23 @@
 // What the tests of the page share. Set CHROMIUM to the browser's path where it is not /usr/bin/chromium.
 
+import { execFileSync } from "node:child_process";
+import { join } from "node:path";
+import { fileURLToPath } from "node:url";
+
 import { chromium } from "playwright-core";
+
+const ROOT = fileURLToPath(new URL("../..", import.meta.url));
 
 const BROWSER_FLAGS = [
   "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-background-networking",
   "--disable-component-update", "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
 ];
+
+/** A program or an example of the workspace, built if it must be. */
+export function program(name) {
+  const folder = execFileSync(join(ROOT, ".ci/programs"), { stdio: ["ignore", "pipe", "inherit"] }).toString().trim();
+  return join(folder, name);
+}
 
 export function openBrowser() {
   const executablePath = process.env.CHROMIUM ?? "/usr/bin/chromium";
