@@ -14,6 +14,7 @@ mod cone_solver;
 mod extremes;
 mod families;
 mod files;
+mod formulation;
 mod friction_groups;
 mod given_starts;
 mod indeterminacy;

@@ -1,0 +1,162 @@
+//! The C interface beside the Rust one: the same bits, no allocation in a step, and errors with a message where they belong.
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+use std::ffi::{CStr, CString};
+use std::ptr;
+
+use signorini::{Settings, Simulation};
+use signorini_c::*;
+
+thread_local! {
+    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
+}
+
+/// The system's allocator, counting the calls of each thread.
+struct Counting;
+
+// SAFETY: every call is handed to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.with(|count| count.set(count.get() + 1));
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: the caller keeps the contract of `dealloc`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/quadruped.xml");
+
+fn message() -> String {
+    // SAFETY: the text stays until the next error of this thread.
+    unsafe { CStr::from_ptr(signorini_last_error()) }.to_str().unwrap().to_owned()
+}
+
+/// A simulation of a scene through C; its model is freed.
+fn through_c(path: &str) -> *mut signorini_simulation {
+    let (path, mut model, mut simulation) = (CString::new(path).unwrap(), ptr::null_mut(), ptr::null_mut());
+    // SAFETY: places and text are valid.
+    unsafe {
+        assert_eq!(signorini_model_load(path.as_ptr(), ptr::null(), &mut model), SIGNORINI_OK, "{}", message());
+        assert_eq!(signorini_simulation_new(model, ptr::null(), &mut simulation), SIGNORINI_OK, "{}", message());
+        signorini_model_free(model);
+    }
+    simulation
+}
+
+#[test]
+fn a_run_has_the_bits_of_one_in_rust() {
+    let model = signorini_formats::load(SCENE, &Default::default()).unwrap().model;
+    let keyframe = model.keyframes.first().map(|k| k.name.clone());
+    let (nq, nu) = (model.nq, model.actuators.len());
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let handle = through_c(SCENE);
+    if let Some(name) = keyframe {
+        simulation.reset_to(&name).unwrap();
+        let name = CString::new(name).unwrap();
+        // SAFETY: the handle is one.
+        assert_eq!(unsafe { signorini_reset_to(handle, name.as_ptr()) }, SIGNORINI_OK);
+    }
+    let mut touched = 0;
+    for step in 0..200 {
+        let control: Vec<f64> = (0..nu).map(|i| 0.3 * f64::sin(0.05 * step as f64 + i as f64)).collect();
+        simulation.input.control.clone_from(&control);
+        simulation.step().unwrap();
+        // SAFETY: handle and arrays are valid.
+        let q = unsafe {
+            assert_eq!(signorini_set_control(handle, control.as_ptr(), nu), SIGNORINI_OK, "{}", message());
+            assert_eq!(signorini_step(handle, 1), SIGNORINI_OK, "{}", message());
+            std::slice::from_raw_parts(signorini_q(handle), nq)
+        };
+        assert_eq!(q, simulation.state().q, "step {step}");
+        // SAFETY: as above.
+        let count = unsafe { signorini_contact_count(handle) };
+        assert_eq!(count, simulation.workspace().contact_points().len());
+        touched += count;
+        let mut certificate = signorini_certificate::default();
+        // SAFETY: as above.
+        assert_eq!(unsafe { signorini_step_certificate(handle, &mut certificate) }, SIGNORINI_OK);
+        assert_eq!(certificate.worst, simulation.report().certificate.worst());
+    }
+    assert!(touched > 0, "the robot never touched the floor");
+    // SAFETY: freed once.
+    unsafe { signorini_simulation_free(handle) };
+}
+
+#[test]
+fn a_step_and_what_is_read_of_it_allocate_nothing() {
+    let handle = through_c(SCENE);
+    let (mut contact, mut certificate) = (signorini_contact::default(), signorini_certificate::default());
+    let (mut sum, mut position, mut quaternion) = ([0.0; 3], [0.0; 3], [0.0; 4]);
+    let mut round = |steps: usize| {
+        let before = ALLOCATIONS.with(Cell::get);
+        for _ in 0..steps {
+            // SAFETY: handle and places are valid.
+            unsafe {
+                assert!(signorini_step(handle, 1) >= 0);
+                for i in 0..signorini_contact_count(handle) {
+                    assert_eq!(signorini_contact_at(handle, i, &mut contact), SIGNORINI_OK);
+                }
+                assert_eq!(signorini_contact_force(handle, 1, sum.as_mut_ptr()), SIGNORINI_OK);
+                assert_eq!(
+                    signorini_body_pose(handle, 1, position.as_mut_ptr(), quaternion.as_mut_ptr()),
+                    SIGNORINI_OK
+                );
+                assert_eq!(signorini_step_certificate(handle, &mut certificate), SIGNORINI_OK);
+            }
+        }
+        ALLOCATIONS.with(Cell::get) - before
+    };
+    round(300);
+    assert_eq!(round(200), 0);
+    // SAFETY: freed once.
+    unsafe { signorini_simulation_free(handle) };
+}
+
+#[test]
+fn a_contradiction_names_its_bodies_and_leaves_the_state() {
+    let source = CString::new(
+        r#"<mujoco><worldbody><geom name="floor" type="plane"/><geom name="lid" type="plane" pos="0 0 0.15" euler="180 0 0"/>
+           <body name="ball" pos="0 0 0.075"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"#,
+    );
+    let (source, mut model, mut simulation) = (source.unwrap(), ptr::null_mut(), ptr::null_mut());
+    // SAFETY: places and text are valid.
+    unsafe {
+        assert_eq!(
+            signorini_model_parse(source.as_ptr(), SIGNORINI_MJCF, ptr::null(), ptr::null(), &mut model),
+            SIGNORINI_OK,
+            "{}",
+            message()
+        );
+        assert_eq!(signorini_simulation_new(model, ptr::null(), &mut simulation), SIGNORINI_OK);
+        assert_eq!(signorini_step(simulation, 5), SIGNORINI_NO_SOLUTION);
+        assert!(message().contains("'ball' on 'world'") || message().contains("'world' on 'ball'"), "{}", message());
+        assert_eq!(signorini_time(simulation), 0.0);
+        signorini_simulation_free(simulation);
+        signorini_model_free(model);
+    }
+}
+
+#[test]
+fn null_is_an_error_with_the_name_of_the_argument() {
+    let mut model = ptr::null_mut();
+    // SAFETY: null is allowed everywhere.
+    unsafe {
+        assert_eq!(signorini_model_load(ptr::null(), ptr::null(), &mut model), SIGNORINI_ERROR_ARGUMENT);
+        assert_eq!(message(), "path is NULL");
+        assert_eq!(signorini_step(ptr::null_mut(), 1), SIGNORINI_ERROR_ARGUMENT);
+        assert_eq!(message(), "simulation is NULL");
+        assert_eq!(signorini_problem_solve(ptr::null_mut()), SIGNORINI_ERROR_ARGUMENT);
+        assert!(signorini_q(ptr::null()).is_null() && signorini_model_warning(ptr::null(), 0).is_null());
+        signorini_model_free(ptr::null_mut());
+        signorini_simulation_free(ptr::null_mut());
+        signorini_problem_free(ptr::null_mut());
+    }
+}
