@@ -35,7 +35,7 @@ fn problem(random: &mut Random, kind: Kind) -> ContactProblem {
     }
     let mut velocity = numbers::<NV>(random, 2.0);
     match kind {
-        Kind::Together => velocity.iter_mut().for_each(|v| *v = 1e9 + *v),
+        Kind::Together => velocity.iter_mut().for_each(|v| *v += 1e9),
         Kind::Bystander => velocity[NV - 1] = 1e9,
         _ => {}
     }
