@@ -1,7 +1,7 @@
 //! Comparing a file with what its importer reads.
 
 use crate::report::Reporter;
-use crate::xml::Element;
+use crate::xml::{Element, most_similar};
 
 /// What an importer does with an attribute that it does not take over.
 pub(crate) struct Ignored {
@@ -36,10 +36,24 @@ impl Coverage {
                 Some(i) => report.motion(at, element.name(), format!("'{name}' is not supported"), i.effect),
                 None => {
                     let what = format!("'{}' is not a known attribute", name.chars().take(60).collect::<String>());
-                    report.motion(at, element.name(), what, "it is ignored; is it misspelt?");
+                    report.motion(at, element.name(), what, self.remedy(name));
                 }
             }
         }
+    }
+
+    /// What to do about an attribute of a name that is not known.
+    fn remedy(&self, name: &str) -> String {
+        let words = self.read.split(' ').chain(self.harmless.split(' ')).filter(|word| !word.is_empty());
+        misspelt(name, words.chain(self.ignored.iter().map(|i| i.name)))
+    }
+}
+
+/// What to do about a name that is not known; `words`: those that are.
+pub(crate) fn misspelt<'n>(name: &str, words: impl Iterator<Item = &'n str>) -> String {
+    match most_similar(name, words) {
+        Some(word) => format!("it is ignored; did you mean '{word}'?"),
+        None => "it is ignored; is it misspelt?".to_owned(),
     }
 }
 

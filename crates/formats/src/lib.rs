@@ -15,6 +15,7 @@ mod packages;
 mod parts;
 mod report;
 mod sdf;
+mod shapes;
 mod urdf;
 mod xml;
 

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::fmt;
 
 use crate::error::Location;
+use crate::xml::Note;
 
 /// Something in a file that the model does not have, or has in another form.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,6 +82,13 @@ impl Reporter {
         self.known.insert(key, self.warnings.len());
         let (file, line, element) = (at.file.to_string(), at.line, element.to_owned());
         self.warnings.push(Warning { file, line, element, what, effect, count: 1, changes_motion });
+    }
+
+    /// Notes what the readers of the text met.
+    pub fn notes(&mut self, notes: Vec<Note>) {
+        for Note { at, element, what, effect, changes_motion } in notes {
+            self.add(at, &element, what, effect, changes_motion);
+        }
     }
 
     /// The finished report.

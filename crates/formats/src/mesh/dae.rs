@@ -5,9 +5,10 @@
 
 use std::collections::HashMap;
 
-use roxmltree::{Document, Node, ParsingOptions};
 use signorini_multibody::glam::{DMat3, DMat4, DQuat, DVec3};
 use signorini_multibody::model::Mesh;
+
+use crate::xml::{Element, parse};
 
 /// Scenes nested deeper than this are refused, as are those that contain themselves.
 const MAX_DEPTH: usize = 64;
@@ -17,14 +18,12 @@ const MAX_CORNERS: usize = 30_000_000;
 /// Reads all geometries that the scene shows, each where its nodes place it; without a scene each where it is.
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
     let text = std::str::from_utf8(bytes).map_err(|_| "not UTF-8 text")?;
-    let options = ParsingOptions { nodes_limit: 10_000_000, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text.trim_start_matches('\u{feff}'), options)
-        .map_err(|e| format!("not well-formed XML: {e}"))?;
-    let root = document.root_element();
-    if root.tag_name().name() != "COLLADA" {
-        return Err(format!("the root element is <{}>, expected <COLLADA>", root.tag_name().name()));
+    let tree = parse(text, "COLLADA").map_err(|e| e.to_string())?;
+    let root = tree.root();
+    if !root.is("COLLADA") {
+        return Err(format!("the root element is <{}>, expected <COLLADA>", root.name()));
     }
-    let by_id = root.descendants().filter_map(|n| Some((n.attribute("id")?, n))).collect();
+    let by_id = tree.elements().filter_map(|n| Some((attribute(n, "id")?, n))).collect();
     let mut scene = Scene { by_id, mesh: Mesh::default(), shapes: HashMap::new() };
     let axes = to_metres_and_z_up(root)?;
     match child(root, "scene").and_then(|s| child(s, "instance_visual_scene")) {
@@ -34,7 +33,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
         }
         None => {
             let libraries = children(root, "library_geometries");
-            let geometries: Vec<Node> = libraries.flat_map(|l| children(l, "geometry")).collect();
+            let geometries: Vec<Element> = libraries.flat_map(|l| children(l, "geometry")).collect();
             geometries.into_iter().try_for_each(|geometry| scene.add_geometry(geometry, axes))?;
         }
     }
@@ -42,14 +41,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
 }
 
 /// `<unit meter>` and `<up_axis>` as one map.
-fn to_metres_and_z_up(root: Node) -> Result<DMat4, String> {
+fn to_metres_and_z_up(root: Element) -> Result<DMat4, String> {
     let asset = child(root, "asset");
-    let unit = asset.and_then(|a| child(a, "unit")).and_then(|u| u.attribute("meter"));
+    let unit = asset.and_then(|a| child(a, "unit")).and_then(|u| attribute(u, "meter"));
     let unit: f64 = unit.map_or(Ok(1.0), |m| m.trim().parse().map_err(|_| "<unit meter> is not a number"))?;
     if !(unit.is_finite() && unit > 0.0) {
         return Err(format!("<unit meter=\"{unit}\"> is not positive"));
     }
-    let up = asset.and_then(|a| child(a, "up_axis")).and_then(|u| u.text()).map_or("Y_UP", str::trim);
+    let up = asset.and_then(|a| child(a, "up_axis")).map(|u| u.text()).filter(|t| !t.is_empty()).unwrap_or("Y_UP");
     let turn = match up {
         "Z_UP" => DMat3::IDENTITY,
         "Y_UP" => DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y),
@@ -63,27 +62,27 @@ fn to_metres_and_z_up(root: Node) -> Result<DMat4, String> {
 type Shape = std::rc::Rc<(Vec<DVec3>, Vec<[u32; 3]>)>;
 
 struct Scene<'d> {
-    by_id: HashMap<&'d str, Node<'d, 'd>>,
+    by_id: HashMap<&'d str, Element<'d>>,
     mesh: Mesh,
-    shapes: HashMap<roxmltree::NodeId, Shape>,
+    shapes: HashMap<usize, Shape>,
 }
 
 impl<'d> Scene<'d> {
     /// The element that an attribute such as `url="#id"` refers to.
-    fn target(&self, node: Node<'d, 'd>, attribute: &str) -> Result<Node<'d, 'd>, String> {
-        let place = || format!("line {}: <{}>", line(node), node.tag_name().name());
-        let uri = node.attribute(attribute).ok_or_else(|| format!("{} needs attribute '{attribute}'", place()))?;
+    fn target(&self, node: Element<'d>, name: &str) -> Result<Element<'d>, String> {
+        let place = || format!("line {}: <{}>", line(node), node.name());
+        let uri = attribute(node, name).ok_or_else(|| format!("{} needs attribute '{name}'", place()))?;
         let found = uri.strip_prefix('#').and_then(|id| self.by_id.get(id)).copied();
         found.ok_or_else(|| format!("{} refers to '{uri}', which is not in the file", place()))
     }
 
     /// Adds what a node or a scene contains.
-    fn add_children(&mut self, parent: Node<'d, 'd>, frame: DMat4, depth: usize) -> Result<(), String> {
+    fn add_children(&mut self, parent: Element<'d>, frame: DMat4, depth: usize) -> Result<(), String> {
         if depth > MAX_DEPTH {
             return Err(format!("line {}: nested more than {MAX_DEPTH} deep, or within itself", line(parent)));
         }
-        for node in parent.children().filter(Node::is_element) {
-            match node.tag_name().name() {
+        for node in parent.children() {
+            match node.name() {
                 "node" => self.add_node(node, frame, depth)?,
                 "instance_node" => self.add_node(self.target(node, "url")?, frame, depth)?,
                 "instance_geometry" => self.add_geometry(self.target(node, "url")?, frame)?,
@@ -93,18 +92,18 @@ impl<'d> Scene<'d> {
         Ok(())
     }
 
-    fn add_node(&mut self, node: Node<'d, 'd>, frame: DMat4, depth: usize) -> Result<(), String> {
+    fn add_node(&mut self, node: Element<'d>, frame: DMat4, depth: usize) -> Result<(), String> {
         self.add_children(node, frame * local_transform(node)?, depth + 1)
     }
 
-    fn add_geometry(&mut self, geometry: Node<'d, 'd>, frame: DMat4) -> Result<(), String> {
+    fn add_geometry(&mut self, geometry: Element<'d>, frame: DMat4) -> Result<(), String> {
         // Splines and convex hulls of other geometries have no triangles.
         let Some(mesh) = child(geometry, "mesh") else { return Ok(()) };
-        let shape = match self.shapes.get(&geometry.id()) {
+        let shape = match self.shapes.get(&geometry.index()) {
             Some(shape) => shape.clone(),
             None => {
                 let shape = Shape::new(self.read_mesh(mesh)?);
-                self.shapes.insert(geometry.id(), shape.clone());
+                self.shapes.insert(geometry.index(), shape.clone());
                 shape
             }
         };
@@ -128,14 +127,14 @@ impl<'d> Scene<'d> {
         Ok(())
     }
 
-    fn read_mesh(&self, mesh: Node<'d, 'd>) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), String> {
+    fn read_mesh(&self, mesh: Element<'d>) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), String> {
         let Some(vertices) = child(mesh, "vertices") else { return Ok(Default::default()) };
-        let input = children(vertices, "input").find(|i| i.attribute("semantic") == Some("POSITION"));
+        let input = children(vertices, "input").find(|i| attribute(*i, "semantic") == Some("POSITION"));
         let input = input.ok_or_else(|| format!("line {}: <vertices> without positions", line(vertices)))?;
         let points = self.read_points(self.target(input, "source")?)?;
         let mut triangles = Vec::new();
-        for primitive in mesh.children().filter(Node::is_element) {
-            match primitive.tag_name().name() {
+        for primitive in mesh.children() {
+            match primitive.name() {
                 "triangles" => read_faces(primitive, points.len(), |_| Some(3), &mut triangles)?,
                 "polylist" => {
                     let counts: Vec<usize> = numbers(child(primitive, "vcount"))?;
@@ -148,10 +147,10 @@ impl<'d> Scene<'d> {
         Ok((points, triangles))
     }
 
-    fn read_points(&self, source: Node<'d, 'd>) -> Result<Vec<DVec3>, String> {
+    fn read_points(&self, source: Element<'d>) -> Result<Vec<DVec3>, String> {
         let accessor = child(source, "technique_common").and_then(|t| child(t, "accessor"));
-        let attribute = |name| accessor.and_then(|a| a.attribute(name)).and_then(|s| s.trim().parse::<usize>().ok());
-        let (stride, offset) = (attribute("stride").unwrap_or(3), attribute("offset").unwrap_or(0));
+        let own = |name| accessor.and_then(|a| attribute(a, name)).and_then(|s| s.trim().parse::<usize>().ok());
+        let (stride, offset) = (own("stride").unwrap_or(3), own("offset").unwrap_or(0));
         if stride < 3 {
             return Err(format!("line {}: positions with {stride} coordinates", line(source)));
         }
@@ -164,15 +163,16 @@ impl<'d> Scene<'d> {
 /// Adds the faces of a primitive as fans of triangles. `corners`: number of corners of each face; none where each `<p>` is
 /// one face.
 fn read_faces(
-    primitive: Node,
+    primitive: Element,
     vertices: usize,
     corners: impl Fn(usize) -> Option<usize>,
     out: &mut Vec<[u32; 3]>,
 ) -> Result<(), String> {
-    let offset = |input: &Node| input.attribute("offset").and_then(|o| o.trim().parse::<usize>().ok()).unwrap_or(0);
-    let inputs: Vec<Node> = children(primitive, "input").collect();
+    let offset =
+        |input: &Element| attribute(*input, "offset").and_then(|o| o.trim().parse::<usize>().ok()).unwrap_or(0);
+    let inputs: Vec<Element> = children(primitive, "input").collect();
     let stride = inputs.iter().map(offset).max().unwrap_or(0).saturating_add(1);
-    let own = inputs.iter().find(|i| i.attribute("semantic") == Some("VERTEX")).map(offset);
+    let own = inputs.iter().find(|i| attribute(**i, "semantic") == Some("VERTEX")).map(offset);
     let Some(own) = own else { return Ok(()) };
     for list in children(primitive, "p") {
         let indices: Vec<usize> = numbers(Some(list))?;
@@ -195,10 +195,10 @@ fn read_faces(
 }
 
 /// The product of the transformations of a node, in their order.
-fn local_transform(node: Node) -> Result<DMat4, String> {
+fn local_transform(node: Element) -> Result<DMat4, String> {
     let mut transform = DMat4::IDENTITY;
-    for element in node.children().filter(Node::is_element) {
-        let name = element.tag_name().name();
+    for element in node.children() {
+        let name = element.name();
         let count = match name {
             "matrix" => 16,
             "rotate" => 4,
@@ -222,24 +222,25 @@ fn local_transform(node: Node) -> Result<DMat4, String> {
     Ok(transform)
 }
 
-fn child<'d>(node: Node<'d, 'd>, name: &'static str) -> Option<Node<'d, 'd>> {
+fn child<'d>(node: Element<'d>, name: &'static str) -> Option<Element<'d>> {
     children(node, name).next()
 }
 
-fn children<'d>(node: Node<'d, 'd>, name: &'static str) -> impl Iterator<Item = Node<'d, 'd>> {
-    node.children().filter(move |n| n.is_element() && n.tag_name().name() == name)
+fn children<'d>(node: Element<'d>, name: &'static str) -> impl Iterator<Item = Element<'d>> {
+    node.children_named(name)
+}
+
+fn attribute<'d>(node: Element<'d>, name: &str) -> Option<&'d str> {
+    node.raw(name).map(|a| a.value.as_str())
 }
 
 /// The numbers of an element's text.
-fn numbers<T: std::str::FromStr>(element: Option<Node>) -> Result<Vec<T>, String> {
+fn numbers<T: std::str::FromStr>(element: Option<Element>) -> Result<Vec<T>, String> {
     let Some(element) = element else { return Ok(Vec::new()) };
-    let words = element.children().filter_map(|n| n.text()).flat_map(str::split_ascii_whitespace);
-    let parsed: Result<Vec<T>, T::Err> = words.map(str::parse).collect();
-    parsed.map_err(|_| {
-        format!("line {}: <{}> holds something that is not a number", line(element), element.tag_name().name())
-    })
+    let parsed: Result<Vec<T>, T::Err> = element.text().split_ascii_whitespace().map(str::parse).collect();
+    parsed.map_err(|_| format!("line {}: <{}> holds something that is not a number", line(element), element.name()))
 }
 
-fn line(node: Node) -> u32 {
-    node.document().text_pos_at(node.range().start).row
+fn line(node: Element) -> u32 {
+    node.at().line
 }

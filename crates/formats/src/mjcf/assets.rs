@@ -14,7 +14,7 @@ use super::compiler::{Compiler, portable};
 use super::defaults::Defaults;
 use crate::error::FormatError;
 use crate::mesh::{self, Orientation};
-use crate::xml::{Attributes, Element};
+use crate::xml::{Attributes, Element, most_similar};
 
 /// Height fields with more points than this are refused.
 const MAX_POINTS: usize = 10_000_000;
@@ -101,12 +101,19 @@ impl<'t> Assets<'t> {
         Ok(assets)
     }
 
-    /// The colour of the material that `attributes` names, if it names one.
+    /// The colour of the material that `attributes` names, if it names one that is defined.
     pub fn material(&self, attributes: &Attributes) -> Result<Option<[f32; 4]>, FormatError> {
         let Some(name) = attributes.text("material").filter(|m| !m.is_empty()) else { return Ok(None) };
         match self.materials.get(name) {
             Some(rgba) => Ok(Some(*rgba)),
-            None => Err(attributes.unknown("material", "material", self.materials.keys().copied())),
+            None => {
+                let names = self.materials.keys().copied().filter(|n| !n.is_empty());
+                let similar = most_similar(name, names).map(|n| format!("; did you mean '{n}'?")).unwrap_or_default();
+                let what = format!("the material '{name}' is not defined");
+                let effect = format!("the geom has a colour of its own or the default one{similar}");
+                attributes.element().note(attributes.at("material"), what, effect, false);
+                Ok(None)
+            }
         }
     }
 
@@ -140,7 +147,7 @@ impl<'t> Assets<'t> {
         };
         let offset = a.vec3("refpos")?.unwrap_or(DVec3::ZERO);
         let turn = a.quaternion("refquat")?.unwrap_or(DQuat::IDENTITY).conjugate();
-        let scale = a.vec3("scale")?.unwrap_or(DVec3::ONE);
+        let scale = a.scale("scale")?.unwrap_or(DVec3::ONE);
         mesh.vertices.iter_mut().for_each(|p| *p = turn * (*p - offset) * scale);
         if scale.x * scale.y * scale.z < 0.0 {
             mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));

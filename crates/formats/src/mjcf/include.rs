@@ -35,7 +35,7 @@ pub(super) fn expand(tree: &mut Tree, base: &Path, main: Option<&Path>) -> Resul
         let included = parse(&text, &path.to_string_lossy())?;
         tree.splice(index, included)?;
     }
-    Ok(())
+    tree.check_depth()
 }
 
 /// The first `<include>` from element `start` on: its index, its place, the file it names.

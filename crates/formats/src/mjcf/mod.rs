@@ -118,6 +118,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result
     sensors::read(&mut importer, root)?;
     keyframes::read(&mut importer, root, &listed)?;
     coverage::audit(root, &mut importer.report);
+    importer.report.notes(tree.take_notes());
     let mut model = importer.parts.build()?;
     actuators::damp_by_ratio(&mut model, &importer.damping_ratios);
     Ok(Imported { model, report: importer.report.finish() })

@@ -72,6 +72,7 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
         read_model(&mut importer, *model, &prefix)?;
     }
     coverage::audit(root, &mut importer.report);
+    importer.report.notes(tree.take_notes());
     Ok(Imported { model: importer.parts.build()?, report: importer.report.finish() })
 }
 

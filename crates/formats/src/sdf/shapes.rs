@@ -10,6 +10,7 @@ use signorini_multibody::{BodyId, Geom, Geometry, Pose};
 
 use super::{Importer, values};
 use crate::error::FormatError;
+use crate::shapes::leave_out_if_flat;
 use crate::xml::Element;
 use crate::{mesh, packages};
 
@@ -28,9 +29,12 @@ impl Shapes {
 
 /// Adds the collision shapes of a link to its body.
 pub(super) fn read(importer: &mut Importer, link: Element, body: BodyId) -> Result<(), FormatError> {
-    let rgba = colour(link)?;
+    let rgba = colour(link);
     for collision in link.children_named("collision") {
         let Some((geometry, turn)) = geometry(importer, collision)? else { continue };
+        if leave_out_if_flat(&mut importer.report, collision, &geometry) {
+            continue;
+        }
         geometry.check().map_err(|reason| collision.invalid(format!("{}: {reason}", geometry.kind_name())))?;
         let mut geom = Geom::new("", geometry);
         let placement = values::pose(collision)? * Pose::new(DVec3::ZERO, turn);
@@ -40,7 +44,7 @@ pub(super) fn read(importer: &mut Importer, link: Element, body: BodyId) -> Resu
             return Err(collision.invalid(format!("a pose relative to '{relative}': give it relative to its link")));
         }
         let ode = collision.child("surface").and_then(|s| s.child("friction")).and_then(|f| f.child("ode"));
-        if let Some(mu) = ode.map_or(Ok(None), |ode| values::non_negative(ode, "mu"))? {
+        if let Some(mu) = ode.map_or(Ok(None), |ode| friction(importer, ode))? {
             geom.friction = mu;
         }
         let given = collision.attributes().text("name").filter(|n| !n.is_empty());
@@ -48,6 +52,16 @@ pub(super) fn read(importer: &mut Importer, link: Element, body: BodyId) -> Resu
         importer.parts.add_geom(collision, Some(name), body, geom)?;
     }
     Ok(())
+}
+
+/// `<mu>`. A negative one, which Gazebo takes for a bound that is never reached, is reported and does not count.
+fn friction(importer: &mut Importer, ode: Element) -> Result<Option<f64>, FormatError> {
+    let mu = values::number(ode, "mu")?;
+    let Some(element) = ode.child("mu").filter(|_| mu.is_some_and(|mu| mu < 0.0)) else { return Ok(mu) };
+    let effect =
+        "the friction is the default, 1: give the coefficient (Gazebo takes a negative one for 'without bound')";
+    importer.report.motion(element.at(), "mu", "is negative", effect);
+    Ok(None)
 }
 
 /// What the pose of a collision is relative to, if not to its link.
@@ -100,7 +114,7 @@ fn mesh_geometry(importer: &mut Importer, shape: Element) -> Result<Option<Geome
         importer.report.motion(uri.at(), "mesh", what, effect);
         return Ok(None);
     }
-    let scale = values::vec3(shape, "scale")?.unwrap_or(DVec3::ONE);
+    let scale = values::scale(shape, "scale")?;
     let key = (path, scale.to_array().map(f64::to_bits));
     if let Some(mesh) = shapes.meshes.get(&key) {
         return Ok(Some(Geometry::ConvexMesh(mesh.clone())));
@@ -114,14 +128,18 @@ fn mesh_geometry(importer: &mut Importer, shape: Element) -> Result<Option<Geome
     Ok(Some(Geometry::ConvexMesh(mesh)))
 }
 
-/// The diffuse colour of the link's first visual that has one.
-fn colour(link: Element) -> Result<Option<[f32; 4]>, FormatError> {
+/// The diffuse colour of the link's first visual that has one. Only pictures depend on it: one that cannot be read is noted.
+fn colour(link: Element) -> Option<[f32; 4]> {
     let materials = link.children_named("visual").filter_map(|v| v.child("material"));
-    let Some(diffuse) = materials.filter_map(|m| m.child("diffuse")).next() else { return Ok(None) };
+    let diffuse = materials.filter_map(|m| m.child("diffuse")).next()?;
     let numbers: Vec<f32> = diffuse.text().split_ascii_whitespace().filter_map(|w| w.parse().ok()).collect();
     match numbers[..] {
-        [r, g, b] => Ok(Some([r, g, b, 1.0])),
-        [r, g, b, a] => Ok(Some([r, g, b, a])),
-        _ => Err(diffuse.invalid("expected three or four numbers")),
+        [r, g, b] => Some([r, g, b, 1.0]),
+        [r, g, b, a] => Some([r, g, b, a]),
+        _ => {
+            let effect = "it is passed over: write red, green, blue, opacity";
+            diffuse.note(diffuse.at(), "is not a colour", effect, false);
+            None
+        }
     }
 }

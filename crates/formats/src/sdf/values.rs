@@ -66,9 +66,38 @@ pub(super) fn pose(parent: Element) -> Result<Pose, FormatError> {
     Ok(Pose::new(position(&x), rotation.normalize()))
 }
 
-fn vector<const N: usize>(element: Element) -> Result<[f64; N], FormatError> {
-    let words = element.text().split_ascii_whitespace().map(|w| w.parse::<f64>().ok().filter(|x| x.is_finite()));
-    let numbers: Option<Vec<f64>> = words.collect();
-    let numbers = numbers.and_then(|list| <[f64; N]>::try_from(list).ok());
+pub(super) fn vector<const N: usize>(element: Element) -> Result<[f64; N], FormatError> {
+    let numbers = numbers(element).and_then(|list| <[f64; N]>::try_from(list).ok());
     numbers.ok_or_else(|| element.invalid(format!("expected {N} finite number{}", if N == 1 { "" } else { "s" })))
+}
+
+/// The numbers in the text of an element; commas between them are noted.
+fn numbers(element: Element) -> Option<Vec<f64>> {
+    if element.text().contains(',') {
+        element.note(element.at(), "commas between numbers", "they are read as spaces: write spaces", false);
+    }
+    let words = element.text().split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|word| !word.is_empty());
+    words.map(|w| w.parse::<f64>().ok().filter(|x| x.is_finite())).collect()
+}
+
+/// Factors along x, y and z in the child of that name; one number counts for all three, numbers after the third are passed over.
+pub(super) fn scale(parent: Element, name: &'static str) -> Result<DVec3, FormatError> {
+    let Some(element) = parent.child(name) else { return Ok(DVec3::ONE) };
+    match numbers(element).as_deref() {
+        Some(&[x, y, z]) => Ok(DVec3::new(x, y, z)),
+        Some(&[x]) => {
+            element.note(element.at(), "has one number", "it counts for all three axes: write it three times", false);
+            Ok(DVec3::splat(x))
+        }
+        Some(&[x, y, z, ..]) => {
+            element.note(
+                element.at(),
+                "has more than three numbers",
+                "the first three count: one for each axis",
+                false,
+            );
+            Ok(DVec3::new(x, y, z))
+        }
+        _ => Err(element.invalid("expected 3 finite numbers")),
+    }
 }

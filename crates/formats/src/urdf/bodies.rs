@@ -3,6 +3,7 @@
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{BodyId, Geometry, Inertia, Joint, JointKind, Pose, Site};
 
+use super::tree::WORLD;
 use super::{Importer, Placed, origin};
 use crate::error::FormatError;
 use crate::inertia::{moved, nearest_physical};
@@ -40,7 +41,7 @@ pub(super) struct Child {
 /// Adds the body of `link` with its joint, or makes it a part of its parent's body if the joint is fixed and `merge` holds.
 pub(super) fn add_child<'t>(
     importer: &mut Importer<'t>,
-    link: Element<'t>,
+    (name, link): (&'t str, Element<'t>),
     joint: Element<'t>,
     parent: &Placed,
     merge: bool,
@@ -51,14 +52,17 @@ pub(super) fn add_child<'t>(
         sort.ok_or_else(|| joint.incomplete("attribute 'type': revolute, continuous, prismatic, fixed or floating"))?;
     let (own, offset) = (origin(joint)?, parent.offset);
     let pose = parent.pose * own;
-    let name = link.attributes().required("name", "joints refer to the link by it")?;
+    let name = match name {
+        WORLD => renamed_world(importer, link),
+        name => name.to_owned(),
+    };
     if sort == Type::Fixed && merge {
         let placement = offset * own;
         let placement = Pose::new(placement.position, placement.rotation.normalize());
         let zone = Geometry::Sphere { radius: 0.005 };
         let site = Site { name: String::new(), body: parent.body, placement, zone };
-        importer.parts.add_site(link, Some(name.to_owned()), parent.body, site)?;
-        importer.merged.insert(name.to_owned(), parent.body);
+        importer.parts.add_site(link, Some(name.clone()), parent.body, site)?;
+        importer.merged.insert(name, parent.body);
         return Ok(Child { body: parent.body, offset: placement, pose, moves: false });
     }
     // A free joint needs the world as its parent; below a body that cannot move that makes no difference.
@@ -66,13 +70,22 @@ pub(super) fn add_child<'t>(
         Type::Floating if parent.weld.is_none() => (BodyId::WORLD, pose),
         _ => (parent.body, offset * own),
     };
-    let body = importer.parts.add_body(link, Some(name.to_owned()), parent, placement)?;
+    let body = importer.parts.add_body(link, Some(name), parent, placement)?;
     let moves = sort != Type::Fixed;
     for (suffix, model_joint) in joints(joint, sort)? {
         let name = a.required("name", "messages and the model refer to the joint by it")?;
         importer.parts.add_joint(joint, Some(format!("{name}{suffix}")), body, &pose, model_joint)?;
     }
     Ok(Child { body, offset: Pose::IDENTITY, pose, moves })
+}
+
+/// The name of a link that is called as the world is and hangs on another one.
+fn renamed_world(importer: &mut Importer, link: Element) -> String {
+    let name = importer.parts.unused_name("world_link");
+    let (what, effect) =
+        ("is called 'world' and is not the root", format!("its body is called '{name}': rename the link"));
+    importer.report.other(link.at(), "link", what, effect);
+    name
 }
 
 /// The joints of the model that one of the file stands for, with what is added to its name.

@@ -12,7 +12,7 @@ mod shapes;
 mod transmissions;
 mod tree;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
 use signorini_multibody::glam::{DQuat, DVec3};
@@ -63,7 +63,7 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
     let mut importer = Importer {
         parts: Parts::new(name, root, reserved),
         report: Reporter::default(),
-        shapes: shapes::Shapes::read(root, base, &options.package_dirs)?,
+        shapes: shapes::Shapes::read(root, base, &options.package_dirs),
         merged: HashMap::new(),
     };
     if options.floor {
@@ -74,6 +74,7 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
     transmissions::read(&mut importer, root)?;
     mimic::read(&mut importer, &kinematics)?;
     coverage::audit(root, &mut importer.report);
+    importer.report.notes(tree.take_notes());
     let mut model = importer.parts.build()?;
     model.geoms.iter_mut().skip(usize::from(options.floor)).for_each(|geom| geom.friction = options.friction);
     Ok(Imported { model, report: importer.report.finish() })
@@ -86,17 +87,19 @@ fn place_links<'t>(
     options: &LoadOptions,
 ) -> Result<HashMap<usize, Placed>, FormatError> {
     let mut placed: HashMap<usize, Placed> = HashMap::new();
-    let mut inertias: Vec<(BodyId, Vec<Inertia>)> = Vec::new();
+    let mut inertias: BTreeMap<BodyId, Vec<Inertia>> = BTreeMap::new();
+    let floats = options.floating_base && has_mass(importer, kinematics)?;
     for &link in &kinematics.order {
-        let element = kinematics.links[link].element;
-        let mut here = match kinematics.links[link].joint {
-            None => place_root(importer, element, options)?,
+        let tree::Link { name, element, joint, .. } = kinematics.links[link];
+        let mut here = match joint {
+            None => place_root(importer, (name, element), floats)?,
             Some(joint) => {
                 let joint = &kinematics.joints[joint];
                 let Some(parent) = placed.get(&joint.parent) else {
                     return Err(element.invalid("its parent link is not placed"));
                 };
-                let child = bodies::add_child(importer, element, joint.element, parent, options.merge_fixed_joints)?;
+                let child =
+                    bodies::add_child(importer, (name, element), joint.element, parent, options.merge_fixed_joints)?;
                 let weld = if child.moves { Some(link) } else { parent.weld };
                 Placed { weld, body: child.body, offset: child.offset, pose: child.pose }
             }
@@ -105,13 +108,10 @@ fn place_links<'t>(
             warn_about_weight_of_the_world(importer, element);
         } else {
             let inertia = moved(bodies::inertia(importer, element)?, &here.offset);
-            match inertias.iter_mut().find(|(body, _)| *body == here.body) {
-                Some((_, parts)) => parts.push(inertia),
-                None => inertias.push((here.body, vec![inertia])),
-            }
+            inertias.entry(here.body).or_default().push(inertia);
         }
-        shapes::read(importer, element, here.body, &here.offset)?;
-        if kinematics.links[link].joint.is_none() && options.floating_base && here.body != BodyId::WORLD {
+        shapes::read(importer, (name, element), here.body, &here.offset)?;
+        if joint.is_none() && floats && here.body != BodyId::WORLD {
             here.weld = Some(link);
         }
         placed.insert(link, here);
@@ -123,23 +123,39 @@ fn place_links<'t>(
     Ok(placed)
 }
 
+/// Whether any link has mass; where none has, it is reported that a base that shall float stays where it is.
+fn has_mass(importer: &mut Importer, kinematics: &KinematicTree) -> Result<bool, FormatError> {
+    for link in &kinematics.links {
+        let mass = link.element.child("inertial").and_then(|i| i.child("mass"));
+        if mass.map_or(Ok(None), |m| m.attributes().number("value"))?.is_some_and(|mass| mass > 0.0) {
+            return Ok(true);
+        }
+    }
+    if let Some(&root) = kinematics.order.first() {
+        let element = kinematics.links[root].element;
+        let what = "is to float, and no link of the robot has mass";
+        let effect = "it is fixed to the world (as in Bullet): give the links an <inertial>, or ask for a fixed base";
+        importer.report.motion(element.at(), "link", what, effect);
+    }
+    Ok(false)
+}
+
 /// The root link: the world if it is called so, else a body that is welded to the world or floats.
 fn place_root<'t>(
     importer: &mut Importer<'t>,
-    element: Element<'t>,
-    options: &LoadOptions,
+    (name, element): (&'t str, Element<'t>),
+    floats: bool,
 ) -> Result<Placed, FormatError> {
-    let name = element.attributes().required("name", "joints refer to the link by it")?;
     let world = Placed { body: BodyId::WORLD, offset: Pose::IDENTITY, pose: Pose::IDENTITY, weld: None };
-    if name == "world" {
-        if options.floating_base {
+    if name == tree::WORLD {
+        if floats {
             let (what, effect) = ("root link 'world' cannot float", "the model stays fixed as the file says");
             importer.report.motion(element.at(), "link", what, effect);
         }
         return Ok(world);
     }
     let body = importer.parts.add_body(element, Some(name.to_owned()), BodyId::WORLD, Pose::IDENTITY)?;
-    if options.floating_base {
+    if floats {
         let joint = importer.parts.unused_name("floating_base");
         importer.parts.add_joint(element, Some(joint), body, &Pose::IDENTITY, Joint::new("", JointKind::Free))?;
     }

@@ -10,6 +10,7 @@ use signorini_multibody::{BodyId, Geom, Geometry, Pose};
 
 use super::{Importer, origin};
 use crate::error::FormatError;
+use crate::shapes::leave_out_if_flat;
 use crate::xml::{Attributes, Element};
 use crate::{mesh, packages};
 
@@ -24,31 +25,36 @@ pub(super) struct Shapes<'t> {
 }
 
 impl<'t> Shapes<'t> {
-    pub fn read(root: Element<'t>, base: &Path, package_dirs: &[PathBuf]) -> Result<Self, FormatError> {
+    pub fn read(root: Element<'t>, base: &Path, package_dirs: &[PathBuf]) -> Self {
         let mut materials = HashMap::new();
         let nested = root.children_named("link").flat_map(|l| l.children_named("visual"));
         let everywhere = root.children_named("material").chain(nested.flat_map(|v| v.children_named("material")));
         for material in everywhere {
-            if let (Some(name), Some(rgba)) = (material.attributes().text("name"), colour(material)?) {
+            if let (Some(name), Some(rgba)) = (material.attributes().text("name"), colour(material)) {
                 materials.entry(name).or_insert(rgba);
             }
         }
-        Ok(Self { materials, meshes: HashMap::new(), base: base.to_owned(), package_dirs: package_dirs.to_owned() })
+        Self { materials, meshes: HashMap::new(), base: base.to_owned(), package_dirs: package_dirs.to_owned() }
     }
 
     /// The colour of the link's first visual that has one.
-    fn link_colour(&self, link: Element<'t>) -> Result<Option<[f32; 4]>, FormatError> {
+    fn link_colour(&self, link: Element<'t>) -> Option<[f32; 4]> {
+        let mut found = None;
         for material in link.children_named("visual").filter_map(|v| v.child("material")) {
-            let named = material.attributes().text("name").and_then(|name| self.materials.get(name)).copied();
-            if let Some(rgba) = colour(material)?.or(named) {
-                return Ok(Some(rgba));
+            let name = material.attributes().text("name").filter(|n| !n.is_empty());
+            let rgba = colour(material).or(name.and_then(|name| self.materials.get(name)).copied());
+            // A texture is a definition, too, which is not read.
+            if let (Some(name), None, None) = (name, rgba, material.children().next()) {
+                let what = format!("'{}' is not defined", name.chars().take(60).collect::<String>());
+                material.note(material.at(), what, "the link has the default colour", false);
             }
+            found = found.or(rgba);
         }
-        Ok(None)
+        found
     }
 
     fn mesh(&mut self, a: &Attributes, path: PathBuf) -> Result<Arc<Mesh>, FormatError> {
-        let scale = a.vec3("scale")?.unwrap_or(DVec3::ONE);
+        let scale = a.scale("scale")?.unwrap_or(DVec3::ONE);
         let key = (path, scale.to_array().map(f64::to_bits));
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(mesh.clone());
@@ -68,14 +74,16 @@ impl<'t> Shapes<'t> {
 /// `offset`: the link in its body.
 pub(super) fn read<'t>(
     importer: &mut Importer<'t>,
-    link: Element<'t>,
+    (link_name, link): (&'t str, Element<'t>),
     body: BodyId,
     offset: &Pose,
 ) -> Result<(), FormatError> {
-    let rgba = importer.shapes.link_colour(link)?;
-    let link_name = link.attributes().text("name").unwrap_or_default();
+    let rgba = importer.shapes.link_colour(link);
     for collision in link.children_named("collision") {
         let Some(geometry) = geometry(importer, collision)? else { continue };
+        if leave_out_if_flat(&mut importer.report, collision, &geometry) {
+            continue;
+        }
         geometry.check().map_err(|reason| collision.invalid(format!("{}: {reason}", geometry.kind_name())))?;
         let mut geom = Geom::new("", geometry);
         geom.placement = *offset * origin(collision)?;
@@ -122,8 +130,21 @@ fn mesh_geometry(importer: &mut Importer, a: &Attributes) -> Result<Option<Geome
     Ok(Some(Geometry::ConvexMesh(importer.shapes.mesh(a, path)?)))
 }
 
-/// `<color rgba="…">` of a material.
-fn colour(material: Element) -> Result<Option<[f32; 4]>, FormatError> {
-    let Some(color) = material.child("color") else { return Ok(None) };
-    Ok(color.attributes().vector::<4>("rgba")?.map(|rgba| rgba.map(|x| x as f32)))
+/// `<color rgba="…">` of a material, opaque where there are three numbers. Only pictures depend on it: a colour that cannot be read
+/// is noted.
+fn colour(material: Element) -> Option<[f32; 4]> {
+    let a = material.child("color")?.attributes();
+    let rgba = match a.numbers("rgba") {
+        Ok(numbers) => numbers?.iter().map(|x| *x as f32).collect::<Vec<f32>>(),
+        Err(_) => Vec::new(),
+    };
+    match rgba[..] {
+        [r, g, b] => Some([r, g, b, 1.0]),
+        [r, g, b, a] => Some([r, g, b, a]),
+        _ => {
+            let (what, effect) = ("'rgba' is not a colour", "it is passed over: write red, green, blue, opacity");
+            a.element().note(a.at("rgba"), what, effect, false);
+            None
+        }
+    }
 }

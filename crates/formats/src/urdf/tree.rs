@@ -5,7 +5,12 @@ use std::collections::HashMap;
 use crate::error::FormatError;
 use crate::xml::Element;
 
+/// A root link of this name is the world itself.
+pub(super) const WORLD: &str = "world";
+
 pub(super) struct Link<'t> {
+    pub name: &'t str,
+    /// Its `<link>`; the `<parent>` of a joint that names the world where no link is declared for it.
     pub element: Element<'t>,
     /// The joint of which it is the child.
     pub joint: Option<usize>,
@@ -28,16 +33,24 @@ pub(super) struct KinematicTree<'t> {
 impl<'t> KinematicTree<'t> {
     /// Reads and checks the connections: names are defined and unique, every link has one parent but the root.
     pub fn read(root: Element<'t>) -> Result<Self, FormatError> {
-        let mut links = Vec::new();
+        let mut links: Vec<(&'t str, Element<'t>)> = Vec::new();
         let mut names: HashMap<&'t str, usize> = HashMap::new();
         for element in root.children_named("link") {
             let name = element.attributes().required("name", "joints refer to the link by it")?;
             if let Some(first) = names.insert(name, links.len()) {
-                return Err(twice(element, "link", name, links[first]));
+                return Err(twice(element, "link", name, links[first].1));
             }
-            links.push(element);
+            links.push((name, element));
         }
-        let links = links.into_iter().map(|element| Link { element, joint: None, children: Vec::new() }).collect();
+        let undeclared = (!names.contains_key(WORLD)).then(|| undeclared_world(root)).flatten();
+        if let Some(parent) = undeclared {
+            let effect = "it is the world itself: declare it by <link name=\"world\"/>";
+            parent.note(parent.at(), "names the link 'world', which is not declared", effect, false);
+            names.insert(WORLD, links.len());
+            links.push((WORLD, parent));
+        }
+        let link = |(name, element)| Link { name, element, joint: None, children: Vec::new() };
+        let links = links.into_iter().map(link).collect();
         let mut tree = Self { links, joints: Vec::new(), order: Vec::new() };
         tree.read_joints(root, &names)?;
         tree.find_order(root)?;
@@ -92,6 +105,12 @@ impl<'t> KinematicTree<'t> {
             None => Ok(()),
         }
     }
+}
+
+/// The first `<parent link="world"/>`.
+fn undeclared_world(root: Element) -> Option<Element> {
+    let parents = root.children_named("joint").filter_map(|joint| joint.child("parent"));
+    parents.into_iter().find(|parent| parent.attributes().text("link") == Some(WORLD))
 }
 
 /// The link that `<parent link="…">` or `<child link="…">` of a joint names.

@@ -101,6 +101,27 @@ impl<'t> Attributes<'t> {
         }
     }
 
+    /// Factors along x, y and z. One number counts for all three, numbers after the third are passed over; both are noted.
+    pub fn scale(&self, name: &'static str) -> Result<Option<DVec3>, FormatError> {
+        let Some(numbers) = self.numbers(name)? else { return Ok(None) };
+        let note = |effect| {
+            let what = format!("'{name}' has {}", count_of(numbers.len()));
+            self.element.note(self.at(name), what, effect, false);
+        };
+        match numbers[..] {
+            [x, y, z] => Ok(Some(DVec3::new(x, y, z))),
+            [x] => {
+                note("it counts for all three axes: write it three times");
+                Ok(Some(DVec3::splat(x)))
+            }
+            [x, y, z, ..] => {
+                note("the first three count: one for each axis");
+                Ok(Some(DVec3::new(x, y, z)))
+            }
+            _ => Err(self.invalid(name, format!("3 numbers, found {}", numbers.len()))),
+        }
+    }
+
     /// Up to `N` numbers written over `initial`, first those of the farthest default, last the element's own. Also how
     /// many were given at most.
     pub fn overlay<const N: usize>(
@@ -128,8 +149,8 @@ impl<'t> Attributes<'t> {
     }
 
     pub fn integers(&self, name: &'static str) -> Result<Option<Vec<i64>>, FormatError> {
-        let Some(text) = self.text(name) else { return Ok(None) };
-        let parsed: Result<_, _> = text.split_ascii_whitespace().map(str::parse).collect();
+        let Some((element, attribute)) = self.find(name) else { return Ok(None) };
+        let parsed: Result<_, _> = words(element, attribute).map(str::parse).collect();
         parsed.map(Some).map_err(|_| self.invalid(name, "integers"))
     }
 
@@ -185,16 +206,30 @@ pub(crate) fn unit(v: DVec3) -> Option<DVec3> {
 }
 
 fn parse_numbers(element: Element, attribute: &Attribute, name: &'static str) -> Result<Vec<f64>, FormatError> {
-    let parsed = attribute.value.split_ascii_whitespace().map(|word| match word.parse::<f64>() {
+    let parsed = words(element, attribute).map(|word| match word.parse::<f64>() {
         Ok(x) if x.is_finite() => Ok(x),
         _ => Err(invalid(element, attribute, name, format!("finite numbers, found '{}'", shortened(word)).into())),
     });
     parsed.collect()
 }
 
+/// The words of a list, which spaces separate; commas between them are noted.
+fn words<'a>(element: Element, attribute: &'a Attribute) -> impl Iterator<Item = &'a str> + use<'a> {
+    if attribute.value.contains(',') {
+        let effect = "they are read as spaces: write spaces";
+        element.note(element.location_of(attribute), "commas between numbers", effect, false);
+    }
+    attribute.value.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|word| !word.is_empty())
+}
+
 fn invalid(element: Element, attribute: &Attribute, name: &'static str, expected: Cow<'static, str>) -> FormatError {
     let at = element.location_of(attribute);
     let found = shortened(&attribute.value);
+    let unprocessed = ["$(", "${"].iter().any(|mark| attribute.value.contains(mark));
+    let expected = match unprocessed {
+        true => format!("{expected}; '$' belongs to xacro: run xacro on the file and load what it writes").into(),
+        false => expected,
+    };
     FormatError::InvalidAttribute { at, element: element.name().to_owned(), attribute: name, expected, found }
 }
 

@@ -2,7 +2,9 @@
 //! place, and typed reading of attributes.
 
 mod attributes;
+mod parse;
 mod tree;
 
 pub(crate) use attributes::{Attributes, most_similar, unit};
-pub(crate) use tree::{Element, Tree, parse};
+pub(crate) use parse::parse;
+pub(crate) use tree::{Element, Note, Tree};

@@ -1,37 +1,61 @@
 //! A tree of elements that may come from several files.
 
+use std::cell::RefCell;
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::error::{FormatError, Location};
 use crate::xml::Attributes;
 
 /// Elements deeper than this are refused: no real model comes near.
-const MAX_DEPTH: usize = 2000;
+pub(super) const MAX_DEPTH: usize = 2000;
 /// More elements than this, includes counted, are refused.
-const MAX_ELEMENTS: usize = 2_000_000;
+pub(super) const MAX_ELEMENTS: usize = 2_000_000;
 
 /// An attribute with its place.
+#[derive(Clone)]
 pub(crate) struct Attribute {
     pub name: String,
     pub value: String,
-    line: u32,
-    column: u32,
+    pub(super) line: u32,
+    pub(super) column: u32,
 }
 
-struct Node {
-    name: String,
-    file: Arc<str>,
-    line: u32,
-    column: u32,
-    attributes: Vec<Attribute>,
+#[derive(Clone)]
+pub(super) struct Node {
+    pub name: String,
+    pub file: Arc<str>,
+    pub line: u32,
+    pub column: u32,
+    pub attributes: Vec<Attribute>,
     /// The text before the first child element, trimmed.
-    text: String,
-    children: Vec<usize>,
+    pub text: String,
+    pub parent: Option<usize>,
+    pub children: Vec<usize>,
+}
+
+/// Something that a reader met, went on without, and that the report is to tell.
+#[derive(Clone)]
+pub(crate) struct Note {
+    pub at: Location,
+    pub element: String,
+    pub what: String,
+    pub effect: String,
+    pub changes_motion: bool,
+}
+
+impl Note {
+    /// A note about something that cannot change the motion.
+    pub fn other(at: Location, element: &str, what: impl Into<String>, effect: impl Into<String>) -> Self {
+        Self { at, element: element.to_owned(), what: what.into(), effect: effect.into(), changes_motion: false }
+    }
 }
 
 /// The elements of a document. Text after child elements, comments and processing instructions are dropped.
+#[derive(Default)]
 pub(crate) struct Tree {
-    nodes: Vec<Node>,
+    pub(super) nodes: Vec<Node>,
+    notes: RefCell<Vec<Note>>,
 }
 
 /// One element of a [`Tree`].
@@ -39,44 +63,6 @@ pub(crate) struct Tree {
 pub(crate) struct Element<'t> {
     tree: &'t Tree,
     index: usize,
-}
-
-/// Parses a document; `file` names it in messages.
-pub(crate) fn parse(text: &str, file: &str) -> Result<Tree, FormatError> {
-    let file: Arc<str> = file.into();
-    let options = roxmltree::ParsingOptions { nodes_limit: MAX_ELEMENTS as u32 * 4, ..Default::default() };
-    let document = roxmltree::Document::parse_with_options(text, options).map_err(|error| {
-        let at = Location { file: file.clone(), line: error.pos().row, column: error.pos().col };
-        FormatError::MalformedXml { at, reason: error.to_string() }
-    })?;
-    let lines = LineStarts::new(text);
-    let mut tree = Tree { nodes: Vec::new() };
-    let mut indices = vec![usize::MAX; document.descendants().count()];
-    for node in document.descendants().filter(|n| n.is_element()) {
-        let (line, column) = lines.position(text, node.range().start);
-        let at = Location { file: file.clone(), line, column };
-        tree.check_size(&at)?;
-        let attributes = node.attributes().map(|a| {
-            let (line, column) = lines.position(text, a.range().start);
-            Attribute { name: a.name().to_owned(), value: a.value().to_owned(), line, column }
-        });
-        let index = tree.nodes.len();
-        tree.nodes.push(Node {
-            name: node.tag_name().name().to_owned(),
-            file: file.clone(),
-            line,
-            column,
-            attributes: attributes.collect(),
-            text: node.text().unwrap_or_default().trim().to_owned(),
-            children: Vec::new(),
-        });
-        indices[node.id().get_usize()] = index;
-        if let Some(parent) = node.parent_element() {
-            tree.nodes[indices[parent.id().get_usize()]].children.push(index);
-        }
-    }
-    tree.check_depth()?;
-    Ok(tree)
 }
 
 impl Tree {
@@ -91,32 +77,47 @@ impl Tree {
 
     /// Replaces the element at `index` by the children of the root of `other`.
     pub fn splice(&mut self, index: usize, other: Tree) -> Result<(), FormatError> {
-        let offset = self.nodes.len();
+        let (offset, parent) = (self.nodes.len(), self.nodes[index].parent);
+        let Some(parent) = parent else { return Err(self.root().invalid("cannot be the root element")) };
+        self.notes.get_mut().append(&mut other.notes.take());
         let roots: Vec<usize> = other.nodes[0].children.iter().map(|c| c + offset).collect();
         for mut node in other.nodes {
             node.children.iter_mut().for_each(|c| *c += offset);
+            node.parent = node.parent.map(|p| p + offset);
             self.nodes.push(node);
         }
-        for node in &mut self.nodes[..offset] {
-            if let Some(k) = node.children.iter().position(|&c| c == index) {
-                node.children.splice(k..=k, roots);
-                break;
-            }
+        roots.iter().for_each(|&root| self.nodes[root].parent = Some(parent));
+        let siblings = &mut self.nodes[parent].children;
+        if let Some(k) = siblings.iter().position(|&c| c == index) {
+            siblings.splice(k..=k, roots);
         }
-        let at = self.root().at();
-        self.check_size(&at)?;
-        self.check_depth()
+        self.check_size()
     }
 
-    fn check_size(&self, at: &Location) -> Result<(), FormatError> {
+    /// Notes something for the report.
+    pub fn note(&self, note: Note) {
+        self.notes.borrow_mut().push(note);
+    }
+
+    /// What was noted so far, each thing once (defaults are read again for every element that has them),
+    /// by file and line.
+    pub fn take_notes(&self) -> Vec<Note> {
+        let mut known = HashSet::new();
+        let mut notes = self.notes.take();
+        notes.retain(|note| known.insert((note.at.clone(), note.what.clone())));
+        notes.sort_by(|a, b| (&a.at.file, a.at.line, a.at.column).cmp(&(&b.at.file, b.at.line, b.at.column)));
+        notes
+    }
+
+    fn check_size(&self) -> Result<(), FormatError> {
         if self.nodes.len() < MAX_ELEMENTS {
             return Ok(());
         }
-        let reason = format!("more than {MAX_ELEMENTS} elements");
-        Err(FormatError::InvalidElement { at: at.clone(), element: self.nodes[0].name.clone(), reason })
+        Err(self.root().invalid(format!("more than {MAX_ELEMENTS} elements")))
     }
 
-    fn check_depth(&self) -> Result<(), FormatError> {
+    /// Whether no element is nested too deep; after files were put into each other.
+    pub fn check_depth(&self) -> Result<(), FormatError> {
         let mut level = vec![self.root()];
         for _ in 0..MAX_DEPTH {
             level = level.iter().flat_map(|e| e.children()).collect();
@@ -144,6 +145,12 @@ impl<'t> Element<'t> {
     pub fn at(&self) -> Location {
         let node = self.node();
         Location { file: node.file.clone(), line: node.line, column: node.column }
+    }
+
+    /// Notes something about the element for the report.
+    pub fn note(&self, at: Location, what: impl Into<String>, effect: impl Into<String>, changes_motion: bool) {
+        let (what, effect) = (what.into(), effect.into());
+        self.tree.note(Note { at, element: self.name().to_owned(), what, effect, changes_motion });
     }
 
     pub fn location_of(&self, attribute: &Attribute) -> Location {
@@ -191,21 +198,5 @@ impl<'t> Element<'t> {
 
     fn node(&self) -> &'t Node {
         &self.tree.nodes[self.index]
-    }
-}
-
-/// Byte offsets at which lines start, to turn an offset into line and column in logarithmic time.
-struct LineStarts(Vec<usize>);
-
-impl LineStarts {
-    fn new(text: &str) -> Self {
-        let ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(i, _)| i + 1);
-        Self(std::iter::once(0).chain(ends).collect())
-    }
-
-    fn position(&self, text: &str, offset: usize) -> (u32, u32) {
-        let line = self.0.partition_point(|&start| start <= offset).max(1);
-        let column = text.get(self.0[line - 1]..offset).map_or(0, |s| s.chars().count()) + 1;
-        (line as u32, column as u32)
     }
 }

@@ -1,5 +1,6 @@
 //! Integration tests of the readers.
 
+mod forgiven;
 mod mechanism;
 mod meshes;
 mod mjcf_errors;

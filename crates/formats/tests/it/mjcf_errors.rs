@@ -53,7 +53,6 @@ fn unknown_names_are_placed_with_a_suggestion() {
     }
     assert_says("<worldbody>\n<geom size='1' class='soft'/></worldbody>", &["default class 'soft'", ":3:16"]);
     assert_says("<worldbody>\n<geom type='mesh' mesh='m'/></worldbody>", &["mesh 'm'", ":3:19"]);
-    assert_says("<worldbody>\n<geom size='1' material='m'/></worldbody>", &["material 'm'"]);
 }
 
 #[test]

@@ -1,0 +1,190 @@
+//! What other readers forgive is forgiven, with a warning that says where and what to do.
+
+use signorini_formats::{Imported, LoadOptions, Warning, load_mjcf_str, load_sdf_str, load_urdf_str};
+use signorini_multibody::{BodyId, JointKind};
+
+const LINK: &str = "<link name='a'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>\
+                    <collision><geometry><box size='1 1 1'/></geometry></collision></link>";
+
+#[track_caller]
+fn urdf(text: &str) -> Imported {
+    load_urdf_str(text, "", &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}"))
+}
+
+#[track_caller]
+fn floating(text: &str) -> Imported {
+    load_urdf_str(text, "", &LoadOptions { floating_base: true, ..LoadOptions::default() }).unwrap()
+}
+
+/// The only warning that says something.
+#[track_caller]
+fn warning<'i>(imported: &'i Imported, part: &str) -> &'i Warning {
+    let found: Vec<&Warning> = imported.report.warnings.iter().filter(|w| w.to_string().contains(part)).collect();
+    let [only] = found[..] else { panic!("'{part}' {} times in:\n{}", found.len(), imported.report) };
+    only
+}
+
+#[test]
+fn prefixes_that_are_not_declared() {
+    let text = format!(
+        "<robot name='r'>\n{LINK}\n<drake:joint_filter a='1'/>\n<gazebo reference='a'><xacro:thing drake:b='2'/></gazebo></robot>"
+    );
+    let imported = urdf(&text);
+    assert_eq!(imported.model.bodies.len(), 2);
+    let drake = warning(&imported, "prefix 'drake'");
+    assert!(drake.line == 3 && !drake.changes_motion && drake.effect.contains("xmlns:drake="), "{drake}");
+    assert_eq!(warning(&imported, "prefix 'xacro'").line, 4);
+    let declared = urdf(&text.replace("name='r'", "name='r' xmlns:drake='d' xmlns:xacro='x'"));
+    assert!(!declared.report.to_string().contains("prefix"), "{}", declared.report);
+}
+
+#[test]
+fn declarations_after_comments_and_text_after_the_root() {
+    let text = format!(
+        "\n<!-- a comment -- with dashes -->\n<?xml version='1.0'?>\n<!DOCTYPE robot>\n<robot name='r'>{LINK}</robot>\n\n  etc. 1 < 2\n"
+    );
+    let imported = urdf(&text);
+    let late = warning(&imported, "XML declaration");
+    assert_eq!((late.line, late.changes_motion), (3, false));
+    let trailing = warning(&imported, "text outside");
+    assert!(trailing.line == 7 && trailing.what.contains("'etc.'"), "{trailing}");
+    let second = urdf(&format!("<robot name='r'>{LINK}</robot>\n<robot><link name='b'/></robot>"));
+    assert_eq!((warning(&second, "second root").line, second.model.bodies.len()), (2, 2));
+}
+
+#[test]
+fn attributes_given_twice_and_unknown_entities() {
+    let twice = "<mujoco><worldbody>\n<geom size='1' size='2' name='a&b&unknown;'/></worldbody></mujoco>";
+    let imported = load_mjcf_str(twice, "").unwrap();
+    assert_eq!(imported.model.geoms[0].geometry.bounding_radius(), 1.0);
+    assert_eq!(imported.model.geoms[0].name, "a&b&unknown;");
+    assert_eq!(warning(&imported, "'size' is given twice").line, 2);
+}
+
+#[test]
+fn shapes_without_size_are_left_out() {
+    let shape = |shape: &str| {
+        let text = format!(
+            "<robot name='r'>{LINK}<link name='b'><collision>\n<geometry>{shape}</geometry></collision></link>"
+        );
+        format!("{text}<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint></robot>")
+    };
+    for flat in ["<sphere radius='0'/>", "<box size='1 0 1'/>", "<cylinder radius='1' length='0.0'/>"] {
+        let imported = urdf(&shape(flat));
+        assert_eq!(imported.model.geoms.len(), 1);
+        let warning = warning(&imported, "with a size of 0");
+        assert!(warning.changes_motion && warning.effect.contains("left out"), "{warning}");
+    }
+    assert!(load_urdf_str(&shape("<sphere radius='-1'/>"), "", &LoadOptions::default()).is_err());
+}
+
+#[test]
+fn negative_friction_of_gazebo() {
+    let text = "<sdf version='1.6'><model name='m'><link name='l'><collision name='c'><geometry><sphere><radius>1</radius>\
+                </sphere></geometry>\n<surface><friction><ode><mu>-1</mu></ode></friction></surface></collision></link></model></sdf>";
+    let imported = load_sdf_str(text, "", &LoadOptions::default()).unwrap();
+    assert_eq!(imported.model.geoms[0].friction, 1.0);
+    let warning = warning(&imported, "<mu> is negative");
+    assert!(warning.line == 2 && warning.changes_motion, "{warning}");
+}
+
+#[test]
+fn scales_with_one_or_four_numbers() {
+    let folder = format!("{}/testdata/mjcf/meshes", env!("CARGO_MANIFEST_DIR"));
+    let mesh = |scale: &str| {
+        let text = format!(
+            "<robot name='r'><link name='a'><collision><geometry>\n<mesh filename='ell.stl' scale='{scale}'/></geometry>\
+             </collision></link></robot>"
+        );
+        load_urdf_str(&text, &folder, &LoadOptions::default()).unwrap()
+    };
+    let radius = |imported: &Imported| imported.model.geoms[0].geometry.bounding_radius();
+    let plain = radius(&mesh("2 2 2"));
+    for (scale, says) in [("2 2 2 1", "the first three count"), ("2", "all three axes")] {
+        let imported = mesh(scale);
+        assert_eq!(radius(&imported), plain);
+        assert_eq!(warning(&imported, says).line, 2);
+    }
+}
+
+#[test]
+fn commas_between_numbers() {
+    let text = "<mujoco><default>\n<geom friction='0.5, 0.1,0.2'/></default><worldbody>\n<geom size='1' pos='1, 2,3'/>\
+                <geom size='1'/></worldbody></mujoco>";
+    let imported = load_mjcf_str(text, "").unwrap();
+    assert_eq!(imported.model.geoms[0].placement.position.to_array(), [1.0, 2.0, 3.0]);
+    assert_eq!((imported.model.geoms[1].friction, imported.model.geoms[1].rolling_friction), (0.5, 0.2));
+    let commas = warning(&imported, "commas");
+    assert_eq!((commas.line, commas.count, commas.changes_motion), (2, 2, false));
+}
+
+#[test]
+fn materials_that_are_not_defined() {
+    let mjcf = "<mujoco><asset><material name='wood'/></asset><worldbody>\n<geom size='1' material='wod'/></worldbody></mujoco>";
+    let imported = load_mjcf_str(mjcf, "").unwrap();
+    let material = warning(&imported, "material 'wod'");
+    assert!(material.line == 2 && material.effect.contains("'wood'") && !material.changes_motion, "{material}");
+    let robot = "<robot name='r'><link name='a'><visual>\n<material name='Blue'/></visual><collision><geometry>\
+                 <sphere radius='1'/></geometry></collision></link></robot>";
+    assert_eq!(warning(&urdf(robot), "'Blue' is not defined").line, 2);
+}
+
+#[test]
+fn the_world_without_a_declaration() {
+    let text = format!(
+        "<robot name='r'>{LINK}<joint name='j' type='revolute'>\n<parent link='world'/><child link='a'/><axis xyz='0 0 1'/>\
+         <limit lower='-1' upper='1'/></joint></robot>"
+    );
+    let imported = urdf(&text);
+    assert_eq!(warning(&imported, "link 'world', which is not declared").line, 2);
+    let body = imported.model.body_named("a").unwrap();
+    assert_eq!(imported.model.bodies[body.index()].parent, BodyId::WORLD);
+    assert_eq!((imported.model.nv, imported.model.bodies.len()), (1, 2));
+}
+
+#[test]
+fn a_link_called_world_that_is_not_the_root() {
+    let text = format!(
+        "<robot name='r'>{LINK}\n<link name='world'/><joint name='j' type='fixed'><parent link='a'/><child link='world'/>\
+         </joint></robot>"
+    );
+    let imported = urdf(&text);
+    let body = imported.model.body_named("world_link").unwrap();
+    assert_eq!(imported.model.bodies[body.index()].parent, imported.model.body_named("a").unwrap());
+    assert_eq!(warning(&imported, "is called 'world'").line, 2);
+}
+
+#[test]
+fn robots_without_mass_do_not_float() {
+    let massless = "<robot name='r'>\n<link name='a'/></robot>";
+    let imported = floating(massless);
+    assert_eq!(imported.model.nv, 0);
+    let fixed = warning(&imported, "no link of the robot has mass");
+    assert!(fixed.line == 2 && fixed.changes_motion && fixed.effect.contains("<inertial>"), "{fixed}");
+    let heavy = floating(&format!("<robot name='r'>{LINK}</robot>"));
+    assert_eq!(heavy.model.joints[0].kind, JointKind::Free);
+    assert!(heavy.report.warnings.is_empty(), "{}", heavy.report);
+}
+
+#[test]
+fn expressions_of_xacro() {
+    let text = |mass: &str| {
+        format!(
+            "<robot name='$(arg name)'><material name='m'>\n<color rgba='${{r}} 0 0 1'/></material><link name='a'><visual><geometry>\
+             <mesh filename='$(find p)/m.dae' scale='${{s}}'/></geometry><material name='m'/></visual>\n<inertial>\
+             <mass value='{mass}'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link></robot>"
+        )
+    };
+    assert_eq!(warning(&urdf(&text("1")), "'rgba' is not a colour").line, 2);
+    let error = load_urdf_str(&text("${m}"), "", &LoadOptions::default()).unwrap_err().to_string();
+    assert!(error.contains(":3:17") && error.contains("run xacro"), "{error}");
+}
+
+#[test]
+fn misspelt_attributes_are_named() {
+    let text =
+        "<mujoco><worldbody><body>\n<joint dampnig='1'/><geom size='1' frictoin='1'/></body></worldbody></mujoco>";
+    let imported = load_mjcf_str(text, "").unwrap();
+    assert!(warning(&imported, "'dampnig'").effect.contains("'damping'"), "{}", imported.report);
+    assert!(warning(&imported, "'frictoin'").effect.contains("'friction'"), "{}", imported.report);
+}
