@@ -47,6 +47,8 @@ struct Parser<'x> {
     open: Vec<(usize, String)>,
     /// An element beside the root, which is passed over: how many of its elements are open.
     passing_over: usize,
+    /// Whether text outside of the root element was noted.
+    strayed: bool,
     declared: HashSet<String>,
     /// Prefixes that were met, with the first place and element.
     met: BTreeMap<String, (Location, String)>,
@@ -57,7 +59,7 @@ impl<'x> Parser<'x> {
         let declared = ["xml", "xmlns", "xsi"].map(str::to_owned).into();
         let cursor = Cursor::new(text);
         let (tree, open, met) = (Tree::default(), Vec::new(), BTreeMap::new());
-        Self { text, cursor, file, tree, open, passing_over: 0, declared, met }
+        Self { text, cursor, file, tree, open, passing_over: 0, strayed: false, declared, met }
     }
 
     fn take(&mut self, event: Event<'x>, start: usize) -> Result<(), FormatError> {
@@ -217,8 +219,9 @@ impl<'x> Parser<'x> {
                     node.text.push_str(text);
                 }
             }
-            None if text.trim().is_empty() => {}
+            None if text.trim().is_empty() || self.strayed => {}
             None => {
+                self.strayed = true;
                 let skipped = text.len() - text.trim_start().len();
                 let at = self.location(start + skipped);
                 let word = text.split_whitespace().next().unwrap_or_default();
