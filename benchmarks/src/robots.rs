@@ -44,7 +44,7 @@ pub fn load_above_floor(
     friction: f64,
     self_collision: bool,
 ) -> Result<(Model, ImportReport), FormatError> {
-    let options = LoadOptions { floating_base: robot.floats, ..LoadOptions::default() };
+    let options = LoadOptions::default().with_floating_base(robot.floats);
     let mut imported = load(folder.join(robot.path), &options)?;
     let mut floor = Geom::new("floor", Geometry::Plane);
     floor.body = BodyId::WORLD;

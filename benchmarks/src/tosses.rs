@@ -92,7 +92,7 @@ pub fn start_state(first: &[f64; 13], protocol: Protocol, substeps: usize) -> St
         let n = substeps as f64;
         v[2] -= GRAVITY / SAMPLE_RATE * (n - 1.0) / (2.0 * n);
     }
-    State { time: 0.0, q, v, activation: vec![] }
+    State::at(q, v)
 }
 
 /// The cube above its board, as a box on a plane with friction `mu` and coefficient of restitution `restitution`.
@@ -206,7 +206,7 @@ pub fn simulation(
     settings: &Settings,
 ) -> Result<Simulation, Box<dyn std::error::Error>> {
     let timestep = Some(1.0 / (SAMPLE_RATE * substeps as f64));
-    Ok(Simulation::new(model(mu, restitution)?, Settings { timestep, ..settings.clone() })?)
+    Ok(Simulation::new(model(mu, restitution)?, settings.clone().with_timestep(timestep))?)
 }
 
 fn pose(simulation: &Simulation) -> [f64; 7] {

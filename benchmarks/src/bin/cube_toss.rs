@@ -154,14 +154,12 @@ fn identify(options: &Options, tosses: &[Toss]) -> Result<Surface, Box<dyn Error
 }
 
 fn score(options: &Options, surface: Surface, tosses: &[Toss]) -> Result<Score, Box<dyn Error>> {
-    let settings = Settings {
-        directions: options.directions,
-        direction_angle: options.direction_angle.to_radians(),
-        stabilization: options.stabilization,
-        infeasible: InfeasiblePolicy::ClipGaps,
-        restitution: if options.law == Law::Poisson { RestitutionLaw::Poisson } else { RestitutionLaw::Newton },
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_directions(options.directions)
+        .with_direction_angle(options.direction_angle.to_radians())
+        .with_stabilization(options.stabilization)
+        .with_infeasible(InfeasiblePolicy::ClipGaps)
+        .with_restitution(if options.law == Law::Poisson { RestitutionLaw::Poisson } else { RestitutionLaw::Newton });
     let mut simulation = tosses::simulation(surface.mu, surface.restitution, options.substeps, &settings)?;
     let mut score = Score::default();
     for toss in tosses {

@@ -119,7 +119,7 @@ fn run(options: &Options, model: Model, report: &ImportReport) -> (Vec<String>, 
 
 /// Steps, missed and clipped ones; how the run ended; whether it came to its end.
 fn simulate(options: &Options, model: Model) -> Result<([u64; 3], String, bool), Box<dyn Error>> {
-    let settings = Settings { infeasible: InfeasiblePolicy::ClipGaps, ..Settings::default() };
+    let settings = Settings::default().with_infeasible(InfeasiblePolicy::ClipGaps);
     let start = start(&model);
     let keyframe = model.keyframes.first().map(|k| k.name.clone());
     let mut simulation = Simulation::new(model, settings)?;

@@ -83,13 +83,11 @@ fn fall(options: &Options, folder: &Path, robot: &Robot) -> Result<Vec<String>, 
     if overlap > 0.0 {
         println!("{}: starts with {:.2} mm of overlap between {between}", robot.name, overlap * 1e3);
     }
-    let settings = Settings {
-        timestep: Some(options.timestep),
-        directions: options.directions,
-        stabilization: options.stabilization,
-        infeasible: if options.stop { InfeasiblePolicy::Stop } else { InfeasiblePolicy::ClipGaps },
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_timestep(options.timestep)
+        .with_directions(options.directions)
+        .with_stabilization(options.stabilization)
+        .with_infeasible(if options.stop { InfeasiblePolicy::Stop } else { InfeasiblePolicy::ClipGaps });
     let (nv, shapes) = (model.nv, model.geoms.len() - 1);
     let mut simulation = Simulation::new(model, settings)?;
     simulation.set_state(&start)?;

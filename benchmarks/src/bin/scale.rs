@@ -115,7 +115,8 @@ impl Runner {
     fn new(model: &Arc<Model>, threads: usize, sleeping: bool) -> Result<Self, Box<dyn Error>> {
         let solver = SolverSettings { threads, ..SolverSettings::default() };
         let method = ContactMethod::Structured(solver);
-        let simulation = Simulation::new(model.clone(), Settings { method, sleeping, ..Settings::default() })?;
+        let simulation =
+            Simulation::new(model.clone(), Settings::default().with_method(method).with_sleeping(sleeping))?;
         let name = format!("{threads} threads{}", if sleeping { ", sleeping" } else { "" });
         Ok(Self { name, simulation, times: Vec::new(), sleeping_islands: 0, islands: 0 })
     }

@@ -76,14 +76,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err(format!("{} scenes of {} have these names", chosen.len(), path.display()).into());
     }
     let solver = SolverSettings { accept: 0.5 * options.tolerance, ..SolverSettings::default() };
-    let settings = Settings {
-        tolerance: options.tolerance,
-        method: ContactMethod::Structured(solver),
-        directions: options.directions,
-        stabilization: options.stabilization,
-        infeasible: if options.clip { InfeasiblePolicy::ClipGaps } else { InfeasiblePolicy::Stop },
-        ..Settings::default()
-    };
+    let settings = Settings::default()
+        .with_tolerance(options.tolerance)
+        .with_method(ContactMethod::Structured(solver))
+        .with_directions(options.directions)
+        .with_stabilization(options.stabilization)
+        .with_infeasible(if options.clip { InfeasiblePolicy::ClipGaps } else { InfeasiblePolicy::Stop });
     if options.settle {
         return add_settled(&path, &file, &chosen, &robots, &settings);
     }

@@ -66,7 +66,8 @@ pub fn build(name: &str, scene: &Value, robots: &Path) -> Result<Scene, String> 
 fn load_robot(name: &str, scene: &Value, file: &Path) -> Result<Scene, String> {
     let mut model = load(file, &LoadOptions::default()).map_err(|e| format!("{name}: {e}"))?.model;
     model.timestep = number(&scene["dt"])?;
-    let input = Input { control: vec![0.0; model.actuators.len()], generalized_force: vec![0.0; model.nv] };
+    let input =
+        Input::default().with_control(vec![0.0; model.actuators.len()]).with_generalized_force(vec![0.0; model.nv]);
     Ok(Scene { model, input, duration: number(&scene["duration"])? })
 }
 
@@ -82,7 +83,7 @@ pub fn field(stacks: usize, height: usize) -> Result<Model, ModelError> {
     let inertia = Inertia { mass: 1.0, center_of_mass: DVec3::ZERO, rotational: DMat3::from_diagonal(moments) };
     let mut builder = ModelBuilder::new(format!("field of {stacks} x {height}"));
     builder.gravity(DVec3::NEG_Z * 9.81).timestep(0.005);
-    let frictional = |name: String, shape: Geometry| Geom { friction: 0.5, ..Geom::new(name, shape) };
+    let frictional = |name: String, shape: Geometry| Geom::new(name, shape).with_friction(0.5);
     builder.add_geom(BodyId::WORLD, frictional("plane".into(), Geometry::Plane))?;
     let columns = (stacks as f64).sqrt().ceil() as usize;
     for k in 0..stacks {
@@ -161,7 +162,7 @@ fn add_body(
 
 /// Constant forces on free bodies and along sliders.
 fn forces(model: &Model, scene: &Value, joints: &[Value]) -> Result<Input, String> {
-    let mut input = Input { control: Vec::new(), generalized_force: vec![0.0; model.nv] };
+    let mut input = Input::default().with_control(Vec::new()).with_generalized_force(vec![0.0; model.nv]);
     for row in scene["forces"].as_array().into_iter().flatten() {
         let k = row[0].as_u64().ok_or("a force needs its body")? as usize;
         let force = DVec3::new(number(&row[1])?, number(&row[2])?, number(&row[3])?);

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use cpu_time::ThreadTime;
 use serde_json::{Value, json};
-use signorini::multibody::{Kinematics, State, forward_kinematics_into};
+use signorini::multibody::{Kinematics, forward_kinematics_into};
 use signorini::{Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError, Snapshot};
 
 use super::{Scene, build};
@@ -89,7 +89,7 @@ pub fn settle(name: &str, rest: &str, scene: &Value, robots: &Path, settings: &S
     let tell = |progress: &SettleProgress| {
         let now = start.elapsed();
         if now >= told + EVERY {
-            let SettleProgress { steps, factorizations, speed, slack } = progress;
+            let SettleProgress { steps, factorizations, speed, slack, .. } = progress;
             eprintln!(
                 "{name}: {:.0} s, {steps} steps, {factorizations} factorizations, speed {speed:.1e}, slack {slack:.1e} of the scale",
                 now.as_secs_f64()
@@ -121,7 +121,7 @@ pub fn settle(name: &str, rest: &str, scene: &Value, robots: &Path, settings: &S
 fn at_rest(settled: &Simulation, Scene { model, input, .. }: Scene) -> Result<Simulation, SimulationError> {
     let mut resting = Simulation::new(model, settled.settings().clone())?;
     resting.input = input;
-    resting.set_state(&State { time: 0.0, ..settled.state().clone() })?;
+    resting.set_state(&settled.state().clone().with_time(0.0))?;
     resting.set_warm_start(&settled.workspace().warm_start())?;
     Ok(resting)
 }

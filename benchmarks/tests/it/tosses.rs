@@ -68,7 +68,7 @@ fn a_flat_cube_slides_as_far_as_coulomb_says() {
     let mu = 0.2;
     let mut toss = flight(120, 0.0);
     toss.samples[0] = [0.0, 0.0, HALF_SIDE, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
-    let settings = Settings { directions: 16, ..Settings::default() };
+    let settings = Settings::default().with_directions(16);
     let mut simulation = simulation(mu, 0.0, 4, &settings).unwrap();
     let (poses, effort) = simulate(&mut simulation, &toss, Protocol::Raw, 4).unwrap();
     let dt = simulation.timestep();
@@ -93,7 +93,7 @@ fn recorded_tosses_are_followed() {
         println!("skipped: no cube_tosses.npz in {}", folder.display());
         return;
     }
-    let settings = Settings { directions: 16, ..Settings::default() };
+    let settings = Settings::default().with_directions(16);
     let mut simulation = simulation(FRICTION, 0.0, SUBSTEPS, &settings).unwrap();
     let tosses = load(&folder, Protocol::Raw).unwrap();
     let others = tosses.iter().enumerate().filter(|(k, _)| !IDENTIFICATION.contains(k));

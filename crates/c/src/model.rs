@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::ptr;
 use std::sync::Arc;
 
+use signorini::formats::{load, load_mjcf_str, load_sdf_str, load_urdf_str, Imported, LoadOptions};
 use signorini::multibody::Model;
-use signorini_formats::{load, load_mjcf_str, load_sdf_str, load_urdf_str, Imported, LoadOptions};
 
 use crate::error::{guarded, signorini_status, Failure, SIGNORINI_ERROR_FILE, SIGNORINI_OK};
 use crate::pointers::{give, shared, take_back, text};

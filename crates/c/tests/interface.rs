@@ -53,7 +53,7 @@ fn through_c(path: &str) -> *mut signorini_simulation {
 
 #[test]
 fn a_run_has_the_bits_of_one_in_rust() {
-    let model = signorini_formats::load(SCENE, &Default::default()).unwrap().model;
+    let model = signorini::formats::load(SCENE, &Default::default()).unwrap().model;
     let keyframe = model.keyframes.first().map(|k| k.name.clone());
     let (nq, nu) = (model.nq, model.actuators.len());
     let mut simulation = Simulation::new(model, Settings::default()).unwrap();

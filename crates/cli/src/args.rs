@@ -1,86 +1,13 @@
-//! The command line.
+//! Arguments that several commands share.
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, ValueEnum};
 use signorini::contact::SolverSettings;
 use signorini::lcp::MethodKind;
 use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, Settings};
 
-use crate::commands::{check, compare, convert, export, inspect, replay, scenes, simulate, solve, view};
 use crate::error::CliError;
-use crate::exit::{EXIT_CODES, Exit};
-
-/// Multibody dynamics with hard contact and dry friction; every step is an exactly solved, certified complementarity
-/// problem.
-///
-/// `signorini simulate` without a model runs a house of cards and writes a report for the browser.
-#[derive(Debug, Parser)]
-#[command(name = "signorini", version, after_help = EXIT_CODES, propagate_version = true)]
-pub struct Cli {
-    /// What to do.
-    #[command(subcommand)]
-    pub command: Command,
-}
-
-/// The commands.
-#[derive(Debug, Subcommand)]
-pub enum Command {
-    /// Run a model and say how well every step was solved.
-    Simulate(simulate::Arguments),
-    /// Show a model in the browser while it runs: pause, step, drag bodies.
-    View(view::Arguments),
-    /// Show what a model file became: tree, joints, masses, shapes, and what was left out.
-    Inspect(inspect::Arguments),
-    /// List the bundled scenes.
-    Scenes(scenes::Arguments),
-    /// Write the contact problem of one step as a file.
-    Export(export::Arguments),
-    /// Solve complementarity and contact problems from files.
-    Solve(solve::Arguments),
-    /// Solve one problem with every law and method, side by side.
-    Compare(compare::Arguments),
-    /// Check a solution against its problem, or every step of a recording; no solver is involved.
-    Check(check::Arguments),
-    /// Show a recording in the browser, or write its report.
-    Replay(replay::Arguments),
-    /// Write a recording in another format: NumPy arrays, CSV, MCAP.
-    Convert(convert::Arguments),
-}
-
-impl Command {
-    /// Runs the command.
-    pub fn run(&self) -> Result<Exit, CliError> {
-        match self {
-            Self::Simulate(arguments) => simulate::run(arguments),
-            Self::View(arguments) => view::run(arguments),
-            Self::Inspect(arguments) => inspect::run(arguments),
-            Self::Scenes(arguments) => scenes::run(arguments),
-            Self::Export(arguments) => export::run(arguments),
-            Self::Solve(arguments) => solve::run(arguments),
-            Self::Compare(arguments) => compare::run(arguments),
-            Self::Check(arguments) => check::run(arguments),
-            Self::Replay(arguments) => replay::run(arguments),
-            Self::Convert(arguments) => convert::run(arguments),
-        }
-    }
-
-    /// Whether the result is for a machine.
-    pub fn json(&self) -> bool {
-        match self {
-            Self::Simulate(arguments) => arguments.json,
-            Self::View(arguments) => arguments.json,
-            Self::Inspect(arguments) => arguments.json,
-            Self::Scenes(arguments) => arguments.json,
-            Self::Export(arguments) => arguments.json,
-            Self::Solve(arguments) => arguments.json,
-            Self::Compare(arguments) => arguments.json,
-            Self::Check(arguments) => arguments.json,
-            Self::Replay(arguments) => arguments.json,
-            Self::Convert(arguments) => arguments.json,
-        }
-    }
-}
 
 /// Which model, and how its file is read.
 #[derive(Clone, Debug, Args)]
@@ -165,29 +92,27 @@ impl StepArguments {
             return Err(CliError::UnusedOption { option: "--cone-tolerance", needs: "--friction-law refined" });
         }
         use signorini::InfeasiblePolicy::{ClipGaps, Stop};
-        Ok(Settings {
-            timestep: self.dt,
-            directions: self.directions,
-            stabilization: self.stabilization,
-            tolerance: self.tolerance,
-            method: match &self.method {
+        Ok(Settings::default()
+            .with_timestep(self.dt)
+            .with_directions(self.directions)
+            .with_stabilization(self.stabilization)
+            .with_tolerance(self.tolerance)
+            .with_method(match &self.method {
                 MethodChoice::Structured => ContactMethod::Structured(SolverSettings::default()),
                 MethodChoice::Lcp(kind) => ContactMethod::Lcp(kind.clone()),
-            },
-            friction_law: match self.friction_law {
+            })
+            .with_friction_law(match self.friction_law {
                 FrictionLawName::Polygon => FrictionLaw::Polygon,
                 FrictionLawName::Circular => FrictionLaw::Circular,
                 FrictionLawName::Refined => {
                     FrictionLaw::Refined { tolerance: self.cone_tolerance.unwrap_or(DEFAULT_CONE_TOLERANCE) }
                 }
-            },
-            impulses: match self.impulses {
+            })
+            .with_impulses(match self.impulses {
                 ImpulseName::Solver => ImpulseChoice::Solver,
                 ImpulseName::LeastNorm => ImpulseChoice::LeastNorm,
-            },
-            infeasible: if self.clip_gaps { ClipGaps } else { Stop },
-            ..Settings::default()
-        })
+            })
+            .with_infeasible(if self.clip_gaps { ClipGaps } else { Stop }))
     }
 }
 

@@ -4,11 +4,11 @@ use std::path::{Path, PathBuf};
 
 use signorini::SimulationError;
 use signorini::contact::ProblemError;
+use signorini::formats::FormatError;
 use signorini::multibody::StateError;
 use signorini::recording::RecordingError;
-use signorini_formats::FormatError;
+use signorini::viewer::ViewerError;
 use signorini_replay::ReplayError;
-use signorini_viewer::ViewerError;
 
 use crate::exit::Exit;
 

@@ -4,10 +4,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
+use signorini::formats::{FormatError, ImportReport, LoadOptions, load, load_mjcf_str};
 use signorini::multibody::Model;
 use signorini::recording::ModelSource;
 use signorini::{Settings, SettleSettings, Simulation};
-use signorini_formats::{FormatError, ImportReport, LoadOptions, load, load_mjcf_str};
 use signorini_replay::{model_source, read_model_source};
 
 use crate::args::{ModelArguments, StartArguments};
@@ -39,13 +39,11 @@ impl Loaded {
 
 /// Reads the model file or bundled scene.
 pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
-    let options = LoadOptions {
-        package_dirs: arguments.package_dir.clone(),
-        floating_base: arguments.floating_base,
-        friction: arguments.friction,
-        floor: arguments.floor,
-        ..LoadOptions::default()
-    };
+    let options = LoadOptions::default()
+        .with_package_dirs(arguments.package_dir.clone())
+        .with_floating_base(arguments.floating_base)
+        .with_friction(arguments.friction)
+        .with_floor(arguments.floor);
     if let Some(path) = &arguments.model {
         let imported = load(path, &options)?;
         let source = path.display().to_string();

@@ -4,6 +4,7 @@
 
 mod args;
 mod assignment;
+mod command;
 mod commands;
 mod error;
 mod exit;
@@ -18,7 +19,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::Cli;
+use command::Cli;
 use exit::Exit;
 
 fn main() -> ExitCode {

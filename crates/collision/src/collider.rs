@@ -142,16 +142,12 @@ impl Collider {
             let start = out.len();
             let [friction, margin] = self.law(model, i, j);
             let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
-            out.extend(self.touches.iter().map(|t| ContactPoint {
-                geom_a: GeomId(i),
-                geom_b: GeomId(j),
-                body_a: a.body,
-                body_b: b.body,
-                position: t.position + origin,
-                normal: t.normal,
-                gap: t.gap - margin,
-                friction,
-                feature: t.feature.code(),
+            let (geoms, bodies) = ([GeomId(i), GeomId(j)], [a.body, b.body]);
+            out.extend(self.touches.iter().map(|t| {
+                ContactPoint::new(geoms, bodies, t.position + origin, t.normal)
+                    .with_gap(t.gap - margin)
+                    .with_friction(friction)
+                    .with_feature(t.feature.code())
             }));
             order_features(&mut out[start..]);
         }

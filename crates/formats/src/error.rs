@@ -9,6 +9,7 @@ use signorini_multibody::ModelError;
 
 /// A place in a file. Prints as `file:line:column`.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub struct Location {
     /// The file as it was named, or a label for text that came from memory.
     pub file: Arc<str>,

@@ -1,5 +1,6 @@
 //! The entry points.
 
+use derive_setters::Setters;
 use std::path::{Path, PathBuf};
 
 use signorini_multibody::Model;
@@ -13,7 +14,9 @@ use crate::{mjcf, sdf, urdf, xml};
 const MAX_BYTES: u64 = 64 << 20;
 
 /// How to read what a file leaves open.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct LoadOptions {
     /// Folders in which the packages of `package://…` are looked for (URDF, SDF). The folders above the model are searched
     /// after them. Default: none.
@@ -26,6 +29,7 @@ pub struct LoadOptions {
     /// Whether the links of a URDF meet each other, but for those that a joint connects. Default: true.
     pub self_collision: bool,
     /// An SRDF file whose `<disable_collisions>` say which links of a URDF do not meet. Default: none.
+    #[setters(into)]
     pub srdf: Option<PathBuf>,
     /// Coefficient of friction of the shapes of a URDF, which has no word for it; finite, ≥ 0. Default: 1.
     pub friction: f64,
@@ -75,6 +79,7 @@ impl Default for LoadOptions {
 
 /// A model and what the file had that the model has not.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Imported {
     /// The model.
     pub model: Model,

@@ -8,6 +8,7 @@ use crate::xml::Note;
 
 /// Something in a file that the model does not have, or has in another form.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Warning {
     /// The file.
     pub file: String,
@@ -37,6 +38,7 @@ impl fmt::Display for Warning {
 
 /// Everything that an import leaves out or alters, each sort of thing once, in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ImportReport {
     /// The list.
     pub warnings: Vec<Warning>,

@@ -1,14 +1,18 @@
+use derive_setters::Setters;
+
 use crate::equilibrate::Scaled;
-use crate::method::check_tolerance;
 use crate::pieces::Piece;
 use crate::polish::Polish;
+use crate::setting::check_tolerance;
 use crate::{Attempt, Basis, Lcp, LcpError, Lemke, Method, Outcome, Report, Residual, Solution, Start, Status};
 
 /// Bases with a relative pivot below this are looked at as singular ones.
 const MAYBE_SINGULAR: f64 = 1e-8;
 
 /// Settings of [`Enumeration`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct EnumerationSettings {
     /// Relative residual up to which a point is called solved. Default 1e-10; in (0, 1).
     pub tolerance: f64,
@@ -29,6 +33,7 @@ impl Default for EnumerationSettings {
 ///
 /// Source: Cottle, Pang, Stone (2009), §1.4 (complementary cones).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct SolutionSet {
     /// Different solutions, in the order of their bases read as binary numbers: every solution that is alone in its
     /// basis, and one of every basis that has a continuum.

@@ -75,6 +75,7 @@ impl Status {
 ///
 /// In a contact problem `z` are impulses that hold each other in balance: what is wedged.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Ray {
     /// Direction in `z`, scaled so that its largest entry in one unit is 1.
     pub z: Vec<f64>,
@@ -91,6 +92,7 @@ pub struct Ray {
 /// For any `z ≥ 0`, `yᵀ(A z + b) = (Aᵀy)ᵀz + bᵀy < 0`, so `A z + b ≥ 0` is impossible. In a mixed problem `y` has
 /// any sign on free rows and `Aᵀy = 0` in free columns.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Farkas {
     /// The multipliers, one per row.
     pub y: Vec<f64>,
@@ -98,6 +100,7 @@ pub struct Farkas {
 
 /// A run of a method on a problem: what was asked, used and reached.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Solution {
     /// The point, `[n]`; the best one found where the status is not [`Status::Solved`].
     pub z: Vec<f64>,
@@ -117,6 +120,7 @@ pub struct Solution {
 
 /// The history of a solve: one entry per attempt, in order.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Report {
     /// The attempts, of which the one with the smallest residual gave the solution; none where `z = 0` was it.
     pub attempts: Vec<Attempt>,
@@ -124,6 +128,7 @@ pub struct Report {
 
 /// One attempt of a method.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Attempt {
     /// Where it started.
     pub start: Start,

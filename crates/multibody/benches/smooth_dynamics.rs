@@ -37,7 +37,7 @@ fn quadruped() -> Model {
         for (part, axis) in [("hip", DVec3::X), ("thigh", DVec3::Y), ("calf", DVec3::Y)] {
             let inertia = cuboid(0.8, DVec3::new(0.02, 0.02, 0.1), DVec3::new(0.0, 0.01, -0.1));
             parent = builder.add_body(format!("{part}{leg}"), parent, Pose::from_position(position), inertia).unwrap();
-            let joint = Joint { damping: 0.1, ..Joint::new(format!("{part}{leg}"), JointKind::Hinge { axis }) };
+            let joint = Joint::new(format!("{part}{leg}"), JointKind::Hinge { axis }).with_damping(0.1);
             builder.add_joint(parent, joint).unwrap();
             position = DVec3::new(0.0, 0.0, -0.2);
         }

@@ -4,6 +4,7 @@ mod half_solves;
 
 use std::sync::Arc;
 
+use crate::dot::dot;
 use crate::layout::{Block, Layout};
 use crate::mass::{BlockDiagonal, MassError};
 
@@ -183,6 +184,18 @@ impl BlockCholesky {
     }
 }
 
+impl BlockDiagonal {
+    /// Factorises the matrix; [`BlockCholesky::refactor`] does the same without allocation.
+    ///
+    /// # Errors
+    /// [`MassError::NotPositiveDefinite`].
+    pub fn factor(&self) -> Result<BlockCholesky, MassError> {
+        let mut factor = BlockCholesky::new(self);
+        factor.refactor(self)?;
+        Ok(factor)
+    }
+}
+
 /// `U` with `A = U Uᵀ` of one dense row-major block; below the diagonal of `U` nothing is read or written.
 fn factor_block(
     a: &[f64],
@@ -256,29 +269,6 @@ fn subtract_multiple(x: &mut [f64], f: f64, y: &[f64]) {
         ([a, b], [p, q]) => (*a, *b) = (*a - p * f, *b - q * f),
         (x, y) => x.iter_mut().zip(y).for_each(|(x, y)| *x -= y * f),
     }
-}
-
-/// The scalar product, in four sums so that an addition does not wait for the one before it. They are added in pairs that are
-/// neighbours in memory. Near the leaves of a tree rows are short.
-#[inline]
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    match (a, b) {
-        ([], []) => return 0.0,
-        ([a], [p]) => return a * p,
-        ([a, b], [p, q]) => return a * p + b * q,
-        _ => {}
-    }
-    let ((a, rest_a), (b, rest_b)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
-    let (mut even, mut odd) = ([0.0; 2], [0.0; 2]);
-    for (a, b) in a.iter().zip(b) {
-        for l in 0..2 {
-            even[l] += a[l] * b[l];
-            odd[l] += a[l + 2] * b[l + 2];
-        }
-    }
-    let sums: [f64; 2] = std::array::from_fn(|l| even[l] + odd[l]);
-    let rest = rest_a.iter().zip(rest_b).fold(0.0, |sum, (a, b)| sum + a * b);
-    sums[0] + sums[1] + rest
 }
 
 /// The scalar products of four rows with one, each as two sums: of the products at even and at odd places.

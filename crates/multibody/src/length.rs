@@ -62,6 +62,13 @@ pub fn tendon_length_into(model: &Model, q: &[f64], tendon: &Tendon, out: &mut L
     }
 }
 
+impl Tendon {
+    /// Its length at a configuration, `[nq]`, m.
+    pub fn length(&self, model: &Model, q: &[f64]) -> f64 {
+        self.terms.iter().map(|&(joint, c)| c * q[model.joints[joint.index()].q_index]).sum()
+    }
+}
+
 /// Length of an actuator with its row, gear included ([`Transmission`] says what the lengths are).
 ///
 /// - `kinematics`: from [`forward_kinematics_into`](crate::forward_kinematics_into) at `q`

@@ -21,6 +21,7 @@ mod cholesky;
 mod composite;
 mod configuration;
 mod delassus;
+mod dot;
 mod energy;
 mod equality;
 mod forward_dynamics;
@@ -65,7 +66,8 @@ pub use math::{Pose, rotation_exp, rotation_log};
 pub use model::{
     Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, ContactFilter, Equality,
     EqualityKind, FrameId, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Model,
-    ModelBuilder, ModelError, Sensor, SensorKind, Site, SiteId, SpinResistance, Tendon, TendonId, Transmission,
+    ModelBuilder, ModelError, NewBody, Sensor, SensorKind, Site, SiteId, SpinResistance, Tendon, TendonId,
+    Transmission,
 };
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};
 pub use state::{ContactPoint, Input, State, StateError};

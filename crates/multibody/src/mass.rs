@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use crate::cholesky::{BlockCholesky, dot};
+use crate::dot::dot;
 use crate::layout::{Block, Layout};
 use crate::model::Model;
 
@@ -222,16 +222,6 @@ impl BlockDiagonal {
                 size => rows.chunks_exact(size).zip(out).for_each(|(row, out)| *out = dot(row, x)),
             }
         }
-    }
-
-    /// Factorises the matrix; [`BlockCholesky::refactor`] does the same without allocation.
-    ///
-    /// # Errors
-    /// [`MassError::NotPositiveDefinite`].
-    pub fn factor(&self) -> Result<BlockCholesky, MassError> {
-        let mut factor = BlockCholesky::new(self);
-        factor.refactor(self)?;
-        Ok(factor)
     }
 
     pub(crate) fn data_of(&self, block: &Block) -> &[f64] {

@@ -1,5 +1,6 @@
 //! What changes: the state, what is applied, and the contact points found at a state.
 
+use derive_setters::Setters;
 use glamx::glam::DVec3;
 
 use crate::model::{Actuator, BodyId, GeomId, Joint, JointKind, Model};
@@ -47,7 +48,9 @@ pub enum StateError {
 }
 
 /// The state of a model: time, configuration, generalized velocity, activations of actuators, and nothing else.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct State {
     /// Time, s.
     pub time: f64,
@@ -64,6 +67,11 @@ impl State {
     pub fn new(model: &Model) -> Self {
         let (q, v) = (model.reference_configuration(), vec![0.0; model.nv]);
         Self { time: 0.0, q, v, activation: vec![0.0; model.na] }
+    }
+
+    /// A configuration and a velocity at time 0, without activations.
+    pub fn at(q: Vec<f64>, v: Vec<f64>) -> Self {
+        Self { time: 0.0, q, v, activation: Vec::new() }
     }
 
     /// Whether the state fits the model: lengths, finite numbers, unit quaternions (within 1e-6).
@@ -140,7 +148,9 @@ fn check_entries(
 }
 
 /// What acts on a model during a step.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct Input {
     /// One value per actuator, `[actuators]`: N or N·m for motors, m or rad for position servos, m/s or rad/s for
     /// velocity servos and servos of speed. Empty means all zero.
@@ -150,6 +160,16 @@ pub struct Input {
 }
 
 impl Input {
+    /// Nothing but these control values.
+    pub fn of_control(control: Vec<f64>) -> Self {
+        Self { control, ..Self::default() }
+    }
+
+    /// Nothing but this generalized force.
+    pub fn of_force(generalized_force: Vec<f64>) -> Self {
+        Self { generalized_force, ..Self::default() }
+    }
+
     /// Whether the input fits the model: lengths (or empty) and finite numbers.
     ///
     /// # Errors
@@ -187,7 +207,9 @@ impl Actuator {
 /// A place where two geoms touch or could touch within the step (formulation §1).
 ///
 /// The normal points from body A to body B; a positive normal impulse pushes the bodies apart.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct ContactPoint {
     /// Geom on the A side.
     pub geom_a: GeomId,
@@ -208,4 +230,11 @@ pub struct ContactPoint {
     /// Which features of the two geoms touch: stable from step to step while the same vertices, edges or faces meet,
     /// unique within the pair of geoms. Warm starts are carried by (geom_a, geom_b, feature).
     pub feature: u32,
+}
+
+impl ContactPoint {
+    /// A frictionless point between two geoms that touch there, the only one of its pair.
+    pub fn new([geom_a, geom_b]: [GeomId; 2], [body_a, body_b]: [BodyId; 2], position: DVec3, normal: DVec3) -> Self {
+        Self { geom_a, geom_b, body_a, body_b, position, normal, gap: 0.0, friction: 0.0, feature: 0 }
+    }
 }

@@ -203,7 +203,8 @@ impl Batch {
             return Err(self.no_simulation(id));
         }
         let mut lanes = self.loaded(py)?;
-        let variation = Variation { friction, mass, gravity: gravity.map(Into::into) };
+        let variation =
+            Variation::default().with_friction(friction).with_mass(mass).with_gravity(gravity.map(Into::into));
         lanes.batch.vary(id, &variation).map_err(simulation_error)?;
         lanes.stepped[id] = false;
         Ok(())
@@ -220,7 +221,7 @@ impl Batch {
                 let keyframe = model.keyframes.get(k);
                 let keyframe = keyframe.ok_or_else(|| PyIndexError::new_err(format!("there is no keyframe {k}")))?;
                 let signorini::multibody::Keyframe { time, q, v, activation, control, .. } = keyframe.clone();
-                let state = State { time, q, v, activation };
+                let state = State::at(q, v).with_time(time).with_activation(activation);
                 (state, control)
             }
         };
@@ -228,7 +229,7 @@ impl Batch {
         for i in ids.unwrap_or_else(|| (0..self.count).collect()) {
             *stepped.get_mut(i).ok_or_else(|| self.no_simulation(i))? = false;
             batch.state_mut(i).clone_from(&state);
-            *batch.input_mut(i) = Input { control: control.clone(), ..Input::default() };
+            *batch.input_mut(i) = Input::default().with_control(control.clone());
             batch.clear_warm_start(i);
             self.ctrl.bind(py).try_readwrite()?.as_slice_mut()?[i * nu..(i + 1) * nu].copy_from_slice(&control);
         }

@@ -64,7 +64,8 @@ impl Core {
     pub fn new(model: Arc<Model>, settings: Settings) -> Result<Self, SimulationError> {
         let workspace = Workspace::new(&model, &settings)?;
         let state = State::new(&model);
-        let input = Input { control: vec![0.0; model.actuators.len()], generalized_force: vec![0.0; model.nv] };
+        let input =
+            Input::default().with_control(vec![0.0; model.actuators.len()]).with_generalized_force(vec![0.0; model.nv]);
         let mut core = Self {
             workspace,
             other: state.clone(),

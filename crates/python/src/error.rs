@@ -3,10 +3,10 @@
 use pyo3::prelude::*;
 use signorini::SimulationError;
 use signorini::contact::ProblemError as ContactProblemError;
+use signorini::formats::FormatError;
 use signorini::lcp::LcpError;
 use signorini::multibody::FreeMotionError;
 use signorini::recording::RecordingError as RecordingFault;
-use signorini_formats::FormatError;
 use signorini_replay::ReplayError;
 
 pyo3::import_exception!(signorini.errors, BatchError);

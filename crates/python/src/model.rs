@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
+use signorini::formats::{FormatError, Imported, LoadOptions, load, load_mjcf_str, load_sdf_str, load_urdf_str};
 use signorini::multibody::{self as mb, BodyId};
 use signorini::recording::ModelSource;
-use signorini_formats::{FormatError, Imported, LoadOptions, load, load_mjcf_str, load_sdf_str, load_urdf_str};
 use signorini_replay::{model_source, read_model_source};
 
 use crate::arrays::{self, Table, Vector};
@@ -87,13 +87,19 @@ impl Model {
         friction: f64,
         floor: bool,
     ) -> PyResult<Self> {
-        let options =
-            LoadOptions { package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor };
+        let options = LoadOptions::default()
+            .with_package_dirs(package_dirs)
+            .with_floating_base(floating_base)
+            .with_merge_fixed_joints(merge_fixed_joints)
+            .with_self_collision(self_collision)
+            .with_srdf(srdf)
+            .with_friction(friction)
+            .with_floor(floor);
         let imported = py.detach(|| match (&path, &text) {
             (Some(path), _) => load(path, &options),
             (None, text) => load_text(text.as_deref().unwrap_or_default(), format, &base_dir, &options),
         });
-        let Imported { model, report } = imported.map_err(format_error)?;
+        let Imported { model, report, .. } = imported.map_err(format_error)?;
         // A file that cannot be read a second time leaves recordings without their model's text, and nothing else.
         let source = match (path, text) {
             (Some(path), _) => read_model_source(&path, &options).ok(),

@@ -106,7 +106,8 @@ impl Recording {
         notes: Vec<(String, String)>,
         max_frames: usize,
     ) -> PyResult<Option<String>> {
-        let settings = ReportSettings { title: title.to_owned(), notes, max_frames, ..ReportSettings::default() };
+        let settings =
+            ReportSettings::default().with_title(title.to_owned()).with_notes(notes).with_max_frames(max_frames);
         let Some(path) = path else {
             let mut page = Vec::new();
             py.detach(|| write_html_to(&self.0, &mut page, &settings)).map_err(recording_error)?;
@@ -117,7 +118,7 @@ impl Recording {
     }
 
     fn _inline_html(&self, py: Python<'_>, title: &str, max_frames: usize, height: u32) -> PyResult<String> {
-        let settings = ReportSettings { title: title.to_owned(), max_frames, ..ReportSettings::default() };
+        let settings = ReportSettings::default().with_title(title.to_owned()).with_max_frames(max_frames);
         py.detach(|| inline_html(&self.0, &settings, height)).map_err(recording_error)
     }
 

@@ -155,7 +155,7 @@ pub struct SettleReport {
 
 impl SettleReport {
     pub fn new(report: &signorini::SettleReport) -> Self {
-        let signorini::SettleReport { steps, factorizations, ref at_rest, speed } = *report;
+        let signorini::SettleReport { steps, factorizations, ref at_rest, speed, .. } = *report;
         Self { steps, factorizations, at_rest: StepReport::new(at_rest), speed }
     }
 }

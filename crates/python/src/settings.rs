@@ -50,20 +50,20 @@ struct PySolverSettings {
 impl PySettings {
     /// The engine's settings, checked.
     pub fn to_settings(&self) -> PyResult<Settings> {
-        let settings = Settings {
-            timestep: self.timestep,
-            directions: self.directions,
-            direction_angle: self.direction_angle,
-            stabilization: self.stabilization,
-            position_iterations: self.position_iterations,
-            assembly_tolerance: self.assembly_tolerance,
-            restitution: choose(
+        let settings = Settings::default()
+            .with_timestep(self.timestep)
+            .with_directions(self.directions)
+            .with_direction_angle(self.direction_angle)
+            .with_stabilization(self.stabilization)
+            .with_position_iterations(self.position_iterations)
+            .with_assembly_tolerance(self.assembly_tolerance)
+            .with_restitution(choose(
                 "restitution",
                 &self.restitution,
                 &[("newton", RestitutionLaw::Newton), ("poisson", RestitutionLaw::Poisson)],
-            )?,
-            tolerance: self.tolerance,
-            friction_law: choose(
+            )?)
+            .with_tolerance(self.tolerance)
+            .with_friction_law(choose(
                 "friction_law",
                 &self.friction_law,
                 &[
@@ -71,23 +71,22 @@ impl PySettings {
                     ("circular", FrictionLaw::Circular),
                     ("refined", FrictionLaw::Refined { tolerance: self.cone_tolerance }),
                 ],
-            )?,
-            impulses: choose(
+            )?)
+            .with_impulses(choose(
                 "impulses",
                 &self.impulses,
                 &[("solver", ImpulseChoice::Solver), ("least_norm", ImpulseChoice::LeastNorm)],
-            )?,
-            method: match contact_method(&self.method, self.tolerance)? {
+            )?)
+            .with_method(match contact_method(&self.method, self.tolerance)? {
                 ContactMethod::Structured(_) => ContactMethod::Structured(self.solver.to_settings(self.tolerance)),
                 lcp => lcp,
-            },
-            sleeping: self.sleeping,
-            infeasible: choose(
+            })
+            .with_sleeping(self.sleeping)
+            .with_infeasible(choose(
                 "infeasible",
                 &self.infeasible,
                 &[("stop", InfeasiblePolicy::Stop), ("clip_gaps", InfeasiblePolicy::ClipGaps)],
-            )?,
-        };
+            )?);
         settings.validate().map_err(simulation_error)?;
         Ok(settings)
     }

@@ -137,10 +137,13 @@ pub fn settle(
     let core = &mut *guard;
     let mut signal = Ok(());
     let settled = py.detach(|| {
-        core.settle(&SettleSettings { max_steps, timestep, momentum }, |_| {
-            signal = Python::attach(|py| py.check_signals());
-            if signal.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        })
+        core.settle(
+            &SettleSettings::default().with_max_steps(max_steps).with_timestep(timestep).with_momentum(momentum),
+            |_| {
+                signal = Python::attach(|py| py.check_signals());
+                if signal.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            },
+        )
     });
     if matches!(settled, Ok(_) | Err(SimulationError::NotSettled { .. })) {
         data.live.write(py, |live| {

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use pyo3::exceptions::{PyOSError, PyRuntimeError};
 use pyo3::prelude::*;
 use signorini::Simulation;
-use signorini_viewer::{self as live, ViewerError, ViewerSettings};
+use signorini::viewer::{self as live, ViewerError, ViewerSettings};
 
 use crate::arrays::{self, Vector};
 use crate::data::Data;
@@ -35,7 +35,12 @@ impl Viewer {
         simulation.set_state(&core.state).map_err(simulation_error)?;
         simulation.input = core.input.clone();
         drop(core);
-        let settings = ViewerSettings { port, title, notes: Vec::new(), running, speed };
+        let settings = ViewerSettings::default()
+            .with_port(port)
+            .with_title(title)
+            .with_notes(Vec::new())
+            .with_running(running)
+            .with_speed(speed);
         let viewer = py.detach(|| live::Viewer::launch(simulation, &settings)).map_err(viewer_error)?;
         Ok(Self { inner: Mutex::new(Some(viewer)) })
     }

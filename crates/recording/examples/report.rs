@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = arguments.next().ok_or("usage: report REPORT.html [RECORDING.rec [INLINE.html]]")?;
     let recording = run()?;
     let notes = vec![("Origin".into(), "closed forms, no solver".into())];
-    write_html(&recording, path, &ReportSettings { notes, ..ReportSettings::default() })?;
+    write_html(&recording, path, &ReportSettings::default().with_notes(notes))?;
     if let Some(path) = arguments.next() {
         recording.write(path)?;
     }

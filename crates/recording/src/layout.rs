@@ -1,5 +1,6 @@
 //! Frames as bytes; the layout is in the crate's documentation.
 
+use crate::fields::{Fields, Mismatch, put, refill};
 use crate::frame::{ContactFrame, ContactModeCode, Frame, FrictionPolygon, Pose, StepStatus};
 use crate::header::Header;
 use crate::solution_layout;
@@ -22,13 +23,6 @@ const CONTACT_SIZE: usize = 10 * 4 + 20 * 8;
 /// Bits of a frame's byte 3: what comes after its contacts.
 const SOLVED: u8 = 1;
 const ACTIVATED: u8 = 2;
-
-/// A field whose length or value does not fit the header.
-pub(crate) struct Mismatch {
-    pub field: &'static str,
-    pub expected: usize,
-    pub found: usize,
-}
 
 /// Checks lengths and indices of a frame against the header.
 pub(crate) fn check(frame: &Frame, header: &Header) -> Result<(), Mismatch> {
@@ -113,12 +107,6 @@ fn size([nq, nv, bodies, contacts, directions]: [usize; 5]) -> Option<usize> {
     FIXED_SIZE.checked_add(floats.checked_mul(8)?)?.checked_add(contacts.checked_mul(CONTACT_SIZE)?)
 }
 
-pub(crate) fn put(bytes: &mut Vec<u8>, values: &[f64]) {
-    for value in values {
-        bytes.extend(value.to_le_bytes());
-    }
-}
-
 fn encode_contact(contact: &ContactFrame, bytes: &mut Vec<u8>) {
     let mode = match contact.mode {
         ContactModeCode::Open => [0, 0, 0],
@@ -185,15 +173,6 @@ pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     fields.0.is_empty().then_some(())
 }
 
-pub(crate) fn refill<T>(values: &mut Vec<T>, count: usize, mut next: impl FnMut() -> Option<T>) -> Option<()> {
-    values.clear();
-    values.reserve(count);
-    for _ in 0..count {
-        values.push(next()?);
-    }
-    Some(())
-}
-
 fn decode_contact(fields: &mut Fields) -> Option<ContactFrame> {
     let [body_a, body_b, geom_a, geom_b] = [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
     let mode = match [fields.u32()?, fields.u32()?, fields.u32()?] {
@@ -228,36 +207,4 @@ fn decode_contact(fields: &mut Fields) -> Option<ContactFrame> {
         _ => return None,
     };
     Some(contact)
-}
-
-/// What is left of a payload.
-pub(crate) struct Fields<'a>(&'a [u8]);
-
-impl Fields<'_> {
-    /// Whether as many entries of this size are left, so that a wrong count reserves no memory.
-    pub(crate) fn has(&self, count: u32, size: usize) -> Option<()> {
-        (count as usize).checked_mul(size).filter(|bytes| *bytes <= self.0.len()).map(drop)
-    }
-
-    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
-        let (field, rest) = self.0.split_first_chunk()?;
-        self.0 = rest;
-        Some(*field)
-    }
-
-    pub(crate) fn u32(&mut self) -> Option<u32> {
-        self.array().map(u32::from_le_bytes)
-    }
-
-    pub(crate) fn f64(&mut self) -> Option<f64> {
-        self.array().map(f64::from_le_bytes)
-    }
-
-    pub(crate) fn floats<const N: usize>(&mut self) -> Option<[f64; N]> {
-        let mut values = [0.0; N];
-        for value in &mut values {
-            *value = self.f64()?;
-        }
-        Some(values)
-    }
 }

@@ -74,6 +74,7 @@
 //! always 0), and no `laws` and `source` in the header; it can still be read.
 
 mod error;
+mod fields;
 mod frame;
 mod header;
 mod layout;

@@ -1,7 +1,7 @@
 //! Solutions of steps as bytes; the layout is in the crate's documentation.
 
+use crate::fields::{Fields, Mismatch, put, refill};
 use crate::header::Header;
-use crate::layout::{Fields, Mismatch, put, refill};
 use crate::solution::{Impulses, LimitFrame, StepSolution};
 
 /// Bytes before the arrays: flags, phases, and four counts.

@@ -136,10 +136,3 @@ impl<W: Write> Writer<W> {
         self.output.write_all(&self.record).map_err(io)
     }
 }
-
-impl layout::Mismatch {
-    pub(crate) fn in_frame(self, frame: usize) -> RecordingError {
-        let Self { field, expected, found } = self;
-        RecordingError::FrameMismatch { frame, field, expected, found }
-    }
-}

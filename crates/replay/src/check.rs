@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use signorini::contact::{Certificate, ConeCertificate};
-use signorini::multibody::Model;
-use signorini::recording::{Frame, StepStatus};
-use signorini::{CertifiedLaw, FrictionLaw, Recertifier, StepCheck, StepFault};
+use signorini_contact::{Certificate, ConeCertificate};
+use signorini_multibody::Model;
+use signorini_recording::{Frame, StepStatus};
+use signorini_simulation::{CertifiedLaw, FrictionLaw, Recertifier, StepCheck, StepFault};
 
 use crate::{FrameSource, ReplayError};
 
@@ -14,6 +14,7 @@ const LISTED: usize = 20;
 
 /// What checking a recording found.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RecordingCheck {
     /// Frames read.
     pub frames: usize,
@@ -46,6 +47,7 @@ impl RecordingCheck {
 
 /// A step that does not hold.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Violation {
     /// Number of the step.
     pub step: u64,

@@ -2,10 +2,10 @@
 
 use std::path::PathBuf;
 
-use signorini::SimulationError;
-use signorini::recording::RecordingError;
 use signorini_formats::FormatError;
 use signorini_npz::NpzError;
+use signorini_recording::RecordingError;
+use signorini_simulation::SimulationError;
 
 /// A recording that cannot be checked or exported.
 #[derive(Debug, thiserror::Error)]

@@ -2,7 +2,7 @@
 
 use std::io::{Read, Seek};
 
-use signorini::recording::{Frame, Header, Reader, Recording};
+use signorini_recording::{Frame, Header, Reader, Recording};
 
 use crate::ReplayError;
 

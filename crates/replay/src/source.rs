@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use signorini::multibody::Model;
-use signorini::recording::{Header, ModelSource};
 use signorini_formats::{FormatError, Imported, LoadOptions, load_mjcf_str, load_sdf_str, load_urdf_str};
+use signorini_multibody::Model;
+use signorini_recording::{Header, ModelSource};
 
 use crate::ReplayError;
 
@@ -49,15 +49,14 @@ pub fn read_model_source(path: &Path, options: &LoadOptions) -> std::io::Result<
 pub fn rebuild(header: &Header) -> Result<Model, ReplayError> {
     let source = header.source.as_ref();
     let source = source.ok_or_else(|| ReplayError::NoSource { model: header.model_name.clone() })?;
-    let options = LoadOptions {
-        package_dirs: source.package_dirs.iter().map(PathBuf::from).collect(),
-        floating_base: source.floating_base,
-        merge_fixed_joints: source.merge_fixed_joints,
-        self_collision: source.self_collision,
-        srdf: source.srdf.as_ref().map(PathBuf::from),
-        friction: source.friction,
-        floor: source.floor,
-    };
+    let options = LoadOptions::default()
+        .with_package_dirs(source.package_dirs.iter().map(PathBuf::from).collect())
+        .with_floating_base(source.floating_base)
+        .with_merge_fixed_joints(source.merge_fixed_joints)
+        .with_self_collision(source.self_collision)
+        .with_srdf(source.srdf.as_ref().map(PathBuf::from))
+        .with_friction(source.friction)
+        .with_floor(source.floor);
     let imported = load_text(&source.text, Path::new(&source.base_dir), &options);
     imported.map(|imported| imported.model).map_err(|error| ReplayError::Model(Box::new(error)))
 }

@@ -150,7 +150,7 @@ fn closed_loop() {
         <body name='arm' pos='0 5 0'><joint type='ball' range='0 30'/><geom type='capsule' fromto='0 0 0 .1 0 .4' size='.02'/></body>
         </worldbody><equality><connect body1='coupler' body2='rocker' anchor='1 0 .5'/></equality></mujoco>";
     let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
-    let settings = Settings { position_iterations: 3, ..Settings::default() };
+    let settings = Settings::default().with_position_iterations(3);
     let mut simulation = Simulation::new(model, settings).unwrap();
     let mut steps = |n: usize| (0..n).for_each(|_| assert!(simulation.step().unwrap().advanced()));
     steps(600);
@@ -160,6 +160,9 @@ fn closed_loop() {
 #[test]
 fn circular_law_with_impulses_of_least_norm() {
     let (friction_law, impulses) = (FrictionLaw::Circular, ImpulseChoice::LeastNorm);
-    assert_eq!(allocations_with("incline", Settings { friction_law, ..Settings::default() }), 0);
-    assert_eq!(allocations_with("stack_of_ten", Settings { friction_law, impulses, ..Settings::default() }), 0);
+    assert_eq!(allocations_with("incline", Settings::default().with_friction_law(friction_law)), 0);
+    assert_eq!(
+        allocations_with("stack_of_ten", Settings::default().with_friction_law(friction_law).with_impulses(impulses)),
+        0
+    );
 }

@@ -4,9 +4,8 @@ use signorini_contact::ContactProblem;
 use signorini_multibody::BlockDiagonal;
 use signorini_multibody::glam::{DMat3, DVec3};
 
-use crate::families::Parameters;
 use crate::scene::GRAVITY;
-use crate::{Dense, Motion, Random, tangents};
+use crate::{Dense, Motion, Parameters, Random, tangents};
 
 /// A link that turns about a hinge.
 pub(crate) struct Link {

@@ -11,6 +11,7 @@
 mod articulated;
 mod dense;
 pub mod families;
+mod parameters;
 mod parts;
 mod random;
 mod scene;
@@ -19,7 +20,8 @@ pub mod suite;
 
 pub use articulated::articulated;
 pub use dense::{Dense, largest_difference};
-pub use families::{Family, Gap, Motion, Parameters};
+pub use families::Family;
+pub use parameters::{Gap, Motion, Parameters};
 pub use parts::{BilateralPart, ContactPart, GroupPart, Parts};
 pub use random::Random;
 pub use scene::{PointContact, RigidBody, Scene, tangents};

@@ -1,7 +1,7 @@
 //! The spring by which a body is dragged.
 
-use signorini::multibody::glam::DVec3;
-use signorini::multibody::{
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{
     BlockCholesky, BodyId, Kinematics, MassMatrix, Model, State, angular_jacobian_into, forward_kinematics_into,
     mass_matrix_into, point_jacobian_into,
 };

@@ -1,7 +1,7 @@
 //! A simulation in the browser while it runs.
 //!
 //! [`Viewer::launch`] takes a [`Simulation`], steps it on a thread of its own at the speed asked for, and serves a page that
-//! shows it: the page of the [report](signorini::recording::report), fed over a websocket. There one can pause, step, reset,
+//! shows it: the page of the [report](signorini_recording::report), fed over a websocket. There one can pause, step, reset,
 //! choose the speed, and drag bodies by a spring.
 //!
 //! The page is for this machine and this user alone: the server listens on 127.0.0.1 only, its address contains 128 random
@@ -12,12 +12,14 @@
 //! left out.
 
 mod drag;
+mod error;
 mod http;
 mod message;
 mod outbox;
 mod page;
 mod runner;
 mod server;
+mod settings;
 
 use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,63 +27,15 @@ use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
-use signorini::Simulation;
-use signorini::multibody::State;
-use signorini::recording::RecordingError;
+use signorini_multibody::State;
+use signorini_simulation::Simulation;
 
+pub use error::ViewerError;
 pub use page::PageServer;
+pub use settings::ViewerSettings;
+
 use runner::{Order, Runner};
 use server::Server;
-
-/// How a simulation is shown.
-#[derive(Clone, Debug)]
-pub struct ViewerSettings {
-    /// Port on 127.0.0.1; 0, the default, takes a free one.
-    pub port: u16,
-    /// Title of the page; the model's name when empty.
-    pub title: String,
-    /// Further lines of the summary: a label and its text.
-    pub notes: Vec<(String, String)>,
-    /// Whether the simulation runs as soon as a page is open, or waits for the user. Default true.
-    pub running: bool,
-    /// Simulated seconds per second of the clock, as far as the machine can. Default 1.
-    pub speed: f64,
-}
-
-impl Default for ViewerSettings {
-    fn default() -> Self {
-        Self { port: 0, title: String::new(), notes: Vec::new(), running: true, speed: 1.0 }
-    }
-}
-
-/// Why a viewer cannot be started.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ViewerError {
-    /// The port cannot be listened on.
-    #[error("cannot listen on 127.0.0.1:{port}: {source}; choose another port, or 0 for a free one")]
-    Port {
-        /// The port.
-        port: u16,
-        /// What the system says.
-        source: std::io::Error,
-    },
-    /// The speed is out of its range.
-    #[error("speed = {found}: must be between {} and {}", message::SPEEDS.start(), message::SPEEDS.end())]
-    Speed {
-        /// What it is.
-        found: f64,
-    },
-    /// The system gives no random numbers.
-    #[error("the system gives no random numbers for the address: {0}")]
-    Random(getrandom::Error),
-    /// A thread cannot be started.
-    #[error("cannot start a thread: {0}")]
-    Thread(std::io::Error),
-    /// The model cannot be shown.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-}
 
 /// A simulation that is being shown; stops when dropped.
 #[derive(Debug)]

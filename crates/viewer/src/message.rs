@@ -3,8 +3,8 @@
 use std::ops::RangeInclusive;
 
 use serde::{Deserialize, Serialize};
-use signorini::multibody::BodyId;
-use signorini::multibody::glam::DVec3;
+use signorini_multibody::BodyId;
+use signorini_multibody::glam::DVec3;
 
 use crate::drag::Grip;
 

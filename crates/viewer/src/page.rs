@@ -21,7 +21,7 @@ pub struct PageServer {
 impl PageServer {
     /// Starts to serve.
     ///
-    /// - `page`: HTML that needs nothing else, such as a [report](signorini::recording::report)
+    /// - `page`: HTML that needs nothing else, such as a [report](signorini_recording::report)
     /// - `port`: 0 takes a free one
     ///
     /// # Errors

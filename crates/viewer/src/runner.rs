@@ -5,10 +5,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use signorini::multibody::{GeomId, Input, State};
-use signorini::recording::RecordingError;
-use signorini::recording::report::LiveFeed;
-use signorini::{Simulation, Snapshot, frame_into, last_frame_into, recording_header};
+use signorini_multibody::{GeomId, Input, State};
+use signorini_recording::RecordingError;
+use signorini_recording::report::LiveFeed;
+use signorini_simulation::{Simulation, Snapshot, frame_into, last_frame_into, recording_header};
 
 use crate::ViewerSettings;
 use crate::drag::{Grip, Spring};

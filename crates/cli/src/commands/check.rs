@@ -62,7 +62,9 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let wrong = |problem| Err(CliError::CheckArguments { path: arguments.problem.clone(), problem });
     match (is_recording(&arguments.problem)?, &arguments.solution) {
-        (true, None) if arguments.directions.is_none() => recording::run(arguments),
+        (true, None) if arguments.directions.is_none() => {
+            recording::run(&arguments.problem, arguments.model.as_deref(), arguments.tol, arguments.json)
+        }
         (true, None) => wrong("a recording has its own directions; leave --directions out"),
         (true, Some(_)) => wrong("a recording holds its solutions; give it alone"),
         (false, None) => wrong("this is a problem and no recording; give its solution too"),

@@ -8,7 +8,7 @@ use clap::Args;
 use serde::Serialize;
 use signorini::recording::report::{ReportBuilder, ReportSettings};
 use signorini::recording::{Frame, Reader};
-use signorini_viewer::PageServer;
+use signorini::viewer::PageServer;
 
 use crate::error::CliError;
 use crate::exit::Exit;
@@ -113,12 +113,10 @@ fn write_page(
     out: &mut impl Write,
 ) -> Result<(), CliError> {
     let notes = vec![("recording".to_owned(), name(&arguments.recording))];
-    let settings = ReportSettings {
-        notes,
-        max_frames: arguments.max_frames as usize,
-        max_bytes: LARGEST_PAGE,
-        ..ReportSettings::default()
-    };
+    let settings = ReportSettings::default()
+        .with_notes(notes)
+        .with_max_frames(arguments.max_frames as usize)
+        .with_max_bytes(LARGEST_PAGE);
     let mut builder = ReportBuilder::new(reader.header().clone(), settings)?;
     let mut frame = Frame::default();
     for i in 0..reader.len() {

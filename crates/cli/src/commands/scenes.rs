@@ -2,10 +2,11 @@
 
 use clap::Args;
 use serde_json::json;
+use signorini_scenes::{SCENES, Scene};
 
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::{output, scene, text};
+use crate::{output, text};
 
 const EXAMPLE: &str = "\
 Example:
@@ -23,12 +24,11 @@ pub struct Arguments {
 
 /// Lists the bundled scenes with what to see in each.
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
-    let scenes: Vec<_> = scene::all().collect();
     if arguments.json {
-        let entry = |scene: &scene::Scene| json!({ "name": scene.name, "description": scene.description() });
-        output::print_json(&json!({ "scenes": scenes.iter().map(entry).collect::<Vec<_>>() }));
+        let entry = |scene: &Scene| json!({ "name": scene.name, "description": scene.description() });
+        output::print_json(&json!({ "scenes": SCENES.iter().map(entry).collect::<Vec<_>>() }));
     } else {
-        output::print(&text::scenes(&scenes));
+        output::print(&text::scenes(&SCENES));
     }
     Ok(Exit::Success)
 }

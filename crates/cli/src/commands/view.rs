@@ -2,7 +2,7 @@
 
 use clap::Args;
 use serde::Serialize;
-use signorini_viewer::{Viewer, ViewerSettings};
+use signorini::viewer::{Viewer, ViewerSettings};
 
 use crate::args::{ModelArguments, StartArguments, StepArguments, positive};
 use crate::error::CliError;
@@ -64,13 +64,12 @@ struct Shown {
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let loaded = load_model(&arguments.model)?;
     let simulation = start(&loaded, &arguments.start, arguments.step.settings()?)?;
-    let settings = ViewerSettings {
-        port: arguments.port,
-        title: String::new(),
-        notes: loaded.notes(),
-        running: !arguments.paused,
-        speed: arguments.speed,
-    };
+    let settings = ViewerSettings::default()
+        .with_port(arguments.port)
+        .with_title(String::new())
+        .with_notes(loaded.notes())
+        .with_running(!arguments.paused)
+        .with_speed(arguments.speed);
     let viewer = Viewer::launch(simulation, &settings)?;
     let address = viewer.address().to_owned();
     let shown = Shown { model: loaded.model.name.clone(), source: loaded.source, address };

@@ -16,7 +16,7 @@ pub use solving::{CheckResult, Distributions, Ending, LeastNormResult, SolveResu
 
 use serde::Serialize;
 use signorini::contact::{Certificate, ConeCertificate, RelaxationCertificate};
-use signorini_formats::{ImportReport, Warning};
+use signorini::formats::{ImportReport, Warning};
 
 /// Residuals of the laws (formulation §8); those that a kind of problem does not have are left out.
 #[derive(Clone, Copy, Debug, Default, Serialize)]

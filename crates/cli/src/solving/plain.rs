@@ -7,8 +7,11 @@ use signorini::contact::{FrictionPolygon, ProblemError};
 use signorini::lcp::{Lcp, MethodKind, MixedLcp, Solution};
 
 use super::contact::cone_solver;
-use super::{Answer, ContactLaw, DEFAULT_DIRECTIONS, Options, Point};
+use super::{Answer, ContactLaw, Options, Point};
 use crate::results::{Ending, Laws};
+
+/// Friction directions of a frictional problem where none are asked for.
+const DEFAULT_DIRECTIONS: usize = 8;
 
 /// The polygonal LCP of a frictional problem.
 pub fn polygonal(problem: &FrictionalProblem, directions: Option<usize>) -> Result<Lcp, ProblemError> {

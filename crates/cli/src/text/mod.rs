@@ -14,8 +14,9 @@ pub use solving::{check, solve};
 
 use std::fmt::Write;
 
+use signorini_scenes::Scene;
+
 use crate::results::{ImportWarning, Laws};
-use crate::scene::Scene;
 
 /// A number with at most six digits.
 pub fn number(x: f64) -> String {

@@ -75,20 +75,21 @@ fn solve_patiently(
 ) -> Option<ContactSolution> {
     let part = part_of_velocities(problem);
     let covering_vectors = covering_vectors(problem.standard_layout().size);
-    let first_settings = LemkeSettings {
-        tolerance: part * settings.accept,
-        pivots_per_pair: settings.lemke_pivots_per_row,
-        covering_vectors,
-        ..LemkeSettings::default()
-    };
+    let first_settings = LemkeSettings::default()
+        .with_tolerance(part * settings.accept)
+        .with_pivots_per_pair(settings.lemke_pivots_per_row)
+        .with_covering_vectors(covering_vectors);
     lemke.set(first_settings).ok()?;
     let first = solve_corrected(problem, lemke, settings.tolerance, corrections).ok()?;
     if !matches!(first.status, SolveStatus::Inaccurate | SolveStatus::IterationLimit) {
         return Some(first);
     }
     let usual = LemkeSettings::default();
-    let second_settings =
-        LemkeSettings { tolerance: part * usual.tolerance, pivot: SMALLEST_PIVOT, covering_vectors, ..usual };
+    let second_settings = usual
+        .clone()
+        .with_tolerance(part * usual.tolerance)
+        .with_pivot(SMALLEST_PIVOT)
+        .with_covering_vectors(covering_vectors);
     lemke.set(second_settings).ok()?;
     let second = solve_corrected(problem, lemke, settings.tolerance, corrections).ok()?;
     Some(if second.certificate.worst() < first.certificate.worst() { second } else { first })

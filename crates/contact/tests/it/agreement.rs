@@ -13,7 +13,7 @@ use crate::reference::worst_violation;
 
 /// Lemke with the tightest tolerance that rounding leaves room for.
 fn lemke() -> Lemke {
-    Lemke::new(LemkeSettings { tolerance: 1e-12, ..LemkeSettings::default() }).expect("valid settings")
+    Lemke::new(LemkeSettings::default().with_tolerance(1e-12)).expect("valid settings")
 }
 
 fn velocity_scale(problem: &ContactProblem) -> f64 {

@@ -87,7 +87,7 @@ fn refusals_of_lcp_methods_keep_their_reason() {
     // The row of β, after λ_N and four α, has no diagonal entry.
     let refused = solve_as_lcp(&problem, &mut Psor::default(), 1e-9).expect("finite");
     assert_eq!(refused.status, SolveStatus::Refused(Refusal::Diagonal { row: 5, value: 0.0 }));
-    let mut tiny = Enumeration::new(EnumerationSettings { max_pairs: 3, ..Default::default() }).expect("valid");
+    let mut tiny = Enumeration::new(EnumerationSettings::default().with_max_pairs(3)).expect("valid");
     let refused = solve_as_lcp(&problem, &mut tiny, 1e-9).expect("finite");
     assert_eq!(refused.status, SolveStatus::TooLarge { limit: 3 });
 }

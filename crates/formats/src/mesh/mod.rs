@@ -20,6 +20,7 @@ const MAX_BYTES: u64 = 512 << 20;
 
 /// The formats of mesh files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum MeshFormat {
     /// STL, binary or text.
     Stl,

@@ -62,21 +62,17 @@ fn read_actuator<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Resul
     };
     let activation = match dynamics {
         None => None,
-        Some(kind) => Some(Activation {
-            range: activation_range(importer, &a, target.joint)?,
-            early: a.flag("actearly")?.unwrap_or(false) && element.is("general"),
-            ..Activation::new(kind)
-        }),
+        Some(kind) => Some(
+            Activation::new(kind)
+                .with_range(activation_range(importer, &a, target.joint)?)
+                .with_early(a.flag("actearly")?.unwrap_or(false) && element.is("general")),
+        ),
     };
-    let mut actuator = Actuator {
-        name: String::new(),
-        transmission: target.transmission,
-        gear: target.gear,
-        kind,
-        activation,
-        control_range: control_range(importer, &a, target.joint)?,
-        force_range: importer.range(&a, "forcerange", "forcelimited")?,
-    };
+    let mut actuator = Actuator::new(String::new(), target.transmission, kind)
+        .with_gear(target.gear)
+        .with_activation(activation)
+        .with_control_range(control_range(importer, &a, target.joint)?)
+        .with_force_range(importer.range(&a, "forcerange", "forcelimited")?);
     let name = element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty());
     custom::hold_speed(importer, &mut actuator, name.as_deref())?;
     let id = importer.parts.add_actuator(element, name, actuator)?;

@@ -53,16 +53,13 @@ fn read_pair<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<()
     let (frictional, spin_resistance) = importer.condim(&a)?.unwrap_or(of_geoms);
     let friction = if frictional { slide_x } else { 0.0 };
     if !importer.contacts_disabled {
-        importer.parts.builder.add_pair(GeomPair {
-            geom_a,
-            geom_b,
-            friction,
-            spin_resistance,
-            spinning_friction,
-            rolling_friction: roll_x,
-            restitution: None,
-            margin: a.non_negative("margin")?,
-        });
+        importer.parts.builder.add_pair(
+            GeomPair::new(geom_a, geom_b, friction)
+                .with_spin_resistance(spin_resistance)
+                .with_spinning_friction(spinning_friction)
+                .with_rolling_friction(roll_x)
+                .with_margin(a.non_negative("margin")?),
+        );
     }
     Ok(())
 }

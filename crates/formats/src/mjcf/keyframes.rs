@@ -25,7 +25,11 @@ pub(super) fn read<'t>(
         let activation = activations.into_iter().zip(owners).filter(|(_, kept)| *kept).map(|(x, _)| x).collect();
         let time = a.number_or("time", 0.0)?;
         let name = a.text("name").filter(|n| !n.is_empty()).map(str::to_owned);
-        importer.parts.add_keyframe(key, name, Keyframe { name: String::new(), time, q, v, activation, control })?;
+        importer.parts.add_keyframe(
+            key,
+            name,
+            Keyframe::new(String::new(), q).with_time(time).with_v(v).with_activation(activation).with_control(control),
+        )?;
     }
     Ok(())
 }

@@ -23,7 +23,7 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
         };
         let cutoff = a.non_negative("cutoff")?.filter(|x| *x > 0.0);
         let name = a.text("name").filter(|n| !n.is_empty()).map(str::to_owned);
-        importer.parts.add_sensor(element, name, Sensor { cutoff, ..Sensor::new("", kind) })?;
+        importer.parts.add_sensor(element, name, Sensor::new("", kind).with_cutoff(cutoff))?;
     }
     Ok(())
 }

@@ -54,6 +54,11 @@ pub(super) fn read<'t>(
     zone.check().map_err(|reason| a.element().invalid(format!("{} site: {reason}", zone.kind_name())))?;
     let placement = scope.frame * placement;
     let placement = Pose::new(placement.position, placement.rotation.normalize());
-    importer.parts.add_site(element, scope.name(element), body, Site { name: String::new(), body, placement, zone })?;
+    importer.parts.add_site(
+        element,
+        scope.name(element),
+        body,
+        Site::new(String::new()).with_placement(placement).with_zone(zone),
+    )?;
     Ok(())
 }

@@ -33,7 +33,7 @@ pub(super) fn add<'t>(
         "ball" => {
             let damping = element.child("axis").and_then(|axis| axis.child("dynamics"));
             let damping = damping.map_or(Ok(None), |d| values::non_negative(d, "damping"))?.unwrap_or(0.0);
-            let joint = Joint { anchor, damping, ..Joint::new("", JointKind::Ball) };
+            let joint = Joint::new("", JointKind::Ball).with_anchor(anchor).with_damping(damping);
             return importer.parts.add_joint(element, Some(name), body, here, joint).map(drop);
         }
         "revolute" | "continuous" | "prismatic" => &["axis"],
@@ -57,7 +57,7 @@ pub(super) fn add<'t>(
             "prismatic" => JointKind::Slide { axis: direction },
             _ => JointKind::Hinge { axis: direction },
         };
-        let mut joint = Joint { anchor, ..Joint::new("", kind) };
+        let mut joint = Joint::new("", kind).with_anchor(anchor);
         if sort != "continuous" {
             joint.limits = limits(axis)?;
         }

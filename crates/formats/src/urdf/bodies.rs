@@ -60,7 +60,7 @@ pub(super) fn add_child<'t>(
         let placement = offset * own;
         let placement = Pose::new(placement.position, placement.rotation.normalize());
         let zone = Geometry::Sphere { radius: 0.005 };
-        let site = Site { name: String::new(), body: parent.body, placement, zone };
+        let site = Site::new(String::new()).with_placement(placement).with_zone(zone);
         importer.parts.add_site(link, Some(name.clone()), parent.body, site)?;
         importer.merged.insert(name, parent.body);
         return Ok(Child { body: parent.body, offset: placement, pose, moves: false });

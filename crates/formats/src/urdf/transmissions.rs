@@ -41,15 +41,8 @@ fn add_motor<'t>(
     bound: Option<f64>,
 ) -> Result<(), FormatError> {
     let Some(joint) = importer.parts.joint(name).filter(|joint| joint.kind.nv() == 1) else { return Ok(()) };
-    let actuator = Actuator {
-        name: String::new(),
-        transmission: Transmission::Joint(joint.id),
-        gear: 1.0,
-        kind: ActuatorKind::Motor,
-        activation: None,
-        control_range: None,
-        force_range: bound.map(|bound| [-bound, bound]),
-    };
+    let actuator = Actuator::new(String::new(), Transmission::Joint(joint.id), ActuatorKind::Motor)
+        .with_force_range(bound.map(|bound| [-bound, bound]));
     importer.parts.add_actuator(element, Some(name.to_owned()), actuator).map(drop)
 }
 

@@ -13,7 +13,7 @@ fn urdf(text: &str) -> Imported {
 
 #[track_caller]
 fn floating(text: &str) -> Imported {
-    load_urdf_str(text, "", &LoadOptions { floating_base: true, ..LoadOptions::default() }).unwrap()
+    load_urdf_str(text, "", &LoadOptions::default().with_floating_base(true)).unwrap()
 }
 
 /// The only warning that says something.

@@ -23,7 +23,7 @@ fn unsupported_sections_are_listed() {
                 <equality><joint joint1='j'/></equality>\n<tendon><spatial><site site='s'/></spatial></tendon>\n\
                 <actuator><muscle joint='j'/><motor name='m' joint='j'/></actuator>\n<sensor><gyro site='s'/><magnetometer site='s'/></sensor>\n\
                 <keyframe><key ctrl='3 4'/></keyframe>";
-    let Imported { model, report } = import(text);
+    let Imported { model, report, .. } = import(text);
     let motion: Vec<(u32, &str)> = report.motion_warnings().map(|w| (w.line, w.element.as_str())).collect();
     assert_eq!(motion, [(5, "muscle"), (4, "spatial")]);
     let other: Vec<&str> = report.warnings.iter().filter(|w| !w.changes_motion).map(|w| w.element.as_str()).collect();
@@ -36,7 +36,7 @@ fn unsupported_sections_are_listed() {
 fn a_plain_file_has_no_warnings() {
     let text = "<worldbody><geom type='plane' size='1 1 1'/><body pos='0 0 1'><freejoint/><geom size='.1'/></body>\
                 </worldbody>";
-    let Imported { model, report } = import(text);
+    let Imported { model, report, .. } = import(text);
     assert!(report.warnings.is_empty(), "{report}");
     assert_eq!((model.nq, model.nv), (7, 6));
 }

@@ -43,7 +43,7 @@ fn published_robots_are_as_in_pinocchio() {
         let imported = load(&path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{name}: {e}"));
         compare(name, &imported.model, robot);
         assert!(imported.report.warnings.iter().all(|w| w.line > 0 && !w.effect.is_empty()));
-        let floating = load(&path, &LoadOptions { floating_base: true, ..LoadOptions::default() }).unwrap().model;
+        let floating = load(&path, &LoadOptions::default().with_floating_base(true)).unwrap().model;
         assert_eq!((floating.nq, floating.nv), (imported.model.nq + 7, imported.model.nv + 6), "{name} floating");
     }
 }

@@ -20,7 +20,7 @@ fn off(a: DMat3, b: DMat3) -> f64 {
 
 fn arm() -> Model {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/testdata/sdf/arm.sdf");
-    let Imported { model, report } = load(path, &LoadOptions::default()).unwrap();
+    let Imported { model, report, .. } = load(path, &LoadOptions::default()).unwrap();
     let [effort] = &report.warnings[..] else { panic!("{report}") };
     assert_eq!((effort.line, effort.element.as_str()), (21, "effort"));
     model
@@ -123,7 +123,7 @@ fn loops_and_what_is_not_read_are_reported() {
         joint("2", "revolute", "b", "c"),
         joint("3", "revolute", "c", "a")
     );
-    let Imported { model, report } = import(&format!("{text}<include/>"));
+    let Imported { model, report, .. } = import(&format!("{text}<include/>"));
     let found: Vec<(u32, &str)> = report.warnings.iter().map(|w| (w.line, w.element.as_str())).collect();
     assert_eq!(found, [(5, "joint"), (6, "plugin"), (6, "include")], "{report}");
     assert_eq!((model.joints.len(), model.joints[0].kind), (3, JointKind::Free));

@@ -45,7 +45,7 @@ fn a_tree_in_document_order_depth_first() {
         joint("y", "continuous", "tip", "leaf"),
     ]
     .concat();
-    let Imported { model, report } = import(&format!("{links}{joints}"), &LoadOptions::default());
+    let Imported { model, report, .. } = import(&format!("{links}{joints}"), &LoadOptions::default());
     assert!(report.warnings.is_empty(), "{report}");
     let bodies: Vec<&str> = model.bodies.iter().map(|b| b.name.as_str()).collect();
     assert_eq!(bodies, ["world", "base", "b", "tip", "leaf", "a"]);
@@ -71,7 +71,7 @@ fn neighbours_do_not_touch_even_on_a_fixed_base() {
     ]
     .concat();
     for floating_base in [false, true] {
-        let options = LoadOptions { floating_base, ..LoadOptions::default() };
+        let options = LoadOptions::default().with_floating_base(floating_base);
         let model = import(&format!("{links}{joints}"), &options).model;
         let touching = |a: &str, b: &str| {
             let [a, b] = [a, b].map(|name| model.geom_named(name).unwrap());
@@ -112,7 +112,7 @@ fn a_root_called_world_is_the_world_and_carries_floating_links() {
 #[test]
 fn impossible_inertia_is_replaced_and_reported() {
     let text = "<link name='l'>\n<inertial><mass value='1'/><inertia ixx='0' iyy='0' izz='3'/></inertial></link>";
-    let Imported { model, report } = import(text, &LoadOptions::default());
+    let Imported { model, report, .. } = import(text, &LoadOptions::default());
     let moments = model.bodies[1].inertia.rotational;
     assert_eq!([moments.x_axis.x, moments.y_axis.y, moments.z_axis.z], [1.5, 1.5, 3.0]);
     let [warning] = &report.warnings[..] else { panic!("{report}") };
@@ -156,7 +156,7 @@ fn merged_links_weigh_and_touch_the_same() {
     ];
     let text = format!("{links}{}", edges.concat());
     let plain = import(&text, &LoadOptions::default()).model;
-    let merged = import(&text, &LoadOptions { merge_fixed_joints: true, ..LoadOptions::default() }).model;
+    let merged = import(&text, &LoadOptions::default().with_merge_fixed_joints(true)).model;
     assert_eq!((plain.bodies.len(), merged.bodies.len()), (5, 4));
     assert_eq!(merged.sites[merged.site_named("hand").unwrap().index()].body, merged.body_named("arm").unwrap());
     let measure = |model: &Model| {
@@ -182,7 +182,7 @@ fn merged_links_weigh_and_touch_the_same() {
 fn transmissions_become_motors_bounded_by_the_effort() {
     let edge = joint("j", "revolute", "a", "b").replace("effort='0'", "effort='9'");
     let drive = "<transmission name='t'><type>x</type><joint name='j'/><actuator name='m'/></transmission>";
-    let Imported { model, report } =
+    let Imported { model, report, .. } =
         import(&format!("{}{}{edge}{drive}", link("a"), link("b")), &LoadOptions::default());
     assert!(report.warnings.is_empty(), "{report}");
     let [motor] = &model.actuators[..] else { panic!("{:?}", model.actuators) };
@@ -205,7 +205,8 @@ fn efforts_become_motors() {
         follower,
     ];
     let drive = "<transmission name='t'><type>x</type><joint name='second'/><actuator name='m'/></transmission>";
-    let Imported { model, report } = import(&format!("{links}{drive}\n{}", edges.concat()), &LoadOptions::default());
+    let Imported { model, report, .. } =
+        import(&format!("{links}{drive}\n{}", edges.concat()), &LoadOptions::default());
     let motors: Vec<_> = model.actuators.iter().map(|motor| (motor.name.as_str(), motor.force_range)).collect();
     assert_eq!(motors, [("second", Some([-5.0, 5.0])), ("first", Some([-3.0, 3.0]))]);
     let [warning] = &report.warnings[..] else { panic!("{report}") };
@@ -225,18 +226,18 @@ fn links_are_kept_apart_by_option_and_by_srdf() {
         })
     };
     assert_eq!(touching(&LoadOptions::default()), [true; 3]);
-    assert_eq!(touching(&LoadOptions { self_collision: false, ..LoadOptions::default() }), [false; 3]);
+    assert_eq!(touching(&LoadOptions::default().with_self_collision(false)), [false; 3]);
     let path = std::env::temp_dir().join(format!("signorini-{}.srdf", std::process::id()));
     let pair = |a: &str, b: &str| format!("<disable_collisions link1='{a}' link2='{b}' reason='Never'/>");
     std::fs::write(&path, format!("<robot name='r'>{}{}</robot>", pair("a", "d"), pair("a", "gripper"))).unwrap();
-    let listed = touching(&LoadOptions { srdf: Some(path.clone()), ..LoadOptions::default() });
+    let listed = touching(&LoadOptions::default().with_srdf(path.clone()));
     std::fs::remove_file(path).unwrap();
     assert_eq!(listed, [true, false, true]);
 }
 
 #[test]
 fn friction_and_floor_are_asked_for() {
-    let options = LoadOptions { friction: 0.7, floor: true, floating_base: true, ..LoadOptions::default() };
+    let options = LoadOptions::default().with_friction(0.7).with_floor(true).with_floating_base(true);
     let model = import(&link("floor"), &options).model;
     let [floor, body] = &model.geoms[..] else { panic!("{:?}", model.geoms) };
     assert_eq!((body.name.as_str(), body.friction), ("floor_2", 0.7));
@@ -246,7 +247,7 @@ fn friction_and_floor_are_asked_for() {
     let alone = import(&link("a"), &LoadOptions::default()).model;
     assert_eq!((alone.geoms.len(), alone.geoms[0].friction), (1, 1.0));
     for friction in [-0.1, f64::NAN, f64::INFINITY] {
-        let options = LoadOptions { friction, ..LoadOptions::default() };
+        let options = LoadOptions::default().with_friction(friction);
         let error = load_urdf_str("<robot name='r'/>", "", &options).unwrap_err().to_string();
         assert!(error.contains("friction") && error.contains("at least 0"), "{error}");
     }

@@ -2,13 +2,14 @@
 
 mod map;
 
+use derive_setters::Setters;
 use map::{Jacobian, Point};
 
 use crate::equilibrate::Scaled;
 use crate::incumbent::Incumbent;
 use crate::linalg::{Lu, dot};
-use crate::method::{check_at_least_one, check_tolerance};
 use crate::polish::Polish;
+use crate::setting::{check_at_least_one, check_tolerance};
 use crate::{Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Solution, Start, Status};
 
 /// Merit values that a step may be compared with: the largest of the last ones.
@@ -24,6 +25,7 @@ const NEARLY_SINGULAR: f64 = 1e-14;
 
 /// The map whose zero Newton's method looks for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum NewtonMap {
     /// `√(z² + w²) − z − w`: the map of the merit function itself, smooth but for `z = w = 0`.
     #[default]
@@ -33,7 +35,9 @@ pub enum NewtonMap {
 }
 
 /// Settings of [`SemismoothNewton`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct SemismoothNewtonSettings {
     /// Relative residual up to which a point is called solved. Default 1e-10; in (0, 1).
     pub tolerance: f64,

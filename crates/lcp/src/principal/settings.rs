@@ -1,10 +1,14 @@
+use derive_setters::Setters;
+
 use crate::LcpError;
-use crate::method::{check_at_least_one, check_small, check_tolerance};
+use crate::setting::{check_at_least_one, check_small, check_tolerance};
 
 /// Settings of [`PrincipalPivoting`](crate::PrincipalPivoting).
 ///
 /// `tie` and `pivot` refer to the equilibrated problem, whose rows, columns and right-hand side have size 1.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct PrincipalPivotingSettings {
     /// Relative residual up to which a point is called solved. Default 1e-10; in (0, 1).
     pub tolerance: f64,

@@ -2,18 +2,22 @@
 
 mod hypotheses;
 
+use derive_setters::Setters;
+
 use crate::equilibrate::Scaled;
 use crate::incumbent::Incumbent;
 use crate::linalg::dot;
-use crate::method::{check_at_least_one, check_tolerance};
 use crate::polish::Polish;
+use crate::setting::{check_at_least_one, check_tolerance};
 use crate::{Attempt, Basis, Lcp, LcpError, Method, Outcome, Report, Solution, Start, Status};
 
 /// Sweeps between two looks at the residual, which costs as much as a sweep.
 const SWEEPS_PER_CHECK: usize = 4;
 
 /// Settings of [`Psor`].
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct PsorSettings {
     /// Relative residual up to which a point is called solved. Default 1e-10; in (0, 1).
     pub tolerance: f64,

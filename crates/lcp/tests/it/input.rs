@@ -40,21 +40,20 @@ fn settings_are_checked() {
         Err(LcpError::Setting { setting, .. }) => assert_eq!(setting, field),
         other => panic!("{field}: {other:?}"),
     };
-    let default = LemkeSettings::default;
-    refused(LemkeSettings { tolerance: 0.0, ..default() }, "tolerance");
-    refused(LemkeSettings { tolerance: f64::NAN, ..default() }, "tolerance");
-    refused(LemkeSettings { tie: 1.0, ..default() }, "tie");
-    refused(LemkeSettings { pivot: -1.0, ..default() }, "pivot");
-    refused(LemkeSettings { updates: 0, ..default() }, "updates");
-    refused(LemkeSettings { pivots_per_pair: 0, ..default() }, "pivots_per_pair");
-    refused(LemkeSettings { covering_vectors: 0, ..default() }, "covering_vectors");
-    let psor = Psor::new(PsorSettings { relaxation: 2.0, ..PsorSettings::default() }).unwrap_err();
+    refused(LemkeSettings::default().with_tolerance(0.0), "tolerance");
+    refused(LemkeSettings::default().with_tolerance(f64::NAN), "tolerance");
+    refused(LemkeSettings::default().with_tie(1.0), "tie");
+    refused(LemkeSettings::default().with_pivot(-1.0), "pivot");
+    refused(LemkeSettings::default().with_updates(0), "updates");
+    refused(LemkeSettings::default().with_pivots_per_pair(0), "pivots_per_pair");
+    refused(LemkeSettings::default().with_covering_vectors(0), "covering_vectors");
+    let psor = Psor::new(PsorSettings::default().with_relaxation(2.0)).unwrap_err();
     assert!(matches!(psor, LcpError::Setting { setting: "relaxation", value: 2.0, .. }));
-    let newton = SemismoothNewtonSettings { steps: 0, ..SemismoothNewtonSettings::default() };
+    let newton = SemismoothNewtonSettings::default().with_steps(0);
     assert!(matches!(SemismoothNewton::new(newton), Err(LcpError::Setting { setting: "steps", .. })));
-    let principal = PrincipalPivotingSettings { tie: 1.0, ..PrincipalPivotingSettings::default() };
+    let principal = PrincipalPivotingSettings::default().with_tie(1.0);
     assert!(matches!(PrincipalPivoting::new(principal), Err(LcpError::Setting { setting: "tie", .. })));
-    let error = Enumeration::new(EnumerationSettings { max_pairs: 25, ..EnumerationSettings::default() }).unwrap_err();
+    let error = Enumeration::new(EnumerationSettings::default().with_max_pairs(25)).unwrap_err();
     assert!(matches!(error, LcpError::Setting { setting: "max_pairs", .. }));
 }
 

@@ -22,7 +22,7 @@ fn the_known_answers_are_answers() {
 #[test]
 fn lemke_with_the_memory_and_settings_of_another_problem_answers_as_a_new_one() {
     let mut used = Lemke::default();
-    for settings in [LemkeSettings { covering_vectors: 9, ..LemkeSettings::default() }, LemkeSettings::default()] {
+    for settings in [LemkeSettings::default().with_covering_vectors(9), LemkeSettings::default()] {
         for case in cases::all() {
             used.set(settings.clone()).unwrap();
             let again = used.solve(&case.problem, None);
@@ -35,7 +35,7 @@ fn lemke_with_the_memory_and_settings_of_another_problem_answers_as_a_new_one() 
             );
         }
     }
-    assert!(used.set(LemkeSettings { tie: 1.0, ..LemkeSettings::default() }).is_err());
+    assert!(used.set(LemkeSettings::default().with_tie(1.0)).is_err());
     assert_eq!(used.tolerance(), LemkeSettings::default().tolerance, "refused settings are not taken");
 }
 

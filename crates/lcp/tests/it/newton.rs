@@ -7,7 +7,7 @@ use crate::support::{Random, assert_honest, gram, monotone, p_matrix, quadratic_
 const MAPS: [NewtonMap; 2] = [NewtonMap::FischerBurmeister, NewtonMap::Minimum];
 
 fn newton(map: NewtonMap) -> SemismoothNewton {
-    SemismoothNewton::new(SemismoothNewtonSettings { map, ..SemismoothNewtonSettings::default() }).unwrap()
+    SemismoothNewton::new(SemismoothNewtonSettings::default().with_map(map)).unwrap()
 }
 
 #[test]

@@ -172,7 +172,7 @@ fn the_pivot_limit_is_an_outcome() {
     let n = 200;
     let A = p_matrix(&mut Random(27_000), n);
     let problem = Lcp::new(A, vec![-1.0; n]).unwrap();
-    let settings = PrincipalPivotingSettings { pivots_per_pair: 1, ..PrincipalPivotingSettings::default() };
+    let settings = PrincipalPivotingSettings::default().with_pivots_per_pair(1);
     let solution = PrincipalPivoting::new(settings).unwrap().solve(&problem, None);
     let attempt = &solution.report.attempts[0];
     assert!(attempt.pivots <= n + 101, "{attempt:?}");

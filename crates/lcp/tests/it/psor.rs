@@ -5,7 +5,7 @@ use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, Method, Psor, PsorSettings,
 use crate::support::{Random, assert_honest, gram, p_matrix, touching_contacts};
 
 fn psor(relaxation: f64, subspace: bool) -> Psor {
-    Psor::new(PsorSettings { relaxation, subspace, ..PsorSettings::default() }).unwrap()
+    Psor::new(PsorSettings::default().with_relaxation(relaxation).with_subspace(subspace)).unwrap()
 }
 
 fn refusal(method: &mut Psor, A: Matrix) -> Refusal {
@@ -168,7 +168,7 @@ fn the_sweep_limit_is_a_status_and_a_warm_start_saves_sweeps() {
     let mut A = gram(&random.matrix(n, n));
     (0..n).for_each(|i| A[(i, i)] += 1e-6);
     let problem = Lcp::new(A, vec![-1.0; n]).unwrap();
-    let mut short = Psor::new(PsorSettings { sweeps: 3, ..PsorSettings::default() }).unwrap();
+    let mut short = Psor::new(PsorSettings::default().with_sweeps(3)).unwrap();
     let solution = short.solve(&problem, None);
     assert_eq!((solution.status, solution.iterations), (Status::IterationLimit, 3));
     let basis = Lemke::default().solve(&problem, None).basis;

@@ -33,7 +33,7 @@ fn expect(name: &str, expected: &str, solution: &Solution) {
 #[test]
 fn all_problems_with_a_solution_are_solved() {
     let Some(folder) = folder() else { return };
-    let mut lemke = Lemke::new(LemkeSettings { tolerance: 1e-8, ..LemkeSettings::default() }).unwrap();
+    let mut lemke = Lemke::new(LemkeSettings::default().with_tolerance(1e-8)).unwrap();
     let mut count = 0;
     for path in files(&folder).iter().chain(&files(&folder.join("synthetic"))) {
         for named in lcps(path, MAX_PAIRS) {
@@ -84,10 +84,10 @@ fn relaxation_refuses_every_contact_problem_with_friction() {
 fn the_other_methods_are_honest_on_all_problems() {
     let Some(folder) = folder() else { return };
     let newton = |map| {
-        let settings = SemismoothNewtonSettings { tolerance: 1e-8, map, ..SemismoothNewtonSettings::default() };
+        let settings = SemismoothNewtonSettings::default().with_tolerance(1e-8).with_map(map);
         Box::new(SemismoothNewton::new(settings).unwrap()) as Box<dyn Method>
     };
-    let settings = PrincipalPivotingSettings { tolerance: 1e-8, ..PrincipalPivotingSettings::default() };
+    let settings = PrincipalPivotingSettings::default().with_tolerance(1e-8);
     let principal = Box::new(PrincipalPivoting::new(settings).unwrap()) as Box<dyn Method>;
     let methods =
         [("principal", principal), ("φ", newton(NewtonMap::FischerBurmeister)), ("min", newton(NewtonMap::Minimum))];

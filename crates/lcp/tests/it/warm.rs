@@ -80,7 +80,7 @@ fn the_pivot_limit_is_an_outcome() {
     let n = 300;
     let A = gram(&random.matrix(n, n));
     let problem = Lcp::new(A, vec![-1.0; n]).unwrap();
-    let settings = LemkeSettings { pivots_per_pair: 1, covering_vectors: 1, ..LemkeSettings::default() };
+    let settings = LemkeSettings::default().with_pivots_per_pair(1).with_covering_vectors(1);
     let mut lemke = Lemke::new(settings).unwrap();
     let solution = lemke.solve(&problem, None);
     assert_honest(&problem, &solution, lemke.tolerance(), "limited");

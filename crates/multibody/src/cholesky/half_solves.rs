@@ -1,6 +1,7 @@
 //! Half solves: `L⁻ᵀ` on sparse columns along the ways to the root, and the squares that they give the Delassus operator.
 
-use super::{BlockCholesky, FEW_ROWS, SMALL, dot, scale_rows};
+use super::{BlockCholesky, FEW_ROWS, SMALL, scale_rows};
+use crate::dot::dot;
 use crate::layout::Block;
 
 impl BlockCholesky {

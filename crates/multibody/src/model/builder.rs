@@ -7,10 +7,11 @@ use super::check::{
     check_pairs, number, unique,
 };
 use super::check_sensing::{check_sensors, check_sites, check_tendons};
+use super::path::{PathStep, reference_pose};
 use super::{
-    Actuator, ActuatorId, Body, BodyId, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair, Inertia, Joint,
-    JointId, JointKind, Keyframe, Model, ModelError, PathStep, Sensor, SensorKind, Site, SiteId, Tendon, TendonId,
-    Transmission,
+    Actuator, ActuatorId, Body, BodyId, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair, Geometry,
+    Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelError, Sensor, SensorKind, Site, SiteId, Tendon,
+    TendonId, Transmission,
 };
 use crate::math::Pose;
 
@@ -149,6 +150,13 @@ impl ModelBuilder {
         let id = GeomId(self.geoms.len() as u32);
         self.geoms.push(geom);
         Ok(id)
+    }
+
+    /// Gives the world a floor: the plane z = 0, a geom called "floor". Its own friction is 0, so that the friction of what stands
+    /// on it counts.
+    pub fn floor(&mut self) -> &mut Self {
+        self.geoms.push(Geom::new("floor", Geometry::Plane).with_friction(0.0));
+        self
     }
 
     /// Makes two geoms meet with a friction of their own.
@@ -358,16 +366,6 @@ impl ModelBuilder {
             path,
         }
     }
-}
-
-/// `X_WB` of a body at the reference configuration, where every body is at its placement.
-pub(super) fn reference_pose(bodies: &[Body], body: BodyId) -> Pose {
-    let (mut pose, mut id) = (Pose::IDENTITY, body);
-    while id != BodyId::WORLD {
-        let body = &bodies[id.index()];
-        (pose, id) = (body.placement * pose, body.parent);
-    }
-    pose
 }
 
 /// Removes what the checks tolerate: norms of rotations and axes that are off 1.

@@ -7,11 +7,19 @@ use crate::math::Pose;
 
 /// A constraint `Θ(q) = 0` (formulation §5).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Equality {
     /// Unique name.
     pub name: String,
     /// What it holds together.
     pub kind: EqualityKind,
+}
+
+impl Equality {
+    /// A constraint by this name.
+    pub fn new(name: impl Into<String>, kind: EqualityKind) -> Self {
+        Self { name: name.into(), kind }
+    }
 }
 
 /// What a constraint holds together.

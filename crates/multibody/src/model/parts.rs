@@ -1,54 +1,14 @@
 //! The parts a model is made of.
 
-use glamx::glam::{DMat3, DVec3};
+use derive_setters::Setters;
+use glamx::glam::DVec3;
 
-use super::{Geometry, Transmission};
+use super::{BodyId, GeomId, Geometry, Inertia};
 use crate::math::Pose;
-
-macro_rules! id {
-    ($name:ident, $what:literal) => {
-        #[doc = concat!("Index of a ", $what, " in its model.")]
-        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-        pub struct $name(pub u32);
-
-        impl $name {
-            /// As an index into the model's list.
-            pub fn index(self) -> usize {
-                self.0 as usize
-            }
-        }
-    };
-}
-id!(BodyId, "body");
-id!(JointId, "joint");
-id!(GeomId, "geom");
-id!(SiteId, "site");
-id!(TendonId, "tendon");
-id!(ActuatorId, "actuator");
-
-impl BodyId {
-    /// The world, body 0: it never moves.
-    pub const WORLD: Self = Self(0);
-}
-
-/// Mass distribution of a body in its own frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inertia {
-    /// Mass, kg.
-    pub mass: f64,
-    /// Centre of mass in the body frame, m.
-    pub center_of_mass: DVec3,
-    /// Rotational inertia about the centre of mass in the body's axes, kg·m², symmetric.
-    pub rotational: DMat3,
-}
-
-impl Inertia {
-    /// No mass.
-    pub const ZERO: Self = Self { mass: 0.0, center_of_mass: DVec3::ZERO, rotational: DMat3::ZERO };
-}
 
 /// A rigid body. Its frame B sits at `placement` in its parent's frame, then its joints move it, in order.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Body {
     /// Unique name.
     pub name: String,
@@ -118,20 +78,26 @@ impl JointKind {
 }
 
 /// A joint of a body, with what acts in it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct Joint {
     /// Unique name.
+    #[setters(into)]
     pub name: String,
     /// The body it moves.
+    #[setters(skip)]
     pub body: BodyId,
     /// Its kind and axis.
     pub kind: JointKind,
     /// A point on the axis (hinge) or the centre (ball), in the body frame, m.
+    #[setters(into)]
     pub anchor: DVec3,
     /// Value of a hinge's or slide's `q` at which the body is at its `placement` (rad, m).
     pub reference: f64,
     /// Lower and upper limit of a hinge's or slide's `q` (rad, m). A ball joint's lower limit is 0 and its upper one the largest
     /// angle of its rotation, in (0, π), as MJCF has it.
+    #[setters(into)]
     pub limits: Option<[f64; 2]>,
     /// Viscous damping of every degree of freedom, N·s/m or N·m·s/rad, ≥ 0.
     pub damping: f64,
@@ -144,12 +110,34 @@ pub struct Joint {
     /// Dry friction bound `τ_f` of every degree of freedom, N or N·m, ≥ 0 (formulation §5).
     pub friction_loss: f64,
     /// Where its entries in `q` begin; set by the builder.
+    #[setters(skip)]
     pub q_index: usize,
     /// Where its entries in `v` begin; set by the builder.
+    #[setters(skip)]
     pub v_index: usize,
 }
 
 impl Joint {
+    /// Lets a body move freely.
+    pub fn free(name: impl Into<String>) -> Self {
+        Self::new(name, JointKind::Free)
+    }
+
+    /// Lets a body turn about its origin.
+    pub fn ball(name: impl Into<String>) -> Self {
+        Self::new(name, JointKind::Ball)
+    }
+
+    /// Lets a body turn about an axis (in its frame) through its origin.
+    pub fn hinge(name: impl Into<String>, axis: impl Into<DVec3>) -> Self {
+        Self::new(name, JointKind::Hinge { axis: axis.into() })
+    }
+
+    /// Lets a body move along an axis (in its frame).
+    pub fn slide(name: impl Into<String>, axis: impl Into<DVec3>) -> Self {
+        Self::new(name, JointKind::Slide { axis: axis.into() })
+    }
+
     /// A joint with no limits and nothing acting in it.
     pub fn new(name: impl Into<String>, kind: JointKind) -> Self {
         Self {
@@ -183,13 +171,18 @@ pub enum SpinResistance {
 }
 
 /// A shape fixed to a body.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct Geom {
     /// Unique name.
+    #[setters(into)]
     pub name: String,
     /// The body it is fixed to.
+    #[setters(skip)]
     pub body: BodyId,
     /// `X_BG`, the geom's frame in the body's.
+    #[setters(into)]
     pub placement: Pose,
     /// Its shape.
     pub geometry: Geometry,
@@ -205,6 +198,7 @@ pub struct Geom {
     pub rolling_friction: f64,
     /// Factors of the sliding friction along the geom's x axis and across it in the surface, > 0: a skate has a small first one.
     /// Where both geoms of a pair have some, those of the first count.
+    #[setters(into)]
     pub grain: Option<[f64; 2]>,
     /// Coefficient of restitution e in [0, 1]; a pair takes the larger of the two.
     pub restitution: f64,
@@ -212,6 +206,7 @@ pub struct Geom {
     pub margin: f64,
     /// Velocity of the surface relative to the body, in the geom's axes, m/s: a conveyor belt. Only its part along the
     /// tangents of a contact acts.
+    #[setters(into)]
     pub surface_velocity: DVec3,
     /// Which collision groups it belongs to (bit mask); two geoms meet if one's type shares a bit with the other's affinity.
     pub contact_type: u32,
@@ -246,7 +241,9 @@ impl Geom {
 }
 
 /// Two geoms that meet whatever their masks say, with a friction of their own.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct GeomPair {
     /// One geom.
     pub geom_a: GeomId,
@@ -261,8 +258,10 @@ pub struct GeomPair {
     /// Coefficient of friction against rolling, m, ≥ 0.
     pub rolling_friction: f64,
     /// Coefficient of restitution in [0, 1]; that of the geoms where it is not given.
+    #[setters(into)]
     pub restitution: Option<f64>,
     /// Distance of the surfaces at which contacts act, m, ≥ 0; the sum of the geoms' where it is not given.
+    #[setters(into)]
     pub margin: Option<f64>,
 }
 
@@ -282,96 +281,13 @@ impl GeomPair {
     }
 }
 
-/// What an actuator does with its control value.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ActuatorKind {
-    /// Force = control (N, N·m).
-    Motor,
-    /// PD servo: force = `kp (control − q) − kv q̇`, integrated implicitly.
-    Position {
-        /// Stiffness, N/m or N·m/rad.
-        kp: f64,
-        /// Damping, N·s/m or N·m·s/rad.
-        kv: f64,
-    },
-    /// Velocity servo without a gain: whatever force within its range holds the speed at `control`, as a row of the contact
-    /// problem (formulation §5): exact, and independent of the load until the range ends. Its force range must be given.
-    Speed,
-    /// Velocity servo: force = `kv (control − q̇)`, integrated implicitly.
-    Velocity {
-        /// Gain, N·s/m or N·m·s/rad.
-        kv: f64,
-    },
-    /// MuJoCo's affine actuator: with length `l` and its rate `l̇`, force = `(g₀ + g₁ l + g₂ l̇) control + b₀ + b₁ l + b₂ l̇`.
-    /// What pulls back (falls with `l` or `l̇`) is integrated implicitly, the rest explicitly.
-    Affine {
-        /// `g`.
-        gain: [f64; 3],
-        /// `b`.
-        bias: [f64; 3],
-    },
-}
-
-/// How an activation follows its control `u`.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ActivationKind {
-    /// `ȧ = u`.
-    Integrator,
-    /// `ȧ = (u − a)/τ`, by an explicit step: unstable where Δt > 2 τ.
-    Filter {
-        /// τ, s, > 0.
-        time_constant: f64,
-    },
-    /// `ȧ = (u − a)/τ`, by the exact solution for a constant control.
-    ExactFilter {
-        /// τ, s, > 0.
-        time_constant: f64,
-    },
-}
-
-/// The memory of an actuator: a number that follows the control and takes its place in the force law.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Activation {
-    /// How it follows the control.
-    pub kind: ActivationKind,
-    /// Range it is cut to after each step.
-    pub range: Option<[f64; 2]>,
-    /// Whether the force of a step is made with the activation at its end, not at its beginning.
-    pub early: bool,
-    /// Its place among the activations of a state; set by the builder.
-    pub index: usize,
-}
-
-impl Activation {
-    /// An activation without a range whose force comes a step later.
-    pub fn new(kind: ActivationKind) -> Self {
-        Self { kind, range: None, early: false, index: 0 }
-    }
-}
-
-/// An actuator: a force along the length of a joint, tendon or site.
-#[derive(Clone, Debug)]
-pub struct Actuator {
-    /// Unique name.
-    pub name: String,
-    /// What it acts on.
-    pub transmission: Transmission,
-    /// Factor from actuator force to force on what it acts on, and from the length of that to the actuator's length.
-    pub gear: f64,
-    /// Its law.
-    pub kind: ActuatorKind,
-    /// What it remembers; none for an actuator that acts on its control at once.
-    pub activation: Option<Activation>,
-    /// Range the control value is clamped to.
-    pub control_range: Option<[f64; 2]>,
-    /// Range the force is clamped to (N, N·m), before the gear.
-    pub force_range: Option<[f64; 2]>,
-}
-
 /// A named state.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct Keyframe {
     /// Unique name.
+    #[setters(into)]
     pub name: String,
     /// Time, s.
     pub time: f64,
@@ -383,4 +299,11 @@ pub struct Keyframe {
     pub activation: Vec<f64>,
     /// Control, `[actuators]`.
     pub control: Vec<f64>,
+}
+
+impl Keyframe {
+    /// A configuration `q` at rest at time 0, without activations and control.
+    pub fn new(name: impl Into<String>, q: Vec<f64>) -> Self {
+        Self { name: name.into(), time: 0.0, q, v: Vec::new(), activation: Vec::new(), control: Vec::new() }
+    }
 }

@@ -1,6 +1,7 @@
 //! What algorithms that go along the paths of a tree need of a body, in one place.
 
-use super::{Body, Joint, JointKind};
+use super::{Body, BodyId, Joint, JointKind};
+use crate::math::Pose;
 
 /// A body on the way to the root.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,4 +37,14 @@ impl PathStep {
         }
         steps
     }
+}
+
+/// `X_WB` of a body at the reference configuration, where every body is at its placement.
+pub(super) fn reference_pose(bodies: &[Body], body: BodyId) -> Pose {
+    let (mut pose, mut id) = (Pose::IDENTITY, body);
+    while id != BodyId::WORLD {
+        let body = &bodies[id.index()];
+        (pose, id) = (body.placement * pose, body.parent);
+    }
+    pose
 }

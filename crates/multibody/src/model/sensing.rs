@@ -1,31 +1,51 @@
 //! Sites and the sensors that measure at them.
 
+use derive_setters::Setters;
+
 use super::{ActuatorId, BodyId, GeomId, Geometry, JointId, SiteId, TendonId};
 use crate::math::Pose;
 
 /// A frame fixed to a body, without mass and touching nothing: where sensors measure and actuators pull.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct Site {
     /// Unique name.
+    #[setters(into)]
     pub name: String,
     /// The body it is fixed to.
+    #[setters(skip)]
     pub body: BodyId,
     /// `X_BS`, the site's frame in the body's.
+    #[setters(into)]
     pub placement: Pose,
     /// The zone in which a touch sensor feels contacts.
     pub zone: Geometry,
 }
 
+impl Site {
+    /// A site at its body's origin with a zone of the size of a fingertip, a ball of radius 5 mm.
+    pub fn new(name: impl Into<String>) -> Self {
+        let zone = Geometry::Sphere { radius: 0.005 };
+        Self { name: name.into(), body: BodyId::WORLD, placement: Pose::IDENTITY, zone }
+    }
+}
+
 /// A sensor. Its numbers stand at `address` in the array of all sensors, as many as [`SensorKind::size`] says.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct Sensor {
     /// Unique name.
+    #[setters(into)]
     pub name: String,
     /// What it measures.
     pub kind: SensorKind,
     /// Bound of the absolute value of every number, in its unit; orientations and directions have none.
+    #[setters(into)]
     pub cutoff: Option<f64>,
     /// Where its numbers begin in the array of all sensors; set by the builder.
+    #[setters(skip)]
     pub address: usize,
 }
 

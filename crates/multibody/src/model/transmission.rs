@@ -1,6 +1,8 @@
 //! What actuators pull on: joints, tendons, sites.
 
-use super::{JointId, Model, SiteId, TendonId};
+use derive_setters::Setters;
+
+use super::{JointId, SiteId, TendonId};
 
 /// What an actuator acts on. Its length is a function of `q`, its force acts on `v` through the gradient of the length
 /// (MuJoCo's transmissions), both times the actuator's gear.
@@ -31,10 +33,25 @@ pub enum Transmission {
     },
 }
 
+impl From<JointId> for Transmission {
+    fn from(joint: JointId) -> Self {
+        Self::Joint(joint)
+    }
+}
+
+impl From<TendonId> for Transmission {
+    fn from(tendon: TendonId) -> Self {
+        Self::Tendon(tendon)
+    }
+}
+
 /// A fixed tendon: a length that is a linear combination of joint coordinates, with a spring, a damper and limits.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct Tendon {
     /// Unique name.
+    #[setters(into)]
     pub name: String,
     /// Hinges and slides with their coefficients: the length is `Σ c_j q_j`.
     pub terms: Vec<(JointId, f64)>,
@@ -45,6 +62,7 @@ pub struct Tendon {
     /// The lengths between which the spring is slack, m.
     pub rest: [f64; 2],
     /// Lower and upper limit of the length, m.
+    #[setters(into)]
     pub limits: Option<[f64; 2]>,
 }
 
@@ -52,11 +70,6 @@ impl Tendon {
     /// A tendon with nothing acting in it.
     pub fn new(name: impl Into<String>, terms: Vec<(JointId, f64)>) -> Self {
         Self { name: name.into(), terms, stiffness: 0.0, damping: 0.0, rest: [0.0; 2], limits: None }
-    }
-
-    /// Its length at a configuration, `[nq]`, m.
-    pub fn length(&self, model: &Model, q: &[f64]) -> f64 {
-        self.terms.iter().map(|&(joint, c)| c * q[model.joints[joint.index()].q_index]).sum()
     }
 
     /// How far a length is beyond the end of the range in which the spring is slack, m.

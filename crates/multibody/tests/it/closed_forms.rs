@@ -88,7 +88,7 @@ fn runge_kutta(model: &Model, state: &State, time: f64, steps: usize) -> State {
             (q, v) = (plus(&q, &x.0, h * weight / 6.0), plus(&v, &x.1, h * weight / 6.0));
         }
     }
-    State { time: state.time + time, q, v, activation: vec![] }
+    State::at(q, v).with_time(state.time + time)
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn double_pendulum_accelerations() {
     for _ in 0..50 {
         // Absolute angles a, b and rates u, w of the two links.
         let [a, b, u, w] = [0; 4].map(|_: i32| random.uniform(-3.0, 3.0));
-        let state = State { time: 0.0, q: vec![a, b - a], v: vec![u, w - u], activation: vec![] };
+        let state = State::at(vec![a, b - a], vec![u, w - u]);
         let acceleration = forward_dynamics(&model, &kinematics(&model, &state), &[0.0, 0.0]);
         let (d, total) = (a - b, m1 + m2);
         let bottom = 2.0 * m1 + m2 - m2 * (2.0 * d).cos();
@@ -115,7 +115,7 @@ fn double_pendulum_accelerations() {
 
 /// Time of a quarter swing from rest at 1.2 rad to the lowest point, by the step of the engine.
 fn quarter_period(model: &Model, dt: f64) -> f64 {
-    let mut state = State { time: 0.0, q: vec![1.2], v: vec![0.0], activation: vec![] };
+    let mut state = State::at(vec![1.2], vec![0.0]);
     let mut free = FreeMotion::new(model);
     loop {
         let before = state.q[0];
@@ -164,12 +164,7 @@ fn symmetric_top_precesses_about_its_angular_momentum() {
     let model = free_body(Inertia { mass: 1.0, center_of_mass: DVec3::ZERO, rotational });
     let mut random = Random(33);
     let r = random.rotation();
-    let state = State {
-        time: 0.0,
-        q: vec![0.0, 0.0, 0.0, r.w, r.x, r.y, r.z],
-        v: vec![0.0, 0.0, 0.0, 0.8, -0.5, 2.0],
-        activation: vec![],
-    };
+    let state = State::at(vec![0.0, 0.0, 0.0, r.w, r.x, r.y, r.z], vec![0.0, 0.0, 0.0, 0.8, -0.5, 2.0]);
     let momentum = angular_momentum(&model, &kinematics(&model, &state), DVec3::ZERO);
     let time = 1.7;
     let end = kinematics(&model, &runge_kutta(&model, &state, time, 2000));

@@ -18,7 +18,7 @@ fn free_motion(model: &Model, state: &State, input: &Input, dt: f64) -> FreeMoti
 fn actuator(joint: usize, kind: ActuatorKind) -> Actuator {
     let name = format!("actuator{joint}");
     let transmission = Transmission::Joint(JointId(joint as u32));
-    Actuator { name, transmission, gear: 1.0, kind, activation: None, control_range: None, force_range: None }
+    Actuator::new(name, transmission, kind)
 }
 
 /// A mass on a slide along x, without gravity.
@@ -41,7 +41,7 @@ fn slide() -> Joint {
 #[test]
 fn without_springs_it_is_forward_dynamics() {
     for_random_models(41, FIXED, |model, state, random| {
-        let input = Input { generalized_force: random.list(model.nv, 10.0), ..Input::default() };
+        let input = Input::default().with_generalized_force(random.list(model.nv, 10.0));
         let free = free_motion(model, state, &input, 1e-2);
         let acceleration = forward_dynamics(model, &kinematics(model, state), &input.generalized_force);
         let expected: Vec<f64> = state.v.iter().zip(&acceleration).map(|(v, a)| v + 1e-2 * a).collect();
@@ -81,10 +81,11 @@ fn the_implicit_equation_is_satisfied() {
             let (kp, kv) = (random.uniform(0.0, 1e4), random.uniform(0.0, 100.0));
             let kind = [ActuatorKind::Motor, ActuatorKind::Position { kp, kv }, ActuatorKind::Velocity { kv }][i % 3];
             let force_range = Some([-random.uniform(0.0, 300.0), random.uniform(0.0, 300.0)]);
-            model.actuators.push(Actuator { gear: random.uniform(-2.0, 2.0), force_range, ..actuator(i, kind) });
+            model.actuators.push(actuator(i, kind).with_gear(random.uniform(-2.0, 2.0)).with_force_range(force_range));
         }
-        let input =
-            Input { control: random.list(model.actuators.len(), 1.5), generalized_force: random.list(model.nv, 10.0) };
+        let input = Input::default()
+            .with_control(random.list(model.actuators.len(), 1.5))
+            .with_generalized_force(random.list(model.nv, 10.0));
         let free = free_motion(&model, state, &input, dt);
         let at = kinematics(&model, state);
         let v = &free.free_velocity;
@@ -133,9 +134,9 @@ fn the_implicit_equation_is_satisfied() {
 #[test]
 fn spring_and_damper_on_a_mass() {
     let (m, k, c, dt) = (1.7, 300.0, 4.0, 0.01);
-    let joint = Joint { stiffness: k, spring_reference: 0.25, damping: c, ..slide() };
+    let joint = slide().with_stiffness(k).with_spring_reference(0.25).with_damping(c);
     let model = slider(m, joint, vec![]);
-    let state = State { time: 0.0, q: vec![0.6], v: vec![-0.4], activation: vec![] };
+    let state = State::at(vec![0.6], vec![-0.4]);
     let free = free_motion(&model, &state, &Input::default(), dt);
     let effective = m + dt * c + dt * dt * k;
     let expected = (m * -0.4 - dt * k * (0.6 - 0.25)) / effective;
@@ -148,8 +149,8 @@ fn spring_and_damper_on_a_mass() {
 fn a_stiff_servo_settles_at_its_target() {
     let servo = actuator(0, ActuatorKind::Position { kp: 1e4, kv: 10.0 });
     let model = slider(1e-4, slide(), vec![servo]);
-    let mut state = State { time: 0.0, q: vec![0.0], v: vec![50.0], activation: vec![] };
-    let input = Input { control: vec![0.3], ..Input::default() };
+    let mut state = State::at(vec![0.0], vec![50.0]);
+    let input = Input::default().with_control(vec![0.3]);
     for _ in 0..200 {
         state.v = free_motion(&model, &state, &input, 5e-3).free_velocity;
         state.q[0] += 5e-3 * state.v[0];
@@ -159,17 +160,13 @@ fn a_stiff_servo_settles_at_its_target() {
 
 #[test]
 fn a_servo_out_of_its_range_pushes_with_the_end_of_it() {
-    let servo = Actuator {
-        force_range: Some([-2.0, 3.0]),
-        activation: None,
-        control_range: Some([-1.0, 1.0]),
-        gear: 4.0,
-        ..actuator(0, ActuatorKind::Position { kp: 1e4, kv: 10.0 })
-    };
+    let servo = actuator(0, ActuatorKind::Position { kp: 1e4, kv: 10.0 })
+        .with_force_range([-2.0, 3.0])
+        .with_control_range([-1.0, 1.0])
+        .with_gear(4.0);
     let model = slider(2.0, slide(), vec![servo]);
-    let state = State { time: 0.0, q: vec![0.1], v: vec![0.5], activation: vec![] };
-    let pushed =
-        |control: f64| free_motion(&model, &state, &Input { control: vec![control], ..Input::default() }, 0.01);
+    let state = State::at(vec![0.1], vec![0.5]);
+    let pushed = |control: f64| free_motion(&model, &state, &Input::default().with_control(vec![control]), 0.01);
     let up = pushed(5.0);
     assert_eq!((up.saturation[0], up.actuator_force[0]), (Saturation::Upper, 3.0));
     assert!((up.free_velocity[0] - (0.5 + 0.01 * 4.0 * 3.0 / 2.0)).abs() < 1e-15);
@@ -191,9 +188,9 @@ fn a_stiff_tendon_between_two_trees_is_stable() {
         builder.add_joint(body, Joint::new(name, JointKind::Slide { axis: DVec3::X })).unwrap()
     });
     let terms = vec![(joints[0], 1.0), (joints[1], -1.0)];
-    builder.add_tendon(Tendon { stiffness: 1e6, damping: 1.0, ..Tendon::new("tie", terms) });
+    builder.add_tendon(Tendon::new("tie", terms).with_stiffness(1e6).with_damping(1.0));
     let model = builder.build().unwrap();
-    let (dt, mut state) = (5e-3, State { time: 0.0, q: vec![0.01, 0.0], v: vec![3.0, 1.0], activation: vec![] });
+    let (dt, mut state) = (5e-3, State::at(vec![0.01, 0.0], vec![3.0, 1.0]));
     for _ in 0..2000 {
         state.v = free_motion(&model, &state, &Input::default(), dt).free_velocity;
         (0..2).for_each(|k| state.q[k] += dt * state.v[k]);
@@ -207,8 +204,8 @@ fn a_stiff_tendon_between_two_trees_is_stable() {
 fn a_stiff_affine_actuator_settles_at_its_target() {
     let kind = ActuatorKind::Affine { gain: [1e4, 0.0, 0.0], bias: [500.0, -1e4, -10.0] };
     let model = slider(1e-4, slide(), vec![actuator(0, kind)]);
-    let mut state = State { time: 0.0, q: vec![0.0], v: vec![50.0], activation: vec![] };
-    let input = Input { control: vec![0.3], ..Input::default() };
+    let mut state = State::at(vec![0.0], vec![50.0]);
+    let input = Input::default().with_control(vec![0.3]);
     for _ in 0..200 {
         state.v = free_motion(&model, &state, &input, 5e-3).free_velocity;
         state.q[0] += 5e-3 * state.v[0];
@@ -240,15 +237,15 @@ fn wrong_input_is_an_error_that_names_the_part() {
         free_motion_into(&model, &at, state, input, dt, &mut FreeMotion::new(&model)).unwrap_err()
     };
     let (state, input) = (State::new(&model), Input::default());
-    let wrong = State { v: vec![f64::NAN], ..state.clone() };
+    let wrong = state.clone().with_v(vec![f64::NAN]);
     assert!(error(&wrong, &input, 0.01).to_string().starts_with("v[0] (joint 'slide') is NaN"));
-    let wrong = State { q: vec![], ..state.clone() };
+    let wrong = state.clone().with_q(vec![]);
     let expected = StateError::WrongLength { quantity: "q", expected: 1, found: 0 };
     assert_eq!(error(&wrong, &input, 0.01), FreeMotionError::State(expected));
-    let wrong = Input { control: vec![1.0, 2.0], ..input.clone() };
+    let wrong = input.clone().with_control(vec![1.0, 2.0]);
     let expected = StateError::WrongLength { quantity: "control", expected: 1, found: 2 };
     assert_eq!(error(&state, &wrong, 0.01), FreeMotionError::State(expected));
-    let wrong = Input { control: vec![f64::INFINITY], ..input.clone() };
+    let wrong = input.clone().with_control(vec![f64::INFINITY]);
     assert!(error(&state, &wrong, 0.01).to_string().starts_with("control[0] (actuator 'actuator0') is inf"));
     let expected = StateError::InvalidTimeStep { found: 0.0 };
     assert_eq!(error(&state, &input, 0.0), FreeMotionError::State(expected));

@@ -183,7 +183,7 @@ fn an_offset_centre_of_mass_moves_straight() {
 #[test]
 fn a_body_on_a_ball_joint_keeps_its_energy() {
     let mut random = Random(73);
-    let joint = Joint { anchor: DVec3::new(0.1, -0.2, 0.4), ..Joint::new("ball", JointKind::Ball) };
+    let joint = Joint::new("ball", JointKind::Ball).with_anchor(DVec3::new(0.1, -0.2, 0.4));
     let model = single(random.inertia(), joint, 9.81);
     let drift = |dt: f64| {
         let mut state = State::new(&model);

@@ -21,25 +21,17 @@ fn ball_and_box() -> ModelBuilder {
     let slide = JointKind::Slide { axis: DVec3::Z };
     let joint = builder.add_joint(lift, Joint::new("lift joint", slide)).unwrap();
     let zone = Geometry::Sphere { radius: 0.01 };
-    let site = Site { name: "site".into(), body: lift, placement: Pose::IDENTITY, zone };
+    let site = Site::new("site").with_placement(Pose::IDENTITY).with_zone(zone);
     let site = builder.add_site(lift, site).unwrap();
     builder.add_tendon(Tendon::new("tendon", vec![(joint, 1.0)]));
-    builder.add_actuator(Actuator {
-        name: "motor".into(),
-        transmission: Transmission::Joint(joint),
-        gear: 1.0,
-        kind: ActuatorKind::Motor,
-        activation: None,
-        control_range: None,
-        force_range: None,
-    });
+    builder.add_actuator(Actuator::new("motor", Transmission::Joint(joint), ActuatorKind::Motor));
     builder.add_sensor(Sensor::new("gyro", SensorKind::Gyro(site)));
     builder
 }
 
 fn fixed_joint() -> Equality {
     let kind = EqualityKind::Joint { joint: JointId(1), driver: None, polynomial: [0.0; 5] };
-    Equality { name: "fixed".into(), kind }
+    Equality::new("fixed", kind)
 }
 
 #[test]
@@ -111,7 +103,7 @@ fn degrees_of_freedom_follow_the_tree() {
 fn springs_are_for_hinges_and_slides() {
     let mut builder = ModelBuilder::new("spring");
     let body = builder.add_body("body", BodyId::WORLD, Pose::IDENTITY, Random(1).inertia()).unwrap();
-    builder.add_joint(body, Joint { stiffness: 1.0, ..Joint::new("ball", JointKind::Ball) }).unwrap();
+    builder.add_joint(body, Joint::new("ball", JointKind::Ball).with_stiffness(1.0)).unwrap();
     let error = builder.build().unwrap_err();
     assert!(matches!(&error, ModelError::InvalidJoint { joint, .. } if joint == "ball"), "{error}");
 }

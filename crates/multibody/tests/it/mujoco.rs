@@ -23,15 +23,15 @@ fn inertia(center_of_mass: [f64; 3], mass: f64, [xx, yy, zz, xy, xz, yz]: [f64; 
 
 fn hinge(name: &str, axis: [f64; 3], anchor: [f64; 3], reference: f64) -> Joint {
     let kind = JointKind::Hinge { axis: axis.into() };
-    Joint { anchor: anchor.into(), reference, ..Joint::new(name, kind) }
+    Joint::new(name, kind).with_anchor(anchor).with_reference(reference)
 }
 
 fn slide(name: &str, axis: [f64; 3], reference: f64) -> Joint {
-    Joint { reference, ..Joint::new(name, JointKind::Slide { axis: axis.into() }) }
+    Joint::new(name, JointKind::Slide { axis: axis.into() }).with_reference(reference)
 }
 
 fn ball(name: &str, anchor: [f64; 3]) -> Joint {
-    Joint { anchor: anchor.into(), ..Joint::new(name, JointKind::Ball) }
+    Joint::new(name, JointKind::Ball).with_anchor(anchor)
 }
 
 fn build() -> Model {
@@ -60,19 +60,13 @@ fn build() -> Model {
         pose([0.2, 0.3, -0.1], [0.6, 0.0, 0.8, 0.0]),
         inertia([0.2, 0.05, 0.02], 1.7, [0.03, 0.05, 0.04, 0.003, 0.002, -0.004]),
         vec![
-            Joint {
-                armature: 0.3,
-                stiffness: 11.0,
-                spring_reference: 0.4,
-                damping: 0.7,
-                ..slide("arm_slide", [0.6, 0.0, 0.8], 0.1)
-            },
-            Joint { armature: 0.05, damping: 0.2, ..hinge("arm_hinge", [0.0, 0.6, -0.8], [0.1, 0.05, -0.2], 0.35) },
-            Joint {
-                stiffness: 3.0,
-                spring_reference: -0.2,
-                ..hinge("arm_twist", [1.0, 0.0, 0.0], [-0.1, 0.2, 0.1], 0.0)
-            },
+            slide("arm_slide", [0.6, 0.0, 0.8], 0.1)
+                .with_armature(0.3)
+                .with_stiffness(11.0)
+                .with_spring_reference(0.4)
+                .with_damping(0.7),
+            hinge("arm_hinge", [0.0, 0.6, -0.8], [0.1, 0.05, -0.2], 0.35).with_armature(0.05).with_damping(0.2),
+            hinge("arm_twist", [1.0, 0.0, 0.0], [-0.1, 0.2, 0.1], 0.0).with_stiffness(3.0).with_spring_reference(-0.2),
         ],
     );
     let hand = add(
@@ -80,7 +74,7 @@ fn build() -> Model {
         arm,
         pose([0.5, 0.1, 0.0], [0.0, 0.6, 0.0, 0.8]),
         inertia([0.0, 0.1, 0.1], 0.6, [0.005, 0.006, 0.004, 0.0, 0.0005, 0.0]),
-        vec![Joint { armature: 0.02, damping: 0.1, ..ball("hand_ball", [0.03, 0.04, -0.02]) }],
+        vec![ball("hand_ball", [0.03, 0.04, -0.02]).with_armature(0.02).with_damping(0.1)],
     );
     add(
         "tool",
@@ -97,7 +91,7 @@ fn build() -> Model {
         vec![
             hinge("leg_hinge", [0.0, 1.0, 0.0], [0.0, 0.0, 0.15], -0.5),
             slide("leg_slide", [0.0, 0.0, 1.0], -0.2),
-            Joint { armature: 0.01, ..hinge("leg_swing", [0.8, 0.6, 0.0], [0.2, 0.0, 0.1], 0.25) },
+            hinge("leg_swing", [0.8, 0.6, 0.0], [0.2, 0.0, 0.1], 0.25).with_armature(0.01),
         ],
     );
     let cart = add(
@@ -105,14 +99,14 @@ fn build() -> Model {
         world,
         pose([3.0, 0.0, 0.5], [0.6, 0.0, 0.0, 0.8]),
         inertia([0.1, 0.0, 0.0], 3.0, [0.1, 0.2, 0.15, 0.0, 0.0, 0.0]),
-        vec![Joint { stiffness: 20.0, damping: 1.5, ..slide("cart_slide", [1.0, 0.0, 0.0], 0.4) }],
+        vec![slide("cart_slide", [1.0, 0.0, 0.0], 0.4).with_stiffness(20.0).with_damping(1.5)],
     );
     let pole = add(
         "pole",
         cart,
         pose([0.0, 0.1, 0.2], [0.96, 0.0, 0.28, 0.0]),
         inertia([0.0, 0.0, 0.5], 0.8, [0.07, 0.07, 0.001, 0.0, 0.0, 0.0]),
-        vec![Joint { armature: 0.1, ..hinge("pole_hinge", [0.0, 1.0, 0.0], ORIGIN, 0.2) }],
+        vec![hinge("pole_hinge", [0.0, 1.0, 0.0], ORIGIN, 0.2).with_armature(0.1)],
     );
     add(
         "bob",
@@ -138,16 +132,7 @@ fn build() -> Model {
     let model = builder.clone().build().unwrap();
     let mut drive = |name: &str, joint: &str, kind: ActuatorKind, gear: f64, control_range: Option<[f64; 2]>| {
         let joint = model.joint_named(joint).unwrap();
-        let (name, transmission) = (name.into(), Transmission::Joint(joint));
-        builder.add_actuator(Actuator {
-            name,
-            transmission,
-            gear,
-            kind,
-            activation: None,
-            control_range,
-            force_range: None,
-        });
+        builder.add_actuator(Actuator::new(name, joint, kind).with_gear(gear).with_control_range(control_range));
     };
     drive("push", "arm_slide", ActuatorKind::Motor, 3.0, Some([-0.5, 0.5]));
     drive("hold", "leg_hinge", ActuatorKind::Position { kp: 50.0, kv: 2.0 }, -1.5, None);
@@ -162,7 +147,7 @@ fn quantity(lines: &[(&str, Vec<f64>)], name: &str) -> Vec<f64> {
 
 fn check_state(model: &Model, lines: &[(&str, Vec<f64>)]) {
     const TOLERANCE: f64 = 1e-13;
-    let state = State { time: 0.0, q: quantity(lines, "qpos"), v: quantity(lines, "qvel"), activation: vec![] };
+    let state = State::at(quantity(lines, "qpos"), quantity(lines, "qvel"));
     state.check(model).unwrap();
     let at = kinematics(model, &state);
     let positions: Vec<f64> = at.pose.iter().flat_map(|x| x.position.to_array()).collect();
@@ -179,7 +164,7 @@ fn check_state(model: &Model, lines: &[(&str, Vec<f64>)]) {
     assert!(relative_error(&energy, &quantity(lines, "energy")) < TOLERANCE);
     let mut force = quantity(lines, "passive");
     force.iter_mut().zip(quantity(lines, "actuator")).for_each(|(f, a)| *f += a);
-    let input = Input { control: quantity(lines, "ctrl"), ..Input::default() };
+    let input = Input::default().with_control(quantity(lines, "ctrl"));
     assert!(relative_error(&joint_force(model, &state, &input), &force) < 1e-10);
 }
 

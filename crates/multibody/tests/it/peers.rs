@@ -59,7 +59,7 @@ fn random_state(random: &mut Random, model: &Model) -> State {
             _ => q.push(random.uniform(-1.5, 1.5)),
         }
     }
-    State { time: 0.0, q, v: random.list(model.nv, 2.0), activation: vec![] }
+    State::at(q, random.list(model.nv, 2.0))
 }
 
 fn quaternion(random: &mut Random) -> [f64; 4] {

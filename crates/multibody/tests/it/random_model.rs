@@ -123,8 +123,7 @@ pub fn random_model(random: &mut Random, recipe: Recipe) -> Model {
 
 /// A random configuration and velocity.
 pub fn random_state(random: &mut Random, model: &Model) -> State {
-    let mut state =
-        State { time: 0.0, q: random.list(model.nq, 1.5), v: random.list(model.nv, 2.0), activation: vec![] };
+    let mut state = State::at(random.list(model.nq, 1.5), random.list(model.nv, 2.0));
     for joint in &model.joints {
         let start = joint.q_index + if joint.kind == JointKind::Free { 3 } else { 0 };
         if joint.kind.nv() >= 3 {

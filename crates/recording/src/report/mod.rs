@@ -13,6 +13,7 @@ mod page;
 mod payload;
 mod run;
 
+use derive_setters::Setters;
 use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -24,9 +25,12 @@ use crate::error::RecordingError;
 use crate::recording::Recording;
 
 /// What the report shows and how large it may get.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct ReportSettings {
     /// Title of the page; the model's name when empty.
+    #[setters(into)]
     pub title: String,
     /// Frames in the page, at most. Default 2000, at least 2.
     pub max_frames: usize,

@@ -131,7 +131,7 @@ fn long_runs_are_thinned_without_hiding_a_bad_step() {
         }
         frame
     });
-    let settings = ReportSettings { max_frames: 100, ..ReportSettings::default() };
+    let settings = ReportSettings::default().with_max_frames(100);
     let page = page(&recording(frames), &settings);
     assert_eq!(page.about["stride"], 16);
     let steps = &page.arrays["step"];
@@ -162,7 +162,7 @@ fn the_file_stays_below_the_size_asked_for() {
     let recording = recording((0..600).map(noisy));
     let empty = page(&recording_without_frames(), &ReportSettings::default()).html.len();
     let max_bytes = empty + 200_000;
-    let page = page(&recording, &ReportSettings { max_bytes, ..ReportSettings::default() });
+    let page = page(&recording, &ReportSettings::default().with_max_bytes(max_bytes));
     assert!(page.html.len() <= max_bytes, "{} > {max_bytes}", page.html.len());
     assert!(page.arrays["time"].len() >= 10);
 }
@@ -184,7 +184,7 @@ fn nothing_that_is_not_a_number_breaks_the_page() {
 #[test]
 fn frame_by_frame_is_the_same_as_at_once() {
     let recording = recording((0..300).map(|step| frame(step, 2)));
-    let settings = ReportSettings { max_frames: 50, ..ReportSettings::default() };
+    let settings = ReportSettings::default().with_max_frames(50);
     let path = std::env::temp_dir().join(format!("signorini-{}.html", std::process::id()));
     write_html(&recording, &path, &settings).unwrap();
     let at_once = std::fs::read(&path).unwrap();

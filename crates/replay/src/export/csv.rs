@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use signorini::recording::{Frame, Header, JointLabel};
+use signorini_recording::{Frame, Header, JointLabel};
 
 use super::{create, finish, status_name};
 use crate::{FrameSource, ReplayError};

@@ -3,6 +3,7 @@
 mod messages;
 mod scene;
 mod schemas;
+mod stamp;
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -12,13 +13,12 @@ use std::path::Path;
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
 use serde_json::Value;
-use signorini::recording::{Frame, Header};
+use signorini_recording::{Frame, Header};
 
 use super::{create, finish, force};
 use crate::{FrameSource, ReplayError};
-
-/// Length of the arrow of the largest contact force of a recording, m.
-const LONGEST_ARROW: f64 = 0.3;
+use messages::{LONGEST_ARROW, norm};
+use stamp::Stamp;
 
 /// Writes a recording as an MCAP file with JSON messages, for Foxglove and whatever else reads MCAP.
 ///
@@ -49,10 +49,6 @@ pub fn write_mcap(frames: &mut impl FrameSource, path: &Path) -> Result<(), Repl
     let mut messages = Messages::create(create(path)?, header, scale).map_err(fail)?;
     frames.visit(&mut |_, frame| messages.push(frame).map_err(fail))?;
     finish(messages.finish().map_err(fail)?, path)
-}
-
-fn norm([x, y, z]: [f64; 3]) -> f64 {
-    x.hypot(y).hypot(z)
 }
 
 /// The file while it grows.
@@ -120,28 +116,5 @@ impl Messages {
     fn finish(mut self) -> Result<BufWriter<File>, McapError> {
         self.writer.finish()?;
         Ok(self.writer.into_inner())
-    }
-}
-
-/// A time as messages have it.
-#[derive(Clone, Copy)]
-struct Stamp {
-    seconds: u64,
-    nanoseconds: u64,
-}
-
-impl Stamp {
-    /// A time in s; what is before 0 is 0.
-    fn of(time: f64) -> Self {
-        let total = (time.max(0.0) * 1e9).round() as u64;
-        Self { seconds: total / 1_000_000_000, nanoseconds: total % 1_000_000_000 }
-    }
-
-    fn nanoseconds(self) -> u64 {
-        self.seconds * 1_000_000_000 + self.nanoseconds
-    }
-
-    fn to_json(self) -> Value {
-        serde_json::json!({ "sec": self.seconds, "nsec": self.nanoseconds })
     }
 }

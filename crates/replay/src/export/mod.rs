@@ -47,8 +47,8 @@ fn finish(mut output: BufWriter<File>, path: &Path) -> Result<(), ReplayError> {
 }
 
 /// The status of a step as a word.
-fn status_name(status: signorini::recording::StepStatus) -> &'static str {
-    use signorini::recording::StepStatus as S;
+fn status_name(status: signorini_recording::StepStatus) -> &'static str {
+    use signorini_recording::StepStatus as S;
     match status {
         S::Solved => "solved",
         S::Inaccurate => "inaccurate",
@@ -61,8 +61,8 @@ fn status_name(status: signorini::recording::StepStatus) -> &'static str {
 }
 
 /// What a contact does, as a word and as `signorini.ContactMode` in Python numbers it: 0 open, 1 frictionless, 2 sticking, 3 sliding.
-fn mode_of(contact: &signorini::recording::ContactFrame) -> (&'static str, i32) {
-    use signorini::recording::ContactModeCode as M;
+fn mode_of(contact: &signorini_recording::ContactFrame) -> (&'static str, i32) {
+    use signorini_recording::ContactModeCode as M;
     match contact.mode {
         M::Open => ("open", 0),
         M::Sticking if contact.friction == 0.0 => ("frictionless", 1),
@@ -72,7 +72,7 @@ fn mode_of(contact: &signorini::recording::ContactFrame) -> (&'static str, i32) 
 }
 
 /// The mean force of a step on the second body of a contact, world axes, N.
-fn force(contact: &signorini::recording::ContactFrame, timestep: f64) -> [f64; 3] {
+fn force(contact: &signorini_recording::ContactFrame, timestep: f64) -> [f64; 3] {
     let [t_1, t_2] = contact.lambda_t;
     let axes = [contact.normal, contact.tangent_1, contact.tangent_2];
     [0, 1, 2].map(|k| (contact.lambda_n * axes[0][k] + t_1 * axes[1][k] + t_2 * axes[2][k]) / timestep)

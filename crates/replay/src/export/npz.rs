@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use signorini::recording::{ContactFrame, Frame};
 use signorini_npz::{ArchiveWriter, Array, ArrayData, NpzError};
+use signorini_recording::{ContactFrame, Frame};
 
 use super::{force, mode_of, status_name};
 use crate::{FrameSource, ReplayError};

@@ -79,7 +79,7 @@ fn a_resting_slide_breaks_away_when_its_activation_has_grown() {
         <actuator><general joint='rail' dyntype='integrator'/></actuator></mujoco>";
     let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
     for sleeping in [false, true] {
-        let mut simulation = Simulation::new(model.clone(), Settings { sleeping, ..Settings::default() }).unwrap();
+        let mut simulation = Simulation::new(model.clone(), Settings::default().with_sleeping(sleeping)).unwrap();
         simulation.input.control = vec![1.0];
         for k in 0..400 {
             simulation.step().unwrap();

@@ -12,7 +12,7 @@ fn squeezed(infeasible: InfeasiblePolicy) -> Simulation {
     world.plane(DVec3::X * -0.09, DVec3::X);
     world.plane(DVec3::X * 0.09, DVec3::NEG_X);
     world.free_box(DVec3::splat(0.1), 1.0, DVec3::ZERO);
-    world.simulation(Settings { infeasible, ..Settings::default() })
+    world.simulation(Settings::default().with_infeasible(infeasible))
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn an_overlap_that_no_motion_opens_is_named_and_harmless() {
         "<body pos='0 0.1 0.1'><joint type='ball' damping='0.005'/><geom fromto='0 0 0 0 0.1 0'/></body></body>",
     );
     let model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
-    let settings = Settings { infeasible: InfeasiblePolicy::ClipGaps, ..Settings::default() };
+    let settings = Settings::default().with_infeasible(InfeasiblePolicy::ClipGaps);
     let mut clipped = Simulation::new(model, settings).unwrap();
     let end = clipped.run(1.0, |now, _| now.state().v.iter().all(|v| v.abs() < 100.0)).unwrap();
     assert_eq!(end, RunEnd::Finished, "{:?}", clipped.state());

@@ -37,8 +37,7 @@ fn chain(masses: &[f64], length: f64, rod: f64) -> Model {
 
 /// The state after `duration` by steps of the engine.
 fn stepped(model: &Model, start: &State, dt: f64, duration: f64) -> State {
-    let mut simulation =
-        Simulation::new(model.clone(), Settings { timestep: Some(dt), ..Settings::default() }).unwrap();
+    let mut simulation = Simulation::new(model.clone(), Settings::default().with_timestep(dt)).unwrap();
     simulation.set_state(start).unwrap();
     run_certified(&mut simulation, duration);
     simulation.state().clone()
@@ -71,7 +70,7 @@ fn runge_kutta(model: &Model, start: &State, dt: f64, duration: f64) -> State {
             v[k] += dt / 6.0 * (a1[k] + 2.0 * a2[k] + 2.0 * a3[k] + a4[k]);
         }
     }
-    State { time: duration, q, v, activation: vec![] }
+    State::at(q, v).with_time(duration)
 }
 
 fn difference(a: &[f64], b: &[f64]) -> f64 {
@@ -120,17 +119,17 @@ fn a_pendulum_converges_to_the_elliptic_function() {
     }
     let quarter = std::f64::consts::FRAC_PI_2 / a;
     let exact = 2.0 * (m.sqrt() * jacobi(quarter - omega * duration, m).0).asin();
-    let start = State { time: 0.0, q: vec![theta], v: vec![0.0], activation: vec![] };
+    let start = State::at(vec![theta], vec![0.0]);
     check_order(1, 5e-3, |dt| (stepped(&model, &start, dt, duration).q[0] - exact).abs(), 4e-3);
     // With the velocity half a step before the start the scheme is the leapfrog method.
-    let shifted = |dt: f64| State { v: vec![0.5 * dt * omega * omega * theta.sin()], ..start.clone() };
+    let shifted = |dt: f64| start.clone().with_v(vec![0.5 * dt * omega * omega * theta.sin()]);
     check_order(2, 1e-5, |dt| (stepped(&model, &shifted(dt), dt, duration).q[0] - exact).abs(), 4e-3);
 }
 
 #[test]
 fn a_double_pendulum_converges() {
     let model = chain(&[1.0, 0.6], 0.7, 0.2);
-    let start = State { time: 0.0, q: vec![1.1, 0.8], v: vec![0.0, 0.0], activation: vec![] };
+    let start = State::at(vec![1.1, 0.8], vec![0.0, 0.0]);
     let exact = runge_kutta(&model, &start, 1e-4, 1.5);
     let check = runge_kutta(&model, &start, 2e-4, 1.5);
     assert!(difference(&exact.q, &check.q) < 1e-10, "the reference is exact enough");
@@ -169,8 +168,7 @@ fn a_free_symmetric_top_converges_to_its_closed_form() {
     let rate = (across - along) / across * omega.z;
     let exact = rotation_exp(momentum * (duration / across)) * rotation_exp(DVec3::Z * (rate * duration));
     let error = |dt: f64, shift: f64| {
-        let mut simulation =
-            Simulation::new(model.clone(), Settings { timestep: Some(dt), ..Settings::default() }).unwrap();
+        let mut simulation = Simulation::new(model.clone(), Settings::default().with_timestep(dt)).unwrap();
         let mut state = State::new(&model);
         let earlier = rotation_exp(DVec3::Z * (rate * shift)) * omega;
         state.v[3..].copy_from_slice(&earlier.to_array());

@@ -46,7 +46,7 @@ fn lemke_moves_it_alike() {
     for scene in ["incline", "quadruped", "spinning_top"] {
         let mut structured = bundled(scene);
         let method = ContactMethod::Lcp(MethodKind::Lemke(LemkeSettings::default()));
-        let settings = Settings { method, ..Settings::default() };
+        let settings = Settings::default().with_method(method);
         let mut lemke = Simulation::new(structured.model().clone(), settings).unwrap();
         lemke.set_state(&structured.state().clone()).unwrap();
         lemke.input = structured.input.clone();

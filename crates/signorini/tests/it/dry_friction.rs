@@ -82,15 +82,11 @@ fn a_servo_of_speed_holds_until_its_limit() {
         let inertia = Inertia { mass: 1.0, center_of_mass: DVec3::NEG_Z * 0.5, rotational };
         let body = world.builder.add_body("bob", BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
         world.builder.add_joint(body, Joint::new("hinge", JointKind::Hinge { axis: DVec3::NEG_Y })).unwrap();
-        world.builder.add_actuator(Actuator {
-            name: "servo".into(),
-            transmission: Transmission::Joint(JointId(0)),
-            gear: 3.0,
-            kind: ActuatorKind::Speed,
-            activation: None,
-            control_range: None,
-            force_range: Some(force_range),
-        });
+        world.builder.add_actuator(
+            Actuator::new("servo", Transmission::Joint(JointId(0)), ActuatorKind::Speed)
+                .with_gear(3.0)
+                .with_force_range(force_range),
+        );
         world.builder.add_sensor(Sensor::new("force", SensorKind::ActuatorForce(ActuatorId(0))));
         let mut simulation = world.simulation(Settings::default());
         simulation.input.control = vec![control];
@@ -131,20 +127,14 @@ fn servos_of_speed_drive_tendons_and_sites() {
     let [(_, first), (_, second), (body, _)] = [slide("first", 1.0), slide("second", 2.0), slide("third", 3.0)];
     let tendon = world.builder.add_tendon(Tendon::new("tendon", vec![(first, 1.0), (second, 2.0)]));
     let zone = Geometry::Sphere { radius: 0.1 };
-    let site = Site { name: "site".into(), body, placement: Pose::IDENTITY, zone };
+    let site = Site::new("site").with_placement(Pose::IDENTITY).with_zone(zone);
     let site = world.builder.add_site(body, site).unwrap();
     let wrench = [0.0, 0.0, 2.0, 0.0, 0.0, 0.0];
     let transmissions = [Transmission::Tendon(tendon), Transmission::Site { site, reference: None, wrench }];
     for (name, transmission) in ["tendon", "site"].into_iter().zip(transmissions) {
-        world.builder.add_actuator(Actuator {
-            name: name.into(),
-            transmission,
-            gear: 2.0,
-            kind: ActuatorKind::Speed,
-            activation: None,
-            control_range: None,
-            force_range: Some([-1e4, 1e4]),
-        });
+        world.builder.add_actuator(
+            Actuator::new(name, transmission, ActuatorKind::Speed).with_gear(2.0).with_force_range([-1e4, 1e4]),
+        );
     }
     let mut simulation = world.simulation(Settings::default());
     simulation.input.control = vec![0.6, 0.8];
@@ -163,7 +153,7 @@ fn ball_on_floor(resistance: SpinResistance, spinning: f64, rolling: f64) -> Sim
     let mut model = world.builder.build().unwrap();
     let geom = model.geoms.last_mut().unwrap();
     (geom.spin_resistance, geom.spinning_friction, geom.rolling_friction) = (resistance, spinning, rolling);
-    Simulation::new(model, Settings { directions: 16, ..Settings::default() }).unwrap()
+    Simulation::new(model, Settings::default().with_directions(16)).unwrap()
 }
 
 /// `I ω̇ = −c m g`: a ball of 0.008 kg·m² that spins at 10 rad/s stops after `I ω / (c m g)`; without resistance it spins on.

@@ -15,7 +15,8 @@ fn sliding_box(v: DVec3, directions: usize, direction_angle: f64) -> Simulation 
     let mut world = World::upright(DT, MU);
     world.floor();
     world.free_box(DVec3::new(0.2, 0.2, 0.02), 2.0, DVec3::new(0.0, 0.0, 0.02));
-    let mut simulation = world.simulation(Settings { directions, direction_angle, ..Settings::default() });
+    let mut simulation =
+        world.simulation(Settings::default().with_directions(directions).with_direction_angle(direction_angle));
     set_velocity(&mut simulation, 0, v, DVec3::ZERO);
     simulation
 }

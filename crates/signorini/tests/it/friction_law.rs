@@ -31,7 +31,7 @@ fn box_on_floor(gravity: DVec3, friction: f64, settings: Settings) -> Simulation
 }
 
 fn with_law(friction_law: FrictionLaw) -> Settings {
-    Settings { friction_law, ..Settings::default() }
+    Settings::default().with_friction_law(friction_law)
 }
 
 /// Gravity whose horizontal part has the oblique heading, on a slope of 20°.
@@ -156,7 +156,7 @@ fn loads_after_a_fall(settings: Settings) -> Vec<f64> {
 fn four_feet_carry_equal_loads_with_the_least_norm() {
     let quarter = 4.0 * G * DT / 4.0;
     for friction_law in [FrictionLaw::Polygon, FrictionLaw::Circular, FrictionLaw::Refined { tolerance: 1e-6 }] {
-        let settings = Settings { impulses: ImpulseChoice::LeastNorm, ..with_law(friction_law) };
+        let settings = with_law(friction_law).with_impulses(ImpulseChoice::LeastNorm);
         let loads = loads_after_a_fall(settings);
         assert!(
             loads.len() == 4 && loads.iter().all(|l| (l / quarter - 1.0).abs() < 1e-8),
@@ -174,9 +174,9 @@ fn settings_that_exclude_each_other_are_refused() {
     let lemke = || ContactMethod::Lcp("lemke".parse::<MethodKind>().unwrap());
     let poisson = RestitutionLaw::Poisson;
     for (settings, names) in [
-        (Settings { method: lemke(), ..with_law(FrictionLaw::Circular) }, ["friction_law", "method"]),
+        (with_law(FrictionLaw::Circular).with_method(lemke()), ["friction_law", "method"]),
         (
-            Settings { restitution: poisson, impulses: ImpulseChoice::LeastNorm, ..Settings::default() },
+            Settings::default().with_restitution(poisson).with_impulses(ImpulseChoice::LeastNorm),
             ["impulses", "restitution"],
         ),
     ] {
@@ -196,7 +196,7 @@ fn friction_in_joints_has_every_law_but_no_least_norm() {
     let text = r#"<mujoco><worldbody><body><joint name="hinge" type="hinge" axis="0 1 0" frictionloss="0.1"/>
         <geom size="0.1" pos="0.3 0 0" mass="1"/></body></worldbody></mujoco>"#;
     let model = std::sync::Arc::new(signorini_formats::load_mjcf_str(text, Path::new("")).unwrap().model);
-    let least_norm = Settings { impulses: ImpulseChoice::LeastNorm, ..Settings::default() };
+    let least_norm = Settings::default().with_impulses(ImpulseChoice::LeastNorm);
     match Simulation::new(model.clone(), least_norm).unwrap().step() {
         Err(SimulationError::Problem(ProblemError::Unsupported(reason))) => {
             assert_eq!(reason, UnsupportedFriction::Groups { count: 1 });

@@ -41,7 +41,7 @@ fn step_of_the_law([x, y]: [f64; 2], dt: f64) -> [f64; 2] {
 /// to the error of 64 directions; and so in every heading.
 #[test]
 fn a_skate_is_turned_into_its_track() {
-    let settings = Settings { directions: 64, ..Settings::default() };
+    let settings = Settings::default().with_directions(64);
     for heading in [0.0_f64, 0.7, 2.0] {
         let (sin, cos) = heading.sin_cos();
         let turned = |[x, y]: [f64; 2]| [cos * x - sin * y, sin * x + cos * y];
@@ -63,7 +63,7 @@ fn a_skate_is_turned_into_its_track() {
 /// The circular cone has no law for it and says so.
 #[test]
 fn the_circular_law_refuses_grain() {
-    let settings = Settings { friction_law: FrictionLaw::Circular, ..Settings::default() };
+    let settings = Settings::default().with_friction_law(FrictionLaw::Circular);
     let error = skate(0.0, [1.0, 1.0], settings).step().unwrap_err().to_string();
     assert!(error.contains("anisotropic") && error.contains("structured solver"), "{error}");
 }

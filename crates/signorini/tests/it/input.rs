@@ -13,13 +13,13 @@ fn rejected(settings: Settings) -> String {
 fn settings_out_of_range_are_named() {
     let base = Settings::default;
     let cases = [
-        (Settings { timestep: Some(0.0), ..base() }, "timestep"),
-        (Settings { timestep: Some(f64::NAN), ..base() }, "timestep"),
-        (Settings { stabilization: 1.5, ..base() }, "stabilization"),
-        (Settings { tolerance: 0.0, ..base() }, "tolerance"),
-        (Settings { directions: 2, ..base() }, "directions"),
-        (Settings { directions: 7, ..base() }, "even"),
-        (Settings { direction_angle: f64::INFINITY, ..base() }, "direction_angle"),
+        (base().with_timestep(0.0), "timestep"),
+        (base().with_timestep(f64::NAN), "timestep"),
+        (base().with_stabilization(1.5), "stabilization"),
+        (base().with_tolerance(0.0), "tolerance"),
+        (base().with_directions(2), "directions"),
+        (base().with_directions(7), "even"),
+        (base().with_direction_angle(f64::INFINITY), "direction_angle"),
     ];
     for (settings, expected) in cases {
         let message = rejected(settings);

@@ -24,7 +24,7 @@ fn round_trip(simulation: &Simulation, driven: &[DrivenVelocity]) -> RoundTrip {
     let input = &simulation.input;
     let report = inverse_step(model, &state, input, &settings, driven, &mut workspace, &mut motion).unwrap();
     assert!(report.advanced() && report.certificate.holds(1e-9), "{report:?}");
-    let InverseMotion { next: wanted, generalized_force: tau } = motion;
+    let InverseMotion { next: wanted, generalized_force: tau, .. } = motion;
     let mut forced = input.clone();
     forced.generalized_force = tau.clone();
     workspace.clear_warm_start();
@@ -90,7 +90,7 @@ fn without_contact_it_is_inverse_dynamics() {
     let model = builder.build().unwrap();
     let (dt, v) = (model.timestep, [0.4, -1.2, 2.0]);
     let mut simulation = Simulation::new(model, Settings::default()).unwrap();
-    simulation.set_state(&State { time: 0.0, q: vec![0.3, -0.7, 1.1], v: v.to_vec(), activation: vec![] }).unwrap();
+    simulation.set_state(&State::at(vec![0.3, -0.7, 1.1], v.to_vec())).unwrap();
     let acceleration = [3.0, -5.0, 7.0];
     let driven = [0, 1, 2].map(|dof| DrivenVelocity { dof, velocity: v[dof] + dt * acceleration[dof] });
     let RoundTrip { state, tau, .. } = round_trip(&simulation, &driven);

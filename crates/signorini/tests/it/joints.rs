@@ -71,7 +71,7 @@ fn struck_slide_does_not_pass_its_limit() {
     world.free_ball(0.05, 5.0, DVec3::X * -0.1);
     let far = world.body(Geometry::Sphere { radius: 0.1 }, 1.0, Pose::from_position(DVec3::Y * 9.0));
     let other = world.builder.add_joint(far, Joint::new("other", JointKind::Slide { axis: DVec3::X })).unwrap();
-    world.builder.add_tendon(Tendon { limits: Some([0.0, 1.0]), ..Tendon::new("tendon", vec![(other, 1.0)]) });
+    world.builder.add_tendon(Tendon::new("tendon", vec![(other, 1.0)]).with_limits([0.0, 1.0]));
     let mut simulation = world.simulation(Settings::default());
     let mut state = simulation.state().clone();
     state.v[1] = 100.0;
@@ -91,15 +91,7 @@ fn position_servo_reaches_its_target() {
     let slide = Joint::new("slide", JointKind::Slide { axis: DVec3::Z });
     let mut world = on_joint(down(), slide, DVec3::ZERO);
     let kind = ActuatorKind::Position { kp, kv };
-    let servo = Actuator {
-        name: "servo".into(),
-        transmission: Transmission::Joint(JointId(0)),
-        gear: 1.0,
-        kind,
-        activation: None,
-        control_range: None,
-        force_range: None,
-    };
+    let servo = Actuator::new("servo", Transmission::Joint(JointId(0)), kind);
     world.builder.add_actuator(servo);
     let mut simulation = world.simulation(Settings::default());
     simulation.input.control = vec![target];
@@ -116,10 +108,10 @@ fn tendon_limits_hold() {
     let inertia =
         Inertia { mass: 0.5, center_of_mass: DVec3::ZERO, rotational: DMat3::from_diagonal(DVec3::splat(0.01)) };
     let second = world.builder.add_body("second", BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
-    let joint = Joint { name: "second".into(), ..slide() };
+    let joint = slide().with_name("second");
     let second = world.builder.add_joint(second, joint).unwrap();
     let terms = vec![(JointId(0), 1.0), (second, 2.0)];
-    world.builder.add_tendon(Tendon { limits: Some([-0.1, 0.2]), ..Tendon::new("rope", terms) });
+    world.builder.add_tendon(Tendon::new("rope", terms).with_limits([-0.1, 0.2]));
     let mut simulation = world.simulation(Settings::default());
     let length = |now: &Simulation| now.state().q[0] + 2.0 * now.state().q[1];
     run_observed(&mut simulation, 0.5, |now, _| assert!(length(now) > -0.1 - 1e-12));

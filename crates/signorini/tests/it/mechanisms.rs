@@ -51,7 +51,7 @@ fn four_bar(tilt: DQuat) -> Simulation {
         point_b: DVec3::X * length,
     };
     b.add_equality("loop", end);
-    Simulation::new(b.build().unwrap(), Settings { position_iterations: 3, ..Settings::default() }).unwrap()
+    Simulation::new(b.build().unwrap(), Settings::default().with_position_iterations(3)).unwrap()
 }
 
 /// Base and platform of six legs, each two bodies on a universal joint and a slide, closed by a ball joint at the platform.
@@ -78,7 +78,7 @@ fn stewart_platform() -> Simulation {
         let kind = EqualityKind::Connect { body_a: top, point_a: head, body_b: upper, point_b };
         b.add_equality(format!("leg{k}"), kind);
     }
-    Simulation::new(b.build().unwrap(), Settings { position_iterations: 3, ..Settings::default() }).unwrap()
+    Simulation::new(b.build().unwrap(), Settings::default().with_position_iterations(3)).unwrap()
 }
 
 /// Three arms, each with two parallel rods that end at the platform: with ball joints at both ends of six rods.
@@ -105,7 +105,7 @@ fn delta_robot() -> Simulation {
             b.add_equality(&name, EqualityKind::Connect { body_a: top, point_a, body_b: forearm, point_b });
         }
     }
-    Simulation::new(b.build().unwrap(), Settings { position_iterations: 3, ..Settings::default() }).unwrap()
+    Simulation::new(b.build().unwrap(), Settings::default().with_position_iterations(3)).unwrap()
 }
 
 /// Moves for 10 s at 1 ms; loops stay closed to 1e-8 m, every step is certified.
@@ -137,7 +137,7 @@ fn delta_robot_stays_closed() {
 fn a_closed_loop_conserves_energy_to_first_order() {
     let change = |dt: f64| {
         let mut simulation = four_bar(DQuat::IDENTITY);
-        let settings = Settings { timestep: Some(dt), ..simulation.settings().clone() };
+        let settings = simulation.settings().clone().with_timestep(dt);
         simulation = Simulation::new(simulation.model().clone(), settings).unwrap();
         let (kinetic, potential) = simulation.energy();
         let before = kinetic + potential;
@@ -157,7 +157,7 @@ fn pinned_drift(dt: f64, speed: f64, duration: f64) -> f64 {
     b.add_joint(body, Joint::new("free", JointKind::Free)).unwrap();
     let (point_a, point_b) = (DVec3::ZERO, DVec3::ZERO);
     b.add_equality("pin", EqualityKind::Connect { body_a: BodyId::WORLD, point_a, body_b: body, point_b });
-    let settings = Settings { timestep: Some(dt), ..Settings::default() };
+    let settings = Settings::default().with_timestep(dt);
     let mut simulation = Simulation::new(b.build().unwrap(), settings).unwrap();
     let mut state = simulation.state().clone();
     state.v[5] = speed;
@@ -190,7 +190,7 @@ fn drift_is_of_second_order_in_the_step_and_the_speed() {
 fn loop_drift(dt: f64, speed: f64, duration: f64) -> f64 {
     let mut model = four_bar(DQuat::IDENTITY).model().clone();
     model.gravity = DVec3::ZERO;
-    let mut simulation = Simulation::new(model, Settings { timestep: Some(dt), ..Settings::default() }).unwrap();
+    let mut simulation = Simulation::new(model, Settings::default().with_timestep(dt)).unwrap();
     let mut state = simulation.state().clone();
     state.v[0] = speed;
     simulation.set_state(&state).unwrap();
@@ -238,7 +238,7 @@ fn contradicting_constraints_are_named() {
         }
         other => panic!("{other:?}"),
     }
-    let mut simulation = Simulation::new(model, Settings { assembly_tolerance: 0.01, ..Settings::default() }).unwrap();
+    let mut simulation = Simulation::new(model, Settings::default().with_assembly_tolerance(0.01)).unwrap();
     match simulation.step() {
         Err(SimulationError::ContradictingEqualities { names }) => assert_eq!(names, ["low", "high"]),
         other => panic!("{other:?}"),
@@ -274,7 +274,7 @@ fn coupled_joints_follow_their_polynomial() {
     let run = |polynomial: [f64; 5], b: &ModelBuilder| {
         let mut b = b.clone();
         b.add_equality("gear", coupling(polynomial));
-        let settings = Settings { position_iterations: 3, ..Settings::default() };
+        let settings = Settings::default().with_position_iterations(3);
         let mut simulation = Simulation::new(b.build().unwrap(), settings).unwrap();
         simulation.assemble().unwrap();
         simulation.input.generalized_force = vec![3.0, 0.0];
@@ -308,7 +308,7 @@ fn loops_contacts_and_dry_friction_are_solved_together() {
         <contact><exclude body1='coupler' body2='rocker'/></contact></mujoco>";
     let imported = signorini_formats::load_mjcf_str(text, "").unwrap();
     assert_eq!(imported.report.motion_warnings().count(), 0, "{}", imported.report);
-    let settings = Settings { position_iterations: 3, ..Settings::default() };
+    let settings = Settings::default().with_position_iterations(3);
     let mut simulation = Simulation::new(imported.model, settings).unwrap();
     let mut state = simulation.state().clone();
     (state.v[0], state.v[3]) = (2.0, -3.0);
@@ -343,7 +343,7 @@ fn parallel_swing(cranks: usize, position_iterations: u32) -> (Simulation, Vec<f
         let (point_a, point_b) = (DVec3::X * 0.5, DVec3::X * k as f64);
         b.add_equality(format!("end{k}"), EqualityKind::Connect { body_a, point_a, body_b: platform, point_b });
     }
-    let settings = Settings { position_iterations, ..Settings::default() };
+    let settings = Settings::default().with_position_iterations(position_iterations);
     let mut simulation = Simulation::new(b.build().unwrap(), settings).unwrap();
     let mut angles = Vec::new();
     for _ in 0..1000 {

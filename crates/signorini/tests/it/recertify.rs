@@ -55,7 +55,8 @@ fn everything(settings: Settings) -> Simulation {
     let ball = simulation.model().joints.iter().find(|j| simulation.model().bodies[j.body.index()].name == "ball");
     state.v[ball.unwrap().v_index] = 2.0;
     simulation.set_state(&state).unwrap();
-    simulation.input = Input { control: vec![0.3, 1.5], generalized_force: vec![0.01; simulation.model().nv] };
+    simulation.input =
+        Input::default().with_control(vec![0.3, 1.5]).with_generalized_force(vec![0.01; simulation.model().nv]);
     simulation
 }
 
@@ -110,11 +111,10 @@ fn scenes_are_certified_again() {
 
 #[test]
 fn all_that_acts_in_a_step_is_certified_again() {
-    let poisson = Settings { restitution: RestitutionLaw::Poisson, ..Settings::default() };
-    let projected =
-        Settings { position_iterations: 3, stabilization: 0.5, direction_angle: 0.2, ..Settings::default() };
-    let lemke = Settings { method: ContactMethod::Lcp("lemke".parse::<MethodKind>().unwrap()), ..Settings::default() };
-    let sleeping = Settings { sleeping: true, ..Settings::default() };
+    let poisson = Settings::default().with_restitution(RestitutionLaw::Poisson);
+    let projected = Settings::default().with_position_iterations(3).with_stabilization(0.5).with_direction_angle(0.2);
+    let lemke = Settings::default().with_method(ContactMethod::Lcp("lemke".parse::<MethodKind>().unwrap()));
+    let sleeping = Settings::default().with_sleeping(true);
     for (what, settings) in [
         ("defaults", Settings::default()),
         ("Poisson", poisson),
@@ -137,8 +137,8 @@ fn all_that_acts_in_a_step_is_certified_again() {
 
 #[test]
 fn other_laws_of_friction_are_certified_again() {
-    let law = |friction_law| Settings { friction_law, ..Settings::default() };
-    let least_norm = Settings { impulses: ImpulseChoice::LeastNorm, ..Settings::default() };
+    let law = |friction_law| Settings::default().with_friction_law(friction_law);
+    let least_norm = Settings::default().with_impulses(ImpulseChoice::LeastNorm);
     for (what, settings) in [
         ("circular", law(FrictionLaw::Circular)),
         ("refined", law(FrictionLaw::Refined { tolerance: 1e-6 })),
@@ -175,7 +175,7 @@ fn clipped_gaps_are_certified_again() {
         <geom type="box" size="0.1 1 1" pos="-0.19 0 0"/><geom type="box" size="0.1 1 1" pos="0.19 0 0"/>
         <body><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="1"/></body></worldbody></mujoco>"#;
     let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
-    let settings = Settings { infeasible: InfeasiblePolicy::ClipGaps, ..Settings::default() };
+    let settings = Settings::default().with_infeasible(InfeasiblePolicy::ClipGaps);
     let mut simulation = Simulation::new(model.clone(), settings).unwrap();
     let (frame, report) = recorded_step(&mut simulation, 0);
     assert!(report.clipped_gaps && frame.solution.clipped_gaps);

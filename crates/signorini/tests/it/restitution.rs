@@ -11,7 +11,7 @@ const LAWS: [RestitutionLaw; 2] = [RestitutionLaw::Newton, RestitutionLaw::Poiss
 fn simulation(world: World, restitution: f64, law: RestitutionLaw) -> Simulation {
     let mut model = world.builder.build().unwrap();
     model.geoms.iter_mut().for_each(|geom| geom.restitution = restitution);
-    Simulation::new(model, Settings { restitution: law, ..Settings::default() }).unwrap()
+    Simulation::new(model, Settings::default().with_restitution(law)).unwrap()
 }
 
 /// A ball dropped from h bounces for `t₁ (1 + e) / (1 − e)` with `t₁ = √(2h/g)`, infinitely often, and then rests: the time up
@@ -115,8 +115,11 @@ fn an_oblique_impact_keeps_its_heading_with_the_circular_cone() {
             world.free_ball(0.1, 2.0, DVec3::Z * 0.1);
             let mut model = world.builder.build().unwrap();
             model.geoms.iter_mut().for_each(|geom| geom.restitution = e);
-            let mut simulation =
-                Simulation::new(model, Settings { restitution, friction_law, ..Settings::default() }).unwrap();
+            let mut simulation = Simulation::new(
+                model,
+                Settings::default().with_restitution(restitution).with_friction_law(friction_law),
+            )
+            .unwrap();
             set_velocity(&mut simulation, 0, ahead * 3.0 - DVec3::Z * 1.5, DVec3::ZERO);
             let report = simulation.step().unwrap().clone();
             assert!(!report.missed_tolerance && report.cone_certificate.unwrap().holds(1e-7), "{report:?}");

@@ -50,7 +50,7 @@ fn moving_sensors_are_mujocos() {
     let mut model = model("sensors");
     model.geoms.iter_mut().for_each(|geom| (geom.contact_type, geom.contact_affinity) = (0, 0));
     let measure = |timestep: f64, start: &State, control: &[f64]| {
-        let settings = Settings { timestep: Some(timestep), ..Settings::default() };
+        let settings = Settings::default().with_timestep(timestep);
         let mut simulation = Simulation::new(model.clone(), settings).unwrap();
         simulation.set_state(start).unwrap();
         simulation.input.control = control.to_vec();
@@ -59,7 +59,7 @@ fn moving_sensors_are_mujocos() {
     };
     for state in run["states"].as_array().unwrap() {
         let time = state["time"].as_f64().unwrap();
-        let start = State { time, q: numbers(&state["qpos"]), v: numbers(&state["qvel"]), activation: vec![] };
+        let start = State::at(numbers(&state["qpos"]), numbers(&state["qvel"])).with_time(time);
         let control = numbers(&state["ctrl"]);
         let [long, short] = [2e-7, 1e-7].map(|timestep| measure(timestep, &start, &control));
         let instant: Vec<f64> = short.iter().zip(&long).map(|(s, l)| 2.0 * s - l).collect();
@@ -147,7 +147,7 @@ fn both_phases_of_an_impact_are_felt() {
         </worldbody><sensor><touch site='s'/><accelerometer site='s'/></sensor></mujoco>";
     for restitution in [RestitutionLaw::Newton, RestitutionLaw::Poisson] {
         let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
-        let mut simulation = Simulation::new(model, Settings { restitution, ..Settings::default() }).unwrap();
+        let mut simulation = Simulation::new(model, Settings::default().with_restitution(restitution)).unwrap();
         let mut state = simulation.state().clone();
         state.v[0] = -3.0;
         simulation.set_state(&state).unwrap();

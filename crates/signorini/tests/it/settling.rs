@@ -114,7 +114,7 @@ fn a_moving_box_stops() {
 fn what_slides_for_ever_is_not_settled() {
     let mut simulation = on_a_slope(0.3);
     let start = position(&simulation, 0);
-    let error = simulation.settle(&SettleSettings { max_steps: 60, ..SettleSettings::default() }).unwrap_err();
+    let error = simulation.settle(&SettleSettings::default().with_max_steps(60)).unwrap_err();
     let SimulationError::NotSettled { steps: 60, kinetic_energy, body, speed } = error else { panic!("{error}") };
     // With half of the velocity taken away after every step it slides at `a Δt` in the end.
     let slope = 20.0_f64.to_radians();
@@ -146,15 +146,11 @@ fn settle_arm(kv: f64) -> u32 {
         parent = world.builder.add_body(format!("link{k}"), parent, at, inertia).unwrap();
         let hinge = Joint::new(format!("hinge{k}"), JointKind::Hinge { axis: DVec3::NEG_Y });
         let joint = world.builder.add_joint(parent, hinge).unwrap();
-        world.builder.add_actuator(Actuator {
-            name: format!("servo{k}"),
-            transmission: Transmission::Joint(joint),
-            gear: 1.0,
-            kind: ActuatorKind::Position { kp, kv },
-            activation: None,
-            control_range: None,
-            force_range: None,
-        });
+        world.builder.add_actuator(Actuator::new(
+            format!("servo{k}"),
+            Transmission::Joint(joint),
+            ActuatorKind::Position { kp, kv },
+        ));
     }
     let mut simulation = world.simulation(Settings::default());
     let report = simulation.settle(&SettleSettings::default()).unwrap();
@@ -199,13 +195,13 @@ fn what_the_steps_do_not_have_is_refused() {
     let mut simulation = world.simulation(Settings::default());
     let error = simulation.settle(&SettleSettings::default()).unwrap_err();
     assert!(matches!(error, SimulationError::Problem(_)) && error.to_string().contains("friction groups"), "{error}");
-    let circular = Settings { friction_law: FrictionLaw::Circular, ..Settings::default() };
+    let circular = Settings::default().with_friction_law(FrictionLaw::Circular);
     let mut simulation = Simulation::new(on_a_slope(0.5).model().clone(), circular).unwrap();
     let error = simulation.settle(&SettleSettings::default()).unwrap_err();
     assert!(matches!(error, SimulationError::Incompatible { .. }), "{error}");
     for (settings, setting) in [
-        (SettleSettings { momentum: 1.0, ..SettleSettings::default() }, "settle.momentum"),
-        (SettleSettings { timestep: Some(0.0), ..SettleSettings::default() }, "settle.timestep"),
+        (SettleSettings::default().with_momentum(1.0), "settle.momentum"),
+        (SettleSettings::default().with_timestep(0.0), "settle.timestep"),
     ] {
         let error = on_a_slope(0.5).settle(&settings).unwrap_err();
         assert!(error.to_string().contains(setting), "{error}");

@@ -6,7 +6,7 @@ use signorini::{Settings, Simulation};
 use crate::support::{World, bits, bundled, run_certified, run_observed, set_velocity};
 
 fn sleeping(scene: &Simulation) -> Simulation {
-    let settings = Settings { sleeping: true, ..scene.settings().clone() };
+    let settings = scene.settings().clone().with_sleeping(true);
     let mut simulation = Simulation::new(scene.model().clone(), settings).unwrap();
     simulation.set_state(scene.state()).unwrap();
     simulation.input = scene.input.clone();

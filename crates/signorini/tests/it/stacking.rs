@@ -96,7 +96,7 @@ fn the_solver_has_the_tolerance_of_the_settings() {
         for (k, mass) in [1.0, 1e3, 1e-2].into_iter().enumerate() {
             world.free_box(DVec3::splat(0.5), mass, DVec3::new(0.1, 0.0, 0.5 + k as f64));
         }
-        let mut simulation = world.simulation(Settings { tolerance, ..Settings::default() });
+        let mut simulation = world.simulation(Settings::default().with_tolerance(tolerance));
         for _ in 0..20 {
             let report = simulation.step().expect("a stack");
             assert_eq!(report.missed_tolerance, report.status != SolveStatus::Solved, "{tolerance:e}: {report:?}");

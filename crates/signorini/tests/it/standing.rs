@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use signorini::multibody::{
-    Actuator, ActuatorKind, BodyId, Geom, Geometry, Input, JointId, JointKind, Model, NewtonEuler, State, Transmission,
+    Actuator, ActuatorKind, Geom, Geometry, Input, JointId, JointKind, Model, NewtonEuler, State, Transmission,
     forward_kinematics_into, inverse_dynamics_into, point_column, total_mass,
 };
 use signorini::{DrivenVelocity, FrictionSource, InverseMotion, Settings, Simulation, Workspace, inverse_step};
@@ -28,10 +28,9 @@ fn published(path: &str) -> Option<(Model, State, Vec<f64>)> {
         println!("skipped: {} is absent; benchmarks/robots/fetch.py fetches it", path.display());
         return None;
     }
-    let mut model =
-        signorini_formats::load(&path, &LoadOptions { floating_base: true, ..Default::default() }).unwrap().model;
+    let mut model = signorini_formats::load(&path, &LoadOptions::default().with_floating_base(true)).unwrap().model;
     model.geoms.iter_mut().for_each(|geom| geom.contact_affinity = 0);
-    let floor = Geom { body: BodyId::WORLD, friction: 0.7, ..Geom::new("floor", Geometry::Plane) };
+    let floor = Geom::new("floor", Geometry::Plane).with_friction(0.7);
     model.geoms.push(floor);
     let mut state = State::new(&model);
     let mut control = Vec::new();
@@ -41,15 +40,7 @@ fn published(path: &str) -> Option<(Model, State, Vec<f64>)> {
         let part = ["hip", "thigh", "calf"].iter().position(|part| joint.name.contains(part)).unwrap();
         state.q[joint.q_index] = LEG[part];
         control.push(LEG[part]);
-        model.actuators.push(Actuator {
-            name: joint.name.clone(),
-            transmission: Transmission::Joint(JointId(j as u32)),
-            gear: 1.0,
-            kind: SERVO,
-            activation: None,
-            control_range: None,
-            force_range: None,
-        });
+        model.actuators.push(Actuator::new(joint.name.clone(), Transmission::Joint(JointId(j as u32)), SERVO));
     }
     // Two links of 0.2 m and 0.213 m at most, and a foot.
     state.q[2] = 0.35;
@@ -154,7 +145,7 @@ fn stands(name: &str, mut simulation: Simulation) {
 }
 
 fn with_timestep(model: &Model, dt: f64) -> Simulation {
-    Simulation::new(model.clone(), Settings { timestep: Some(dt), ..Settings::default() }).unwrap()
+    Simulation::new(model.clone(), Settings::default().with_timestep(dt)).unwrap()
 }
 
 #[test]

@@ -43,7 +43,7 @@ impl TippeTop {
             (geom.placement, geom.friction) = (Pose::from_position(DVec3::Z * z), Self::FRICTION);
             world.builder.add_geom(body, geom).unwrap();
         }
-        let mut simulation = world.simulation(Settings { friction_law, ..Settings::default() });
+        let mut simulation = world.simulation(Settings::default().with_friction_law(friction_law));
         set_velocity(&mut simulation, 0, DVec3::ZERO, turn.conjugate() * DVec3::Z * Self::SPIN);
         simulation
     }

@@ -23,7 +23,7 @@ fn trajectory_hash(simulation: &mut Simulation, duration: f64) -> u64 {
 /// The same scene with so many threads for its islands.
 fn with_threads(scene: &Simulation, threads: usize) -> Simulation {
     let solver = SolverSettings { threads, ..SolverSettings::default() };
-    let settings = Settings { method: ContactMethod::Structured(solver), ..scene.settings().clone() };
+    let settings = scene.settings().clone().with_method(ContactMethod::Structured(solver));
     let mut simulation = Simulation::new(scene.model().clone(), settings).unwrap();
     simulation.set_state(scene.state()).unwrap();
     simulation.input = scene.input.clone();

@@ -19,10 +19,10 @@ fn every_simulation_has_its_own_laws() {
     let (steps, dt) = (100.0, 0.002);
     let variations = [
         Variation::default(),
-        Variation { friction: 0.5, ..Variation::default() },
-        Variation { friction: 0.0, ..Variation::default() },
-        Variation { mass: 4.0, ..Variation::default() },
-        Variation { gravity: Some(DVec3::NEG_Z * 1.62), ..Variation::default() },
+        Variation::default().with_friction(0.5),
+        Variation::default().with_friction(0.0),
+        Variation::default().with_mass(4.0),
+        Variation::default().with_gravity(DVec3::NEG_Z * 1.62),
     ];
     let simulation = sliding_block();
     let mut batch = Batch::new(simulation.model().clone(), Settings::default(), variations.len(), 2).unwrap();
@@ -33,7 +33,7 @@ fn every_simulation_has_its_own_laws() {
         batch.vary(i, variation).unwrap();
     }
     assert!(batch.step(steps as u64));
-    for (i, Variation { friction, mass, gravity }) in variations.iter().enumerate() {
+    for (i, Variation { friction, mass, gravity, .. }) in variations.iter().enumerate() {
         let g = gravity.map_or(G, |g| -g.z);
         let expected = 2.0 + steps * dt * (pull / (2.0 * mass) - 0.3 * friction * g);
         let found = batch.state(i).v[0];
@@ -46,7 +46,7 @@ fn every_simulation_has_its_own_laws() {
 #[test]
 fn a_varied_simulation_has_the_bits_that_it_has_alone() {
     let model = bundled("quadruped").model().clone();
-    let variation = Variation { friction: 0.7, mass: 1.3, gravity: Some(DVec3::new(0.5, 0.0, -9.0)) };
+    let variation = Variation::default().with_friction(0.7).with_mass(1.3).with_gravity(DVec3::new(0.5, 0.0, -9.0));
     let mut batch = Batch::new(model.clone(), Settings::default(), 3, 2).unwrap();
     batch.vary(0, &variation).unwrap();
     batch.vary(1, &Variation::default()).unwrap();
@@ -62,10 +62,10 @@ fn a_varied_simulation_has_the_bits_that_it_has_alone() {
 fn parameters_out_of_range_are_named() {
     let mut batch = Batch::new(sliding_block().model().clone(), Settings::default(), 1, 1).unwrap();
     let wrong = [
-        ("variation.mass", Variation { mass: 0.0, ..Variation::default() }),
-        ("variation.friction", Variation { friction: -1.0, ..Variation::default() }),
-        ("variation.friction", Variation { friction: f64::NAN, ..Variation::default() }),
-        ("variation.gravity", Variation { gravity: Some(DVec3::X * f64::INFINITY), ..Variation::default() }),
+        ("variation.mass", Variation::default().with_mass(0.0)),
+        ("variation.friction", Variation::default().with_friction(-1.0)),
+        ("variation.friction", Variation::default().with_friction(f64::NAN)),
+        ("variation.gravity", Variation::default().with_gravity(DVec3::X * f64::INFINITY)),
     ];
     for (name, variation) in wrong {
         match batch.vary(0, &variation) {

@@ -54,8 +54,7 @@ fn woodpecker(dt: f64) -> Simulation {
     }
     let mut simulation = Simulation::new(builder.build().unwrap(), Settings::default()).unwrap();
     let (sleeve, bird) = (-0.1036, -0.2788);
-    let start =
-        State { time: 0.0, q: vec![0.0, sleeve, bird - sleeve], v: vec![-0.3411, 0.0, -7.4583], activation: vec![] };
+    let start = State::at(vec![0.0, sleeve, bird - sleeve], vec![-0.3411, 0.0, -7.4583]);
     simulation.set_state(&start).unwrap();
     simulation
 }

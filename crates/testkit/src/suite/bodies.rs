@@ -3,7 +3,7 @@
 use signorini_contact::{ContactProblem, FrictionPolygon};
 use signorini_multibody::glam::{DMat3, DVec3};
 
-use super::Draw;
+use super::draw::Draw;
 use crate::families::{corners, push_apart};
 use crate::{RigidBody, Scene};
 

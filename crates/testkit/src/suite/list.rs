@@ -1,6 +1,6 @@
 //! The list of problems.
 
-use super::Common;
+use super::draw::Common;
 use crate::{Gap, Motion};
 
 /// What stands, slides or falls, with its own parameters; see the functions of [`families`](crate::families).

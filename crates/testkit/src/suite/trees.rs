@@ -3,7 +3,7 @@
 use signorini_contact::{ContactProblem, FrictionPolygon};
 use signorini_multibody::glam::{DMat3, DVec3};
 
-use super::Draw;
+use super::draw::Draw;
 use crate::Motion;
 use crate::articulated::{Link, Part, contact_columns, lowest_first, tree};
 

@@ -120,10 +120,11 @@ fn it_listens_on_this_machine_only() {
 #[test]
 fn a_port_in_use_and_a_wrong_speed_are_errors() {
     let taken = viewer(false);
-    let model = signorini::multibody::ModelBuilder::new("empty").build().unwrap();
+    let model = signorini_multibody::ModelBuilder::new("empty").build().unwrap();
     let launch = |port, speed| {
-        let simulation = signorini::Simulation::new(model.clone(), signorini::Settings::default()).unwrap();
-        let settings = signorini_viewer::ViewerSettings { port, speed, ..Default::default() };
+        let simulation =
+            signorini_simulation::Simulation::new(model.clone(), signorini_simulation::Settings::default()).unwrap();
+        let settings = signorini_viewer::ViewerSettings::default().with_port(port).with_speed(speed);
         signorini_viewer::Viewer::launch(simulation, &settings)
     };
     assert!(matches!(launch(taken.port(), 1.0), Err(ViewerError::Port { port, .. }) if port == taken.port()));

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
-use signorini::{Settings, Simulation};
+use signorini_simulation::{Settings, Simulation};
 use signorini_viewer::{Viewer, ViewerSettings};
 use tungstenite::client::IntoClientRequest;
 use tungstenite::{Message, WebSocket};
@@ -68,7 +68,7 @@ fn simulation_of(scene: &str) -> Simulation {
 }
 
 pub fn show(simulation: Simulation, running: bool) -> Viewer {
-    Viewer::launch(simulation, &ViewerSettings { running, ..ViewerSettings::default() }).expect("a port is free")
+    Viewer::launch(simulation, &ViewerSettings::default().with_running(running)).expect("a port is free")
 }
 
 /// A page's connection.

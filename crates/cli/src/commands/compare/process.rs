@@ -4,7 +4,7 @@ use std::io::Read;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use super::Arguments;
+use super::arguments::Arguments;
 use super::plan::Plan;
 use crate::error::CliError;
 use crate::results::Row;

@@ -5,7 +5,7 @@ use std::time::Instant;
 use signorini::contact::problem_file::{FrictionalProblem, ProblemFile};
 use signorini::contact::{ContactProblem, ProblemError};
 
-use super::Arguments;
+use super::arguments::Arguments;
 use super::plan::Plan;
 use crate::results::Row;
 use crate::solving::{

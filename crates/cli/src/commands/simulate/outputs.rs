@@ -42,7 +42,7 @@ impl Outputs {
         let report = report.map(|path| -> Result<Report, CliError> {
             let file = File::create(path).map_err(|source| CliError::Write { path: path.to_owned(), source })?;
             let notes = loaded.notes();
-            let builder = ReportBuilder::new(header.clone(), ReportSettings { notes, ..ReportSettings::default() })?;
+            let builder = ReportBuilder::new(header.clone(), ReportSettings::default().with_notes(notes))?;
             Ok(Report { path: path.to_owned(), file, builder })
         });
         let (report, before) = (report.transpose()?, simulation.state().clone());

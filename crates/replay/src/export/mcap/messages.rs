@@ -3,10 +3,18 @@
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
-use signorini::recording::{Frame, Header};
+use signorini_recording::{Frame, Header};
 
-use super::{LONGEST_ARROW, Stamp, force};
-use crate::export::{mode_of, status_name};
+use super::stamp::Stamp;
+use crate::export::{force, mode_of, status_name};
+
+/// Length of the arrow of the largest contact force of a recording, m.
+pub const LONGEST_ARROW: f64 = 0.3;
+
+/// Euclidean norm.
+pub fn norm([x, y, z]: [f64; 3]) -> f64 {
+    x.hypot(y).hypot(z)
+}
 
 /// x, y, z by name.
 pub fn vector([x, y, z]: [f64; 3]) -> Value {

@@ -1,11 +1,12 @@
 //! Shapes and forces as Foxglove draws them.
 
 use serde_json::{Value, json};
-use signorini::multibody::glam::{DQuat, DVec3};
-use signorini::recording::{Frame, GeomVisual, Header, Pose, ShapeVisual};
+use signorini_multibody::glam::{DQuat, DVec3};
+use signorini_recording::{Frame, GeomVisual, Header, Pose, ShapeVisual};
 
-use super::messages::{quaternion, vector};
-use super::{Stamp, force, norm};
+use super::messages::{norm, quaternion, vector};
+use super::stamp::Stamp;
+use crate::export::force;
 
 /// Planes end in pictures, m.
 const PLANE_SIZE: f64 = 20.0;

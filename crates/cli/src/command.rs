@@ -1,0 +1,78 @@
+//! The command line: every command with its arguments.
+
+use clap::{Parser, Subcommand};
+
+use crate::commands::{check, compare, convert, export, inspect, replay, scenes, simulate, solve, view};
+use crate::error::CliError;
+use crate::exit::{EXIT_CODES, Exit};
+
+/// Multibody dynamics with hard contact and dry friction; every step is an exactly solved, certified complementarity
+/// problem.
+///
+/// `signorini simulate` without a model runs a house of cards and writes a report for the browser.
+#[derive(Debug, Parser)]
+#[command(name = "signorini", version, after_help = EXIT_CODES, propagate_version = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Run a model and say how well every step was solved.
+    Simulate(simulate::Arguments),
+    /// Show a model in the browser while it runs: pause, step, drag bodies.
+    View(view::Arguments),
+    /// Show what a model file became: tree, joints, masses, shapes, and what was left out.
+    Inspect(inspect::Arguments),
+    /// List the bundled scenes.
+    Scenes(scenes::Arguments),
+    /// Write the contact problem of one step as a file.
+    Export(export::Arguments),
+    /// Solve complementarity and contact problems from files.
+    Solve(solve::Arguments),
+    /// Solve one problem with every law and method, side by side.
+    Compare(compare::Arguments),
+    /// Check a solution against its problem, or every step of a recording; no solver is involved.
+    Check(check::Arguments),
+    /// Show a recording in the browser, or write its report.
+    Replay(replay::Arguments),
+    /// Write a recording in another format: NumPy arrays, CSV, MCAP.
+    Convert(convert::Arguments),
+}
+
+impl Command {
+    /// Runs the command.
+    pub fn run(&self) -> Result<Exit, CliError> {
+        match self {
+            Self::Simulate(arguments) => simulate::run(arguments),
+            Self::View(arguments) => view::run(arguments),
+            Self::Inspect(arguments) => inspect::run(arguments),
+            Self::Scenes(arguments) => scenes::run(arguments),
+            Self::Export(arguments) => export::run(arguments),
+            Self::Solve(arguments) => solve::run(arguments),
+            Self::Compare(arguments) => compare::run(arguments),
+            Self::Check(arguments) => check::run(arguments),
+            Self::Replay(arguments) => replay::run(arguments),
+            Self::Convert(arguments) => convert::run(arguments),
+        }
+    }
+
+    /// Whether the result is for a machine.
+    pub fn json(&self) -> bool {
+        match self {
+            Self::Simulate(arguments) => arguments.json,
+            Self::View(arguments) => arguments.json,
+            Self::Inspect(arguments) => arguments.json,
+            Self::Scenes(arguments) => arguments.json,
+            Self::Export(arguments) => arguments.json,
+            Self::Solve(arguments) => arguments.json,
+            Self::Compare(arguments) => arguments.json,
+            Self::Check(arguments) => arguments.json,
+            Self::Replay(arguments) => arguments.json,
+            Self::Convert(arguments) => arguments.json,
+        }
+    }
+}

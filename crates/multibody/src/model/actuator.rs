@@ -1,0 +1,117 @@
+//! Actuators: their laws, and what they remember.
+
+use derive_setters::Setters;
+
+use super::Transmission;
+
+/// What an actuator does with its control value.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ActuatorKind {
+    /// Force = control (N, N·m).
+    Motor,
+    /// PD servo: force = `kp (control − q) − kv q̇`, integrated implicitly.
+    Position {
+        /// Stiffness, N/m or N·m/rad.
+        kp: f64,
+        /// Damping, N·s/m or N·m·s/rad.
+        kv: f64,
+    },
+    /// Velocity servo without a gain: whatever force within its range holds the speed at `control`, as a row of the contact
+    /// problem (formulation §5): exact, and independent of the load until the range ends. Its force range must be given.
+    Speed,
+    /// Velocity servo: force = `kv (control − q̇)`, integrated implicitly.
+    Velocity {
+        /// Gain, N·s/m or N·m·s/rad.
+        kv: f64,
+    },
+    /// MuJoCo's affine actuator: with length `l` and its rate `l̇`, force = `(g₀ + g₁ l + g₂ l̇) control + b₀ + b₁ l + b₂ l̇`.
+    /// What pulls back (falls with `l` or `l̇`) is integrated implicitly, the rest explicitly.
+    Affine {
+        /// `g`.
+        gain: [f64; 3],
+        /// `b`.
+        bias: [f64; 3],
+    },
+}
+
+/// How an activation follows its control `u`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ActivationKind {
+    /// `ȧ = u`.
+    Integrator,
+    /// `ȧ = (u − a)/τ`, by an explicit step: unstable where Δt > 2 τ.
+    Filter {
+        /// τ, s, > 0.
+        time_constant: f64,
+    },
+    /// `ȧ = (u − a)/τ`, by the exact solution for a constant control.
+    ExactFilter {
+        /// τ, s, > 0.
+        time_constant: f64,
+    },
+}
+
+/// The memory of an actuator: a number that follows the control and takes its place in the force law.
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
+pub struct Activation {
+    /// How it follows the control.
+    pub kind: ActivationKind,
+    /// Range it is cut to after each step.
+    #[setters(into)]
+    pub range: Option<[f64; 2]>,
+    /// Whether the force of a step is made with the activation at its end, not at its beginning.
+    pub early: bool,
+    /// Its place among the activations of a state; set by the builder.
+    #[setters(skip)]
+    pub index: usize,
+}
+
+impl Activation {
+    /// An activation without a range whose force comes a step later.
+    pub fn new(kind: ActivationKind) -> Self {
+        Self { kind, range: None, early: false, index: 0 }
+    }
+}
+
+/// An actuator: a force along the length of a joint, tendon or site.
+#[derive(Clone, Debug, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
+pub struct Actuator {
+    /// Unique name.
+    #[setters(into)]
+    pub name: String,
+    /// What it acts on.
+    #[setters(into)]
+    pub transmission: Transmission,
+    /// Factor from actuator force to force on what it acts on, and from the length of that to the actuator's length.
+    pub gear: f64,
+    /// Its law.
+    pub kind: ActuatorKind,
+    /// What it remembers; none for an actuator that acts on its control at once.
+    #[setters(into)]
+    pub activation: Option<Activation>,
+    /// Range the control value is clamped to.
+    #[setters(into)]
+    pub control_range: Option<[f64; 2]>,
+    /// Range the force is clamped to (N, N·m), before the gear.
+    #[setters(into)]
+    pub force_range: Option<[f64; 2]>,
+}
+
+impl Actuator {
+    /// An actuator with gear 1, without memory and without bounds.
+    pub fn new(name: impl Into<String>, transmission: impl Into<Transmission>, kind: ActuatorKind) -> Self {
+        Self {
+            name: name.into(),
+            transmission: transmission.into(),
+            gear: 1.0,
+            kind,
+            activation: None,
+            control_range: None,
+            force_range: None,
+        }
+    }
+}

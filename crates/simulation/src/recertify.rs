@@ -1,0 +1,287 @@
+//! Certifying recorded steps again, without any solver.
+//!
+//! At the recorded state the step's problem is built anew from the model: masses, free motion, contact points, limits,
+//! constraints. The recorded velocity and impulses are judged by [`certify`] as a claimed solution of it, and everything else
+//! that a frame says about the step is compared with what follows.
+
+mod compare;
+mod fault;
+
+use std::sync::Arc;
+
+use signorini_contact::{
+    Certificate, ConeCertificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone,
+};
+use signorini_multibody::{Input, Model, State, forward_kinematics_into, free_motion_into};
+use signorini_recording::{
+    ContactFrame, Frame, FrictionCode, FrictionPolygon, Header, Impulses, RestitutionCode, StepLaws,
+};
+
+pub use fault::StepFault;
+
+use crate::restitution::decompression as decompression_problem;
+use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
+use crate::solver::residuals;
+use crate::warm::{joint_limit_key, tendon_limit_key};
+use crate::workspace::Workspace;
+use crate::{CertifiedLaw, SimulationError};
+
+/// What a recorded step shows when it is checked.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct StepCheck {
+    /// The friction law that the certificate speaks of.
+    pub law: CertifiedLaw,
+    /// Residuals of the laws, computed anew.
+    pub certificate: Certificate,
+    /// Residuals of the circular cone's laws, where the settings of the run asked for them.
+    pub cone_certificate: Option<ConeCertificate>,
+    /// The first thing in the frame that does not follow from model, state and solution.
+    pub fault: Option<StepFault>,
+}
+
+impl StepCheck {
+    /// Whether every law holds within `tolerance`, and the circular cone's within `cone_tolerance` where directions were
+    /// refined, and nothing in the frame says otherwise.
+    pub fn holds(&self, tolerance: f64, cone_tolerance: f64) -> bool {
+        let cone = self.cone_certificate.is_none_or(|cone| cone.holds(tolerance.max(cone_tolerance)));
+        self.fault.is_none() && self.certificate.holds(tolerance) && cone
+    }
+}
+
+/// Certifies the steps of a recording again.
+pub struct Recertifier {
+    model: Arc<Model>,
+    settings: Settings,
+    workspace: Workspace,
+    state: State,
+    input: Input,
+    next: State,
+}
+
+impl Recertifier {
+    /// For the recordings that begin with this header.
+    ///
+    /// # Errors
+    /// [`SimulationError::Recording`] if the recording is of another model or of a schema that has no solutions;
+    /// [`SimulationError`] as [`Workspace::new`].
+    pub fn new(model: impl Into<Arc<Model>>, header: &Header) -> Result<Self, SimulationError> {
+        let model = model.into();
+        let reason = "it is of schema version 1, which has no solutions; record the run anew";
+        let laws = header.laws.as_ref().ok_or(SimulationError::Recording { reason })?;
+        if model.content_hash() != header.model_hash {
+            let reason = "the model is not the one that was recorded (their hashes differ); give the model that was";
+            return Err(SimulationError::Recording { reason });
+        }
+        let settings = settings_of(header, laws);
+        let workspace = Workspace::new(&model, &settings)?;
+        let state = State::new(&model);
+        Ok(Self { workspace, settings, next: state.clone(), state, input: Input::default(), model })
+    }
+
+    /// The laws of the run, as settings.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Certifies the step of a frame.
+    ///
+    /// # Errors
+    /// [`StepFault`] where there is nothing that could be certified.
+    pub fn check(&mut self, frame: &Frame) -> Result<StepCheck, StepFault> {
+        let [first, second @ ..] = frame.solution.solved() else {
+            return Err(StepFault::NoSolution);
+        };
+        self.rebuild(frame, first)?;
+        let ws = &mut self.workspace;
+        take_solution(&ws.builder.problem, first, &mut ws.solution)?;
+        let mut certificate = self.certify_first(frame);
+        let ws = &mut self.workspace;
+        ws.decompression.happened = self.settings.restitution == RestitutionLaw::Poisson
+            && ws.builder.impacts.iter().any(|impact| ws.solution.lambda_n[impact.contact] > 0.0);
+        if ws.decompression.happened != (second.len() == 1) {
+            return Err(StepFault::Phases { recorded: frame.solution.phases });
+        }
+        if let [second] = second {
+            let half = &mut ws.decompression;
+            decompression_problem(&ws.builder.problem, &ws.solution, &ws.builder.impacts, &mut half.problem);
+            take_solution(&half.problem, second, &mut half.solution)?;
+            certificate.certificate.merge(&certify(&half.problem, &half.solution));
+        }
+        certificate.fault = compare::compare(&self.model, &self.workspace, &self.state, frame).err();
+        self.advance();
+        Ok(certificate)
+    }
+
+    /// Whether the step that was checked last leads to the state of this frame, to rounding. It does not where the state was
+    /// set from outside, or where frames were left out.
+    pub fn leads_to(&self, frame: &Frame) -> bool {
+        let same = |found: &[f64], expected: &[f64]| found.iter().zip(expected).all(|(a, b)| compare::near(*a, *b));
+        // A frame without solution does not tell of activations.
+        let remembered = same(&frame.activation, &self.next.activation);
+        let moved = same(&frame.q, &self.next.q) && same(&frame.v, &self.next.v);
+        compare::near(frame.time, self.next.time) && moved && remembered
+    }
+
+    /// Builds the problem of a step from the model, the recorded state and input, and the recorded list of limits.
+    fn rebuild(&mut self, frame: &Frame, first: &Impulses) -> Result<(), StepFault> {
+        let Self { model, settings, workspace: ws, state, input, .. } = self;
+        let solution = &frame.solution;
+        state.time = frame.time;
+        state.q.clone_from(&frame.q);
+        state.v.clone_from(&frame.v);
+        state.activation.clone_from(&frame.activation);
+        input.control.clone_from(&solution.control);
+        input.generalized_force.clone_from(&solution.generalized_force);
+        if first.velocity.len() != model.nv {
+            return Err(StepFault::Length { array: "v⁺", expected: model.nv, found: first.velocity.len() });
+        }
+        state.check(model).and_then(|()| input.check(model)).map_err(|e| StepFault::Unusable(e.to_string()))?;
+        let dt = settings.timestep.unwrap_or(model.timestep);
+        forward_kinematics_into(model, &state.q, &state.v, &mut ws.kinematics);
+        let smooth = free_motion_into(model, &ws.kinematics, state, input, dt, &mut ws.smooth);
+        smooth.map_err(|e| StepFault::Unusable(e.to_string()))?;
+        ws.builder.take_smooth(&mut ws.smooth, dt);
+        ws.reach.start(model, &ws.kinematics, &ws.builder.problem.free_velocity, dt);
+        for (reach, [linear, angular]) in ws.reach.reach.iter_mut().zip(&solution.reach) {
+            (reach.linear, reach.angular) = (reach.linear.max(*linear), reach.angular.max(*angular));
+        }
+        ws.collider.find(model, &ws.kinematics.pose, &ws.reach.reach, &mut ws.points);
+        ws.builder.build(model, state, input, &ws.kinematics, &ws.points);
+        for limit in &solution.limits {
+            let key = if limit.tendon { tendon_limit_key } else { joint_limit_key };
+            let key = key(limit.index as usize, u32::from(limit.upper));
+            ws.builder.add_limits(model, state, &first.velocity, |other, _| *other == key);
+        }
+        if ws.builder.add_crossed_limits(model, state, &first.velocity) {
+            return Err(StepFault::CrossedLimit);
+        }
+        if ws.reach.enlarge(model, &ws.kinematics, &first.velocity, dt) {
+            return Err(StepFault::Reach);
+        }
+        if solution.clipped_gaps {
+            ws.builder.clip_gaps();
+        }
+        let (recorded, found) = (frame.contacts.len(), ws.points.len());
+        if recorded != found {
+            return Err(StepFault::Contacts { recorded, found });
+        }
+        if settings.friction_law == FrictionLaw::Polygon {
+            return Ok(());
+        }
+        take_directions(frame, &mut ws.builder.problem)
+    }
+
+    /// The certificate of the first problem by the law of the run.
+    fn certify_first(&self, frame: &Frame) -> StepCheck {
+        let (problem, solution) = (&self.workspace.builder.problem, &self.workspace.solution);
+        let cone = (self.settings.friction_law != FrictionLaw::Polygon).then(|| {
+            let limits = solution.lambda_n[frame.contacts.len()..].iter().map(|lambda| [*lambda, 0.0, 0.0]);
+            let contacts = frame.contacts.iter().map(|c: &ContactFrame| [c.lambda_n, c.lambda_t[0], c.lambda_t[1]]);
+            let mut claimed = ConeSolution::default();
+            claimed.velocity.clone_from(&solution.velocity);
+            claimed.bilateral.clone_from(&solution.bilateral);
+            claimed.impulse.extend(contacts.chain(limits));
+            certify_cone(problem, &claimed)
+        });
+        let polygon = certify(problem, solution);
+        match (self.settings.friction_law, cone) {
+            (FrictionLaw::Circular, Some(cone)) => StepCheck {
+                law: CertifiedLaw::CircularCone,
+                certificate: residuals(&cone),
+                cone_certificate: Some(cone),
+                fault: None,
+            },
+            _ => StepCheck { law: CertifiedLaw::Polygon, certificate: polygon, cone_certificate: cone, fault: None },
+        }
+    }
+
+    /// The state that the step checked leads to.
+    fn advance(&mut self) {
+        let Self { model, settings, workspace, state, input, next } = self;
+        workspace.advance_into(model, state, input, settings, next);
+    }
+}
+
+/// The settings that a header tells of; the solver does not matter here.
+fn settings_of(header: &Header, laws: &StepLaws) -> Settings {
+    Settings {
+        timestep: Some(header.timestep),
+        directions: header.directions as usize,
+        direction_angle: laws.direction_angle,
+        stabilization: laws.stabilization,
+        position_iterations: laws.position_iterations,
+        assembly_tolerance: laws.assembly_tolerance,
+        restitution: match laws.restitution {
+            RestitutionCode::Newton => RestitutionLaw::Newton,
+            RestitutionCode::Poisson => RestitutionLaw::Poisson,
+        },
+        tolerance: header.tolerance,
+        friction_law: match laws.friction {
+            FrictionCode::Polygon => FrictionLaw::Polygon,
+            FrictionCode::Circular => FrictionLaw::Circular,
+            FrictionCode::Refined(tolerance) => FrictionLaw::Refined { tolerance },
+        },
+        ..Settings::default()
+    }
+}
+
+/// The directions that a law of friction has turned, in place of those of the settings.
+fn take_directions(frame: &Frame, problem: &mut ContactProblem) -> Result<(), StepFault> {
+    problem.directions.clear();
+    problem.direction_offsets.clear();
+    problem.direction_offsets.push(0);
+    for i in 0..problem.contact_count() {
+        if let Some(FrictionPolygon::Listed { start, count }) = frame.contacts.get(i).map(|contact| contact.polygon) {
+            let listed = frame.listed_directions.iter().skip(start as usize).take(count as usize);
+            problem.directions.extend(listed);
+        }
+        problem.direction_offsets.push(problem.directions.len());
+    }
+    problem.check().map_err(|error| StepFault::Unusable(error.to_string()))
+}
+
+/// Recorded velocity and multipliers as a claimed solution of a problem; what the certificate does not read is computed from
+/// them.
+fn take_solution(
+    problem: &ContactProblem,
+    recorded: &Impulses,
+    solution: &mut ContactSolution,
+) -> Result<(), StepFault> {
+    let groups = &problem.friction_groups;
+    for (array, found, expected) in [
+        ("v⁺", recorded.velocity.len(), problem.nv()),
+        ("λ_N", recorded.lambda_n.len(), problem.contact_count()),
+        ("α", recorded.alpha.len(), problem.direction_count()),
+        ("β", recorded.beta.len(), problem.contact_count()),
+        ("λ_B", recorded.bilateral.len(), problem.bilateral_violation.len()),
+        ("α_F", recorded.group_alpha.len(), groups.direction_count()),
+        ("β_F", recorded.group_beta.len(), groups.len()),
+    ] {
+        if found != expected {
+            return Err(StepFault::Length { array, expected, found });
+        }
+    }
+    solution.velocity.clone_from(&recorded.velocity);
+    solution.lambda_n.clone_from(&recorded.lambda_n);
+    solution.alpha.clone_from(&recorded.alpha);
+    solution.beta.clone_from(&recorded.beta);
+    solution.bilateral.clone_from(&recorded.bilateral);
+    solution.group_alpha.clone_from(&recorded.group_alpha);
+    solution.group_beta.clone_from(&recorded.group_beta);
+    let sum = |directions: &[[f64; 2]], alpha: &[f64]| {
+        let along = |r: usize| directions.iter().zip(alpha).map(|(d, a)| d[r] * a).sum::<f64>();
+        [along(0), along(1)]
+    };
+    solution.impulse.clear();
+    solution.impulse.extend((0..problem.contact_count()).map(|i| {
+        let alpha = &recorded.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
+        let [t_1, t_2] = sum(problem.directions_of(i), alpha);
+        [recorded.lambda_n[i], t_1, t_2]
+    }));
+    solution.group_impulse.clear();
+    let of_groups =
+        (0..groups.len()).map(|j| sum(groups.directions_of(j), &recorded.group_alpha[groups.direction_range(j)]));
+    solution.group_impulse.extend(of_groups);
+    Ok(())
+}
