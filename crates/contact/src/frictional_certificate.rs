@@ -35,7 +35,8 @@ impl FrictionalProblem {
             let speeds = w[rows].iter().map(|w| w - beta);
             let power: f64 = alpha.iter().zip(speeds.clone()).map(|(a, c)| a * c).sum();
             let fastest = speeds.fold(f64::MIN, |worst, c| worst.max(-c));
-            raw.dissipation = raw.dissipation.max(power + bound * fastest);
+            // As in the certificate of a problem with velocities: one factor of the scale is `max(s_v, g r)`.
+            raw.dissipation = raw.dissipation.max((power + bound * fastest) * scale / scale.max(g * bound));
         }
         Certificate {
             natural_map,
