@@ -4,6 +4,13 @@
 //! status; the message of the last error of a thread is at [`signorini_last_error`]. A panic, which would be a defect, ends at this border as
 //! [`SIGNORINI_ERROR_INTERNAL`].
 //!
+//! ```c
+//! signorini_model *model = NULL;
+//! signorini_simulation *simulation = NULL;
+//! if (signorini_model_load("robot.urdf", NULL, &model) != SIGNORINI_OK || signorini_simulation_new(model, NULL, &simulation) != SIGNORINI_OK)
+//!   fprintf(stderr, "%s\n", signorini_last_error());
+//! ```
+//!
 //! # Safety
 //! Of all functions that take pointers: a handle is one that was made here and not freed, used by one thread at a time (a model by any number);
 //! an array has at least the length that is passed or said, and is written by nobody else during the call; text ends with a zero.

@@ -5,6 +5,27 @@
 //! the bodies can travel ([`Reach`]), so that nothing tunnels. The answer is a pure function of the poses: no manifold
 //! is carried from call to call.
 //!
+//! ```
+//! use signorini_collision::{Collider, Reach};
+//! use signorini_multibody::{Geometry, ModelBuilder, Pose};
+//!
+//! let mut world = ModelBuilder::new("ball above a floor");
+//! world.floor();
+//! world.body("ball").at([0.0, 0.0, 0.12]).free().solid(Geometry::Sphere { radius: 0.1 }, 1.0).add()?;
+//! let model = world.build()?;
+//!
+//! // Gap 20 mm: a point where the ball can travel 50 mm within the step, none where it can travel 5.
+//! let (mut collider, mut points) = (Collider::new(&model)?, Vec::new());
+//! let poses = [Pose::IDENTITY, [0.0, 0.0, 0.12].into()];
+//! for (linear, expected) in [(0.05, 1), (0.005, 0)] {
+//!     let reach = [Reach { linear: 0.0, angular: 0.0 }, Reach { linear, angular: 0.0 }];
+//!     collider.find(&model, &poses, &reach, &mut points);
+//!     assert_eq!(points.len(), expected);
+//!     assert!(points.iter().all(|point| (point.gap - 0.02).abs() < 1e-12));
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # What is exact
 //!
 //! | pair | normal and gap | points |

@@ -3,6 +3,28 @@
 //! The way through this crate: contact frames and friction polygons → [`ContactProblem`] (plain data: `M`, `v^f`, `Δt`, `J_N`,
 //! `J_T`, `φ`, `μ`, `D`) → the structured [`ContactSolver`], or the mixed and the standard LCP for any method of
 //! `signorini-lcp` → [`ContactSolution`] → [`certify`]. A researcher with matrices of their own starts at [`ContactProblem`].
+//!
+//! ```
+//! use signorini_contact::{ContactProblem, ContactSolution, FrictionPolygon, certify};
+//! use signorini_multibody::BlockDiagonal;
+//!
+//! // A particle of 1 kg with coordinates (height, x, y) that would fall with 2 m/s and slide with 3 m/s, μ = 1/4, on a plane.
+//! let mass = BlockDiagonal::from_dense(3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])?;
+//! let mut problem = ContactProblem::new(mass, vec![-2.0, 3.0, 0.0], 0.01)?;
+//! let columns = [(0, [1.0, 0.0, 0.0]), (1, [0.0, 1.0, 0.0]), (2, [0.0, 0.0, 1.0])];
+//! problem.push_contact(columns, 0.0, 0.25, &FrictionPolygon::regular(4, 0.0)?);
+//!
+//! // Claimed, by whomever: 2 N·s stop the fall, friction takes μ λ_N = 0.5 N·s along −x, the third of the four directions.
+//! let mut claimed = ContactSolution::default();
+//! claimed.velocity = vec![0.0, 2.5, 0.0];
+//! claimed.lambda_n = vec![2.0];
+//! claimed.alpha = vec![0.0, 0.0, 0.5, 0.0];
+//! claimed.beta = vec![2.5];
+//! assert!(certify(&problem, &claimed).holds(1e-14));
+//! claimed.alpha[2] = 0.6;
+//! assert!(certify(&problem, &claimed).friction > 0.03);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod assemble;
 mod bilateral_basis;

@@ -9,6 +9,27 @@
 //! [`centroidal_momentum_matrix_into`], Jacobians of [`Frame`]s and their rates, the inverse operational-space inertia of many
 //! points ([`delassus_into`]); [`integrate_into`] ends the step.
 //!
+//! ```
+//! use signorini_multibody::glam::DVec3;
+//! use signorini_multibody::{Geom, Geometry, Joint, Kinematics, ModelBuilder, NewtonEuler, State};
+//! use signorini_multibody::{bias_force_into, forward_kinematics_into};
+//!
+//! // A rod of 2 kg on a hinge at its end, level: gravity turns it with m g l.
+//! let mut b = ModelBuilder::new("pendulum");
+//! let rod = b.body("rod").joint(Joint::hinge("pivot", DVec3::Y));
+//! let shape = Geom::from(Geometry::Box { half_extents: DVec3::new(0.5, 0.02, 0.02) });
+//! rod.solid(shape.with_placement([0.5, 0.0, 0.0]), 2.0).add()?;
+//! let model = b.build()?;
+//!
+//! let state = State::new(&model);
+//! let mut kinematics = Kinematics::new(&model);
+//! forward_kinematics_into(&model, &state.q, &state.v, &mut kinematics);
+//! let (mut work, mut bias) = (NewtonEuler::new(&model), [0.0]);
+//! bias_force_into(&model, &kinematics, &mut work, &mut bias);
+//! assert!((bias[0] + 2.0 * 9.81 * 0.5).abs() < 1e-12);
+//! # Ok::<(), signorini_multibody::ModelError>(())
+//! ```
+//!
 //! Conventions (the whole law is in `NOTATION.md`):
 //! - frames in monogram notation: `X_WB` is the pose of body frame B in world W, `p_WB` its origin;
 //! - quaternions in `q` are (w, x, y, z);

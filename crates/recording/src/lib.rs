@@ -10,6 +10,24 @@
 //! frame and says in [`Ending`] how the file ends. [`Recording`] holds the same in memory, and
 //! [`report`] turns it into one HTML file that opens in any browser.
 //!
+//! ```
+//! use signorini_recording::{Frame, Header, Reader, Writer};
+//!
+//! let bodies = vec!["world".to_owned(), "cart".to_owned()];
+//! let header = Header { nq: 1, nv: 1, timestep: 0.01, bodies, ..Header::default() };
+//! let mut writer = Writer::new(Vec::new(), header)?;
+//! for step in 0..3 {
+//!     let x = 0.02 * step as f64;
+//!     let body_poses = vec![[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], [x, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]];
+//!     writer.append(&Frame { step, q: vec![x], v: vec![2.0], body_poses, ..Frame::default() })?;
+//! }
+//! let bytes = writer.finish("reached the end")?;
+//!
+//! let mut reader = Reader::new("in memory", std::io::Cursor::new(bytes))?;
+//! assert_eq!((reader.len(), reader.frame(2)?.q[0]), (3, 0.04));
+//! # Ok::<(), signorini_recording::RecordingError>(())
+//! ```
+//!
 //! # File format, schema version 2
 //!
 //! All numbers are little-endian; there is no padding but what is listed.

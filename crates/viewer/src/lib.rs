@@ -10,6 +10,22 @@
 //!
 //! The simulation never waits for a page: each page has a short queue, and frames that it does not take in time are
 //! left out.
+//!
+//! ```no_run
+//! use signorini_multibody::{Geometry, ModelBuilder};
+//! use signorini_simulation::{Settings, Simulation};
+//! use signorini_viewer::{Viewer, ViewerSettings};
+//!
+//! let mut world = ModelBuilder::new("ball on a floor");
+//! world.floor();
+//! world.body("ball").at([0.0, 0.0, 1.0]).free().solid(Geometry::Sphere { radius: 0.1 }, 1.0).add()?;
+//! let simulation = Simulation::new(world.build()?, Settings::default())?;
+//! let viewer = Viewer::launch(simulation, &ViewerSettings::default().with_speed(0.5))?;
+//! println!("drag the ball at {}", viewer.address());
+//! viewer.open_browser()?;
+//! viewer.wait();
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod drag;
 mod error;
