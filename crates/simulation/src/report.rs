@@ -25,7 +25,7 @@ pub struct StepReport {
     pub contacts: usize,
     /// Whether the worst residual exceeds the tolerance, or that of the circular cone's laws exceeds its own.
     pub missed_tolerance: bool,
-    /// Whether negative gaps were taken as zero ([`InfeasiblePolicy::ClipGaps`]).
+    /// Whether negative gaps were taken as zero ([`InfeasiblePolicy::ClipGaps`](crate::InfeasiblePolicy::ClipGaps)).
     pub clipped_gaps: bool,
     /// Contacts that restore velocity in this step.
     pub impacts: usize,
@@ -34,7 +34,7 @@ pub struct StepReport {
     /// How often contacts were found anew because a body moved farther than expected.
     pub enlargements: u32,
     /// Bodies that turn too fast for Δt for their gyroscopic torque to be integrated; it was left out
-    /// ([`FreeMotion::unresolved_rotations`]).
+    /// ([`unresolved_rotations`](signorini_multibody::FreeMotion::unresolved_rotations)).
     pub unresolved_rotations: usize,
 }
 

@@ -24,7 +24,7 @@ impl Simulation {
     /// The way there is no simulation. Friction is that of the step before, contacts give way a little, and velocity is taken
     /// away ([`SettleSettings`]): bodies fall, slide and tumble until they lie. The end is exact: all velocities are zero (where springs or
     /// servos hold a load, [rounding](SettleReport::speed)), an ordinary step from there ends where it began, and its
-    /// [certificate](StepReport::certificate) holds within the tolerance of the settings. The impulses of that step are the warm start
+    /// [certificate](crate::StepReport::certificate) holds within the tolerance of the settings. The impulses of that step are the warm start
     /// of the next one. Time and input stay; the summary counts none of these steps. A state that rests stays where it is, to rounding;
     /// only large piles, hundreds of bodies, may settle by tenths of a millimetre where the impulses that hold them are not found again.
     ///

@@ -54,7 +54,7 @@ pub struct SettleReport {
     pub speed: f64,
 }
 
-/// How far a state is from rest; see [`Simulation::settle_while`].
+/// How far a state is from rest; see [`Simulation::settle_while`](crate::Simulation::settle_while).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct SettleProgress {
