@@ -29,6 +29,18 @@ pub struct ModelArguments {
     /// Put a floor under a URDF or SDF, the plane z = 0; the friction of what stands on it counts.
     #[arg(long)]
     pub floor: bool,
+    /// What becomes of a geom whose mesh file is not there: the model is refused (stop), or the geom is left out (skip).
+    #[arg(long, value_name = "WHAT", value_enum, default_value_t = MissingMeshArgument::Stop)]
+    pub missing_meshes: MissingMeshArgument,
+}
+
+/// What becomes of a geom whose mesh file is not there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum MissingMeshArgument {
+    /// The model is refused.
+    Stop,
+    /// The geom is left out.
+    Skip,
 }
 
 /// The state to start from.

@@ -4,13 +4,13 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-use signorini::formats::{FormatError, ImportReport, LoadOptions, load, load_mjcf_str};
+use signorini::formats::{FormatError, ImportReport, LoadOptions, MissingMeshes, load, load_mjcf_str};
 use signorini::multibody::Model;
 use signorini::recording::ModelSource;
 use signorini::{Settings, SettleSettings, Simulation};
 use signorini_replay::{model_source, read_model_source};
 
-use crate::args::{ModelArguments, StartArguments};
+use crate::args::{MissingMeshArgument, ModelArguments, StartArguments};
 use crate::error::CliError;
 use crate::{output, scene, text};
 
@@ -43,7 +43,11 @@ pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
         .with_package_dirs(arguments.package_dir.clone())
         .with_floating_base(arguments.floating_base)
         .with_friction(arguments.friction)
-        .with_floor(arguments.floor);
+        .with_floor(arguments.floor)
+        .with_missing_meshes(match arguments.missing_meshes {
+            MissingMeshArgument::Stop => MissingMeshes::Stop,
+            MissingMeshArgument::Skip => MissingMeshes::Skip,
+        });
     if let Some(path) = &arguments.model {
         let imported = load(path, &options)?;
         let source = path.display().to_string();

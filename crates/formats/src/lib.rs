@@ -35,6 +35,8 @@ mod urdf;
 mod xml;
 
 pub use error::{FormatError, Location};
-pub use load::{Imported, LoadOptions, load, load_mjcf_str, load_sdf_str, load_urdf_str};
+pub use load::{
+    Imported, LoadOptions, MissingMeshes, load, load_mjcf_str, load_mjcf_str_with, load_sdf_str, load_urdf_str,
+};
 pub use mesh::{MeshFormat, read_mesh};
 pub use report::{ImportReport, Warning};

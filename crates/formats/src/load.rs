@@ -36,6 +36,18 @@ pub struct LoadOptions {
     /// Whether the world gets a floor (URDF, SDF): the plane z = 0, the first geom, called "floor". Its own friction is 0, so that
     /// the friction of what stands on it counts. Default: false.
     pub floor: bool,
+    /// What becomes of a geom whose mesh file is not there. Default: the file is refused.
+    pub missing_meshes: MissingMeshes,
+}
+
+/// What becomes of a geom whose mesh file is not there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MissingMeshes {
+    /// The model is refused.
+    #[default]
+    Stop,
+    /// The geom is left out, which the report tells: nothing touches it, and a body whose inertia comes from its geoms loses its share.
+    Skip,
 }
 
 impl LoadOptions {
@@ -73,6 +85,7 @@ impl Default for LoadOptions {
             srdf: None,
             friction: 1.0,
             floor: false,
+            missing_meshes: MissingMeshes::Stop,
         }
     }
 }
@@ -101,7 +114,7 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, F
     let base = path.parent().unwrap_or(Path::new(""));
     let tree = xml::parse(&text, &path.to_string_lossy())?;
     match tree.root().name() {
-        "mujoco" => Ok(options.report_unused(&path.to_string_lossy(), mjcf::import(tree, base, Some(path))?)),
+        "mujoco" => Ok(options.report_unused(&path.to_string_lossy(), mjcf::import(tree, base, Some(path), options)?)),
         "robot" => urdf::import(tree, base, options),
         "sdf" | "gazebo" => sdf::import(tree, base, options),
         found => Err(FormatError::UnknownFormat { at: tree.root().at(), found: found.to_owned() }),
@@ -125,8 +138,16 @@ pub fn load(path: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, F
 /// # Errors
 /// As [`load`].
 pub fn load_mjcf_str(text: &str, base: impl AsRef<Path>) -> Result<Imported, FormatError> {
+    load_mjcf_str_with(text, base, &LoadOptions::default())
+}
+
+/// [`load_mjcf_str`] with options; of these MJCF leaves open what becomes of missing meshes.
+///
+/// # Errors
+/// As [`load`].
+pub fn load_mjcf_str_with(text: &str, base: impl AsRef<Path>, options: &LoadOptions) -> Result<Imported, FormatError> {
     let tree = parse_as("mujoco", text, "(MJCF text)")?;
-    mjcf::import(tree, base.as_ref(), None)
+    mjcf::import(tree, base.as_ref(), None, options)
 }
 
 /// Reads URDF from text; files that it names by relative paths are looked for in `base`.

@@ -5,7 +5,9 @@ use std::sync::Arc;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use signorini::formats::{FormatError, Imported, LoadOptions, load, load_mjcf_str, load_sdf_str, load_urdf_str};
+use signorini::formats::{
+    FormatError, Imported, LoadOptions, MissingMeshes, load, load_mjcf_str_with, load_sdf_str, load_urdf_str,
+};
 use signorini::multibody::{self as mb, BodyId};
 use signorini::recording::ModelSource;
 use signorini_replay::{model_source, read_model_source};
@@ -70,7 +72,7 @@ impl Model {
     #[new]
     #[pyo3(signature = (
         *, path=None, text=None, format="auto", base_dir=PathBuf::new(), package_dirs=Vec::new(), floating_base=false,
-        merge_fixed_joints=false, self_collision=true, srdf=None, friction=1.0, floor=false,
+        merge_fixed_joints=false, self_collision=true, srdf=None, friction=1.0, floor=false, missing_meshes="stop",
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
@@ -86,7 +88,16 @@ impl Model {
         srdf: Option<PathBuf>,
         friction: f64,
         floor: bool,
+        missing_meshes: &str,
     ) -> PyResult<Self> {
+        let missing_meshes = match missing_meshes {
+            "stop" => MissingMeshes::Stop,
+            "skip" => MissingMeshes::Skip,
+            other => {
+                let message = format!("missing_meshes is '{other}': it must be 'stop' or 'skip'");
+                return Err(pyo3::exceptions::PyValueError::new_err(message));
+            }
+        };
         let options = LoadOptions::default()
             .with_package_dirs(package_dirs)
             .with_floating_base(floating_base)
@@ -94,7 +105,8 @@ impl Model {
             .with_self_collision(self_collision)
             .with_srdf(srdf)
             .with_friction(friction)
-            .with_floor(floor);
+            .with_floor(floor)
+            .with_missing_meshes(missing_meshes);
         let imported = py.detach(|| match (&path, &text) {
             (Some(path), _) => load(path, &options),
             (None, text) => load_text(text.as_deref().unwrap_or_default(), format, &base_dir, &options),
@@ -349,8 +361,10 @@ fn load_text(text: &str, format: &str, base: &std::path::Path, options: &LoadOpt
     match format {
         "urdf" => load_urdf_str(text, base, options),
         "sdf" => load_sdf_str(text, base, options),
-        "mjcf" => load_mjcf_str(text, base).map(|imported| options.report_unused("(MJCF text)", imported)),
-        _ => match load_mjcf_str(text, base) {
+        "mjcf" => {
+            load_mjcf_str_with(text, base, options).map(|imported| options.report_unused("(MJCF text)", imported))
+        }
+        _ => match load_mjcf_str_with(text, base, options) {
             Err(FormatError::UnknownFormat { found, .. }) if found == "robot" => load_urdf_str(text, base, options),
             Err(FormatError::UnknownFormat { found, .. }) if found == "sdf" => load_sdf_str(text, base, options),
             other => other.map(|imported| options.report_unused("(MJCF text)", imported)),

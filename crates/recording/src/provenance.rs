@@ -25,6 +25,9 @@ pub struct ModelSource {
     pub friction: f64,
     /// Whether the world got a floor (URDF, SDF).
     pub floor: bool,
+    /// Whether geoms whose mesh file was missing were left out.
+    #[serde(default)]
+    pub skip_missing_meshes: bool,
 }
 
 /// The settings on which the laws of a step depend.

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use signorini_formats::{FormatError, Imported, LoadOptions, load_mjcf_str, load_sdf_str, load_urdf_str};
+use signorini_formats::{
+    FormatError, Imported, LoadOptions, MissingMeshes, load_mjcf_str_with, load_sdf_str, load_urdf_str,
+};
 use signorini_multibody::Model;
 use signorini_recording::{Header, ModelSource};
 
@@ -27,6 +29,7 @@ pub fn model_source(file: &str, text: &str, base_dir: &Path, options: &LoadOptio
         srdf: options.srdf.as_deref().map(absolute),
         friction: options.friction,
         floor: options.floor,
+        skip_missing_meshes: options.missing_meshes == MissingMeshes::Skip,
     }
 }
 
@@ -56,14 +59,15 @@ pub fn rebuild(header: &Header) -> Result<Model, ReplayError> {
         .with_self_collision(source.self_collision)
         .with_srdf(source.srdf.as_ref().map(PathBuf::from))
         .with_friction(source.friction)
-        .with_floor(source.floor);
+        .with_floor(source.floor)
+        .with_missing_meshes(if source.skip_missing_meshes { MissingMeshes::Skip } else { MissingMeshes::Stop });
     let imported = load_text(&source.text, Path::new(&source.base_dir), &options);
     imported.map(|imported| imported.model).map_err(|error| ReplayError::Model(Box::new(error)))
 }
 
 /// Text in the format that its root element says.
 fn load_text(text: &str, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
-    match load_mjcf_str(text, base) {
+    match load_mjcf_str_with(text, base, options) {
         Err(FormatError::UnknownFormat { found, .. }) if found == "robot" => load_urdf_str(text, base, options),
         Err(FormatError::UnknownFormat { found, .. }) if found == "sdf" => load_sdf_str(text, base, options),
         other => other,

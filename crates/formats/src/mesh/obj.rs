@@ -11,6 +11,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
         let mut words = line.split_ascii_whitespace();
         let result = match words.next() {
             Some("v") => vertex(words).map(|p| mesh.vertices.push(p)),
+            // A line or a point is no part of a surface.
             Some("f") => face(words, mesh.vertices.len()).map(|f| {
                 let (first, rest) = f.split_first().unwrap_or((&0, &[]));
                 mesh.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
@@ -45,8 +46,8 @@ fn face<'a>(words: impl Iterator<Item = &'a str>, count: usize) -> Result<Vec<u3
     };
     let corners: Option<Vec<u32>> = words.take_while(|w| !w.starts_with('#')).map(index).collect();
     match corners {
-        Some(corners) if corners.len() >= 3 => Ok(corners),
-        Some(corners) => Err(format!("a face with {} corners", corners.len())),
+        Some(corners) if corners.is_empty() => Err("a face without corners".into()),
+        Some(corners) => Ok(corners),
         None => Err("a face corner is not a vertex number".into()),
     }
 }

@@ -12,6 +12,7 @@ use signorini_multibody::model::{HeightField, Mesh};
 
 use super::compiler::{Compiler, portable};
 use super::defaults::Defaults;
+use crate::MissingMeshes;
 use crate::error::FormatError;
 use crate::mesh::{self, Orientation};
 use crate::xml::{Attributes, Element, most_similar};
@@ -115,6 +116,18 @@ impl<'t> Assets<'t> {
                 Ok(None)
             }
         }
+    }
+
+    /// Why the mesh that a geom names is not there and its geom is to be left out; nothing where it is to be read.
+    pub fn left_out(&self, geom: &Attributes, compiler: &Compiler, missing: MissingMeshes) -> Option<String> {
+        let name = geom.text("mesh")?;
+        let a = self.meshes.get(name)?;
+        if a.element().child("plugin").is_some() && !a.has("file") && !a.has("vertex") {
+            return Some(format!("the mesh '{name}' is made by a plugin, which is not supported"));
+        }
+        let path = compiler.asset_path(&self.base, a.text("file")?);
+        let skipped = missing == MissingMeshes::Skip && !path.exists();
+        skipped.then(|| format!("the file '{}' of its mesh is missing", path.display()))
     }
 
     /// The mesh that a geom names.

@@ -85,7 +85,8 @@ fn read_body<'t>(
     let inertial = element.child("inertial");
     let weighs_geoms = match importer.compiler.inertia_source {
         InertiaSource::Auto => inertial.is_none(),
-        InertiaSource::Geoms => true,
+        // A body without geoms that could weigh keeps what it is given.
+        InertiaSource::Geoms => inertial.is_none() || has_geoms(element),
         InertiaSource::Inertial => false,
     };
     let mut body = OpenBody { id, pose: parent_pose * placement, weights: Vec::new(), weighs_geoms };
@@ -96,6 +97,19 @@ fn read_body<'t>(
     };
     inertias.push((id, importer.compiler.adjusted(inertia)));
     Ok(children)
+}
+
+/// Whether a body has geoms of its own, in frames and replicas, too.
+fn has_geoms(element: Element) -> bool {
+    let mut open: Vec<Element> = element.children().collect();
+    while let Some(child) = open.pop() {
+        match child.name() {
+            "geom" => return true,
+            "frame" | "replicate" => open.extend(child.children()),
+            _ => {}
+        }
+    }
+    false
 }
 
 /// Joints, geoms and sites of a body, with what `<frame>` and `<replicate>` hold; gives back its child bodies.

@@ -74,7 +74,7 @@ impl Compiler {
         self.radians_per_unit = angle.unwrap_or(self.radians_per_unit);
         self.autolimits = a.flag("autolimits")?.unwrap_or(self.autolimits);
         if a.text("coordinate").is_some_and(|c| c != "local") {
-            return Err(a.invalid("coordinate", "'local' (global coordinates are no part of MJCF any more)"));
+            return Err(a.invalid("coordinate", "'local'; global coordinates are no part of MJCF any more: load the file in MuJoCo 2.2 and save it as XML, which converts it"));
         }
         if let Some(sequence) = a.text("eulerseq") {
             let turns: Option<Vec<EulerTurn>> = sequence.chars().map(euler_turn).collect();

@@ -96,7 +96,7 @@ fn read_shape(importer: &mut Importer, a: &Attributes) -> Result<Option<Shape>, 
     let ([x, y, z], _) = a.overlay::<3>("size", [0.0; 3])?;
     let (mut size, mut placement) = (DVec3::new(x, y, z), importer.compiler.pose(a)?);
     if a.has("mesh") || sort == Type::Mesh {
-        return mesh_shape(importer, a, sort, placement).map(Some);
+        return mesh_shape(importer, a, sort, placement);
     }
     if let Some((placed, half)) = from_to(a)? {
         size = match sort {
@@ -127,8 +127,8 @@ fn read_shape(importer: &mut Importer, a: &Attributes) -> Result<Option<Shape>, 
 /// distance.
 pub(super) fn from_to(a: &Attributes) -> Result<Option<(Pose, f64)>, FormatError> {
     let Some([ax, ay, az, bx, by, bz]) = a.vector::<6>("fromto")? else { return Ok(None) };
-    if a.has("pos") {
-        return Err(a.element().invalid("both 'pos' and 'fromto': keep one"));
+    if a.element().raw("pos").is_some() {
+        a.element().note(a.at("pos"), "has both 'pos' and 'fromto'", "'fromto' counts: remove 'pos'", false);
     }
     let (from, to) = (DVec3::new(ax, ay, az), DVec3::new(bx, by, bz));
     let axis = crate::xml::unit(from - to).ok_or_else(|| a.invalid("fromto", "two different points"))?;
@@ -141,7 +141,15 @@ fn left_out(importer: &mut Importer, a: &Attributes, what: &str) -> Option<Shape
 }
 
 /// A mesh as its convex hull, in the frame of the file.
-fn mesh_shape(importer: &mut Importer, a: &Attributes, sort: Type, placement: Pose) -> Result<Shape, FormatError> {
+fn mesh_shape(
+    importer: &mut Importer,
+    a: &Attributes,
+    sort: Type,
+    placement: Pose,
+) -> Result<Option<Shape>, FormatError> {
+    if let Some(what) = importer.assets.left_out(a, &importer.compiler, importer.missing_meshes) {
+        return Ok(left_out(importer, a, &what));
+    }
     let asset = importer.assets.mesh(a, &importer.compiler)?;
     if sort == Type::SignedDistance {
         let effect = "the mesh's convex hull is used";
@@ -152,7 +160,7 @@ fn mesh_shape(importer: &mut Importer, a: &Attributes, sort: Type, placement: Po
     }
     let geometry = Geometry::ConvexMesh(asset.mesh.clone());
     geometry.check().map_err(|reason| a.element().invalid(format!("mesh geom: {reason}")))?;
-    Ok(Shape { geometry, placement, mesh: Some(asset) })
+    Ok(Some(Shape { geometry, placement, mesh: Some(asset) }))
 }
 
 fn weigh(

@@ -67,6 +67,10 @@ fn read_joint(importer: &mut Importer, a: &Attributes, scope: &Scope) -> Result<
 }
 
 fn limits(importer: &mut Importer, a: &Attributes, sort: Type, unit: f64) -> Result<Option<[f64; 2]>, FormatError> {
+    // What a default says about limits does not concern a free joint.
+    if sort == Type::Free {
+        return Ok(None);
+    }
     let Some(range) = importer.range(a, "range", "limited")? else { return Ok(None) };
     match sort {
         Type::Free => Ok(None),

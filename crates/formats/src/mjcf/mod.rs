@@ -33,11 +33,11 @@ use assets::Assets;
 use compiler::Compiler;
 use defaults::Defaults;
 
-use crate::Imported;
 use crate::error::FormatError;
 use crate::parts::Parts;
 use crate::report::Reporter;
 use crate::xml::{Attributes, Element, Tree};
+use crate::{Imported, LoadOptions, MissingMeshes};
 
 /// Elements read under `<worldbody>`, copies counted, beyond which a file is refused.
 const MAX_ELEMENTS: usize = 4_000_000;
@@ -77,12 +77,18 @@ struct Importer<'t> {
     speed_servos: HashMap<&'t str, Attributes<'t>>,
     /// Time step of the file, s.
     timestep: f64,
+    missing_meshes: MissingMeshes,
     /// Position servos whose damping is to come from a damping ratio.
     damping_ratios: Vec<(ActuatorId, f64)>,
 }
 
 /// Turns a parsed document into a model; `main` is the file it came from, if any.
-pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result<Imported, FormatError> {
+pub(crate) fn import(
+    mut tree: Tree,
+    base: &Path,
+    main: Option<&Path>,
+    options: &LoadOptions,
+) -> Result<Imported, FormatError> {
     include::expand(&mut tree, base, main)?;
     let root = tree.root();
     let names = tree.elements().filter_map(|e| e.raw("name")).map(|a| a.value.trim().to_owned());
@@ -107,6 +113,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, main: Option<&Path>) -> Result
         grains: custom::grains(root)?,
         speed_servos: custom::speed_servos(root)?,
         timestep: 0.002,
+        missing_meshes: options.missing_meshes,
     };
     options::read(&mut importer, root)?;
     bodies::read(&mut importer, root)?;

@@ -11,12 +11,13 @@ use crate::xml::Element;
 /// Models nested deeper, and longer chains of frames, are refused.
 const MAX_DEPTH: usize = 200;
 
+/// In the order in which a name that several share is looked for.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Sort {
-    Model,
     Link,
-    Joint,
     Frame,
+    Joint,
+    Model,
 }
 
 /// Something with a pose. `scope` is what its names are looked up in: `""` or `"outer::inner::"`.
@@ -32,7 +33,8 @@ pub(super) struct Entity<'t> {
 /// All entities of one top-level model. Names are those inside it, with `::` for models inside.
 pub(super) struct Frames<'t> {
     pub entities: Vec<Entity<'t>>,
-    by_name: HashMap<String, usize>,
+    /// By name; elements of different kinds may share one.
+    by_name: HashMap<String, [Option<usize>; 4]>,
 }
 
 impl<'t> Frames<'t> {
@@ -57,7 +59,8 @@ impl<'t> Frames<'t> {
                     open.push((element, format!("{name}::"), depth + 1));
                 }
                 let index = frames.entities.len();
-                if let Some(first) = frames.by_name.insert(name.clone(), index) {
+                let of_name = frames.by_name.entry(name.clone()).or_default();
+                if let Some(first) = of_name[sort as usize].replace(index) {
                     let first = Box::new(frames.entities[first].element.at());
                     return Err(FormatError::DuplicateName { at: element.at(), sort: "element", name, first });
                 }
@@ -66,6 +69,22 @@ impl<'t> Frames<'t> {
         }
         (0..frames.entities.len()).try_for_each(|k| frames.resolve(k, 0).map(drop))?;
         Ok(frames)
+    }
+
+    /// The entity of that name.
+    fn named(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name)?.iter().flatten().next().copied()
+    }
+
+    /// The model of that name.
+    fn model(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name)?[Sort::Model as usize]
+    }
+
+    /// Whether an entity is a link called `world`, which stands for the world (as in Bullet).
+    pub fn is_world(&self, entity: usize) -> bool {
+        let Entity { sort, element, .. } = &self.entities[entity];
+        *sort == Sort::Link && element.attributes().text("name") == Some("world")
     }
 
     /// Entities of a sort, in the order of the document within each model.
@@ -87,7 +106,7 @@ impl<'t> Frames<'t> {
             }
             let found = match name.as_str() {
                 "__model__" => self.canonical_link(&scope),
-                _ => self.by_name.get(&format!("{scope}{name}")).copied(),
+                _ => self.named(&format!("{scope}{name}")),
             };
             let entity = found.ok_or_else(|| self.unknown(at, &scope, &name))?;
             let Entity { element, name: own, scope: inside, sort, .. } = &self.entities[entity];
@@ -116,8 +135,8 @@ impl<'t> Frames<'t> {
         match name.filter(|n| !n.is_empty()) {
             None => Ok(default),
             Some("__model__") => Ok(self.scope_pose(scope)),
-            Some(name) => match self.by_name.get(&format!("{scope}{name}")) {
-                Some(&entity) => Ok(self.pose(entity)),
+            Some(name) => match self.named(&format!("{scope}{name}")) {
+                Some(entity) => Ok(self.pose(entity)),
                 None => Err(self.unknown(at, scope, name)),
             },
         }
@@ -125,8 +144,8 @@ impl<'t> Frames<'t> {
 
     /// The frame of the model that a scope belongs to.
     pub fn scope_pose(&self, scope: &str) -> Pose {
-        let model = scope.strip_suffix("::").and_then(|name| self.by_name.get(name));
-        model.map_or(Pose::IDENTITY, |&k| self.pose(k))
+        let model = scope.strip_suffix("::").and_then(|name| self.model(name));
+        model.map_or(Pose::IDENTITY, |k| self.pose(k))
     }
 
     /// The first link of a model.
@@ -155,12 +174,14 @@ impl<'t> Frames<'t> {
             Sort::Link | Sort::Model => None,
         };
         let base = match given.or(default).as_deref() {
-            None | Some("__model__" | "world") => match scope.strip_suffix("::").and_then(|n| self.by_name.get(n)) {
-                Some(&model) => self.resolve(model, depth + 1)?,
+            None | Some("__model__" | "world") => match scope.strip_suffix("::").and_then(|n| self.model(n)) {
+                Some(model) => self.resolve(model, depth + 1)?,
                 None => Pose::IDENTITY,
             },
-            Some(name) => match self.by_name.get(&format!("{scope}{name}")) {
-                Some(&other) => self.resolve(other, depth + 1)?,
+            Some(name) => match self.named(&format!("{scope}{name}")) {
+                // A joint may have the name of the link that it moves.
+                Some(other) if other == entity => return Err(self.unknown(element, &scope, name)),
+                Some(other) => self.resolve(other, depth + 1)?,
                 None => return Err(self.unknown(element, &scope, name)),
             },
         };

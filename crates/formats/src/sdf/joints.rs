@@ -43,7 +43,11 @@ pub(super) fn add<'t>(
             importer.report.motion(element.at(), "joint", what, "its links are welded together");
             return Ok(());
         }
-        _ => return Err(element.invalid(format!("type '{sort}' is not one of SDF's"))),
+        _ => {
+            let what = format!("of type '{sort}' is not one of SDF's");
+            importer.report.motion(element.at(), "joint", what, "its links are welded together: is it misspelt?");
+            return Ok(());
+        }
     };
     // The first axis is fixed to the parent, the second to the child; seen from the other side they change places.
     let ordered: Vec<&'static str> = if reversed { axes.iter().rev().copied().collect() } else { axes.to_vec() };

@@ -46,16 +46,17 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
     let world = root.child("world");
     let container = world.unwrap_or(root);
     let models: Vec<Element> = container.children_named("model").collect();
-    let Some(first) = models.first() else {
-        return Err(container.incomplete("a <model>"));
-    };
+    if models.is_empty() {
+        let effect = "the world is empty; what it includes from elsewhere has to be in its place";
+        container.note(container.at(), "has no <model>", effect, true);
+    }
     let names = tree.elements().filter_map(|e| e.raw("name")).map(|a| a.value.trim().to_owned());
     let reserved: HashSet<String> = names.collect();
-    let name = world.unwrap_or(*first).attributes().text("name").unwrap_or("model");
+    let name = world.or(models.first().copied()).unwrap_or(root).attributes().text("name").unwrap_or("model");
     let mut importer = Importer {
         parts: Parts::new(name, root, reserved),
         report: Reporter::default(),
-        shapes: shapes::Shapes::new(base, &options.package_dirs),
+        shapes: shapes::Shapes::new(base, options),
         pairs: 0,
         version: version(root),
     };
@@ -103,6 +104,11 @@ fn read_model<'t>(importer: &mut Importer, model: Element<'t>, prefix: &str) -> 
     let mut bodies: HashMap<usize, BodyId> = HashMap::new();
     for placed in &tree.order {
         let entity = &frames.entities[placed.link];
+        if frames.is_world(placed.link) {
+            let offset = placed_model * frames.pose(placed.link);
+            shapes::read(importer, &frames, placed.link, BodyId::WORLD, &offset)?;
+            continue;
+        }
         let here = placed_model * frames.pose(placed.link);
         let here = Pose::new(here.position, here.rotation.normalize());
         let mut parent = placed.towards_root.map_or(BodyId::WORLD, |link| bodies[&link]);
@@ -127,7 +133,7 @@ fn read_model<'t>(importer: &mut Importer, model: Element<'t>, prefix: &str) -> 
         }
         let inertia = inertia(importer, entity.element)?;
         importer.parts.set_inertia(body, inertia)?;
-        shapes::read(importer, entity.element, body)?;
+        shapes::read(importer, &frames, placed.link, body, &Pose::IDENTITY)?;
     }
     for edge in tree.edges.iter().filter(|edge| !edge.in_tree && !fixed) {
         let (what, effect) = match tree::couples(edge.element) {
@@ -147,8 +153,8 @@ fn keep_apart(
     bodies: &HashMap<usize, BodyId>,
 ) -> Result<(), FormatError> {
     let meets = values::flag(model, "self_collide")?.unwrap_or(false);
-    let list: Vec<BodyId> = tree.order.iter().map(|placed| bodies[&placed.link]).collect();
-    let joined = tree.edges.iter().filter_map(|e| Some((bodies[&e.parent?], bodies[&e.child?])));
+    let list: Vec<BodyId> = tree.order.iter().filter_map(|placed| bodies.get(&placed.link).copied()).collect();
+    let joined = tree.edges.iter().filter_map(|e| Some((*bodies.get(&e.parent?)?, *bodies.get(&e.child?)?)));
     let pairs: Vec<(BodyId, BodyId)> = match meets {
         true => joined.collect(),
         false if list.len() > 1000 => return Err(model.invalid("more than 1000 links without <self_collide>")),

@@ -8,10 +8,12 @@ use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::model::Mesh;
 use signorini_multibody::{BodyId, Geom, Geometry, Pose};
 
+use super::frames::Frames;
 use super::{Importer, values};
 use crate::error::FormatError;
-use crate::shapes::leave_out_if_flat;
+use crate::shapes::{leave_out_if_flat, leave_out_if_missing};
 use crate::xml::Element;
+use crate::{LoadOptions, MissingMeshes};
 use crate::{mesh, packages};
 
 /// Meshes of a file, and where it looks for them.
@@ -19,16 +21,25 @@ pub(super) struct Shapes {
     meshes: HashMap<(PathBuf, [u64; 3]), Arc<Mesh>>,
     base: PathBuf,
     package_dirs: Vec<PathBuf>,
+    missing_meshes: MissingMeshes,
 }
 
 impl Shapes {
-    pub fn new(base: &Path, package_dirs: &[PathBuf]) -> Self {
-        Self { meshes: HashMap::new(), base: base.to_owned(), package_dirs: package_dirs.to_owned() }
+    pub fn new(base: &Path, options: &LoadOptions) -> Self {
+        let LoadOptions { package_dirs, missing_meshes, .. } = options.clone();
+        Self { meshes: HashMap::new(), base: base.to_owned(), package_dirs, missing_meshes }
     }
 }
 
-/// Adds the collision shapes of a link to its body.
-pub(super) fn read(importer: &mut Importer, link: Element, body: BodyId) -> Result<(), FormatError> {
+/// Adds the collision shapes of a link to its body, in which the link stands at `offset`.
+pub(super) fn read<'t>(
+    importer: &mut Importer,
+    frames: &Frames<'t>,
+    entity: usize,
+    body: BodyId,
+    offset: &Pose,
+) -> Result<(), FormatError> {
+    let link = frames.entities[entity].element;
     let rgba = colour(link);
     for collision in link.children_named("collision") {
         let Some((geometry, turn)) = geometry(importer, collision)? else { continue };
@@ -37,12 +48,10 @@ pub(super) fn read(importer: &mut Importer, link: Element, body: BodyId) -> Resu
         }
         geometry.check().map_err(|reason| collision.invalid(format!("{}: {reason}", geometry.kind_name())))?;
         let mut geom = Geom::new("", geometry);
-        let placement = values::pose(collision)? * Pose::new(DVec3::ZERO, turn);
+        let base = base_of(frames, entity, collision)?;
+        let placement = *offset * base * values::pose(collision)? * Pose::new(DVec3::ZERO, turn);
         geom.placement = Pose::new(placement.position, placement.rotation.normalize());
         geom.rgba = rgba.unwrap_or(geom.rgba);
-        if let Some(relative) = relative_to(collision, link) {
-            return Err(collision.invalid(format!("a pose relative to '{relative}': give it relative to its link")));
-        }
         let ode = collision.child("surface").and_then(|s| s.child("friction")).and_then(|f| f.child("ode"));
         if let Some(mu) = ode.map_or(Ok(None), |ode| friction(importer, ode))? {
             geom.friction = mu;
@@ -64,22 +73,28 @@ fn friction(importer: &mut Importer, ode: Element) -> Result<Option<f64>, Format
     Ok(None)
 }
 
-/// What the pose of a collision is relative to, if not to its link.
-fn relative_to<'t>(collision: Element<'t>, link: Element<'t>) -> Option<&'t str> {
-    let pose = collision.child("pose")?.attributes();
-    let given = pose.text("relative_to").or(pose.text("frame")).filter(|n| !n.is_empty())?;
-    (link.attributes().text("name") != Some(given)).then_some(given)
+/// The frame, in the link, that the pose of a collision is relative to.
+fn base_of<'t>(frames: &Frames<'t>, link: usize, collision: Element<'t>) -> Result<Pose, FormatError> {
+    let pose = collision.child("pose").map(|pose| pose.attributes());
+    let given = pose.and_then(|a| a.text("relative_to").or(a.text("frame"))).filter(|n| !n.is_empty());
+    if given.is_none() || frames.entities[link].element.attributes().text("name") == given {
+        return Ok(Pose::IDENTITY);
+    }
+    let here = frames.pose(link);
+    Ok(here.inverse() * frames.named_pose(collision, &frames.entities[link].scope, given, here)?)
 }
 
 /// The shape and how it is turned in the collision's frame; none if it is of a sort that is not supported.
 fn geometry(importer: &mut Importer, collision: Element) -> Result<Option<(Geometry, DQuat)>, FormatError> {
     let shape = collision.child("geometry").and_then(|g| g.children().next());
     let shape = shape.ok_or_else(|| collision.incomplete("<geometry> with a shape"))?;
-    let size =
-        |name: &'static str| values::number(shape, name)?.ok_or_else(|| shape.incomplete(format!("<{name}>, m")));
-    let vector = |name: &'static str| {
-        values::vec3(shape, name)?.ok_or_else(|| shape.incomplete(format!("<{name}>: three lengths, m")))
+    // The specification's defaults.
+    let radius = if shape.is("capsule") || shape.is("cone") { 0.5 } else { 1.0 };
+    let size = |name: &'static str| {
+        let default = if name == "radius" { radius } else { 1.0 };
+        Ok::<f64, FormatError>(values::number(shape, name)?.unwrap_or(default))
     };
+    let vector = |name: &'static str| Ok::<DVec3, FormatError>(values::vec3(shape, name)?.unwrap_or(DVec3::ONE));
     let upright = |geometry| Ok(Some((geometry, DQuat::IDENTITY)));
     match shape.name() {
         "box" => upright(Geometry::Box { half_extents: vector("size")? / 2.0 }),
@@ -119,6 +134,10 @@ fn mesh_geometry(importer: &mut Importer, shape: Element) -> Result<Option<Geome
     if let Some(mesh) = shapes.meshes.get(&key) {
         return Ok(Some(Geometry::ConvexMesh(mesh.clone())));
     }
+    if leave_out_if_missing(&mut importer.report, shape, &key.0, importer.shapes.missing_meshes) {
+        return Ok(None);
+    }
+    let shapes = &mut importer.shapes;
     let asset = |reason| {
         let (at, path) = (uri.at(), key.0.clone());
         FormatError::Asset { at, element: "mesh".into(), path, reason }

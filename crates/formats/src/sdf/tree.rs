@@ -1,5 +1,7 @@
 //! Links and joints as trees. Joints of SDF may close loops and may lead from a link towards the root.
 
+use std::collections::HashSet;
+
 use super::frames::{Frames, Sort};
 use crate::error::FormatError;
 use crate::xml::Element;
@@ -38,7 +40,7 @@ impl<'t> KinematicTree<'t> {
             let end = |name: &'static str| {
                 let end = element.child(name).filter(|c| !c.text().is_empty());
                 let end = end.ok_or_else(|| element.incomplete(format!("<{name}>name of a link</{name}>")))?;
-                frames.link(end, scope, end.text())
+                Ok::<_, FormatError>(frames.link(end, scope, end.text())?.filter(|&link| !frames.is_world(link)))
             };
             let (parent, child) = (end("parent")?, end("child")?);
             if parent == child {
@@ -72,7 +74,8 @@ impl<'t> KinematicTree<'t> {
         }
         let mut reached = vec![false; world + 1];
         self.walk(world, &of_link, &mut reached);
-        let is_child = |link: usize| self.edges.iter().any(|e| e.in_tree && e.child == Some(link));
+        let children: HashSet<usize> = self.edges.iter().filter(|e| e.in_tree).filter_map(|e| e.child).collect();
+        let is_child = |link: usize| children.contains(&link);
         // A tree that does not hang on the world starts at a link that is nobody's child, if there is one.
         let (mut roots, others): (Vec<usize>, Vec<usize>) = frames.of(Sort::Link).partition(|&link| !is_child(link));
         roots.extend(others);

@@ -11,21 +11,29 @@ use crate::xml::Element;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Type {
+    /// None of those that are supported.
+    Unknown,
     Fixed,
     Revolute,
     Continuous,
     Prismatic,
     Floating,
     Planar,
+    Ball,
+    Universal,
 }
 
-const TYPES: [(&str, Type); 6] = [
+const TYPES: [(&str, Type); 9] = [
     ("fixed", Type::Fixed),
     ("revolute", Type::Revolute),
     ("continuous", Type::Continuous),
     ("prismatic", Type::Prismatic),
     ("floating", Type::Floating),
     ("planar", Type::Planar),
+    // Drake's and Bullet's words.
+    ("ball", Type::Ball),
+    ("spherical", Type::Ball),
+    ("universal", Type::Universal),
 ];
 
 /// A link that hangs on another one.
@@ -47,9 +55,14 @@ pub(super) fn add_child<'t>(
     merge: bool,
 ) -> Result<Child, FormatError> {
     let a = joint.attributes();
-    let sort = a.choice("type", &TYPES)?;
-    let sort =
-        sort.ok_or_else(|| joint.incomplete("attribute 'type': revolute, continuous, prismatic, fixed or floating"))?;
+    let given = a.required("type", "revolute, continuous, prismatic, fixed or floating")?;
+    let sort = TYPES.iter().find(|(word, _)| *word == given).map_or(Type::Unknown, |(_, sort)| *sort);
+    if sort == Type::Unknown {
+        let what = format!("of type '{}' is not supported", given.chars().take(40).collect::<String>());
+        let effect = "its links are welded together: is the type misspelt?";
+        importer.report.motion(a.at("type"), "joint", what, effect);
+    }
+    let sort = if sort == Type::Unknown { Type::Fixed } else { sort };
     let (own, offset) = (origin(joint)?, parent.offset);
     let pose = parent.pose * own;
     let name = match name {
@@ -91,7 +104,11 @@ fn renamed_world(importer: &mut Importer, link: Element) -> String {
 /// The joints of the model that one of the file stands for, with what is added to its name.
 fn joints(joint: Element, sort: Type) -> Result<Vec<(&'static str, Joint)>, FormatError> {
     let kinds = match sort {
-        Type::Fixed => Vec::new(),
+        Type::Fixed | Type::Unknown => Vec::new(),
+        Type::Ball => vec![("", JointKind::Ball)],
+        Type::Universal => {
+            vec![("_x", JointKind::Hinge { axis: DVec3::X }), ("_y", JointKind::Hinge { axis: DVec3::Y })]
+        }
         Type::Floating => vec![("", JointKind::Free)],
         Type::Revolute | Type::Continuous => vec![("", JointKind::Hinge { axis: axis(joint)? })],
         Type::Prismatic => vec![("", JointKind::Slide { axis: axis(joint)? })],
@@ -107,7 +124,7 @@ fn joints(joint: Element, sort: Type) -> Result<Vec<(&'static str, Joint)>, Form
     for (suffix, kind) in kinds {
         let mut model_joint = Joint::new("", kind);
         if matches!(sort, Type::Revolute | Type::Prismatic) {
-            model_joint.limits = Some(limits(joint)?);
+            model_joint.limits = limits(joint)?;
         }
         if let Some(dynamics) = joint.child("dynamics").filter(|_| sort != Type::Floating) {
             let a = dynamics.attributes();
@@ -124,21 +141,47 @@ fn axis(joint: Element) -> Result<DVec3, FormatError> {
     Ok(axis.attributes().direction("xyz")?.unwrap_or(DVec3::X))
 }
 
-fn limits(joint: Element) -> Result<[f64; 2], FormatError> {
-    let missing = "<limit lower=\"…\" upper=\"…\"/>; without limits its type is 'continuous'";
-    let a = joint.child("limit").ok_or_else(|| joint.incomplete(missing))?.attributes();
+/// The limits of a joint; none, which is noted, where the file gives none or the upper one lies below the lower one (Bullet's way to
+/// say that there are none).
+fn limits(joint: Element) -> Result<Option<[f64; 2]>, FormatError> {
+    let Some(limit) = joint.child("limit") else {
+        let effect = "it has none: give <limit lower=\"…\" upper=\"…\"/>, or the type 'continuous'";
+        joint.note(joint.at(), "has no <limit>", effect, true);
+        return Ok(None);
+    };
+    let a = limit.attributes();
     let (lower, upper) = (a.number_or("lower", 0.0)?, a.number_or("upper", 0.0)?);
-    if lower > upper { Err(a.invalid("upper", format!("at least lower = {lower}"))) } else { Ok([lower, upper]) }
+    if lower > upper {
+        let effect = "the joint has no limits (as in Bullet): give the smaller one as 'lower'";
+        limit.note(a.at("upper"), "has its upper end below its lower one", effect, true);
+        return Ok(None);
+    }
+    Ok(Some([lower, upper]))
 }
 
 /// `<inertial>` of a link in the link's frame; none of it if the link has none. Published robots often have links whose
 /// inertia no rigid body has, mostly small ones welded to a large one: these get the nearest possible one.
 pub(super) fn inertia(importer: &mut Importer, link: Element) -> Result<Inertia, FormatError> {
     let Some(inertial) = link.child("inertial") else { return Ok(Inertia::ZERO) };
-    let element = inertial.child("mass").ok_or_else(|| inertial.incomplete("<mass value=\"…\"/>"))?;
-    let mass = element.attributes().non_negative("value")?;
-    let mass = mass.ok_or_else(|| element.incomplete("attribute 'value': kg"))?;
-    let element = inertial.child("inertia").ok_or_else(|| inertial.incomplete("<inertia ixx=\"…\" …/>"))?;
+    let mass = match inertial.child("mass") {
+        Some(element) => {
+            element.attributes().non_negative("value")?.ok_or_else(|| element.incomplete("attribute 'value': kg"))?
+        }
+        None => {
+            importer.report.motion(
+                inertial.at(),
+                "inertial",
+                "has no <mass>",
+                "its mass is 0: write <mass value=\"…\"/>",
+            );
+            0.0
+        }
+    };
+    let Some(element) = inertial.child("inertia") else {
+        let effect = "it is that of a point mass: write <inertia ixx=\"…\" …/>";
+        importer.report.motion(inertial.at(), "inertial", "has no <inertia>", effect);
+        return Ok(moved(Inertia { mass, ..Inertia::ZERO }, &origin(inertial)?));
+    };
     let a = element.attributes();
     let entry = |name| a.number_or(name, 0.0);
     let (xx, yy, zz) = (entry("ixx")?, entry("iyy")?, entry("izz")?);

@@ -63,7 +63,7 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
     let mut importer = Importer {
         parts: Parts::new(name, root, reserved),
         report: Reporter::default(),
-        shapes: shapes::Shapes::read(root, base, &options.package_dirs),
+        shapes: shapes::Shapes::read(root, base, options),
         merged: HashMap::new(),
     };
     if options.floor {
@@ -172,8 +172,8 @@ fn warn_about_weight_of_the_world(importer: &mut Importer, element: Element) {
 fn origin(element: Element) -> Result<Pose, FormatError> {
     let Some(origin) = element.child("origin") else { return Ok(Pose::IDENTITY) };
     let a = origin.attributes();
-    let position = a.vec3("xyz")?.unwrap_or(DVec3::ZERO);
-    let [roll, pitch, yaw] = a.vector::<3>("rpy")?.unwrap_or_default();
+    let position = a.vec3_or_more("xyz")?.unwrap_or(DVec3::ZERO);
+    let [roll, pitch, yaw] = a.vec3_or_more("rpy")?.unwrap_or_default().to_array();
     let rotation = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
     Ok(Pose::new(position, rotation.normalize()))
 }

@@ -10,8 +10,9 @@ use signorini_multibody::{BodyId, Geom, Geometry, Pose};
 
 use super::{Importer, origin};
 use crate::error::FormatError;
-use crate::shapes::leave_out_if_flat;
+use crate::shapes::{leave_out_if_flat, leave_out_if_missing};
 use crate::xml::{Attributes, Element};
+use crate::{LoadOptions, MissingMeshes};
 use crate::{mesh, packages};
 
 type MeshKey = (PathBuf, [u64; 3]);
@@ -22,10 +23,11 @@ pub(super) struct Shapes<'t> {
     meshes: HashMap<MeshKey, Arc<Mesh>>,
     base: PathBuf,
     package_dirs: Vec<PathBuf>,
+    missing_meshes: MissingMeshes,
 }
 
 impl<'t> Shapes<'t> {
-    pub fn read(root: Element<'t>, base: &Path, package_dirs: &[PathBuf]) -> Self {
+    pub fn read(root: Element<'t>, base: &Path, options: &LoadOptions) -> Self {
         let mut materials = HashMap::new();
         let nested = root.children_named("link").flat_map(|l| l.children_named("visual"));
         let everywhere = root.children_named("material").chain(nested.flat_map(|v| v.children_named("material")));
@@ -34,7 +36,8 @@ impl<'t> Shapes<'t> {
                 materials.entry(name).or_insert(rgba);
             }
         }
-        Self { materials, meshes: HashMap::new(), base: base.to_owned(), package_dirs: package_dirs.to_owned() }
+        let LoadOptions { package_dirs, missing_meshes, .. } = options.clone();
+        Self { materials, meshes: HashMap::new(), base: base.to_owned(), package_dirs, missing_meshes }
     }
 
     /// The colour of the link's first visual that has one.
@@ -97,9 +100,11 @@ pub(super) fn read<'t>(
 
 /// The shape; none if its file format is not supported.
 fn geometry(importer: &mut Importer, collision: Element) -> Result<Option<Geometry>, FormatError> {
-    let missing = "<geometry> with a <box>, <cylinder>, <sphere>, <capsule> or <mesh>";
-    let shape = collision.child("geometry").and_then(|g| g.children().next());
-    let shape = shape.ok_or_else(|| collision.incomplete(missing))?;
+    let effect = "it is left out: nothing touches it; give a <box>, <cylinder>, <sphere>, <capsule> or <mesh>";
+    let Some(shape) = collision.child("geometry").and_then(|g| g.children().next()) else {
+        importer.report.motion(collision.at(), "collision", "has no shape", effect);
+        return Ok(None);
+    };
     let a = shape.attributes();
     let size = |name: &'static str| a.number(name)?.ok_or_else(|| shape.incomplete(format!("attribute '{name}': m")));
     let geometry = match shape.name() {
@@ -111,7 +116,15 @@ fn geometry(importer: &mut Importer, collision: Element) -> Result<Option<Geomet
         "cylinder" => Geometry::Cylinder { radius: size("radius")?, half_length: size("length")? / 2.0 },
         "capsule" => Geometry::Capsule { radius: size("radius")?, half_length: size("length")? / 2.0 },
         "mesh" => return mesh_geometry(importer, &a),
-        _ => return Err(collision.incomplete(missing)),
+        "ellipsoid" => {
+            let radii = a.vec3("radii")?.ok_or_else(|| shape.incomplete("attribute 'radii': three semi-axes, m"))?;
+            Geometry::Ellipsoid { semi_axes: radii }
+        }
+        other => {
+            let what = format!("shape '{}' is not supported", other.chars().take(40).collect::<String>());
+            importer.report.motion(shape.at(), "geometry", what, effect);
+            return Ok(None);
+        }
     };
     Ok(Some(geometry))
 }
@@ -125,6 +138,9 @@ fn mesh_geometry(importer: &mut Importer, a: &Attributes) -> Result<Option<Geome
         let what = format!("mesh format '{extension}' is not supported");
         let effect = "the shape is left out: nothing touches it; convert the file to STL, OBJ or COLLADA";
         importer.report.motion(a.at("filename"), "mesh", what, effect);
+        return Ok(None);
+    }
+    if leave_out_if_missing(&mut importer.report, a.element(), &path, importer.shapes.missing_meshes) {
         return Ok(None);
     }
     Ok(Some(Geometry::ConvexMesh(importer.shapes.mesh(a, path)?)))

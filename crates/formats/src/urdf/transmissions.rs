@@ -1,5 +1,7 @@
 //! Motors on joints: where a `<transmission>` names a joint, and where its `<limit>` has an `effort`.
 
+use std::collections::{HashMap, HashSet};
+
 use signorini_multibody::{Actuator, ActuatorKind, Transmission};
 
 use super::Importer;
@@ -10,23 +12,23 @@ use crate::xml::Element;
 /// `effort` in the order of the file, but for those that mimic another. The effort bounds the motor's force. What ROS commands is
 /// the force at the joint: the reduction of the gear is inside it.
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
-    let mut driven: Vec<&str> = Vec::new();
+    let named = root.children_named("joint").filter_map(|j| Some((j.attributes().text("name")?, j)));
+    let joints: HashMap<&str, Element<'t>> = named.collect();
+    let mut driven: HashSet<&str> = HashSet::new();
     for end in root.children_named("transmission").flat_map(|t| t.children_named("joint")) {
         let name = end.attributes().required("name", "the joint it drives")?;
-        let joint = root.children_named("joint").find(|j| j.attributes().text("name") == Some(name));
-        let Some(joint) = joint else {
+        let Some(&joint) = joints.get(name) else {
             let what = "drives a joint that is not defined";
             importer.report.motion(end.at(), "transmission", what, "it is left out; is the name misspelt?");
             continue;
         };
-        if !driven.contains(&name) {
-            driven.push(name);
+        if driven.insert(name) {
             add_motor(importer, end, name, effort(joint)?)?;
         }
     }
     for joint in root.children_named("joint").filter(|joint| joint.child("mimic").is_none()) {
         let Some(name) = joint.attributes().text("name") else { continue };
-        if let (Some(bound), false) = (effort(joint)?, driven.contains(&name)) {
+        if let (Some(bound), false) = (effort(joint)?, driven.contains(name)) {
             add_motor(importer, joint, name, Some(bound))?;
         }
     }

@@ -76,6 +76,18 @@ impl<'t> Attributes<'t> {
         Ok(self.vector::<3>(name)?.map(DVec3::from_array))
     }
 
+    /// A vector with at least three numbers, of which the first three count; more are noted.
+    pub fn vec3_or_more(&self, name: &'static str) -> Result<Option<DVec3>, FormatError> {
+        match self.numbers(name)?.as_deref() {
+            Some([x, y, z, _, ..]) => {
+                let what = format!("'{name}' has more than three numbers");
+                self.element.note(self.at(name), what, "the first three count: remove the others", true);
+                Ok(Some(DVec3::new(*x, *y, *z)))
+            }
+            _ => self.vec3(name),
+        }
+    }
+
     /// A unit vector from a vector of any length but zero.
     pub fn direction(&self, name: &'static str) -> Result<Option<DVec3>, FormatError> {
         let Some(v) = self.vec3(name)? else { return Ok(None) };
@@ -219,7 +231,17 @@ fn words<'a>(element: Element, attribute: &'a Attribute) -> impl Iterator<Item =
         let effect = "they are read as spaces: write spaces";
         element.note(element.location_of(attribute), "commas between numbers", effect, false);
     }
-    attribute.value.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|word| !word.is_empty())
+    let value = default_of_environment(element, attribute).unwrap_or(&attribute.value);
+    value.split(|c: char| c.is_ascii_whitespace() || c == ',').filter(|word| !word.is_empty())
+}
+
+/// What ROS takes for `$(optenv NAME default …)` where the environment has no NAME; noted.
+fn default_of_environment<'a>(element: Element, attribute: &'a Attribute) -> Option<&'a str> {
+    let inside = attribute.value.trim().strip_prefix("$(optenv ")?.strip_suffix(')')?;
+    let (name, default) = inside.trim().split_once(char::is_whitespace)?;
+    let what = format!("'{}' asks for the environment's '{}'", attribute.name, shortened(name));
+    element.note(element.location_of(attribute), what, "its default counts: run xacro for another", true);
+    Some(default)
 }
 
 fn invalid(element: Element, attribute: &Attribute, name: &'static str, expected: Cow<'static, str>) -> FormatError {

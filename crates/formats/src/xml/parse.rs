@@ -141,6 +141,17 @@ impl<'x> Parser<'x> {
         let mut attributes: Vec<Attribute> = Vec::new();
         let mut list = tag.attributes();
         list.with_checks(false);
+        if let Some(Err(AttrError::UnquotedValue(_))) = list.clone().find(Result::is_err) {
+            let at = self.location(start);
+            self.note(
+                at,
+                element,
+                "has a value that is not in quotes",
+                "it is read to the next space: put it in quotes",
+            );
+            list = tag.html_attributes();
+            list.with_checks(false);
+        }
         for attribute in list {
             let attribute = attribute.map_err(|error| self.bad_attribute(start, &error))?;
             let key: &str = attribute.key.as_ref();

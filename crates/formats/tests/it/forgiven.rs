@@ -1,6 +1,8 @@
 //! What other readers forgive is forgiven, with a warning that says where and what to do.
 
-use signorini_formats::{Imported, LoadOptions, Warning, load_mjcf_str, load_sdf_str, load_urdf_str};
+use signorini_formats::{
+    Imported, LoadOptions, MissingMeshes, Warning, load_mjcf_str, load_mjcf_str_with, load_sdf_str, load_urdf_str,
+};
 use signorini_multibody::{BodyId, JointKind};
 
 const LINK: &str = "<link name='a'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>\
@@ -187,4 +189,143 @@ fn misspelt_attributes_are_named() {
     let imported = load_mjcf_str(text, "").unwrap();
     assert!(warning(&imported, "'dampnig'").effect.contains("'damping'"), "{}", imported.report);
     assert!(warning(&imported, "'frictoin'").effect.contains("'friction'"), "{}", imported.report);
+}
+
+/// Two links and a joint with these attributes and children.
+fn pair_of_links(joint: &str) -> String {
+    let second = LINK.replace("'a'", "'b'");
+    format!(
+        "<robot name='r'>{LINK}{second}\n<joint name='j' {joint}<parent link='a'/><child link='b'/></joint></robot>"
+    )
+}
+
+#[test]
+fn joints_without_usable_limits() {
+    let crossed = urdf(&pair_of_links("type='revolute'>\n<limit lower='1' upper='-1'/>"));
+    assert_eq!((crossed.model.nv, crossed.model.joints[0].limits), (1, None));
+    assert_eq!(warning(&crossed, "upper end below its lower one").line, 3);
+    let none = urdf(&pair_of_links("type='prismatic'>"));
+    assert_eq!((none.model.nv, none.model.joints[0].limits), (1, None));
+    assert!(warning(&none, "has no <limit>").changes_motion);
+}
+
+#[test]
+fn joint_types_of_other_programs() {
+    let kinds = |text: &str| urdf(text).model.joints.iter().map(|j| j.kind).collect::<Vec<_>>();
+    for word in ["ball", "spherical"] {
+        assert_eq!(kinds(&pair_of_links(&format!("type='{word}'>"))), [JointKind::Ball]);
+    }
+    assert_eq!(urdf(&pair_of_links("type='universal'>")).model.nv, 2);
+    let screw = urdf(&pair_of_links("type='screw'>"));
+    assert_eq!((screw.model.nv, warning(&screw, "'screw' is not supported").line), (0, 2));
+}
+
+#[test]
+fn incomplete_inertia_and_collisions() {
+    let link = |inside: &str| urdf(&format!("<robot name='r'><link name='a'>\n{inside}</link></robot>"));
+    let point = link("<inertial><mass value='2'/></inertial>");
+    assert_eq!((point.model.bodies[1].inertia.mass, warning(&point, "has no <inertia>").line), (2.0, 2));
+    let massless = link("<inertial><inertia ixx='0' iyy='0' izz='0'/></inertial>");
+    assert_eq!((massless.model.bodies[1].inertia.mass, warning(&massless, "has no <mass>").line), (0.0, 2));
+    for shape in
+        ["<collision/>", "<collision><geometry/></collision>", "<collision><geometry><cdf/></geometry></collision>"]
+    {
+        let imported = link(shape);
+        assert!(imported.model.geoms.is_empty());
+        assert!(warning(&imported, "nothing touches it").changes_motion);
+    }
+}
+
+#[test]
+fn origins_with_more_numbers_and_defaults_of_the_environment() {
+    let joint = |origin: &str| {
+        let imported = urdf(&pair_of_links(&format!("type='fixed'>\n<origin {origin}/>")));
+        (imported.model.bodies[2].placement.position.to_array(), imported)
+    };
+    let (place, imported) = joint("xyz='1 2 3 4'");
+    assert_eq!((place, warning(&imported, "more than three numbers").line), ([1.0, 2.0, 3.0], 3));
+    let (place, imported) = joint("xyz='$(optenv SIGNORINI_NOT_SET 0.5 0 -1)'");
+    assert_eq!((place, warning(&imported, "environment").line), ([0.5, 0.0, -1.0], 3));
+}
+
+#[test]
+fn values_without_quotes() {
+    let text = "<robot name='r'><link name='a'><collision><geometry>\n<sphere radius=2 />\n</geometry></collision></link></robot>";
+    let imported = urdf(text);
+    assert_eq!(imported.model.geoms[0].geometry.bounding_radius(), 2.0);
+    assert_eq!(warning(&imported, "not in quotes").line, 2);
+}
+
+#[test]
+fn missing_meshes_are_left_out_where_asked() {
+    let skip = LoadOptions::default().with_missing_meshes(MissingMeshes::Skip);
+    let robot = "<robot name='r'><link name='a'><inertial><mass value='3'/><inertia ixx='1' iyy='1' izz='1'/></inertial>\
+                 <collision><geometry>\n<mesh filename='no/such.stl'/></geometry></collision></link></robot>";
+    let scene = "<mujoco><asset><mesh name='m' file='no/such.stl'/></asset><worldbody><body><freejoint/>\n<geom type='mesh' mesh='m'/>\
+                 <geom size='1' mass='3'/></body></worldbody></mujoco>";
+    let world = "<sdf version='1.9'><model name='m'><link name='l'><inertial><mass>3</mass></inertial><collision name='c'><geometry>\n\
+                 <mesh><uri>no/such.stl</uri></mesh></geometry></collision></link></model></sdf>";
+    type Load<'a> = &'a dyn Fn(&LoadOptions) -> Result<Imported, signorini_formats::FormatError>;
+    let (urdf, mjcf, sdf): (Load, Load, Load) =
+        (&|options| load_urdf_str(robot, "", options), &|options| load_mjcf_str_with(scene, "", options), &|options| {
+            load_sdf_str(world, "", options)
+        });
+    for (load, geoms) in [(urdf, 0), (mjcf, 1), (sdf, 0)] {
+        let refused = load(&LoadOptions::default()).unwrap_err().to_string();
+        assert!(refused.contains("such.stl") && refused.contains("No such file"), "{refused}");
+        let imported = load(&skip).unwrap();
+        assert_eq!((imported.model.geoms.len(), imported.model.bodies[1].inertia.mass), (geoms, 3.0));
+        let left_out = warning(&imported, "such.stl");
+        assert!(left_out.line == 2 && left_out.changes_motion, "{left_out}");
+    }
+}
+
+#[test]
+fn mjcf_says_too_much() {
+    let text = "<mujoco><default><joint limited='true'/></default><worldbody><body><joint type='free'/>\n\
+                <geom type='capsule' size='.1' pos='5 5 5' fromto='0 0 0 0 0 1'/></body></worldbody></mujoco>";
+    let imported = load_mjcf_str(text, "").unwrap();
+    assert_eq!(imported.model.geoms[0].placement.position.to_array(), [0.0, 0.0, 0.5]);
+    assert_eq!((warning(&imported, "'fromto' counts").line, imported.model.joints[0].limits), (2, None));
+}
+
+#[test]
+fn meshes_of_plugins_are_left_out_with_their_geoms() {
+    let text = "<mujoco><asset><mesh name='m'><plugin plugin='mujoco.sdf.torus'/></mesh></asset><worldbody>\n\
+                <geom type='sdf' mesh='m'/><geom size='1'/></worldbody></mujoco>";
+    let imported = load_mjcf_str(text, "").unwrap();
+    assert_eq!((imported.model.geoms.len(), warning(&imported, "made by a plugin").line), (1, 2));
+}
+
+#[test]
+fn inertia_from_geoms_keeps_what_bodies_without_geoms_are_given() {
+    let text = "<mujoco><compiler inertiafromgeom='true'/><worldbody><body><freejoint/><inertial pos='0 0 0' mass='2' \
+                diaginertia='1 1 1'/></body><body><freejoint/><inertial pos='0 0 0' mass='2' diaginertia='1 1 1'/>\
+                <frame><geom size='1' mass='5'/></frame></body></worldbody></mujoco>";
+    let model = load_mjcf_str(text, "").unwrap().model;
+    // MuJoCo 4.0.0: body_mass [0, 2, 5].
+    assert_eq!((model.bodies[1].inertia.mass, model.bodies[2].inertia.mass), (2.0, 5.0));
+}
+
+#[test]
+fn sdf_names_by_kind_defaults_and_the_world() {
+    let text = "<sdf version='1.6'><model name='m'><link name='a'><collision name='c'><geometry><box/></geometry></collision></link>\n\
+                <link name='world'/><joint name='a' type='revolute'><parent>world</parent><child>a</child><axis><xyz>0 0 1</xyz>\
+                </axis></joint></model></sdf>";
+    let model = load_sdf_str(text, "", &LoadOptions::default()).unwrap().model;
+    assert_eq!((model.bodies.len(), model.nv), (2, 1));
+    assert_eq!(model.geoms[0].geometry, signorini_multibody::Geometry::Box { half_extents: [0.5; 3].into() });
+    let twice = "<sdf version='1.6'><model name='m'><link name='a'/><link name='a'/></model></sdf>";
+    assert!(load_sdf_str(twice, "", &LoadOptions::default()).is_err());
+    let empty = load_sdf_str("<sdf version='1.6'>\n<world name='w'/></sdf>", "", &LoadOptions::default()).unwrap();
+    assert_eq!((empty.model.bodies.len(), warning(&empty, "has no <model>").line), (1, 2));
+}
+
+#[test]
+fn sdf_collisions_relative_to_other_frames() {
+    let text = "<sdf version='1.9'><model name='m'><frame name='f'><pose>0 0 2 0 0 0</pose></frame><link name='a'><pose>0 0 5 0 0 0</pose>\
+                <collision name='c'><pose relative_to='f'>1 0 0 0 0 0</pose><geometry><sphere><radius>1</radius></sphere></geometry>\
+                </collision></link></model></sdf>";
+    let model = load_sdf_str(text, "", &LoadOptions::default()).unwrap().model;
+    assert_eq!(model.geoms[0].placement.position.to_array(), [1.0, 0.0, -3.0]);
 }

@@ -181,6 +181,7 @@ class Model:
         srdf: Optional[_Path] = None,
         friction: float = 1.0,
         floor: bool = False,
+        missing_meshes: str = "stop",
     ) -> Self: ...
     @property
     def name(self) -> str:

@@ -40,6 +40,7 @@ class Model(_core.Model):
         srdf: Optional[PathLike] = None,
         friction: float = 1.0,
         floor: bool = False,
+        missing_meshes: Literal["stop", "skip"] = "stop",
     ) -> Model:
         """Reads a model file; its root element says whether it is MJCF, URDF or SDF.
 
@@ -54,11 +55,13 @@ class Model(_core.Model):
             friction: coefficient of friction of the shapes of a URDF, which has no word for it.
             floor: whether the world gets a floor (URDF, SDF), the plane z = 0, as the first geom; the friction of what stands on it
                 counts.
+            missing_meshes: what becomes of a geom whose mesh file is not there: "stop" refuses the model, "skip" leaves the geom
+                out with a warning.
 
         Raises:
             ModelError: the file cannot be read, with file and line.
         """
-        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor)
+        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes)
         return cls._load({"path": os.fspath(path)}, options)
 
     @classmethod
@@ -74,6 +77,7 @@ class Model(_core.Model):
         srdf: Optional[PathLike] = None,
         friction: float = 1.0,
         floor: bool = False,
+        missing_meshes: Literal["stop", "skip"] = "stop",
         format: Literal["auto", "mjcf", "urdf", "sdf"] = "auto",
     ) -> Model:
         """Reads MJCF, URDF or SDF from text; files that it names are looked for in ``base_dir``; other arguments as in
@@ -83,14 +87,14 @@ class Model(_core.Model):
             ModelError: the text cannot become a model, with line.
         """
         source: Dict[str, Any] = {"text": text, "format": format, "base_dir": os.fspath(base_dir)}
-        return cls._load(source, _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor))
+        return cls._load(source, _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes))
 
     @classmethod
-    def from_mjcf(cls, source: PathLike) -> Model:
-        """Reads MJCF from a file, or from text that begins with ``<``."""
+    def from_mjcf(cls, source: PathLike, *, missing_meshes: Literal["stop", "skip"] = "stop") -> Model:
+        """Reads MJCF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
         if _is_text(source):
-            return cls.from_string(os.fspath(source), format="mjcf")
-        return cls.from_file(source)
+            return cls.from_string(os.fspath(source), format="mjcf", missing_meshes=missing_meshes)
+        return cls.from_file(source, missing_meshes=missing_meshes)
 
     @classmethod
     def from_urdf(
@@ -104,9 +108,10 @@ class Model(_core.Model):
         srdf: Optional[PathLike] = None,
         friction: float = 1.0,
         floor: bool = False,
+        missing_meshes: Literal["stop", "skip"] = "stop",
     ) -> Model:
         """Reads URDF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
-        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor)
+        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes)
         if _is_text(source):
             return cls._load({"text": os.fspath(source), "format": "urdf", "base_dir": ""}, options)
         return cls._load({"path": os.fspath(source)}, options)
@@ -210,6 +215,7 @@ def _options(
     srdf: Optional[PathLike],
     friction: float,
     floor: bool,
+    missing_meshes: str,
 ) -> Dict[str, Any]:
     return {
         "package_dirs": [os.fspath(folder) for folder in package_dirs],
@@ -219,6 +225,7 @@ def _options(
         "srdf": None if srdf is None else os.path.abspath(srdf),
         "friction": friction,
         "floor": floor,
+        "missing_meshes": missing_meshes,
     }
 
 

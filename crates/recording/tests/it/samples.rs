@@ -58,6 +58,7 @@ pub fn header() -> Header {
             self_collision: true,
             srdf: Some("arm.srdf".into()),
             friction: 0.75,
+            skip_missing_meshes: false,
             floor: true,
         }),
         ..Header::default()
