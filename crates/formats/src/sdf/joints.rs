@@ -38,16 +38,13 @@ pub(super) fn add<'t>(
         }
         "revolute" | "continuous" | "prismatic" => &["axis"],
         "universal" | "revolute2" => &["axis", "axis2"],
-        "screw" => {
+        // Drake has planar ones.
+        "screw" | "planar" => {
             let what = format!("of type '{sort}' is not supported");
             importer.report.motion(element.at(), "joint", what, "its links are welded together");
             return Ok(());
         }
-        _ => {
-            let what = format!("of type '{sort}' is not one of SDF's");
-            importer.report.motion(element.at(), "joint", what, "its links are welded together: is it misspelt?");
-            return Ok(());
-        }
+        _ => return Err(element.invalid(format!("type '{sort}' is not one of SDF's"))),
     };
     // The first axis is fixed to the parent, the second to the child; seen from the other side they change places.
     let ordered: Vec<&'static str> = if reversed { axes.iter().rev().copied().collect() } else { axes.to_vec() };

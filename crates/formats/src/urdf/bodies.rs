@@ -11,8 +11,6 @@ use crate::xml::Element;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Type {
-    /// None of those that are supported.
-    Unknown,
     Fixed,
     Revolute,
     Continuous,
@@ -21,9 +19,10 @@ enum Type {
     Planar,
     Ball,
     Universal,
+    Screw,
 }
 
-const TYPES: [(&str, Type); 9] = [
+const TYPES: [(&str, Type); 10] = [
     ("fixed", Type::Fixed),
     ("revolute", Type::Revolute),
     ("continuous", Type::Continuous),
@@ -34,6 +33,7 @@ const TYPES: [(&str, Type); 9] = [
     ("ball", Type::Ball),
     ("spherical", Type::Ball),
     ("universal", Type::Universal),
+    ("screw", Type::Screw),
 ];
 
 /// A link that hangs on another one.
@@ -55,14 +55,16 @@ pub(super) fn add_child<'t>(
     merge: bool,
 ) -> Result<Child, FormatError> {
     let a = joint.attributes();
-    let given = a.required("type", "revolute, continuous, prismatic, fixed or floating")?;
-    let sort = TYPES.iter().find(|(word, _)| *word == given).map_or(Type::Unknown, |(_, sort)| *sort);
-    if sort == Type::Unknown {
-        let what = format!("of type '{}' is not supported", given.chars().take(40).collect::<String>());
-        let effect = "its links are welded together: is the type misspelt?";
-        importer.report.motion(a.at("type"), "joint", what, effect);
-    }
-    let sort = if sort == Type::Unknown { Type::Fixed } else { sort };
+    let sort = a.choice("type", &TYPES)?;
+    let sort =
+        sort.ok_or_else(|| joint.incomplete("attribute 'type': revolute, continuous, prismatic, fixed or floating"))?;
+    let sort = if sort == Type::Screw {
+        let effect = "its links are welded together";
+        importer.report.motion(a.at("type"), "joint", "of type 'screw' is not supported", effect);
+        Type::Fixed
+    } else {
+        sort
+    };
     let (own, offset) = (origin(joint)?, parent.offset);
     let pose = parent.pose * own;
     let name = match name {
@@ -104,7 +106,7 @@ fn renamed_world(importer: &mut Importer, link: Element) -> String {
 /// The joints of the model that one of the file stands for, with what is added to its name.
 fn joints(joint: Element, sort: Type) -> Result<Vec<(&'static str, Joint)>, FormatError> {
     let kinds = match sort {
-        Type::Fixed | Type::Unknown => Vec::new(),
+        Type::Fixed | Type::Screw => Vec::new(),
         Type::Ball => vec![("", JointKind::Ball)],
         Type::Universal => {
             vec![("_x", JointKind::Hinge { axis: DVec3::X }), ("_y", JointKind::Hinge { axis: DVec3::Y })]

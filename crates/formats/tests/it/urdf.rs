@@ -283,6 +283,6 @@ fn bad_values_are_refused() {
     assert_refused(mesh, &["text):3:7", "p/m.stl", "No such file"]);
     let massless = format!("{}\n<link name='tip'/>{}", link("base"), joint("j", "revolute", "base", "tip"));
     assert_refused(&massless, &["text):3:1", "'tip'", "no rotational inertia"]);
-    let limitless = "<joint name='j' type='revolute'><parent link='a'/><child link='b'/></joint>";
-    assert_refused(&format!("{}{}\n{limitless}", link("a"), link("b")), &["text):3:1", "<limit", "continuous"]);
+    let misspelt = "<joint name='j' type='revolut'><parent link='a'/><child link='b'/></joint>";
+    assert_refused(&format!("{}{}\n{misspelt}", link("a"), link("b")), &["text):3:17", "revolut", "'revolute'"]);
 }
