@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use glamx::glam::{DMat3, DVec3};
-use signorini_multibody::{BodyId, ContactPoint, GeomId, Model, Pose};
+use signorini_multibody::{BodyId, ContactPoint, GeomId, Geometry, Model, Pose};
 
 use crate::CollisionError;
 use crate::bvh::Aabb;
@@ -12,7 +12,8 @@ use crate::halfspace::HalfSpace;
 use crate::manifold::Touch;
 use crate::mesh::TriangleSet;
 use crate::narrow::Narrow;
-use crate::shape::{Prepared, Shape};
+use crate::partners::Partners;
+use crate::shape::{KnownHulls, Prepared, Shape};
 use crate::surface::{PlacedSet, Surface};
 use crate::sweep::Sweep;
 
@@ -36,6 +37,7 @@ pub struct Collider {
     swept: Vec<u32>,
     /// Bounded geoms that can meet a half-space.
     over_half_spaces: Vec<u32>,
+    partners: Partners,
     /// Pairs with a law of their own, with friction and margin, in order.
     own_laws: Vec<(u32, u32, [f64; 2])>,
     /// Largest part of a geom in the margin of a pair, m.
@@ -69,19 +71,28 @@ impl Collider {
     /// [`CollisionError::FlatHull`] for a convex mesh without volume, [`CollisionError::TwoMeshes`] if two triangle
     /// meshes or height fields can meet.
     pub fn new(model: &Model) -> Result<Self, CollisionError> {
-        let geoms = model.geoms.iter().map(Prepared::new).collect::<Result<Vec<_>, _>>()?;
-        check_meshes(model, &geoms)?;
-        let is_half_space = |i: &u32| matches!(geoms[*i as usize].shape, Shape::HalfSpace);
-        let (half_spaces, bounded): (Vec<u32>, Vec<u32>) = (0..geoms.len() as u32).partition(is_half_space);
+        let is_half_space = |i: &u32| matches!(model.geoms[*i as usize].geometry, Geometry::Plane);
+        let (half_spaces, bounded): (Vec<u32>, Vec<u32>) = (0..model.geoms.len() as u32).partition(is_half_space);
         let mut swept = that_can_meet(model, &bounded, &bounded);
         if swept.len() == 1 {
             swept.clear();
         }
-        let over_half_spaces = that_can_meet(model, &bounded, &half_spaces);
-        let half_spaces = that_can_meet(model, &half_spaces, &bounded);
+        let mut over_half_spaces = that_can_meet(model, &bounded, &half_spaces);
+        let mut half_spaces = that_can_meet(model, &half_spaces, &bounded);
         let mut active = [&half_spaces[..], &swept, &over_half_spaces].concat();
         active.sort_unstable();
         active.dedup();
+        let partners = Partners::new(model, &active);
+        for list in [&mut half_spaces, &mut swept, &mut over_half_spaces, &mut active] {
+            list.retain(|&i| partners.has_any(i));
+        }
+        let mut known = KnownHulls::default();
+        let geoms = (0..).zip(&model.geoms).map(|(i, geom)| match active.binary_search(&i) {
+            Ok(_) => Prepared::new(geom, &mut known),
+            Err(_) => Ok(Prepared::absent(geom)),
+        });
+        let geoms = geoms.collect::<Result<Vec<_>, _>>()?;
+        check_meshes(model, &geoms)?;
         let mut margin: Vec<f64> = model.geoms.iter().map(|geom| geom.margin).collect();
         let mut own_laws: Vec<(u32, u32, [f64; 2])> = Vec::new();
         for pair in &model.pairs {
@@ -104,6 +115,7 @@ impl Collider {
             half_spaces,
             swept,
             over_half_spaces,
+            partners,
             own_laws,
             margin,
             pairs: Vec::new(),
@@ -189,10 +201,8 @@ impl Collider {
     fn collect_pairs(&mut self, model: &Model) {
         self.pairs.clear();
         let (geoms, pairs) = (&self.geoms, &mut self.pairs);
-        let allowed = |i: u32, j: u32| {
-            let both = (&model.geoms[i as usize], &model.geoms[j as usize]);
-            model.contact_filter.allows((GeomId(i), GeomId(j)), both)
-        };
+        let partners = &self.partners;
+        let allowed = |i: u32, j: u32| partners.allow(model, i, j);
         for &h in &self.half_spaces {
             let plane = &self.placed[h as usize];
             let normal = plane.rotation.z_axis;
@@ -225,7 +235,7 @@ impl Collider {
             (Shape::HalfSpace, Shape::Convex(shape)) => {
                 let placed = place(&self.geoms[b], shape, &self.placed[b], origin);
                 let half_space = half_space(&self.placed[a], origin);
-                half_space.touch(&placed, margin, &mut narrow.manifold.patch_b, touches);
+                half_space.touch(&placed, margin, narrow, touches);
                 narrow.reducer.limit(touches, self.geoms[b].size);
             }
             (Shape::Convex(shape_a), Shape::Convex(shape_b)) => {
@@ -287,7 +297,7 @@ fn that_can_meet(model: &Model, geoms: &[u32], others: &[u32]) -> Vec<u32> {
 /// Order in which shapes take the A side of the narrow phase.
 fn rank(shape: &Shape) -> u32 {
     match shape {
-        Shape::HalfSpace => 0,
+        Shape::Absent | Shape::HalfSpace => 0,
         Shape::Triangles(_) => 1,
         Shape::Convex(_) => 2,
     }

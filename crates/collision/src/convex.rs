@@ -1,5 +1,7 @@
 //! Convex shapes by their support functions.
 
+use std::sync::Arc;
+
 use glamx::glam::{DMat3, DVec3};
 
 use crate::hull::Hull;
@@ -13,7 +15,7 @@ pub(crate) enum Convex {
     Cylinder { radius: f64, half_length: f64 },
     Cone { radius: f64, half_length: f64 },
     Ellipsoid { axes: DVec3 },
-    Hull(Hull),
+    Hull(Arc<Hull>),
     Triangle(Triangle),
 }
 

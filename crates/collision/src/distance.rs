@@ -131,20 +131,19 @@ fn ellipsoid(axes: DVec3, p: DVec3) -> (f64, DVec3) {
 }
 
 fn polyhedron(placed: &Placed, hull: &Hull, local: DVec3, p: DVec3) -> (f64, DVec3) {
-    let mut highest = (f64::NEG_INFINITY, DVec3::Z);
-    for face in &hull.faces {
-        let height = face.normal.dot(local) - face.offset;
-        if height > highest.0 {
-            highest = (height, face.normal);
-        }
-    }
-    if highest.0 <= 1e-9 * placed.size {
-        return highest;
-    }
     let point = Convex::Sphere { radius: 0.0 };
     let sphere = Placed { shape: &point, position: p, center: p, size: 0.0, ..*placed };
     match gjk::closest(placed, &sphere, f64::INFINITY) {
-        Outcome::Apart(pair) => (pair.distance, placed.local(pair.normal)),
-        _ => highest,
+        Outcome::Apart(pair) if pair.distance > 1e-9 * placed.size => (pair.distance, placed.local(pair.normal)),
+        _ => {
+            let mut highest = (f64::NEG_INFINITY, DVec3::Z);
+            for face in &hull.faces {
+                let height = face.normal.dot(local) - face.offset;
+                if height > highest.0 {
+                    highest = (height, face.normal);
+                }
+            }
+            highest
+        }
     }
 }

@@ -39,6 +39,19 @@ const ITERATIONS: usize = 96;
 
 /// Closest points of the cores of A and B, given up as soon as they are known to be farther apart than `beyond` (m).
 pub(crate) fn closest(a: &Placed, b: &Placed, beyond: f64) -> Outcome {
+    search(a, b, beyond, difference)
+}
+
+/// Closest points of the cores made smaller by the share `shrink` about their centres.
+pub(crate) fn closest_of_shrunk(a: &Placed, b: &Placed, shrink: f64) -> Outcome {
+    search(a, b, f64::INFINITY, |a, b, d| {
+        let Vertex { a: pa, b: pb, .. } = difference(a, b, d);
+        let (pa, pb) = (pa.lerp(a.center, shrink), pb.lerp(b.center, shrink));
+        Vertex { w: pb - pa, a: pa, b: pb }
+    })
+}
+
+fn search(a: &Placed, b: &Placed, beyond: f64, difference: impl Fn(&Placed, &Placed, DVec3) -> Vertex) -> Outcome {
     let size = a.size + b.size;
     let mut simplex = Simplex::default();
     let first = difference(a, b, (a.center - b.center).try_normalize().unwrap_or(DVec3::X));

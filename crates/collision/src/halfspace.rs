@@ -4,8 +4,9 @@ use glamx::glam::DVec3;
 
 use crate::convex::{Convex, Placed};
 use crate::feature::Feature;
-use crate::hull::Hull;
+use crate::hull::{Hull, Visited};
 use crate::manifold::Touch;
+use crate::narrow::Narrow;
 use crate::patch::{Patch, box_corner, box_corner_id};
 
 /// A half-space `normal · p ≤ offset` in the common frame.
@@ -19,16 +20,17 @@ pub(crate) struct HalfSpace {
 const LEANING: f64 = 1e-9;
 
 impl HalfSpace {
-    /// Appends the points of the convex shape B that are within `margin` of the half-space A: vertices of polyhedra that
-    /// can be seen from the plane, the facing patch of round shapes.
-    pub fn touch(&self, b: &Placed, margin: f64, patch: &mut Patch, out: &mut Vec<Touch>) {
+    /// Appends the points of the convex shape B that are within `margin` of the half-space A: corners of boxes that
+    /// can be seen from the plane, vertices of polyhedra that can come to be the lowest, the facing patch of round shapes.
+    pub fn touch(&self, b: &Placed, margin: f64, narrow: &mut Narrow, out: &mut Vec<Touch>) {
         let lowest = -b.extent(-self.normal) - self.offset;
         if lowest.is_nan() || lowest > margin {
             return;
         }
-        let down = b.local(-self.normal);
+        let patch = &mut narrow.manifold.patch_b;
         match b.shape {
             Convex::Box { half } => {
+                let down = b.local(-self.normal);
                 patch.clear();
                 for k in 0..8_u32 {
                     let signs = [k & 1 != 0, k & 2 != 0, k & 4 != 0];
@@ -39,7 +41,9 @@ impl HalfSpace {
                     }
                 }
             }
-            Convex::Hull(hull) => hull_vertices(b, hull, down, patch),
+            Convex::Hull(hull) => {
+                hull_vertices(self, (b, hull), narrow.reducer.turn, margin, &mut narrow.visited, patch);
+            }
             _ => patch.fill(b, -self.normal),
         }
         for (point, id) in patch.points.iter().zip(&patch.ids) {
@@ -57,15 +61,33 @@ impl HalfSpace {
     }
 }
 
-/// The vertices of the faces that look down; only these can bear.
-fn hull_vertices(placed: &Placed, hull: &Hull, down: DVec3, patch: &mut Patch) {
+/// Vertices of a polyhedron lower by this share of its size than a neighbour's are as low as it.
+const LEVEL: f64 = 1e-6;
+
+/// The vertices within `margin` that can be the lowest after a turn by `turn` (rad): no neighbour is lower by more than
+/// the turn can make up for. While none of these penetrates, none of the others does.
+fn hull_vertices(
+    half_space: &HalfSpace,
+    (placed, hull): (&Placed, &Hull),
+    turn: f64,
+    margin: f64,
+    visited: &mut Visited,
+    patch: &mut Patch,
+) {
     patch.clear();
-    for face in hull.faces.iter().filter(|f| f.normal.dot(down) > LEANING) {
-        for &i in &face.loop_ {
-            if !patch.ids.contains(&i) {
-                patch.ids.push(i);
-                patch.points.push(placed.point(hull.vertices[i as usize]));
-            }
-        }
-    }
+    let down = placed.local(-half_space.normal);
+    let deepest = half_space.normal.dot(placed.position) - half_space.offset - margin;
+    let can_touch = |i: u32| {
+        let p = hull.vertices[i as usize];
+        let depth = down.dot(p);
+        depth >= deepest
+            && hull.neighbours.of(i as usize).iter().all(|&j| {
+                let q = hull.vertices[j as usize];
+                down.dot(q) - depth <= turn * (q - p).length() + LEVEL * placed.size
+            })
+    };
+    hull.visit_around(down, visited, can_touch, |i| {
+        patch.ids.push(i);
+        patch.points.push(placed.point(hull.vertices[i as usize]));
+    });
 }

@@ -1,13 +1,18 @@
-//! Convex polyhedra from point clouds, with flat faces merged into polygons.
+//! Convex polyhedra: support by hill climbing, faces by the vertices they meet at.
 
 use glamx::glam::DVec3;
-use parry3d_f64::transformation::try_convex_hull;
 
 /// A convex polyhedron.
 #[derive(Clone, Debug)]
 pub(crate) struct Hull {
     pub vertices: Vec<DVec3>,
     pub faces: Vec<HullFace>,
+    /// Vertices across an edge from each vertex.
+    pub neighbours: Lists,
+    /// Faces that meet at each vertex.
+    pub around: Lists,
+    /// A vertex to start climbing from for every cell of directions; empty where all vertices are looked at.
+    pub starts: Vec<u32>,
 }
 
 /// A flat face.
@@ -21,152 +26,246 @@ pub(crate) struct HullFace {
     pub loop_: Vec<u32>,
 }
 
-/// A point may be so far outside of its hull, relative to the size.
-const OUTSIDE: f64 = 1e-5;
+/// A list of indices for every vertex.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lists {
+    first: Vec<u32>,
+    items: Vec<u32>,
+}
 
-/// Triangles whose normals differ by less than this sine and whose planes agree are one face.
-const FLAT: f64 = 1e-6;
+impl Lists {
+    /// From pairs (list, item), sorted by list.
+    pub fn of_sorted(count: usize, pairs: &[(u32, u32)]) -> Self {
+        let mut first = vec![0; count + 1];
+        pairs.iter().for_each(|(list, _)| first[*list as usize + 1] += 1);
+        (0..count).for_each(|k| first[k + 1] += first[k]);
+        Self { first, items: pairs.iter().map(|(_, item)| *item).collect() }
+    }
+
+    pub fn of(&self, list: usize) -> &[u32] {
+        &self.items[self.first[list] as usize..self.first[list + 1] as usize]
+    }
+}
+
+/// Polyhedra with no more vertices than this are searched one by one, which is as quick as climbing.
+const FEW: usize = 24;
 
 impl Hull {
-    /// The convex hull of points.
-    ///
-    /// # Errors
-    /// A message if the points span no volume.
-    pub fn new(points: &[DVec3]) -> Result<Self, String> {
-        let direct =
-            try_convex_hull(points).map_err(|e| e.to_string()).and_then(|hull| Self::of_triangles(hull, points));
-        direct.or_else(|reason| {
-            // The library loses thin membranes; stretched to a cube's proportions they have the same hull.
-            let frame = Stretched::around(points).ok_or(reason.clone())?;
-            let stretched: Vec<DVec3> = points.iter().map(|p| frame.stretch(*p)).collect();
-            let (mut vertices, triangles) = try_convex_hull(&stretched).map_err(|_| reason)?;
-            vertices.iter_mut().for_each(|p| *p = frame.restore(*p));
-            Self::of_triangles((vertices, triangles), points)
-        })
-    }
-
-    /// Checks triangles that claim to be the hull of points: they enclose a volume, and no point is outside.
-    fn of_triangles((vertices, triangles): (Vec<DVec3>, Vec<[u32; 3]>), points: &[DVec3]) -> Result<Self, String> {
-        let center = vertices.iter().sum::<DVec3>() / vertices.len().max(1) as f64;
-        let size = vertices.iter().map(|p| (*p - center).length()).fold(0.0, f64::max);
-        let volume: f64 = triangles.iter().map(|t| volume_below(&vertices, t, center)).sum();
-        if volume.is_nan() || volume <= 1e-9 * size.powi(3) {
-            return Err(format!("volume {volume:.3e} m³ at size {size:.3e} m"));
-        }
-        let faces = merge_faces(&vertices, &triangles, size);
-        let outside = |f: &HullFace| points.iter().map(|p| f.normal.dot(*p) - f.offset).fold(0.0, f64::max);
-        match faces.iter().map(outside).fold(0.0, f64::max) {
-            farthest if farthest > OUTSIDE * size => Err(format!("a point is {farthest:.3e} m outside of its hull")),
-            _ => Ok(Self { vertices, faces }),
-        }
-    }
-
     /// A vertex farthest along `d`.
     pub fn support(&self, d: DVec3) -> DVec3 {
         self.vertices[self.support_index(d)]
     }
 
-    /// Index of a vertex farthest along `d`, the first of equals.
+    /// Index of a vertex farthest along `d` to rounding. It depends on the polyhedron and on `d` alone: the climb over
+    /// edges starts from a vertex that belongs to the direction (van den Bergen 2003, §4.3.4; the table of starts is that
+    /// of a Gauss map in cells). A local maximum of a linear function on a convex polyhedron is a global one.
     pub fn support_index(&self, d: DVec3) -> usize {
-        let mut best = (0, f64::NEG_INFINITY);
-        for (i, p) in self.vertices.iter().enumerate() {
-            let reach = d.dot(*p);
-            if reach > best.1 {
-                best = (i, reach);
+        if self.starts.is_empty() {
+            let mut best = (0, f64::NEG_INFINITY);
+            for (i, p) in self.vertices.iter().enumerate() {
+                let reach = d.dot(*p);
+                if reach > best.1 {
+                    best = (i, reach);
+                }
             }
+            return best.0;
         }
-        best.0
+        self.climb(d, self.starts[cell_of(d, resolution(self.starts.len()))] as usize)
     }
 
-    /// The face whose normal is most along `d`, the first of equals.
+    fn climb(&self, d: DVec3, start: usize) -> usize {
+        let (mut best, mut reach) = (start, d.dot(self.vertices[start]));
+        loop {
+            let mut next = best;
+            for &i in self.neighbours.of(best) {
+                let other = d.dot(self.vertices[i as usize]);
+                if other > reach {
+                    (next, reach) = (i as usize, other);
+                }
+            }
+            if next == best {
+                return best;
+            }
+            best = next;
+        }
+    }
+
+    /// Of the faces at the vertex farthest along `d` the one whose normal is most along `d`, the first of equals.
     pub fn face_towards(&self, d: DVec3) -> &HullFace {
-        let mut best = &self.faces[0];
-        for face in &self.faces[1..] {
-            if d.dot(face.normal) > d.dot(best.normal) {
-                best = face;
+        self.face_at(self.support_index(d), d)
+    }
+
+    /// Of the faces at a vertex the one whose normal is most along `d`.
+    pub fn face_at(&self, vertex: usize, d: DVec3) -> &HullFace {
+        let mut best = (f64::NEG_INFINITY, 0);
+        for &f in self.around.of(vertex) {
+            let along = d.dot(self.faces[f as usize].normal);
+            if along > best.0 {
+                best = (along, f);
             }
         }
-        best
-    }
-}
-
-/// A right-handed frame along the length, breadth and thickness of points, with these as its units.
-struct Stretched {
-    origin: DVec3,
-    axes: [DVec3; 3],
-    extent: [f64; 3],
-}
-
-impl Stretched {
-    /// None if the points lie in a plane to rounding.
-    fn around(points: &[DVec3]) -> Option<Self> {
-        let origin = *points.first()?;
-        let farthest = |across: &dyn Fn(DVec3) -> DVec3| {
-            let offsets = points.iter().map(|p| across(*p - origin));
-            offsets.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared())).unwrap_or(DVec3::ZERO)
-        };
-        let x = farthest(&|p| p).try_normalize()?;
-        let y = farthest(&|p| p - x * x.dot(p)).try_normalize()?;
-        let axes = [x, y, x.cross(y)];
-        let extent = axes.map(|axis| {
-            let along = |p: &DVec3| axis.dot(*p - origin);
-            points.iter().map(along).fold(0.0, f64::max) - points.iter().map(along).fold(0.0, f64::min)
-        });
-        (extent[2] > 1e-9 * extent[0]).then_some(Self { origin, axes, extent })
+        &self.faces[best.1 as usize]
     }
 
-    fn stretch(&self, p: DVec3) -> DVec3 {
-        DVec3::from_array([0, 1, 2].map(|k| self.axes[k].dot(p - self.origin) / self.extent[k]))
-    }
-
-    fn restore(&self, p: DVec3) -> DVec3 {
-        let along = p.to_array();
-        self.origin + (0..3).map(|k| self.axes[k] * (along[k] * self.extent[k])).sum::<DVec3>()
-    }
-}
-
-fn volume_below(vertices: &[DVec3], t: &[u32; 3], center: DVec3) -> f64 {
-    let [a, b, c] = t.map(|i| vertices[i as usize] - center);
-    a.dot(b.cross(c)) / 6.0
-}
-
-/// One face per plane: all vertices on the plane of a triangle, in convex order.
-fn merge_faces(vertices: &[DVec3], triangles: &[[u32; 3]], size: f64) -> Vec<HullFace> {
-    let mut by_area: Vec<(f64, DVec3, f64)> = triangles
-        .iter()
-        .filter_map(|t| {
-            let [a, b, c] = t.map(|i| vertices[i as usize]);
-            let area = (b - a).cross(c - a);
-            let normal = area.try_normalize()?;
-            Some((area.length(), normal, normal.dot(a).max(normal.dot(b)).max(normal.dot(c))))
-        })
-        .collect();
-    by_area.sort_by(|x, y| y.0.total_cmp(&x.0));
-    let mut faces: Vec<HullFace> = Vec::new();
-    for (_, normal, offset) in by_area {
-        let same = |f: &HullFace| f.normal.dot(normal) > 0.0 && f.normal.cross(normal).length() < FLAT;
-        if faces.iter().any(|f| same(f) && (f.offset - offset).abs() < FLAT * size) {
-            continue;
-        }
-        let on_plane = (0..vertices.len() as u32)
-            .filter(|&i| (normal.dot(vertices[i as usize]) - offset).abs() < FLAT * size)
-            .collect::<Vec<_>>();
-        let loop_ = counter_clockwise(vertices, on_plane, normal);
-        if loop_.len() >= 3 {
-            faces.push(HullFace { normal, offset, loop_ });
+    /// Calls `visit` for the vertices that satisfy `keep` and hang together with the one farthest along `d` by others that do.
+    pub fn visit_around(
+        &self,
+        d: DVec3,
+        visited: &mut Visited,
+        keep: impl Fn(u32) -> bool,
+        mut visit: impl FnMut(u32),
+    ) {
+        visited.begin(self.vertices.len());
+        visited.meet(self.support_index(d) as u32);
+        let mut next = 0;
+        while let Some(&i) = visited.queue.get(next) {
+            next += 1;
+            if keep(i) {
+                visit(i);
+                self.neighbours.of(i as usize).iter().for_each(|&j| visited.meet(j));
+            }
         }
     }
-    faces
+
+    /// Fills in the table of starts.
+    pub fn map_directions(&mut self) {
+        let count = self.vertices.len();
+        if count <= FEW {
+            return;
+        }
+        let cells = ((count as f64 / 6.0).sqrt().round() as usize).clamp(4, 16);
+        let mut starts = Vec::with_capacity(6 * cells * cells);
+        let mut last = 0;
+        for cell in 0..6 * cells * cells {
+            last = self.climb(direction_of(cell, cells), last);
+            starts.push(last as u32);
+        }
+        self.starts = starts;
+    }
 }
 
-fn counter_clockwise(vertices: &[DVec3], mut ids: Vec<u32>, normal: DVec3) -> Vec<u32> {
-    let (u, v) = normal.any_orthonormal_pair();
-    let center = ids.iter().map(|&i| vertices[i as usize]).sum::<DVec3>() / ids.len().max(1) as f64;
-    let angle = |i: u32| {
-        let r = vertices[i as usize] - center;
-        // (u, v, n) is left- or right-handed by the choice of glam: the sign makes the order counter-clockwise.
-        (r.dot(v) * u.cross(v).dot(normal)).atan2(r.dot(u))
+/// Which vertices a search has met.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Visited {
+    /// The search in which each vertex was met last.
+    last: Vec<u32>,
+    search: u32,
+    queue: Vec<u32>,
+}
+
+impl Visited {
+    fn begin(&mut self, count: usize) {
+        self.queue.clear();
+        if self.last.len() < count {
+            self.last.resize(count, 0);
+        }
+        if self.search == u32::MAX {
+            self.last.fill(0);
+            self.search = 0;
+        }
+        self.search += 1;
+    }
+
+    fn meet(&mut self, i: u32) {
+        let last = &mut self.last[i as usize];
+        if *last != self.search {
+            *last = self.search;
+            self.queue.push(i);
+        }
+    }
+}
+
+/// Cells along a side of the cube of directions.
+fn resolution(count: usize) -> usize {
+    ((count / 6) as f64).sqrt().round() as usize
+}
+
+/// The cell of a direction: the side of a cube that it leaves through, and a square there.
+fn cell_of(d: DVec3, cells: usize) -> usize {
+    let a = d.abs();
+    let axis = if a.x >= a.y && a.x >= a.z {
+        0
+    } else if a.y >= a.z {
+        1
+    } else {
+        2
     };
-    ids.sort_by(|&i, &j| angle(i).total_cmp(&angle(j)));
-    ids
+    let side = 2 * axis + usize::from(d[axis] < 0.0);
+    // What is not a number becomes 0.
+    let place = |x: f64| (((x / a[axis] + 1.0) * 0.5 * cells as f64) as usize).min(cells - 1);
+    (side * cells + place(d[(axis + 1) % 3])) * cells + place(d[(axis + 2) % 3])
+}
+
+/// The direction through the middle of a cell.
+fn direction_of(cell: usize, cells: usize) -> DVec3 {
+    let (side, row, column) = (cell / (cells * cells), cell / cells % cells, cell % cells);
+    let middle = |k: usize| (2 * k + 1) as f64 / cells as f64 - 1.0;
+    let axis = side / 2;
+    let mut d = DVec3::ZERO;
+    d[axis] = if side % 2 == 0 { 1.0 } else { -1.0 };
+    d[(axis + 1) % 3] = middle(row);
+    d[(axis + 2) % 3] = middle(column);
+    d
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_direction_lies_in_the_cell_it_stands_for() {
+        for cell in 0..6 * 49 {
+            assert_eq!(cell_of(direction_of(cell, 7), 7), cell);
+            assert_eq!(cell_of(direction_of(cell, 7) * 1e-300, 7), cell);
+        }
+        assert_eq!(resolution(6 * 49), 7);
+        for odd in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY] {
+            assert!(cell_of(odd, 7) < 6 * 49);
+        }
+    }
+
+    /// Points of a sphere, of a fine cylinder (whose ends are plateaus) and of a cube with points all over its faces.
+    fn shapes() -> [Vec<DVec3>; 3] {
+        let ball = (0..500).map(|k| {
+            let z = 1.0 - 2.0 * (f64::from(k) + 0.5) / 500.0;
+            let (sin, cos) = (2.4 * f64::from(k)).sin_cos();
+            DVec3::new(cos * (1.0 - z * z).sqrt(), sin * (1.0 - z * z).sqrt(), 0.3 * z)
+        });
+        let can = (0..400).map(|k| {
+            let (sin, cos) = (f64::from(k / 2) * std::f64::consts::TAU / 200.0).sin_cos();
+            DVec3::new(cos, sin, if k % 2 == 0 { 0.7 } else { -0.7 })
+        });
+        let cube = (0..216).map(|k| DVec3::new(f64::from(k % 6), f64::from(k / 6 % 6), f64::from(k / 36)));
+        [ball.collect(), can.collect(), cube.collect()]
+    }
+
+    #[test]
+    fn climbing_ends_where_looking_at_all_points_does() {
+        for points in shapes() {
+            let hull = Hull::new(&points).unwrap();
+            assert!(hull.starts.is_empty() == (hull.vertices.len() <= FEW));
+            for k in 0..2000 {
+                let d = DVec3::new(f64::from(k).sin(), (1.7 * f64::from(k)).cos(), (0.3 * f64::from(k)).sin());
+                // Along the axes, too, where whole faces are farthest.
+                let d = if k % 10 == 0 { DVec3::AXES[k as usize / 10 % 3] } else { d };
+                let farthest = points.iter().map(|p| d.dot(*p)).fold(f64::NEG_INFINITY, f64::max);
+                assert!((d.dot(hull.support(d)) - farthest).abs() <= 1e-14 * d.length() * 6.0, "{d}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_flat_part_is_one_face_whatever_its_triangles() {
+        let [_, can, cube] = shapes();
+        let can = Hull::new(&can).unwrap();
+        assert_eq!(can.faces.len(), 202);
+        assert_eq!(can.face_towards(DVec3::new(0.1, 0.2, 1.0)).loop_.len(), 200);
+        let cube = Hull::new(&cube).unwrap();
+        assert_eq!(cube.faces.len(), 6);
+        for face in &cube.faces {
+            assert_eq!(face.loop_.len(), 4);
+            let [a, b, c] = [0, 1, 2].map(|k| cube.vertices[face.loop_[k] as usize]);
+            assert!((b - a).cross(c - a).dot(face.normal) > 0.0, "counter-clockwise");
+        }
+    }
 }

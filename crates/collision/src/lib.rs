@@ -30,7 +30,8 @@
 //!
 //! | pair | normal and gap | points |
 //! |---|---|---|
-//! | plane – box, convex mesh, triangle mesh | exact | every vertex that looks at the plane within the margin (at most 8 by outline) |
+//! | plane – box, triangle mesh | exact | every vertex that looks at the plane within the margin (at most 8 by outline) |
+//! | plane – convex mesh | exact | every vertex within the margin that the step's turn can make the lowest (at most 8 by outline) |
 //! | plane – sphere, capsule, ellipsoid, cone, cylinder | exact | points of support; a disc lying flat: 8 points of its rim |
 //! | sphere – anything convex | exact (ellipsoid: root finding to rounding; hull: GJK to rounding) | 1 |
 //! | capsule – capsule | exact | 1; where they run along each other: the ends of the common part |
@@ -64,11 +65,14 @@ mod feature;
 mod gjk;
 mod halfspace;
 mod hull;
+mod hull_build;
 mod manifold;
 mod mesh;
 mod narrow;
+mod partners;
 mod patch;
 mod reduce;
+mod search;
 mod separation;
 mod shape;
 mod surface;

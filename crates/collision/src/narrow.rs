@@ -3,9 +3,11 @@
 use crate::capsule;
 use crate::convex::{Convex, Placed, scale};
 use crate::feature::Feature;
+use crate::hull::Visited;
 use crate::manifold::{Manifold, Touch};
 use crate::reduce::Reducer;
-use crate::separation::{self, Search, Separation};
+use crate::search::Search;
+use crate::separation::{self, Separation};
 
 /// Patches that miss each other by less than this share of the size still touch.
 const LATERAL: f64 = 1e-9;
@@ -21,6 +23,7 @@ pub(crate) struct Narrow {
     pub manifold: Manifold,
     pub search: Search,
     pub reducer: Reducer,
+    pub visited: Visited,
 }
 
 impl Narrow {
@@ -64,7 +67,8 @@ impl Narrow {
             }
             out.truncate(from);
         }
-        let exact = self.search.general(a, b, margin)?;
+        let axis = if closed_form { self.search.axis(a, b, margin)? } else { first };
+        let exact = self.search.general(a, b, axis, margin)?;
         let smallest = self.patches(a, b, &exact, size, out);
         if smallest > exact.gap + REALISED * size {
             push_closest(Some(exact), out);

@@ -1,6 +1,11 @@
 //! Geoms made ready for the search.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+use std::sync::Arc;
+
 use glamx::glam::DVec3;
+use signorini_multibody::model::Mesh;
 use signorini_multibody::{Geom, Geometry, Pose};
 
 use crate::CollisionError;
@@ -11,10 +16,15 @@ use crate::mesh::TriangleSet;
 /// A geometry made ready.
 #[derive(Clone, Debug)]
 pub(crate) enum Shape {
+    /// Of a geom that can touch nothing.
+    Absent,
     HalfSpace,
     Convex(Convex),
     Triangles(TriangleSet),
 }
+
+/// Polyhedra that are made already, by the address of the mesh that geoms share.
+pub(crate) type KnownHulls = HashMap<*const Mesh, Arc<Hull>>;
 
 /// A geom made ready.
 #[derive(Clone, Debug)]
@@ -34,7 +44,14 @@ pub(crate) struct Prepared {
 }
 
 impl Prepared {
-    pub fn new(geom: &Geom) -> Result<Self, CollisionError> {
+    /// A geom that can touch nothing.
+    pub fn absent(geom: &Geom) -> Self {
+        let (center, half) = (DVec3::ZERO, DVec3::ZERO);
+        let (body, placement) = (geom.body.index(), geom.placement);
+        Self { shape: Shape::Absent, body, placement, center, half, arm: 0.0, size: 0.0 }
+    }
+
+    pub fn new(geom: &Geom, known: &mut KnownHulls) -> Result<Self, CollisionError> {
         let shape = match &geom.geometry {
             Geometry::Plane => Shape::HalfSpace,
             Geometry::Sphere { radius } => Shape::Convex(Convex::Sphere { radius: *radius }),
@@ -45,13 +62,17 @@ impl Prepared {
             Geometry::Ellipsoid { semi_axes } => Shape::Convex(Convex::Ellipsoid { axes: *semi_axes }),
             Geometry::ConvexMesh(mesh) => {
                 let flat = |reason| CollisionError::FlatHull { geom: geom.name.clone(), reason };
-                Shape::Convex(Convex::Hull(Hull::new(&mesh.vertices).map_err(flat)?))
+                let hull = match known.entry(Arc::as_ptr(mesh)) {
+                    Entry::Occupied(made) => made.get().clone(),
+                    Entry::Vacant(place) => place.insert(Arc::new(Hull::new(&mesh.vertices).map_err(flat)?)).clone(),
+                };
+                Shape::Convex(Convex::Hull(hull))
             }
             Geometry::TriangleMesh(mesh) => Shape::Triangles(TriangleSet::from_mesh(mesh)),
             Geometry::HeightField(field) => Shape::Triangles(TriangleSet::from_height_field(field)),
         };
         let (low, high) = match &shape {
-            Shape::HalfSpace => (DVec3::ZERO, DVec3::ZERO),
+            Shape::Absent | Shape::HalfSpace => (DVec3::ZERO, DVec3::ZERO),
             Shape::Convex(convex) => convex.bounds(),
             Shape::Triangles(set) => set.bounds(),
         };

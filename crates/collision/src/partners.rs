@@ -1,0 +1,59 @@
+//! Which pairs of geoms can touch, asked once.
+
+use signorini_multibody::{GeomId, Model};
+
+/// So many geoms have a table of all their pairs; beyond that the filter is asked each time.
+const TABLE: usize = 1024;
+
+/// The answers of the model's contact filter.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Partners {
+    /// Place of every geom in the table; `u32::MAX` for those that take no part.
+    place: Vec<u32>,
+    /// Rows of bits, one for each place; empty where there are too many geoms.
+    rows: Vec<u64>,
+    /// Words in a row.
+    width: usize,
+}
+
+impl Partners {
+    /// - `geoms`: those that may have partners at all, ascending
+    pub fn new(model: &Model, geoms: &[u32]) -> Self {
+        let mut place = vec![u32::MAX; model.geoms.len()];
+        (0..).zip(geoms).for_each(|(k, &i)| place[i as usize] = k);
+        if geoms.len() > TABLE {
+            return Self { place, rows: Vec::new(), width: 0 };
+        }
+        let width = geoms.len().div_ceil(64);
+        let mut rows = vec![0; width * geoms.len()];
+        for (k, &i) in geoms.iter().enumerate() {
+            for (l, &j) in geoms.iter().enumerate().skip(k + 1) {
+                if filter_allows(model, i, j) {
+                    rows[k * width + l / 64] |= 1 << (l % 64);
+                    rows[l * width + k / 64] |= 1 << (k % 64);
+                }
+            }
+        }
+        Self { place, rows, width }
+    }
+
+    /// Whether two geoms that take part can touch.
+    pub fn allow(&self, model: &Model, i: u32, j: u32) -> bool {
+        if self.rows.is_empty() {
+            return filter_allows(model, i, j);
+        }
+        let (k, l) = (self.place[i as usize] as usize, self.place[j as usize] as usize);
+        self.rows[k * self.width + l / 64] >> (l % 64) & 1 == 1
+    }
+
+    /// Whether a geom can touch another one; true where that is not known.
+    pub fn has_any(&self, i: u32) -> bool {
+        let k = self.place[i as usize] as usize;
+        self.rows.is_empty() || self.rows[k * self.width..(k + 1) * self.width].iter().any(|word| *word != 0)
+    }
+}
+
+fn filter_allows(model: &Model, i: u32, j: u32) -> bool {
+    let (a, b) = (&model.geoms[i.min(j) as usize], &model.geoms[i.max(j) as usize]);
+    model.contact_filter.allows((GeomId(i.min(j)), GeomId(i.max(j))), (a, b))
+}

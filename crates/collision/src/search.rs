@@ -1,0 +1,169 @@
+//! The direction along which any two convex shapes are farthest apart (or overlap least).
+
+use glamx::glam::DVec3;
+
+use crate::convex::{Convex, Placed, scale, separation_along};
+use crate::epa::Epa;
+use crate::gjk::{self, Outcome};
+use crate::separation::Separation;
+
+/// Buffers of the general search.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Search {
+    epa: Epa,
+    axes: Vec<DVec3>,
+    /// What [`axis`](Self::axis) knows of the closest points of the cores.
+    closest: Option<Outcome>,
+}
+
+/// Share of the size by which polyhedra that touch are shrunk to see which of their faces and edges face each other.
+const SHRINK: f64 = 1e-3;
+
+impl Search {
+    /// The best of the characteristic axes of two convex shapes, or `None` if they are more than `margin` apart.
+    pub fn axis(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<Separation> {
+        self.closest = None;
+        self.axes.clear();
+        let hull = |placed: &Placed| matches!(placed.shape, Convex::Hull(_));
+        if hull(a) || hull(b) {
+            self.collect_facing(a, b, margin)?;
+        } else {
+            self.collect_axes(a, b);
+        }
+        let mut best = (f64::NEG_INFINITY, DVec3::Z);
+        let size = scale(a, b);
+        for &axis in &self.axes {
+            for n in [axis, -axis] {
+                let gap = separation_along(a, b, n);
+                if gap > best.0 + 1e-12 * size {
+                    best = (gap, n);
+                }
+            }
+        }
+        (best.0 <= margin).then_some(Separation { normal: best.1, gap: best.0, midpoint: None })
+    }
+
+    /// The direction of any two convex shapes whose best characteristic axis was just found: GJK between the cores (Gilbert,
+    /// Johnson, Keerthi 1988) when they are apart, else an expanding polytope (van den Bergen 2001). `None` if farther apart than
+    /// `margin`.
+    pub fn general(&mut self, a: &Placed, b: &Placed, axis: Separation, margin: f64) -> Option<Separation> {
+        let size = scale(a, b);
+        let radii = a.shape.radius() + b.shape.radius();
+        match self.closest.take().unwrap_or_else(|| gjk::closest(a, b, margin + radii)) {
+            Outcome::Beyond => None,
+            Outcome::Apart(pair) if pair.distance > TOUCHING * size => {
+                let between = 0.5 * (pair.point_a + pair.point_b);
+                let midpoint = between + pair.normal * (0.5 * (a.shape.radius() - b.shape.radius()));
+                let gap = separation_along(a, b, pair.normal);
+                let found = Separation { normal: pair.normal, gap, midpoint: Some(midpoint) };
+                let stalled = pair.open > STALLED * size;
+                let polished = if stalled { self.epa.search(a, b, &self.axes, 2.0 * pair.distance) } else { None };
+                let found = polished.filter(|p| p.gap > gap).unwrap_or(found);
+                Some(prefer_axis(axis, found, 1e-12 * size))
+            }
+            _ => {
+                let found = self.epa.search(a, b, &self.axes, 0.0);
+                Some(found.map_or(axis, |f| prefer_axis(axis, f, 1e-10 * size)))
+            }
+        }
+        .filter(|s| s.gap <= margin)
+    }
+
+    /// Of shapes with many faces those directions that can matter: the faces nearest to the direction of the closest points.
+    /// `None` if the shapes are more than `margin` apart. Where polyhedra touch or overlap a little, that direction is found between
+    /// slightly smaller ones: these have the same faces and edges in the same directions.
+    fn collect_facing(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<()> {
+        let size = scale(a, b);
+        let found = gjk::closest(a, b, margin + a.shape.radius() + b.shape.radius());
+        let toward = match found {
+            Outcome::Beyond => return None,
+            Outcome::Apart(pair) if pair.distance > TOUCHING * size => Some(pair.normal),
+            _ => match gjk::closest_of_shrunk(a, b, SHRINK) {
+                Outcome::Apart(pair) if pair.distance > TOUCHING * size => Some(pair.normal),
+                _ => None,
+            },
+        };
+        self.closest = Some(found);
+        let toward = toward.or((b.center - a.center).try_normalize()).unwrap_or(DVec3::Z);
+        for (placed, n) in [(a, toward), (b, -toward)] {
+            if let Convex::Hull(hull) = placed.shape {
+                self.axes.push(placed.rotation * hull.face_towards(placed.local(n)).normal);
+            }
+        }
+        let flat = |placed: &Placed| matches!(placed.shape, Convex::Hull(_) | Convex::Box { .. } | Convex::Triangle(_));
+        if flat(a) && flat(b) {
+            self.collect_faces(a);
+            self.collect_faces(b);
+        } else {
+            self.collect_axes(a, b);
+        }
+        self.axes.push(toward);
+        Some(())
+    }
+
+    fn collect_faces(&mut self, placed: &Placed) {
+        let r = placed.rotation;
+        match placed.shape {
+            Convex::Box { .. } => self.axes.extend([r.x_axis, r.y_axis, r.z_axis]),
+            Convex::Cylinder { .. } | Convex::Cone { .. } => self.axes.push(r.z_axis),
+            Convex::Triangle(t) => self.axes.push(r * t.normal),
+            _ => {}
+        }
+    }
+
+    /// Directions in which the two shapes are likely to be farthest apart: face normals, axes, common perpendiculars.
+    fn collect_axes(&mut self, a: &Placed, b: &Placed) {
+        self.collect_faces(a);
+        self.collect_faces(b);
+        let to_b = b.center - a.center;
+        for placed in [a, b] {
+            let axis = placed.rotation.z_axis;
+            self.axes.extend(perpendicular(to_b, axis));
+            if let Convex::Cone { radius, half_length } = placed.shape {
+                self.axes.extend(cone_normals(placed, *radius, *half_length, to_b, a, b));
+            }
+        }
+        let cross = a.rotation.z_axis.cross(b.rotation.z_axis);
+        if cross.length_squared() > 1e-12 {
+            self.axes.extend(cross.try_normalize());
+        }
+        self.axes.extend(to_b.try_normalize());
+    }
+}
+
+/// A search's result, but with a closed-form axis that separates as well: the axis is exact where the search determines
+/// its direction only to rounding.
+fn prefer_axis(axis: Separation, found: Separation, tolerance: f64) -> Separation {
+    if axis.gap >= found.gap - tolerance { Separation { midpoint: found.midpoint, ..axis } } else { found }
+}
+
+/// Uncertainty of the distance, as a share of the size, at which GJK is taken to have stalled.
+const STALLED: f64 = 1e-11;
+/// Core distance, as a share of the size, below which closest points no longer give a direction.
+const TOUCHING: f64 = 1e-7;
+
+/// Unit vector of the part of `d` across the unit vector `axis`, if there is one.
+fn perpendicular(d: DVec3, axis: DVec3) -> Option<DVec3> {
+    let across = d - axis * d.dot(axis);
+    if across.length() > 1e-6 * d.length() { across.try_normalize() } else { None }
+}
+
+/// Outward normals of a cone's side: towards the other shape, and where a face normal of the other leans on it.
+fn cone_normals(
+    cone: &Placed,
+    radius: f64,
+    half_length: f64,
+    to_b: DVec3,
+    a: &Placed,
+    b: &Placed,
+) -> impl Iterator<Item = DVec3> {
+    let slant = radius.hypot(2.0 * half_length);
+    let axis = cone.rotation.z_axis;
+    let towards = [to_b, -to_b, a.rotation.z_axis, b.rotation.z_axis, -a.rotation.z_axis, -b.rotation.z_axis];
+    // On its axis all directions from it are alike.
+    let aside = perpendicular(to_b, axis).is_none().then(|| axis.any_orthonormal_vector());
+    towards.into_iter().chain(aside).filter_map(move |d| {
+        let out = perpendicular(d, axis)?;
+        Some(out * (2.0 * half_length / slant) + axis * (radius / slant))
+    })
+}
