@@ -1,0 +1,139 @@
+//! Loads one model file, lets it move, and prints what happened as lines of JSON: one after loading, one at the end of the
+//! run. `benchmarks/robots/corpus.py` gives each file a process of its own. See `benchmarks/robots/README.md`.
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Parser;
+use cpu_time::{ProcessTime, ThreadTime};
+use serde_json::{Map, Value, json};
+use signorini::multibody::{Body, Kinematics, Model, Pose, State, forward_kinematics_into};
+use signorini::{RunEnd, Settings, Simulation, SimulationError};
+use signorini_benchmarks::table::quantile;
+use signorini_formats::{Imported, LoadOptions, load};
+
+/// Loads a model file and simulates it as `signorini simulate` does.
+#[derive(Parser)]
+struct Options {
+    /// The model file
+    file: PathBuf,
+    /// Simulated time, s
+    #[arg(long, default_value_t = 1.0)]
+    duration: f64,
+    /// CPU time of the run after which it is broken off, s
+    #[arg(long, default_value_t = 20.0)]
+    patience: f64,
+    /// Keyframe to begin with [default: the reference configuration]
+    #[arg(long)]
+    keyframe: Option<String>,
+    /// Folder in which packages of `package://…` are looked for; may be given more than once
+    #[arg(long)]
+    package_dir: Vec<PathBuf>,
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let options = Options::parse();
+    let begin = ProcessTime::now();
+    let load_options = LoadOptions { package_dirs: options.package_dir.clone(), ..LoadOptions::default() };
+    let made = load(&options.file, &load_options).map_err(|e| ("refused", e.to_string())).and_then(|imported| {
+        let settings = Settings::default();
+        let simulation = Simulation::new(imported.model.clone(), settings).map_err(|e| ("refused", e.to_string()))?;
+        Ok((imported, simulation))
+    });
+    let (imported, mut simulation) = match made {
+        Ok(made) => made,
+        Err((end, message)) => {
+            println!("{}", json!({ "end": end, "message": message }));
+            return Ok(());
+        }
+    };
+    println!("{}", loading(&imported, begin.elapsed().as_secs_f64()));
+    println!("{}", run(&options, &mut simulation));
+    Ok(())
+}
+
+/// What loading came to.
+fn loading(imported: &Imported, seconds: f64) -> Value {
+    let (model, report) = (&imported.model, &imported.report);
+    let left_out = report.motion_warnings().map(ToString::to_string).collect::<Vec<_>>();
+    json!({
+        "load_s": seconds,
+        "nv": model.nv,
+        "geoms": model.geoms.len(),
+        "actuators": model.actuators.len(),
+        "timestep": model.timestep,
+        "warnings": report.warnings.len(),
+        "left_out": left_out,
+    })
+}
+
+/// What the run came to.
+fn run(options: &Options, simulation: &mut Simulation) -> Value {
+    if let Some(keyframe) = &options.keyframe
+        && let Err(error) = simulation.reset_to(keyframe)
+    {
+        return json!({ "end": "error", "message": error.to_string() });
+    }
+    let start = poses(simulation.model(), simulation.state());
+    let mut microseconds = Vec::new();
+    let result = step_on(options, simulation, &mut microseconds);
+    let (end, message) = match result {
+        Err(error) => ("error", error.to_string()),
+        Ok(_) if !simulation.state().v.iter().all(|v| v.is_finite()) => ("not finite", String::new()),
+        Ok(RunEnd::Finished) => ("finished", String::new()),
+        Ok(RunEnd::NoSolution(report)) => ("no solution", format!("{:?}", report.status)),
+        Ok(RunEnd::Stopped) => ("patience", String::new()),
+    };
+    let summary = simulation.summary();
+    json!({
+        "end": end,
+        "message": message,
+        "time": simulation.state().time,
+        "steps": summary.steps,
+        "missed": summary.missed_steps,
+        "worst": summary.worst.worst(),
+        "contacts_max": summary.contacts_max,
+        "contacts_end": simulation.report().contacts,
+        "deepest_mm": 1e3 * summary.deepest_penetration,
+        "fastest": simulation.state().v.iter().fold(0.0_f64, |a, v| a.max(v.abs())),
+        "slowest_us": microseconds.iter().copied().fold(0.0, f64::max),
+        "mean_us": microseconds.iter().sum::<f64>() / microseconds.len().max(1) as f64,
+        "median_us": quantile(&mut microseconds, 0.5),
+        "start": start,
+        "poses": poses(simulation.model(), simulation.state()),
+    })
+}
+
+/// Steps until the time, or the patience, is over; notes what each step took, µs.
+fn step_on(
+    options: &Options,
+    simulation: &mut Simulation,
+    microseconds: &mut Vec<f64>,
+) -> Result<RunEnd, SimulationError> {
+    let begin = ThreadTime::now();
+    let steps = (options.duration / simulation.timestep()).round() as u64;
+    for _ in 0..steps {
+        let clock = Instant::now();
+        let advanced = simulation.step()?.advanced();
+        microseconds.push(1e6 * clock.elapsed().as_secs_f64());
+        if !advanced {
+            return Ok(RunEnd::NoSolution(Box::new(simulation.report().clone())));
+        }
+        if begin.elapsed().as_secs_f64() > options.patience {
+            return Ok(RunEnd::Stopped);
+        }
+    }
+    Ok(RunEnd::Finished)
+}
+
+/// Position and quaternion (w first) of every body but the world, by name.
+fn poses(model: &Model, state: &State) -> Map<String, Value> {
+    let mut kinematics = Kinematics::new(model);
+    forward_kinematics_into(model, &state.q, &state.v, &mut kinematics);
+    let pose = |(body, pose): (&Body, &Pose)| {
+        let (p, r) = (pose.position, pose.rotation);
+        (body.name.clone(), json!([p.x, p.y, p.z, r.w, r.x, r.y, r.z]))
+    };
+    model.bodies.iter().zip(&kinematics.pose).skip(1).map(pose).collect()
+}
