@@ -1,4 +1,4 @@
-// Bundles the page into one HTML file with three markers (@@TITLE@@, @@ABOUT@@, @@DATA@@) that the
+// Bundles the page into one HTML file with markers (@@TITLE@@, @@ABOUT@@, @@MESHES@@, @@DATA@@) that the
 // Rust crate `signorini-recording` fills in. `node build.mjs` writes crates/recording/assets/report.html.
 
 import { readFile, writeFile } from "node:fs/promises";
@@ -32,7 +32,7 @@ for (const [marker, text] of Object.entries(parts)) {
   if (page.split(marker).length !== 2) throw new Error(`page.html must hold ${marker} once`);
   page = page.replace(marker, () => text);
 }
-for (const marker of ["@@TITLE@@", "@@ABOUT@@", "@@DATA@@"]) {
+for (const marker of ["@@TITLE@@", "@@ABOUT@@", "@@MESHES@@", "@@DATA@@"]) {
   if (page.split(marker).length !== 2) throw new Error(`the page must hold ${marker} once`);
 }
 const target = here("../crates/recording/assets/report.html");

@@ -1,5 +1,8 @@
 // A run as the page sees it: the interface that every view reads, and the run embedded in a report.
 
+import { fromColumns, unpack } from "./coding.js";
+import type { MeshPlaces } from "./meshes.js";
+
 export type Vec3 = [number, number, number];
 
 export type Shape =
@@ -9,7 +12,8 @@ export type Shape =
   | { type: "capsule" | "cylinder"; radius: number; half_length: number }
   | { type: "cone"; radius: number; half_height: number }
   | { type: "ellipsoid"; radii: Vec3 }
-  | { type: "mesh"; vertices: Vec3[]; faces: Vec3[] }
+  /** its triangles lie apart */
+  | { type: "mesh" }
   | { type: "height_field"; half_extents: [number, number]; rows: number; cols: number; heights: number[] };
 
 export interface Geom {
@@ -60,6 +64,7 @@ export interface Run {
 
 export interface About {
   header: Header;
+  meshes: MeshPlaces;
   run: Run;
   ending: string | null;
   /** steps from one frame of the page to the next */
@@ -163,6 +168,8 @@ export interface ArrayPlace {
   type: "f64" | "f32" | "u32";
   offset: number;
   length: number;
+  /** numbers of a row where the array lies column by column, else 0 */
+  row: number;
 }
 
 /** Frames in one block of numbers, laid out by the Rust module `report::payload`. */
@@ -173,8 +180,11 @@ export class Chunk {
 
   constructor(places: ArrayPlace[], block: ArrayBuffer, start = 0) {
     const kinds = { f64: Float64Array, f32: Float32Array, u32: Uint32Array };
-    for (const { name, type, offset, length } of places) {
-      this.arrays.set(name, new kinds[type](block, start + offset, length));
+    for (const { name, type, offset, length, row } of places) {
+      const array = row > 0
+        ? fromColumns(new Uint8Array(block, start + offset), length, row)
+        : new kinds[type](block, start + offset, length);
+      this.arrays.set(name, array);
     }
     this.frames = this.array("time").length;
     this.pressingCounts = Array.from(
@@ -254,9 +264,7 @@ export class StoredRun extends ChunkedRun {
   /** Reads the element `data` of the page. */
   static async load(about: PageAbout, page: Document): Promise<StoredRun> {
     const data = page.getElementById("data")?.textContent ?? "";
-    const packed = Uint8Array.from(atob(data.trim()), (c) => c.charCodeAt(0));
-    const inflated = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-    return new StoredRun(about, new Chunk(about.arrays, await new Response(inflated).arrayBuffer()));
+    return new StoredRun(about, new Chunk(about.arrays, await unpack(data)));
   }
 
   get frames(): number { return this.chunk.frames; }

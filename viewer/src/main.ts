@@ -6,6 +6,8 @@ import { byId, element } from "./dom.js";
 import { pullBodies } from "./drag.js";
 import { LivePlayer, LiveRun } from "./live.js";
 import { ReplayPlayer } from "./player.js";
+import { readMeshes } from "./meshes.js";
+import type { Triangles } from "./meshes.js";
 import { Plot, plotsOf } from "./plots.js";
 import { SceneView } from "./scene.js";
 import type { SceneOptions } from "./scene.js";
@@ -30,7 +32,7 @@ const OPTIONS: SceneOptions = {
 const REFRESH = 250;
 
 /** Shows a run; every view reads it through `RunData`. */
-function open(run: RunData): void {
+function open(run: RunData, meshes: (Triangles | null)[]): void {
   const options = { ...OPTIONS };
   const preferred = matchMedia("(prefers-color-scheme: dark)");
   let dark = preferred.matches;
@@ -38,7 +40,7 @@ function open(run: RunData): void {
 
   const player = run instanceof LiveRun ? new LivePlayer(run, () => update()) : new ReplayPlayer(run, () => update());
   const seek = (frame: number) => player.seek(frame);
-  const scene = new SceneView(byId("scene"), byId("axes"), run, options);
+  const scene = new SceneView(byId("scene"), byId("axes"), run, options, meshes);
   const plots = plotsOf(run).map((spec) => new Plot(byId("plots"), spec, run, seek));
   const applyTheme = () => {
     setTheme(dark);
@@ -119,7 +121,7 @@ const about = readAbout(document);
 // A browser asks a server for an icon unless the page has one.
 if (about.live) document.head.append(element("link", { rel: "icon", href: "data:," }));
 const loading: Promise<RunData> = about.live ? LiveRun.connect(about) : StoredRun.load(about, document);
-loading.then(open).catch((error: unknown) => {
+Promise.all([loading, readMeshes(about.meshes, document)]).then(([run, meshes]) => open(run, meshes)).catch((error: unknown) => {
   const failure = byId("failure");
   failure.hidden = false;
   failure.textContent = `This run cannot be shown: ${error instanceof Error ? error.message : error}`;

@@ -13,6 +13,7 @@ import type { Geom, RunData } from "./data.js";
 import { extentOf } from "./extent.js";
 import type { Extent } from "./extent.js";
 import { Ground } from "./ground.js";
+import type { Triangles } from "./meshes.js";
 import { PullView } from "./pull.js";
 import { geometryOf } from "./shapes.js";
 import type { Theme } from "./theme.js";
@@ -71,6 +72,7 @@ export class SceneView {
     corner: HTMLCanvasElement,
     private readonly run: RunData,
     private readonly options: SceneOptions,
+    meshes: (Triangles | null)[],
   ) {
     this.axes = new Axes(corner, run.about.header.gravity);
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
@@ -84,7 +86,7 @@ export class SceneView {
     this.controls.addEventListener("change", () => (this.changed = true));
 
     const { header } = run.about;
-    this.geometries = header.geoms.map((geom) => geometryOf(geom.shape));
+    this.geometries = geometriesOf(header.geoms, meshes);
     this.extent = extentOf(run, this.geometries);
     this.bodies = header.bodies.map(() => new Group());
     header.geoms.forEach((geom, i) => {
@@ -338,6 +340,17 @@ export class SceneView {
     for (const part of [this.camera, this.sun, this.sun.target]) part.position.add(by);
     this.controls.target.add(by);
   }
+}
+
+/** The geometry of each geom; those with the same mesh share it. */
+function geometriesOf(geoms: Geom[], meshes: (Triangles | null)[]): (BufferGeometry | null)[] {
+  const known = new Map<Triangles, BufferGeometry | null>();
+  return geoms.map(({ shape }, i) => {
+    const mesh = meshes[i];
+    if (!mesh) return geometryOf(shape, null);
+    if (!known.has(mesh)) known.set(mesh, geometryOf(shape, mesh));
+    return known.get(mesh) ?? null;
+  });
 }
 
 /** Puts an object at a pose x, y, z, qw, qx, qy, qz. */

@@ -6,13 +6,14 @@ import {
 } from "three";
 import { toCreasedNormals } from "three/addons/utils/BufferGeometryUtils.js";
 import type { Shape } from "./data.js";
+import type { Triangles } from "./meshes.js";
 
 const SEGMENTS = 40;
 /** Neighbouring triangles of a mesh are shaded as one surface below this angle, rad. */
 const CREASE = 0.6;
 
-/** The geometry; null for a plane, which has no end. */
-export function geometryOf(shape: Shape): BufferGeometry | null {
+/** The geometry; null for a plane, which has no end. A mesh is that of its triangles. */
+export function geometryOf(shape: Shape, mesh: Triangles | null): BufferGeometry | null {
   switch (shape.type) {
     case "plane":
       return null;
@@ -31,7 +32,7 @@ export function geometryOf(shape: Shape): BufferGeometry | null {
     case "cone":
       return upright(new ConeGeometry(shape.radius, 2 * shape.half_height, SEGMENTS));
     case "mesh":
-      return triangles(shape.vertices.flat(), shape.faces.flat());
+      return triangles(mesh?.positions ?? new Float32Array(), mesh?.indices ?? new Uint32Array());
     case "height_field":
       return heightField(shape);
   }
@@ -42,10 +43,10 @@ function upright(geometry: BufferGeometry): BufferGeometry {
   return geometry.rotateX(Math.PI / 2);
 }
 
-function triangles(vertices: number[], faces: number[]): BufferGeometry {
+function triangles(positions: Float32Array, indices: Uint32Array): BufferGeometry {
   const geometry = new BufferGeometry();
-  geometry.setAttribute("position", new BufferAttribute(new Float32Array(vertices), 3));
-  geometry.setIndex(faces);
+  geometry.setAttribute("position", new BufferAttribute(positions, 3));
+  geometry.setIndex(new BufferAttribute(indices, 1));
   return toCreasedNormals(geometry, CREASE);
 }
 
@@ -63,5 +64,5 @@ function heightField(field: Extract<Shape, { type: "height_field" }>): BufferGeo
       }
     }
   }
-  return triangles(vertices, faces);
+  return triangles(new Float32Array(vertices), new Uint32Array(faces));
 }

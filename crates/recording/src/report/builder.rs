@@ -2,12 +2,11 @@
 
 use std::io::Write;
 
-use base64::Engine;
-use base64::engine::general_purpose::STANDARD;
-
 use super::ReportSettings;
+use super::coding;
+use super::meshes::PageMeshes;
 use super::page::{self, About};
-use super::payload::{ArrayPlace, Bin, Payload, kept_size};
+use super::payload::{ArrayPlace, Bin, Form, Payload, kept_size};
 use super::run::Run;
 use crate::error::RecordingError;
 use crate::frame::Frame;
@@ -18,8 +17,8 @@ use crate::reader::Ending;
 /// Kept frames may take this many times the file's size before they are packed.
 const EXPECTED_COMPRESSION: usize = 6;
 
-/// Of 10; higher levels are slower and save little.
-const COMPRESSION_LEVEL: u8 = 6;
+/// Meshes become coarser until they take no more than one part in so many of the file's size.
+const MESH_PART: usize = 3;
 
 /// A kept frame and what the frames up to the next kept one add to it.
 #[derive(Debug)]
@@ -32,7 +31,9 @@ struct Kept {
 /// however long the run is.
 #[derive(Debug)]
 pub struct ReportBuilder {
+    /// Without the triangles of its meshes.
     header: Header,
+    meshes: PageMeshes,
     settings: ReportSettings,
     run: Run,
     kept: Vec<Kept>,
@@ -53,9 +54,20 @@ impl ReportBuilder {
     /// [`RecordingError::InvalidHeader`].
     pub fn new(header: Header, settings: ReportSettings) -> Result<Self, RecordingError> {
         header.validate()?;
-        let header = header.without_source();
-        let room = settings.max_bytes.saturating_sub(page::empty_length(&header)?);
-        Ok(Self { header, settings, run: Run::default(), kept: Vec::new(), stride: 1, latest: None, bytes: 0, room })
+        let mut header = header.without_source();
+        let meshes = PageMeshes::take_from(&mut header, settings.max_bytes / MESH_PART);
+        let room = settings.max_bytes.saturating_sub(page::empty_length(&header, &meshes)?);
+        Ok(Self {
+            header,
+            meshes,
+            settings,
+            run: Run::default(),
+            kept: Vec::new(),
+            stride: 1,
+            latest: None,
+            bytes: 0,
+            room,
+        })
     }
 
     /// Adds the next frame.
@@ -96,6 +108,7 @@ impl ReportBuilder {
         }
         let about = About {
             header: &self.header,
+            meshes: &self.meshes,
             run: &self.run,
             ending: match ending {
                 Ending::Finished { reason } => Some(reason),
@@ -118,9 +131,8 @@ impl ReportBuilder {
         if let Some(latest) = &self.latest {
             payload.add(latest, &Bin::of(latest));
         }
-        let (arrays, bytes) = payload.pack();
-        let packed = miniz_oxide::deflate::compress_to_vec_zlib(&bytes, COMPRESSION_LEVEL);
-        (arrays, STANDARD.encode(packed))
+        let (arrays, bytes) = payload.pack(Form::Small);
+        (arrays, coding::pack(&bytes))
     }
 
     fn exceeds_limits(&self) -> bool {

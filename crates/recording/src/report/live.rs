@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
+use super::meshes::PageMeshes;
 use super::page::{self, About};
-use super::payload::{ArrayPlace, Bin, Payload};
+use super::payload::{ArrayPlace, Bin, Form, Payload};
 use super::run::Run;
 use crate::error::RecordingError;
 use crate::frame::Frame;
@@ -13,6 +14,9 @@ use crate::layout;
 /// The block of a message starts at a multiple of this, as typed arrays in browsers need it.
 const ALIGNMENT: usize = 8;
 
+/// Meshes become coarser until their text has no more bytes than this.
+const MESH_BYTES: usize = 8_000_000;
+
 /// Turns the frames of a run that goes on into a page and messages for it.
 ///
 /// A message holds one frame: the latest since the last message, with the largest residuals, iterations and numbers of
@@ -21,7 +25,9 @@ const ALIGNMENT: usize = 8;
 /// run adds up to, and in which epoch the frame is: frames of an earlier epoch are to be forgotten.
 #[derive(Debug)]
 pub struct LiveFeed {
+    /// Without the triangles of its meshes.
     header: Header,
+    meshes: PageMeshes,
     run: Run,
     epoch: u32,
     /// The latest frame; the bin covers the frames since the last message.
@@ -44,7 +50,9 @@ impl LiveFeed {
     /// [`RecordingError::InvalidHeader`].
     pub fn new(header: Header) -> Result<Self, RecordingError> {
         header.validate()?;
-        Ok(Self { header: header.without_source(), run: Run::default(), epoch: 0, frame: Frame::default(), bin: None })
+        let mut header = header.without_source();
+        let meshes = PageMeshes::take_from(&mut header, MESH_BYTES);
+        Ok(Self { header, meshes, run: Run::default(), epoch: 0, frame: Frame::default(), bin: None })
     }
 
     /// The page, which takes its frames from a websocket at the address `socket` beside its own.
@@ -55,8 +63,8 @@ impl LiveFeed {
     /// # Errors
     /// [`RecordingError::InvalidHeader`] when the header cannot be written as JSON.
     pub fn page(&self, title: &str, notes: &[(String, String)]) -> Result<Vec<u8>, RecordingError> {
-        let about =
-            About { header: &self.header, run: &self.run, ending: None, stride: 1, notes, arrays: &[], live: true };
+        let (header, meshes, run) = (&self.header, &self.meshes, &self.run);
+        let about = About { header, meshes, run, ending: None, stride: 1, notes, arrays: &[], live: true };
         let mut output = Vec::new();
         page::write(title, &about, String::new(), &mut output)?;
         Ok(output)
@@ -108,7 +116,7 @@ impl LiveFeed {
     fn encode(&self, bin: &Bin) -> Vec<u8> {
         let mut payload = Payload::default();
         payload.add(&self.frame, bin);
-        let (arrays, block) = payload.pack();
+        let (arrays, block) = payload.pack(Form::Plain);
         let head = MessageHead { epoch: self.epoch, run: &self.run, arrays: &arrays };
         let mut text = serde_json::to_vec(&head).expect("numbers and names become JSON");
         text.resize((4 + text.len()).next_multiple_of(ALIGNMENT) - 4, b' ');

@@ -3,12 +3,15 @@
 //! The page is built from the folder `viewer/` of the project; this module puts the data in. A long
 //! run is thinned: the page holds every k-th frame, k a power of two, while residuals, iterations
 //! and contact counts are the largest of the frames that each kept one stands for, so that a bad
-//! step shows however short it was. The summary covers every frame.
+//! step shows however short it was. The summary covers every frame. Meshes are simplified and take a third of the page at most,
+//! so that there is room for frames.
 //!
 //! The same page shows a run that goes on, frame by frame as it is made: see [`LiveFeed`].
 
 mod builder;
+mod coding;
 mod live;
+mod meshes;
 mod page;
 mod payload;
 mod run;
@@ -35,7 +38,7 @@ pub struct ReportSettings {
     /// Frames in the page, at most. Default 2000, at least 2.
     pub max_frames: usize,
     /// Size of the file in bytes, at most, as far as leaving out frames can achieve it.
-    /// Default 10 million.
+    /// Default 8 million.
     pub max_bytes: usize,
     /// Further lines of the summary: a label and its text, for example what the import left out.
     pub notes: Vec<(String, String)>,
@@ -43,7 +46,7 @@ pub struct ReportSettings {
 
 impl Default for ReportSettings {
     fn default() -> Self {
-        Self { title: String::new(), max_frames: 2000, max_bytes: 10_000_000, notes: Vec::new() }
+        Self { title: String::new(), max_frames: 2000, max_bytes: 8_000_000, notes: Vec::new() }
     }
 }
 

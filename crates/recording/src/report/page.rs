@@ -1,9 +1,10 @@
-//! The page: one HTML file with places for title, description and data.
+//! The page: one HTML file with places for title, description, meshes and data.
 
 use std::io::Write;
 
 use serde::Serialize;
 
+use super::meshes::PageMeshes;
 use super::payload::ArrayPlace;
 use super::run::Run;
 use crate::error::RecordingError;
@@ -12,12 +13,15 @@ use crate::header::Header;
 const PAGE: &str = include_str!("../../assets/report.html");
 const TITLE: &str = "@@TITLE@@";
 const ABOUT: &str = "@@ABOUT@@";
+const MESHES: &str = "@@MESHES@@";
 const DATA: &str = "@@DATA@@";
 
 /// The page's description of its data.
 #[derive(Serialize)]
 pub(super) struct About<'a> {
+    /// Without the triangles of its meshes.
     pub header: &'a Header,
+    pub meshes: &'a PageMeshes,
     pub run: &'a Run,
     /// `null` when the run did not end by itself.
     pub ending: Option<&'a str>,
@@ -28,9 +32,9 @@ pub(super) struct About<'a> {
     pub live: bool,
 }
 
-/// Length of a page without data, bytes.
-pub(super) fn empty_length(header: &Header) -> Result<usize, RecordingError> {
-    Ok(PAGE.len() + to_json(header)?.len())
+/// Length of a page without frames, bytes.
+pub(super) fn empty_length(header: &Header, meshes: &PageMeshes) -> Result<usize, RecordingError> {
+    Ok(PAGE.len() + to_json(header)?.len() + to_json(meshes)?.len() + meshes.text.len())
 }
 
 /// Writes the page; an empty title is the model's name.
@@ -41,7 +45,8 @@ pub(super) fn write(
     output: &mut impl Write,
 ) -> Result<(), RecordingError> {
     let title = if title.is_empty() { &about.header.model_name } else { title };
-    let values = [(TITLE, escape_html(title)), (ABOUT, to_json(about)?), (DATA, data)];
+    let (title, description) = (escape_html(title), to_json(about)?);
+    let values = [(TITLE, &title), (ABOUT, &description), (MESHES, &about.meshes.text), (DATA, &data)];
     fill(PAGE, &values, output).map_err(|source| RecordingError::Io { file: "(report)".into(), source })
 }
 
@@ -57,7 +62,7 @@ fn escape_html(text: &str) -> String {
 }
 
 /// Writes `page` with each marker (in the order in which the page has them) replaced by its value.
-fn fill(page: &str, values: &[(&str, String)], output: &mut impl Write) -> std::io::Result<()> {
+fn fill(page: &str, values: &[(&str, &String)], output: &mut impl Write) -> std::io::Result<()> {
     let mut rest = page;
     for (marker, value) in values {
         let (before, after) = rest.split_once(marker).expect("the page has every marker once, in order");

@@ -4,11 +4,16 @@ use std::collections::HashMap;
 
 use serde::Serialize;
 
+use super::coding::{rounded, write_columns};
 use super::run::residuals;
 use crate::frame::{ContactFrame, ContactModeCode, Frame, FrictionPolygon, StepStatus};
 
 /// Numbers per contact in the array `contacts`, in the order of [`contact_numbers`].
 const CONTACT_NUMBERS: usize = 25;
+/// Bits after the leading one of lengths and angles that the eye sees: 4 micrometres of a metre.
+const POSE_BITS: u32 = 18;
+/// The same of numbers that are read, with three digits, or drawn as arrows.
+const NUMBER_BITS: u32 = 12;
 /// Arrays start at a multiple of this, as typed arrays in browsers need it.
 const ALIGNMENT: usize = 8;
 
@@ -20,6 +25,18 @@ pub(super) struct ArrayPlace {
     element: &'static str,
     offset: usize,
     length: usize,
+    /// Numbers of a row where they are in the [small form](Form::Small), else 0.
+    row: usize,
+}
+
+/// How arrays lie in the block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Form {
+    /// As they are, for one frame that is to be shown at once.
+    Plain,
+    /// For deflating: column after column of the rows of an array, each number as the difference of its bits to those of the
+    /// number before in its column, and of all these the first bytes, the second bytes, and so on.
+    Small,
 }
 
 /// The largest values over the frames that a kept frame stands for.
@@ -77,6 +94,8 @@ pub(super) struct Payload {
     missed: Vec<f32>,
     unsolved: Vec<f32>,
     poses: Vec<f32>,
+    /// Numbers of a frame's poses.
+    pose_row: usize,
     contact_ends: Vec<u32>,
     contacts: Vec<f32>,
     directions: Vec<f32>,
@@ -94,7 +113,8 @@ impl Payload {
         self.contact_counts.push(bin.contacts as f32);
         self.missed.push(f32::from(bin.missed));
         self.unsolved.push(f32::from(bin.unsolved));
-        self.poses.extend(frame.body_poses.as_flattened().iter().map(|&x| x as f32));
+        self.poses.extend(frame.body_poses.as_flattened().iter().map(|&x| rounded(x, POSE_BITS)));
+        self.pose_row = frame.body_poses.len() * 7;
         for contact in &frame.contacts {
             let polygon = self.polygon(contact, frame);
             self.contacts.extend(contact_numbers(contact, polygon));
@@ -103,20 +123,20 @@ impl Payload {
     }
 
     /// The arrays' places, and the block.
-    pub fn pack(&self) -> (Vec<ArrayPlace>, Vec<u8>) {
-        let mut block = Block::default();
+    pub fn pack(&self, form: Form) -> (Vec<ArrayPlace>, Vec<u8>) {
+        let mut block = Block { form, places: Vec::new(), bytes: Vec::new() };
         block.add("time", "f64", &self.time, |x| x.to_le_bytes());
         block.add("step", "f64", &self.step, |x| x.to_le_bytes());
         block.add("kinetic", "f64", &self.kinetic, |x| x.to_le_bytes());
         block.add("potential", "f64", &self.potential, |x| x.to_le_bytes());
-        block.add("residuals", "f32", &self.residuals, |x| x.to_le_bytes());
-        block.add("iterations", "f32", &self.iterations, |x| x.to_le_bytes());
-        block.add("contact_counts", "f32", &self.contact_counts, |x| x.to_le_bytes());
-        block.add("missed", "f32", &self.missed, |x| x.to_le_bytes());
-        block.add("unsolved", "f32", &self.unsolved, |x| x.to_le_bytes());
-        block.add("poses", "f32", &self.poses, |x| x.to_le_bytes());
+        block.add_rows("residuals", &self.residuals, 5);
+        block.add_rows("iterations", &self.iterations, 1);
+        block.add_rows("contact_counts", &self.contact_counts, 1);
+        block.add_rows("missed", &self.missed, 1);
+        block.add_rows("unsolved", &self.unsolved, 1);
+        block.add_rows("poses", &self.poses, self.pose_row);
         block.add("contact_ends", "u32", &self.contact_ends, |x| x.to_le_bytes());
-        block.add("contacts", "f32", &self.contacts, |x| x.to_le_bytes());
+        block.add_rows("contacts", &self.contacts, CONTACT_NUMBERS);
         block.add("directions", "f32", &self.directions, |x| x.to_le_bytes());
         (block.places, block.bytes)
     }
@@ -155,11 +175,12 @@ fn contact_numbers(contact: &ContactFrame, polygon: [f32; 3]) -> [f32; CONTACT_N
         ContactModeCode::Sliding { direction } => (2, direction, direction),
         ContactModeCode::SlidingBetween { first, second } => (3, first, second),
     };
-    let [p0, p1, p2] = contact.point.map(|x| x as f32);
-    let [n0, n1, n2] = contact.normal.map(|x| x as f32);
-    let [t0, t1, t2] = contact.tangent_1.map(|x| x as f32);
-    let [f0, f1] = contact.lambda_t.map(|x| x as f32);
-    let [v0, v1] = contact.velocity_t.map(|x| x as f32);
+    let number = |x| rounded(x, NUMBER_BITS);
+    let [p0, p1, p2] = contact.point.map(|x| rounded(x, POSE_BITS));
+    let [n0, n1, n2] = contact.normal.map(number);
+    let [t0, t1, t2] = contact.tangent_1.map(number);
+    let [f0, f1] = contact.lambda_t.map(number);
+    let [v0, v1] = contact.velocity_t;
     let [directions, angle, listed] = polygon;
     [
         contact.body_a as f32,
@@ -181,18 +202,18 @@ fn contact_numbers(contact: &ContactFrame, polygon: [f32; 3]) -> [f32; CONTACT_N
         t0,
         t1,
         t2,
-        contact.gap as f32,
-        contact.friction as f32,
-        contact.lambda_n as f32,
+        number(contact.gap),
+        number(contact.friction),
+        number(contact.lambda_n),
         f0,
         f1,
-        (v0 * v0 + v1 * v1).sqrt(),
+        number(v0.hypot(v1)),
     ]
 }
 
 /// Arrays one after the other.
-#[derive(Default)]
 struct Block {
+    form: Form,
     places: Vec<ArrayPlace>,
     bytes: Vec<u8>,
 }
@@ -205,9 +226,22 @@ impl Block {
         values: &[T],
         to_bytes: impl Fn(T) -> [u8; N],
     ) {
-        self.bytes.resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
-        let (offset, length) = (self.bytes.len(), values.len());
-        self.places.push(ArrayPlace { name, element, offset, length });
+        self.begin(name, element, values.len(), 0);
         self.bytes.extend(values.iter().flat_map(|&value| to_bytes(value)));
+    }
+
+    /// Adds an array of which `row` numbers belong together, in the block's form.
+    fn add_rows(&mut self, name: &'static str, values: &[f32], row: usize) {
+        if self.form == Form::Plain || values.is_empty() {
+            return self.add(name, "f32", values, |x| x.to_le_bytes());
+        }
+        self.begin(name, "f32", values.len(), row);
+        write_columns(values, row, &mut self.bytes);
+    }
+
+    fn begin(&mut self, name: &'static str, element: &'static str, length: usize, row: usize) {
+        self.bytes.resize(self.bytes.len().next_multiple_of(ALIGNMENT), 0);
+        let offset = self.bytes.len();
+        self.places.push(ArrayPlace { name, element, offset, length, row });
     }
 }

@@ -6,7 +6,9 @@ use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 use signorini_recording::report::{ReportBuilder, ReportSettings, write_html, write_html_to};
-use signorini_recording::{ContactFrame, ContactModeCode, Ending, Energy, Frame, FrictionPolygon, Recording};
+use signorini_recording::{
+    ContactFrame, ContactModeCode, Ending, Energy, Frame, FrictionPolygon, GeomVisual, Recording, ShapeVisual,
+};
 
 use crate::samples;
 
@@ -59,7 +61,8 @@ impl Page {
             let at = |key: &str| place[key].as_u64().unwrap() as usize;
             let (offset, length) = (at("offset"), at("length"));
             assert_eq!(offset % 8, 0);
-            let bytes = &block[offset..];
+            let whole = columns_to_rows(&block[offset..], length, at("row"));
+            let bytes = if at("row") > 0 { &whole } else { &block[offset..] };
             let values: Vec<f64> = match place["type"].as_str().unwrap() {
                 "f64" => bytes.as_chunks().0[..length].iter().map(|&b| f64::from_le_bytes(b)).collect(),
                 "f32" => bytes.as_chunks().0[..length].iter().map(|&b| f32::from_le_bytes(b).into()).collect(),
@@ -70,6 +73,18 @@ impl Page {
         }
         Self { html, about, arrays }
     }
+}
+
+/// Undoes the differences and the order of an array of rows of single precision, written down from the description of it.
+fn columns_to_rows(block: &[u8], length: usize, row: usize) -> Vec<u8> {
+    let mut numbers = vec![0_u32; if row > 0 { length } else { 0 }];
+    let difference = |i: usize| (0..4).map(|byte| u32::from(block[byte * length + i]) << (8 * byte)).sum::<u32>();
+    for i in 0..numbers.len() {
+        let (column, k) = (i / (length / row), i % (length / row));
+        let before = if k > 0 { numbers[(k - 1) * row + column] } else { 0 };
+        numbers[k * row + column] = before.wrapping_add(difference(i));
+    }
+    numbers.iter().flat_map(|bits| bits.to_le_bytes()).collect()
 }
 
 fn recording(frames: impl Iterator<Item = Frame>) -> Recording {
@@ -165,6 +180,113 @@ fn the_file_stays_below_the_size_asked_for() {
     let page = page(&recording, &ReportSettings::default().with_max_bytes(max_bytes));
     assert!(page.html.len() <= max_bytes, "{} > {max_bytes}", page.html.len());
     assert!(page.arrays["time"].len() >= 10);
+}
+
+/// A ball of this many rings of vertices, radius 1, about (10, 0, 0).
+fn ball(rings: u32) -> ShapeVisual {
+    let around = 2 * rings;
+    let vertex = |i: u32| {
+        let (polar, angle) =
+            (f64::from(i / around + 1) / f64::from(rings + 1), f64::from(i % around) / f64::from(around));
+        let (polar, angle) = (polar * std::f64::consts::PI, angle * std::f64::consts::TAU);
+        [10.0 + polar.sin() * angle.cos(), polar.sin() * angle.sin(), polar.cos()].map(|x| x as f32)
+    };
+    let square = |i: u32| {
+        let right = i - i % around + (i + 1) % around;
+        [[i, i + around, right], [right, i + around, right + around]]
+    };
+    let vertices = (0..rings * around).map(vertex).collect();
+    ShapeVisual::Mesh { vertices, faces: (0..(rings - 1) * around).flat_map(square).collect() }
+}
+
+/// Vertices and triangles of a page's meshes, read as their description says.
+fn meshes(page: &Page) -> Vec<(Vec<[f64; 3]>, Vec<[u32; 3]>)> {
+    let (_, after) = page.html.split_once("id=\"meshes\">").unwrap();
+    let packed = STANDARD.decode(after.split_once("</script>").unwrap().0).unwrap();
+    let block = miniz_oxide::inflate::decompress_to_vec_zlib(&packed).unwrap();
+    let mesh = |place: &Value| {
+        let at = |key: &str| place[key].as_u64().unwrap() as usize;
+        let (offset, n, corners) = (at("offset"), 3 * at("vertices"), 3 * at("triangles"));
+        let low = |axis: usize| place["low"][axis].as_f64().unwrap();
+        let mut whole = vec![0_u16; n];
+        for i in 0..n {
+            let difference = u16::from_le_bytes([block[offset + i], block[offset + n + i]]);
+            whole[i] = difference.wrapping_add(if i < 3 { 0 } else { whole[i - 3] });
+        }
+        let coordinate = |(axis, x): (usize, &u16)| low(axis % 3) + place["unit"].as_f64().unwrap() * f64::from(*x);
+        let coordinates: Vec<f64> = whole.iter().enumerate().map(coordinate).collect();
+        let block = &block[offset + 2 * n..];
+        let (mut next, mut indices) = (0, Vec::new());
+        for i in 0..corners {
+            let distance = u32::from_le_bytes([0, 1, 2, 3].map(|byte| block[byte * corners + i]));
+            indices.push(next - distance);
+            next = next.max(next - distance + 1);
+        }
+        (coordinates.as_chunks().0.to_vec(), indices.as_chunks().0.to_vec())
+    };
+    page.about["meshes"]["places"].as_array().unwrap().iter().map(mesh).collect()
+}
+
+#[test]
+fn a_mesh_is_there_once_with_fewer_triangles_on_the_same_surface() {
+    let mut header = samples::header();
+    let geom = header.geoms[0].clone();
+    header.geoms = vec![
+        GeomVisual { shape: ball(100), ..geom.clone() },
+        geom.clone(),
+        GeomVisual { shape: ball(100), body: 2, ..geom },
+    ];
+    let mut html = Vec::new();
+    let builder = ReportBuilder::new(header, ReportSettings::default()).unwrap();
+    builder.write(&mut html, &Ending::Interrupted { leftover: 0 }).unwrap();
+    let page = Page::parse(html);
+    assert_eq!(page.about["meshes"]["of_geom"], serde_json::json!([0, null, 0]));
+    let meshes = meshes(&page);
+    let (vertices, triangles) = &meshes[0];
+    assert_eq!(meshes.len(), 1);
+    assert!(triangles.len() > 1000 && triangles.len() < 20_000, "{} of 39,600", triangles.len());
+    let radius = |p: &[f64; 3]| ((p[0] - 10.0).powi(2) + p[1].powi(2) + p[2].powi(2)).sqrt();
+    assert!(vertices.iter().all(|p| (radius(p) - 1.0).abs() < 1e-4));
+    // Triangles look outwards, and their middles lie no deeper than the error allowed, 0.1 % of the diameter.
+    for corners in triangles {
+        let [a, b, c] = corners.map(|i| vertices[i as usize]).map(|[x, y, z]| [x - 10.0, y, z]);
+        let middle = [0, 1, 2].map(|k| (a[k] + b[k] + c[k]) / 3.0);
+        let (u, v) = ([0, 1, 2].map(|k| b[k] - a[k]), [0, 1, 2].map(|k| c[k] - a[k]));
+        let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+        let dot = |p: [f64; 3], q: [f64; 3]| p[0] * q[0] + p[1] * q[1] + p[2] * q[2];
+        assert!(dot(normal, middle) >= 0.0 && dot(middle, middle).sqrt() > 1.0 - 3.0 * 0.002, "{middle:?}");
+    }
+}
+
+/// The frames of a humanoid of 300,000 triangles over 10 s come 31 times a second, and the meshes make way for them.
+#[test]
+fn meshes_leave_room_for_frames() {
+    let mut header = samples::header();
+    let geom = header.geoms[0].clone();
+    let part = |k: u32| {
+        let ShapeVisual::Mesh { mut vertices, faces } = ball(60 + k % 2) else { panic!() };
+        vertices.iter_mut().for_each(|p| p[2] += 1e-3 * k as f32);
+        GeomVisual { shape: ShapeVisual::Mesh { vertices, faces }, ..geom.clone() }
+    };
+    header.geoms = (0..20).map(part).collect();
+    header.bodies = (0..40).map(|k| format!("body {k}")).collect();
+    let settings = ReportSettings::default();
+    let mut builder = ReportBuilder::new(header, settings.clone()).unwrap();
+    for step in 0..=5000_u64 {
+        let mut frame = frame(step, 24);
+        frame.time = 0.002 * step as f64;
+        let wave = |k: u64| (0.37 * k as f64 + 0.01 * (1.0 + 0.1 * k as f64) * step as f64).sin();
+        frame.body_poses = (0..40).map(|body| [0, 1, 2, 3, 4, 5, 6].map(|axis| wave(7 * body + axis))).collect();
+        for (k, contact) in (0..).zip(&mut frame.contacts) {
+            (contact.point, contact.lambda_n) = ([0, 1, 2].map(|axis| wave(5 * k + axis)), wave(5 * k + 3).abs());
+        }
+        builder.push(&frame).unwrap();
+    }
+    let mut html = Vec::new();
+    builder.write(&mut html, &Ending::Interrupted { leftover: 0 }).unwrap();
+    assert!(html.len() <= settings.max_bytes, "{}", html.len());
+    let page = Page::parse(html);
+    assert!(page.arrays["time"].len() > 300, "{} frames", page.arrays["time"].len());
 }
 
 fn recording_without_frames() -> Recording {
