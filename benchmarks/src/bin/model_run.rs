@@ -35,7 +35,8 @@ struct Options {
 fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::parse();
     let begin = ProcessTime::now();
-    let load_options = LoadOptions { package_dirs: options.package_dir.clone(), ..LoadOptions::default() };
+    let mut load_options = LoadOptions::default();
+    load_options.package_dirs.clone_from(&options.package_dir);
     let made = load(&options.file, &load_options).map_err(|e| ("refused", e.to_string())).and_then(|imported| {
         let settings = Settings::default();
         let simulation = Simulation::new(imported.model.clone(), settings).map_err(|e| ("refused", e.to_string()))?;

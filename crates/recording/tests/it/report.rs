@@ -199,8 +199,11 @@ fn ball(rings: u32) -> ShapeVisual {
     ShapeVisual::Mesh { vertices, faces: (0..(rings - 1) * around).flat_map(square).collect() }
 }
 
-/// Vertices and triangles of a page's meshes, read as their description says.
-fn meshes(page: &Page) -> Vec<(Vec<[f64; 3]>, Vec<[u32; 3]>)> {
+/// Vertices and triangles.
+type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
+
+/// The page's meshes, read as their description says.
+fn meshes(page: &Page) -> Vec<Triangles> {
     let (_, after) = page.html.split_once("id=\"meshes\">").unwrap();
     let packed = STANDARD.decode(after.split_once("</script>").unwrap().0).unwrap();
     let block = miniz_oxide::inflate::decompress_to_vec_zlib(&packed).unwrap();
