@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
-"""Compares who imports whom with the table in ARCHITECTURE.md.
+"""Compares who imports whom with the table in ARCHITECTURE.md, and keeps certificates apart from solvers.
 
 The table's rows read: | `crates/NAME` | purpose | imports |, the last column a list of crate names or a dash.
+What certifies may not import a crate that solves, directly or through others.
 Development dependencies do not count.
 """
 
@@ -12,6 +13,8 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
+SOLVES = {"lcp", "sparse", "solver", "laws"}
+CERTIFIES = {"contact"}
 
 
 def allowed():
@@ -23,20 +26,36 @@ def allowed():
     return table
 
 
+def reached(imports, start):
+    """All crates that one imports, directly or through others."""
+    found, ahead = set(), [start]
+    while ahead:
+        new = imports.get(ahead.pop(), set()) - found
+        found |= new
+        ahead += new
+    return found
+
+
 def main():
     command = ["cargo", "metadata", "--format-version", "1", "--no-deps", "--locked"]
     packages = json.loads(subprocess.check_output(command, cwd=ROOT))["packages"]
     folder = {p["name"]: str(pathlib.Path(p["manifest_path"]).parent.relative_to(ROOT)) for p in packages}
-    table, wrong = allowed(), []
+    table, wrong, imports = allowed(), [], {}
     for package in packages:
         name = folder[package["name"]]
         if name not in table:
             wrong.append(f"{name} has no row in ARCHITECTURE.md")
             continue
         used = {folder[d["name"]] for d in package["dependencies"] if d["name"] in folder and d["kind"] != "dev"}
+        imports[pathlib.Path(name).name] = {pathlib.Path(other).name for other in used}
         for other in sorted(used):
             if pathlib.Path(other).name not in table[name]:
                 wrong.append(f"{name} imports {other}, which ARCHITECTURE.md does not allow")
+    missing = (SOLVES | CERTIFIES) - imports.keys()
+    wrong += [f"{name}, which solves or certifies, is no crate: correct the names in {__file__}" for name in sorted(missing)]
+    for name in sorted(CERTIFIES):
+        solvers = reached(imports, name) & SOLVES
+        wrong += [f"{name} certifies and must not import {other}, which solves" for other in sorted(solvers)]
     wrong += [f"ARCHITECTURE.md lists {name}, which does not exist" for name in table if not (ROOT / name).is_dir()]
     print("\n".join(wrong) or f"{len(packages)} crates import what ARCHITECTURE.md allows")
     sys.exit(bool(wrong))

@@ -2,7 +2,7 @@
 
 use microlp::{ComparisonOp, OptimizationDirection, SolveOutcome};
 use signorini::contact::{ContactProblem, FrictionBound};
-use signorini::lcp::{Basis, Lemke, Method, MixedLcp, Status};
+use signorini::lcp::{Basis, Lemke, Method, MixedLcp, Status, solve_mixed};
 
 /// Residual up to which a point that was found otherwise counts as a solution.
 const SOLVES: f64 = 1e-9;
@@ -38,7 +38,7 @@ pub fn promised(problem: &ContactProblem) -> bool {
 pub fn examine(problem: &ContactProblem, programs: usize) -> Finding {
     let Ok(lcp) = problem.condensed_lcp() else { return Finding::Open };
     let unit = OneUnit::of(problem, &lcp);
-    let solution = lcp.solve(&mut Lemke::default(), None);
+    let solution = solve_mixed(&lcp, &mut Lemke::default(), None);
     if unit.residual(&solution.z) <= SOLVES {
         return Finding::Solvable(solution.z);
     }
@@ -204,7 +204,7 @@ impl Search<'_> {
         let basic = |i: usize| zero[i].map_or_else(|| z[i] > self.unit.w(i, z), |side| side == Zero::W);
         let basis = Basis { z_basic: (0..self.unit.n).map(basic).collect() };
         let method: &mut dyn Method = &mut Lemke::default();
-        let solution = self.lcp.solve(method, Some(&basis));
+        let solution = solve_mixed(self.lcp, method, Some(&basis));
         (self.unit.residual(&solution.z) <= SOLVES).then_some(solution.z)
     }
 }

@@ -2,7 +2,7 @@
 
 #![allow(non_snake_case)]
 
-use signorini_lcp::{Lcp, Matrix, MixedLcp, Scaling};
+use signorini_complementarity::{Lcp, Matrix, MixedLcp, Scaling};
 
 use crate::{ContactProblem, ProblemError};
 
@@ -132,7 +132,7 @@ impl ContactProblem {
 
     /// `J v` with the constants of `b`, of the rows of all impulses in the order of [`standard_layout`](Self::standard_layout): their
     /// `w` at the velocity that the impulses give, but for `β`.
-    pub(crate) fn rates(&self, velocity: &[f64]) -> Vec<f64> {
+    pub fn rates(&self, velocity: &[f64]) -> Vec<f64> {
         let at = self.standard_layout();
         let mut rates = vec![0.0; at.size];
         self.for_each_row(&at, |row, columns, entries| {

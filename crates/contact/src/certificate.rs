@@ -30,7 +30,8 @@ pub struct Certificate {
 }
 
 impl Certificate {
-    pub(crate) fn everything_violated() -> Self {
+    /// Every residual infinite: what is claimed cannot be judged.
+    pub fn everything_violated() -> Self {
         let r = f64::INFINITY;
         Self { momentum: r, natural_map: r, signorini: r, friction: r, dissipation: r, bilateral: r }
     }
@@ -93,7 +94,7 @@ fn larger(a: f64, b: f64) -> f64 {
 
 /// Memory of the certificate.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Scratch {
+pub struct Scratch {
     force: Vec<f64>,
     change: Vec<f64>,
     momentum: Vec<f64>,
@@ -117,11 +118,7 @@ pub fn certify(problem: &ContactProblem, solution: &ContactSolution) -> Certific
 }
 
 /// The same in memory at hand.
-pub(crate) fn certify_afresh(
-    problem: &ContactProblem,
-    solution: &ContactSolution,
-    scratch: &mut Scratch,
-) -> Certificate {
+pub fn certify_afresh(problem: &ContactProblem, solution: &ContactSolution, scratch: &mut Scratch) -> Certificate {
     scratch.column.clear();
     scratch.column.resize(problem.nv(), 0.0);
     let scales = Scales::new(problem, problem.delassus_scale_with(&mut scratch.column), problem.velocity_scale());
@@ -129,7 +126,7 @@ pub(crate) fn certify_afresh(
 }
 
 /// The certificate with the problem's scales at hand.
-pub(crate) fn certify_with(
+pub fn certify_with(
     problem: &ContactProblem,
     solution: &ContactSolution,
     scales: &Scales,
@@ -183,7 +180,7 @@ pub(crate) fn certify_with(
 }
 
 /// `v^f + M⁻¹(J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B + J_FᵀD_Fα_F)`.
-pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
+pub fn velocity_from_impulses(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
     let mut scratch = Scratch::default();
     scratch.resize(problem.nv());
     scratch.add_forces(problem, solution);
@@ -193,7 +190,7 @@ pub(crate) fn velocity_from_impulses(problem: &ContactProblem, solution: &Contac
 }
 
 /// The same velocity, its impulses summed in the reverse order.
-pub(crate) fn velocity_summed_backwards(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
+pub fn velocity_summed_backwards(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
     let mut force = vec![0.0; problem.nv()];
     for j in (0..problem.friction_groups.len()).rev() {
         let impulse = problem.friction_groups.impulse(j, &solution.group_alpha);
@@ -213,7 +210,7 @@ pub(crate) fn velocity_summed_backwards(problem: &ContactProblem, solution: &Con
 
 /// The scales of the data.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Scales {
+pub struct Scales {
     /// `g`: largest diagonal entry of `J M⁻¹ Jᵀ` over normals and directions, 1/kg.
     delassus: f64,
     /// `s_v = max|b|`, m/s.
@@ -316,7 +313,7 @@ impl Scratch {
 }
 
 /// `λ_T = D α` of contact `i`.
-pub(crate) fn tangential_impulse(problem: &ContactProblem, solution: &ContactSolution, i: usize) -> [f64; 2] {
+pub fn tangential_impulse(problem: &ContactProblem, solution: &ContactSolution, i: usize) -> [f64; 2] {
     let alpha = &solution.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
     problem.directions_of(i).iter().zip(alpha).fold([0.0; 2], |[x, y], (d, a)| [x + d[0] * a, y + d[1] * a])
 }

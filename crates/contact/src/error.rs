@@ -89,7 +89,7 @@ pub enum ProblemError {
     },
     /// The assembled complementarity problem is malformed.
     #[error(transparent)]
-    Lcp(#[from] signorini_lcp::LcpError),
+    Lcp(#[from] signorini_complementarity::LcpError),
     /// The problem has friction that what was asked for does not have.
     #[error(transparent)]
     Unsupported(#[from] UnsupportedFriction),

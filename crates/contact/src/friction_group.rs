@@ -40,7 +40,7 @@ impl FrictionBound {
     }
 
     /// The same bound where contacts have other indices; constant where its contact has none, which can have no impulse.
-    pub(crate) fn within(&self, index: impl Fn(usize) -> Option<usize>) -> Self {
+    pub fn within(&self, index: impl Fn(usize) -> Option<usize>) -> Self {
         let impulse = self.constant();
         match self.normal().and_then(|(contact, coefficient)| Some((index(contact)?, coefficient))) {
             None => Self::Impulse(impulse),
@@ -50,7 +50,7 @@ impl FrictionBound {
     }
 
     /// The bound where contacts have the normal impulses that `lambda_n` gives, N·s.
-    pub(crate) fn at(&self, lambda_n: impl Fn(usize) -> f64) -> f64 {
+    pub fn at(&self, lambda_n: impl Fn(usize) -> f64) -> f64 {
         self.constant() + self.normal().map_or(0.0, |(contact, coefficient)| coefficient * lambda_n(contact))
     }
 
@@ -140,7 +140,7 @@ impl FrictionGroups {
     }
 
     /// The impulse `D α` of group `j`; `alpha`: of all groups.
-    pub(crate) fn impulse(&self, j: usize, alpha: &[f64]) -> [f64; 2] {
+    pub fn impulse(&self, j: usize, alpha: &[f64]) -> [f64; 2] {
         let own = || self.directions_of(j).iter().zip(&alpha[self.direction_range(j)]);
         [0, 1].map(|r| own().map(|(d, a)| d[r] * a).sum())
     }

@@ -1,6 +1,6 @@
 //! The laws of a frictional problem in impulse space, from its polygonal LCP alone.
 
-use signorini_lcp::Lcp;
+use signorini_complementarity::Lcp;
 
 use crate::Certificate;
 use crate::problem_file::FrictionalProblem;

@@ -50,14 +50,14 @@ impl<const R: usize> SparseRows<R> {
     }
 
     /// Adds a group with these entries in columns that are numbered otherwise.
-    pub(crate) fn push_renumbered(&mut self, columns: impl Iterator<Item = u32>, entries: &[[f64; R]]) {
+    pub fn push_renumbered(&mut self, columns: impl Iterator<Item = u32>, entries: &[[f64; R]]) {
         self.columns.extend(columns);
         self.entries.extend_from_slice(entries);
         self.offsets.push(self.columns.len());
     }
 
     /// Where each group begins among all columns, and the columns.
-    pub(crate) fn pattern(&self) -> (&[usize], &[u32]) {
+    pub fn pattern(&self) -> (&[usize], &[u32]) {
         (&self.offsets, &self.columns)
     }
 
@@ -87,14 +87,14 @@ impl<const R: usize> SparseRows<R> {
 
     /// The columns of group `i`, and the entries in them with all that follow.
     #[inline(always)]
-    pub(crate) fn group_and_rest(&self, i: usize) -> (&[u32], &[f64]) {
+    pub fn group_and_rest(&self, i: usize) -> (&[u32], &[f64]) {
         let (start, end) = (self.offsets[i], self.offsets[i + 1]);
         (&self.columns[start..end], self.entries[start..].as_flattened())
     }
 
     /// `J_i x` for two vectors at a time, given as pairs.
     #[inline]
-    pub(crate) fn multiply_pairs(&self, i: usize, x: &[[f64; 2]]) -> [[f64; 2]; R] {
+    pub fn multiply_pairs(&self, i: usize, x: &[[f64; 2]]) -> [[f64; 2]; R] {
         let (columns, entries) = self.group(i);
         let mut y = [[0.0; 2]; R];
         let mut take = |entry: &[f64; R], x: [f64; 2]| {
@@ -113,7 +113,7 @@ impl<const R: usize> SparseRows<R> {
 
     /// `J_i x`, and the largest sum of absolute products in it: what its rounding is relative to.
     #[inline]
-    pub(crate) fn multiply_with_terms(&self, i: usize, x: &[f64]) -> ([f64; R], f64) {
+    pub fn multiply_with_terms(&self, i: usize, x: &[f64]) -> ([f64; R], f64) {
         let (columns, entries) = self.group(i);
         let (mut y, mut sums) = ([0.0; R], [0.0; R]);
         let mut take = |entry: &[f64; R], x: f64| {
@@ -153,19 +153,19 @@ impl<const R: usize> SparseRows<R> {
     }
 
     /// The first column index of any group that is not below `nv`, with its group.
-    pub(crate) fn column_beyond(&self, nv: usize) -> Option<(usize, usize)> {
+    pub fn column_beyond(&self, nv: usize) -> Option<(usize, usize)> {
         let k = self.columns.iter().position(|&c| c as usize >= nv)?;
         Some((self.offsets.partition_point(|&o| o <= k) - 1, self.columns[k] as usize))
     }
 
     /// The first column that does not exceed the one before it in its group, with its group.
-    pub(crate) fn column_out_of_order(&self) -> Option<(usize, usize)> {
+    pub fn column_out_of_order(&self) -> Option<(usize, usize)> {
         let descent = |i: usize| self.group(i).0.windows(2).find(|pair| pair[1] <= pair[0]).map(|pair| pair[1]);
         (0..self.len()).find_map(|i| descent(i).map(|column| (i, column as usize)))
     }
 
     /// The first entry that is not finite, with its group.
-    pub(crate) fn not_finite(&self) -> Option<(usize, f64)> {
+    pub fn not_finite(&self) -> Option<(usize, f64)> {
         let bad = |e: &[f64; R]| e.iter().copied().find(|x| !x.is_finite());
         let (k, x) = self.entries.iter().enumerate().find_map(|(k, e)| bad(e).map(|x| (k, x)))?;
         Some((self.offsets.partition_point(|&o| o <= k) - 1, x))

@@ -1,8 +1,8 @@
-//! Contact with dry friction as a linear complementarity problem.
+//! Contact with dry friction as a linear complementarity problem: the formulation as data, and no solver.
 //!
 //! The way through this crate: contact frames and friction polygons → [`ContactProblem`] (plain data: `M`, `v^f`, `Δt`, `J_N`,
-//! `J_T`, `φ`, `μ`, `D`) → the structured [`ContactSolver`], or the mixed and the standard LCP for any method of
-//! `signorini-lcp` → [`ContactSolution`] → [`certify`]. A researcher with matrices of their own starts at [`ContactProblem`].
+//! `J_T`, `φ`, `μ`, `D`) → the mixed and the standard LCP; and from what any solver claims → [`ContactSolution`] → [`certify`].
+//! A researcher with matrices of their own starts at [`ContactProblem`], and with `ContactSolver` of `signorini-solver`.
 //!
 //! ```
 //! use signorini_contact::{ContactProblem, ContactSolution, FrictionPolygon, certify};
@@ -25,53 +25,44 @@
 //! assert!(certify(&problem, &claimed).friction > 0.03);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! What a solver needs besides: [`projection`] onto the friction cones, [`circular`] for those that are round, [`recovery`] of
+//! `α`, `β` and modes from impulses, the data's [`scales`], and the [`certificate`] in memory at hand.
 
 mod assemble;
-mod bilateral_basis;
-mod certificate;
-mod cone;
+pub mod certificate;
+pub mod circular;
 mod error;
 mod frame;
 mod friction_group;
 mod frictional_certificate;
-mod indeterminacy;
 mod jacobian;
-mod lcp_route;
+pub mod lists;
+mod outcome;
 mod polygon;
-mod polyhedral;
 mod problem;
 pub mod problem_file;
-mod recovery;
-mod relaxation;
-mod scales;
-mod settling;
+pub mod projection;
+pub mod recovery;
+pub mod scales;
 mod solution;
-mod solver;
 mod unsupported;
-mod vector;
+pub mod vector;
+mod warm_start;
 
 pub use assemble::Layout;
-pub use bilateral_basis::BilateralBasis;
 pub use certificate::{Certificate, certify};
-pub use cone::{
-    CircularConeSolver, ConeCertificate, ConeGap, ConeReport, ConeSettings, ConeSolution, ConeStart, ConeStatus,
-    ConeWarmStart, DirectionRefiner, RefinementReport, align_directions, certify_cone, cone_gaps, velocity_error_bound,
+pub use circular::{
+    ConeCertificate, ConeGap, ConeReport, ConeSolution, ConeStart, ConeStatus, ConeWarmStart, certify_cone, cone_gaps,
+    velocity_error_bound,
 };
 pub use error::ProblemError;
 pub use frame::ContactFrame;
 pub use friction_group::{FrictionBound, FrictionGroups};
-pub use indeterminacy::{
-    ForceDistributions, ImpulseRange, LeastNorm, LeastNormOutcome, LeastNormReport, LinearProgramResidual, SelfStress,
-    force_distributions, least_norm_impulses,
-};
 pub use jacobian::SparseRows;
-pub use lcp_route::solve_as_lcp;
+pub use outcome::{SolveReport, SolveStatus};
 pub use polygon::FrictionPolygon;
 pub use problem::ContactProblem;
-pub use relaxation::{
-    ConvexRelaxation, RelaxationCertificate, RelaxationReport, RelaxationStatus, RelaxedSolution, certify_relaxation,
-};
-pub use settling::{SettlingEffort, SettlingSolver, SettlingStep};
 pub use solution::{ContactMode, ContactSolution};
-pub use solver::{ContactSolver, SolveReport, SolveStatus, SolverSettings, WarmStart};
 pub use unsupported::UnsupportedFriction;
+pub use warm_start::WarmStart;

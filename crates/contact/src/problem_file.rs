@@ -9,7 +9,7 @@ mod solutions;
 
 use std::path::Path;
 
-use signorini_lcp::{Lcp, Matrix, MixedLcp, Scaling};
+use signorini_complementarity::{Lcp, Matrix, MixedLcp, Scaling};
 use signorini_multibody::BlockDiagonal;
 use signorini_npz::{Archive, ArchiveWriter, SparseMatrix};
 

@@ -1,7 +1,7 @@
 //! From impulses and velocity to a complete solution: `α`, `β` and the contact modes.
 
+use crate::projection::Cones;
 use crate::scales::raise;
-use crate::solver::Cones;
 use crate::{ContactMode, ContactProblem, ContactSolution};
 
 /// Contacts slower than this fraction of the data's velocity scale stick.
@@ -15,18 +15,13 @@ const AT_BOUND: f64 = 16.0 * f64::EPSILON;
 /// `α` splits `λ_T` over the two directions that enclose it; `β = max_k(−d_kᵀ c_T)`, the
 /// sliding speed seen by the polygon, is the smallest multiplier that `w_α ≥ 0` admits.
 /// `velocity_scale`: [`ContactProblem::velocity_scale`], m/s.
-pub(crate) fn recover_into(
-    problem: &ContactProblem,
-    cones: &Cones,
-    velocity_scale: f64,
-    solution: &mut ContactSolution,
-) {
+pub fn recover_into(problem: &ContactProblem, cones: &Cones, velocity_scale: f64, solution: &mut ContactSolution) {
     recover_with(problem, cones, velocity_scale, |i, v| problem.contact_velocity(i, v), solution);
 }
 
 /// The same with the velocity of each contact at hand, as a function of its index and of `v⁺`.
 #[inline]
-pub(crate) fn recover_with(
+pub fn recover_with(
     problem: &ContactProblem,
     cones: &Cones,
     velocity_scale: f64,

@@ -5,7 +5,7 @@ use signorini_multibody::FEW_ROWS;
 use crate::ContactProblem;
 
 /// Rows of the block of a free body.
-pub(crate) const FREE_ROWS: usize = 6;
+pub const FREE_ROWS: usize = 6;
 
 /// Part of its terms below which a sum is taken for rounding.
 const CANCELLATION: f64 = 1e-7;
@@ -19,7 +19,7 @@ impl ContactProblem {
 
     /// [`delassus_scale`](Self::delassus_scale) without memory of its own; `scratch` as in
     /// [`delassus_diagonal`](Self::delassus_diagonal).
-    pub(crate) fn delassus_scale_with(&self, scratch: &mut [f64]) -> f64 {
+    pub fn delassus_scale_with(&self, scratch: &mut [f64]) -> f64 {
         let mut scale = 0.0_f64;
         for i in 0..self.contact_count() {
             let (columns, entries) = self.jacobian.group(i);
@@ -157,8 +157,10 @@ impl ContactProblem {
 
 /// The largest entry of `b` and the largest sum of terms in it, of the rows so far.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct VelocityScale {
+pub struct VelocityScale {
+    /// The largest entry, m/s.
     pub largest: f64,
+    /// The largest sum of absolute terms, m/s.
     pub terms: f64,
 }
 
@@ -214,6 +216,6 @@ fn largest<const R: usize>(diagonal: [f64; R]) -> f64 {
 
 /// Keeps the larger value in one instruction, unlike `f64::max`; what is no number is left out.
 #[inline]
-pub(crate) fn raise(largest: &mut f64, value: f64) {
+pub fn raise(largest: &mut f64, value: f64) {
     *largest = if value > *largest { value } else { *largest };
 }

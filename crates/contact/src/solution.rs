@@ -2,7 +2,8 @@
 
 use crate::ContactProblem;
 use crate::certificate::Certificate;
-use crate::solver::{Mode, SolveReport, SolveStatus};
+use crate::outcome::{SolveReport, SolveStatus};
+use crate::projection::Mode;
 
 /// What a contact or friction group does in a solution. Directions are numbered as in the problem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -30,6 +31,7 @@ pub enum ContactMode {
 
 /// Velocity and impulses of one step, with their certificate.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct ContactSolution {
     /// Next velocity `v⁺`, `[nv]`, m/s or rad/s.
     pub velocity: Vec<f64>,
@@ -60,19 +62,19 @@ pub struct ContactSolution {
     /// What was done.
     pub report: SolveReport,
     /// Pieces of the contacts, then of the friction groups.
-    pub(crate) solver_modes: Vec<Mode>,
+    pub solver_modes: Vec<Mode>,
 }
 
 impl ContactSolution {
     /// Zero impulses of the right sizes, and a fresh report.
-    pub(crate) fn prepare(&mut self, problem: &ContactProblem) {
+    pub fn prepare(&mut self, problem: &ContactProblem) {
         self.drop_impulses(problem);
         self.report = SolveReport::default();
         self.status = SolveStatus::Solved;
     }
 
     /// The same as [`prepare`](Self::prepare) where α, β and modes are recovered from the impulses later: of these only the sizes.
-    pub(crate) fn begin(&mut self, problem: &ContactProblem) {
+    pub fn begin(&mut self, problem: &ContactProblem) {
         let (nc, groups) = (problem.contact_count(), &problem.friction_groups);
         let of_contacts = [self.modes.len(), self.lambda_n.len(), self.beta.len()] == [nc; 3];
         let of_groups = [self.group_modes.len(), self.group_beta.len()] == [groups.len(); 2];
@@ -91,7 +93,7 @@ impl ContactSolution {
     }
 
     /// Zero impulses of the right sizes, and the velocity without them.
-    pub(crate) fn drop_impulses(&mut self, problem: &ContactProblem) {
+    pub fn drop_impulses(&mut self, problem: &ContactProblem) {
         let (nc, groups) = (problem.contact_count(), &problem.friction_groups);
         self.velocity.clone_from(&problem.free_velocity);
         fill(&mut self.lambda_n, nc, 0.0);
@@ -108,7 +110,7 @@ impl ContactSolution {
     }
 
     /// Takes the impulse and the piece of unit `i`: a contact, or a friction group counted after the contacts.
-    pub(crate) fn take_unit(&mut self, i: usize, impulse: [f64; 3], mode: Mode) {
+    pub fn take_unit(&mut self, i: usize, impulse: [f64; 3], mode: Mode) {
         match i.checked_sub(self.impulse.len()) {
             None => self.impulse[i] = impulse,
             Some(j) => self.group_impulse[j] = [impulse[1], impulse[2]],

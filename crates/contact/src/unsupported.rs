@@ -56,7 +56,7 @@ impl ContactProblem {
     }
 
     /// Whether friction acts at contacts alone.
-    pub(crate) fn check_without_groups(&self) -> Result<(), UnsupportedFriction> {
+    pub fn check_without_groups(&self) -> Result<(), UnsupportedFriction> {
         match self.friction_groups.len() {
             0 => Ok(()),
             count => Err(UnsupportedFriction::Groups { count }),
@@ -64,7 +64,7 @@ impl ContactProblem {
     }
 
     /// Whether a direction of contact `i` has another length than 1.
-    pub(crate) fn is_anisotropic(&self, i: usize) -> bool {
+    pub fn is_anisotropic(&self, i: usize) -> bool {
         !all_of_length_one(self.directions_of(i))
     }
 }

@@ -8,7 +8,7 @@ mod contact_data;
 use std::path::PathBuf;
 use std::time::Instant;
 
-use signorini_lcp::{Lemke, Method, Solution};
+use signorini_lcp::{Lemke, Method, Solution, solve_mixed};
 
 fn main() {
     let mut arguments = std::env::args().skip(1);
@@ -35,7 +35,7 @@ fn main() {
         }
         if let Some(named) = contact_data::mixed(path) {
             let start = Instant::now();
-            let solution = named.problem.solve(&mut lemke, None);
+            let solution = solve_mixed(&named.problem, &mut lemke, None);
             print_row(&named.name, &named.expected, start.elapsed().as_secs_f64(), &solution);
         }
     }

@@ -2,7 +2,7 @@ use crate::linalg::{
     add_product, add_product_doubled, add_scaled_wide, larger, largest_entries, largest_product, power_of_two,
     scale_transposed,
 };
-use crate::{Matrix, Scaling};
+use crate::{LcpError, Matrix, Scaling};
 
 /// Rounds of max-norm equilibration after the scaling by the diagonal.
 const ROUNDS: usize = 3;
@@ -28,6 +28,31 @@ pub(crate) struct Scaled {
     /// Largest entries of rows and columns, in the rounds of equilibration.
     row_size: Vec<f64>,
     col_size: Vec<f64>,
+}
+
+/// Weights for a problem whose rows and variables have unknown and very different units: those that bring rows
+/// and columns of `A` to size 1, times the factor that keeps the size of `b`.
+///
+/// With them the residual of a point is the same in whatever units the problem is stated, up to a factor near 1.
+///
+/// # Errors
+/// [`LcpError::NotSquare`], [`LcpError::Length`] when `b` does not have one entry per row, and
+/// [`LcpError::Weight`] where the entries are too extreme for weights in `f64`.
+pub fn equilibrated(A: &Matrix, b: &[f64]) -> Result<Scaling, LcpError> {
+    if A.rows() != A.cols() {
+        return Err(LcpError::NotSquare { rows: A.rows(), cols: A.cols() });
+    }
+    if A.rows() != b.len() {
+        return Err(LcpError::Length { what: "b", expected: A.rows(), found: b.len() });
+    }
+    let mut scaled = Scaled::default();
+    scaled.load(A, b, &Scaling::from_diagonal(A));
+    let largest = |x: &mut dyn Iterator<Item = f64>| x.fold(0.0f64, |max, x| max.max(x.abs()));
+    let weighted = largest(&mut (0..b.len()).map(|i| scaled.unscaled_y(i, b[i])));
+    let factor = if weighted > 0.0 { largest(&mut b.iter().copied()) / weighted } else { 1.0 };
+    let z = (0..b.len()).map(|j| factor / scaled.column_scale(j)).collect();
+    let w = (0..b.len()).map(|i| scaled.unscaled_y(i, factor)).collect();
+    Scaling::new(z, w)
 }
 
 impl Scaled {

@@ -52,13 +52,13 @@
 //! `H x − Gᵀy + c = 0`, `0 ≤ y ⟂ G x − h ≥ 0`, in which every method eliminates the free `x` first.
 //!
 //! ```
-//! use signorini_lcp::{Matrix, MethodKind, MixedLcp};
+//! use signorini_lcp::{Matrix, MethodKind, MixedLcp, solve_mixed};
 //!
 //! // The point nearest to (2, 1) with x₁ + x₂ ≤ 1: (1, 0).
 //! let A = Matrix::new(3, 3, vec![1.0, 0.0, 1.0, 0.0, 1.0, 1.0, -1.0, -1.0, 0.0])?;
 //! let problem = MixedLcp::new(A, vec![-2.0, -1.0, 1.0], vec![true, true, false])?;
 //! for kind in MethodKind::all() {
-//!     let solution = problem.solve(&mut *kind.build()?, None);
+//!     let solution = solve_mixed(&problem, &mut *kind.build()?, None);
 //!     assert!(solution.status.is_solved(), "{kind}");
 //!     assert!((solution.z[0] - 1.0).abs() < 1e-12 && solution.z[1].abs() < 1e-12, "{kind}");
 //! }
@@ -90,21 +90,19 @@
 //! # Units
 //!
 //! `z_i` and `w_i` may have any units: all methods work on the problem equilibrated by powers of two, which is exact.
-//! What "small" means is for the caller to say by a [`Scaling`]; where nothing is known, [`Scaling::equilibrated`].
+//! What "small" means is for the caller to say by a [`Scaling`]; where nothing is known, [`equilibrated`].
 #![allow(non_snake_case)] // matrices keep the letters of the formulas
 
 mod automatic;
 mod direction;
 mod enumeration;
 mod equilibrate;
-mod error;
 mod factored_basis;
 mod fingerprint;
 mod incumbent;
 mod infeasibility;
 mod lemke;
 pub mod linalg;
-mod matrix;
 mod method;
 mod method_kind;
 mod mixed;
@@ -112,24 +110,21 @@ mod newton;
 mod pieces;
 mod polish;
 mod principal;
-mod problem;
 mod psor;
-mod refusal;
-mod residual;
 mod setting;
 mod solution;
 
 pub use automatic::Automatic;
 pub use enumeration::{Enumeration, EnumerationSettings, SolutionSet};
-pub use error::LcpError;
+pub use equilibrate::equilibrated;
+pub use infeasibility::infeasibility;
 pub use lemke::{Lemke, LemkeSettings};
-pub use matrix::Matrix;
 pub use method::Method;
 pub use method_kind::MethodKind;
+pub use mixed::solve_mixed;
 pub use newton::{NewtonMap, SemismoothNewton, SemismoothNewtonSettings};
 pub use principal::{PrincipalPivoting, PrincipalPivotingSettings};
-pub use problem::{Lcp, MixedLcp};
 pub use psor::{Psor, PsorSettings};
-pub use refusal::Refusal;
-pub use residual::{Residual, Scaling};
 pub use solution::{Attempt, Basis, Farkas, Outcome, Ray, Report, Solution, Start, Status};
+
+pub use signorini_complementarity::{Lcp, LcpError, Matrix, MixedLcp, Refusal, Residual, Scaling};

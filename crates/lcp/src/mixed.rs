@@ -41,48 +41,46 @@ struct Pair {
     exchanged: bool,
 }
 
-impl MixedLcp {
-    /// Solves the problem by eliminating its free variables and giving the rest to `method`.
-    ///
-    /// - `warm`: a complementary basis, `[n]`; its entries on free rows do not matter
-    ///
-    /// The status is decided from [`MixedLcp::residual`]. A free variable that no equation fixes is 0. The free
-    /// block may be singular; [`Status::Inconsistent`] says that the free rows contradict each other, and
-    /// [`Status::Singular`] that they restrict the complementary variables in a way no free variable can take up.
-    ///
-    /// # Cost
-    /// O(n²) per free variable, then the method's.
-    ///
-    /// # Source
-    /// Cottle, Pang, Stone (2009), §1.5 and §2.3 (principal pivot transforms).
-    pub fn solve(&self, method: &mut dyn Method, warm: Option<&Basis>) -> Solution {
-        let mut scaled = Scaled::default();
-        scaled.load(self.A(), self.b(), self.scaling());
-        let reduction = match Reduction::of(self, &scaled) {
-            Ok(reduction) => reduction,
-            Err(status) => return self.unsolved(status, method.tolerance()),
-        };
-        let Ok(reduced) = reduction.problem(&scaled, self.scaling()) else {
-            return self.unsolved(Status::Singular, method.tolerance());
-        };
-        let warm = warm.filter(|warm| warm.z_basic.len() == self.len()).map(|warm| reduction.reduced_basis(warm));
-        let inner = method.solve(&reduced, warm.as_ref());
-        reduction.lift(self, &scaled, inner, method.tolerance())
-    }
+/// Solves the problem by eliminating its free variables and giving the rest to `method`.
+///
+/// - `warm`: a complementary basis, `[n]`; its entries on free rows do not matter
+///
+/// The status is decided from [`MixedLcp::residual`]. A free variable that no equation fixes is 0. The free
+/// block may be singular; [`Status::Inconsistent`] says that the free rows contradict each other, and
+/// [`Status::Singular`] that they restrict the complementary variables in a way no free variable can take up.
+///
+/// # Cost
+/// O(n²) per free variable, then the method's.
+///
+/// # Source
+/// Cottle, Pang, Stone (2009), §1.5 and §2.3 (principal pivot transforms).
+pub fn solve_mixed(problem: &MixedLcp, method: &mut dyn Method, warm: Option<&Basis>) -> Solution {
+    let mut scaled = Scaled::default();
+    scaled.load(problem.A(), problem.b(), problem.scaling());
+    let reduction = match Reduction::of(problem, &scaled) {
+        Ok(reduction) => reduction,
+        Err(status) => return unsolved(problem, status, method.tolerance()),
+    };
+    let Ok(reduced) = reduction.problem(&scaled, problem.scaling()) else {
+        return unsolved(problem, Status::Singular, method.tolerance());
+    };
+    let warm = warm.filter(|warm| warm.z_basic.len() == problem.len()).map(|warm| reduction.reduced_basis(warm));
+    let inner = method.solve(&reduced, warm.as_ref());
+    reduction.lift(problem, &scaled, inner, method.tolerance())
+}
 
-    /// The zero point, with the status that ended the elimination unless it happens to be a solution.
-    fn unsolved(&self, status: Status, tolerance: f64) -> Solution {
-        let z = vec![0.0; self.len()];
-        let residual = self.residual(&z);
-        Solution {
-            w: self.w(&z),
-            z,
-            status: if residual.within(tolerance) { Status::Solved } else { status },
-            basis: Basis { z_basic: self.free().to_vec() },
-            iterations: 0,
-            residual,
-            report: Report::default(),
-        }
+/// The zero point, with the status that ended the elimination unless it happens to be a solution.
+fn unsolved(problem: &MixedLcp, status: Status, tolerance: f64) -> Solution {
+    let z = vec![0.0; problem.len()];
+    let residual = problem.residual(&z);
+    Solution {
+        w: problem.w(&z),
+        z,
+        status: if residual.within(tolerance) { Status::Solved } else { status },
+        basis: Basis { z_basic: problem.free().to_vec() },
+        iterations: 0,
+        residual,
+        report: Report::default(),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use signorini::lcp::{Basis, Lcp, Lemke, Matrix, MethodKind, MixedLcp, Solution, Status};
+use signorini::lcp::{Basis, Lcp, Lemke, Matrix, MethodKind, MixedLcp, Solution, Status, infeasibility, solve_mixed};
 
 use crate::arrays::{self, Vector};
 use crate::error::lcp_error;
@@ -111,7 +111,7 @@ pub fn solve_lcp(
     py.detach(|| match free {
         Some(free) => {
             let problem = MixedLcp::new(A, b, free)?;
-            let solution = problem.solve(method.as_mut(), warm.as_ref());
+            let solution = solve_mixed(&problem, method.as_mut(), warm.as_ref());
             Ok(LcpResult { farkas: proof(&solution), solution })
         }
         None => {
@@ -119,7 +119,7 @@ pub fn solve_lcp(
             let solution = method.solve(&problem, warm.as_ref());
             let mut farkas = proof(&solution);
             if explain && farkas.is_none() && !solution.status.is_solved() {
-                farkas = problem.infeasibility(&mut Lemke::default()).map(|proof| proof.y);
+                farkas = infeasibility(&problem, &mut Lemke::default()).map(|proof| proof.y);
             }
             Ok(LcpResult { farkas, solution })
         }

@@ -37,7 +37,6 @@
 pub mod prelude;
 
 pub use signorini_collision as collision;
-pub use signorini_contact as contact;
 #[cfg(feature = "formats")]
 pub use signorini_formats as formats;
 pub use signorini_lcp as lcp;
@@ -46,3 +45,10 @@ pub use signorini_recording as recording;
 pub use signorini_simulation::*;
 #[cfg(feature = "viewer")]
 pub use signorini_viewer as viewer;
+
+/// Contact problems: the formulation, its certificates, the structured solver and the other laws of friction, in one place.
+pub mod contact {
+    pub use signorini_contact::*;
+    pub use signorini_laws::*;
+    pub use signorini_solver::*;
+}

@@ -1,10 +1,11 @@
 //! Bringing a configuration onto the equality constraints.
 
-use signorini_contact::{BilateralBasis, SparseRows};
+use signorini_contact::SparseRows;
 use signorini_multibody::{
     BlockCholesky, EqualityBlock, Kinematics, MassMatrix, Model, equality_block_into, forward_kinematics_into,
     integrate_into, mass_matrix_into,
 };
+use signorini_solver::BilateralBasis;
 
 use crate::SimulationError;
 use crate::build::mechanism::push_rows;

@@ -63,7 +63,7 @@ impl Batch {
     ///   the machine runs at once), 1 for the caller's own
     ///
     /// With more than one simulation each solves its islands on the thread it is on
-    /// ([`SolverSettings::threads`](signorini_contact::SolverSettings::threads)), which changes no bit.
+    /// ([`SolverSettings::threads`](signorini_solver::SolverSettings::threads)), which changes no bit.
     ///
     /// # Errors
     /// [`SimulationError`] if a setting is out of its range, a shape cannot be prepared or threads cannot be started.

@@ -1,6 +1,7 @@
 //! What a step tells of itself.
 
-use signorini_contact::{Certificate, ConeCertificate, LeastNormOutcome, SolveReport, SolveStatus};
+use signorini_contact::{Certificate, ConeCertificate, SolveReport, SolveStatus};
+use signorini_laws::LeastNormOutcome;
 
 use crate::solver::CertifiedLaw;
 

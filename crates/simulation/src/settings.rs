@@ -1,8 +1,9 @@
 //! Settings of a simulation.
 
 use derive_setters::Setters;
-use signorini_contact::{FrictionPolygon, SolverSettings};
+use signorini_contact::FrictionPolygon;
 use signorini_lcp::MethodKind;
+use signorini_solver::SolverSettings;
 
 use crate::SimulationError;
 
@@ -104,7 +105,7 @@ pub struct Settings {
     /// Law of restitution. Default Newton's.
     pub restitution: RestitutionLaw,
     /// A step has missed its tolerance when the certificate's worst residual exceeds this; the solver has it, too
-    /// ([`SolverSettings::for_tolerance`](signorini_contact::SolverSettings::for_tolerance)). Default 1e-9; in (0, 1).
+    /// ([`SolverSettings::for_tolerance`](signorini_solver::SolverSettings::for_tolerance)). Default 1e-9; in (0, 1).
     pub tolerance: f64,
     /// Law of friction. Default polygon.
     pub friction_law: FrictionLaw,

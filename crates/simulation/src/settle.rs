@@ -1,7 +1,7 @@
 //! Bringing a state to rest: on the way by steps that are easy to solve, at the end by Coulomb's laws.
 //!
 //! The steps of a pile that settles are the hardest there are, and what they are wanted for is often only where they end. Here the
-//! way is one of convex problems ([`SettlingSolver`](signorini_contact::SettlingSolver)) with a large Δt, in which velocity is taken away after every step. Their state
+//! way is one of convex problems ([`SettlingSolver`](signorini_laws::SettlingSolver)) with a large Δt, in which velocity is taken away after every step. Their state
 //! of rest is one of Coulomb's law, too, and an ordinary step with its certificate says so.
 
 mod pace;

@@ -1,11 +1,12 @@
 //! The solver of a step's contact problem: law of friction, method, and choice among the impulses.
 
 use signorini_contact::{
-    Certificate, CircularConeSolver, ConeCertificate, ConeSettings, ConeSolution, ConeStatus, ConeWarmStart,
-    ContactProblem, ContactSolution, ContactSolver, LeastNorm, LeastNormOutcome, ProblemError, SolveReport,
-    SolveStatus, SolverSettings, WarmStart, certify, solve_as_lcp,
+    Certificate, ConeCertificate, ConeSolution, ConeStatus, ConeWarmStart, ContactProblem, ContactSolution,
+    ProblemError, SolveReport, SolveStatus, WarmStart, certify,
 };
+use signorini_laws::{CircularConeSolver, ConeSettings, LeastNorm, LeastNormOutcome};
 use signorini_lcp::Method;
+use signorini_solver::{ContactSolver, SolverSettings, solve_as_lcp};
 
 use crate::SimulationError;
 use crate::settings::{ContactMethod, FrictionLaw, ImpulseChoice, Settings};

@@ -6,14 +6,17 @@
 //! - [`Parts`]: a problem taken apart, to be changed
 //! - [`Scene`]: free rigid bodies with point contacts, for problems made by hand
 //! - [`shared_data`]: where the data live that several projects share, with a message when they are absent
+//! - [`reference`]: the formulation in dense matrices, and a judge of solutions that shares no code with the certificate
 //! - [`Dense`]: plain matrices that share no code with the crates under test
 
 mod articulated;
 mod dense;
 pub mod families;
 mod parameters;
+mod particle;
 mod parts;
 mod random;
+pub mod reference;
 mod scene;
 mod shared;
 pub mod suite;
@@ -22,6 +25,7 @@ pub use articulated::articulated;
 pub use dense::{Dense, largest_difference};
 pub use families::Family;
 pub use parameters::{Gap, Motion, Parameters};
+pub use particle::particle;
 pub use parts::{BilateralPart, ContactPart, GroupPart, Parts};
 pub use random::Random;
 pub use scene::{PointContact, RigidBody, Scene, tangents};

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use signorini::contact::problem_file::FrictionalProblem;
 use signorini::contact::{FrictionPolygon, ProblemError};
-use signorini::lcp::{Lcp, MethodKind, MixedLcp, Solution};
+use signorini::lcp::{self, Lcp, MethodKind, MixedLcp, Solution};
 
 use super::contact::cone_solver;
 use super::{Answer, ContactLaw, Options, Point};
@@ -30,7 +30,7 @@ pub fn solve_lcp(problem: &Lcp, kind: &MethodKind, options: &Options) -> Result<
 pub fn solve_mixed(problem: &MixedLcp, kind: &MethodKind, options: &Options) -> Result<Answer, ProblemError> {
     let mut method = kind.build()?;
     let begin = Instant::now();
-    let solution = problem.solve(method.as_mut(), None);
+    let solution = lcp::solve_mixed(problem, method.as_mut(), None);
     Ok(answer(kind, solution, options, begin.elapsed().as_secs_f64()))
 }
 

@@ -1,10 +1,10 @@
 //! The assembled complementarity problems against the block formulas, entry by entry.
 
 use signorini_contact::{ContactProblem, ProblemError};
-use signorini_lcp::Lemke;
+use signorini_lcp::{Lemke, solve_mixed};
 use signorini_testkit::{Dense, Family, Parameters, Random, articulated, largest_difference};
 
-use crate::reference::{Matrices, push_random_groups, random_problem};
+use signorini_testkit::reference::{Matrices, push_random_groups, random_problem};
 
 fn problems() -> impl Iterator<Item = ContactProblem> {
     (0..60).map(|seed| {
@@ -81,7 +81,7 @@ fn layouts_name_the_rows_in_order() {
 /// One contact in the plane of the page, unit mass at 2 m/s down and 3 m/s along, gap 0.1 m, Δt 0.5 s: every sign by hand.
 #[test]
 fn signs_of_a_problem_computed_by_hand() {
-    let problem = crate::certificate::particle(-2.0, [3.0, 0.0], 0.5, 0.1, 0.25);
+    let problem = signorini_testkit::particle(-2.0, [3.0, 0.0], 0.5, 0.1, 0.25);
     let lcp = problem.standard_lcp().expect("finite data");
     // rows λ_N, α (directions +x, +y, −x, −y), β
     assert_eq!(lcp.b(), [-1.8, 3.0, 0.0, -3.0, 0.0, 0.0]);
@@ -98,7 +98,7 @@ fn a_solution_of_one_form_solves_the_other() {
     for problem in problems() {
         let (condensed, mixed) = (problem.condensed_lcp().expect("finite"), problem.mixed_lcp().expect("finite"));
         let (at, nv) = (problem.standard_layout(), problem.nv());
-        let solution = condensed.solve(&mut lemke, None);
+        let solution = solve_mixed(&condensed, &mut lemke, None);
         if solution.status.is_solved() {
             let velocity = Matrices::of(&problem).velocity(&solution.z[..at.bounds]);
             let both = [&velocity[..], &solution.z].concat();
@@ -106,7 +106,7 @@ fn a_solution_of_one_form_solves_the_other() {
             assert!(residual <= 1e-9, "mixed form of a condensed solution: {residual:e}");
             solved += 1;
         }
-        let solution = mixed.solve(&mut lemke, None);
+        let solution = solve_mixed(&mixed, &mut lemke, None);
         if solution.status.is_solved() {
             let residual = condensed.residual(&solution.z[nv..]).value;
             assert!(residual <= 1e-9, "condensed form of a mixed solution: {residual:e}");

@@ -1,18 +1,9 @@
 //! The certificate: zero for exact solutions, each law's violation in its own residual, independent of units.
 
-use signorini_contact::{Certificate, ContactProblem, ContactSolution, ContactSolver, FrictionPolygon, certify};
+use signorini_contact::{Certificate, ContactProblem, ContactSolution, FrictionPolygon, certify};
 use signorini_multibody::BlockDiagonal;
-use signorini_testkit::{Family, Parameters, Random};
-
-/// A particle of mass 1 kg over a plane, one contact with directions +x, +y, −x, −y; degrees of freedom (normal, x, y).
-pub fn particle(normal: f64, tangential: [f64; 2], timestep: f64, gap: f64, friction: f64) -> ContactProblem {
-    let mass = BlockDiagonal::from_dense(3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]).expect("symmetric");
-    let velocity = vec![normal, tangential[0], tangential[1]];
-    let mut problem = ContactProblem::new(mass, velocity, timestep).expect("valid data");
-    let columns = [(0, [1.0, 0.0, 0.0]), (1, [0.0, 1.0, 0.0]), (2, [0.0, 0.0, 1.0])];
-    problem.push_contact(columns, gap, friction, &FrictionPolygon::regular(4, 0.0).expect("even"));
-    problem
-}
+use signorini_solver::ContactSolver;
+use signorini_testkit::{Family, Parameters, Random, particle};
 
 /// −2 m/s down, 3 m/s along x, φ/Δt = 0.2 m/s, μ = 1/4: λ_N = 1.8 stops the approach, friction takes 0.45 of the 3 m/s.
 /// `s_v = 3`, `g = 1`, `max|M| = 1`.
@@ -102,7 +93,7 @@ fn zero_data_accept_rest_and_nothing_else() {
 }
 
 /// A way to spoil the data, with its name.
-pub type Damage = (&'static str, fn(&mut ContactProblem));
+type Damage = (&'static str, fn(&mut ContactProblem));
 
 type Entry = (&'static str, fn(&mut ContactSolution, f64));
 

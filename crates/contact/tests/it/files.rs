@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use signorini_contact::problem_file::{
     ProblemFile, read, read_contact_solution, write_contact, write_contact_solution, write_plain_solution,
 };
-use signorini_contact::{ContactProblem, ContactSolver, ProblemError, certify};
+use signorini_contact::{ContactProblem, ProblemError, certify};
 use signorini_npz::{Archive, ArchiveWriter, Array, ArrayData};
+use signorini_solver::ContactSolver;
 use signorini_testkit::{Family, Gap, Motion, Parameters, Random, families};
 
-use crate::reference::{push_random_groups, random_problem};
+use signorini_testkit::reference::{push_random_groups, random_problem};
 
 /// A file in the temporary folder that is removed at the end.
 struct TemporaryFile(PathBuf);
@@ -256,11 +257,11 @@ fn plain_and_frictional_kinds_are_read() {
 #[test]
 fn columns_out_of_order_are_refused() {
     for columns in [[(2, [1.0; 3]), (1, [1.0; 3])], [(1, [1.0; 3]), (1, [1.0; 3])]] {
-        let mut problem = crate::certificate::particle(-1.0, [0.0; 2], 0.1, 0.0, 0.5);
+        let mut problem = signorini_testkit::particle(-1.0, [0.0; 2], 0.1, 0.0, 0.5);
         problem.push_contact(columns, 0.0, 0.5, &signorini_contact::FrictionPolygon::frictionless());
         assert!(matches!(problem.check(), Err(ProblemError::ColumnOrder { row: 1, column: 1 })));
     }
-    let mut problem = crate::certificate::particle(-1.0, [0.0; 2], 0.1, 0.0, 0.5);
+    let mut problem = signorini_testkit::particle(-1.0, [0.0; 2], 0.1, 0.0, 0.5);
     problem.push_bilateral([(3, [1.0])], 0.0);
     assert!(matches!(problem.check(), Err(ProblemError::Column { row: 0, column: 3, nv: 3 })));
 }

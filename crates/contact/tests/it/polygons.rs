@@ -5,8 +5,8 @@ use std::f64::consts::{PI, TAU};
 use signorini_contact::{FrictionPolygon, ProblemError};
 use signorini_testkit::Random;
 
-use crate::certificate::particle;
-use crate::reference::random_polygon;
+use signorini_testkit::particle;
+use signorini_testkit::reference::random_polygon;
 
 /// `max_k d_kᵀ u`: how far the polygon reaches along `u`.
 fn support(polygon: &FrictionPolygon, angle: f64) -> f64 {

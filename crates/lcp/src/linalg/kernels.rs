@@ -1,20 +1,3 @@
-/// Dot product with independent partial sums, so that the compiler can vectorise it.
-pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    if a.len() < 8 {
-        return a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>() + 0.0;
-    }
-    let mut sums = [0.0; 8];
-    let (a_chunks, b_chunks) = (a.chunks_exact(8), b.chunks_exact(8));
-    let tail: f64 = a_chunks.remainder().iter().zip(b_chunks.remainder()).map(|(x, y)| x * y).sum();
-    for (x, y) in a_chunks.zip(b_chunks) {
-        for k in 0..8 {
-            sums[k] += x[k] * y[k];
-        }
-    }
-    let half = [sums[0] + sums[4], sums[1] + sums[5], sums[2] + sums[6], sums[3] + sums[7]];
-    tail + (half[0] + half[2]) + (half[1] + half[3])
-}
-
 /// `y += factor · x`.
 pub(crate) fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {

@@ -1,4 +1,5 @@
-use super::kernels::{dot, subtract_four};
+use super::dot;
+use super::kernels::subtract_four;
 
 /// Columns factorised together before the trailing matrix is updated.
 const PANEL: usize = 32;

@@ -6,9 +6,10 @@ mod kernels;
 mod lu;
 mod vectors;
 
-pub(crate) use kernels::{DoubleSum, add_product, add_scaled, dot, power_of_two};
+pub(crate) use kernels::{DoubleSum, add_product, add_scaled, power_of_two};
 pub use lu::Lu;
+pub(crate) use signorini_complementarity::dot;
 pub(crate) use vectors::{
-    add_product_doubled, add_scaled_wide, apply_updates, are_finite, larger, largest_entries, largest_product,
-    ratio_bound, scale_transposed,
+    add_product_doubled, add_scaled_wide, apply_updates, larger, largest_entries, largest_product, ratio_bound,
+    scale_transposed,
 };

@@ -258,13 +258,6 @@ widest! {
     }
 }
 
-widest! {
-    /// Whether all are finite.
-    fn are_finite(x: &'a [f64]) -> bool {
-        largest_of(x, x, |x, _| if x.is_finite() { 0.0 } else { 1.0 }) == 0.0
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -333,20 +326,6 @@ mod tests {
             for k in 0..n {
                 assert_eq!(in_row[k], largest(&mut (0..n).map(|j| entry(k, j))));
                 assert_eq!(in_col[k], largest(&mut (0..n).map(|i| entry(i, k))));
-            }
-        }
-    }
-
-    #[test]
-    fn numbers_that_are_not_finite_are_seen_wherever_they_are() {
-        for n in [1, 8, 19] {
-            assert!(are_finite(&numbers(n, 1)));
-            for k in 0..n {
-                for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-                    let mut x = numbers(n, 1);
-                    x[k] = bad;
-                    assert!(!are_finite(&x), "{bad} at {k} of {n}");
-                }
             }
         }
     }

@@ -2,6 +2,7 @@
 
 use signorini_lcp::{
     Enumeration, Lcp, Lemke, Matrix, Method, MethodKind, MixedLcp, PrincipalPivoting, Psor, Refusal, Status,
+    solve_mixed,
 };
 
 use crate::support::{Random, gram, inner};
@@ -29,7 +30,7 @@ fn hand_computed_problems() {
     let linear = mixed(&[&[0.0, 2.0], &[4.0, 0.0]], &[-2.0, -8.0], &[true, true]);
     let known = [(regular, [-1.0, 2.0]), (singular, [-3.0, 1.0]), (linear, [2.0, 1.0])];
     for (problem, answer) in known {
-        let solution = problem.solve(&mut Lemke::default(), None);
+        let solution = solve_mixed(&problem, &mut Lemke::default(), None);
         assert!(solution.status.is_solved(), "{:?}", solution.status);
         for (found, wanted) in solution.z.iter().zip(answer) {
             assert!((found - wanted).abs() < 1e-14, "{:?} instead of {answer:?}", solution.z);
@@ -39,7 +40,7 @@ fn hand_computed_problems() {
 
 #[test]
 fn outcomes_of_a_singular_free_block() {
-    let outcome = |problem: MixedLcp| problem.solve(&mut Lemke::default(), None).status;
+    let outcome = |problem: MixedLcp| solve_mixed(&problem, &mut Lemke::default(), None).status;
     // Rows 1 and 2 say u + v = 1 and u + v = 2.
     let contradiction = mixed(&[&[1.0, 1.0], &[1.0, 1.0]], &[-1.0, -2.0], &[true, true]);
     assert!(matches!(outcome(contradiction), Status::Inconsistent { .. }));
@@ -55,7 +56,7 @@ fn outcomes_of_a_singular_free_block() {
 fn infeasibility_is_proved_in_the_original_rows() {
     // u − z = 0 and w = −u − 1 = −z − 1 < 0.
     let problem = mixed(&[&[1.0, -1.0], &[-1.0, 0.0]], &[0.0, -1.0], &[true, false]);
-    let solution = problem.solve(&mut Lemke::default(), None);
+    let solution = solve_mixed(&problem, &mut Lemke::default(), None);
     let Status::Infeasible(farkas) = &solution.status else { panic!("{:?}", solution.status) };
     let At = problem.A().transposed();
     assert!(inner(At.row(0), &farkas.y).abs() < 1e-14, "free column: {farkas:?}");
@@ -88,7 +89,7 @@ fn every_method_solves_a_quadratic_program_with_free_variables() {
         let direct = Enumeration::default().solve(&eliminated, None);
         solvable += usize::from(direct.status.is_solved());
         for kind in MethodKind::all() {
-            let solution = problem.solve(&mut *kind.build().unwrap(), None);
+            let solution = solve_mixed(&problem, &mut *kind.build().unwrap(), None);
             let name = format!("{kind} seed {seed}");
             assert_eq!(solution.status.is_solved(), direct.status.is_solved(), "{name}: {:?}", solution.status);
             if !direct.status.is_solved() {
@@ -112,11 +113,11 @@ fn a_refusal_names_the_row_of_the_whole_problem() {
     // After u = −z₁ the pairs 1 and 2 are left, with the diagonal entries 1 and 0; pair 2 is row 2 of three.
     let problem =
         mixed(&[&[1.0, 1.0, 0.0], &[-1.0, 0.0, 1.0], &[0.0, 0.5, 0.0]], &[0.0, -1.0, -1.0], &[true, false, false]);
-    let status = problem.solve(&mut Psor::default(), None).status;
+    let status = solve_mixed(&problem, &mut Psor::default(), None).status;
     assert!(matches!(status, Status::Refused(Refusal::Diagonal { row: 2, .. })), "{status:?}");
     // u = z₁ makes the entry of pair 1 negative.
     let negative = mixed(&[&[1.0, -1.0], &[-1.0, 0.0]], &[0.0, -1.0], &[true, false]);
-    let status = negative.solve(&mut PrincipalPivoting::default(), None).status;
+    let status = solve_mixed(&negative, &mut PrincipalPivoting::default(), None).status;
     assert!(matches!(status, Status::Refused(Refusal::NotSufficient { row: 1, col: 1, .. })), "{status:?}");
 }
 
@@ -124,8 +125,8 @@ fn a_refusal_names_the_row_of_the_whole_problem() {
 fn a_warm_basis_is_passed_on() {
     let problem = mixed(&[&[2.0, 1.0], &[1.0, 1.0]], &[0.0, -1.0], &[true, false]);
     let mut lemke = Lemke::default();
-    let cold = problem.solve(&mut lemke, None);
+    let cold = solve_mixed(&problem, &mut lemke, None);
     assert!(cold.iterations > 0, "{cold:?}");
-    let warm = problem.solve(&mut lemke, Some(&cold.basis));
+    let warm = solve_mixed(&problem, &mut lemke, Some(&cold.basis));
     assert!(warm.status.is_solved() && warm.iterations == 0 && warm.report.attempts.len() == 1, "{warm:?}");
 }

@@ -1,6 +1,6 @@
 //! Lemke against the enumeration of all complementary bases on seeded random problems.
 
-use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, Method, MixedLcp};
+use signorini_lcp::{Enumeration, Lcp, Lemke, Matrix, Method, MixedLcp, infeasibility, solve_mixed};
 
 use crate::support::{Random, assert_honest, assert_proof, gram, monotone, touching_contacts};
 
@@ -137,7 +137,7 @@ fn every_semidefinite_problem_is_either_solved_or_proved_infeasible() {
         let problem = Lcp::new(gram(&random.matrix(n, rank)), random.vector(n)).unwrap();
         let mut lemke = Lemke::default();
         let solved = lemke.solve(&problem, None).status.is_solved();
-        let proof = problem.infeasibility(&mut lemke);
+        let proof = infeasibility(&problem, &mut lemke);
         assert_ne!(solved, proof.is_some(), "seed {seed}");
         proof.iter().for_each(|proof| assert_proof(&problem, proof, &format!("seed {seed}")));
     }
@@ -163,7 +163,7 @@ fn extreme_magnitudes_are_solved_or_admitted() {
             assert_eq!(solution.status.is_solved(), within, "seed {seed}: {:?}", solution.status);
             solved += usize::from(within);
         }
-        let solution = mixed.solve(&mut lemke, None);
+        let solution = solve_mixed(&mixed, &mut lemke, None);
         let within = mixed.residual(&solution.z).within(lemke.tolerance());
         assert_eq!(solution.status.is_solved(), within, "seed {seed}: {:?}", solution.status);
     }

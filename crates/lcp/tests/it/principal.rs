@@ -2,7 +2,7 @@
 
 use signorini_lcp::{
     Enumeration, Lcp, Lemke, Matrix, Method, Outcome, PrincipalPivoting, PrincipalPivotingSettings, Refusal, Start,
-    Status,
+    Status, infeasibility,
 };
 
 use crate::support::{Random, assert_honest, gram, monotone, p_matrix, quadratic_program, touching_contacts};
@@ -55,7 +55,7 @@ fn monotone_problems_are_decided_however_many_ties() {
         let problem = Lcp::new(A, b).unwrap();
         let solved = decided(&problem, &format!("seed {seed}"));
         // A monotone problem is solvable exactly when it is feasible (Cottle, Pang, Stone 2009, theorem 3.1.2).
-        let proof = problem.infeasibility(&mut Lemke::default());
+        let proof = infeasibility(&problem, &mut Lemke::default());
         assert_ne!(solved, proof.is_some(), "seed {seed}");
         solvable += usize::from(solved);
     }

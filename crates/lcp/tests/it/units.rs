@@ -1,6 +1,6 @@
 //! Residuals and outcomes do not depend on the units of the data.
 
-use signorini_lcp::{Lcp, Lemke, Matrix, Method, MethodKind, Scaling, Status};
+use signorini_lcp::{Lcp, Lemke, Matrix, Method, MethodKind, Scaling, Status, equilibrated};
 
 use crate::support::{Random, gram, monotone, p_matrix, quadratic_program, touching_contacts};
 
@@ -110,7 +110,7 @@ fn the_solution_is_found_in_units_that_nobody_declared() {
         let (z, w) = (powers(), powers());
         let declared = in_other_units(&problem, &z, &w);
         let (A, b) = (declared.A().clone(), declared.b().to_vec());
-        let scaling = Scaling::equilibrated(&A, &b).unwrap();
+        let scaling = equilibrated(&A, &b).unwrap();
         let undeclared = Lcp::with_scaling(A, b, scaling).unwrap();
         let reference = Lemke::default().solve(&problem, None);
         assert!(reference.status.is_solved(), "seed {seed}");

@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-use signorini_contact::{ProblemError, SettlingEffort, SettlingSolver, SettlingStep};
+use signorini_contact::ProblemError;
+use signorini_laws::{SettlingEffort, SettlingSolver, SettlingStep};
 use signorini_multibody::{Model, State, integrate_into};
 
 use super::pace::{CALM, MOVING, SLOW};

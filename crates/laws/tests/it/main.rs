@@ -1,0 +1,12 @@
+//! Integration tests of `signorini-laws`.
+#![allow(non_snake_case)]
+
+mod circular_cone;
+mod cone_gaps;
+mod cone_groups;
+mod cone_refinement;
+mod cone_solver;
+mod indeterminacy;
+mod relaxation;
+mod settling;
+mod unsupported;

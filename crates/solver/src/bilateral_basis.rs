@@ -1,0 +1,165 @@
+//! Which bilateral rows are independent, what follows from the others, and what contradicts them.
+
+use signorini_multibody::BlockCholesky;
+
+use signorini_contact::SparseRows;
+
+/// A row is dependent where the square of its part outside the span of the rows chosen is below this, relative to the row, in the
+/// metric of M⁻¹. Rounding of the factorisation leaves about 1e-15.
+const DEPENDENT: f64 = 1e-12;
+
+/// A largest set of independent rows of `B`, by Cholesky factorisation of `B M⁻¹ Bᵀ` with complete pivoting; memory is reused.
+///
+/// # Source
+/// N. Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed. (2002), §10.3.
+#[derive(Clone, Debug, Default)]
+pub struct BilateralBasis {
+    /// The rows in the order of the pivots; the first `rank` are the basis.
+    order: Vec<usize>,
+    rank: usize,
+    /// Row by row: the scaled `B M⁻¹ Bᵀ` below, its factor in the first `rank` columns, `[nb, nb]` in pivot order.
+    factor: Vec<f64>,
+    /// `1 / √(B M⁻¹ Bᵀ)_kk`, or 0 for a row that moves nothing.
+    scale: Vec<f64>,
+    /// `M⁻¹ Bᵀ`, row by row, `[nb, nv]`.
+    inverse_rows: Vec<f64>,
+    solution: Vec<f64>,
+}
+
+impl BilateralBasis {
+    /// Factorises `B M⁻¹ Bᵀ`.
+    ///
+    /// - `rows`: `B`
+    /// - `mass`: the factor of `M`, of dimension `nv`
+    ///
+    /// # Cost
+    /// `nb` solves with M, O(nb² nv) for the products and O(nb² rank) for the factor. No allocation after warm-up.
+    pub fn factor(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky, nv: usize) {
+        let nb = rows.len();
+        self.inverse_rows.clear();
+        self.inverse_rows.resize(nb * nv, 0.0);
+        for k in 0..nb {
+            let own = &mut self.inverse_rows[k * nv..(k + 1) * nv];
+            rows.add_transposed(k, [1.0], own);
+            mass.solve_in_place(own);
+        }
+        self.factor.clear();
+        for i in 0..nb {
+            let inverse_rows = &self.inverse_rows;
+            self.factor.extend((0..nb).map(|k| rows.multiply(i, &inverse_rows[k * nv..(k + 1) * nv])[0]));
+        }
+        self.scale.clear();
+        let factor = &self.factor;
+        self.scale.extend((0..nb).map(|k| factor[k * nb + k]).map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 }));
+        for i in 0..nb {
+            for k in 0..nb {
+                self.factor[i * nb + k] *= self.scale[i] * self.scale[k];
+            }
+        }
+        self.order.clear();
+        self.order.extend(0..nb);
+        self.eliminate(nb);
+    }
+
+    /// Cholesky with complete pivoting, in place; the rows and columns of `factor` follow `order`.
+    fn eliminate(&mut self, nb: usize) {
+        self.rank = 0;
+        for k in 0..nb {
+            let diagonal = |i: usize| self.factor[i * nb + i];
+            let pivot = (k..nb).fold(k, |best, i| if diagonal(i) > diagonal(best) { i } else { best });
+            if diagonal(pivot) <= DEPENDENT {
+                return;
+            }
+            self.swap(k, pivot, nb);
+            let root = self.factor[k * nb + k].sqrt();
+            for i in k..nb {
+                self.factor[i * nb + k] /= root;
+            }
+            for i in k + 1..nb {
+                for j in k + 1..=i {
+                    let change = self.factor[i * nb + k] * self.factor[j * nb + k];
+                    self.factor[i * nb + j] -= change;
+                    self.factor[j * nb + i] = self.factor[i * nb + j];
+                }
+            }
+            self.rank = k + 1;
+        }
+    }
+
+    fn swap(&mut self, a: usize, b: usize, nb: usize) {
+        if a == b {
+            return;
+        }
+        self.order.swap(a, b);
+        (0..nb).for_each(|j| self.factor.swap(a * nb + j, b * nb + j));
+        (0..nb).for_each(|i| self.factor.swap(i * nb + a, i * nb + b));
+    }
+
+    /// Number of independent rows.
+    pub fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// The independent rows that were chosen, in no particular order.
+    pub fn independent(&self) -> &[usize] {
+        &self.order[..self.rank]
+    }
+
+    /// The smallest change of velocity in the metric of M with `B change = −rate` on the independent rows.
+    ///
+    /// - `rate`: `[nb]`; entries of dependent rows are not read
+    /// - `change`: out, `[nv]`
+    pub fn solve_into(&mut self, rate: &[f64], change: &mut [f64]) {
+        let (nb, nv, rank) = (self.order.len(), change.len(), self.rank);
+        self.solution.clear();
+        self.solution.extend(self.order[..rank].iter().map(|&k| -rate[k] * self.scale[k]));
+        forward(&self.factor, nb, &mut self.solution);
+        backward(&self.factor, nb, &mut self.solution);
+        change.fill(0.0);
+        for (p, &k) in self.order[..rank].iter().enumerate() {
+            let impulse = self.solution[p] * self.scale[k];
+            let row = &self.inverse_rows[k * nv..(k + 1) * nv];
+            change.iter_mut().zip(row).for_each(|(c, r)| *c += impulse * r);
+        }
+    }
+
+    /// The rows of the first contradiction: a dependent row whose `rate` (`[nb]`: `B v^f + Θ/Δt`) is off by more than `tolerance`
+    /// from what the independent rows leave, and the independent rows that it is a combination of. Empty where there is none.
+    pub fn contradiction(&mut self, rate: &[f64], tolerance: f64) -> Vec<usize> {
+        let (nb, rank) = (self.order.len(), self.rank);
+        for p in rank..nb {
+            let row = self.order[p];
+            // With l the row's part of the factor, L Lᵀ c = L l: the row is the combination c = L⁻ᵀ l of the basis.
+            self.solution.clear();
+            self.solution.extend_from_slice(&self.factor[p * nb..p * nb + rank]);
+            backward(&self.factor, nb, &mut self.solution);
+            let weight = |k: usize| if self.scale[row] > 0.0 { self.scale[k] / self.scale[row] } else { 0.0 };
+            let basis = || self.order[..rank].iter().zip(&self.solution);
+            let wanted: f64 = basis().map(|(&k, c)| c * weight(k) * rate[k]).sum();
+            if (rate[row] - wanted).abs() > tolerance {
+                let largest = self.solution.iter().fold(0.0, |a: f64, c| a.max(c.abs()));
+                let mut rows: Vec<usize> = basis().filter(|(_, c)| c.abs() > 1e-6 * largest).map(|(&k, _)| k).collect();
+                rows.push(row);
+                rows.sort_unstable();
+                return rows;
+            }
+        }
+        Vec::new()
+    }
+}
+
+/// `x ← L⁻¹ x` with the leading block of `factor`.
+fn forward(factor: &[f64], stride: usize, x: &mut [f64]) {
+    for i in 0..x.len() {
+        let sum: f64 = (0..i).map(|j| factor[i * stride + j] * x[j]).sum();
+        x[i] = (x[i] - sum) / factor[i * stride + i];
+    }
+}
+
+/// `x ← L⁻ᵀ x` with the leading block of `factor`.
+fn backward(factor: &[f64], stride: usize, x: &mut [f64]) {
+    for i in (0..x.len()).rev() {
+        let sum: f64 = (i + 1..x.len()).map(|j| factor[j * stride + i] * x[j]).sum();
+        x[i] = (x[i] - sum) / factor[i * stride + i];
+    }
+}

@@ -1,0 +1,108 @@
+//! Settings of the structured contact solver.
+
+use signorini_contact::ProblemError;
+
+/// Settings of the structured contact solver. All tolerances are relative to `max|b|`, the data's velocity scale.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SolverSettings {
+    /// A solution is `Solved` when every residual of the certificate is at most this. Default 1e-9; range (0, 1).
+    pub tolerance: f64,
+    /// An island is restarted when its residual is above this; where the certificate does not hold, one of less than 64 contacts
+    /// when it is above a tenth of this. Default 1e-9; range (0, 1).
+    pub accept: f64,
+    /// Proximal iterations stop at this residual, and an island whose warm start has it is taken as it is, in one of 64 contacts or more
+    /// if the velocity of the impulses needs no refinement. Default 1e-12; range (0, 1).
+    pub polish: f64,
+    /// ε of the proximal term, relative to each contact's Delassus block. Default 1e-5; range (0, 1).
+    pub proximal_weight: f64,
+    /// ε is lowered to this where the iterations converge slowly. Default 1e-10; range (0, 1).
+    pub smallest_proximal_weight: f64,
+    /// How far outside its mode's cone a trial impulse may lie, relative to its typical size. Default 1e-11; range (0, 1).
+    pub mode_tolerance: f64,
+    /// Newton steps on all modes at once before the path is followed, at most. Default 10.
+    pub newton_iterations: u32,
+    /// How often the path is followed for one proximal problem. Default 4; at least 1.
+    pub max_rounds: u32,
+    /// Proximal iterations at most; twice as many in an island of 64 contacts or more. Default 60; at least 1.
+    pub max_proximal_iterations: u32,
+    /// Cold restarts before Lemke's method; in an island of 64 contacts or more one more, but at most four, the last ones with four
+    /// times the iterations. Default 3.
+    pub max_restarts: u32,
+    /// Mode changes any path may use. Default 100.
+    pub path_changes_base: u32,
+    /// More of them for each contact whose data are shifted, where the path starts from modes at hand: such a path is short
+    /// or wanders. Default 8.
+    pub path_changes_per_violation: u32,
+    /// More of them for each contact, where the path starts with all contacts open. Default 16.
+    pub path_changes_per_contact: u32,
+    /// Pivots Lemke's method may use for each row. Default 30.
+    pub lemke_pivots_per_row: usize,
+    /// Islands with more rows in their LCP than this are not given to Lemke's method. Default 3000.
+    pub lemke_max_rows: usize,
+    /// At most so many threads (of the `rayon` pool that the caller is in) solve islands at the same time, where there are
+    /// enough rows beside the largest island; 0 for as many as the pool has, 1 for the caller's alone. The result has the
+    /// same bits whatever it is. Default 1: waking threads costs more than small islands do.
+    pub threads: usize,
+    /// Whether islands that the impulses of the warm start hold still, to rounding and within `accept`, are left at velocity
+    /// zero without solving. The certificate is computed as ever. Default false.
+    pub sleeping: bool,
+}
+
+impl Default for SolverSettings {
+    fn default() -> Self {
+        Self {
+            tolerance: 1e-9,
+            accept: 1e-9,
+            polish: 1e-12,
+            proximal_weight: 1e-5,
+            smallest_proximal_weight: 1e-10,
+            mode_tolerance: 1e-11,
+            newton_iterations: 10,
+            max_rounds: 4,
+            max_proximal_iterations: 60,
+            max_restarts: 3,
+            path_changes_base: 100,
+            path_changes_per_violation: 8,
+            path_changes_per_contact: 16,
+            lemke_pivots_per_row: 30,
+            lemke_max_rows: 3000,
+            threads: 1,
+            sleeping: false,
+        }
+    }
+}
+
+impl SolverSettings {
+    /// The same for another [`tolerance`](Self::tolerance), with [`accept`](Self::accept) and [`polish`](Self::polish) no larger
+    /// than it.
+    pub fn for_tolerance(self, tolerance: f64) -> Self {
+        Self { tolerance, accept: self.accept.min(tolerance), polish: self.polish.min(tolerance), ..self }
+    }
+
+    /// Checks the ranges.
+    ///
+    /// # Errors
+    /// [`ProblemError::Number`] naming the setting.
+    pub fn validate(&self) -> Result<(), ProblemError> {
+        for (array, value) in [
+            ("tolerance", self.tolerance),
+            ("accept", self.accept),
+            ("polish", self.polish),
+            ("proximal_weight", self.proximal_weight),
+            ("smallest_proximal_weight", self.smallest_proximal_weight),
+            ("mode_tolerance", self.mode_tolerance),
+        ] {
+            if !(value > 0.0 && value < 1.0) {
+                return Err(ProblemError::Number { array, index: 0, value, expected: "between 0 and 1" });
+            }
+        }
+        for (array, value) in
+            [("max_rounds", self.max_rounds), ("max_proximal_iterations", self.max_proximal_iterations)]
+        {
+            if value == 0 {
+                return Err(ProblemError::Number { array, index: 0, value: 0.0, expected: "at least 1" });
+            }
+        }
+        Ok(())
+    }
+}

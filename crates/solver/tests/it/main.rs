@@ -1,0 +1,16 @@
+//! Integration tests of `signorini-solver`.
+#![allow(non_snake_case)]
+
+mod agreement;
+mod anisotropy;
+mod bilateral;
+mod extremes;
+mod families;
+mod friction_groups;
+mod given_starts;
+mod invariance;
+mod large_islands;
+mod random_cases;
+mod shared_problems;
+mod threads;
+mod uniqueness;
