@@ -2,6 +2,8 @@
 
 use signorini_complementarity::Refusal;
 
+use crate::{StageCount, StageKind};
+
 /// What a solve ended with.
 #[derive(Clone, Debug, PartialEq, Default)]
 #[non_exhaustive]
@@ -46,12 +48,14 @@ pub struct SolveReport {
     pub mode_changes: u32,
     /// Proximal iterations.
     pub proximal_iterations: u32,
-    /// Islands whose warm start did not lead to the solution.
+    /// Islands that had another look, because the certificate did not hold with what was found first.
     pub restarts: u32,
     /// Islands given to Lemke's method, and its pivots.
     pub lemke_islands: u32,
     /// Pivots of Lemke's method.
     pub lemke_pivots: u32,
+    /// What each stage did, by its place in [`StageKind::ALL`].
+    pub stages: [StageCount; StageKind::ALL.len()],
 }
 
 impl SolveReport {
@@ -69,5 +73,6 @@ impl SolveReport {
         self.restarts += other.restarts;
         self.lemke_islands += other.lemke_islands;
         self.lemke_pivots += other.lemke_pivots;
+        self.stages.iter_mut().zip(&other.stages).for_each(|(sum, count)| sum.add(count));
     }
 }

@@ -4,6 +4,7 @@ use crate::ContactProblem;
 use crate::certificate::Certificate;
 use crate::outcome::{SolveReport, SolveStatus};
 use crate::projection::Mode;
+use crate::stages::StageRun;
 
 /// What a contact or friction group does in a solution. Directions are numbered as in the problem.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -61,6 +62,8 @@ pub struct ContactSolution {
     pub certificate: Certificate,
     /// What was done.
     pub report: SolveReport,
+    /// What every stage did on every island, in order; empty unless `SolverSettings::record_history` asks for it.
+    pub history: Vec<StageRun>,
     /// Pieces of the contacts, then of the friction groups.
     pub solver_modes: Vec<Mode>,
 }
@@ -70,6 +73,7 @@ impl ContactSolution {
     pub fn prepare(&mut self, problem: &ContactProblem) {
         self.drop_impulses(problem);
         self.report = SolveReport::default();
+        self.history.clear();
         self.status = SolveStatus::Solved;
     }
 
@@ -89,6 +93,7 @@ impl ContactSolution {
         fill(&mut self.group_impulse, groups.len(), [0.0; 2]);
         fill(&mut self.solver_modes, nc + groups.len(), Mode::Open);
         self.report = SolveReport::default();
+        self.history.clear();
         self.status = SolveStatus::Solved;
     }
 

@@ -103,7 +103,7 @@ def test_settings_of_the_solver_are_taken_and_checked():
 
 
 def test_settings_travel():
-    settings = Settings(friction_law="refined", cone_tolerance=1e-5, solver=SolverSettings(max_restarts=1))
+    settings = Settings(friction_law="refined", cone_tolerance=1e-5, solver=SolverSettings(max_rounds=1))
     assert pickle.loads(pickle.dumps(settings)) == settings and hash(settings) == hash(dataclasses.replace(settings))
     data = pickle.loads(pickle.dumps(signorini.Data(mjcf(TABLE), settings)))
     assert data.settings == settings

@@ -47,7 +47,7 @@ def models() -> Model:
 
 
 def stepping(model: Model) -> Data:
-    data = Data(model, Settings(directions=4, solver=SolverSettings(max_restarts=2)))
+    data = Data(model, Settings(directions=4, solver=SolverSettings(max_rounds=2)))
     data.reset(keyframe="home")
     with warnings.catch_warnings():
         warnings.simplefilter("error", signorini.ToleranceWarning)

@@ -1,10 +1,10 @@
 //! The phases of a step: what comes before the contacts, the problem, its solution, the decompression after impacts.
 
 use signorini_contact::SolveStatus;
-use signorini_solver::BilateralBasis;
 use signorini_multibody::{
     Input, Model, State, advance_activations_into, forward_kinematics_into, free_motion_into, integrate_into,
 };
+use signorini_solver::BilateralBasis;
 
 use crate::SimulationError;
 use crate::report::StepReport;

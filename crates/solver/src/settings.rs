@@ -25,9 +25,6 @@ pub struct SolverSettings {
     pub max_rounds: u32,
     /// Proximal iterations at most; twice as many in an island of 64 contacts or more. Default 60; at least 1.
     pub max_proximal_iterations: u32,
-    /// Cold restarts before Lemke's method; in an island of 64 contacts or more one more, but at most four, the last ones with four
-    /// times the iterations. Default 3.
-    pub max_restarts: u32,
     /// Mode changes any path may use. Default 100.
     pub path_changes_base: u32,
     /// More of them for each contact whose data are shifted, where the path starts from modes at hand: such a path is short
@@ -46,6 +43,12 @@ pub struct SolverSettings {
     /// Whether islands that the impulses of the warm start hold still, to rounding and within `accept`, are left at velocity
     /// zero without solving. The certificate is computed as ever. Default false.
     pub sleeping: bool,
+    /// Whether the time of every stage is measured, for [`SolveReport::stages`](signorini_contact::SolveReport::stages). Default false:
+    /// a clock is read twice for each stage of each island.
+    pub time_stages: bool,
+    /// Whether the residuals on the way are kept, in [`ContactSolution::history`](signorini_contact::ContactSolution::history).
+    /// Default false: it allocates.
+    pub record_history: bool,
 }
 
 impl Default for SolverSettings {
@@ -60,7 +63,6 @@ impl Default for SolverSettings {
             newton_iterations: 10,
             max_rounds: 4,
             max_proximal_iterations: 60,
-            max_restarts: 3,
             path_changes_base: 100,
             path_changes_per_violation: 8,
             path_changes_per_contact: 16,
@@ -68,6 +70,8 @@ impl Default for SolverSettings {
             lemke_max_rows: 3000,
             threads: 1,
             sleeping: false,
+            time_stages: false,
+            record_history: false,
         }
     }
 }

@@ -1,9 +1,16 @@
 //! Completing a solution and judging it: what follows from its impulses, the certificate, and which velocity is claimed.
+//!
+//! The certificate is computed from the data alone. Beside it stand two comparisons: the claimed velocity with that of the impulses along
+//! every row, and, where impulses are so large that their last digits are velocities, the latter with the same sums in another order.
 
-use super::ContactSolver;
-use signorini_contact::certificate::{certify_with, velocity_from_impulses, velocity_summed_backwards};
+use signorini_contact::certificate::{
+    Certificate, Scales, Scratch, certify_afresh, certify_with, velocity_from_impulses, velocity_summed_backwards,
+};
+use signorini_contact::projection::Cones;
 use signorini_contact::recovery::{recover_into, recover_with};
 use signorini_contact::{ContactProblem, ContactSolution};
+
+use crate::islands::Islands;
 
 /// How far the claimed velocity may be from that of the impulses along any row, in tolerances: where a contact is closed the laws
 /// hold for both, which leaves two.
@@ -13,75 +20,127 @@ const RESOLVED: f64 = 5.0;
 /// A residual that no choice among velocities mends.
 const HOPELESS: f64 = 1e-3;
 
-impl ContactSolver {
-    /// Fills in what follows from impulses and velocity, and certifies it; whether the certificate holds.
-    pub(super) fn complete(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
-        recover_into(problem, &self.cones, self.scales.velocity, solution);
-        self.certify_recovered(problem, solution)
+/// What is needed to judge solutions of a problem.
+#[derive(Debug, Default)]
+pub(crate) struct Verdict {
+    tolerance: f64,
+    scales: Scales,
+    scratch: Scratch,
+}
+
+impl Verdict {
+    /// Takes the scales of a problem.
+    pub fn begin(&mut self, problem: &ContactProblem, islands: &Islands, tolerance: f64) {
+        self.scales = Scales::new(problem, islands.delassus_scale(), islands.velocity_scale());
+        self.tolerance = tolerance;
+    }
+
+    /// Fills in what follows from impulses and velocity, and certifies it; whether the certificate holds. `residuals`: those of the
+    /// islands, if none of them is far from a solution another velocity may help.
+    pub fn complete(
+        &mut self,
+        problem: &ContactProblem,
+        cones: &Cones,
+        residuals: &[f64],
+        solution: &mut ContactSolution,
+    ) -> bool {
+        recover_into(problem, cones, self.scales.velocity, solution);
+        self.certify_recovered(problem, cones, residuals, solution)
     }
 
     /// The same where every island is as the start gives it, so that the contacts' velocities are known.
-    pub(super) fn complete_given(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
-        recover_with(problem, &self.cones, self.scales.velocity, |i, _| self.given.rates[i], solution);
-        self.certify_recovered(problem, solution)
+    pub fn complete_given(
+        &mut self,
+        problem: &ContactProblem,
+        cones: &Cones,
+        (residuals, rates): (&[f64], &[[f64; 3]]),
+        solution: &mut ContactSolution,
+    ) -> bool {
+        recover_with(problem, cones, self.scales.velocity, |i, _| rates[i], solution);
+        self.certify_recovered(problem, cones, residuals, solution)
     }
 
-    fn certify_recovered(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
+    fn certify_recovered(
+        &mut self,
+        problem: &ContactProblem,
+        cones: &Cones,
+        residuals: &[f64],
+        solution: &mut ContactSolution,
+    ) -> bool {
         solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
-        self.is_certified(solution) || {
-            self.take_better_velocity(problem, solution);
-            self.is_certified(solution)
+        if self.is_certified(solution) {
+            return true;
         }
-    }
-
-    /// Tries the velocity of the impulses where the certificate does not hold, unless they are far from a solution with any velocity.
-    pub(super) fn take_better_velocity(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        let hopeless = solution.certificate.natural_map > HOPELESS && self.residuals.iter().any(|r| *r > HOPELESS);
-        if !hopeless && !self.is_certified(solution) {
-            self.take_velocity_of_impulses(problem, solution);
+        let is_hopeless = solution.certificate.natural_map > HOPELESS && residuals.iter().any(|r| *r > HOPELESS);
+        if !is_hopeless {
+            self.take_velocity_of_impulses(problem, cones, solution);
         }
+        self.is_certified(solution)
     }
 
     /// The worst residual of the solution that was certified last, and what counts as one: a velocity that is not that of the
     /// impulses.
-    pub(super) fn violation(&self, solution: &ContactSolution) -> f64 {
+    pub fn violation(&self, solution: &ContactSolution) -> f64 {
         solution.certificate.worst().max(self.scratch.carried / CARRIED)
     }
 
     /// Whether that is within the tolerance.
-    pub(super) fn is_certified(&self, solution: &ContactSolution) -> bool {
-        self.violation(solution) <= self.settings.tolerance
+    pub fn is_certified(&self, solution: &ContactSolution) -> bool {
+        self.violation(solution) <= self.tolerance
+    }
+
+    /// Whether rounding of the impulses' sums is all that a solution lacks: it is within a few tolerances.
+    pub fn is_rounded(&self, solution: &ContactSolution, tolerances: f64) -> bool {
+        let most = tolerances * self.tolerance;
+        self.violation(solution) <= most && self.scales.rounding(solution) <= most
     }
 
     /// Whether the velocity of the impulses is one number up to a few tolerances, in whatever order it is summed: with very large
     /// impulses a certificate can hold by the luck of one order.
-    pub(super) fn is_resolved(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
-        if self.scales.rounding(solution) <= self.settings.tolerance {
+    pub fn is_resolved(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
+        if self.scales.rounding(solution) <= self.tolerance {
             return true;
         }
         let other = velocity_summed_backwards(problem, solution);
         let claimed = std::mem::replace(&mut solution.velocity, other);
         certify_with(problem, solution, &self.scales, &mut self.scratch);
         solution.velocity = claimed;
-        self.scratch.carried <= RESOLVED * self.settings.tolerance
+        self.scratch.carried <= RESOLVED * self.tolerance
     }
 
-    pub(super) fn certify_completed(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
-        recover_into(problem, &self.cones, self.scales.velocity, solution);
+    /// No impulses at all have the residual 1: what was found may be worse and of no use to anyone.
+    pub fn drop_what_is_worse(&mut self, problem: &ContactProblem, cones: &Cones, solution: &mut ContactSolution) {
+        if solution.certificate.natural_map > 1.0 || solution.certificate.natural_map.is_nan() {
+            solution.drop_impulses(problem);
+            self.certify_completed(problem, cones, solution);
+        }
+    }
+
+    /// The certificate of any solution of the problem at hand; of another one where that has no rows.
+    pub fn recertify(&mut self, problem: &ContactProblem, solution: &ContactSolution, has_rows: bool) -> Certificate {
+        if has_rows {
+            certify_with(problem, solution, &self.scales, &mut self.scratch)
+        } else {
+            certify_afresh(problem, solution, &mut self.scratch)
+        }
+    }
+
+    fn certify_completed(&mut self, problem: &ContactProblem, cones: &Cones, solution: &mut ContactSolution) {
+        recover_into(problem, cones, self.scales.velocity, solution);
         solution.certificate = certify_with(problem, solution, &self.scales, &mut self.scratch);
     }
 
     /// Replaces the refined velocity by that of the impulses, with the `β` that follows from it, where this certifies
     /// better: light bodies turn refinements that the contact rows do not see into a difference between the two.
-    fn take_velocity_of_impulses(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+    fn take_velocity_of_impulses(&mut self, problem: &ContactProblem, cones: &Cones, solution: &mut ContactSolution) {
         let (refined_certificate, carried) = (solution.certificate, self.scratch.carried);
         let refined_violation = self.violation(solution);
         let unrefined = velocity_from_impulses(problem, solution);
         let refined = std::mem::replace(&mut solution.velocity, unrefined);
-        self.certify_completed(problem, solution);
+        self.certify_completed(problem, cones, solution);
         if self.violation(solution) >= refined_violation {
             solution.velocity = refined;
-            recover_into(problem, &self.cones, self.scales.velocity, solution);
+            recover_into(problem, cones, self.scales.velocity, solution);
             (solution.certificate, self.scratch.carried) = (refined_certificate, carried);
         }
     }

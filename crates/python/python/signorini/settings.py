@@ -21,7 +21,6 @@ class SolverSettings:
         newton_iterations: Newton steps on all modes at once before the path is followed, at most.
         max_rounds: how often the path is followed for one proximal problem, at least 1.
         max_proximal_iterations: at least 1.
-        max_restarts: cold restarts before Lemke's method.
         path_changes_base: mode changes any path may use.
         path_changes_per_violation: more of them for each contact whose data are shifted, from modes at hand.
         path_changes_per_contact: more of them for each contact, from all contacts open.
@@ -39,7 +38,6 @@ class SolverSettings:
     newton_iterations: int = 10
     max_rounds: int = 4
     max_proximal_iterations: int = 60
-    max_restarts: int = 3
     path_changes_base: int = 100
     path_changes_per_violation: int = 8
     path_changes_per_contact: int = 16

@@ -12,5 +12,6 @@ mod invariance;
 mod large_islands;
 mod random_cases;
 mod shared_problems;
+mod stages;
 mod threads;
 mod uniqueness;

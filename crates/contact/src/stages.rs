@@ -1,0 +1,128 @@
+//! The stages of the structured solver, as reports name them.
+
+/// A stage of the structured solver, in the order in which an island goes through them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StageKind {
+    /// The start solves the island already, and is taken as it is.
+    Hold,
+    /// The start's impulses hold the island still (`SolverSettings::sleeping`).
+    Sleep,
+    /// Newton's method in the space of impulses.
+    Impulses,
+    /// Modes from projected Gauss–Seidel sweeps.
+    Sweeps,
+    /// The modes of what stands.
+    Standing,
+    /// Proximal iterations.
+    Proximal,
+    /// Modes from the central path of Coulomb's law, then proximal iterations.
+    Interior,
+    /// Modes from the central path that begins with opened contacts, then proximal iterations.
+    Opened,
+    /// Lexicographic Lemke.
+    Lemke,
+}
+
+impl StageKind {
+    /// All stages, in their order.
+    pub const ALL: [Self; 9] = [
+        Self::Hold,
+        Self::Sleep,
+        Self::Impulses,
+        Self::Sweeps,
+        Self::Standing,
+        Self::Proximal,
+        Self::Interior,
+        Self::Opened,
+        Self::Lemke,
+    ];
+
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Hold => "hold",
+            Self::Sleep => "sleep",
+            Self::Impulses => "impulses",
+            Self::Sweeps => "sweeps",
+            Self::Standing => "standing",
+            Self::Proximal => "proximal",
+            Self::Interior => "interior",
+            Self::Opened => "opened",
+            Self::Lemke => "lemke",
+        }
+    }
+}
+
+/// Why a stage ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum StageOutcome {
+    /// The laws hold to the accuracy that the stage works to.
+    Solved,
+    /// The island rests.
+    AtRest,
+    /// Modes are there to begin with.
+    Prepared,
+    /// The rows are proved to contradict each other.
+    Contradiction,
+    /// The residual no longer falls.
+    Slow,
+    /// The stage has nothing to give: its modes were not found, its path did not arrive, its start does not hold.
+    Lost,
+    /// The number of iterations is used up.
+    OutOfIterations,
+    /// There is no solution, or none that the method can reach: its path ended on a ray.
+    Denied,
+    /// The method failed.
+    Failed,
+}
+
+impl StageOutcome {
+    /// Its name in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Solved => "solved",
+            Self::AtRest => "at rest",
+            Self::Prepared => "prepared",
+            Self::Contradiction => "contradiction",
+            Self::Slow => "slow",
+            Self::Lost => "lost",
+            Self::OutOfIterations => "out of iterations",
+            Self::Denied => "denied",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// What a stage did in one or more solves.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StageCount {
+    /// How often it was asked, once for each island.
+    pub asked: u32,
+    /// How often it ended an island: by a solution, or by the proof that there is none.
+    pub ended: u32,
+    /// Its time, ns, where that was asked for (`SolverSettings::time_stages`); of all threads together.
+    pub nanoseconds: u64,
+}
+
+impl StageCount {
+    /// Adds another count.
+    pub fn add(&mut self, other: &Self) {
+        self.asked += other.asked;
+        self.ended += other.ended;
+        self.nanoseconds += other.nanoseconds;
+    }
+}
+
+/// What a stage did on an island, where that was asked for (`SolverSettings::record_history`).
+#[derive(Clone, Debug, PartialEq)]
+pub struct StageRun {
+    /// The island, by the order of the first tree in each.
+    pub island: u32,
+    /// The stage.
+    pub stage: StageKind,
+    /// Why it ended.
+    pub outcome: StageOutcome,
+    /// What the laws lacked on the way, relative to the island's velocity scale: one number for each proximal iteration.
+    pub residuals: Vec<f64>,
+}

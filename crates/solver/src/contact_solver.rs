@@ -1,0 +1,256 @@
+//! The walk of a contact problem: islands, hold, cascade, verdict; and a second look where the certificate does not hold.
+
+use signorini_contact::certificate::Certificate;
+use signorini_contact::projection::Cones;
+use signorini_contact::{
+    ContactProblem, ContactSolution, FrictionBound, ProblemError, SolveStatus, StageKind, WarmStart,
+};
+use signorini_lcp::Lemke;
+
+use crate::islands::Islands;
+use crate::pool::{IslandPool, Request, is_denial};
+use crate::settings::SolverSettings;
+use crate::stages::hold::GivenStart;
+use crate::stages::solve_whole;
+use crate::task::{Look, accepted_closely};
+use crate::verdict::Verdict;
+
+/// Second looks at most, as long as each leaves less than this part of what the laws lack, or so many tolerances.
+///
+/// Chosen by: `random_steps --seeds 0..30000`, 23 November 2026.
+const SECOND_LOOKS: u32 = 6;
+const LESS: f64 = 0.5;
+const NEAR: f64 = 10.0;
+/// By how much the impulses differ between one look and the next: where they are large, their last digits decide.
+const OTHER_DIGITS: f64 = 1e-9;
+
+/// The structured contact solver with its memory.
+#[derive(Debug, Default)]
+pub struct ContactSolver {
+    settings: SolverSettings,
+    cones: Cones,
+    islands: Islands,
+    given: GivenStart,
+    pool: IslandPool,
+    verdict: Verdict,
+    /// What every island lacks; infinite where it is not solved.
+    residuals: Vec<f64>,
+    /// Contacts of islands that contradict themselves.
+    contradiction: Vec<usize>,
+    /// What islands failed with.
+    failure: Option<SolveStatus>,
+    /// The solution before a second look.
+    earlier: ContactSolution,
+    lemke: Lemke,
+}
+
+impl ContactSolver {
+    /// A solver with these settings.
+    ///
+    /// # Errors
+    /// [`ProblemError::Number`] for a setting out of its range.
+    pub fn new(settings: SolverSettings) -> Result<Self, ProblemError> {
+        settings.validate()?;
+        Ok(Self { settings, ..Self::default() })
+    }
+
+    /// The settings.
+    pub fn settings(&self) -> &SolverSettings {
+        &self.settings
+    }
+
+    /// Solves a problem; see [`solve_into`](Self::solve_into).
+    pub fn solve(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>) -> ContactSolution {
+        let mut solution = ContactSolution::default();
+        self.solve_into(problem, warm, &mut solution);
+        solution
+    }
+
+    /// Solves a problem into `solution`, whose memory is reused. The result has the same bits on any number of threads.
+    ///
+    /// `warm`: the start, if it has one entry per contact. The status is decided by the [certificate](signorini_contact::certify) of
+    /// the result, and by how far its velocity is from that of its impulses along any row, never by the solver's own numbers.
+    /// No allocation after warm-up where the stages before Lemke's method reach the tolerance on one thread.
+    pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
+        if !has_rows(problem) {
+            return take_free_velocity(problem, solution);
+        }
+        self.cones.prepare(problem);
+        if problem.friction_groups.bound.iter().any(|bound| matches!(bound, FrictionBound::Shifted { .. })) {
+            return self.solve_whole(problem, solution);
+        }
+        self.begin(problem, solution);
+        let is_given = warm.is_some_and(|warm| self.given.read(problem, &self.cones, &self.islands, warm));
+        let any_held = is_given && self.hold(problem, solution);
+        let mut is_certified = self.look(problem, is_given, any_held, solution);
+        if any_held && !is_certified {
+            // What was solved would come out the same.
+            self.given.let_go(&mut self.residuals);
+            is_certified = self.look(problem, is_given, false, solution);
+        }
+        if !is_certified && !self.is_denied() {
+            is_certified = self.look_again(problem, solution);
+        }
+        if !(is_certified && self.verdict.is_resolved(problem, solution)) {
+            self.conclude(problem, solution);
+        }
+    }
+
+    /// Finds the islands and the scales of a problem.
+    fn begin(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        self.islands.find(problem);
+        self.verdict.begin(problem, &self.islands, self.settings.tolerance);
+        solution.begin(problem);
+        solution.report.islands = self.islands.all().len();
+        self.residuals.clear();
+        self.residuals.resize(self.islands.all().len(), f64::INFINITY);
+        self.contradiction.clear();
+        self.failure = None;
+    }
+
+    /// Takes the islands that the start solves already; whether there are any.
+    fn hold(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
+        let Self { given, cones, islands, settings, residuals, .. } = self;
+        if settings.sleeping {
+            return false;
+        }
+        let held = given.hold(problem, cones, islands, settings, solution, residuals);
+        let count = &mut solution.report.stages[StageKind::Hold as usize];
+        (count.asked, count.ended) = (residuals.len() as u32, held);
+        held > 0
+    }
+
+    /// Takes the islands that are not solved yet through the cascade; whether the certificate holds then.
+    fn look(
+        &mut self,
+        problem: &ContactProblem,
+        is_given: bool,
+        any_held: bool,
+        solution: &mut ContactSolution,
+    ) -> bool {
+        if self.residuals.contains(&f64::INFINITY) {
+            self.islands.assemble(problem, |island| self.residuals[island] == f64::INFINITY);
+            self.run_cascade(problem, Look::First, is_given, |_, residual| residual == f64::INFINITY, solution);
+        } else if any_held {
+            let known = (&*self.residuals, &*self.given.rates);
+            return self.verdict.complete_given(problem, &self.cones, known, solution);
+        }
+        self.verdict.complete(problem, &self.cones, &self.residuals, solution)
+    }
+
+    fn run_cascade(
+        &mut self,
+        problem: &ContactProblem,
+        look: Look,
+        is_given: bool,
+        chosen: impl Fn(usize, f64) -> bool,
+        solution: &mut ContactSolution,
+    ) {
+        let Self { pool, cones, islands, settings, given, residuals, .. } = self;
+        let given = is_given.then_some(&*given);
+        let request = Request { problem, cones, islands: islands.all(), settings, look, given };
+        pool.run(request, chosen, residuals, solution);
+        self.contradiction.extend(self.pool.contradictions());
+        self.failure = self.pool.failure().or(self.failure.take());
+    }
+
+    /// Goes on from what was found, where the certificate asks for more than the islands did, or some lack something: those have to
+    /// come down farther now. Keeps what certifies better; whether the certificate holds.
+    fn look_again(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
+        for look in 0..SECOND_LOOKS {
+            let before = self.verdict.violation(solution);
+            self.earlier.copy_warm_part(solution);
+            self.earlier.velocity.clone_from(&solution.velocity);
+            let found = WarmStart::scaled(solution, 1.0 + f64::from(look) * OTHER_DIGITS);
+            self.given.read(problem, &self.cones, &self.islands, &found);
+            let closely: Vec<f64> =
+                self.islands.all().iter().map(|island| accepted_closely(island, &self.settings)).collect();
+            let lacks = |island: usize, residual: f64| residual > closely[island];
+            let any_lacks = self.residuals.iter().enumerate().any(|(island, residual)| lacks(island, *residual));
+            solution.report.restarts += self.residuals.len() as u32;
+            self.failure = None;
+            let chosen = |island: usize, residual: f64| !any_lacks || lacks(island, residual);
+            self.run_cascade(problem, Look::Second, true, chosen, solution);
+            self.verdict.complete(problem, &self.cones, &self.residuals, solution);
+            let after = self.verdict.violation(solution);
+            if after >= before || after.is_nan() {
+                solution.copy_warm_part(&self.earlier);
+                solution.velocity.clone_from(&self.earlier.velocity);
+                self.verdict.complete(problem, &self.cones, &self.residuals, solution);
+            }
+            if self.verdict.is_certified(solution) {
+                return true;
+            }
+            let goes_on = after <= LESS * before || self.verdict.is_rounded(solution, NEAR);
+            if self.is_denied() || !goes_on {
+                break;
+            }
+        }
+        false
+    }
+
+    /// Whether an island was proved to have no solution.
+    fn is_denied(&self) -> bool {
+        !self.contradiction.is_empty() || self.failure.as_ref().is_some_and(is_denial)
+    }
+
+    /// The status of what did not certify, or was not resolved.
+    fn conclude(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        self.verdict.drop_what_is_worse(problem, &self.cones, solution);
+        let contacts = std::mem::take(&mut self.contradiction);
+        solution.status = if !contacts.is_empty() {
+            let mut contacts = contacts;
+            contacts.sort_unstable();
+            SolveStatus::Infeasible { contacts }
+        } else if self.verdict.is_certified(solution) && self.verdict.is_resolved(problem, solution) {
+            SolveStatus::Solved
+        } else {
+            self.failure.take().or_else(|| immovable_rows(problem)).unwrap_or(SolveStatus::Inaccurate)
+        };
+    }
+
+    /// Lemke's method for a whole problem: where a bound has a constant part and grows with a normal impulse, its kink lies
+    /// between the pieces that the other stages know.
+    fn solve_whole(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
+        if let Some(whole) = solve_whole(&mut self.lemke, problem, &self.settings) {
+            *solution = whole;
+            (solution.report.islands, solution.report.lemke_islands) = (1, 1);
+            solution.report.stages[StageKind::Lemke as usize].asked = 1;
+            solution.report.stages[StageKind::Lemke as usize].ended = u32::from(solution.status == SolveStatus::Solved);
+        } else {
+            self.begin(problem, solution);
+            self.verdict.complete(problem, &self.cones, &[], solution);
+            solution.status = SolveStatus::Inaccurate;
+        }
+    }
+
+    /// The certificate of a claimed solution of the problem that was solved last, as by [`certify`](signorini_contact::certify()), with
+    /// the scales that the solve computed.
+    pub fn recertify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
+        self.verdict.recertify(problem, solution, has_rows(problem))
+    }
+}
+
+fn has_rows(problem: &ContactProblem) -> bool {
+    problem.contact_count() > 0 || !problem.bilateral_violation.is_empty() || !problem.friction_groups.is_empty()
+}
+
+/// The solution where nothing touches: with `v⁺ = v^f` and no other unknown every residual is zero, if the data are numbers.
+fn take_free_velocity(problem: &ContactProblem, solution: &mut ContactSolution) {
+    solution.prepare(problem);
+    solution.certificate = Certificate::default();
+    if solution.velocity.iter().any(|v| !v.is_finite()) {
+        solution.certificate = Certificate::everything_violated();
+        solution.status = SolveStatus::Inaccurate;
+    }
+}
+
+/// Rows that belong to no island because no degree of freedom moves them, and that are violated: no impulse can help.
+fn immovable_rows(problem: &ContactProblem) -> Option<SolveStatus> {
+    let violated = |i: &usize| problem.jacobian.group(*i).0.is_empty() && problem.gap[*i] < 0.0;
+    let contacts: Vec<usize> = (0..problem.contact_count()).filter(violated).collect();
+    let contradicted =
+        |k: usize| problem.bilateral_jacobian.group(k).0.is_empty() && problem.bilateral_violation[k] != 0.0;
+    let any = !contacts.is_empty() || (0..problem.bilateral_violation.len()).any(contradicted);
+    any.then_some(SolveStatus::Infeasible { contacts })
+}

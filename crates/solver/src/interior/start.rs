@@ -1,0 +1,304 @@
+//! A start for the exact iterations of a large island: an interior-point method on the laws themselves.
+//!
+//! Every law is a pair of complementary numbers: of a contact its impulse `λ_N` and its slack `s = u_N`, and of every edge of its
+//! polygon, with outward unit normal `n` at the distance `h` for radius 1, the distance `w = μ h λ_N − n·λ_T` and its multiplier
+//! `γ` in the conditions of maximum dissipation, `u_T + Σ γ n = 0` (formulation §3). Newton's method on the equations with all
+//! products equal to a target that goes to zero keeps all of these numbers positive; predictor and corrector are Mehrotra's
+//! (1992), with one factorisation for both. Eliminating all but the velocity leaves `M + Σ Jᵀ S J`, which has the blocks of the
+//! proximal system, and the number of steps hardly grows with that of the contacts.
+//!
+//! Coulomb's law is not monotone: the central path may turn back before it arrives, and then the steps become short. Where that is late,
+//! the modes are read off there. Where it is early, the path is followed [around its folds](super::path) instead, from the
+//! associated law.
+//!
+//! Near the end a contact that slides is so close to an edge, and one that sticks so stiff, that rates found as differences of
+//! velocities or of impulses would be rounding. The units' [systems](super::unit) have the multipliers of close edges as
+//! unknowns beside the impulse, slacks follow from the products, and on the [central path](super::path), which goes
+//! on to much smaller products, the momentum balance is [refined](InteriorStart::find_rates): its equations hold to a small part of
+//! the velocity scale all the way.
+//!
+//! Where the path ends, most contacts are in the modes of a solution. Its impulses are never an answer: the exact iterations begin there.
+
+use super::path::PathSteps;
+use super::unit::{ROWS, UnitSystem};
+use crate::islands::Island;
+use crate::iterate::Iterate;
+use crate::proximal::ProximalMap;
+use crate::task::Task;
+
+/// Steps at most.
+const STEPS: u32 = 50;
+/// The mean product at which the steps end, relative to the first one. Further steps would save changes of modes that take less time
+/// than they.
+const TARGET: f64 = 1e-7;
+/// The same of a path around folds.
+const PATH_TARGET: f64 = 1e-14;
+/// What the equations may still lack then, relative to the velocity scale.
+const FEASIBLE: f64 = 1e-4;
+/// What they may lack where such a path begins.
+const NEARLY_FEASIBLE: f64 = 1e-3;
+/// Steps end where an equation lacks so many times more than it did: the system has become too stiff for its rounding.
+const ROUNDED: f64 = 10.0;
+/// Part of the way to the boundary that a step goes at most.
+const FRACTION: f64 = 0.99;
+/// The least centring.
+const LEAST_CENTRING: f64 = 1e-3;
+/// Steps below this length are short; two of them in a row end the path of Coulomb's law.
+const SHORT: f64 = 0.1;
+/// The mean product, relative to the first one, above which a path that folds is followed around its folds ...
+const LATE_FOLD: f64 = 1e-4;
+/// ... as far as to this one.
+pub(super) const FOLDED: f64 = 1e-6;
+/// By how much a path opens all contacts where it does not begin at the associated law, relative to the velocity scale.
+pub(super) const OPENING: f64 = 10.0;
+/// Compliance of every contact around its present impulse, relative to its Delassus block: redundant contacts have a regular
+/// system with it, and at the end nothing depends on it. What the equations lack falls with it, and what rounding leaves in the
+/// momentum balance grows: one refinement leaves about a thousandth of that, at 1e-10 a tenth.
+const COMPLIANCE: f64 = 1e-8;
+/// ε of the bilateral rows.
+const BILATERAL_WEIGHT: f64 = 1e-4;
+/// ε at which the modes are read off: 1 compares impulses with slacks as the natural map does.
+const READING_WEIGHT: f64 = 1.0;
+
+/// What the interior point stands on: its velocity and bilateral impulses in an iterate, the system of the proximal map, and the island.
+pub(crate) struct Ground<'a> {
+    pub map: &'a mut ProximalMap,
+    pub iterate: &'a mut Iterate,
+    pub task: &'a Task<'a>,
+}
+
+/// The law that an interior start begins with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum InteriorLaw {
+    /// Coulomb's, as long as its path goes on; where that turns back early, from the associated law, which is convex, around its folds.
+    Coulomb,
+    /// Coulomb's with all contacts opened, from there around the folds.
+    Opened,
+}
+
+/// An edge of a unit's polygon.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Edge {
+    pub normal: [f64; 2],
+    /// `μ h`.
+    pub reach: f64,
+    pub distance: f64,
+    pub multiplier: f64,
+    pub distance_rate: f64,
+    pub multiplier_rate: f64,
+    /// What the corrector takes from the product.
+    pub correction: f64,
+    /// Place of its multiplier among the unknowns of the unit's system, where it is near the impulse.
+    pub place: Option<usize>,
+}
+
+/// A contact or a friction group.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Unit {
+    /// Its edges in the list of all.
+    pub edges: (usize, usize),
+    /// The contact whose normal impulse bounds its friction; none where the bound is constant.
+    pub bounded_by: Option<usize>,
+    /// The velocity of `bounded_by`'s normal is the first row of the unit divided by this.
+    pub row_factor: f64,
+    /// Whether it has a normal pair: contacts do.
+    pub has_normal: bool,
+    pub compliance: f64,
+    pub impulse: [f64; 3],
+    pub slack: f64,
+    pub impulse_rate: [f64; 3],
+    pub slack_rate: f64,
+    pub correction: f64,
+    /// `u_N − s` and `u_T + Σ γ n`.
+    pub normal_residual: f64,
+    pub tangential_residual: [f64; 2],
+    /// How the impulse falls with the velocity.
+    pub slope: [[f64; 3]; 3],
+    /// The rate of the impulse at a constant velocity.
+    pub drive: [f64; 3],
+}
+
+/// Memory of the interior start.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct InteriorStart {
+    pub(super) units: Vec<Unit>,
+    pub(super) edges: Vec<Edge>,
+    /// Of each unit, for the step at hand.
+    pub(super) systems: Vec<UnitSystem>,
+    /// What each unit's equations lack at a constant velocity, then the rates that its system gives for it.
+    pub(super) rates: Vec<[f64; ROWS]>,
+    /// What is solved for in a refinement.
+    pub(super) work: Vec<f64>,
+    /// `M (v − v^f) − Jᵀ λ`.
+    pub(super) momentum_residual: Vec<f64>,
+    pub(super) bilateral_residual: Vec<f64>,
+    pub(super) velocity_rate: Vec<f64>,
+    /// How much of the law is Coulomb's: 1, but on the way there from the associated law.
+    pub(super) share: f64,
+    /// What the normal velocities are larger by, in the part of the law that is not Coulomb's; where this is not zero, that part is
+    /// Coulomb's as well.
+    pub(super) opening: f64,
+    pub(super) path: PathSteps,
+}
+
+impl InteriorStart {
+    /// Moves the impulses near a solution and reads the modes off there. `false` if the path did not arrive, or a system is singular.
+    pub fn run(&mut self, ground: &mut Ground, law: InteriorLaw) -> bool {
+        let mut arrived = false;
+        if law == InteriorLaw::Coulomb {
+            self.begin(ground);
+            let Some(fold) = self.go_on(ground) else { return false };
+            arrived = fold <= LATE_FOLD || !is_contacts_alone(ground.task.island);
+        }
+        if !arrived {
+            let opening = if law == InteriorLaw::Opened { OPENING * ground.map.velocity_scale } else { 0.0 };
+            arrived = self.come_along_path(ground, opening);
+        }
+        if arrived {
+            self.leave(ground);
+        }
+        arrived
+    }
+
+    /// Goes along the [central path](super::path) from a point of the associated law's, or from one of Coulomb's with the normal
+    /// velocities larger by `opening`; whether its products become as small as those of a path that does not fold early.
+    pub(super) fn come_along_path(&mut self, ground: &mut Ground, opening: f64) -> bool {
+        self.begin(ground);
+        let square = ground.map.velocity_scale.powi(2);
+        (self.share, self.opening) = (0.0, opening);
+        for _ in 0..STEPS {
+            let (product, missing) = self.find_residuals(ground);
+            if product <= square && missing <= NEARLY_FEASIBLE * ground.map.velocity_scale {
+                break;
+            }
+            if !self.find_direction(ground, product) {
+                return false;
+            }
+            let step = self.longest_step(FRACTION);
+            self.advance(ground, step);
+        }
+        self.follow(ground, (square, PATH_TARGET * square));
+        self.share >= 1.0 && self.find_residuals(ground).0 <= FOLDED * square
+    }
+
+    /// Goes to smaller products until they are small enough, or until the path ends. Returns the product where the path of Coulomb's law
+    /// folds, relative to the squared velocity scale, or zero; nothing if a system is singular.
+    pub(super) fn go_on(&mut self, ground: &mut Ground) -> Option<f64> {
+        let scale = ground.map.velocity_scale;
+        let (mut steps, mut short, mut least) = (0, 0, f64::INFINITY);
+        loop {
+            let (product, missing) = self.find_residuals(ground);
+            let converged = product <= TARGET * scale * scale && missing <= FEASIBLE * scale;
+            let rounded = missing > (ROUNDED * least).max(FEASIBLE * scale);
+            if converged || rounded {
+                break;
+            }
+            least = least.min(missing);
+            if !self.find_direction(ground, product) {
+                return None;
+            }
+            let step = self.longest_step(FRACTION);
+            self.advance(ground, step);
+            steps += 1;
+            short = if step < SHORT { short + 1 } else { 0 };
+            if short == 2 || steps == STEPS {
+                return Some(product / (scale * scale));
+            }
+        }
+        Some(0.0)
+    }
+
+    /// The direction of the next step; `false` if its system is singular.
+    fn find_direction(&mut self, ground: &mut Ground, product: f64) -> bool {
+        let island = ground.task.island;
+        self.find_slopes(island);
+        ground.map.effort.factorizations += 1;
+        if !ground.map.system.factor_slopes(island, |c| Some(self.units[c].slope)) {
+            return false;
+        }
+        self.find_rates(ground, 0.0, 0);
+        let affine = self.longest_step(1.0);
+        let centring = (self.product_after(island, affine) / product).powi(3).clamp(LEAST_CENTRING, 1.0);
+        self.correct(affine);
+        self.find_rates(ground, centring * product, 0);
+        true
+    }
+
+    /// The start: at the free velocity, with every product equal to the squared velocity scale over the Delassus scale.
+    pub(super) fn begin(&mut self, ground: &mut Ground) {
+        let (cones, island) = (ground.task.cones, ground.task.island);
+        ground.map.set_weights(island, BILATERAL_WEIGHT);
+        ground.map.prepare(ground.task);
+        ground.iterate.velocity.clone_from(&ground.map.free_velocity);
+        ground.iterate.bilateral.fill(0.0);
+        (self.share, self.opening) = (1.0, 0.0);
+        self.units.clear();
+        self.edges.clear();
+        for c in 0..island.units.len() {
+            let (i, g) = (island.units[c] as usize, island.scale[c]);
+            let has_normal = c < island.contact_count;
+            let bounded_by = match c.checked_sub(island.contact_count).map(|k| island.bounded_by[k] as usize) {
+                None => Some(c),
+                Some(by) => (by != c).then_some(by),
+            };
+            let typical = ground.map.velocity_scale / g;
+            let bound = match bounded_by {
+                Some(by) => ground.map.velocity_scale / island.scale[by],
+                None => ground.iterate.impulse[c][0],
+            };
+            let first = self.edges.len();
+            if bound > 0.0 {
+                cones.interior_edges(i, |normal, reach| {
+                    let distance = reach * bound;
+                    let multiplier = ground.map.velocity_scale * typical / distance;
+                    let (distance_rate, multiplier_rate, correction) = (0.0, 0.0, 0.0);
+                    self.edges.push(Edge {
+                        normal,
+                        reach,
+                        distance,
+                        multiplier,
+                        distance_rate,
+                        multiplier_rate,
+                        correction,
+                        place: None,
+                    });
+                });
+            }
+            self.units.push(Unit {
+                edges: (first, self.edges.len()),
+                bounded_by,
+                row_factor: bounded_by.map_or(1.0, |by| g / island.scale[by]),
+                has_normal,
+                compliance: COMPLIANCE * g,
+                impulse: [bound, 0.0, 0.0],
+                slack: ground.map.velocity_scale,
+                ..Unit::default()
+            });
+        }
+    }
+
+    /// Reads the modes off and puts the centre on their cones.
+    fn leave(&self, ground: &mut Ground) {
+        let Ground { map, iterate, task } = ground;
+        iterate.impulse.clear();
+        iterate.impulse.extend(self.units.iter().map(|unit| unit.impulse));
+        iterate.set_bounds(task.problem, task.island);
+        iterate.velocity.clear();
+        map.set_weights(task.island, READING_WEIGHT);
+        map.evaluate_centre(task, iterate);
+        map.guess_modes(task, &mut iterate.modes);
+        for (c, &i) in task.island.units.iter().enumerate() {
+            iterate.impulse[c] = task.cones.project(i as usize, iterate.modes[c], iterate.impulse[c]);
+        }
+        iterate.set_bounds(task.problem, task.island);
+        iterate.velocity.clear();
+    }
+}
+
+/// Whether friction is that of contacts alone: only theirs has an associated law.
+fn is_contacts_alone(island: &Island) -> bool {
+    island.contact_count == island.units.len()
+}
+
+#[cfg(test)]
+mod tests;

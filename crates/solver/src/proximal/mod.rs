@@ -1,0 +1,233 @@
+//! The proximal iterations of an island: centre after centre, with ε where it helps.
+
+mod breakpoint;
+mod coupling;
+mod gathering;
+mod growth;
+mod map;
+mod modes;
+mod motion;
+mod path;
+mod system;
+mod weight;
+
+use signorini_contact::projection::Mode;
+
+use crate::iterate::Iterate;
+use crate::residual::is_exact;
+use crate::task::Task;
+use growth::Growth;
+pub(crate) use map::ProximalMap;
+use modes::ModeSearch;
+pub use system::ProximalSystem;
+pub(crate) use weight::ProximalWeight;
+
+/// A proximal iteration that leaves more than this part of the residual calls for another ε.
+const SLOW: f64 = 0.1;
+/// Below this residual changes of the impulses may be rounding, and are not extrapolated.
+const NOISE: f64 = 1e-11;
+/// An extrapolation has to leave less than this part of the residual of the last one.
+const EXTRAPOLATED: f64 = 0.5;
+/// What is accepted also at a second look, in a very large island.
+const ACCEPTED: f64 = 0.3;
+
+/// Why the iterations ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum End {
+    /// The laws hold to the accuracy of the polish.
+    Polished,
+    /// They hold well enough for an island whose factorisations are costly.
+    Accepted,
+    /// The last change of the impulses proves that the rows contradict each other.
+    Contradiction,
+    /// The residual no longer falls, whatever ε is.
+    Slow,
+    /// The modes of a proximal problem were not found, nor with a larger ε.
+    Lost,
+    /// The number of iterations is used up.
+    Limit,
+}
+
+/// Memory of the iterations.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ProximalIterations {
+    search: ModeSearch,
+    growth: Growth,
+    best: Iterate,
+    /// The modes before a proximal problem.
+    earlier_modes: Vec<Mode>,
+}
+
+/// How the residual falls.
+struct Progress {
+    last: f64,
+    /// Slow iterations in a row. The first one gives the second change of the impulses that an extrapolation needs.
+    slow: u32,
+    /// The residual at the last extrapolation.
+    extrapolated: f64,
+}
+
+impl ProximalIterations {
+    /// Goes on from the impulses and modes of the iterate until its residual is at `settings.polish` or stops falling; leaves the best
+    /// point in it. `history` takes the residual of every centre.
+    pub fn run(
+        &mut self,
+        map: &mut ProximalMap,
+        task: &Task,
+        iterate: &mut Iterate,
+        mut weight: ProximalWeight,
+        history: &mut dyn FnMut(f64),
+    ) -> End {
+        if iterate.residual < f64::INFINITY {
+            // A velocity that was measured may be refined, and a centre's is that of its impulses.
+            iterate.velocity.clear();
+            iterate.residual = f64::INFINITY;
+        }
+        self.growth.begin(task.island);
+        self.best.copy_impulses(iterate);
+        map.set_weights(task.island, weight.epsilon);
+        let end = self.approach(map, task, iterate, &mut weight, history);
+        self.conclude(map, task, iterate, end == End::Polished);
+        end
+    }
+
+    /// The contacts of the problem whose rows were proved to contradict each other.
+    pub fn contradicting<'a>(&'a self, task: &'a Task) -> impl Iterator<Item = u32> + 'a {
+        self.growth.contradicting(task.island)
+    }
+
+    /// The loop.
+    fn approach(
+        &mut self,
+        map: &mut ProximalMap,
+        task: &Task,
+        iterate: &mut Iterate,
+        weight: &mut ProximalWeight,
+        history: &mut dyn FnMut(f64),
+    ) -> End {
+        let mut progress = Progress { last: f64::INFINITY, slow: 0, extrapolated: f64::INFINITY };
+        let mut solved = 0;
+        for _ in 0..task.settings.max_proximal_iterations * if task.is_large() { 2 } else { 1 } {
+            let residual = map.evaluate_centre(task, iterate);
+            history(residual);
+            self.keep_best(iterate, residual);
+            progress.note(residual, weight);
+            if let Some(end) = self.reason_to_end(map, task, &progress) {
+                return end;
+            }
+            if progress.slow == 2 && !self.quicken(map, task, iterate, weight, &mut progress) {
+                return End::Slow;
+            }
+            map.prepare(task);
+            self.earlier_modes.clone_from(&iterate.modes);
+            if self.search.solve(map, task, iterate) {
+                solved += 1;
+                map.effort.proximal_iterations += 1;
+                self.growth.take_solution(map, task, iterate);
+                iterate.velocity.clear();
+                weight.fall(iterate.modes == self.earlier_modes);
+            } else {
+                iterate.modes.clone_from(&self.earlier_modes);
+                map.change_modes();
+                let may_rise = task.is_large() && (solved > 0 || weight.is_falling());
+                if !may_rise || !weight.rise(self.best.residual) {
+                    return End::Lost;
+                }
+            }
+            if weight.epsilon != map.epsilon {
+                map.set_weights(task.island, weight.epsilon);
+                progress.last = f64::INFINITY;
+            }
+        }
+        End::Limit
+    }
+
+    fn keep_best(&mut self, iterate: &mut Iterate, residual: f64) {
+        if residual < self.best.residual {
+            self.best.copy_impulses(iterate);
+            self.best.residual = residual;
+        }
+    }
+
+    fn reason_to_end(&mut self, map: &ProximalMap, task: &Task, progress: &Progress) -> Option<End> {
+        let (best, settings) = (self.best.residual, task.settings);
+        if best <= settings.polish {
+            return Some(End::Polished);
+        }
+        if progress.slow == 0 {
+            return None;
+        }
+        // What is accepted and does not get better is paid for with factorisations.
+        if task.is_costly() && best <= ACCEPTED * settings.accept {
+            return Some(End::Accepted);
+        }
+        let most = settings.tolerance * map.velocity_scale;
+        (best > NOISE && self.growth.is_contradiction(task.island, most)).then_some(End::Contradiction)
+    }
+
+    /// After slow iterations: extrapolates, or else changes ε; `false` if neither helps.
+    fn quicken(
+        &mut self,
+        map: &mut ProximalMap,
+        task: &Task,
+        iterate: &mut Iterate,
+        weight: &mut ProximalWeight,
+        progress: &mut Progress,
+    ) -> bool {
+        progress.slow = 0;
+        let best = self.best.residual;
+        let gains = best > NOISE && best < EXTRAPOLATED * progress.extrapolated;
+        let times = if gains { self.growth.times_to_go(map, task, iterate) } else { 0.0 };
+        if times.is_finite() && times >= 1.0 {
+            self.growth.extrapolate(times, iterate);
+            (progress.last, progress.extrapolated) = (f64::INFINITY, best);
+        } else if weight.change(best, progress.last) {
+            map.set_weights(task.island, weight.epsilon);
+        } else {
+            return false;
+        }
+        map.evaluate_centre(task, iterate);
+        true
+    }
+
+    /// Goes back to the best point, and refines its velocity where that is worth it.
+    fn conclude(&mut self, map: &mut ProximalMap, task: &Task, iterate: &mut Iterate, is_polished: bool) {
+        // A polished centre is the best one, and evaluated.
+        if !is_polished {
+            if iterate.modes != self.best.modes {
+                map.change_modes();
+            }
+            iterate.copy_impulses(&self.best);
+            iterate.velocity.clear();
+            map.evaluate_centre(task, iterate);
+        }
+        iterate.residual = self.best.residual;
+        if is_exact(iterate.residual, iterate.largest_impulse(task.island)) {
+            return;
+        }
+        map.prepare(task);
+        if refine_velocity(map, task, iterate) && is_polished {
+            // The next step starts from impulses that need no refinement.
+            self.growth.take_solution(map, task, iterate);
+        }
+    }
+}
+
+impl Progress {
+    fn note(&mut self, residual: f64, weight: &ProximalWeight) {
+        self.slow = if residual > SLOW * self.last && !weight.is_falling() { self.slow + 1 } else { 0 };
+        self.last = residual;
+    }
+}
+
+/// The velocity of the solution, one more fixed-mode correction beyond what the impulses can express: where impulses
+/// are large against the masses they move, `v^f + M⁻¹Jᵀλ` cancels, while `v + δv` satisfies the contact rows to rounding.
+/// Whether the modes hold with it.
+fn refine_velocity(map: &mut ProximalMap, task: &Task, iterate: &mut Iterate) -> bool {
+    let solved = !iterate.modes.is_empty() && map.solve_modes(task, iterate);
+    let holds = solved && map.violations(task, iterate) == 0;
+    if holds {
+        iterate.velocity.iter_mut().zip(&map.step).for_each(|(v, d)| *v += d);
+    }
+    holds
+}

@@ -1,0 +1,107 @@
+//! The modes of one proximal problem: Newton's steps, then a path.
+//!
+//! Newton's steps change all modes at once, as long as each leaves fewer contacts outside them. A path starts from the best modes that
+//! they met. Where it is lost, another one starts with every contact open: the matrix of the proximal problem is strictly
+//! copositive, so that this path, which is Lemke's in other coordinates, cannot end on a ray.
+//!
+//! In a large island one path is followed at most, and only where few contacts lie outside their modes: what it does not find is
+//! asked for with a larger ε.
+
+use signorini_contact::projection::Mode;
+
+use super::map::ProximalMap;
+use super::path::{Path, Shift};
+use crate::iterate::Iterate;
+use crate::task::Task;
+
+/// In a large island a path is followed if at most one in so many contacts lies outside its mode.
+const FEW: usize = 16;
+/// ε from which Newton's steps find the modes of a large island by themselves.
+const EASY: f64 = 1e-2;
+/// So many contacts outside their modes are worth another step with any ε.
+const VERY_FEW: usize = 3;
+
+/// Memory of the search.
+#[derive(Clone, Debug, Default)]
+pub(super) struct ModeSearch {
+    path: Path,
+    /// The best modes of the Newton steps.
+    best: Vec<Mode>,
+}
+
+impl ModeSearch {
+    /// Solves the proximal problem around the centre: modes in the iterate, `y` in the map. `false` if its modes were not found.
+    pub fn solve(&mut self, map: &mut ProximalMap, task: &Task, iterate: &mut Iterate) -> bool {
+        let large = task.is_large();
+        for round in 0..task.settings.max_rounds {
+            let steps = if round == 0 { task.settings.newton_iterations } else { 0 };
+            let Some(violations) = self.take_newton_steps(map, task, iterate, steps) else { return false };
+            if violations == 0 {
+                return true;
+            }
+            if large && (round > 0 || FEW * violations > task.island.units.len()) {
+                return false;
+            }
+            let is_found = self.path.follow(map, task, iterate, Shift::Violated, round)
+                || !large && self.follow_from_open(map, task, iterate, round);
+            if !is_found {
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Newton steps on all modes at once, as long as each leaves fewer contacts outside their modes; ends at the modes that left
+    /// the fewest there, factorised and solved, and returns how many. Nothing if a system is singular.
+    fn take_newton_steps(
+        &mut self,
+        map: &mut ProximalMap,
+        task: &Task,
+        iterate: &mut Iterate,
+        steps: u32,
+    ) -> Option<usize> {
+        let mut fewest = usize::MAX;
+        for step in 0..=steps {
+            if !map.solve_modes(task, iterate) {
+                return None;
+            }
+            let violations = map.violations(task, iterate);
+            let better = violations < fewest;
+            if better {
+                fewest = violations;
+                self.best.clone_from(&iterate.modes);
+            }
+            if violations == 0 || step == steps || !better || is_for_a_path(map, task, violations) {
+                break;
+            }
+            take_modes_of_trial(map, task, iterate);
+        }
+        if iterate.modes != self.best {
+            iterate.modes.clone_from(&self.best);
+            map.change_modes();
+            return map.solve_modes(task, iterate).then_some(fewest);
+        }
+        Some(fewest)
+    }
+
+    fn follow_from_open(&mut self, map: &mut ProximalMap, task: &Task, iterate: &mut Iterate, seed: u32) -> bool {
+        iterate.modes.fill(Mode::Open);
+        map.change_modes();
+        map.solve_modes(task, iterate) && self.path.follow(map, task, iterate, Shift::All, seed)
+    }
+}
+
+/// Whether so few contacts of a very large island lie outside their modes, with an ε so small, that a path does better than a
+/// step on all modes at once, which then mostly throws out more contacts than it brings in.
+fn is_for_a_path(map: &ProximalMap, task: &Task, violations: usize) -> bool {
+    task.is_costly() && map.epsilon < EASY && violations > VERY_FEW && FEW * violations <= task.island.units.len()
+}
+
+fn take_modes_of_trial(map: &mut ProximalMap, task: &Task, iterate: &mut Iterate) {
+    for (c, &i) in task.island.units.iter().enumerate() {
+        let mode = task.cones.mode_at(i as usize, map.y[c]);
+        map.effort.mode_changes += u32::from(mode != iterate.modes[c]);
+        iterate.modes[c] = mode;
+    }
+    map.change_modes();
+}

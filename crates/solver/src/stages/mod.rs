@@ -1,0 +1,138 @@
+//! The cascade: what is tried on an island, stage after stage.
+
+pub(crate) mod hold;
+mod impulses;
+mod interior;
+mod lemke;
+mod proximal;
+mod sleep;
+mod standing;
+mod sweeps;
+
+use std::time::Instant;
+
+use signorini_contact::{SolveStatus, StageCount, StageKind, StageOutcome, StageRun};
+use signorini_lcp::Lemke;
+
+use crate::interior::InteriorStart;
+use crate::iterate::{Effort, Iterate};
+use crate::proximal::{ProximalIterations, ProximalMap};
+use crate::task::Task;
+pub(crate) use lemke::solve_whole;
+
+/// One way to bring an iterate nearer to the laws.
+struct Stage {
+    kind: StageKind,
+    /// Whether it may help with an iterate.
+    applies: fn(&Task, &Iterate) -> bool,
+    /// Tries; the iterate is no worse afterwards.
+    run: fn(&mut Workspace, &Task, &mut Iterate) -> Outcome,
+}
+
+/// The stages in their order; before them the islands whose start [holds](hold) were taken out. An island leaves where its residual
+/// is small enough, or where a stage proved that it has no solution.
+#[rustfmt::skip]
+const CASCADE: [Stage; StageKind::ALL.len() - 1] = [
+    // the start's impulses hold the island still: nothing to solve (where the settings allow it)
+    Stage { kind: StageKind::Sleep, applies: sleep::applies, run: sleep::run },
+    // warm, with few rows, as robots are: Newton's method on the impulses
+    Stage { kind: StageKind::Impulses, applies: impulses::applies, run: impulses::run },
+    // cold and small: modes from projected Gauss–Seidel sweeps
+    Stage { kind: StageKind::Sweeps, applies: sweeps::applies, run: sweeps::run },
+    // cold and large: modes of what stands
+    Stage { kind: StageKind::Standing, applies: standing::applies, run: standing::run },
+    // proximal iterations: Newton steps on the modes, and paths from one to the next
+    Stage { kind: StageKind::Proximal, applies: proximal::applies, run: proximal::run },
+    // large: modes from the end of the central path of Coulomb's law, then proximal iterations with a falling weight
+    Stage { kind: StageKind::Interior, applies: interior::applies, run: interior::run },
+    // the same from contacts that are all opened
+    Stage { kind: StageKind::Opened, applies: interior::applies, run: interior::run_opened },
+    // lexicographic Lemke on the island's LCP, which finds a solution or a ray
+    Stage { kind: StageKind::Lemke, applies: lemke::applies, run: lemke::run },
+];
+
+/// How a stage ended, and what to report if that is the end.
+#[derive(Clone, Debug)]
+struct Outcome {
+    why: StageOutcome,
+    status: Option<SolveStatus>,
+}
+
+impl From<StageOutcome> for Outcome {
+    fn from(why: StageOutcome) -> Self {
+        Self { why, status: None }
+    }
+}
+
+/// The memory of the stages, that of each in its own file, and the proximal map that several of them work with.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Workspace {
+    map: ProximalMap,
+    sleep: sleep::Loads,
+    impulses: impulses::ImpulseNewton,
+    sweeps: sweeps::Sweeps,
+    proximal: ProximalIterations,
+    interior: InteriorStart,
+    /// Where an interior start leads, beside what is known.
+    ahead: Iterate,
+    lemke: Lemke,
+    /// Residuals that the stage at hand met, where they are asked for.
+    residuals: Vec<f64>,
+}
+
+/// What the cascade made of an island.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct IslandResult {
+    /// The start; at the end the best that was found.
+    pub iterate: Iterate,
+    pub effort: Effort,
+    pub stages: [StageCount; StageKind::ALL.len()],
+    /// Whether nothing had to be solved.
+    pub asleep: bool,
+    /// Contacts whose rows are proved to contradict each other.
+    pub contradiction: Vec<u32>,
+    /// What the last stage says of an island that stays unsolved.
+    pub failure: Option<SolveStatus>,
+    /// What the stages did, where that is asked for.
+    pub history: Vec<StageRun>,
+}
+
+impl IslandResult {
+    /// Forgets another island, but for the iterate.
+    pub fn begin(&mut self) {
+        (self.effort, self.stages, self.asleep) = Default::default();
+        self.contradiction.clear();
+        self.failure = None;
+        self.history.clear();
+    }
+}
+
+/// Takes an island through the cascade, from the start in `result`.
+pub(crate) fn solve_island(workspace: &mut Workspace, task: &Task, result: &mut IslandResult) {
+    workspace.map.begin(task);
+    for stage in &CASCADE {
+        if !(stage.applies)(task, &result.iterate) {
+            continue;
+        }
+        let begin = task.settings.time_stages.then(Instant::now);
+        workspace.residuals.clear();
+        let Outcome { why, status } = (stage.run)(workspace, task, &mut result.iterate);
+        let is_last = result.iterate.residual <= task.accept()
+            || matches!(why, StageOutcome::Contradiction | StageOutcome::Denied);
+        let count = &mut result.stages[stage.kind as usize];
+        (count.asked, count.ended) = (count.asked + 1, count.ended + u32::from(is_last));
+        count.nanoseconds += begin.map_or(0, |begin| begin.elapsed().as_nanos() as u64);
+        if task.settings.record_history {
+            let residuals = workspace.residuals.clone();
+            result.history.push(StageRun { island: 0, stage: stage.kind, outcome: why, residuals });
+        }
+        (result.asleep, result.failure) = (why == StageOutcome::AtRest, status);
+        if why == StageOutcome::Contradiction {
+            result.contradiction.extend(workspace.proximal.contradicting(task));
+        }
+        if is_last {
+            break;
+        }
+    }
+    result.effort.add(workspace.map.effort);
+}

@@ -1,0 +1,28 @@
+//! A guess of the modes of a large island: all of it stands.
+//!
+//! Where a stack falls as one, the trial impulses at the free velocity say that all contacts but the lowest are open.
+
+use signorini_contact::StageOutcome;
+use signorini_contact::projection::Mode;
+
+use super::{Outcome, Workspace};
+use crate::iterate::Iterate;
+use crate::task::Task;
+
+pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
+    iterate.modes.is_empty() && task.is_large()
+}
+
+/// Sets the modes to those in which everything sticks, unless the start solves the island.
+pub(super) fn run(workspace: &mut Workspace, task: &Task, iterate: &mut Iterate) -> Outcome {
+    workspace.map.set_weights(task.island, task.settings.proximal_weight);
+    let residual = workspace.map.evaluate_centre(task, iterate);
+    let standing = |i: usize| if task.cones.friction(i) > 0.0 { Mode::Stick } else { Mode::Closed };
+    iterate.modes.extend(task.island.units.iter().map(|&i| standing(i as usize)));
+    if residual <= task.settings.polish {
+        workspace.map.guess_modes(task, &mut iterate.modes);
+        iterate.residual = residual;
+        return StageOutcome::Solved.into();
+    }
+    StageOutcome::Prepared.into()
+}

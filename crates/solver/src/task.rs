@@ -1,0 +1,65 @@
+//! What is asked of the stages: an island of a problem, and how exactly it is to be solved.
+
+use signorini_contact::ContactProblem;
+use signorini_contact::projection::Cones;
+
+use crate::islands::Island;
+use crate::settings::SolverSettings;
+
+/// Contacts and groups from which an island is large: a path from modes that are far from the solution's would wander, sweeps would
+/// take long, and a residual may be mostly rounding.
+///
+/// Chosen by: `contact_lcp --directions 8 --no-growth`, 21 November 2026.
+pub(crate) const LARGE: usize = 64;
+/// ... and from which a factorisation costs more than the few mode changes of a path.
+///
+/// Chosen by: `sim S4_pile100 S4_pile300`, 22 November 2026.
+pub(crate) const COSTLY: usize = 512;
+/// Where the certificate asks for more than `accept`, a small island has to come down to this part of it, a large one to that.
+///
+/// Chosen by: `random_steps --seeds 0..30000`, `contact_lcp --seeds 73..77 --no-growth`, 21 November 2026.
+const CLOSELY: [f64; 2] = [0.1, 0.3];
+
+/// How often an island has been looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Look {
+    /// From the start that the caller gave.
+    First,
+    /// From what was found, because the certificate did not hold with it.
+    Second,
+}
+
+/// An island of a problem, to be solved.
+#[derive(Clone, Copy)]
+pub(crate) struct Task<'a> {
+    pub problem: &'a ContactProblem,
+    pub cones: &'a Cones,
+    pub island: &'a Island,
+    pub settings: &'a SolverSettings,
+    pub look: Look,
+}
+
+impl Task<'_> {
+    /// Whether the island has many contacts and groups.
+    pub fn is_large(&self) -> bool {
+        self.island.units.len() >= LARGE
+    }
+
+    /// Whether it has so many that a factorisation costs more than a few mode changes.
+    pub fn is_costly(&self) -> bool {
+        self.island.units.len() >= COSTLY
+    }
+
+    /// The residual with which the island counts as solved.
+    pub fn accept(&self) -> f64 {
+        match self.look {
+            Look::First => self.settings.accept,
+            Look::Second => accepted_closely(self.island, self.settings),
+        }
+    }
+}
+
+/// The residual that islands have to reach after a solution that the certificate did not accept.
+pub(crate) fn accepted_closely(island: &Island, settings: &SolverSettings) -> f64 {
+    CLOSELY[usize::from(island.units.len() >= LARGE)] * settings.accept
+}
