@@ -124,14 +124,14 @@ impl ReportBuilder {
 
     /// The kept frames' arrays, deflated and as text.
     fn pack(&self) -> (Vec<ArrayPlace>, String) {
-        let mut payload = Payload::default();
+        let mut payload = Payload::new(Form::Small);
         for kept in &self.kept {
             payload.add(&kept.frame, &kept.bin);
         }
         if let Some(latest) = &self.latest {
             payload.add(latest, &Bin::of(latest));
         }
-        let (arrays, bytes) = payload.pack(Form::Small);
+        let (arrays, bytes) = payload.pack();
         (arrays, coding::pack(&bytes))
     }
 

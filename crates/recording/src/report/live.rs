@@ -114,9 +114,9 @@ impl LiveFeed {
     }
 
     fn encode(&self, bin: &Bin) -> Vec<u8> {
-        let mut payload = Payload::default();
+        let mut payload = Payload::new(Form::Plain);
         payload.add(&self.frame, bin);
-        let (arrays, block) = payload.pack(Form::Plain);
+        let (arrays, block) = payload.pack();
         let head = MessageHead { epoch: self.epoch, run: &self.run, arrays: &arrays };
         let mut text = serde_json::to_vec(&head).expect("numbers and names become JSON");
         text.resize((4 + text.len()).next_multiple_of(ALIGNMENT) - 4, b' ');

@@ -30,13 +30,24 @@ pub(super) struct ArrayPlace {
 }
 
 /// How arrays lie in the block.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Form {
     /// As they are, for one frame that is to be shown at once.
+    #[default]
     Plain,
-    /// For deflating: column after column of the rows of an array, each number as the difference of its bits to those of the
+    /// For deflating: numbers rounded to what the page can show, column after column of the rows of an array, each number as the difference of its bits to those of the
     /// number before in its column, and of all these the first bytes, the second bytes, and so on.
     Small,
+}
+
+impl Form {
+    /// A number as the page gets it; the small form keeps `bits` bits after the leading one.
+    fn number(self, x: f64, bits: u32) -> f32 {
+        match self {
+            Self::Plain => x as f32,
+            Self::Small => rounded(x, bits),
+        }
+    }
 }
 
 /// The largest values over the frames that a kept frame stands for.
@@ -84,6 +95,7 @@ pub(super) fn kept_size(frame: &Frame) -> usize {
 /// The arrays while they grow.
 #[derive(Default)]
 pub(super) struct Payload {
+    form: Form,
     time: Vec<f64>,
     step: Vec<f64>,
     kinetic: Vec<f64>,
@@ -103,6 +115,10 @@ pub(super) struct Payload {
 }
 
 impl Payload {
+    pub fn new(form: Form) -> Self {
+        Self { form, ..Self::default() }
+    }
+
     pub fn add(&mut self, frame: &Frame, bin: &Bin) {
         self.time.push(frame.time);
         self.step.push(frame.step as f64);
@@ -113,18 +129,19 @@ impl Payload {
         self.contact_counts.push(bin.contacts as f32);
         self.missed.push(f32::from(bin.missed));
         self.unsolved.push(f32::from(bin.unsolved));
-        self.poses.extend(frame.body_poses.as_flattened().iter().map(|&x| rounded(x, POSE_BITS)));
+        let form = self.form;
+        self.poses.extend(frame.body_poses.as_flattened().iter().map(|&x| form.number(x, POSE_BITS)));
         self.pose_row = frame.body_poses.len() * 7;
         for contact in &frame.contacts {
             let polygon = self.polygon(contact, frame);
-            self.contacts.extend(contact_numbers(contact, polygon));
+            self.contacts.extend(contact_numbers(contact, polygon, self.form));
         }
         self.contact_ends.push((self.contacts.len() / CONTACT_NUMBERS) as u32);
     }
 
     /// The arrays' places, and the block.
-    pub fn pack(&self, form: Form) -> (Vec<ArrayPlace>, Vec<u8>) {
-        let mut block = Block { form, places: Vec::new(), bytes: Vec::new() };
+    pub fn pack(&self) -> (Vec<ArrayPlace>, Vec<u8>) {
+        let mut block = Block { form: self.form, places: Vec::new(), bytes: Vec::new() };
         block.add("time", "f64", &self.time, |x| x.to_le_bytes());
         block.add("step", "f64", &self.step, |x| x.to_le_bytes());
         block.add("kinetic", "f64", &self.kinetic, |x| x.to_le_bytes());
@@ -168,15 +185,15 @@ impl Payload {
 }
 
 /// A contact as the page reads it; tangent 2 is normal × tangent 1.
-fn contact_numbers(contact: &ContactFrame, polygon: [f32; 3]) -> [f32; CONTACT_NUMBERS] {
+fn contact_numbers(contact: &ContactFrame, polygon: [f32; 3], form: Form) -> [f32; CONTACT_NUMBERS] {
     let (mode, first, second) = match contact.mode {
         ContactModeCode::Open => (0, 0, 0),
         ContactModeCode::Sticking => (1, 0, 0),
         ContactModeCode::Sliding { direction } => (2, direction, direction),
         ContactModeCode::SlidingBetween { first, second } => (3, first, second),
     };
-    let number = |x| rounded(x, NUMBER_BITS);
-    let [p0, p1, p2] = contact.point.map(|x| rounded(x, POSE_BITS));
+    let number = |x| form.number(x, NUMBER_BITS);
+    let [p0, p1, p2] = contact.point.map(|x| form.number(x, POSE_BITS));
     let [n0, n1, n2] = contact.normal.map(number);
     let [t0, t1, t2] = contact.tangent_1.map(number);
     let [f0, f1] = contact.lambda_t.map(number);
