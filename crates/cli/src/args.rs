@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use signorini::contact::SolverSettings;
 use signorini::lcp::MethodKind;
-use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, Settings};
+use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, Settings};
 
 use crate::error::CliError;
 
@@ -89,9 +89,19 @@ pub struct StepArguments {
     /// Factor γ in (0, 1] on penetrations: the part of them that one step removes.
     #[arg(long, value_name = "γ", default_value = "1", value_parser = part)]
     pub stabilization: f64,
-    /// Where a step has no solution, take its penetrations as zero instead of stopping.
-    #[arg(long)]
+    /// Where a step cannot remove all of its penetrations and violations: remove as much as the laws permit, stop, or take
+    /// penetrations as zero.
+    #[arg(long, value_enum, default_value = "go-on")]
+    pub infeasible: InfeasibleName,
+    /// Short for --infeasible clip-gaps.
+    #[arg(long, conflicts_with = "infeasible")]
     pub clip_gaps: bool,
+    /// Speed in m/s at which overlaps and violations that come from outside are removed at most; `inf` for all in one step.
+    #[arg(long, value_name = "M/S", default_value = "0.25", value_parser = speed)]
+    pub correction_speed: f64,
+    /// The same for angles, in rad/s.
+    #[arg(long, value_name = "RAD/S", default_value = "1", value_parser = speed)]
+    pub correction_angular_speed: f64,
 }
 
 impl StepArguments {
@@ -103,7 +113,6 @@ impl StepArguments {
         if self.cone_tolerance.is_some() && self.friction_law != FrictionLawName::Refined {
             return Err(CliError::UnusedOption { option: "--cone-tolerance", needs: "--friction-law refined" });
         }
-        use signorini::InfeasiblePolicy::{ClipGaps, Stop};
         Ok(Settings::default()
             .with_timestep(self.dt)
             .with_directions(self.directions)
@@ -124,12 +133,30 @@ impl StepArguments {
                 ImpulseName::Solver => ImpulseChoice::Solver,
                 ImpulseName::LeastNorm => ImpulseChoice::LeastNorm,
             })
-            .with_infeasible(if self.clip_gaps { ClipGaps } else { Stop }))
+            .with_correction_speed(self.correction_speed)
+            .with_correction_angular_speed(self.correction_angular_speed)
+            .with_infeasible(match self.infeasible {
+                _ if self.clip_gaps => InfeasiblePolicy::ClipGaps,
+                InfeasibleName::GoOn => InfeasiblePolicy::GoOn,
+                InfeasibleName::Stop => InfeasiblePolicy::Stop,
+                InfeasibleName::ClipGaps => InfeasiblePolicy::ClipGaps,
+            }))
     }
 }
 
 /// Bound on the residuals of the circular cone's laws where directions are refined and none is given.
 pub const DEFAULT_CONE_TOLERANCE: f64 = 1e-6;
+
+/// What happens where a step cannot remove all of its penetrations and violations, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum InfeasibleName {
+    /// It removes as much as the laws permit.
+    GoOn,
+    /// The run stops before it.
+    Stop,
+    /// Its penetrations are taken as zero.
+    ClipGaps,
+}
 
 /// A law of friction by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -194,6 +221,14 @@ pub fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x > 0.0 && x.is_finite() => Ok(x),
         _ => Err("must be a positive number".into()),
+    }
+}
+
+/// A positive number, or `inf`.
+fn speed(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x > 0.0 => Ok(x),
+        _ => Err("must be a positive number or inf".into()),
     }
 }
 

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use signorini::multibody::{ContactPoint, Input, Kinematics, Model, State, forward_kinematics_into};
+use signorini::multibody::{Input, Kinematics, Model, State, forward_kinematics_into};
 use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
     Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError, StepReport, Workspace,
@@ -35,12 +35,16 @@ pub struct Core {
     pub stepped: bool,
     /// Where the step in the workspace began, if it was only previewed; otherwise that is `other`.
     previewed: Option<State>,
-    /// Shapes that were far inside each other where a run began, and how fast the step drove them apart, until somebody is told.
-    pub start_overlap: Option<(ContactPoint, f64)>,
+    /// What somebody should be told about the start of the run, until somebody is.
+    pub start_note: Option<String>,
     /// Steps made.
     pub steps: u64,
     /// Steps that missed the tolerance.
     pub missed_steps: u64,
+    /// Steps that were permitted to remove a part of their overlaps and violations only.
+    pub limited_steps: u64,
+    /// Work of the impulses along the corrections of all steps, J.
+    pub correction_energy: f64,
     /// Steps in which negative gaps were taken as zero.
     pub clipped_steps: u64,
     sink: Option<Sink>,
@@ -75,9 +79,11 @@ impl Core {
             report: StepReport::default(),
             stepped: false,
             previewed: None,
-            start_overlap: None,
+            start_note: None,
             steps: 0,
             missed_steps: 0,
+            limited_steps: 0,
+            correction_energy: 0.0,
             clipped_steps: 0,
             sink: None,
             frame: Frame::default(),
@@ -115,7 +121,7 @@ impl Core {
         let Self { model, settings, workspace, state, other, input, .. } = self;
         self.report = step(model, state, input, settings, workspace, other).map_err(Stop::Simulation)?;
         if (!self.stepped || self.previewed.is_some()) && self.report.advanced() {
-            self.start_overlap = workspace.sudden_overlap().map(|(&point, speed)| (point, speed));
+            self.start_note = workspace.start_note(model, settings);
         }
         self.stepped = true;
         self.previewed = None;
@@ -131,6 +137,8 @@ impl Core {
         std::mem::swap(state, other);
         self.steps += 1;
         self.missed_steps += u64::from(self.report.missed_tolerance);
+        self.limited_steps += u64::from(self.report.theta < 1.0);
+        self.correction_energy += self.report.correction_energy;
         self.clipped_steps += u64::from(self.report.clipped_gaps);
         Ok(())
     }

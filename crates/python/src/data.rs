@@ -136,6 +136,18 @@ impl Data {
         Ok(self.core()?.missed_steps)
     }
 
+    /// Steps made with this object that were permitted to remove a part of their overlaps and violations only.
+    #[getter]
+    fn limited_steps(&self) -> PyResult<u64> {
+        Ok(self.core()?.limited_steps)
+    }
+
+    /// Work of the impulses along corrections of overlaps and violations, J, of all steps made with this object.
+    #[getter]
+    fn correction_energy(&self) -> PyResult<f64> {
+        Ok(self.core()?.correction_energy)
+    }
+
     /// Steps made with this object in which negative gaps were taken as zero.
     #[getter]
     fn clipped_steps(&self) -> PyResult<u64> {

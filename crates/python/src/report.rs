@@ -104,6 +104,14 @@ pub struct StepReport {
     lemke_islands: u32,
     /// Whether the worst residual exceeds the tolerance.
     missed_tolerance: bool,
+    /// Part θ of the overlaps and violations asked for that the step removes: 1 where it is all of them.
+    theta: f64,
+    /// What was kept where `theta` is less than 1: ("contact" or "bilateral", index of the row in the problem, m or rad).
+    kept: Vec<(&'static str, usize, f64)>,
+    /// Work of the impulses along the corrections, J.
+    correction_energy: f64,
+    /// Contact points that no degree of freedom moves along their normal; they are not in the problem.
+    left_out: usize,
     /// Whether negative gaps were taken as zero.
     clipped_gaps: bool,
     /// How often contacts were found anew because a body moved farther than expected.
@@ -121,9 +129,20 @@ impl StepReport {
             islands: report.solver.islands,
             lemke_islands: report.solver.lemke_islands,
             missed_tolerance: report.missed_tolerance,
+            theta: report.theta,
+            kept: report.kept.iter().map(kept_row).collect(),
+            correction_energy: report.correction_energy,
+            left_out: report.left_out,
             clipped_gaps: report.clipped_gaps,
             enlargements: report.enlargements,
         }
+    }
+}
+
+fn kept_row(kept: &signorini::Kept) -> (&'static str, usize, f64) {
+    match kept.row {
+        signorini::KeptRow::Contact(i) => ("contact", i, kept.size),
+        signorini::KeptRow::Bilateral(k) => ("bilateral", k, kept.size),
     }
 }
 

@@ -14,6 +14,8 @@ pub struct PySettings {
     directions: usize,
     direction_angle: f64,
     stabilization: f64,
+    correction_speed: f64,
+    correction_angular_speed: f64,
     tolerance: f64,
     method: String,
     infeasible: String,
@@ -54,6 +56,8 @@ impl PySettings {
             .with_directions(self.directions)
             .with_direction_angle(self.direction_angle)
             .with_stabilization(self.stabilization)
+            .with_correction_speed(self.correction_speed)
+            .with_correction_angular_speed(self.correction_angular_speed)
             .with_position_iterations(self.position_iterations)
             .with_assembly_tolerance(self.assembly_tolerance)
             .with_restitution(choose(
@@ -84,7 +88,11 @@ impl PySettings {
             .with_infeasible(choose(
                 "infeasible",
                 &self.infeasible,
-                &[("stop", InfeasiblePolicy::Stop), ("clip_gaps", InfeasiblePolicy::ClipGaps)],
+                &[
+                    ("go_on", InfeasiblePolicy::GoOn),
+                    ("stop", InfeasiblePolicy::Stop),
+                    ("clip_gaps", InfeasiblePolicy::ClipGaps),
+                ],
             )?);
         settings.validate().map_err(simulation_error)?;
         Ok(settings)

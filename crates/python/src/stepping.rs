@@ -59,11 +59,11 @@ pub fn step(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>, ns
             live.acceleration(&core.state.v, &core.other.v, core.timestep());
         })?;
     }
-    let overlap = core.start_overlap.take().map(|(point, speed)| describe_overlap(&core.model, &point, speed));
+    let note = core.start_note.take();
     let count = core.missed_steps - missed;
     drop(guard);
-    if let Some(overlap) = overlap {
-        warn(py, "OverlapWarning", overlap)?;
+    if let Some(note) = note {
+        warn(py, "OverlapWarning", note)?;
     }
     if count > 0 {
         let steps = if count == 1 { "step" } else { "steps" };
@@ -77,17 +77,6 @@ pub fn step(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>, ns
 fn warn(py: Python<'_>, category: &str, message: String) -> PyResult<()> {
     let category = py.import("signorini.errors")?.getattr(category)?;
     py.import("warnings")?.call_method1("warn", (message, category, 1)).map(|_| ())
-}
-
-fn describe_overlap(model: &mb::Model, point: &mb::ContactPoint, speed: f64) -> String {
-    let name = |geom: GeomId| &model.geoms[geom.index()].name;
-    let depth = -point.gap;
-    format!(
-        "'{}' and '{}' overlap by {depth:.3} m at the start, and the first step drives them apart at {speed:.3} m/s: start \
-         them apart, or remove a part in each step (Settings.stabilization)",
-        name(point.geom_a),
-        name(point.geom_b)
-    )
 }
 
 fn no_solution(core: &Core) -> PyErr {

@@ -189,7 +189,7 @@ def squeezed():
 
 def test_a_contradiction_stops_before_the_step_and_names_the_geoms():
     model = squeezed()
-    data = signorini.Data(model)
+    data = signorini.Data(model, signorini.Settings(infeasible="stop"))
     with pytest.raises(signorini.SolveError, match="'box' on 'left'.*'box' on 'right'") as error:
         signorini.step(model, data, nstep=5)
     assert error.value.status in ("ray", "infeasible") and error.value.contacts and error.value.time == 0.0
@@ -197,6 +197,16 @@ def test_a_contradiction_stops_before_the_step_and_names_the_geoms():
     going_on = signorini.Data(model, signorini.Settings(infeasible="clip_gaps"))
     signorini.step(model, going_on)
     assert going_on.report.clipped_gaps and going_on.clipped_steps == 1
+
+
+def test_a_run_goes_on_with_what_the_laws_permit():
+    model = squeezed()
+    data = signorini.Data(model)
+    with pytest.warns(signorini.OverlapWarning, match="'left' and 'box' by 10.000 mm"):
+        signorini.step(model, data, nstep=5)
+    assert data.limited_steps == 5 and data.missed_steps == 0 and data.report.theta == 0.0
+    kind, _, size = data.report.kept[0]
+    assert kind == "contact" and size > 0.0 and data.correction_energy == 0.0
 
 
 def test_the_gil_is_released(cards):

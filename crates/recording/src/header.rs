@@ -7,7 +7,7 @@ use crate::frame::Pose;
 use crate::provenance::{ModelSource, StepLaws};
 
 /// Version of the format that this crate writes.
-pub const SCHEMA_VERSION: u32 = 2;
+pub const SCHEMA_VERSION: u32 = 3;
 
 /// Everything about a run that does not change while it runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -37,6 +37,9 @@ pub struct StepLaws {
     pub direction_angle: f64,
     /// Constraint stabilization γ.
     pub stabilization: f64,
+    /// Speeds at which overlaps and violations are removed, m/s and rad/s; none where they are not bounded, as before schema version 3.
+    #[serde(default)]
+    pub correction_speeds: [Option<f64>; 2],
     /// Newton steps, at most, that bring the configuration onto the equality constraints after a step.
     pub position_iterations: u32,
     /// Violation of an equality constraint that is rounding, m or rad.

@@ -17,6 +17,8 @@ pub struct StepSolution {
     pub generalized_force: Vec<f64>,
     /// Whether negative gaps were taken as zero.
     pub clipped_gaps: bool,
+    /// Part θ of overlaps and violations that the step was permitted to remove, in [0, 1); none where it removes all that is asked for.
+    pub theta: Option<f64>,
     /// Reach of every body, m and rad, within which contacts were looked for; empty where it follows from the velocities at
     /// the beginning and without contact.
     pub reach: Vec<[f64; 2]>,
@@ -36,7 +38,7 @@ impl StepSolution {
         self.impulses.iter_mut().for_each(Impulses::clear);
         self.control.clear();
         self.generalized_force.clear();
-        self.clipped_gaps = false;
+        (self.clipped_gaps, self.theta) = (false, None);
         self.reach.clear();
         self.limits.clear();
     }

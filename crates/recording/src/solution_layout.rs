@@ -10,6 +10,7 @@ const FIXED_SIZE: usize = 6 * 4;
 const PHASE_SIZE: usize = 7 * 4;
 const LIMIT_SIZE: usize = 4 * 4 + 2 * 8;
 const CLIPPED_GAPS: u32 = 1;
+const THETA: u32 = 2;
 
 /// Checks lengths and indices against the header.
 pub(crate) fn check(solution: &StepSolution, header: &Header) -> Result<(), Mismatch> {
@@ -45,16 +46,22 @@ pub(crate) fn size(solution: &StepSolution) -> Option<usize> {
     let before = [solution.control.len(), solution.generalized_force.len(), solution.reach.len().checked_mul(2)?];
     let numbers = of_phases.chain(before).try_fold(0usize, |sum, count| sum.checked_add(count))?;
     let limits = solution.limits.len().checked_mul(LIMIT_SIZE)?;
-    FIXED_SIZE.checked_add(phases.len() * PHASE_SIZE)?.checked_add(limits)?.checked_add(numbers.checked_mul(8)?)
+    let theta = if solution.theta.is_some() { 8 } else { 0 };
+    (FIXED_SIZE + theta)
+        .checked_add(phases.len() * PHASE_SIZE)?
+        .checked_add(limits)?
+        .checked_add(numbers.checked_mul(8)?)
 }
 
 /// Appends a solution. Allocates only to grow `bytes`.
 pub(crate) fn encode(solution: &StepSolution, bytes: &mut Vec<u8>) {
-    let flags = if solution.clipped_gaps { CLIPPED_GAPS } else { 0 };
+    let flag = |holds: bool, bit| if holds { bit } else { 0 };
+    let flags = flag(solution.clipped_gaps, CLIPPED_GAPS) | flag(solution.theta.is_some(), THETA);
     let counts =
         [solution.control.len(), solution.generalized_force.len(), solution.reach.len(), solution.limits.len()];
     let numbers = [flags, u32::from(solution.phases)].into_iter().chain(counts.map(|count| count as u32));
     put_u32(bytes, numbers);
+    put(bytes, solution.theta.as_slice());
     put(bytes, &solution.control);
     put(bytes, &solution.generalized_force);
     put(bytes, solution.reach.as_flattened());
@@ -75,12 +82,13 @@ fn put_u32(bytes: &mut Vec<u8>, numbers: impl IntoIterator<Item = u32>) {
 /// Fills `solution` from the fields at hand; `None` when they are not a solution. Re-uses its memory.
 pub(crate) fn decode_into(fields: &mut Fields, solution: &mut StepSolution) -> Option<()> {
     let (flags, phases) = (fields.u32()?, fields.u32()?);
-    if flags > CLIPPED_GAPS || !(1..=2).contains(&phases) {
+    if flags > CLIPPED_GAPS | THETA || !(1..=2).contains(&phases) {
         return None;
     }
-    solution.clipped_gaps = flags == CLIPPED_GAPS;
+    solution.clipped_gaps = flags & CLIPPED_GAPS != 0;
     solution.phases = phases as u8;
     let [control, force, reach, limits] = [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
+    solution.theta = if flags & THETA == 0 { None } else { Some(fields.f64()?) };
     fields.has(control, 8)?;
     refill(&mut solution.control, control as usize, || fields.f64())?;
     fields.has(force, 8)?;

@@ -32,6 +32,8 @@ pub struct RecordingCheck {
     pub worst_cone: Option<ConeCertificate>,
     /// The step with the largest residual.
     pub worst_step: u64,
+    /// Steps that were permitted to remove a part θ of overlaps and violations only.
+    pub limited: usize,
     /// Steps in which negative gaps were taken as zero.
     pub clipped: usize,
     /// Steps that do not begin where the one before ended: the state was set from outside, or frames were left out.
@@ -95,6 +97,7 @@ pub fn check(
             Ok(step) => {
                 follows = true;
                 result.certified += 1;
+                result.limited += usize::from(frame.solution.theta.is_some());
                 result.clipped += usize::from(frame.solution.clipped_gaps);
                 if residual(&step) > largest {
                     (largest, result.worst_step) = (residual(&step), frame.step);

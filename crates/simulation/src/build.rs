@@ -3,6 +3,7 @@
 mod builder;
 mod limits;
 pub(crate) mod mechanism;
+mod pace;
 mod surfaces;
 
 use signorini_multibody::{ContactPoint, Input, Kinematics, Model, State};
@@ -14,28 +15,33 @@ pub(crate) use builder::{Impact, ProblemBuilder};
 
 impl ProblemBuilder {
     /// Fills in the contacts (the points in their order, then the limits that can be reached), the constraints, and the
-    /// friction of joints and servos.
+    /// friction of joints and servos. Points that no degree of freedom moves along their normal are taken out.
     pub fn build(
         &mut self,
         model: &Model,
         state: &State,
         input: &Input,
         kinematics: &Kinematics,
-        points: &[ContactPoint],
+        points: &mut Vec<ContactPoint>,
     ) {
         self.problem.clear_contacts();
         self.frames.clear();
         self.keys.clear();
         self.friction_source.clear();
-        for point in points {
-            self.push_point(model, kinematics, point);
-        }
+        self.left_out.clear();
+        points.retain(|point| {
+            let is_movable = self.push_point(model, kinematics, point);
+            if !is_movable {
+                self.left_out.push(*point);
+            }
+            is_movable
+        });
         self.impacts.clear();
         if self.features.restitution {
             self.find_impacts(model, state, points);
         }
         self.push_limits(model, state);
-        self.push_equalities(model, kinematics, &state.q);
+        self.push_equalities(model, kinematics, state);
         self.push_joint_friction(model);
         self.push_servos(model, kinematics, state, input);
         self.group_keys.clear();

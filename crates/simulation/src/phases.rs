@@ -9,8 +9,8 @@ use signorini_solver::BilateralBasis;
 use crate::SimulationError;
 use crate::report::StepReport;
 use crate::restitution::decompression as decompression_problem;
-use crate::settings::{InfeasiblePolicy, RestitutionLaw, Settings};
-use crate::solver::Verdict;
+use crate::settings::{RestitutionLaw, Settings};
+use crate::solver::Effort;
 use crate::workspace::Workspace;
 
 /// A dependent row contradicts the others where it is off by this fraction of the velocity scale.
@@ -56,31 +56,7 @@ impl Workspace {
     /// Finds the contacts within reach and builds the step's problem.
     pub(crate) fn build_problem(&mut self, model: &Model, state: &State, input: &Input) {
         self.collider.find(model, &self.kinematics.pose, &self.reach.reach, &mut self.points);
-        self.builder.build(model, state, input, &self.kinematics, &self.points);
-    }
-
-    /// Solves the problem at hand and writes how it went to the report.
-    pub(crate) fn solve(&mut self, settings: &Settings, report: &mut StepReport) -> Result<(), SimulationError> {
-        let mut verdict = self.solve_once()?;
-        let unsolvable = matches!(self.solution.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
-        if unsolvable && settings.infeasible == InfeasiblePolicy::ClipGaps && self.builder.clip_gaps() {
-            report.clipped_gaps = true;
-            verdict = self.solve_once()?;
-        }
-        report.status.clone_from(&self.solution.status);
-        report.law = verdict.law;
-        report.certificate = verdict.certificate;
-        report.cone_certificate = verdict.cone;
-        report.least_norm = verdict.least_norm;
-        report.solver.accumulate(&self.solution.report);
-        report.contacts = self.builder.problem.contact_count();
-        report.missed_tolerance = !verdict.holds;
-        Ok(())
-    }
-
-    fn solve_once(&mut self) -> Result<Verdict, SimulationError> {
-        let start = self.warm.start_for(&self.builder.keys, &self.builder.group_keys);
-        self.solver.solve_into(&mut self.builder.problem, Some(start), &mut self.solution)
+        self.builder.build(model, state, input, &self.kinematics, &mut self.points);
     }
 
     /// The decompression after impacts, by Poisson's law.
@@ -95,7 +71,7 @@ impl Workspace {
             return Ok(());
         }
         decompression_problem(&builder.problem, solution, &builder.impacts, &mut decompression.problem);
-        let verdict = solver.solve_into(&mut decompression.problem, None, &mut decompression.solution)?;
+        let verdict = solver.solve_into(&mut decompression.problem, None, Effort::All, &mut decompression.solution)?;
         report.status.clone_from(&decompression.solution.status);
         report.certificate.merge(&verdict.certificate);
         if let (Some(first), Some(second)) = (&mut report.cone_certificate, &verdict.cone) {
@@ -123,7 +99,8 @@ impl Workspace {
         next.v.clear();
         next.v.extend(self.end_velocity().iter().map(settled));
         integrate_into(model, &state.q, &next.v, dt, &mut next.q);
-        if settings.position_iterations > 0 && !model.equalities.is_empty() {
+        let in_full = self.builder.corrects_constraints && self.corrections.theta == 1.0;
+        if settings.position_iterations > 0 && in_full && !model.equalities.is_empty() {
             let factor = &self.builder.problem.mass_factor;
             self.assembler.project(model, factor, &mut next.q, settings.position_iterations);
         }

@@ -147,7 +147,7 @@ impl Recertifier {
             (reach.linear, reach.angular) = (reach.linear.max(*linear), reach.angular.max(*angular));
         }
         ws.collider.find(model, &ws.kinematics.pose, &ws.reach.reach, &mut ws.points);
-        ws.builder.build(model, state, input, &ws.kinematics, &ws.points);
+        ws.builder.build(model, state, input, &ws.kinematics, &mut ws.points);
         for limit in &solution.limits {
             let key = if limit.tendon { tendon_limit_key } else { joint_limit_key };
             let key = key(limit.index as usize, u32::from(limit.upper));
@@ -158,6 +158,13 @@ impl Recertifier {
         }
         if ws.reach.enlarge(model, &ws.kinematics, &first.velocity, dt) {
             return Err(StepFault::Reach);
+        }
+        ws.corrections.ask(&ws.builder);
+        if let Some(theta) = solution.theta {
+            if !(0.0..1.0).contains(&theta) {
+                return Err(StepFault::Theta { theta });
+            }
+            ws.corrections.set(theta, &mut ws.builder.problem);
         }
         if solution.clipped_gaps {
             ws.builder.clip_gaps();
@@ -210,6 +217,8 @@ fn settings_of(header: &Header, laws: &StepLaws) -> Settings {
         directions: header.directions as usize,
         direction_angle: laws.direction_angle,
         stabilization: laws.stabilization,
+        correction_speed: laws.correction_speeds[0].unwrap_or(f64::INFINITY),
+        correction_angular_speed: laws.correction_speeds[1].unwrap_or(f64::INFINITY),
         position_iterations: laws.position_iterations,
         assembly_tolerance: laws.assembly_tolerance,
         restitution: match laws.restitution {

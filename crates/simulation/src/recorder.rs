@@ -44,6 +44,8 @@ fn step_laws(settings: &Settings) -> StepLaws {
     StepLaws {
         direction_angle: settings.direction_angle,
         stabilization: settings.stabilization,
+        correction_speeds: [settings.correction_speed, settings.correction_angular_speed]
+            .map(|speed| speed.is_finite().then_some(speed)),
         position_iterations: settings.position_iterations,
         assembly_tolerance: settings.assembly_tolerance,
         restitution: match settings.restitution {

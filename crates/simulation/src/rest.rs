@@ -36,7 +36,11 @@ impl FixedPoint {
 
     /// Takes note of a step from `state` to `next`.
     pub fn observe(&mut self, state: &State, input: &Input, next: &State, dt: f64, report: &StepReport) {
-        let plain = report.advanced() && !report.missed_tolerance && !report.clipped_gaps && report.impacts == 0;
+        let plain = report.advanced()
+            && !report.missed_tolerance
+            && !report.clipped_gaps
+            && report.theta == 1.0
+            && report.impacts == 0;
         let remembered = same_bits(&state.activation, &next.activation);
         self.holds = plain && remembered && same_bits(&state.v, &next.v) && same_bits(&state.q, &next.q);
         if !self.holds {

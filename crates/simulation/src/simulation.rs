@@ -10,20 +10,30 @@ use signorini_multibody::{
 
 use crate::report::StepReport;
 use crate::sensors::sensors_into;
-use crate::settings::Settings;
+use crate::settings::{InfeasiblePolicy, Settings};
 use crate::solver::CertifiedLaw;
 use crate::step::step;
 use crate::workspace::Workspace;
 use crate::{SimulationError, Snapshot};
 
 /// What a run adds up to.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Summary {
     /// Steps made.
     pub steps: u64,
     /// Steps whose residuals exceed the tolerance.
     pub missed_steps: u64,
+    /// Steps that were permitted to remove a part of their overlaps and violations only (θ < 1).
+    pub limited_steps: u64,
+    /// The smallest θ of a step; 1 where none was limited.
+    pub smallest_theta: f64,
+    /// The largest overlap or violation that a limited step kept, m or rad.
+    pub deepest_kept: f64,
+    /// Work of the impulses along the corrections of all steps, J.
+    pub correction_energy: f64,
+    /// The most contact points of a step that no degree of freedom moves along their normal, and that are in no problem.
+    pub left_out_max: usize,
     /// Steps in which negative gaps were taken as zero.
     pub clipped_steps: u64,
     /// Largest number of contacts in a step.
@@ -40,6 +50,28 @@ pub struct Summary {
     pub constraint_error: f64,
     /// Solver iterations of all steps.
     pub iterations: u64,
+}
+
+impl Default for Summary {
+    fn default() -> Self {
+        Self {
+            steps: 0,
+            missed_steps: 0,
+            limited_steps: 0,
+            smallest_theta: 1.0,
+            deepest_kept: 0.0,
+            correction_energy: 0.0,
+            left_out_max: 0,
+            clipped_steps: 0,
+            contacts_max: 0,
+            law: CertifiedLaw::default(),
+            worst: Certificate::default(),
+            worst_cone: None,
+            deepest_penetration: 0.0,
+            constraint_error: 0.0,
+            iterations: 0,
+        }
+    }
 }
 
 /// How a run ended.
@@ -66,6 +98,8 @@ pub struct Simulation {
     summary: Summary,
     /// Whether the equality constraints of the state have been checked.
     assembled: bool,
+    /// Energy before the first step, J.
+    first_energy: f64,
     /// Content hash of the model, once it was asked for.
     model_hash: OnceLock<u64>,
     sensors: Vec<f64>,
@@ -93,6 +127,7 @@ impl Simulation {
             report,
             summary,
             assembled: false,
+            first_energy: 0.0,
             model_hash: OnceLock::new(),
             sensors,
         })
@@ -213,10 +248,11 @@ impl Simulation {
         self.workspace.assembler.violation(&self.model, &self.state.q)
     }
 
-    /// Refuses a start that violates the equality constraints.
+    /// Refuses a start that violates the equality constraints, unless steps go on from what they cannot remove.
     pub(crate) fn check_assembly(&mut self) -> Result<(), SimulationError> {
         let tolerance = self.settings.assembly_tolerance;
-        if !self.assembled && self.constraint_violation() > tolerance {
+        let goes_on = self.settings.infeasible == InfeasiblePolicy::GoOn;
+        if !self.assembled && !goes_on && self.constraint_violation() > tolerance {
             let mut kinematics = Kinematics::new(&self.model);
             forward_kinematics_into(&self.model, &self.state.q, &self.state.v, &mut kinematics);
             let sizes = equality_violations(&self.model, &kinematics, &self.state.q);
@@ -249,6 +285,10 @@ impl Simulation {
     /// constraints.
     pub fn step(&mut self) -> Result<&StepReport, SimulationError> {
         self.check_assembly()?;
+        if self.summary.steps == 0 {
+            let (kinetic, potential) = self.energy();
+            self.first_energy = kinetic + potential;
+        }
         let Self { model, settings, workspace, state, next, input, .. } = self;
         self.report = step(model, state, input, settings, workspace, next)?;
         if self.report.advanced() {
@@ -292,6 +332,14 @@ impl Simulation {
         Ok(RunEnd::Finished)
     }
 
+    /// By how much the energy has risen since the first step, where corrections of overlaps and violations put in at least as much, J: a
+    /// run that nothing else drives owes its motion to them. `None` where it has not risen, or corrections put in less.
+    pub fn energy_from_corrections(&self) -> Option<f64> {
+        let (kinetic, potential) = self.energy();
+        let rise = kinetic + potential - self.first_energy;
+        (self.summary.steps > 0 && rise > 0.0 && self.summary.correction_energy >= rise).then_some(rise)
+    }
+
     /// Kinetic and potential energy of the present state, J.
     pub fn energy(&self) -> (f64, f64) {
         let mut kinematics = Kinematics::new(&self.model);
@@ -305,6 +353,11 @@ impl Summary {
     fn add(&mut self, report: &StepReport, workspace: &Workspace) {
         self.steps += 1;
         self.missed_steps += u64::from(report.missed_tolerance);
+        self.limited_steps += u64::from(report.theta < 1.0);
+        self.smallest_theta = self.smallest_theta.min(report.theta);
+        self.deepest_kept = report.kept.iter().fold(self.deepest_kept, |deepest, kept| deepest.max(kept.size));
+        self.correction_energy += report.correction_energy;
+        self.left_out_max = self.left_out_max.max(report.left_out);
         self.clipped_steps += u64::from(report.clipped_gaps);
         self.contacts_max = self.contacts_max.max(report.contacts);
         self.law = report.law;

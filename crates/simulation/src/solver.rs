@@ -35,6 +35,15 @@ pub(crate) struct Verdict {
     pub least_norm: Option<LeastNormOutcome>,
 }
 
+/// How much is tried for a solution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Effort {
+    /// Everything.
+    All,
+    /// One attempt, where the structured solver has several: enough for most problems that have a solution, and short where there may be none.
+    First,
+}
+
 /// Solves contact problems as the settings say.
 pub(crate) struct StepSolver {
     route: Route,
@@ -105,9 +114,13 @@ impl StepSolver {
         &mut self,
         problem: &mut ContactProblem,
         start: Option<&WarmStart>,
+        effort: Effort,
         solution: &mut ContactSolution,
     ) -> Result<Verdict, SimulationError> {
         match &mut self.route {
+            Route::Structured(solver) if effort == Effort::First => {
+                solver.solve_briefly_into(problem, start, solution);
+            }
             Route::Structured(solver) => solver.solve_into(problem, start, solution),
             Route::Lcp(method) => *solution = solve_as_lcp(problem, method.as_mut(), self.tolerance)?,
             Route::Circular(circular) => circular.solve_into(problem, start, solution)?,

@@ -4,7 +4,7 @@ use signorini_contact::{ContactProblem, ContactSolution, WarmStart};
 
 use crate::SimulationError;
 use crate::settings::Settings;
-use crate::solver::StepSolver;
+use crate::solver::{Effort, StepSolver};
 use crate::source::FrictionSource;
 use crate::workspace::Workspace;
 
@@ -56,7 +56,7 @@ impl StabilizedStep {
     pub fn impulses(&self, settings: &Settings) -> Result<Vec<[f64; 3]>, SimulationError> {
         let (mut problem, mut other) = (self.without.clone(), ContactSolution::default());
         let start = WarmStart::from_solution(&self.solution);
-        StepSolver::new(settings)?.solve_into(&mut problem, Some(&start), &mut other)?;
+        StepSolver::new(settings)?.solve_into(&mut problem, Some(&start), Effort::All, &mut other)?;
         let count = self.solution.impulse.len();
         let sum = |solution: &ContactSolution, i: usize| {
             let [n, t_1, t_2] = solution.impulse[i];

@@ -24,7 +24,9 @@ pub struct DrivenVelocity {
 /// - `state`: `(t, q, v)` and activations; `next`: out, same sizes
 /// - `input`: what acts during the step
 ///
-/// Where the contact problem has no solution, `next` is the unchanged state and the report says so.
+/// Overlaps and violated constraints are removed as far as the laws permit ([`StepReport::theta`]). With
+/// [`InfeasiblePolicy::Stop`](crate::InfeasiblePolicy), and where prescribed velocities are impossible, a contact problem without solution
+/// leaves `next` as the unchanged state, and the report says so.
 ///
 /// # Errors
 /// [`SimulationError::FreeMotion`] if the state or input does not fit the model, is not finite, or the mass matrix is
@@ -72,14 +74,16 @@ pub(crate) fn step_driven(
         for drive in driven {
             ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
         }
-        let unchanged = || !report.clipped_gaps && ws.solver.keeps_directions() && ws.warm.holds(&ws.builder.keys);
+        let in_full = report.theta == 1.0 && !report.clipped_gaps;
+        let unchanged = || in_full && ws.solver.keeps_directions() && ws.warm.holds(&ws.builder.keys);
+        ws.corrections.ask(&ws.builder);
         if report.enlargements > 0 && unchanged() {
             break; // The larger reach has no new contacts: the solution at hand is that of the step.
         }
-        ws.solve(settings, &mut report)?;
+        ws.solve(settings, &state.v, &mut report)?;
         ws.name_contradiction(model)?;
         while report.advanced() && ws.builder.add_crossed_limits(model, state, &ws.solution.velocity) {
-            ws.solve(settings, &mut report)?;
+            ws.solve(settings, &state.v, &mut report)?;
         }
         if report.advanced() {
             ws.warm.keep(&ws.builder.keys, &ws.builder.group_keys, &ws.solution);

@@ -2,11 +2,14 @@
 
 use signorini_collision::Collider;
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
-use signorini_multibody::{BlockDiagonal, ContactPoint, FreeMotion, Kinematics, LengthRow, Model, NewtonEuler};
+use signorini_multibody::{
+    BlockDiagonal, Body, BodyId, ContactPoint, FreeMotion, Kinematics, LengthRow, Model, NewtonEuler,
+};
 
 use crate::SimulationError;
 use crate::assembly::Assembler;
 use crate::build::ProblemBuilder;
+use crate::corrections::Corrections;
 use crate::reach::BodyReach;
 use crate::rest::FixedPoint;
 use crate::settings::Settings;
@@ -22,6 +25,11 @@ pub struct Workspace {
     pub(crate) builder: ProblemBuilder,
     pub(crate) assembler: Assembler,
     pub(crate) decompression: Decompression,
+    pub(crate) corrections: Corrections,
+    /// The solution with the largest θ so far, while it is looked for.
+    pub(crate) best: ContactSolution,
+    /// Mass of all bodies that move, kg.
+    pub(crate) moving_mass: f64,
     pub(crate) smooth: FreeMotion,
     pub(crate) sensors: SensorWork,
     pub(crate) collider: Collider,
@@ -79,6 +87,9 @@ impl Workspace {
                 problem: problem.clone(),
                 solution: ContactSolution::default(),
             },
+            corrections: Corrections::default(),
+            best: ContactSolution::default(),
+            moving_mass: moving_mass(model),
             builder: ProblemBuilder::new(model, problem, polygon, settings),
             assembler: Assembler::new(model, settings.assembly_tolerance),
             smooth: FreeMotion::new(model),
@@ -96,15 +107,10 @@ impl Workspace {
         &self.points
     }
 
-    /// The contact whose overlap the last step had to remove fastest, and how fast, m/s, where that is more than 1 m/s: what a start
-    /// inside the floor looks like. Where negative gaps were taken as zero there is none.
-    pub fn sudden_overlap(&self) -> Option<(&ContactPoint, f64)> {
-        let problem = &self.builder.problem;
-        // The problem's gap is less where an overlap goes in parts, and not the distance where contacts bounce.
-        let overlap = |(point, gap): (&ContactPoint, &f64)| point.gap.max(*gap) / -problem.timestep;
-        let speeds = self.points.iter().zip(&problem.gap).map(overlap);
-        let fastest = self.points.iter().zip(speeds).max_by(|a, b| a.1.total_cmp(&b.1));
-        fastest.filter(|(_, speed)| *speed > 1.0)
+    /// Contact points of the last step that overlap, or touch, and that no degree of freedom moves along their normal: no impulse
+    /// could open them, and they are not in its problem.
+    pub fn left_out(&self) -> &[ContactPoint] {
+        &self.builder.left_out
     }
 
     /// Frames of the contact points.
@@ -225,4 +231,9 @@ impl Workspace {
         self.fixed_point.clear();
         self.warm.clear();
     }
+}
+
+fn moving_mass(model: &Model) -> f64 {
+    let moves = |(i, _): &(usize, &Body)| model.body_weld[*i] != BodyId::WORLD;
+    model.bodies.iter().enumerate().filter(moves).map(|(_, body)| body.inertia.mass).sum()
 }

@@ -72,6 +72,29 @@ impl ContactSolver {
     /// the result, and by how far its velocity is from that of its impulses along any row, never by the solver's own numbers.
     /// No allocation after warm-up where the stages before Lemke's method reach the tolerance on one thread.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
+        self.solve_looking(problem, warm, SECOND_LOOKS, solution);
+    }
+
+    /// [`solve_into`](Self::solve_into) without second looks and without Lemke's method: for problems that may have no solution, where
+    /// both would be in vain. Its denials are no proofs.
+    pub fn solve_briefly_into(
+        &mut self,
+        problem: &ContactProblem,
+        warm: Option<&WarmStart>,
+        solution: &mut ContactSolution,
+    ) {
+        let lemke_max_rows = std::mem::take(&mut self.settings.lemke_max_rows);
+        self.solve_looking(problem, warm, 0, solution);
+        self.settings.lemke_max_rows = lemke_max_rows;
+    }
+
+    fn solve_looking(
+        &mut self,
+        problem: &ContactProblem,
+        warm: Option<&WarmStart>,
+        second_looks: u32,
+        solution: &mut ContactSolution,
+    ) {
         if !has_rows(problem) {
             return take_free_velocity(problem, solution);
         }
@@ -89,7 +112,7 @@ impl ContactSolver {
             is_certified = self.look(problem, is_given, false, solution);
         }
         if !is_certified && !self.is_denied() {
-            is_certified = self.look_again(problem, solution);
+            is_certified = self.look_again(problem, second_looks, solution);
         }
         if !(is_certified && self.verdict.is_resolved(problem, solution)) {
             self.conclude(problem, solution);
@@ -156,8 +179,8 @@ impl ContactSolver {
 
     /// Goes on from what was found, where the certificate asks for more than the islands did, or some lack something: those have to
     /// come down farther now. Keeps what certifies better; whether the certificate holds.
-    fn look_again(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
-        for look in 0..SECOND_LOOKS {
+    fn look_again(&mut self, problem: &ContactProblem, second_looks: u32, solution: &mut ContactSolution) -> bool {
+        for look in 0..second_looks {
             let before = self.verdict.violation(solution);
             self.earlier.copy_warm_part(solution);
             self.earlier.velocity.clone_from(&solution.velocity);

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use signorini_multibody::{GeomId, Input, State};
+use signorini_multibody::{Input, State};
 use signorini_recording::RecordingError;
 use signorini_recording::report::LiveFeed;
 use signorini_simulation::{Simulation, Snapshot, frame_into, last_frame_into, recording_header};
@@ -289,7 +289,8 @@ impl Runner {
             return false;
         }
         if self.steps == 0 {
-            self.note = start_overlap(&self.simulation);
+            let simulation = &self.simulation;
+            self.note = simulation.workspace().start_note(simulation.model(), simulation.settings());
             if self.note.is_some() {
                 self.tell_status();
             }
@@ -333,14 +334,4 @@ impl Runner {
             outbox.put_status(Arc::clone(&text));
         }
     }
-}
-
-/// What a start with shapes inside each other led to, after the first step.
-fn start_overlap(simulation: &Simulation) -> Option<String> {
-    let (point, speed) = simulation.workspace().sudden_overlap()?;
-    let name = |geom: GeomId| &simulation.model().geoms[geom.index()].name;
-    let (a, b, depth) = (name(point.geom_a), name(point.geom_b), -point.gap);
-    Some(format!(
-        "'{a}' and '{b}' overlap by {depth:.3} m at the start, and the first step drives them apart at {speed:.3} m/s"
-    ))
 }

@@ -65,6 +65,8 @@ pub struct Exported {
     pub status: &'static str,
     /// Whether the problem's negative gaps were taken as zero.
     pub clipped_gaps: bool,
+    /// Part θ of overlaps and violations that the problem has; 1 where it is all that is asked for.
+    pub theta: f64,
     /// Steps before it that missed their tolerance.
     pub missed_steps: u64,
     /// Why the simulation did not get there.
@@ -116,6 +118,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         directions: problem.direction_count(),
         status: solve_status(&report.status),
         clipped_gaps: report.clipped_gaps,
+        theta: report.theta,
         missed_steps,
         contradiction,
         warnings: import_warnings(&loaded.report),

@@ -130,7 +130,7 @@ impl Watch {
         let time = self.outputs.time();
         if self.tried == 0
             && report.advanced()
-            && let Some(note) = text::start_overlap(simulation)
+            && let Some(note) = simulation.workspace().start_note(simulation.model(), simulation.settings())
         {
             self.progress.suspend(|| eprintln!("note: {note}"));
         }
@@ -199,6 +199,12 @@ fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunRe
         steps: summary.steps,
         missed_steps: summary.missed_steps,
         missed: driven.misses,
+        limited_steps: summary.limited_steps,
+        smallest_theta: summary.smallest_theta,
+        deepest_kept: summary.deepest_kept,
+        correction_energy: summary.correction_energy,
+        energy_from_corrections: simulation.energy_from_corrections(),
+        left_out_max: summary.left_out_max,
         clipped_steps: summary.clipped_steps,
         contacts_max: summary.contacts_max,
         worst: Laws::of_contacts(&summary.worst, has_bilateral),

@@ -38,6 +38,8 @@ pub struct RecordingResult {
     pub violated_steps: usize,
     /// The first of them.
     pub violations: Vec<ViolatedStep>,
+    /// Steps that were permitted to remove a part of overlaps and violations only.
+    pub limited_steps: usize,
     /// Steps with penetrations taken as zero.
     pub clipped_steps: usize,
     /// Steps that do not begin where the one before ended.
@@ -91,6 +93,7 @@ impl RecordingResult {
             worst_step: found.worst_step,
             violated_steps: found.violated,
             violations: violations.collect(),
+            limited_steps: found.limited,
             clipped_steps: found.clipped,
             restarts: found.restarts.clone(),
             ending: ending(reader.ending()),

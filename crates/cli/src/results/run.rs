@@ -37,6 +37,19 @@ pub struct RunResult {
     /// Details of the steps that missed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missed: Option<Miss>,
+    /// Steps that the laws permitted to remove a part θ of their overlaps and violations only.
+    pub limited_steps: u64,
+    /// The smallest θ.
+    pub smallest_theta: f64,
+    /// The largest overlap or violation that such a step kept, m or rad.
+    pub deepest_kept: f64,
+    /// Work of the impulses along corrections of overlaps and violations, J.
+    pub correction_energy: f64,
+    /// By how much the energy rose where corrections put in at least that, J.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub energy_from_corrections: Option<f64>,
+    /// The most contact points of a step that no joint can move along their normal; they are left out.
+    pub left_out_max: usize,
     /// Steps in which penetrations were taken as zero.
     pub clipped_steps: u64,
     /// Largest number of contacts in a step.

@@ -9,7 +9,7 @@ mod solving;
 pub use comparison::comparison;
 pub use inspection::inspection;
 pub use recording::recording;
-pub use run::{export, run, settled, settling, start_overlap};
+pub use run::{export, run, settled, settling};
 pub use solving::{check, solve};
 
 use std::fmt::Write;

@@ -18,6 +18,10 @@ pub fn recording(result: &RecordingResult) -> String {
         let _ = writeln!(out, "  circular   {}", laws(circular));
     }
     let _ = writeln!(out, "  ending     {}", result.ending);
+    if result.limited_steps > 0 {
+        let steps = count(result.limited_steps as u64, "step");
+        let _ = writeln!(out, "  limited    {steps} with a part of overlaps and violations (θ < 1)");
+    }
     if result.clipped_steps > 0 {
         let _ = writeln!(
             out,

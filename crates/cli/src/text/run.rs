@@ -2,8 +2,7 @@
 
 use std::fmt::Write;
 
-use signorini::multibody::GeomId;
-use signorini::{SettleProgress, SettleReport, Simulation};
+use signorini::{SettleProgress, SettleReport};
 
 use super::{bodies, count, import, laws, number};
 use crate::commands::export::Exported;
@@ -43,6 +42,27 @@ pub fn run(result: &RunResult) -> String {
         let _ = writeln!(out, "circular     {}", laws(circular));
     }
     out.push_str(&tolerance(result));
+    if result.limited_steps > 0 {
+        let _ = writeln!(
+            out,
+            "limited      {} kept a part of overlaps or violations that the laws do not permit to remove: θ ≥ {}, at most {} (m, rad)",
+            count(result.limited_steps, "step"),
+            number(result.smallest_theta),
+            number(result.deepest_kept)
+        );
+    }
+    if let Some(rise) = result.energy_from_corrections {
+        let _ = writeln!(
+            out,
+            "corrections  the energy rose by {} J, and corrections of overlaps and violations put in {} J",
+            number(rise),
+            number(result.correction_energy)
+        );
+    }
+    if result.left_out_max > 0 {
+        let contacts = count(result.left_out_max as u64, "contact");
+        let _ = writeln!(out, "left out     {contacts} at most that no joint can move along the normal");
+    }
     if result.clipped_steps > 0 {
         let _ = writeln!(out, "clipped      {} with penetrations taken as zero", count(result.clipped_steps, "step"));
     }
@@ -71,20 +91,6 @@ pub fn settled(report: &SettleReport) -> String {
     };
     let (contacts, worst) = (count(report.at_rest.contacts as u64, "contact"), report.at_rest.certificate.worst());
     format!("{way}: {contacts}, worst residual {worst:.1e}")
-}
-
-/// What a start with shapes inside each other leads to, after the first step.
-pub fn start_overlap(simulation: &Simulation) -> Option<String> {
-    let (point, speed) = simulation.workspace().sudden_overlap()?;
-    let name = |geom: GeomId| &simulation.model().geoms[geom.index()].name;
-    Some(format!(
-        "'{}' and '{}' overlap by {} m at the start, and the first step drives them apart at {} m/s: start them apart \
-         (--set), or remove a part in each step (--stabilization)",
-        name(point.geom_a),
-        name(point.geom_b),
-        number(-point.gap),
-        number(speed)
-    ))
 }
 
 /// Whether every step is within its tolerance, and where not.
@@ -123,7 +129,9 @@ fn stopped(contradiction: &Contradiction) -> String {
     if contradiction.contacts.is_empty() {
         out.push_str("  the solver cannot tell which contacts are to blame\n");
     }
-    out.push_str("  Move the bodies apart (--set, --keyframe), or take penetrations as zero (--clip-gaps).\n");
+    out.push_str(
+        "  Move the bodies apart (--set, --keyframe), or let steps remove what the laws permit (--infeasible go-on).\n",
+    );
     out
 }
 
@@ -169,6 +177,9 @@ pub fn export(result: &Exported) -> String {
         result.directions,
         result.status.replace('_', " ")
     );
+    if result.theta < 1.0 {
+        let _ = writeln!(out, "limited      it has the part {} of its overlaps and violations", number(result.theta));
+    }
     if result.clipped_gaps {
         out.push_str("clipped      its penetrations are taken as zero\n");
     }

@@ -526,6 +526,12 @@ class Data:
     def missed_steps(self) -> int:
         """Steps made with this object whose residuals exceed the tolerance."""
     @property
+    def limited_steps(self) -> int:
+        """Steps made with this object that were permitted to remove a part of their overlaps and violations only."""
+    @property
+    def correction_energy(self) -> float:
+        """Work of the impulses along corrections of overlaps and violations, J, of all steps made with this object."""
+    @property
     def clipped_steps(self) -> int:
         """Steps made with this object in which negative gaps were taken as zero (``Settings.infeasible``)."""
     @property
@@ -742,6 +748,18 @@ class StepReport:
     @property
     def missed_tolerance(self) -> bool:
         """Whether the worst residual exceeds the tolerance."""
+    @property
+    def theta(self) -> float:
+        """Part θ of the overlaps and violations asked for that the step removes: 1 where it is all of them."""
+    @property
+    def kept(self) -> list[tuple[str, int, float]]:
+        """What was kept where ``theta`` is less than 1: ("contact" or "bilateral", index of the row in the problem, m or rad)."""
+    @property
+    def correction_energy(self) -> float:
+        """Work of the impulses along the corrections, J."""
+    @property
+    def left_out(self) -> int:
+        """Contact points that no degree of freedom moves along their normal; they are not in the problem."""
     @property
     def clipped_gaps(self) -> bool:
         """Whether negative gaps were taken as zero."""

@@ -115,4 +115,4 @@ class ToleranceWarning(UserWarning):
 
 
 class OverlapWarning(UserWarning):
-    """A run that begins with shapes inside each other, which the first step drives apart at more than 1 m/s."""
+    """A run that begins with shapes inside each other, or with violated constraints, by more than a step removes."""

@@ -57,8 +57,12 @@ class Settings:
         stabilization: factor in (0, 1] on φ/Δt where φ < 0, and on the violation of equality constraints.
         tolerance: a step whose worst residual exceeds this has missed its tolerance, in (0, 1).
         method: "structured", or a name of ``lcp_methods()`` to solve every step as a dense standard LCP.
-        infeasible: what to do where the contact problem has no solution: "stop" raises ``SolveError`` before the step,
-            "clip_gaps" solves again with negative gaps taken as zero.
+        correction_speed: speed at which a step removes overlaps and violations at most, m/s, beside what the motion of the step before
+            has left, which it removes in full; ``math.inf`` removes everything in one step.
+        correction_angular_speed: the same for angles, rad/s.
+        infeasible: what to do where a step cannot remove all of its overlaps and violations: "go_on" removes the largest part that the
+            laws permit (``StepReport.theta``), "stop" raises ``SolveError`` before the step, "clip_gaps" solves again with
+            negative gaps taken as zero.
         friction_law: "polygon" is maximum dissipation over a polygon of ``directions``, an LCP solved exactly; "circular" is
             Coulomb's law with the circular cone, a nonlinear problem solved to ``tolerance``; "refined" turns the polygon's
             directions into the slip until the circular cone's laws hold within ``cone_tolerance``. The last two need the
@@ -78,9 +82,11 @@ class Settings:
     directions: int = 8
     direction_angle: float = 0.0
     stabilization: float = 1.0
+    correction_speed: float = 0.25
+    correction_angular_speed: float = 1.0
     tolerance: float = 1e-9
     method: str = "structured"
-    infeasible: Literal["stop", "clip_gaps"] = "stop"
+    infeasible: Literal["go_on", "stop", "clip_gaps"] = "go_on"
     friction_law: Literal["polygon", "circular", "refined"] = "polygon"
     cone_tolerance: float = 1e-6
     impulses: Literal["solver", "least_norm"] = "solver"

@@ -41,6 +41,7 @@ pub fn header() -> Header {
         joints: vec![JointLabel { name: "free".into(), kind: "free".into(), body: 1, q: (0, 7), v: (0, 6) }],
         geoms: shapes.into_iter().enumerate().map(geom).collect(),
         laws: Some(StepLaws {
+            correction_speeds: [Some(0.25), None],
             direction_angle: 0.1,
             stabilization: 0.5,
             position_iterations: 3,
@@ -120,14 +121,15 @@ pub fn solution() -> impl Strategy<Value = StepSolution> {
     });
     let force = prop_oneof![Just(Vec::new()), numbers(6..=6)];
     let reach = prop_oneof![Just(Vec::new()), prop::collection::vec(prop::array::uniform2(0.0..1.0f64), 3)];
-    let parts = (0..3u8, [phase(), phase()], numbers(0..=3), force, any::<bool>(), reach);
+    let parts =
+        (0..3u8, [phase(), phase()], numbers(0..=3), force, any::<bool>(), reach, prop::option::of(0.0..1.0f64));
     (parts, prop::collection::vec(limit, 0..3)).prop_map(
-        |((phases, mut impulses, control, generalized_force, clipped_gaps, reach), limits)| {
+        |((phases, mut impulses, control, generalized_force, clipped_gaps, reach, theta), limits)| {
             impulses[usize::from(phases)..].iter_mut().for_each(|phase| *phase = Impulses::default());
             if phases == 0 {
                 return StepSolution::default();
             }
-            StepSolution { phases, impulses, control, generalized_force, clipped_gaps, reach, limits }
+            StepSolution { phases, impulses, control, generalized_force, clipped_gaps, theta, reach, limits }
         },
     )
 }

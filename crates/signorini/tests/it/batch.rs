@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use signorini::multibody::glam::DVec3;
 use signorini::multibody::{Geometry, Model, Pose, State};
-use signorini::{Batch, LaneStop, Settings, Simulation};
+use signorini::{Batch, InfeasiblePolicy, LaneStop, Settings, Simulation};
 
 use crate::support::{World, bundled};
 
@@ -66,7 +66,8 @@ fn one_that_stops_leaves_the_others_going() {
     }
     world.free_box(DVec3::splat(0.1), 1.0, DVec3::ZERO);
     let model = Arc::new(world.simulation(Settings::default()).model().clone());
-    let mut batch = Batch::new(model.clone(), Settings::default(), 3, 2).unwrap();
+    let settings = Settings::default().with_infeasible(InfeasiblePolicy::Stop);
+    let mut batch = Batch::new(model.clone(), settings, 3, 2).unwrap();
     batch.state_mut(1).v[0] = f64::NAN;
     batch.state_mut(2).q[2] = 1.0;
     let (mut q, mut v) = (vec![0.0; 3 * 2 * model.nq], vec![0.0; 3 * 2 * model.nv]);

@@ -43,24 +43,31 @@ fn goes_on_with_clipped_gaps_and_says_so() {
     assert!(position(&simulation, 0).length() < 1e-12);
 }
 
-/// A penetration that nothing contradicts is gone after one step.
+/// A penetration that nothing contradicts is removed at the speed of corrections, and by the paper's scheme in one step.
 #[test]
 fn a_single_penetration_is_pushed_out() {
+    let at_once = Settings::default().with_correction_speed(f64::INFINITY);
+    let mut world = World::upright(0.005, 0.5);
+    world.floor();
+    world.free_box(DVec3::splat(0.1), 1.0, DVec3::Z * 0.09);
+    let mut simulation = world.simulation(at_once);
+    simulation.step().unwrap();
+    assert!((position(&simulation, 0).z - 0.1).abs() < 1e-12);
     let mut world = World::upright(0.005, 0.5);
     world.floor();
     world.free_box(DVec3::splat(0.1), 1.0, DVec3::Z * 0.09);
     let mut simulation = world.simulation(Settings::default());
     simulation.step().unwrap();
-    // 1 cm in 5 ms.
-    let (point, speed) = simulation.workspace().sudden_overlap().expect("faster than 1 m/s");
-    assert!((point.gap + 0.01).abs() < 1e-12 && (speed - 2.0).abs() < 1e-9 && point.geom_a.index() == 0);
+    let [point] = simulation.workspace().kept_overlaps()[..] else { panic!("one pair") };
+    assert!((point.gap + 0.01).abs() < 1e-12 && point.geom_a.index() == 0);
+    // 1 cm at 0.25 m/s takes 8 steps of 5 ms.
+    assert!((position(&simulation, 0).z - 0.09125).abs() < 1e-12);
+    simulation.run(0.035, |_, _| true).unwrap();
     assert!((position(&simulation, 0).z - 0.1).abs() < 1e-12);
-    simulation.step().unwrap();
-    assert!(simulation.workspace().sudden_overlap().is_none());
+    assert!(simulation.workspace().kept_overlaps().is_empty());
 }
 
-/// Two capsules overlap at the centre of the ball joint between them, where no motion can part them: what is left of the contact's
-/// row is rounding, which must not become an impulse without bound.
+/// Two capsules overlap at the centre of the ball joint between them, where no motion can part them: the contact is named and left out.
 #[test]
 fn an_overlap_that_no_motion_opens_is_named_and_harmless() {
     let text = "<mujoco><default><geom type='capsule' size='0.01'/></default><worldbody>
@@ -69,20 +76,22 @@ fn an_overlap_that_no_motion_opens_is_named_and_harmless() {
         </worldbody></mujoco>";
     let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
     let named = [model.geom_named("fixed").unwrap(), model.geom_named("moved").unwrap()];
-    let mut stopped = Simulation::new(model.clone(), Settings::default()).unwrap();
-    let end = stopped.run(1.0, |_, _| true).unwrap();
-    let RunEnd::NoSolution(report) = end else { panic!("{end:?}") };
-    let SolveStatus::Infeasible { contacts } = &report.status else { panic!("{:?}", report.status) };
-    let points = stopped.workspace().contact_points();
-    assert!(!contacts.is_empty() && contacts.iter().all(|k| [points[*k].geom_a, points[*k].geom_b] == named));
+    let settings = Settings::default().with_infeasible(InfeasiblePolicy::Stop);
+    let mut simulation = Simulation::new(model, settings.clone()).unwrap();
+    simulation.step().unwrap();
+    let left_out = simulation.workspace().left_out();
+    assert!(!left_out.is_empty() && left_out.iter().all(|point| [point.geom_a, point.geom_b] == named));
+    assert_eq!(simulation.report().left_out, left_out.len());
+    let note = simulation.workspace().start_note(simulation.model(), &settings).unwrap();
+    assert!(note.contains("'fixed' and 'moved'"), "{note}");
+    assert_eq!(simulation.run(1.0, |_, _| true).unwrap(), RunEnd::Finished);
     // With a second joint the arms fold onto the fixed capsule, where levers are short and not zero.
     let text = text.replace(
         "</body>",
         "<body pos='0 0.1 0.1'><joint type='ball' damping='0.005'/><geom fromto='0 0 0 0 0.1 0'/></body></body>",
     );
     let model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
-    let settings = Settings::default().with_infeasible(InfeasiblePolicy::ClipGaps);
-    let mut clipped = Simulation::new(model, settings).unwrap();
-    let end = clipped.run(1.0, |now, _| now.state().v.iter().all(|v| v.abs() < 100.0)).unwrap();
-    assert_eq!(end, RunEnd::Finished, "{:?}", clipped.state());
+    let mut folding = Simulation::new(model, Settings::default()).unwrap();
+    let end = folding.run(1.0, |now, _| now.state().v.iter().all(|v| v.abs() < 100.0)).unwrap();
+    assert_eq!(end, RunEnd::Finished, "{:?}", folding.state());
 }

@@ -2,7 +2,7 @@
 
 use signorini::multibody::glam::{DMat3, DQuat, DVec3};
 use signorini::multibody::{BodyId, EqualityKind, Inertia, Joint, JointKind, ModelBuilder, Pose};
-use signorini::{Settings, Simulation, SimulationError};
+use signorini::{InfeasiblePolicy, Settings, Simulation, SimulationError};
 
 use crate::support::{G, World, run_certified};
 
@@ -230,7 +230,8 @@ fn contradicting_constraints_are_named() {
         world.builder.add_equality(name, kind);
     }
     let model = world.builder.build().unwrap();
-    let mut simulation = Simulation::new(model.clone(), Settings::default()).unwrap();
+    let stops = Settings::default().with_infeasible(InfeasiblePolicy::Stop);
+    let mut simulation = Simulation::new(model.clone(), stops.clone()).unwrap();
     match simulation.step() {
         Err(SimulationError::NotAssembled { violations, .. }) => {
             let [(name, size)] = &violations[..] else { panic!("{violations:?}") };
@@ -238,17 +239,24 @@ fn contradicting_constraints_are_named() {
         }
         other => panic!("{other:?}"),
     }
-    let mut simulation = Simulation::new(model, Settings::default().with_assembly_tolerance(0.01)).unwrap();
+    let mut simulation = Simulation::new(model.clone(), stops.with_assembly_tolerance(0.01)).unwrap();
     match simulation.step() {
         Err(SimulationError::ContradictingEqualities { names }) => assert_eq!(names, ["low", "high"]),
         other => panic!("{other:?}"),
     }
+    // Going on, the body stays between them, and what is not closed is told.
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let report = simulation.step().unwrap();
+    assert!(report.certificate.holds(1e-9) && report.theta == 0.0 && !report.kept.is_empty(), "{report:?}");
+    assert!(simulation.state().v.iter().all(|v| v.abs() < 1e-12));
 }
 
 /// A start that is off is refused, and assembled on request by the smallest change.
 #[test]
 fn a_start_that_is_off_is_assembled() {
-    let mut simulation = four_bar(DQuat::IDENTITY);
+    let model = four_bar(DQuat::IDENTITY).model().clone();
+    let stops = Settings::default().with_infeasible(InfeasiblePolicy::Stop);
+    let mut simulation = Simulation::new(model, stops).unwrap();
     let mut state = simulation.state().clone();
     state.q[0] += 0.1;
     simulation.set_state(&state).unwrap();

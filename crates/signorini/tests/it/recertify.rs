@@ -181,10 +181,34 @@ fn clipped_gaps_are_certified_again() {
     assert!(report.clipped_gaps && frame.solution.clipped_gaps);
     assert!(recertifier(&simulation).check(&frame).unwrap().holds(1e-9, 0.0));
     // Stopped instead, the step has nothing that could be certified.
-    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let settings = Settings::default().with_infeasible(InfeasiblePolicy::Stop);
+    let mut simulation = Simulation::new(model, settings).unwrap();
     let (frame, report) = recorded_step(&mut simulation, 0);
     assert!(!report.advanced());
     assert_eq!(recertifier(&simulation).check(&frame), Err(StepFault::NoSolution));
+}
+
+/// A block between walls that leave it no room: the recording tells the part θ, and without it or with another one the step does not
+/// hold.
+#[test]
+fn limited_corrections_are_certified_again() {
+    let text = r#"<mujoco><worldbody>
+        <geom type="box" size="0.1 1 1" pos="-0.19 0 0"/><geom type="box" size="0.1 1 1" pos="0.19 0 0"/>
+        <body><freejoint/><geom type="box" size="0.1 0.1 0.1" mass="1"/></body></worldbody></mujoco>"#;
+    let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let (frame, report) = recorded_step(&mut simulation, 0);
+    assert!(report.advanced() && report.theta == 0.0 && frame.solution.theta == Some(0.0), "{report:?}");
+    let mut recertifier = recertifier(&simulation);
+    assert!(recertifier.check(&frame).unwrap().holds(1e-9, 0.0));
+    for (theta, holds) in [(None, false), (Some(0.5), false), (Some(0.0), true)] {
+        let mut other = frame.clone();
+        other.solution.theta = theta;
+        assert_eq!(recertifier.check(&other).unwrap().holds(1e-9, 0.0), holds, "{theta:?}");
+    }
+    let mut beyond = frame.clone();
+    beyond.solution.theta = Some(-1.0);
+    assert_eq!(recertifier.check(&beyond), Err(StepFault::Theta { theta: -1.0 }));
 }
 
 /// A step of the run with everything, late enough that all of it acts.

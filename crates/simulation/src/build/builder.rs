@@ -2,8 +2,9 @@
 
 use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{EqualityBlock, FreeMotion, LengthRow, Model, SparseRows, SpinResistance};
+use signorini_multibody::{ContactPoint, EqualityBlock, FreeMotion, LengthRow, Model, SparseRows, SpinResistance};
 
+use super::pace::CorrectionPace;
 use crate::settings::{RestitutionLaw, Settings};
 use crate::source::{BilateralSource, FrictionSource};
 use crate::warm::{ContactKey, GroupKey};
@@ -55,8 +56,12 @@ pub(crate) struct ProblemBuilder {
     pub bilateral_source: Vec<BilateralSource>,
     /// The contacts that restore velocity.
     pub impacts: Vec<Impact>,
+    /// Contact points that no degree of freedom moves along their normal; they are not in the problem.
+    pub left_out: Vec<ContactPoint>,
     /// Largest |Θ| of the equality constraints at the beginning of the step, m or rad.
     pub constraint_error: f64,
+    /// Whether the step corrects all of that.
+    pub corrects_constraints: bool,
     pub polygon: FrictionPolygon,
     /// The polygon of the contact at hand, where its friction depends on the direction.
     pub(super) stretched: FrictionPolygon,
@@ -65,7 +70,7 @@ pub(crate) struct ProblemBuilder {
     pub(super) length: LengthRow,
     pub(super) frictionless: FrictionPolygon,
     pub(super) features: SurfaceFeatures,
-    pub(super) stabilization: f64,
+    pub(super) pace: CorrectionPace,
     pub(super) assembly_tolerance: f64,
     pub(super) law: RestitutionLaw,
 }
@@ -80,7 +85,9 @@ impl ProblemBuilder {
             friction_source: Vec::new(),
             bilateral_source: Vec::new(),
             impacts: Vec::new(),
+            left_out: Vec::new(),
             constraint_error: 0.0,
+            corrects_constraints: true,
             stretched: polygon.clone(),
             polygon,
             rows: SparseRows::new(model),
@@ -88,7 +95,7 @@ impl ProblemBuilder {
             length: LengthRow::new(model),
             frictionless: FrictionPolygon::frictionless(),
             features: SurfaceFeatures::of(model),
-            stabilization: settings.stabilization,
+            pace: CorrectionPace::new(model, settings),
             assembly_tolerance: settings.assembly_tolerance,
             law: settings.restitution,
         }
@@ -102,15 +109,15 @@ impl ProblemBuilder {
         self.problem.timestep = dt;
     }
 
+    /// Whether an overlap is more than rounding.
+    pub fn is_overlap(&self, point: &ContactPoint) -> bool {
+        self.pace.is_overlap(point)
+    }
+
     /// Takes negative gaps as zero; whether there were any.
     pub fn clip_gaps(&mut self) -> bool {
         let negative = self.problem.gap.iter().any(|&phi| phi < 0.0);
         self.problem.gap.iter_mut().for_each(|phi| *phi = phi.max(0.0));
         negative
     }
-}
-
-/// A gap with the part of its violation that the step corrects.
-pub(super) fn stabilized(gap: f64, stabilization: f64) -> f64 {
-    if gap < 0.0 { stabilization * gap } else { gap }
 }

@@ -3,7 +3,7 @@
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{Joint, JointKind, Model, State, rotation_log, tendon_length_into};
 
-use super::builder::{ProblemBuilder, stabilized};
+use super::builder::ProblemBuilder;
 use crate::warm::{ContactKey, joint_limit_key, tendon_limit_key};
 
 /// Below this angle the axis of a ball joint's rotation is not taken from the rotation, rad.
@@ -18,7 +18,7 @@ impl ProblemBuilder {
         for_each_limit(model, state, &v_free, |limit| {
             let reach = 4.0 * dt * limit.rate(&state.v).abs().max(limit.rate(&v_free).abs());
             if limit.gap <= reach {
-                self.push_limit(limit);
+                self.push_limit(model, state, limit);
             }
         });
         for (t, limits) in limited_tendons(model) {
@@ -53,7 +53,7 @@ impl ProblemBuilder {
         let before = self.keys.len();
         for_each_limit(model, state, v, |limit| {
             if wanted(&limit.key, limit.gap + dt * limit.rate(v)) && !self.keys.contains(&limit.key) {
-                self.push_limit(limit);
+                self.push_limit(model, state, limit);
             }
         });
         for (t, limits) in limited_tendons(model) {
@@ -69,8 +69,9 @@ impl ProblemBuilder {
         self.keys.len() > before
     }
 
-    fn push_limit(&mut self, limit: &Limit) {
-        self.problem.push_contact(limit.columns(), stabilized(limit.gap, self.stabilization), 0.0, &self.frictionless);
+    fn push_limit(&mut self, model: &Model, state: &State, limit: &Limit) {
+        let gap = self.pace.joint_limit(model, state, limit.joint, limit.gap, self.problem.timestep);
+        self.problem.push_contact(limit.columns(), gap, 0.0, &self.frictionless);
         self.keys.push(limit.key);
     }
 
@@ -83,7 +84,8 @@ impl ProblemBuilder {
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let columns = self.length.dofs.iter().zip(&self.length.gradient);
         let columns = columns.map(|(&k, &g)| (k as u32, [sign * g, 0.0, 0.0]));
-        self.problem.push_contact(columns, stabilized(gap, self.stabilization), 0.0, &self.frictionless);
+        let gap = self.pace.tendon_limit(gap, self.problem.timestep);
+        self.problem.push_contact(columns, gap, 0.0, &self.frictionless);
         self.keys.push(tendon_limit_key(t, side as u32));
     }
 }
@@ -91,6 +93,8 @@ impl ProblemBuilder {
 /// One side of a joint's range.
 struct Limit {
     key: ContactKey,
+    /// Index of the joint.
+    joint: usize,
     /// Distance to the limit, rad or m.
     gap: f64,
     /// First degree of freedom of the joint.
@@ -124,7 +128,7 @@ fn for_each_limit(model: &Model, state: &State, v_free: &[f64], mut visit: impl 
         let q = state.q[joint.q_index];
         for (side, gap, sign) in [(0, q - lower, 1.0), (1, upper - q, -1.0)] {
             let (key, slope) = (joint_limit_key(j, side), [sign, 0.0, 0.0]);
-            visit(&Limit { key, gap, dof: joint.v_index, slope, count: 1 });
+            visit(&Limit { key, joint: j, gap, dof: joint.v_index, slope, count: 1 });
         }
     }
 }
@@ -135,7 +139,8 @@ fn cone(j: usize, joint: &Joint, largest: f64, state: &State, v_free: &[f64]) ->
     let angle = turn.length();
     let towards = DVec3::new(v_free[dof], v_free[dof + 1], v_free[dof + 2]).normalize_or(DVec3::X);
     let axis = if angle > NO_AXIS { turn / angle } else { towards };
-    Limit { key: joint_limit_key(j, 1), gap: largest - angle, dof, slope: (-axis).to_array(), count: 3 }
+    let slope = (-axis).to_array();
+    Limit { key: joint_limit_key(j, 1), joint: j, gap: largest - angle, dof, slope, count: 3 }
 }
 
 /// Tendons with limits, by index.

@@ -32,16 +32,19 @@ pub(crate) type Columns<'a> = dyn Iterator<Item = (u32, [f64; 1])> + 'a;
 
 impl ProblemBuilder {
     /// Bilateral rows of all equality constraints.
-    pub(super) fn push_equalities(&mut self, model: &Model, kinematics: &Kinematics, q: &[f64]) {
-        self.constraint_error = 0.0;
+    pub(super) fn push_equalities(&mut self, model: &Model, kinematics: &Kinematics, state: &State) {
+        (self.constraint_error, self.corrects_constraints) = (0.0, true);
+        let dt = self.problem.timestep;
         self.bilateral_source.clear();
         for (e, equality) in model.equalities.iter().enumerate() {
             for b in 0..equality.kind.block_count() {
-                equality_block_into(model, kinematics, q, &equality.kind, b, &mut self.block);
+                equality_block_into(model, kinematics, &state.q, &equality.kind, b, &mut self.block);
                 self.constraint_error = self.constraint_error.max(self.block.size());
-                let Self { problem, block, stabilization, assembly_tolerance, bilateral_source, .. } = self;
+                let part = self.pace.block_part(model, kinematics, state, (&equality.kind, b), &self.block, dt);
+                self.corrects_constraints &= part == self.pace.stabilization;
+                let Self { problem, block, assembly_tolerance, bilateral_source, .. } = self;
                 push_rows(block, *assembly_tolerance, |axis, columns, violation| {
-                    problem.push_bilateral(columns, *stabilization * violation);
+                    problem.push_bilateral(columns, part * violation);
                     bilateral_source.push(BilateralSource { equality: e, block: b, axis });
                 });
             }

@@ -3,7 +3,7 @@
 use signorini_contact::{ContactFrame, FrictionBound};
 use signorini_multibody::{ContactPoint, GeomId, Kinematics, Model, contact_rows_into, glam::DVec3, spin_rows_into};
 
-use super::builder::{ProblemBuilder, stabilized};
+use super::builder::ProblemBuilder;
 use crate::source::FrictionSource;
 use crate::warm::point_key;
 
@@ -14,7 +14,8 @@ const ROUNDING: f64 = 1e-14;
 const POWERLESS: f64 = 1e-2;
 
 impl ProblemBuilder {
-    pub(super) fn push_point(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint) {
+    /// Adds a contact point; not, and `false`, where no degree of freedom moves it along its normal: no impulse could open it.
+    pub(super) fn push_point(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint) -> bool {
         // Most points share their normal with the one before.
         let frame = match self.frames.last() {
             Some(last) if last.normal == point.normal => *last,
@@ -24,6 +25,9 @@ impl ProblemBuilder {
         let bodies = (point.body_a, point.body_b);
         contact_rows_into(model, kinematics, bodies, point.position, &directions, &mut self.rows);
         self.clear_powerless_rows(point);
+        if self.rows.columns.iter().all(|column| column[0] == 0.0) {
+            return false;
+        }
         let belt = if self.features.belts { self.belt_velocity(model, kinematics, point) } else { DVec3::ZERO };
         let frictional = point.friction > 0.0 && belt == DVec3::ZERO;
         let grained = self.features.grain && frictional && self.stretch_polygon(model, kinematics, point, &frame);
@@ -33,7 +37,8 @@ impl ProblemBuilder {
             (true, true) => &self.stretched,
         };
         let columns = self.rows.dofs.iter().map(|&k| k as u32).zip(self.rows.columns.iter().copied());
-        self.problem.push_contact(columns, stabilized(point.gap, self.stabilization), point.friction, polygon);
+        let gap = self.pace.point(model, kinematics, point, self.problem.timestep);
+        self.problem.push_contact(columns, gap, point.friction, polygon);
         if point.friction > 0.0 && !frictional {
             self.push_belt(&frame, point.friction, belt);
         }
@@ -42,6 +47,7 @@ impl ProblemBuilder {
         }
         self.frames.push(frame);
         self.keys.push(point_key(point));
+        true
     }
 
     /// Makes rows zero that hold nothing but rounding, or levers too short to open an overlap by any motion: those of a point at the

@@ -56,6 +56,12 @@ pub enum StepFault {
     /// A body moves farther than contacts were looked for.
     #[error("a body moves farther than contacts were looked for")]
     Reach,
+    /// The part θ of overlaps that the step removes is none.
+    #[error("it removes the part {theta} of its overlaps, which is not in [0, 1)")]
+    Theta {
+        /// What the frame says.
+        theta: f64,
+    },
     /// An impact has its decompression by Poisson's law of restitution, and nothing else has.
     #[error("it has {recorded} phases, its impacts ask for {}", 3 - recorded)]
     Phases {

@@ -22,6 +22,7 @@ pub fn step_solution_into(input: &Input, workspace: &Workspace, report: &StepRep
     out.control.clone_from(&input.control);
     out.generalized_force.clone_from(&input.generalized_force);
     out.clipped_gaps = report.clipped_gaps;
+    out.theta = (report.theta < 1.0).then_some(report.theta);
     if report.enlargements > 0 {
         out.reach.extend(workspace.reach.reach.iter().map(|reach| [reach.linear, reach.angular]));
     }

@@ -1,0 +1,164 @@
+//! How fast a step removes overlaps and violations: in full where the motion of the step before has left them, at a bounded speed
+//! where they come from elsewhere.
+//!
+//! A step takes its constraints as linear and so leaves `½ Δt² |J̇v|` of violation, which the next one removes as the scheme of
+//! Anitescu & Hart has it. What is more was there at the start or has come from outside; to remove that in one step would be a blow.
+
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{
+    BodyId, ContactPoint, EqualityBlock, EqualityKind, Frame, JointId, JointKind, Kinematics, Model, Pose,
+    ReferenceFrame, SpatialVector, State, frame_bias_acceleration,
+};
+
+use crate::settings::Settings;
+
+/// Overlaps below this part of a body's size are rounding.
+const ROUNDING: f64 = 1e-9;
+
+/// Speeds of corrections, and the sizes that overlaps are compared with.
+#[derive(Clone, Debug)]
+pub(super) struct CorrectionPace {
+    pub stabilization: f64,
+    speed: f64,
+    angular_speed: f64,
+    /// Radius of the ball about each geom, m.
+    radius: Vec<f64>,
+}
+
+impl CorrectionPace {
+    pub fn new(model: &Model, settings: &Settings) -> Self {
+        Self {
+            stabilization: settings.stabilization,
+            speed: settings.correction_speed,
+            angular_speed: settings.correction_angular_speed,
+            radius: model.geoms.iter().map(|geom| geom.geometry.bounding_radius()).collect(),
+        }
+    }
+
+    /// Whether an overlap is more than rounding.
+    pub fn is_overlap(&self, point: &ContactPoint) -> bool {
+        let size = self.radius[point.geom_a.index()].min(self.radius[point.geom_b.index()]);
+        -point.gap > ROUNDING * size
+    }
+
+    /// The gap of a contact point as the step's problem has it.
+    pub fn point(&self, model: &Model, kinematics: &Kinematics, point: &ContactPoint, dt: f64) -> f64 {
+        if point.gap >= 0.0 {
+            return point.gap;
+        }
+        if self.speed.is_finite() && !self.is_overlap(point) {
+            return 0.0;
+        }
+        let swing = || {
+            let (a, b) = (point.body_a, point.body_b);
+            let turning = [a, b].map(|body| kinematics.angular_velocity[body.index()].length());
+            let slip = kinematics.point_velocity(b, point.position) - kinematics.point_velocity(a, point.position);
+            // The normal turns with the body that it belongs to.
+            let turned = 2.0 * (turning[0] + turning[1]) * slip.length();
+            relative_swing(model, kinematics, [a, b], point.position).length() + turned
+        };
+        self.bounded(point.gap, dt, self.speed, swing)
+    }
+
+    /// The distance to a limit of a joint as the step's problem has it. Limits are linear in their coordinate, but for the cone of a
+    /// ball joint.
+    pub fn joint_limit(&self, model: &Model, state: &State, joint: usize, gap: f64, dt: f64) -> f64 {
+        let joint = &model.joints[joint];
+        let (speed, rounding) = match joint.kind {
+            JointKind::Slide { .. } => (self.speed, 0.0),
+            _ => (self.angular_speed, ROUNDING),
+        };
+        if speed.is_finite() && gap < 0.0 && -gap <= rounding {
+            return 0.0;
+        }
+        let rates = &state.v[joint.v_index..joint.v_index + joint.kind.nv()];
+        let curved = joint.kind == JointKind::Ball;
+        self.bounded(gap, dt, speed, || if curved { rates.iter().map(|w| w * w).sum() } else { 0.0 })
+    }
+
+    /// The distance to a limit of a tendon as the step's problem has it.
+    pub fn tendon_limit(&self, gap: f64, dt: f64) -> f64 {
+        self.bounded(gap, dt, self.speed, || 0.0)
+    }
+
+    /// The part of a block's violation that the step's problem has, in [0, 1].
+    ///
+    /// - `equality`: the constraint and which of its blocks it is
+    pub fn block_part(
+        &self,
+        model: &Model,
+        kinematics: &Kinematics,
+        state: &State,
+        equality: (&EqualityKind, usize),
+        block: &EqualityBlock,
+        dt: f64,
+    ) -> f64 {
+        let size = DVec3::from(block.violation).length();
+        let angular = match *equality.0 {
+            EqualityKind::Connect { .. } => false,
+            EqualityKind::Weld { .. } => equality.1 == 1,
+            EqualityKind::Joint { joint, .. } => !matches!(model.joints[joint.index()].kind, JointKind::Slide { .. }),
+        };
+        let speed = if angular { self.angular_speed } else { self.speed };
+        let asked = self.stabilization * size;
+        if asked <= dt * speed {
+            return self.stabilization;
+        }
+        asked.min(dt * (speed + dt * block_swing(model, kinematics, state, equality))) / size
+    }
+
+    /// The part γ of a gap that is negative, at most what `speed` removes in a step, and what linearising has left: `swing` is the
+    /// second derivative of the gap when `v̇ = 0`, or more.
+    fn bounded(&self, gap: f64, dt: f64, speed: f64, swing: impl FnOnce() -> f64) -> f64 {
+        if gap >= 0.0 {
+            return gap;
+        }
+        let asked = self.stabilization * gap;
+        if -asked <= dt * speed { asked } else { asked.max(-dt * (speed + dt * swing())) }
+    }
+}
+
+/// Size of the second derivative of a block's violation when `v̇ = 0`.
+fn block_swing(model: &Model, kinematics: &Kinematics, state: &State, (kind, block): (&EqualityKind, usize)) -> f64 {
+    let of_points = |a, b| {
+        let [a, b] = [a, b].map(|end| swing(model, kinematics, end).linear);
+        (b - a).length()
+    };
+    match *kind {
+        EqualityKind::Connect { body_a, point_a, body_b, point_b } => of_points((body_a, point_a), (body_b, point_b)),
+        EqualityKind::Weld { body_a, frame_a, body_b, frame_b } if block == 0 => {
+            of_points((body_a, frame_a.position), (body_b, frame_b.position))
+        }
+        EqualityKind::Weld { body_a, body_b, .. } => {
+            let turning = [body_a, body_b].map(|body| kinematics.angular_velocity[body.index()].length());
+            let [a, b] = [body_a, body_b].map(|body| swing(model, kinematics, (body, DVec3::ZERO)).angular);
+            (b - a).length() + turning[0] * turning[1]
+        }
+        EqualityKind::Joint { driver, polynomial, .. } => {
+            driver.map_or(0.0, |driver| polynomial_swing(model, state, driver, polynomial))
+        }
+    }
+}
+
+/// Acceleration of a body's point and angular acceleration when `v̇ = 0`, world axes; `point` in the body's frame.
+fn swing(model: &Model, kinematics: &Kinematics, (body, point): (BodyId, DVec3)) -> SpatialVector {
+    let frame = Frame { body, placement: Pose::from_position(point) };
+    frame_bias_acceleration(model, kinematics, &frame, ReferenceFrame::LocalWorldAligned)
+}
+
+/// Acceleration of B's material point relative to A's at a point in world when `v̇ = 0`.
+fn relative_swing(model: &Model, kinematics: &Kinematics, [a, b]: [BodyId; 2], point: DVec3) -> DVec3 {
+    let at = |body: BodyId| {
+        let pose = &kinematics.pose[body.index()];
+        swing(model, kinematics, (body, pose.rotation.conjugate() * (point - pose.position))).linear
+    };
+    at(b) - at(a)
+}
+
+/// Second derivative of `Σ a_k x^k` where the driver moves steadily.
+fn polynomial_swing(model: &Model, state: &State, driver: JointId, polynomial: [f64; 5]) -> f64 {
+    let driver = &model.joints[driver.index()];
+    let (x, rate) = (state.q[driver.q_index] - driver.reference, state.v[driver.v_index]);
+    let [_, _, a_2, a_3, a_4] = polynomial;
+    (2.0 * a_2 + x * (6.0 * a_3 + x * 12.0 * a_4)).abs() * rate * rate
+}

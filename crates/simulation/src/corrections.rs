@@ -1,0 +1,82 @@
+//! The part θ of overlaps and violations that a step removes: as much as the laws permit.
+//!
+//! With every negative gap taken as zero and every constraint at the rate zero, a step's problem has a solution (formulation §4: a
+//! direction of impulses along which Lemke's method could leave has no effect on any velocity, and no gap then speaks against
+//! it). With gaps `φ_θ = max(φ, θφ)` and violations `θΘ` that is the case θ = 0, and θ = 1 is all that is asked for. Where θ = 1 has no
+//! solution that is found soon, the largest θ is looked for by bisection, each problem from the solution of the last one.
+
+use signorini_contact::{ContactProblem, ContactSolution};
+
+use crate::build::{Impact, ProblemBuilder};
+use crate::report::{Kept, KeptRow};
+
+/// What a step is asked to correct, and the part of it that the problem at hand has.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Corrections {
+    /// Gaps, m, and violations of constraints, m or rad, as they are asked for.
+    gap: Vec<f64>,
+    violation: Vec<f64>,
+    pub theta: f64,
+}
+
+impl Corrections {
+    /// Takes over what a problem asks for that was built anew. Bilateral rows after those of the model are no violations.
+    pub fn ask(&mut self, builder: &ProblemBuilder) {
+        self.theta = 1.0;
+        self.gap.clone_from(&builder.problem.gap);
+        self.violation.clear();
+        self.violation.extend_from_slice(&builder.problem.bilateral_violation[..builder.bilateral_source.len()]);
+    }
+
+    /// The same where contacts were added since: those that were there are asked for in full again.
+    pub fn ask_again(&mut self, problem: &mut ContactProblem) {
+        self.set(1.0, problem);
+        self.gap.extend_from_slice(&problem.gap[self.gap.len()..]);
+    }
+
+    /// Whether there is anything to correct.
+    pub fn any(&self) -> bool {
+        self.gap.iter().any(|phi| *phi < 0.0) || self.violation.iter().any(|theta| *theta != 0.0)
+    }
+
+    /// Gives the problem this part of the corrections.
+    pub fn set(&mut self, theta: f64, problem: &mut ContactProblem) {
+        self.theta = theta;
+        let part = |asked: f64| if asked < 0.0 { theta * asked } else { asked };
+        problem.gap.iter_mut().zip(&self.gap).for_each(|(phi, asked)| *phi = part(*asked));
+        problem.bilateral_violation.iter_mut().zip(&self.violation).for_each(|(out, asked)| *out = theta * asked);
+    }
+
+    /// The rows that are not asked for in full, with what is left of them.
+    pub fn kept(&self) -> impl Iterator<Item = Kept> + '_ {
+        let left = 1.0 - self.theta;
+        let contacts = self.gap.iter().enumerate().filter(|(_, asked)| **asked < 0.0);
+        let contacts = contacts.map(move |(i, asked)| Kept { row: KeptRow::Contact(i), size: -left * asked });
+        let rows = self.violation.iter().enumerate().filter(|(_, asked)| **asked != 0.0);
+        let rows = rows.map(move |(k, asked)| Kept { row: KeptRow::Bilateral(k), size: left * asked.abs() });
+        contacts.chain(rows).filter(move |_| left > 0.0)
+    }
+}
+
+/// Work of the impulses along the corrections, `Σ λ_N (−φ)/Δt + Σ λ_B (−Θ)/Δt`, J: the kinetic energy after a step is at most that of the
+/// free motion and this, as friction and contacts without overlap take energy or none, and what it lifts is in it.
+///
+/// - `constraints`: number of bilateral rows that are the model's
+pub(crate) fn energy(
+    problem: &ContactProblem,
+    solution: &ContactSolution,
+    impacts: &[Impact],
+    constraints: usize,
+) -> f64 {
+    let mut sum = 0.0;
+    for (i, (phi, lambda)) in problem.gap.iter().zip(&solution.lambda_n).enumerate() {
+        // The rebound of an impact is no correction.
+        if *phi < 0.0 && *lambda > 0.0 && !impacts.iter().any(|impact| impact.contact == i) {
+            sum -= lambda * phi;
+        }
+    }
+    for (theta, lambda) in problem.bilateral_violation[..constraints].iter().zip(&solution.bilateral) {
+        sum -= lambda * theta;
+    }
+    sum / problem.timestep
+}

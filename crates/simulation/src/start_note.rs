@@ -1,0 +1,80 @@
+//! What a person should know about the start of a run, in words.
+
+use std::fmt::Write;
+
+use signorini_multibody::{ContactPoint, Model};
+
+use crate::settings::Settings;
+use crate::workspace::Workspace;
+
+/// Pairs that are named; the others are counted.
+const NAMED: usize = 4;
+
+impl Workspace {
+    /// After the first step of a run: which shapes overlapped at its beginning by more than the step removes, which ones no degree of
+    /// freedom parts, and whether equality constraints were violated; `None` where nothing of that is so.
+    pub fn start_note(&self, model: &Model, settings: &Settings) -> Option<String> {
+        let mut notes = Vec::new();
+        let overlaps = self.kept_overlaps();
+        if !overlaps.is_empty() {
+            let speed = settings.correction_speed;
+            notes.push(format!(
+                "shapes overlap at the start and are driven apart at no more than {speed} m/s: {}",
+                named(model, &overlaps)
+            ));
+        }
+        let held: Vec<ContactPoint> = pairs(self.left_out().iter().filter(|point| point.gap < 0.0));
+        if !held.is_empty() {
+            notes.push(format!(
+                "shapes overlap that no joint can move apart, and do not touch in this run: {}",
+                named(model, &held)
+            ));
+        }
+        let error = self.builder.constraint_error;
+        if error > settings.assembly_tolerance && !self.builder.corrects_constraints {
+            notes.push(format!(
+                "equality constraints are violated by up to {error:.3e} (m, rad) at the start and are closed at no more than \
+                 {} m/s and {} rad/s",
+                settings.correction_speed, settings.correction_angular_speed
+            ));
+        }
+        (!notes.is_empty()).then(|| notes.join("; "))
+    }
+
+    /// Pairs of geoms that overlapped at the beginning of the last step by more than it removes, deepest first, each with its deepest
+    /// point.
+    pub fn kept_overlaps(&self) -> Vec<ContactPoint> {
+        let problem = &self.builder.problem;
+        let is_kept = |(point, gap): &(&ContactPoint, &f64)| point.gap < **gap && **gap <= 0.0;
+        let visible = |point: &&ContactPoint| self.builder.is_overlap(point);
+        let kept = self.points.iter().zip(&problem.gap).filter(is_kept).map(|(point, _)| point);
+        pairs(kept.filter(visible))
+    }
+}
+
+/// The deepest point of each pair of geoms, deepest first.
+fn pairs<'a>(points: impl Iterator<Item = &'a ContactPoint>) -> Vec<ContactPoint> {
+    let mut pairs: Vec<ContactPoint> = Vec::new();
+    for point in points {
+        match pairs.iter_mut().find(|other| (other.geom_a, other.geom_b) == (point.geom_a, point.geom_b)) {
+            Some(other) if other.gap <= point.gap => {}
+            Some(other) => *other = *point,
+            None => pairs.push(*point),
+        }
+    }
+    pairs.sort_by(|a, b| a.gap.total_cmp(&b.gap));
+    pairs
+}
+
+fn named(model: &Model, pairs: &[ContactPoint]) -> String {
+    let mut out = String::new();
+    for (i, point) in pairs.iter().take(NAMED).enumerate() {
+        let [a, b] = [point.geom_a, point.geom_b].map(|geom| &model.geoms[geom.index()].name);
+        let separator = if i > 0 { ", " } else { "" };
+        let _ = write!(out, "{separator}'{a}' and '{b}' by {:.3} mm", -1e3 * point.gap);
+    }
+    if let Some(others @ 1..) = pairs.len().checked_sub(NAMED) {
+        let _ = write!(out, ", and {others} other pairs");
+    }
+    out
+}
