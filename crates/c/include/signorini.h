@@ -241,9 +241,14 @@ typedef struct signorini_settings {
    */
   bool sleeping;
   /**
-   * Whether negative gaps count as zero where contacts contradict each other; otherwise such a step is not carried out.
+   * Whether all negative gaps count as zero where contacts contradict each other.
    */
   bool clip_gaps;
+  /**
+   * Whether a step whose overlaps contradict each other ends with SIGNORINI_NO_SOLUTION; otherwise it keeps the part that the laws
+   * do not permit to remove.
+   */
+  bool stop_at_contradiction;
   /**
    * Factor on the velocity that corrects penetrations and violated constraints, in (0, 1].
    */

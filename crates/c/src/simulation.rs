@@ -36,8 +36,11 @@ pub struct signorini_settings {
     pub poisson: bool,
     /// Whether islands at rest are left alone.
     pub sleeping: bool,
-    /// Whether negative gaps count as zero where contacts contradict each other; otherwise such a step is not carried out.
+    /// Whether all negative gaps count as zero where contacts contradict each other.
     pub clip_gaps: bool,
+    /// Whether a step whose overlaps contradict each other ends with SIGNORINI_NO_SOLUTION; otherwise it keeps the part that the laws
+    /// do not permit to remove.
+    pub stop_at_contradiction: bool,
     /// Factor on the velocity that corrects penetrations and violated constraints, in (0, 1].
     pub stabilization: f64,
     /// Largest residual of a step that counts as solved, in (0, 1).
@@ -89,6 +92,7 @@ pub extern "C" fn signorini_settings_default() -> signorini_settings {
         poisson: usual.restitution == RestitutionLaw::Poisson,
         sleeping: usual.sleeping,
         clip_gaps: usual.infeasible == InfeasiblePolicy::ClipGaps,
+        stop_at_contradiction: usual.infeasible == InfeasiblePolicy::Stop,
         stabilization: usual.stabilization,
         tolerance: usual.tolerance,
     }
@@ -106,6 +110,9 @@ impl signorini_settings {
         }
         if self.poisson {
             settings.restitution = RestitutionLaw::Poisson;
+        }
+        if self.stop_at_contradiction {
+            settings.infeasible = InfeasiblePolicy::Stop;
         }
         if self.clip_gaps {
             settings.infeasible = InfeasiblePolicy::ClipGaps;

@@ -123,7 +123,7 @@ fn a_killed_run_can_be_checked_shown_and_converted() {
 fn a_run_without_a_step_cannot_be_checked() {
     let folder = Folder::new("no_step_recorded");
     folder.write("squeeze.xml", SQUEEZE);
-    folder.run(&["simulate", "squeeze.xml", "--record", "run.rec"]).exits(3);
+    folder.run(&["simulate", "squeeze.xml", "--infeasible", "stop", "--record", "run.rec"]).exits(3);
     folder.run(&["check", "run.rec"]).exits(1).complains(&["no step"]);
 }
 

@@ -33,7 +33,7 @@ fn a_start_inside_the_floor_is_noted() {
                 <collision><geometry><box size='.2 .2 .2'/></geometry></collision></link>";
     folder.write("cube.urdf", &format!("<robot name='cube'>{link}</robot>"));
     let words = ["simulate", "cube.urdf", "--floating-base", "--floor", "--friction", "0.5", "--duration", "0.1"];
-    folder.run(&words).exits(0).complains(&["'floor' and 'cube' overlap by 0.1 m", "50 m/s", "--set"]);
+    folder.run(&words).exits(0).complains(&["overlap at the start", "0.25 m/s", "'floor' and 'cube' by 100.000 mm"]);
     let apart = folder
         .run(&[&words[..], &["--set", "cube.q=0,0,0.1", "--set", "cube.v=1,0,0,0,0,0", "--json"]].concat())
         .exits(0);

@@ -70,7 +70,7 @@ fn a_heap_comes_to_rest_and_stays_to_the_bit() {
         // What carries the boxes is what the laws of statics ask for, and nothing overlaps.
         let load = load_on_world(&simulation);
         assert!((load + weight * DVec3::Z).length() < 1e-9 * weight, "{load} under {weight} N");
-        assert!(simulation.summary().deepest_penetration < 1e-9 * BIN, "more than rounding");
+        assert!(simulation.summary().deepest_penetration < 1e-13);
         let inside =
             body_poses(&simulation)[1..].iter().all(|pose| pose.position.x.abs().max(pose.position.y.abs()) < BIN);
         assert!(inside && simulation.workspace().solution().modes.contains(&ContactMode::Sticking));

@@ -46,9 +46,6 @@ impl CorrectionPace {
         if point.gap >= 0.0 {
             return point.gap;
         }
-        if self.speed.is_finite() && !self.is_overlap(point) {
-            return 0.0;
-        }
         let swing = || {
             let (a, b) = (point.body_a, point.body_b);
             let turning = [a, b].map(|body| kinematics.angular_velocity[body.index()].length());
@@ -64,13 +61,7 @@ impl CorrectionPace {
     /// ball joint.
     pub fn joint_limit(&self, model: &Model, state: &State, joint: usize, gap: f64, dt: f64) -> f64 {
         let joint = &model.joints[joint];
-        let (speed, rounding) = match joint.kind {
-            JointKind::Slide { .. } => (self.speed, 0.0),
-            _ => (self.angular_speed, ROUNDING),
-        };
-        if speed.is_finite() && gap < 0.0 && -gap <= rounding {
-            return 0.0;
-        }
+        let speed = if matches!(joint.kind, JointKind::Slide { .. }) { self.speed } else { self.angular_speed };
         let rates = &state.v[joint.v_index..joint.v_index + joint.kind.nv()];
         let curved = joint.kind == JointKind::Ball;
         self.bounded(gap, dt, speed, || if curved { rates.iter().map(|w| w * w).sum() } else { 0.0 })
