@@ -94,8 +94,8 @@ impl Workspace {
         let dt = self.builder.problem.timestep;
         next.time = state.time + dt;
         advance_activations_into(model, state, input, dt, &mut next.activation);
-        // Subnormal numbers have no relative accuracy: what is left of a motion that dies away would never end there.
-        let settled = |v: &f64| if v.is_subnormal() { 0.0 } else { *v };
+        // Squares of smaller numbers underflow: what is left of a motion that dies away has no energy, and would never end.
+        let settled = |v: &f64| if v * v < f64::MIN_POSITIVE { 0.0 } else { *v };
         next.v.clear();
         next.v.extend(self.end_velocity().iter().map(settled));
         integrate_into(model, &state.q, &next.v, dt, &mut next.q);
