@@ -321,6 +321,7 @@ pub unsafe extern "C" fn signorini_body_pose(
         check_body(&handle.inner, body)?;
         if !handle.is_current {
             let state = handle.inner.state();
+            handle.kinematics.place_mocap(handle.inner.model(), &handle.inner.input);
             forward_kinematics_into(handle.inner.model(), &state.q, &state.v, &mut handle.kinematics);
             handle.is_current = true;
         }

@@ -271,8 +271,7 @@ impl Collider {
             return self.own_laws[k].2;
         }
         let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
-        let friction = if a.frictional || b.frictional { a.friction.max(b.friction) } else { 0.0 };
-        [friction, a.margin + b.margin]
+        [a.friction_with(b), a.margin + b.margin]
     }
 }
 

@@ -67,6 +67,8 @@ pub(crate) struct Parts {
     /// Number of velocities so far.
     pub nv: usize,
     pub joints: Vec<JointRecord>,
+    /// Where the bodies are placed that are moved from outside.
+    pub mocap_placements: Vec<Pose>,
     root: Location,
     reserved: HashSet<String>,
     places: HashMap<(Sort, String), Place>,
@@ -81,6 +83,7 @@ impl Parts {
             reference: Vec::new(),
             nv: 0,
             joints: Vec::new(),
+            mocap_placements: Vec::new(),
             root: root.at(),
             reserved,
             places: HashMap::new(),
@@ -108,6 +111,13 @@ impl Parts {
 
     pub fn set_gravity_compensation(&mut self, body: BodyId, share: f64) -> Result<(), FormatError> {
         self.builder.set_gravity_compensation(body, share).map_err(|e| self.blame(e))
+    }
+
+    /// Makes a body one whose pose is given from outside.
+    pub fn set_mocap(&mut self, body: BodyId) -> Result<(), FormatError> {
+        self.builder.set_mocap(body).map_err(|e| self.blame(e))?;
+        self.mocap_placements.push(self.builder.reference_pose(body));
+        Ok(())
     }
 
     /// `placement`: of the joint's body in world, for a free joint.
@@ -345,7 +355,9 @@ impl Parts {
             | ModelError::InvalidNumber { part, .. }
             | ModelError::WrongLength { part, .. } => part.clone(),
             ModelError::InvalidGeometry { geom, .. } => named("geom", geom),
-            ModelError::InvalidInertia { body, .. } | ModelError::Massless { body, .. } => named("body", body),
+            ModelError::InvalidInertia { body, .. }
+            | ModelError::Massless { body, .. }
+            | ModelError::InvalidMocap { body } => named("body", body),
             ModelError::InvalidJoint { joint, .. } => named("joint", joint),
             _ => String::new(),
         };

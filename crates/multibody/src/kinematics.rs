@@ -8,6 +8,7 @@ use glamx::glam::{DMat3, DQuat, DVec3};
 
 use crate::math::{Pose, read_quaternion};
 use crate::model::{BodyId, Joint, JointKind, Model};
+use crate::state::Input;
 
 /// Poses, velocities, joint axes and velocity-product accelerations at one `(q, v)`.
 #[derive(Clone, Debug)]
@@ -32,6 +33,8 @@ pub struct Kinematics {
     pub bias_angular: Vec<DVec3>,
     /// Acceleration of every body's origin less what the parent's acceleration gives it, when `v̇ = 0`, world axes, m/s².
     pub bias_linear: Vec<DVec3>,
+    /// `X_WB` of the bodies that are moved from outside, `[mocap_bodies]`: read, not written, by [`forward_kinematics_into`].
+    pub mocap: Vec<Pose>,
 }
 
 impl Kinematics {
@@ -50,6 +53,16 @@ impl Kinematics {
             dof_linear: vec![DVec3::ZERO; nv],
             bias_angular: zeros.clone(),
             bias_linear: zeros,
+            mocap: model.mocap_bodies.iter().map(|body| model.bodies[body.index()].placement).collect(),
+        }
+    }
+
+    /// Takes over where an input has the bodies that are moved from outside: where the model places them if it does not say. The next
+    /// [`forward_kinematics_into`] puts them there.
+    pub fn place_mocap(&mut self, model: &Model, input: &Input) {
+        for (k, (own, body)) in self.mocap.iter_mut().zip(&model.mocap_bodies).enumerate() {
+            let pose = input.mocap.get(k).copied().unwrap_or(model.bodies[body.index()].placement);
+            *own = Pose::new(pose.position, pose.rotation.normalize());
         }
     }
 
@@ -155,9 +168,10 @@ fn move_free_body(joint: &Joint, i: usize, v: &[f64], out: &mut Kinematics) {
 fn place_body(model: &Model, joints: &[Joint], i: usize, q: &[f64], out: &mut Kinematics) {
     let (body, parent) = (&model.bodies[i], model.path[i].parent);
     let before = out.pose[parent].rotation;
-    let turned = body.placement.rotation != DQuat::IDENTITY;
-    let mut rotation = if turned { before * body.placement.rotation } else { before };
-    let mut offset = out.rotation[parent] * body.placement.position;
+    let placement = body.mocap.map_or(body.placement, |k| out.mocap[k]);
+    let turned = placement.rotation != DQuat::IDENTITY;
+    let mut rotation = if turned { before * placement.rotation } else { before };
+    let mut offset = out.rotation[parent] * placement.position;
     if let [Joint { kind: JointKind::Hinge { axis }, anchor: DVec3::ZERO, q_index, v_index, reference, .. }] = joints {
         rotation *= DQuat::from_axis_angle(*axis, q[*q_index] - reference);
         let matrix = DMat3::from_quat(rotation);

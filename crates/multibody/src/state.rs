@@ -3,6 +3,7 @@
 use derive_setters::Setters;
 use glamx::glam::DVec3;
 
+use crate::math::Pose;
 use crate::model::{Actuator, BodyId, GeomId, Joint, JointKind, Model};
 
 /// A state or input that does not fit its model.
@@ -157,6 +158,9 @@ pub struct Input {
     pub control: Vec<f64>,
     /// Applied generalized force `τ`, `[nv]` (N, N·m). Empty means zero.
     pub generalized_force: Vec<f64>,
+    /// Poses `X_WB` of the bodies that are moved from outside, `[mocap_bodies]` (m, unit quaternions). They stand there during the step.
+    /// Empty means each where the model places it.
+    pub mocap: Vec<Pose>,
 }
 
 impl Input {
@@ -186,6 +190,7 @@ impl Input {
                 }
             }
         }
+        self.check_mocap(model)?;
         match self.control.iter().position(|u| !u.is_finite()) {
             None => Ok(()),
             Some(index) => {
@@ -193,6 +198,30 @@ impl Input {
                 Err(StateError::NotFinite { quantity: "control", index, part, found: self.control[index] })
             }
         }
+    }
+}
+
+impl Input {
+    fn check_mocap(&self, model: &Model) -> Result<(), StateError> {
+        if self.mocap.is_empty() {
+            return Ok(());
+        }
+        let (expected, found) = (model.mocap_bodies.len(), self.mocap.len());
+        if found != expected {
+            return Err(StateError::WrongLength { quantity: "mocap", expected, found });
+        }
+        for (index, (pose, body)) in self.mocap.iter().zip(&model.mocap_bodies).enumerate() {
+            let part = || format!("body '{}'", model.bodies[body.index()].name);
+            let numbers = pose.position.to_array().into_iter().chain(pose.rotation.to_array());
+            if let Some(found) = numbers.into_iter().find(|x| !x.is_finite()) {
+                return Err(StateError::NotFinite { quantity: "mocap", index, part: part(), found });
+            }
+            let norm = pose.rotation.length();
+            if norm < 1e-12 {
+                return Err(StateError::NotUnitQuaternion { joint: part(), norm });
+            }
+        }
+        Ok(())
     }
 }
 

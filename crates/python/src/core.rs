@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use signorini::multibody::{Input, Kinematics, Model, State, forward_kinematics_into};
+use signorini::multibody::{Input, Kinematics, Model, Pose, State, forward_kinematics_into};
 use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
     Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError, StepReport, Workspace,
@@ -63,13 +63,20 @@ pub enum Stop {
     Recording(RecordingError),
 }
 
+/// Where the model places the bodies that are moved from outside.
+pub fn mocap_placements(model: &Model) -> Vec<Pose> {
+    model.mocap_bodies.iter().map(|body| model.bodies[body.index()].placement).collect()
+}
+
 impl Core {
     /// At the model's reference configuration, at rest.
     pub fn new(model: Arc<Model>, settings: Settings) -> Result<Self, SimulationError> {
         let workspace = Workspace::new(&model, &settings)?;
         let state = State::new(&model);
-        let input =
-            Input::default().with_control(vec![0.0; model.actuators.len()]).with_generalized_force(vec![0.0; model.nv]);
+        let input = Input::default()
+            .with_control(vec![0.0; model.actuators.len()])
+            .with_generalized_force(vec![0.0; model.nv])
+            .with_mocap(mocap_placements(&model));
         let mut core = Self {
             workspace,
             other: state.clone(),
@@ -101,6 +108,7 @@ impl Core {
 
     /// Poses and velocities of the present state.
     pub fn update_kinematics(&mut self) {
+        self.kinematics.place_mocap(&self.model, &self.input);
         forward_kinematics_into(&self.model, &self.state.q, &self.state.v, &mut self.kinematics);
     }
 
@@ -214,7 +222,7 @@ impl Core {
         let Some(mut sink) = self.sink.take() else {
             return Ok(None);
         };
-        last_frame_into(&self.model, self.steps, &self.state, &mut self.frame);
+        last_frame_into(&self.model, self.steps, &self.state, &self.input, &mut self.frame);
         sink.push(&self.frame)?;
         sink.finish(reason)
     }

@@ -6,11 +6,12 @@ use std::sync::{Mutex, MutexGuard, TryLockError};
 use numpy::PyArray1;
 use pyo3::exceptions::{PyIndexError, PyRuntimeError};
 use pyo3::prelude::*;
-use signorini::multibody::{kinetic_energy, potential_energy};
+use signorini::multibody::glam::{DQuat, DVec3};
+use signorini::multibody::{Pose, kinetic_energy, potential_energy};
 
 use crate::arrays::{self, Vector};
 use crate::contacts::{Contacts, Limits};
-use crate::core::Core;
+use crate::core::{Core, mocap_placements};
 use crate::error::{StateError, recording_error, simulation_error};
 use crate::live::{Field, Live};
 use crate::model::Model;
@@ -59,6 +60,10 @@ live_arrays! {
     ctrl, set_ctrl, Ctrl;
     /// Applied generalized force, (nv,), N, N·m: a live view.
     qfrc_applied, set_qfrc_applied, QfrcApplied;
+    /// Positions of the bodies that are moved from outside, (nmocap, 3), m: a live view.
+    mocap_pos, set_mocap_pos, MocapPos;
+    /// Their orientations, (nmocap, 4), (w, x, y, z): a live view.
+    mocap_quat, set_mocap_quat, MocapQuat;
 }
 
 macro_rules! results {
@@ -230,6 +235,7 @@ impl Data {
             None => {
                 core.state = signorini::multibody::State::new(&model);
                 core.input.control.fill(0.0);
+                core.input.mocap = mocap_placements(&model);
             }
             Some(k) => {
                 let keyframe = model.keyframes.get(k).ok_or_else(|| {
@@ -241,6 +247,10 @@ impl Data {
                 core.state.activation.clone_from(&keyframe.activation);
                 core.input.control.clone_from(&keyframe.control);
                 core.input.control.resize(model.actuators.len(), 0.0);
+                core.input.mocap = match keyframe.mocap.is_empty() {
+                    true => mocap_placements(&model),
+                    false => keyframe.mocap.clone(),
+                };
             }
         }
         core.input.generalized_force.fill(0.0);
@@ -249,7 +259,7 @@ impl Data {
         self.write_all(py, &core)
     }
 
-    /// Time, qpos, qvel, act, ctrl, qfrc_applied, and the solver's warm start, as one vector.
+    /// Time, qpos, qvel, act, ctrl, qfrc_applied, mocap_pos with mocap_quat body by body, and the solver's warm start, as one vector.
     #[pyo3(signature = (*, warm_start=true))]
     fn get_state<'py>(&self, py: Python<'py>, warm_start: bool) -> PyResult<Vector<'py>> {
         let core = self.loaded(py)?;
@@ -259,6 +269,9 @@ impl Data {
         numbers.extend(&core.state.activation);
         numbers.extend(&core.input.control);
         numbers.extend(&core.input.generalized_force);
+        for Pose { position: p, rotation: r } in &core.input.mocap {
+            numbers.extend([p.x, p.y, p.z, r.w, r.x, r.y, r.z]);
+        }
         if warm_start {
             numbers.extend(core.workspace.warm_start());
         }
@@ -270,7 +283,7 @@ impl Data {
         let numbers = arrays::read_vector("state", state, None)?;
         let mut core = self.core()?;
         let (nq, nv, na, nu) = (core.model.nq, core.model.nv, core.model.na, core.model.actuators.len());
-        let size = 1 + nq + 2 * nv + na + nu;
+        let size = 1 + nq + 2 * nv + na + nu + 7 * core.model.mocap_bodies.len();
         if numbers.len() < size {
             let message = format!("the state has {} numbers, this model's has at least {size}", numbers.len());
             return Err(StateError::new_err(message));
@@ -287,13 +300,17 @@ impl Data {
         let (q, plain) = plain.split_at(nq);
         let (v, plain) = plain.split_at(nv);
         let (activation, plain) = plain.split_at(na);
-        let (control, force) = plain.split_at(nu);
+        let (control, plain) = plain.split_at(nu);
+        let (force, mocap) = plain.split_at(nv);
         core.state.time = time[0];
         core.state.q.copy_from_slice(q);
         core.state.v.copy_from_slice(v);
         core.state.activation.copy_from_slice(activation);
         core.input.control.copy_from_slice(control);
         core.input.generalized_force.copy_from_slice(force);
+        for (pose, x) in core.input.mocap.iter_mut().zip(mocap.chunks_exact(7)) {
+            *pose = Pose::new(DVec3::from_slice(x), DQuat::from_xyzw(x[4], x[5], x[6], x[3]));
+        }
         core.stepped = false;
         core.report = Default::default();
         let core = &mut *core;

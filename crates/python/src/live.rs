@@ -8,7 +8,8 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PySlice;
-use signorini::multibody::Model;
+use signorini::multibody::glam::{DQuat, DVec3};
+use signorini::multibody::{Model, Pose};
 
 use crate::core::Core;
 
@@ -20,6 +21,8 @@ pub enum Field {
     Act,
     Ctrl,
     QfrcApplied,
+    MocapPos,
+    MocapQuat,
     Qacc,
     Xpos,
     Xquat,
@@ -47,10 +50,11 @@ impl Live {
     pub fn new(py: Python<'_>, model: &Model) -> PyResult<Self> {
         let (nq, nv, na, nu) = (model.nq, model.nv, model.na, model.actuators.len());
         let nbody = model.bodies.len();
-        let flat: [usize; 6] = [nq, nv, na, nu, nv, nv];
+        let nmocap = model.mocap_bodies.len();
         let per_body: [&[usize]; 6] = [&[3], &[4], &[3, 3], &[3], &[3], &[3]];
-        let shapes: Vec<Vec<usize>> =
-            flat.iter().map(|&n| vec![n]).chain(per_body.iter().map(|row| [&[nbody], *row].concat())).collect();
+        let mut shapes: Vec<Vec<usize>> = [nq, nv, na, nu, nv].iter().map(|&n| vec![n]).collect();
+        shapes.extend([vec![nmocap, 3], vec![nmocap, 4], vec![nv]]);
+        shapes.extend(per_body.iter().map(|row| [&[nbody], *row].concat()));
         let mut starts = [0; COUNT + 1];
         for (i, shape) in shapes.iter().enumerate() {
             starts[i + 1] = starts[i] + shape.iter().product::<usize>();
@@ -84,6 +88,10 @@ impl Live {
         core.state.activation.copy_from_slice(part(Field::Act));
         core.input.control.copy_from_slice(part(Field::Ctrl));
         core.input.generalized_force.copy_from_slice(part(Field::QfrcApplied));
+        let rows = part(Field::MocapPos).chunks_exact(3).zip(part(Field::MocapQuat).chunks_exact(4));
+        for (pose, (p, r)) in core.input.mocap.iter_mut().zip(rows) {
+            *pose = Pose::new(DVec3::from_slice(p), DQuat::from_xyzw(r[1], r[2], r[3], r[0]));
+        }
         Ok(())
     }
 
@@ -123,6 +131,8 @@ impl Writer<'_> {
     pub fn input(&mut self, core: &Core) {
         self.part(Field::Ctrl).copy_from_slice(&core.input.control);
         self.part(Field::QfrcApplied).copy_from_slice(&core.input.generalized_force);
+        self.rows(Field::MocapPos, core.input.mocap.iter().map(|x| x.position.to_array()));
+        self.rows(Field::MocapQuat, core.input.mocap.iter().map(|x| x.rotation).map(|r| [r.w, r.x, r.y, r.z]));
     }
 
     /// `(after − before)/Δt`.

@@ -172,6 +172,12 @@ impl Model {
         self.inner.actuators.len()
     }
 
+    /// Number of bodies that are moved from outside, rows of `mocap_pos` and `mocap_quat`.
+    #[getter]
+    fn nmocap(&self) -> usize {
+        self.inner.mocap_bodies.len()
+    }
+
     /// Number of bodies, the world included.
     #[getter]
     fn nbody(&self) -> usize {

@@ -236,3 +236,24 @@ def test_reprs_say_something(ball):
     assert "1 of 0.002 s" in repr(data) and "<table>" in data._repr_html_()
     for part in (data.body("ball"), data.joint("free"), data.contact, data.certificate, data.report, data.limit):
         assert len(repr(part)) > 20
+
+
+def test_bodies_moved_from_outside():
+    text = """<mujoco><worldbody><body name="hand" mocap="true" pos="0 0 1"><geom size="0.1"/></body>
+      <body name="tool" pos="0 0 1.5"><freejoint/><geom size="0.1" mass="1" contype="0" conaffinity="0"/></body></worldbody>
+      <equality><weld body1="hand" body2="tool"/></equality>
+      <keyframe><key name="away" mpos="1 2 3" mquat="1 0 0 0" qpos="1 2 3.5 1 0 0 0"/></keyframe></mujoco>"""
+    model = signorini.Model.from_string(text)
+    data = signorini.Data(model)
+    assert model.nmocap == 1 and data.mocap_pos.shape == (1, 3) and data.mocap_quat.tolist() == [[1, 0, 0, 0]]
+    for k in range(20):
+        data.mocap_pos[0] = [1e-4 * k, 0, 1]
+        data.step()
+    assert data.qpos[:3] == pytest.approx([1e-4 * 19, 0, 1.5], abs=1e-9)
+    stored = data.get_state()
+    data.reset("away")
+    assert data.mocap_pos.tolist() == [[1, 2, 3]] and data.xpos[1] == pytest.approx([1, 2, 3])
+    data.set_state(stored)
+    assert data.mocap_pos[0] == pytest.approx([1e-4 * 19, 0, 1])
+    data.reset()
+    assert data.mocap_pos.tolist() == [[0, 0, 1]]

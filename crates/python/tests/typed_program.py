@@ -59,6 +59,8 @@ def stepping(model: Model) -> Data:
     hinge: signorini.JointData = data.joint("hinge")
     servo: signorini.ActuatorData = data.actuator("servo")
     servo.ctrl, hinge.qvel = 0.1, 0.0
+    data.mocap_pos, data.mocap_quat = np.zeros((0, 3)), np.zeros((0, 4))
+    assert model.nmocap == len(data.mocap_pos) == len(data.mocap_quat) == 0
     position: NDArray[np.float64] = arm.xpos
     contacts: signorini.Contacts = data.contact
     limits: signorini.Limits = data.limit

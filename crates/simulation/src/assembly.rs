@@ -2,7 +2,7 @@
 
 use signorini_contact::SparseRows;
 use signorini_multibody::{
-    BlockCholesky, EqualityBlock, Kinematics, MassMatrix, Model, equality_block_into, forward_kinematics_into,
+    BlockCholesky, EqualityBlock, Input, Kinematics, MassMatrix, Model, equality_block_into, forward_kinematics_into,
     integrate_into, mass_matrix_into,
 };
 use signorini_solver::BilateralBasis;
@@ -42,6 +42,11 @@ impl Assembler {
             next: vec![0.0; model.nq],
             tolerance,
         }
+    }
+
+    /// Takes over where the bodies stand that are moved from outside.
+    pub fn place_mocap(&mut self, model: &Model, input: &Input) {
+        self.kinematics.place_mocap(model, input);
     }
 
     /// Moves `q` onto the constraints in at most `iterations` Newton steps, with `mass` the factor of any mass matrix near.

@@ -126,6 +126,7 @@ fn free_velocity_slopes(model: &Model, state: &State, input: &Input, dt: f64) ->
             } else {
                 input.control[k - 2 * nv] += sign * h;
             }
+            kinematics.place_mocap(model, &input);
             forward_kinematics_into(model, &state.q, &state.v, &mut kinematics);
             free_motion_into(model, &kinematics, &state, &input, dt, &mut smooth)?;
             for (i, v) in smooth.free_velocity.iter().enumerate() {

@@ -46,6 +46,11 @@ impl Workspace {
         dt: f64,
     ) -> Result<(), SimulationError> {
         self.fixed_point.clear();
+        if !model.mocap_bodies.is_empty() {
+            input.check(model)?;
+            self.kinematics.place_mocap(model, input);
+            self.assembler.place_mocap(model, input);
+        }
         forward_kinematics_into(model, &state.q, &state.v, &mut self.kinematics);
         free_motion_into(model, &self.kinematics, state, input, dt, &mut self.smooth)?;
         self.builder.take_smooth(&mut self.smooth, dt);

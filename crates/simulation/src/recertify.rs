@@ -19,6 +19,7 @@ use signorini_recording::{
 
 pub use fault::StepFault;
 
+use crate::recorder::array_pose;
 use crate::restitution::decompression as decompression_problem;
 use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
 use crate::solver::residuals;
@@ -133,6 +134,10 @@ impl Recertifier {
         state.activation.clone_from(&frame.activation);
         input.control.clone_from(&solution.control);
         input.generalized_force.clone_from(&solution.generalized_force);
+        let moved = model.mocap_bodies.iter().filter_map(|body| frame.body_poses.get(body.index()));
+        input.mocap.clear();
+        input.mocap.extend(moved.map(array_pose));
+        ws.kinematics.place_mocap(model, input);
         if first.velocity.len() != model.nv {
             return Err(StepFault::Length { array: "v⁺", expected: model.nv, found: first.velocity.len() });
         }

@@ -4,8 +4,9 @@ mod run;
 mod solution;
 
 use signorini_contact::{ContactMode, SolveStatus};
+use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{
-    Geometry, Kinematics, Model, Pose, State, forward_kinematics_into, kinetic_energy, potential_energy,
+    Geometry, Input, Kinematics, Model, Pose, State, forward_kinematics_into, kinetic_energy, potential_energy,
 };
 use signorini_recording::{
     ContactFrame, ContactModeCode, Energy, Frame, FrictionCode, FrictionPolygon, GeomVisual, Header, JointLabel,
@@ -107,6 +108,11 @@ pub(crate) fn pose_array(pose: &Pose) -> [f64; 7] {
     [p.x, p.y, p.z, r.w, r.x, r.y, r.z]
 }
 
+/// The pose of seven numbers: position, quaternion w, x, y, z.
+pub(crate) fn array_pose(&[x, y, z, w, i, j, k]: &[f64; 7]) -> Pose {
+    Pose::new(DVec3::new(x, y, z), DQuat::from_xyzw(i, j, k, w))
+}
+
 /// Fills a frame with the beginning of a step and that step's contacts, impulses and certificate. A recording that is to be
 /// checked also needs the step's [solution](step_solution_into), which pages do not.
 ///
@@ -145,8 +151,10 @@ pub fn frame_into(
 /// Fills a frame with a state from which no step was made: the last of a run. It has no contacts and no residuals.
 ///
 /// - `index`: number of the step that would begin there
-pub fn last_frame_into(model: &Model, index: u64, state: &State, frame: &mut Frame) {
+/// - `input`: says where the bodies stand that are moved from outside
+pub fn last_frame_into(model: &Model, index: u64, state: &State, input: &Input, frame: &mut Frame) {
     let mut kinematics = Kinematics::new(model);
+    kinematics.place_mocap(model, input);
     forward_kinematics_into(model, &state.q, &state.v, &mut kinematics);
     state_into(model, index, state, &kinematics, frame);
     (frame.iterations, frame.missed_tolerance, frame.status) = (0, false, StepStatus::Solved);

@@ -30,6 +30,7 @@ impl FixedPoint {
             && same_bits(&self.q, &state.q)
             && same_bits(&self.activation, &state.activation)
             && same_bits(&self.input.control, &input.control)
+            && self.input.mocap == input.mocap
             && same_bits(&self.input.generalized_force, &input.generalized_force);
         same.then_some(&self.report)
     }
@@ -50,6 +51,7 @@ impl FixedPoint {
         self.v.clone_from(&state.v);
         self.activation.clone_from(&state.activation);
         self.input.control.clone_from(&input.control);
+        self.input.mocap.clone_from(&input.mocap);
         self.input.generalized_force.clone_from(&input.generalized_force);
         self.dt = dt;
         self.report.clone_from(report);

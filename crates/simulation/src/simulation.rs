@@ -240,11 +240,13 @@ impl Simulation {
         }
         let Self { model, workspace, state, .. } = self;
         workspace.clear_warm_start();
+        workspace.assembler.place_mocap(model, &self.input);
         workspace.assembler.assemble(model, &mut state.q, NEWTON_STEPS)
     }
 
     /// The largest violation of an equality constraint in the present state, m or rad.
     pub fn constraint_violation(&mut self) -> f64 {
+        self.workspace.assembler.place_mocap(&self.model, &self.input);
         self.workspace.assembler.violation(&self.model, &self.state.q)
     }
 
@@ -254,6 +256,7 @@ impl Simulation {
         let goes_on = self.settings.infeasible == InfeasiblePolicy::GoOn;
         if !self.assembled && !goes_on && self.constraint_violation() > tolerance {
             let mut kinematics = Kinematics::new(&self.model);
+            kinematics.place_mocap(&self.model, &self.input);
             forward_kinematics_into(&self.model, &self.state.q, &self.state.v, &mut kinematics);
             let sizes = equality_violations(&self.model, &kinematics, &self.state.q);
             let names = self.model.equalities.iter().map(|e| e.name.clone());
@@ -269,12 +272,13 @@ impl Simulation {
     /// # Errors
     /// [`SimulationError::UnknownName`] if the model has no such keyframe.
     pub fn reset_to(&mut self, keyframe: &str) -> Result<(), SimulationError> {
-        let Some(Keyframe { time, q, v, activation, control, .. }) = self.model.keyframe_named(keyframe) else {
+        let Some(Keyframe { time, q, v, activation, control, mocap, .. }) = self.model.keyframe_named(keyframe) else {
             let known = self.model.keyframes.iter().map(|k| k.name.as_str()).collect::<Vec<_>>().join(", ");
             return Err(SimulationError::UnknownName { sort: "keyframe", name: keyframe.into(), known });
         };
         let state = State::at(q.clone(), v.clone()).with_time(*time).with_activation(activation.clone());
         self.input.control = control.clone();
+        self.input.mocap = mocap.clone();
         self.set_state(&state)
     }
 
@@ -343,6 +347,7 @@ impl Simulation {
     /// Kinetic and potential energy of the present state, J.
     pub fn energy(&self) -> (f64, f64) {
         let mut kinematics = Kinematics::new(&self.model);
+        kinematics.place_mocap(&self.model, &self.input);
         forward_kinematics_into(&self.model, &self.state.q, &self.state.v, &mut kinematics);
         let kinetic = kinetic_energy(&self.model, &kinematics, &self.state.v);
         (kinetic, potential_energy(&self.model, &kinematics, &self.state.q))

@@ -3,11 +3,12 @@
 use signorini_multibody::{Input, State};
 
 use crate::SimulationError;
+use crate::recorder::{array_pose, pose_array};
 
 /// The first bytes of a stored snapshot.
 const MAGIC: &[u8; 8] = b"SIGNSTAT";
 /// Version of the byte form.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// State, input and warm start of a simulation: with the same model and settings it goes on from here with the same bits.
 ///
@@ -44,7 +45,7 @@ impl Snapshot {
     }
 
     /// The snapshot as bytes, the same on every machine: `SIGNSTAT`, the version (u32), the model's content hash (u64), whether
-    /// the equality constraints have been checked (u64), the time, then `q`, `v`, activations, controls, generalized forces and warm start,
+    /// the equality constraints have been checked (u64), the time, then `q`, `v`, activations, controls, generalized forces, poses of mocap bodies (7 numbers each) and warm start,
     /// each with its length (u64) before it, and the CRC-32 of all that. Little-endian; numbers are f64.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -53,8 +54,9 @@ impl Snapshot {
         bytes.extend(self.model_hash.to_le_bytes());
         bytes.extend(u64::from(self.assembled).to_le_bytes());
         bytes.extend(self.time.to_le_bytes());
-        let Input { control, generalized_force, .. } = &self.input;
-        for numbers in [&self.q, &self.v, &self.activation, control, generalized_force, &self.warm_start] {
+        let Input { control, generalized_force, mocap, .. } = &self.input;
+        let mocap: Vec<f64> = mocap.iter().flat_map(pose_array).collect();
+        for numbers in [&self.q, &self.v, &self.activation, control, generalized_force, &mocap, &self.warm_start] {
             bytes.extend((numbers.len() as u64).to_le_bytes());
             numbers.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
         }
@@ -86,7 +88,11 @@ impl Snapshot {
         let assembled = u64::from_le_bytes(take(rest)?) == 1;
         let time = f64::from_le_bytes(take(rest)?);
         let [q, v, activation, control] = [numbers(rest)?, numbers(rest)?, numbers(rest)?, numbers(rest)?];
-        let input = Input::default().with_control(control).with_generalized_force(numbers(rest)?);
+        let generalized_force = numbers(rest)?;
+        let poses = numbers(rest)?;
+        let (poses, []) = poses.as_chunks::<7>() else { return None };
+        let mocap = poses.iter().map(array_pose).collect();
+        let input = Input::default().with_control(control).with_generalized_force(generalized_force).with_mocap(mocap);
         Some(Self { model_hash, assembled, time, q, v, activation, input, warm_start: numbers(rest)? })
     }
 }

@@ -236,7 +236,7 @@ impl Runner {
 
     fn restart_feed(&mut self) -> Result<(), RecordingError> {
         let Self { simulation, feed, .. } = self;
-        feed.restart(|frame| last_frame_into(simulation.model(), 0, simulation.state(), frame))
+        feed.restart(|frame| last_frame_into(simulation.model(), 0, simulation.state(), &simulation.input, frame))
     }
 
     /// Makes the steps that are due after this much time of the clock.

@@ -1,15 +1,16 @@
 //! `<actuator>`: motors, servos, dampers, cylinders and general affine actuators on joints, tendons and sites.
 
 use signorini_multibody::{
-    Activation, Actuator, ActuatorId, ActuatorKind, JointKind, Kinematics, LengthRow, MassMatrix, Model, Transmission,
-    actuator_length_into, forward_kinematics_into, mass_matrix_into,
+    Activation, Actuator, ActuatorId, ActuatorKind, JointId, JointKind, Kinematics, LengthRow, MassMatrix, Model,
+    Transmission, actuator_length_into, forward_kinematics_into, mass_matrix_into,
 };
 
 use super::laws::{activation_count, law};
 use super::sensors::{site, tendon};
 use super::{Importer, custom};
-use crate::error::FormatError;
+use crate::error::{FormatError, Location};
 use crate::parts::JointRecord;
+use crate::report::Reporter;
 use crate::xml::{Attributes, Element};
 
 /// Elements whose defaults apply to every actuator.
@@ -163,6 +164,37 @@ fn damping_ratio(a: &Attributes) -> Result<f64, FormatError> {
         return Err(a.invalid("dampratio", "either 'kv' or 'dampratio'"));
     }
     Ok(ratio)
+}
+
+/// Takes over `actuatorfrcrange`, the bound of the force of all actuators on a joint: where a single one acts on it, that is a bound of
+/// its own force. Joints of the file are those of the model: bodies are read one by one.
+pub(super) fn bound_by_joints(model: &mut Model, ranges: &[(JointId, [f64; 2], Location)], report: &mut Reporter) {
+    let Model { actuators, tendons, .. } = model;
+    for (joint, [low, high], at) in ranges {
+        let drives = |transmission: &Transmission| match transmission {
+            Transmission::Joint(other) => other == joint,
+            Transmission::JointAxes { .. } => false,
+            Transmission::Tendon(tendon) => tendons[tendon.index()].terms.iter().any(|(other, _)| other == joint),
+            // A wrench at a site may act on any joint.
+            Transmission::Site { .. } => true,
+        };
+        let mut driving = actuators.iter_mut().filter(|actuator| drives(&actuator.transmission));
+        match (driving.next(), driving.next()) {
+            (None, _) => {}
+            (Some(only), None) if matches!(only.transmission, Transmission::Joint(_)) && only.gear != 0.0 => {
+                let [a, b] = [low / only.gear, high / only.gear];
+                let [own_low, own_high] = only.force_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+                // What is cut to two ranges is cut to their common part, or ends at the nearer end of the second.
+                let cut = |x: f64| x.clamp(a.min(b), a.max(b));
+                only.force_range = Some([cut(own_low), cut(own_high)]);
+            }
+            _ => {
+                let what =
+                    "'actuatorfrcrange' of a joint on which several actuators, a tendon or a site act is not supported";
+                report.motion(at.clone(), "joint", what, "the total force of the actuators has no bound of its own");
+            }
+        }
+    }
 }
 
 /// Gives position servos the damping of a ratio of the critical one, `kv = 2 ratio √(kp m)`, with the inertia `m` at the

@@ -78,6 +78,9 @@ fn read_body<'t>(
     let placement = scope.frame * importer.compiler.pose(&attributes)?;
     let placement = Pose::new(placement.position, placement.rotation.normalize());
     let id = importer.parts.add_body(element, scope.name(element), parent, placement)?;
+    if attributes.flag("mocap")?.unwrap_or(false) {
+        read_mocap(importer, element, id, parent)?;
+    }
     let compensation = attributes.number_or("gravcomp", 0.0)?;
     importer.parts.set_gravity_compensation(id, compensation)?;
     let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
@@ -97,6 +100,14 @@ fn read_body<'t>(
     };
     inertias.push((id, importer.compiler.adjusted(inertia)));
     Ok(children)
+}
+
+/// Makes a body one that is moved from outside.
+fn read_mocap(importer: &mut Importer, element: Element, id: BodyId, parent: BodyId) -> Result<(), FormatError> {
+    if parent != BodyId::WORLD {
+        return Err(element.invalid("only a child of the world can be a mocap body: put it into <worldbody>"));
+    }
+    importer.parts.set_mocap(id)
 }
 
 /// Whether a body has geoms of its own, in frames and replicas, too.

@@ -180,9 +180,9 @@ const WORLDBODY: Coverage = Coverage { read: "childclass", harmless: "name", ign
 const EXCLUDE: Coverage = Coverage { read: "body1 body2", harmless: "name", ignored: &[] };
 
 const BODY: Coverage = Coverage {
-    read: "name childclass pos quat axisangle xyaxes zaxis euler gravcomp",
+    read: "name childclass pos quat axisangle xyaxes zaxis euler gravcomp mocap",
     harmless: "user fuse simple sleep",
-    ignored: &[ignored("mocap", "false", "the body does not move by itself and cannot be moved by hand")],
+    ignored: &[],
 };
 
 const FRAME: Coverage =
@@ -204,12 +204,11 @@ const INERTIAL: Coverage =
 
 const JOINT: Coverage = Coverage {
     read: "name class type pos axis range limited ref springref stiffness damping armature frictionloss \
-           actuatorfrcrange actuatorfrclimited",
+           actuatorfrcrange actuatorfrclimited margin",
     harmless: "group user actuatorgravcomp",
     ignored: &[
         ignored("springdamper", "0 0", "stiffness and damping stay as given"),
         ignored("springyield", "0", "springs are elastic"),
-        ignored("margin", "0", "limits act where they are"),
         ignored("solreflimit", "0.02 1", SOFT),
         ignored("solimplimit", "0.9 0.95 0.001 0.5 2", SOFT),
         ignored("solreffriction", "0.02 1", SOFT),
@@ -219,7 +218,7 @@ const JOINT: Coverage = Coverage {
 
 const GEOM: Coverage = Coverage {
     read: "name class type size fromto pos quat axisangle xyaxes zaxis euler mesh hfield mass density group friction \
-           condim contype conaffinity rgba material margin",
+           condim contype conaffinity rgba material margin priority surfacevel",
     // In MuJoCo 4 `gap` lists contacts beyond the margin that do not act yet. Here every contact that could close within the step is
     // in the problem, so that it has nothing left to say.
     harmless: "user castshadow gap",
@@ -227,9 +226,7 @@ const GEOM: Coverage = Coverage {
         ignored("solref", "0.02 1", SOFT),
         ignored("solimp", "0.9 0.95 0.001 0.5 2", SOFT),
         ignored("solmix", "1", SOFT),
-        ignored("priority", "0", "a pair has the larger friction of its geoms, not that of the one with priority"),
         ignored("adhesion", "0", "surfaces do not stick"),
-        ignored("surfacevel", "0 0 0", "surfaces do not run"),
         ignored("shellinertia", "false", "the geom is solid"),
         ignored("fluidshape", "none", FLUID),
         ignored("fluidcoef", "0.5 0.25 1.5 1.0 1.0", FLUID),
@@ -352,11 +349,4 @@ const SENSOR: Coverage = Coverage {
     ignored: &[],
 };
 
-const KEY: Coverage = Coverage {
-    read: "name time qpos qvel act ctrl",
-    harmless: "",
-    ignored: &[
-        ignored("mpos", "", "there are no motion-capture bodies"),
-        ignored("mquat", "", "there are no motion-capture bodies"),
-    ],
-};
+const KEY: Coverage = Coverage { read: "name time qpos qvel act ctrl mpos mquat", harmless: "", ignored: &[] };

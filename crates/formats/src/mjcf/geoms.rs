@@ -65,6 +65,9 @@ pub(super) fn read<'t>(
     let material = importer.assets.material(&a)?;
     geom.rgba = colour(&a, material.unwrap_or(geom.rgba))?;
     geom.margin = a.non_negative("margin")?.unwrap_or(0.0);
+    let priority = a.integer("priority")?.unwrap_or(0);
+    geom.priority = i32::try_from(priority).map_err(|_| a.invalid("priority", "a number of 32 bits"))?;
+    read_belt(importer, &a, &mut geom)?;
     geom.grain = name.as_deref().and_then(|name| importer.grains.get(name)).map(|(grain, _)| *grain);
     geom.restitution = importer.restitution.of(name.as_deref());
     importer.contact_properties.push(ContactProperties {
@@ -75,6 +78,17 @@ pub(super) fn read<'t>(
         rolling_friction: geom.rolling_friction,
     });
     importer.parts.add_geom(element, name, body.id, geom).map(drop)
+}
+
+/// `surfacevel`: a belt.
+fn read_belt(importer: &mut Importer, a: &Attributes, geom: &mut Geom) -> Result<(), FormatError> {
+    let ([x, y, z, turn @ ..], _) = a.overlay::<6>("surfacevel", [0.0; 6])?;
+    geom.surface_velocity = DVec3::new(x, y, z);
+    if turn != [0.0; 3] {
+        let effect = "only the constant part of the surface's velocity acts";
+        importer.report.motion(a.at("surfacevel"), "geom", "a surface that turns is not supported", effect);
+    }
+    Ok(())
 }
 
 /// Leaves the faces of a mesh that nothing can touch as they are, instead of taking their hull: many are flat.

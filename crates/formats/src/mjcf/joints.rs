@@ -23,13 +23,23 @@ pub(super) fn read<'t>(
     body: &OpenBody,
 ) -> Result<(), FormatError> {
     let name = scope.name(element);
-    let joint = if element.is("freejoint") {
-        Joint::new("", JointKind::Free)
-    } else {
-        let attributes = importer.defaults.of(element, scope.class, &["joint"])?;
-        read_joint(importer, &attributes, scope)?
-    };
-    importer.parts.add_joint(element, name, body.id, &body.pose, joint).map(drop)
+    if element.is("freejoint") {
+        let joint = Joint::new("", JointKind::Free);
+        return importer.parts.add_joint(element, name, body.id, &body.pose, joint).map(drop);
+    }
+    let attributes = importer.defaults.of(element, scope.class, &["joint"])?;
+    let mut joint = read_joint(importer, &attributes, scope)?;
+    let range = joint.limits;
+    draw_in_limits(importer, &attributes, &mut joint)?;
+    let bounded = matches!(joint.kind, JointKind::Hinge { .. } | JointKind::Slide { .. });
+    let id = importer.parts.add_joint(element, name, body.id, &body.pose, joint)?;
+    if let Some(record) = importer.parts.joints.last_mut() {
+        record.limits = range; // What actuators inherit.
+    }
+    if let Some(bounds) = importer.range(&attributes, "actuatorfrcrange", "actuatorfrclimited")?.filter(|_| bounded) {
+        importer.actuator_force_ranges.push((id, bounds, attributes.at("actuatorfrcrange")));
+    }
+    Ok(())
 }
 
 fn read_joint(importer: &mut Importer, a: &Attributes, scope: &Scope) -> Result<Joint, FormatError> {
@@ -62,7 +72,6 @@ fn read_joint(importer: &mut Importer, a: &Attributes, scope: &Scope) -> Result<
     if importer.friction_loss_disabled {
         joint.friction_loss = 0.0;
     }
-    warn_about_rest(importer, a, sort)?;
     Ok(joint)
 }
 
@@ -77,6 +86,23 @@ fn limits(importer: &mut Importer, a: &Attributes, sort: Type, unit: f64) -> Res
         Type::Ball => ball_limits(importer, a, range),
         Type::Slide | Type::Hinge => Ok(Some(range.map(|x| unit * x))),
     }
+}
+
+/// `margin`: the limits act that much before their range ends, as in MuJoCo, where the force begins there.
+fn draw_in_limits(importer: &mut Importer, a: &Attributes, joint: &mut Joint) -> Result<(), FormatError> {
+    let given = a.non_negative("margin")?.unwrap_or(0.0);
+    let (Some([low, high]), true) = (joint.limits, given > 0.0) else { return Ok(()) };
+    let drawn_in = match joint.kind {
+        JointKind::Ball => [0.0, high - given],
+        _ => [low + given, high - given],
+    };
+    if drawn_in[0] < drawn_in[1] {
+        joint.limits = Some(drawn_in);
+    } else {
+        let effect = "the limits act where they are: give a margin below half of the range";
+        importer.report.motion(a.at("margin"), "joint", "the margin leaves nothing of the range", effect);
+    }
+    Ok(())
 }
 
 /// The largest angle of a ball joint, after a 0; it has no effect from half a turn on.
@@ -106,14 +132,4 @@ pub(super) fn linear(importer: &mut Importer, a: &Attributes, name: &'static str
         importer.report.motion(a.at(name), a.element().name(), what, "the force is linear");
     }
     if first < 0.0 { Err(a.invalid(name, "a number that is not negative")) } else { Ok(first) }
-}
-
-fn warn_about_rest(importer: &mut Importer, a: &Attributes, sort: Type) -> Result<(), FormatError> {
-    if matches!(sort, Type::Hinge | Type::Slide)
-        && importer.range(a, "actuatorfrcrange", "actuatorfrclimited")?.is_some()
-    {
-        let effect = "the total force of the actuators on the joint has no bound of its own";
-        importer.report.motion(a.at("actuatorfrcrange"), "joint", "'actuatorfrcrange' is not supported", effect);
-    }
-    Ok(())
 }

@@ -1,6 +1,7 @@
 //! `<keyframe>`: named states.
 
-use signorini_multibody::Keyframe;
+use signorini_multibody::glam::{DQuat, DVec3};
+use signorini_multibody::{Keyframe, Pose};
 
 use super::Importer;
 use super::actuators::Listed;
@@ -24,14 +25,39 @@ pub(super) fn read<'t>(
         let owners = actuators.iter().flat_map(|actuator| std::iter::repeat_n(actuator.kept, actuator.activations));
         let activation = activations.into_iter().zip(owners).filter(|(_, kept)| *kept).map(|(x, _)| x).collect();
         let time = a.number_or("time", 0.0)?;
+        let mocap = mocap_poses(&a, &importer.parts.mocap_placements)?;
         let name = a.text("name").filter(|n| !n.is_empty()).map(str::to_owned);
         importer.parts.add_keyframe(
             key,
             name,
-            Keyframe::new(String::new(), q).with_time(time).with_v(v).with_activation(activation).with_control(control),
+            Keyframe::new(String::new(), q)
+                .with_time(time)
+                .with_v(v)
+                .with_activation(activation)
+                .with_control(control)
+                .with_mocap(mocap),
         )?;
     }
     Ok(())
+}
+
+/// `mpos` and `mquat`: where the bodies stand that are moved from outside; nothing where neither is given.
+fn mocap_poses(a: &Attributes, placements: &[Pose]) -> Result<Vec<Pose>, FormatError> {
+    if !a.has("mpos") && !a.has("mquat") {
+        return Ok(Vec::new());
+    }
+    let positions: Vec<f64> = placements.iter().flat_map(|pose| pose.position.to_array()).collect();
+    let rotations: Vec<f64> = placements.iter().map(|pose| pose.rotation).flat_map(|r| [r.w, r.x, r.y, r.z]).collect();
+    let positions = list(a, "mpos", "numbers for the mocap bodies", &positions)?;
+    let rotations = list(a, "mquat", "numbers for the mocap bodies", &rotations)?;
+    let poses = positions.chunks_exact(3).zip(rotations.chunks_exact(4)).map(|(p, r)| {
+        let rotation = DQuat::from_xyzw(r[1], r[2], r[3], r[0]);
+        let norm = rotation.length();
+        // A quaternion of zeros is MuJoCo's word for none.
+        let rotation = if norm > 0.0 { rotation / norm } else { DQuat::IDENTITY };
+        Pose::new(DVec3::from_slice(p), rotation)
+    });
+    Ok(poses.collect())
 }
 
 fn list(a: &Attributes, name: &'static str, what: &str, default: &[f64]) -> Result<Vec<f64>, FormatError> {

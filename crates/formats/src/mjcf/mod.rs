@@ -27,13 +27,13 @@ mod tendons;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
-use signorini_multibody::{ActuatorId, SpinResistance};
+use signorini_multibody::{ActuatorId, JointId, SpinResistance};
 
 use assets::Assets;
 use compiler::Compiler;
 use defaults::Defaults;
 
-use crate::error::FormatError;
+use crate::error::{FormatError, Location};
 use crate::parts::Parts;
 use crate::report::Reporter;
 use crate::xml::{Attributes, Element, Tree};
@@ -78,6 +78,8 @@ struct Importer<'t> {
     /// Time step of the file, s.
     timestep: f64,
     missing_meshes: MissingMeshes,
+    /// Joints whose actuators together have a bound, with the place where it stands.
+    actuator_force_ranges: Vec<(JointId, [f64; 2], Location)>,
     /// Position servos whose damping is to come from a damping ratio.
     damping_ratios: Vec<(ActuatorId, f64)>,
 }
@@ -114,6 +116,7 @@ pub(crate) fn import(
         speed_servos: custom::speed_servos(root)?,
         timestep: 0.002,
         missing_meshes: options.missing_meshes,
+        actuator_force_ranges: Vec::new(),
     };
     options::read(&mut importer, root)?;
     bodies::read(&mut importer, root)?;
@@ -127,6 +130,7 @@ pub(crate) fn import(
     coverage::audit(root, &mut importer.report);
     importer.report.notes(tree.take_notes());
     let mut model = importer.parts.build()?;
+    actuators::bound_by_joints(&mut model, &importer.actuator_force_ranges, &mut importer.report);
     actuators::damp_by_ratio(&mut model, &importer.damping_ratios);
     Ok(Imported { model, report: importer.report.finish() })
 }

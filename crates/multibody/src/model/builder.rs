@@ -4,7 +4,7 @@ use glamx::glam::DVec3;
 
 use super::check::{
     check_actuators, check_equalities, check_geoms, check_inertia, check_joints, check_keyframes, check_mass,
-    check_pairs, number, unique,
+    check_mocap, check_pairs, number, unique,
 };
 use super::check_sensing::{check_sensors, check_sites, check_tendons};
 use super::path::{PathStep, reference_pose};
@@ -33,6 +33,7 @@ pub struct ModelBuilder {
     actuators: Vec<Actuator>,
     sensors: Vec<Sensor>,
     keyframes: Vec<Keyframe>,
+    mocap_bodies: Vec<BodyId>,
 }
 
 impl ModelBuilder {
@@ -46,6 +47,7 @@ impl ModelBuilder {
             gravity_compensation: 0.0,
             first_joint: 0,
             joint_count: 0,
+            mocap: None,
         };
         Self {
             name: name.into(),
@@ -63,6 +65,7 @@ impl ModelBuilder {
             actuators: Vec::new(),
             sensors: Vec::new(),
             keyframes: Vec::new(),
+            mocap_bodies: Vec::new(),
         }
     }
 
@@ -101,6 +104,7 @@ impl ModelBuilder {
             gravity_compensation,
             first_joint: 0,
             joint_count: 0,
+            mocap: None,
         });
         self.joints.push(Vec::new());
         Ok(id)
@@ -123,6 +127,20 @@ impl ModelBuilder {
     pub fn set_gravity_compensation(&mut self, body: BodyId, share: f64) -> Result<(), ModelError> {
         self.known_body(body, || "a gravity compensation".into())?;
         self.bodies[body.index()].gravity_compensation = share;
+        Ok(())
+    }
+
+    /// Makes a body one whose pose is given from outside, behind those there are; it must be a child of the world without joints.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownPart`] if the body is not there.
+    pub fn set_mocap(&mut self, body: BodyId) -> Result<(), ModelError> {
+        self.known_body(body, || "a mocap body".into())?;
+        let own = &mut self.bodies[body.index()].mocap;
+        if own.is_none() {
+            *own = Some(self.mocap_bodies.len());
+            self.mocap_bodies.push(body);
+        }
         Ok(())
     }
 
@@ -236,6 +254,7 @@ impl ModelBuilder {
         }
         let mut model = self.assemble();
         check_joints(&model)?;
+        check_mocap(&model)?;
         check_mass(&model)?;
         check_geoms(&model)?;
         check_pairs(&model)?;
@@ -355,6 +374,7 @@ impl ModelBuilder {
             actuators,
             sensors,
             keyframes: self.keyframes,
+            mocap_bodies: self.mocap_bodies,
             nq,
             nv,
             na,

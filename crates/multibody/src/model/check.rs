@@ -125,6 +125,15 @@ pub(super) fn check_joints(model: &Model) -> Result<(), ModelError> {
     Ok(())
 }
 
+/// What is moved from outside hangs on the world and has no joints.
+pub(super) fn check_mocap(model: &Model) -> Result<(), ModelError> {
+    let wrong = |body: &&Body| body.parent != BodyId::WORLD || body.joint_count > 0 || body.name == "world";
+    match model.mocap_bodies.iter().map(|id| &model.bodies[id.index()]).find(wrong) {
+        None => Ok(()),
+        Some(body) => Err(ModelError::InvalidMocap { body: body.name.clone() }),
+    }
+}
+
 /// Every joint must move some mass (or have an armature): otherwise the mass matrix is singular.
 pub(super) fn check_mass(model: &Model) -> Result<(), ModelError> {
     let mut mass: Vec<f64> = model.bodies.iter().map(|b| b.inertia.mass).collect();
@@ -322,6 +331,15 @@ pub(super) fn check_keyframes(model: &mut Model) -> Result<(), ModelError> {
             for &x in values {
                 number(|| part.clone(), list, "finite", x, |_| true)?;
             }
+        }
+        let count = model.mocap_bodies.len();
+        if ![0, count].contains(&keyframe.mocap.len()) {
+            let (list, found) = ("mpos and mquat", keyframe.mocap.len());
+            return Err(ModelError::WrongLength { part, list, expected: count, found });
+        }
+        for pose in &mut keyframe.mocap {
+            check_pose(|| part.clone(), pose)?;
+            pose.rotation = pose.rotation.normalize();
         }
         for joint in &model.joints {
             let start = joint.q_index + if joint.kind == JointKind::Free { 3 } else { 0 };

@@ -75,6 +75,12 @@ pub enum ModelError {
         /// What is wrong.
         reason: &'static str,
     },
+    /// A body whose pose is given from outside where that cannot be.
+    #[error("mocap body '{body}' must be a child of the world without joints")]
+    InvalidMocap {
+        /// The body.
+        body: String,
+    },
     /// A keyframe or another list with the wrong number of entries.
     #[error("{part} has {found} entries in {list}, the model needs {expected}")]
     WrongLength {

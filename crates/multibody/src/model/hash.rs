@@ -30,6 +30,7 @@ impl Model {
             actuators,
             sensors,
             keyframes,
+            mocap_bodies: _,
             nq: _,
             nv: _,
             na: _,
@@ -73,6 +74,10 @@ trait Feed {
     fn feed(&self, hash: &mut Fnv);
 }
 
+fn is_default<T: Default + PartialEq>(x: &T) -> bool {
+    *x == T::default()
+}
+
 macro_rules! feed_number {
     ($($t:ty),*) => {
         $(impl Feed for $t {
@@ -82,22 +87,26 @@ macro_rules! feed_number {
         })*
     };
 }
-feed_number!(u8, u32, u64, f32, f64);
+feed_number!(u8, u32, u64, i32, f32, f64);
 
-/// Feeds every field; a new field is a compile error here.
+/// Feeds every field; a new field is a compile error here. Those of `where set` count only where they are not the default, so that
+/// models without them keep the hash that they had before there were such fields.
 macro_rules! feed_fields {
-    ($t:ident { $($field:ident),* $(,)? }) => {
+    ($t:ident { $($field:ident),* $(,)? } $(where set { $($late:ident),* })?) => {
         impl Feed for $t {
             fn feed(&self, hash: &mut Fnv) {
-                let Self { $($field),* } = self;
+                let Self { $($field,)* $($($late,)*)? } = self;
                 $($field.feed(hash);)*
+                $($(if !is_default($late) {
+                    $late.feed(hash);
+                })*)?
             }
         }
     };
 }
 feed_fields!(Pose { position, rotation });
 feed_fields!(Inertia { mass, center_of_mass, rotational });
-feed_fields!(Body { name, parent, placement, inertia, gravity_compensation, first_joint, joint_count });
+feed_fields!(Body { name, parent, placement, inertia, gravity_compensation, first_joint, joint_count } where set { mocap });
 feed_fields!(Joint {
     name,
     body,
@@ -130,7 +139,7 @@ feed_fields!(Geom {
     contact_type,
     contact_affinity,
     rgba,
-});
+} where set { priority });
 feed_fields!(GeomPair {
     geom_a,
     geom_b,
@@ -147,7 +156,7 @@ feed_fields!(Tendon { name, terms, stiffness, damping, rest, limits });
 feed_fields!(Sensor { name, kind, cutoff, address });
 feed_fields!(Actuator { name, transmission, gear, kind, activation, control_range, force_range });
 feed_fields!(Activation { kind, range, early, index });
-feed_fields!(Keyframe { name, time, q, v, activation, control });
+feed_fields!(Keyframe { name, time, q, v, activation, control } where set { mocap });
 feed_fields!(Mesh { vertices, triangles });
 feed_fields!(HeightField { size, half_extents, heights });
 

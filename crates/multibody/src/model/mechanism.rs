@@ -41,6 +41,8 @@ pub struct Model {
     pub sensors: Vec<Sensor>,
     /// Named states.
     pub keyframes: Vec<Keyframe>,
+    /// Bodies whose pose is given from outside, in their order (MJCF `mocap`).
+    pub mocap_bodies: Vec<BodyId>,
     /// Size of `q`.
     pub nq: usize,
     /// Size of `v`.
@@ -164,26 +166,21 @@ impl Model {
         self.keyframes.iter().find(|k| k.name == name)
     }
 
-    /// Friction of a pair of geoms: the pair's own entry, else 0 if both are frictionless, else the larger of the two.
+    /// Friction of a pair of geoms: the pair's own entry, else [what the two make of it](Geom::friction_with).
     pub fn pair_friction(&self, a: GeomId, b: GeomId) -> f64 {
         if let Some(pair) = self.own_pair(a, b) {
             return pair.friction;
         }
-        let (a, b) = (&self.geoms[a.index()], &self.geoms[b.index()]);
-        if a.frictional || b.frictional { a.friction.max(b.friction) } else { 0.0 }
+        self.geoms[a.index()].friction_with(&self.geoms[b.index()])
     }
 
-    /// Friction of a pair of geoms against spinning about the normal and against rolling, m: the pair's own entry, else for
-    /// each the larger coefficient of the two if one of them resists that motion, else 0.
+    /// Friction of a pair of geoms against spinning about the normal and against rolling, m: the pair's own entry, else
+    /// [what the two make of it](Geom::spin_friction_with); 0 for a motion that is not resisted.
     pub fn pair_spin_friction(&self, a: GeomId, b: GeomId) -> [f64; 2] {
         let (a_geom, b_geom) = (&self.geoms[a.index()], &self.geoms[b.index()]);
         let (resistance, spinning, rolling) = match self.own_pair(a, b) {
             Some(pair) => (pair.spin_resistance, pair.spinning_friction, pair.rolling_friction),
-            None => (
-                a_geom.spin_resistance.max(b_geom.spin_resistance),
-                a_geom.spinning_friction.max(b_geom.spinning_friction),
-                a_geom.rolling_friction.max(b_geom.rolling_friction),
-            ),
+            None => a_geom.spin_friction_with(b_geom),
         };
         match resistance {
             SpinResistance::None => [0.0, 0.0],

@@ -1,5 +1,7 @@
 //! The parts a model is made of.
 
+use std::cmp::Ordering;
+
 use derive_setters::Setters;
 use glamx::glam::DVec3;
 
@@ -24,6 +26,9 @@ pub struct Body {
     pub first_joint: usize,
     /// Number of joints; 0 welds the body to its parent.
     pub joint_count: usize,
+    /// Its place among the bodies whose pose is given from outside ([`Input::mocap`](crate::Input::mocap)), if it is one: a child of the
+    /// world without joints, for the dynamics at rest in every step.
+    pub mocap: Option<usize>,
 }
 
 /// How a joint lets its body move relative to the parent.
@@ -208,6 +213,8 @@ pub struct Geom {
     /// tangents of a contact acts.
     #[setters(into)]
     pub surface_velocity: DVec3,
+    /// Of two geoms that touch, the one with the higher priority says alone which friction their contacts have.
+    pub priority: i32,
     /// Which collision groups it belongs to (bit mask); two geoms meet if one's type shares a bit with the other's affinity.
     pub contact_type: u32,
     /// Which collision groups it meets (bit mask).
@@ -233,9 +240,38 @@ impl Geom {
             restitution: 0.0,
             margin: 0.0,
             surface_velocity: DVec3::ZERO,
+            priority: 0,
             contact_type: 1,
             contact_affinity: 1,
             rgba: [0.5, 0.5, 0.5, 1.0],
+        }
+    }
+}
+
+impl Geom {
+    /// Coefficient of sliding friction of contacts with another geom: that of the one with the higher priority; where they have the same,
+    /// the larger of the two, or 0 where neither is frictional (MuJoCo's rule).
+    pub fn friction_with(&self, other: &Self) -> f64 {
+        let (friction, frictional) = match self.priority.cmp(&other.priority) {
+            Ordering::Greater => (self.friction, self.frictional),
+            Ordering::Less => (other.friction, other.frictional),
+            Ordering::Equal => (self.friction.max(other.friction), self.frictional || other.frictional),
+        };
+        if frictional { friction } else { 0.0 }
+    }
+
+    /// Which turning contacts with another geom resist, and the coefficients of friction against spinning and rolling, m: those of the
+    /// one with the higher priority; where they have the same, the larger of each.
+    pub fn spin_friction_with(&self, other: &Self) -> (SpinResistance, f64, f64) {
+        let own = |geom: &Self| (geom.spin_resistance, geom.spinning_friction, geom.rolling_friction);
+        match self.priority.cmp(&other.priority) {
+            Ordering::Greater => own(self),
+            Ordering::Less => own(other),
+            Ordering::Equal => (
+                self.spin_resistance.max(other.spin_resistance),
+                self.spinning_friction.max(other.spinning_friction),
+                self.rolling_friction.max(other.rolling_friction),
+            ),
         }
     }
 }
@@ -299,11 +335,13 @@ pub struct Keyframe {
     pub activation: Vec<f64>,
     /// Control, `[actuators]`.
     pub control: Vec<f64>,
+    /// Poses `X_WB` of the bodies that are moved from outside, `[mocap_bodies]`; empty: where the model places them.
+    pub mocap: Vec<Pose>,
 }
 
 impl Keyframe {
     /// A configuration `q` at rest at time 0, without activations and control.
     pub fn new(name: impl Into<String>, q: Vec<f64>) -> Self {
-        Self { name: name.into(), time: 0.0, q, v: Vec::new(), activation: Vec::new(), control: Vec::new() }
+        Self { name: name.into(), time: 0.0, q, v: Vec::new(), activation: Vec::new(), control: Vec::new(), mocap: Vec::new() }
     }
 }

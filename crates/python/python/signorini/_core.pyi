@@ -205,6 +205,9 @@ class Model:
     def nu(self) -> int:
         """Number of actuators, entries of ``ctrl``."""
     @property
+    def nmocap(self) -> int:
+        """Number of bodies that are moved from outside, rows of ``mocap_pos`` and ``mocap_quat``."""
+    @property
     def nbody(self) -> int:
         """Number of bodies, the world included."""
     @property
@@ -491,6 +494,16 @@ class Data:
     @qfrc_applied.setter
     def qfrc_applied(self, value: ArrayLike) -> None: ...
     @property
+    def mocap_pos(self) -> _Array:
+        """Positions of the bodies that are moved from outside, (nmocap, 3), m: a live view."""
+    @mocap_pos.setter
+    def mocap_pos(self, value: ArrayLike) -> None: ...
+    @property
+    def mocap_quat(self) -> _Array:
+        """Their orientations, (nmocap, 4), (w, x, y, z): a live view."""
+    @mocap_quat.setter
+    def mocap_quat(self, value: ArrayLike) -> None: ...
+    @property
     def qacc(self) -> _Array:
         """Mean acceleration over the last step, (nv,), m/s², rad/s²: (v⁺ − v)/Δt."""
     @property
@@ -565,7 +578,8 @@ class Data:
     def solution(self) -> ContactSolution:
         """The solution of the last step's contact problem, a copy; errors as :meth:`problem`."""
     def get_state(self, *, warm_start: bool = True) -> _Array:
-        """Time (1), qpos (nq), qvel (nv), act (na), ctrl (nu), qfrc_applied (nv), and the solver's warm start (any number) as one vector.
+        """Time (1), qpos (nq), qvel (nv), act (na), ctrl (nu), qfrc_applied (nv), mocap_pos with mocap_quat
+        (7 for each of nmocap), and the solver's warm start (any number) as one vector.
 
         Given back to :meth:`set_state` of any data of the same model and settings, a run goes on with the same bits.
         """

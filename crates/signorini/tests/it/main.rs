@@ -19,6 +19,8 @@ mod linear_system;
 mod literature;
 mod margin;
 mod mechanisms;
+mod mocap;
+mod mujoco_rules;
 mod recertify;
 mod restitution;
 mod scenes;

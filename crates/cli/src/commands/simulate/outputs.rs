@@ -75,7 +75,7 @@ impl Outputs {
     /// curves have no point without contacts at their end.
     pub fn add_last_state(&mut self, index: u64, simulation: &Simulation) -> Result<(), CliError> {
         if let Some(writer) = &mut self.writer {
-            last_frame_into(simulation.model(), index, simulation.state(), &mut self.frame);
+            last_frame_into(simulation.model(), index, simulation.state(), &simulation.input, &mut self.frame);
             writer.append(&self.frame)?;
         }
         Ok(())
