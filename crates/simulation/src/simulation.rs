@@ -250,11 +250,16 @@ impl Simulation {
         self.workspace.assembler.violation(&self.model, &self.state.q)
     }
 
-    /// Refuses a start that violates the equality constraints, unless steps go on from what they cannot remove.
+    /// Refuses a start that violates the equality constraints (mocap bodies take part in them), unless steps go on from what they
+    /// cannot remove. A wrong input is named first.
     pub(crate) fn check_assembly(&mut self) -> Result<(), SimulationError> {
+        if self.assembled {
+            return Ok(());
+        }
+        self.input.check(&self.model)?;
         let tolerance = self.settings.assembly_tolerance;
         let goes_on = self.settings.infeasible == InfeasiblePolicy::GoOn;
-        if !self.assembled && !goes_on && self.constraint_violation() > tolerance {
+        if !goes_on && self.constraint_violation() > tolerance {
             let mut kinematics = Kinematics::new(&self.model);
             kinematics.place_mocap(&self.model, &self.input);
             forward_kinematics_into(&self.model, &self.state.q, &self.state.v, &mut kinematics);

@@ -45,8 +45,9 @@ impl Snapshot {
     }
 
     /// The snapshot as bytes, the same on every machine: `SIGNSTAT`, the version (u32), the model's content hash (u64), whether
-    /// the equality constraints have been checked (u64), the time, then `q`, `v`, activations, controls, generalized forces, poses of mocap bodies (7 numbers each) and warm start,
-    /// each with its length (u64) before it, and the CRC-32 of all that. Little-endian; numbers are f64.
+    /// the equality constraints have been checked (u64), the time, then `q`, `v`, activations, controls, generalized forces, poses of
+    /// mocap bodies (7 numbers each) and warm start, each with its length (u64) before it, and the CRC-32 of all that. Little-endian;
+    /// numbers are f64.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
         bytes.extend(MAGIC);

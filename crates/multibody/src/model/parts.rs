@@ -342,6 +342,14 @@ pub struct Keyframe {
 impl Keyframe {
     /// A configuration `q` at rest at time 0, without activations and control.
     pub fn new(name: impl Into<String>, q: Vec<f64>) -> Self {
-        Self { name: name.into(), time: 0.0, q, v: Vec::new(), activation: Vec::new(), control: Vec::new(), mocap: Vec::new() }
+        Self {
+            name: name.into(),
+            time: 0.0,
+            q,
+            v: Vec::new(),
+            activation: Vec::new(),
+            control: Vec::new(),
+            mocap: Vec::new(),
+        }
     }
 }

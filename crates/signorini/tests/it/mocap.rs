@@ -59,7 +59,7 @@ fn a_keyframe_places_it() {
 #[test]
 fn it_touches_what_moves_and_nothing_that_stands() {
     for sleeping in [false, true] {
-        let mut simulation = load(PLATE, Settings { sleeping, ..Settings::default() });
+        let mut simulation = load(PLATE, Settings::default().with_sleeping(sleeping));
         run_certified(&mut simulation, 1.0);
         assert!((position(&simulation).z - 0.2).abs() < 1e-6);
         assert!(simulation.workspace().contact_points().iter().all(|point| point.geom_a.0 == 1));
@@ -75,6 +75,7 @@ fn it_touches_what_moves_and_nothing_that_stands() {
 #[test]
 fn snapshots_hold_its_pose() {
     let mut simulation = load(HAND, Settings::default());
+    simulation.step().unwrap();
     simulation.input.mocap = vec![Pose::from_position(DVec3::new(0.0, 0.0, 1.00001))];
     simulation.step().unwrap();
     let snapshot = simulation.save();

@@ -56,7 +56,7 @@ impl<W: Write> RunRecorder<W> {
     /// # Errors
     /// As [`Writer::append`].
     pub fn finish(mut self, simulation: &Simulation, reason: &str) -> Result<W, RecordingError> {
-        last_frame_into(simulation.model(), self.steps, simulation.state(), &mut self.frame);
+        last_frame_into(simulation.model(), self.steps, simulation.state(), &simulation.input, &mut self.frame);
         self.writer.append(&self.frame)?;
         self.writer.finish(reason)
     }
