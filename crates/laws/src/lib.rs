@@ -4,6 +4,25 @@
 //! - [`ConvexRelaxation`]: Anitescu's relaxation, another model with a result type of its own
 //! - [`SettlingSolver`]: convex steps to rest
 //! - [`force_distributions`], [`LeastNorm`]: all impulses that give the same velocity, and those of least norm
+//!
+//! ```
+//! use signorini_contact::{ContactProblem, FrictionPolygon};
+//! use signorini_multibody::BlockDiagonal;
+//! use signorini_laws::CircularConeSolver;
+//!
+//! // A particle of 1 kg with coordinates (height, x, y) that would fall with 2 m/s and slide with 3 m/s, μ = 1/4, on a plane.
+//! let mass = BlockDiagonal::from_dense(3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])?;
+//! let mut problem = ContactProblem::new(mass, vec![-2.0, 3.0, 0.0], 0.01)?;
+//! let columns = [(0, [1.0, 0.0, 0.0]), (1, [0.0, 1.0, 0.0]), (2, [0.0, 0.0, 1.0])];
+//! problem.push_contact(columns, 0.0, 0.25, &FrictionPolygon::regular(4, 0.0)?);
+//!
+//! // Along (2, 1) no direction of the square points: the cone's friction opposes the slip, the polygon's does not.
+//! problem.free_velocity[2] = 1.5;
+//! let solution = CircularConeSolver::default().solve(&problem, None);
+//! let (vx, vy) = (solution.velocity[1], solution.velocity[2]);
+//! assert!((vx - 2.0 * vy).abs() < 1e-9 && (3.0_f64.hypot(1.5) - vx.hypot(vy) - 0.5).abs() < 1e-9);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod cone;
 mod indeterminacy;

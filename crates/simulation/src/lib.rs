@@ -5,7 +5,7 @@
 //! # What leaves every bit as it is
 //!
 //! With one build on one machine the same model, settings, state, input and warm start give the same bits: from run to run,
-//! for any number of threads ([`SolverSettings::threads`](signorini_contact::SolverSettings::threads), [`Batch`]), alone or in a batch,
+//! for any number of threads ([`SolverSettings::threads`](signorini_solver::SolverSettings::threads), [`Batch`]), alone or in a batch,
 //! and in a run that goes on from a [`Snapshot`]. The order in which bodies and geoms are declared is part of the model, for
 //! sums are rounded in it: bodies that nothing ties together do not feel it, within an island it changes the motion by rounding where the
 //! velocity is unique. Where contacts leave the velocity open (a wedged box can slide either way), the order can choose. Other machines

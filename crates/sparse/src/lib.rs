@@ -1,4 +1,14 @@
 //! Direct solution of block-sparse systems: an elimination order, and an LU factorisation in that order.
+//!
+//! ```
+//! let mut lu = signorini_sparse::DenseLu::default();
+//! lu.resize(2);
+//! lu.entries.copy_from_slice(&[0.0, 2.0, 4.0, 1.0]);
+//! assert!(lu.factor());
+//! let mut x = [6.0, 7.0];
+//! lu.solve(&mut x);
+//! assert_eq!(x, [1.0, 3.0]);
+//! ```
 
 mod bisection;
 mod block_lu;

@@ -6,7 +6,7 @@
 //! - [`Parts`]: a problem taken apart, to be changed
 //! - [`Scene`]: free rigid bodies with point contacts, for problems made by hand
 //! - [`shared_data`]: where the data live that several projects share, with a message when they are absent
-//! - [`reference`]: the formulation in dense matrices, and a judge of solutions that shares no code with the certificate
+//! - [`mod@reference`]: the formulation in dense matrices, and a judge of solutions that shares no code with the certificate
 //! - [`Dense`]: plain matrices that share no code with the crates under test
 
 mod articulated;

@@ -3,7 +3,7 @@
 //! A contact that slides at a vertex `d` of its polygon has Coulomb's friction `μ λ_N d` for a slip along `−d`. Each round
 //! solves the LCP, looks where every sliding contact slips, and gives it a vertex at the direction in which friction and slip
 //! are expected to meet, with two neighbours that enclose it. The set stays balanced, the problem an LCP of formulation §3 that
-//! the ordinary [`certify`](crate::certify) judges.
+//! the ordinary [`certify`](signorini_contact::certify) judges.
 
 use signorini_contact::SolveStatus::{Inaccurate, Solved};
 use signorini_contact::circular::CoulombLaw;
@@ -246,7 +246,7 @@ impl Directions {
 }
 
 /// Gives every contact, and every friction group, that slides in a solution with the circular cone, or sticks outside its polygon, a vertex at its
-/// friction: the LCP with these directions has that solution among its own, and the ordinary [`certify`](crate::certify) can judge it. Start it from the
+/// friction: the LCP with these directions has that solution among its own, and the ordinary [`certify`](signorini_contact::certify) can judge it. Start it from the
 /// solution's impulses or from a [`WarmStart`].
 ///
 /// - `problem`: gets the directions

@@ -23,7 +23,7 @@ const ACCEPT: f64 = 0.1;
 ///
 /// Semismooth Newton steps on the proximal form, started from, in this order: the caller's impulses; the exact solution with the
 /// problem's own polygons; polygons refined into the slip; block Gauss–Seidel sweeps in turns with Newton's method. The
-/// status is decided by the [certificate](super::certify_cone) of the result.
+/// status is decided by the [certificate](signorini_contact::certify_cone) of the result.
 #[derive(Debug)]
 pub struct CircularConeSolver {
     settings: ConeSettings,
@@ -263,7 +263,7 @@ impl CircularConeSolver {
 
     /// Writes a solution with the circular cone as the polygon's solution that it is once the directions are
     /// [aligned](align_directions) with its friction: `problem` gets these directions, `out` velocity, impulses, `α`, `β`, modes and the
-    /// ordinary [certificate](crate::certify). Status and report stay for the caller to fill in. No allocation after warm-up.
+    /// ordinary [certificate](signorini_contact::certify). Status and report stay for the caller to fill in. No allocation after warm-up.
     pub fn express_into(&mut self, problem: &mut ContactProblem, cone: &ConeSolution, out: &mut ContactSolution) {
         self.refiner.align(problem, cone);
         self.cones.prepare(problem);
@@ -287,7 +287,7 @@ impl CircularConeSolver {
         out.certificate = certify_afresh(problem, out, &mut self.polygon_scratch);
     }
 
-    /// [`certify_cone`](super::certify_cone) for the velocity and impulses of a polygon's solution, with memory that is kept.
+    /// [`certify_cone`](signorini_contact::certify_cone) for the velocity and impulses of a polygon's solution, with memory that is kept.
     pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> ConeCertificate {
         self.refiner.certify(problem, solution)
     }

@@ -31,7 +31,7 @@ const WIDE: f64 = 64.0;
 /// # Guarantee
 /// For copositive-plus matrices, which all positive semidefinite and all strictly copositive ones are, it ends at a
 /// solution or on a ray that proves infeasibility ([`Status::Infeasible`] where the ray itself is the proof; else
-/// [`Lcp::infeasibility`] finds one); for P-matrices at the solution; for copositive matrices at a solution if
+/// [`infeasibility`](crate::infeasibility) finds one); for P-matrices at the solution; for copositive matrices at a solution if
 /// `bᵀz ≥ 0` for every `z` with `0 ≤ z ⟂ A z ≥ 0`, which covers contact problems without penetration. For other
 /// matrices it may end on a ray although there is a solution.
 ///
