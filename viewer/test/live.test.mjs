@@ -243,7 +243,7 @@ test("a start with shapes inside each other is announced, and that it is no more
     assert.equal(await sunk.locator("#note").count(), 0);
     await sunk.keyboard.press("ArrowRight");
     const text = await sunk.locator("#note").textContent();
-    assert.equal(text, "'floor' and 'geom1' overlap by 0.100 m at the start, and the first step drives them apart at 20.000 m/s");
+    assert.equal(text, "shapes overlap at the start and are driven apart at no more than 0.25 m/s: 'floor' and 'geom1' by 100.000 mm");
     if (process.env.SCREENSHOTS) await sunk.screenshot({ path: join(process.env.SCREENSHOTS, "note.png") });
     await sunk.keyboard.press("r");
     await sunk.locator("#note").waitFor({ state: "detached" });
