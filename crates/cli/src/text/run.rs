@@ -42,6 +42,24 @@ pub fn run(result: &RunResult) -> String {
         let _ = writeln!(out, "circular     {}", laws(circular));
     }
     out.push_str(&tolerance(result));
+    out.push_str(&corrections(result));
+    if result.clipped_steps > 0 {
+        let _ = writeln!(out, "clipped      {} with penetrations taken as zero", count(result.clipped_steps, "step"));
+    }
+    for (name, path) in [("recording", &result.recording), ("report", &result.report)] {
+        if let Some(path) = path {
+            let _ = writeln!(out, "{name:12} {}", path.display());
+        }
+    }
+    if let Some(contradiction) = &result.contradiction {
+        out.push_str(&stopped(contradiction));
+    }
+    out
+}
+
+/// What corrections of overlaps and violations did and left, where there is something to tell.
+fn corrections(result: &RunResult) -> String {
+    let mut out = String::new();
     if result.limited_steps > 0 {
         let _ = writeln!(
             out,
@@ -62,17 +80,6 @@ pub fn run(result: &RunResult) -> String {
     if result.left_out_max > 0 {
         let contacts = count(result.left_out_max as u64, "contact");
         let _ = writeln!(out, "left out     {contacts} at most that no joint can move along the normal");
-    }
-    if result.clipped_steps > 0 {
-        let _ = writeln!(out, "clipped      {} with penetrations taken as zero", count(result.clipped_steps, "step"));
-    }
-    for (name, path) in [("recording", &result.recording), ("report", &result.report)] {
-        if let Some(path) = path {
-            let _ = writeln!(out, "{name:12} {}", path.display());
-        }
-    }
-    if let Some(contradiction) = &result.contradiction {
-        out.push_str(&stopped(contradiction));
     }
     out
 }
