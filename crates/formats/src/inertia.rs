@@ -1,43 +1,22 @@
-//! Mass, centre of mass and rotational inertia of shapes, and their sums.
+//! Mass, centre of mass and rotational inertia of shapes, and what makes an inertia physical.
 
 use signorini_multibody::glam::{DMat3, DVec3};
-use signorini_multibody::{Geometry, Inertia, Pose};
+use signorini_multibody::{Geometry, Inertia};
 
 use std::f64::consts::PI;
 
 /// Inertia of a solid primitive of density 1 kg/m³ in its own frame; none for shapes without volume (plane, height
 /// field) and for meshes, whose volume depends on how their faces are read.
-///
-/// # Source
-/// Integrals of r² over the solids; the capsule is a cylinder and two half balls moved by the parallel-axis theorem.
 pub(crate) fn solid(geometry: &Geometry) -> Option<Inertia> {
-    let (mass, moments) = match *geometry {
-        Geometry::Sphere { radius: r } => {
-            let m = 4.0 / 3.0 * PI * r.powi(3);
-            (m, DVec3::splat(0.4 * m * r * r))
-        }
-        Geometry::Box { half_extents: e } => {
-            let m = 8.0 * e.x * e.y * e.z;
-            (m, across(e * e) * (m / 3.0))
-        }
-        Geometry::Ellipsoid { semi_axes: e } => {
-            let m = 4.0 / 3.0 * PI * e.x * e.y * e.z;
-            (m, across(e * e) * (m / 5.0))
-        }
-        Geometry::Cylinder { radius: r, half_length: h } => {
-            let m = 2.0 * PI * r * r * h;
-            let side = m * (r * r / 4.0 + h * h / 3.0);
-            (m, DVec3::new(side, side, m * r * r / 2.0))
-        }
-        Geometry::Capsule { radius: r, half_length: h } => {
-            let cylinder = 2.0 * PI * r * r * h;
-            let balls = 4.0 / 3.0 * PI * r.powi(3);
-            let side = cylinder * (r * r / 4.0 + h * h / 3.0) + balls * (0.4 * r * r + h * h + 0.75 * h * r);
-            (cylinder + balls, DVec3::new(side, side, cylinder * r * r / 2.0 + balls * 0.4 * r * r))
-        }
+    let volume = match *geometry {
+        Geometry::Sphere { radius: r } => 4.0 / 3.0 * PI * r.powi(3),
+        Geometry::Box { half_extents: e } => 8.0 * e.x * e.y * e.z,
+        Geometry::Ellipsoid { semi_axes: e } => 4.0 / 3.0 * PI * e.x * e.y * e.z,
+        Geometry::Cylinder { radius: r, half_length: h } => 2.0 * PI * r * r * h,
+        Geometry::Capsule { radius: r, half_length: h } => 2.0 * PI * r * r * h + 4.0 / 3.0 * PI * r.powi(3),
         _ => return None,
     };
-    Some(Inertia { mass, center_of_mass: DVec3::ZERO, rotational: DMat3::from_diagonal(moments) })
+    Inertia::of_solid(geometry, volume)
 }
 
 /// `(y² + z², x² + z², x² + y²)` from the squares.
@@ -48,34 +27,6 @@ fn across(squares: DVec3) -> DVec3 {
 /// All masses multiplied by `factor`.
 pub(crate) fn scaled(inertia: Inertia, factor: f64) -> Inertia {
     Inertia { mass: inertia.mass * factor, rotational: inertia.rotational * factor, ..inertia }
-}
-
-/// The inertia given in frame G, expressed in frame B where G stands at `X_BG`.
-pub(crate) fn moved(inertia: Inertia, placement: &Pose) -> Inertia {
-    let r = placement.rotation_matrix();
-    Inertia {
-        mass: inertia.mass,
-        center_of_mass: placement.transform_point(inertia.center_of_mass),
-        rotational: symmetric(r * inertia.rotational * r.transpose()),
-    }
-}
-
-/// Several inertias in the same frame as one.
-pub(crate) fn sum(parts: &[Inertia]) -> Inertia {
-    let mass: f64 = parts.iter().map(|p| p.mass).sum();
-    if mass <= 0.0 {
-        return Inertia::ZERO;
-    }
-    let center_of_mass = parts.iter().map(|p| p.center_of_mass * p.mass).sum::<DVec3>() / mass;
-    let about_center = |p: &Inertia| p.rotational + steiner(p.mass, p.center_of_mass - center_of_mass);
-    let rotational = parts.iter().map(about_center).fold(DMat3::ZERO, |a, b| a + b);
-    Inertia { mass, center_of_mass, rotational }
-}
-
-/// `m (|d|² 1 − d dᵀ)`: what a point mass adds at distance `d`.
-pub(crate) fn steiner(mass: f64, d: DVec3) -> DMat3 {
-    let outer = DMat3::from_cols(d * d.x, d * d.y, d * d.z);
-    (DMat3::from_diagonal(DVec3::splat(d.length_squared())) - outer) * mass
 }
 
 /// The symmetric part.

@@ -5,7 +5,7 @@ use signorini_multibody::{BodyId, Inertia, Pose};
 use super::Importer;
 use super::compiler::InertiaSource;
 use crate::error::FormatError;
-use crate::inertia::{moved, scaled, sum};
+use crate::inertia::scaled;
 use crate::xml::{Attributes, Element};
 
 use signorini_multibody::glam::{DMat3, DVec3};
@@ -96,7 +96,7 @@ fn read_body<'t>(
     let children = read_contents(importer, element, inner, &mut body)?;
     let inertia = match inertial {
         Some(inertial) if !weighs_geoms => read_inertial(importer, inertial)?,
-        _ => sum(&body.weights),
+        _ => Inertia::sum(&body.weights),
     };
     inertias.push((id, importer.compiler.adjusted(inertia)));
     Ok(children)
@@ -193,7 +193,7 @@ fn read_inertial(importer: &Importer, element: Element) -> Result<Inertia, Forma
     let mass = a.non_negative("mass")?.ok_or_else(|| element.incomplete("attribute 'mass': kg"))?;
     let placement = importer.compiler.pose(&a)?;
     let rotational = rotational_inertia(&a)?;
-    Ok(moved(Inertia { mass, center_of_mass: DVec3::ZERO, rotational }, &placement))
+    Ok(Inertia { mass, center_of_mass: DVec3::ZERO, rotational }.placed(&placement))
 }
 
 fn rotational_inertia(a: &Attributes) -> Result<DMat3, FormatError> {
@@ -213,6 +213,6 @@ impl OpenBody {
             Some(m) => m / unit.mass,
             None => density,
         };
-        self.weights.push(moved(scaled(unit, factor), placement));
+        self.weights.push(scaled(unit, factor).placed(placement));
     }
 }

@@ -18,7 +18,7 @@ use signorini_multibody::glam::DMat3;
 use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
 
 use crate::error::FormatError;
-use crate::inertia::{moved, nearest_physical};
+use crate::inertia::nearest_physical;
 use crate::parts::Parts;
 use crate::report::Reporter;
 use crate::xml::{Element, Tree};
@@ -191,5 +191,5 @@ fn inertia(importer: &mut Importer, link: Element) -> Result<Inertia, FormatErro
     }
     let placement = inertial.map_or(Ok(Pose::IDENTITY), values::pose)?;
     let center_of_mass = signorini_multibody::glam::DVec3::ZERO;
-    Ok(moved(Inertia { mass, center_of_mass, rotational }, &placement))
+    Ok(Inertia { mass, center_of_mass, rotational }.placed(&placement))
 }

@@ -6,7 +6,7 @@ use signorini_multibody::{BodyId, Geometry, Inertia, Joint, JointKind, Pose, Sit
 use super::tree::WORLD;
 use super::{Importer, Placed, origin};
 use crate::error::FormatError;
-use crate::inertia::{moved, nearest_physical};
+use crate::inertia::nearest_physical;
 use crate::xml::Element;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -182,7 +182,7 @@ pub(super) fn inertia(importer: &mut Importer, link: Element) -> Result<Inertia,
     let Some(element) = inertial.child("inertia") else {
         let effect = "it is that of a point mass: write <inertia ixx=\"…\" …/>";
         importer.report.motion(inertial.at(), "inertial", "has no <inertia>", effect);
-        return Ok(moved(Inertia { mass, ..Inertia::ZERO }, &origin(inertial)?));
+        return Ok(Inertia { mass, ..Inertia::ZERO }.placed(&origin(inertial)?));
     };
     let a = element.attributes();
     let entry = |name| a.number_or(name, 0.0);
@@ -194,5 +194,5 @@ pub(super) fn inertia(importer: &mut Importer, link: Element) -> Result<Inertia,
         importer.report.motion(element.at(), "inertia", what, "it is replaced by the nearest possible one");
         rotational = possible;
     }
-    Ok(moved(Inertia { mass, center_of_mass: DVec3::ZERO, rotational }, &origin(inertial)?))
+    Ok(Inertia { mass, center_of_mass: DVec3::ZERO, rotational }.placed(&origin(inertial)?))
 }

@@ -19,7 +19,6 @@ use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
 
 use crate::error::FormatError;
-use crate::inertia::{moved, sum};
 use crate::parts::Parts;
 use crate::report::Reporter;
 use crate::xml::{Element, Tree};
@@ -107,7 +106,7 @@ fn place_links<'t>(
         if here.body == BodyId::WORLD {
             warn_about_weight_of_the_world(importer, element);
         } else {
-            let inertia = moved(bodies::inertia(importer, element)?, &here.offset);
+            let inertia = bodies::inertia(importer, element)?.placed(&here.offset);
             inertias.entry(here.body).or_default().push(inertia);
         }
         shapes::read(importer, (name, element), here.body, &here.offset)?;
@@ -117,7 +116,7 @@ fn place_links<'t>(
         placed.insert(link, here);
     }
     for (body, parts) in &inertias {
-        let whole = if let [only] = parts[..] { only } else { sum(parts) };
+        let whole = if let [only] = parts[..] { only } else { Inertia::sum(parts) };
         importer.parts.set_inertia(*body, whole)?;
     }
     Ok(placed)

@@ -68,11 +68,11 @@ impl Inertia {
     /// Several inertias in the same frame as one; [`ZERO`](Self::ZERO) where they have no mass.
     pub fn sum(parts: &[Self]) -> Self {
         let mass: f64 = parts.iter().map(|p| p.mass).sum();
+        if mass <= 0.0 {
+            return Self::ZERO;
+        }
         if let [only] = parts {
             return *only;
-        }
-        if mass == 0.0 {
-            return Self::ZERO;
         }
         let center_of_mass = parts.iter().map(|p| p.center_of_mass * p.mass).sum::<DVec3>() / mass;
         let about_center = |p: &Self| p.rotational + steiner(p.mass, p.center_of_mass - center_of_mass);
