@@ -3,7 +3,6 @@
 
 use std::error::Error;
 use std::path::PathBuf;
-use std::time::Instant;
 
 use clap::Parser;
 use cpu_time::{ProcessTime, ThreadTime};
@@ -77,8 +76,8 @@ fn run(options: &Options, simulation: &mut Simulation) -> Value {
         return json!({ "end": "error", "message": error.to_string() });
     }
     let start = poses(simulation.model(), simulation.state());
-    let mut microseconds = Vec::new();
-    let result = step_on(options, simulation, &mut microseconds);
+    let mut times = Times::default();
+    let result = step_on(options, simulation, &mut times);
     let (end, message) = match result {
         Err(error) => ("error", error.to_string()),
         Ok(_) if !simulation.state().v.iter().all(|v| v.is_finite()) => ("not finite", String::new()),
@@ -98,26 +97,45 @@ fn run(options: &Options, simulation: &mut Simulation) -> Value {
         "contacts_end": simulation.report().contacts,
         "deepest_mm": 1e3 * summary.deepest_penetration,
         "fastest": simulation.state().v.iter().fold(0.0_f64, |a, v| a.max(v.abs())),
-        "slowest_us": microseconds.iter().copied().fold(0.0, f64::max),
-        "mean_us": microseconds.iter().sum::<f64>() / microseconds.len().max(1) as f64,
-        "median_us": quantile(&mut microseconds, 0.5),
+        "slowest_us": times.all.iter().copied().fold(0.0, f64::max),
+        "mean_us": times.all.iter().sum::<f64>() / times.all.len().max(1) as f64,
+        "median_us": quantile(&mut times.all, 0.5),
+        "p99_us": quantile(&mut times.all, 0.99),
+        "limited": summary.limited_steps,
+        "smallest_theta": summary.smallest_theta,
+        "deepest_kept": summary.deepest_kept,
+        "limited_slowest_us": times.limited.iter().copied().fold(0.0, f64::max),
+        "limited_median_us": quantile(&mut times.limited, 0.5),
+        "full_median_us": quantile(&mut times.full, 0.5),
         "start": start,
         "poses": poses(simulation.model(), simulation.state()),
     })
 }
 
-/// Steps until the time, or the patience, is over; notes what each step took, µs.
-fn step_on(
-    options: &Options,
-    simulation: &mut Simulation,
-    microseconds: &mut Vec<f64>,
-) -> Result<RunEnd, SimulationError> {
+/// What steps took, µs: all of them, those that were permitted a part of their corrections only (θ < 1), and the others.
+#[derive(Default)]
+struct Times {
+    all: Vec<f64>,
+    limited: Vec<f64>,
+    full: Vec<f64>,
+}
+
+impl Times {
+    fn note(&mut self, microseconds: f64, is_limited: bool) {
+        self.all.push(microseconds);
+        if is_limited { &mut self.limited } else { &mut self.full }.push(microseconds);
+    }
+}
+
+/// Steps until the time, or the patience, is over; notes what each step took.
+fn step_on(options: &Options, simulation: &mut Simulation, times: &mut Times) -> Result<RunEnd, SimulationError> {
     let begin = ThreadTime::now();
     let steps = (options.duration / simulation.timestep()).round() as u64;
     for _ in 0..steps {
-        let clock = Instant::now();
+        let clock = ThreadTime::now();
         let advanced = simulation.step()?.advanced();
-        microseconds.push(1e6 * clock.elapsed().as_secs_f64());
+        let report = simulation.report();
+        times.note(1e6 * clock.elapsed().as_secs_f64(), report.theta < 1.0);
         if !advanced {
             return Ok(RunEnd::NoSolution(Box::new(simulation.report().clone())));
         }

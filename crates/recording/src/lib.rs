@@ -81,10 +81,11 @@
 //!
 //! | byte of a solution | type | content |
 //! |---|---|---|
-//! | 0 | u32 | sum of 1 where negative gaps were taken as zero, and 2 where there is a θ |
+//! | 0 | u32 | sum of 1 where negative gaps were taken as zero, 2 where there is a θ, and 4 where it applies to some rows only |
 //! | 4 | u32 | phases: 1, or 2 with a decompression |
 //! | 8 | u32 × 4 | numbers of controls, generalized forces, reaches, limits |
 //! | 24 | f64 | θ, where there is one: the part of overlaps and violations that the step was permitted to remove |
+//! | | u32 count, u32 each | contacts and limits, then rows of equality constraints, that θ applies to, where these are some only |
 //! | … | f64 … | controls; generalized forces; reaches (2 per body: m, rad) |
 //! | … | 32 bytes per limit | u32: 0 joint, 1 tendon; u32: its index; u32: 1 for the upper limit; u32: 0; f64 × 2: gap, impulse |
 //! | … | per phase | u32 × 7: lengths of v⁺, λ_N, α, β, λ_B, α_F, β_F; then these arrays as f64 |

@@ -19,6 +19,8 @@ pub struct StepSolution {
     pub clipped_gaps: bool,
     /// Part θ of overlaps and violations that the step was permitted to remove, in [0, 1); none where it removes all that is asked for.
     pub theta: Option<f64>,
+    /// What θ applies to, ascending: contacts and limits by their index, then rows of the equality constraints; empty for all of them.
+    pub limited: Vec<u32>,
     /// Reach of every body, m and rad, within which contacts were looked for; empty where it follows from the velocities at
     /// the beginning and without contact.
     pub reach: Vec<[f64; 2]>,
@@ -39,6 +41,7 @@ impl StepSolution {
         self.control.clear();
         self.generalized_force.clear();
         (self.clipped_gaps, self.theta) = (false, None);
+        self.limited.clear();
         self.reach.clear();
         self.limits.clear();
     }

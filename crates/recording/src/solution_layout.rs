@@ -11,6 +11,7 @@ const PHASE_SIZE: usize = 7 * 4;
 const LIMIT_SIZE: usize = 4 * 4 + 2 * 8;
 const CLIPPED_GAPS: u32 = 1;
 const THETA: u32 = 2;
+const LIMITED: u32 = 4;
 
 /// Checks lengths and indices against the header.
 pub(crate) fn check(solution: &StepSolution, header: &Header) -> Result<(), Mismatch> {
@@ -47,7 +48,10 @@ pub(crate) fn size(solution: &StepSolution) -> Option<usize> {
     let numbers = of_phases.chain(before).try_fold(0usize, |sum, count| sum.checked_add(count))?;
     let limits = solution.limits.len().checked_mul(LIMIT_SIZE)?;
     let theta = if solution.theta.is_some() { 8 } else { 0 };
+    let limited =
+        if solution.limited.is_empty() { 0 } else { solution.limited.len().checked_add(1)?.checked_mul(4)? };
     (FIXED_SIZE + theta)
+        .checked_add(limited)?
         .checked_add(phases.len() * PHASE_SIZE)?
         .checked_add(limits)?
         .checked_add(numbers.checked_mul(8)?)
@@ -56,12 +60,17 @@ pub(crate) fn size(solution: &StepSolution) -> Option<usize> {
 /// Appends a solution. Allocates only to grow `bytes`.
 pub(crate) fn encode(solution: &StepSolution, bytes: &mut Vec<u8>) {
     let flag = |holds: bool, bit| if holds { bit } else { 0 };
-    let flags = flag(solution.clipped_gaps, CLIPPED_GAPS) | flag(solution.theta.is_some(), THETA);
+    let flags = flag(solution.clipped_gaps, CLIPPED_GAPS)
+        | flag(solution.theta.is_some(), THETA)
+        | flag(!solution.limited.is_empty(), LIMITED);
     let counts =
         [solution.control.len(), solution.generalized_force.len(), solution.reach.len(), solution.limits.len()];
     let numbers = [flags, u32::from(solution.phases)].into_iter().chain(counts.map(|count| count as u32));
     put_u32(bytes, numbers);
     put(bytes, solution.theta.as_slice());
+    if !solution.limited.is_empty() {
+        put_u32(bytes, [solution.limited.len() as u32].into_iter().chain(solution.limited.iter().copied()));
+    }
     put(bytes, &solution.control);
     put(bytes, &solution.generalized_force);
     put(bytes, solution.reach.as_flattened());
@@ -82,13 +91,16 @@ fn put_u32(bytes: &mut Vec<u8>, numbers: impl IntoIterator<Item = u32>) {
 /// Fills `solution` from the fields at hand; `None` when they are not a solution. Re-uses its memory.
 pub(crate) fn decode_into(fields: &mut Fields, solution: &mut StepSolution) -> Option<()> {
     let (flags, phases) = (fields.u32()?, fields.u32()?);
-    if flags > CLIPPED_GAPS | THETA || !(1..=2).contains(&phases) {
+    if flags > CLIPPED_GAPS | THETA | LIMITED || !(1..=2).contains(&phases) {
         return None;
     }
     solution.clipped_gaps = flags & CLIPPED_GAPS != 0;
     solution.phases = phases as u8;
     let [control, force, reach, limits] = [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
     solution.theta = if flags & THETA == 0 { None } else { Some(fields.f64()?) };
+    let limited = if flags & LIMITED == 0 { 0 } else { fields.u32()? };
+    fields.has(limited, 4)?;
+    refill(&mut solution.limited, limited as usize, || fields.u32())?;
     fields.has(control, 8)?;
     refill(&mut solution.control, control as usize, || fields.f64())?;
     fields.has(force, 8)?;

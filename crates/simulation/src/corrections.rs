@@ -3,7 +3,7 @@
 //! With every negative gap taken as zero and every constraint at the rate zero, a step's problem has a solution (formulation §4: a
 //! direction of impulses along which Lemke's method could leave has no effect on any velocity, and no gap then speaks against
 //! it). With gaps `φ_θ = max(φ, θφ)` and violations `θΘ` that is the case θ = 0, and θ = 1 is all that is asked for. Where θ = 1 has no
-//! solution that is found soon, the largest θ is looked for by bisection, each problem from the solution of the last one.
+//! solution that is found soon, the largest θ is looked for, in the islands that lack one alone.
 
 use signorini_contact::{ContactProblem, ContactSolution};
 
@@ -17,12 +17,15 @@ pub(crate) struct Corrections {
     gap: Vec<f64>,
     violation: Vec<f64>,
     pub theta: f64,
+    /// Contacts, then constraints' rows, that θ applies to; the others are asked for in full.
+    is_limited: Vec<bool>,
 }
 
 impl Corrections {
     /// Takes over what a problem asks for that was built anew. Bilateral rows after those of the model are no violations.
     pub fn ask(&mut self, builder: &ProblemBuilder) {
         self.theta = 1.0;
+        self.is_limited.clear();
         self.gap.clone_from(&builder.problem.gap);
         self.violation.clear();
         self.violation.extend_from_slice(&builder.problem.bilateral_violation[..builder.bilateral_source.len()]);
@@ -31,6 +34,7 @@ impl Corrections {
     /// The same where contacts were added since: those that were there are asked for in full again.
     pub fn ask_again(&mut self, problem: &mut ContactProblem) {
         self.set(1.0, problem);
+        self.is_limited.clear();
         self.gap.extend_from_slice(&problem.gap[self.gap.len()..]);
     }
 
@@ -39,22 +43,48 @@ impl Corrections {
         self.gap.iter().any(|phi| *phi < 0.0) || self.violation.iter().any(|theta| *theta != 0.0)
     }
 
-    /// Gives the problem this part of the corrections.
+    /// Limits contact `i` where `contacts(i)`, and row `k` of the constraints where `rows(k)`, beside those that are limited already; whether
+    /// that limits any correction.
+    pub fn limit(&mut self, contacts: impl Fn(usize) -> bool, rows: impl Fn(usize) -> bool) -> bool {
+        self.is_limited.resize(self.gap.len() + self.violation.len(), false);
+        let (of_contacts, of_rows) = self.is_limited.split_at_mut(self.gap.len());
+        of_contacts.iter_mut().enumerate().for_each(|(i, limited)| *limited |= contacts(i));
+        of_rows.iter_mut().enumerate().for_each(|(k, limited)| *limited |= rows(k));
+        self.limited().next().is_some()
+    }
+
+    /// Limits nothing.
+    pub fn limit_nothing(&mut self) {
+        self.is_limited.clear();
+    }
+
+    /// Gives the problem this part of the limited corrections, and the others in full.
     pub fn set(&mut self, theta: f64, problem: &mut ContactProblem) {
         self.theta = theta;
-        let part = |asked: f64| if asked < 0.0 { theta * asked } else { asked };
-        problem.gap.iter_mut().zip(&self.gap).for_each(|(phi, asked)| *phi = part(*asked));
-        problem.bilateral_violation.iter_mut().zip(&self.violation).for_each(|(out, asked)| *out = theta * asked);
+        problem.gap.iter_mut().zip(&self.gap).for_each(|(phi, asked)| *phi = *asked);
+        problem.bilateral_violation.iter_mut().zip(&self.violation).for_each(|(out, asked)| *out = *asked);
+        for (row, _) in self.limited() {
+            match row {
+                KeptRow::Contact(i) => problem.gap[i] *= theta,
+                KeptRow::Bilateral(k) => problem.bilateral_violation[k] *= theta,
+            }
+        }
+    }
+
+    /// The limited rows that have something to correct, with its size.
+    fn limited(&self) -> impl Iterator<Item = (KeptRow, f64)> + '_ {
+        let contacts = self.gap.iter().enumerate().filter(|(_, asked)| **asked < 0.0);
+        let contacts = contacts.map(|(i, asked)| (i, KeptRow::Contact(i), -asked));
+        let rows = self.violation.iter().enumerate().filter(|(_, asked)| **asked != 0.0);
+        let rows = rows.map(|(k, asked)| (self.gap.len() + k, KeptRow::Bilateral(k), asked.abs()));
+        let is_limited = |at: usize| self.is_limited.get(at) == Some(&true);
+        contacts.chain(rows).filter(move |(at, ..)| is_limited(*at)).map(|(_, row, size)| (row, size))
     }
 
     /// The rows that are not asked for in full, with what is left of them.
     pub fn kept(&self) -> impl Iterator<Item = Kept> + '_ {
         let left = 1.0 - self.theta;
-        let contacts = self.gap.iter().enumerate().filter(|(_, asked)| **asked < 0.0);
-        let contacts = contacts.map(move |(i, asked)| Kept { row: KeptRow::Contact(i), size: -left * asked });
-        let rows = self.violation.iter().enumerate().filter(|(_, asked)| **asked != 0.0);
-        let rows = rows.map(move |(k, asked)| Kept { row: KeptRow::Bilateral(k), size: left * asked.abs() });
-        contacts.chain(rows).filter(move |_| left > 0.0)
+        self.limited().filter(move |_| left > 0.0).map(move |(row, size)| Kept { row, size: left * size })
     }
 }
 

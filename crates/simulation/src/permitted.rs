@@ -1,16 +1,22 @@
 //! Solving the step's problem with the corrections that the laws permit.
 
 use signorini_contact::SolveStatus;
+use signorini_solver::Patience;
 
 use crate::SimulationError;
 use crate::corrections::energy;
 use crate::report::StepReport;
 use crate::settings::{InfeasiblePolicy, Settings};
-use crate::solver::{Effort, Verdict};
+use crate::solver::Verdict;
 use crate::workspace::Workspace;
 
-/// Problems that are solved to find the largest θ.
-const BISECTIONS: u32 = 4;
+/// Problems that are solved to find a larger θ, one more in the first of several steps.
+const PROBES: u32 = 2;
+/// From here on all of the corrections are tried again, and above none so small a part of what is excluded.
+const NEARLY: f64 = 0.9;
+const LOWEST: f64 = 0.25;
+/// Fewer contacts than this are in no island whose factorisations are dear.
+const SMALL: usize = 64;
 /// Problems that are solved to bring the energy of corrections below its bound, and the part of the bound that is aimed at.
 const REDUCTIONS: u32 = 4;
 const AIM: f64 = 0.9;
@@ -18,6 +24,23 @@ const AIM: f64 = 0.9;
 /// kinetic energy.
 const SPEEDS: f64 = 2.0;
 const PART_OF_ENERGY: f64 = 0.01;
+
+/// Between a θ for which a solution was found and one for which none was.
+struct Bracket {
+    solved: f64,
+    unsolved: f64,
+}
+
+impl Bracket {
+    fn above(solved: f64) -> Self {
+        Self { solved, unsolved: 1.0 }
+    }
+
+    /// θ is a ratio: its digits matter, and not its size.
+    fn middle(&self) -> f64 {
+        if self.solved > 0.0 { (self.solved * self.unsolved).sqrt() } else { LOWEST * self.unsolved }
+    }
+}
 
 impl Workspace {
     /// Solves the problem at hand and writes how it went to the report.
@@ -50,41 +73,88 @@ impl Workspace {
     }
 
     fn solve_permitted(&mut self, settings: &Settings, report: &mut StepReport) -> Result<Verdict, SimulationError> {
-        let searches = settings.infeasible == InfeasiblePolicy::GoOn && self.corrections.any();
-        let effort = if searches { Effort::First } else { Effort::All };
-        let verdict = self.attempt(effort, report)?;
-        if searches && !verdict.holds {
-            return self.find_permitted(report);
+        if settings.infeasible == InfeasiblePolicy::GoOn && self.corrections.any() {
+            return self.search_permitted(report);
         }
+        let verdict = self.attempt(Patience::Full, report)?;
         let unsolvable = matches!(self.solution.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
         if unsolvable && settings.infeasible == InfeasiblePolicy::ClipGaps && self.builder.clip_gaps() {
             report.clipped_gaps = true;
-            return self.attempt(Effort::All, report);
+            return self.attempt(Patience::Full, report);
         }
         Ok(verdict)
     }
 
-    /// The largest θ for which a solution is found, from the side where there is one.
-    fn find_permitted(&mut self, report: &mut StepReport) -> Result<Verdict, SimulationError> {
-        let mut best = self.attempt_part(0.0, Effort::All, report)?;
-        if !best.holds {
-            // No solution is found where there must be one: perhaps one is found where there may be none.
-            let verdict = self.attempt_part(1.0, Effort::All, report)?;
-            return if verdict.holds { Ok(verdict) } else { self.attempt_part(0.0, Effort::All, report) };
+    /// All that is asked for where a solution of that is found soon, otherwise the largest part of it for which one is. A step after one that
+    /// was limited is mostly limited in the same way: solutions near the last one are looked for first.
+    fn search_permitted(&mut self, report: &mut StepReport) -> Result<Verdict, SimulationError> {
+        let expected = self.warm.theta();
+        let is_small = self.builder.problem.contact_count() < SMALL;
+        let patience = if expected < 1.0 || is_small { Patience::Short } else { Patience::Brief };
+        let verdict = self.attempt(patience, report)?;
+        if verdict.holds {
+            return Ok(verdict);
         }
-        let (mut solved, mut unsolved) = (0.0, 1.0);
-        self.keep_best();
-        for _ in 0..BISECTIONS {
-            let theta = 0.5 * (solved + unsolved);
-            let verdict = self.attempt_part(theta, Effort::First, report)?;
-            if verdict.holds {
-                (solved, best) = (theta, verdict);
-                self.keep_best();
-            } else {
-                unsolved = theta;
+        if self.limit_what_lacks() {
+            for theta in [expected, 0.0] {
+                if theta < self.corrections.theta {
+                    let verdict = self.attempt_part(theta, Patience::Short, report)?;
+                    if verdict.holds {
+                        return self.search_above(verdict, Patience::Short, report);
+                    }
+                }
             }
         }
-        if self.corrections.theta == solved { Ok(best) } else { self.take_best(solved, best, report) }
+        if patience == Patience::Short {
+            let verdict = self.attempt_part(1.0, Patience::Brief, report)?;
+            if verdict.holds {
+                return Ok(verdict);
+            }
+            self.corrections.limit_nothing();
+            self.limit_what_lacks();
+        }
+        let verdict = self.attempt_part(0.0, Patience::Full, report)?;
+        if verdict.holds {
+            return self.search_above(verdict, Patience::Brief, report);
+        }
+        // No solution is found where there must be one: perhaps one is found where there may be none.
+        let verdict = self.attempt_part(1.0, Patience::Full, report)?;
+        if verdict.holds { Ok(verdict) } else { self.attempt_part(0.0, Patience::Full, report) }
+    }
+
+    /// Limits the corrections of the islands whose laws do not hold; whether they have any.
+    fn limit_what_lacks(&mut self) -> bool {
+        let Self { solver, corrections, .. } = self;
+        corrections.limit(|i| solver.contact_lacks(i), |k| solver.bilateral_lacks(k))
+    }
+
+    /// The largest θ for which a solution is found, from the solution at hand.
+    fn search_above(
+        &mut self,
+        verdict: Verdict,
+        patience: Patience,
+        report: &mut StepReport,
+    ) -> Result<Verdict, SimulationError> {
+        let (mut best, mut bracket) = (verdict, Bracket::above(self.corrections.theta));
+        // From the solution for less, the one for all may be near. After a step that was limited it is unlikely.
+        let is_first = self.warm.theta() == 1.0;
+        let mut tries_all = is_first;
+        self.keep_best();
+        for _ in 0..PROBES + u32::from(is_first) {
+            let theta = if std::mem::take(&mut tries_all) { 1.0 } else { bracket.middle() };
+            let verdict = self.attempt_part(theta, patience, report)?;
+            if !verdict.holds {
+                bracket.unsolved = theta;
+                continue;
+            }
+            if theta == 1.0 {
+                return Ok(verdict);
+            }
+            (bracket.solved, best) = (theta, verdict);
+            tries_all = !is_first && theta > NEARLY;
+            self.keep_best();
+        }
+        if self.corrections.theta == bracket.solved { Ok(best) } else { self.take_best(bracket.solved, best, report) }
     }
 
     /// Reduces θ where corrections put in more energy than they may.
@@ -111,7 +181,8 @@ impl Workspace {
             self.warm.keep(&self.builder.keys, &self.builder.group_keys, &self.solution);
             let theta = self.corrections.theta * (AIM * bound / put_in).sqrt().min(AIM);
             let theta = if reduction == REDUCTIONS { 0.0 } else { theta };
-            verdict = self.attempt_part(theta, Effort::All, report)?;
+            self.corrections.limit(|_| true, |_| true);
+            verdict = self.attempt_part(theta, Patience::Full, report)?;
             put_in = self.correction_energy();
         }
         Ok(verdict)
@@ -137,17 +208,18 @@ impl Workspace {
     fn attempt_part(
         &mut self,
         theta: f64,
-        effort: Effort,
+        patience: Patience,
         report: &mut StepReport,
     ) -> Result<Verdict, SimulationError> {
         self.corrections.set(theta, &mut self.builder.problem);
-        self.attempt(effort, report)
+        self.attempt(patience, report)
     }
 
-    fn attempt(&mut self, effort: Effort, report: &mut StepReport) -> Result<Verdict, SimulationError> {
+    fn attempt(&mut self, patience: Patience, report: &mut StepReport) -> Result<Verdict, SimulationError> {
         let start = self.warm.start_for(&self.builder.keys, &self.builder.group_keys);
-        let verdict = self.solver.solve_into(&mut self.builder.problem, Some(start), effort, &mut self.solution);
+        let verdict = self.solver.solve_into(&mut self.builder.problem, Some(start), patience, &mut self.solution);
         report.solver.accumulate(&self.solution.report);
+        report.solves += 1;
         verdict
     }
 
@@ -160,7 +232,7 @@ impl Workspace {
     /// Gives the problem the part θ that has a solution, and that solution.
     fn take_best(&mut self, theta: f64, verdict: Verdict, report: &mut StepReport) -> Result<Verdict, SimulationError> {
         if !self.solver.keeps_directions() {
-            return self.attempt_part(theta, Effort::All, report);
+            return self.attempt_part(theta, Patience::Full, report);
         }
         self.corrections.set(theta, &mut self.builder.problem);
         std::mem::swap(&mut self.solution, &mut self.best);

@@ -4,13 +4,12 @@ use signorini_contact::SolveStatus;
 use signorini_multibody::{
     Input, Model, State, advance_activations_into, forward_kinematics_into, free_motion_into, integrate_into,
 };
-use signorini_solver::BilateralBasis;
+use signorini_solver::{BilateralBasis, Patience};
 
 use crate::SimulationError;
 use crate::report::StepReport;
 use crate::restitution::decompression as decompression_problem;
 use crate::settings::{RestitutionLaw, Settings};
-use crate::solver::Effort;
 use crate::workspace::Workspace;
 
 /// A dependent row contradicts the others where it is off by this fraction of the velocity scale.
@@ -76,13 +75,15 @@ impl Workspace {
             return Ok(());
         }
         decompression_problem(&builder.problem, solution, &builder.impacts, &mut decompression.problem);
-        let verdict = solver.solve_into(&mut decompression.problem, None, Effort::All, &mut decompression.solution)?;
+        let verdict =
+            solver.solve_into(&mut decompression.problem, None, Patience::Full, &mut decompression.solution)?;
         report.status.clone_from(&decompression.solution.status);
         report.certificate.merge(&verdict.certificate);
         if let (Some(first), Some(second)) = (&mut report.cone_certificate, &verdict.cone) {
             first.merge(second);
         }
         report.solver.accumulate(&decompression.solution.report);
+        report.solves += 1;
         report.missed_tolerance |= !verdict.holds;
         Ok(())
     }

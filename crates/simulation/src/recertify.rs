@@ -169,6 +169,9 @@ impl Recertifier {
             if !(0.0..1.0).contains(&theta) {
                 return Err(StepFault::Theta { theta });
             }
+            let (all, contacts) = (solution.limited.is_empty(), ws.builder.problem.contact_count());
+            let is_limited = |row: usize| all || solution.limited.binary_search(&(row as u32)).is_ok();
+            ws.corrections.limit(is_limited, |k| is_limited(contacts + k));
             ws.corrections.set(theta, &mut ws.builder.problem);
         }
         if solution.clipped_gaps {

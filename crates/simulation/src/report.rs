@@ -22,6 +22,9 @@ pub struct StepReport {
     pub least_norm: Option<LeastNormOutcome>,
     /// What the solver did, summed over the solves of the step.
     pub solver: SolveReport,
+    /// Contact problems that were solved, or tried: more than one where the corrections had to be limited, contacts were found anew, or
+    /// an impact has a decompression.
+    pub solves: u32,
     /// Contacts in the problem, joint limits included.
     pub contacts: usize,
     /// Whether the worst residual exceeds the tolerance, or that of the circular cone's laws exceeds its own.
@@ -76,6 +79,7 @@ impl Default for StepReport {
             cone_certificate: None,
             least_norm: None,
             solver: SolveReport::default(),
+            solves: 0,
             contacts: 0,
             missed_tolerance: false,
             theta: 1.0,

@@ -6,7 +6,7 @@ use signorini_contact::{
 };
 use signorini_laws::{CircularConeSolver, ConeSettings, LeastNorm, LeastNormOutcome};
 use signorini_lcp::Method;
-use signorini_solver::{ContactSolver, SolverSettings, solve_as_lcp};
+use signorini_solver::{ContactSolver, Patience, SolverSettings, solve_as_lcp};
 
 use crate::SimulationError;
 use crate::settings::{ContactMethod, FrictionLaw, ImpulseChoice, Settings};
@@ -33,15 +33,6 @@ pub(crate) struct Verdict {
     pub holds: bool,
     /// What became of the impulses of least norm, where the settings ask for them.
     pub least_norm: Option<LeastNormOutcome>,
-}
-
-/// How much is tried for a solution.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Effort {
-    /// Everything.
-    All,
-    /// One attempt, where the structured solver has several: enough for most problems that have a solution, and short where there may be none.
-    First,
 }
 
 /// Solves contact problems as the settings say.
@@ -98,6 +89,16 @@ impl StepSolver {
         matches!(self.route, Route::Structured(_) | Route::Lcp(_))
     }
 
+    /// Whether the last solve left contact `i` among others with laws that do not hold, where islands are told apart.
+    pub fn contact_lacks(&self, i: usize) -> bool {
+        if let Route::Structured(solver) = &self.route { solver.unit_lacks(i) } else { true }
+    }
+
+    /// The same of a bilateral row.
+    pub fn bilateral_lacks(&self, k: usize) -> bool {
+        if let Route::Structured(solver) = &self.route { solver.bilateral_lacks(k) } else { true }
+    }
+
     /// Residuals of the polygon's laws for a solution of the problem that was solved last.
     pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
         match &mut self.route {
@@ -114,14 +115,11 @@ impl StepSolver {
         &mut self,
         problem: &mut ContactProblem,
         start: Option<&WarmStart>,
-        effort: Effort,
+        patience: Patience,
         solution: &mut ContactSolution,
     ) -> Result<Verdict, SimulationError> {
         match &mut self.route {
-            Route::Structured(solver) if effort == Effort::First => {
-                solver.solve_briefly_into(problem, start, solution);
-            }
-            Route::Structured(solver) => solver.solve_into(problem, start, solution),
+            Route::Structured(solver) => solver.solve_patiently_into(problem, start, patience, solution),
             Route::Lcp(method) => *solution = solve_as_lcp(problem, method.as_mut(), self.tolerance)?,
             Route::Circular(circular) => circular.solve_into(problem, start, solution)?,
             Route::Refined { solver, tolerance } => {

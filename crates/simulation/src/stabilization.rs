@@ -1,10 +1,11 @@
 //! The part of a step's impulses that corrects penetrations and violated constraints (formulation §5).
 
 use signorini_contact::{ContactProblem, ContactSolution, WarmStart};
+use signorini_solver::Patience;
 
 use crate::SimulationError;
 use crate::settings::Settings;
-use crate::solver::{Effort, StepSolver};
+use crate::solver::StepSolver;
 use crate::source::FrictionSource;
 use crate::workspace::Workspace;
 
@@ -56,7 +57,7 @@ impl StabilizedStep {
     pub fn impulses(&self, settings: &Settings) -> Result<Vec<[f64; 3]>, SimulationError> {
         let (mut problem, mut other) = (self.without.clone(), ContactSolution::default());
         let start = WarmStart::from_solution(&self.solution);
-        StepSolver::new(settings)?.solve_into(&mut problem, Some(&start), Effort::All, &mut other)?;
+        StepSolver::new(settings)?.solve_into(&mut problem, Some(&start), Patience::Full, &mut other)?;
         let count = self.solution.impulse.len();
         let sum = |solution: &ContactSolution, i: usize| {
             let [n, t_1, t_2] = solution.impulse[i];

@@ -87,6 +87,7 @@ pub(crate) fn step_driven(
         }
         if report.advanced() {
             ws.warm.keep(&ws.builder.keys, &ws.builder.group_keys, &ws.solution);
+            ws.warm.remember_theta(report.theta);
         }
         let last = report.enlargements == MAX_ENLARGEMENTS || !report.advanced();
         if last || !ws.reach.enlarge(model, &ws.kinematics, &ws.solution.velocity, dt) {

@@ -12,7 +12,7 @@ use crate::pool::{IslandPool, Request, is_denial};
 use crate::settings::SolverSettings;
 use crate::stages::hold::GivenStart;
 use crate::stages::solve_whole;
-use crate::task::{Look, accepted_closely};
+use crate::task::{Look, Patience, accepted_closely};
 use crate::verdict::Verdict;
 
 /// Second looks at most, as long as each leaves less than this part of what the laws lack, or so many tolerances.
@@ -28,6 +28,7 @@ const OTHER_DIGITS: f64 = 1e-9;
 #[derive(Debug, Default)]
 pub struct ContactSolver {
     settings: SolverSettings,
+    patience: Patience,
     cones: Cones,
     islands: Islands,
     given: GivenStart,
@@ -72,29 +73,45 @@ impl ContactSolver {
     /// the result, and by how far its velocity is from that of its impulses along any row, never by the solver's own numbers.
     /// No allocation after warm-up where the stages before Lemke's method reach the tolerance on one thread.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
-        self.solve_looking(problem, warm, SECOND_LOOKS, solution);
+        self.solve_looking(problem, warm, Patience::Full, solution);
     }
 
-    /// [`solve_into`](Self::solve_into) without second looks and without Lemke's method: for problems that may have no solution, where
-    /// both would be in vain. Its denials are no proofs.
-    pub fn solve_briefly_into(
+    /// [`solve_into`](Self::solve_into) with less patience, for problems that may have no solution. Its denials are no proofs then.
+    pub fn solve_patiently_into(
         &mut self,
         problem: &ContactProblem,
         warm: Option<&WarmStart>,
+        patience: Patience,
         solution: &mut ContactSolution,
     ) {
-        let lemke_max_rows = std::mem::take(&mut self.settings.lemke_max_rows);
-        self.solve_looking(problem, warm, 0, solution);
-        self.settings.lemke_max_rows = lemke_max_rows;
+        self.solve_looking(problem, warm, patience, solution);
+    }
+
+    /// Whether the last solve left the island of a unit (a contact, or a friction group counted after the contacts) with laws that do
+    /// not hold; of every unit, if none of the islands tells why the certificate does not.
+    pub fn unit_lacks(&self, unit: usize) -> bool {
+        self.lacks(self.islands.of_unit(unit))
+    }
+
+    /// The same of a bilateral row.
+    pub fn bilateral_lacks(&self, row: usize) -> bool {
+        self.lacks(self.islands.of_bilateral(row))
+    }
+
+    fn lacks(&self, island: Option<usize>) -> bool {
+        let lacks = |residual: &f64| *residual > self.settings.accept || residual.is_nan();
+        let any = self.residuals.iter().any(lacks);
+        !any || island.is_some_and(|island| self.residuals.get(island).is_some_and(lacks))
     }
 
     fn solve_looking(
         &mut self,
         problem: &ContactProblem,
         warm: Option<&WarmStart>,
-        second_looks: u32,
+        patience: Patience,
         solution: &mut ContactSolution,
     ) {
+        self.patience = patience;
         if !has_rows(problem) {
             return take_free_velocity(problem, solution);
         }
@@ -112,6 +129,7 @@ impl ContactSolver {
             is_certified = self.look(problem, is_given, false, solution);
         }
         if !is_certified && !self.is_denied() {
+            let second_looks = if patience == Patience::Full { SECOND_LOOKS } else { 0 };
             is_certified = self.look_again(problem, second_looks, solution);
         }
         if !(is_certified && self.verdict.is_resolved(problem, solution)) {
@@ -153,7 +171,13 @@ impl ContactSolver {
     ) -> bool {
         if self.residuals.contains(&f64::INFINITY) {
             self.islands.assemble(problem, |island| self.residuals[island] == f64::INFINITY);
-            self.run_cascade(problem, Look::First, is_given, |_, residual| residual == f64::INFINITY, solution);
+            self.run_cascade(
+                problem,
+                self.patience.first_look(),
+                is_given,
+                |_, residual| residual == f64::INFINITY,
+                solution,
+            );
         } else if any_held {
             let known = (&*self.residuals, &*self.given.rates);
             return self.verdict.complete_given(problem, &self.cones, known, solution);

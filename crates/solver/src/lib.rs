@@ -45,3 +45,4 @@ pub use islands::{Island, Islands};
 pub use lcp_route::solve_as_lcp;
 pub use proximal::ProximalSystem;
 pub use settings::SolverSettings;
+pub use task::Patience;

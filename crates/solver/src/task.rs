@@ -19,12 +19,41 @@ pub(crate) const COSTLY: usize = 512;
 ///
 /// Chosen by: `random_steps --seeds 0..30000`, `contact_lcp --seeds 73..77 --no-growth`, 21 November 2026.
 const CLOSELY: [f64; 2] = [0.1, 0.3];
+/// Proximal iterations from a start that is near: where a mode changes, a few.
+const SHORT_ITERATIONS: u32 = 4;
 
-/// How often an island has been looked at.
+/// How much is tried for a solution.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Patience {
+    /// Everything.
+    #[default]
+    Full,
+    /// No second looks and no Lemke's method: enough for most problems that have a solution, and short where there may be none.
+    Brief,
+    /// A few iterations from the start: enough where a solution is near.
+    Short,
+}
+
+impl Patience {
+    /// The first look at islands.
+    pub(crate) fn first_look(self) -> Look {
+        match self {
+            Self::Full => Look::First,
+            Self::Brief => Look::Only,
+            Self::Short => Look::Short,
+        }
+    }
+}
+
+/// How often an island has been looked at, and how much is tried for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Look {
     /// From the start that the caller gave.
     First,
+    /// The same without Lemke's method.
+    Only,
+    /// The same with few iterations and no other start.
+    Short,
     /// From what was found, because the certificate did not hold with it.
     Second,
 }
@@ -50,10 +79,15 @@ impl Task<'_> {
         self.island.units.len() >= COSTLY
     }
 
+    /// Whether so many proximal iterations are all that are made where they have come down to a residual.
+    pub fn is_short_of(&self, iterations: u32, residual: f64) -> bool {
+        self.look == Look::Short && iterations >= SHORT_ITERATIONS && residual > self.accept()
+    }
+
     /// The residual with which the island counts as solved.
     pub fn accept(&self) -> f64 {
         match self.look {
-            Look::First => self.settings.accept,
+            Look::First | Look::Only | Look::Short => self.settings.accept,
             Look::Second => accepted_closely(self.island, self.settings),
         }
     }

@@ -55,9 +55,9 @@ fn a_stored_warm_start_goes_on_with_the_same_bits() {
     advance(&mut resumed, &mut other, 20);
     assert_eq!(state, resumed);
 
-    for damage in [0, 1, 3 * warm[0] as usize + 1, warm.len() - 1] {
+    for (damage, value) in [(0, 1.5), (1, 0.5), (2, 0.5), (3 * warm[1] as usize + 2, 0.5), (warm.len() - 1, 0.5)] {
         let mut damaged = warm.clone();
-        damaged[damage] = 0.5;
+        damaged[damage] = value;
         let kept = other.warm_start();
         if damage + 1 < warm.len() {
             assert!(other.set_warm_start(&damaged).is_err(), "entry {damage}");

@@ -4,7 +4,7 @@ use signorini_contact::ContactSolution;
 use signorini_multibody::Input;
 use signorini_recording::{Frame, Impulses, LimitFrame};
 
-use crate::report::StepReport;
+use crate::report::{KeptRow, StepReport};
 use crate::source::ContactSource;
 use crate::workspace::Workspace;
 
@@ -23,11 +23,16 @@ pub fn step_solution_into(input: &Input, workspace: &Workspace, report: &StepRep
     out.generalized_force.clone_from(&input.generalized_force);
     out.clipped_gaps = report.clipped_gaps;
     out.theta = (report.theta < 1.0).then_some(report.theta);
+    let contacts = workspace.problem().contact_count();
+    out.limited.extend(report.kept.iter().map(|kept| match kept.row {
+        KeptRow::Contact(i) => i as u32,
+        KeptRow::Bilateral(k) => (contacts + k) as u32,
+    }));
     if report.enlargements > 0 {
         out.reach.extend(workspace.reach.reach.iter().map(|reach| [reach.linear, reach.angular]));
     }
-    let contacts = workspace.contact_points().len()..workspace.problem().contact_count();
-    out.limits.extend(contacts.filter_map(|i| limit_frame(workspace, i)));
+    let limits = workspace.contact_points().len()..contacts;
+    out.limits.extend(limits.filter_map(|i| limit_frame(workspace, i)));
     copy(workspace.solution(), &mut out.impulses[0]);
     out.phases = 1;
     if let Some((_, solution)) = workspace.decompression() {

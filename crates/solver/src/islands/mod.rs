@@ -84,12 +84,12 @@ impl Islands {
 
     /// The island of a unit of the problem: a contact, or a friction group counted after the contacts.
     pub fn of_unit(&self, unit: usize) -> Option<usize> {
-        index(self.units[unit].island)
+        self.units.get(unit).and_then(|unit| index(unit.island))
     }
 
     /// The island of a bilateral row.
     pub fn of_bilateral(&self, row: usize) -> Option<usize> {
-        index(self.bilateral[row].0)
+        self.bilateral.get(row).and_then(|row| index(row.0))
     }
 
     /// The island of a block of the mass matrix.

@@ -107,10 +107,13 @@ impl ProximalIterations {
     ) -> End {
         let mut progress = Progress { last: f64::INFINITY, slow: 0, extrapolated: f64::INFINITY };
         let mut solved = 0;
-        for _ in 0..task.settings.max_proximal_iterations * if task.is_large() { 2 } else { 1 } {
+        for iteration in 0..task.settings.max_proximal_iterations * if task.is_large() { 2 } else { 1 } {
             let residual = map.evaluate_centre(task, iterate);
             history(residual);
             self.keep_best(iterate, residual);
+            if task.is_short_of(iteration, self.best.residual) {
+                return End::Limit;
+            }
             progress.note(residual, weight);
             if let Some(end) = self.reason_to_end(map, task, &progress) {
                 return end;

@@ -12,7 +12,7 @@ use signorini_contact::projection::Mode;
 use super::map::ProximalMap;
 use super::path::{Path, Shift};
 use crate::iterate::Iterate;
-use crate::task::Task;
+use crate::task::{Look, Task};
 
 /// In a large island a path is followed if at most one in so many contacts lies outside its mode.
 const FEW: usize = 16;
@@ -43,7 +43,7 @@ impl ModeSearch {
                 return false;
             }
             let is_found = self.path.follow(map, task, iterate, Shift::Violated, round)
-                || !large && self.follow_from_open(map, task, iterate, round);
+                || !large && task.look != Look::Short && self.follow_from_open(map, task, iterate, round);
             if !is_found {
                 return false;
             }

@@ -7,7 +7,7 @@ use super::{Outcome, Workspace};
 use crate::interior::{Ground, InteriorLaw};
 use crate::iterate::Iterate;
 use crate::proximal::ProximalWeight;
-use crate::task::Task;
+use crate::task::{Look, Task};
 
 /// A large island with a smaller residual lacks a few modes, and has a second look first: another start would take all of the way again.
 ///
@@ -15,7 +15,7 @@ use crate::task::Task;
 pub(super) const CLOSE: f64 = 1e-4;
 
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
-    task.is_large() && iterate.residual > CLOSE
+    task.is_large() && iterate.residual > CLOSE && task.look != Look::Short
 }
 
 /// From the path of Coulomb's law, around its folds where it turns back early.

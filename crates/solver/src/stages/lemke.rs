@@ -29,6 +29,7 @@ const SMALLEST_PART: f64 = 1e-6;
 /// What the laws lack by more than the tolerance, in an island that is not too large.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     let is_enough = match task.look {
+        Look::Only | Look::Short => return false,
         Look::First if task.is_large() => CLOSE,
         Look::First => task.settings.tolerance.max(task.settings.accept),
         Look::Second => task.accept(),
@@ -100,7 +101,7 @@ fn solve(
     let (part, usual) = (part_of_velocities(problem), LemkeSettings::default());
     let lemke_settings = usual.clone().with_covering_vectors(covering_vectors(problem.standard_layout().size));
     let lemke_settings = match look {
-        Look::First => {
+        Look::First | Look::Only | Look::Short => {
             lemke_settings.with_tolerance(part * settings.accept).with_pivots_per_pair(settings.lemke_pivots_per_row)
         }
         Look::Second => lemke_settings.with_tolerance(part * usual.tolerance).with_pivot(SMALLEST_PIVOT),

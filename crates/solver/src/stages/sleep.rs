@@ -21,7 +21,7 @@ pub(super) struct Loads {
 }
 
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
-    task.settings.sleeping && task.look == Look::First && !iterate.velocity.is_empty()
+    task.settings.sleeping && task.look != Look::Second && !iterate.velocity.is_empty()
 }
 
 /// Takes velocity zero where the impulses of the start hold the island still: in every degree of freedom `(M v^f + Jᵀλ)_k = 0` up

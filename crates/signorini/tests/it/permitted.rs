@@ -1,0 +1,78 @@
+//! Steps that are permitted to remove a part of their overlaps only: what they cost, and what they leave alone.
+
+use signorini::multibody::glam::{DQuat, DVec3};
+use signorini::multibody::{Geometry, Pose};
+use signorini::{KeptRow, RunEnd, Settings, Simulation};
+
+use crate::support::{World, position};
+
+/// A wedge-shaped load in a groove that is steeper than its friction needs: it jams on what the linearisation leaves.
+fn groove(friction: f64, half_angle: f64, tilt: DVec3) -> Simulation {
+    let mut world = World::upright(0.002, friction);
+    for side in [-1.0, 1.0] {
+        let place = DVec3::new(side * (0.1 + 0.5 * half_angle.sin()), 0.0, 0.5);
+        let wall = Geometry::Box { half_extents: DVec3::new(0.02, 0.3, 0.5) };
+        world.fixed(wall, Pose::new(place, DQuat::from_rotation_y(side * half_angle)));
+    }
+    let turned = DQuat::from_scaled_axis(tilt);
+    let load = Geometry::Box { half_extents: DVec3::new(0.13, 0.09, 0.11) };
+    world.free(load, 2.0, Pose::new(DVec3::new(0.0, 0.0, 1.25), turned));
+    world.free_ball(0.16, 15.0, DVec3::new(0.01, 0.02, 1.65));
+    world.simulation(Settings::default())
+}
+
+/// Runs end, and a limited step solves a handful of problems: one for all, one that has a solution, and two on the way up.
+#[test]
+fn limited_steps_solve_few_problems() {
+    const FEW: f64 = 5.0;
+    const MOST: u32 = 12;
+    let (mut limited, mut solves) = (0, 0);
+    for (friction, half_angle) in [(0.8, 0.06), (1.1, 0.11), (1.6, 0.17), (2.5, 0.23)] {
+        for k in 0..6 {
+            let turn = f64::from(k);
+            let mut simulation = groove(friction, half_angle, DVec3::new(turn.sin(), turn.cos(), 0.3 * turn) * 0.5);
+            let end = simulation.run(1.2, |_, report| {
+                if report.theta < 1.0 {
+                    (limited, solves) = (limited + 1, solves + report.solves);
+                    assert!(report.solves <= MOST, "{report:?}");
+                }
+                report.certificate.holds(1e-9)
+            });
+            assert_eq!(end.unwrap(), RunEnd::Finished, "friction {friction}, {k}: {:?}", simulation.report());
+        }
+    }
+    assert!(limited > 200, "{limited}");
+    let mean = f64::from(solves) / f64::from(limited);
+    assert!(mean <= FEW, "{mean} problems in each of {limited} steps");
+}
+
+/// Bodies that do not touch what is stuck get out of the floor as if it were not there.
+#[test]
+fn only_what_is_stuck_keeps_its_overlap() {
+    let world = || {
+        let mut world = World::upright(0.005, 0.5);
+        world.floor();
+        world.free_box(DVec3::splat(0.1), 1.0, DVec3::Z * 0.09);
+        world
+    };
+    let mut alone = world().simulation(Settings::default());
+    alone.run(0.04, |_, _| true).unwrap();
+    let mut beside = world();
+    for side in [-1.0, 1.0] {
+        let wall = Geometry::Box { half_extents: DVec3::new(0.05, 0.5, 0.5) };
+        beside.fixed(wall, Pose::from_position(DVec3::new(5.0 + side * 0.14, 0.0, 3.0)));
+    }
+    beside.free_box(DVec3::splat(0.1), 1.0, DVec3::new(5.0, 0.0, 3.0));
+    let mut beside = beside.simulation(Settings::default());
+    let end = beside.run(0.04, |now, report| {
+        let of_stuck = |contact: usize| now.workspace().contact_points()[contact].geom_b.index() > 1;
+        let kept_elsewhere = report.kept.iter().any(|kept| match kept.row {
+            KeptRow::Contact(contact) => !of_stuck(contact),
+            KeptRow::Bilateral(_) => true,
+        });
+        report.theta < 1.0 && !report.missed_tolerance && !kept_elsewhere
+    });
+    assert_eq!(end.unwrap(), RunEnd::Finished, "{:?}", beside.report());
+    assert_eq!(position(&beside, 0), position(&alone, 0));
+    assert!((position(&beside, 0).z - 0.1).abs() < 1e-12);
+}
