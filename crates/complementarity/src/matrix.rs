@@ -87,6 +87,7 @@ impl std::ops::IndexMut<(usize, usize)> for Matrix {
 }
 
 /// Dot product with independent partial sums, so that the compiler can vectorise it.
+#[inline(always)]
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     if a.len() < 8 {
         return a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>() + 0.0;

@@ -4,21 +4,10 @@ use std::collections::BinaryHeap;
 
 use super::graph::{Coarsening, Graph};
 use super::random::Random;
+use super::tuning::TUNING;
 
 /// Where a node lies: on one of the two sides, `0` and `1`, or in the separator.
 pub(crate) const SEPARATOR: u8 = 2;
-
-/// Graphs with no more nodes are not made coarser.
-const COARSEST: usize = 100;
-/// Cuts made of each graph, each by other coarse graphs, and beginnings tried on the coarsest one.
-const RUNS: usize = 4;
-const STARTS: usize = 4;
-/// A side should have no more than this share of the weight, in percent.
-const LARGEST_SIDE: u64 = 60;
-/// Rounds of improvement on each graph, unless one brings nothing.
-const ROUNDS: usize = 8;
-/// Moves after the best state before a round is given up.
-const PATIENCE: usize = 120;
 
 /// Finds vertex separators by the multilevel scheme of Karypis & Kumar (1998): the graph is made coarser and coarser, the coarsest
 /// is cut, and the cut is improved on each graph on the way back.
@@ -43,7 +32,7 @@ impl Bisection {
     /// Cuts a connected graph: where each of its nodes lies, by the best of several cuts.
     pub fn cut(&mut self, graph: &Graph, random: &mut Random) -> &[u8] {
         let mut smallest = None;
-        for _ in 0..RUNS {
+        for _ in 0..TUNING.cuts {
             let levels = self.coarsen(graph, random);
             self.begin(graph, levels, random);
             self.refine(graph, levels);
@@ -54,7 +43,7 @@ impl Bisection {
 
     /// Makes coarser and coarser graphs: their number.
     fn coarsen(&mut self, graph: &Graph, random: &mut Random) -> usize {
-        let limit = (3 * graph.total_weight() / (2 * COARSEST as u32)).max(2);
+        let limit = (3 * graph.total_weight() / (2 * TUNING.small_graph as u32)).max(2);
         let mut levels = 0;
         loop {
             if self.coarser.len() == levels {
@@ -62,12 +51,12 @@ impl Bisection {
             }
             let (done, left) = self.coarser.split_at_mut(levels);
             let fine = done.last().map_or(graph, |(graph, _)| graph);
-            if fine.count() <= COARSEST {
+            if fine.count() <= TUNING.small_graph {
                 return levels;
             }
             let (coarse, coarse_of) = &mut left[0];
             self.coarsening.coarsen(fine, limit, random, coarse, coarse_of);
-            if 20 * coarse.count() > 19 * fine.count() {
+            if coarse.count() as f64 > TUNING.hardly_coarser * fine.count() as f64 {
                 return levels;
             }
             levels += 1;
@@ -79,7 +68,7 @@ impl Bisection {
         let Self { coarser, cut, begun, .. } = self;
         let coarsest = levels.checked_sub(1).map_or(graph, |level| &coarser[level].0);
         let mut smallest = None;
-        for _ in 0..STARTS {
+        for _ in 0..TUNING.cuts {
             cut.grow(coarsest, random.below(coarsest.count()));
             cut.improve(coarsest);
             keep_best(cut, begun, &mut smallest);
@@ -113,6 +102,11 @@ fn keep_best(cut: &mut Cut, best: &mut Vec<u8>, smallest: &mut Option<Badness>) 
 /// How bad a cut is: first the excess of the larger side, then the separator, then the larger side.
 type Badness = (u64, u64, u64);
 
+/// The most of a total weight that a side should have.
+fn most_on_side(total: u64) -> u64 {
+    (TUNING.largest_side * total as f64) as u64
+}
+
 /// A cut of a graph, and how it is improved.
 #[derive(Clone, Debug, Default)]
 struct Cut {
@@ -133,7 +127,7 @@ impl Cut {
     fn badness(&self) -> Badness {
         let larger = self.weight[0].max(self.weight[1]);
         let total: u64 = self.weight.iter().sum();
-        ((100 * larger).saturating_sub(LARGEST_SIDE * total), self.weight[2], larger)
+        (larger.saturating_sub(most_on_side(total)), self.weight[2], larger)
     }
 
     /// Grows side 0 from a node, the nearest nodes first, until the sides are equal.
@@ -155,18 +149,14 @@ impl Cut {
     }
 
     fn improve(&mut self, graph: &Graph) {
-        for _ in 0..ROUNDS {
-            if !self.improve_once(graph) {
-                break;
-            }
-        }
+        while self.improve_once(graph) {}
     }
 
     fn improve_once(&mut self, graph: &Graph) -> bool {
         self.begin_round(graph);
         let before = self.badness();
         let (mut best, mut best_length, mut moves) = (before, 0, 0);
-        while moves < PATIENCE {
+        while moves < TUNING.patience {
             let Some((node, side)) = self.choose(graph) else { break };
             self.move_to(graph, node, side);
             moves += 1;
@@ -192,7 +182,7 @@ impl Cut {
         for side in [lighter, 1 - lighter] {
             let Some((gain, node)) = self.next_move(graph, side) else { continue };
             let weight = self.weight[side] + u64::from(graph.weight(node as usize));
-            let fits = side == lighter || 100 * weight <= LARGEST_SIDE * total;
+            let fits = side == lighter || weight <= most_on_side(total);
             if fits && best.is_none_or(|(best, ..)| gain > best) {
                 best = Some((gain, node, side));
             }

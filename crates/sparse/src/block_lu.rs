@@ -1,12 +1,11 @@
 //! LU factorisation of a block-sparse matrix with a symmetric pattern, pivoting inside the diagonal blocks.
 
-use pulp::Simd;
+use pulp::{Arch, Simd, WithSimd};
 
 use super::Symbolic;
 use super::kernels::{copy_few, factor_block, solve_block, solve_panel, subtract_few};
 use super::panels::{Panel, PanelMut, SUMS};
 use super::products::{multiply_transposed, subtract_multiply, subtract_product};
-use super::vectors::{Vectorised, run_widest};
 
 /// A matrix in the panels of a [`Symbolic`] structure and, after [`factor`](Self::factor), its factors.
 ///
@@ -47,7 +46,7 @@ impl BlockLu {
     /// Factorises in place. Returns the smallest pivot relative to its diagonal block; 0 means that a block is singular, and
     /// then no solve may follow.
     pub fn factor(&mut self, symbolic: &Symbolic) -> f64 {
-        run_widest(Factorisation { matrix: self, symbolic })
+        Arch::new().dispatch(Factorisation { matrix: self, symbolic })
     }
 
     /// The sign of the determinant of the matrix that is factorised.
@@ -103,7 +102,7 @@ impl BlockLu {
 
     /// Overwrites `x` (degrees of freedom in their own order) with `A⁻¹ x`.
     pub fn solve(&mut self, symbolic: &Symbolic, x: &mut [f64]) {
-        run_widest(Solution { matrix: self, symbolic, x });
+        Arch::new().dispatch(Solution { matrix: self, symbolic, x });
     }
 }
 
@@ -112,11 +111,11 @@ struct Factorisation<'a> {
     symbolic: &'a Symbolic,
 }
 
-impl Vectorised for Factorisation<'_> {
+impl WithSimd for Factorisation<'_> {
     type Output = f64;
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) -> f64 {
+    fn with_simd<S: Simd>(self, simd: S) -> f64 {
         let Self { matrix, symbolic: s } = self;
         matrix.swaps.resize(s.size.iter().sum(), 0);
         matrix.place.resize(s.count(), 0);
@@ -151,11 +150,11 @@ struct Solution<'a> {
     x: &'a mut [f64],
 }
 
-impl Vectorised for Solution<'_> {
+impl WithSimd for Solution<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { matrix: BlockLu { diagonal, lower, upper, swaps, scratch, .. }, symbolic: s, x } = self;
         scratch.resize(s.height.iter().copied().max().unwrap_or(0).div_ceil(SUMS), [0.0; SUMS]);
         for k in 0..s.count() {
@@ -198,10 +197,10 @@ mod tests {
 
     fn check_with<S: Simd>(simd: S, matrix: (BlockLu, Vec<f64>), symbolic: &Symbolic, wanted: (&BlockLu, &[f64])) {
         let (mut matrix, mut x) = matrix;
-        Factorisation { matrix: &mut matrix, symbolic }.run(simd);
+        Factorisation { matrix: &mut matrix, symbolic }.with_simd(simd);
         let (lu, wanted) = wanted;
         assert!(matrix.lower == lu.lower && matrix.upper == lu.upper && matrix.diagonal == lu.diagonal);
-        Solution { matrix: &mut matrix, symbolic, x: &mut x }.run(simd);
+        Solution { matrix: &mut matrix, symbolic, x: &mut x }.with_simd(simd);
         assert_eq!(x, wanted);
     }
 

@@ -5,9 +5,7 @@ use super::elimination::Elimination;
 use super::graph::Graph;
 use super::minimum_degree::MinimumDegree;
 use super::random::Random;
-
-/// Parts with no more nodes are ordered by minimum degree.
-const LEAF: usize = 80;
+use super::tuning::TUNING;
 
 /// Nested dissection (George 1973, "Nested dissection of a regular finite element mesh"): a small set of nodes that cuts the graph
 /// goes last, each part before it in the same way, so that no elimination in one part touches the other.
@@ -42,8 +40,8 @@ impl Dissection {
         let count = graph.count();
         self.position.clear();
         self.position.resize(count, 0);
-        // Nodes that meet very many others are in the way of every cut, and go last.
-        let hub = 10.0 * (count as f64).sqrt();
+        // Nodes that are in the way of every cut go last.
+        let hub = TUNING.hub * (count as f64).sqrt();
         let is_hub = |node: u32| graph.neighbours(node as usize).len() as f64 > hub;
         self.nodes.clear();
         self.nodes.extend((0..count as u32).filter(|&node| !is_hub(node)));
@@ -54,7 +52,7 @@ impl Dissection {
         self.parts.clear();
         self.parts.push((0, inner));
         while let Some((begin, end)) = self.parts.pop() {
-            if end - begin <= LEAF {
+            if end - begin <= TUNING.small_graph {
                 self.order_leaf(graph, begin, end);
                 continue;
             }

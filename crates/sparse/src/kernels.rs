@@ -1,7 +1,7 @@
 //! Dense operations on diagonal blocks, and on panels of their height.
 //!
-//! All are compiled for several widths of vectors, by being inlined into what [`run_widest`](super::run_widest) runs. Every entry of
-//! a result is summed in one order that depends neither on that width nor on which columns are done together, and products are
+//! All are compiled for several widths of vectors, by being inlined into what [`pulp::Arch`] dispatches to. Every entry of a
+//! result is summed in one order that depends neither on that width nor on which columns are done together, and products are
 //! rounded before they are added: all processors give the same bits.
 
 use super::panels::PanelMut;

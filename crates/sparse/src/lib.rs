@@ -1,18 +1,26 @@
 //! Direct solution of block-sparse systems: an elimination order, and an LU factorisation in that order.
 //!
 //! ```
-//! let mut lu = signorini_sparse::DenseLu::default();
-//! lu.resize(2);
-//! lu.entries.copy_from_slice(&[0.0, 2.0, 4.0, 1.0]);
-//! assert!(lu.factor());
-//! let mut x = [6.0, 7.0];
-//! lu.solve(&mut x);
-//! assert_eq!(x, [1.0, 3.0]);
+//! use signorini_sparse::{BlockLu, Symbolic};
+//!
+//! // Two blocks of one row that are coupled: [[4, 2], [1, 3]], the first eliminated first.
+//! let mut symbolic = Symbolic::default();
+//! symbolic.analyse(&[0, 1, 2], &[(0, 1)]);
+//! let mut lu = BlockLu::default();
+//! lu.clear(&symbolic);
+//! let place = symbolic.place(0, 1);
+//! lu.upper[symbolic.upper_panel(0)] = 4.0;
+//! lu.upper[symbolic.upper_panel(1)] = 3.0;
+//! lu.upper[place.upper] = 2.0;
+//! lu.lower[place.lower] = 1.0;
+//! assert!(lu.factor(&symbolic) > 0.0);
+//! let mut x = [10.0, 5.0];
+//! lu.solve(&symbolic, &mut x);
+//! assert_eq!(x, [2.0, 1.0]);
 //! ```
 
 mod bisection;
 mod block_lu;
-mod dense_lu;
 mod dissection;
 mod elimination;
 mod graph;
@@ -23,12 +31,10 @@ mod panels;
 mod products;
 mod random;
 mod symbolic;
-mod vectors;
+mod tuning;
 
 pub use block_lu::BlockLu;
-pub use dense_lu::DenseLu;
 pub use kernels::{FREE, LIMB, copy_few};
 pub use panels::load;
 pub use random::Random;
 pub use symbolic::{Place, Symbolic};
-pub use vectors::{Vectorised, run_widest};

@@ -4,9 +4,7 @@ use super::dissection::Dissection;
 use super::elimination::{Elimination, GivenOrder};
 use super::graph::Graph;
 use super::minimum_degree::MinimumDegree;
-
-/// From this cost by minimum degree on, nested dissection is tried: a factorisation then takes about as long as the dissection.
-const LARGE: u64 = 1_000_000;
+use super::tuning::TUNING;
 
 /// The order of elimination of a graph's nodes: by [minimum degree](MinimumDegree), or by [nested dissection](Dissection) where the
 /// former is costly and the latter cheaper. It is a function of the graph alone.
@@ -26,7 +24,7 @@ impl Ordering {
     pub fn find(&mut self, count: usize, edges: &[(u32, u32)]) {
         self.elimination.clear();
         self.minimum_degree.read(count, count, edges.iter().copied());
-        if self.minimum_degree.eliminate_within(LARGE, &mut self.elimination) {
+        if self.minimum_degree.eliminate_within(TUNING.costly_order, &mut self.elimination) {
             return;
         }
         self.graph.read(count, edges);

@@ -1,4 +1,5 @@
 /// `y += factor · x`.
+#[inline(always)]
 pub(crate) fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
     for (y, x) in y.iter_mut().zip(x) {
         *y += factor * x;
@@ -6,6 +7,7 @@ pub(crate) fn add_scaled(y: &mut [f64], factor: f64, x: &[f64]) {
 }
 
 /// `y −= Σ_k factors[k] · rows[k]` for four rows in one sweep over `y`.
+#[inline(always)]
 pub(super) fn subtract_four(y: &mut [f64], factors: [f64; 4], rows: [&[f64]; 4]) {
     let n = y.len();
     let [r0, r1, r2, r3] = rows.map(|r| &r[..n]);

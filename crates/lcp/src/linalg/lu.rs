@@ -1,5 +1,7 @@
+use pulp::{Arch, Simd, WithSimd};
+
 use super::dot;
-use super::kernels::subtract_four;
+use super::kernels::{add_scaled, subtract_four};
 
 /// Columns factorised together before the trailing matrix is updated.
 const PANEL: usize = 32;
@@ -32,6 +34,11 @@ impl Lu {
     /// Returns the smallest pivot relative to the largest entry of its column before elimination;
     /// 0 means exactly singular, and then no solve may follow.
     pub fn factorize(&mut self) -> f64 {
+        Arch::new().dispatch(Factorisation(self))
+    }
+
+    #[inline(always)]
+    fn factorize_inlined(&mut self) -> f64 {
         let n = self.n;
         self.swaps.clear();
         self.swaps.resize(n, 0);
@@ -60,6 +67,7 @@ impl Lu {
         if smallest.is_finite() { smallest } else { 0.0 }
     }
 
+    #[inline(always)]
     fn find_envelope(&mut self) {
         self.first.clear();
         self.last.clear();
@@ -70,6 +78,7 @@ impl Lu {
     }
 
     /// One step of partial pivoting inside the panel that ends at column `end`; returns |pivot|.
+    #[inline(always)]
     fn eliminate_column(&mut self, k: usize, end: usize) -> f64 {
         let n = self.n;
         let mut best = (k, 0.0f64);
@@ -103,6 +112,7 @@ impl Lu {
     }
 
     /// Applies the panel `start..end` to the columns right of it.
+    #[inline(always)]
     fn update_trailing(&mut self, start: usize, end: usize) {
         let n = self.n;
         // The rows of the panel reach no further right than this, and change nothing beyond.
@@ -127,7 +137,7 @@ impl Lu {
             }
             for k in k..last {
                 if left[k] != 0.0 {
-                    super::add_scaled(right, -left[k], upper(k));
+                    add_scaled(right, -left[k], upper(k));
                 }
             }
         }
@@ -135,6 +145,11 @@ impl Lu {
 
     /// Solves `K x = rhs` in place.
     pub fn solve(&self, x: &mut [f64]) {
+        Arch::new().dispatch(Solution(self, x));
+    }
+
+    #[inline(always)]
+    fn solve_inlined(&self, x: &mut [f64]) {
         let n = self.n;
         for k in 0..n {
             x.swap(k, self.swaps[k]);
@@ -151,6 +166,28 @@ impl Lu {
             let end = self.last[i];
             x[i] = (x[i] - dot(&row[i + 1..end], &x[i + 1..end])) / row[i];
         }
+    }
+}
+
+struct Factorisation<'a>(&'a mut Lu);
+
+impl WithSimd for Factorisation<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f64 {
+        self.0.factorize_inlined()
+    }
+}
+
+struct Solution<'a>(&'a Lu, &'a mut [f64]);
+
+impl WithSimd for Solution<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.solve_inlined(self.1);
     }
 }
 

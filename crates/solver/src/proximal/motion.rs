@@ -1,9 +1,9 @@
 //! How contacts move along a path from one breakpoint to the next.
 
-use pulp::Simd;
+use pulp::{Arch, Simd, WithSimd};
 
 use signorini_contact::SparseRows;
-use signorini_sparse::{FREE, Vectorised, load, run_widest};
+use signorini_sparse::{FREE, load};
 
 /// Where every contact is on a path.
 #[derive(Clone, Debug, Default)]
@@ -28,12 +28,13 @@ impl Motion {
 
     /// Moves every `y_c` by `step` times its rate.
     pub fn advance(&mut self, y: &mut [[f64; 3]], step: f64) {
-        run_widest(Advance { y: y.as_flattened_mut(), motion: self, step });
+        Arch::new().dispatch(Advance { y: y.as_flattened_mut(), motion: self, step });
     }
 
     /// Subtracts `factor ρ_c J_c w` of a column `w` from the rates.
     pub fn correct(&mut self, jacobian: &SparseRows<3>, weight: &[f64], column: &[f64], factor: f64) {
-        run_widest(Correction { jacobian, weight, column, factor, rate: &mut self.rate, pace: &mut self.pace });
+        let Self { rate, pace, .. } = self;
+        Arch::new().dispatch(Correction { jacobian, weight, column, factor, rate, pace });
     }
 }
 
@@ -49,11 +50,11 @@ struct Advance<'a> {
     step: f64,
 }
 
-impl Vectorised for Advance<'_> {
+impl WithSimd for Advance<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(self, _simd: S) {
         let Self { y, motion, step } = self;
         for (y, rate) in y.iter_mut().zip(motion.rate.as_flattened()) {
             *y += step * rate;
@@ -73,11 +74,11 @@ struct Correction<'a> {
     pace: &'a mut [f64],
 }
 
-impl Vectorised for Correction<'_> {
+impl WithSimd for Correction<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let Self { jacobian, weight, column, factor, rate, pace } = self;
         for (c, ((rate, pace), weight)) in rate.iter_mut().zip(pace).zip(weight).enumerate() {
             let u = multiply_bodies(simd, jacobian, c, column).unwrap_or_else(|| jacobian.multiply(c, column));
@@ -164,11 +165,11 @@ mod tests {
 
     #[test]
     fn corrections_are_the_same_with_all_vectors() {
-        check(|correction| run_widest(correction));
-        check(|correction| correction.run(pulp::Scalar::new()));
+        check(|correction| Arch::new().dispatch(correction));
+        check(|correction| correction.with_simd(pulp::Scalar::new()));
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = pulp::x86::V3::try_new() {
-            check(|correction| correction.run(simd));
+            check(|correction| correction.with_simd(simd));
         }
     }
 }

@@ -1,11 +1,13 @@
 //! The proximal system `H = M + Σ J_cᵀ (ρ_c B_c) J_c` of one island, factorised, with rank-one updates.
 
+use pulp::{Arch, Simd, WithSimd};
+
 use super::coupling::{Run, add_outer, find_runs};
 use super::gathering::Gathering;
 use crate::islands::{Island, block_of};
 use signorini_contact::ContactProblem;
 use signorini_contact::projection::{Cones, Facet, Mode};
-use signorini_sparse::{BlockLu, Symbolic, Vectorised, copy_few, run_widest};
+use signorini_sparse::{BlockLu, Symbolic, copy_few};
 
 /// Updates kept before the matrix is factorised afresh.
 const MAX_UPDATES: usize = 40;
@@ -128,7 +130,7 @@ impl ProximalSystem {
         self.updates.clear();
         self.columns.clear();
         self.lu.copy_from(&self.base);
-        run_widest(Assembly { system: self, island, slope });
+        Arch::new().dispatch(Assembly { system: self, island, slope });
         self.lu.factor(&self.symbolic) > 0.0
     }
 
@@ -145,7 +147,7 @@ impl ProximalSystem {
     /// Overwrites `x` with `H⁻¹ x`.
     pub fn solve(&mut self, island: &Island, x: &mut [f64]) {
         self.lu.solve(&self.symbolic, x);
-        run_widest(Updating { updates: &self.updates, columns: &self.columns, island, x });
+        Arch::new().dispatch(Updating { updates: &self.updates, columns: &self.columns, island, x });
     }
 
     /// Lets contact `c` cross a facet: `H ← H + ρ J_cᵀ a fᵀ J_c`. Returns the column `w = H_old⁻¹ J_cᵀ a` and the ratio of
@@ -156,7 +158,7 @@ impl ProximalSystem {
         let (known, column) = self.columns.split_at_mut(start);
         island.add_impulse(c, facet.jump, column);
         self.lu.solve(&self.symbolic, column);
-        run_widest(Updating { updates: &self.updates, columns: known, island, x: column });
+        Arch::new().dispatch(Updating { updates: &self.updates, columns: known, island, x: column });
         let u = island.jacobian.multiply(c, column);
         let f = facet.normal;
         let ratio = 1.0 + weight * (f[0] * u[0] + f[1] * u[1] + f[2] * u[2]);
@@ -177,11 +179,11 @@ struct Updating<'a> {
     x: &'a mut [f64],
 }
 
-impl Vectorised for Updating<'_> {
+impl WithSimd for Updating<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: pulp::Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(self, _simd: S) {
         for (update, column) in self.updates.iter().zip(self.columns.chunks_exact(self.x.len().max(1))) {
             let u = self.island.jacobian.multiply(update.contact, self.x);
             let factor = update.row[0] * u[0] + update.row[1] * u[1] + update.row[2] * u[2];
@@ -199,11 +201,11 @@ struct Assembly<'a, F> {
     slope: F,
 }
 
-impl<F: Fn(usize) -> Option<[[f64; 3]; 3]>> Vectorised for Assembly<'_, F> {
+impl<F: Fn(usize) -> Option<[[f64; 3]; 3]>> WithSimd for Assembly<'_, F> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: pulp::Simd>(self, _simd: S) {
+    fn with_simd<S: Simd>(self, _simd: S) {
         let (system, island) = (self.system, self.island);
         for c in 0..island.units.len() {
             if let Some(mut slope) = (self.slope)(c) {

@@ -9,8 +9,8 @@ use signorini_contact::StageOutcome;
 use signorini_contact::projection::{Cones, Held, Mode};
 use signorini_contact::scales::raise;
 use signorini_contact::vector::dot;
+use signorini_lcp::linalg::Lu;
 use signorini_multibody::{BlockCholesky, FEW_ROWS};
-use signorini_sparse::DenseLu;
 
 use super::{Outcome, Workspace};
 use crate::islands::Island;
@@ -40,7 +40,7 @@ pub(super) struct ImpulseNewton {
     /// The unknowns of each contact, and where they begin; and the total.
     held: Vec<[Held; 3]>,
     begins: Vec<usize>,
-    system: DenseLu,
+    system: Lu,
     unknowns: Vec<f64>,
     /// What a step adds to the impulses and to the velocity.
     change: Vec<[f64; 3]>,
@@ -90,7 +90,7 @@ impl ImpulseNewton {
             if !factored {
                 effort.factorizations += 1;
                 self.fix_modes(cones, island);
-                factored = self.system.factor();
+                factored = self.system.factorize() > 0.0;
             }
             if !factored {
                 return None;
@@ -170,10 +170,10 @@ impl ImpulseNewton {
             self.held.push(held);
             self.begins.push(unknowns);
         }
-        self.system.resize(unknowns);
+        let system = self.system.start(unknowns);
         for (c, blocks) in self.delassus.chunks_exact(island.units.len().max(1)).enumerate() {
             for (own, held) in (self.begins[c]..self.begins[c + 1]).zip(&self.held[c]) {
-                let row = &mut self.system.entries[own * unknowns..(own + 1) * unknowns];
+                let row = &mut system[own * unknowns..(own + 1) * unknowns];
                 for (d, block) in blocks.iter().enumerate() {
                     let pulled: [f64; 3] = std::array::from_fn(|s| {
                         held.velocity[0] * block[0][s] + held.velocity[1] * block[1][s] + held.velocity[2] * block[2][s]
