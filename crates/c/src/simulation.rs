@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use signorini::contact::SolveStatus;
 use signorini::multibody::{forward_kinematics_into, Kinematics, State};
-use signorini::{FrictionLaw, InfeasiblePolicy, RestitutionLaw, Settings, SettleSettings, Simulation};
+use signorini::{FrictionLaw, InfeasiblePolicy, OverlapPolicy, RestitutionLaw, Settings, SettleSettings, Simulation};
 
 use crate::error::{
     guarded, keep_message, signorini_status, Failure, SIGNORINI_MISSED_TOLERANCE, SIGNORINI_NO_SOLUTION, SIGNORINI_OK,
@@ -41,6 +41,9 @@ pub struct signorini_settings {
     /// Whether a step whose overlaps contradict each other ends with SIGNORINI_NO_SOLUTION; otherwise it keeps the part that the laws
     /// do not permit to remove.
     pub stop_at_contradiction: bool,
+    /// Whether parts of one mechanism that overlap in its reference configuration are contacts like all others; otherwise they do not
+    /// touch each other.
+    pub keep_overlaps: bool,
     /// Factor on the velocity that corrects penetrations and violated constraints, in (0, 1].
     pub stabilization: f64,
     /// Largest residual of a step that counts as solved, in (0, 1).
@@ -93,6 +96,7 @@ pub extern "C" fn signorini_settings_default() -> signorini_settings {
         sleeping: usual.sleeping,
         clip_gaps: usual.infeasible == InfeasiblePolicy::ClipGaps,
         stop_at_contradiction: usual.infeasible == InfeasiblePolicy::Stop,
+        keep_overlaps: usual.overlaps == OverlapPolicy::Keep,
         stabilization: usual.stabilization,
         tolerance: usual.tolerance,
     }
@@ -113,6 +117,9 @@ impl signorini_settings {
         }
         if self.stop_at_contradiction {
             settings.infeasible = InfeasiblePolicy::Stop;
+        }
+        if self.keep_overlaps {
+            settings.overlaps = OverlapPolicy::Keep;
         }
         if self.clip_gaps {
             settings.infeasible = InfeasiblePolicy::ClipGaps;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use signorini::contact::SolverSettings;
 use signorini::lcp::MethodKind;
-use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, Settings};
+use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, OverlapPolicy, Settings};
 
 use crate::error::CliError;
 
@@ -96,6 +96,10 @@ pub struct StepArguments {
     /// Short for --infeasible clip-gaps.
     #[arg(long, conflicts_with = "infeasible")]
     pub clip_gaps: bool,
+    /// Parts of one mechanism that overlap in its reference configuration: do not let them touch each other, keep them as
+    /// contacts, or stop.
+    #[arg(long, value_enum, default_value = "exclude")]
+    pub overlaps: OverlapName,
     /// Speed in m/s at which overlaps and violations that come from outside are removed at most; `inf` for all in one step.
     #[arg(long, value_name = "M/S", default_value = "0.25", value_parser = speed)]
     pub correction_speed: f64,
@@ -135,6 +139,11 @@ impl StepArguments {
             })
             .with_correction_speed(self.correction_speed)
             .with_correction_angular_speed(self.correction_angular_speed)
+            .with_overlaps(match self.overlaps {
+                OverlapName::Exclude => OverlapPolicy::Exclude,
+                OverlapName::Keep => OverlapPolicy::Keep,
+                OverlapName::Stop => OverlapPolicy::Stop,
+            })
             .with_infeasible(match self.infeasible {
                 _ if self.clip_gaps => InfeasiblePolicy::ClipGaps,
                 InfeasibleName::GoOn => InfeasiblePolicy::GoOn,
@@ -146,6 +155,17 @@ impl StepArguments {
 
 /// Bound on the residuals of the circular cone's laws where directions are refined and none is given.
 pub const DEFAULT_CONE_TOLERANCE: f64 = 1e-6;
+
+/// What becomes of parts of one mechanism that overlap in its reference configuration, by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OverlapName {
+    /// They do not touch each other.
+    Exclude,
+    /// They are contacts like all others.
+    Keep,
+    /// The run does not begin.
+    Stop,
+}
 
 /// What happens where a step cannot remove all of its penetrations and violations, by name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

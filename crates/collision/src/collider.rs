@@ -144,9 +144,21 @@ impl Collider {
     /// # Panics
     /// If `body_pose` or `reach` is shorter than the model's list of bodies.
     pub fn find(&mut self, model: &Model, body_pose: &[Pose], reach: &[Reach], out: &mut Vec<ContactPoint>) {
+        self.find_among(model, body_pose, reach, |_, _| true, out);
+    }
+
+    /// As [`find`](Self::find), of the pairs that are wanted.
+    pub(crate) fn find_among(
+        &mut self,
+        model: &Model,
+        body_pose: &[Pose],
+        reach: &[Reach],
+        wanted: impl Fn(GeomId, GeomId) -> bool,
+        out: &mut Vec<ContactPoint>,
+    ) {
         out.clear();
         self.place(body_pose, reach);
-        self.collect_pairs(model);
+        self.collect_pairs(model, wanted);
         for k in 0..self.pairs.len() {
             let (i, j) = ((self.pairs[k] >> 32) as u32, self.pairs[k] as u32);
             self.touches.clear();
@@ -162,6 +174,15 @@ impl Collider {
                     .with_feature(t.feature.code())
             }));
             order_features(&mut out[start..]);
+        }
+    }
+
+    /// Lets these pairs of geoms touch no more.
+    pub fn exclude(&mut self, pairs: impl IntoIterator<Item = [GeomId; 2]>) {
+        pairs.into_iter().for_each(|[a, b]| self.partners.exclude(a.0, b.0));
+        let partners = &self.partners;
+        for list in [&mut self.half_spaces, &mut self.swept, &mut self.over_half_spaces, &mut self.active] {
+            list.retain(|&i| partners.has_any(i));
         }
     }
 
@@ -198,11 +219,11 @@ impl Collider {
     }
 
     /// Pairs that can touch, in order.
-    fn collect_pairs(&mut self, model: &Model) {
+    fn collect_pairs(&mut self, model: &Model, wanted: impl Fn(GeomId, GeomId) -> bool) {
         self.pairs.clear();
         let (geoms, pairs) = (&self.geoms, &mut self.pairs);
         let partners = &self.partners;
-        let allowed = |i: u32, j: u32| partners.allow(model, i, j);
+        let allowed = |i: u32, j: u32| partners.allow(model, i, j) && wanted(GeomId(i.min(j)), GeomId(i.max(j)));
         for &h in &self.half_spaces {
             let plane = &self.placed[h as usize];
             let normal = plane.rotation.z_axis;

@@ -69,6 +69,7 @@ mod hull_build;
 mod manifold;
 mod mesh;
 mod narrow;
+mod overlaps;
 mod partners;
 mod patch;
 mod reduce;
@@ -80,3 +81,4 @@ mod sweep;
 
 pub use collider::{Collider, Reach};
 pub use error::CollisionError;
+pub use overlaps::OwnOverlap;

@@ -1,5 +1,7 @@
 //! Which pairs of geoms can touch, asked once.
 
+use std::collections::BTreeSet;
+
 use signorini_multibody::{GeomId, Model};
 
 /// So many geoms have a table of all their pairs; beyond that the filter is asked each time.
@@ -14,6 +16,8 @@ pub(crate) struct Partners {
     rows: Vec<u64>,
     /// Words in a row.
     width: usize,
+    /// Pairs that are left out besides, in order; where there is a table it knows them.
+    excluded: BTreeSet<(u32, u32)>,
 }
 
 impl Partners {
@@ -22,7 +26,7 @@ impl Partners {
         let mut place = vec![u32::MAX; model.geoms.len()];
         (0..).zip(geoms).for_each(|(k, &i)| place[i as usize] = k);
         if geoms.len() > TABLE {
-            return Self { place, rows: Vec::new(), width: 0 };
+            return Self { place, rows: Vec::new(), width: 0, excluded: BTreeSet::new() };
         }
         let width = geoms.len().div_ceil(64);
         let mut rows = vec![0; width * geoms.len()];
@@ -34,16 +38,31 @@ impl Partners {
                 }
             }
         }
-        Self { place, rows, width }
+        Self { place, rows, width, excluded: BTreeSet::new() }
     }
 
     /// Whether two geoms that take part can touch.
     pub fn allow(&self, model: &Model, i: u32, j: u32) -> bool {
         if self.rows.is_empty() {
-            return filter_allows(model, i, j);
+            return filter_allows(model, i, j) && !self.excluded.contains(&(i.min(j), i.max(j)));
         }
         let (k, l) = (self.place[i as usize] as usize, self.place[j as usize] as usize);
         self.rows[k * self.width + l / 64] >> (l % 64) & 1 == 1
+    }
+
+    /// Lets two geoms touch no more; those that take no part never do.
+    pub fn exclude(&mut self, i: u32, j: u32) {
+        let [Some(&k), Some(&l)] = [i, j].map(|geom| self.place.get(geom as usize).filter(|place| **place != u32::MAX))
+        else {
+            return;
+        };
+        if self.rows.is_empty() {
+            self.excluded.insert((i.min(j), i.max(j)));
+            return;
+        }
+        for (row, column) in [(k as usize, l as usize), (l as usize, k as usize)] {
+            self.rows[row * self.width + column / 64] &= !(1 << (column % 64));
+        }
     }
 
     /// Whether a geom can touch another one; true where that is not known.

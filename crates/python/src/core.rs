@@ -207,7 +207,7 @@ impl Core {
         path: Option<&std::path::Path>,
         source: Option<ModelSource>,
     ) -> Result<(), RecordingError> {
-        let header = Header { source, ..recording_header(&self.model, &self.settings) };
+        let header = Header { source, ..recording_header(&self.model, &self.settings, &self.workspace) };
         self.sink = Some(Sink::new(header, path)?);
         Ok(())
     }

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use signorini::contact::SolverSettings;
 use signorini::lcp::MethodKind;
-use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, RestitutionLaw, Settings};
+use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, OverlapPolicy, RestitutionLaw, Settings};
 
 use crate::error::{SettingError, lcp_error, simulation_error};
 
@@ -19,6 +19,7 @@ pub struct PySettings {
     tolerance: f64,
     method: String,
     infeasible: String,
+    overlaps: String,
     friction_law: String,
     cone_tolerance: f64,
     impulses: String,
@@ -93,6 +94,11 @@ impl PySettings {
                     ("stop", InfeasiblePolicy::Stop),
                     ("clip_gaps", InfeasiblePolicy::ClipGaps),
                 ],
+            )?)
+            .with_overlaps(choose(
+                "overlaps",
+                &self.overlaps,
+                &[("exclude", OverlapPolicy::Exclude), ("keep", OverlapPolicy::Keep), ("stop", OverlapPolicy::Stop)],
             )?);
         settings.validate().map_err(simulation_error)?;
         Ok(settings)

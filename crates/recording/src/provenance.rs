@@ -48,6 +48,9 @@ pub struct StepLaws {
     pub restitution: RestitutionCode,
     /// Law of friction.
     pub friction: FrictionCode,
+    /// Pairs of geoms that the settings kept from touching because they overlap in the reference configuration.
+    #[serde(default)]
+    pub excluded: Vec<[u32; 2]>,
 }
 
 /// A law of restitution.

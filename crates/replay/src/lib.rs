@@ -16,7 +16,7 @@
 //! world.body("ball").at([0.0, 0.0, 0.1]).free().solid(Geometry::Sphere { radius: 0.1 }, 1.0).add()?;
 //! let model = world.build()?;
 //! let mut simulation = Simulation::new(model.clone(), Settings::default())?;
-//! let mut recorder = RunRecorder::new(Writer::new(Vec::new(), recording_header(&model, simulation.settings()))?);
+//! let mut recorder = RunRecorder::new(Writer::new(Vec::new(), recording_header(&model, simulation.settings(), simulation.workspace()))?);
 //! for _ in 0..20 {
 //!     simulation.step()?;
 //!     recorder.add(&simulation)?;

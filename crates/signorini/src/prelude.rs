@@ -5,8 +5,8 @@ pub use signorini_multibody::{
     Actuator, ActuatorKind, BodyId, Geom, Geometry, Inertia, Input, Joint, JointKind, Model, ModelBuilder, Pose, State,
 };
 pub use signorini_simulation::{
-    Batch, ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, RestitutionLaw, RunEnd, Settings,
-    SettleSettings, Simulation, SimulationError, Snapshot, StepReport, Variation,
+    Batch, ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, OverlapPolicy, RestitutionLaw, RunEnd,
+    Settings, SettleSettings, Simulation, SimulationError, Snapshot, StepReport, Variation,
 };
 
 #[cfg(feature = "formats")]

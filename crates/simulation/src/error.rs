@@ -54,6 +54,15 @@ pub enum SimulationError {
         /// The constraints, in the model's order.
         names: Vec<String>,
     },
+    /// Parts of one mechanism that lie inside each other, where the settings forbid it.
+    #[error(
+        "parts of one mechanism overlap in the reference configuration: {pairs}; draw them apart, exclude them in the model's file, \
+         or let them not touch (`Settings::overlaps`)"
+    )]
+    OwnOverlaps {
+        /// The pairs of geoms and how deep they overlap, for people.
+        pairs: String,
+    },
     /// The steps of a recording cannot be certified again.
     #[error("this recording cannot be checked: {reason}")]
     Recording {

@@ -45,6 +45,7 @@ impl Workspace {
         dt: f64,
     ) -> Result<(), SimulationError> {
         self.fixed_point.clear();
+        self.candidates.begin();
         if !model.mocap_bodies.is_empty() {
             input.check(model)?;
             self.kinematics.place_mocap(model, input);
@@ -57,10 +58,48 @@ impl Workspace {
         Ok(())
     }
 
-    /// Finds the contacts within reach and builds the step's problem.
+    /// Finds the points within reach.
+    pub(crate) fn find_points(&mut self, model: &Model) {
+        self.collider.find(model, &self.kinematics.pose, &self.reach.reach, &mut self.candidates.all);
+    }
+
+    /// Builds the step's problem with the points that are chosen.
     pub(crate) fn build_problem(&mut self, model: &Model, state: &State, input: &Input) {
-        self.collider.find(model, &self.kinematics.pose, &self.reach.reach, &mut self.points);
+        self.candidates.write(&mut self.points);
         self.builder.build(model, state, input, &self.kinematics, &mut self.points);
+    }
+
+    /// Chooses the points that the problem is to have. The second half of an impact knows those of the first alone: where there may
+    /// be one these are all.
+    pub(crate) fn choose_points(&mut self, settings: &Settings, dt: f64) {
+        if settings.restitution == RestitutionLaw::Poisson && self.builder.restores() {
+            self.candidates.choose_all();
+        } else {
+            self.candidates.choose(&self.kinematics, &self.reach.free, dt);
+        }
+    }
+
+    /// Chooses the points left out that the velocity at the end of the step would close; whether there are any.
+    ///
+    /// - `tolerance`: of residuals
+    pub(crate) fn brings_in(&mut self, tolerance: f64) -> bool {
+        let Self { candidates, builder, kinematics, reach, .. } = self;
+        if candidates.all.len() == candidates.count() {
+            return false;
+        }
+        let closing = tolerance * builder.problem.velocity_scale();
+        candidates.bring_in(kinematics, &reach.end, builder.problem.timestep, closing)
+    }
+
+    /// Whether the velocity at the end of the step would close a point left out that some degree of freedom moves along its normal.
+    ///
+    /// - `tolerance`: of residuals
+    pub(crate) fn closes_more(&mut self, model: &Model, tolerance: f64) -> bool {
+        if !self.brings_in(tolerance) {
+            return false;
+        }
+        let Self { candidates, builder, kinematics, .. } = self;
+        candidates.brought().any(|point| builder.is_movable(model, kinematics, point))
     }
 
     /// The decompression after impacts, by Poisson's law.

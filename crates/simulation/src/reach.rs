@@ -19,10 +19,31 @@ const NEGLIGIBLE: f64 = 1e-12;
 pub(crate) struct BodyReach {
     /// Of every body; zero for those that touch nothing.
     pub reach: Vec<Reach>,
+    /// Velocities without contact.
+    pub free: Velocities,
+    /// Velocities at the end of the step.
+    pub end: Velocities,
     /// The bodies that can touch another one and move.
     bodies: Vec<u32>,
+}
+
+/// Velocities of all bodies; empty where none touches another one.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Velocities {
     angular: Vec<DVec3>,
     linear: Vec<DVec3>,
+}
+
+impl Velocities {
+    fn take(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64]) {
+        body_velocities_into(model, kinematics, v, &mut self.angular, &mut self.linear);
+    }
+
+    /// Velocity of a body's material point at a place in world, m/s.
+    pub fn at(&self, body: BodyId, kinematics: &Kinematics, place: DVec3) -> DVec3 {
+        let i = body.index();
+        self.linear[i] + self.angular[i].cross(place - kinematics.pose[i].position)
+    }
 }
 
 impl BodyReach {
@@ -39,26 +60,29 @@ impl BodyReach {
         if self.bodies.is_empty() {
             return;
         }
-        body_velocities_into(model, kinematics, v_free, &mut self.angular, &mut self.linear);
+        self.free.take(model, kinematics, v_free);
         for i in self.bodies.iter().map(|&i| i as usize) {
             let faster = |a: DVec3, b: DVec3| MARGIN * dt * a.length_squared().max(b.length_squared()).sqrt();
             self.reach[i] = Reach {
-                linear: faster(self.linear[i], kinematics.linear_velocity[i]),
-                angular: faster(self.angular[i], kinematics.angular_velocity[i]),
+                linear: faster(self.free.linear[i], kinematics.linear_velocity[i]),
+                angular: faster(self.free.angular[i], kinematics.angular_velocity[i]),
             };
         }
     }
 
-    /// Enlarges the reach of every body that `v` moves beyond it; whether there was one.
-    pub fn enlarge(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64], dt: f64) -> bool {
-        if self.bodies.is_empty() {
-            return false;
+    /// Takes over the velocity at the end of the step.
+    pub fn end_with(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64]) {
+        if !self.bodies.is_empty() {
+            self.end.take(model, kinematics, v);
         }
-        body_velocities_into(model, kinematics, v, &mut self.angular, &mut self.linear);
+    }
+
+    /// Enlarges the reach of every body that the velocity at the end of the step moves beyond it; whether there was one.
+    pub fn enlarge(&mut self, dt: f64) -> bool {
         let mut exceeded = false;
         for i in self.bodies.iter().map(|&i| i as usize) {
             let reach = &mut self.reach[i];
-            for (speed, limit) in [(self.linear[i], &mut reach.linear), (self.angular[i], &mut reach.angular)] {
+            for (speed, limit) in [(self.end.linear[i], &mut reach.linear), (self.end.angular[i], &mut reach.angular)] {
                 let allowed = *limit * (1.0 + 1e-9) + NEGLIGIBLE;
                 if dt * dt * speed.length_squared() > allowed * allowed {
                     *limit = MARGIN * dt * speed.length();

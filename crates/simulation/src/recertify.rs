@@ -19,6 +19,7 @@ use signorini_recording::{
 
 pub use fault::StepFault;
 
+use crate::overlaps::{self, OverlapPolicy};
 use crate::recorder::array_pose;
 use crate::restitution::decompression as decompression_problem;
 use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
@@ -75,7 +76,8 @@ impl Recertifier {
             return Err(SimulationError::Recording { reason });
         }
         let settings = settings_of(header, laws);
-        let workspace = Workspace::new(&model, &settings)?;
+        let mut workspace = Workspace::new(&model, &settings.clone().with_overlaps(OverlapPolicy::Keep))?;
+        workspace.own_overlaps = overlaps::apply_recorded(&model, &laws.excluded, &mut workspace.collider)?;
         let state = State::new(&model);
         Ok(Self { workspace, settings, next: state.clone(), state, input: Input::default(), model })
     }
@@ -151,8 +153,13 @@ impl Recertifier {
         for (reach, [linear, angular]) in ws.reach.reach.iter_mut().zip(&solution.reach) {
             (reach.linear, reach.angular) = (reach.linear.max(*linear), reach.angular.max(*angular));
         }
-        ws.collider.find(model, &ws.kinematics.pose, &ws.reach.reach, &mut ws.points);
-        ws.builder.build(model, state, input, &ws.kinematics, &mut ws.points);
+        ws.candidates.begin();
+        ws.find_points(model);
+        let recorded = &frame.contacts;
+        if !ws.candidates.choose_these(recorded.len(), |i, point| compare::is_same_point(&recorded[i], point)) {
+            return Err(StepFault::Contacts { recorded: recorded.len(), found: ws.candidates.count() });
+        }
+        ws.build_problem(model, state, input);
         for limit in &solution.limits {
             let key = if limit.tendon { tendon_limit_key } else { joint_limit_key };
             let key = key(limit.index as usize, u32::from(limit.upper));
@@ -161,7 +168,8 @@ impl Recertifier {
         if ws.builder.add_crossed_limits(model, state, &first.velocity) {
             return Err(StepFault::CrossedLimit);
         }
-        if ws.reach.enlarge(model, &ws.kinematics, &first.velocity, dt) {
+        ws.reach.end_with(model, &ws.kinematics, &first.velocity);
+        if ws.reach.enlarge(dt) {
             return Err(StepFault::Reach);
         }
         ws.corrections.ask(&ws.builder);
@@ -180,6 +188,9 @@ impl Recertifier {
         let (recorded, found) = (frame.contacts.len(), ws.points.len());
         if recorded != found {
             return Err(StepFault::Contacts { recorded, found });
+        }
+        if ws.closes_more(model, settings.tolerance) {
+            return Err(StepFault::CrossedContact);
         }
         if settings.friction_law == FrictionLaw::Polygon {
             return Ok(());

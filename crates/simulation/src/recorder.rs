@@ -21,7 +21,9 @@ use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
 use crate::workspace::Workspace;
 
 /// The header of a recording of this model; its [`source`](Header::source) is left for whoever knows the file.
-pub fn recording_header(model: &Model, settings: &Settings) -> Header {
+///
+/// - `workspace`: that of the run
+pub fn recording_header(model: &Model, settings: &Settings, workspace: &Workspace) -> Header {
     Header {
         schema_version: SCHEMA_VERSION,
         model_name: model.name.clone(),
@@ -36,12 +38,12 @@ pub fn recording_header(model: &Model, settings: &Settings) -> Header {
         bodies: model.bodies.iter().map(|b| b.name.clone()).collect(),
         joints: model.joints.iter().map(joint_label).collect(),
         geoms: model.geoms.iter().map(geom_visual).collect(),
-        laws: Some(step_laws(settings)),
+        laws: Some(step_laws(settings, workspace)),
         ..Header::default()
     }
 }
 
-fn step_laws(settings: &Settings) -> StepLaws {
+fn step_laws(settings: &Settings, workspace: &Workspace) -> StepLaws {
     StepLaws {
         direction_angle: settings.direction_angle,
         stabilization: settings.stabilization,
@@ -58,6 +60,7 @@ fn step_laws(settings: &Settings) -> StepLaws {
             FrictionLaw::Circular => FrictionCode::Circular,
             FrictionLaw::Refined { tolerance } => FrictionCode::Refined(tolerance),
         },
+        excluded: workspace.own_overlaps.iter().map(|overlap| overlap.geoms.map(|geom| geom.0)).collect(),
     }
 }
 

@@ -6,6 +6,7 @@ use signorini_lcp::MethodKind;
 use signorini_solver::SolverSettings;
 
 use crate::SimulationError;
+use crate::overlaps::OverlapPolicy;
 
 /// How contact problems are solved.
 #[derive(Clone, Debug, PartialEq)]
@@ -130,6 +131,8 @@ pub struct Settings {
     pub sleeping: bool,
     /// What to do where there is no solution.
     pub infeasible: InfeasiblePolicy,
+    /// What becomes of parts of one mechanism that overlap in its reference configuration. Default: they do not touch each other.
+    pub overlaps: OverlapPolicy,
 }
 
 impl Default for Settings {
@@ -150,6 +153,7 @@ impl Default for Settings {
             method: ContactMethod::default(),
             sleeping: false,
             infeasible: InfeasiblePolicy::GoOn,
+            overlaps: OverlapPolicy::Exclude,
         }
     }
 }

@@ -1,20 +1,23 @@
 //! What a person should know about the start of a run, in words.
 
-use std::fmt::Write;
-
 use signorini_multibody::{ContactPoint, Model};
 
+use crate::overlaps::{self, named_pairs};
 use crate::settings::Settings;
 use crate::workspace::Workspace;
 
-/// Pairs that are named; the others are counted.
-const NAMED: usize = 4;
-
 impl Workspace {
-    /// After the first step of a run: which shapes overlapped at its beginning by more than the step removes, which ones no degree of
+    /// After the first step of a run: which parts of one mechanism are kept from touching, which shapes overlapped at its beginning by more
+    /// than the step removes, which ones no degree of
     /// freedom parts, and whether equality constraints were violated; `None` where nothing of that is so.
     pub fn start_note(&self, model: &Model, settings: &Settings) -> Option<String> {
         let mut notes = Vec::new();
+        if !self.own_overlaps.is_empty() {
+            notes.push(format!(
+                "parts of one mechanism overlap in the reference configuration and do not touch each other in this run: {}",
+                overlaps::named(model, &self.own_overlaps)
+            ));
+        }
         let overlaps = self.kept_overlaps();
         if !overlaps.is_empty() {
             let speed = settings.correction_speed;
@@ -66,15 +69,6 @@ fn pairs<'a>(points: impl Iterator<Item = &'a ContactPoint>) -> Vec<ContactPoint
     pairs
 }
 
-fn named(model: &Model, pairs: &[ContactPoint]) -> String {
-    let mut out = String::new();
-    for (i, point) in pairs.iter().take(NAMED).enumerate() {
-        let [a, b] = [point.geom_a, point.geom_b].map(|geom| &model.geoms[geom.index()].name);
-        let separator = if i > 0 { ", " } else { "" };
-        let _ = write!(out, "{separator}'{a}' and '{b}' by {:.3} mm", -1e3 * point.gap);
-    }
-    if let Some(others @ 1..) = pairs.len().checked_sub(NAMED) {
-        let _ = write!(out, ", and {others} other pairs");
-    }
-    out
+fn named(model: &Model, points: &[ContactPoint]) -> String {
+    named_pairs(model, points.iter().map(|point| ([point.geom_a, point.geom_b], -point.gap)))
 }

@@ -10,6 +10,9 @@ use crate::workspace::Workspace;
 /// How often a step is found and solved again because a body moved farther than its reach.
 const MAX_ENLARGEMENTS: u32 = 8;
 
+/// A point left out may close by this part of the tolerance.
+const LEFT_OPEN: f64 = 0.01;
+
 /// The velocity that a degree of freedom shall have at the end of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DrivenVelocity {
@@ -69,7 +72,9 @@ pub(crate) fn step_driven(
     state.check(model)?;
     ws.begin(model, state, input, dt)?;
     let mut report = StepReport { unresolved_rotations: ws.smooth.unresolved_rotations, ..StepReport::default() };
+    ws.find_points(model);
     loop {
+        ws.choose_points(settings, dt);
         ws.build_problem(model, state, input);
         for drive in driven {
             ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
@@ -77,23 +82,28 @@ pub(crate) fn step_driven(
         let in_full = report.theta == 1.0 && !report.clipped_gaps;
         let unchanged = || in_full && ws.solver.keeps_directions() && ws.warm.holds(&ws.builder.keys);
         ws.corrections.ask(&ws.builder);
-        if report.enlargements > 0 && unchanged() {
-            break; // The larger reach has no new contacts: the solution at hand is that of the step.
-        }
-        ws.solve(settings, &state.v, &mut report)?;
-        ws.name_contradiction(model)?;
-        while report.advanced() && ws.builder.add_crossed_limits(model, state, &ws.solution.velocity) {
+        // Where a larger reach has no new contacts the solution at hand is that of the step.
+        if report.enlargements == 0 || !unchanged() {
             ws.solve(settings, &state.v, &mut report)?;
+            ws.name_contradiction(model)?;
+            while report.advanced() && ws.builder.add_crossed_limits(model, state, &ws.solution.velocity) {
+                ws.solve(settings, &state.v, &mut report)?;
+            }
         }
-        if report.advanced() {
-            ws.warm.keep(&ws.builder.keys, &ws.builder.group_keys, &ws.solution);
-            ws.warm.remember_theta(report.theta);
+        if !report.advanced() {
+            break;
         }
-        let last = report.enlargements == MAX_ENLARGEMENTS || !report.advanced();
-        if last || !ws.reach.enlarge(model, &ws.kinematics, &ws.solution.velocity, dt) {
+        ws.warm.keep(&ws.builder.keys, &ws.builder.group_keys, &ws.solution);
+        ws.warm.remember_theta(report.theta);
+        ws.reach.end_with(model, &ws.kinematics, &ws.solution.velocity);
+        if ws.brings_in(LEFT_OPEN * settings.tolerance) {
+            continue;
+        }
+        if report.enlargements == MAX_ENLARGEMENTS || !ws.reach.enlarge(dt) {
             break;
         }
         report.enlargements += 1;
+        ws.find_points(model);
     }
     ws.decompress(settings, &mut report)?;
     next.time = state.time;

@@ -1,6 +1,6 @@
 //! Everything a step needs besides model and state, and what it leaves behind.
 
-use signorini_collision::Collider;
+use signorini_collision::{Collider, OwnOverlap};
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
 use signorini_multibody::{
     BlockDiagonal, Body, BodyId, ContactPoint, FreeMotion, Kinematics, LengthRow, Model, NewtonEuler,
@@ -9,7 +9,9 @@ use signorini_multibody::{
 use crate::SimulationError;
 use crate::assembly::Assembler;
 use crate::build::ProblemBuilder;
+use crate::candidates::Candidates;
 use crate::corrections::Corrections;
+use crate::overlaps;
 use crate::reach::BodyReach;
 use crate::rest::FixedPoint;
 use crate::settings::Settings;
@@ -20,6 +22,8 @@ use crate::warm::{WarmCache, limit_of};
 /// Everything a step needs besides model and state; made once, so that a step allocates nothing.
 pub struct Workspace {
     pub(crate) kinematics: Kinematics,
+    /// The points that could touch within the step, and those that its problem has.
+    pub(crate) candidates: Candidates,
     pub(crate) points: Vec<ContactPoint>,
     pub(crate) solution: ContactSolution,
     pub(crate) builder: ProblemBuilder,
@@ -33,6 +37,7 @@ pub struct Workspace {
     pub(crate) smooth: FreeMotion,
     pub(crate) sensors: SensorWork,
     pub(crate) collider: Collider,
+    pub(crate) own_overlaps: Vec<OwnOverlap>,
     pub(crate) reach: BodyReach,
     pub(crate) solver: StepSolver,
     pub(crate) fixed_point: FixedPoint,
@@ -70,16 +75,18 @@ impl Workspace {
     /// Prepares a model for stepping.
     ///
     /// # Errors
-    /// [`SimulationError`] if a setting is out of its range or a shape cannot be prepared.
+    /// [`SimulationError`] if a setting is out of its range, a shape cannot be prepared, or parts overlap that must not.
     pub fn new(model: &Model, settings: &Settings) -> Result<Self, SimulationError> {
         let polygon = settings.validate()?;
         // The problem starts with the identity in the model's blocks; every step exchanges it for the step's own matrix.
         let mut mass = BlockDiagonal::new(model);
         (0..model.nv).for_each(|k| mass.add_to_diagonal(k, 1.0));
         let problem = ContactProblem::new(mass, vec![0.0; model.nv], settings.timestep.unwrap_or(model.timestep))?;
-        let collider = Collider::new(model)?;
+        let mut collider = Collider::new(model)?;
+        let own_overlaps = overlaps::apply(model, settings.overlaps, &mut collider)?;
         Ok(Self {
             kinematics: Kinematics::new(model),
+            candidates: Candidates::default(),
             points: Vec::new(),
             solution: ContactSolution::default(),
             decompression: Decompression {
@@ -96,6 +103,7 @@ impl Workspace {
             sensors: SensorWork::new(model),
             reach: BodyReach::new(model, &collider),
             collider,
+            own_overlaps,
             solver: StepSolver::new(settings)?,
             warm: WarmCache::default(),
             fixed_point: FixedPoint::default(),
@@ -111,6 +119,12 @@ impl Workspace {
     /// could open them, and they are not in its problem.
     pub fn left_out(&self) -> &[ContactPoint] {
         &self.builder.left_out
+    }
+
+    /// Pairs of geoms of one mechanism that overlap in its reference configuration and are kept from touching
+    /// ([`Settings::overlaps`]).
+    pub fn own_overlaps(&self) -> &[OwnOverlap] {
+        &self.own_overlaps
     }
 
     /// Frames of the contact points.

@@ -91,7 +91,7 @@ impl Runner {
         settings: &ViewerSettings,
         shared_state: Arc<Mutex<State>>,
     ) -> Result<Self, RecordingError> {
-        let feed = LiveFeed::new(recording_header(simulation.model(), simulation.settings()))?;
+        let feed = LiveFeed::new(recording_header(simulation.model(), simulation.settings(), simulation.workspace()))?;
         let mut runner = Self {
             start: simulation.save(),
             input: simulation.input.clone(),

@@ -63,6 +63,9 @@ class Settings:
         infeasible: what to do where a step cannot remove all of its overlaps and violations: "go_on" removes the largest part that the
             laws permit (``StepReport.theta``), "stop" raises ``SolveError`` before the step, "clip_gaps" solves again with
             negative gaps taken as zero.
+        overlaps: parts of one mechanism that overlap in its reference configuration by more than a hundredth of the smaller one's radius:
+            "exclude" lets them not touch each other (a warning names them), "keep" keeps them as contacts, "stop" raises an
+            error.
         friction_law: "polygon" is maximum dissipation over a polygon of ``directions``, an LCP solved exactly; "circular" is
             Coulomb's law with the circular cone, a nonlinear problem solved to ``tolerance``; "refined" turns the polygon's
             directions into the slip until the circular cone's laws hold within ``cone_tolerance``. The last two need the
@@ -87,6 +90,7 @@ class Settings:
     tolerance: float = 1e-9
     method: str = "structured"
     infeasible: Literal["go_on", "stop", "clip_gaps"] = "go_on"
+    overlaps: Literal["exclude", "keep", "stop"] = "exclude"
     friction_law: Literal["polygon", "circular", "refined"] = "polygon"
     cone_tolerance: float = 1e-6
     impulses: Literal["solver", "least_norm"] = "solver"

@@ -48,6 +48,7 @@ pub fn header() -> Header {
             assembly_tolerance: 1e-6,
             restitution: RestitutionCode::Poisson,
             friction: FrictionCode::Refined(1e-6),
+            excluded: vec![[1, 3], [2, 5]],
         }),
         source: Some(ModelSource {
             file: "arm.urdf".into(),

@@ -21,6 +21,7 @@ mod margin;
 mod mechanisms;
 mod mocap;
 mod mujoco_rules;
+mod own_overlaps;
 mod permitted;
 mod recertify;
 mod restitution;

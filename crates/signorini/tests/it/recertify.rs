@@ -70,7 +70,7 @@ fn recorded_step(simulation: &mut Simulation, index: u64) -> (Frame, StepReport)
 }
 
 fn header(simulation: &Simulation) -> Header {
-    recording_header(simulation.model(), simulation.settings())
+    recording_header(simulation.model(), simulation.settings(), simulation.workspace())
 }
 
 fn recertifier(simulation: &Simulation) -> Recertifier {
@@ -281,7 +281,7 @@ fn what_does_not_fit_is_a_fault_and_no_panic() {
         }
     };
     let r = &mut recertifier;
-    assert!(matches!(fault(r, &|f| f.contacts.truncate(1)), StepFault::Contacts { recorded: 1, .. }));
+    assert!(matches!(fault(r, &|f| f.contacts.truncate(1)), StepFault::Length { array: "λ_N", .. }));
     assert!(matches!(fault(r, &|f| f.q[0] = f64::NAN), StepFault::Unusable(_)));
     assert!(matches!(fault(r, &|f| f.q.truncate(3)), StepFault::Unusable(_)));
     assert!(matches!(fault(r, &|f| f.solution.phases = 2), StepFault::Phases { recorded: 2 }));
@@ -290,7 +290,7 @@ fn what_does_not_fit_is_a_fault_and_no_panic() {
         StepFault::Length { array: "v⁺", .. }
     ));
     assert!(matches!(fault(r, &|f| f.solution.impulses[0].alpha.truncate(2)), StepFault::Length { array: "α", .. }));
-    assert!(matches!(fault(r, &|f| f.contacts[0].geom_b = 99), StepFault::Contact { contact: 0, .. }));
+    assert!(matches!(fault(r, &|f| f.contacts[0].geom_b = 99), StepFault::Contacts { found: 0, .. }));
     assert!(matches!(
         fault(r, &|f| f.solution.limits[0].index = 99),
         StepFault::Contact { .. } | StepFault::Length { .. }
@@ -299,6 +299,29 @@ fn what_does_not_fit_is_a_fault_and_no_panic() {
     let mut other = frame.clone();
     other.solution.clear();
     assert_eq!(r.check(&other), Err(StepFault::NoSolution));
+}
+
+/// Contacts that bear nothing may be left out of a problem, and no others: a fall through the floor is no step without contacts.
+#[test]
+fn a_contact_that_would_close_cannot_be_left_out() {
+    let fall = |gravity: f64| {
+        let text = format!(
+            "<mujoco><option gravity='0 0 {gravity}'/><worldbody><geom type='plane'/><body pos='0 0 0.1'><freejoint/><geom size='0.1'/>\
+             </body></worldbody></mujoco>"
+        );
+        Simulation::new(signorini_formats::load_mjcf_str(&text, "").unwrap().model, Settings::default()).unwrap()
+    };
+    let mut resting = fall(-9.81);
+    let mut recertifier = recertifier(&resting);
+    let (mut frame, _) = recorded_step(&mut resting, 0);
+    assert_eq!(frame.contacts.len(), 1);
+    frame.contacts.clear();
+    let impulses = &mut frame.solution.impulses[0];
+    impulses.velocity = vec![0.0, 0.0, -9.81 * resting.timestep(), 0.0, 0.0, 0.0];
+    for array in [&mut impulses.lambda_n, &mut impulses.alpha, &mut impulses.beta] {
+        array.clear();
+    }
+    assert_eq!(recertifier.check(&frame), Err(StepFault::CrossedContact));
 }
 
 #[test]

@@ -114,6 +114,11 @@ impl ProblemBuilder {
         self.pace.is_overlap(point)
     }
 
+    /// Whether any shape restores velocity.
+    pub fn restores(&self) -> bool {
+        self.features.restitution
+    }
+
     /// Takes negative gaps as zero; whether there were any.
     pub fn clip_gaps(&mut self) -> bool {
         let negative = self.problem.gap.iter().any(|&phi| phi < 0.0);

@@ -14,6 +14,19 @@ const ROUNDING: f64 = 1e-14;
 const POWERLESS: f64 = 1e-2;
 
 impl ProblemBuilder {
+    /// Whether some degree of freedom moves a contact point along its normal.
+    pub fn is_movable(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint) -> bool {
+        self.measure_rows(model, kinematics, point, &ContactFrame::from_normal(point.normal));
+        self.rows.columns.iter().any(|column| column[0] != 0.0)
+    }
+
+    fn measure_rows(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint, frame: &ContactFrame) {
+        let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
+        let bodies = (point.body_a, point.body_b);
+        contact_rows_into(model, kinematics, bodies, point.position, &directions, &mut self.rows);
+        self.clear_powerless_rows(point);
+    }
+
     /// Adds a contact point; not, and `false`, where no degree of freedom moves it along its normal: no impulse could open it.
     pub(super) fn push_point(&mut self, model: &Model, kinematics: &Kinematics, point: &ContactPoint) -> bool {
         // Most points share their normal with the one before.
@@ -21,10 +34,7 @@ impl ProblemBuilder {
             Some(last) if last.normal == point.normal => *last,
             _ => ContactFrame::from_normal(point.normal),
         };
-        let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
-        let bodies = (point.body_a, point.body_b);
-        contact_rows_into(model, kinematics, bodies, point.position, &directions, &mut self.rows);
-        self.clear_powerless_rows(point);
+        self.measure_rows(model, kinematics, point, &frame);
         if self.rows.columns.iter().all(|column| column[0] == 0.0) {
             return false;
         }
@@ -43,7 +53,7 @@ impl ProblemBuilder {
             self.push_belt(&frame, point.friction, belt);
         }
         if self.features.spin {
-            self.push_spin(model, kinematics, point, &directions);
+            self.push_spin(model, kinematics, point, &[frame.normal, frame.tangent_1, frame.tangent_2]);
         }
         self.frames.push(frame);
         self.keys.push(point_key(point));

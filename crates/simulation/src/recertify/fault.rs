@@ -10,12 +10,12 @@ pub enum StepFault {
     /// State, input or problem cannot be used.
     #[error("{0}")]
     Unusable(String),
-    /// The recorded contacts are not as many as those at the recorded configuration.
-    #[error("it has {recorded} contacts, the configuration has {found}")]
+    /// The recorded contacts are not among those of the recorded configuration, in their order.
+    #[error("it has {recorded} contacts, of which the configuration has {found}")]
     Contacts {
         /// Contacts of the frame.
         recorded: usize,
-        /// Contacts found anew.
+        /// Those that were found anew, up to the first that is not there.
         found: usize,
     },
     /// A contact or limit is not where the configuration has it.
@@ -53,6 +53,9 @@ pub enum StepFault {
     /// The velocity crosses a limit that the problem does not have.
     #[error("its velocity crosses a limit that is not in the problem")]
     CrossedLimit,
+    /// The velocity closes a contact that the problem does not have.
+    #[error("its velocity closes a contact that is not in the problem")]
+    CrossedContact,
     /// A body moves farther than contacts were looked for.
     #[error("a body moves farther than contacts were looked for")]
     Reach,

@@ -26,7 +26,7 @@ impl RunRecorder<File> {
     /// # Errors
     /// [`RecordingError::InvalidHeader`] if the model cannot be described, [`RecordingError::Io`].
     pub fn create(path: impl AsRef<Path>, simulation: &Simulation) -> Result<Self, RecordingError> {
-        let header = recording_header(simulation.model(), simulation.settings());
+        let header = recording_header(simulation.model(), simulation.settings(), simulation.workspace());
         Ok(Self::new(Writer::create(path, header)?))
     }
 }

@@ -119,6 +119,8 @@ impl Settler {
         let Self { model, workspace: ws, state, .. } = self;
         state.check(model)?;
         ws.begin(model, state, &simulation.input, self.dt)?;
+        ws.find_points(model);
+        ws.candidates.choose_all();
         ws.build_problem(model, state, &simulation.input);
         let earlier = ws.warm.start_for(&ws.builder.keys, &ws.builder.group_keys);
         let solved = self.solver.step_into(&ws.builder.problem, earlier, &state.v, effort, &mut self.step);

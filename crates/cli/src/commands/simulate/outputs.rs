@@ -37,7 +37,8 @@ impl Outputs {
         loaded: &Loaded,
     ) -> Result<Self, CliError> {
         let source = Some(loaded.file.clone());
-        let header = Header { source, ..recording_header(simulation.model(), simulation.settings()) };
+        let header =
+            Header { source, ..recording_header(simulation.model(), simulation.settings(), simulation.workspace()) };
         let writer = record.map(|path| Writer::create(path, header.clone())).transpose()?;
         let report = report.map(|path| -> Result<Report, CliError> {
             let file = File::create(path).map_err(|source| CliError::Write { path: path.to_owned(), source })?;
