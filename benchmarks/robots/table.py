@@ -112,7 +112,7 @@ def print_failures(rows):
         for row in group:
             own, peer = row["own"], row.get("mujoco", {})
             time = f", t = {own['time']:.3f} s of {own['timestep']:g}" if "time" in own else ""
-            missed = f", {own['missed']} missed of {own['steps']}, worst {own['worst']:.1e}" if own.get("missed") else ""
+            missed = f", {own['missed']} missed of {own['steps']}, worst {own['worst'] or math.nan:.1e}" if own.get("missed") else ""
             deep = f", {own['deepest_mm']:.1f} mm deep" if own.get("deepest_mm", 0) > 0.05 else ""
             where = f" [{shorten(own['message'], row)}]" if own.get("message") else ""
             print(f"- {short(row['file'])}{time}{missed}{deep}{where}" + (" MuJoCo: " + peer["end"] if peer else ""))

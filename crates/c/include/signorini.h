@@ -250,6 +250,11 @@ typedef struct signorini_settings {
    */
   bool stop_at_contradiction;
   /**
+   * Whether parts of one mechanism that overlap in its reference configuration are contacts like all others; otherwise they do not
+   * touch each other.
+   */
+  bool keep_overlaps;
+  /**
    * Factor on the velocity that corrects penetrations and violated constraints, in (0, 1].
    */
   double stabilization;

@@ -6,6 +6,7 @@ use glamx::glam::{DMat3, DVec3};
 use signorini_multibody::{BodyId, ContactPoint, GeomId, Geometry, Model, Pose};
 
 use crate::CollisionError;
+use crate::apart::{Apart, shows_apart};
 use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed};
 use crate::halfspace::HalfSpace;
@@ -51,6 +52,7 @@ pub struct Collider {
     /// Both geoms of each pair in one number, so that these sort as pairs do.
     pairs: Vec<u64>,
     sweep: Sweep,
+    apart: Apart,
     narrow: Narrow,
     surface: Surface,
     touches: Vec<Touch>,
@@ -120,6 +122,7 @@ impl Collider {
             margin,
             pairs: Vec::new(),
             sweep: Sweep::default(),
+            apart: Apart::default(),
             narrow: Narrow::default(),
             surface: Surface::default(),
             touches: Vec::new(),
@@ -159,6 +162,7 @@ impl Collider {
         out.clear();
         self.place(body_pose, reach);
         self.collect_pairs(model, wanted);
+        self.apart.begin();
         for k in 0..self.pairs.len() {
             let (i, j) = ((self.pairs[k] >> 32) as u32, self.pairs[k] as u32);
             self.touches.clear();
@@ -262,7 +266,18 @@ impl Collider {
             (Shape::Convex(shape_a), Shape::Convex(shape_b)) => {
                 let placed_a = place(&self.geoms[a], shape_a, &self.placed[a], origin);
                 let placed_b = place(&self.geoms[b], shape_b, &self.placed[b], origin);
+                let pair = pair_of(i as u32, j as u32);
+                if let Some(direction) = self.apart.direction(pair)
+                    && shows_apart(direction, &placed_a, &placed_b, margin)
+                {
+                    self.apart.keep(pair, direction);
+                    return origin;
+                }
+                narrow.search.apart = None;
                 narrow.convex(&placed_a, &placed_b, margin, touches);
+                if let Some(direction) = narrow.search.apart {
+                    self.apart.keep(pair, direction);
+                }
             }
             (Shape::HalfSpace, Shape::Triangles(set)) => {
                 let placed = place_set(set, &self.placed[b], origin);

@@ -7,8 +7,8 @@ use crate::convex::Placed;
 /// What the search found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Outcome {
-    /// The cores are farther apart than asked for.
-    Beyond,
+    /// The cores are farther apart than asked for along this direction.
+    Beyond(DVec3),
     /// The cores do not meet.
     Apart(ClosestPair),
     /// The cores overlap or touch.
@@ -68,7 +68,7 @@ fn search(a: &Placed, b: &Placed, beyond: f64, difference: impl Fn(&Placed, &Pla
         let vertex = difference(a, b, -v);
         let bound = v.dot(vertex.w);
         if bound > beyond * length2.sqrt() {
-            return Outcome::Beyond;
+            return Outcome::Beyond(v);
         }
         open = (length2 - bound) / length2.sqrt();
         if length2 - bound <= 1e-15 * length2 || simplex.has(vertex.w) {

@@ -54,6 +54,7 @@
 //! separate geoms (a floor of boxes) this is not known, and a box sliding over their seam can catch on it. Two triangle
 //! meshes against each other are refused by [`Collider::new`].
 
+mod apart;
 mod bvh;
 mod capsule;
 mod collider;

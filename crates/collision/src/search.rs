@@ -14,6 +14,8 @@ pub(crate) struct Search {
     axes: Vec<DVec3>,
     /// What [`axis`](Self::axis) knows of the closest points of the cores.
     closest: Option<Outcome>,
+    /// A direction along which the shapes of the last search are farther apart than asked for, where they are and it is known.
+    pub apart: Option<DVec3>,
 }
 
 /// Share of the size by which polyhedra that touch are shrunk to see which of their faces and edges face each other.
@@ -22,7 +24,7 @@ const SHRINK: f64 = 1e-3;
 impl Search {
     /// The best of the characteristic axes of two convex shapes, or `None` if they are more than `margin` apart.
     pub fn axis(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<Separation> {
-        self.closest = None;
+        (self.closest, self.apart) = (None, None);
         self.axes.clear();
         let hull = |placed: &Placed| matches!(placed.shape, Convex::Hull(_));
         if hull(a) || hull(b) {
@@ -40,7 +42,11 @@ impl Search {
                 }
             }
         }
-        (best.0 <= margin).then_some(Separation { normal: best.1, gap: best.0, midpoint: None })
+        if best.0 > margin {
+            self.apart = Some(best.1);
+            return None;
+        }
+        Some(Separation { normal: best.1, gap: best.0, midpoint: None })
     }
 
     /// The direction of any two convex shapes whose best characteristic axis was just found: GJK between the cores (Gilbert,
@@ -50,7 +56,10 @@ impl Search {
         let size = scale(a, b);
         let radii = a.shape.radius() + b.shape.radius();
         match self.closest.take().unwrap_or_else(|| gjk::closest(a, b, margin + radii)) {
-            Outcome::Beyond => None,
+            Outcome::Beyond(between) => {
+                self.apart = between.try_normalize();
+                None
+            }
             Outcome::Apart(pair) if pair.distance > TOUCHING * size => {
                 let between = 0.5 * (pair.point_a + pair.point_b);
                 let midpoint = between + pair.normal * (0.5 * (a.shape.radius() - b.shape.radius()));
@@ -76,7 +85,10 @@ impl Search {
         let size = scale(a, b);
         let found = gjk::closest(a, b, margin + a.shape.radius() + b.shape.radius());
         let toward = match found {
-            Outcome::Beyond => return None,
+            Outcome::Beyond(between) => {
+                self.apart = between.try_normalize();
+                return None;
+            }
             Outcome::Apart(pair) if pair.distance > TOUCHING * size => Some(pair.normal),
             _ => match gjk::closest_of_shrunk(a, b, SHRINK) {
                 Outcome::Apart(pair) if pair.distance > TOUCHING * size => Some(pair.normal),

@@ -1,19 +1,21 @@
 //! A search knows nothing of the searches before it, although it keeps their order.
 
-use glamx::glam::DVec3;
+use glamx::glam::{DQuat, DVec3};
 use signorini_collision::Collider;
 use signorini_multibody::{ContactPoint, Geometry, Pose};
 
-use crate::random::Random;
+use crate::random::{Random, rock};
 use crate::scene::{Scene, contacts, cuboid};
 
 const COUNT: usize = 24;
 
 fn shapes(random: &mut Random) -> Vec<Geometry> {
     let size = |random: &mut Random| 0.1 + 0.2 * random.unit();
-    let shape = |random: &mut Random, k: usize| match k % 3 {
+    let shape = |random: &mut Random, k: usize| match k % 4 {
         0 => Geometry::Sphere { radius: size(random) },
-        _ => cuboid(size(random), size(random), size(random)),
+        1 => cuboid(size(random), size(random), size(random)),
+        2 => Geometry::Cylinder { radius: size(random), half_length: size(random) },
+        _ => rock(),
     };
     let bodies = (0..COUNT).map(|k| shape(random, k)).collect::<Vec<_>>();
     [vec![Geometry::Plane], bodies].concat()
@@ -27,6 +29,7 @@ fn walk(random: &mut Random, poses: &mut [Pose], step: usize) {
             *pose = Pose::new(random.vector() * extent, random.rotation());
         } else {
             pose.position += random.vector() * 0.02;
+            pose.rotation = (pose.rotation * DQuat::from_scaled_axis(random.vector() * 0.05)).normalize();
         }
     }
     if step == 75 {
