@@ -9,7 +9,8 @@ import sys
 SECTIONS = {
     "Models": ["Model", "ImportWarning", "Body", "Joint", "Geom", "Actuator", "Keyframe"],
     "States and steps": ["Data", "Settings", "SolverSettings", "step", "settle", "forward", "kinematics", "BodyData", "JointData", "ActuatorData"],
-    "What a step found": ["Contacts", "ContactSum", "ContactMode", "Limits", "Certificate", "StepReport", "SettleReport"],
+    "What a step found": ["Contacts", "ContactSum", "ContactMode", "Limits", "Certificate", "StepReport", "StageCount", "StageRun",
+                            "SettleReport"],
     "Many simulations": ["Batch"],
     "Dynamics": ["inverse", "bias_force", "mass_matrix", "jacobian", "integrate", "difference", "linearize", "LinearComplementaritySystem"],
     "Solvers": ["solve_lcp", "lcp_methods", "LcpResult", "ContactProblem", "ContactSolution"],

@@ -38,12 +38,24 @@ export interface Header {
   tolerance: number;
   bodies: string[];
   geoms: Geom[];
+  /** names of the solver's stages */
+  stages: string[];
 }
 
 export interface Worst {
   /** null when it is not finite */
   value: number | null;
   step: number;
+}
+
+/** What a stage of the solver did in all steps. */
+export interface StageSum {
+  /** index into the header's names */
+  stage: number;
+  asked: number;
+  ended: number;
+  /** 0 where times were not measured */
+  nanoseconds: number;
 }
 
 /** Figures over every frame of the run, also those that the page does not hold. */
@@ -58,6 +70,7 @@ export interface Run {
   worst: Worst[];
   contacts_max: number;
   iterations_max: number;
+  stages: StageSum[];
   energy_start: [number | null, number | null];
   energy_end: [number | null, number | null];
 }

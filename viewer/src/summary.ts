@@ -13,6 +13,7 @@ export function showSummary(run: RunData, seek: (frame: number) => void): void {
   byId("summary").replaceChildren(
     element("h2", {}, "Run"), element("table", {}, ...runRows(run)),
     element("h2", {}, "Worst residuals"), element("table", {}, ...worstRows(run, seek)),
+    ...stages(run),
     element("h2", {}, "Model"), element("table", {}, ...modelRows(run)),
   );
 }
@@ -78,6 +79,21 @@ function worstRows(run: RunData, seek: (frame: number) => void): HTMLElement[] {
     const label = name[0].toUpperCase() + name.slice(1);
     return run.about.run.frames === 0 ? row(label, "–") : row(label, `${number(value)} at `, link);
   });
+}
+
+/** What the solver's stages did, for runs that tell. */
+function stages(run: RunData): HTMLElement[] {
+  const sums = run.about.run.stages;
+  if (sums.length === 0) return [];
+  const all = sums.reduce((sum, stage) => sum + stage.nanoseconds, 0);
+  const cells = (tag: "td" | "th", texts: string[]) =>
+    element("tr", {}, ...texts.slice(0, all > 0 ? 4 : 3).map((text) => element(tag, {}, text)));
+  const rows = sums.map(({ stage, asked, ended, nanoseconds }) => cells("td", [
+    run.about.header.stages[stage], integer(asked), integer(ended), `${number((100 * nanoseconds) / all, 3)} %`,
+  ]));
+  const head = cells("th", ["Stage", "asked", "ended", "of the time"]);
+  const title = "How often islands came to each stage of the solver, and how often it ended them";
+  return [element("h2", { title }, "Solver"), element("table", { id: "stages" }, head, ...rows)];
 }
 
 function modelRows(run: RunData): HTMLElement[] {

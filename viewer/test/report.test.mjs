@@ -130,6 +130,16 @@ test("every plot draws, with the values at the cursor", async () => {
   assert.deepEqual(energy.map(Number), [2.88, Number(potential.toPrecision(3)), Number((potential + 2.88).toPrecision(3))]);
 });
 
+test("the solver's stages are summed over all steps", async () => {
+  const cells = await page.locator("#stages td").allTextContents();
+  // 751 frames of three islands, a microsecond for each: the first is solved, the others are held.
+  assert.deepEqual(cells, [
+    "hold", "2,250", "2,250", "99.7 %",
+    "sweeps", "3", "0", "0.133 %",
+    "proximal", "3", "3", "0.133 %",
+  ]);
+});
+
 test("light and dark", async () => {
   const background = () => page.evaluate(() => getComputedStyle(document.body).backgroundColor);
   const light = await background();

@@ -65,6 +65,6 @@ pub use outcome::{SolveReport, SolveStatus};
 pub use polygon::FrictionPolygon;
 pub use problem::ContactProblem;
 pub use solution::{ContactMode, ContactSolution};
-pub use stages::{StageCount, StageKind, StageOutcome, StageRun};
+pub use stages::{StageCount, StageCounts, StageKind, StageOutcome, StageRun};
 pub use unsupported::UnsupportedFriction;
 pub use warm_start::WarmStart;

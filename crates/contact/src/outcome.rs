@@ -2,7 +2,7 @@
 
 use signorini_complementarity::Refusal;
 
-use crate::{StageCount, StageKind};
+use crate::stages::StageCounts;
 
 /// What a solve ended with.
 #[derive(Clone, Debug, PartialEq, Default)]
@@ -54,8 +54,8 @@ pub struct SolveReport {
     pub lemke_islands: u32,
     /// Pivots of Lemke's method.
     pub lemke_pivots: u32,
-    /// What each stage did, by its place in [`StageKind::ALL`].
-    pub stages: [StageCount; StageKind::ALL.len()],
+    /// What each stage did.
+    pub stages: StageCounts,
 }
 
 impl SolveReport {
@@ -73,6 +73,6 @@ impl SolveReport {
         self.restarts += other.restarts;
         self.lemke_islands += other.lemke_islands;
         self.lemke_pivots += other.lemke_pivots;
-        self.stages.iter_mut().zip(&other.stages).for_each(|(sum, count)| sum.add(count));
+        self.stages.add(&other.stages);
     }
 }

@@ -1,7 +1,10 @@
 //! The stages of the structured solver, as reports name them.
 
+use std::ops::{Index, IndexMut};
+
 /// A stage of the structured solver, in the order in which an island goes through them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum StageKind {
     /// The start solves the island already, and is taken as it is.
     Hold,
@@ -96,21 +99,53 @@ impl StageOutcome {
 
 /// What a stage did in one or more solves.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct StageCount {
     /// How often it was asked, once for each island.
-    pub asked: u32,
+    pub asked: u64,
     /// How often it ended an island: by a solution, or by the proof that there is none.
-    pub ended: u32,
+    pub ended: u64,
     /// Its time, ns, where that was asked for (`SolverSettings::time_stages`); of all threads together.
     pub nanoseconds: u64,
 }
 
-impl StageCount {
-    /// Adds another count.
+/// What every stage did in one or more solves; indexed by the stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StageCounts([StageCount; StageKind::ALL.len()]);
+
+impl StageCounts {
+    /// The stages in their order.
+    pub fn iter(&self) -> impl Iterator<Item = (StageKind, StageCount)> {
+        StageKind::ALL.into_iter().zip(self.0)
+    }
+
+    /// Adds the counts of another solve.
     pub fn add(&mut self, other: &Self) {
-        self.asked += other.asked;
-        self.ended += other.ended;
-        self.nanoseconds += other.nanoseconds;
+        for (sum, count) in self.0.iter_mut().zip(&other.0) {
+            sum.asked += count.asked;
+            sum.ended += count.ended;
+            sum.nanoseconds += count.nanoseconds;
+        }
+    }
+
+    /// A stage's part of the time of all stages; none where times were not asked for.
+    pub fn time_share(&self, stage: StageKind) -> Option<f64> {
+        let all: u64 = self.0.iter().map(|count| count.nanoseconds).sum();
+        (all > 0).then(|| self[stage].nanoseconds as f64 / all as f64)
+    }
+}
+
+impl Index<StageKind> for StageCounts {
+    type Output = StageCount;
+
+    fn index(&self, stage: StageKind) -> &StageCount {
+        &self.0[stage as usize]
+    }
+}
+
+impl IndexMut<StageKind> for StageCounts {
+    fn index_mut(&mut self, stage: StageKind) -> &mut StageCount {
+        &mut self.0[stage as usize]
     }
 }
 

@@ -50,7 +50,7 @@ mod _core {
     #[pymodule_export]
     use crate::recording::{Recording, RecordingCheck};
     #[pymodule_export]
-    use crate::report::{Certificate, SettleReport, StepReport};
+    use crate::report::{Certificate, SettleReport, StageCount, StageRun, StepReport};
     #[pymodule_export]
     use crate::stepping::{forward, kinematics, settle, step};
     #[pymodule_export]

@@ -4,15 +4,18 @@ use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use signorini::ContactMethod;
-use signorini::contact::{self, ContactSolver, FrictionPolygon, WarmStart, certify, problem_file, solve_as_lcp};
+use signorini::contact::{
+    self, ContactSolver, FrictionPolygon, SolverSettings, WarmStart, certify, problem_file, solve_as_lcp,
+};
 use signorini::lcp::Matrix;
 use signorini::multibody::BlockDiagonal;
 
 use crate::arrays::{self, Table, Vector};
 use crate::contacts::{directions_array, mode_code};
 use crate::error::{ProblemError, problem_error};
-use crate::report::{Certificate, contacts_of, name_of};
+use crate::report::{Certificate, StageRun, contacts_of, name_of, stages_dict};
 use crate::settings::contact_method;
 
 /// The contact problem of one step as plain data.
@@ -187,13 +190,14 @@ impl ContactProblem {
     }
 
     /// Solves the problem; the GIL is released meanwhile.
-    #[pyo3(signature = (method="structured", *, tolerance=1e-9, warm_start=None))]
+    #[pyo3(signature = (method="structured", *, tolerance=1e-9, warm_start=None, record_history=false))]
     fn solve(
         &self,
         py: Python<'_>,
         method: &str,
         tolerance: f64,
         warm_start: Option<&Bound<'_, ContactSolution>>,
+        record_history: bool,
     ) -> PyResult<ContactSolution> {
         let method = contact_method(method, tolerance)?;
         let warm = warm_start.map(|earlier| {
@@ -205,7 +209,10 @@ impl ContactProblem {
         });
         let solution = py.detach(|| match method {
             ContactMethod::Lcp(kind) => solve_as_lcp(&self.inner, kind.build()?.as_mut(), tolerance),
-            ContactMethod::Structured(settings) => Ok(ContactSolver::new(settings)?.solve(&self.inner, warm.as_ref())),
+            ContactMethod::Structured(settings) => {
+                let settings = SolverSettings { time_stages: true, record_history, ..settings };
+                Ok(ContactSolver::new(settings)?.solve(&self.inner, warm.as_ref()))
+            }
         });
         Ok(ContactSolution(solution.map_err(problem_error)?))
     }
@@ -368,6 +375,18 @@ impl ContactSolution {
     #[getter]
     fn iterations(&self) -> u32 {
         self.0.report.iterations()
+    }
+
+    /// What the structured solver's stages did, those that were asked, by name in the order of the cascade.
+    #[getter]
+    fn stages<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        stages_dict(py, &self.0.report.stages)
+    }
+
+    /// What each stage did on each island, in order; empty unless the solve was asked to record it.
+    #[getter]
+    fn history(&self) -> Vec<StageRun> {
+        self.0.history.iter().map(StageRun::from).collect()
     }
 
     fn __repr__(&self) -> String {

@@ -1,6 +1,7 @@
 //! How a step went: the certificate and the solver's report.
 
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use signorini::contact;
 use signorini::contact::SolveStatus;
 
@@ -84,38 +85,116 @@ impl Certificate {
     }
 }
 
-/// What the last step did.
+/// What a stage of the structured solver did.
 #[pyclass(frozen, get_all, module = "signorini")]
+#[derive(Clone)]
+pub struct StageCount {
+    /// How often it was asked: once for each island that came to it.
+    asked: u64,
+    /// How often it ended an island: by a solution, or by the proof that there is none.
+    ended: u64,
+    /// Its part of the time of all stages; None where times were not measured.
+    time_share: Option<f64>,
+}
+
+#[pymethods]
+impl StageCount {
+    fn __repr__(&self) -> String {
+        let share = self.time_share.map_or(String::new(), |share| format!(", time_share={share:.3}"));
+        format!("StageCount(asked={}, ended={}{share})", self.asked, self.ended)
+    }
+}
+
+/// What the stages did that were asked, by name, in the order of the cascade.
+pub fn stages_dict<'py>(py: Python<'py>, counts: &contact::StageCounts) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    for (stage, count) in counts.iter().filter(|(_, count)| count.asked > 0) {
+        let (asked, ended, time_share) = (count.asked, count.ended, counts.time_share(stage));
+        dict.set_item(stage.name(), StageCount { asked, ended, time_share }.into_pyobject(py)?)?;
+    }
+    Ok(dict)
+}
+
+/// What a stage of the structured solver did on an island.
+#[pyclass(frozen, get_all, module = "signorini")]
+#[derive(Clone)]
+pub struct StageRun {
+    /// The island, by the order of the first tree in each.
+    island: u32,
+    /// The stage's name.
+    stage: &'static str,
+    /// Why it ended.
+    outcome: &'static str,
+    /// What the laws lacked after each proximal iteration, relative to the island's velocity scale.
+    residuals: Vec<f64>,
+}
+
+impl From<&contact::StageRun> for StageRun {
+    fn from(run: &contact::StageRun) -> Self {
+        Self {
+            island: run.island,
+            stage: run.stage.name(),
+            outcome: run.outcome.name(),
+            residuals: run.residuals.clone(),
+        }
+    }
+}
+
+#[pymethods]
+impl StageRun {
+    fn __repr__(&self) -> String {
+        let Self { island, stage, outcome, residuals } = self;
+        format!("<signorini.StageRun {stage} of island {island}: {outcome}, {} residuals>", residuals.len())
+    }
+}
+
+/// What the last step did.
+#[pyclass(frozen, module = "signorini")]
 #[derive(Clone)]
 pub struct StepReport {
     /// "solved", "inaccurate", "ray", "infeasible", "iteration_limit".
+    #[pyo3(get)]
     status: String,
     /// Contacts that contradict each other, where the status says so; indices into the problem.
+    #[pyo3(get)]
     blamed: Vec<usize>,
     /// Residuals of the step.
+    #[pyo3(get)]
     certificate: Certificate,
     /// Contacts in the problem, joint limits included.
+    #[pyo3(get)]
     contacts: usize,
     /// Mode changes, proximal iterations and pivots together.
+    #[pyo3(get)]
     iterations: u32,
     /// Islands: sets of trees that contacts tie together.
+    #[pyo3(get)]
     islands: usize,
     /// Islands that were given to Lemke's method.
+    #[pyo3(get)]
     lemke_islands: u32,
     /// Whether the worst residual exceeds the tolerance.
+    #[pyo3(get)]
     missed_tolerance: bool,
     /// Part θ of the overlaps and violations asked for that the step removes: 1 where it is all of them.
+    #[pyo3(get)]
     theta: f64,
     /// What was kept where `theta` is less than 1: ("contact" or "bilateral", index of the row in the problem, m or rad).
+    #[pyo3(get)]
     kept: Vec<(&'static str, usize, f64)>,
     /// Work of the impulses along the corrections, J.
+    #[pyo3(get)]
     correction_energy: f64,
     /// Contact points that no degree of freedom moves along their normal; they are not in the problem.
+    #[pyo3(get)]
     left_out: usize,
     /// Whether negative gaps were taken as zero.
+    #[pyo3(get)]
     clipped_gaps: bool,
     /// How often contacts were found anew because a body moved farther than expected.
+    #[pyo3(get)]
     enlargements: u32,
+    stages: contact::StageCounts,
 }
 
 impl StepReport {
@@ -135,6 +214,7 @@ impl StepReport {
             left_out: report.left_out,
             clipped_gaps: report.clipped_gaps,
             enlargements: report.enlargements,
+            stages: report.solver.stages,
         }
     }
 }
@@ -148,6 +228,12 @@ fn kept_row(kept: &signorini::Kept) -> (&'static str, usize, f64) {
 
 #[pymethods]
 impl StepReport {
+    /// What the structured solver's stages did, those that were asked, by name in the order of the cascade.
+    #[getter]
+    fn stages<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        stages_dict(py, &self.stages)
+    }
+
     fn __repr__(&self) -> String {
         format!(
             "<signorini.StepReport {}: {} contacts, {} iterations, worst residual {:.1e}>",

@@ -47,6 +47,7 @@ struct PySolverSettings {
     lemke_pivots_per_row: usize,
     lemke_max_rows: usize,
     threads: usize,
+    time_stages: bool,
 }
 
 impl PySettings {
@@ -123,6 +124,7 @@ impl PySolverSettings {
             lemke_pivots_per_row: self.lemke_pivots_per_row,
             lemke_max_rows: self.lemke_max_rows,
             threads: self.threads,
+            time_stages: self.time_stages,
             ..SolverSettings::default()
         }
     }

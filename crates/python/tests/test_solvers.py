@@ -46,6 +46,34 @@ def test_what_has_no_solution_comes_with_a_proof_or_a_ray():
     assert jammed.solved == (jammed.residual < 1e-9)
 
 
+def test_stages_and_history():
+    free = [0.3, -0.2, -1.0, 4.0, 1.0, -0.5]
+    problem = ContactProblem(np.eye(6), np.eye(6)[[2, 5]], np.eye(6)[[0, 1, 3, 4]], [0.0, 0.0], 0.5, 0.01, free)
+    assert problem.solve().history == [] and problem.solve("lemke").stages == {}
+    solution = problem.solve(record_history=True)
+    assert solution.solved and list(solution.stages)[-1] == "proximal"
+    # Two masses without ties are two islands; each that came to a stage was ended there or went on.
+    assert solution.stages["proximal"].asked == solution.stages["proximal"].ended == 2
+    assert sum(stage.time_share for stage in solution.stages.values()) == pytest.approx(1.0)
+    runs = [run for run in solution.history if run.stage == "proximal"]
+    assert sorted(run.island for run in runs) == [0, 1] and all(run.outcome == "solved" for run in runs)
+    assert all(run.residuals[-1] <= 1e-12 for run in runs)
+
+
+def test_stages_of_steps():
+    model = signorini.Model.from_string(
+        "<mujoco><worldbody><geom type='plane'/><body pos='0 0 0.1'><freejoint/><geom type='box' size='0.1 0.1 0.1'/></body>"
+        "</worldbody></mujoco>"
+    )
+    for timed in (False, True):
+        data = signorini.Data(model, settings=signorini.Settings(solver=signorini.SolverSettings(time_stages=timed)))
+        signorini.step(model, data)
+        assert data.report.stages["hold"].ended == 0 and sum(stage.ended for stage in data.report.stages.values()) == 1
+        signorini.step(model, data)
+        held = data.report.stages["hold"]
+        assert (held.asked, held.ended, held.time_share) == (1, 1, 1.0 if timed else None)
+
+
 def test_malformed_problems_are_refused():
     with pytest.raises(signorini.ProblemError, match="b has shape"):
         solve_lcp(np.eye(2), [1.0])

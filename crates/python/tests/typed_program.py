@@ -92,6 +92,9 @@ def solving(model: Model, data: Data) -> None:
     result: signorini.LcpResult = signorini.solve_lcp(*problem.lcp(), method=signorini.lcp_methods()[0])
     system: signorini.LinearComplementaritySystem = signorini.linearize(model, data)
     following, _ = system.step()
+    runs: list[signorini.StageRun] = problem.solve(record_history=True).history
+    stages: dict[str, signorini.StageCount] = data.report.stages
+    assert sum(stage.ended for stage in stages.values()) == 1 and runs[-1].outcome == "solved"
     assert solution.solved and result.solved and following.shape == (14,)
     z, exit_code, _ = signorini.lemkelcp(np.eye(1), np.array([-1.0]))
     assert exit_code == 0 and z is not None

@@ -9,7 +9,7 @@ use std::f64::consts::{FRAC_PI_8, TAU};
 use signorini_recording::report::{ReportSettings, inline_html, write_html};
 use signorini_recording::{
     ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, Pose, Recording, RecordingError,
-    Residuals, ShapeVisual, StepStatus,
+    Residuals, ShapeVisual, StageFrame, StepStatus,
 };
 
 const GRAVITY: f64 = 9.81;
@@ -75,6 +75,7 @@ fn header() -> Header {
         method: "closed form".into(),
         bodies: ["world", "block", "ball"].into_iter().map(str::to_owned).chain(tower).collect(),
         geoms,
+        stages: vec!["hold".into(), "sweeps".into(), "proximal".into()],
         ..Header::default()
     }
 }
@@ -173,6 +174,7 @@ fn frame(step: u64) -> Frame {
         step,
         time,
         iterations: contacts.len() as u32 * 3 + (step % 7) as u32,
+        stages: if step == 0 { vec![stage(1, 3, 0), stage(2, 3, 3)] } else { vec![stage(0, 3, 3)] },
         body_poses,
         contacts,
         residuals: residuals(step),
@@ -184,6 +186,11 @@ fn frame(step: u64) -> Frame {
         missed_tolerance: step == BAD_STEP,
         ..Frame::default()
     }
+}
+
+/// Three islands: block, ball and tower; a microsecond for each that comes to a stage.
+fn stage(stage: u32, asked: u32, ended: u32) -> StageFrame {
+    StageFrame { stage, asked, ended, nanoseconds: 1000 * u64::from(asked) }
 }
 
 /// Slides with the deceleration that the polygon's bound gives, then rests.

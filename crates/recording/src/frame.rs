@@ -31,6 +31,8 @@ pub struct Frame {
     pub energy: Energy,
     /// Solver iterations or pivots.
     pub iterations: u32,
+    /// What the solver's stages did, those that were asked.
+    pub stages: Vec<StageFrame>,
     /// How the solver ended.
     pub status: StepStatus,
     /// Whether a residual exceeds the run's tolerance.
@@ -153,6 +155,19 @@ pub struct Energy {
     pub kinetic: f64,
     /// Potential energy of gravity and springs.
     pub potential: f64,
+}
+
+/// What a stage of the solver did in a step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct StageFrame {
+    /// The stage, index into [`Header::stages`](crate::Header::stages).
+    pub stage: u32,
+    /// How often it was asked: once for each island that came to it.
+    pub asked: u32,
+    /// How often it ended an island.
+    pub ended: u32,
+    /// Its time, ns, where it was measured. Recordings do not hold it, so that the same run gives the same bytes.
+    pub nanoseconds: u64,
 }
 
 /// How the solver of a step ended.

@@ -7,7 +7,7 @@ use crate::frame::Pose;
 use crate::provenance::{ModelSource, StepLaws};
 
 /// Version of the format that this crate writes.
-pub const SCHEMA_VERSION: u32 = 3;
+pub const SCHEMA_VERSION: u32 = 4;
 
 /// Everything about a run that does not change while it runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -42,6 +42,9 @@ pub struct Header {
     pub joints: Vec<JointLabel>,
     /// What the bodies look like.
     pub geoms: Vec<GeomVisual>,
+    /// Names of the solver's stages, which frames count; empty before schema version 4.
+    #[serde(default)]
+    pub stages: Vec<String>,
     /// The settings on which the laws of a step depend; not in schema version 1.
     #[serde(default)]
     pub laws: Option<StepLaws>,
@@ -68,6 +71,7 @@ impl Default for Header {
             bodies: vec!["world".into()],
             joints: Vec::new(),
             geoms: Vec::new(),
+            stages: Vec::new(),
             laws: None,
             source: None,
         }

@@ -1,7 +1,7 @@
 //! Frames as bytes; the layout is in the crate's documentation.
 
 use crate::fields::{Fields, Mismatch, put, refill};
-use crate::frame::{ContactFrame, ContactModeCode, Frame, FrictionPolygon, Pose, StepStatus};
+use crate::frame::{ContactFrame, ContactModeCode, Frame, FrictionPolygon, Pose, StageFrame, StepStatus};
 use crate::header::Header;
 use crate::solution_layout;
 
@@ -23,6 +23,8 @@ const CONTACT_SIZE: usize = 10 * 4 + 20 * 8;
 /// Bits of a frame's byte 3: what comes after its contacts.
 const SOLVED: u8 = 1;
 const ACTIVATED: u8 = 2;
+const STAGED: u8 = 4;
+const STAGE_SIZE: usize = 3 * 4;
 
 /// Checks lengths and indices of a frame against the header.
 pub(crate) fn check(frame: &Frame, header: &Header) -> Result<(), Mismatch> {
@@ -36,6 +38,9 @@ pub(crate) fn check(frame: &Frame, header: &Header) -> Result<(), Mismatch> {
     same("q", frame.q.len(), header.nq)?;
     same("v", frame.v.len(), header.nv)?;
     same("body_poses", frame.body_poses.len(), header.bodies.len())?;
+    for stage in &frame.stages {
+        below("stage", stage.stage, header.stages.len())?;
+    }
     for contact in &frame.contacts {
         below("contact body A", contact.body_a, header.bodies.len())?;
         below("contact body B", contact.body_b, header.bodies.len())?;
@@ -56,9 +61,10 @@ pub(crate) fn check(frame: &Frame, header: &Header) -> Result<(), Mismatch> {
 pub(crate) fn encode(frame: &Frame, bytes: &mut Vec<u8>) {
     let status = STATUSES.iter().position(|&status| status == frame.status);
     let status = status.expect("every status is in the table") as u8;
-    let solved = frame.solution.phases > 0;
-    let activated = !frame.activation.is_empty();
-    let after = if solved { SOLVED } else { 0 } | if activated { ACTIVATED } else { 0 };
+    let (solved, activated, staged) =
+        (frame.solution.phases > 0, !frame.activation.is_empty(), !frame.stages.is_empty());
+    let bit = |holds: bool, bit| if holds { bit } else { 0 };
+    let after = bit(solved, SOLVED) | bit(activated, ACTIVATED) | bit(staged, STAGED);
     bytes.extend([FRAME, status, u8::from(frame.missed_tolerance), after]);
     bytes.extend(frame.iterations.to_le_bytes());
     bytes.extend(frame.step.to_le_bytes());
@@ -80,6 +86,12 @@ pub(crate) fn encode(frame: &Frame, bytes: &mut Vec<u8>) {
         bytes.extend((frame.activation.len() as u32).to_le_bytes());
         put(bytes, &frame.activation);
     }
+    if staged {
+        bytes.extend((frame.stages.len() as u32).to_le_bytes());
+        for StageFrame { stage, asked, ended, .. } in &frame.stages {
+            [stage, asked, ended].iter().for_each(|number| bytes.extend(number.to_le_bytes()));
+        }
+    }
     if solved {
         solution_layout::encode(&frame.solution, bytes);
     }
@@ -90,11 +102,12 @@ pub(crate) fn encoded_size(frame: &Frame) -> Option<u32> {
     let counts = counts(frame);
     counts.iter().try_for_each(|&count| u32::try_from(count).ok().map(drop))?;
     let solution = if frame.solution.phases > 0 { solution_layout::size(&frame.solution)? } else { 0 };
-    let activation = match frame.activation.len() {
-        0 => 0,
-        count => count.checked_mul(8)?.checked_add(4)?,
+    let list = |count: usize, entry: usize| match count {
+        0 => Some(0),
+        _ => count.checked_mul(entry)?.checked_add(4),
     };
-    u32::try_from(size(counts)?.checked_add(activation)?.checked_add(solution)?).ok()
+    let (activation, stages) = (list(frame.activation.len(), 8)?, list(frame.stages.len(), STAGE_SIZE)?);
+    u32::try_from(size(counts)?.checked_add(activation)?.checked_add(stages)?.checked_add(solution)?).ok()
 }
 
 fn counts(frame: &Frame) -> [usize; 5] {
@@ -135,7 +148,7 @@ fn encode_contact(contact: &ContactFrame, bytes: &mut Vec<u8>) {
 /// Fills `frame` from a payload; `None` when the payload is not a frame. Re-uses its memory.
 pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     let mut fields = Fields(payload);
-    let [FRAME, status, missed @ (0 | 1), after @ 0..=3] = fields.array()? else {
+    let [FRAME, status, missed @ (0 | 1), after @ 0..=7] = fields.array()? else {
         return None;
     };
     frame.status = *STATUSES.get(usize::from(status))?;
@@ -165,6 +178,15 @@ pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
         let count = fields.u32()?;
         fields.has(count, 8)?;
         refill(&mut frame.activation, count as usize, || fields.f64())?;
+    }
+    frame.stages.clear();
+    if after & STAGED != 0 {
+        let count = fields.u32()?;
+        fields.has(count, STAGE_SIZE)?;
+        refill(&mut frame.stages, count as usize, || {
+            let [stage, asked, ended] = [fields.u32()?, fields.u32()?, fields.u32()?];
+            Some(StageFrame { stage, asked, ended, nanoseconds: 0 })
+        })?;
     }
     frame.solution.clear();
     if after & SOLVED != 0 {

@@ -28,7 +28,7 @@
 //! # Ok::<(), signorini_recording::RecordingError>(())
 //! ```
 //!
-//! # File format, schema version 3
+//! # File format, schema version 4
 //!
 //! All numbers are little-endian; there is no padding but what is listed.
 //!
@@ -51,7 +51,7 @@
 //! | 0 | u8 | 1 |
 //! | 1 | u8 | status: 0 solved, 1 inaccurate, 2 ray, 3 infeasible, 4 iteration limit, 5 numerical failure |
 //! | 2 | u8 | whether it missed the tolerance, 0 or 1 |
-//! | 3 | u8 | what follows the contacts: 1 a solution, 2 activations, 3 both |
+//! | 3 | u8 | what follows the contacts, a sum: 1 a solution, 2 activations, 4 stages |
 //! | 4 | u32 | solver iterations |
 //! | 8 | u64 | step |
 //! | 16 | f64 | time, s |
@@ -64,6 +64,7 @@
 //! | … | f64 × 2 n_d | listed directions |
 //! | … | 200 bytes × n_c | contacts |
 //! | … | u32, f64 … | number of activations, and these |
+//! | … | u32, 12 bytes … | number of stages, and of each: index into the header's `stages`, asked, ended, u32 × 3 |
 //! | … | … | the solution |
 //!
 //! | byte of a contact | type | content |
@@ -91,7 +92,8 @@
 //! | … | per phase | u32 × 7: lengths of v⁺, λ_N, α, β, λ_B, α_F, β_F; then these arrays as f64 |
 //!
 //! Directions of α are those of the contacts in order, limits have none. Schema version 1 had no solutions (byte 3 was
-//! always 0), and no `laws` and `source` in the header; version 2 had no θ. Both can still be read.
+//! always 0), and no `laws` and `source` in the header; version 2 had no θ,
+//! version 3 no stages. All can still be read.
 
 mod error;
 mod fields;
@@ -107,7 +109,9 @@ mod solution_layout;
 mod writer;
 
 pub use error::RecordingError;
-pub use frame::{ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, Pose, Residuals, StepStatus};
+pub use frame::{
+    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, Pose, Residuals, StageFrame, StepStatus,
+};
 pub use header::{GeomVisual, Header, JointLabel, SCHEMA_VERSION, ShapeVisual};
 pub use provenance::{FrictionCode, ModelSource, RestitutionCode, StepLaws};
 pub use reader::{Ending, Reader, is_recording};

@@ -3,14 +3,14 @@
 mod run;
 mod solution;
 
-use signorini_contact::{ContactMode, SolveStatus};
+use signorini_contact::{ContactMode, SolveStatus, StageKind};
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{
     Geometry, Input, Kinematics, Model, Pose, State, forward_kinematics_into, kinetic_energy, potential_energy,
 };
 use signorini_recording::{
     ContactFrame, ContactModeCode, Energy, Frame, FrictionCode, FrictionPolygon, GeomVisual, Header, JointLabel,
-    Residuals, RestitutionCode, SCHEMA_VERSION, ShapeVisual, StepLaws, StepStatus,
+    Residuals, RestitutionCode, SCHEMA_VERSION, ShapeVisual, StageFrame, StepLaws, StepStatus,
 };
 
 pub use run::RunRecorder;
@@ -38,6 +38,7 @@ pub fn recording_header(model: &Model, settings: &Settings, workspace: &Workspac
         bodies: model.bodies.iter().map(|b| b.name.clone()).collect(),
         joints: model.joints.iter().map(joint_label).collect(),
         geoms: model.geoms.iter().map(geom_visual).collect(),
+        stages: StageKind::ALL.iter().map(|stage| stage.name().into()).collect(),
         laws: Some(step_laws(settings, workspace)),
         ..Header::default()
     }
@@ -132,6 +133,13 @@ pub fn frame_into(
 ) {
     state_into(model, index, state, &workspace.kinematics, frame);
     frame.iterations = report.solver.iterations();
+    let asked = report.solver.stages.iter().filter(|(_, count)| count.asked > 0);
+    frame.stages.extend(asked.map(|(stage, count)| StageFrame {
+        stage: stage as u32,
+        asked: saturated(count.asked),
+        ended: saturated(count.ended),
+        nanoseconds: count.nanoseconds,
+    }));
     frame.missed_tolerance = report.missed_tolerance;
     frame.status = status_code(&report.status);
     let c = &report.certificate;
@@ -174,9 +182,14 @@ fn state_into(model: &Model, index: u64, state: &State, kinematics: &Kinematics,
     frame.body_poses.clear();
     frame.body_poses.extend(kinematics.pose.iter().map(pose_array));
     frame.energy = energy(model, kinematics, state);
+    frame.stages.clear();
     frame.contacts.clear();
     frame.listed_directions.clear();
     frame.solution.clear();
+}
+
+fn saturated(count: u64) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
 }
 
 pub(crate) fn energy(model: &Model, kinematics: &Kinematics, state: &State) -> Energy {

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use signorini_contact::{Certificate, ConeCertificate};
+use signorini_contact::{Certificate, ConeCertificate, StageCounts};
 use signorini_multibody::{
     Input, Keyframe, Kinematics, Model, State, equality_violations, forward_kinematics_into, kinetic_energy,
     potential_energy,
@@ -50,6 +50,8 @@ pub struct Summary {
     pub constraint_error: f64,
     /// Solver iterations of all steps.
     pub iterations: u64,
+    /// What the structured solver's stages did in all steps.
+    pub stages: StageCounts,
 }
 
 impl Default for Summary {
@@ -70,6 +72,7 @@ impl Default for Summary {
             deepest_penetration: 0.0,
             constraint_error: 0.0,
             iterations: 0,
+            stages: StageCounts::default(),
         }
     }
 }
@@ -377,6 +380,7 @@ impl Summary {
         }
         self.constraint_error = self.constraint_error.max(report.constraint_error);
         self.iterations += u64::from(report.solver.iterations());
+        self.stages.add(&report.solver.stages);
         for point in workspace.contact_points() {
             self.deepest_penetration = self.deepest_penetration.max(-point.gap);
         }

@@ -125,6 +125,7 @@ impl StepSolver {
             Route::Refined { solver, tolerance } => {
                 let report = solver.refine_into(problem, start, *tolerance, solution);
                 report.unsupported.map_or(Ok(()), |unsupported| Err(ProblemError::from(unsupported)))?;
+                solution.report.stages = report.stages;
             }
         }
         if self.least_norm.is_some() {
@@ -203,6 +204,7 @@ impl Circular {
             mode_changes: report.newton_iterations,
             proximal_iterations: report.proximal_iterations,
             restarts: report.starts.saturating_sub(1),
+            stages: report.stages,
             ..SolveReport::default()
         };
         Ok(())

@@ -1,5 +1,7 @@
 //! The walk of a contact problem: islands, hold, cascade, verdict; and a second look where the certificate does not hold.
 
+use std::time::Instant;
+
 use signorini_contact::certificate::Certificate;
 use signorini_contact::projection::Cones;
 use signorini_contact::{
@@ -155,9 +157,11 @@ impl ContactSolver {
         if settings.sleeping {
             return false;
         }
+        let begin = settings.time_stages.then(Instant::now);
         let held = given.hold(problem, cones, islands, settings, solution, residuals);
-        let count = &mut solution.report.stages[StageKind::Hold as usize];
-        (count.asked, count.ended) = (residuals.len() as u32, held);
+        let count = &mut solution.report.stages[StageKind::Hold];
+        (count.asked, count.ended) = (residuals.len() as u64, u64::from(held));
+        count.nanoseconds = begin.map_or(0, |begin| begin.elapsed().as_nanos() as u64);
         held > 0
     }
 
@@ -262,8 +266,8 @@ impl ContactSolver {
         if let Some(whole) = solve_whole(&mut self.lemke, problem, &self.settings) {
             *solution = whole;
             (solution.report.islands, solution.report.lemke_islands) = (1, 1);
-            solution.report.stages[StageKind::Lemke as usize].asked = 1;
-            solution.report.stages[StageKind::Lemke as usize].ended = u32::from(solution.status == SolveStatus::Solved);
+            let count = &mut solution.report.stages[StageKind::Lemke];
+            (count.asked, count.ended) = (1, u64::from(solution.status == SolveStatus::Solved));
         } else {
             self.begin(problem, solution);
             self.verdict.complete(problem, &self.cones, &[], solution);

@@ -120,11 +120,9 @@ fn write(result: &mut IslandResult, index: usize, island: &Island, solution: &mu
     report.mode_changes += result.effort.mode_changes;
     report.proximal_iterations += result.effort.proximal_iterations;
     report.lemke_pivots += result.effort.pivots;
-    report.lemke_islands += result.stages[StageKind::Lemke as usize].asked;
+    report.lemke_islands += result.stages[StageKind::Lemke].asked as u32;
     report.sleeping_islands += usize::from(result.asleep);
-    for (sum, count) in report.stages.iter_mut().zip(&result.stages) {
-        sum.add(count);
-    }
+    report.stages.add(&result.stages);
     solution.history.extend(result.history.drain(..).map(|run| StageRun { island: index as u32, ..run }));
     let iterate = &result.iterate;
     if iterate.residual == f64::INFINITY {

@@ -11,7 +11,7 @@ use crate::args::{ModelArguments, StartArguments, StepArguments, positive};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::loading::{Loaded, load_model, start};
-use crate::results::{Contradiction, Laws, Miss, Range, RunResult, RunStatus, import_warnings};
+use crate::results::{Contradiction, Laws, Miss, Range, RunResult, RunStatus, StageLine, import_warnings};
 use crate::solving::ContactLaw;
 use crate::{output, text};
 
@@ -210,6 +210,7 @@ fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunRe
         worst: Laws::of_contacts(&summary.worst, has_bilateral),
         worst_circular: summary.worst_cone.map(|cone| Laws::of_cone(&cone, has_bilateral)),
         iterations: summary.iterations,
+        stages: StageLine::list(&summary.stages),
         seconds: driven.seconds,
         steps_per_second: if driven.seconds > 0.0 { summary.steps as f64 / driven.seconds } else { 0.0 },
         energy: Range { start: energy, end: energy },

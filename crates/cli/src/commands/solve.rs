@@ -10,7 +10,7 @@ use signorini::contact::problem_file::{
 use crate::args::{DEFAULT_CONE_TOLERANCE, MethodChoice, directions, fraction};
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::results::SolveResult;
+use crate::results::{SolveResult, StageHistory, StageLine};
 use crate::solving::{
     Answer, Options, Point, SolverChoice, kind_of, solve_contact, solve_frictional, solve_lcp, solve_mixed,
     with_directions,
@@ -64,6 +64,9 @@ pub struct Arguments {
     /// Describe all impulses that give the same velocity: dimension, and range at each contact (kind contact, polygon's law).
     #[arg(long)]
     pub ranges: bool,
+    /// Add to --json what every stage of the structured solver did on every island, residuals included.
+    #[arg(long, requires = "json")]
+    pub history: bool,
     /// Write the solution (of a single problem), or the best point found.
     #[arg(long, value_name = "SOLUTION.npz")]
     pub out: Option<PathBuf>,
@@ -118,6 +121,9 @@ fn check_options(arguments: &Arguments) -> Result<(), CliError> {
             return unused("--ranges", POLYGON);
         }
     }
+    if arguments.history && !matches!(method, None | Some(SolverChoice::Polygon(MethodChoice::Structured))) {
+        return unused("--history", "--method structured");
+    }
     if arguments.out.is_some() && method == Some(&SolverChoice::Relaxation) {
         return unused("--out", "methods that solve the contact laws, which the relaxation does not");
     }
@@ -154,6 +160,8 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
         contact_laws: answer.contact_laws,
         iterations: answer.iterations,
         seconds: answer.seconds,
+        stages: StageLine::list(&answer.point.stages()),
+        history: arguments.history.then(|| answer.point.history().iter().map(StageHistory::from).collect()),
         least_norm: answer.least_norm,
         distributions: answer.distributions,
         involved: if answer.holds { Vec::new() } else { answer.ending.involved },
@@ -177,6 +185,7 @@ fn solve_problem(
         cone_tolerance: cone_tolerance(arguments),
         least_norm: arguments.least_norm,
         ranges: arguments.ranges,
+        history: arguments.history,
     };
     if let ProblemFile::Contact(problem) = problem {
         let problem = with_directions(problem, arguments.directions).map_err(in_file)?;

@@ -6,6 +6,7 @@ mod inspection;
 mod recording;
 mod run;
 mod solving;
+mod stages;
 
 pub use comparison::{Comparison, Row};
 pub use contradiction::{Contradiction, Involved, Place};
@@ -13,6 +14,7 @@ pub use inspection::{BodyLine, Inspection};
 pub use recording::{RecordingResult, ending};
 pub use run::{Miss, Range, RunResult, RunStatus};
 pub use solving::{CheckResult, Distributions, Ending, LeastNormResult, SolveResult, solve_status};
+pub use stages::{StageHistory, StageLine};
 
 use serde::Serialize;
 use signorini::contact::{Certificate, ConeCertificate, RelaxationCertificate};

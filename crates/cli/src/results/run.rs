@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use serde::Serialize;
 
-use super::{Contradiction, ImportWarning, Laws};
+use super::{Contradiction, ImportWarning, Laws, StageLine};
 use crate::solving::ContactLaw;
 
 /// The result of `simulate`.
@@ -63,6 +63,9 @@ pub struct RunResult {
     pub worst_circular: Option<Laws>,
     /// Solver iterations of all steps.
     pub iterations: u64,
+    /// What the structured solver's stages did in all steps.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stages: Vec<StageLine>,
     /// Wall time of the steps, s; writing recording and report is not counted.
     pub seconds: f64,
     /// Steps in one second of wall time.

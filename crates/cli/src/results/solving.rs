@@ -8,7 +8,7 @@ use signorini::contact::{
 };
 use signorini::lcp::Status;
 
-use super::Laws;
+use super::{Laws, StageHistory, StageLine};
 use crate::solving::ContactLaw;
 
 /// A solved (or refused) problem.
@@ -50,6 +50,12 @@ pub struct SolveResult {
     pub iterations: u64,
     /// Wall time of the solve, s.
     pub seconds: f64,
+    /// What the structured solver's stages did.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub stages: Vec<StageLine>,
+    /// What they did on each island, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub history: Option<Vec<StageHistory>>,
     /// What became of the impulses of least norm.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub least_norm: Option<LeastNormResult>,

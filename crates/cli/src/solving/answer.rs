@@ -1,6 +1,6 @@
 //! What problems are solved with, and what comes of it.
 
-use signorini::contact::{ConeSolution, ContactSolution, RelaxedSolution};
+use signorini::contact::{ConeSolution, ContactSolution, RelaxedSolution, StageCounts, StageRun};
 
 use super::choice::ContactLaw;
 use crate::results::{Distributions, Ending, Laws, LeastNormResult};
@@ -16,6 +16,8 @@ pub struct Options {
     pub least_norm: bool,
     /// Whether the set of force distributions is described.
     pub ranges: bool,
+    /// Whether every stage of the structured solver is followed on every island.
+    pub history: bool,
 }
 
 /// What a solve gives, whatever the kind of the problem.
@@ -60,6 +62,25 @@ pub enum Point {
     Relaxed(Box<RelaxedSolution>),
     /// Of a complementarity problem.
     Plain(Vec<f64>),
+}
+
+impl Point {
+    /// What the structured solver's stages did for it.
+    pub fn stages(&self) -> StageCounts {
+        match self {
+            Self::Contact(solution) => solution.report.stages,
+            Self::Cone(solution) => solution.report.stages,
+            Self::Relaxed(_) | Self::Plain(_) => StageCounts::default(),
+        }
+    }
+
+    /// What they did on each island, where it was asked for.
+    pub fn history(&self) -> &[StageRun] {
+        match self {
+            Self::Contact(solution) => &solution.history,
+            _ => &[],
+        }
+    }
 }
 
 impl Answer {

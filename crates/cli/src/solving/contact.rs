@@ -32,9 +32,7 @@ pub fn solve_contact(
         SolverChoice::Polygon(method) => {
             let begin = Instant::now();
             let mut solution = match method {
-                MethodChoice::Structured => {
-                    ContactSolver::new(SolverSettings::default().for_tolerance(options.tolerance))?.solve(problem, None)
-                }
+                MethodChoice::Structured => ContactSolver::new(structured(options))?.solve(problem, None),
                 MethodChoice::Lcp(kind) => solve_as_lcp(problem, kind.build()?.as_mut(), options.tolerance)?,
             };
             let seconds = begin.elapsed().as_secs_f64();
@@ -52,10 +50,17 @@ pub fn solve_contact(
     }
 }
 
+/// The structured solver's settings; the time of its stages is measured.
+fn structured(options: &Options) -> SolverSettings {
+    let settings = SolverSettings { time_stages: true, record_history: options.history, ..SolverSettings::default() };
+    settings.for_tolerance(options.tolerance)
+}
+
 /// A solver for the circular cone.
 pub(super) fn cone_solver(tolerance: f64) -> Result<CircularConeSolver, ProblemError> {
     let settings = ConeSettings::default().for_tolerance(tolerance);
-    CircularConeSolver::new(settings, ContactSolver::new(SolverSettings::default().for_tolerance(tolerance))?)
+    let polygon = SolverSettings { time_stages: true, ..SolverSettings::default() };
+    CircularConeSolver::new(settings, ContactSolver::new(polygon.for_tolerance(tolerance))?)
 }
 
 fn choose_impulses(
@@ -132,7 +137,9 @@ fn refine(problem: &ContactProblem, options: &Options) -> Result<Answer, Problem
     answer.holds &= answer.circular_laws.is_some_and(|laws| laws.worst().1 <= options.cone_tolerance);
     answer.iterations = u64::from(report.solves);
     if let Point::Contact(solution) = &answer.point {
-        answer.point = Point::Cone(Box::new(as_cone(solution)));
+        let mut cone = as_cone(solution);
+        cone.report.stages = report.stages;
+        answer.point = Point::Cone(Box::new(cone));
     }
     Ok(answer)
 }

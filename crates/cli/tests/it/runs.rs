@@ -58,6 +58,16 @@ fn a_box_at_rest_keeps_its_energy() {
         assert_near(number(&run, "/energy/end"), 1.0, 1e-12);
         assert!(number(&run, "/deepest_penetration") < 1e-12);
         assert!(number(&run, "/worst/natural_map") <= 1e-9);
+        if method == "lemke" {
+            assert!(run.get("stages").is_none(), "it is no stage of the structured solver: {run}");
+            continue;
+        }
+        // One island in each of 100 steps, which ends in one stage; all but the first are held.
+        let stages = run["stages"].as_array().unwrap();
+        let sum = |key: &str| stages.iter().map(|stage| stage[key].as_f64().unwrap()).sum::<f64>();
+        assert_eq!((stages[0]["stage"].as_str(), stages[0]["asked"].as_u64()), (Some("hold"), Some(100)));
+        assert_eq!((stages[0]["ended"].as_u64(), sum("ended")), (Some(99), 100.0), "{stages:?}");
+        assert_near(sum("time_share"), 1.0, 1e-12);
     }
 }
 

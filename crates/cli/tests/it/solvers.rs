@@ -52,6 +52,33 @@ fn two_feet() -> ArchiveWriter {
     writer
 }
 
+/// What one small island goes through: modes from sweeps, then proximal iterations that end it.
+#[test]
+fn solve_tells_of_its_stages() {
+    let folder = Folder::new("stages");
+    folder.save("p.npz", &oblique_point());
+    let solved = folder.run(&["solve", "p.npz", "--json", "--history"]).exits(0).json();
+    let names: Vec<_> = solved["stages"].as_array().unwrap().iter().map(|line| line["stage"].clone()).collect();
+    assert_eq!(names, ["sweeps", "proximal"]);
+    assert_eq!((number(&solved, "/stages/1/asked"), number(&solved, "/stages/1/ended")), (1.0, 1.0));
+    let share = |k| number(&solved, &format!("/stages/{k}/time_share"));
+    assert_near(share(0) + share(1), 1.0, 1e-12);
+    assert_eq!(
+        (&solved["history"][0]["stage"], &solved["history"][1]["outcome"]),
+        (&"sweeps".into(), &"solved".into())
+    );
+    let residuals = solved["history"][1]["residuals"].as_array().unwrap();
+    assert!(residuals.last().is_some_and(|r| r.as_f64().unwrap() <= 1e-12), "{residuals:?}");
+    let plain = folder.run(&["solve", "p.npz", "--json"]).exits(0).json();
+    assert!(plain.get("history").is_none(), "{plain}");
+    let refined = folder.run(&["solve", "p.npz", "--json", "--method", "refined"]).exits(0).json();
+    let asked: f64 = (0..2).map(|k| number(&refined, &format!("/stages/{k}/asked"))).sum();
+    assert!(asked >= number(&refined, "/iterations"), "one island in each LCP: {refined}");
+    let lemke = folder.run(&["solve", "p.npz", "--json", "--method", "lemke"]).exits(0).json();
+    assert!(lemke.get("stages").is_none(), "{lemke}");
+    folder.run(&["solve", "p.npz", "--json", "--method", "lemke", "--history"]).exits(64).complains(&["--history"]);
+}
+
 #[test]
 fn the_circular_cone_is_solved_written_and_checked() {
     let folder = Folder::new("circular");

@@ -1,7 +1,7 @@
 //! What a solve with the circular cone starts from and ends with.
 
 use super::ConeCertificate;
-use crate::{ContactProblem, SolveStatus, UnsupportedFriction, WarmStart};
+use crate::{ContactProblem, SolveStatus, StageCounts, UnsupportedFriction, WarmStart};
 
 /// What a solve with the circular cone ended with.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,6 +49,8 @@ pub struct ConeReport {
     pub factorizations: u32,
     /// Polygonal problems solved.
     pub polygon_solves: u32,
+    /// What the structured solver's stages did for them.
+    pub stages: StageCounts,
     /// Sweeps over all contacts.
     pub sweeps: u32,
 }

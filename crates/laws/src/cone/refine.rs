@@ -8,7 +8,7 @@
 use signorini_contact::SolveStatus::{Inaccurate, Solved};
 use signorini_contact::circular::CoulombLaw;
 use signorini_contact::circular::{ConeScratch, certify_cone_with, cone_velocity_scale, half_widest_angle};
-use signorini_contact::{Certificate, ContactProblem, ContactSolution, UnsupportedFriction, WarmStart};
+use signorini_contact::{Certificate, ContactProblem, ContactSolution, StageCounts, UnsupportedFriction, WarmStart};
 use signorini_contact::{ConeCertificate, ConeSolution};
 use signorini_solver::ContactSolver;
 
@@ -28,6 +28,8 @@ const STICKING: f64 = 1e-12;
 pub struct RefinementReport {
     /// LCPs that were solved.
     pub solves: u32,
+    /// What the structured solver's stages did for them.
+    pub stages: StageCounts,
     /// Residuals of the circular-cone laws at the end.
     pub certificate: ConeCertificate,
     /// Whether they are all within the tolerance, with the last LCP solved.
@@ -88,6 +90,7 @@ impl DirectionRefiner {
                 solver.solve_into(problem, Some(&self.warm), solution);
             }
             report.solves = solve;
+            report.stages.add(&solution.report.stages);
             report.certificate = self.certify(problem, solution);
             report.converged = solution.status == Solved && report.certificate.holds(tolerance);
             if report.converged || solve == max_solves || !matches!(solution.status, Solved | Inaccurate) {

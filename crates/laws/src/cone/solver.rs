@@ -127,6 +127,7 @@ impl CircularConeSolver {
     fn start_from_polygon(&mut self, problem: &ContactProblem, solution: &mut ConeSolution) -> Result<(), SolveStatus> {
         self.polygon.solve_into(problem, None, &mut self.polygon_solution);
         solution.report.polygon_solves += 1;
+        solution.report.stages.add(&self.polygon_solution.report.stages);
         self.newton.begin_at(&self.polygon_solution.impulse, &self.polygon_solution.group_impulse);
         let bilateral = std::mem::take(&mut self.polygon_solution.bilateral);
         let solved = self.run_newton(problem, ConeStart::Polygon, &bilateral, solution);
@@ -149,6 +150,7 @@ impl CircularConeSolver {
             &mut self.polygon_solution,
         );
         solution.report.polygon_solves += report.solves;
+        solution.report.stages.add(&report.stages);
         self.newton.begin_at(&self.polygon_solution.impulse, &self.polygon_solution.group_impulse);
         let bilateral = std::mem::take(&mut self.polygon_solution.bilateral);
         let solved = self.run_newton(problem, ConeStart::Refinement, &bilateral, solution);
@@ -248,6 +250,7 @@ impl CircularConeSolver {
         solution.group_impulse.iter().for_each(|p| start.push_group(*p));
         start.set_bilateral(&solution.bilateral);
         let cone = self.solve(problem, Some(&start));
+        report.stages.add(&cone.report.stages);
         if cone.status != ConeStatus::Solved {
             return report;
         }
@@ -258,7 +261,8 @@ impl CircularConeSolver {
         let aligned = WarmStart::from_solution(solution);
         let last = self.refiner.refine(&mut self.polygon, problem, Some(&aligned), tolerance, 1, solution);
         report.solves += last.solves;
-        RefinementReport { solves: report.solves, ..last }
+        report.stages.add(&last.stages);
+        RefinementReport { solves: report.solves, stages: report.stages, ..last }
     }
 
     /// Writes a solution with the circular cone as the polygon's solution that it is once the directions are

@@ -35,6 +35,8 @@ __all__ = [
     "Recording",
     "RecordingCheck",
     "SettleReport",
+    "StageCount",
+    "StageRun",
     "StepReport",
     "Viewer",
     "__version__",
@@ -735,6 +737,37 @@ class Certificate:
     def _repr_html_(self) -> str: ...
 
 @final
+class StageCount:
+    """What a stage of the structured solver did."""
+
+    @property
+    def asked(self) -> int:
+        """How often it was asked: once for each island that came to it."""
+    @property
+    def ended(self) -> int:
+        """How often it ended an island: by a solution, or by the proof that there is none."""
+    @property
+    def time_share(self) -> Optional[float]:
+        """Its part of the time of all stages; None where times were not measured."""
+
+@final
+class StageRun:
+    """What a stage of the structured solver did on an island."""
+
+    @property
+    def island(self) -> int:
+        """The island, by the order of the first tree in each."""
+    @property
+    def stage(self) -> str:
+        """The stage's name."""
+    @property
+    def outcome(self) -> str:
+        """Why it ended."""
+    @property
+    def residuals(self) -> list[float]:
+        """What the laws lacked after each proximal iteration, relative to the island's velocity scale."""
+
+@final
 class StepReport:
     """What the last step did."""
 
@@ -780,6 +813,12 @@ class StepReport:
     @property
     def enlargements(self) -> int:
         """How often contacts were found anew because a body moved farther than expected."""
+    @property
+    def stages(self) -> dict[str, StageCount]:
+        """What the structured solver's stages did, those that were asked, by name in the order of the cascade.
+
+        Times are measured where ``SolverSettings.time_stages`` asks for it.
+        """
 
 @final
 class SettleReport:
@@ -894,6 +933,7 @@ class ContactProblem:
         *,
         tolerance: float = 1e-9,
         warm_start: Optional[ContactSolution] = None,
+        record_history: bool = False,
     ) -> ContactSolution:
         """Solves the problem; the GIL is released meanwhile.
 
@@ -901,6 +941,7 @@ class ContactProblem:
             method: "structured", or a name of ``lcp_methods()`` for the dense standard LCP.
             tolerance: the worst residual up to which the status is "solved", in (0, 1).
             warm_start: a solution of a similar problem with the same contacts (structured method).
+            record_history: whether the solution has the ``history`` of the stages on every island (structured method).
 
         Raises:
             SettingError: no method has this name, or the tolerance is out of its range.
@@ -961,6 +1002,12 @@ class ContactSolution:
     @property
     def iterations(self) -> int:
         """Mode changes, proximal iterations and pivots together."""
+    @property
+    def stages(self) -> dict[str, StageCount]:
+        """What the structured solver's stages did, those that were asked, by name in the order of the cascade."""
+    @property
+    def history(self) -> list[StageRun]:
+        """What each stage did on each island, in order; empty unless the solve was asked to record it."""
 
 @final
 class LcpResult:

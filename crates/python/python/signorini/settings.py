@@ -28,6 +28,7 @@ class SolverSettings:
         lemke_max_rows: islands with more rows are not given to Lemke's method.
         threads: at most so many threads solve islands at the same time; 0 for as many as the machine gives. The result has the
             same bits whatever it is.
+        time_stages: whether the time of every stage is measured, for ``StepReport.stages``.
     """
 
     accept: float = 1e-10
@@ -44,6 +45,7 @@ class SolverSettings:
     lemke_pivots_per_row: int = 30
     lemke_max_rows: int = 3000
     threads: int = 1
+    time_stages: bool = False
 
 
 @dataclass(frozen=True)

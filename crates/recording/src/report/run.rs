@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::frame::{Energy, Frame, StepStatus};
+use crate::frame::{Energy, Frame, StageFrame, StepStatus};
 
 /// What the report's summary says; covers every frame, kept or not.
 #[derive(Debug, Clone, Default, Serialize)]
@@ -18,6 +18,8 @@ pub(super) struct Run {
     pub worst: [Worst; 5],
     pub contacts_max: usize,
     pub iterations_max: u32,
+    /// Sums of what the solver's stages did, by their index; those asked at least once.
+    pub stages: Vec<StageSum>,
     pub energy_start: [f64; 2],
     pub energy_end: [f64; 2],
 }
@@ -28,6 +30,16 @@ pub(super) struct Worst {
     /// `None` (null in JSON) when not finite.
     pub value: Option<f64>,
     pub step: u64,
+}
+
+/// What a stage of the solver did in all steps.
+#[derive(Debug, Clone, Copy, Default, Serialize)]
+pub(super) struct StageSum {
+    pub stage: u32,
+    pub asked: u64,
+    pub ended: u64,
+    /// 0 where times were not measured.
+    pub nanoseconds: u64,
 }
 
 impl Run {
@@ -44,6 +56,9 @@ impl Run {
         self.unsolved_steps += usize::from(frame.status != StepStatus::Solved);
         self.contacts_max = self.contacts_max.max(frame.contacts.len());
         self.iterations_max = self.iterations_max.max(frame.iterations);
+        for stage in &frame.stages {
+            self.add_stage(stage);
+        }
         if frame.missed_tolerance {
             self.missed_steps += 1;
             self.first_missed_step.get_or_insert(frame.step);
@@ -54,6 +69,17 @@ impl Run {
                 *worst = Worst { value: value.is_finite().then_some(value), step: frame.step };
             }
         }
+    }
+
+    fn add_stage(&mut self, count: &StageFrame) {
+        let place = self.stages.binary_search_by_key(&count.stage, |sum| sum.stage).unwrap_or_else(|place| {
+            self.stages.insert(place, StageSum { stage: count.stage, ..StageSum::default() });
+            place
+        });
+        let sum = &mut self.stages[place];
+        sum.asked += u64::from(count.asked);
+        sum.ended += u64::from(count.ended);
+        sum.nanoseconds += count.nanoseconds;
     }
 }
 

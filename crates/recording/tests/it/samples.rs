@@ -3,7 +3,8 @@
 use proptest::prelude::*;
 use signorini_recording::{
     ContactFrame, ContactModeCode, Energy, Frame, FrictionCode, FrictionPolygon, GeomVisual, Header, Impulses,
-    JointLabel, LimitFrame, ModelSource, Residuals, RestitutionCode, ShapeVisual, StepLaws, StepSolution, StepStatus,
+    JointLabel, LimitFrame, ModelSource, Residuals, RestitutionCode, ShapeVisual, StageFrame, StepLaws, StepSolution,
+    StepStatus,
 };
 
 /// A world, two bodies, one geom of every shape.
@@ -40,6 +41,7 @@ pub fn header() -> Header {
         bodies: vec!["world".into(), "base".into(), "arm".into()],
         joints: vec![JointLabel { name: "free".into(), kind: "free".into(), body: 1, q: (0, 7), v: (0, 6) }],
         geoms: shapes.into_iter().enumerate().map(geom).collect(),
+        stages: vec!["first".into(), "last".into()],
         laws: Some(StepLaws {
             correction_speeds: [Some(0.25), None],
             direction_angle: 0.1,
@@ -155,8 +157,10 @@ pub fn frame() -> impl Strategy<Value = Frame> {
         prop::collection::vec(prop::array::uniform2(float()), 4..6),
     );
     let numbers = (any::<u64>(), any::<u32>(), any::<bool>(), prop::array::uniform8(float()));
-    let solved = (vectors, solution());
-    (solved, numbers, statuses).prop_map(|((vectors, solution), (step, iterations, missed, x), status)| {
+    let stage = (0..2u32, any::<u32>(), any::<u32>());
+    let stage = stage.prop_map(|(stage, asked, ended)| StageFrame { stage, asked, ended, nanoseconds: 0 });
+    let solved = (vectors, prop::collection::vec(stage, 0..3), solution());
+    (solved, numbers, statuses).prop_map(|((vectors, stages, solution), (step, iterations, missed, x), status)| {
         let (q, v, activation, body_poses, contacts, listed_directions) = vectors;
         Frame {
             step,
@@ -176,6 +180,7 @@ pub fn frame() -> impl Strategy<Value = Frame> {
             },
             energy: Energy { kinetic: x[6], potential: x[7] },
             iterations,
+            stages,
             status,
             missed_tolerance: missed,
             solution,

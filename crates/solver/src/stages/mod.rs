@@ -11,7 +11,7 @@ mod sweeps;
 
 use std::time::Instant;
 
-use signorini_contact::{SolveStatus, StageCount, StageKind, StageOutcome, StageRun};
+use signorini_contact::{SolveStatus, StageCounts, StageKind, StageOutcome, StageRun};
 use signorini_lcp::Lemke;
 
 use crate::interior::InteriorStart;
@@ -86,7 +86,7 @@ pub(crate) struct IslandResult {
     /// The start; at the end the best that was found.
     pub iterate: Iterate,
     pub effort: Effort,
-    pub stages: [StageCount; StageKind::ALL.len()],
+    pub stages: StageCounts,
     /// Whether nothing had to be solved.
     pub asleep: bool,
     /// Contacts whose rows are proved to contradict each other.
@@ -119,8 +119,8 @@ pub(crate) fn solve_island(workspace: &mut Workspace, task: &Task, result: &mut 
         let Outcome { why, status } = (stage.run)(workspace, task, &mut result.iterate);
         let is_last = result.iterate.residual <= task.accept()
             || matches!(why, StageOutcome::Contradiction | StageOutcome::Denied);
-        let count = &mut result.stages[stage.kind as usize];
-        (count.asked, count.ended) = (count.asked + 1, count.ended + u32::from(is_last));
+        let count = &mut result.stages[stage.kind];
+        (count.asked, count.ended) = (count.asked + 1, count.ended + u64::from(is_last));
         count.nanoseconds += begin.map_or(0, |begin| begin.elapsed().as_nanos() as u64);
         if task.settings.record_history {
             let residuals = workspace.residuals.clone();

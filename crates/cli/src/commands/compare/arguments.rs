@@ -57,6 +57,6 @@ pub struct Arguments {
 impl Arguments {
     /// The options of each solve.
     pub fn options(&self) -> Options {
-        Options { tolerance: self.tol, cone_tolerance: self.tol, least_norm: false, ranges: false }
+        Options { tolerance: self.tol, cone_tolerance: self.tol, least_norm: false, ranges: false, history: false }
     }
 }
