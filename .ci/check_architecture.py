@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Compares who imports whom with the table in ARCHITECTURE.md, and keeps certificates apart from solvers.
+"""Compares who imports whom with the table in ARCHITECTURE.md, keeps certificates apart from solvers, and finds circles inside crates.
 
 The table's rows read: | `crates/NAME` | purpose | imports |, the last column a list of crate names or a dash.
 What certifies may not import a crate that solves, directly or through others.
-Development dependencies do not count.
+Development dependencies do not count. The modules of a crate know each other in one direction (`modules.py`, which is tested first).
 """
 
 import json
@@ -11,6 +11,9 @@ import pathlib
 import re
 import subprocess
 import sys
+import unittest
+
+import modules
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SOLVES = {"lcp", "sparse", "solver", "laws"}
@@ -36,6 +39,16 @@ def reached(imports, start):
     return found
 
 
+def circles():
+    """The circles among the modules of every crate, in words."""
+    found = []
+    for source in sorted([*ROOT.glob("crates/*/src"), *ROOT.glob("benchmarks/src")]):
+        crate = modules.Crate(source)
+        for circle in crate.circles():
+            found.append(f"{source.relative_to(ROOT)}: {len(circle)} files in a circle\n{modules.report(crate, circle, source)}")
+    return found
+
+
 def main():
     command = ["cargo", "metadata", "--format-version", "1", "--no-deps", "--locked"]
     packages = json.loads(subprocess.check_output(command, cwd=ROOT))["packages"]
@@ -57,8 +70,13 @@ def main():
         solvers = reached(imports, name) & SOLVES
         wrong += [f"{name} certifies and must not import {other}, which solves" for other in sorted(solvers)]
     wrong += [f"ARCHITECTURE.md lists {name}, which does not exist" for name in table if not (ROOT / name).is_dir()]
-    print("\n".join(wrong) or f"{len(packages)} crates import what ARCHITECTURE.md allows")
+    wrong += circles()
+    print("\n".join(wrong) or f"{len(packages)} crates import what ARCHITECTURE.md allows, and none has a circle inside")
     sys.exit(bool(wrong))
 
 
-main()
+if __name__ == "__main__":
+    tested = unittest.TextTestRunner(verbosity=0).run(unittest.defaultTestLoader.loadTestsFromName("modules_test"))
+    if not tested.wasSuccessful():
+        sys.exit(1)
+    main()

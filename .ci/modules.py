@@ -109,7 +109,7 @@ class Module:
         self.path, self.file = path, file
         self.children = set(CHILD.findall(text))
         self.uses = [(bool(m[1]), path, name) for m in USE.finditer(text) for path, name in leaves(m[2])]
-        self.body = USE.sub(";", text)
+        self.body = CHILD.sub("", USE.sub(";", text))
         self.items = own_items(self.body)
         self.bound = {name: path for _, path, name in self.uses if name != "*"}
         self.globs = [path[:-1] if path[-1] == "*" else path for _, path, name in self.uses if name == "*"]
@@ -125,10 +125,14 @@ class Crate:
             self.read(root, (), source)
         self.edges = {}
         for module in self.modules.values():
-            for target in self.targets(module):
-                if target.file != module.file:
-                    self.edges.setdefault(module.file, set()).add(target.file)
+            for target, name in self.targets(module):
+                self.connect(module.file, target.file, name)
         self.add_methods()
+
+    def connect(self, file, other, name):
+        """An edge, and what it comes from."""
+        if file != other:
+            self.edges.setdefault(file, {}).setdefault(other, set()).add(name)
 
     def read(self, file, path, folder):
         text, tests = without_tests(without_texts(file.read_text()))
@@ -178,7 +182,8 @@ class Crate:
         found = self.modules.get(at)
         if found is None or not rest:
             return found
-        return self.lookup(found, rest, seen) or found
+        # What a module names without defining it is another crate's, or a macro's and then its own.
+        return self.lookup(found, rest, seen) or (None if rest[0] in found.bound else found)
 
     def lookup(self, module, segments, seen):
         """The module that defines a name which `module` defines or re-exports."""
@@ -200,13 +205,13 @@ class Crate:
                 continue
             target = self.resolve(module, path)
             if target:
-                yield target
+                yield target, path[-1]
         for match in PATH.finditer(module.body):
             segments = match[0].split("::")
             if self.absolute(module, segments) is not None or segments[0] in module.bound:
                 target = self.resolve(module, segments)
                 if target:
-                    yield target
+                    yield target, match[0]
 
     def add_methods(self):
         """Edges to the files that add methods to types of other files."""
@@ -223,13 +228,14 @@ class Crate:
                 owner = self.resolve(module, re.match(r"[\w:]+", named)[0].split("::")) if named else None
                 if owner and owner.file != module.file:
                     body = module.body[brace : block_end(module.body, brace)]
-                    for name in re.findall(r"\bfn\s+(\w+)", body):
-                        added[name] = module.file
-        added = {name: file for name, file in added.items() if len(written[name]) == 1}
+                    for name, rest in re.findall(r"\bfn\s+(\w+)[^(]*\(((?:[^,)]*\bself\b\s*,?)?\s*\)?)", body):
+                        added[name] = module.file, rest.endswith(")")
+        added = {name: end for name, end in added.items() if len(written[name]) == 1}
         for module in self.modules.values():
-            for name in set(re.findall(r"[.:](\w+)(?:::<[^>]*>)?\(", module.body)) & added.keys():
-                if added[name] != module.file:
-                    self.edges.setdefault(module.file, set()).add(added[name])
+            for name, end in set(re.findall(r"[.:](\w+)(?:::<[^>]*>)?\(\s*(\)?)", module.body)):
+                # A call without arguments of a method that takes some is one of another type.
+                if name in added and added[name][1] == bool(end):
+                    self.connect(module.file, added[name][0], f".{name}()")
 
     def circles(self):
         """Sets of files that reach each other (Tarjan's components of more than one), the smallest first."""
@@ -263,8 +269,9 @@ def report(crate, circle, root):
     """The edges within a circle, for a message."""
     lines = []
     for file in sorted(circle):
-        others = sorted(str(o.relative_to(root)) for o in crate.edges.get(file, ()) & circle)
-        lines.append(f"    {file.relative_to(root)} knows {', '.join(others)}")
+        for other, names in sorted(crate.edges.get(file, {}).items()):
+            if other in circle:
+                lines.append(f"    {file.relative_to(root)} knows {other.relative_to(root)}: {', '.join(sorted(names))}")
     return "\n".join(lines)
 
 

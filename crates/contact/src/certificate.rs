@@ -3,74 +3,13 @@
 //! Nothing here knows how the solution was found. Every residual is relative to the data's own scales, so that it does not
 //! change with the units of mass, length or time.
 
+use crate::residuals::{keep, natural};
 use crate::{ContactProblem, ContactSolution};
+
+pub use crate::residuals::Certificate;
 
 /// The square of a smaller number is not a normal number.
 const NO_SQUARE: f64 = 1e-154;
-
-/// Residuals of the laws of one step. Each is 0 for an exact solution.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Certificate {
-    /// `r_dyn`: momentum balance of the claimed `v⁺` and impulses.
-    pub momentum: f64,
-    /// `r_nat`: natural map of the standard LCP in one unit, `w` computed from `z` (and the free rows of bilateral
-    /// constraints).
-    pub natural_map: f64,
-    /// `r_sig`: Signorini's condition with the gap velocity of the claimed `v⁺`.
-    pub signorini: f64,
-    /// `r_cone`: friction bound in the polygon's gauge.
-    pub friction: f64,
-    /// `r_mdp`: maximum dissipation, the distance from the linear program's minimum. One factor `s_v` of its scale is
-    /// `max(s_v, g r)` with the bound `r` of the friction: impulses far larger than the data ask for (a light body under a heavy
-    /// one, a servo that could do more than it has to) would multiply the rounding of the slip. It remains the slip that
-    /// friction lets pass, in units of s_v.
-    pub dissipation: f64,
-    /// Bilateral rows `∇Θ v⁺ + Θ/Δt` with the claimed `v⁺`.
-    pub bilateral: f64,
-}
-
-impl Certificate {
-    /// Every residual infinite: what is claimed cannot be judged.
-    pub fn everything_violated() -> Self {
-        let r = f64::INFINITY;
-        Self { momentum: r, natural_map: r, signorini: r, friction: r, dissipation: r, bilateral: r }
-    }
-
-    /// The largest residual; NaN counts as infinite.
-    pub fn worst(&self) -> f64 {
-        let all = [self.momentum, self.natural_map, self.signorini, self.friction, self.dissipation, self.bilateral];
-        all.into_iter().fold(0.0, |worst, r| if r.is_nan() { f64::INFINITY } else { r.max(worst) })
-    }
-
-    /// Whether every law holds within `tolerance`.
-    pub fn holds(&self, tolerance: f64) -> bool {
-        self.worst() <= tolerance
-    }
-
-    /// Keeps the larger of each residual.
-    pub fn merge(&mut self, other: &Self) {
-        keep(&mut self.momentum, other.momentum);
-        keep(&mut self.natural_map, other.natural_map);
-        keep(&mut self.signorini, other.signorini);
-        keep(&mut self.friction, other.friction);
-        keep(&mut self.dissipation, other.dissipation);
-        keep(&mut self.bilateral, other.bilateral);
-    }
-}
-
-/// Keeps the larger value; NaN counts as infinite.
-fn keep(largest: &mut f64, value: f64) {
-    if value > *largest {
-        *largest = value;
-    } else if value.is_nan() {
-        *largest = f64::INFINITY;
-    }
-}
-
-/// `|min(z, w)|`, NaN where one of them is (`f64::min` would drop it).
-fn natural(z: f64, w: f64) -> f64 {
-    if z.is_nan() || w.is_nan() { f64::NAN } else { z.min(w).abs() }
-}
 
 /// Bits of which the highest is set where one of the numbers is not finite: its exponent has all bits set, and one more carries into
 /// the place of the sign.
@@ -100,7 +39,7 @@ pub struct Scratch {
     momentum: Vec<f64>,
     column: Vec<f64>,
     /// The velocity that the impulses give and the claimed one, of each degree of freedom.
-    both: Vec<[f64; 2]>,
+    pub(crate) both: Vec<[f64; 2]>,
     /// How far the velocity that the impulses of the last certified solution give is from the claimed one along any row, relative
     /// to the velocity scale. The momentum residual is relative to the heaviest body; this is what it means to the rows.
     pub carried: f64,
@@ -119,9 +58,7 @@ pub fn certify(problem: &ContactProblem, solution: &ContactSolution) -> Certific
 
 /// The same in memory at hand.
 pub fn certify_afresh(problem: &ContactProblem, solution: &ContactSolution, scratch: &mut Scratch) -> Certificate {
-    scratch.column.clear();
-    scratch.column.resize(problem.nv(), 0.0);
-    let scales = Scales::new(problem, problem.delassus_scale_with(&mut scratch.column), problem.velocity_scale());
+    let scales = scratch.scales(problem, problem.velocity_scale());
     certify_with(problem, solution, &scales, scratch)
 }
 
@@ -148,9 +85,9 @@ pub fn certify_with(
         return Certificate::everything_violated();
     }
     scratch.resize(nv);
-    scratch.add_forces(problem, solution);
-    let mut certificate = Certificate { momentum: scratch.momentum_residual(problem, solution), ..Default::default() };
-    scratch.find_both_velocities(problem, solution);
+    scratch.add_polygon_forces(problem, solution);
+    let momentum = scratch.balance(problem, &solution.velocity);
+    let mut certificate = Certificate { momentum, ..Default::default() };
     let mut carried = 0.0;
     for i in 0..nc {
         carried = larger(contact_laws(problem, solution, i, &scratch.both, scales, &mut certificate), carried);
@@ -176,14 +113,14 @@ pub fn certify_with(
         carried = larger((computed - claimed).abs(), carried);
     }
     scratch.carried = if scales.velocity < NO_SQUARE { 0.0 } else { carried / scales.velocity };
-    scales.normalise(problem, solution, certificate)
+    scales.normalise(problem, &solution.velocity, certificate)
 }
 
 /// `v^f + M⁻¹(J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B + J_FᵀD_Fα_F)`.
 pub fn velocity_from_impulses(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
     let mut scratch = Scratch::default();
     scratch.resize(problem.nv());
-    scratch.add_forces(problem, solution);
+    scratch.add_polygon_forces(problem, solution);
     problem.mass_factor.solve_in_place(&mut scratch.force);
     scratch.force.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
     scratch.force
@@ -212,7 +149,7 @@ pub fn velocity_summed_backwards(problem: &ContactProblem, solution: &ContactSol
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Scales {
     /// `g`: largest diagonal entry of `J M⁻¹ Jᵀ` over normals and directions, 1/kg.
-    delassus: f64,
+    pub(crate) delassus: f64,
     /// `s_v = max|b|`, m/s.
     pub velocity: f64,
     /// `max|M|`, which is on the diagonal.
@@ -242,33 +179,20 @@ impl Scales {
 
     /// Divides the raw residuals by their scales; where the data are zero the solution is zero and so are the residuals. Zero is
     /// what has no square: rest that is approached step by step ends there.
-    fn normalise(&self, problem: &ContactProblem, solution: &ContactSolution, raw: Certificate) -> Certificate {
-        let s = self.velocity;
-        if s < NO_SQUARE {
+    pub(crate) fn normalise(&self, problem: &ContactProblem, velocity: &[f64], raw: Certificate) -> Certificate {
+        if self.velocity < NO_SQUARE {
             let unchanged = |(v, f): (&f64, &f64)| (v - f).abs() < NO_SQUARE;
-            let still =
-                raw.natural_map < NO_SQUARE && solution.velocity.iter().zip(&problem.free_velocity).all(unchanged);
+            let still = raw.natural_map < NO_SQUARE && velocity.iter().zip(&problem.free_velocity).all(unchanged);
             let r = if still { 0.0 } else { f64::INFINITY };
             return Certificate { momentum: r, natural_map: r, ..Default::default() };
         }
-        Certificate {
-            momentum: if raw.momentum == 0.0 {
-                0.0
-            } else {
-                raw.momentum / (self.mass * self.momentum_velocity(problem))
-            },
-            natural_map: raw.natural_map / s,
-            signorini: raw.signorini / s,
-            friction: raw.friction * self.delassus / s,
-            dissipation: raw.dissipation * self.delassus / s / s,
-            bilateral: raw.bilateral / s,
-        }
+        raw.relative_to(self.velocity, self.delassus, self.mass * self.momentum_velocity(problem))
     }
 }
 
 impl Scratch {
     /// Makes room, and the force zero.
-    fn resize(&mut self, nv: usize) {
+    pub(crate) fn resize(&mut self, nv: usize) {
         self.force.clear();
         self.force.resize(nv, 0.0);
         self.change.resize(nv, 0.0);
@@ -276,39 +200,57 @@ impl Scratch {
         self.both.resize(nv, [0.0; 2]);
     }
 
-    /// `force = J_Nᵀλ_N + J_TᵀDα + J_Bᵀλ_B + J_FᵀD_Fα_F`.
-    fn add_forces(&mut self, problem: &ContactProblem, solution: &ContactSolution) {
-        for i in 0..problem.contact_count() {
+    /// The scales of a problem whose velocity scale is known.
+    pub(crate) fn scales(&mut self, problem: &ContactProblem, velocity: f64) -> Scales {
+        self.column.clear();
+        self.column.resize(problem.nv(), 0.0);
+        Scales::new(problem, problem.delassus_scale_with(&mut self.column), velocity)
+    }
+
+    fn add_polygon_forces(&mut self, problem: &ContactProblem, solution: &ContactSolution) {
+        let of_contact = |i: usize| {
             let [t_1, t_2] = tangential_impulse(problem, solution, i);
-            problem.jacobian.add_transposed(i, [solution.lambda_n[i], t_1, t_2], &mut self.force);
+            [solution.lambda_n[i], t_1, t_2]
+        };
+        let of_group = |j: usize| problem.friction_groups.impulse(j, &solution.group_alpha);
+        self.add_forces(problem, of_contact, &solution.bilateral, of_group);
+    }
+
+    /// `force = J_Nᵀλ_N + J_Tᵀλ_T + J_Bᵀλ_B + J_Fᵀλ_F`.
+    #[inline]
+    pub(crate) fn add_forces(
+        &mut self,
+        problem: &ContactProblem,
+        of_contact: impl Fn(usize) -> [f64; 3],
+        bilateral: &[f64],
+        of_group: impl Fn(usize) -> [f64; 2],
+    ) {
+        for i in 0..problem.contact_count() {
+            problem.jacobian.add_transposed(i, of_contact(i), &mut self.force);
         }
-        for (k, p) in solution.bilateral.iter().enumerate() {
+        for (k, p) in bilateral.iter().enumerate() {
             problem.bilateral_jacobian.add_transposed(k, [*p], &mut self.force);
         }
         for j in 0..problem.friction_groups.len() {
-            let impulse = problem.friction_groups.impulse(j, &solution.group_alpha);
-            problem.friction_groups.jacobian.add_transposed(j, impulse, &mut self.force);
+            problem.friction_groups.jacobian.add_transposed(j, of_group(j), &mut self.force);
         }
     }
 
-    /// `‖M(v⁺ − v^f) − force‖_∞`.
-    fn momentum_residual(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> f64 {
-        for ((d, v), f) in self.change.iter_mut().zip(&solution.velocity).zip(&problem.free_velocity) {
+    /// `‖M(v⁺ − v^f) − force‖_∞`. Then the force is overwritten, and the velocity that it gives, `v^f + M⁻¹ force`, stands beside the
+    /// claimed one.
+    pub(crate) fn balance(&mut self, problem: &ContactProblem, velocity: &[f64]) -> f64 {
+        for ((d, v), f) in self.change.iter_mut().zip(velocity).zip(&problem.free_velocity) {
             *d = v - f;
         }
         problem.mass.multiply_into(&self.change, &mut self.momentum);
         let mut largest = 0.0;
         self.momentum.iter().zip(&self.force).for_each(|(p, f)| keep(&mut largest, (p - f).abs()));
-        largest
-    }
-
-    /// The velocity that the impulses give, `v^f + M⁻¹ force`, beside the claimed one. Overwrites the force.
-    fn find_both_velocities(&mut self, problem: &ContactProblem, solution: &ContactSolution) {
         problem.mass_factor.solve_in_place(&mut self.force);
         let changes = self.force.iter().zip(&problem.free_velocity);
-        for ((both, claimed), (change, free)) in self.both.iter_mut().zip(&solution.velocity).zip(changes) {
+        for ((both, claimed), (change, free)) in self.both.iter_mut().zip(velocity).zip(changes) {
             *both = [change + free, *claimed];
         }
+        largest
     }
 }
 

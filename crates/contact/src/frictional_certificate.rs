@@ -38,12 +38,7 @@ impl FrictionalProblem {
             // As in the certificate of a problem with velocities: one factor of the scale is `max(s_v, g r)`.
             raw.dissipation = raw.dissipation.max((power + bound * fastest) * scale / scale.max(g * bound));
         }
-        Certificate {
-            natural_map,
-            signorini: raw.signorini / scale,
-            friction: raw.friction * g / scale,
-            dissipation: raw.dissipation * g / (scale * scale),
-            ..Certificate::default()
-        }
+        raw = raw.relative_to(scale, g, 1.0);
+        Certificate { natural_map, ..raw }
     }
 }

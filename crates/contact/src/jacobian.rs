@@ -1,6 +1,6 @@
 //! Sparse Jacobian rows.
 
-use crate::scales::raise;
+use crate::lists::raise;
 
 /// Degrees of freedom of a free body. Rows mostly have all of a body's columns or none: these are taken together.
 const FREE: usize = 6;

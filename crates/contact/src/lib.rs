@@ -44,6 +44,7 @@ mod problem;
 pub mod problem_file;
 pub mod projection;
 pub mod recovery;
+mod residuals;
 pub mod scales;
 mod solution;
 mod stages;
@@ -52,9 +53,9 @@ pub mod vector;
 mod warm_start;
 
 pub use assemble::Layout;
-pub use certificate::{Certificate, certify};
+pub use certificate::certify;
 pub use circular::{
-    ConeCertificate, ConeGap, ConeReport, ConeSolution, ConeStart, ConeStatus, ConeWarmStart, certify_cone, cone_gaps,
+    ConeGap, ConeReport, ConeSolution, ConeStart, ConeStatus, ConeWarmStart, certify_cone, cone_gaps,
     velocity_error_bound,
 };
 pub use error::ProblemError;
@@ -64,6 +65,7 @@ pub use jacobian::SparseRows;
 pub use outcome::{SolveReport, SolveStatus};
 pub use polygon::FrictionPolygon;
 pub use problem::ContactProblem;
+pub use residuals::Certificate;
 pub use solution::{ContactMode, ContactSolution};
 pub use stages::{StageCount, StageCounts, StageKind, StageOutcome, StageRun};
 pub use unsupported::UnsupportedFriction;

@@ -6,6 +6,10 @@ use crate::ProblemError;
 use crate::friction_group::{FrictionBound, FrictionGroups};
 use crate::jacobian::SparseRows;
 use crate::polygon::{FrictionPolygon, check_directions};
+use crate::unsupported::UnsupportedFriction;
+
+/// A direction of another length than 1 by more than this makes friction anisotropic.
+const UNIT_TOLERANCE: f64 = 1e-9;
 
 /// Everything the formulation needs for one step: `M`, `v^f`, `Δt`, and for each contact `J_N`, `J_T`, `φ`, `μ`, `D`; for
 /// each bilateral row its Jacobian and `Θ`, for each friction group its Jacobian, target, bound and `D` (formulation §§1–5).
@@ -216,10 +220,42 @@ impl ContactProblem {
         Ok(())
     }
 
+    /// Whether the circular friction cone has a law for every friction of the problem: none depends on the direction.
+    ///
+    /// # Errors
+    /// [`UnsupportedFriction`] with the first reason.
+    pub fn check_circular(&self) -> Result<(), UnsupportedFriction> {
+        if let Some(contact) = (0..self.contact_count()).find(|&i| self.is_anisotropic(i)) {
+            return Err(UnsupportedFriction::Anisotropic { contact });
+        }
+        let groups = &self.friction_groups;
+        match (0..groups.len()).find(|&j| !all_of_length_one(groups.directions_of(j))) {
+            Some(group) => Err(UnsupportedFriction::AnisotropicGroup { group }),
+            None => Ok(()),
+        }
+    }
+
+    /// Whether friction acts at contacts alone.
+    pub fn check_without_groups(&self) -> Result<(), UnsupportedFriction> {
+        match self.friction_groups.len() {
+            0 => Ok(()),
+            count => Err(UnsupportedFriction::Groups { count }),
+        }
+    }
+
+    /// Whether a direction of contact `i` has another length than 1.
+    pub fn is_anisotropic(&self, i: usize) -> bool {
+        !all_of_length_one(self.directions_of(i))
+    }
+
     /// Contact velocity `c_i = J_i v` as (normal, tangent 1, tangent 2), m/s.
     pub fn contact_velocity(&self, i: usize, v: &[f64]) -> [f64; 3] {
         self.jacobian.multiply(i, v)
     }
+}
+
+fn all_of_length_one(directions: &[[f64; 2]]) -> bool {
+    directions.iter().all(|d| (d[0].hypot(d[1]) - 1.0).abs() <= UNIT_TOLERANCE)
 }
 
 fn check_rows<const R: usize>(rows: &SparseRows<R>, nv: usize) -> Result<(), ProblemError> {

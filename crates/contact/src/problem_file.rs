@@ -3,6 +3,7 @@
 //! The field `kind` says what a file holds: `lcp`, `mlcp`, `contact`, `frictional3d`, `frictional2d`. Matrices are dense arrays
 //! `X` or CSR (`X_data`, `X_indices`, `X_indptr`, `X_shape`). See [`ProblemFile`] for the arrays of each kind.
 
+mod arrays;
 mod cone_solutions;
 mod friction_groups;
 mod solutions;
@@ -11,9 +12,10 @@ use std::path::Path;
 
 use signorini_complementarity::{Lcp, Matrix, MixedLcp, Scaling};
 use signorini_multibody::BlockDiagonal;
-use signorini_npz::{Archive, ArchiveWriter, SparseMatrix};
+use signorini_npz::{Archive, ArchiveWriter};
 
 use crate::{ContactProblem, FrictionPolygon, ProblemError};
+use arrays::{SparseBuilder, dense, fault, in_file, merge_rows, sparse_rows};
 
 pub use cone_solutions::{is_cone_solution, read_cone_solution, write_cone_solution};
 pub use solutions::{read_contact_solution, read_plain_solution, write_contact_solution, write_plain_solution};
@@ -105,14 +107,6 @@ pub fn read(path: impl AsRef<Path>) -> Result<ProblemFile, ProblemError> {
     read_kind(&archive).map_err(|error| in_file(&archive, error))
 }
 
-/// Adds the file to an error that does not name it.
-fn in_file(archive: &Archive, error: ProblemError) -> ProblemError {
-    match error {
-        ProblemError::Archive(_) | ProblemError::File { .. } | ProblemError::InFile { .. } => error,
-        _ => ProblemError::InFile { path: archive.file().to_owned(), error: Box::new(error) },
-    }
-}
-
 fn read_kind(archive: &Archive) -> Result<ProblemFile, ProblemError> {
     let kind = archive.string("kind")?;
     match kind.as_str() {
@@ -129,42 +123,6 @@ fn read_kind(archive: &Archive) -> Result<ProblemFile, ProblemError> {
             format!("unknown kind '{kind}'; known are lcp, mlcp, contact, frictional3d, frictional2d"),
         )),
     }
-}
-
-fn fault(archive: &Archive, reason: String) -> ProblemError {
-    ProblemError::File { path: archive.file().to_owned(), reason }
-}
-
-fn dense(archive: &Archive, name: &str) -> Result<Matrix, ProblemError> {
-    let matrix = archive.matrix(name)?.to_dense().map_err(|e| fault(archive, format!("{name}: {e}")))?;
-    Ok(Matrix::new(matrix.rows, matrix.cols, matrix.values)?)
-}
-
-/// The rows of a matrix in either storage, as (column, value) pairs in ascending columns.
-fn sparse_rows(archive: &Archive, name: &str, shape: (usize, usize)) -> Result<Vec<Vec<(u32, f64)>>, ProblemError> {
-    let matrix = archive.matrix(name)?;
-    if matrix.shape() != shape {
-        let (rows, cols) = matrix.shape();
-        return Err(fault(archive, format!("{name} is {rows} x {cols}, expected {} x {}", shape.0, shape.1)));
-    }
-    let mut rows = vec![Vec::new(); shape.0];
-    match matrix {
-        signorini_npz::Matrix::Dense(m) => {
-            for (i, row) in m.values.chunks_exact(shape.1.max(1)).enumerate().take(shape.0) {
-                let nonzero = row.iter().enumerate().filter(|(_, x)| **x != 0.0);
-                rows[i].extend(nonzero.map(|(j, &x)| (j as u32, x)));
-            }
-        }
-        signorini_npz::Matrix::Sparse(m) => {
-            m.validate().map_err(|e| fault(archive, format!("{name}: {e}")))?;
-            for (i, row) in rows.iter_mut().enumerate() {
-                let range = m.indptr[i]..m.indptr[i + 1];
-                row.extend(m.indices[range.clone()].iter().map(|&j| j as u32).zip(m.values[range].iter().copied()));
-                row.sort_by_key(|entry| entry.0);
-            }
-        }
-    }
-    Ok(rows)
 }
 
 fn read_frictional(archive: &Archive, dimension: usize) -> Result<ProblemFile, ProblemError> {
@@ -235,17 +193,6 @@ fn read_contact(archive: &Archive) -> Result<ContactProblem, ProblemError> {
     Ok(problem)
 }
 
-/// Rows over the union of their columns.
-fn merge_rows<const R: usize>(rows: [&Vec<(u32, f64)>; R]) -> Vec<(u32, [f64; R])> {
-    let mut merged = std::collections::BTreeMap::<u32, [f64; R]>::new();
-    for (r, row) in rows.into_iter().enumerate() {
-        for &(column, value) in row {
-            merged.entry(column).or_insert([0.0; R])[r] += value;
-        }
-    }
-    merged.into_iter().collect()
-}
-
 /// Writes a contact problem with `kind = "contact"`.
 ///
 /// # Errors
@@ -286,26 +233,4 @@ pub fn write_contact(path: impl AsRef<Path>, problem: &ContactProblem) -> Result
     friction_groups::write(&mut writer, problem)?;
     writer.write(path)?;
     Ok(())
-}
-
-/// Collects the rows of a sparse matrix.
-struct SparseBuilder(SparseMatrix);
-
-impl SparseBuilder {
-    fn new(cols: usize) -> Self {
-        Self(SparseMatrix { rows: 0, cols, indptr: vec![0], indices: Vec::new(), values: Vec::new() })
-    }
-
-    fn push_row(&mut self, entries: impl Iterator<Item = (usize, f64)>) {
-        for (column, value) in entries.filter(|e| e.1 != 0.0) {
-            self.0.indices.push(column);
-            self.0.values.push(value);
-        }
-        self.0.rows += 1;
-        self.0.indptr.push(self.0.values.len());
-    }
-
-    fn finish(self) -> SparseMatrix {
-        self.0
-    }
 }

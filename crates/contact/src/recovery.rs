@@ -1,7 +1,7 @@
 //! From impulses and velocity to a complete solution: `α`, `β` and the contact modes.
 
+use crate::lists::raise;
 use crate::projection::Cones;
-use crate::scales::raise;
 use crate::{ContactMode, ContactProblem, ContactSolution};
 
 /// Contacts slower than this fraction of the data's velocity scale stick.

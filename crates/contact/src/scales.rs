@@ -3,6 +3,7 @@
 use signorini_multibody::FEW_ROWS;
 
 use crate::ContactProblem;
+pub use crate::lists::raise;
 
 /// Rows of the block of a free body.
 pub const FREE_ROWS: usize = 6;
@@ -212,10 +213,4 @@ fn largest<const R: usize>(diagonal: [f64; R]) -> f64 {
     let mut largest = 0.0;
     diagonal.iter().for_each(|x| raise(&mut largest, *x));
     largest
-}
-
-/// Keeps the larger value in one instruction, unlike `f64::max`; what is no number is left out.
-#[inline]
-pub fn raise(largest: &mut f64, value: f64) {
-    *largest = if value > *largest { value } else { *largest };
 }

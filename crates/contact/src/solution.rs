@@ -1,9 +1,9 @@
 //! The solution of a contact problem.
 
 use crate::ContactProblem;
-use crate::certificate::Certificate;
 use crate::outcome::{SolveReport, SolveStatus};
 use crate::projection::Mode;
+use crate::residuals::Certificate;
 use crate::stages::StageRun;
 
 /// What a contact or friction group does in a solution. Directions are numbered as in the problem.

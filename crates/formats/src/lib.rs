@@ -25,7 +25,9 @@ mod error;
 mod inertia;
 mod load;
 mod mesh;
+mod mesh_store;
 mod mjcf;
+mod options;
 mod packages;
 mod parts;
 mod report;
@@ -35,8 +37,7 @@ mod urdf;
 mod xml;
 
 pub use error::{FormatError, Location};
-pub use load::{
-    Imported, LoadOptions, MissingMeshes, load, load_mjcf_str, load_mjcf_str_with, load_sdf_str, load_urdf_str,
-};
+pub use load::{load, load_mjcf_str, load_mjcf_str_with, load_sdf_str, load_urdf_str};
 pub use mesh::{MeshFormat, read_mesh};
+pub use options::{Imported, LoadOptions, MissingMeshes};
 pub use report::{ImportReport, Warning};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use signorini_multibody::Geometry;
 
-use crate::load::MissingMeshes;
+use crate::options::MissingMeshes;
 use crate::report::Reporter;
 use crate::xml::Element;
 

@@ -139,6 +139,28 @@ impl BlockCholesky {
         self.other_half_solve_block_in_place(block, x);
     }
 
+    /// The first half of [`solve_block_in_place`](Self::solve_block_in_place), `x ← L⁻ᵀ x` within one block, so that `xᵀx` is
+    /// `xᵀA⁻¹x` of before.
+    ///
+    /// # Panics
+    /// If the length is not the block's size.
+    pub fn half_solve_block_in_place(&self, block: usize, x: &mut [f64]) {
+        let is_diagonal = self.diagonal[block];
+        let block = &self.layout.blocks[block];
+        let (n, end) = (block.size, &self.layout.end[block.range()]);
+        assert_eq!(x.len(), n, "length must be the block's size");
+        if is_diagonal {
+            return scale_rows(x, &self.inverse_diagonal[block.range()]);
+        }
+        let rows = self.data[block.data_range()].chunks_exact(n);
+        let inverse = &self.inverse_diagonal[block.range()];
+        for (k, (row, (&inverse, &end))) in rows.zip(inverse.iter().zip(end)).enumerate().rev() {
+            let (head, tail) = x.split_at_mut(k + 1);
+            let carried = end - block.start - k - 1;
+            head[k] = (head[k] - dot(&tail[..carried], &row[k + 1..][..carried])) * inverse;
+        }
+    }
+
     /// The second half of [`solve_block_in_place`](Self::solve_block_in_place), `x ← L⁻¹ x` within one block.
     ///
     /// # Panics

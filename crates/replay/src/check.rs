@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use signorini_contact::{Certificate, ConeCertificate};
+use signorini_contact::Certificate;
 use signorini_multibody::Model;
 use signorini_recording::{Frame, StepStatus};
 use signorini_simulation::{CertifiedLaw, FrictionLaw, Recertifier, StepCheck, StepFault};
@@ -29,7 +29,7 @@ pub struct RecordingCheck {
     /// Largest residual of each law.
     pub worst: Certificate,
     /// The same of the circular cone's laws, where directions were refined or the law is that.
-    pub worst_cone: Option<ConeCertificate>,
+    pub worst_cone: Option<Certificate>,
     /// The step with the largest residual.
     pub worst_step: u64,
     /// Steps that were permitted to remove a part θ of overlaps and violations only.

@@ -9,9 +9,7 @@ mod fault;
 
 use std::sync::Arc;
 
-use signorini_contact::{
-    Certificate, ConeCertificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone,
-};
+use signorini_contact::{Certificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone};
 use signorini_multibody::{Input, Model, State, forward_kinematics_into, free_motion_into};
 use signorini_recording::{
     ContactFrame, Frame, FrictionCode, FrictionPolygon, Header, Impulses, RestitutionCode, StepLaws,
@@ -23,7 +21,6 @@ use crate::overlaps::{self, OverlapPolicy};
 use crate::recorder::array_pose;
 use crate::restitution::decompression as decompression_problem;
 use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
-use crate::solver::residuals;
 use crate::warm::{joint_limit_key, tendon_limit_key};
 use crate::workspace::Workspace;
 use crate::{CertifiedLaw, SimulationError};
@@ -37,7 +34,7 @@ pub struct StepCheck {
     /// Residuals of the laws, computed anew.
     pub certificate: Certificate,
     /// Residuals of the circular cone's laws, where the settings of the run asked for them.
-    pub cone_certificate: Option<ConeCertificate>,
+    pub cone_certificate: Option<Certificate>,
     /// The first thing in the frame that does not follow from model, state and solution.
     pub fault: Option<StepFault>,
 }
@@ -214,7 +211,7 @@ impl Recertifier {
         match (self.settings.friction_law, cone) {
             (FrictionLaw::Circular, Some(cone)) => StepCheck {
                 law: CertifiedLaw::CircularCone,
-                certificate: residuals(&cone),
+                certificate: cone,
                 cone_certificate: Some(cone),
                 fault: None,
             },

@@ -1,6 +1,6 @@
 //! What a step tells of itself.
 
-use signorini_contact::{Certificate, ConeCertificate, SolveReport, SolveStatus};
+use signorini_contact::{Certificate, SolveReport, SolveStatus};
 use signorini_laws::LeastNormOutcome;
 
 use crate::solver::CertifiedLaw;
@@ -17,7 +17,7 @@ pub struct StepReport {
     pub certificate: Certificate,
     /// Residuals of the circular cone's laws, where the settings ask for them: with [`FrictionLaw::Circular`](crate::FrictionLaw)
     /// the same numbers, with `Refined` beside those of the polygon that the directions of the step's problem make.
-    pub cone_certificate: Option<ConeCertificate>,
+    pub cone_certificate: Option<Certificate>,
     /// What became of the impulses of least norm, where the settings ask for them.
     pub least_norm: Option<LeastNormOutcome>,
     /// What the solver did, summed over the solves of the step.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, OnceLock};
 
-use signorini_contact::{Certificate, ConeCertificate, StageCounts};
+use signorini_contact::{Certificate, StageCounts};
 use signorini_multibody::{
     Input, Keyframe, Kinematics, Model, State, equality_violations, forward_kinematics_into, kinetic_energy,
     potential_energy,
@@ -43,7 +43,7 @@ pub struct Summary {
     /// Largest residual of each law over the run.
     pub worst: Certificate,
     /// The same of the circular cone's laws, where the settings ask for them.
-    pub worst_cone: Option<ConeCertificate>,
+    pub worst_cone: Option<Certificate>,
     /// Deepest penetration of a contact point at the beginning of a step, m (≥ 0).
     pub deepest_penetration: f64,
     /// Largest violation of an equality constraint at the beginning of a step, m or rad.

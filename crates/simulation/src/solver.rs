@@ -1,8 +1,8 @@
 //! The solver of a step's contact problem: law of friction, method, and choice among the impulses.
 
 use signorini_contact::{
-    Certificate, ConeCertificate, ConeSolution, ConeStatus, ConeWarmStart, ContactProblem, ContactSolution,
-    ProblemError, SolveReport, SolveStatus, WarmStart, certify,
+    Certificate, ConeSolution, ConeStatus, ConeWarmStart, ContactProblem, ContactSolution, ProblemError, SolveReport,
+    SolveStatus, WarmStart, certify,
 };
 use signorini_laws::{CircularConeSolver, ConeSettings, LeastNorm, LeastNormOutcome};
 use signorini_lcp::Method;
@@ -28,7 +28,7 @@ pub(crate) struct Verdict {
     /// Residuals of that law.
     pub certificate: Certificate,
     /// Residuals of the circular cone's laws, where the settings ask for them.
-    pub cone: Option<ConeCertificate>,
+    pub cone: Option<Certificate>,
     /// Whether every residual is within its tolerance.
     pub holds: bool,
     /// What became of the impulses of least norm, where the settings ask for them.
@@ -166,7 +166,7 @@ impl StepSolver {
                 let cone = circular.solver.certify(problem, solution);
                 let law = CertifiedLaw::CircularCone;
                 let holds = cone.holds(self.tolerance);
-                Verdict { law, certificate: residuals(&cone), cone: Some(cone), holds, least_norm: None }
+                Verdict { law, certificate: cone, cone: Some(cone), holds, least_norm: None }
             }
             Route::Refined { solver, tolerance } => {
                 let cone = solver.certify(problem, solution);
@@ -219,16 +219,4 @@ fn cone_solver(settings: &Settings, tolerance: f64) -> Result<CircularConeSolver
     };
     let polygon = polygon.for_tolerance(settings.tolerance);
     CircularConeSolver::new(ConeSettings::default().for_tolerance(tolerance), ContactSolver::new(polygon)?)
-}
-
-/// The residuals of the same names.
-pub(crate) fn residuals(cone: &ConeCertificate) -> Certificate {
-    Certificate {
-        momentum: cone.momentum,
-        natural_map: cone.natural_map,
-        signorini: cone.signorini,
-        friction: cone.friction,
-        dissipation: cone.dissipation,
-        bilateral: cone.bilateral,
-    }
 }

@@ -102,11 +102,11 @@ fn circular_laws(
             unsupported.map_err(CliError::in_file(&arguments.problem))?;
             let nb = problem.bilateral_violation.len();
             let claimed = read(problem.nv(), problem.contact_count(), nb)?;
-            Laws::of_cone(&certify_cone(&problem, &claimed), nb > 0)
+            Laws::of_contacts(&certify_cone(&problem, &claimed), nb > 0)
         }
         ProblemFile::Frictional(problem) => {
             let claimed = read(0, problem.friction.len(), 0)?;
-            Laws::of_frictional_cone(&problem.certify_cone(&claimed.impulse))
+            Laws::of_friction(&problem.certify_cone(&claimed.impulse))
         }
         _ => return Err(CliError::LawWithoutContacts { path: path.to_owned(), kind }),
     };

@@ -155,7 +155,7 @@ impl Watch {
 fn missed_law(report: &StepReport, tolerance: f64) -> (&'static str, f64) {
     let own = Laws::of_contacts(&report.certificate, true).worst();
     match &report.cone_certificate {
-        Some(cone) if own.1 <= tolerance => Laws::of_cone(cone, true).worst(),
+        Some(cone) if own.1 <= tolerance => Laws::of_contacts(cone, true).worst(),
         _ => own,
     }
 }
@@ -208,7 +208,7 @@ fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunRe
         clipped_steps: summary.clipped_steps,
         contacts_max: summary.contacts_max,
         worst: Laws::of_contacts(&summary.worst, has_bilateral),
-        worst_circular: summary.worst_cone.map(|cone| Laws::of_cone(&cone, has_bilateral)),
+        worst_circular: summary.worst_cone.map(|cone| Laws::of_contacts(&cone, has_bilateral)),
         iterations: summary.iterations,
         stages: StageLine::list(&summary.stages),
         seconds: driven.seconds,

@@ -2,6 +2,7 @@
 
 mod comparison;
 mod contradiction;
+mod export;
 mod inspection;
 mod recording;
 mod run;
@@ -10,6 +11,7 @@ mod stages;
 
 pub use comparison::{Comparison, Row};
 pub use contradiction::{Contradiction, Involved, Place};
+pub use export::Exported;
 pub use inspection::{BodyLine, Inspection};
 pub use recording::{RecordingResult, ending};
 pub use run::{Miss, Range, RunResult, RunStatus};
@@ -17,7 +19,7 @@ pub use solving::{CheckResult, Distributions, Ending, LeastNormResult, SolveResu
 pub use stages::{StageHistory, StageLine};
 
 use serde::Serialize;
-use signorini::contact::{Certificate, ConeCertificate, RelaxationCertificate};
+use signorini::contact::{Certificate, RelaxationCertificate};
 use signorini::formats::{ImportReport, Warning};
 
 /// Residuals of the laws (formulation §8); those that a kind of problem does not have are left out.
@@ -46,7 +48,7 @@ pub struct Laws {
 }
 
 impl Laws {
-    /// The laws of a contact problem; `bilateral` says whether it has bilateral rows.
+    /// The laws of a contact problem, whatever the law of friction; `bilateral` says whether it has bilateral rows.
     pub fn of_contacts(certificate: &Certificate, bilateral: bool) -> Self {
         Self {
             momentum: Some(certificate.momentum),
@@ -57,24 +59,6 @@ impl Laws {
             bilateral: bilateral.then_some(certificate.bilateral),
             impulses: None,
         }
-    }
-
-    /// The laws of a contact problem with the circular cone.
-    pub fn of_cone(certificate: &ConeCertificate, bilateral: bool) -> Self {
-        Self {
-            momentum: Some(certificate.momentum),
-            natural_map: certificate.natural_map,
-            signorini: Some(certificate.signorini),
-            friction: Some(certificate.friction),
-            dissipation: Some(certificate.dissipation),
-            bilateral: bilateral.then_some(certificate.bilateral),
-            impulses: None,
-        }
-    }
-
-    /// The same in impulse space.
-    pub fn of_frictional_cone(certificate: &ConeCertificate) -> Self {
-        Self { momentum: None, ..Self::of_cone(certificate, false) }
     }
 
     /// The laws of the convex relaxation.

@@ -89,7 +89,7 @@ impl RecordingResult {
             frames: found.frames,
             steps: found.certified,
             worst: Laws::of_contacts(&found.worst, true),
-            worst_circular: found.worst_cone.map(|cone| Laws::of_cone(&cone, true)),
+            worst_circular: found.worst_cone.map(|cone| Laws::of_contacts(&cone, true)),
             worst_step: found.worst_step,
             violated_steps: found.violated,
             violations: violations.collect(),

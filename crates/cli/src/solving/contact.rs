@@ -99,7 +99,7 @@ fn polygon_answer(
         ending: Ending::of_contacts(&solution.status),
         holds,
         residual: Laws::of_contacts(&solution.certificate, bilateral),
-        circular_laws: circular.map(|cone| Laws::of_cone(&cone, bilateral)),
+        circular_laws: circular.map(|cone| Laws::of_contacts(&cone, bilateral)),
         contact_laws: None,
         iterations: u64::from(solution.report.iterations()),
         seconds,
@@ -111,13 +111,9 @@ fn polygon_answer(
 
 /// Velocity and impulses of a polygon's solution as the circular cone has them.
 fn as_cone(solution: &ContactSolution) -> ConeSolution {
-    ConeSolution {
-        velocity: solution.velocity.clone(),
-        impulse: solution.impulse.clone(),
-        bilateral: solution.bilateral.clone(),
-        group_impulse: solution.group_impulse.clone(),
-        ..ConeSolution::default()
-    }
+    let mut cone = ConeSolution::default();
+    cone.take_polygon(solution);
+    cone
 }
 
 fn refine(problem: &ContactProblem, options: &Options) -> Result<Answer, ProblemError> {
@@ -157,7 +153,7 @@ fn cone_answer(problem: &ContactProblem, mut solution: ConeSolution, options: &O
         law: Some(ContactLaw::Circular),
         ending: Ending::of_cone(&solution.status),
         holds: solution.certificate.holds(options.tolerance),
-        residual: Laws::of_cone(&solution.certificate, bilateral),
+        residual: Laws::of_contacts(&solution.certificate, bilateral),
         circular_laws: None,
         contact_laws: None,
         iterations: u64::from(report.newton_iterations + report.sweeps),

@@ -48,7 +48,7 @@ pub fn solve_frictional(
         answer.residual = Laws::of_friction(&problem.certify(&lcp, z));
         answer.holds = answer.residual.worst().1 <= options.tolerance;
         let impulses = frictional_impulses(problem, z);
-        answer.circular_laws = Some(Laws::of_frictional_cone(&problem.certify_cone(&impulses)));
+        answer.circular_laws = Some(Laws::of_friction(&problem.certify_cone(&impulses)));
     }
     (answer.contacts, answer.law) = (Some(problem.friction.len()), Some(ContactLaw::Polygon));
     Ok(answer)
@@ -66,7 +66,7 @@ fn solve_frictional_cone(problem: &FrictionalProblem, options: &Options) -> Resu
         law: Some(ContactLaw::Circular),
         ending: Ending::of_cone(&solution.status),
         holds: solution.certificate.holds(options.tolerance),
-        residual: Laws::of_frictional_cone(&solution.certificate),
+        residual: Laws::of_friction(&solution.certificate),
         circular_laws: None,
         contact_laws: None,
         iterations: u64::from(solution.report.newton_iterations + solution.report.sweeps),

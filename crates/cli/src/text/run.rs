@@ -5,8 +5,7 @@ use std::fmt::Write;
 use signorini::{SettleProgress, SettleReport};
 
 use super::{bodies, count, import, laws, number};
-use crate::commands::export::Exported;
-use crate::results::{Contradiction, Involved, Place, RunResult};
+use crate::results::{Contradiction, Exported, Involved, Place, RunResult};
 use crate::solving::ContactLaw;
 
 /// The summary of a run.

@@ -1,7 +1,7 @@
 //! What a solve with the circular cone starts from and ends with.
 
-use super::ConeCertificate;
-use crate::{ContactProblem, SolveStatus, StageCounts, UnsupportedFriction, WarmStart};
+use crate::residuals::Certificate;
+use crate::{ContactProblem, ContactSolution, SolveStatus, StageCounts, UnsupportedFriction, WarmStart};
 
 /// What a solve with the circular cone ended with.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -69,7 +69,7 @@ pub struct ConeSolution {
     /// How the solve ended.
     pub status: ConeStatus,
     /// Residuals of the laws, computed from the data.
-    pub certificate: ConeCertificate,
+    pub certificate: Certificate,
     /// What was done.
     pub report: ConeReport,
 }
@@ -83,6 +83,14 @@ impl ConeSolution {
             && self.group_impulse.len() == problem.friction_groups.len()
     }
 
+    /// Takes velocity and impulses of a polygon's solution.
+    pub fn take_polygon(&mut self, solution: &ContactSolution) {
+        self.velocity.clone_from(&solution.velocity);
+        self.impulse.clone_from(&solution.impulse);
+        self.bilateral.clone_from(&solution.bilateral);
+        self.group_impulse.clone_from(&solution.group_impulse);
+    }
+
     /// The velocity without impulses, for a problem with friction that the cone has no law for.
     pub fn refuse(&mut self, problem: &ContactProblem, unsupported: UnsupportedFriction) {
         self.velocity.clone_from(&problem.free_velocity);
@@ -94,7 +102,7 @@ impl ConeSolution {
         self.group_impulse.resize(problem.friction_groups.len(), [0.0; 2]);
         self.report = ConeReport::default();
         self.status = ConeStatus::Unsupported(unsupported);
-        self.certificate = ConeCertificate::everything_violated();
+        self.certificate = Certificate::everything_violated();
     }
 }
 

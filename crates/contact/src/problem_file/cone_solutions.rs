@@ -4,7 +4,7 @@ use std::path::Path;
 
 use signorini_npz::{Archive, ArchiveWriter};
 
-use super::in_file;
+use super::arrays::{fault, in_file};
 use super::solutions::finite;
 use crate::{ConeSolution, ProblemError};
 
@@ -40,9 +40,7 @@ pub fn is_cone_solution(path: impl AsRef<Path>) -> Result<bool, ProblemError> {
     }
     match archive.string("law")?.as_str() {
         LAW => Ok(true),
-        law => {
-            Err(super::fault(&archive, format!("unknown law '{law}'; known is {LAW}, and no field for the polygon's")))
-        }
+        law => Err(fault(&archive, format!("unknown law '{law}'; known is {LAW}, and no field for the polygon's"))),
     }
 }
 

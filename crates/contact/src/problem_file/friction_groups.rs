@@ -2,7 +2,7 @@
 
 use signorini_npz::{Archive, ArchiveWriter};
 
-use super::{SparseBuilder, fault, merge_rows, sparse_rows};
+use super::arrays::{SparseBuilder, fault, merge_rows, sparse_rows};
 use crate::{ContactProblem, FrictionBound, FrictionPolygon, ProblemError};
 
 /// Stands where a group has no contact.

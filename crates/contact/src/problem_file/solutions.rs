@@ -4,7 +4,7 @@ use std::path::Path;
 
 use signorini_npz::{Archive, ArchiveWriter};
 
-use super::in_file;
+use super::arrays::in_file;
 use crate::{ContactProblem, ContactSolution, ProblemError};
 
 /// Writes a contact solution: `z` (λ_N, α, α_F, β, β_F), `v`, `lambda_n`, `alpha`, `beta`, `lambda_b` for bilateral rows, `alpha_f`

@@ -167,8 +167,10 @@ fn arrays_of_wrong_sizes_are_no_solution() {
 
 #[test]
 fn merging_keeps_the_larger_of_each() {
-    let mut a = Certificate { momentum: 1.0, friction: 2.0, ..Certificate::default() };
-    a.merge(&Certificate { momentum: 0.5, signorini: 3.0, dissipation: f64::NAN, ..Certificate::default() });
+    let (mut a, mut b) = (Certificate::default(), Certificate::default());
+    (a.momentum, a.friction) = (1.0, 2.0);
+    (b.momentum, b.signorini, b.dissipation) = (0.5, 3.0, f64::NAN);
+    a.merge(&b);
     assert_eq!(residuals(&a), [1.0, 0.0, 3.0, 2.0, f64::INFINITY, 0.0]);
     assert!(!a.holds(1e300) && Certificate::default().holds(0.0));
 }

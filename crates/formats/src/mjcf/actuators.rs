@@ -5,9 +5,10 @@ use signorini_multibody::{
     Transmission, actuator_length_into, forward_kinematics_into, mass_matrix_into,
 };
 
+use super::custom;
+use super::importer::Importer;
 use super::laws::{activation_count, law};
 use super::sensors::{site, tendon};
-use super::{Importer, custom};
 use crate::error::{FormatError, Location};
 use crate::parts::JointRecord;
 use crate::report::Reporter;

@@ -12,9 +12,9 @@ use signorini_multibody::model::{HeightField, Mesh};
 
 use super::compiler::{Compiler, portable};
 use super::defaults::Defaults;
-use crate::MissingMeshes;
 use crate::error::FormatError;
 use crate::mesh::{self, Orientation};
+use crate::options::MissingMeshes;
 use crate::xml::{Attributes, Element, most_similar};
 
 /// Height fields with more points than this are refused.

@@ -2,32 +2,13 @@
 
 use signorini_multibody::{BodyId, Inertia, Pose};
 
-use super::Importer;
 use super::compiler::InertiaSource;
+use super::importer::Importer;
+use super::scope::{OpenBody, Scope};
 use crate::error::FormatError;
-use crate::inertia::scaled;
 use crate::xml::{Attributes, Element};
 
 use signorini_multibody::glam::{DMat3, DVec3};
-
-/// What elements inside `<frame>` and `<replicate>` inherit.
-#[derive(Clone)]
-pub(super) struct Scope<'t> {
-    /// The frame in its body.
-    pub frame: Pose,
-    /// The inherited default class.
-    pub class: Option<&'t str>,
-    /// What replication adds to names.
-    suffix: String,
-}
-
-impl Scope<'_> {
-    /// The element's name with the suffix of its replica; none if it has no name.
-    pub fn name(&self, element: Element) -> Option<String> {
-        let name = element.raw("name").map(|a| a.value.trim()).filter(|n| !n.is_empty())?;
-        Some(format!("{name}{}", self.suffix))
-    }
-}
 
 /// A body that has been met and not read yet.
 struct Pending<'t> {
@@ -36,16 +17,6 @@ struct Pending<'t> {
     /// Of the parent, in world.
     parent_pose: Pose,
     scope: Scope<'t>,
-}
-
-/// A body being read.
-pub(super) struct OpenBody {
-    pub id: BodyId,
-    /// In world, at the reference configuration.
-    pub pose: Pose,
-    /// What its geoms weigh; empty if its inertia does not come from geoms.
-    pub weights: Vec<Inertia>,
-    pub weighs_geoms: bool,
 }
 
 /// Reads all bodies, parents before children, in the order of the file.
@@ -204,15 +175,4 @@ fn rotational_inertia(a: &Attributes) -> Result<DMat3, FormatError> {
         return Ok(DMat3::from_cols_array_2d(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]));
     }
     Ok(DMat3::from_diagonal(a.vec3("diaginertia")?.unwrap_or(DVec3::ZERO)))
-}
-
-impl OpenBody {
-    /// Adds what a geom weighs: `unit` at density 1 in the geom's frame.
-    pub fn weigh(&mut self, unit: Inertia, mass: Option<f64>, density: f64, placement: &Pose) {
-        let factor = match mass {
-            Some(m) => m / unit.mass,
-            None => density,
-        };
-        self.weights.push(scaled(unit, factor).placed(placement));
-    }
 }

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use signorini_multibody::{BodyId, GeomId, GeomPair};
 
-use super::Importer;
+use super::importer::Importer;
 use crate::error::FormatError;
 use crate::xml::{Attributes, Element};
 

@@ -3,7 +3,7 @@
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{BodyId, EqualityKind, Pose};
 
-use super::Importer;
+use super::importer::Importer;
 use super::sensors::site;
 use crate::error::FormatError;
 use crate::parts::JointRecord;

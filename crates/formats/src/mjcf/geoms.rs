@@ -7,9 +7,9 @@ use signorini_multibody::glam::DVec3;
 use signorini_multibody::{Geom, Geometry, Pose, SpinResistance};
 
 use super::assets::{MeshAsset, colour};
-use super::bodies::{OpenBody, Scope};
 use super::compiler::z_to;
-use super::{ContactProperties, Importer};
+use super::importer::{ContactProperties, Importer};
+use super::scope::{OpenBody, Scope};
 use crate::error::FormatError;
 use crate::inertia::solid;
 use crate::xml::{Attributes, Element};

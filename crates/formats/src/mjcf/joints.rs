@@ -3,8 +3,8 @@
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{Joint, JointKind};
 
-use super::Importer;
-use super::bodies::{OpenBody, Scope};
+use super::importer::Importer;
+use super::scope::{OpenBody, Scope};
 use crate::error::FormatError;
 use crate::xml::{Attributes, Element};
 

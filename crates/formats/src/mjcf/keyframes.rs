@@ -3,8 +3,8 @@
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{Keyframe, Pose};
 
-use super::Importer;
 use super::actuators::Listed;
+use super::importer::Importer;
 use crate::error::FormatError;
 use crate::xml::{Attributes, Element};
 

@@ -4,7 +4,7 @@ use std::f64::consts::FRAC_PI_4;
 
 use signorini_multibody::{ActivationKind, ActuatorKind};
 
-use super::Importer;
+use super::importer::Importer;
 use crate::error::FormatError;
 use crate::xml::{Attributes, Element};
 

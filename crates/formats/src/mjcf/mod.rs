@@ -15,74 +15,32 @@ mod custom;
 mod defaults;
 mod equality;
 mod geoms;
+mod importer;
 mod include;
 mod joints;
 mod keyframes;
 mod laws;
 mod options;
+mod restitution;
+mod scope;
 mod sensors;
 mod sites;
 mod tendons;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::path::Path;
-
-use signorini_multibody::{ActuatorId, JointId, SpinResistance};
 
 use assets::Assets;
 use compiler::Compiler;
 use defaults::Defaults;
+use importer::Importer;
+use restitution::Restitution;
 
-use crate::error::{FormatError, Location};
+use crate::error::FormatError;
+use crate::options::{Imported, LoadOptions};
 use crate::parts::Parts;
 use crate::report::Reporter;
-use crate::xml::{Attributes, Element, Tree};
-use crate::{Imported, LoadOptions, MissingMeshes};
-
-/// Elements read under `<worldbody>`, copies counted, beyond which a file is refused.
-const MAX_ELEMENTS: usize = 4_000_000;
-
-/// Contact properties of a geom, for pairs.
-#[derive(Clone, Copy)]
-struct ContactProperties {
-    friction: f64,
-    frictional: bool,
-    spin_resistance: SpinResistance,
-    spinning_friction: f64,
-    rolling_friction: f64,
-}
-
-/// What the readers of the sections share.
-struct Importer<'t> {
-    compiler: Compiler,
-    defaults: Defaults<'t>,
-    assets: Assets<'t>,
-    parts: Parts,
-    report: Reporter,
-    /// By geom.
-    contact_properties: Vec<ContactProperties>,
-    elements: usize,
-    contacts_disabled: bool,
-    equalities_disabled: bool,
-    friction_loss_disabled: bool,
-    restitution: custom::Restitution<'t>,
-    /// Names of geoms that explicit pairs name.
-    paired: HashSet<&'t str>,
-    /// Names of tendons and actuators of the file that the model does not have.
-    left_out_tendons: HashSet<&'t str>,
-    left_out_actuators: HashSet<&'t str>,
-    /// Friction that depends on the direction, by geom.
-    grains: HashMap<&'t str, ([f64; 2], Attributes<'t>)>,
-    /// Actuators that shall hold their speed exactly and that were not met yet.
-    speed_servos: HashMap<&'t str, Attributes<'t>>,
-    /// Time step of the file, s.
-    timestep: f64,
-    missing_meshes: MissingMeshes,
-    /// Joints whose actuators together have a bound, with the place where it stands.
-    actuator_force_ranges: Vec<(JointId, [f64; 2], Location)>,
-    /// Position servos whose damping is to come from a damping ratio.
-    damping_ratios: Vec<(ActuatorId, f64)>,
-}
+use crate::xml::Tree;
 
 /// Turns a parsed document into a model; `main` is the file it came from, if any.
 pub(crate) fn import(
@@ -107,7 +65,7 @@ pub(crate) fn import(
         contacts_disabled: false,
         equalities_disabled: false,
         friction_loss_disabled: false,
-        restitution: custom::Restitution::read(root)?,
+        restitution: Restitution::read(root)?,
         paired: contacts::paired_geoms(root),
         left_out_tendons: HashSet::new(),
         left_out_actuators: HashSet::new(),
@@ -133,48 +91,4 @@ pub(crate) fn import(
     actuators::bound_by_joints(&mut model, &importer.actuator_force_ranges, &mut importer.report);
     actuators::damp_by_ratio(&mut model, &importer.damping_ratios);
     Ok(Imported { model, report: importer.report.finish() })
-}
-
-impl Importer<'_> {
-    /// A range that counts if its switch says so, or if it is given and `autolimits` holds.
-    fn range(
-        &self,
-        a: &Attributes,
-        range: &'static str,
-        switch: &'static str,
-    ) -> Result<Option<[f64; 2]>, FormatError> {
-        let words = [("true", Some(true)), ("false", Some(false)), ("auto", None)];
-        let limited = a.choice(switch, &words)?.flatten();
-        let values = a.vector::<2>(range)?.filter(|_| limited != Some(false));
-        match (values, limited) {
-            (None, Some(true)) => Err(a.invalid(switch, format!("'{range}' to be given as well"))),
-            (None, _) => Ok(None),
-            (Some([low, high]), _) if low == 0.0 && high == 0.0 && limited.is_none() => Ok(None),
-            (Some(_), None) if !self.compiler.autolimits => {
-                Err(a.invalid(range, format!("'{switch}' to be given as well, because autolimits is false")))
-            }
-            (Some([low, high]), _) if low >= high => Err(a.invalid(range, "the lower number first")),
-            (Some(values), _) => Ok(Some(values)),
-        }
-    }
-
-    /// `condim`: whether contacts have friction, and which turning they resist.
-    fn condim(&self, a: &Attributes) -> Result<Option<(bool, SpinResistance)>, FormatError> {
-        Ok(match a.integer("condim")? {
-            None => None,
-            Some(1) => Some((false, SpinResistance::None)),
-            Some(3) => Some((true, SpinResistance::None)),
-            Some(4) => Some((true, SpinResistance::Spinning)),
-            Some(6) => Some((true, SpinResistance::Rolling)),
-            Some(_) => return Err(a.invalid("condim", "1, 3, 4 or 6")),
-        })
-    }
-
-    fn count_element(&mut self, element: Element) -> Result<(), FormatError> {
-        self.elements += 1;
-        if self.elements > MAX_ELEMENTS {
-            return Err(element.invalid(format!("more than {MAX_ELEMENTS} elements after replication")));
-        }
-        Ok(())
-    }
 }

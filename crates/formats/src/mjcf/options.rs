@@ -2,7 +2,7 @@
 
 use signorini_multibody::glam::DVec3;
 
-use super::Importer;
+use super::importer::Importer;
 use crate::error::FormatError;
 use crate::xml::Element;
 

@@ -2,7 +2,7 @@
 
 use signorini_multibody::{ActuatorId, BodyId, FrameId, Sensor, SensorKind, SiteId, TendonId};
 
-use super::Importer;
+use super::importer::Importer;
 use crate::error::FormatError;
 use crate::parts::JointRecord;
 use crate::xml::{Attributes, Element};

@@ -3,9 +3,9 @@
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{BodyId, Geometry, Pose, Site};
 
-use super::Importer;
-use super::bodies::Scope;
 use super::geoms::from_to;
+use super::importer::Importer;
+use super::scope::Scope;
 use crate::error::FormatError;
 use crate::xml::Element;
 

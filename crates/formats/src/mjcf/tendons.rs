@@ -2,7 +2,7 @@
 
 use signorini_multibody::Tendon;
 
-use super::Importer;
+use super::importer::Importer;
 use super::joints::linear;
 use crate::error::FormatError;
 use crate::xml::{Attributes, Element};

@@ -4,8 +4,9 @@ use signorini_multibody::glam::DVec3;
 use signorini_multibody::{BodyId, Joint, JointKind, Pose};
 
 use super::frames::Frames;
+use super::importer::Importer;
 use super::tree::{Edge, Placed};
-use super::{Importer, values};
+use super::values;
 use crate::error::FormatError;
 use crate::xml::Element;
 

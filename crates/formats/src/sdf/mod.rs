@@ -6,6 +6,7 @@
 
 mod coverage;
 mod frames;
+mod importer;
 mod joints;
 mod shapes;
 mod tree;
@@ -19,26 +20,17 @@ use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
 
 use crate::error::FormatError;
 use crate::inertia::nearest_physical;
+use crate::mesh_store::MeshStore;
+use crate::options::{Imported, LoadOptions};
 use crate::parts::Parts;
 use crate::report::Reporter;
 use crate::xml::{Element, Tree};
-use crate::{Imported, LoadOptions};
 use frames::Frames;
+use importer::Importer;
 use tree::KinematicTree;
 
 /// More pairs of links that are kept apart than this are refused.
 const MAX_PAIRS: usize = 1_000_000;
-
-/// What the readers of the parts share.
-struct Importer {
-    parts: Parts,
-    report: Reporter,
-    shapes: shapes::Shapes,
-    /// Pairs of links kept apart so far.
-    pairs: usize,
-    /// SDF's version times 10: 17 for 1.7.
-    version: u32,
-}
 
 /// Turns a parsed document into a model.
 pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
@@ -56,7 +48,7 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
     let mut importer = Importer {
         parts: Parts::new(name, root, reserved),
         report: Reporter::default(),
-        shapes: shapes::Shapes::new(base, options),
+        meshes: MeshStore::new(base, options),
         pairs: 0,
         version: version(root),
     };

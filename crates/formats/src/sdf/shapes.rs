@@ -1,35 +1,14 @@
 //! `<collision>` shapes, coloured as the link's `<visual>`.
 
-use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
-
 use signorini_multibody::glam::{DQuat, DVec3};
-use signorini_multibody::model::Mesh;
 use signorini_multibody::{BodyId, Geom, Geometry, Pose};
 
 use super::frames::Frames;
-use super::{Importer, values};
+use super::importer::Importer;
+use super::values;
 use crate::error::FormatError;
-use crate::shapes::{leave_out_if_flat, leave_out_if_missing};
+use crate::shapes::leave_out_if_flat;
 use crate::xml::Element;
-use crate::{LoadOptions, MissingMeshes};
-use crate::{mesh, packages};
-
-/// Meshes of a file, and where it looks for them.
-pub(super) struct Shapes {
-    meshes: HashMap<(PathBuf, [u64; 3]), Arc<Mesh>>,
-    base: PathBuf,
-    package_dirs: Vec<PathBuf>,
-    missing_meshes: MissingMeshes,
-}
-
-impl Shapes {
-    pub fn new(base: &Path, options: &LoadOptions) -> Self {
-        let LoadOptions { package_dirs, missing_meshes, .. } = options.clone();
-        Self { meshes: HashMap::new(), base: base.to_owned(), package_dirs, missing_meshes }
-    }
-}
 
 /// Adds the collision shapes of a link to its body, in which the link stands at `offset`.
 pub(super) fn read<'t>(
@@ -120,31 +99,8 @@ fn geometry(importer: &mut Importer, collision: Element) -> Result<Option<(Geome
 /// A mesh as its convex hull.
 fn mesh_geometry(importer: &mut Importer, shape: Element) -> Result<Option<Geometry>, FormatError> {
     let uri = shape.child("uri").ok_or_else(|| shape.incomplete("<uri>: the mesh file"))?;
-    let shapes = &mut importer.shapes;
-    let path = packages::resolve(uri.text(), &shapes.base, &shapes.package_dirs);
-    if !mesh::is_supported(&path) {
-        let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
-        let what = format!("mesh format '{extension}' is not supported");
-        let effect = "the shape is left out: nothing touches it; convert the file to STL, OBJ or COLLADA";
-        importer.report.motion(uri.at(), "mesh", what, effect);
-        return Ok(None);
-    }
     let scale = values::scale(shape, "scale")?;
-    let key = (path, scale.to_array().map(f64::to_bits));
-    if let Some(mesh) = shapes.meshes.get(&key) {
-        return Ok(Some(Geometry::ConvexMesh(mesh.clone())));
-    }
-    if leave_out_if_missing(&mut importer.report, shape, &key.0, importer.shapes.missing_meshes) {
-        return Ok(None);
-    }
-    let shapes = &mut importer.shapes;
-    let asset = |reason| {
-        let (at, path) = (uri.at(), key.0.clone());
-        FormatError::Asset { at, element: "mesh".into(), path, reason }
-    };
-    let mesh = Arc::new(mesh::scaled(mesh::load(&key.0).map_err(asset)?, scale));
-    shapes.meshes.insert(key, mesh.clone());
-    Ok(Some(Geometry::ConvexMesh(mesh)))
+    importer.meshes.hull(&mut importer.report, shape, (uri.text(), uri.at()), scale)
 }
 
 /// The diffuse colour of the link's first visual that has one. Only pictures depend on it: one that cannot be read is noted.

@@ -3,8 +3,8 @@
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{BodyId, Geometry, Inertia, Joint, JointKind, Pose, Site};
 
+use super::importer::{Importer, Placed, origin};
 use super::tree::WORLD;
-use super::{Importer, Placed, origin};
 use crate::error::FormatError;
 use crate::inertia::nearest_physical;
 use crate::xml::Element;

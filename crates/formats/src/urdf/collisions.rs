@@ -5,11 +5,11 @@ use std::path::Path;
 
 use signorini_multibody::BodyId;
 
+use super::importer::{Importer, Placed};
 use super::tree::KinematicTree;
-use super::{Importer, Placed};
-use crate::LoadOptions;
 use crate::error::FormatError;
 use crate::mesh::read_file;
+use crate::options::LoadOptions;
 use crate::xml::{self, Element};
 
 /// More pairs of links than this are refused.

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 
 use signorini_multibody::EqualityKind;
 
-use super::Importer;
+use super::importer::Importer;
 use super::tree::KinematicTree;
 use crate::error::FormatError;
 

@@ -7,6 +7,7 @@
 mod bodies;
 mod collisions;
 mod coverage;
+mod importer;
 mod mimic;
 mod shapes;
 mod transmissions;
@@ -15,42 +16,16 @@ mod tree;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
-use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
 
 use crate::error::FormatError;
+use crate::mesh_store::MeshStore;
+use crate::options::{Imported, LoadOptions};
 use crate::parts::Parts;
 use crate::report::Reporter;
 use crate::xml::{Element, Tree};
-use crate::{Imported, LoadOptions};
+use importer::{Importer, Placed};
 use tree::KinematicTree;
-
-/// What the readers of links and joints share.
-struct Importer<'t> {
-    parts: Parts,
-    report: Reporter,
-    shapes: shapes::Shapes<'t>,
-    /// Links that are part of the body of another one.
-    merged: HashMap<String, BodyId>,
-}
-
-/// A link that has become a body.
-struct Placed {
-    body: BodyId,
-    /// The link in its body: another frame than the body's where links are merged.
-    offset: Pose,
-    /// The link in world, at the reference configuration.
-    pose: Pose,
-    /// The link this one is welded to, nearest the root; none for the world.
-    weld: Option<usize>,
-}
-
-impl Importer<'_> {
-    /// The body of a link, merged or not.
-    fn link_body(&self, link: &str) -> Option<BodyId> {
-        self.parts.body(link).or_else(|| self.merged.get(link).copied())
-    }
-}
 
 /// Turns a parsed document into a model.
 pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
@@ -62,7 +37,8 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
     let mut importer = Importer {
         parts: Parts::new(name, root, reserved),
         report: Reporter::default(),
-        shapes: shapes::Shapes::read(root, base, options),
+        materials: shapes::materials(root),
+        meshes: MeshStore::new(base, options),
         merged: HashMap::new(),
     };
     if options.floor {
@@ -165,14 +141,4 @@ fn warn_about_weight_of_the_world(importer: &mut Importer, element: Element) {
     if let Some(inertial) = element.child("inertial") {
         importer.report.other(inertial.at(), "inertial", "of the link 'world'", "the world has no mass");
     }
-}
-
-/// `<origin xyz="…" rpy="…">` of an element: roll about x, then pitch about y, then yaw about z, all fixed axes.
-fn origin(element: Element) -> Result<Pose, FormatError> {
-    let Some(origin) = element.child("origin") else { return Ok(Pose::IDENTITY) };
-    let a = origin.attributes();
-    let position = a.vec3_or_more("xyz")?.unwrap_or(DVec3::ZERO);
-    let [roll, pitch, yaw] = a.vec3_or_more("rpy")?.unwrap_or_default().to_array();
-    let rotation = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
-    Ok(Pose::new(position, rotation.normalize()))
 }

@@ -1,75 +1,42 @@
 //! `<collision>` shapes, coloured as the link's `<visual>`.
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::model::Mesh;
 use signorini_multibody::{BodyId, Geom, Geometry, Pose};
 
-use super::{Importer, origin};
+use super::importer::{Importer, origin};
 use crate::error::FormatError;
-use crate::shapes::{leave_out_if_flat, leave_out_if_missing};
+use crate::shapes::leave_out_if_flat;
 use crate::xml::{Attributes, Element};
-use crate::{LoadOptions, MissingMeshes};
-use crate::{mesh, packages};
 
-type MeshKey = (PathBuf, [u64; 3]);
-
-/// Colours and meshes of a file, and where it looks for meshes.
-pub(super) struct Shapes<'t> {
-    materials: HashMap<&'t str, [f32; 4]>,
-    meshes: HashMap<MeshKey, Arc<Mesh>>,
-    base: PathBuf,
-    package_dirs: Vec<PathBuf>,
-    missing_meshes: MissingMeshes,
+/// The colours that a file defines, by name.
+pub(super) fn materials<'t>(root: Element<'t>) -> HashMap<&'t str, [f32; 4]> {
+    let mut materials = HashMap::new();
+    let nested = root.children_named("link").flat_map(|l| l.children_named("visual"));
+    let everywhere = root.children_named("material").chain(nested.flat_map(|v| v.children_named("material")));
+    for material in everywhere {
+        if let (Some(name), Some(rgba)) = (material.attributes().text("name"), colour(material)) {
+            materials.entry(name).or_insert(rgba);
+        }
+    }
+    materials
 }
 
-impl<'t> Shapes<'t> {
-    pub fn read(root: Element<'t>, base: &Path, options: &LoadOptions) -> Self {
-        let mut materials = HashMap::new();
-        let nested = root.children_named("link").flat_map(|l| l.children_named("visual"));
-        let everywhere = root.children_named("material").chain(nested.flat_map(|v| v.children_named("material")));
-        for material in everywhere {
-            if let (Some(name), Some(rgba)) = (material.attributes().text("name"), colour(material)) {
-                materials.entry(name).or_insert(rgba);
-            }
+/// The colour of the link's first visual that has one.
+fn link_colour(materials: &HashMap<&str, [f32; 4]>, link: Element) -> Option<[f32; 4]> {
+    let mut found = None;
+    for material in link.children_named("visual").filter_map(|v| v.child("material")) {
+        let name = material.attributes().text("name").filter(|n| !n.is_empty());
+        let rgba = colour(material).or(name.and_then(|name| materials.get(name)).copied());
+        // A texture is a definition, too, which is not read.
+        if let (Some(name), None, None) = (name, rgba, material.children().next()) {
+            let what = format!("'{}' is not defined", name.chars().take(60).collect::<String>());
+            material.note(material.at(), what, "the link has the default colour", false);
         }
-        let LoadOptions { package_dirs, missing_meshes, .. } = options.clone();
-        Self { materials, meshes: HashMap::new(), base: base.to_owned(), package_dirs, missing_meshes }
+        found = found.or(rgba);
     }
-
-    /// The colour of the link's first visual that has one.
-    fn link_colour(&self, link: Element<'t>) -> Option<[f32; 4]> {
-        let mut found = None;
-        for material in link.children_named("visual").filter_map(|v| v.child("material")) {
-            let name = material.attributes().text("name").filter(|n| !n.is_empty());
-            let rgba = colour(material).or(name.and_then(|name| self.materials.get(name)).copied());
-            // A texture is a definition, too, which is not read.
-            if let (Some(name), None, None) = (name, rgba, material.children().next()) {
-                let what = format!("'{}' is not defined", name.chars().take(60).collect::<String>());
-                material.note(material.at(), what, "the link has the default colour", false);
-            }
-            found = found.or(rgba);
-        }
-        found
-    }
-
-    fn mesh(&mut self, a: &Attributes, path: PathBuf) -> Result<Arc<Mesh>, FormatError> {
-        let scale = a.scale("scale")?.unwrap_or(DVec3::ONE);
-        let key = (path, scale.to_array().map(f64::to_bits));
-        if let Some(mesh) = self.meshes.get(&key) {
-            return Ok(mesh.clone());
-        }
-        let asset = |reason| {
-            let (at, path) = (a.at("filename"), key.0.clone());
-            FormatError::Asset { at, element: "mesh".into(), path, reason }
-        };
-        let mesh = Arc::new(mesh::scaled(mesh::load(&key.0).map_err(asset)?, scale));
-        self.meshes.insert(key, mesh.clone());
-        Ok(mesh)
-    }
+    found
 }
 
 /// Adds the collision shapes of a link to its body.
@@ -81,7 +48,7 @@ pub(super) fn read<'t>(
     body: BodyId,
     offset: &Pose,
 ) -> Result<(), FormatError> {
-    let rgba = importer.shapes.link_colour(link);
+    let rgba = link_colour(&importer.materials, link);
     for collision in link.children_named("collision") {
         let Some(geometry) = geometry(importer, collision)? else { continue };
         if leave_out_if_flat(&mut importer.report, collision, &geometry) {
@@ -132,18 +99,8 @@ fn geometry(importer: &mut Importer, collision: Element) -> Result<Option<Geomet
 /// A mesh as its convex hull.
 fn mesh_geometry(importer: &mut Importer, a: &Attributes) -> Result<Option<Geometry>, FormatError> {
     let uri = a.required("filename", "the mesh file")?;
-    let path = packages::resolve(uri, &importer.shapes.base, &importer.shapes.package_dirs);
-    if !mesh::is_supported(&path) {
-        let extension = path.extension().map(|e| e.to_string_lossy().into_owned()).unwrap_or_default();
-        let what = format!("mesh format '{extension}' is not supported");
-        let effect = "the shape is left out: nothing touches it; convert the file to STL, OBJ or COLLADA";
-        importer.report.motion(a.at("filename"), "mesh", what, effect);
-        return Ok(None);
-    }
-    if leave_out_if_missing(&mut importer.report, a.element(), &path, importer.shapes.missing_meshes) {
-        return Ok(None);
-    }
-    Ok(Some(Geometry::ConvexMesh(importer.shapes.mesh(a, path)?)))
+    let scale = a.scale("scale")?.unwrap_or(DVec3::ONE);
+    importer.meshes.hull(&mut importer.report, a.element(), (uri, a.at("filename")), scale)
 }
 
 /// `<color rgba="…">` of a material, opaque where there are three numbers. Only pictures depend on it: a colour that cannot be read

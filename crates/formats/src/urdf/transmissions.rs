@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use signorini_multibody::{Actuator, ActuatorKind, Transmission};
 
-use super::Importer;
+use super::importer::Importer;
 use crate::error::FormatError;
 use crate::xml::Element;
 

@@ -4,8 +4,7 @@ use std::borrow::Cow;
 
 use signorini_multibody::glam::{DQuat, DVec3};
 
-use super::Element;
-use super::tree::Attribute;
+use super::tree::{Attribute, Element};
 use crate::error::{FormatError, Location};
 
 /// The attributes of an element, with those of its defaults behind them.
@@ -14,6 +13,13 @@ pub(crate) struct Attributes<'t> {
     element: Element<'t>,
     /// Nearest first.
     defaults: Vec<Element<'t>>,
+}
+
+impl<'t> Element<'t> {
+    /// The element's own attributes, for typed reading.
+    pub fn attributes(&self) -> Attributes<'t> {
+        Attributes::new(*self, Vec::new())
+    }
 }
 
 impl<'t> Attributes<'t> {

@@ -5,7 +5,6 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::error::{FormatError, Location};
-use crate::xml::Attributes;
 
 /// Elements deeper than this are refused: no real model comes near.
 pub(super) const MAX_DEPTH: usize = 2000;
@@ -181,11 +180,6 @@ impl<'t> Element<'t> {
 
     pub fn raw(&self, name: &str) -> Option<&'t Attribute> {
         self.raw_attributes().iter().find(|a| a.name == name)
-    }
-
-    /// The element's own attributes, for typed reading.
-    pub fn attributes(&self) -> Attributes<'t> {
-        Attributes::new(*self, Vec::new())
     }
 
     pub fn invalid(&self, reason: impl Into<String>) -> FormatError {

@@ -6,10 +6,11 @@
 //! the ordinary [`certify`](signorini_contact::certify) judges.
 
 use signorini_contact::SolveStatus::{Inaccurate, Solved};
-use signorini_contact::circular::CoulombLaw;
-use signorini_contact::circular::{ConeScratch, certify_cone_with, cone_velocity_scale, half_widest_angle};
-use signorini_contact::{Certificate, ContactProblem, ContactSolution, StageCounts, UnsupportedFriction, WarmStart};
-use signorini_contact::{ConeCertificate, ConeSolution};
+use signorini_contact::certificate::Scratch;
+use signorini_contact::circular::{CoulombLaw, certify_cone_with, cone_velocity_scale, half_widest_angle};
+use signorini_contact::{
+    Certificate, ConeSolution, ContactProblem, ContactSolution, StageCounts, UnsupportedFriction, WarmStart,
+};
 use signorini_solver::ContactSolver;
 
 /// Directions nearer than this to one another, rad, are one: below it a set of unit vectors could not be told from one with
@@ -31,7 +32,7 @@ pub struct RefinementReport {
     /// What the structured solver's stages did for them.
     pub stages: StageCounts,
     /// Residuals of the circular-cone laws at the end.
-    pub certificate: ConeCertificate,
+    pub certificate: Certificate,
     /// Whether they are all within the tolerance, with the last LCP solved.
     pub converged: bool,
     /// Friction of the problem that the circular cone has no law for; then no LCP was solved.
@@ -46,7 +47,7 @@ pub struct DirectionRefiner {
     turned: Directions,
     warm: WarmStart,
     cone: ConeSolution,
-    scratch: ConeScratch,
+    scratch: Scratch,
     column: Vec<f64>,
 }
 
@@ -55,7 +56,7 @@ impl DirectionRefiner {
     /// `tolerance` or `max_solves` LCPs are solved. `problem` is left with the directions of the last LCP, `solution` with its
     /// solution, so that anyone can certify the one against the other.
     ///
-    /// - `tolerance`: bound on the worst residual of the [`ConeCertificate`]
+    /// - `tolerance`: bound on the worst residual of the [`Certificate`]
     /// - `warm`: start of the first LCP
     ///
     /// Contacts without directions or with two (contacts in the plane) keep them: their cone has no other. Friction that the
@@ -72,7 +73,7 @@ impl DirectionRefiner {
         if let Err(unsupported) = problem.check_circular() {
             solution.prepare(problem);
             (solution.status, solution.certificate) = (Inaccurate, Certificate::everything_violated());
-            let certificate = ConeCertificate::everything_violated();
+            let certificate = Certificate::everything_violated();
             return RefinementReport { unsupported: Some(unsupported), certificate, ..RefinementReport::default() };
         }
         self.base.copy(&problem.directions, &problem.direction_offsets);
@@ -136,11 +137,8 @@ impl DirectionRefiner {
     }
 
     /// The residuals of the circular cone's laws of a polygon's solution.
-    pub(super) fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> ConeCertificate {
-        self.cone.velocity.clone_from(&solution.velocity);
-        self.cone.impulse.clone_from(&solution.impulse);
-        self.cone.bilateral.clone_from(&solution.bilateral);
-        self.cone.group_impulse.clone_from(&solution.group_impulse);
+    pub(super) fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
+        self.cone.take_polygon(solution);
         certify_cone_with(problem, &self.cone, &mut self.scratch)
     }
 

@@ -6,13 +6,13 @@ use super::newton::Newton;
 use super::refine::{DirectionRefiner, RefinementReport, align_directions};
 use super::sweeps::Sweeps;
 use super::velocity_system::{Memory, VelocitySystem};
-use signorini_contact::certificate::{self, certify_afresh};
+use signorini_contact::certificate::{Scratch, certify_afresh};
 use signorini_contact::circular::CoulombLaw;
-use signorini_contact::circular::{ConeScratch, certify_cone_with};
+use signorini_contact::circular::certify_cone_with;
 use signorini_contact::problem_file::FrictionalProblem;
 use signorini_contact::projection::Cones;
 use signorini_contact::recovery::recover_into;
-use signorini_contact::{ConeCertificate, ConeReport, ConeSolution, ConeStart, ConeStatus, ConeWarmStart};
+use signorini_contact::{Certificate, ConeReport, ConeSolution, ConeStart, ConeStatus, ConeWarmStart};
 use signorini_contact::{ContactProblem, ContactSolution, ProblemError, SolveStatus, WarmStart};
 use signorini_solver::{ContactSolver, SolverSettings};
 
@@ -35,9 +35,8 @@ pub struct CircularConeSolver {
     newton: Newton,
     sweeps: Sweeps,
     candidate: ConeSolution,
-    scratch: ConeScratch,
+    scratch: Scratch,
     cones: Cones,
-    polygon_scratch: certificate::Scratch,
 }
 
 /// What polygons are polished to: where impulses are large against the masses they move, Newton's method ends as exactly as it
@@ -57,9 +56,8 @@ impl Default for CircularConeSolver {
             newton: Newton::default(),
             sweeps: Sweeps::default(),
             candidate: ConeSolution::default(),
-            scratch: ConeScratch::default(),
+            scratch: Scratch::default(),
             cones: Cones::default(),
-            polygon_scratch: certificate::Scratch::default(),
         }
     }
 }
@@ -288,11 +286,11 @@ impl CircularConeSolver {
             *mode = self.cones.mode_at(i, [first, a, b]);
         }
         recover_into(problem, &self.cones, problem.velocity_scale(), out);
-        out.certificate = certify_afresh(problem, out, &mut self.polygon_scratch);
+        out.certificate = certify_afresh(problem, out, &mut self.scratch);
     }
 
     /// [`certify_cone`](signorini_contact::certify_cone) for the velocity and impulses of a polygon's solution, with memory that is kept.
-    pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> ConeCertificate {
+    pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
         self.refiner.certify(problem, solution)
     }
 
@@ -342,7 +340,7 @@ fn correct_velocity(
     problem: &ContactProblem,
     system: &VelocitySystem,
     candidate: &mut ConeSolution,
-    scratch: &mut ConeScratch,
+    scratch: &mut Scratch,
 ) {
     let before = candidate.certificate;
     candidate.velocity.iter_mut().zip(system.change()).for_each(|(v, d)| *v += d);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use signorini_recording::{Frame, Header, JointLabel};
 
-use super::{create, finish, status_name};
+use super::parts::{create, finish, status_name};
 use crate::{FrameSource, ReplayError};
 
 /// Writes a recording as comma-separated values (RFC 4180): a row of names with units, then one row per frame.

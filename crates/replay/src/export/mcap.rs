@@ -15,7 +15,7 @@ use mcap::{McapError, WriteOptions, Writer};
 use serde_json::Value;
 use signorini_recording::{Frame, Header};
 
-use super::{create, finish, force};
+use super::parts::{create, finish, force};
 use crate::{FrameSource, ReplayError};
 use messages::{LONGEST_ARROW, norm};
 use stamp::Stamp;

@@ -5,7 +5,7 @@ use std::path::Path;
 use signorini_npz::{ArchiveWriter, Array, ArrayData, NpzError};
 use signorini_recording::{ContactFrame, Frame};
 
-use super::{force, mode_of, status_name};
+use super::parts::{force, mode_of, status_name};
 use crate::{FrameSource, ReplayError};
 
 /// Writes a recording as an uncompressed `.npz` archive with the names of the Python class `Recording`.

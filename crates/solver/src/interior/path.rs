@@ -18,15 +18,14 @@
 //! with the parameter at every fold.
 
 use super::control::{Control, Move, Point};
-use super::series::{Rates, Series};
-use super::start::{Edge, Ground, InteriorStart, Unit};
+use super::parts::{Edge, Unit};
+use super::point::{Ground, InteriorPoint};
+use super::series::{Parameter, Rates, SHARE_UNIT, Series};
 use super::unit::UnitSystem;
 
 /// Steps of one leg at most, and legs.
 const STEPS: u32 = 8000;
 const LEGS: u32 = 100;
-/// A change of the law by this much counts as one of the products by a factor of e.
-pub(super) const SHARE_UNIT: f64 = 0.3;
 /// How often the directions to the path and along it are refined.
 const REFINEMENTS: u32 = 2;
 /// Part of the way to the boundary that a step to the first point of a path goes at most.
@@ -40,22 +39,6 @@ const LITTLE: f64 = 0.1;
 const PLACES: usize = 8;
 /// What a step leaves of the product at least.
 const LEAST_CHANGE: f64 = 0.02;
-
-/// What changes along a leg of a path.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Parameter {
-    /// The law at this product: to Coulomb's if `ahead` is 1; from Coulomb's back, until it is that again, if `ahead` is −1.
-    Law { product: f64, ahead: f64 },
-    /// The product, from `most` down to `target`, or until it is `most` again. All products are in units of a squared velocity.
-    Product { target: f64, most: f64 },
-}
-
-impl Parameter {
-    /// Of the numbers relative to themselves, the parameter's first: how many are not.
-    fn skipped(self) -> usize {
-        usize::from(matches!(self, Self::Law { .. }))
-    }
-}
 
 /// How a leg ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -99,25 +82,23 @@ pub(super) struct PathSteps {
     bilateral_residual: Vec<f64>,
 }
 
-impl InteriorStart {
+impl InteriorPoint {
     /// Follows the path from near its first point, with this product, until the product has fallen to `target`; both are in units of
     /// a squared velocity. Where it gets no further, that stays.
-    pub(super) fn follow(&mut self, ground: &mut Ground, (product, target): (f64, f64)) {
-        let mut path = std::mem::take(&mut self.path);
+    pub(super) fn follow(&mut self, ground: &mut Ground, (product, target): (f64, f64), path: &mut PathSteps) {
         let mut ahead = 1.0;
         for _ in 0..LEGS {
             let law = Parameter::Law { product, ahead };
-            if self.follow_leg(ground, law, &mut path) != LegEnd::Passed {
+            if self.follow_leg(ground, law, path) != LegEnd::Passed {
                 break;
             }
             self.share = 1.0;
             let fall = Parameter::Product { target, most: product };
-            if self.follow_leg(ground, fall, &mut path) != LegEnd::Passed {
+            if self.follow_leg(ground, fall, path) != LegEnd::Passed {
                 break;
             }
             ahead = -1.0;
         }
-        self.path = path;
     }
 
     fn follow_leg(&mut self, ground: &mut Ground, parameter: Parameter, path: &mut PathSteps) -> LegEnd {

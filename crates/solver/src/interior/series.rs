@@ -6,8 +6,7 @@
 //! as they are accurate. This is the asymptotic numerical method of Cochelin (1994). The series' variable is the length along the
 //! tangent at the point, with all numbers measured relative to their values there.
 
-use super::path::{Parameter, SHARE_UNIT};
-use super::start::{Ground, InteriorStart};
+use super::point::{Ground, InteriorPoint};
 use signorini_contact::vector::inner;
 
 /// Coefficients of a series.
@@ -21,6 +20,25 @@ const SHORTER: f64 = 0.85;
 const TRIES: u32 = 100;
 /// Halvings that find where a series has a given parameter.
 const HALVINGS: u32 = 60;
+
+/// A change of the law by this much counts as one of the products by a factor of e.
+pub(super) const SHARE_UNIT: f64 = 0.3;
+
+/// What changes along a leg of a path.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Parameter {
+    /// The law at this product: to Coulomb's if `ahead` is 1; from Coulomb's back, until it is that again, if `ahead` is −1.
+    Law { product: f64, ahead: f64 },
+    /// The product, from `most` down to `target`, or until it is `most` again. All products are in units of a squared velocity.
+    Product { target: f64, most: f64 },
+}
+
+impl Parameter {
+    /// Of the numbers relative to themselves, the parameter's first: how many are not.
+    pub fn skipped(self) -> usize {
+        usize::from(matches!(self, Self::Law { .. }))
+    }
+}
 
 /// How an interior point changes: by its rates, or by a coefficient of a series.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +56,7 @@ pub(super) struct Rates {
 
 impl Rates {
     /// Takes the rates at hand.
-    pub fn take(&mut self, interior: &InteriorStart, parameter: f64) {
+    pub fn take(&mut self, interior: &InteriorPoint, parameter: f64) {
         self.parameter = parameter;
         self.units.clear();
         self.edges.clear();
@@ -59,7 +77,7 @@ impl Rates {
     }
 
     /// Makes them the rates at hand.
-    pub fn give(&self, interior: &mut InteriorStart) {
+    pub fn give(&self, interior: &mut InteriorPoint) {
         for (unit, [n, a, b, slack]) in interior.units.iter_mut().zip(&self.units) {
             (unit.impulse_rate, unit.slack_rate) = ([*n, *a, *b], *slack);
         }
@@ -117,7 +135,7 @@ impl Series {
     /// - `tangent`, `correction`: the rates for one unit of the parameter, and those of Newton's step to the path
     pub fn find(
         &mut self,
-        interior: &mut InteriorStart,
+        interior: &mut InteriorPoint,
         ground: &mut Ground,
         parameter: Parameter,
         (direction, tangent, correction): (&[f64], &Rates, &Rates),
@@ -215,7 +233,7 @@ impl Series {
     }
 }
 
-impl InteriorStart {
+impl InteriorPoint {
     /// Makes what the pairs lack, and the normal velocities, those of the coefficient after the ones that are known.
     fn take_products(&mut self, known: &[Rates], parameter: Parameter) {
         let pairs = || known.iter().zip(known.iter().rev());

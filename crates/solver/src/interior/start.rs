@@ -14,17 +14,15 @@
 //! Near the end a contact that slides is so close to an edge, and one that sticks so stiff, that rates found as differences of
 //! velocities or of impulses would be rounding. The units' [systems](super::unit) have the multipliers of close edges as
 //! unknowns beside the impulse, slacks follow from the products, and on the [central path](super::path), which goes
-//! on to much smaller products, the momentum balance is [refined](InteriorStart::find_rates): its equations hold to a small part of
+//! on to much smaller products, the momentum balance is [refined](InteriorPoint::find_rates): its equations hold to a small part of
 //! the velocity scale all the way.
 //!
 //! Where the path ends, most contacts are in the modes of a solution. Its impulses are never an answer: the exact iterations begin there.
 
+use super::parts::{Edge, Unit};
 use super::path::PathSteps;
-use super::unit::{ROWS, UnitSystem};
+use super::point::{Ground, InteriorPoint};
 use crate::islands::Island;
-use crate::iterate::Iterate;
-use crate::proximal::ProximalMap;
-use crate::task::Task;
 
 /// Steps at most.
 const STEPS: u32 = 50;
@@ -60,13 +58,6 @@ const BILATERAL_WEIGHT: f64 = 1e-4;
 /// ε at which the modes are read off: 1 compares impulses with slacks as the natural map does.
 const READING_WEIGHT: f64 = 1.0;
 
-/// What the interior point stands on: its velocity and bilateral impulses in an iterate, the system of the proximal map, and the island.
-pub(crate) struct Ground<'a> {
-    pub map: &'a mut ProximalMap,
-    pub iterate: &'a mut Iterate,
-    pub task: &'a Task<'a>,
-}
-
 /// The law that an interior start begins with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum InteriorLaw {
@@ -76,74 +67,22 @@ pub(crate) enum InteriorLaw {
     Opened,
 }
 
-/// An edge of a unit's polygon.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Edge {
-    pub normal: [f64; 2],
-    /// `μ h`.
-    pub reach: f64,
-    pub distance: f64,
-    pub multiplier: f64,
-    pub distance_rate: f64,
-    pub multiplier_rate: f64,
-    /// What the corrector takes from the product.
-    pub correction: f64,
-    /// Place of its multiplier among the unknowns of the unit's system, where it is near the impulse.
-    pub place: Option<usize>,
-}
-
-/// A contact or a friction group.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Unit {
-    /// Its edges in the list of all.
-    pub edges: (usize, usize),
-    /// The contact whose normal impulse bounds its friction; none where the bound is constant.
-    pub bounded_by: Option<usize>,
-    /// The velocity of `bounded_by`'s normal is the first row of the unit divided by this.
-    pub row_factor: f64,
-    /// Whether it has a normal pair: contacts do.
-    pub has_normal: bool,
-    pub compliance: f64,
-    pub impulse: [f64; 3],
-    pub slack: f64,
-    pub impulse_rate: [f64; 3],
-    pub slack_rate: f64,
-    pub correction: f64,
-    /// `u_N − s` and `u_T + Σ γ n`.
-    pub normal_residual: f64,
-    pub tangential_residual: [f64; 2],
-    /// How the impulse falls with the velocity.
-    pub slope: [[f64; 3]; 3],
-    /// The rate of the impulse at a constant velocity.
-    pub drive: [f64; 3],
-}
-
 /// Memory of the interior start.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InteriorStart {
-    pub(super) units: Vec<Unit>,
-    pub(super) edges: Vec<Edge>,
-    /// Of each unit, for the step at hand.
-    pub(super) systems: Vec<UnitSystem>,
-    /// What each unit's equations lack at a constant velocity, then the rates that its system gives for it.
-    pub(super) rates: Vec<[f64; ROWS]>,
-    /// What is solved for in a refinement.
-    pub(super) work: Vec<f64>,
-    /// `M (v − v^f) − Jᵀ λ`.
-    pub(super) momentum_residual: Vec<f64>,
-    pub(super) bilateral_residual: Vec<f64>,
-    pub(super) velocity_rate: Vec<f64>,
-    /// How much of the law is Coulomb's: 1, but on the way there from the associated law.
-    pub(super) share: f64,
-    /// What the normal velocities are larger by, in the part of the law that is not Coulomb's; where this is not zero, that part is
-    /// Coulomb's as well.
-    pub(super) opening: f64,
-    pub(super) path: PathSteps,
+    pub(super) point: InteriorPoint,
+    path: PathSteps,
 }
 
 impl InteriorStart {
     /// Moves the impulses near a solution and reads the modes off there. `false` if the path did not arrive, or a system is singular.
     pub fn run(&mut self, ground: &mut Ground, law: InteriorLaw) -> bool {
+        self.point.start(ground, law, &mut self.path)
+    }
+}
+
+impl InteriorPoint {
+    fn start(&mut self, ground: &mut Ground, law: InteriorLaw, path: &mut PathSteps) -> bool {
         let mut arrived = false;
         if law == InteriorLaw::Coulomb {
             self.begin(ground);
@@ -152,7 +91,7 @@ impl InteriorStart {
         }
         if !arrived {
             let opening = if law == InteriorLaw::Opened { OPENING * ground.map.velocity_scale } else { 0.0 };
-            arrived = self.come_along_path(ground, opening);
+            arrived = self.come_along_path(ground, opening, path);
         }
         if arrived {
             self.leave(ground);
@@ -162,7 +101,7 @@ impl InteriorStart {
 
     /// Goes along the [central path](super::path) from a point of the associated law's, or from one of Coulomb's with the normal
     /// velocities larger by `opening`; whether its products become as small as those of a path that does not fold early.
-    pub(super) fn come_along_path(&mut self, ground: &mut Ground, opening: f64) -> bool {
+    pub(super) fn come_along_path(&mut self, ground: &mut Ground, opening: f64, path: &mut PathSteps) -> bool {
         self.begin(ground);
         let square = ground.map.velocity_scale.powi(2);
         (self.share, self.opening) = (0.0, opening);
@@ -177,7 +116,7 @@ impl InteriorStart {
             let step = self.longest_step(FRACTION);
             self.advance(ground, step);
         }
-        self.follow(ground, (square, PATH_TARGET * square));
+        self.follow(ground, (square, PATH_TARGET * square), path);
         self.share >= 1.0 && self.find_residuals(ground).0 <= FOLDED * square
     }
 

@@ -3,7 +3,8 @@
 //! Coulomb's law, the associated law and what lies between them share all of it; what is eliminated at a
 //! [unit](super::unit) differs.
 
-use super::start::{Edge, Ground, InteriorStart, Unit};
+use super::parts::{Edge, Unit};
+use super::point::{Ground, InteriorPoint};
 use super::unit::{ROWS, UnitSystem};
 use crate::islands::Island;
 use crate::task::Task;
@@ -22,7 +23,7 @@ impl Edge {
     }
 }
 
-impl InteriorStart {
+impl InteriorPoint {
     /// Computes what every equation lacks; returns the mean of the products in units of a squared velocity, and the most that
     /// an equation lacks.
     pub(super) fn find_residuals(&mut self, ground: &Ground) -> (f64, f64) {

@@ -9,7 +9,7 @@
 //! `C λ' + (s/λ_N) λ_N' e − Σ b γ' = −u' + …`, where an edge acts by `b = (0, −n)` in Coulomb's law, by `b = a` in the associated one,
 //! and of `a·λ' + (w/γ) γ' = …` for the edges that are near; those of the others are eliminated.
 
-use super::start::{Edge, Unit};
+use super::parts::{Edge, Unit};
 
 /// An edge is near if its distance is below this part of what it is without a tangential impulse.
 const NEAR_EDGE: f64 = 0.1;

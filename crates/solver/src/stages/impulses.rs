@@ -12,7 +12,7 @@ use signorini_contact::vector::dot;
 use signorini_lcp::linalg::Lu;
 use signorini_multibody::{BlockCholesky, FEW_ROWS};
 
-use super::{Outcome, Workspace};
+use super::shared::{Outcome, Shared};
 use crate::islands::Island;
 use crate::iterate::{Effort, Iterate};
 use crate::residual::{is_exact, law_residual};
@@ -63,9 +63,8 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
 }
 
 /// Solves the island, or leaves the iterate as it is.
-pub(super) fn run(workspace: &mut Workspace, task: &Task, iterate: &mut Iterate) -> Outcome {
-    let Workspace { map, impulses: newton, .. } = workspace;
-    let residual = newton.iterate(task, iterate, &mut map.effort);
+pub(super) fn run(newton: &mut ImpulseNewton, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
+    let residual = newton.iterate(task, iterate, &mut shared.map.effort);
     let Some(residual) = residual.filter(|residual| *residual <= task.settings.polish) else {
         return StageOutcome::Lost.into();
     };

@@ -2,9 +2,8 @@
 
 use signorini_contact::StageOutcome;
 
-use super::proximal::outcome_of;
-use super::{Outcome, Workspace};
-use crate::interior::{Ground, InteriorLaw};
+use super::shared::{Outcome, Shared};
+use crate::interior::{Ground, InteriorLaw, InteriorStart};
 use crate::iterate::Iterate;
 use crate::proximal::ProximalWeight;
 use crate::task::{Look, Task};
@@ -14,34 +13,42 @@ use crate::task::{Look, Task};
 /// Chosen by: `sim S4_pile300`, 22 November 2026.
 pub(super) const CLOSE: f64 = 1e-4;
 
+/// The interior point, and where it leads.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Memory {
+    start: InteriorStart,
+    ahead: Iterate,
+}
+
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     task.is_large() && iterate.residual > CLOSE && task.look != Look::Short
 }
 
 /// From the path of Coulomb's law, around its folds where it turns back early.
-pub(super) fn run(workspace: &mut Workspace, task: &Task, iterate: &mut Iterate) -> Outcome {
-    begin_and_iterate(workspace, task, iterate, InteriorLaw::Coulomb)
+pub(super) fn run(memory: &mut Memory, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
+    begin_and_iterate(memory, shared, task, iterate, InteriorLaw::Coulomb)
 }
 
 /// From the path that begins with all contacts opened.
-pub(super) fn run_opened(workspace: &mut Workspace, task: &Task, iterate: &mut Iterate) -> Outcome {
-    begin_and_iterate(workspace, task, iterate, InteriorLaw::Opened)
+pub(super) fn run_opened(memory: &mut Memory, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
+    begin_and_iterate(memory, shared, task, iterate, InteriorLaw::Opened)
 }
 
-fn begin_and_iterate(workspace: &mut Workspace, task: &Task, iterate: &mut Iterate, law: InteriorLaw) -> Outcome {
-    let Workspace { map, interior, ahead, proximal, residuals, .. } = workspace;
+fn begin_and_iterate(
+    memory: &mut Memory,
+    shared: &mut Shared,
+    task: &Task,
+    iterate: &mut Iterate,
+    law: InteriorLaw,
+) -> Outcome {
+    let Memory { start, ahead } = memory;
     ahead.clear(task.problem, task.island);
-    if !interior.run(&mut Ground { map: &mut *map, iterate: &mut *ahead, task }, law) {
+    if !start.run(&mut Ground { map: &mut shared.map, iterate: &mut *ahead, task }, law) {
         return StageOutcome::Lost.into();
     }
-    let mut history = |residual| {
-        if task.settings.record_history {
-            residuals.push(residual);
-        }
-    };
-    let end = proximal.run(map, task, ahead, ProximalWeight::falling(task.settings), &mut history);
+    let outcome = shared.iterate(task, ahead, ProximalWeight::falling(task.settings));
     if ahead.residual < iterate.residual {
         std::mem::swap(ahead, iterate);
     }
-    outcome_of(end).into()
+    outcome
 }

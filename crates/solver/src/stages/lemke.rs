@@ -5,7 +5,7 @@ use signorini_lcp::{Lemke, LemkeSettings};
 use signorini_multibody::BlockDiagonal;
 
 use super::interior::CLOSE;
-use super::{Outcome, Workspace};
+use super::shared::{Outcome, Shared};
 use crate::islands::Island;
 use crate::iterate::Iterate;
 use crate::lcp_route::{CORRECTIONS, solve_corrected};
@@ -38,15 +38,15 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
 }
 
 /// Takes what Lemke's method finds if it is better, or its denial.
-pub(super) fn run(workspace: &mut Workspace, task: &Task, iterate: &mut Iterate) -> Outcome {
+pub(super) fn run(lemke: &mut Lemke, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
     let found = local_problem(task.problem, task.island).and_then(|local| {
         // The proximal iterations go on from what one correction leaves.
-        solve(&mut workspace.lemke, &local, task.settings, task.look, 1)
+        solve(lemke, &local, task.settings, task.look, 1)
     });
     let Some(found) = found else {
         return Outcome { why: StageOutcome::Failed, status: Some(SolveStatus::Inaccurate) };
     };
-    workspace.map.effort.pivots += found.report.lemke_pivots;
+    shared.map.effort.pivots += found.report.lemke_pivots;
     if found.certificate.worst() < iterate.residual {
         take_solution(task, &found, iterate);
     }

@@ -5,6 +5,7 @@ mod impulses;
 mod interior;
 mod lemke;
 mod proximal;
+mod shared;
 mod sleep;
 mod standing;
 mod sweeps;
@@ -14,11 +15,10 @@ use std::time::Instant;
 use signorini_contact::{SolveStatus, StageCounts, StageKind, StageOutcome, StageRun};
 use signorini_lcp::Lemke;
 
-use crate::interior::InteriorStart;
 use crate::iterate::{Effort, Iterate};
-use crate::proximal::{ProximalIterations, ProximalMap};
 use crate::task::Task;
 pub(crate) use lemke::solve_whole;
+use shared::{Outcome, Shared};
 
 /// One way to bring an iterate nearer to the laws.
 struct Stage {
@@ -34,50 +34,32 @@ struct Stage {
 #[rustfmt::skip]
 const CASCADE: [Stage; StageKind::ALL.len() - 1] = [
     // the start's impulses hold the island still: nothing to solve (where the settings allow it)
-    Stage { kind: StageKind::Sleep, applies: sleep::applies, run: sleep::run },
+    Stage { kind: StageKind::Sleep, applies: sleep::applies, run: |w, t, i| sleep::run(&mut w.sleep, &mut w.shared, t, i) },
     // warm, with few rows, as robots are: Newton's method on the impulses
-    Stage { kind: StageKind::Impulses, applies: impulses::applies, run: impulses::run },
+    Stage { kind: StageKind::Impulses, applies: impulses::applies, run: |w, t, i| impulses::run(&mut w.impulses, &mut w.shared, t, i) },
     // cold and small: modes from projected Gauss–Seidel sweeps
-    Stage { kind: StageKind::Sweeps, applies: sweeps::applies, run: sweeps::run },
+    Stage { kind: StageKind::Sweeps, applies: sweeps::applies, run: |w, t, i| sweeps::run(&mut w.sweeps, &mut w.shared, t, i) },
     // cold and large: modes of what stands
-    Stage { kind: StageKind::Standing, applies: standing::applies, run: standing::run },
+    Stage { kind: StageKind::Standing, applies: standing::applies, run: |w, t, i| standing::run(&mut w.shared, t, i) },
     // proximal iterations: Newton steps on the modes, and paths from one to the next
-    Stage { kind: StageKind::Proximal, applies: proximal::applies, run: proximal::run },
+    Stage { kind: StageKind::Proximal, applies: proximal::applies, run: |w, t, i| proximal::run(&mut w.shared, t, i) },
     // large: modes from the end of the central path of Coulomb's law, then proximal iterations with a falling weight
-    Stage { kind: StageKind::Interior, applies: interior::applies, run: interior::run },
+    Stage { kind: StageKind::Interior, applies: interior::applies, run: |w, t, i| interior::run(&mut w.interior, &mut w.shared, t, i) },
     // the same from contacts that are all opened
-    Stage { kind: StageKind::Opened, applies: interior::applies, run: interior::run_opened },
+    Stage { kind: StageKind::Opened, applies: interior::applies, run: |w, t, i| interior::run_opened(&mut w.interior, &mut w.shared, t, i) },
     // lexicographic Lemke on the island's LCP, which finds a solution or a ray
-    Stage { kind: StageKind::Lemke, applies: lemke::applies, run: lemke::run },
+    Stage { kind: StageKind::Lemke, applies: lemke::applies, run: |w, t, i| lemke::run(&mut w.lemke, &mut w.shared, t, i) },
 ];
 
-/// How a stage ended, and what to report if that is the end.
-#[derive(Clone, Debug)]
-struct Outcome {
-    why: StageOutcome,
-    status: Option<SolveStatus>,
-}
-
-impl From<StageOutcome> for Outcome {
-    fn from(why: StageOutcome) -> Self {
-        Self { why, status: None }
-    }
-}
-
-/// The memory of the stages, that of each in its own file, and the proximal map that several of them work with.
+/// The memory of the stages, that of each in its own file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Workspace {
-    map: ProximalMap,
+    shared: Shared,
     sleep: sleep::Loads,
     impulses: impulses::ImpulseNewton,
     sweeps: sweeps::Sweeps,
-    proximal: ProximalIterations,
-    interior: InteriorStart,
-    /// Where an interior start leads, beside what is known.
-    ahead: Iterate,
+    interior: interior::Memory,
     lemke: Lemke,
-    /// Residuals that the stage at hand met, where they are asked for.
-    residuals: Vec<f64>,
 }
 
 /// What the cascade made of an island.
@@ -109,13 +91,13 @@ impl IslandResult {
 
 /// Takes an island through the cascade, from the start in `result`.
 pub(crate) fn solve_island(workspace: &mut Workspace, task: &Task, result: &mut IslandResult) {
-    workspace.map.begin(task);
+    workspace.shared.map.begin(task);
     for stage in &CASCADE {
         if !(stage.applies)(task, &result.iterate) {
             continue;
         }
         let begin = task.settings.time_stages.then(Instant::now);
-        workspace.residuals.clear();
+        workspace.shared.residuals.clear();
         let Outcome { why, status } = (stage.run)(workspace, task, &mut result.iterate);
         let is_last = result.iterate.residual <= task.accept()
             || matches!(why, StageOutcome::Contradiction | StageOutcome::Denied);
@@ -123,16 +105,16 @@ pub(crate) fn solve_island(workspace: &mut Workspace, task: &Task, result: &mut 
         (count.asked, count.ended) = (count.asked + 1, count.ended + u64::from(is_last));
         count.nanoseconds += begin.map_or(0, |begin| begin.elapsed().as_nanos() as u64);
         if task.settings.record_history {
-            let residuals = workspace.residuals.clone();
+            let residuals = workspace.shared.residuals.clone();
             result.history.push(StageRun { island: 0, stage: stage.kind, outcome: why, residuals });
         }
         (result.asleep, result.failure) = (why == StageOutcome::AtRest, status);
         if why == StageOutcome::Contradiction {
-            result.contradiction.extend(workspace.proximal.contradicting(task));
+            result.contradiction.extend(workspace.shared.proximal.contradicting(task));
         }
         if is_last {
             break;
         }
     }
-    result.effort.add(workspace.map.effort);
+    result.effort.add(workspace.shared.map.effort);
 }

@@ -4,7 +4,7 @@
 
 use signorini_contact::StageOutcome;
 
-use super::{Outcome, Workspace};
+use super::shared::{Outcome, Shared};
 use crate::iterate::Iterate;
 use crate::residual::law_residual;
 use crate::task::{Look, Task};
@@ -26,8 +26,8 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
 
 /// Takes velocity zero where the impulses of the start hold the island still: in every degree of freedom `(M v^f + Jᵀλ)_k = 0` up
 /// to rounding of its terms, and the laws hold both at rest and at the velocity that the impulses give.
-pub(super) fn run(workspace: &mut Workspace, task: &Task, iterate: &mut Iterate) -> Outcome {
-    let Workspace { map, sleep, .. } = workspace;
+pub(super) fn run(sleep: &mut Loads, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
+    let map = &mut shared.map;
     if !sleep.is_balanced(task, &map.free_velocity, iterate) {
         return StageOutcome::Lost.into();
     }

@@ -5,7 +5,7 @@
 use signorini_contact::StageOutcome;
 use signorini_contact::projection::Mode;
 
-use super::{Outcome, Workspace};
+use super::shared::{Outcome, Shared};
 use crate::iterate::Iterate;
 use crate::task::Task;
 
@@ -14,13 +14,14 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
 }
 
 /// Sets the modes to those in which everything sticks, unless the start solves the island.
-pub(super) fn run(workspace: &mut Workspace, task: &Task, iterate: &mut Iterate) -> Outcome {
-    workspace.map.set_weights(task.island, task.settings.proximal_weight);
-    let residual = workspace.map.evaluate_centre(task, iterate);
+pub(super) fn run(shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
+    let map = &mut shared.map;
+    map.set_weights(task.island, task.settings.proximal_weight);
+    let residual = map.evaluate_centre(task, iterate);
     let standing = |i: usize| if task.cones.friction(i) > 0.0 { Mode::Stick } else { Mode::Closed };
     iterate.modes.extend(task.island.units.iter().map(|&i| standing(i as usize)));
     if residual <= task.settings.polish {
-        workspace.map.guess_modes(task, &mut iterate.modes);
+        map.guess_modes(task, &mut iterate.modes);
         iterate.residual = residual;
         return StageOutcome::Solved.into();
     }

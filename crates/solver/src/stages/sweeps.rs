@@ -6,7 +6,7 @@
 
 use signorini_contact::{ContactProblem, SparseRows, StageOutcome};
 
-use super::{Outcome, Workspace};
+use super::shared::{Outcome, Shared};
 use crate::islands::Island;
 use crate::iterate::Iterate;
 use crate::task::Task;
@@ -39,8 +39,8 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
 }
 
 /// Sets the modes to those of the trial impulses without impulses, and where these do not hold, to those that sweeps find.
-pub(super) fn run(workspace: &mut Workspace, task: &Task, iterate: &mut Iterate) -> Outcome {
-    let Workspace { map, sweeps, .. } = workspace;
+pub(super) fn run(sweeps: &mut Sweeps, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
+    let map = &mut shared.map;
     map.set_weights(task.island, task.settings.proximal_weight);
     let residual = map.evaluate_centre(task, iterate);
     map.guess_modes(task, &mut iterate.modes);

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use signorini_recording::{Frame, Header};
 
 use super::stamp::Stamp;
-use crate::export::{force, mode_of, status_name};
+use crate::export::parts::{force, mode_of, status_name};
 
 /// Length of the arrow of the largest contact force of a recording, m.
 pub const LONGEST_ARROW: f64 = 0.3;

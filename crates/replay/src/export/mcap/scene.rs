@@ -6,7 +6,7 @@ use signorini_recording::{Frame, GeomVisual, Header, Pose, ShapeVisual};
 
 use super::messages::{norm, quaternion, vector};
 use super::stamp::Stamp;
-use crate::export::force;
+use crate::export::parts::force;
 
 /// Planes end in pictures, m.
 const PLANE_SIZE: f64 = 20.0;

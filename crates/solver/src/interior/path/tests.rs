@@ -37,7 +37,7 @@ fn paths_arrive_around_their_folds() {
     let (mut folded, mut arrived, mut either) = (0, [0; 2], 0);
     for seed in 0..300 {
         on_ground_of(&tangle(seed), |ground| {
-            let mut interior = InteriorStart::default();
+            let mut interior = InteriorPoint::default();
             interior.begin(ground);
             let fold = interior.go_on(ground).expect("regular systems");
             if fold <= FOLDED {
@@ -46,7 +46,7 @@ fn paths_arrive_around_their_folds() {
             folded += 1;
             let scale = ground.map.velocity_scale;
             let ends = [0.0, OPENING].map(|opening| {
-                interior.come_along_path(ground, opening * scale);
+                interior.come_along_path(ground, opening * scale, &mut PathSteps::default());
                 let (product, missing) = interior.find_residuals(ground);
                 interior.share == 1.0 && product < 2e-9 * scale * scale && missing < 1e-8 * scale
             });
@@ -68,7 +68,7 @@ fn series_continue_the_path() {
 
 /// Compares the products at two lengths of a series; `false` where the iterations to the path did not arrive.
 fn continues_path(ground: &mut Ground, seed: u32) -> bool {
-    let (mut interior, mut path) = (InteriorStart::default(), PathSteps::default());
+    let (mut interior, mut path) = (InteriorPoint::default(), PathSteps::default());
     interior.begin(ground);
     let square = ground.map.velocity_scale.powi(2);
     // To a point of Coulomb's path with the first product, from where every step is as small as it is asked to be.

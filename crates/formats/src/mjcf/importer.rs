@@ -1,0 +1,104 @@
+//! What the readers of the sections share.
+
+use std::collections::{HashMap, HashSet};
+
+use signorini_multibody::{ActuatorId, JointId, SpinResistance};
+
+use super::assets::Assets;
+use super::compiler::Compiler;
+use super::defaults::Defaults;
+use super::restitution::Restitution;
+use crate::error::{FormatError, Location};
+use crate::options::MissingMeshes;
+use crate::parts::Parts;
+use crate::report::Reporter;
+use crate::xml::{Attributes, Element};
+
+/// Elements read under `<worldbody>`, copies counted, beyond which a file is refused.
+const MAX_ELEMENTS: usize = 4_000_000;
+
+/// Contact properties of a geom, for pairs.
+#[derive(Clone, Copy)]
+pub(super) struct ContactProperties {
+    pub friction: f64,
+    pub frictional: bool,
+    pub spin_resistance: SpinResistance,
+    pub spinning_friction: f64,
+    pub rolling_friction: f64,
+}
+
+/// What the readers of the sections share.
+pub(super) struct Importer<'t> {
+    pub compiler: Compiler,
+    pub defaults: Defaults<'t>,
+    pub assets: Assets<'t>,
+    pub parts: Parts,
+    pub report: Reporter,
+    /// By geom.
+    pub contact_properties: Vec<ContactProperties>,
+    pub elements: usize,
+    pub contacts_disabled: bool,
+    pub equalities_disabled: bool,
+    pub friction_loss_disabled: bool,
+    pub restitution: Restitution<'t>,
+    /// Names of geoms that explicit pairs name.
+    pub paired: HashSet<&'t str>,
+    /// Names of tendons and actuators of the file that the model does not have.
+    pub left_out_tendons: HashSet<&'t str>,
+    pub left_out_actuators: HashSet<&'t str>,
+    /// Friction that depends on the direction, by geom.
+    pub grains: HashMap<&'t str, ([f64; 2], Attributes<'t>)>,
+    /// Actuators that shall hold their speed exactly and that were not met yet.
+    pub speed_servos: HashMap<&'t str, Attributes<'t>>,
+    /// Time step of the file, s.
+    pub timestep: f64,
+    pub missing_meshes: MissingMeshes,
+    /// Joints whose actuators together have a bound, with the place where it stands.
+    pub actuator_force_ranges: Vec<(JointId, [f64; 2], Location)>,
+    /// Position servos whose damping is to come from a damping ratio.
+    pub damping_ratios: Vec<(ActuatorId, f64)>,
+}
+
+impl Importer<'_> {
+    /// A range that counts if its switch says so, or if it is given and `autolimits` holds.
+    pub fn range(
+        &self,
+        a: &Attributes,
+        range: &'static str,
+        switch: &'static str,
+    ) -> Result<Option<[f64; 2]>, FormatError> {
+        let words = [("true", Some(true)), ("false", Some(false)), ("auto", None)];
+        let limited = a.choice(switch, &words)?.flatten();
+        let values = a.vector::<2>(range)?.filter(|_| limited != Some(false));
+        match (values, limited) {
+            (None, Some(true)) => Err(a.invalid(switch, format!("'{range}' to be given as well"))),
+            (None, _) => Ok(None),
+            (Some([low, high]), _) if low == 0.0 && high == 0.0 && limited.is_none() => Ok(None),
+            (Some(_), None) if !self.compiler.autolimits => {
+                Err(a.invalid(range, format!("'{switch}' to be given as well, because autolimits is false")))
+            }
+            (Some([low, high]), _) if low >= high => Err(a.invalid(range, "the lower number first")),
+            (Some(values), _) => Ok(Some(values)),
+        }
+    }
+
+    /// `condim`: whether contacts have friction, and which turning they resist.
+    pub fn condim(&self, a: &Attributes) -> Result<Option<(bool, SpinResistance)>, FormatError> {
+        Ok(match a.integer("condim")? {
+            None => None,
+            Some(1) => Some((false, SpinResistance::None)),
+            Some(3) => Some((true, SpinResistance::None)),
+            Some(4) => Some((true, SpinResistance::Spinning)),
+            Some(6) => Some((true, SpinResistance::Rolling)),
+            Some(_) => return Err(a.invalid("condim", "1, 3, 4 or 6")),
+        })
+    }
+
+    pub fn count_element(&mut self, element: Element) -> Result<(), FormatError> {
+        self.elements += 1;
+        if self.elements > MAX_ELEMENTS {
+            return Err(element.invalid(format!("more than {MAX_ELEMENTS} elements after replication")));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,96 @@
+//! How to read, and what comes of it.
+
+use std::path::PathBuf;
+
+use derive_setters::Setters;
+use signorini_multibody::Model;
+
+use crate::error::FormatError;
+use crate::report::{ImportReport, Warning};
+
+/// How to read what a file leaves open.
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
+pub struct LoadOptions {
+    /// Folders in which the packages of `package://…` are looked for (URDF, SDF). The folders above the model are searched
+    /// after them. Default: none.
+    pub package_dirs: Vec<PathBuf>,
+    /// Whether the root link of a URDF gets a free joint; otherwise it is fixed to the world. Default: false.
+    pub floating_base: bool,
+    /// Whether links that a fixed joint connects become one body (URDF). The merged link's frame stays as a site of its
+    /// name. Default: false.
+    pub merge_fixed_joints: bool,
+    /// Whether the links of a URDF meet each other, but for those that a joint connects. Default: true.
+    pub self_collision: bool,
+    /// An SRDF file whose `<disable_collisions>` say which links of a URDF do not meet. Default: none.
+    #[setters(into)]
+    pub srdf: Option<PathBuf>,
+    /// Coefficient of friction of the shapes of a URDF, which has no word for it; finite, ≥ 0. Default: 1.
+    pub friction: f64,
+    /// Whether the world gets a floor (URDF, SDF): the plane z = 0, the first geom, called "floor". Its own friction is 0, so that
+    /// the friction of what stands on it counts. Default: false.
+    pub floor: bool,
+    /// What becomes of a geom whose mesh file is not there. Default: the file is refused.
+    pub missing_meshes: MissingMeshes,
+}
+
+/// What becomes of a geom whose mesh file is not there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum MissingMeshes {
+    /// The model is refused.
+    #[default]
+    Stop,
+    /// The geom is left out, which the report tells: nothing touches it, and a body whose inertia comes from its geoms loses its share.
+    Skip,
+}
+
+impl LoadOptions {
+    pub(crate) fn check(&self) -> Result<(), FormatError> {
+        if self.friction >= 0.0 && self.friction.is_finite() {
+            return Ok(());
+        }
+        Err(FormatError::InvalidFriction { found: self.friction })
+    }
+
+    /// Adds to the report of an MJCF file called `file` what is asked for and not done there. [`load`](crate::load) does so by itself.
+    pub fn report_unused(&self, file: &str, mut imported: Imported) -> Imported {
+        if self.floor {
+            imported.report.warnings.push(Warning {
+                file: file.to_owned(),
+                line: 1,
+                element: "mujoco".into(),
+                what: "a floor was asked for".into(),
+                effect: "MJCF has its own; none is added".into(),
+                count: 1,
+                changes_motion: true,
+            });
+        }
+        imported
+    }
+}
+
+impl Default for LoadOptions {
+    fn default() -> Self {
+        Self {
+            package_dirs: Vec::new(),
+            floating_base: false,
+            merge_fixed_joints: false,
+            self_collision: true,
+            srdf: None,
+            friction: 1.0,
+            floor: false,
+            missing_meshes: MissingMeshes::Stop,
+        }
+    }
+}
+
+/// A model and what the file had that the model has not.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Imported {
+    /// The model.
+    pub model: Model,
+    /// What was left out or altered.
+    pub report: ImportReport,
+}

@@ -1,0 +1,49 @@
+//! What the formats share: files, and contacts and statuses in words and numbers.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use signorini_recording::{ContactFrame, ContactModeCode, StepStatus};
+
+use crate::ReplayError;
+
+/// A new file, buffered.
+pub(super) fn create(path: &Path) -> Result<BufWriter<File>, ReplayError> {
+    File::create(path).map(BufWriter::new).map_err(|source| ReplayError::Write { path: path.to_owned(), source })
+}
+
+/// Everything to the disk.
+pub(super) fn finish(mut output: BufWriter<File>, path: &Path) -> Result<(), ReplayError> {
+    output.flush().map_err(|source| ReplayError::Write { path: path.to_owned(), source })
+}
+
+/// The status of a step as a word.
+pub(super) fn status_name(status: StepStatus) -> &'static str {
+    match status {
+        StepStatus::Solved => "solved",
+        StepStatus::Inaccurate => "inaccurate",
+        StepStatus::Ray => "ray",
+        StepStatus::Infeasible => "infeasible",
+        StepStatus::IterationLimit => "iteration_limit",
+        StepStatus::NumericalFailure => "numerical_failure",
+        _ => "unknown",
+    }
+}
+
+/// What a contact does, as a word and as `signorini.ContactMode` in Python numbers it: 0 open, 1 frictionless, 2 sticking, 3 sliding.
+pub(super) fn mode_of(contact: &ContactFrame) -> (&'static str, i32) {
+    match contact.mode {
+        ContactModeCode::Open => ("open", 0),
+        ContactModeCode::Sticking if contact.friction == 0.0 => ("frictionless", 1),
+        ContactModeCode::Sticking => ("sticking", 2),
+        ContactModeCode::Sliding { .. } | ContactModeCode::SlidingBetween { .. } => ("sliding", 3),
+    }
+}
+
+/// The mean force of a step on the second body of a contact, world axes, N.
+pub(super) fn force(contact: &ContactFrame, timestep: f64) -> [f64; 3] {
+    let [t_1, t_2] = contact.lambda_t;
+    let axes = [contact.normal, contact.tangent_1, contact.tangent_2];
+    [0, 1, 2].map(|k| (contact.lambda_n * axes[0][k] + t_1 * axes[1][k] + t_2 * axes[2][k]) / timestep)
+}
