@@ -17,7 +17,7 @@ import modules
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 SOLVES = {"lcp", "sparse", "solver", "laws"}
-CERTIFIES = {"contact"}
+CERTIFIES = {"check", "contact"}
 
 
 def allowed():

@@ -8,6 +8,7 @@ use signorini::formats::FormatError;
 use signorini::multibody::StateError;
 use signorini::recording::RecordingError;
 use signorini::viewer::ViewerError;
+use signorini_check::CheckError;
 use signorini_replay::ReplayError;
 
 use crate::exit::Exit;
@@ -122,14 +123,9 @@ pub enum CliError {
         /// Its kind.
         kind: &'static str,
     },
-    /// A solution with the circular cone for a problem without contacts.
-    #[error("{}: a solution with the circular cone, but the problem is of kind '{kind}', which has no contacts", path.display())]
-    LawWithoutContacts {
-        /// The solution file.
-        path: PathBuf,
-        /// Kind of the problem.
-        kind: &'static str,
-    },
+    /// A solution that cannot be checked.
+    #[error(transparent)]
+    Check(#[from] CheckError),
     /// An option that has no meaning without another one.
     #[error("{option} has a meaning with {needs} only")]
     UnusedOption {
@@ -155,7 +151,7 @@ pub enum CliError {
         rows: usize,
     },
     /// A kind of problem that this version does not know.
-    #[error("{}: problems of this kind cannot be solved or checked", path.display())]
+    #[error("{}: problems of this kind cannot be solved", path.display())]
     UnsupportedKind {
         /// The file.
         path: PathBuf,

@@ -36,6 +36,19 @@ pub enum ProblemFile {
     Frictional(FrictionalProblem),
 }
 
+impl ProblemFile {
+    /// The name of its kind, as in the field `kind` of its file.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Lcp(_) => "lcp",
+            Self::MixedLcp(_) => "mlcp",
+            Self::Contact(_) => "contact",
+            Self::Frictional(problem) if problem.dimension == 2 => "frictional2d",
+            Self::Frictional(_) => "frictional3d",
+        }
+    }
+}
+
 /// A frictional contact problem in impulse space: `u = W r + q`, per contact a normal and one or two tangents.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FrictionalProblem {
@@ -50,6 +63,9 @@ pub struct FrictionalProblem {
 }
 
 impl FrictionalProblem {
+    /// Friction directions of each contact where none are asked for.
+    pub const DEFAULT_DIRECTIONS: usize = 8;
+
     /// The standard LCP with `count` equally spaced directions for each contact (in the plane always the two directions
     /// ±1): `A`, `b` of the formulation, §4, with `W` in place of `J M⁻¹ Jᵀ`.
     ///

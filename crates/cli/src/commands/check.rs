@@ -5,17 +5,13 @@ mod recording;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use signorini::contact::problem_file::{
-    self, ProblemFile, is_cone_solution, read_cone_solution, read_contact_solution, read_plain_solution,
-};
-use signorini::contact::{ProblemError, certify, certify_cone};
 use signorini::recording::is_recording;
+use signorini_check::check;
 
 use crate::args::{directions, fraction};
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::results::{CheckResult, Laws};
-use crate::solving::{ContactLaw, kind_of, polygonal, with_directions};
+use crate::results::CheckResult;
 use crate::{output, text};
 
 const EXAMPLE: &str = "\
@@ -74,76 +70,9 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
 }
 
 fn check_solution(solution: &Path, arguments: &Arguments) -> Result<Exit, CliError> {
-    let problem = problem_file::read(&arguments.problem).map_err(CliError::in_file(&arguments.problem))?;
-    let kind = kind_of(&problem);
-    let circular = is_cone_solution(solution).map_err(CliError::in_file(solution))?;
-    let (law, laws) = if circular {
-        circular_laws(problem, kind, solution, arguments)?
-    } else {
-        polygon_laws(problem, solution, arguments)?
-    };
+    let checked = check(&arguments.problem, solution, arguments.directions)?;
     let files = [arguments.problem.clone(), solution.to_path_buf()];
-    let result = CheckResult::new(files, kind, law, arguments.tol, laws);
+    let result = CheckResult::new(files, arguments.tol, checked);
     output::print_result(&result, arguments.json, text::check);
     Ok(if result.ok { Exit::Success } else { Exit::Failure })
-}
-
-/// The laws of the circular cone.
-fn circular_laws(
-    problem: ProblemFile,
-    kind: &'static str,
-    path: &Path,
-    arguments: &Arguments,
-) -> Result<(Option<ContactLaw>, Laws), CliError> {
-    let read = |nv, nc, nb| read_cone_solution(path, nv, nc, nb).map_err(CliError::in_file(path));
-    let laws = match problem {
-        ProblemFile::Contact(problem) => {
-            let unsupported = problem.check_circular().map_err(ProblemError::from);
-            unsupported.map_err(CliError::in_file(&arguments.problem))?;
-            let nb = problem.bilateral_violation.len();
-            let claimed = read(problem.nv(), problem.contact_count(), nb)?;
-            Laws::of_contacts(&certify_cone(&problem, &claimed), nb > 0)
-        }
-        ProblemFile::Frictional(problem) => {
-            let claimed = read(0, problem.friction.len(), 0)?;
-            Laws::of_friction(&problem.certify_cone(&claimed.impulse))
-        }
-        _ => return Err(CliError::LawWithoutContacts { path: path.to_owned(), kind }),
-    };
-    Ok((Some(ContactLaw::Circular), laws))
-}
-
-/// The laws of the complementarity problem.
-fn polygon_laws(
-    problem: ProblemFile,
-    solution: &Path,
-    arguments: &Arguments,
-) -> Result<(Option<ContactLaw>, Laws), CliError> {
-    let path = arguments.problem.as_path();
-    match problem {
-        ProblemFile::Lcp(problem) => {
-            let z = read_z(solution, problem.len())?;
-            Ok((None, Laws::natural_map(problem.residual(&z).value)))
-        }
-        ProblemFile::MixedLcp(problem) => {
-            let z = read_z(solution, problem.len())?;
-            Ok((None, Laws::natural_map(problem.residual(&z).value)))
-        }
-        ProblemFile::Frictional(problem) => {
-            let lcp = polygonal(&problem, arguments.directions).map_err(CliError::in_file(path))?;
-            let z = read_z(solution, lcp.len())?;
-            Ok((Some(ContactLaw::Polygon), Laws::of_friction(&problem.certify(&lcp, &z))))
-        }
-        ProblemFile::Contact(problem) => {
-            let problem = with_directions(problem, arguments.directions).map_err(CliError::in_file(path))?;
-            let claimed = read_contact_solution(solution, &problem).map_err(CliError::in_file(solution))?;
-            let laws = Laws::of_contacts(&certify(&problem, &claimed), !problem.bilateral_violation.is_empty());
-            Ok((Some(ContactLaw::Polygon), laws))
-        }
-        _ => Err(CliError::UnsupportedKind { path: path.to_owned() }),
-    }
-}
-
-fn read_z(solution: &Path, size: usize) -> Result<Vec<f64>, CliError> {
-    read_plain_solution(solution, size).map_err(CliError::in_file(solution))
 }

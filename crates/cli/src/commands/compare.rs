@@ -9,7 +9,6 @@ use signorini::contact::problem_file::{self, ProblemFile};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::results::{Comparison, Row};
-use crate::solving::kind_of;
 use crate::{output, text};
 
 mod arguments;
@@ -25,9 +24,6 @@ use plan::{Plan, plan};
 pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     let path = arguments.problem.as_path();
     let problem = problem_file::read(path).map_err(CliError::in_file(path))?;
-    if kind_of(&problem) == "unknown" {
-        return Err(CliError::UnsupportedKind { path: path.to_owned() });
-    }
     let plans = plan(&problem, &arguments.directions);
     if let Some(k) = arguments.row {
         let planned = plans.get(k).ok_or(CliError::NoSuchRow { row: k, rows: plans.len() })?;
@@ -66,7 +62,7 @@ fn compare(problem: &ProblemFile, path: &Path, plans: &[Plan], arguments: &Argum
     let plain = matches!(problem, ProblemFile::Lcp(_) | ProblemFile::MixedLcp(_));
     Ok(Comparison {
         problem: path.to_owned(),
-        kind: kind_of(problem),
+        kind: problem.kind(),
         nv,
         contacts,
         tolerance: arguments.tol,

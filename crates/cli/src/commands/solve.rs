@@ -12,7 +12,7 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::results::{SolveResult, StageHistory, StageLine};
 use crate::solving::{
-    Answer, Options, Point, SolverChoice, kind_of, solve_contact, solve_frictional, solve_lcp, solve_mixed,
+    Answer, Options, Point, SolverChoice, solve_contact, solve_frictional, solve_lcp, solve_mixed,
     with_directions,
 };
 use crate::{output, text};
@@ -132,7 +132,7 @@ fn check_options(arguments: &Arguments) -> Result<(), CliError> {
 
 fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliError> {
     let problem = problem_file::read(path).map_err(CliError::in_file(path))?;
-    let kind = kind_of(&problem);
+    let kind = problem.kind();
     let answer = solve_problem(problem, kind, path, arguments)?;
     if let Some(out) = &arguments.out {
         match &answer.point {

@@ -82,6 +82,20 @@ impl Laws {
         Self { natural_map, ..Self::default() }
     }
 
+    /// Those of a list by name.
+    pub fn named(list: &[(&str, f64)]) -> Self {
+        let of = |law: &str| list.iter().find(|(name, _)| *name == law).map(|(_, residual)| *residual);
+        Self {
+            momentum: of("momentum"),
+            natural_map: of("natural_map").unwrap_or(0.0),
+            signorini: of("signorini"),
+            friction: of("friction"),
+            dissipation: of("dissipation"),
+            bilateral: of("bilateral"),
+            impulses: of("impulses"),
+        }
+    }
+
     /// The laws that there are, by name.
     pub fn list(&self) -> impl Iterator<Item = (&'static str, f64)> {
         let all = [

@@ -7,6 +7,7 @@ use signorini::contact::{
     ConeStatus, ForceDistributions, ImpulseRange, LeastNormOutcome, LeastNormReport, RelaxationStatus, SolveStatus,
 };
 use signorini::lcp::Status;
+use signorini_check::{Checked, Law};
 
 use super::{Laws, StageHistory, StageLine};
 use crate::solving::ContactLaw;
@@ -144,16 +145,10 @@ pub struct CheckResult {
 
 impl CheckResult {
     /// Compares residuals with the tolerance.
-    pub fn new(
-        [problem, solution]: [PathBuf; 2],
-        kind: &'static str,
-        law: Option<ContactLaw>,
-        tolerance: f64,
-        laws: Laws,
-    ) -> Self {
-        let exceeds = |r: f64| r.is_nan() || r > tolerance;
-        let violated: Vec<_> = laws.list().filter(|law| exceeds(law.1)).map(|law| law.0).collect();
-        let ok = violated.is_empty();
+    pub fn new([problem, solution]: [PathBuf; 2], tolerance: f64, checked: Checked) -> Self {
+        let violated = checked.violated(tolerance);
+        let law = checked.law.map(|law| if law == Law::Circular { ContactLaw::Circular } else { ContactLaw::Polygon });
+        let (kind, laws, ok) = (checked.kind, Laws::named(&checked.residuals), violated.is_empty());
         Self { problem, solution, kind, law, tolerance, laws, violated, ok }
     }
 }

@@ -10,14 +10,6 @@ use super::contact::cone_solver;
 use super::{Answer, ContactLaw, Options, Point};
 use crate::results::{Ending, Laws};
 
-/// Friction directions of a frictional problem where none are asked for.
-const DEFAULT_DIRECTIONS: usize = 8;
-
-/// The polygonal LCP of a frictional problem.
-pub fn polygonal(problem: &FrictionalProblem, directions: Option<usize>) -> Result<Lcp, ProblemError> {
-    problem.polygonal_lcp(directions.unwrap_or(DEFAULT_DIRECTIONS))
-}
-
 /// Solves an LCP.
 pub fn solve_lcp(problem: &Lcp, kind: &MethodKind, options: &Options) -> Result<Answer, ProblemError> {
     let mut method = kind.build()?;
@@ -42,7 +34,7 @@ pub fn solve_frictional(
     options: &Options,
 ) -> Result<Answer, ProblemError> {
     let Some(kind) = method else { return solve_frictional_cone(problem, options) };
-    let lcp = polygonal(problem, directions)?;
+    let lcp = problem.polygonal_lcp(directions.unwrap_or(FrictionalProblem::DEFAULT_DIRECTIONS))?;
     let mut answer = solve_lcp(&lcp, kind, options)?;
     if let Point::Plain(z) = &answer.point {
         answer.residual = Laws::of_friction(&problem.certify(&lcp, z));
