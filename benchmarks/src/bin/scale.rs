@@ -113,7 +113,7 @@ fn field(options: &Options) -> Result<(), Box<dyn Error>> {
 
 impl Runner {
     fn new(model: &Arc<Model>, threads: usize, sleeping: bool) -> Result<Self, Box<dyn Error>> {
-        let solver = SolverSettings { threads, ..SolverSettings::default() };
+        let solver = SolverSettings::default().with_threads(threads);
         let method = ContactMethod::Structured(solver);
         let simulation =
             Simulation::new(model.clone(), Settings::default().with_method(method).with_sleeping(sleeping))?;

@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if chosen.is_empty() || (options.raw.is_some() && chosen.len() != 1) {
         return Err(format!("{} scenes of {} have these names", chosen.len(), path.display()).into());
     }
-    let solver = SolverSettings { accept: 0.5 * options.tolerance, ..SolverSettings::default() };
+    let solver = SolverSettings::default().with_accept(0.5 * options.tolerance);
     let settings = Settings::default()
         .with_tolerance(options.tolerance)
         .with_method(ContactMethod::Structured(solver))

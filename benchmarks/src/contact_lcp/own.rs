@@ -58,7 +58,7 @@ struct Solving {
 impl Solving {
     fn of(problem: Problem) -> Result<Self, Box<dyn Error>> {
         // The time that counts is that of one thread.
-        let solver = ContactSolver::new(SolverSettings { threads: 1, ..SolverSettings::default() })?;
+        let solver = ContactSolver::new(SolverSettings::default().with_threads(1))?;
         Ok(Self { problem, solver, solution: ContactSolution::default(), z: Vec::new(), start: None })
     }
 

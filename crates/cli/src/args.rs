@@ -123,9 +123,7 @@ impl StepArguments {
             .with_stabilization(self.stabilization)
             .with_tolerance(self.tolerance)
             .with_method(match &self.method {
-                MethodChoice::Structured => {
-                    ContactMethod::Structured(SolverSettings { time_stages: true, ..SolverSettings::default() })
-                }
+                MethodChoice::Structured => ContactMethod::Structured(SolverSettings::default().with_time_stages(true)),
                 MethodChoice::Lcp(kind) => ContactMethod::Lcp(kind.clone()),
             })
             .with_friction_law(match self.friction_law {

@@ -37,6 +37,7 @@ pub enum SolveStatus {
 
 /// What was done, for reports and recordings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SolveReport {
     /// Islands with at least one contact or bilateral row.
     pub islands: usize,

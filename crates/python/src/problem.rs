@@ -210,7 +210,7 @@ impl ContactProblem {
         let solution = py.detach(|| match method {
             ContactMethod::Lcp(kind) => solve_as_lcp(&self.inner, kind.build()?.as_mut(), tolerance),
             ContactMethod::Structured(settings) => {
-                let settings = SolverSettings { time_stages: true, record_history, ..settings };
+                let settings = settings.with_time_stages(true).with_record_history(record_history);
                 Ok(ContactSolver::new(settings)?.solve(&self.inner, warm.as_ref()))
             }
         });

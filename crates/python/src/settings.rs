@@ -108,25 +108,23 @@ impl PySettings {
 
 impl PySolverSettings {
     fn to_settings(&self, tolerance: f64) -> SolverSettings {
-        SolverSettings {
-            tolerance,
-            accept: self.accept,
-            polish: self.polish,
-            proximal_weight: self.proximal_weight,
-            smallest_proximal_weight: self.smallest_proximal_weight,
-            mode_tolerance: self.mode_tolerance,
-            newton_iterations: self.newton_iterations,
-            max_rounds: self.max_rounds,
-            max_proximal_iterations: self.max_proximal_iterations,
-            path_changes_base: self.path_changes_base,
-            path_changes_per_violation: self.path_changes_per_violation,
-            path_changes_per_contact: self.path_changes_per_contact,
-            lemke_pivots_per_row: self.lemke_pivots_per_row,
-            lemke_max_rows: self.lemke_max_rows,
-            threads: self.threads,
-            time_stages: self.time_stages,
-            ..SolverSettings::default()
-        }
+        SolverSettings::default()
+            .with_tolerance(tolerance)
+            .with_accept(self.accept)
+            .with_polish(self.polish)
+            .with_proximal_weight(self.proximal_weight)
+            .with_smallest_proximal_weight(self.smallest_proximal_weight)
+            .with_mode_tolerance(self.mode_tolerance)
+            .with_newton_iterations(self.newton_iterations)
+            .with_max_rounds(self.max_rounds)
+            .with_max_proximal_iterations(self.max_proximal_iterations)
+            .with_path_changes_base(self.path_changes_base)
+            .with_path_changes_per_violation(self.path_changes_per_violation)
+            .with_path_changes_per_contact(self.path_changes_per_contact)
+            .with_lemke_pivots_per_row(self.lemke_pivots_per_row)
+            .with_lemke_max_rows(self.lemke_max_rows)
+            .with_threads(self.threads)
+            .with_time_stages(self.time_stages)
     }
 }
 

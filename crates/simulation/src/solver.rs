@@ -66,7 +66,7 @@ impl StepSolver {
     pub fn new(settings: &Settings) -> Result<Self, SimulationError> {
         let route = match (&settings.friction_law, &settings.method) {
             (FrictionLaw::Polygon, ContactMethod::Structured(solver)) => {
-                let solver = SolverSettings { sleeping: solver.sleeping || settings.sleeping, ..solver.clone() };
+                let solver = solver.clone().with_sleeping(solver.sleeping || settings.sleeping);
                 let solver = solver.for_tolerance(settings.tolerance);
                 Route::Structured(Box::new(ContactSolver::new(solver)?))
             }
@@ -199,14 +199,11 @@ impl Circular {
             _ => SolveStatus::Inaccurate,
         };
         let report = &solution.report;
-        out.report = SolveReport {
-            factorizations: report.factorizations,
-            mode_changes: report.newton_iterations,
-            proximal_iterations: report.proximal_iterations,
-            restarts: report.starts.saturating_sub(1),
-            stages: report.stages,
-            ..SolveReport::default()
-        };
+        let done = &mut out.report;
+        *done = SolveReport::default();
+        (done.factorizations, done.mode_changes) = (report.factorizations, report.newton_iterations);
+        done.proximal_iterations = report.proximal_iterations;
+        (done.restarts, done.stages) = (report.starts.saturating_sub(1), report.stages);
         Ok(())
     }
 }

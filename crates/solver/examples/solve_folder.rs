@@ -35,7 +35,7 @@ struct Row {
 fn main() {
     let (flags, paths): (Vec<String>, Vec<String>) = std::env::args().skip(1).partition(|a| a == "-v");
     // The time that counts is that of one thread.
-    let settings = SolverSettings { threads: 1, ..SolverSettings::default() };
+    let settings = SolverSettings::default().with_threads(1);
     let mut solver = ContactSolver::new(settings).unwrap_or_default();
     let mut rows = Vec::new();
     for path in paths.iter().flat_map(|path| files(Path::new(path))) {

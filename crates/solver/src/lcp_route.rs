@@ -53,7 +53,8 @@ pub(crate) fn solve_corrected(
     if solution.certificate.worst() > tolerance && solution.certificate.worst() < NEAR {
         take_out_rounding((problem, &cones), lcp, method, (tolerance, corrections), &mut outcome, &mut solution)?;
     }
-    solution.report = SolveReport { lemke_pivots: outcome.iterations as u32, ..SolveReport::default() };
+    solution.report = SolveReport::default();
+    solution.report.lemke_pivots = outcome.iterations as u32;
     solution.status = match &outcome.status {
         _ if solution.certificate.holds(tolerance) => SolveStatus::Solved,
         Status::Ray(_) | Status::Infeasible(_) if must_have_a_solution(problem) => SolveStatus::Inaccurate,

@@ -1,9 +1,12 @@
 //! Settings of the structured contact solver.
 
+use derive_setters::Setters;
 use signorini_contact::ProblemError;
 
 /// Settings of the structured contact solver. All tolerances are relative to `max|b|`, the data's velocity scale.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct SolverSettings {
     /// A solution is `Solved` when every residual of the certificate is at most this. Default 1e-9; range (0, 1).
     pub tolerance: f64,

@@ -12,8 +12,7 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::results::{SolveResult, StageHistory, StageLine};
 use crate::solving::{
-    Answer, Options, Point, SolverChoice, solve_contact, solve_frictional, solve_lcp, solve_mixed,
-    with_directions,
+    Answer, Options, Point, SolverChoice, solve_contact, solve_frictional, solve_lcp, solve_mixed, with_directions,
 };
 use crate::{output, text};
 

@@ -52,14 +52,14 @@ pub fn solve_contact(
 
 /// The structured solver's settings; the time of its stages is measured.
 fn structured(options: &Options) -> SolverSettings {
-    let settings = SolverSettings { time_stages: true, record_history: options.history, ..SolverSettings::default() };
+    let settings = SolverSettings::default().with_time_stages(true).with_record_history(options.history);
     settings.for_tolerance(options.tolerance)
 }
 
 /// A solver for the circular cone.
 pub(super) fn cone_solver(tolerance: f64) -> Result<CircularConeSolver, ProblemError> {
     let settings = ConeSettings::default().for_tolerance(tolerance);
-    let polygon = SolverSettings { time_stages: true, ..SolverSettings::default() };
+    let polygon = SolverSettings::default().with_time_stages(true);
     CircularConeSolver::new(settings, ContactSolver::new(polygon.for_tolerance(tolerance))?)
 }
 

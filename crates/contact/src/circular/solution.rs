@@ -36,6 +36,7 @@ pub enum ConeStart {
 
 /// What was tried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct ConeReport {
     /// The start that led to the solution, or the last one tried.
     pub start: Option<ConeStart>,
@@ -57,6 +58,7 @@ pub struct ConeReport {
 
 /// Velocity and impulses of one step with the circular cone, with their certificate.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct ConeSolution {
     /// Next velocity `v⁺`, `[nv]`, m/s or rad/s; empty for a problem in impulse space.
     pub velocity: Vec<f64>,

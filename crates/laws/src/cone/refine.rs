@@ -26,6 +26,7 @@ const STICKING: f64 = 1e-12;
 
 /// How a refinement ended.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RefinementReport {
     /// LCPs that were solved.
     pub solves: u32,

@@ -1,9 +1,12 @@
 //! Settings of the solver for the circular cone.
 
+use derive_setters::Setters;
 use signorini_contact::ProblemError;
 
 /// Settings of the solver for the circular cone. Tolerances are relative to the data's velocity scale.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
 pub struct ConeSettings {
     /// A solution is `Solved` when every residual of the certificate is at most this. Default 1e-9; range (0, 1).
     pub tolerance: f64,

@@ -45,7 +45,7 @@ const POLYGON_POLISH: f64 = 1e-13;
 
 impl Default for CircularConeSolver {
     fn default() -> Self {
-        let polygon = SolverSettings { polish: POLYGON_POLISH, ..SolverSettings::default() };
+        let polygon = SolverSettings::default().with_polish(POLYGON_POLISH);
         Self {
             settings: ConeSettings::default(),
             polygon: ContactSolver::new(polygon).unwrap_or_default(),

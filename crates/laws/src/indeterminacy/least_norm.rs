@@ -36,6 +36,7 @@ pub enum LeastNormOutcome {
 
 /// What a choice among impulses did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct LeastNormReport {
     /// What became of the impulses.
     pub outcome: LeastNormOutcome,

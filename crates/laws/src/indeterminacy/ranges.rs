@@ -36,6 +36,7 @@ pub struct SelfStress {
 
 /// The polyhedron of all impulses that solve a contact problem with one velocity.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct ForceDistributions {
     /// Dimension of the polyhedron in the space of `(λ_N, λ_T, λ_B)`: 0 where the impulses are unique.
     pub dimension: usize,

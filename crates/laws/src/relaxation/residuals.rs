@@ -3,6 +3,7 @@
 /// Residuals of the relaxed model. Each is 0 for an exact solution and relative to the data's own scales (formulation §8), so
 /// that it does not change with the units of mass, length or time. It says nothing about the contact laws.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct RelaxationCertificate {
     /// Velocities of the contact rows: the claimed ones against those that the multipliers give.
     pub momentum: f64,

@@ -29,6 +29,7 @@ pub enum RelaxationStatus {
 
 /// What a relaxation took.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct RelaxationReport {
     /// Groups of coupled bodies.
     pub groups: u32,
@@ -40,6 +41,7 @@ pub struct RelaxationReport {
 
 /// The solution of the convex relaxation of a contact problem. Not a solution of the contact laws where anything slides.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct RelaxedSolution {
     /// Next velocity of the relaxed model, `[nv]`, m/s or rad/s.
     pub velocity: Vec<f64>,

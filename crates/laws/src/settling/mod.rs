@@ -31,6 +31,7 @@ use signorini_solver::{Island, Islands, ProximalSystem};
 
 /// A step towards rest. No solution of the contact laws, unless it rests.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct SettlingStep {
     /// Next velocity, `[nv]`, m/s or rad/s.
     pub velocity: Vec<f64>,

@@ -212,9 +212,9 @@ fn contradictory_walls_are_denied_and_left_without_impulses() {
 #[test]
 fn settings_out_of_range_are_refused() {
     for settings in [
-        ConeSettings { tolerance: 0.0, ..ConeSettings::default() },
-        ConeSettings { polish: f64::NAN, ..ConeSettings::default() },
-        ConeSettings { max_newton_iterations: 0, ..ConeSettings::default() },
+        ConeSettings::default().with_tolerance(0.0),
+        ConeSettings::default().with_polish(f64::NAN),
+        ConeSettings::default().with_max_newton_iterations(0),
     ] {
         assert!(CircularConeSolver::new(settings, ContactSolver::default()).is_err());
     }

@@ -22,7 +22,7 @@ fn trajectory_hash(simulation: &mut Simulation, duration: f64) -> u64 {
 
 /// The same scene with so many threads for its islands.
 fn with_threads(scene: &Simulation, threads: usize) -> Simulation {
-    let solver = SolverSettings { threads, ..SolverSettings::default() };
+    let solver = SolverSettings::default().with_threads(threads);
     let settings = scene.settings().clone().with_method(ContactMethod::Structured(solver));
     let mut simulation = Simulation::new(scene.model().clone(), settings).unwrap();
     simulation.set_state(scene.state()).unwrap();

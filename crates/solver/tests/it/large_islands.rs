@@ -81,7 +81,7 @@ fn factorisations_hardly_grow_with_a_stack() {
 /// another start would take three times as many.
 #[test]
 fn what_ends_close_to_a_solution_goes_on_from_there() {
-    let cut_off = SolverSettings { max_proximal_iterations: 2, ..SolverSettings::default() };
+    let cut_off = SolverSettings::default().with_max_proximal_iterations(2);
     let mut restarts = 0;
     for seed in 0..3 {
         let parameters = Parameters { directions: 8, motion: Motion::Slide, gap: Gap::Zero, ..Parameters::default() };

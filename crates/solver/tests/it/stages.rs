@@ -36,7 +36,7 @@ fn a_small_island_is_swept_solved_and_held() {
     let warm = solve(&settings, &problem, Some(&cold));
     assert_eq!(count(&warm.report, StageKind::Hold), (1, 1));
     assert_eq!(count(&warm.report, StageKind::Proximal), (0, 0));
-    let asleep = solve(&SolverSettings { sleeping: true, ..settings }, &problem, Some(&cold));
+    let asleep = solve(&settings.with_sleeping(true), &problem, Some(&cold));
     assert_eq!(count(&asleep.report, StageKind::Sleep), (1, 1), "{:?}", asleep.report);
     assert_eq!(asleep.report.sleeping_islands, 1);
 }
@@ -55,7 +55,7 @@ fn a_large_island_stands_or_has_an_interior_start() {
 /// Where iterations are few, a large island goes on to the path from opened contacts, and is looked at again.
 #[test]
 fn the_path_from_opened_contacts_follows_the_interior_start() {
-    let settings = SolverSettings { max_proximal_iterations: 1, ..SolverSettings::default() };
+    let settings = SolverSettings::default().with_max_proximal_iterations(1);
     let (mut asked, mut restarts) = (0, 0);
     for seed in 0..4 {
         let solution = solve(&settings, &cluster(2900 + seed, 60), None);
@@ -106,7 +106,7 @@ fn histories_are_there_where_they_are_asked_for() {
     let problem = cluster(2900, 100);
     let plain = solve(&SolverSettings::default(), &problem, None);
     assert!(plain.history.is_empty() && plain.report.stages.iter().all(|(_, count)| count.nanoseconds == 0));
-    let settings = SolverSettings { record_history: true, time_stages: true, ..SolverSettings::default() };
+    let settings = SolverSettings::default().with_record_history(true).with_time_stages(true);
     let told = solve(&settings, &problem, None);
     assert_eq!(told.impulse, plain.impulse);
     let stages: Vec<StageKind> = told.history.iter().map(|run| run.stage).collect();

@@ -47,7 +47,7 @@ fn many_islands(seed: u64) -> ContactProblem {
 }
 
 fn solver(threads: usize) -> ContactSolver {
-    ContactSolver::new(SolverSettings { threads, ..SolverSettings::default() }).unwrap()
+    ContactSolver::new(SolverSettings::default().with_threads(threads)).unwrap()
 }
 
 /// Everything in a solution, bit by bit.
