@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{
-    ArticulatedBodies, BodyId, FreeMotion, Inertia, Input, Joint, JointKind, Kinematics, MassMatrix, Model,
-    ModelBuilder, NewtonEuler, Pose, SparseRows, State, bias_force_into, contact_rows_into, forward_dynamics_into,
+    ArticulatedBodies, BodyId, FreeMotion, Inertia, Input, JacobianRows, Joint, JointKind, Kinematics, MassMatrix,
+    Model, ModelBuilder, NewtonEuler, Pose, State, bias_force_into, contact_rows_into, forward_dynamics_into,
     forward_kinematics_into, free_motion_into, integrate_into, mass_matrix_into,
 };
 
@@ -67,7 +67,7 @@ fn measure(model: &Model) {
     let mut kinematics = Kinematics::new(model);
     forward_kinematics_into(model, &state.q, &state.v, &mut kinematics);
     time("forward kinematics", || forward_kinematics_into(model, black_box(&state.q), &state.v, &mut kinematics));
-    let mut rows = SparseRows::new(model);
+    let mut rows = JacobianRows::new(model);
     let directions = DVec3::AXES;
     time("contact rows", || {
         contact_rows_into(model, &kinematics, (BodyId::WORLD, last), black_box(DVec3::X), &directions, &mut rows);

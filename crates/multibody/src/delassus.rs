@@ -11,7 +11,7 @@
 //! about 50 joints with many contacts at the far end the other methods need fewer operations.
 
 use crate::cholesky::BlockCholesky;
-use crate::jacobian::SparseRows;
+use crate::jacobian::JacobianRows;
 
 /// Half-solved rows, `Y = L⁻ᵀ Jᵀ`; storage that is reused.
 #[derive(Clone, Debug, Default)]
@@ -37,7 +37,7 @@ pub struct HalfSolvedRows {
 ///
 /// # Source
 /// Featherstone (2010), Exploiting sparsity in operational-space dynamics, International Journal of Robotics Research 29.
-pub fn delassus_into(factor: &BlockCholesky, rows: &[SparseRows], work: &mut HalfSolvedRows, out: &mut [f64]) {
+pub fn delassus_into(factor: &BlockCholesky, rows: &[JacobianRows], work: &mut HalfSolvedRows, out: &mut [f64]) {
     let size = 3 * rows.len();
     assert_eq!(out.len(), size * size, "the operator needs 9 n² entries");
     work.half_solve(factor, rows);
@@ -55,7 +55,7 @@ pub fn delassus_into(factor: &BlockCholesky, rows: &[SparseRows], work: &mut Hal
 }
 
 impl HalfSolvedRows {
-    fn half_solve(&mut self, factor: &BlockCholesky, rows: &[SparseRows]) {
+    fn half_solve(&mut self, factor: &BlockCholesky, rows: &[JacobianRows]) {
         self.offsets.clear();
         self.dofs.clear();
         self.columns.clear();

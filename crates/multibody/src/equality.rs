@@ -2,7 +2,7 @@
 
 use glamx::glam::DVec3;
 
-use crate::jacobian::{SparseRows, relative_angular_rows_into, relative_point_rows_into};
+use crate::jacobian::{JacobianRows, relative_angular_rows_into, relative_point_rows_into};
 use crate::kinematics::Kinematics;
 use crate::math::rotation_log;
 use crate::model::{EqualityKind, JointId, Model};
@@ -15,13 +15,13 @@ pub struct EqualityBlock {
     /// Violation Θ of each row, m or rad.
     pub violation: [f64; 3],
     /// `∇Θ` of each row.
-    pub rows: SparseRows,
+    pub rows: JacobianRows,
 }
 
 impl EqualityBlock {
     /// Storage that never grows for the model.
     pub fn new(model: &Model) -> Self {
-        Self { count: 0, violation: [0.0; 3], rows: SparseRows::new(model) }
+        Self { count: 0, violation: [0.0; 3], rows: JacobianRows::new(model) }
     }
 
     /// The largest |Θ| of its rows.

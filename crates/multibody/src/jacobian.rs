@@ -10,14 +10,14 @@ use crate::model::{BodyId, Model, PathStep};
 /// `dofs` is sorted and holds with every degree of freedom all those before it on the way to the root, as
 /// [`BlockCholesky::half_solve_sparse`](crate::BlockCholesky::half_solve_sparse) needs.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct SparseRows {
+pub struct JacobianRows {
     /// Degrees of freedom, ascending.
     pub dofs: Vec<usize>,
     /// For each of `dofs` its column: one value per row.
     pub columns: Vec<[f64; 3]>,
 }
 
-impl SparseRows {
+impl JacobianRows {
     /// Storage that never grows for the model.
     pub fn new(model: &Model) -> Self {
         Self { dofs: Vec::with_capacity(model.nv), columns: Vec::with_capacity(model.nv) }
@@ -118,7 +118,7 @@ fn dense_jacobian(model: &Model, body: BodyId, out: &mut [f64], column: impl Fn(
 }
 
 /// Sparse form of [`point_jacobian_into`]: the columns of the degrees of freedom that move the body.
-pub fn point_rows_into(model: &Model, kinematics: &Kinematics, body: BodyId, point: DVec3, out: &mut SparseRows) {
+pub fn point_rows_into(model: &Model, kinematics: &Kinematics, body: BodyId, point: DVec3, out: &mut JacobianRows) {
     out.clear();
     for k in model.dofs_moving(body) {
         out.push(k, point_column(model, kinematics, k, point).to_array());
@@ -127,7 +127,7 @@ pub fn point_rows_into(model: &Model, kinematics: &Kinematics, body: BodyId, poi
 }
 
 /// Sparse form of [`angular_jacobian_into`]: the columns of the degrees of freedom that move the body.
-pub fn angular_rows_into(model: &Model, kinematics: &Kinematics, body: BodyId, out: &mut SparseRows) {
+pub fn angular_rows_into(model: &Model, kinematics: &Kinematics, body: BodyId, out: &mut JacobianRows) {
     out.clear();
     for k in model.dofs_moving(body) {
         out.push(k, kinematics.dof_angular[k].to_array());
@@ -150,7 +150,7 @@ pub fn contact_rows_into(
     bodies: (BodyId, BodyId),
     point: DVec3,
     directions: &[DVec3; 3],
-    out: &mut SparseRows,
+    out: &mut JacobianRows,
 ) {
     let along = |i: usize, sign: f64, columns: &mut [[f64; 3]]| {
         let step = &model.path[i];
@@ -186,7 +186,7 @@ pub(crate) fn relative_point_rows_into(
     kinematics: &Kinematics,
     a: (BodyId, DVec3),
     b: (BodyId, DVec3),
-    out: &mut SparseRows,
+    out: &mut JacobianRows,
 ) {
     let along = |i: usize, sign: f64, columns: &mut [[f64; 3]]| {
         let point = if sign > 0.0 { b.1 } else { a.1 };
@@ -204,7 +204,7 @@ pub(crate) fn relative_angular_rows_into(
     kinematics: &Kinematics,
     body_a: BodyId,
     body_b: BodyId,
-    out: &mut SparseRows,
+    out: &mut JacobianRows,
 ) {
     let along = |i: usize, sign: f64, columns: &mut [[f64; 3]]| {
         for (k, column) in (model.path[i].first_dof..).zip(columns) {
@@ -221,7 +221,7 @@ pub fn spin_rows_into(
     kinematics: &Kinematics,
     bodies: (BodyId, BodyId),
     directions: &[DVec3; 3],
-    out: &mut SparseRows,
+    out: &mut JacobianRows,
 ) {
     let along = |i: usize, sign: f64, columns: &mut [[f64; 3]]| {
         for (k, column) in (model.path[i].first_dof..).zip(columns) {
@@ -236,7 +236,7 @@ pub fn spin_rows_into(
 fn relative_rows(
     model: &Model,
     (body_a, body_b): (BodyId, BodyId),
-    out: &mut SparseRows,
+    out: &mut JacobianRows,
     along: impl Fn(usize, f64, &mut [[f64; 3]]),
     common: impl Fn(usize) -> [f64; 3],
 ) {

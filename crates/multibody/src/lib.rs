@@ -76,7 +76,7 @@ pub use frame::{
 pub use free_motion::{FreeMotion, FreeMotionError, Saturation, free_motion_into};
 pub use inverse_dynamics::{NewtonEuler, bias_force_into, inverse_dynamics_into};
 pub use jacobian::{
-    SparseRows, add_wrench, angular_jacobian_into, angular_rows_into, contact_rows_into, point_column,
+    JacobianRows, add_wrench, angular_jacobian_into, angular_rows_into, contact_rows_into, point_column,
     point_jacobian_into, point_rows_into, spin_rows_into,
 };
 pub use kinematics::{Kinematics, body_velocities_into, forward_kinematics_into};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use crate::array::{Array, ArrayData};
 use crate::error::{MemberProblem, NpzError};
-use crate::matrix::{DenseMatrix, Matrix, SparseMatrix};
+use crate::matrix::{DenseMatrix, SparseMatrix, StoredMatrix};
 use crate::{npy, zip};
 
 /// An `.npz` file in memory; arrays are decoded when asked for.
@@ -140,15 +140,15 @@ impl Archive {
     ///
     /// # Errors
     /// [`NpzError::Missing`] (naming `name` when neither form is there), [`NpzError::Member`].
-    pub fn matrix(&self, name: &str) -> Result<Matrix, NpzError> {
+    pub fn matrix(&self, name: &str) -> Result<StoredMatrix, NpzError> {
         let sparse = !self.contains(name) && self.contains(&format!("{name}_data"));
         if sparse {
-            return self.csr(name).map(Matrix::Sparse);
+            return self.csr(name).map(StoredMatrix::Sparse);
         }
         let array = self.array(name)?;
         let values = array.to_f64().map_err(self.at(name))?;
         match array.shape[..] {
-            [rows, cols] => Ok(Matrix::Dense(DenseMatrix { rows, cols, values })),
+            [rows, cols] => Ok(StoredMatrix::Dense(DenseMatrix { rows, cols, values })),
             _ => Err(self.at(name)(array.wrong_shape("a matrix (rank 2)"))),
         }
     }

@@ -35,6 +35,6 @@ mod zip;
 pub use archive::Archive;
 pub use array::{Array, ArrayData};
 pub use error::{MemberProblem, NpzError};
-pub use matrix::{DenseMatrix, MAX_DENSE_ENTRIES, Matrix, SparseMatrix};
+pub use matrix::{DenseMatrix, MAX_DENSE_ENTRIES, SparseMatrix, StoredMatrix};
 pub use npy::{read_npy, write_npy};
 pub use writer::ArchiveWriter;

@@ -7,14 +7,14 @@ pub const MAX_DENSE_ENTRIES: usize = 1 << 28;
 
 /// A matrix in either storage.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Matrix {
+pub enum StoredMatrix {
     /// All entries.
     Dense(DenseMatrix),
     /// Entries that may differ from zero.
     Sparse(SparseMatrix),
 }
 
-impl Matrix {
+impl StoredMatrix {
     /// Number of rows and columns.
     pub fn shape(&self) -> (usize, usize) {
         match self {

@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use signorini::contact::ContactMode;
 use signorini::multibody::Model;
 use signorini::multibody::glam::DVec3;
-use signorini::recording::{ContactFrame as RecordedContact, ContactModeCode, Frame, Header};
+use signorini::recording::{ContactModeCode, Frame, Header, RecordedContact};
 use signorini::{ContactSource, Settings, StabilizedStep, Workspace};
 
 use crate::arrays::{self, Cube, Table, Vector};

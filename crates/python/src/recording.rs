@@ -76,7 +76,7 @@ impl Recording {
     fn poses<'py, const N: usize>(
         &self,
         py: Python<'py>,
-        part: impl Fn(&recording::Pose) -> [f64; N],
+        part: impl Fn(&recording::PoseArray) -> [f64; N],
     ) -> PyResult<Cube<'py>> {
         let data = self.0.frames().iter().flat_map(|f| f.body_poses.iter()).flat_map(part).collect();
         arrays::cube(py, data, [self.0.frames().len(), self.0.header().bodies.len(), N])

@@ -8,8 +8,8 @@ use std::f64::consts::{FRAC_PI_8, TAU};
 
 use signorini_recording::report::{ReportSettings, inline_html, write_html};
 use signorini_recording::{
-    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, GeomVisual, Header, Pose, Recording, RecordingError,
-    Residuals, ShapeVisual, StageFrame, StepStatus,
+    ContactModeCode, Energy, Frame, GeomVisual, Header, PolygonCode, PoseArray, RecordedContact, Recording,
+    RecordingError, Residuals, ShapeVisual, StageFrame, StepStatus,
 };
 
 const GRAVITY: f64 = 9.81;
@@ -105,7 +105,7 @@ fn backdrop() -> Vec<GeomVisual> {
     shapes.into_iter().enumerate().map(place).collect()
 }
 
-fn at([x, y, z]: [f64; 3]) -> Pose {
+fn at([x, y, z]: [f64; 3]) -> PoseArray {
     [x, y, z, 1.0, 0.0, 0.0, 0.0]
 }
 
@@ -121,10 +121,10 @@ struct Support {
 }
 
 impl Support {
-    fn contacts(&self) -> impl Iterator<Item = ContactFrame> {
+    fn contacts(&self) -> impl Iterator<Item = RecordedContact> {
         let corners = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];
         let share = TIMESTEP / corners.len() as f64;
-        corners.into_iter().map(move |[x, y]| ContactFrame {
+        corners.into_iter().map(move |[x, y]| RecordedContact {
             body_a: self.below,
             body_b: self.body,
             geom_a: self.below,
@@ -141,8 +141,8 @@ impl Support {
             lambda_n: self.force * share,
             lambda_t: self.friction.map(|force| force * share),
             mode: self.mode,
-            polygon: FrictionPolygon::Regular { directions: DIRECTIONS, angle: 0.0 },
-            ..ContactFrame::default()
+            polygon: PolygonCode::Regular { directions: DIRECTIONS, angle: 0.0 },
+            ..RecordedContact::default()
         })
     }
 }
@@ -154,7 +154,7 @@ fn frame(step: u64) -> Frame {
     let tower = |i: usize| at([0.15, 0.05, HALF * (2 * i + 1) as f64]);
     let mut body_poses = vec![at([0.0; 3]), block, ball];
     body_poses.extend((0..TOWER).map(tower));
-    let mut contacts: Vec<ContactFrame> = block_support.contacts().collect();
+    let mut contacts: Vec<RecordedContact> = block_support.contacts().collect();
     contacts.extend(ball_contact);
     contacts.extend((0..TOWER).flat_map(|i| {
         let support = Support {
@@ -194,7 +194,7 @@ fn stage(stage: u32, asked: u32, ended: u32) -> StageFrame {
 }
 
 /// Slides with the deceleration that the polygon's bound gives, then rests.
-fn block(time: f64) -> (Pose, Energy, Support) {
+fn block(time: f64) -> (PoseArray, Energy, Support) {
     let deceleration = FRICTION * GRAVITY * polygon_radius(BLOCK_HEADING);
     let sliding = time < BLOCK_SPEED / deceleration;
     let moving_time = time.min(BLOCK_SPEED / deceleration);
@@ -229,14 +229,14 @@ fn polygon_radius(angle: f64) -> f64 {
 }
 
 /// Falls freely, lands without rebound, stays.
-fn ball(time: f64) -> (Pose, Energy, Option<ContactFrame>) {
+fn ball(time: f64) -> (PoseArray, Energy, Option<RecordedContact>) {
     let landing = (2.0 * (BALL_START[2] - BALL_RADIUS) / GRAVITY).sqrt();
     let flying = time < landing;
     let fallen = 0.5 * GRAVITY * time.min(landing).powi(2);
     let speed = if flying { GRAVITY * time } else { 0.0 };
     let height = BALL_START[2] - fallen;
     let impact = if (0.0..TIMESTEP).contains(&(time - landing)) { MASS * GRAVITY * landing } else { 0.0 };
-    let contact = ContactFrame {
+    let contact = RecordedContact {
         body_b: 2,
         geom_b: 2,
         point: [BALL_START[0], BALL_START[1], 0.0],
@@ -247,8 +247,8 @@ fn ball(time: f64) -> (Pose, Energy, Option<ContactFrame>) {
         friction: FRICTION,
         lambda_n: if flying { 0.0 } else { MASS * GRAVITY * TIMESTEP + impact },
         mode: if flying { ContactModeCode::Open } else { ContactModeCode::Sticking },
-        polygon: FrictionPolygon::Regular { directions: DIRECTIONS, angle: 0.0 },
-        ..ContactFrame::default()
+        polygon: PolygonCode::Regular { directions: DIRECTIONS, angle: 0.0 },
+        ..RecordedContact::default()
     };
     let near = height - BALL_RADIUS < 0.1;
     let pose = at([BALL_START[0], BALL_START[1], height]);

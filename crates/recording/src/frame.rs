@@ -3,7 +3,7 @@
 use crate::solution::StepSolution;
 
 /// Position in m and unit quaternion, `[x, y, z, qw, qx, qy, qz]`.
-pub type Pose = [f64; 7];
+pub type PoseArray = [f64; 7];
 
 /// The state after a step, and how the step was solved.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -18,12 +18,12 @@ pub struct Frame {
     pub v: Vec<f64>,
     /// Activations of actuators, `[na]`.
     pub activation: Vec<f64>,
-    /// Pose of every body in the world, in the order of [`Header::bodies`](crate::Header::bodies);
+    /// PoseArray of every body in the world, in the order of [`Header::bodies`](crate::Header::bodies);
     /// the world's own is the identity.
-    pub body_poses: Vec<Pose>,
+    pub body_poses: Vec<PoseArray>,
     /// The candidate contacts of the step.
-    pub contacts: Vec<ContactFrame>,
-    /// Directions that [`FrictionPolygon::Listed`] refers to, in contact coordinates.
+    pub contacts: Vec<RecordedContact>,
+    /// Directions that [`PolygonCode::Listed`] refers to, in contact coordinates.
     pub listed_directions: Vec<[f64; 2]>,
     /// The step's certificate.
     pub residuals: Residuals,
@@ -43,7 +43,7 @@ pub struct Frame {
 
 /// One candidate contact. Body B lies on the side that the normal points to.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ContactFrame {
+pub struct RecordedContact {
     /// Body A, index into [`Header::bodies`](crate::Header::bodies).
     pub body_a: u32,
     /// Body B.
@@ -73,7 +73,7 @@ pub struct ContactFrame {
     /// What the contact did.
     pub mode: ContactModeCode,
     /// The directions of its friction polygon.
-    pub polygon: FrictionPolygon,
+    pub polygon: PolygonCode,
 }
 
 /// What a contact did in a step. Directions are numbered as in its polygon.
@@ -101,7 +101,7 @@ pub enum ContactModeCode {
 /// The unit directions d_k of a contact's friction polygon μ λ_N conv{d_k}, in the coordinates of
 /// the two tangents.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum FrictionPolygon {
+pub enum PolygonCode {
     /// `directions` equally spaced directions, d_k at the angle `angle` + 2πk/`directions`.
     Regular {
         /// Number of directions; 0 for a contact without friction.
@@ -118,7 +118,7 @@ pub enum FrictionPolygon {
     },
 }
 
-impl Default for FrictionPolygon {
+impl Default for PolygonCode {
     /// No friction.
     fn default() -> Self {
         Self::Regular { directions: 0, angle: 0.0 }

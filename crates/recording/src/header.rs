@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::error::RecordingError;
-use crate::frame::Pose;
+use crate::frame::PoseArray;
 use crate::provenance::{ModelSource, StepLaws};
 
 /// Version of the format that this crate writes.
@@ -103,8 +103,8 @@ pub struct GeomVisual {
     pub body: usize,
     /// The shape in its own frame.
     pub shape: ShapeVisual,
-    /// Pose of the shape's frame in the body's frame.
-    pub pose: Pose,
+    /// PoseArray of the shape's frame in the body's frame.
+    pub pose: PoseArray,
     /// Red, green, blue, opacity, each 0 to 1; `None` leaves the colour to whoever shows it.
     pub rgba: Option<[f32; 4]>,
 }

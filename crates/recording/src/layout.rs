@@ -1,7 +1,7 @@
 //! Frames as bytes; the layout is in the crate's documentation.
 
 use crate::fields::{Fields, Mismatch, put, refill};
-use crate::frame::{ContactFrame, ContactModeCode, Frame, FrictionPolygon, Pose, StageFrame, StepStatus};
+use crate::frame::{ContactModeCode, Frame, PolygonCode, PoseArray, RecordedContact, StageFrame, StepStatus};
 use crate::header::Header;
 use crate::solution_layout;
 
@@ -46,7 +46,7 @@ pub(crate) fn check(frame: &Frame, header: &Header) -> Result<(), Mismatch> {
         below("contact body B", contact.body_b, header.bodies.len())?;
         below("contact geom A", contact.geom_a, header.geoms.len())?;
         below("contact geom B", contact.geom_b, header.geoms.len())?;
-        if let FrictionPolygon::Listed { start, count } = contact.polygon {
+        if let PolygonCode::Listed { start, count } = contact.polygon {
             let end = start as usize + count as usize;
             let expected = frame.listed_directions.len();
             if end > expected {
@@ -120,7 +120,7 @@ fn size([nq, nv, bodies, contacts, directions]: [usize; 5]) -> Option<usize> {
     FIXED_SIZE.checked_add(floats.checked_mul(8)?)?.checked_add(contacts.checked_mul(CONTACT_SIZE)?)
 }
 
-fn encode_contact(contact: &ContactFrame, bytes: &mut Vec<u8>) {
+fn encode_contact(contact: &RecordedContact, bytes: &mut Vec<u8>) {
     let mode = match contact.mode {
         ContactModeCode::Open => [0, 0, 0],
         ContactModeCode::Sticking => [1, 0, 0],
@@ -128,8 +128,8 @@ fn encode_contact(contact: &ContactFrame, bytes: &mut Vec<u8>) {
         ContactModeCode::SlidingBetween { first, second } => [3, first, second],
     };
     let (polygon, angle) = match contact.polygon {
-        FrictionPolygon::Regular { directions, angle } => ([0, directions, 0], angle),
-        FrictionPolygon::Listed { start, count } => ([1, count, start], 0.0),
+        PolygonCode::Regular { directions, angle } => ([0, directions, 0], angle),
+        PolygonCode::Listed { start, count } => ([1, count, start], 0.0),
     };
     let pair = [contact.body_a, contact.body_b, contact.geom_a, contact.geom_b];
     for number in pair.into_iter().chain(mode).chain(polygon) {
@@ -170,7 +170,7 @@ pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     let [nq, nv, bodies, contacts, directions] = counts;
     refill(&mut frame.q, nq, || fields.f64())?;
     refill(&mut frame.v, nv, || fields.f64())?;
-    refill(&mut frame.body_poses, bodies, || fields.floats::<7>() as Option<Pose>)?;
+    refill(&mut frame.body_poses, bodies, || fields.floats::<7>() as Option<PoseArray>)?;
     refill(&mut frame.listed_directions, directions, || fields.floats())?;
     refill(&mut frame.contacts, contacts, || decode_contact(&mut fields))?;
     frame.activation.clear();
@@ -195,7 +195,7 @@ pub(crate) fn decode_into(payload: &[u8], frame: &mut Frame) -> Option<()> {
     fields.0.is_empty().then_some(())
 }
 
-fn decode_contact(fields: &mut Fields) -> Option<ContactFrame> {
+fn decode_contact(fields: &mut Fields) -> Option<RecordedContact> {
     let [body_a, body_b, geom_a, geom_b] = [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
     let mode = match [fields.u32()?, fields.u32()?, fields.u32()?] {
         [0, ..] => ContactModeCode::Open,
@@ -205,7 +205,7 @@ fn decode_contact(fields: &mut Fields) -> Option<ContactFrame> {
         _ => return None,
     };
     let [polygon, count, start] = [fields.u32()?, fields.u32()?, fields.u32()?];
-    let mut contact = ContactFrame {
+    let mut contact = RecordedContact {
         body_a,
         body_b,
         geom_a,
@@ -220,12 +220,12 @@ fn decode_contact(fields: &mut Fields) -> Option<ContactFrame> {
         lambda_n: fields.f64()?,
         lambda_t: fields.floats()?,
         velocity_t: fields.floats()?,
-        polygon: FrictionPolygon::default(),
+        polygon: PolygonCode::default(),
     };
     let angle = fields.f64()?;
     contact.polygon = match polygon {
-        0 => FrictionPolygon::Regular { directions: count, angle },
-        1 => FrictionPolygon::Listed { start, count },
+        0 => PolygonCode::Regular { directions: count, angle },
+        1 => PolygonCode::Listed { start, count },
         _ => return None,
     };
     Some(contact)

@@ -110,7 +110,7 @@ mod writer;
 
 pub use error::RecordingError;
 pub use frame::{
-    ContactFrame, ContactModeCode, Energy, Frame, FrictionPolygon, Pose, Residuals, StageFrame, StepStatus,
+    ContactModeCode, Energy, Frame, PolygonCode, PoseArray, RecordedContact, Residuals, StageFrame, StepStatus,
 };
 pub use header::{GeomVisual, Header, JointLabel, SCHEMA_VERSION, ShapeVisual};
 pub use provenance::{FrictionCode, ModelSource, RestitutionCode, StepLaws};

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use signorini_contact::{Certificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone};
 use signorini_multibody::{Input, Model, State, forward_kinematics_into, free_motion_into};
 use signorini_recording::{
-    ContactFrame, Frame, FrictionCode, FrictionPolygon, Header, Impulses, RestitutionCode, StepLaws,
+    Frame, FrictionCode, Header, Impulses, PolygonCode, RecordedContact, RestitutionCode, StepLaws,
 };
 
 pub use fault::StepFault;
@@ -200,7 +200,7 @@ impl Recertifier {
         let (problem, solution) = (&self.workspace.builder.problem, &self.workspace.solution);
         let cone = (self.settings.friction_law != FrictionLaw::Polygon).then(|| {
             let limits = solution.lambda_n[frame.contacts.len()..].iter().map(|lambda| [*lambda, 0.0, 0.0]);
-            let contacts = frame.contacts.iter().map(|c: &ContactFrame| [c.lambda_n, c.lambda_t[0], c.lambda_t[1]]);
+            let contacts = frame.contacts.iter().map(|c: &RecordedContact| [c.lambda_n, c.lambda_t[0], c.lambda_t[1]]);
             let mut claimed = ConeSolution::default();
             claimed.velocity.clone_from(&solution.velocity);
             claimed.bilateral.clone_from(&solution.bilateral);
@@ -257,7 +257,7 @@ fn take_directions(frame: &Frame, problem: &mut ContactProblem) -> Result<(), St
     problem.direction_offsets.clear();
     problem.direction_offsets.push(0);
     for i in 0..problem.contact_count() {
-        if let Some(FrictionPolygon::Listed { start, count }) = frame.contacts.get(i).map(|contact| contact.polygon) {
+        if let Some(PolygonCode::Listed { start, count }) = frame.contacts.get(i).map(|contact| contact.polygon) {
             let listed = frame.listed_directions.iter().skip(start as usize).take(count as usize);
             problem.directions.extend(listed);
         }

@@ -9,7 +9,7 @@ use signorini_multibody::{
     Geometry, Input, Kinematics, Model, Pose, State, forward_kinematics_into, kinetic_energy, potential_energy,
 };
 use signorini_recording::{
-    ContactFrame, ContactModeCode, Energy, Frame, FrictionCode, FrictionPolygon, GeomVisual, Header, JointLabel,
+    ContactModeCode, Energy, Frame, FrictionCode, GeomVisual, Header, JointLabel, PolygonCode, RecordedContact,
     Residuals, RestitutionCode, SCHEMA_VERSION, ShapeVisual, StageFrame, StepLaws, StepStatus,
 };
 
@@ -200,24 +200,24 @@ pub(crate) fn energy(model: &Model, kinematics: &Kinematics, state: &State) -> E
 }
 
 /// The polygon of contact `i`; its directions are listed where a law of friction has turned them or a grain has stretched them.
-fn polygon_of(workspace: &Workspace, i: usize, turned: bool, listed: &mut Vec<[f64; 2]>) -> FrictionPolygon {
+fn polygon_of(workspace: &Workspace, i: usize, turned: bool, listed: &mut Vec<[f64; 2]>) -> PolygonCode {
     let directions = workspace.builder.problem.directions_of(i);
     let count = directions.len() as u32;
     if !turned {
         let angle = directions.first().map_or(0.0, |d| d[1].atan2(d[0]));
-        return FrictionPolygon::Regular { directions: count, angle };
+        return PolygonCode::Regular { directions: count, angle };
     }
     let start = listed.len() as u32;
     listed.extend_from_slice(directions);
-    FrictionPolygon::Listed { start, count }
+    PolygonCode::Listed { start, count }
 }
 
-fn contact_frame(workspace: &Workspace, i: usize, polygon: FrictionPolygon) -> ContactFrame {
+fn contact_frame(workspace: &Workspace, i: usize, polygon: PolygonCode) -> RecordedContact {
     let (point, frame) = (&workspace.points[i], &workspace.builder.frames[i]);
     let (problem, solution) = (&workspace.builder.problem, &workspace.solution);
     let [_, c_1, c_2] = problem.contact_velocity(i, workspace.end_velocity());
     let [lambda_n, t_1, t_2] = workspace.contact_impulse(i);
-    ContactFrame {
+    RecordedContact {
         body_a: point.body_a.0,
         body_b: point.body_b.0,
         geom_a: point.geom_a.0,

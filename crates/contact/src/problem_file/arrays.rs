@@ -35,13 +35,13 @@ pub(super) fn sparse_rows(
     }
     let mut rows = vec![Vec::new(); shape.0];
     match matrix {
-        signorini_npz::Matrix::Dense(m) => {
+        signorini_npz::StoredMatrix::Dense(m) => {
             for (i, row) in m.values.chunks_exact(shape.1.max(1)).enumerate().take(shape.0) {
                 let nonzero = row.iter().enumerate().filter(|(_, x)| **x != 0.0);
                 rows[i].extend(nonzero.map(|(j, &x)| (j as u32, x)));
             }
         }
-        signorini_npz::Matrix::Sparse(m) => {
+        signorini_npz::StoredMatrix::Sparse(m) => {
             m.validate().map_err(|e| fault(archive, format!("{name}: {e}")))?;
             for (i, row) in rows.iter_mut().enumerate() {
                 let range = m.indptr[i]..m.indptr[i + 1];

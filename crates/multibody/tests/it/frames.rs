@@ -3,7 +3,7 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    AxisRates, BodyId, Centroidal, Frame, HalfSolvedRows, Kinematics, Model, ReferenceFrame, SparseRows, State,
+    AxisRates, BodyId, Centroidal, Frame, HalfSolvedRows, JacobianRows, Kinematics, Model, ReferenceFrame, State,
     angular_momentum, axis_rates_into, center_of_mass, center_of_mass_jacobian_into, centroidal_momentum_matrix_into,
     contact_rows_into, delassus_into, frame_bias_acceleration, frame_jacobian_into, frame_jacobian_rate_into,
     frame_velocity, integrate_into, linear_momentum, point_jacobian_into, total_mass,
@@ -118,7 +118,7 @@ fn delassus_operator_is_the_response_to_unit_forces() {
     for_random_models(64, FIXED, |model, state, random| {
         let at = kinematics(model, state);
         let count = 5;
-        let mut groups = vec![SparseRows::new(model); count];
+        let mut groups = vec![JacobianRows::new(model); count];
         let mut dense = vec![0.0; 3 * count * model.nv];
         for (c, rows) in groups.iter_mut().enumerate() {
             let bodies = [0; 2].map(|_: i32| BodyId(random.below(model.bodies.len()) as u32));

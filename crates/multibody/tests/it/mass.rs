@@ -2,8 +2,8 @@
 
 use signorini_multibody::glam::{self, DVec3};
 use signorini_multibody::{
-    BlockCholesky, BlockDiagonal, BodyId, FEW_ROWS, Inertia, Joint, JointKind, MassError, ModelBuilder, Pose,
-    SparseRows, State, contact_rows_into,
+    BlockCholesky, BlockDiagonal, BodyId, FEW_ROWS, Inertia, JacobianRows, Joint, JointKind, MassError, ModelBuilder,
+    Pose, State, contact_rows_into,
 };
 
 use crate::identities::{FIXED, kinematics, mass_matrix, relative_error};
@@ -26,7 +26,7 @@ fn half_solves_of_contact_rows_give_the_delassus_block() {
     for_random_models(22, FIXED, |model, state, random| {
         let at = kinematics(model, state);
         let factor = mass_matrix(model, &at).matrix.factor().unwrap();
-        let mut rows = SparseRows::new(model);
+        let mut rows = JacobianRows::new(model);
         let bodies = [0; 2].map(|_: i32| BodyId(random.below(model.bodies.len()) as u32));
         let directions = [0; 3].map(|_: i32| random.direction());
         contact_rows_into(model, &at, bodies.into(), random.vector(1.0), &directions, &mut rows);

@@ -2,7 +2,7 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    BodyId, Kinematics, Model, SparseRows, State, add_wrench, angular_jacobian_into, angular_momentum,
+    BodyId, JacobianRows, Kinematics, Model, State, add_wrench, angular_jacobian_into, angular_momentum,
     angular_rows_into, center_of_mass, contact_rows_into, difference_into, integrate_into, kinetic_energy,
     linear_momentum, point_jacobian_into, point_rows_into, potential_energy, rotation_log, total_mass,
 };
@@ -56,7 +56,7 @@ fn velocities_are_derivatives_of_poses() {
 fn jacobians_times_velocity_are_velocities() {
     for_random_models(12, FIXED, |model, state, random| {
         let at = kinematics(model, state);
-        let mut rows = SparseRows::new(model);
+        let mut rows = JacobianRows::new(model);
         let mut dense = vec![0.0; 3 * model.nv];
         for i in 0..model.bodies.len() {
             let body = BodyId(i as u32);
@@ -97,7 +97,7 @@ fn wrenches_do_the_work_of_their_generalized_force() {
 fn contact_rows_are_relative_velocities() {
     for_random_models(13, FIXED, |model, state, random| {
         let at = kinematics(model, state);
-        let mut rows = SparseRows::new(model);
+        let mut rows = JacobianRows::new(model);
         for _ in 0..20 {
             let [a, b] = [0; 2].map(|_: i32| BodyId(random.below(model.bodies.len()) as u32));
             let (point, directions) = (random.vector(2.0), [0; 3].map(|_: i32| random.direction()));

@@ -1,6 +1,6 @@
 //! Files written by NumPy (`testdata/generate.py`).
 
-use signorini_npz::{Archive, ArrayData, Matrix, MemberProblem, NpzError, read_npy};
+use signorini_npz::{Archive, ArrayData, MemberProblem, NpzError, StoredMatrix, read_npy};
 
 use crate::testdata;
 
@@ -52,9 +52,9 @@ fn lone_array_in_fortran_order() {
 fn matrices_dense_and_sparse() {
     let archive = Archive::read(testdata("matrices.npz")).unwrap();
     let dense = archive.matrix("dense").unwrap();
-    assert!(matches!(dense, Matrix::Dense(_)));
+    assert!(matches!(dense, StoredMatrix::Dense(_)));
     assert_eq!(dense.to_dense().unwrap().values, [1.0, 2.0, 0.0, 0.0, -3.0, 4.5]);
-    let Matrix::Sparse(sparse) = archive.matrix("A").unwrap() else { panic!("A is stored as CSR") };
+    let StoredMatrix::Sparse(sparse) = archive.matrix("A").unwrap() else { panic!("A is stored as CSR") };
     let entries = sparse.to_dense().unwrap();
     let expected = [[0.0, 0.0, 4.5, 0.0], [1.0, 2.0, 0.0, 0.0], [0.0, -3.0, 0.0, 0.0]];
     assert_eq!(entries.values, expected.as_flattened());

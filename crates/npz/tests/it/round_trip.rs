@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use signorini_npz::{
-    Archive, ArchiveWriter, Array, ArrayData, Matrix, MemberProblem, NpzError, SparseMatrix, read_npy, write_npy,
+    Archive, ArchiveWriter, Array, ArrayData, MemberProblem, NpzError, SparseMatrix, StoredMatrix, read_npy, write_npy,
 };
 
 fn data(len: usize) -> impl Strategy<Value = ArrayData> {
@@ -49,7 +49,7 @@ fn files_on_disk() {
     writer.scalar_f64("dt", 0.01).unwrap();
     writer.write(folder.join("a.npz")).unwrap();
     let archive = Archive::read(folder.join("a.npz")).unwrap();
-    assert_eq!(archive.matrix("A").unwrap(), Matrix::Sparse(sparse));
+    assert_eq!(archive.matrix("A").unwrap(), StoredMatrix::Sparse(sparse));
     assert_eq!(archive.i64("A_shape").unwrap(), [2, 3]);
     assert_eq!(archive.scalar_f64("dt").unwrap(), 0.01);
 

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use super::coding::{rounded, write_columns};
 use super::run::residuals;
-use crate::frame::{ContactFrame, ContactModeCode, Frame, FrictionPolygon, StepStatus};
+use crate::frame::{ContactModeCode, Frame, PolygonCode, RecordedContact, StepStatus};
 
 /// Numbers per contact in the array `contacts`, in the order of [`contact_numbers`].
 const CONTACT_NUMBERS: usize = 25;
@@ -160,10 +160,10 @@ impl Payload {
 
     /// Three numbers for a polygon: number of directions; the first one's angle; −1 or, for listed
     /// directions, their place in `directions`.
-    fn polygon(&mut self, contact: &ContactFrame, frame: &Frame) -> [f32; 3] {
+    fn polygon(&mut self, contact: &RecordedContact, frame: &Frame) -> [f32; 3] {
         match contact.polygon {
-            FrictionPolygon::Regular { directions, angle } => [directions as f32, angle as f32, -1.0],
-            FrictionPolygon::Listed { start, count } => {
+            PolygonCode::Regular { directions, angle } => [directions as f32, angle as f32, -1.0],
+            PolygonCode::Listed { start, count } => {
                 let (start, end) = (start as usize, start as usize + count as usize);
                 let listed = frame.listed_directions.get(start..end).unwrap_or(&[]);
                 [listed.len() as f32, 0.0, self.place_of(listed) as f32]
@@ -185,7 +185,7 @@ impl Payload {
 }
 
 /// A contact as the page reads it; tangent 2 is normal × tangent 1.
-fn contact_numbers(contact: &ContactFrame, polygon: [f32; 3], form: Form) -> [f32; CONTACT_NUMBERS] {
+fn contact_numbers(contact: &RecordedContact, polygon: [f32; 3], form: Form) -> [f32; CONTACT_NUMBERS] {
     let (mode, first, second) = match contact.mode {
         ContactModeCode::Open => (0, 0, 0),
         ContactModeCode::Sticking => (1, 0, 0),

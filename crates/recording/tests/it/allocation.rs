@@ -4,7 +4,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::io::Cursor;
 
-use signorini_recording::{ContactFrame, Frame, Impulses, Reader, StepSolution, Writer};
+use signorini_recording::{Frame, Impulses, Reader, RecordedContact, StepSolution, Writer};
 
 use crate::samples;
 
@@ -46,7 +46,7 @@ fn none_per_frame() {
         q: vec![0.0; 7],
         v: vec![0.0; 6],
         body_poses: vec![[0.0; 7]; 3],
-        contacts: vec![ContactFrame::default(); 20],
+        contacts: vec![RecordedContact::default(); 20],
         solution: StepSolution { phases: 1, impulses: [phase, Impulses::default()], ..StepSolution::default() },
         ..Frame::default()
     };

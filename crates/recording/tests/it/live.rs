@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use signorini_recording::report::LiveFeed;
-use signorini_recording::{ContactFrame, Frame, GeomVisual, Header, RecordingError, ShapeVisual};
+use signorini_recording::{Frame, GeomVisual, Header, RecordedContact, RecordingError, ShapeVisual};
 
 fn header() -> Header {
     let (pose, shape) = ([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], ShapeVisual::Sphere { radius: 0.1 });
@@ -19,7 +19,7 @@ fn write(frame: &mut Frame, step: u64, residual: f64, contacts: usize) {
     *frame = Frame { step, time: 0.5 * step as f64, body_poses: vec![[0.0; 7], [step as f64; 7]], ..Frame::default() };
     frame.residuals.signorini = residual;
     frame.missed_tolerance = residual > 1e-9;
-    frame.contacts = vec![ContactFrame { body_b: 1, ..ContactFrame::default() }; contacts];
+    frame.contacts = vec![RecordedContact { body_b: 1, ..RecordedContact::default() }; contacts];
 }
 
 fn read(message: &[u8]) -> (Value, impl Fn(&str) -> Vec<f64> + use<>) {

@@ -7,7 +7,7 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 use signorini_recording::report::{ReportBuilder, ReportSettings, write_html, write_html_to};
 use signorini_recording::{
-    ContactFrame, ContactModeCode, Ending, Energy, Frame, FrictionPolygon, GeomVisual, Recording, ShapeVisual,
+    ContactModeCode, Ending, Energy, Frame, GeomVisual, PolygonCode, RecordedContact, Recording, ShapeVisual,
 };
 
 use crate::samples;
@@ -28,12 +28,12 @@ fn frame(step: u64, contacts: usize) -> Frame {
     };
     frame.residuals.dissipation = 1e-12 * x;
     frame.contacts = (0..contacts)
-        .map(|i| ContactFrame {
+        .map(|i| RecordedContact {
             body_b: 2,
             lambda_n: i as f64,
             mode: ContactModeCode::Sliding { direction: 1 },
-            polygon: FrictionPolygon::Listed { start: 0, count: 2 },
-            ..ContactFrame::default()
+            polygon: PolygonCode::Listed { start: 0, count: 2 },
+            ..RecordedContact::default()
         })
         .collect();
     frame

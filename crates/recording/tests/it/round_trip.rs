@@ -30,7 +30,7 @@ fn a_frame_lies_where_the_documentation_says() {
     frame.q = vec![0.0; 7];
     frame.v = vec![0.25; 6];
     frame.body_poses = vec![[0.0; 7]; 3];
-    frame.contacts = vec![signorini_recording::ContactFrame { geom_b: 2, gap: -0.5, ..Default::default() }];
+    frame.contacts = vec![signorini_recording::RecordedContact { geom_b: 2, gap: -0.5, ..Default::default() }];
     let bytes = samples::bytes(std::slice::from_ref(&frame), None);
     let empty = samples::bytes(&[], None);
     let record = &bytes[empty.len()..];
@@ -75,7 +75,7 @@ fn what_does_not_fit_is_refused() {
     assert!(matches!(error, RecordingError::FrameMismatch { field: "q", expected: 7, found: 0, .. }), "{error}");
     let mut frame = Frame { q: vec![0.0; 7], v: vec![0.0; 6], body_poses: vec![[0.0; 7]; 3], ..Frame::default() };
     writer.append(&frame).unwrap();
-    frame.contacts.push(signorini_recording::ContactFrame { body_b: 3, ..Default::default() });
+    frame.contacts.push(signorini_recording::RecordedContact { body_b: 3, ..Default::default() });
     let error = writer.append(&frame).unwrap_err().to_string();
     assert_eq!(error, "frame 1: contact body B has 3, the header asks for 3");
 

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use signorini_recording::{
-    ContactFrame, ContactModeCode, Energy, Frame, FrictionCode, FrictionPolygon, GeomVisual, Header, Impulses,
-    JointLabel, LimitFrame, ModelSource, Residuals, RestitutionCode, ShapeVisual, StageFrame, StepLaws, StepSolution,
+    ContactModeCode, Energy, Frame, FrictionCode, GeomVisual, Header, Impulses, JointLabel, LimitFrame, ModelSource,
+    PolygonCode, RecordedContact, Residuals, RestitutionCode, ShapeVisual, StageFrame, StepLaws, StepSolution,
     StepStatus,
 };
 
@@ -69,7 +69,7 @@ pub fn header() -> Header {
     }
 }
 
-fn contact() -> impl Strategy<Value = ContactFrame> {
+fn contact() -> impl Strategy<Value = RecordedContact> {
     let modes = prop_oneof![
         Just(ContactModeCode::Open),
         Just(ContactModeCode::Sticking),
@@ -77,12 +77,12 @@ fn contact() -> impl Strategy<Value = ContactFrame> {
         any::<(u32, u32)>().prop_map(|(first, second)| ContactModeCode::SlidingBetween { first, second }),
     ];
     let polygons = prop_oneof![
-        (any::<u32>(), -4.0..4.0f64).prop_map(|(directions, angle)| FrictionPolygon::Regular { directions, angle }),
-        (0..2u32, 0..3u32).prop_map(|(start, count)| FrictionPolygon::Listed { start, count }),
+        (any::<u32>(), -4.0..4.0f64).prop_map(|(directions, angle)| PolygonCode::Regular { directions, angle }),
+        (0..2u32, 0..3u32).prop_map(|(start, count)| PolygonCode::Listed { start, count }),
     ];
     let indices = (0..3u32, 0..3u32, 0..9u32, 0..9u32);
     (indices, modes, polygons, prop::array::uniform20(-1e9..1e9f64)).prop_map(
-        |((body_a, body_b, geom_a, geom_b), mode, polygon, x)| ContactFrame {
+        |((body_a, body_b, geom_a, geom_b), mode, polygon, x)| RecordedContact {
             body_a,
             body_b,
             geom_a,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use signorini_npz::{ArchiveWriter, Array, ArrayData, NpzError};
-use signorini_recording::{ContactFrame, Frame};
+use signorini_recording::{Frame, RecordedContact};
 
 use super::parts::{force, mode_of, status_name};
 use crate::{FrameSource, ReplayError};
@@ -135,7 +135,7 @@ impl Columns {
         self.limit_start.push(self.limit_ids[0].len() as i64);
     }
 
-    fn push_contact(&mut self, contact: &ContactFrame) {
+    fn push_contact(&mut self, contact: &RecordedContact) {
         let pair = [contact.geom_a, contact.geom_b, contact.body_a, contact.body_b].map(|id| id as i32);
         let ids = pair.into_iter().chain([mode_of(contact).1]);
         self.contact_ids.iter_mut().zip(ids).for_each(|(column, id)| column.push(id));

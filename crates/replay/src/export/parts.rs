@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use signorini_recording::{ContactFrame, ContactModeCode, StepStatus};
+use signorini_recording::{ContactModeCode, RecordedContact, StepStatus};
 
 use crate::ReplayError;
 
@@ -32,7 +32,7 @@ pub(super) fn status_name(status: StepStatus) -> &'static str {
 }
 
 /// What a contact does, as a word and as `signorini.ContactMode` in Python numbers it: 0 open, 1 frictionless, 2 sticking, 3 sliding.
-pub(super) fn mode_of(contact: &ContactFrame) -> (&'static str, i32) {
+pub(super) fn mode_of(contact: &RecordedContact) -> (&'static str, i32) {
     match contact.mode {
         ContactModeCode::Open => ("open", 0),
         ContactModeCode::Sticking if contact.friction == 0.0 => ("frictionless", 1),
@@ -42,7 +42,7 @@ pub(super) fn mode_of(contact: &ContactFrame) -> (&'static str, i32) {
 }
 
 /// The mean force of a step on the second body of a contact, world axes, N.
-pub(super) fn force(contact: &ContactFrame, timestep: f64) -> [f64; 3] {
+pub(super) fn force(contact: &RecordedContact, timestep: f64) -> [f64; 3] {
     let [t_1, t_2] = contact.lambda_t;
     let axes = [contact.normal, contact.tangent_1, contact.tangent_2];
     [0, 1, 2].map(|k| (contact.lambda_n * axes[0][k] + t_1 * axes[1][k] + t_2 * axes[2][k]) / timestep)

@@ -2,7 +2,7 @@
 
 use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{ContactPoint, EqualityBlock, FreeMotion, LengthRow, Model, SparseRows, SpinResistance};
+use signorini_multibody::{ContactPoint, EqualityBlock, FreeMotion, JacobianRows, LengthRow, Model, SpinResistance};
 
 use super::pace::CorrectionPace;
 use crate::settings::{RestitutionLaw, Settings};
@@ -65,7 +65,7 @@ pub(crate) struct ProblemBuilder {
     pub polygon: FrictionPolygon,
     /// The polygon of the contact at hand, where its friction depends on the direction.
     pub(super) stretched: FrictionPolygon,
-    pub(super) rows: SparseRows,
+    pub(super) rows: JacobianRows,
     pub(super) block: EqualityBlock,
     pub(super) length: LengthRow,
     pub(super) frictionless: FrictionPolygon,
@@ -90,7 +90,7 @@ impl ProblemBuilder {
             corrects_constraints: true,
             stretched: polygon.clone(),
             polygon,
-            rows: SparseRows::new(model),
+            rows: JacobianRows::new(model),
             block: EqualityBlock::new(model),
             length: LengthRow::new(model),
             frictionless: FrictionPolygon::frictionless(),

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 use signorini_multibody::glam::{DQuat, DVec3};
-use signorini_recording::{Frame, GeomVisual, Header, Pose, ShapeVisual};
+use signorini_recording::{Frame, GeomVisual, Header, PoseArray, ShapeVisual};
 
 use super::messages::{norm, quaternion, vector};
 use super::stamp::Stamp;
@@ -122,7 +122,7 @@ fn pose(position: DVec3, turn: DQuat) -> Value {
 }
 
 /// A pose, moved by `z` along its own third axis.
-fn raised(&[x, y, z, qw, qx, qy, qz]: &Pose, along: f64) -> Value {
+fn raised(&[x, y, z, qw, qx, qy, qz]: &PoseArray, along: f64) -> Value {
     let turn = DQuat::from_xyzw(qx, qy, qz, qw);
     pose(DVec3::new(x, y, z) + turn * (along * DVec3::Z), turn)
 }
