@@ -6,9 +6,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use signorini::ContactMethod;
-use signorini::contact::{
-    self, ContactSolver, FrictionPolygon, SolverSettings, WarmStart, certify, problem_file, solve_as_lcp,
-};
+use signorini::contact::{self, ContactSolver, FrictionPolygon, WarmStart, certify, problem_file, solve_as_lcp};
 use signorini::lcp::Matrix;
 use signorini::multibody::BlockDiagonal;
 
