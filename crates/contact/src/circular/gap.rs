@@ -14,7 +14,6 @@ use crate::{ContactProblem, ContactSolution};
 ///   `cos θ = −cᵀλ_T / ‖λ_T‖‖c‖ ≥ cos η`;
 /// - `‖λ_T + R c/‖c‖‖² = ‖λ_T‖² − 2R (−cᵀλ_T)/‖c‖ + R² ≤ 2R²(1 − cos η)`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-#[non_exhaustive]
 pub struct ConeGap {
     /// Angle `θ` between the friction impulse and the opposite of the slip, rad.
     pub angle: f64,
