@@ -1,7 +1,7 @@
 //! What a frame says beside its solution, compared with what follows from model, state and solution.
 
 use signorini_multibody::{ContactPoint, Model, State};
-use signorini_recording::{ContactFrame, Frame};
+use signorini_recording::{Frame, RecordedContact};
 
 use super::fault::StepFault;
 use crate::recorder::{energy, pose_array};
@@ -17,7 +17,7 @@ pub(super) fn near(a: f64, b: f64) -> bool {
 }
 
 /// Whether a recorded contact is at this point.
-pub(super) fn is_same_point(recorded: &ContactFrame, point: &ContactPoint) -> bool {
+pub(super) fn is_same_point(recorded: &RecordedContact, point: &ContactPoint) -> bool {
     [recorded.geom_a, recorded.geom_b] == [point.geom_a.0, point.geom_b.0]
         && near(recorded.gap, point.gap)
         && recorded.point.iter().zip(point.position.to_array()).all(|(a, b)| near(*a, b))
