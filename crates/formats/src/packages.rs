@@ -5,6 +5,16 @@ use std::path::{Path, PathBuf};
 /// Finds `package://name/…` in the given folders and in those above the model, `file://…` and other paths as they are,
 /// relative ones from the folder of the model. A file that is nowhere is given the first place it was looked for.
 pub(crate) fn resolve(uri: &str, base: &Path, package_dirs: &[PathBuf]) -> PathBuf {
+    resolve_where(uri, base, package_dirs, Path::is_file)
+}
+
+/// The same for what is there if `is_there` says so.
+pub(crate) fn resolve_where(
+    uri: &str,
+    base: &Path,
+    package_dirs: &[PathBuf],
+    is_there: impl Fn(&Path) -> bool,
+) -> PathBuf {
     let uri = uri.replace('\\', "/");
     let inside = ["package://", "model://"].iter().find_map(|scheme| uri.strip_prefix(scheme));
     let Some(inside) = inside else {
@@ -22,6 +32,6 @@ pub(crate) fn resolve(uri: &str, base: &Path, package_dirs: &[PathBuf]) -> PathB
             candidates.push(folder.join(rest));
         }
     }
-    let found = candidates.iter().find(|path| path.is_file()).or(candidates.first());
+    let found = candidates.iter().find(|path| is_there(path)).or(candidates.first());
     found.cloned().unwrap_or_else(|| base.join(inside))
 }

@@ -196,7 +196,7 @@ impl Workspace {
     }
 
     /// Whether velocities are prescribed, which may be impossible.
-    fn is_driven(&self) -> bool {
+    pub(crate) fn is_driven(&self) -> bool {
         self.builder.problem.bilateral_violation.len() > self.builder.bilateral_source.len()
     }
 

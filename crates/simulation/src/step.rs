@@ -85,7 +85,7 @@ pub(crate) fn step_driven(
         // Where a larger reach has no new contacts the solution at hand is that of the step.
         if report.enlargements == 0 || !unchanged() {
             ws.solve(settings, &state.v, &mut report)?;
-            ws.name_contradiction(model)?;
+            ws.name_contradiction(model, settings)?;
             while report.advanced() && ws.builder.add_crossed_limits(model, state, &ws.solution.velocity) {
                 ws.solve(settings, &state.v, &mut report)?;
             }

@@ -34,7 +34,10 @@ const HARMLESS: &str = "visual material light scene atmosphere gui audio allow_a
 
 /// Elements with a reason of their own.
 const MISSING: [(&str, &str); 13] = [
-    ("include", "the model is left out; put its elements in its place"),
+    (
+        "include",
+        "its model is not found and left out; say in which folder its own lies (--package-dir), or put its elements in its place",
+    ),
     ("plugin", "what the plugin does is missing"),
     ("effort", "there are no actuators to bound; bound your own controls"),
     ("velocity", "the joint can move as fast as it will"),

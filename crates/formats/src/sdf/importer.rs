@@ -1,8 +1,10 @@
 //! What the readers of the parts share.
 
+use super::include::{NEWEST, Versions};
 use crate::mesh_store::MeshStore;
 use crate::parts::Parts;
 use crate::report::Reporter;
+use crate::xml::Element;
 
 /// What the readers of the parts share.
 pub(super) struct Importer {
@@ -11,6 +13,12 @@ pub(super) struct Importer {
     pub meshes: MeshStore,
     /// Pairs of links kept apart so far.
     pub pairs: usize,
-    /// SDF's version times 10: 17 for 1.7.
-    pub version: u32,
+    pub versions: Versions,
+}
+
+impl Importer {
+    /// The minor version of SDF 1.x of the file that an element is from.
+    pub fn version_at(&self, element: Element) -> u32 {
+        self.versions.get(&element.at().file).copied().unwrap_or(NEWEST)
+    }
 }

@@ -82,7 +82,7 @@ fn direction<'t>(
 ) -> Result<DVec3, FormatError> {
     let xyz = values::direction(axis, "xyz", DVec3::Z)?;
     let scope = &frames.entities[edge.entity].scope;
-    let in_model = importer.version <= 4 || values::flag(axis, "use_parent_model_frame")?.unwrap_or(false);
+    let in_model = importer.version_at(axis) <= 4 || values::flag(axis, "use_parent_model_frame")?.unwrap_or(false);
     let default = if in_model { frames.scope_pose(scope) } else { frames.pose(edge.entity) };
     let expressed = axis.child("xyz").and_then(|xyz| xyz.attributes().text("expressed_in"));
     Ok(frames.named_pose(axis, scope, expressed, default)?.rotation * xyz)

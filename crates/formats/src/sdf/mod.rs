@@ -7,6 +7,7 @@
 mod coverage;
 mod frames;
 mod importer;
+mod include;
 mod joints;
 mod shapes;
 mod tree;
@@ -33,13 +34,14 @@ use tree::KinematicTree;
 const MAX_PAIRS: usize = 1_000_000;
 
 /// Turns a parsed document into a model.
-pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
+pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
+    let versions = include::expand(&mut tree, base, &options.package_dirs)?;
     let root = tree.root();
     let world = root.child("world");
     let container = world.unwrap_or(root);
     let models: Vec<Element> = container.children_named("model").collect();
     if models.is_empty() {
-        let effect = "the world is empty; what it includes from elsewhere has to be in its place";
+        let effect = "the world is empty";
         container.note(container.at(), "has no <model>", effect, true);
     }
     let names = tree.elements().filter_map(|e| e.raw("name")).map(|a| a.value.trim().to_owned());
@@ -50,7 +52,7 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
         report: Reporter::default(),
         meshes: MeshStore::new(base, options),
         pairs: 0,
-        version: version(root),
+        versions,
     };
     if options.floor {
         importer.parts.add_floor(root)?;
@@ -67,12 +69,6 @@ pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<I
     coverage::audit(root, &mut importer.report);
     importer.report.notes(tree.take_notes());
     Ok(Imported { model: importer.parts.build()?, report: importer.report.finish() })
-}
-
-/// The minor version of SDF 1.x; the newest where it is not said.
-fn version(root: Element) -> u32 {
-    let version = root.attributes().text("version").and_then(|v| v.strip_prefix("1."));
-    version.and_then(|minor| minor.split('.').next()?.parse().ok()).unwrap_or(12)
 }
 
 fn read_world(importer: &mut Importer, world: Element) -> Result<(), FormatError> {

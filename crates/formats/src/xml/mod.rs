@@ -2,6 +2,7 @@
 //! place, and typed reading of attributes.
 
 mod attributes;
+mod edit;
 mod parse;
 mod tree;
 

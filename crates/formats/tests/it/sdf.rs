@@ -177,3 +177,71 @@ fn nonsense_is_refused_with_its_place() {
                 </geometry></collision></link></model>";
     assert_refused(mesh, &["text):3:1", "m.stl", "No such file"]);
 }
+
+/// A folder of models, as Gazebo has them: a board with a peg in it, each a file of its own.
+#[test]
+fn included_models_take_their_place() {
+    let folder = std::env::temp_dir().join(format!("signorini-include-{}", std::process::id()));
+    let write = |path: &str, text: &str| {
+        let path = folder.join(path);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::write(path, text).unwrap();
+    };
+    let config = "<model><name>Peg</name><sdf version='1.4'>old.sdf</sdf><sdf version='1.7'>peg.sdf</sdf></model>";
+    write("peg/model.config", config);
+    write("peg/old.sdf", "<sdf version='1.4'><model name='wrong'><link name='wrong'/></model></sdf>");
+    let mesh = "<mesh><uri>parts/peg.obj</uri></mesh>";
+    let shape = |name: &str, shape: &str| {
+        format!(
+            "<link name='{name}'><pose>0 0 1 0 0 0</pose><collision name='c'><geometry>{shape}</geometry></collision></link>"
+        )
+    };
+    let peg = format!(
+        "<sdf version='1.7'><model name='some peg'><pose>9 9 9 0 0 0</pose>{}</model></sdf>",
+        shape("link", mesh)
+    );
+    write("peg/peg.sdf", &peg);
+    write("peg/parts/peg.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
+    write(
+        "board/model.sdf",
+        &format!(
+            "<sdf version='1.9'><model name='board'><static>1</static>{}</model></sdf>",
+            shape("base", "<box><size>1 1 1</size></box>")
+        ),
+    );
+    let world = "<sdf version='1.9'><model name='both'><include><uri>model://board</uri><pose>1 0 0 0 0 0</pose></include>\
+        <include><name>peg</name><uri>model://peg</uri><pose>0 2 0 0 0 0</pose></include>\
+        <joint name='slot' type='fixed'><parent>board::base</parent><child>peg::link</child></joint>\
+        <include><uri>model://nowhere</uri></include></model></sdf>";
+    write("both/model.sdf", world);
+    let imported = signorini_formats::load(folder.join("both/model.sdf"), &LoadOptions::default());
+    let from_elsewhere = LoadOptions::default().with_package_dirs(vec![folder.clone()]);
+    let from_text = signorini_formats::load_sdf_str(world, "", &from_elsewhere);
+    std::fs::remove_dir_all(&folder).unwrap();
+    for Imported { model, report, .. } in [imported.unwrap(), from_text.unwrap()] {
+        let [board, peg] = ["board::base", "peg::link"].map(|name| model.body_named(name).unwrap());
+        assert_eq!(model.bodies[peg.index()].parent, board, "the joint between them holds");
+        // The pose of the include takes the place of the model's own.
+        assert_eq!(model.bodies[peg.index()].placement.position, DVec3::new(-1.0, 2.0, 0.0));
+        assert_eq!(model.bodies.len(), 3);
+        assert!(matches!(model.geoms[1].geometry, Geometry::ConvexMesh(_)), "a path begins in the folder of its file");
+        let left_out: Vec<&str> = report.motion_warnings().map(|w| w.element.as_str()).collect();
+        assert_eq!(left_out, ["include"], "{report}");
+    }
+}
+
+#[test]
+fn a_file_that_includes_itself_is_refused() {
+    let folder = std::env::temp_dir().join(format!("signorini-circle-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("circle.sdf");
+    std::fs::write(
+        &file,
+        "<sdf version='1.9'><model name='m'><link name='l'/><include><uri>circle.sdf</uri></include></model></sdf>",
+    )
+    .unwrap();
+    let refused = signorini_formats::load(&file, &LoadOptions::default());
+    std::fs::remove_dir_all(&folder).unwrap();
+    let error = refused.unwrap_err().to_string();
+    assert!(error.contains("include itself"), "{error}");
+}

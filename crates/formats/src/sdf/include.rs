@@ -1,0 +1,111 @@
+//! `<include>`: models of other files in the place of an element.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::error::FormatError;
+use crate::mesh::read_file;
+use crate::packages;
+use crate::xml::{Element, Tree, parse};
+
+/// Model files larger than this are refused.
+const MAX_BYTES: u64 = 64 << 20;
+/// More included files than this are refused: one that includes itself never ends.
+const MAX_FILES: usize = 1000;
+
+/// The minor version of SDF 1.x of files that do not say theirs.
+pub(super) const NEWEST: u32 = 12;
+
+/// The minor versions of SDF 1.x of the files that a document consists of.
+pub(super) type Versions = HashMap<Arc<str>, u32>;
+
+/// Replaces every `<include>` whose model is there by that model, with the name, the pose and the word on `<static>` that the include
+/// gives it. The others stay, for the report to tell.
+pub(super) fn expand(tree: &mut Tree, base: &Path, package_dirs: &[PathBuf]) -> Result<Versions, FormatError> {
+    let root = tree.root();
+    let mut versions = Versions::from([(root.at().file, version(root))]);
+    let (mut next, mut files) = (0, 0);
+    loop {
+        let include = tree.elements().skip(next).find(|e| e.is("include"));
+        let Some(include) = include else { break };
+        next = include.index() + 1;
+        let Some(path) = file_of(include, base, package_dirs) else { continue };
+        let at = include.at();
+        let asset =
+            |reason| FormatError::Asset { at: at.clone(), element: "include".into(), path: path.clone(), reason };
+        files += 1;
+        if files > MAX_FILES {
+            return Err(asset(format!("more than {MAX_FILES} included files; does one include itself?")));
+        }
+        let bytes = read_file(&path, MAX_BYTES).map_err(asset)?;
+        let text = String::from_utf8(bytes).map_err(|_| asset("not UTF-8".into()))?;
+        let mut included = parse(&text, &path.to_string_lossy())?;
+        let Some(model) = included.root().child("model").filter(|_| included.root().is("sdf")) else { continue };
+        let (model, root) = (model.index(), included.root());
+        versions.insert(root.at().file, version(root));
+        name_files_from(&mut included, path.parent().unwrap_or(base));
+        put_in(tree, next - 1, included, model)?;
+    }
+    tree.check_depth()?;
+    Ok(versions)
+}
+
+/// Puts a model in the place of the include at `index`.
+fn put_in(tree: &mut Tree, index: usize, included: Tree, model: usize) -> Result<(), FormatError> {
+    let include = tree.elements().nth(index).unwrap_or(tree.root());
+    let name = include.child("name").map(|name| name.text().to_owned()).filter(|name| !name.is_empty());
+    let given: Vec<usize> =
+        ["pose", "static"].iter().filter_map(|&given| Some(include.child(given)?.index())).collect();
+    if include.attributes().text("merge") == Some("true") {
+        return tree.graft_children(index, included, model);
+    }
+    let model = tree.graft(index, included, model)?;
+    if let Some(name) = name {
+        tree.set_attribute(model, "name", &name);
+    }
+    given.into_iter().for_each(|child| tree.move_child(child, model));
+    Ok(())
+}
+
+/// The file of an include's model, if it is there and can be put in.
+fn file_of(include: Element, base: &Path, package_dirs: &[PathBuf]) -> Option<PathBuf> {
+    // The parts of a merged model would have to be placed one by one.
+    if include.attributes().text("merge") == Some("true") && include.child("pose").is_some() {
+        return None;
+    }
+    let uri = include.child("uri")?.text();
+    let remote = uri.contains("://") && !["model://", "package://", "file://"].iter().any(|s| uri.starts_with(s));
+    if remote || uri.is_empty() {
+        return None;
+    }
+    let place = packages::resolve_where(uri, base, package_dirs, Path::exists);
+    if place.is_dir() { file_in(&place) } else { Some(place).filter(|file| file.is_file()) }
+}
+
+/// The newest SDF file that a model's folder tells of in its `model.config`; without one, `model.sdf`.
+fn file_in(folder: &Path) -> Option<PathBuf> {
+    let config = ["model.config", "manifest.xml"].iter().find_map(|name| read_file(&folder.join(name), MAX_BYTES).ok());
+    let config = config.and_then(|bytes| parse(&String::from_utf8(bytes).ok()?, "model.config").ok());
+    let newest = config.as_ref().and_then(|config| config.root().children_named("sdf").max_by_key(|sdf| version(*sdf)));
+    let file = folder.join(newest.map_or("model.sdf", |sdf| sdf.text()));
+    file.is_file().then_some(file)
+}
+
+/// Relative paths of an included file begin in its own folder.
+fn name_files_from(included: &mut Tree, folder: &Path) {
+    let uris: Vec<(usize, String)> = included
+        .elements()
+        .filter(|e| {
+            e.is("uri") && !e.text().is_empty() && !e.text().contains("://") && !Path::new(e.text()).is_absolute()
+        })
+        .map(|e| (e.index(), folder.join(e.text()).to_string_lossy().into_owned()))
+        .collect();
+    uris.into_iter().for_each(|(index, path)| included.set_text(index, path));
+}
+
+/// The minor version of SDF 1.x that an element says; the newest where it does not.
+pub(super) fn version(element: Element) -> u32 {
+    let version = element.attributes().text("version").and_then(|v| v.strip_prefix("1."));
+    version.and_then(|minor| minor.split('.').next()?.parse().ok()).unwrap_or(NEWEST)
+}
