@@ -23,7 +23,7 @@ def notices_of(tree):
     """Makes the notices once a clone."""
     path = tree.target / NOTICES
     if not path.exists() or path.stat().st_mtime < (tree.path / "Cargo.lock").stat().st_mtime:
-        tree.need_cargo_tool("cargo-about", "cargo-about", "^0.8")
+        tree.need_cargo_tool("cargo-about", "^0.9", "--features", "cli")
         path.parent.mkdir(parents=True, exist_ok=True)
         text = tree.output("cargo", "about", "generate", "--workspace", "--locked", "--fail", "--config", "release/about.toml", "release/about.hbs")
         page = (tree.path / "crates/recording/assets/report.html").read_text(encoding="utf-8")
@@ -34,7 +34,7 @@ def notices_of(tree):
 
 def sbom(tree, out):
     """one CycloneDX list of components (cargo-cyclonedx) for the command, the Python package and the C library"""
-    tree.need_cargo_tool("cargo-cyclonedx", "cargo-cyclonedx", "^0.5")
+    tree.need_cargo_tool("cargo-cyclonedx", "^0.5")
     name = f"signorini-{tree.version}.cdx"
     tree.run("cargo", "cyclonedx", "--format", "json", "--spec-version", "1.5", "--override-filename", name)
     for crate in SHIPPED:

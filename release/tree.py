@@ -58,11 +58,11 @@ class Tree:
             sys.exit(f"failed: {' '.join(str(part) for part in command)}")
         return done.stdout
 
-    def need_cargo_tool(self, crate, program, version):
+    def need_cargo_tool(self, crate, version, *options):
         """Installs a program from crates.io into the folder of tools where it is missing."""
-        if not (self.tools / "bin" / program).exists():
+        if not (self.tools / "bin" / crate).exists():
             build = self.tools / "target"
-            command = ["cargo", "install", crate, "--version", version, "--locked", "--root", self.tools, "--target-dir", build]
+            command = ["cargo", "install", crate, "--version", version, "--locked", *options, "--root", self.tools, "--target-dir", build]
             subprocess.run([str(part) for part in command], check=True)
             shutil.rmtree(build, ignore_errors=True)
 
