@@ -2,13 +2,15 @@
 
 use std::sync::{Mutex, MutexGuard};
 
-use numpy::{PyArray1, PyArray2, PyArrayDyn, PyArrayMethods};
+use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyRuntimeError};
 use pyo3::prelude::*;
-use signorini::multibody::{Input, State};
+use signorini::multibody::glam::{DQuat, DVec3};
+use signorini::multibody::{Input, Pose, State};
 use signorini::{LaneStop, Variation, contact_wrenches_into};
 
 use crate::arrays::{self, Cube, Table, Vector};
+use crate::core::mocap_placements;
 use crate::error::{BatchError, ProblemError, simulation_error};
 use crate::model::Model;
 use crate::quantity::Quantity;
@@ -28,6 +30,8 @@ pub struct Batch {
     qvel: Py<PyArray2<f64>>,
     act: Py<PyArray2<f64>>,
     ctrl: Py<PyArray2<f64>>,
+    mocap_pos: Py<PyArray3<f64>>,
+    mocap_quat: Py<PyArray3<f64>>,
 }
 
 /// The simulations.
@@ -45,8 +49,11 @@ impl Batch {
         let inner = model.get().inner.clone();
         let (nq, nv, na, nu) = (inner.nq, inner.nv, inner.na, inner.actuators.len());
         let options = settings.extract::<PySettings>(py)?.to_settings()?;
-        let batch = py.detach(|| signorini::Batch::new(inner, options, nsim, nthread)).map_err(simulation_error)?;
+        let placements = mocap_placements(&inner);
+        let mut batch = py.detach(|| signorini::Batch::new(inner, options, nsim, nthread)).map_err(simulation_error)?;
+        (0..nsim).for_each(|i| batch.input_mut(i).mocap.clone_from(&placements));
         let zeros = |columns| PyArray2::zeros(py, [nsim, columns], false).unbind();
+        let poses = |numbers| PyArray3::zeros(py, [nsim, placements.len(), numbers], false).unbind();
         let this = Self {
             model,
             settings,
@@ -56,9 +63,15 @@ impl Batch {
             qvel: zeros(nv),
             act: zeros(na),
             ctrl: zeros(nu),
+            mocap_pos: poses(3),
+            mocap_quat: poses(4),
             lanes: Mutex::new(Lanes { batch, stepped: vec![false; nsim] }),
         };
-        this.publish(py, &this.lock()?.batch)?;
+        {
+            let mut lanes = this.lock()?;
+            this.publish(py, &lanes.batch)?;
+            (0..nsim).try_for_each(|i| this.publish_mocap(py, &mut lanes.batch, i))?;
+        }
         Ok(this)
     }
 
@@ -94,6 +107,42 @@ impl Batch {
     #[getter]
     fn ctrl<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.ctrl.bind(py).call_method0("view")
+    }
+
+    /// Positions of the bodies that are moved from outside, (nsim, nmocap, 3), m: a live view.
+    #[getter]
+    fn mocap_pos<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.mocap_pos.bind(py).call_method0("view")
+    }
+
+    /// Their orientations, (nsim, nmocap, 4), (w, x, y, z): a live view.
+    #[getter]
+    fn mocap_quat<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.mocap_quat.bind(py).call_method0("view")
+    }
+
+    /// Part θ of the overlaps and violations asked for that each simulation's last step removes, (nsim,); 1 where there is none.
+    #[getter]
+    fn theta<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        let lanes = self.lock()?;
+        let theta = |i| if lanes.stepped[i] { lanes.batch.report(i).theta } else { 1.0 };
+        Ok(PyArray1::from_iter(py, (0..self.count).map(theta)))
+    }
+
+    /// Steps of each simulation that removed a part of them only, (nsim,): since it was made, or had its parameters varied.
+    #[getter]
+    fn limited_steps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        let lanes = self.lock()?;
+        let limited = |i| lanes.batch.simulation(i).summary().limited_steps as i64;
+        Ok(PyArray1::from_iter(py, (0..self.count).map(limited)))
+    }
+
+    /// Work of the impulses along the corrections of all steps of each simulation, (nsim,), J: since as `limited_steps`.
+    #[getter]
+    fn correction_energy<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        let lanes = self.lock()?;
+        let energy = |i| lanes.batch.simulation(i).summary().correction_energy;
+        Ok(PyArray1::from_iter(py, (0..self.count).map(energy)))
     }
 
     /// Largest residual of each simulation's last step, (nsim,); 0 where there is none.
@@ -215,23 +264,25 @@ impl Batch {
         let mut lanes = self.loaded(py)?;
         let Lanes { batch, stepped } = &mut *lanes;
         let (model, nu) = (self.model.get().inner.clone(), self.model.get().inner.actuators.len());
-        let (state, mut control) = match keyframe {
-            None => (State::new(&model), Vec::new()),
+        let (state, mut control, mocap) = match keyframe {
+            None => (State::new(&model), Vec::new(), Vec::new()),
             Some(k) => {
                 let keyframe = model.keyframes.get(k);
                 let keyframe = keyframe.ok_or_else(|| PyIndexError::new_err(format!("there is no keyframe {k}")))?;
-                let signorini::multibody::Keyframe { time, q, v, activation, control, .. } = keyframe.clone();
+                let signorini::multibody::Keyframe { time, q, v, activation, control, mocap, .. } = keyframe.clone();
                 let state = State::at(q, v).with_time(time).with_activation(activation);
-                (state, control)
+                (state, control, mocap)
             }
         };
+        let mocap = if mocap.is_empty() { mocap_placements(&model) } else { mocap };
         control.resize(nu, 0.0);
         for i in ids.unwrap_or_else(|| (0..self.count).collect()) {
             *stepped.get_mut(i).ok_or_else(|| self.no_simulation(i))? = false;
             batch.state_mut(i).clone_from(&state);
-            *batch.input_mut(i) = Input::default().with_control(control.clone());
+            *batch.input_mut(i) = Input::default().with_control(control.clone()).with_mocap(mocap.clone());
             batch.clear_warm_start(i);
             self.ctrl.bind(py).try_readwrite()?.as_slice_mut()?[i * nu..(i + 1) * nu].copy_from_slice(&control);
+            self.publish_mocap(py, batch, i)?;
         }
         self.publish(py, batch)
     }
@@ -259,7 +310,15 @@ impl Batch {
         let (time, qpos) = (self.time.bind(py).try_readonly()?, self.qpos.bind(py).try_readonly()?);
         let (qvel, ctrl) = (self.qvel.bind(py).try_readonly()?, self.ctrl.bind(py).try_readonly()?);
         let (time, qpos, qvel, ctrl) = (time.as_slice()?, qpos.as_slice()?, qvel.as_slice()?, ctrl.as_slice()?);
+        let (positions, rotations) =
+            (self.mocap_pos.bind(py).try_readonly()?, self.mocap_quat.bind(py).try_readonly()?);
+        let (positions, rotations) = (positions.as_slice()?, rotations.as_slice()?);
+        let nmocap = batch.model().mocap_bodies.len();
         for i in 0..self.count {
+            let rows = positions.chunks_exact(3).zip(rotations.chunks_exact(4)).skip(i * nmocap);
+            for (pose, (p, r)) in batch.input_mut(i).mocap.iter_mut().zip(rows) {
+                *pose = Pose::new(DVec3::from_slice(p), DQuat::from_xyzw(r[1], r[2], r[3], r[0]));
+            }
             let state = batch.state_mut(i);
             state.time = time[i];
             state.q.copy_from_slice(&qpos[i * nq..(i + 1) * nq]);
@@ -286,6 +345,19 @@ impl Batch {
             qpos[i * nq..(i + 1) * nq].copy_from_slice(&state.q);
             qvel[i * nv..(i + 1) * nv].copy_from_slice(&state.v);
             act[i * na..(i + 1) * na].copy_from_slice(&state.activation);
+        }
+        Ok(())
+    }
+
+    /// Shows where the bodies stand that are moved from outside: only a reset changes that.
+    fn publish_mocap(&self, py: Python<'_>, batch: &mut signorini::Batch, i: usize) -> PyResult<()> {
+        let mut positions = self.mocap_pos.bind(py).try_readwrite()?;
+        let mut rotations = self.mocap_quat.bind(py).try_readwrite()?;
+        let poses = &batch.input_mut(i).mocap;
+        let rows = positions.as_slice_mut()?.chunks_exact_mut(3).zip(rotations.as_slice_mut()?.chunks_exact_mut(4));
+        for (Pose { position: p, rotation: r }, (position, rotation)) in poses.iter().zip(rows.skip(i * poses.len())) {
+            position.copy_from_slice(&p.to_array());
+            rotation.copy_from_slice(&[r.w, r.x, r.y, r.z]);
         }
         Ok(())
     }

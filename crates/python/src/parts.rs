@@ -121,6 +121,10 @@ pub struct Keyframe {
     act: Vec<f64>,
     /// Control, nu numbers.
     ctrl: Vec<f64>,
+    /// Positions of the bodies that are moved from outside, nmocap times 3, m; empty: where the model places them.
+    mocap_pos: Vec<[f64; 3]>,
+    /// Their orientations, nmocap times 4, (w, x, y, z); empty as these.
+    mocap_quat: Vec<[f64; 4]>,
 }
 
 macro_rules! short_repr {
@@ -225,5 +229,7 @@ pub fn keyframe(keyframe: &mb::Keyframe, id: usize) -> Keyframe {
         qvel: keyframe.v.clone(),
         act: keyframe.activation.clone(),
         ctrl: keyframe.control.clone(),
+        mocap_pos: keyframe.mocap.iter().map(|pose| pose.position.to_array()).collect(),
+        mocap_quat: keyframe.mocap.iter().map(|pose| pose.rotation).map(|r| [r.w, r.x, r.y, r.z]).collect(),
     }
 }

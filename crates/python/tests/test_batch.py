@@ -129,3 +129,29 @@ def test_simulations_with_parameters_of_their_own():
         batch.vary(0, mass=0.0)
     with pytest.raises(IndexError, match="simulation 4"):
         batch.vary(4)
+
+
+def test_bodies_moved_from_outside_and_what_corrections_leave():
+    text = """<mujoco><worldbody><body name="hand" mocap="true" pos="0 0 1"><geom size="0.1" contype="0" conaffinity="0"/></body>
+      <body name="tool" pos="0 0 1.5"><freejoint/><geom size="0.1" mass="1" contype="0" conaffinity="0"/></body></worldbody>
+      <equality><weld body1="hand" body2="tool"/></equality>
+      <keyframe><key name="away" mpos="1 2 3" mquat="0 1 0 0" qpos="1 2 3.5 0 1 0 0"/></keyframe></mujoco>"""
+    model = signorini.Model.from_string(text)
+    key = model.keyframe("away")
+    assert key.mocap_pos == [[1, 2, 3]] and key.mocap_quat == [[0, 1, 0, 0]]
+    batch = signorini.Batch(model, 3)
+    assert batch.mocap_pos.shape == (3, 1, 3) and batch.mocap_quat[:, 0].tolist() == [[1, 0, 0, 0]] * 3
+    assert batch.theta.tolist() == [1, 1, 1] and batch.limited_steps.tolist() == [0, 0, 0]
+    data = signorini.Data(model)
+    for k in range(20):
+        batch.mocap_pos[1, 0] = data.mocap_pos[0] = [1e-4 * k, 0, 1]
+        batch.step()
+        signorini.step(model, data)
+    assert np.array_equal(batch.qpos[1], data.qpos) and data.qpos[0] == pytest.approx(1e-4 * 19, abs=1e-9)
+    assert batch.qpos[0, :3] == pytest.approx([0, 0, 1.5]) and batch.limited_steps[1] == data.limited_steps
+    assert batch.correction_energy[0] == pytest.approx(0, abs=1e-12)
+    batch.reset([2], "away")
+    assert batch.mocap_pos[:, 0].tolist() == [[0, 0, 1], [1e-4 * 19, 0, 1], [1, 2, 3]]
+    assert batch.mocap_quat[2, 0].tolist() == [0, 1, 0, 0]
+    batch.reset()
+    assert batch.mocap_pos[:, 0].tolist() == [[0, 0, 1]] * 3

@@ -59,6 +59,7 @@ __version__: str
 
 _Array = NDArray[np.float64]
 _Ints = NDArray[np.int32]
+_Longs = NDArray[np.int64]
 _Path = Union[str, os.PathLike[str]]
 
 class _Sparse(Protocol):
@@ -94,8 +95,23 @@ class Batch:
     def ctrl(self) -> _Array:
         """Control values, (nsim, nu): a live view."""
     @property
+    def mocap_pos(self) -> _Array:
+        """Positions of the bodies that are moved from outside, (nsim, nmocap, 3), m: a live view."""
+    @property
+    def mocap_quat(self) -> _Array:
+        """Their orientations, (nsim, nmocap, 4), (w, x, y, z): a live view."""
+    @property
     def residual(self) -> _Array:
         """Largest residual of each simulation's last step, (nsim,); 0 where there is none."""
+    @property
+    def theta(self) -> _Array:
+        """Part θ of the overlaps and violations asked for that each simulation's last step removes, (nsim,); 1 where there is none."""
+    @property
+    def limited_steps(self) -> _Longs:
+        """Steps of each simulation that removed a part of them only, (nsim,): since it was made, or had its parameters varied."""
+    @property
+    def correction_energy(self) -> _Array:
+        """Work of the impulses along the corrections of all steps of each simulation, (nsim,), J: since as ``limited_steps``."""
     @property
     def ncon(self) -> _Ints:
         """Contacts and joint limits in each simulation's last step, (nsim,); 0 where there is none."""
@@ -458,6 +474,12 @@ class Keyframe:
     @property
     def ctrl(self) -> list[float]:
         """Control, nu numbers."""
+    @property
+    def mocap_pos(self) -> list[list[float]]:
+        """Positions of the bodies that are moved from outside, nmocap times 3, m; empty: where the model places them."""
+    @property
+    def mocap_quat(self) -> list[list[float]]:
+        """Their orientations, nmocap times 4, (w, x, y, z); empty as these."""
 
 @disjoint_base
 class Data:

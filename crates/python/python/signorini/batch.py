@@ -18,7 +18,7 @@ __all__ = ["Batch"]
 class Batch(_core.Batch):
     """Independent simulations of one model, stepped on threads; each makes the steps that it would make alone, bit for bit.
 
-    ``time``, ``qpos``, ``qvel``, ``act`` and ``ctrl`` are live views with one row per simulation.
+    ``time``, ``qpos``, ``qvel``, ``act``, ``ctrl``, ``mocap_pos`` and ``mocap_quat`` are live views with one row per simulation.
 
     Args:
         model: the model.
