@@ -3,6 +3,7 @@
 //! The mass matrix couples only degrees of freedom of the same tree, so it is stored as one dense block per tree: a free
 //! box is one 6 × 6 block. Any symmetric positive definite matrix can be brought in with [`BlockDiagonal::from_dense`].
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::dot::dot;
@@ -120,6 +121,18 @@ impl BlockDiagonal {
     /// Index of the block that a degree of freedom belongs to.
     pub fn block_of(&self, dof: usize) -> usize {
         self.layout.block_of[dof]
+    }
+
+    /// The blocks that ascending columns lie in: each by its index, with the places of its columns among all of these.
+    pub fn blocks_touched<'a>(&'a self, columns: &'a [u32]) -> impl Iterator<Item = (usize, Range<usize>)> + 'a {
+        let mut first = 0;
+        std::iter::from_fn(move || {
+            let index = self.block_of(*columns.get(first)? as usize);
+            let end = self.blocks()[index].range().end;
+            let own = first..first + columns[first..].partition_point(|&column| (column as usize) < end);
+            first = own.end;
+            Some((index, own))
+        })
     }
 
     /// The row before a row on its way to the root of its tree. A row is coupled with the rows on its way to the root, and with

@@ -122,12 +122,9 @@ impl<'a> VelocitySystem<'a> {
     /// Adds `M⁻¹ J_iᵀ p` to `velocity`, on the blocks of the mass matrix that contact or row `columns` touches.
     fn add_response(&mut self, columns: &[u32], force: impl Fn(usize) -> f64) {
         let memory = &mut *self.memory;
-        let mut first = 0;
-        while first < columns.len() {
-            let index = self.problem.mass.block_of(columns[first] as usize);
+        for (index, own) in self.problem.mass.blocks_touched(columns) {
             let range = self.problem.mass.blocks()[index].range();
-            let last = first + columns[first..].partition_point(|&c| range.contains(&(c as usize)));
-            for k in first..last {
+            for k in own {
                 memory.scratch[columns[k] as usize] = force(k);
             }
             self.problem.mass_factor.solve_block_in_place(index, &mut memory.scratch[range.clone()]);
@@ -135,7 +132,6 @@ impl<'a> VelocitySystem<'a> {
                 memory.velocity[k] += memory.scratch[k];
                 memory.scratch[k] = 0.0;
             }
-            first = last;
         }
     }
 }
@@ -285,24 +281,20 @@ impl ContactSystem for VelocitySystem<'_> {
         }
         let (columns, entries) = self.problem.jacobian.group(i);
         let memory = &mut *self.memory;
-        let mut first = 0;
-        while first < columns.len() {
-            let index = self.problem.mass.block_of(columns[first] as usize);
+        for (index, own) in self.problem.mass.blocks_touched(columns) {
             let range = self.problem.mass.blocks()[index].range();
-            let last = first + columns[first..].partition_point(|&c| range.contains(&(c as usize)));
             for r in 0..3 {
-                for k in first..last {
+                for k in own.clone() {
                     memory.scratch[columns[k] as usize] = entries[k][r];
                 }
                 self.problem.mass_factor.solve_block_in_place(index, &mut memory.scratch[range.clone()]);
-                for k in first..last {
+                for k in own.clone() {
                     for s in 0..3 {
                         block[s][r] += entries[k][s] * memory.scratch[columns[k] as usize];
                     }
                 }
                 memory.scratch[range.clone()].fill(0.0);
             }
-            first = last;
         }
         block
     }
