@@ -37,6 +37,8 @@ mod frame;
 mod friction_group;
 mod frictional_certificate;
 mod jacobian;
+// Small change of the crates above; no part of the interface.
+#[doc(hidden)]
 pub mod lists;
 mod outcome;
 mod polygon;
@@ -49,6 +51,7 @@ pub mod scales;
 mod solution;
 mod stages;
 mod unsupported;
+#[doc(hidden)]
 pub mod vector;
 mod warm_start;
 

@@ -3,6 +3,7 @@
 use signorini_multibody::FEW_ROWS;
 
 use crate::ContactProblem;
+#[doc(hidden)]
 pub use crate::lists::raise;
 
 /// Rows of the block of a free body.
