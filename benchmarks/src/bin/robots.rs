@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Parser;
-use signorini::{InfeasiblePolicy, RunEnd, Settings, Simulation};
+use signorini::{InfeasiblePolicy, OverlapPolicy, RunEnd, Settings, Simulation};
 use signorini_benchmarks::robots::{self, ROBOTS, Robot};
 use signorini_benchmarks::table;
 
@@ -87,6 +87,7 @@ fn fall(options: &Options, folder: &Path, robot: &Robot) -> Result<Vec<String>, 
         .with_timestep(options.timestep)
         .with_directions(options.directions)
         .with_stabilization(options.stabilization)
+        .with_overlaps(OverlapPolicy::Keep)
         .with_infeasible(if options.stop { InfeasiblePolicy::Stop } else { InfeasiblePolicy::ClipGaps });
     let (nv, shapes) = (model.nv, model.geoms.len() - 1);
     let mut simulation = Simulation::new(model, settings)?;

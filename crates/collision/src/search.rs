@@ -64,6 +64,10 @@ impl Search {
                 let between = 0.5 * (pair.point_a + pair.point_b);
                 let midpoint = between + pair.normal * (0.5 * (a.shape.radius() - b.shape.radius()));
                 let gap = separation_along(a, b, pair.normal);
+                if gap > margin {
+                    self.apart = Some(pair.normal);
+                    return None;
+                }
                 let found = Separation { normal: pair.normal, gap, midpoint: Some(midpoint) };
                 let stalled = pair.open > STALLED * size;
                 let polished = if stalled { self.epa.search(a, b, &self.axes, 2.0 * pair.distance) } else { None };
@@ -75,7 +79,12 @@ impl Search {
                 Some(found.map_or(axis, |f| prefer_axis(axis, f, 1e-10 * size)))
             }
         }
-        .filter(|s| s.gap <= margin)
+        .filter(|s| {
+            if s.gap > margin {
+                self.apart = Some(s.normal);
+            }
+            s.gap <= margin
+        })
     }
 
     /// Of shapes with many faces those directions that can matter: the faces nearest to the direction of the closest points.

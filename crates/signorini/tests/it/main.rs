@@ -2,6 +2,7 @@
 
 mod activation;
 mod batch;
+mod candidates;
 mod contradiction;
 mod convergence;
 mod determinism;
