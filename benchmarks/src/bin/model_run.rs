@@ -2,7 +2,7 @@
 //! run. `benchmarks/robots/corpus.py` gives each file a process of its own. See `benchmarks/robots/README.md`.
 
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use cpu_time::{ProcessTime, ThreadTime};
@@ -23,6 +23,9 @@ struct Options {
     /// CPU time of the run after which it is broken off, s
     #[arg(long, default_value_t = 20.0)]
     patience: f64,
+    /// JSON file with the control values of every step, a list of lists; the last one stays
+    #[arg(long)]
+    control: Option<PathBuf>,
     /// Keyframe to begin with [default: the reference configuration]
     #[arg(long)]
     keyframe: Option<String>,
@@ -77,7 +80,11 @@ fn run(options: &Options, simulation: &mut Simulation) -> Value {
     }
     let start = poses(simulation.model(), simulation.state());
     let mut times = Times::default();
-    let result = step_on(options, simulation, &mut times);
+    let controls = match options.control.as_deref().map(read_controls).transpose() {
+        Ok(controls) => controls.unwrap_or_default(),
+        Err(error) => return json!({ "end": "error", "message": error.to_string() }),
+    };
+    let result = step_on(options, &controls, simulation, &mut times);
     let (end, message) = match result {
         Err(error) => ("error", error.to_string()),
         Ok(_) if !simulation.state().v.iter().all(|v| v.is_finite()) => ("not finite", String::new()),
@@ -127,11 +134,23 @@ impl Times {
     }
 }
 
+fn read_controls(file: &Path) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
+    Ok(serde_json::from_str(&std::fs::read_to_string(file)?)?)
+}
+
 /// Steps until the time, or the patience, is over; notes what each step took.
-fn step_on(options: &Options, simulation: &mut Simulation, times: &mut Times) -> Result<RunEnd, SimulationError> {
+fn step_on(
+    options: &Options,
+    controls: &[Vec<f64>],
+    simulation: &mut Simulation,
+    times: &mut Times,
+) -> Result<RunEnd, SimulationError> {
     let begin = ThreadTime::now();
     let steps = (options.duration / simulation.timestep()).round() as u64;
-    for _ in 0..steps {
+    for step in 0..steps as usize {
+        if let Some(control) = controls.get(step) {
+            simulation.input.control.clone_from(control);
+        }
         let clock = ThreadTime::now();
         let advanced = simulation.step()?.advanced();
         let report = simulation.report();

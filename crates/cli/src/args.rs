@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use signorini::contact::SolverSettings;
+use signorini::contact::{MOST_DIRECTIONS, SolverSettings};
 use signorini::lcp::MethodKind;
 use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, OverlapPolicy, Settings};
 
@@ -231,8 +231,8 @@ impl MethodChoice {
 /// A number of friction directions.
 pub fn directions(text: &str) -> Result<usize, String> {
     match text.parse::<usize>() {
-        Ok(count) if count >= 4 && count.is_multiple_of(2) => Ok(count),
-        _ => Err("must be an even number of at least 4".into()),
+        Ok(count) if (4..=MOST_DIRECTIONS).contains(&count) && count.is_multiple_of(2) => Ok(count),
+        _ => Err(format!("must be an even number from 4 to {MOST_DIRECTIONS}")),
     }
 }
 

@@ -66,7 +66,7 @@ pub use frame::ContactFrame;
 pub use friction_group::{FrictionBound, FrictionGroups};
 pub use jacobian::SparseRows;
 pub use outcome::{SolveReport, SolveStatus};
-pub use polygon::FrictionPolygon;
+pub use polygon::{FrictionPolygon, MOST_DIRECTIONS};
 pub use problem::ContactProblem;
 pub use residuals::Certificate;
 pub use solution::{ContactMode, ContactSolution};

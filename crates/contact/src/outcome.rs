@@ -13,7 +13,8 @@ pub enum SolveStatus {
     Solved,
     /// The best point found; its residuals exceed the tolerance, or are no numbers to rely on because the impulses are too large.
     Inaccurate,
-    /// Lemke's path ended on a ray: these contacts wedge each other (φ < 0 and a cone that is not pointed).
+    /// No solution was found, and Lemke's path ended on a ray: these contacts wedge each other (φ < 0 and a cone that is not pointed).
+    /// That is no proof that there is none, as gaps are negative ([`Infeasible`](Self::Infeasible) is one).
     Ray {
         /// Contacts with an impulse along the ray, ascending.
         contacts: Vec<usize>,

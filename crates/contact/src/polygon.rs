@@ -18,6 +18,17 @@ pub struct FrictionPolygon {
     directions: Vec<[f64; 2]>,
 }
 
+/// Directions of a polygon at most: a circle to 1 part in 3 million.
+pub const MOST_DIRECTIONS: usize = 4096;
+
+fn too_many(count: usize) -> Result<(), ProblemError> {
+    if count <= MOST_DIRECTIONS {
+        return Ok(());
+    }
+    let reason = format!("a polygon has at most {MOST_DIRECTIONS} directions; found {count}");
+    Err(ProblemError::Directions { contact: None, reason })
+}
+
 impl FrictionPolygon {
     /// No directions: a contact without friction.
     pub fn frictionless() -> Self {
@@ -28,12 +39,13 @@ impl FrictionPolygon {
     /// exact negatives of each other.
     ///
     /// # Errors
-    /// [`ProblemError::Directions`] if `count` is odd or less than 2.
+    /// [`ProblemError::Directions`] if `count` is odd, less than 2 or more than [`MOST_DIRECTIONS`].
     pub fn regular(count: usize, angle: f64) -> Result<Self, ProblemError> {
         if count < 2 || count % 2 == 1 {
             let reason = format!("a polygon needs an even number of directions, at least 2; found {count}");
             return Err(ProblemError::Directions { contact: None, reason });
         }
+        too_many(count)?;
         let step = std::f64::consts::TAU / count as f64;
         let half: Vec<[f64; 2]> = (0..count / 2).map(|k| unit_vector(angle + step * k as f64)).collect();
         let opposite = half.iter().map(|d| [-d[0], -d[1]]);
@@ -44,8 +56,9 @@ impl FrictionPolygon {
     /// `μ·semi_axes[1]` across it. A skate has a small first and a large second semi-axis.
     ///
     /// # Errors
-    /// [`ProblemError::Directions`] if `count` is odd or less than 4, or a semi-axis is not positive and finite.
+    /// [`ProblemError::Directions`] if `count` is odd, less than 4 or more than [`MOST_DIRECTIONS`], or a semi-axis is not positive and finite.
     pub fn ellipse(count: usize, semi_axes: [f64; 2], angle: f64) -> Result<Self, ProblemError> {
+        too_many(count)?;
         let refused = |reason| Err(ProblemError::Directions { contact: None, reason });
         if count < 4 {
             return refused(format!("an ellipse needs an even number of directions, at least 4; found {count}"));

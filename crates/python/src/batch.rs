@@ -1,6 +1,8 @@
 //! `Batch`: many simulations of one model at once, on threads.
 
-use std::sync::{Mutex, MutexGuard};
+use std::num::NonZeroUsize;
+use std::process;
+use std::sync::{Mutex, MutexGuard, TryLockError};
 
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyRuntimeError};
@@ -12,6 +14,7 @@ use signorini::{LaneStop, Variation, contact_wrenches_into};
 use crate::arrays::{self, Cube, Table, Vector};
 use crate::core::mocap_placements;
 use crate::error::{BatchError, ProblemError, simulation_error};
+use crate::guard;
 use crate::model::Model;
 use crate::quantity::Quantity;
 use crate::settings::PySettings;
@@ -24,6 +27,8 @@ pub struct Batch {
     #[pyo3(get)]
     settings: Py<PyAny>,
     lanes: Mutex<Lanes>,
+    /// The process whose threads step the simulations, if there are such threads.
+    threads_of: Option<u32>,
     count: usize,
     time: Py<PyArray1<f64>>,
     qpos: Py<PyArray2<f64>>,
@@ -50,13 +55,24 @@ impl Batch {
         let (nq, nv, na, nu) = (inner.nq, inner.nv, inner.na, inner.actuators.len());
         let options = settings.extract::<PySettings>(py)?.to_settings()?;
         let placements = mocap_placements(&inner);
-        let mut batch = py.detach(|| signorini::Batch::new(inner, options, nsim, nthread)).map_err(simulation_error)?;
+        for (what, size) in [("qpos", nq), ("qvel", nv), ("act", na), ("ctrl", nu)] {
+            guard::bounded(what, &[nsim, size])?;
+        }
+        // The pool that simulations share has no threads in a forked process, if its parent has used it.
+        let threads = if nthread == 0 && guard::is_forked() {
+            std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
+        } else {
+            nthread
+        };
+        let made = guard::detached(py, || signorini::Batch::new(inner, options, nsim, threads))?;
+        let mut batch = made.map_err(simulation_error)?;
         (0..nsim).for_each(|i| batch.input_mut(i).mocap.clone_from(&placements));
         let zeros = |columns| PyArray2::zeros(py, [nsim, columns], false).unbind();
         let poses = |numbers| PyArray3::zeros(py, [nsim, placements.len(), numbers], false).unbind();
         let this = Self {
             model,
             settings,
+            threads_of: (threads != 1 && nsim > 1).then(process::id),
             count: nsim,
             time: PyArray1::zeros(py, nsim, false).unbind(),
             qpos: zeros(nq),
@@ -198,7 +214,7 @@ impl Batch {
         for i in ids.into_iter().flatten() {
             *chosen.get_mut(i).ok_or_else(|| self.no_simulation(i))? = true;
         }
-        py.detach(|| batch.step_chosen(nstep, &chosen));
+        guard::detached(py, || batch.step_chosen(nstep, &chosen))?;
         stepped.iter_mut().zip(chosen).for_each(|(stepped, chosen)| *stepped |= chosen && nstep > 0);
         self.publish(py, batch)?;
         self.check(batch)
@@ -225,16 +241,22 @@ impl Batch {
             (None, Some(nstep)) => (nstep, Vec::new()),
             (None, None) => return Err(ProblemError::new_err("give ctrl, (nsim, nstep, nu), or nstep")),
         };
-        let empty = |quantity: &Quantity| vec![f64::NAN; steps * quantity.size(&model)];
-        let mut records: Vec<Vec<Vec<f64>>> = vec![quantities.iter().map(empty).collect(); self.count];
-        py.detach(|| {
+        let mut records: Vec<Vec<Vec<f64>>> = vec![Vec::new(); self.count];
+        for quantity in &quantities {
+            let size = quantity.size(&model);
+            guard::bounded("the record", &[self.count, steps, size])?;
+            for record in &mut records {
+                record.push(guard::unknowns(steps * size)?);
+            }
+        }
+        guard::detached(py, || {
             batch.rollout_observed(steps, &controls, &mut records, |k, simulation, records| {
                 for (quantity, record) in quantities.iter().zip(records) {
                     let size = quantity.size(&model);
                     quantity.write(simulation, &mut record[k * size..(k + 1) * size]);
                 }
             })
-        });
+        })?;
         stepped.iter_mut().for_each(|stepped| *stepped |= steps > 0);
         self.publish(py, batch)?;
         self.check(batch)?;
@@ -294,9 +316,18 @@ impl Batch {
     }
 
     fn lock(&self) -> PyResult<MutexGuard<'_, Lanes>> {
-        let busy =
-            |_| PyRuntimeError::new_err("this batch is being stepped in another thread: give each thread its own");
-        self.lanes.try_lock().map_err(busy)
+        if self.threads_of.is_some_and(|process| process != process::id()) {
+            return Err(PyRuntimeError::new_err(
+                "this batch was made before the process was forked, and its threads stayed behind: make it in the child, \
+                 or with nthread=1",
+            ));
+        }
+        self.lanes.try_lock().map_err(|error| {
+            PyRuntimeError::new_err(match error {
+                TryLockError::WouldBlock => "this batch is being stepped in another thread: give each thread its own",
+                TryLockError::Poisoned(_) => "a step of this batch failed by an internal error: make it anew",
+            })
+        })
     }
 
     /// The Rust side with what Python may have written to the arrays.
@@ -366,7 +397,7 @@ impl Batch {
     fn check(&self, batch: &signorini::Batch) -> PyResult<()> {
         let stopped: Vec<(usize, String)> = (0..self.count)
             .filter_map(|i| match batch.stop(i)? {
-                LaneStop::NoSolution => Some((i, format!("no solution at t = {} s", batch.state(i).time))),
+                LaneStop::NoSolution => Some((i, format!("no solution found at t = {} s", batch.state(i).time))),
                 LaneStop::Error(error) => Some((i, error.to_string())),
             })
             .collect();

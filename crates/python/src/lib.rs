@@ -11,6 +11,7 @@ mod core;
 mod data;
 mod dynamics;
 mod error;
+mod guard;
 mod lcp;
 mod linear_system;
 mod live;
@@ -60,6 +61,7 @@ mod _core {
 
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::guard::loaded();
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

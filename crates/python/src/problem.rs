@@ -13,7 +13,7 @@ use signorini::multibody::BlockDiagonal;
 use crate::arrays::{self, Table, Vector};
 use crate::contacts::{directions_array, mode_code};
 use crate::error::{ProblemError, problem_error};
-use crate::report::{Certificate, StageRun, contacts_of, name_of, stages_dict};
+use crate::report::{Certificate, StageRun, contacts_of, status_of, stages_dict};
 use crate::settings::contact_method;
 
 /// The contact problem of one step as plain data.
@@ -345,10 +345,10 @@ impl ContactSolution {
         directions_array(py, self.0.modes.iter().map(|&m| mode_code(m).1))
     }
 
-    /// "solved", "inaccurate", "ray", "infeasible", "iteration_limit".
+    /// "solved", "inaccurate", "unresolved", "infeasible", "iteration_limit".
     #[getter]
     fn status(&self) -> String {
-        name_of(&self.0.status)
+        status_of(&self.0.status)
     }
 
     /// Whether every law holds within the tolerance.

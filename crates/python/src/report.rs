@@ -152,7 +152,7 @@ impl StageRun {
 #[pyclass(frozen, module = "signorini")]
 #[derive(Clone)]
 pub struct StepReport {
-    /// "solved", "inaccurate", "ray", "infeasible", "iteration_limit".
+    /// "solved", "inaccurate", "unresolved", "infeasible", "iteration_limit".
     #[pyo3(get)]
     status: String,
     /// Contacts that contradict each other, where the status says so; indices into the problem.
@@ -200,7 +200,7 @@ pub struct StepReport {
 impl StepReport {
     pub fn new(report: &signorini::StepReport) -> Self {
         Self {
-            status: name_of(&report.status),
+            status: status_of(&report.status),
             blamed: contacts_of(&report.status).to_vec(),
             certificate: Certificate(report.certificate),
             contacts: report.contacts,
@@ -283,6 +283,11 @@ pub fn contacts_of(status: &SolveStatus) -> &[usize] {
         SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts } => contacts,
         _ => &[],
     }
+}
+
+/// The name of a contact problem's status in Python's spelling; a ray is none of a verdict.
+pub fn status_of(status: &SolveStatus) -> String {
+    if matches!(status, SolveStatus::Ray { .. }) { "unresolved".into() } else { name_of(status) }
 }
 
 /// The name of an enum's variant in Python's spelling: `IterationLimit` is "iteration_limit".

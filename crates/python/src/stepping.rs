@@ -10,8 +10,9 @@ use signorini::{ContactSource, SettleSettings, SimulationError};
 use crate::core::{Core, Stop};
 use crate::data::Data;
 use crate::error::{SolveError, recording_error, simulation_error};
+use crate::guard;
 use crate::model::Model;
-use crate::report::{SettleReport, contacts_of, name_of};
+use crate::report::{SettleReport, contacts_of, status_of};
 
 /// Checks that a data belongs to a model.
 pub fn check_model(model: &Bound<'_, Model>, data: &Bound<'_, Data>) -> PyResult<()> {
@@ -33,11 +34,11 @@ pub fn step(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>, ns
     let mut left = nstep;
     let mut outcome = Ok(());
     loop {
-        let stop = py.detach(|| {
+        let stop = guard::detached(py, || {
             let end = core.run(&mut left);
             core.update_kinematics();
             end
-        });
+        })?;
         match stop {
             Err(Stop::Slice) => {
                 outcome = py.check_signals();
@@ -80,12 +81,13 @@ fn warn(py: Python<'_>, category: &str, message: String) -> PyResult<()> {
 }
 
 fn no_solution(core: &Core) -> PyErr {
-    let status = name_of(&core.report.status);
+    let status = status_of(&core.report.status);
     let contacts = contacts_of(&core.report.status).to_vec();
     let sources = contacts.iter().filter_map(|&i| core.workspace.contact_source(i));
     let names: Vec<String> = sources.map(|source| describe(&core.model, source)).collect();
+    let end = if status == "infeasible" { "has no solution" } else { "was not solved" };
     let message = format!(
-        "the contact problem at t = {} s has no solution ({status}); the state is the one before the step; \
+        "the contact problem at t = {} s {end} ({status}); the state is the one before the step; \
          contacts that contradict each other: {}",
         core.state.time,
         if names.is_empty() { "not known".to_owned() } else { names.join(", ") }

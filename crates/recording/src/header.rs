@@ -178,12 +178,14 @@ impl Header {
         Self { source: None, ..self }
     }
 
-    /// Checks that numbers are finite and that indices are inside their tables.
+    /// Checks that numbers are finite, sizes bounded, and indices inside their tables.
     ///
     /// # Errors
     /// [`RecordingError::InvalidHeader`] with the first field at fault.
     pub fn validate(&self) -> Result<(), RecordingError> {
         check(!self.bodies.is_empty(), "bodies", "index 0 must be the world")?;
+        check(self.nq <= MOST_COORDINATES, "nq", "must be at most 16777216")?;
+        check(self.nv <= MOST_COORDINATES, "nv", "must be at most 16777216")?;
         check(self.timestep.is_finite() && self.timestep > 0.0, "timestep", "must be positive")?;
         check(self.gravity.iter().all(|x| x.is_finite()), "gravity", "must be finite")?;
         check(self.tolerance.is_finite(), "tolerance", "must be finite")?;
@@ -230,6 +232,9 @@ impl ShapeVisual {
         check(valid, field, problem)
     }
 }
+
+/// Readers allocate by these sizes: what no file could fill is refused.
+const MOST_COORDINATES: usize = 1 << 24;
 
 fn check(valid: bool, field: impl Into<String>, problem: &'static str) -> Result<(), RecordingError> {
     if valid { Ok(()) } else { Err(RecordingError::InvalidHeader { field: field.into(), problem }) }

@@ -1,7 +1,7 @@
 //! Settings of a simulation.
 
 use derive_setters::Setters;
-use signorini_contact::FrictionPolygon;
+use signorini_contact::{FrictionPolygon, MOST_DIRECTIONS};
 use signorini_lcp::MethodKind;
 use signorini_solver::SolverSettings;
 
@@ -93,7 +93,7 @@ pub struct Settings {
     /// Time step Δt, s; the model's own where it is not given.
     #[setters(into)]
     pub timestep: Option<f64>,
-    /// Friction directions of every contact; even, at least 4. Default 8.
+    /// Friction directions of every contact; even, at least 4 and at most 4096. Default 8.
     pub directions: usize,
     /// Angle of the first direction from the first tangent, rad. Default 0.
     pub direction_angle: f64,
@@ -183,7 +183,13 @@ impl Settings {
         check("assembly_tolerance", assembly, "not negative", assembly >= 0.0)?;
         check("tolerance", self.tolerance, "in (0, 1)", self.tolerance > 0.0 && self.tolerance < 1.0)?;
         check("direction_angle", self.direction_angle, "finite", self.direction_angle.is_finite())?;
-        check("directions", self.directions as f64, "even and at least 4", self.directions >= 4)?;
+        let directions = self.directions;
+        check(
+            "directions",
+            directions as f64,
+            "even, at least 4 and at most 4096",
+            (4..=MOST_DIRECTIONS).contains(&directions),
+        )?;
         if let FrictionLaw::Refined { tolerance } = self.friction_law {
             check("friction_law.tolerance", tolerance, "in (0, 1)", tolerance > 0.0 && tolerance < 1.0)?;
         }

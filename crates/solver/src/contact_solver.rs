@@ -75,7 +75,7 @@ impl ContactSolver {
     /// the result, and by how far its velocity is from that of its impulses along any row, never by the solver's own numbers.
     /// No allocation after warm-up where the stages before Lemke's method reach the tolerance on one thread.
     pub fn solve_into(&mut self, problem: &ContactProblem, warm: Option<&WarmStart>, solution: &mut ContactSolution) {
-        self.solve_looking(problem, warm, Patience::Full, solution);
+        self.solve_patiently_into(problem, warm, Patience::Full, solution);
     }
 
     /// [`solve_into`](Self::solve_into) with less patience, for problems that may have no solution. Its denials are no proofs then.
@@ -87,6 +87,10 @@ impl ContactSolver {
         solution: &mut ContactSolution,
     ) {
         self.solve_looking(problem, warm, patience, solution);
+        let is_proved = matches!(solution.status, SolveStatus::Infeasible { .. });
+        if patience == Patience::Full && solution.status != SolveStatus::Solved && !is_proved {
+            self.continue_to(problem, solution);
+        }
     }
 
     /// Whether the last solve left the island of a unit (a contact, or a friction group counted after the contacts) with laws that do
@@ -106,7 +110,8 @@ impl ContactSolver {
         !any || island.is_some_and(|island| self.residuals.get(island).is_some_and(lacks))
     }
 
-    fn solve_looking(
+    /// The walk of a problem, without [continuation](crate::continuation).
+    pub(crate) fn solve_looking(
         &mut self,
         problem: &ContactProblem,
         warm: Option<&WarmStart>,

@@ -154,14 +154,14 @@ fn complete(problem: &ContactProblem, cones: &Cones, at: &Layout, z: &[f64], sol
 }
 
 /// Whether theory promises a solution (formulation §4): a ray or a proof of the contrary is then an effect of rounding. Along a
-/// ray the constant bounds leave no impulse, and impulses bounded by contacts do no work against `v^f`, so that friction
+/// ray the impulses balance each other, so that bilateral rows that are not violated do not count; the constant bounds leave no impulse, and impulses bounded by contacts do no work against `v^f`, so that friction
 /// groups spoil the promise only where a contact bounds them and their target is not zero (a moving wedge can jam).
 fn must_have_a_solution(problem: &ContactProblem) -> bool {
     let groups = &problem.friction_groups;
     let still = |(bound, target): (&FrictionBound, &[f64; 2])| {
         matches!(bound, FrictionBound::Impulse(_)) || *target == [0.0; 2]
     };
-    problem.bilateral_violation.is_empty()
+    problem.bilateral_violation.iter().all(|theta| *theta == 0.0)
         && problem.gap.iter().all(|phi| *phi >= 0.0)
         && groups.bound.iter().zip(&groups.target).all(still)
 }

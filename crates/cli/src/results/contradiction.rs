@@ -77,8 +77,8 @@ impl Contradiction {
     pub fn of(simulation: &Simulation, report: &StepReport, step: u64) -> Self {
         let (status, contacts) = match &report.status {
             SolveStatus::Infeasible { contacts } => ("infeasible", contacts.as_slice()),
-            SolveStatus::Ray { contacts } => ("ray", contacts.as_slice()),
-            _ => ("ray", &[][..]),
+            SolveStatus::Ray { contacts } => ("unresolved", contacts.as_slice()),
+            _ => ("unresolved", &[][..]),
         };
         let contacts = contacts.iter().filter_map(|&i| involved(simulation, i)).collect();
         Self { status, step, time: simulation.state().time, contacts }

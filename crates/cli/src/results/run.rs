@@ -95,7 +95,7 @@ pub enum RunStatus {
     Finished,
     /// The time is over; steps missed their tolerance.
     MissedTolerance,
-    /// A step has no solution.
+    /// A step has no solution, or none was found.
     NoSolution,
 }
 

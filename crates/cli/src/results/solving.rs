@@ -189,7 +189,11 @@ impl Ending {
     pub fn of_contacts(status: &SolveStatus) -> Self {
         match status {
             SolveStatus::Solved => "solved".into(),
-            SolveStatus::Ray { contacts } => Self::about("ray", contacts.clone()),
+            SolveStatus::Ray { contacts } => {
+                let reason =
+                    "no solution was found, which does not prove that there is none: these contacts wedge each other";
+                Self { reason: Some(reason.to_owned()), ..Self::about("unresolved", contacts.clone()) }
+            }
             SolveStatus::Infeasible { contacts } => Self::about("infeasible", contacts.clone()),
             SolveStatus::IterationLimit => "iteration_limit".into(),
             SolveStatus::Refused(refusal) => Self::refused(refusal.to_string()),

@@ -123,12 +123,12 @@ fn tolerance(result: &RunResult) -> String {
 
 /// Why a run could not go on.
 fn stopped(contradiction: &Contradiction) -> String {
-    let mut out = format!(
-        "STOPPED      step {} at {} s has no solution ({}): no velocity satisfies all of its contacts\n",
-        contradiction.step,
-        number(contradiction.time),
-        contradiction.status
-    );
+    let end = if contradiction.status == "infeasible" {
+        "has no solution (infeasible): no velocity satisfies all of its contacts"
+    } else {
+        "was not solved (unresolved): no velocity that satisfies all of its contacts was found, nor a proof that there is none"
+    };
+    let mut out = format!("STOPPED      step {} at {} s {end}\n", contradiction.step, number(contradiction.time));
     for contact in &contradiction.contacts {
         let _ = writeln!(out, "  {}", involved(contact));
     }

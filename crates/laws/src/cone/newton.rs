@@ -88,8 +88,11 @@ impl Newton {
                 self.impulse[i] = laws[i].project(self.trial(laws, i, self.u[i]));
             }
         }
-        self.impulse.clone_from(&self.best);
-        system.restore_best();
+        // Where numbers overflow nothing was best: what is kept there belongs to another problem.
+        if best.is_finite() {
+            self.impulse.clone_from(&self.best);
+            system.restore_best();
+        }
         best
     }
 

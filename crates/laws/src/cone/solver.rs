@@ -306,6 +306,7 @@ impl CircularConeSolver {
         newton.effort = Default::default();
         newton.impulse.clear();
         newton.impulse.resize(laws.len(), [0.0; 3]);
+        solution.impulse.clone_from(&newton.impulse);
         let mut best = f64::INFINITY;
         for round in 0..=settings.sweep_rounds {
             solution.report.starts += 1;

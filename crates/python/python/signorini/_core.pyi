@@ -795,7 +795,7 @@ class StepReport:
 
     @property
     def status(self) -> str:
-        """"solved", "inaccurate", "ray", "infeasible", "iteration_limit"."""
+        """"solved", "inaccurate", "unresolved", "infeasible", "iteration_limit"."""
     @property
     def blamed(self) -> list[int]:
         """Contacts that contradict each other, where the status says so; indices into the problem."""
@@ -1011,7 +1011,7 @@ class ContactSolution:
         """The friction directions that a sliding contact's impulse lies on, (nc, 2); -1 where there is none."""
     @property
     def status(self) -> str:
-        """"solved", "inaccurate", "ray", "infeasible", "iteration_limit"."""
+        """"solved", "inaccurate", "unresolved", "infeasible", "iteration_limit"."""
     @property
     def solved(self) -> bool:
         """Whether every law holds within the tolerance."""

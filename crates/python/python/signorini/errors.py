@@ -54,10 +54,10 @@ class ProblemError(SignoriniError, ValueError):
 
 
 class SolveError(SignoriniError, RuntimeError):
-    """A step whose contact problem has no solution; the state is the one before the step. Or a state that does not come to rest.
+    """A step whose contact problem has no solution, or none that was found; the state is the one before the step. Or a state that does not come to rest.
 
     Attributes:
-        status: "ray" or "infeasible" (see ``StepReport.status``); of :func:`signorini.settle` "not_settled".
+        status: "unresolved" or "infeasible" (see ``StepReport.status``); of :func:`signorini.settle` "not_settled".
         contacts: contacts that contradict each other, indices into the step's problem.
         time: time of the state, s.
     """

@@ -54,7 +54,7 @@ class Settings:
 
     Attributes:
         timestep: Δt, s; ``None`` takes the model's.
-        directions: friction directions of every contact, even, at least 4.
+        directions: friction directions of every contact, even, from 4 to 4096.
         direction_angle: angle of the first direction from the first tangent, rad.
         stabilization: factor in (0, 1] on φ/Δt where φ < 0, and on the violation of equality constraints.
         tolerance: a step whose worst residual exceeds this has missed its tolerance, in (0, 1).

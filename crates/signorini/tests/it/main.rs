@@ -22,6 +22,7 @@ mod margin;
 mod mechanisms;
 mod mocap;
 mod mujoco_rules;
+mod overflow;
 mod own_overlaps;
 mod permitted;
 mod recertify;

@@ -1,0 +1,72 @@
+"""What no input may do: end the interpreter, hang, or leave a message that is not true."""
+
+import os
+import struct
+import subprocess
+import sys
+import zlib
+
+import numpy as np
+import pytest
+
+import signorini
+from signorini import Batch, Model, Settings
+
+BALL = """<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+    <body pos="0 0 0.1"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"""
+
+
+def test_sizes_are_bounded():
+    with pytest.raises(signorini.SettingError, match="at most 4096"):
+        signorini.Data(Model.from_string(BALL), Settings(directions=1_000_000_000))
+    batch = Batch(Model.from_string(BALL), 2)
+    with pytest.raises(MemoryError, match="one call gives back"):
+        batch.rollout(nstep=10**15)
+    with pytest.raises(MemoryError):
+        batch.rollout(nstep=2**63 - 1)
+    batch.step(3)
+    assert (batch.time > 0.0).all()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="forking is POSIX")
+def test_a_forked_child_makes_its_own_batch_and_is_told_of_the_parent_s():
+    program = f"""
+import os, sys
+from signorini import Batch, Model
+model = Model.from_string({BALL!r})
+batch = Batch(model, 8)
+batch.step(5)
+child = os.fork()
+if child == 0:
+    try:
+        batch.step()
+        os._exit(1)
+    except RuntimeError as error:
+        if "forked" not in str(error):
+            os._exit(2)
+    own = Batch(model, 8)
+    own.step(5)
+    os._exit(0 if (own.qpos == batch.qpos).all() else 3)
+sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
+"""
+    ended = subprocess.run([sys.executable, "-W", "ignore", "-c", program], timeout=60)
+    assert ended.returncode == 0
+
+
+def test_a_header_with_impossible_sizes_is_refused(tmp_path):
+    model = Model.from_string(BALL)
+    data = signorini.Data(model)
+    path = tmp_path / "run.rec"
+    with data.record(path):
+        signorini.step(model, data, 3)
+    content = path.read_bytes()
+    version, length, _ = struct.unpack_from("<III", content, 8)
+    header = content[20 : 20 + length].replace(b'"nq":7,', b'"nq":100000000007,')
+    assert header != content[20 : 20 + length]
+    damaged = tmp_path / "damaged.rec"
+    damaged.write_bytes(
+        content[:8] + struct.pack("<III", version, len(header), zlib.crc32(header)) + header + content[20 + length :]
+    )
+    with pytest.raises(signorini.SignoriniError, match="nq"):
+        signorini.Recording.load(damaged)
+    assert np.isfinite(signorini.Recording.load(path).qpos).all()

@@ -1,0 +1,102 @@
+//! Continuation: from a problem that has a solution and is easy, to the one that was asked for.
+//!
+//! Two things make a contact problem hard to solve from nothing. Where gaps are negative or constraints are violated a solution need not
+//! exist, nor be where a path from infinity ends, though there is one with these taken as zero (formulation §4); and without friction the
+//! problem is a convex quadratic program. So friction, and then gaps with violations, grow from zero to what they are, each problem
+//! starting from the last solution. Nothing is known of the path between: it may end early, and that proves nothing.
+
+use signorini_contact::{ContactProblem, ContactSolution, SolveStatus, WarmStart};
+
+use crate::contact_solver::ContactSolver;
+use crate::task::Patience;
+
+/// Problems on one way, at most, and the shortest step on it.
+const PROBLEMS: u32 = 16;
+const SHORTEST: f64 = 1.0 / 64.0;
+
+/// What grows along a way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Grows {
+    /// Negative gaps and violations of bilateral rows.
+    Gaps,
+    /// Coefficients of friction; gaps and violations are as asked for.
+    Friction,
+    /// The same with gaps and violations taken as zero.
+    FrictionWithoutGaps,
+}
+
+/// A problem on its way to the one that was asked for.
+struct Way<'a> {
+    asked: &'a ContactProblem,
+    problem: ContactProblem,
+    solution: ContactSolution,
+}
+
+impl Way<'_> {
+    fn set(&mut self, grows: Grows, part: f64) {
+        let (friction, gaps) = match grows {
+            Grows::Gaps => (1.0, part),
+            Grows::Friction => (part, 1.0),
+            Grows::FrictionWithoutGaps => (part, 0.0),
+        };
+        let (asked, problem) = (self.asked, &mut self.problem);
+        problem.friction.iter_mut().zip(&asked.friction).for_each(|(mu, asked)| *mu = friction * asked);
+        problem.gap.iter_mut().zip(&asked.gap).for_each(|(phi, asked)| *phi = asked.max(gaps * asked));
+        let violations = problem.bilateral_violation.iter_mut().zip(&asked.bilateral_violation);
+        violations.for_each(|(theta, asked)| *theta = gaps * asked);
+    }
+}
+
+impl ContactSolver {
+    /// Looks for a solution along ways from easier problems; writes it to `solution` and returns `true` where one of them arrives.
+    pub(crate) fn continue_to(&mut self, asked: &ContactProblem, solution: &mut ContactSolution) -> bool {
+        let mut way = Way { asked, problem: asked.clone(), solution: ContactSolution::default() };
+        let violated = asked.gap.iter().any(|phi| *phi < 0.0) || asked.bilateral_violation.iter().any(|t| *t != 0.0);
+        let rubs = asked.friction.iter().any(|mu| *mu > 0.0);
+        let found = violated && self.begin_way(&mut way, Grows::Gaps) && self.follow(&mut way, Grows::Gaps)
+            || rubs && self.begin_way(&mut way, Grows::Friction) && self.follow(&mut way, Grows::Friction)
+            || violated
+                && rubs
+                && self.begin_way(&mut way, Grows::FrictionWithoutGaps)
+                && self.follow(&mut way, Grows::FrictionWithoutGaps)
+                && self.follow(&mut way, Grows::Gaps);
+        if found {
+            let report = std::mem::take(&mut solution.report);
+            std::mem::swap(solution, &mut way.solution);
+            solution.report.accumulate(&report);
+        }
+        found
+    }
+
+    /// Solves the problem at the beginning of a way.
+    fn begin_way(&mut self, way: &mut Way, grows: Grows) -> bool {
+        way.set(grows, 0.0);
+        self.solve_looking(&way.problem, None, Patience::Full, &mut way.solution);
+        way.solution.status == SolveStatus::Solved
+    }
+
+    /// Follows a way from its beginning, whose solution is at hand, to its end.
+    fn follow(&mut self, way: &mut Way, grows: Grows) -> bool {
+        let (mut part, mut step) = (0.0, 1.0);
+        let mut found = ContactSolution::default();
+        for _ in 0..PROBLEMS {
+            let next: f64 = if part + step >= 1.0 { 1.0 } else { part + step };
+            way.set(grows, next);
+            let start = WarmStart::from_solution(&way.solution);
+            self.solve_looking(&way.problem, Some(&start), Patience::Brief, &mut found);
+            if found.status == SolveStatus::Solved {
+                std::mem::swap(&mut way.solution, &mut found);
+                if next == 1.0 {
+                    return true;
+                }
+                (part, step) = (next, 2.0 * step);
+            } else {
+                step *= 0.5;
+                if step < SHORTEST {
+                    return false;
+                }
+            }
+        }
+        false
+    }
+}
