@@ -13,7 +13,7 @@ use signorini::multibody::BlockDiagonal;
 use crate::arrays::{self, Table, Vector};
 use crate::contacts::{directions_array, mode_code};
 use crate::error::{ProblemError, problem_error};
-use crate::report::{Certificate, StageRun, contacts_of, status_of, stages_dict};
+use crate::report::{Certificate, StageRun, contacts_of, stages_dict, status_of};
 use crate::settings::contact_method;
 
 /// The contact problem of one step as plain data.
