@@ -9,6 +9,7 @@ use signorini_contact::{
 };
 use signorini_lcp::Lemke;
 
+use crate::continuation::continue_to;
 use crate::islands::Islands;
 use crate::pool::{IslandPool, Request, is_denial};
 use crate::settings::SolverSettings;
@@ -89,7 +90,9 @@ impl ContactSolver {
         self.solve_looking(problem, warm, patience, solution);
         let is_proved = matches!(solution.status, SolveStatus::Infeasible { .. });
         if patience == Patience::Full && solution.status != SolveStatus::Solved && !is_proved {
-            self.continue_to(problem, solution);
+            continue_to(problem, solution, |problem, start, patience, solution| {
+                self.solve_looking(problem, start, patience, solution);
+            });
         }
     }
 
@@ -111,7 +114,7 @@ impl ContactSolver {
     }
 
     /// The walk of a problem, without [continuation](crate::continuation).
-    pub(crate) fn solve_looking(
+    fn solve_looking(
         &mut self,
         problem: &ContactProblem,
         warm: Option<&WarmStart>,

@@ -7,7 +7,6 @@
 
 use signorini_contact::{ContactProblem, ContactSolution, SolveStatus, WarmStart};
 
-use crate::contact_solver::ContactSolver;
 use crate::task::Patience;
 
 /// Problems on one way, at most, and the shortest step on it.
@@ -47,45 +46,49 @@ impl Way<'_> {
     }
 }
 
-impl ContactSolver {
-    /// Looks for a solution along ways from easier problems; writes it to `solution` and returns `true` where one of them arrives.
-    pub(crate) fn continue_to(&mut self, asked: &ContactProblem, solution: &mut ContactSolution) -> bool {
-        let mut way = Way { asked, problem: asked.clone(), solution: ContactSolution::default() };
-        let violated = asked.gap.iter().any(|phi| *phi < 0.0) || asked.bilateral_violation.iter().any(|t| *t != 0.0);
-        let rubs = asked.friction.iter().any(|mu| *mu > 0.0);
-        let found = violated && self.begin_way(&mut way, Grows::Gaps) && self.follow(&mut way, Grows::Gaps)
-            || rubs && self.begin_way(&mut way, Grows::Friction) && self.follow(&mut way, Grows::Friction)
-            || violated
-                && rubs
-                && self.begin_way(&mut way, Grows::FrictionWithoutGaps)
-                && self.follow(&mut way, Grows::FrictionWithoutGaps)
-                && self.follow(&mut way, Grows::Gaps);
-        if found {
-            let report = std::mem::take(&mut solution.report);
-            std::mem::swap(solution, &mut way.solution);
-            solution.report.accumulate(&report);
-        }
-        found
-    }
+/// Solves a problem from a start, where there is one.
+pub(crate) trait Solve: FnMut(&ContactProblem, Option<&WarmStart>, Patience, &mut ContactSolution) {}
 
+impl<F: FnMut(&ContactProblem, Option<&WarmStart>, Patience, &mut ContactSolution)> Solve for F {}
+
+/// Looks for a solution along ways from easier problems; writes it to `solution` and returns `true` where one of them arrives.
+pub(crate) fn continue_to(asked: &ContactProblem, solution: &mut ContactSolution, mut solve: impl Solve) -> bool {
+    let mut way = Way { asked, problem: asked.clone(), solution: ContactSolution::default() };
+    let violated = asked.gap.iter().any(|phi| *phi < 0.0) || asked.bilateral_violation.iter().any(|t| *t != 0.0);
+    let rubs = asked.friction.iter().any(|mu| *mu > 0.0);
+    let mut goes = |first: Grows, last: Option<Grows>| {
+        way.begin(first, &mut solve) && way.follow(first, &mut solve) && last.is_none_or(|l| way.follow(l, &mut solve))
+    };
+    let found = violated && goes(Grows::Gaps, None)
+        || rubs && goes(Grows::Friction, None)
+        || violated && rubs && goes(Grows::FrictionWithoutGaps, Some(Grows::Gaps));
+    if found {
+        let report = std::mem::take(&mut solution.report);
+        std::mem::swap(solution, &mut way.solution);
+        solution.report.accumulate(&report);
+    }
+    found
+}
+
+impl Way<'_> {
     /// Solves the problem at the beginning of a way.
-    fn begin_way(&mut self, way: &mut Way, grows: Grows) -> bool {
-        way.set(grows, 0.0);
-        self.solve_looking(&way.problem, None, Patience::Full, &mut way.solution);
-        way.solution.status == SolveStatus::Solved
+    fn begin(&mut self, grows: Grows, solve: &mut impl Solve) -> bool {
+        self.set(grows, 0.0);
+        solve(&self.problem, None, Patience::Full, &mut self.solution);
+        self.solution.status == SolveStatus::Solved
     }
 
     /// Follows a way from its beginning, whose solution is at hand, to its end.
-    fn follow(&mut self, way: &mut Way, grows: Grows) -> bool {
+    fn follow(&mut self, grows: Grows, solve: &mut impl Solve) -> bool {
         let (mut part, mut step) = (0.0, 1.0);
         let mut found = ContactSolution::default();
         for _ in 0..PROBLEMS {
             let next: f64 = if part + step >= 1.0 { 1.0 } else { part + step };
-            way.set(grows, next);
-            let start = WarmStart::from_solution(&way.solution);
-            self.solve_looking(&way.problem, Some(&start), Patience::Brief, &mut found);
+            self.set(grows, next);
+            let start = WarmStart::from_solution(&self.solution);
+            solve(&self.problem, Some(&start), Patience::Brief, &mut found);
             if found.status == SolveStatus::Solved {
-                std::mem::swap(&mut way.solution, &mut found);
+                std::mem::swap(&mut self.solution, &mut found);
                 if next == 1.0 {
                     return true;
                 }
