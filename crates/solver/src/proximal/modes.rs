@@ -14,14 +14,12 @@ use super::path::{Path, Shift};
 use crate::iterate::Iterate;
 use crate::task::{Look, Task};
 
-/// What is tuned in the search for modes.
-struct Tuning {
-    /// In a large island a path is followed if at most one in so many contacts lies outside its mode.
-    few: usize,
-}
-
-/// Chosen by: no command on record, since 21 November 2026.
-const TUNING: Tuning = Tuning { few: 16 };
+/// In a large island a path is followed if at most one in so many contacts lies outside its mode.
+const FEW: usize = 16;
+/// ε from which Newton's steps find the modes of a large island by themselves.
+const EASY: f64 = 1e-2;
+/// So many contacts outside their modes are worth another step with any ε.
+const VERY_FEW: usize = 3;
 
 /// Memory of the search.
 #[derive(Clone, Debug, Default)]
@@ -41,7 +39,7 @@ impl ModeSearch {
             if violations == 0 {
                 return true;
             }
-            if large && (round > 0 || TUNING.few * violations > task.island.units.len()) {
+            if large && (round > 0 || FEW * violations > task.island.units.len()) {
                 return false;
             }
             let is_found = self.path.follow(map, task, iterate, Shift::Violated, round)
@@ -73,7 +71,7 @@ impl ModeSearch {
                 fewest = violations;
                 self.best.clone_from(&iterate.modes);
             }
-            if violations == 0 || step == steps || !better || is_for_a_path(task, violations) {
+            if violations == 0 || step == steps || !better || is_for_a_path(map, task, violations) {
                 break;
             }
             take_modes_of_trial(map, task, iterate);
@@ -93,10 +91,10 @@ impl ModeSearch {
     }
 }
 
-/// Whether so few contacts of a very large island lie outside their modes that a path does better than a step on all modes at once,
-/// which then mostly throws out more contacts than it brings in.
-fn is_for_a_path(task: &Task, violations: usize) -> bool {
-    task.is_costly() && TUNING.few * violations <= task.island.units.len()
+/// Whether so few contacts of a very large island lie outside their modes, with an ε so small, that a path does better than a
+/// step on all modes at once, which then mostly throws out more contacts than it brings in.
+fn is_for_a_path(map: &ProximalMap, task: &Task, violations: usize) -> bool {
+    task.is_costly() && map.epsilon < EASY && violations > VERY_FEW && FEW * violations <= task.island.units.len()
 }
 
 fn take_modes_of_trial(map: &mut ProximalMap, task: &Task, iterate: &mut Iterate) {

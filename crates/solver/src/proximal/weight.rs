@@ -6,26 +6,32 @@
 //! that is not. Below the usual ε, the iterations go on with smaller ones where the impulses have a long way to go in
 //! directions of small Delassus eigenvalues, and end with larger ones: the rounding of `u` enters the impulses divided by ε.
 
-use crate::residual::RESIDUALS;
 use crate::settings::SolverSettings;
 
-/// What is tuned in the changes of ε.
-struct Tuning {
-    /// ε of the first problem where the modes are unknown, and the largest one.
-    first: f64,
-    largest: f64,
-    /// Its factor after a proximal problem that was solved, four times where its modes were those of the one before; the reciprocal
-    /// after one that was not.
-    fall: f64,
-    /// Its factor where the iterations are slow.
-    slow_step: f64,
-    /// ε of the last iterations.
-    last: f64,
-}
-
-/// Chosen by: `contact_lcp --seeds 73..77 --no-growth`, 22 November 2026; `fall` and `slow_step` by `random_steps --seeds 0..6000` and
-/// `sim S4_pile100`, 23 November 2026.
-const TUNING: Tuning = Tuning { first: 1.0, largest: 10.0, fall: 0.3, slow_step: 10.0, last: 1e-3 };
+/// The factor between one ε and the next where the iterations are slow.
+const SLOW_STEP: f64 = 1e2;
+const LARGE_SLOW_STEP: f64 = 10.0;
+/// Below this residual a slow iteration is a matter of rounding.
+const ROUNDING_FLOOR: f64 = 2e-11;
+/// Below this one, another ε is not worth its factorisation.
+const NEARLY_POLISHED: f64 = 3e-12;
+/// A residual that rounding can leave.
+const SMALL: f64 = 1e-8;
+/// How many times the best residual it is then.
+const ROUNDED: f64 = 10.0;
+/// Part of the best residual at the last slow iterations that counts as the same.
+const STUCK: f64 = 0.5;
+/// ε of the last iterations.
+const LARGEST_LAST: f64 = 1e-3;
+/// ε of the first problem after an interior start, and the largest one.
+const FIRST: f64 = 1.0;
+const LARGEST: f64 = 10.0;
+/// Its factor after a proximal problem that was solved, after one whose modes were those of the one before, and after one that was not solved.
+const FALL: f64 = 0.3;
+const QUICK_FALL: f64 = 0.01;
+const RISE: f64 = 3.0;
+/// Problems that may stay unsolved.
+const FAILURES: u32 = 60;
 
 /// ε and what it does next.
 #[derive(Clone, Copy, Debug)]
@@ -35,19 +41,31 @@ pub(crate) struct ProximalWeight {
     smallest: f64,
     accept: f64,
     is_large: bool,
+    /// The best residual at the last slow iterations.
+    earlier_best: f64,
     ascending: bool,
+    failures: u32,
 }
 
 impl ProximalWeight {
     /// The usual ε.
     pub fn new(settings: &SolverSettings, is_large: bool) -> Self {
         let (usual, smallest) = (settings.proximal_weight, settings.smallest_proximal_weight);
-        Self { epsilon: usual, usual, smallest, accept: settings.accept, is_large, ascending: false }
+        Self {
+            epsilon: usual,
+            usual,
+            smallest,
+            accept: settings.accept,
+            is_large,
+            earlier_best: f64::INFINITY,
+            ascending: false,
+            failures: 0,
+        }
     }
 
     /// A large ε, which falls to the usual one: what is far from its modes, or lacks a few of them.
     pub fn falling(settings: &SolverSettings) -> Self {
-        Self { epsilon: TUNING.first, ..Self::new(settings, true) }
+        Self { epsilon: FIRST, ..Self::new(settings, true) }
     }
 
     /// Whether ε is still coming down to the usual one.
@@ -58,34 +76,39 @@ impl ProximalWeight {
     /// After a proximal problem that was solved, with or without a change of its modes.
     pub fn fall(&mut self, unchanged: bool) {
         if self.is_falling() {
-            let factor = if unchanged { TUNING.fall.powi(4) } else { TUNING.fall };
+            let factor = if unchanged { QUICK_FALL } else { FALL };
             self.epsilon = (factor * self.epsilon).max(self.usual);
         }
     }
 
     /// After a proximal problem that was not solved, with the best residual so far; `false` if there is nothing left to try.
     pub fn rise(&mut self, best: f64) -> bool {
-        if best <= self.accept || self.ascending || self.epsilon >= TUNING.largest {
+        self.failures += 1;
+        if best <= self.accept || self.ascending || self.failures > FAILURES || self.epsilon >= LARGEST {
             return false;
         }
-        self.epsilon = (self.epsilon / TUNING.fall).min(TUNING.largest);
+        self.epsilon = (RISE * self.epsilon).min(LARGEST);
         true
     }
 
-    /// After slow iterations, with the best residual ever; `false` if they are the last ones.
-    pub fn change(&mut self, best: f64) -> bool {
-        // Below the noise another ε is not worth its factorisation; in a large island it is paid for with many mode changes.
-        if best <= if self.is_large { self.accept } else { RESIDUALS.noise } {
+    /// After slow iterations, with the best residual ever and that of the last one; `false` if they are the last ones.
+    pub fn change(&mut self, best: f64, last: f64) -> bool {
+        // What is accepted and does not get better is paid for with many mode changes in a large island.
+        if self.is_large && best <= self.accept && best > STUCK * self.earlier_best {
             return false;
         }
-        self.ascending |= self.epsilon <= self.smallest;
-        if self.ascending && self.epsilon >= TUNING.last {
+        // In a large island a small residual that grows with a smaller ε is mostly rounding, while it is small.
+        let rounded = best < SMALL && last > ROUNDED * best && last < SMALL;
+        let fruitless = self.is_large && best >= self.earlier_best && rounded;
+        self.ascending |= best <= ROUNDING_FLOOR || self.epsilon <= self.smallest || fruitless;
+        self.earlier_best = best;
+        if self.ascending && (self.epsilon >= LARGEST_LAST || best <= NEARLY_POLISHED) {
             return false;
         }
         self.epsilon = if self.ascending {
-            (self.epsilon * TUNING.slow_step).min(TUNING.last)
+            (self.epsilon * SLOW_STEP).min(LARGEST_LAST)
         } else {
-            (self.epsilon / TUNING.slow_step).max(self.smallest)
+            (self.epsilon / if self.is_large { LARGE_SLOW_STEP } else { SLOW_STEP }).max(self.smallest)
         };
         true
     }

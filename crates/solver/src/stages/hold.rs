@@ -11,9 +11,13 @@ use signorini_contact::{ContactProblem, ContactSolution, WarmStart};
 
 use crate::islands::{Island, Islands};
 use crate::iterate::Iterate;
-use crate::residual::{RESIDUALS, is_exact, law_residual};
+use crate::residual::{REFINE_LARGE, is_exact, law_residual};
 use crate::settings::SolverSettings;
-use crate::task::SIZES;
+use crate::task::LARGE;
+
+/// In a large island rounding adds up, of gaps metres above the ground and of impulses that carry many bodies: it rests where errors are
+/// below so many times the polish.
+const LARGE_AT_REST: f64 = 20.0;
 
 /// A warm start in the terms of the problem at hand.
 #[derive(Clone, Debug, Default)]
@@ -148,9 +152,8 @@ impl GivenStart {
         for k in (0..self.impulse.len()).filter_map(|i| islands.of_unit(i)) {
             self.islands[k].units += 1;
         }
-        // In a large island rounding adds up, of gaps metres above the ground and of impulses that carry many bodies.
-        for held in self.islands.iter_mut().filter(|held| held.units >= SIZES.large) {
-            held.most *= RESIDUALS.rounded;
+        for held in self.islands.iter_mut().filter(|held| held.units >= LARGE) {
+            held.most *= LARGE_AT_REST;
         }
     }
 
@@ -247,7 +250,7 @@ impl Held {
     /// it costs several times what the start costs: what the iterations stop at is enough, if the dissipation law does not see it.
     fn needs_no_refinement(&self, scale: f64) -> bool {
         let (residual, size) = (self.residual / scale, self.largest * self.scale / scale);
-        self.rests || is_exact(residual, size) || self.units < SIZES.large && residual * size <= RESIDUALS.exact_work
+        self.rests || is_exact(residual, size) || self.units < LARGE && residual * size <= REFINE_LARGE
     }
 
     /// Takes in a unit's residual, its impulse, and the largest entry of its Delassus diagonal.
