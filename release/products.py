@@ -67,10 +67,18 @@ def command(tree, out):
     for package in ("signorini-cli", "signorini-c"):
         tree.run("cargo", "zigbuild", "--release", "--locked", "--target", f"{LINUX}.{GLIBC}", "-p", package)
     built = tree.target / LINUX / "release"
+    # Zig's C++ library is not the one that programs link a static library with. What is static asks for no version of the C library.
+    plain = tree.target / "static"
+    tree.run("cargo", "build", "--release", "--locked", "--target-dir", plain, "-p", "signorini-c")
+    libraries = tree.target / "libraries"
+    shutil.rmtree(libraries, ignore_errors=True)
+    libraries.mkdir()
+    shutil.copy(built / "libsignorini_c.so", libraries)
+    shutil.copy(plain / "release" / "libsignorini_c.a", libraries)
     name = f"signorini-{tree.version}-{LINUX}"
     folder = tree.target / name
     shutil.rmtree(folder, ignore_errors=True)
-    tree.run("crates/c/install", folder, built)
+    tree.run("crates/c/install", folder, libraries)
     (folder / "bin").mkdir()
     shutil.copy(built / "signorini", folder / "bin")
     for file in ("LICENSE-MIT", "LICENSE-APACHE", "README.md"):
