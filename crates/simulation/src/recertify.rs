@@ -12,7 +12,7 @@ use std::sync::Arc;
 use signorini_contact::{Certificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone};
 use signorini_multibody::{Input, Model, State, forward_kinematics_into, free_motion_into};
 use signorini_recording::{
-    Frame, FrictionCode, Header, Impulses, PolygonCode, RecordedContact, RestitutionCode, StepLaws,
+    Frame, FrictionCode, Header, Impulses, PolygonCode, RecordedContact, RestitutionCode, StepLaws, StepSolution,
 };
 
 pub use fault::StepFault;
@@ -169,19 +169,7 @@ impl Recertifier {
         if ws.reach.enlarge(dt) {
             return Err(StepFault::Reach);
         }
-        ws.corrections.ask(&ws.builder);
-        if let Some(theta) = solution.theta {
-            if !(0.0..1.0).contains(&theta) {
-                return Err(StepFault::Theta { theta });
-            }
-            let (all, contacts) = (solution.limited.is_empty(), ws.builder.problem.contact_count());
-            let is_limited = |row: usize| all || solution.limited.binary_search(&(row as u32)).is_ok();
-            ws.corrections.limit(is_limited, |k| is_limited(contacts + k));
-            ws.corrections.set(theta, &mut ws.builder.problem);
-        }
-        if solution.clipped_gaps {
-            ws.builder.clip_gaps();
-        }
+        take_corrections(solution, ws)?;
         let (recorded, found) = (frame.contacts.len(), ws.points.len());
         if recorded != found {
             return Err(StepFault::Contacts { recorded, found });
@@ -249,6 +237,24 @@ fn settings_of(header: &Header, laws: &StepLaws) -> Settings {
         },
         ..Settings::default()
     }
+}
+
+/// Limits what corrections the problem asks for to the part that the step's report says.
+fn take_corrections(solution: &StepSolution, ws: &mut Workspace) -> Result<(), StepFault> {
+    ws.corrections.ask(&ws.builder);
+    if let Some(theta) = solution.theta {
+        if !(0.0..1.0).contains(&theta) {
+            return Err(StepFault::Theta { theta });
+        }
+        let (all, contacts) = (solution.limited.is_empty(), ws.builder.problem.contact_count());
+        let is_limited = |row: usize| all || solution.limited.binary_search(&(row as u32)).is_ok();
+        ws.corrections.limit(is_limited, |k| is_limited(contacts + k));
+        ws.corrections.set(theta, &mut ws.builder.problem);
+    }
+    if solution.clipped_gaps {
+        ws.builder.clip_gaps();
+    }
+    Ok(())
 }
 
 /// The directions that a law of friction has turned, in place of those of the settings.
