@@ -1,6 +1,7 @@
 //! Comparing a file with what its importer reads.
 
-use crate::report::Reporter;
+use crate::error::FormatError;
+use crate::report::{Misspelling, Reporter};
 use crate::xml::{Element, most_similar};
 
 /// What an importer does with an attribute that it does not take over.
@@ -35,17 +36,24 @@ impl Coverage {
                 Some(i) if same(&attribute.value, i.neutral) => {}
                 Some(i) => report.motion(at, element.name(), format!("'{name}' is not supported"), i.effect),
                 None => {
-                    let what = format!("'{}' is not a known attribute", name.chars().take(60).collect::<String>());
-                    report.motion(at, element.name(), what, self.remedy(name));
+                    let short = name.chars().take(60).collect::<String>();
+                    report.misspelt(Misspelling {
+                        at: at.clone(),
+                        element: element.name().to_owned(),
+                        attribute: short.clone(),
+                        similar: most_similar(name, self.words()),
+                    });
+                    let what = format!("'{short}' is not a known attribute");
+                    report.motion(at, element.name(), what, misspelt(name, self.words()));
                 }
             }
         }
     }
 
-    /// What to do about an attribute of a name that is not known.
-    fn remedy(&self, name: &str) -> String {
+    /// All names that are known.
+    fn words(&self) -> impl Iterator<Item = &'static str> {
         let words = self.read.split(' ').chain(self.harmless.split(' ')).filter(|word| !word.is_empty());
-        misspelt(name, words.chain(self.ignored.iter().map(|i| i.name)))
+        words.chain(self.ignored.iter().map(|i| i.name))
     }
 }
 
@@ -54,6 +62,22 @@ pub(crate) fn misspelt<'n>(name: &str, words: impl Iterator<Item = &'n str>) -> 
     match most_similar(name, words) {
         Some(word) => format!("it is ignored; did you mean '{word}'?"),
         None => "it is ignored; is it misspelt?".to_owned(),
+    }
+}
+
+/// A file that cannot become a model: where it has an attribute that nobody knows, that comes first, since the rest may follow from it.
+/// `audit` compares the file with what its importer reads.
+pub(crate) fn explain(error: FormatError, audit: impl FnOnce(&mut Reporter)) -> FormatError {
+    let mut report = Reporter::default();
+    audit(&mut report);
+    let line = error.location().map(|at| (at.file.clone(), at.line));
+    let misspellings = report.take_misspellings();
+    let beside = misspellings.iter().position(|m| Some((m.at.file.clone(), m.at.line)) == line);
+    match misspellings.into_iter().nth(beside.unwrap_or(0)) {
+        None => error,
+        Some(Misspelling { at, element, attribute, similar }) => {
+            FormatError::UnknownAttribute { at, element, attribute, similar, consequence: Box::new(error) }
+        }
     }
 }
 

@@ -133,12 +133,45 @@ pub enum FormatError {
         /// What is wrong with it.
         error: Box<ModelError>,
     },
+    /// An attribute that its element does not have, in a file that cannot become a model.
+    #[error("{at}: <{element}> has no attribute '{attribute}'{}; without it: {consequence}", nearest(similar))]
+    UnknownAttribute {
+        /// Where the attribute stands.
+        at: Location,
+        /// Its element.
+        element: String,
+        /// Its name.
+        attribute: String,
+        /// The known name that is most like it.
+        similar: Option<String>,
+        /// What is wrong with the file where the attribute is passed over.
+        consequence: Box<FormatError>,
+    },
     /// The friction asked for is none.
     #[error("the friction asked for is {found}: it must be finite and at least 0")]
     InvalidFriction {
         /// What was given.
         found: f64,
     },
+}
+
+impl FormatError {
+    /// The place in the file, where there is one.
+    pub fn location(&self) -> Option<&Location> {
+        match self {
+            Self::MalformedXml { at, .. }
+            | Self::UnknownFormat { at, .. }
+            | Self::InvalidAttribute { at, .. }
+            | Self::Incomplete { at, .. }
+            | Self::UnknownName { at, .. }
+            | Self::DuplicateName { at, .. }
+            | Self::InvalidElement { at, .. }
+            | Self::Asset { at, .. }
+            | Self::Model { at, .. }
+            | Self::UnknownAttribute { at, .. } => Some(at),
+            Self::Unreadable { .. } | Self::InvalidFriction { .. } => None,
+        }
+    }
 }
 
 fn nearest(similar: &Option<String>) -> String {

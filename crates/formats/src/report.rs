@@ -57,9 +57,19 @@ impl fmt::Display for ImportReport {
     }
 }
 
+/// An attribute of a name that is not known.
+pub(crate) struct Misspelling {
+    pub at: Location,
+    pub element: String,
+    pub attribute: String,
+    /// The known name that is most like it.
+    pub similar: Option<String>,
+}
+
 /// Collects warnings, one entry for each (element, what).
 #[derive(Default)]
 pub(crate) struct Reporter {
+    misspellings: Vec<Misspelling>,
     warnings: Vec<Warning>,
     known: HashMap<(String, String), usize>,
 }
@@ -84,6 +94,16 @@ impl Reporter {
         self.known.insert(key, self.warnings.len());
         let (file, line, element) = (at.file.to_string(), at.line, element.to_owned());
         self.warnings.push(Warning { file, line, element, what, effect, count: 1, changes_motion });
+    }
+
+    /// Keeps an attribute that nobody knows, for the error of a file that cannot be read.
+    pub fn misspelt(&mut self, misspelling: Misspelling) {
+        self.misspellings.push(misspelling);
+    }
+
+    /// The attributes that nobody knows.
+    pub fn take_misspellings(&mut self) -> Vec<Misspelling> {
+        std::mem::take(&mut self.misspellings)
     }
 
     /// Notes what the readers of the text met.

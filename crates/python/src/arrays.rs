@@ -49,6 +49,14 @@ pub fn vector3<'py>(py: Python<'py>, v: DVec3) -> Vector<'py> {
     PyArray1::from_slice(py, &v.to_array())
 }
 
+/// The array, which can be read only: NumPy refuses to write to what would change a copy.
+pub fn fixed<'py, T>(array: Bound<'py, T>) -> PyResult<Bound<'py, T>> {
+    let flags = PyDict::new(array.py());
+    flags.set_item("write", false)?;
+    array.as_any().call_method("setflags", (), Some(&flags))?;
+    Ok(array)
+}
+
 /// Whatever NumPy or SciPy can make an array of `f64` of: its shape and entries, row after row.
 fn read(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)> {
     let py = value.py();

@@ -1,13 +1,13 @@
 //! Smooth dynamics at the present state of a `Data`.
 
-use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use signorini::multibody::glam::DVec3;
-use signorini::multibody::{self as mb, BodyId, MassMatrix, NewtonEuler};
+use signorini::multibody::{self as mb, MassMatrix, NewtonEuler};
 
 use crate::arrays::{self, Table, Vector};
 use crate::data::Data;
 use crate::model::Model;
+use crate::names::Key;
 use crate::stepping::check_model;
 
 /// Inverse dynamics: `τ = M qacc + h` at the present qpos and qvel, (nv,), N, N·m.
@@ -57,7 +57,7 @@ pub fn mass_matrix<'py>(py: Python<'py>, model: &Bound<'py, Model>, data: &Bound
 
 type Pair<'py> = (Table<'py>, Table<'py>);
 
-/// Jacobians of a body's point at the present qpos: of its velocity, (3, nv), m, and of the body's angular velocity,
+/// Jacobians of a point of a body (name or index) at the present qpos: of its velocity, (3, nv), m, and of the body's angular velocity,
 /// (3, nv), world axes. `point` is in world, (3,), m; without it, the body's origin.
 #[pyfunction]
 #[pyo3(signature = (model, data, body, point=None))]
@@ -65,21 +65,18 @@ pub fn jacobian<'py>(
     py: Python<'py>,
     model: &Bound<'py, Model>,
     data: &Bound<'py, Data>,
-    body: usize,
+    body: Key,
     point: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Pair<'py>> {
     check_model(model, data)?;
     let mut core = data.get().loaded(py)?;
     core.update_kinematics();
     let nv = core.model.nv;
-    let Some(pose) = core.kinematics.pose.get(body) else {
-        return Err(PyIndexError::new_err(format!("body {body}: the model has {}", core.model.bodies.len())));
-    };
+    let id = body.body(py, &core.model)?;
     let point = match point {
         Some(point) => DVec3::from_slice(&arrays::read_vector("point", point, Some(3))?),
-        None => pose.position,
+        None => core.kinematics.pose[id.index()].position,
     };
-    let id = BodyId(body as u32);
     let (mut linear, mut angular) = (vec![0.0; 3 * nv], vec![0.0; 3 * nv]);
     mb::point_jacobian_into(&core.model, &core.kinematics, id, point, &mut linear);
     mb::angular_jacobian_into(&core.model, &core.kinematics, id, &mut angular);

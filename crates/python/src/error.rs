@@ -21,19 +21,10 @@ pyo3::import_exception!(signorini.errors, StateError);
 pub fn format_error(error: FormatError) -> PyErr {
     use FormatError as E;
     let message = error.to_string();
-    let at = match &error {
-        E::Unreadable { path, .. } => return ModelError::new_err((message, path.display().to_string())),
-        E::MalformedXml { at, .. }
-        | E::UnknownFormat { at, .. }
-        | E::InvalidAttribute { at, .. }
-        | E::Incomplete { at, .. }
-        | E::UnknownName { at, .. }
-        | E::DuplicateName { at, .. }
-        | E::InvalidElement { at, .. }
-        | E::Asset { at, .. }
-        | E::Model { at, .. } => at,
-        _ => return ModelError::new_err(message),
-    };
+    if let E::Unreadable { path, .. } = &error {
+        return ModelError::new_err((message, path.display().to_string()));
+    }
+    let Some(at) = error.location() else { return ModelError::new_err(message) };
     ModelError::new_err((message, at.file.to_string(), at.line, at.column))
 }
 

@@ -16,6 +16,7 @@ mod lcp;
 mod linear_system;
 mod live;
 mod model;
+mod names;
 mod parts;
 mod problem;
 mod quantity;

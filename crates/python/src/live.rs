@@ -11,6 +11,7 @@ use pyo3::types::PySlice;
 use signorini::multibody::glam::{DQuat, DVec3};
 use signorini::multibody::{Model, Pose};
 
+use crate::arrays;
 use crate::core::Core;
 
 /// The live arrays, in the order in which they lie in memory.
@@ -64,7 +65,11 @@ impl Live {
             let part = owner.get_item(PySlice::new(py, starts[i] as isize, starts[i + 1] as isize, 1))?;
             part.call_method1(intern!(py, "reshape"), (shape,)).map(Bound::unbind)
         };
-        let views = shapes.into_iter().enumerate().map(view).collect::<PyResult<_>>()?;
+        let views = shapes.into_iter().enumerate().map(view).collect::<PyResult<Vec<_>>>()?;
+        // What is written to a result would be lost in the next step.
+        views[Field::Qacc as usize..]
+            .iter()
+            .try_for_each(|result| arrays::fixed(result.bind(py).clone()).map(|_| ()))?;
         Ok(Self { owner: owner.unbind(), views, starts })
     }
 

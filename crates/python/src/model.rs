@@ -228,63 +228,66 @@ impl Model {
 
     /// Gravity in world, (3,), m/s².
     #[getter]
-    fn gravity<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector3(py, self.inner.gravity)
+    fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector3(py, self.inner.gravity))
     }
 
     /// The reference configuration, (nq,).
     #[getter]
-    fn qpos0<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.inner.reference_configuration())
+    fn qpos0<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.inner.reference_configuration()))
     }
 
     /// Masses of the bodies, (nbody,), kg.
     #[getter]
-    fn body_mass<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        PyArray1::from_iter(py, self.inner.bodies.iter().map(|b| b.inertia.mass))
+    fn body_mass<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(PyArray1::from_iter(py, self.inner.bodies.iter().map(|b| b.inertia.mass)))
     }
 
     /// Index of every body's parent, (nbody,); the world's is itself.
     #[getter]
-    fn body_parentid<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.inner.bodies.iter().map(|b| b.parent.0 as i32))
+    fn body_parentid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(PyArray1::from_iter(py, self.inner.bodies.iter().map(|b| b.parent.0 as i32)))
     }
 
     /// Body of every geom, (ngeom,).
     #[getter]
-    fn geom_bodyid<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.inner.geoms.iter().map(|g| g.body.0 as i32))
+    fn geom_bodyid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(PyArray1::from_iter(py, self.inner.geoms.iter().map(|g| g.body.0 as i32)))
     }
 
     /// Body of every joint, (njnt,).
     #[getter]
-    fn jnt_bodyid<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.inner.joints.iter().map(|j| j.body.0 as i32))
+    fn jnt_bodyid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(PyArray1::from_iter(py, self.inner.joints.iter().map(|j| j.body.0 as i32)))
     }
 
     /// Where every joint's entries in `qpos` begin, (njnt,).
     #[getter]
-    fn jnt_qposadr<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.inner.joints.iter().map(|j| j.q_index as i32))
+    fn jnt_qposadr<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(PyArray1::from_iter(py, self.inner.joints.iter().map(|j| j.q_index as i32)))
     }
 
     /// Where every joint's entries in `qvel` begin, (njnt,).
     #[getter]
-    fn jnt_dofadr<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.inner.joints.iter().map(|j| j.v_index as i32))
+    fn jnt_dofadr<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(PyArray1::from_iter(py, self.inner.joints.iter().map(|j| j.v_index as i32)))
     }
 
     /// Limits of every joint, (njnt, 2), rad or m; infinite where there are none.
     #[getter]
     fn jnt_range<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        arrays::rows(py, self.inner.joints.iter().map(|j| j.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])))
+        arrays::fixed(arrays::rows(
+            py,
+            self.inner.joints.iter().map(|j| j.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY])),
+        )?)
     }
 
     /// Ranges of the control values, (nu, 2); infinite where there are none.
     #[getter]
     fn actuator_ctrlrange<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         let range = |a: &mb::Actuator| a.control_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-        arrays::rows(py, self.inner.actuators.iter().map(range))
+        arrays::fixed(arrays::rows(py, self.inner.actuators.iter().map(range))?)
     }
 
     /// Names of the bodies; index 0 is the world.
@@ -325,14 +328,14 @@ impl Model {
 
     /// Where every sensor's entries in `sensordata` begin, (nsensor,).
     #[getter]
-    fn sensor_adr<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.inner.sensors.iter().map(|s| s.address as i32))
+    fn sensor_adr<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(PyArray1::from_iter(py, self.inner.sensors.iter().map(|s| s.address as i32)))
     }
 
     /// Number of every sensor's entries in `sensordata`, (nsensor,).
     #[getter]
-    fn sensor_dim<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_iter(py, self.inner.sensors.iter().map(|s| s.kind.size() as i32))
+    fn sensor_dim<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(PyArray1::from_iter(py, self.inner.sensors.iter().map(|s| s.kind.size() as i32)))
     }
 
     /// Names of the keyframes.

@@ -1,9 +1,35 @@
 //! The parts of a model as named records.
 
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use signorini::multibody::{self as mb, BodyId, Geometry, JointKind, Transmission};
 
 use crate::report::name_of;
+
+/// Entries that Python gets as a tuple: writing to a copy would be lost.
+#[derive(Clone)]
+pub struct Fixed<T>(Vec<T>);
+
+impl<'py, T: IntoPyObject<'py>> IntoPyObject<'py> for Fixed<T> {
+    type Target = PyTuple;
+    type Output = Bound<'py, PyTuple>;
+    type Error = PyErr;
+
+    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+        PyTuple::new(py, self.0)
+    }
+}
+
+/// A row of numbers.
+type Row = Fixed<f64>;
+
+fn row(numbers: impl Into<Vec<f64>>) -> Row {
+    Fixed(numbers.into())
+}
+
+fn rows<const N: usize>(rows: impl IntoIterator<Item = [f64; N]>) -> Fixed<Row> {
+    Fixed(rows.into_iter().map(row).collect())
+}
 
 /// A rigid body of a model.
 #[pyclass(frozen, get_all, module = "signorini")]
@@ -17,11 +43,11 @@ pub struct Body {
     /// Mass, kg.
     mass: f64,
     /// Centre of mass in the body frame, (3), m.
-    com: [f64; 3],
+    com: Row,
     /// Rotational inertia about the centre of mass in the body's axes, (3, 3), kg·m².
-    inertia: [[f64; 3]; 3],
+    inertia: Fixed<Row>,
     /// Names of the joints that move it, in order.
-    joints: Vec<String>,
+    joints: Fixed<String>,
 }
 
 /// A joint of a model.
@@ -44,9 +70,9 @@ pub struct Joint {
     /// Number of its entries in `qvel`.
     nv: usize,
     /// Axis in the body frame (hinge, slide), (3); `None` for others.
-    axis: Option<[f64; 3]>,
+    axis: Option<Row>,
     /// Lower and upper limit, rad or m; `None` without limits.
-    range: Option<[f64; 2]>,
+    range: Option<Row>,
     /// Viscous damping, N·s/m or N·m·s/rad.
     damping: f64,
     /// Spring stiffness, N/m or N·m/rad.
@@ -70,15 +96,15 @@ pub struct Geom {
     r#type: &'static str,
     /// Half-extents: of a box and an ellipsoid along x, y, z; of a sphere the radius; of a capsule, cylinder or cone the
     /// radius and half the length; empty for other shapes; m.
-    size: Vec<f64>,
+    size: Row,
     /// Coefficient of friction.
     friction: f64,
     /// Position in the body frame, (3), m.
-    pos: [f64; 3],
+    pos: Row,
     /// Orientation in the body frame, (w, x, y, z).
-    quat: [f64; 4],
+    quat: Row,
     /// Red, green, blue, opacity, in [0, 1].
-    rgba: [f32; 4],
+    rgba: Fixed<f32>,
 }
 
 /// An actuator of a model.
@@ -99,9 +125,9 @@ pub struct Actuator {
     /// Factor from actuator force to the force on what it drives.
     gear: f64,
     /// Range of the control value; `None` without one.
-    ctrlrange: Option<[f64; 2]>,
+    ctrlrange: Option<Row>,
     /// Range of the force before the gear, N or N·m; `None` without one.
-    forcerange: Option<[f64; 2]>,
+    forcerange: Option<Row>,
 }
 
 /// A named state of a model.
@@ -114,17 +140,17 @@ pub struct Keyframe {
     /// Time, s.
     time: f64,
     /// Configuration, nq numbers.
-    qpos: Vec<f64>,
+    qpos: Row,
     /// Velocity, nv numbers.
-    qvel: Vec<f64>,
+    qvel: Row,
     /// Activations, na numbers.
-    act: Vec<f64>,
+    act: Row,
     /// Control, nu numbers.
-    ctrl: Vec<f64>,
+    ctrl: Row,
     /// Positions of the bodies that are moved from outside, nmocap times 3, m; empty: where the model places them.
-    mocap_pos: Vec<[f64; 3]>,
+    mocap_pos: Fixed<Row>,
     /// Their orientations, nmocap times 4, (w, x, y, z); empty as these.
-    mocap_quat: Vec<[f64; 4]>,
+    mocap_quat: Fixed<Row>,
 }
 
 macro_rules! short_repr {
@@ -146,9 +172,9 @@ pub fn body(model: &mb::Model, body: &mb::Body, id: BodyId) -> PyResult<Body> {
         name: body.name.clone(),
         parent: model.bodies[body.parent.index()].name.clone(),
         mass: body.inertia.mass,
-        com: body.inertia.center_of_mass.to_array(),
-        inertia: columns,
-        joints: model.joints_of(id).iter().map(|j| j.name.clone()).collect(),
+        com: row(body.inertia.center_of_mass.to_array()),
+        inertia: rows(columns),
+        joints: Fixed(model.joints_of(id).iter().map(|j| j.name.clone()).collect()),
     })
 }
 
@@ -156,8 +182,8 @@ pub fn joint(joint: &mb::Joint, id: usize) -> Joint {
     let (kind, axis) = match joint.kind {
         JointKind::Free => ("free", None),
         JointKind::Ball => ("ball", None),
-        JointKind::Hinge { axis } => ("hinge", Some(axis.to_array())),
-        JointKind::Slide { axis } => ("slide", Some(axis.to_array())),
+        JointKind::Hinge { axis } => ("hinge", Some(row(axis.to_array()))),
+        JointKind::Slide { axis } => ("slide", Some(row(axis.to_array()))),
     };
     Joint {
         id,
@@ -169,7 +195,7 @@ pub fn joint(joint: &mb::Joint, id: usize) -> Joint {
         nq: joint.kind.nq(),
         nv: joint.kind.nv(),
         axis,
-        range: joint.limits,
+        range: joint.limits.map(row),
         damping: joint.damping,
         stiffness: joint.stiffness,
         armature: joint.armature,
@@ -192,11 +218,11 @@ pub fn geom(geom: &mb::Geom, id: usize) -> Geom {
         name: geom.name.clone(),
         body: geom.body.index(),
         r#type: geom.geometry.kind_name(),
-        size,
+        size: row(size),
         friction: geom.friction,
-        pos: geom.placement.position.to_array(),
-        quat: [r.w, r.x, r.y, r.z],
-        rgba: geom.rgba,
+        pos: row(geom.placement.position.to_array()),
+        quat: row([r.w, r.x, r.y, r.z]),
+        rgba: Fixed(geom.rgba.to_vec()),
     }
 }
 
@@ -215,8 +241,8 @@ pub fn actuator(actuator: &mb::Actuator, id: usize) -> Actuator {
         tendon,
         site,
         gear: actuator.gear,
-        ctrlrange: actuator.control_range,
-        forcerange: actuator.force_range,
+        ctrlrange: actuator.control_range.map(row),
+        forcerange: actuator.force_range.map(row),
     }
 }
 
@@ -225,11 +251,11 @@ pub fn keyframe(keyframe: &mb::Keyframe, id: usize) -> Keyframe {
         id,
         name: keyframe.name.clone(),
         time: keyframe.time,
-        qpos: keyframe.q.clone(),
-        qvel: keyframe.v.clone(),
-        act: keyframe.activation.clone(),
-        ctrl: keyframe.control.clone(),
-        mocap_pos: keyframe.mocap.iter().map(|pose| pose.position.to_array()).collect(),
-        mocap_quat: keyframe.mocap.iter().map(|pose| pose.rotation).map(|r| [r.w, r.x, r.y, r.z]).collect(),
+        qpos: row(keyframe.q.clone()),
+        qvel: row(keyframe.v.clone()),
+        act: row(keyframe.activation.clone()),
+        ctrl: row(keyframe.control.clone()),
+        mocap_pos: rows(keyframe.mocap.iter().map(|pose| pose.position.to_array())),
+        mocap_quat: rows(keyframe.mocap.iter().map(|pose| pose.rotation).map(|r| [r.w, r.x, r.y, r.z])),
     }
 }

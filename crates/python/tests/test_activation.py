@@ -33,7 +33,7 @@ def test_activations_are_a_live_view_and_part_of_the_state():
 
 def test_keyframes_and_batches_have_activations():
     model = signorini.Model.from_mjcf(MODEL)
-    assert model.keyframe("wound").act == [0.5]
+    assert model.keyframe("wound").act == (0.5,)
     data = signorini.Data(model)
     data.reset("wound")
     batch = signorini.Batch(model, 3)

@@ -138,7 +138,7 @@ def test_bodies_moved_from_outside_and_what_corrections_leave():
       <keyframe><key name="away" mpos="1 2 3" mquat="0 1 0 0" qpos="1 2 3.5 0 1 0 0"/></keyframe></mujoco>"""
     model = signorini.Model.from_string(text)
     key = model.keyframe("away")
-    assert key.mocap_pos == [[1, 2, 3]] and key.mocap_quat == [[0, 1, 0, 0]]
+    assert key.mocap_pos == ((1, 2, 3),) and key.mocap_quat == ((0, 1, 0, 0),)
     batch = signorini.Batch(model, 3)
     assert batch.mocap_pos.shape == (3, 1, 3) and batch.mocap_quat[:, 0].tolist() == [[1, 0, 0, 0]] * 3
     assert batch.theta.tolist() == [1, 1, 1] and batch.limited_steps.tolist() == [0, 0, 0]

@@ -109,9 +109,9 @@ def test_sizes_and_parts(pendulum):
     hinge, arm, motor = pendulum.joint("hinge"), pendulum.body("arm"), pendulum.actuator("motor")
     assert (hinge.type, hinge.qposadr, hinge.nv, hinge.body) == ("hinge", 0, 1, 1)
     assert hinge.range == pytest.approx(np.radians([-180, 170]))
-    assert (arm.mass, arm.com, arm.parent, arm.joints) == (2.0, [0.0, 0.0, -0.5], "world", ["hinge"])
+    assert (arm.mass, arm.com, arm.parent, arm.joints) == (2.0, (0.0, 0.0, -0.5), "world", ("hinge",))
     assert (motor.type, motor.joint, motor.gear) == ("motor", 0, 1.0)
-    assert pendulum.keyframe("level").ctrl == [3.0]
+    assert pendulum.keyframe("level").ctrl == (3.0,)
     assert pendulum.body(-1).name == "arm" and pendulum.body_mass.tolist() == [0.0, 2.0]
 
 
@@ -170,7 +170,7 @@ def test_a_pickle_whose_files_have_changed_is_refused(tmp_path):
     main = tmp_path / "main.xml"
     main.write_text("<mujoco><include file='part.xml'/></mujoco>")
     pickled = pickle.dumps(signorini.Model.from_file(main))
-    assert pickle.loads(pickled).geom(0).size == [0.1]
+    assert pickle.loads(pickled).geom(0).size == (0.1,)
     part.write_text(body.format(0.2))
     with pytest.raises(signorini.ModelError, match="load it anew"):
         pickle.loads(pickled)

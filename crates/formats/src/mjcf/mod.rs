@@ -36,6 +36,7 @@ use defaults::Defaults;
 use importer::Importer;
 use restitution::Restitution;
 
+use crate::coverage::explain;
 use crate::error::FormatError;
 use crate::options::{Imported, LoadOptions};
 use crate::parts::Parts;
@@ -50,6 +51,10 @@ pub(crate) fn import(
     options: &LoadOptions,
 ) -> Result<Imported, FormatError> {
     include::expand(&mut tree, base, main)?;
+    read(&tree, base, options).map_err(|error| explain(error, |report| coverage::audit(tree.root(), report)))
+}
+
+fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
     let root = tree.root();
     let names = tree.elements().filter_map(|e| e.raw("name")).map(|a| a.value.trim().to_owned());
     let reserved: HashSet<String> = names.collect();

@@ -18,6 +18,7 @@ use std::path::Path;
 
 use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
 
+use crate::coverage::explain;
 use crate::error::FormatError;
 use crate::mesh_store::MeshStore;
 use crate::options::{Imported, LoadOptions};
@@ -29,6 +30,10 @@ use tree::KinematicTree;
 
 /// Turns a parsed document into a model.
 pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
+    read(&tree, base, options).map_err(|error| explain(error, |report| coverage::audit(tree.root(), report)))
+}
+
+fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
     let root = tree.root();
     let kinematics = KinematicTree::read(root)?;
     let names = tree.elements().filter_map(|e| e.raw("name")).map(|a| a.value.trim().to_owned());

@@ -119,3 +119,30 @@ fn a_file_that_includes_itself_is_refused() {
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(message.contains("b.xml:3:1") && message.contains("includes itself"), "{message}");
 }
+
+#[test]
+fn a_misspelt_attribute_comes_before_what_follows_from_it() {
+    let misspelt = [
+        (
+            "<worldbody>\n<geom typ='plane'/></worldbody>",
+            ":3:7",
+            "<geom> has no attribute 'typ'",
+            "did you mean 'type'?",
+        ),
+        ("<worldbody><body><freejoint/>\n<geom sze='.1'/></body></worldbody>", ":3:7", "'sze'", "did you mean 'size'?"),
+        // What cannot be built is elsewhere: the body without mass.
+        (
+            "<worldbody><body><freejoint/>\n<inertial pos='0 0 0' mas='1' mass='0' diaginertia='0 0 0'/></body></worldbody>",
+            ":3:23",
+            "'mas'",
+            "did you mean 'mass'?",
+        ),
+    ];
+    for (inner, place, name, remedy) in misspelt {
+        let said = message(inner);
+        let first = said.split("without it").next().unwrap_or_default();
+        for part in [place, name, remedy] {
+            assert!(first.contains(part), "'{part}' is not in the beginning of: {said}");
+        }
+    }
+}

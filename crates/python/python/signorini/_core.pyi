@@ -329,13 +329,13 @@ class Body:
     def mass(self) -> float:
         """Mass, kg."""
     @property
-    def com(self) -> list[float]:
+    def com(self) -> Tuple[float, ...]:
         """Centre of mass in the body frame, 3 numbers, m."""
     @property
-    def inertia(self) -> list[list[float]]:
+    def inertia(self) -> Tuple[Tuple[float, ...], ...]:
         """Rotational inertia about the centre of mass in the body's axes, 3 × 3, kg·m²."""
     @property
-    def joints(self) -> list[str]:
+    def joints(self) -> Tuple[str, ...]:
         """Names of the joints that move it, in order."""
 
 @final
@@ -367,10 +367,10 @@ class Joint:
     def nv(self) -> int:
         """Number of its entries in ``qvel``."""
     @property
-    def axis(self) -> Optional[list[float]]:
+    def axis(self) -> Optional[Tuple[float, ...]]:
         """Axis in the body frame (hinge, slide), 3 numbers; ``None`` for others."""
     @property
-    def range(self) -> Optional[list[float]]:
+    def range(self) -> Optional[Tuple[float, ...]]:
         """Lower and upper limit, rad or m; ``None`` without limits."""
     @property
     def damping(self) -> float:
@@ -402,19 +402,19 @@ class Geom:
     def type(self) -> str:
         """"plane", "sphere", "box", "capsule", "cylinder", "cone", "ellipsoid", "convex mesh", "triangle mesh", "height field"."""
     @property
-    def size(self) -> list[float]:
+    def size(self) -> Tuple[float, ...]:
         """Half-extents, m: x, y, z (box, ellipsoid), radius (sphere), radius and half the length (capsule, cylinder, cone)."""
     @property
     def friction(self) -> float:
         """Coefficient of friction."""
     @property
-    def pos(self) -> list[float]:
+    def pos(self) -> Tuple[float, ...]:
         """Position in the body frame, 3 numbers, m."""
     @property
-    def quat(self) -> list[float]:
+    def quat(self) -> Tuple[float, ...]:
         """Orientation in the body frame, (w, x, y, z)."""
     @property
-    def rgba(self) -> list[float]:
+    def rgba(self) -> Tuple[float, ...]:
         """Red, green, blue, opacity, in [0, 1]."""
 
 @final
@@ -443,10 +443,10 @@ class Actuator:
     def gear(self) -> float:
         """Factor from actuator force to joint force."""
     @property
-    def ctrlrange(self) -> Optional[list[float]]:
+    def ctrlrange(self) -> Optional[Tuple[float, ...]]:
         """Range of the control value; ``None`` without one."""
     @property
-    def forcerange(self) -> Optional[list[float]]:
+    def forcerange(self) -> Optional[Tuple[float, ...]]:
         """Range of the force before the gear, N or N·m; ``None`` without one."""
 
 @final
@@ -463,22 +463,22 @@ class Keyframe:
     def time(self) -> float:
         """Time, s."""
     @property
-    def qpos(self) -> list[float]:
+    def qpos(self) -> Tuple[float, ...]:
         """Configuration, nq numbers."""
     @property
-    def qvel(self) -> list[float]:
+    def qvel(self) -> Tuple[float, ...]:
         """Velocity, nv numbers."""
     @property
-    def act(self) -> list[float]:
+    def act(self) -> Tuple[float, ...]:
         """Activations, na numbers."""
     @property
-    def ctrl(self) -> list[float]:
+    def ctrl(self) -> Tuple[float, ...]:
         """Control, nu numbers."""
     @property
-    def mocap_pos(self) -> list[list[float]]:
+    def mocap_pos(self) -> Tuple[Tuple[float, ...], ...]:
         """Positions of the bodies that are moved from outside, nmocap times 3, m; empty: where the model places them."""
     @property
-    def mocap_quat(self) -> list[list[float]]:
+    def mocap_quat(self) -> Tuple[Tuple[float, ...], ...]:
         """Their orientations, nmocap times 4, (w, x, y, z); empty as these."""
 
 @disjoint_base
@@ -1328,8 +1328,10 @@ def bias_force(model: Model, data: Data) -> _Array:
 def mass_matrix(model: Model, data: Data) -> _Array:
     """The mass matrix M at the present qpos, (nv, nv), kg, kg·m, kg·m²."""
 
-def jacobian(model: Model, data: Data, body: int, point: Optional[ArrayLike] = None) -> Tuple[_Array, _Array]:
-    """Jacobians of a body's point at the present qpos: of its velocity, (3, nv), and of the body's angular velocity, (3, nv).
+def jacobian(
+    model: Model, data: Data, body: Union[str, int], point: Optional[ArrayLike] = None
+) -> Tuple[_Array, _Array]:
+    """Jacobians of a point of a body (name or index) at the present qpos: of its velocity, (3, nv), and of the body's angular velocity, (3, nv).
 
     World axes. ``point`` is in world, (3,), m; without it, the body's origin.
     """

@@ -3,9 +3,21 @@
 from __future__ import annotations
 
 import difflib
-from typing import Sequence, Union
+from typing import Any, Sequence, Union
 
 Key = Union[str, int]
+
+
+class Strict:
+    """A class whose objects refuse attributes that it does not have, so that a misspelt one is no silent no-op."""
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if not name.startswith("_") and not hasattr(type(self), name):
+            known = [word for word in dir(type(self)) if not word.startswith("_")]
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"; did you mean '{near[0]}'?" if near else ""
+            raise AttributeError(f"{type(self).__name__} has no attribute '{name}'{hint}", name=name, obj=self)
+        super().__setattr__(name, value)
 
 
 def index_of(sort: str, names: Sequence[str], key: Key) -> int:

@@ -8,14 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from signorini import _core
-from signorini._names import Key, index_of
+from signorini._names import Key, Strict, index_of
 from signorini.model import Model
 from signorini.settings import Settings
 
 __all__ = ["Batch"]
 
 
-class Batch(_core.Batch):
+class Batch(Strict, _core.Batch):
     """Independent simulations of one model, stepped on threads; each makes the steps that it would make alone, bit for bit.
 
     ``time``, ``qpos``, ``qvel``, ``act``, ``ctrl``, ``mocap_pos`` and ``mocap_quat`` are live views with one row per simulation.

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from signorini import _core
 from signorini._core import Recording
-from signorini._names import Key, index_of
+from signorini._names import Key, Strict, index_of
 from signorini.model import Model, table
 from signorini.settings import Settings
 
@@ -20,12 +20,12 @@ __all__ = ["ActuatorData", "BodyData", "Data", "JointData", "Recorder"]
 Array = NDArray[np.float64]
 
 
-class Data(_core.Data):
+class Data(Strict, _core.Data):
     """The state of a model, and everything that a step needs.
 
     ``qpos``, ``qvel``, ``act``, ``ctrl`` and ``qfrc_applied`` are live NumPy views: what is written to them is the state and the
     input of the next step. ``xpos``, ``xquat``, ``xmat``, ``xipos``, ``linear_velocity``, ``angular_velocity`` and ``qacc``
-    are live results: every step updates them in place, and they belong to the state at its end. After writing to ``qpos``
+    are live results, read-only: every step updates them in place, and they belong to the state at its end. After writing to ``qpos``
     call :func:`signorini.forward` or :func:`signorini.kinematics` to update them. Views stay valid as long as they are kept.
 
     ``contact``, ``limit``, ``sensordata``, ``certificate``, ``report``, :meth:`problem` and :meth:`solution` are snapshots of the last
@@ -115,8 +115,10 @@ def _rebuild(cls: Type[Data], model: Model, settings: Settings, state: Array) ->
     return data
 
 
-class BodyData:
+class BodyData(Strict):
     """The motion of one body: rows of the arrays of a :class:`Data`, live."""
+
+    id: int = -1
 
     def __init__(self, data: Data, id: int) -> None:
         self._data = data
@@ -169,8 +171,10 @@ class BodyData:
         return f"<signorini.BodyData {self.id} '{self.name}' at {self.xpos}>"
 
 
-class JointData:
+class JointData(Strict):
     """The coordinates of one joint: slices of the arrays of a :class:`Data`, live and writable."""
+
+    id: int = -1
 
     def __init__(self, data: Data, id: int) -> None:
         self._data = data
@@ -215,8 +219,10 @@ class JointData:
         return f"<signorini.JointData {self.id} '{self.name}' at {self.qpos}>"
 
 
-class ActuatorData:
+class ActuatorData(Strict):
     """The control of one actuator, live and writable."""
+
+    id: int = -1
 
     def __init__(self, data: Data, id: int) -> None:
         self._data = data

@@ -9,7 +9,7 @@ import warnings
 from typing import Any, Dict, List, Literal, Optional, Sequence, Tuple, Union
 
 from signorini import _core
-from signorini._names import Key, index_of
+from signorini._names import Key, Strict, index_of
 from signorini.errors import ModelError, ModelWarning
 
 __all__ = ["Model"]
@@ -17,13 +17,13 @@ __all__ = ["Model"]
 PathLike = Union[str, "os.PathLike[str]"]
 
 
-class Model(_core.Model):
+class Model(Strict, _core.Model):
     """An immutable mechanism: bodies in a tree, joints, shapes, actuators, keyframes.
 
     Made by :meth:`from_file`, :meth:`from_mjcf`, :meth:`from_urdf`, :meth:`from_sdf` or :meth:`from_string`. What a file has
     that the model has not is listed in ``import_report``; what of it can change the motion is issued as a :class:`ModelWarning` at its
     line. Names and conventions are MuJoCo's (``nq``, ``nv``, ``nu``, ``nbody``, …; quaternions w, x, y, z); bodies and
-    joints keep the order of the file, depth first; body 0 is the world.
+    joints keep the order of the file, depth first; body 0 is the world. Its arrays are read-only.
     """
 
     _recipe: Dict[str, Any]

@@ -1,11 +1,11 @@
 //! Sums over the contacts of two bodies.
 
-use pyo3::exceptions::{PyIndexError, PyKeyError};
 use pyo3::prelude::*;
 use signorini::multibody::glam::DVec3;
 
 use super::{Bodies, Contacts};
 use crate::arrays::{self, Vector};
+use crate::names::Key;
 
 /// What the contacts between two bodies add up to in a step; it acts on the second of them, world axes.
 #[pyclass(frozen, module = "signorini")]
@@ -50,18 +50,11 @@ impl ContactSum {
     }
 }
 
-/// A body by name or index.
-#[derive(FromPyObject)]
-pub enum BodyKey {
-    Name(String),
-    Index(isize),
-}
-
 #[pymethods]
 impl Contacts {
     /// Sums over the contacts between two bodies, by name or index (0 or "world" is the world); they act on `body2`.
-    fn between(&self, body1: BodyKey, body2: BodyKey) -> PyResult<ContactSum> {
-        let pair = [self.bodies.index(&body1)?, self.bodies.index(&body2)?];
+    fn between(&self, py: Python<'_>, body1: Key, body2: Key) -> PyResult<ContactSum> {
+        let pair = [self.bodies.index(py, &body1)?, self.bodies.index(py, &body2)?];
         let mut sum =
             ContactSum { ncon: 0, closed: 0, impulse: DVec3::ZERO, moment: DVec3::ZERO, timestep: self.timestep };
         for contact in &self.contacts {
@@ -81,22 +74,11 @@ impl Contacts {
 }
 
 impl Bodies {
-    fn index(&self, key: &BodyKey) -> PyResult<u32> {
+    fn index(&self, py: Python<'_>, key: &Key) -> PyResult<u32> {
         let names: Vec<&str> = match self {
             Self::Of(model) => model.bodies.iter().map(|body| body.name.as_str()).collect(),
             Self::Listed(names) => names.iter().map(String::as_str).collect(),
         };
-        let count = names.len();
-        let found = match key {
-            BodyKey::Name(name) => names.iter().position(|known| known == name).ok_or_else(|| {
-                PyKeyError::new_err(format!("there is no body '{name}'; valid names: '{}'", names.join("', '")))
-            })?,
-            BodyKey::Index(i) => {
-                let from_start = if *i < 0 { i + count as isize } else { *i };
-                let found = usize::try_from(from_start).ok().filter(|i| *i < count);
-                found.ok_or_else(|| PyIndexError::new_err(format!("body {i}: the model has {count}")))?
-            }
-        };
-        Ok(found as u32)
+        key.among(py, "body", names.iter().copied()).map(|i| i as u32)
     }
 }
