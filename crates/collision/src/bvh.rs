@@ -14,6 +14,30 @@ impl Aabb {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
     }
 
+    /// Distance from another box, m; 0 where they overlap.
+    pub fn distance(&self, other: &Self) -> f64 {
+        (self.low - other.high).max(other.low - self.high).max(DVec3::ZERO).length()
+    }
+
+    /// Where a ray enters the box, m from its origin; 0 from inside.
+    pub fn entry(&self, origin: DVec3, direction: DVec3) -> Option<f64> {
+        let (mut enter, mut leave) = (0.0_f64, f64::INFINITY);
+        for k in 0..3 {
+            let (low, high) = (self.low[k] - origin[k], self.high[k] - origin[k]);
+            if direction[k] == 0.0 {
+                if low > 0.0 || high < 0.0 {
+                    return None;
+                }
+                continue;
+            }
+            let (a, b) = (low / direction[k], high / direction[k]);
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        // The quotients are rounded; a flat box must not be missed by that.
+        (enter <= leave + 1e-12 * leave.abs().max(enter.abs())).then_some(enter)
+    }
+
     pub fn is_nan(&self) -> bool {
         self.low.is_nan() || self.high.is_nan()
     }
@@ -97,6 +121,51 @@ impl Bvh {
                 stack[depth + 1] = node.first;
                 depth += 2;
             }
+        }
+    }
+
+    /// Calls `visit` for the items of leaves that a ray meets before `limit` (m), those of nearer nodes first; `visit` gives the new limit.
+    pub fn along(&self, origin: DVec3, direction: DVec3, mut limit: f64, mut visit: impl FnMut(u32) -> f64) {
+        let entry = |node: u32| self.nodes[node as usize].bounds.entry(origin, direction).unwrap_or(f64::INFINITY);
+        self.descend(entry, |bound| bound < f64::INFINITY, &mut limit, &mut visit);
+    }
+
+    /// Calls `visit` for the items of leaves whose box is nearer to `query` than `bound` (m), those of nearer nodes first; `visit` gives the
+    /// new bound.
+    pub fn nearest(&self, query: &Aabb, bound: f64, mut visit: impl FnMut(u32) -> f64) {
+        let distance = |node: u32| self.nodes[node as usize].bounds.distance(query);
+        // Overlapping boxes are at distance 0, and what is in them can be deeper than what is known.
+        self.descend(distance, |_| true, &mut bound.max(0.0), &mut |i| visit(i).max(0.0));
+    }
+
+    /// Depth first, the child with the smaller key first; nodes with a key beyond `limit` or that are not `met` are left out.
+    fn descend(
+        &self,
+        key: impl Fn(u32) -> f64,
+        met: impl Fn(f64) -> bool,
+        limit: &mut f64,
+        visit: &mut impl FnMut(u32) -> f64,
+    ) {
+        let mut stack = [(0_u32, 0.0); 64];
+        let mut depth = usize::from(!self.nodes.is_empty());
+        stack[0].1 = if depth > 0 { key(0) } else { 0.0 };
+        while depth > 0 {
+            depth -= 1;
+            let (index, own) = stack[depth];
+            if own > *limit || !met(own) {
+                continue;
+            }
+            let node = &self.nodes[index as usize];
+            if node.count > 0 {
+                for &i in &self.items[node.first as usize..(node.first + node.count) as usize] {
+                    *limit = visit(i);
+                }
+                continue;
+            }
+            let (first, second) = ((index + 1, key(index + 1)), (node.first, key(node.first)));
+            let (near, far) = if second.1 < first.1 { (second, first) } else { (first, second) };
+            (stack[depth], stack[depth + 1]) = (far, near);
+            depth += 2;
         }
     }
 

@@ -80,6 +80,11 @@ impl TriangleSet {
         self.bvh.bounds()
     }
 
+    /// Number of triangles.
+    pub fn len(&self) -> u32 {
+        self.faces.len() as u32
+    }
+
     pub fn triangle(&self, index: u32) -> Triangle {
         let face = &self.faces[index as usize];
         Triangle { vertices: face.ids.map(|i| self.vertices[i as usize]), ids: face.ids, normal: face.normal }

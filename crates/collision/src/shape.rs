@@ -51,6 +51,17 @@ impl Prepared {
         Self { shape: Shape::Absent, body, placement, center, half, arm: 0.0, size: 0.0 }
     }
 
+    /// A geom that questions are asked about, whether or not it can touch anything: a mesh whose hull is flat as its triangles.
+    pub fn for_queries(geom: &Geom, known: &mut KnownHulls) -> Self {
+        match (Self::new(geom, known), &geom.geometry) {
+            (Ok(prepared), _) => prepared,
+            (Err(_), Geometry::ConvexMesh(mesh)) => {
+                Self::of_shape(geom, Shape::Triangles(TriangleSet::from_mesh(mesh)))
+            }
+            (Err(_), _) => Self::absent(geom),
+        }
+    }
+
     pub fn new(geom: &Geom, known: &mut KnownHulls) -> Result<Self, CollisionError> {
         let shape = match &geom.geometry {
             Geometry::Plane => Shape::HalfSpace,
@@ -71,6 +82,10 @@ impl Prepared {
             Geometry::TriangleMesh(mesh) => Shape::Triangles(TriangleSet::from_mesh(mesh)),
             Geometry::HeightField(field) => Shape::Triangles(TriangleSet::from_height_field(field)),
         };
+        Ok(Self::of_shape(geom, shape))
+    }
+
+    fn of_shape(geom: &Geom, shape: Shape) -> Self {
         let (low, high) = match &shape {
             Shape::Absent | Shape::HalfSpace => (DVec3::ZERO, DVec3::ZERO),
             Shape::Convex(convex) => convex.bounds(),
@@ -83,6 +98,6 @@ impl Prepared {
             _ => half.length(),
         };
         let arm = geom.placement.transform_point(center).length() + size;
-        Ok(Self { shape, body: geom.body.index(), placement: geom.placement, center, half, arm, size })
+        Self { shape, body: geom.body.index(), placement: geom.placement, center, half, arm, size }
     }
 }

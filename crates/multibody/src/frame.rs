@@ -4,7 +4,7 @@ use glamx::glam::DVec3;
 
 use crate::kinematics::Kinematics;
 use crate::math::Pose;
-use crate::model::{BodyId, JointKind, Model};
+use crate::model::{BodyId, FrameId, JointKind, Model};
 
 /// A frame fixed to a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +19,22 @@ impl Frame {
     /// The frame of a body.
     pub fn of_body(body: BodyId) -> Self {
         Self { body, placement: Pose::IDENTITY }
+    }
+
+    /// A frame that sensors can look at, as one fixed to a body.
+    ///
+    /// # Panics
+    /// If the model has no such part.
+    pub fn of(model: &Model, frame: FrameId) -> Self {
+        let (body, placement) = match frame {
+            FrameId::Body(body) => (body, Pose::IDENTITY),
+            FrameId::CenterOfMass(body) => {
+                (body, Pose::from_position(model.bodies[body.index()].inertia.center_of_mass))
+            }
+            FrameId::Geom(geom) => (model.geoms[geom.index()].body, model.geoms[geom.index()].placement),
+            FrameId::Site(site) => (model.sites[site.index()].body, model.sites[site.index()].placement),
+        };
+        Self { body, placement }
     }
 
     /// `X_WF`, m.

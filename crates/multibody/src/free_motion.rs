@@ -28,6 +28,7 @@
 
 use glamx::glam::DVec3;
 
+use crate::applied::applied_force_into;
 use crate::cholesky::BlockCholesky;
 use crate::composite::{MassMatrix, mass_matrix_into};
 use crate::free_rotation::FreeRotation;
@@ -69,6 +70,8 @@ pub struct FreeMotion {
     /// Number of freely turning bodies that turn too fast for Δt (about half a turn in a step) for their gyroscopic
     /// torque to be integrated; it was left out for them.
     pub unresolved_rotations: usize,
+    /// Generalized force of the input, its wrenches included, `[nv]`, N, N·m.
+    pub applied_force: Vec<f64>,
     free_rotations: Vec<FreeRotation>,
     newton_euler: NewtonEuler,
     /// `M`, to which the implicit terms are added anew when an actuator saturates; kept only where one can.
@@ -109,6 +112,7 @@ impl FreeMotion {
             actuator_force: vec![0.0; model.actuators.len()],
             saturation: vec![Saturation::Within; model.actuators.len()],
             unresolved_rotations: 0,
+            applied_force: vec![0.0; model.nv],
             free_rotations: FreeRotation::all(model),
             newton_euler: NewtonEuler::new(model),
             impulse: vec![0.0; model.nv],
@@ -187,8 +191,9 @@ pub fn free_motion_into(
 
 /// The impulse of applied forces, gravity compensation and `h`, with the gyroscopic part of freely turning bodies exchanged.
 fn smooth_impulse(model: &Model, kinematics: &Kinematics, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) {
-    for (k, impulse) in out.impulse.iter_mut().enumerate() {
-        *impulse = dt * (input.generalized_force.get(k).unwrap_or(&0.0) - out.bias[k]);
+    applied_force_into(model, kinematics, input, &mut out.applied_force);
+    for ((impulse, applied), bias) in out.impulse.iter_mut().zip(&out.applied_force).zip(&out.bias) {
+        *impulse = dt * (applied - bias);
     }
     compensate_gravity(model, kinematics, dt, &mut out.impulse);
     out.unresolved_rotations = 0;

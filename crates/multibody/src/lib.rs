@@ -37,6 +37,7 @@
 //!   a ball joint has the angular velocity in body axes; hinges and slides are scalars.
 
 mod activation;
+mod applied;
 mod centroidal;
 mod cholesky;
 mod composite;
@@ -50,6 +51,7 @@ mod frame;
 mod free_motion;
 mod free_rotation;
 mod inverse_dynamics;
+mod inverse_kinematics;
 mod jacobian;
 mod kinematics;
 mod layout;
@@ -57,10 +59,14 @@ mod length;
 mod mass;
 mod math;
 pub mod model;
+mod operational;
 mod sensors;
+mod small_dense;
 mod state;
+mod subtree;
 
 pub use activation::advance_activations_into;
+pub use applied::applied_force_into;
 pub use centroidal::{Centroidal, center_of_mass_jacobian_into, centroidal_momentum_matrix_into};
 pub use cholesky::{BlockCholesky, FEW_ROWS};
 pub use composite::{MassMatrix, mass_matrix_into};
@@ -75,6 +81,9 @@ pub use frame::{
 };
 pub use free_motion::{FreeMotion, FreeMotionError, Saturation, free_motion_into};
 pub use inverse_dynamics::{NewtonEuler, bias_force_into, inverse_dynamics_into};
+pub use inverse_kinematics::{
+    FrameTarget, InverseKinematicsReport, InverseKinematicsSettings, inverse_kinematics_into,
+};
 pub use jacobian::{
     JacobianRows, add_wrench, angular_jacobian_into, angular_rows_into, contact_rows_into, point_column,
     point_jacobian_into, point_rows_into, spin_rows_into,
@@ -90,8 +99,10 @@ pub use model::{
     ModelBuilder, ModelError, NewBody, Sensor, SensorKind, Site, SiteId, SpinResistance, Tendon, TendonId,
     Transmission,
 };
+pub use operational::operational_space_inertia;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};
 pub use state::{ContactPoint, Input, State, StateError};
+pub use subtree::{subtree_center_of_mass, subtree_jacobian_into, subtree_jacobian_rate_into};
 
 /// The vector library of the public interface, re-exported so that users have the same types.
 pub use glamx::glam;

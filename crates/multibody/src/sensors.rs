@@ -2,6 +2,7 @@
 
 use glamx::glam::{DQuat, DVec3};
 
+use crate::frame::Frame;
 use crate::kinematics::Kinematics;
 use crate::length::{LengthRow, actuator_length_into, tendon_length_into};
 use crate::math::{Pose, read_quaternion};
@@ -25,12 +26,7 @@ pub struct MovingFrame {
 ///
 /// - `kinematics`: from [`forward_kinematics_into`](crate::forward_kinematics_into) at the state
 pub fn moving_frame(model: &Model, kinematics: &Kinematics, frame: FrameId) -> MovingFrame {
-    let (body, placement) = match frame {
-        FrameId::Body(body) => (body, Pose::IDENTITY),
-        FrameId::CenterOfMass(body) => (body, Pose::from_position(model.bodies[body.index()].inertia.center_of_mass)),
-        FrameId::Geom(geom) => (model.geoms[geom.index()].body, model.geoms[geom.index()].placement),
-        FrameId::Site(site) => (model.sites[site.index()].body, model.sites[site.index()].placement),
-    };
+    let Frame { body, placement } = Frame::of(model, frame);
     let pose = kinematics.pose[body.index()] * placement;
     MovingFrame {
         body,

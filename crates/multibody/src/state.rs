@@ -3,6 +3,7 @@
 use derive_setters::Setters;
 use glamx::glam::DVec3;
 
+use crate::frame::SpatialVector;
 use crate::math::Pose;
 use crate::model::{Actuator, BodyId, GeomId, Joint, JointKind, Model};
 
@@ -158,6 +159,9 @@ pub struct Input {
     pub control: Vec<f64>,
     /// Applied generalized force `τ`, `[nv]` (N, N·m). Empty means zero.
     pub generalized_force: Vec<f64>,
+    /// Wrenches applied to the bodies at their centres of mass, `[bodies]`, world axes: moment (N·m) and force (N), constant during the
+    /// step. Empty means none. That of the world does nothing.
+    pub wrench: Vec<SpatialVector>,
     /// Poses `X_WB` of the bodies that are moved from outside, `[mocap_bodies]` (m, unit quaternions). They stand there during the step.
     /// Empty means each where the model places it.
     pub mocap: Vec<Pose>,
@@ -190,6 +194,7 @@ impl Input {
                 }
             }
         }
+        self.check_wrenches(model)?;
         self.check_mocap(model)?;
         match self.control.iter().position(|u| !u.is_finite()) {
             None => Ok(()),
@@ -202,6 +207,20 @@ impl Input {
 }
 
 impl Input {
+    fn check_wrenches(&self, model: &Model) -> Result<(), StateError> {
+        let (expected, found) = (model.bodies.len(), self.wrench.len());
+        if found != 0 && found != expected {
+            return Err(StateError::WrongLength { quantity: "wrench", expected, found });
+        }
+        for (index, wrench) in self.wrench.iter().enumerate() {
+            if let Some(found) = wrench.to_array().into_iter().find(|x| !x.is_finite()) {
+                let part = format!("body '{}'", model.bodies[index].name);
+                return Err(StateError::NotFinite { quantity: "wrench", index, part, found });
+            }
+        }
+        Ok(())
+    }
+
     fn check_mocap(&self, model: &Model) -> Result<(), StateError> {
         if self.mocap.is_empty() {
             return Ok(());

@@ -4,7 +4,8 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use signorini::multibody::{Input, Kinematics, Model, Pose, State, forward_kinematics_into};
+use signorini::collision::Queries;
+use signorini::multibody::{Input, Kinematics, Model, Pose, SpatialVector, State, forward_kinematics_into};
 use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
     Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError, StepReport, Workspace,
@@ -47,6 +48,8 @@ pub struct Core {
     pub correction_energy: f64,
     /// Steps in which negative gaps were taken as zero.
     pub clipped_steps: u64,
+    /// The geoms, once somebody asked about them.
+    pub queries: Option<Queries>,
     sink: Option<Sink>,
     frame: Frame,
 }
@@ -76,6 +79,7 @@ impl Core {
         let input = Input::default()
             .with_control(vec![0.0; model.actuators.len()])
             .with_generalized_force(vec![0.0; model.nv])
+            .with_wrench(vec![SpatialVector::ZERO; model.bodies.len()])
             .with_mocap(mocap_placements(&model));
         let mut core = Self {
             workspace,
@@ -92,6 +96,7 @@ impl Core {
             limited_steps: 0,
             correction_energy: 0.0,
             clipped_steps: 0,
+            queries: None,
             sink: None,
             frame: Frame::default(),
             model,

@@ -7,13 +7,13 @@ use numpy::PyArray1;
 use pyo3::exceptions::{PyIndexError, PyRuntimeError};
 use pyo3::prelude::*;
 use signorini::multibody::glam::{DQuat, DVec3};
-use signorini::multibody::{Pose, kinetic_energy, potential_energy};
+use signorini::multibody::{Pose, SpatialVector, kinetic_energy, potential_energy};
 
 use crate::arrays::{self, Vector};
 use crate::contacts::{Contacts, Limits};
 use crate::core::{Core, mocap_placements};
 use crate::error::{StateError, recording_error, simulation_error};
-use crate::live::{Field, Live};
+use crate::live::{Field, Live, force_first};
 use crate::model::Model;
 use crate::problem::{ContactProblem, ContactSolution};
 use crate::recording::Recording;
@@ -60,6 +60,8 @@ live_arrays! {
     ctrl, set_ctrl, Ctrl;
     /// Applied generalized force, (nv,), N, N·m: a live view.
     qfrc_applied, set_qfrc_applied, QfrcApplied;
+    /// Applied force (N) and moment (N·m) on each body at its centre of mass, world axes, (nbody, 6): a live view.
+    xfrc_applied, set_xfrc_applied, XfrcApplied;
     /// Positions of the bodies that are moved from outside, (nmocap, 3), m: a live view.
     mocap_pos, set_mocap_pos, MocapPos;
     /// Their orientations, (nmocap, 4), (w, x, y, z): a live view.
@@ -178,6 +180,17 @@ impl Data {
         Ok(PyArray1::from_vec(py, self.core()?.sensors()))
     }
 
+    /// Forces of the actuators in the last step, before the gear, (nu,), N or N·m; zeros before the first step.
+    #[getter]
+    fn actuator_force<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        let core = self.core()?;
+        let mut forces = vec![0.0; core.model.actuators.len()];
+        if core.stepped {
+            signorini::actuator_forces_into(&core.model, &core.workspace, &mut forces);
+        }
+        arrays::fixed(PyArray1::from_vec(py, forces))
+    }
+
     /// Limits of joints and tendons in the last step's problem.
     #[getter]
     fn limit(&self) -> PyResult<Limits> {
@@ -254,12 +267,13 @@ impl Data {
             }
         }
         core.input.generalized_force.fill(0.0);
+        core.input.wrench.fill(SpatialVector::ZERO);
         core.forget();
         core.update_kinematics();
         self.write_all(py, &core)
     }
 
-    /// Time, qpos, qvel, act, ctrl, qfrc_applied, mocap_pos with mocap_quat body by body, and the solver's warm start, as one vector.
+    /// Time, qpos, qvel, act, ctrl, qfrc_applied, xfrc_applied, mocap_pos with mocap_quat body by body, and the solver's warm start, as one vector.
     #[pyo3(signature = (*, warm_start=true))]
     fn get_state<'py>(&self, py: Python<'py>, warm_start: bool) -> PyResult<Vector<'py>> {
         let core = self.loaded(py)?;
@@ -269,6 +283,7 @@ impl Data {
         numbers.extend(&core.state.activation);
         numbers.extend(&core.input.control);
         numbers.extend(&core.input.generalized_force);
+        numbers.extend(core.input.wrench.iter().flat_map(force_first));
         for Pose { position: p, rotation: r } in &core.input.mocap {
             numbers.extend([p.x, p.y, p.z, r.w, r.x, r.y, r.z]);
         }
@@ -283,7 +298,7 @@ impl Data {
         let numbers = arrays::read_vector("state", state, None)?;
         let mut core = self.core()?;
         let (nq, nv, na, nu) = (core.model.nq, core.model.nv, core.model.na, core.model.actuators.len());
-        let size = 1 + nq + 2 * nv + na + nu + 7 * core.model.mocap_bodies.len();
+        let size = 1 + nq + 2 * nv + na + nu + 6 * core.model.bodies.len() + 7 * core.model.mocap_bodies.len();
         if numbers.len() < size {
             let message = format!("the state has {} numbers, this model's has at least {size}", numbers.len());
             return Err(StateError::new_err(message));
@@ -301,13 +316,17 @@ impl Data {
         let (v, plain) = plain.split_at(nv);
         let (activation, plain) = plain.split_at(na);
         let (control, plain) = plain.split_at(nu);
-        let (force, mocap) = plain.split_at(nv);
+        let (force, plain) = plain.split_at(nv);
+        let (wrench, mocap) = plain.split_at(6 * core.model.bodies.len());
         core.state.time = time[0];
         core.state.q.copy_from_slice(q);
         core.state.v.copy_from_slice(v);
         core.state.activation.copy_from_slice(activation);
         core.input.control.copy_from_slice(control);
         core.input.generalized_force.copy_from_slice(force);
+        for (own, x) in core.input.wrench.iter_mut().zip(wrench.chunks_exact(6)) {
+            *own = SpatialVector { linear: DVec3::from_slice(x), angular: DVec3::from_slice(&x[3..]) };
+        }
         for (pose, x) in core.input.mocap.iter_mut().zip(mocap.chunks_exact(7)) {
             *pose = Pose::new(DVec3::from_slice(x), DQuat::from_xyzw(x[4], x[5], x[6], x[3]));
         }

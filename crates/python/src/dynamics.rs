@@ -1,13 +1,11 @@
 //! Smooth dynamics at the present state of a `Data`.
 
 use pyo3::prelude::*;
-use signorini::multibody::glam::DVec3;
 use signorini::multibody::{self as mb, MassMatrix, NewtonEuler};
 
 use crate::arrays::{self, Table, Vector};
 use crate::data::Data;
 use crate::model::Model;
-use crate::names::Key;
 use crate::stepping::check_model;
 
 /// Inverse dynamics: `τ = M qacc + h` at the present qpos and qvel, (nv,), N, N·m.
@@ -53,34 +51,6 @@ pub fn mass_matrix<'py>(py: Python<'py>, model: &Bound<'py, Model>, data: &Bound
     let mut mass = MassMatrix::new(&core.model);
     mb::mass_matrix_into(&core.model, &core.kinematics, &mut mass);
     arrays::matrix(py, mass.matrix.to_dense(), core.model.nv, core.model.nv)
-}
-
-type Pair<'py> = (Table<'py>, Table<'py>);
-
-/// Jacobians of a point of a body (name or index) at the present qpos: of its velocity, (3, nv), m, and of the body's angular velocity,
-/// (3, nv), world axes. `point` is in world, (3,), m; without it, the body's origin.
-#[pyfunction]
-#[pyo3(signature = (model, data, body, point=None))]
-pub fn jacobian<'py>(
-    py: Python<'py>,
-    model: &Bound<'py, Model>,
-    data: &Bound<'py, Data>,
-    body: Key,
-    point: Option<&Bound<'py, PyAny>>,
-) -> PyResult<Pair<'py>> {
-    check_model(model, data)?;
-    let mut core = data.get().loaded(py)?;
-    core.update_kinematics();
-    let nv = core.model.nv;
-    let id = body.body(py, &core.model)?;
-    let point = match point {
-        Some(point) => DVec3::from_slice(&arrays::read_vector("point", point, Some(3))?),
-        None => core.kinematics.pose[id.index()].position,
-    };
-    let (mut linear, mut angular) = (vec![0.0; 3 * nv], vec![0.0; 3 * nv]);
-    mb::point_jacobian_into(&core.model, &core.kinematics, id, point, &mut linear);
-    mb::angular_jacobian_into(&core.model, &core.kinematics, id, &mut angular);
-    Ok((arrays::matrix(py, linear, 3, nv)?, arrays::matrix(py, angular, 3, nv)?))
 }
 
 /// `qpos ⊕ dt qvel`, (nq,): a configuration moved along a velocity; quaternions stay unit.

@@ -20,6 +20,7 @@ mod names;
 mod parts;
 mod problem;
 mod quantity;
+mod queries;
 mod recording;
 mod report;
 mod settings;
@@ -38,7 +39,7 @@ mod _core {
     #[pymodule_export]
     use crate::data::Data;
     #[pymodule_export]
-    use crate::dynamics::{bias_force, difference, integrate, inverse, jacobian, mass_matrix};
+    use crate::dynamics::{bias_force, difference, integrate, inverse, mass_matrix};
     #[pymodule_export]
     use crate::lcp::{LcpResult, lcp_methods, solve_lcp};
     #[pymodule_export]
@@ -49,6 +50,12 @@ mod _core {
     use crate::parts::{Actuator, Body, Geom, Joint, Keyframe};
     #[pymodule_export]
     use crate::problem::{ContactProblem, ContactSolution};
+    #[pymodule_export]
+    use crate::queries::{
+        ContactPoint, InverseKinematics, Nearest, RayHit, cast_ray, cast_rays, center_of_mass, center_of_mass_jacobian,
+        contacts_at, distance, frame_pose, inverse_kinematics, jacobian, jacobian_rate, operational_space_inertia,
+        overlaps, support_polygon, zero_moment_point,
+    };
     #[pymodule_export]
     use crate::recording::{Recording, RecordingCheck};
     #[pymodule_export]

@@ -9,7 +9,7 @@ use pyo3::intern;
 use pyo3::prelude::*;
 use pyo3::types::PySlice;
 use signorini::multibody::glam::{DQuat, DVec3};
-use signorini::multibody::{Model, Pose};
+use signorini::multibody::{Model, Pose, SpatialVector};
 
 use crate::arrays;
 use crate::core::Core;
@@ -22,6 +22,7 @@ pub enum Field {
     Act,
     Ctrl,
     QfrcApplied,
+    XfrcApplied,
     MocapPos,
     MocapQuat,
     Qacc,
@@ -54,6 +55,7 @@ impl Live {
         let nmocap = model.mocap_bodies.len();
         let per_body: [&[usize]; 6] = [&[3], &[4], &[3, 3], &[3], &[3], &[3]];
         let mut shapes: Vec<Vec<usize>> = [nq, nv, na, nu, nv].iter().map(|&n| vec![n]).collect();
+        shapes.push(vec![nbody, 6]);
         shapes.extend([vec![nmocap, 3], vec![nmocap, 4], vec![nv]]);
         shapes.extend(per_body.iter().map(|row| [&[nbody], *row].concat()));
         let mut starts = [0; COUNT + 1];
@@ -93,6 +95,10 @@ impl Live {
         core.state.activation.copy_from_slice(part(Field::Act));
         core.input.control.copy_from_slice(part(Field::Ctrl));
         core.input.generalized_force.copy_from_slice(part(Field::QfrcApplied));
+        // Python has force before moment, as MuJoCo.
+        for (wrench, x) in core.input.wrench.iter_mut().zip(part(Field::XfrcApplied).chunks_exact(6)) {
+            *wrench = SpatialVector { linear: DVec3::from_slice(x), angular: DVec3::from_slice(&x[3..]) };
+        }
         let rows = part(Field::MocapPos).chunks_exact(3).zip(part(Field::MocapQuat).chunks_exact(4));
         for (pose, (p, r)) in core.input.mocap.iter_mut().zip(rows) {
             *pose = Pose::new(DVec3::from_slice(p), DQuat::from_xyzw(r[1], r[2], r[3], r[0]));
@@ -106,6 +112,12 @@ impl Live {
         write(&mut Writer { numbers: numbers.as_slice_mut()?, starts: &self.starts });
         Ok(())
     }
+}
+
+/// A wrench as Python has it.
+pub fn force_first(wrench: &SpatialVector) -> [f64; 6] {
+    let [a, b, c, x, y, z] = wrench.to_array();
+    [x, y, z, a, b, c]
 }
 
 /// Copies into the live arrays.
@@ -136,6 +148,7 @@ impl Writer<'_> {
     pub fn input(&mut self, core: &Core) {
         self.part(Field::Ctrl).copy_from_slice(&core.input.control);
         self.part(Field::QfrcApplied).copy_from_slice(&core.input.generalized_force);
+        self.rows(Field::XfrcApplied, core.input.wrench.iter().map(force_first));
         self.rows(Field::MocapPos, core.input.mocap.iter().map(|x| x.position.to_array()));
         self.rows(Field::MocapQuat, core.input.mocap.iter().map(|x| x.rotation).map(|r| [r.w, r.x, r.y, r.z]));
     }

@@ -1,7 +1,7 @@
 //! Parts of a model by name or index, wherever Python asks for one.
 
 use pyo3::prelude::*;
-use signorini::multibody::{ActuatorId, BodyId, GeomId, JointId, Model, SiteId};
+use signorini::multibody::{BodyId, GeomId, JointId, Model, SiteId};
 
 /// A part by its name or its index; negative ones count from the end.
 #[derive(FromPyObject)]
@@ -12,7 +12,6 @@ pub enum Key {
     Index(isize),
 }
 
-#[allow(dead_code)]
 impl Key {
     /// The body of this name or index; a `KeyError` or `IndexError` says which there are.
     pub fn body(&self, py: Python<'_>, model: &Model) -> PyResult<BodyId> {
@@ -32,11 +31,6 @@ impl Key {
     /// The site; errors as of [`body`](Self::body).
     pub fn site(&self, py: Python<'_>, model: &Model) -> PyResult<SiteId> {
         self.among(py, "site", model.sites.iter().map(|part| part.name.as_str())).map(|i| SiteId(i as u32))
-    }
-
-    /// The actuator; errors as of [`body`](Self::body).
-    pub fn actuator(&self, py: Python<'_>, model: &Model) -> PyResult<ActuatorId> {
-        self.among(py, "actuator", model.actuators.iter().map(|part| part.name.as_str())).map(|i| ActuatorId(i as u32))
     }
 
     /// Its place among the names of its sort.

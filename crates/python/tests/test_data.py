@@ -137,13 +137,13 @@ def test_a_run_goes_on_with_the_same_bits(cards, restore):
     cold = signorini.Data(cards)
     plain = data.get_state(warm_start=False)
     cold.set_state(plain)
-    assert len(plain) == 1 + cards.nq + 2 * cards.nv + cards.nu and len(data.get_state()) > len(plain)
+    assert len(plain) == 1 + cards.nq + 2 * cards.nv + cards.nu + 6 * cards.nbody and len(data.get_state()) > len(plain)
     assert np.array_equal(cold.get_state(warm_start=False), plain)
 
 
 def test_a_state_of_another_model_is_refused(ball, pendulum):
     data, state = signorini.Data(ball), signorini.Data(pendulum).get_state()
-    with pytest.raises(signorini.StateError, match="at least 20"):
+    with pytest.raises(signorini.StateError, match="at least 32"):
         data.set_state(state)
     damaged = data.get_state()
     damaged[-1] = 0.5

@@ -78,6 +78,24 @@ def stepping(model: Model) -> Data:
     return data
 
 
+def asking(model: Model, data: Data) -> None:
+    signorini.forward(model, data)
+    near: Optional[signorini.Nearest] = signorini.distance(model, data, 0, "skin")
+    points: list[signorini.ContactPoint] = signorini.contacts_at(model, data, data.qpos, within=0.1)
+    hit: Optional[signorini.RayHit] = signorini.cast_ray(model, data, [0, 0, 5], [0, 0, -1], exclude_body="arm")
+    distances, geoms, normals = signorini.cast_rays(model, data, [0, 0, 5], [[0, 0, -1], [0, 0, 1]], exclude_body="arm")
+    assert near is not None and points and hit is not None and hit.distance == distances[0] and geoms[1] == -1 and normals.shape == (2, 3)
+    assert all(depth > 0 for _, _, depth in signorini.overlaps(model, data))
+    place, turn = signorini.frame_pose(model, data, geom="skin")
+    rate, _ = signorini.jacobian_rate(model, data, geom="skin")
+    center, (moves, _) = signorini.center_of_mass(model, data), signorini.center_of_mass_jacobian(model, data)
+    inertia = signorini.operational_space_inertia(model, data, moves)
+    found: signorini.InverseKinematics = signorini.inverse_kinematics(model, data, place, geom="skin")
+    corners, pressure = signorini.support_polygon(model, data), signorini.zero_moment_point(model, data)
+    assert found.converged and turn.shape == inertia.shape == (3, 3) and rate.shape == moves.shape and center.shape == (3,)
+    assert corners.shape[1] == 3 and pressure is not None and data.actuator_force.shape == (model.nu,) == data.xfrc_applied[0, :1].shape
+
+
 def settling() -> None:
     model = Model.from_string(TEXT.replace('<joint name="hinge" axis="0 1 0" range="-90 90"/>', "").split("<actuator>")[0] + "</mujoco>")
     data = Data(model)
@@ -147,6 +165,7 @@ def failing(model: Model, data: Data) -> None:
 def main() -> None:
     model = models()
     data = stepping(model)
+    asking(model, data)
     settling()
     solving(model, data)
     many(model)

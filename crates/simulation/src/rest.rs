@@ -31,6 +31,7 @@ impl FixedPoint {
             && same_bits(&self.activation, &state.activation)
             && same_bits(&self.input.control, &input.control)
             && self.input.mocap == input.mocap
+            && self.input.wrench == input.wrench
             && same_bits(&self.input.generalized_force, &input.generalized_force);
         same.then_some(&self.report)
     }
@@ -52,6 +53,7 @@ impl FixedPoint {
         self.activation.clone_from(&state.activation);
         self.input.control.clone_from(&input.control);
         self.input.mocap.clone_from(&input.mocap);
+        self.input.wrench.clone_from(&input.wrench);
         self.input.generalized_force.clone_from(&input.generalized_force);
         self.dt = dt;
         self.report.clone_from(report);

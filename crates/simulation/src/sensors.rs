@@ -48,6 +48,18 @@ pub fn sensors_into(model: &Model, state: &State, workspace: &mut Workspace, out
     }
 }
 
+/// Force of every actuator in the last step, before the gear, N or N·m: with the velocity at its end.
+///
+/// - `out`: `[actuators]`
+///
+/// # Panics
+/// If `out` has another length.
+pub fn actuator_forces_into(model: &Model, workspace: &Workspace, out: &mut [f64]) {
+    assert_eq!(out.len(), model.actuators.len(), "a force for every actuator");
+    let dt = workspace.problem().timestep;
+    out.iter_mut().enumerate().for_each(|(a, force)| *force = actuator_force(workspace, a, dt));
+}
+
 fn measure(model: &Model, workspace: &Workspace, dt: f64, kind: SensorKind, out: &mut [f64]) {
     let vector = |x: DVec3, out: &mut [f64]| out.copy_from_slice(&x.to_array());
     let in_site = |id: SiteId, x: DVec3| {

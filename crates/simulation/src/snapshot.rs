@@ -1,6 +1,7 @@
 //! Everything that decides how a simulation goes on, to go on from it later.
 
-use signorini_multibody::{Input, State};
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{Input, SpatialVector, State};
 
 use crate::SimulationError;
 use crate::recorder::{array_pose, pose_array};
@@ -8,7 +9,7 @@ use crate::recorder::{array_pose, pose_array};
 /// The first bytes of a stored snapshot.
 const MAGIC: &[u8; 8] = b"SIGNSTAT";
 /// Version of the byte form.
-const VERSION: u32 = 3;
+const VERSION: u32 = 4;
 
 /// State, input and warm start of a simulation: with the same model and settings it goes on from here with the same bits.
 ///
@@ -45,8 +46,8 @@ impl Snapshot {
     }
 
     /// The snapshot as bytes, the same on every machine: `SIGNSTAT`, the version (u32), the model's content hash (u64), whether
-    /// the equality constraints have been checked (u64), the time, then `q`, `v`, activations, controls, generalized forces, poses of
-    /// mocap bodies (7 numbers each) and warm start, each with its length (u64) before it, and the CRC-32 of all that. Little-endian;
+    /// the equality constraints have been checked (u64), the time, then `q`, `v`, activations, controls, generalized forces,
+    /// wrenches (6 numbers each, moment before force), poses of mocap bodies (7 numbers each) and warm start, each with its length (u64) before it, and the CRC-32 of all that. Little-endian;
     /// numbers are f64.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::new();
@@ -55,9 +56,11 @@ impl Snapshot {
         bytes.extend(self.model_hash.to_le_bytes());
         bytes.extend(u64::from(self.assembled).to_le_bytes());
         bytes.extend(self.time.to_le_bytes());
-        let Input { control, generalized_force, mocap, .. } = &self.input;
+        let Input { control, generalized_force, wrench, mocap, .. } = &self.input;
+        let wrench: Vec<f64> = wrench.iter().flat_map(|wrench| wrench.to_array()).collect();
         let mocap: Vec<f64> = mocap.iter().flat_map(pose_array).collect();
-        for numbers in [&self.q, &self.v, &self.activation, control, generalized_force, &mocap, &self.warm_start] {
+        let lists = [&self.q, &self.v, &self.activation, control, generalized_force, &wrench, &mocap, &self.warm_start];
+        for numbers in lists {
             bytes.extend((numbers.len() as u64).to_le_bytes());
             numbers.iter().for_each(|x| bytes.extend(x.to_le_bytes()));
         }
@@ -90,10 +93,20 @@ impl Snapshot {
         let time = f64::from_le_bytes(take(rest)?);
         let [q, v, activation, control] = [numbers(rest)?, numbers(rest)?, numbers(rest)?, numbers(rest)?];
         let generalized_force = numbers(rest)?;
+        let wrenches = numbers(rest)?;
+        let (wrenches, []) = wrenches.as_chunks::<6>() else { return None };
+        let wrench = wrenches.iter().map(|[a, b, c, x, y, z]| SpatialVector {
+            angular: DVec3::new(*a, *b, *c),
+            linear: DVec3::new(*x, *y, *z),
+        });
         let poses = numbers(rest)?;
         let (poses, []) = poses.as_chunks::<7>() else { return None };
         let mocap = poses.iter().map(array_pose).collect();
-        let input = Input::default().with_control(control).with_generalized_force(generalized_force).with_mocap(mocap);
+        let input = Input::default()
+            .with_control(control)
+            .with_generalized_force(generalized_force)
+            .with_wrench(wrench.collect())
+            .with_mocap(mocap);
         Some(Self { model_hash, assembled, time, q, v, activation, input, warm_start: numbers(rest)? })
     }
 }

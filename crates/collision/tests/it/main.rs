@@ -4,6 +4,7 @@ mod allocation;
 mod cross_check;
 mod history;
 mod pairs;
+mod queries;
 mod random;
 mod scene;
 mod stacking;

@@ -1,6 +1,7 @@
 //! Tests of the public interface.
 
 mod random_model;
+mod tasks;
 mod tree_file;
 
 mod closed_forms;

@@ -19,6 +19,7 @@ __all__ = [
     "Batch",
     "Body",
     "Certificate",
+    "ContactPoint",
     "ContactProblem",
     "ContactSolution",
     "ContactSum",
@@ -26,12 +27,15 @@ __all__ = [
     "Data",
     "Geom",
     "ImportWarning",
+    "InverseKinematics",
     "Joint",
     "Keyframe",
     "LcpResult",
     "Limits",
     "LinearComplementaritySystem",
     "Model",
+    "Nearest",
+    "RayHit",
     "Recording",
     "RecordingCheck",
     "SettleReport",
@@ -41,18 +45,31 @@ __all__ = [
     "Viewer",
     "__version__",
     "bias_force",
+    "cast_ray",
+    "cast_rays",
+    "center_of_mass",
+    "center_of_mass_jacobian",
+    "contacts_at",
     "difference",
+    "distance",
     "forward",
+    "frame_pose",
     "integrate",
     "inverse",
+    "inverse_kinematics",
     "jacobian",
+    "jacobian_rate",
     "kinematics",
     "lcp_methods",
     "linearize",
     "mass_matrix",
+    "operational_space_inertia",
+    "overlaps",
     "settle",
     "solve_lcp",
     "step",
+    "support_polygon",
+    "zero_moment_point",
 ]
 
 __version__: str
@@ -313,6 +330,92 @@ class Model:
     def _keyframe(self, id: int) -> Keyframe: ...
 
 @final
+class Nearest:
+    """Where two geoms are nearest to each other."""
+
+    @property
+    def distance(self) -> float:
+        """Signed distance of the surfaces, m; negative where they overlap."""
+    @property
+    def normal(self) -> _Array:
+        """Unit normal from the first geom to the second, (3,), world axes."""
+    @property
+    def point1(self) -> _Array:
+        """The point of the first geom's surface, (3,), world, m."""
+    @property
+    def point2(self) -> _Array:
+        """The point of the second geom's surface, (3,), world, m."""
+
+@final
+class RayHit:
+    """Where a ray meets a geom first."""
+
+    @property
+    def geom(self) -> int:
+        """Index of the geom."""
+    @property
+    def name(self) -> str:
+        """Its name."""
+    @property
+    def distance(self) -> float:
+        """Distance from the ray's origin, m."""
+    @property
+    def point(self) -> _Array:
+        """The point, (3,), world, m."""
+    @property
+    def normal(self) -> _Array:
+        """Unit outward normal of the surface, (3,), world axes."""
+
+@final
+class ContactPoint:
+    """A point at which two geoms touch or nearly touch."""
+
+    @property
+    def geom1(self) -> int:
+        """Index of the first geom."""
+    @property
+    def geom2(self) -> int:
+        """Index of the second geom."""
+    @property
+    def body1(self) -> int:
+        """Index of the first body."""
+    @property
+    def body2(self) -> int:
+        """Index of the second body."""
+    @property
+    def point(self) -> Tuple[float, float, float]:
+        """The point, midway between the surfaces, world, m."""
+    @property
+    def normal(self) -> Tuple[float, float, float]:
+        """Unit normal from the first geom to the second, world axes."""
+    @property
+    def gap(self) -> float:
+        """Gap, m; negative where they overlap."""
+    @property
+    def friction(self) -> float:
+        """Coefficient of friction."""
+
+@final
+class InverseKinematics:
+    """What inverse kinematics found."""
+
+    @property
+    def qpos(self) -> _Array:
+        """The configuration, (nq,)."""
+    @property
+    def converged(self) -> bool:
+        """Whether the target is met within the tolerance."""
+    @property
+    def position_error(self) -> float:
+        """Distance of the frame's origin from the target, m."""
+    @property
+    def angle_error(self) -> float:
+        """Angle of the frame from the target, rad."""
+    @property
+    def iterations(self) -> int:
+        """Evaluations of the error."""
+
+@final
 class Body:
     """A rigid body of a model."""
 
@@ -518,6 +621,14 @@ class Data:
     @qfrc_applied.setter
     def qfrc_applied(self, value: ArrayLike) -> None: ...
     @property
+    def xfrc_applied(self) -> _Array:
+        """Applied force (N) and moment (N·m) on each body at its centre of mass, world axes, (nbody, 6): a live view."""
+    @xfrc_applied.setter
+    def xfrc_applied(self, value: ArrayLike) -> None: ...
+    @property
+    def actuator_force(self) -> _Array:
+        """Forces of the actuators in the last step, before the gear, (nu,), N or N·m; zeros before the first step."""
+    @property
     def mocap_pos(self) -> _Array:
         """Positions of the bodies that are moved from outside, (nmocap, 3), m: a live view."""
     @mocap_pos.setter
@@ -602,7 +713,7 @@ class Data:
     def solution(self) -> ContactSolution:
         """The solution of the last step's contact problem, a copy; errors as :meth:`problem`."""
     def get_state(self, *, warm_start: bool = True) -> _Array:
-        """Time (1), qpos (nq), qvel (nv), act (na), ctrl (nu), qfrc_applied (nv), mocap_pos with mocap_quat
+        """Time (1), qpos (nq), qvel (nv), act (na), ctrl (nu), qfrc_applied (nv), xfrc_applied (6 nbody), mocap_pos with mocap_quat
         (7 for each of nmocap), and the solver's warm start (any number) as one vector.
 
         Given back to :meth:`set_state` of any data of the same model and settings, a run goes on with the same bits.
@@ -1328,13 +1439,93 @@ def bias_force(model: Model, data: Data) -> _Array:
 def mass_matrix(model: Model, data: Data) -> _Array:
     """The mass matrix M at the present qpos, (nv, nv), kg, kg·m, kg·m²."""
 
-def jacobian(
-    model: Model, data: Data, body: Union[str, int], point: Optional[ArrayLike] = None
-) -> Tuple[_Array, _Array]:
-    """Jacobians of a point of a body (name or index) at the present qpos: of its velocity, (3, nv), and of the body's angular velocity, (3, nv).
+_Key = Union[str, int]
 
-    World axes. ``point`` is in world, (3,), m; without it, the body's origin.
+def jacobian(
+    model: Model, data: Data, body: Optional[_Key] = None, point: Optional[ArrayLike] = None, *, geom: Optional[_Key] = None, site: Optional[_Key] = None
+) -> Tuple[_Array, _Array]:
+    """Jacobians of a point of a body, or of the origin of a geom or site (name or index), at the present qpos.
+
+    Of its velocity, (3, nv), and of the angular velocity, (3, nv), world axes. ``point`` is in world, (3,), m; without it, the frame's origin.
     """
+
+def jacobian_rate(
+    model: Model, data: Data, body: Optional[_Key] = None, point: Optional[ArrayLike] = None, *, geom: Optional[_Key] = None, site: Optional[_Key] = None
+) -> Tuple[_Array, _Array]:
+    """Rates of the Jacobians of :func:`jacobian` along the motion at the present qpos and qvel."""
+
+def frame_pose(
+    model: Model, data: Data, *, body: Optional[_Key] = None, geom: Optional[_Key] = None, site: Optional[_Key] = None
+) -> Tuple[_Array, _Array]:
+    """Position in world, (3,), m, and rotation matrix, (3, 3), of a body, geom or site at the present qpos."""
+
+def center_of_mass(model: Model, data: Data, body: Optional[_Key] = None) -> _Array:
+    """Centre of mass of a body with all that hangs on it, (3,), m; without a body, of everything."""
+
+def center_of_mass_jacobian(model: Model, data: Data, body: Optional[_Key] = None) -> Tuple[_Array, _Array]:
+    """Jacobian of :func:`center_of_mass`, (3, nv), and its rate along the motion, (3, nv), world axes."""
+
+def operational_space_inertia(model: Model, data: Data, jacobian: _MatrixLike) -> _Array:
+    """Operational-space inertia (J M⁻¹ Jᵀ)⁻¹ of the rows of a Jacobian, (k, nv), at the present qpos: (k, k).
+
+    Raises:
+        SolveError: the rows depend on each other.
+    """
+
+def inverse_kinematics(
+    model: Model,
+    data: Data,
+    pos: Optional[ArrayLike] = None,
+    quat: Optional[ArrayLike] = None,
+    *,
+    body: Optional[_Key] = None,
+    geom: Optional[_Key] = None,
+    site: Optional[_Key] = None,
+    joints: Optional[Sequence[_Key]] = None,
+    tolerance: float = 1e-9,
+    max_iterations: int = 200,
+) -> InverseKinematics:
+    """A configuration at which a body, geom or site is at ``pos``, turned as ``quat`` (w, x, y, z) says: damped least squares from the present
+    qpos on, within the joints' limits. ``data`` stays what it is.
+
+    ``joints``: those that may move, all without it. Where the answer has not converged it is the nearest configuration that was found; another
+    start may lead to a better one.
+    """
+
+def distance(model: Model, data: Data, geom1: _Key, geom2: _Key) -> Optional[Nearest]:
+    """The distance of two geoms (names or indices) at the present qpos, with the nearest points; nothing for two planes."""
+
+def contacts_at(model: Model, data: Data, qpos: Optional[ArrayLike] = None, *, within: float = 0.0) -> list[ContactPoint]:
+    """The contact points of a configuration (the present one without ``qpos``), without a step: those with a gap of at most ``within``, m."""
+
+def overlaps(model: Model, data: Data) -> list[tuple[int, int, float]]:
+    """Pairs of geoms that may touch and overlap at the present qpos, with the deepest overlap of each, m."""
+
+def cast_ray(
+    model: Model, data: Data, point: ArrayLike, direction: ArrayLike, *, exclude_body: Optional[_Key] = None
+) -> Optional[RayHit]:
+    """What a ray from ``point`` along ``direction`` (of any length) meets first; nothing if it meets nothing.
+
+    From inside a shape its surface is met from inside; planes are met from their front alone; of a convex mesh the hull is met. The geoms of
+    ``exclude_body`` are passed over.
+    """
+
+def cast_rays(
+    model: Model, data: Data, points: ArrayLike, directions: ArrayLike, *, exclude_body: Optional[_Key] = None, nthread: int = 0
+) -> Tuple[_Array, _Ints, _Array]:
+    """Many rays at once, on threads (0: as many as the machine runs): distances, (n,), infinite where nothing is met; geoms, (n,), −1
+    there; normals, (n, 3).
+
+    ``points``, (n, 3) or one for all, (3,); ``directions``, (n, 3). Otherwise as :func:`cast_ray`.
+    """
+
+def support_polygon(model: Model, data: Data, body: Optional[_Key] = None) -> _Array:
+    """Corners of the convex hull, seen along gravity, of the points at which the last step's contacts carry a body with all that hangs on it
+    (everything without one), (k, 3), m."""
+
+def zero_moment_point(model: Model, data: Data, body: Optional[_Key] = None, *, height: float = 0.0) -> Optional[_Array]:
+    """The zero-moment point of the last step's contact forces on a body with all that hangs on it, on the plane at ``height`` (m) across
+    gravity, (3,), m; nothing where no force presses on it."""
 
 def integrate(model: Model, qpos: ArrayLike, qvel: ArrayLike, dt: float = 1.0) -> _Array:
     """qpos ⊕ dt qvel, (nq,): a configuration moved along a velocity; quaternions stay unit."""

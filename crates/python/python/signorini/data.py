@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 class Data(Strict, _core.Data):
     """The state of a model, and everything that a step needs.
 
-    ``qpos``, ``qvel``, ``act``, ``ctrl`` and ``qfrc_applied`` are live NumPy views: what is written to them is the state and the
+    ``qpos``, ``qvel``, ``act``, ``ctrl``, ``qfrc_applied`` and ``xfrc_applied`` are live NumPy views: what is written to them is the state and the
     input of the next step. ``xpos``, ``xquat``, ``xmat``, ``xipos``, ``linear_velocity``, ``angular_velocity`` and ``qacc``
     are live results, read-only: every step updates them in place, and they belong to the state at its end. After writing to ``qpos``
     call :func:`signorini.forward` or :func:`signorini.kinematics` to update them. Views stay valid as long as they are kept.

@@ -20,7 +20,11 @@ pub fn step_solution_into(input: &Input, workspace: &Workspace, report: &StepRep
         return;
     }
     out.control.clone_from(&input.control);
-    out.generalized_force.clone_from(&input.generalized_force);
+    // A recorded force is that of the degrees of freedom, whatever it came from.
+    out.generalized_force.clone_from(match input.wrench.is_empty() {
+        true => &input.generalized_force,
+        false => &workspace.smooth.applied_force,
+    });
     out.clipped_gaps = report.clipped_gaps;
     out.theta = (report.theta < 1.0).then_some(report.theta);
     let contacts = workspace.problem().contact_count();

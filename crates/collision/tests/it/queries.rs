@@ -1,0 +1,240 @@
+//! Distances and rays on random shapes. A distance is proved by its own answer: both points are in their shapes (it is no smaller), and the
+//! normal separates the shapes by it (it is no larger), by support functions written for the tests. A ray is marched.
+
+use signorini_collision::{Nearest, Queries, Ray};
+use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::model::{HeightField, Mesh};
+use signorini_multibody::{Geom, GeomId, Geometry, Model, ModelBuilder, Pose};
+
+use crate::random::Random;
+use crate::support::{directions, extent, separation};
+
+/// Geoms on bodies that are welded to the world: the queries place them.
+fn world(shapes: &[Geometry]) -> Model {
+    let mut builder = ModelBuilder::new("shapes");
+    for (k, geometry) in shapes.iter().enumerate() {
+        builder.body(format!("{k}")).shape(Geom::new(format!("{k}"), geometry.clone())).add().expect("a body");
+    }
+    builder.build().expect("a model")
+}
+
+fn queries(shapes: &[Geometry], poses: &[Pose]) -> Queries {
+    let mut queries = Queries::new(&world(shapes));
+    queries.place(&[&[Pose::IDENTITY], poses].concat());
+    queries
+}
+
+fn cloud(random: &mut Random, points: usize) -> Mesh {
+    let vertices: Vec<DVec3> = (0..points).map(|_| random.rotation() * DVec3::X * between(random, 0.2, 0.5)).collect();
+    Mesh { vertices, triangles: (0..points as u32 - 2).map(|i| [i, i + 1, i + 2]).collect() }
+}
+
+const CONVEX: usize = 7;
+
+fn shape(random: &mut Random, kind: usize) -> Geometry {
+    let [radius, half_length, third] = [(); 3].map(|()| between(random, 0.1, 0.5));
+    match kind {
+        0 => Geometry::Sphere { radius },
+        1 => Geometry::Box { half_extents: DVec3::new(radius, half_length, third) },
+        2 => Geometry::Capsule { radius, half_length },
+        3 => Geometry::Cylinder { radius, half_length },
+        4 => Geometry::Cone { radius, half_length },
+        5 => Geometry::Ellipsoid { semi_axes: DVec3::new(radius, half_length, third) },
+        6 => Geometry::ConvexMesh(cloud(random, 12).into()),
+        7 => Geometry::TriangleMesh(cloud(random, 9).into()),
+        8 => {
+            let heights = (0..20).map(|_| between(random, -0.1, 0.1)).collect();
+            Geometry::HeightField(HeightField { size: [5, 4], half_extents: [0.6, 0.5], heights }.into())
+        }
+        _ => Geometry::Plane,
+    }
+}
+
+fn between(random: &mut Random, low: f64, high: f64) -> f64 {
+    low + (high - low) * random.unit()
+}
+
+fn pose(random: &mut Random, spread: f64) -> Pose {
+    let position = DVec3::new(
+        between(random, -spread, spread),
+        between(random, -spread, spread),
+        between(random, -spread, spread),
+    );
+    Pose::new(position, random.rotation())
+}
+
+/// How far a point sticks out of a convex shape, m, as far as some thousand directions know.
+fn sticks_out(point: DVec3, shape: &Geometry, pose: &Pose) -> f64 {
+    directions(2000).map(|d| d.dot(point) - extent(shape, pose, d)).fold(f64::NEG_INFINITY, f64::max)
+}
+
+#[test]
+fn a_distance_is_that_of_its_points_and_of_its_normal() {
+    let mut random = Random(5);
+    for case in 0..600 {
+        let (kind_a, kind_b) = (case % CONVEX, case / CONVEX % CONVEX);
+        let shapes = [shape(&mut random, kind_a), shape(&mut random, kind_b)];
+        let poses = [pose(&mut random, 1.2), pose(&mut random, 1.2)];
+        let found = queries(&shapes, &poses).distance(GeomId(0), GeomId(1)).expect("solids have a distance");
+        let Nearest { distance, normal, point_a, point_b, .. } = found;
+        let name = format!("case {case}: {} and {}: {found:?}", shapes[0].kind_name(), shapes[1].kind_name());
+        let curved = [kind_a, kind_b].iter().any(|kind| [3, 4, 5].contains(kind));
+        let small = if curved { 2e-8 } else { 1e-11 };
+        let apart = separation((&shapes[0], &poses[0]), (&shapes[1], &poses[1]), normal);
+        assert!((normal.length() - 1.0).abs() < 1e-12 && (apart - distance).abs() < small, "{name}: {apart}");
+        assert!((point_b - point_a - normal * distance).length() < if curved { 1e-4 } else { 1e-9 }, "{name}");
+        if distance > 0.0 {
+            let out = sticks_out(point_a, &shapes[0], &poses[0]).max(sticks_out(point_b, &shapes[1], &poses[1]));
+            assert!(out < if curved { 1e-5 } else { 1e-9 }, "{name}: {out}");
+        }
+        let back = queries(&shapes, &poses).distance(GeomId(1), GeomId(0)).expect("as before");
+        assert!((back.distance - distance).abs() < small, "{name}: {back:?}");
+    }
+}
+
+/// The distance of a set of triangles is that of the nearest of them, each a shape of its own.
+#[test]
+fn a_mesh_is_as_far_as_its_nearest_triangle() {
+    let mut random = Random(6);
+    for case in 0..120 {
+        let mesh = cloud(&mut random, 9);
+        let other = match case % 3 {
+            0 => Geometry::TriangleMesh(cloud(&mut random, 6).into()),
+            1 => Geometry::Sphere { radius: 0.2 },
+            _ => Geometry::Box { half_extents: DVec3::new(0.1, 0.2, 0.3) },
+        };
+        let poses = [pose(&mut random, 1.0), pose(&mut random, 1.0)];
+        let parts = mesh.triangles.iter().map(|t| {
+            let one = Mesh { vertices: t.map(|i| mesh.vertices[i as usize]).to_vec(), triangles: vec![[0, 1, 2]] };
+            queries(&[Geometry::TriangleMesh(one.into()), other.clone()], &poses).distance(GeomId(0), GeomId(1))
+        });
+        let nearest = parts.map(|part| part.expect("triangles").distance).fold(f64::INFINITY, f64::min);
+        let whole = queries(&[Geometry::TriangleMesh(mesh.clone().into()), other.clone()], &poses);
+        let found = whole.clone().distance(GeomId(0), GeomId(1)).expect("a mesh has a distance");
+        let back = whole.clone().distance(GeomId(1), GeomId(0)).expect("a mesh has a distance");
+        assert!((found.distance - nearest).abs() < 1e-11, "case {case}: {found:?}, not {nearest}");
+        assert!((back.distance - nearest).abs() < 1e-11 && (back.normal + found.normal).length() < 1e-6, "case {case}");
+    }
+}
+
+#[test]
+fn a_plane_sees_the_lowest_point() {
+    let mut random = Random(7);
+    for case in 0..100 {
+        let geometry = shape(&mut random, case % CONVEX);
+        let poses = [pose(&mut random, 3.0), pose(&mut random, 3.0)];
+        let found =
+            queries(&[Geometry::Plane, geometry.clone()], &poses).distance(GeomId(0), GeomId(1)).expect("a height");
+        let up = poses[0].rotation * DVec3::Z;
+        let height = -extent(&geometry, &poses[1], -up) - up.dot(poses[0].position);
+        assert!((found.distance - height).abs() < 1e-12 && (found.normal - up).length() < 1e-12, "case {case}");
+        assert!((found.point_b - found.point_a - up * height).length() < 1e-12);
+    }
+}
+
+/// A ball no larger than rounding at a point, and how far it is from the shape.
+fn depth(queries: &mut Queries, point: DVec3, pose: &Pose) -> f64 {
+    queries.place(&[Pose::IDENTITY, *pose, Pose::from_position(point)]);
+    queries.distance(GeomId(0), GeomId(1)).expect("a ball has a distance").distance
+}
+
+#[test]
+fn a_ray_ends_where_it_crosses_a_surface() {
+    let mut random = Random(8);
+    let mut hits = [0; CONVEX + 1];
+    for case in 0..1200 {
+        let kind = case % (CONVEX + 1);
+        let solid = if kind < CONVEX { kind } else { 9 };
+        let (geometry, placed) = (shape(&mut random, solid), pose(&mut random, 0.3));
+        let mut world = queries(&[geometry.clone(), Geometry::Sphere { radius: 1e-12 }], &[placed, Pose::IDENTITY]);
+        let origin = random.vector() * if case % 3 == 0 { 0.1 } else { 2.0 };
+        let ray = Ray::new(origin, random.vector() * 0.5 - origin);
+        let hit = world.ray(&ray, |geom| geom == GeomId(0));
+        let inside = depth(&mut world, origin, &placed) < 0.0;
+        let name = format!("case {case}: a {}, {hit:?}", geometry.kind_name());
+        if solid == 9 && inside {
+            assert!(hit.is_none(), "a plane is met from its front alone");
+            continue;
+        }
+        if let Some(hit) = hit {
+            let there = depth(&mut world, hit.point, &placed);
+            assert!(there.abs() < 1e-9 && (hit.normal.length() - 1.0).abs() < 1e-12, "{name}: missed by {there}");
+            assert_eq!(inside, hit.normal.dot(ray.direction) > 0.0, "{name}");
+        }
+        let end = hit.map_or(6.0, |hit| hit.distance);
+        for k in 1..100 {
+            let signed = depth(&mut world, origin + ray.direction * (end * f64::from(k) / 100.0), &placed);
+            assert!((signed < 0.0) == inside || signed.abs() < 1e-9, "{name}: crossed before");
+        }
+        hits[kind] += usize::from(hit.is_some());
+    }
+    assert!(hits.iter().all(|&count| count > 40), "{hits:?}");
+}
+
+/// Triangles one by one, each as a system of three equations.
+#[test]
+fn a_ray_meets_the_nearest_triangle() {
+    let mut random = Random(10);
+    let mut hits = 0;
+    for case in 0..400 {
+        let (geometry, placed) = (shape(&mut random, 7 + case % 2), pose(&mut random, 0.3));
+        let origin = random.vector() * 1.5;
+        let ray = Ray::new(origin, random.vector() * 0.5 - origin);
+        let hit = queries(std::slice::from_ref(&geometry), &[placed]).ray(&ray, |_| true);
+        let distances = triangles(&geometry).into_iter().filter_map(|corners| {
+            let [a, b, c] = corners.map(|p| placed.transform_point(p));
+            let x = DMat3::from_cols(b - a, c - a, -ray.direction).inverse() * (origin - a);
+            (x.x >= 0.0 && x.y >= 0.0 && x.x + x.y <= 1.0 && x.z >= 0.0).then_some(x.z)
+        });
+        let nearest = distances.fold(f64::INFINITY, f64::min);
+        let found = hit.map_or(f64::INFINITY, |hit| hit.distance);
+        assert!(found == nearest || (found - nearest).abs() < 1e-10, "case {case}: {hit:?}, not {nearest}");
+        hits += usize::from(hit.is_some());
+    }
+    assert!(hits > 100, "{hits}");
+}
+
+fn triangles(geometry: &Geometry) -> Vec<[DVec3; 3]> {
+    match geometry {
+        Geometry::TriangleMesh(mesh) => mesh.triangles.iter().map(|t| t.map(|i| mesh.vertices[i as usize])).collect(),
+        Geometry::HeightField(field) => {
+            let ([nx, ny], [x, y]) = (field.size, field.half_extents);
+            let at = |i: usize, j: usize| {
+                let share = |k: usize, n: usize| 2.0 * k as f64 / (n - 1) as f64 - 1.0;
+                DVec3::new(x * share(i, nx), y * share(j, ny), field.heights[j * nx + i])
+            };
+            let cells = (0..ny - 1).flat_map(|j| (0..nx - 1).map(move |i| (i, j)));
+            cells
+                .flat_map(|(i, j)| {
+                    let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+                    [[a, b, c], [a, c, d]]
+                })
+                .collect()
+        }
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn many_rays_on_many_threads_are_the_same_rays() {
+    let mut random = Random(9);
+    let shapes: Vec<Geometry> = (0..40).map(|k| shape(&mut random, k % 10)).collect();
+    let poses: Vec<Pose> = shapes.iter().map(|_| pose(&mut random, 3.0)).collect();
+    let world = queries(&shapes, &poses);
+    let mut vector = || random.vector() * 4.0;
+    let rays: Vec<Ray> = (0..5000).map(|_| Ray::new(vector(), vector())).collect();
+    let mut found = [1, 3].map(|threads| {
+        let mut out = vec![None; rays.len()];
+        world.rays_into(&rays, threads, |_| true, &mut out);
+        out
+    });
+    assert!(found[0] == found[1]);
+    // Each geom alone gives the nearest of all.
+    for (ray, hit) in rays.iter().zip(&mut found[0]).take(800) {
+        let alone = (0..shapes.len() as u32).filter_map(|i| world.ray(ray, |geom| geom == GeomId(i)));
+        let nearest = alone.map(|hit| hit.distance).fold(f64::INFINITY, f64::min);
+        assert_eq!(hit.map_or(f64::INFINITY, |hit| hit.distance), nearest);
+    }
+    assert!(world.ray(&Ray::new([0.0; 3], [0.0; 3]), |_| true).is_none(), "a ray without direction");
+    assert!(world.ray(&Ray::new([f64::NAN; 3], [0.0, 0.0, 1.0]), |_| true).is_none());
+}
