@@ -4,9 +4,9 @@ use glamx::glam::DVec3;
 
 use crate::composite::RigidInertia;
 use crate::energy::center_of_mass;
-use crate::frame::SpatialVector;
 use crate::kinematics::Kinematics;
 use crate::model::{BodyId, Model};
+use crate::spatial::SpatialVector;
 
 /// Centroidal momentum matrix and the storage to compute it.
 #[derive(Clone, Debug)]

@@ -5,6 +5,7 @@ use glamx::glam::DVec3;
 use crate::kinematics::Kinematics;
 use crate::math::Pose;
 use crate::model::{BodyId, FrameId, JointKind, Model};
+use crate::spatial::SpatialVector;
 
 /// A frame fixed to a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,26 +53,6 @@ pub enum ReferenceFrame {
     Local,
     /// The frame's origin, world axes.
     LocalWorldAligned,
-}
-
-/// An angular and a linear part: velocity (rad/s, m/s), acceleration (rad/s², m/s²) or momentum (kg·m²/s, kg·m/s).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SpatialVector {
-    /// Angular part.
-    pub angular: DVec3,
-    /// Linear part.
-    pub linear: DVec3,
-}
-
-impl SpatialVector {
-    /// Nothing.
-    pub const ZERO: Self = Self { angular: DVec3::ZERO, linear: DVec3::ZERO };
-
-    /// Angular before linear, `[6]`.
-    pub fn to_array(self) -> [f64; 6] {
-        let (a, l) = (self.angular, self.linear);
-        [a.x, a.y, a.z, l.x, l.y, l.z]
-    }
 }
 
 /// Rates of the joint axes in [`Kinematics::dof_angular`] and [`Kinematics::dof_linear`], from which the rate `J̇` of every

@@ -62,6 +62,7 @@ pub mod model;
 mod operational;
 mod sensors;
 mod small_dense;
+mod spatial;
 mod state;
 mod subtree;
 
@@ -76,7 +77,7 @@ pub use energy::{angular_momentum, center_of_mass, kinetic_energy, linear_moment
 pub use equality::{EqualityBlock, equality_block_into, equality_violations};
 pub use forward_dynamics::{ArticulatedBodies, forward_dynamics_into};
 pub use frame::{
-    AxisRates, Frame, ReferenceFrame, SpatialVector, axis_rates_into, frame_bias_acceleration, frame_jacobian_into,
+    AxisRates, Frame, ReferenceFrame, axis_rates_into, frame_bias_acceleration, frame_jacobian_into,
     frame_jacobian_rate_into, frame_velocity,
 };
 pub use free_motion::{FreeMotion, FreeMotionError, Saturation, free_motion_into};
@@ -101,6 +102,7 @@ pub use model::{
 };
 pub use operational::operational_space_inertia;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};
+pub use spatial::SpatialVector;
 pub use state::{ContactPoint, Input, State, StateError};
 pub use subtree::{subtree_center_of_mass, subtree_jacobian_into, subtree_jacobian_rate_into};
 

@@ -3,9 +3,9 @@
 use derive_setters::Setters;
 use glamx::glam::DVec3;
 
-use crate::frame::SpatialVector;
 use crate::math::Pose;
 use crate::model::{Actuator, BodyId, GeomId, Joint, JointKind, Model};
+use crate::spatial::SpatialVector;
 
 /// A state or input that does not fit its model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

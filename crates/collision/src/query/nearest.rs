@@ -3,7 +3,7 @@
 use glamx::glam::DVec3;
 use signorini_multibody::GeomId;
 
-use super::Queries;
+use super::placed::Queries;
 use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed, bounds_of, scale};
 use crate::halfspace::HalfSpace;

@@ -3,7 +3,8 @@
 use glamx::glam::DVec3;
 use signorini_multibody::GeomId;
 
-use super::{Queries, ray_shapes};
+use super::placed::Queries;
+use super::ray_shapes;
 use crate::shape::Shape;
 
 /// A half-line.
@@ -46,13 +47,13 @@ impl Queries {
         }
         let mut best: Option<RayHit> = None;
         for &i in self.planes.iter().filter(|&&i| wanted(GeomId(i))) {
-            best = nearer(best, self.cross(i, ray, f64::INFINITY));
+            best = nearer(best, self.crossing(i, ray, f64::INFINITY));
         }
         let limit = best.map_or(f64::INFINITY, |hit| hit.distance);
         self.tree.along(ray.origin, ray.direction, limit, |i| {
             let limit = best.map_or(f64::INFINITY, |hit| hit.distance);
             if wanted(GeomId(i)) {
-                best = nearer(best, self.cross(i, ray, limit));
+                best = nearer(best, self.crossing(i, ray, limit));
             }
             best.map_or(f64::INFINITY, |hit| hit.distance)
         });
@@ -91,7 +92,7 @@ impl Queries {
     }
 
     /// Where a ray crosses one geom before `limit` (m).
-    fn cross(&self, i: u32, ray: &Ray, limit: f64) -> Option<RayHit> {
+    fn crossing(&self, i: u32, ray: &Ray, limit: f64) -> Option<RayHit> {
         let k = i as usize;
         let (rotation, position) = (self.rotation[k], self.pose[k].position);
         let back = rotation.transpose();
