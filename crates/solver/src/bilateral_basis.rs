@@ -4,9 +4,15 @@ use signorini_multibody::BlockCholesky;
 
 use signorini_contact::SparseRows;
 
-/// A row is dependent where the square of its part outside the span of the rows chosen is below this, relative to the row, in the
-/// metric of M⁻¹. Rounding of the factorisation leaves about 1e-15.
-const DEPENDENT: f64 = 1e-12;
+/// What is tuned in the choice of rows.
+struct Tuning {
+    /// A row is dependent where the square of its part outside the span of the rows chosen is below this, relative to the row, in the
+    /// metric of M⁻¹. Rounding of the factorisation leaves about 1e-15. Of a combination of rows, parts below its root are rounding.
+    dependent: f64,
+}
+
+/// Chosen by: no command on record, since 21 November 2026.
+const TUNING: Tuning = Tuning { dependent: 1e-12 };
 
 /// A largest set of independent rows of `B`, by Cholesky factorisation of `B M⁻¹ Bᵀ` with complete pivoting; memory is reused.
 ///
@@ -67,7 +73,7 @@ impl BilateralBasis {
         for k in 0..nb {
             let diagonal = |i: usize| self.factor[i * nb + i];
             let pivot = (k..nb).fold(k, |best, i| if diagonal(i) > diagonal(best) { i } else { best });
-            if diagonal(pivot) <= DEPENDENT {
+            if diagonal(pivot) <= TUNING.dependent {
                 return;
             }
             self.swap(k, pivot, nb);
@@ -138,7 +144,8 @@ impl BilateralBasis {
             let wanted: f64 = basis().map(|(&k, c)| c * weight(k) * rate[k]).sum();
             if (rate[row] - wanted).abs() > tolerance {
                 let largest = self.solution.iter().fold(0.0, |a: f64, c| a.max(c.abs()));
-                let mut rows: Vec<usize> = basis().filter(|(_, c)| c.abs() > 1e-6 * largest).map(|(&k, _)| k).collect();
+                let least = TUNING.dependent.sqrt() * largest;
+                let mut rows: Vec<usize> = basis().filter(|(_, c)| c.abs() > least).map(|(&k, _)| k).collect();
                 rows.push(row);
                 rows.sort_unstable();
                 return rows;

@@ -9,9 +9,14 @@ use signorini_contact::{ContactProblem, ContactSolution, SolveStatus, WarmStart}
 
 use crate::task::Patience;
 
-/// Problems on one way, at most, and the shortest step on it.
-const PROBLEMS: u32 = 16;
-const SHORTEST: f64 = 1.0 / 64.0;
+/// What is tuned on a way.
+struct Tuning {
+    /// Its shortest step.
+    shortest_step: f64,
+}
+
+/// Chosen by: the stored false denials (`crates/solver/tests/it/continuation.rs`), 23 November 2026.
+const TUNING: Tuning = Tuning { shortest_step: 0.0625 };
 
 /// What grows along a way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -82,7 +87,7 @@ impl Way<'_> {
     fn follow(&mut self, grows: Grows, solve: &mut impl Solve) -> bool {
         let (mut part, mut step) = (0.0, 1.0);
         let mut found = ContactSolution::default();
-        for _ in 0..PROBLEMS {
+        loop {
             let next: f64 = if part + step >= 1.0 { 1.0 } else { part + step };
             self.set(grows, next);
             let start = WarmStart::from_solution(&self.solution);
@@ -95,11 +100,10 @@ impl Way<'_> {
                 (part, step) = (next, 2.0 * step);
             } else {
                 step *= 0.5;
-                if step < SHORTEST {
+                if step < TUNING.shortest_step {
                     return false;
                 }
             }
         }
-        false
     }
 }

@@ -2,6 +2,7 @@
 
 use signorini_lcp::{Basis, Lcp, Method, MixedLcp, Solution, Status, solve_mixed};
 
+use crate::residual::RESIDUALS;
 use signorini_contact::certificate::{certify, tangential_impulse, velocity_from_impulses};
 use signorini_contact::projection::Cones;
 use signorini_contact::recovery::recover_into;
@@ -9,10 +10,14 @@ use signorini_contact::{
     ContactProblem, ContactSolution, FrictionBound, Layout, ProblemError, SolveReport, SolveStatus,
 };
 
-/// A residual that the rounding of the LCP's entries can leave.
-const NEAR: f64 = 1e-6;
-/// How often it is taken out, at most.
-pub(crate) const CORRECTIONS: u32 = 4;
+/// What is tuned in taking out the rounding of an LCP's entries.
+pub(crate) struct Tuning {
+    /// How often it is taken out, at most.
+    pub corrections: u32,
+}
+
+/// Chosen by: no command on record, since 22 November 2026.
+pub(crate) const TUNING: Tuning = Tuning { corrections: 4 };
 
 /// Solves a contact problem as an LCP: the standard form (formulation §4), or with bilateral rows the condensed one.
 ///
@@ -29,7 +34,7 @@ pub fn solve_as_lcp(
     method: &mut dyn Method,
     tolerance: f64,
 ) -> Result<ContactSolution, ProblemError> {
-    solve_corrected(problem, method, tolerance, CORRECTIONS)
+    solve_corrected(problem, method, tolerance, TUNING.corrections)
 }
 
 /// The same with at most so many corrections of the rounding of the LCP.
@@ -50,7 +55,7 @@ pub(crate) fn solve_corrected(
     let mut cones = Cones::default();
     cones.prepare(problem);
     complete(problem, &cones, &at, &outcome.z, &mut solution);
-    if solution.certificate.worst() > tolerance && solution.certificate.worst() < NEAR {
+    if solution.certificate.worst() > tolerance && solution.certificate.worst() < RESIDUALS.far {
         take_out_rounding((problem, &cones), lcp, method, (tolerance, corrections), &mut outcome, &mut solution)?;
     }
     solution.report = SolveReport::default();
@@ -90,7 +95,7 @@ fn take_out_rounding(
         if near.certificate.worst() < solution.certificate.worst() {
             solution.clone_from(&near);
         }
-        if near.certificate.worst() <= tolerance || near.certificate.worst() >= NEAR {
+        if near.certificate.worst() <= tolerance || near.certificate.worst() >= RESIDUALS.far {
             break;
         }
     }
@@ -194,7 +199,7 @@ fn take_unknowns(problem: &ContactProblem, cones: &Cones, at: &Layout, z: &[f64]
 /// Contacts with an entry of a ray or of Farkas multipliers in their normal or tangential rows, ascending.
 fn contacts_in(problem: &ContactProblem, at: &Layout, entries: &[f64]) -> Vec<usize> {
     let size = entries.iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-    let active = |k: usize| entries[k].abs() > 1e-9 * size;
+    let active = |k: usize| entries[k].abs() > RESIDUALS.cancelled * size;
     let takes_part = |i: &usize| {
         let mut directions = problem.direction_offsets[*i]..problem.direction_offsets[i + 1];
         active(at.normal + i) || directions.any(|k| active(at.tangential + k))

@@ -13,10 +13,7 @@ use crate::islands::Island;
 use crate::settings::SolverSettings;
 use crate::stages::hold::GivenStart;
 use crate::stages::{IslandResult, Workspace, solve_island};
-use crate::task::{Look, Task};
-
-/// Contacts, friction groups and bilateral rows outside the largest island from which threads are worth their wake-up.
-const PARALLEL_ROWS: usize = 96;
+use crate::task::{Look, SIZES, Task};
 
 /// The workspaces of the threads, and a result for every island.
 #[derive(Debug, Default)]
@@ -149,7 +146,8 @@ fn threads_for(islands: &[Island], results: &[(usize, IslandResult)], wanted: us
     }
     let sizes = || results.iter().map(|(island, _)| rows(&islands[*island]));
     let beside = sizes().sum::<usize>() - sizes().max().unwrap_or(0);
-    if beside < PARALLEL_ROWS {
+    // What makes up less than a large island is not worth the threads' wake-up.
+    if beside < SIZES.large {
         return 1;
     }
     let wanted = if wanted == 0 { rayon::current_num_threads() } else { wanted };

@@ -22,7 +22,7 @@ pub struct SolverSettings {
     pub smallest_proximal_weight: f64,
     /// How far outside its mode's cone a trial impulse may lie, relative to its typical size. Default 1e-11; range (0, 1).
     pub mode_tolerance: f64,
-    /// Newton steps on all modes at once before the path is followed, at most. Default 10.
+    /// Newton steps on all modes at once before the path is followed, and on the impulses of robots, at most. Default 10.
     pub newton_iterations: u32,
     /// How often the path is followed for one proximal problem. Default 4; at least 1.
     pub max_rounds: u32,

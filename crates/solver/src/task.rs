@@ -6,21 +6,22 @@ use signorini_contact::projection::Cones;
 use crate::islands::Island;
 use crate::settings::SolverSettings;
 
-/// Contacts and groups from which an island is large: a path from modes that are far from the solution's would wander, sweeps would
-/// take long, and a residual may be mostly rounding.
-///
-/// Chosen by: `contact_lcp --directions 8 --no-growth`, 21 November 2026.
-pub(crate) const LARGE: usize = 64;
-/// ... and from which a factorisation costs more than the few mode changes of a path.
-///
-/// Chosen by: `sim S4_pile100 S4_pile300`, 22 November 2026.
-pub(crate) const COSTLY: usize = 512;
-/// Where the certificate asks for more than `accept`, a small island has to come down to this part of it, a large one to that.
-///
-/// Chosen by: `random_steps --seeds 0..30000`, `contact_lcp --seeds 73..77 --no-growth`, 21 November 2026.
-const CLOSELY: [f64; 2] = [0.1, 0.3];
-/// Proximal iterations from a start that is near: where a mode changes, a few.
-const SHORT_ITERATIONS: u32 = 4;
+/// What is tuned by the size of an island.
+pub(crate) struct Tuning {
+    /// Contacts and groups from which it is large: a path from modes that are far from the solution's would wander, sweeps would take
+    /// long, and a residual may be mostly rounding.
+    pub large: usize,
+    /// ... and from which a factorisation costs more than the few mode changes of a path.
+    pub costly: usize,
+    /// Where the certificate asks for more than `accept`, a small island has to come down to this part of it, a large one to that.
+    pub closely: [f64; 2],
+    /// Proximal iterations from a start that is near: where a mode changes, a few.
+    pub short_iterations: u32,
+}
+
+/// Chosen by: `contact_lcp --directions 8 --no-growth`, `random_steps --seeds 0..30000`, 21 November 2026; `costly` by
+/// `sim S4_pile100 S4_pile300`, 22 November 2026.
+pub(crate) const SIZES: Tuning = Tuning { large: 64, costly: 512, closely: [0.1, 0.3], short_iterations: 4 };
 
 /// How much is tried for a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,17 +72,17 @@ pub(crate) struct Task<'a> {
 impl Task<'_> {
     /// Whether the island has many contacts and groups.
     pub fn is_large(&self) -> bool {
-        self.island.units.len() >= LARGE
+        self.island.units.len() >= SIZES.large
     }
 
     /// Whether it has so many that a factorisation costs more than a few mode changes.
     pub fn is_costly(&self) -> bool {
-        self.island.units.len() >= COSTLY
+        self.island.units.len() >= SIZES.costly
     }
 
     /// Whether so many proximal iterations are all that are made where they have come down to a residual.
     pub fn is_short_of(&self, iterations: u32, residual: f64) -> bool {
-        self.look == Look::Short && iterations >= SHORT_ITERATIONS && residual > self.accept()
+        self.look == Look::Short && iterations >= SIZES.short_iterations && residual > self.accept()
     }
 
     /// The residual with which the island counts as solved.
@@ -95,5 +96,5 @@ impl Task<'_> {
 
 /// The residual that islands have to reach after a solution that the certificate did not accept.
 pub(crate) fn accepted_closely(island: &Island, settings: &SolverSettings) -> f64 {
-    CLOSELY[usize::from(island.units.len() >= LARGE)] * settings.accept
+    SIZES.closely[usize::from(island.units.len() >= SIZES.large)] * settings.accept
 }

@@ -11,14 +11,16 @@ use signorini_contact::recovery::{recover_into, recover_with};
 use signorini_contact::{ContactProblem, ContactSolution};
 
 use crate::islands::Islands;
+use crate::residual::RESIDUALS;
 
-/// How far the claimed velocity may be from that of the impulses along any row, in tolerances: where a contact is closed the laws
-/// hold for both, which leaves two.
-const CARRIED: f64 = 2.0;
-/// How far, in tolerances, two ways to sum the velocity of the impulses may differ.
-const RESOLVED: f64 = 5.0;
-/// A residual that no choice among velocities mends.
-const HOPELESS: f64 = 1e-3;
+/// What is tuned in the verdict.
+struct Tuning {
+    /// How far, in tolerances, two ways to sum the velocity of the impulses may differ.
+    resolved: f64,
+}
+
+/// Chosen by: no command on record, since 22 November 2026.
+const TUNING: Tuning = Tuning { resolved: 5.0 };
 
 /// What is needed to judge solutions of a problem.
 #[derive(Debug, Default)]
@@ -71,7 +73,8 @@ impl Verdict {
         if self.is_certified(solution) {
             return true;
         }
-        let is_hopeless = solution.certificate.natural_map > HOPELESS && residuals.iter().any(|r| *r > HOPELESS);
+        let is_hopeless =
+            solution.certificate.natural_map > RESIDUALS.far && residuals.iter().any(|r| *r > RESIDUALS.far);
         if !is_hopeless {
             self.take_velocity_of_impulses(problem, cones, solution);
         }
@@ -81,7 +84,8 @@ impl Verdict {
     /// The worst residual of the solution that was certified last, and what counts as one: a velocity that is not that of the
     /// impulses.
     pub fn violation(&self, solution: &ContactSolution) -> f64 {
-        solution.certificate.worst().max(self.scratch.carried / CARRIED)
+        // Where a contact is closed the laws hold for both velocities, each within a tolerance: they may differ by two.
+        solution.certificate.worst().max(self.scratch.carried / 2.0)
     }
 
     /// Whether that is within the tolerance.
@@ -105,7 +109,7 @@ impl Verdict {
         let claimed = std::mem::replace(&mut solution.velocity, other);
         certify_with(problem, solution, &self.scales, &mut self.scratch);
         solution.velocity = claimed;
-        self.scratch.carried <= RESOLVED * self.tolerance
+        self.scratch.carried <= TUNING.resolved * self.tolerance
     }
 
     /// No impulses at all have the residual 1: what was found may be worse and of no use to anyone.

@@ -56,7 +56,8 @@ impl Bisection {
             }
             let (coarse, coarse_of) = &mut left[0];
             self.coarsening.coarsen(fine, limit, random, coarse, coarse_of);
-            if coarse.count() as f64 > TUNING.hardly_coarser * fine.count() as f64 {
+            // Less than half of the nodes found a partner.
+            if 4 * coarse.count() > 3 * fine.count() {
                 return levels;
             }
             levels += 1;

@@ -40,9 +40,8 @@ impl Dissection {
         let count = graph.count();
         self.position.clear();
         self.position.resize(count, 0);
-        // Nodes that are in the way of every cut go last.
-        let hub = TUNING.hub * (count as f64).sqrt();
-        let is_hub = |node: u32| graph.neighbours(node as usize).len() as f64 > hub;
+        // Nodes that meet most of the others are in the way of every cut, and go last.
+        let is_hub = |node: u32| 2 * graph.neighbours(node as usize).len() > count;
         self.nodes.clear();
         self.nodes.extend((0..count as u32).filter(|&node| !is_hub(node)));
         let inner = self.nodes.len();

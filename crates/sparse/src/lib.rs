@@ -35,6 +35,6 @@ mod tuning;
 
 pub use block_lu::BlockLu;
 pub use kernels::{FREE, LIMB, copy_few};
-pub use panels::load;
+pub use panels::{SUMS, load};
 pub use random::Random;
 pub use symbolic::{Place, Symbolic};

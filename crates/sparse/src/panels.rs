@@ -3,7 +3,7 @@
 use pulp::{Simd, bytemuck};
 
 /// Sums in which the scalar product of a row is taken, for all widths of vectors: as many as the widest has.
-pub(super) const SUMS: usize = 8;
+pub const SUMS: usize = 8;
 
 /// The columns of a panel from one on, and the distance between its rows.
 #[derive(Clone, Copy)]

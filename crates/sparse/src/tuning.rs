@@ -12,20 +12,9 @@ pub(crate) struct Tuning {
     pub largest_side: f64,
     /// Moves after the best state before a round of improvement is given up.
     pub patience: usize,
-    /// A coarser graph that leaves more than this part of the nodes is the coarsest one.
-    pub hardly_coarser: f64,
-    /// Nodes that meet more others than so many times the square root of their number are in the way of every cut.
-    pub hub: f64,
 }
 
-/// Chosen by: the cost of lattices of 2,744 to 10,000 nodes (cubes, bricks, walls), 23 November 2026; `costly_order`, `cuts`, `hub` from
+/// Chosen by: the cost of lattices of 2,744 to 10,000 nodes (cubes, bricks, walls), 23 November 2026; `costly_order` and `cuts` from
 /// the commit that brought dissection, 22 November 2026.
-pub(crate) const TUNING: Tuning = Tuning {
-    costly_order: 1_000_000,
-    small_graph: 80,
-    cuts: 4,
-    largest_side: 0.6,
-    patience: 200,
-    hardly_coarser: 0.95,
-    hub: 10.0,
-};
+pub(crate) const TUNING: Tuning =
+    Tuning { costly_order: 1_000_000, small_graph: 80, cuts: 4, largest_side: 0.6, patience: 200 };

@@ -79,6 +79,32 @@ pub fn read_contact_solution(
 fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<ContactSolution, ProblemError> {
     let mut solution = ContactSolution::default();
     solution.prepare(problem);
+    read_unknowns(archive, problem, &mut solution)?;
+    for i in 0..problem.contact_count() {
+        let [t_1, t_2] = crate::certificate::tangential_impulse(problem, &solution, i);
+        solution.impulse[i] = [solution.lambda_n[i], t_1, t_2];
+    }
+    for j in 0..problem.friction_groups.len() {
+        solution.group_impulse[j] = problem.friction_groups.impulse(j, &solution.group_alpha);
+    }
+    solution.velocity = if archive.contains("v") {
+        archive.f64("v")?
+    } else {
+        crate::certificate::velocity_from_impulses(problem, &solution)
+    };
+    if solution.velocity.len() != problem.nv() {
+        return Err(ProblemError::Length { array: "v", expected: problem.nv(), found: solution.velocity.len() });
+    }
+    finite("v", &solution.velocity)?;
+    Ok(solution)
+}
+
+/// Reads the unknowns of the LCP, under their names or as one vector.
+fn read_unknowns(
+    archive: &Archive,
+    problem: &ContactProblem,
+    solution: &mut ContactSolution,
+) -> Result<(), ProblemError> {
     let (nc, m) = (problem.contact_count(), problem.direction_count());
     let (nf, m_f) = (problem.friction_groups.len(), problem.friction_groups.direction_count());
     if archive.contains("lambda_n") {
@@ -124,21 +150,5 @@ fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<C
         }
         finite(array, values)?;
     }
-    for i in 0..nc {
-        let [t_1, t_2] = crate::certificate::tangential_impulse(problem, &solution, i);
-        solution.impulse[i] = [solution.lambda_n[i], t_1, t_2];
-    }
-    for j in 0..nf {
-        solution.group_impulse[j] = problem.friction_groups.impulse(j, &solution.group_alpha);
-    }
-    solution.velocity = if archive.contains("v") {
-        archive.f64("v")?
-    } else {
-        crate::certificate::velocity_from_impulses(problem, &solution)
-    };
-    if solution.velocity.len() != problem.nv() {
-        return Err(ProblemError::Length { array: "v", expected: problem.nv(), found: solution.velocity.len() });
-    }
-    finite("v", &solution.velocity)?;
-    Ok(solution)
+    Ok(())
 }

@@ -1,7 +1,9 @@
 //! The piecewise linear projection onto friction cones with polygonal sections, and its pieces.
 
 mod cone_data;
+mod cones;
 mod mode;
 mod polygons;
 
-pub use mode::{Cones, Facet, Held, Mode};
+pub use cones::Cones;
+pub use mode::{Facet, Held, Mode};

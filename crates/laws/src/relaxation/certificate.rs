@@ -6,13 +6,7 @@ use signorini_contact::ContactProblem;
 /// Certifies a claimed solution of the relaxed model; missing entries or ones that are not finite make every residual infinite,
 /// and so do friction groups, which the relaxed model does not have.
 pub fn certify_relaxation(problem: &ContactProblem, solution: &RelaxedSolution) -> RelaxationCertificate {
-    let sizes_fit = solution.velocity.len() == problem.nv()
-        && solution.impulse.len() == problem.contact_count()
-        && solution.alpha.len() == problem.direction_count()
-        && solution.bilateral.len() == problem.bilateral_violation.len();
-    let mut numbers = [&solution.velocity, &solution.alpha, &solution.bilateral].into_iter().flatten();
-    let finite = numbers.all(|x| x.is_finite()) && solution.impulse.iter().flatten().all(|x| x.is_finite());
-    if !sizes_fit || !finite || problem.check_without_groups().is_err() {
+    if !is_complete(problem, solution) || problem.check_without_groups().is_err() {
         let r = f64::INFINITY;
         return RelaxationCertificate { momentum: r, natural_map: r, impulses: r, bilateral: r };
     }
@@ -61,6 +55,16 @@ pub fn certify_relaxation(problem: &ContactProblem, solution: &RelaxedSolution) 
         impulses: relative(raw.impulses),
         bilateral: relative(raw.bilateral),
     }
+}
+
+/// Whether a claimed solution has all entries, and all of them are finite.
+fn is_complete(problem: &ContactProblem, solution: &RelaxedSolution) -> bool {
+    let sizes_fit = solution.velocity.len() == problem.nv()
+        && solution.impulse.len() == problem.contact_count()
+        && solution.alpha.len() == problem.direction_count()
+        && solution.bilateral.len() == problem.bilateral_violation.len();
+    let mut numbers = [&solution.velocity, &solution.alpha, &solution.bilateral].into_iter().flatten();
+    sizes_fit && numbers.all(|x| x.is_finite()) && solution.impulse.iter().flatten().all(|x| x.is_finite())
 }
 
 /// `Σ_k α_k (n + μ d_k)`, or the normal impulse of a contact without directions.

@@ -182,16 +182,14 @@ impl ConvexRelaxation {
                 break;
             }
             if residual > SLOW * last {
-                if iteration > 2 && best > FAR {
-                    let proof = self.contradiction(problem, &group);
-                    if proof.is_some() {
-                        return proof;
-                    }
+                let may_contradict = iteration > 2 && best > FAR;
+                let proof = may_contradict.then(|| self.contradiction(problem, &group)).flatten();
+                if proof.is_some() {
+                    return proof;
                 }
-                if !polishing && (best > FAR || (residual < last && best > NEAR)) {
-                    if residual < last && epsilon > SMALLEST_WEIGHT {
-                        epsilon *= 0.1;
-                    }
+                let falls = residual < last;
+                if !polishing && (best > FAR || (falls && best > NEAR)) {
+                    epsilon *= if falls && epsilon > SMALLEST_WEIGHT { 0.1 } else { 1.0 };
                 } else if epsilon < LARGEST_WEIGHT {
                     polishing = true;
                     epsilon *= 10.0;

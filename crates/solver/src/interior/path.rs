@@ -19,26 +19,20 @@
 
 use super::control::{Control, Move, Point};
 use super::parts::{Edge, Unit};
-use super::point::{Ground, InteriorPoint};
-use super::series::{Parameter, Rates, SHARE_UNIT, Series};
+use super::point::{Ground, INTERIOR, InteriorPoint};
+use super::series::{Ahead, Parameter, Rates, SERIES, Series};
 use super::unit::UnitSystem;
 
-/// Steps of one leg at most, and legs.
-const STEPS: u32 = 8000;
-const LEGS: u32 = 100;
-/// How often the directions to the path and along it are refined.
-const REFINEMENTS: u32 = 2;
-/// Part of the way to the boundary that a step to the first point of a path goes at most.
-const FRACTION: f64 = 0.9;
-/// The product, relative to the squared velocity scale, from which the path ends where it gets no further for rounding: where a step
-/// fails, needs so many corrections, or takes off less than this part of it.
-const ENDED: f64 = 1e-9;
-const MOST_CORRECTORS: u32 = 2;
-const LITTLE: f64 = 0.1;
-/// Places kept to go back to.
-const PLACES: usize = 8;
-/// What a step leaves of the product at least.
-const LEAST_CHANGE: f64 = 0.02;
+/// What is tuned in paths.
+struct Tuning {
+    /// Steps of a path at most.
+    path_steps: u32,
+    /// Places kept to go back to.
+    places: usize,
+}
+
+/// Chosen by: `contact_lcp --seeds 74..76 --directions 4,8,16 --no-growth --no-shared`, 23 November 2026.
+const TUNING: Tuning = Tuning { path_steps: 8000, places: 8 };
 
 /// How a leg ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,8 +55,6 @@ struct Place {
     share: f64,
     /// The direction in which the path came there.
     direction: Vec<f64>,
-    /// Whether it is very close to the path.
-    is_closest: bool,
 }
 
 /// Memory of the steps along a path.
@@ -80,6 +72,7 @@ pub(super) struct PathSteps {
     place_count: usize,
     /// What the bilateral rows lack at the present point.
     bilateral_residual: Vec<f64>,
+    steps_left: u32,
 }
 
 impl InteriorPoint {
@@ -87,7 +80,8 @@ impl InteriorPoint {
     /// a squared velocity. Where it gets no further, that stays.
     pub(super) fn follow(&mut self, ground: &mut Ground, (product, target): (f64, f64), path: &mut PathSteps) {
         let mut ahead = 1.0;
-        for _ in 0..LEGS {
+        path.steps_left = TUNING.path_steps;
+        loop {
             let law = Parameter::Law { product, ahead };
             if self.follow_leg(ground, law, path) != LegEnd::Passed {
                 break;
@@ -106,11 +100,11 @@ impl InteriorPoint {
             Parameter::Law { product, ahead } => (product, ahead),
             Parameter::Product { most, .. } => (most, -1.0),
         };
-        let ended = ENDED * ground.map.velocity_scale * ground.map.velocity_scale;
         let mut control = Control::new();
         path.direction.clear();
         path.place_count = 0;
-        for _ in 0..STEPS {
+        while path.steps_left > 0 {
+            path.steps_left -= 1;
             match parameter {
                 Parameter::Law { .. } if self.share < 0.0 => return LegEnd::Lost,
                 Parameter::Product { target, .. } if product <= target => return LegEnd::Arrived,
@@ -122,50 +116,52 @@ impl InteriorPoint {
             let orientation = self.orientation(ground, parameter);
             let PathSteps { correction, tangent, direction, .. } = path;
             let point = Point { correction, tangent, boundary, ahead, orientation };
-            match control.decide(&point, direction) {
+            match control.decide(&point, direction, INTERIOR.steps) {
                 Move::Back => {
-                    let Some(closer) = control.go_back() else { return LegEnd::Lost };
-                    if product <= ended {
-                        return LegEnd::Arrived;
-                    }
-                    let Some(place) = path.take_place(closer) else { return LegEnd::Lost };
+                    let place = if control.go_back() { path.take_place() } else { None };
+                    let Some(place) = place else { return LegEnd::Lost };
                     product = self.restore(ground, &path.places[place]);
                     path.direction.clone_from(&path.places[place].direction);
-                }
-                Move::Correct { .. } if product <= ended && control.correctors > MOST_CORRECTORS => {
-                    return LegEnd::Arrived;
                 }
                 Move::Correct { part, along } => {
                     path.step.set(part, &path.correction);
                     path.step.add(part * along, &path.tangent);
-                    self.take_step(ground, path, part);
-                    product = self.move_parameter(parameter, product, path.step.parameter);
+                    product = self.take_step(ground, path, part, (parameter, product));
                 }
-                Move::Advance { ahead, closest } => {
-                    self.keep(ground, product, path, closest);
-                    let PathSteps { correction, tangent, direction, series, step, .. } = path;
-                    series.find(self, ground, parameter, (direction, tangent, correction), ahead);
-                    let accurate = series.accurate_length(ahead.length, parameter.skipped());
-                    let end = series.length_to(self.way_to_end(parameter, product), accurate);
-                    control.is_landing = end.is_some();
-                    let length = end.unwrap_or(accurate);
-                    control.note(length / ahead.length);
-                    series.sum(length, step);
-                    series.find_direction((ahead.along, tangent), length, parameter.skipped(), direction);
-                    self.take_step(ground, path, length / ahead.length);
-                    product = self.move_parameter(parameter, product, path.step.parameter);
-                    if product <= ended && path.step.parameter > -LITTLE {
-                        return LegEnd::Arrived;
-                    }
+                Move::Advance(ahead) => {
+                    let part = self.sum_series(ground, path, (parameter, product), (&mut control, ahead));
+                    product = self.take_step(ground, path, part, (parameter, product));
                 }
                 Move::Land => {
                     path.step.clone_from(&path.correction);
-                    self.take_step(ground, path, 1.0);
+                    self.take_step(ground, path, 1.0, (parameter, product));
                     return LegEnd::Passed;
                 }
             }
         }
         LegEnd::Lost
+    }
+
+    /// Keeps the present place, and makes the step at hand the way along the path for as long as its series is accurate, at most to
+    /// where the leg ends; returns which part of the length ahead that is.
+    fn sum_series(
+        &mut self,
+        ground: &mut Ground,
+        path: &mut PathSteps,
+        (parameter, product): (Parameter, f64),
+        (control, ahead): (&mut Control, Ahead),
+    ) -> f64 {
+        self.keep(ground, product, path);
+        let PathSteps { correction, tangent, direction, series, step, .. } = path;
+        series.find(self, ground, parameter, (direction, tangent, correction), ahead);
+        let accurate = series.accurate_length(ahead.length, parameter.skipped());
+        let end = series.length_to(self.way_to_end(parameter, product), accurate);
+        control.is_landing = end.is_some();
+        let length = end.unwrap_or(accurate);
+        control.note(length / ahead.length);
+        series.sum(length, step);
+        series.find_direction((ahead.along, tangent), length, parameter.skipped(), direction);
+        length / ahead.length
     }
 
     /// Finds the step to the path and the rates along it at the present point, and leaves no residuals; returns the part of that step
@@ -184,9 +180,9 @@ impl InteriorPoint {
         if !ground.map.system.factor_slopes(island, |c| Some(self.units[c].slope)) {
             return None;
         }
-        self.find_rates(ground, product, REFINEMENTS);
+        self.find_rates(ground, product, true);
         path.correction.take(self, 0.0);
-        let boundary = self.longest_step(FRACTION);
+        let boundary = self.longest_step(INTERIOR.fraction);
         path.bilateral_residual.clone_from(&self.bilateral_residual);
         self.find_tangent(ground, product, parameter);
         path.tangent.take(self, 1.0);
@@ -204,28 +200,30 @@ impl InteriorPoint {
     /// How much the parameter may grow to where the leg ends.
     fn way_to_end(&self, parameter: Parameter, product: f64) -> f64 {
         match parameter {
-            Parameter::Law { .. } => (1.0 - self.share) / SHARE_UNIT,
+            Parameter::Law { .. } => (1.0 - self.share) / SERIES.share_unit,
             Parameter::Product { most, .. } => most / product - 1.0,
         }
     }
 
-    /// Changes the parameter; returns the product.
-    fn move_parameter(&mut self, parameter: Parameter, product: f64, change: f64) -> f64 {
-        match parameter {
-            Parameter::Law { .. } => {
-                self.share += SHARE_UNIT * change;
-                product
-            }
-            Parameter::Product { .. } => product * (1.0 + change).max(LEAST_CHANGE),
-        }
-    }
-
-    /// Moves by the step at hand, which makes up for a part of what the bilateral rows lack.
-    fn take_step(&mut self, ground: &mut Ground, path: &PathSteps, part: f64) {
+    /// Moves by the step at hand, which makes up for a part of what the bilateral rows lack; returns the product.
+    fn take_step(
+        &mut self,
+        ground: &mut Ground,
+        path: &PathSteps,
+        part: f64,
+        (parameter, product): (Parameter, f64),
+    ) -> f64 {
         path.step.give(self);
         self.bilateral_residual.clear();
         self.bilateral_residual.extend(path.bilateral_residual.iter().map(|r| part * r));
         self.advance(ground, 1.0);
+        match parameter {
+            Parameter::Law { .. } => {
+                self.share += SERIES.share_unit * path.step.parameter;
+                product
+            }
+            Parameter::Product { .. } => product * (1.0 + path.step.parameter).max(SERIES.least_left),
+        }
     }
 
     /// The rates along the path, for one unit of the parameter.
@@ -240,24 +238,24 @@ impl InteriorPoint {
             for edge in &mut self.edges[unit.edges.0..unit.edges.1] {
                 edge.correction = lack - edge.distance * edge.multiplier;
                 if lack > 0.0 && self.opening == 0.0 {
-                    unit.normal_residual += SHARE_UNIT * edge.multiplier * edge.reach;
+                    unit.normal_residual += SERIES.share_unit * edge.multiplier * edge.reach;
                 }
             }
             if lack > 0.0 {
-                unit.normal_residual -= SHARE_UNIT * self.opening;
+                unit.normal_residual -= SERIES.share_unit * self.opening;
             }
         }
-        self.find_rates(ground, product, REFINEMENTS);
+        self.find_rates(ground, product, true);
     }
 
     /// Keeps the present place as the last one.
-    fn keep(&self, ground: &Ground, product: f64, path: &mut PathSteps, is_closest: bool) {
+    fn keep(&self, ground: &Ground, product: f64, path: &mut PathSteps) {
         let place = path.new_place();
         place.units.clone_from(&self.units);
         place.edges.clone_from(&self.edges);
         place.velocity.clone_from(&ground.iterate.velocity);
         place.bilateral_impulse.clone_from(&ground.iterate.bilateral);
-        (place.product, place.share, place.is_closest) = (product, self.share, is_closest);
+        (place.product, place.share) = (product, self.share);
     }
 
     /// Goes back to a place; returns its product.
@@ -276,7 +274,7 @@ impl InteriorPoint {
 impl PathSteps {
     /// The place where a step is about to begin, in the direction at hand; the oldest is forgotten where there are many.
     fn new_place(&mut self) -> &mut Place {
-        if self.place_count == PLACES {
+        if self.place_count == TUNING.places {
             self.places.rotate_left(1);
             self.place_count -= 1;
         }
@@ -289,12 +287,10 @@ impl PathSteps {
         place
     }
 
-    /// The last place, or the last very close one, if there is one. It is no longer among the places: where no step can be made from
-    /// it, the next one to go back to is an earlier one.
-    fn take_place(&mut self, closer: bool) -> Option<usize> {
-        let places = &self.places[..self.place_count];
-        let closest = places.iter().rposition(|place| place.is_closest).filter(|_| closer);
-        self.place_count = closest.or(places.len().checked_sub(1))?;
+    /// The last place. It is no longer among the places: where no step can be made from it, the next one to go back to is an earlier
+    /// one.
+    fn take_place(&mut self) -> Option<usize> {
+        self.place_count = self.place_count.checked_sub(1)?;
         Some(self.place_count)
     }
 }

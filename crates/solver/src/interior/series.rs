@@ -9,20 +9,22 @@
 use super::point::{Ground, InteriorPoint};
 use signorini_contact::vector::inner;
 
-/// Coefficients of a series.
-const ORDER: usize = 8;
-/// What the last of them may add to a number, relative to its value at the end of the step.
-const ACCURATE: f64 = 0.005;
-/// What is left of a number at the end of a step at least.
-const LEAST_LEFT: f64 = 0.02;
-/// A step along a series that is not accurate so far is tried with this part of the length, so many times.
-const SHORTER: f64 = 0.85;
-const TRIES: u32 = 100;
-/// Halvings that find where a series has a given parameter.
-const HALVINGS: u32 = 60;
+/// What is tuned in series.
+pub(super) struct Tuning {
+    /// Coefficients.
+    order: usize,
+    /// What the last of them may add to a number, relative to its value at the end of the step.
+    accurate: f64,
+    /// What is left of a number at the end of a step at least.
+    pub least_left: f64,
+    /// A change of the law by this much counts as one of the products by a factor of e.
+    pub share_unit: f64,
+}
 
-/// A change of the law by this much counts as one of the products by a factor of e.
-pub(super) const SHARE_UNIT: f64 = 0.3;
+/// Chosen by: no command on record, since 22 November 2026.
+pub(super) const SERIES: Tuning = Tuning { order: 8, accurate: 0.005, least_left: 0.02, share_unit: 0.3 };
+
+const ORDER: usize = SERIES.order;
 
 /// What changes along a leg of a path.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,7 +149,7 @@ impl Series {
         for n in 2..=ORDER {
             let (known, rest) = self.orders.split_at_mut(n - 1);
             interior.take_products(known, parameter);
-            interior.find_rates(ground, 0.0, 0);
+            interior.find_rates(ground, 0.0, false);
             let next = &mut rest[0];
             next.take(interior, 0.0);
             // The variable is the length along the direction: the coefficients after the first one are across it.
@@ -160,18 +162,24 @@ impl Series {
     pub fn accurate_length(&mut self, most: f64, skipped: usize) -> f64 {
         let last = &self.orders[ORDER - 1].relative;
         let largest = last.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-        let mut length = most.min((ACCURATE / largest).powf(1.0 / ORDER as f64));
-        for _ in 0..TRIES {
-            self.find_values(length);
-            let power = length.powi(ORDER as i32);
-            let last = &self.orders[ORDER - 1].relative;
-            let holds = |(x, last): (&f64, &f64)| *x > LEAST_LEFT && last.abs() * power <= ACCURATE * x;
-            if self.values.iter().zip(last).skip(skipped).all(holds) {
-                break;
-            }
-            length *= SHORTER;
+        let mut high = most.min((SERIES.accurate / largest).powf(1.0 / ORDER as f64));
+        if self.is_accurate(high, skipped) {
+            return high;
         }
-        length
+        let mut low = 0.0;
+        // As many halvings as coefficients are enough: an error of the length counts in this power.
+        for _ in 0..ORDER {
+            let middle = 0.5 * (low + high);
+            *if self.is_accurate(middle, skipped) { &mut low } else { &mut high } = middle;
+        }
+        if low > 0.0 { low } else { high }
+    }
+
+    fn is_accurate(&mut self, length: f64, skipped: usize) -> bool {
+        self.find_values(length);
+        let (last, power) = (&self.orders[ORDER - 1].relative, length.powi(ORDER as i32));
+        let holds = |(x, last): (&f64, &f64)| *x > SERIES.least_left && last.abs() * power <= SERIES.accurate * x;
+        self.values.iter().zip(last).skip(skipped).all(holds)
     }
 
     /// The length, `most` at most, at which the parameter has changed by `change`; none if it has not there.
@@ -180,7 +188,7 @@ impl Series {
             return None;
         }
         let (mut low, mut high) = (0.0, most);
-        for _ in 0..HALVINGS {
+        for _ in 0..f64::MANTISSA_DIGITS {
             let middle = 0.5 * (low + high);
             *if self.parameter_change(middle) < change { &mut low } else { &mut high } = middle;
         }
@@ -248,7 +256,7 @@ impl InteriorPoint {
                 edge.correction = products - edge.distance * edge.multiplier;
                 if matches!(parameter, Parameter::Law { .. }) && self.opening == 0.0 {
                     let products: f64 = pairs().map(|(a, b)| a.parameter * b.edges[e][1]).sum();
-                    unit.normal_residual += SHARE_UNIT * edge.reach * products;
+                    unit.normal_residual += SERIES.share_unit * edge.reach * products;
                 }
             }
         }

@@ -21,42 +21,9 @@
 
 use super::parts::{Edge, Unit};
 use super::path::PathSteps;
-use super::point::{Ground, InteriorPoint};
+use super::point::{Ground, INTERIOR, InteriorPoint};
 use crate::islands::Island;
-
-/// Steps at most.
-const STEPS: u32 = 50;
-/// The mean product at which the steps end, relative to the first one. Further steps would save changes of modes that take less time
-/// than they.
-const TARGET: f64 = 1e-7;
-/// The same of a path around folds.
-const PATH_TARGET: f64 = 1e-14;
-/// What the equations may still lack then, relative to the velocity scale.
-const FEASIBLE: f64 = 1e-4;
-/// What they may lack where such a path begins.
-const NEARLY_FEASIBLE: f64 = 1e-3;
-/// Steps end where an equation lacks so many times more than it did: the system has become too stiff for its rounding.
-const ROUNDED: f64 = 10.0;
-/// Part of the way to the boundary that a step goes at most.
-const FRACTION: f64 = 0.99;
-/// The least centring.
-const LEAST_CENTRING: f64 = 1e-3;
-/// Steps below this length are short; two of them in a row end the path of Coulomb's law.
-const SHORT: f64 = 0.1;
-/// The mean product, relative to the first one, above which a path that folds is followed around its folds ...
-const LATE_FOLD: f64 = 1e-4;
-/// ... as far as to this one.
-pub(super) const FOLDED: f64 = 1e-6;
-/// By how much a path opens all contacts where it does not begin at the associated law, relative to the velocity scale.
-pub(super) const OPENING: f64 = 10.0;
-/// Compliance of every contact around its present impulse, relative to its Delassus block: redundant contacts have a regular
-/// system with it, and at the end nothing depends on it. What the equations lack falls with it, and what rounding leaves in the
-/// momentum balance grows: one refinement leaves about a thousandth of that, at 1e-10 a tenth.
-const COMPLIANCE: f64 = 1e-8;
-/// ε of the bilateral rows.
-const BILATERAL_WEIGHT: f64 = 1e-4;
-/// ε at which the modes are read off: 1 compares impulses with slacks as the natural map does.
-const READING_WEIGHT: f64 = 1.0;
+use crate::residual::RESIDUALS;
 
 /// The law that an interior start begins with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,10 +54,10 @@ impl InteriorPoint {
         if law == InteriorLaw::Coulomb {
             self.begin(ground);
             let Some(fold) = self.go_on(ground) else { return false };
-            arrived = fold <= LATE_FOLD || !is_contacts_alone(ground.task.island);
+            arrived = fold <= INTERIOR.folded || !is_contacts_alone(ground.task.island);
         }
         if !arrived {
-            let opening = if law == InteriorLaw::Opened { OPENING * ground.map.velocity_scale } else { 0.0 };
+            let opening = if law == InteriorLaw::Opened { INTERIOR.opening * ground.map.velocity_scale } else { 0.0 };
             arrived = self.come_along_path(ground, opening, path);
         }
         if arrived {
@@ -105,46 +72,42 @@ impl InteriorPoint {
         self.begin(ground);
         let square = ground.map.velocity_scale.powi(2);
         (self.share, self.opening) = (0.0, opening);
-        for _ in 0..STEPS {
+        for _ in 0..INTERIOR.steps {
             let (product, missing) = self.find_residuals(ground);
-            if product <= square && missing <= NEARLY_FEASIBLE * ground.map.velocity_scale {
+            if product <= square && missing <= RESIDUALS.far * ground.map.velocity_scale {
                 break;
             }
             if !self.find_direction(ground, product) {
                 return false;
             }
-            let step = self.longest_step(FRACTION);
+            let step = self.longest_step(INTERIOR.fraction);
             self.advance(ground, step);
         }
-        self.follow(ground, (square, PATH_TARGET * square), path);
-        self.share >= 1.0 && self.find_residuals(ground).0 <= FOLDED * square
+        self.follow(ground, (square, INTERIOR.path_target * square), path);
+        self.share >= 1.0 && self.find_residuals(ground).0 <= INTERIOR.folded * square
     }
 
     /// Goes to smaller products until they are small enough, or until the path ends. Returns the product where the path of Coulomb's law
     /// folds, relative to the squared velocity scale, or zero; nothing if a system is singular.
     pub(super) fn go_on(&mut self, ground: &mut Ground) -> Option<f64> {
         let scale = ground.map.velocity_scale;
-        let (mut steps, mut short, mut least) = (0, 0, f64::INFINITY);
+        let (mut steps, mut short) = (0, 0);
         loop {
             let (product, missing) = self.find_residuals(ground);
-            let converged = product <= TARGET * scale * scale && missing <= FEASIBLE * scale;
-            let rounded = missing > (ROUNDED * least).max(FEASIBLE * scale);
-            if converged || rounded {
-                break;
+            if product <= INTERIOR.target * scale * scale && missing <= RESIDUALS.far * scale {
+                return Some(0.0);
             }
-            least = least.min(missing);
             if !self.find_direction(ground, product) {
                 return None;
             }
-            let step = self.longest_step(FRACTION);
+            let step = self.longest_step(INTERIOR.fraction);
             self.advance(ground, step);
             steps += 1;
-            short = if step < SHORT { short + 1 } else { 0 };
-            if short == 2 || steps == STEPS {
+            short = if step < RESIDUALS.slow { short + 1 } else { 0 };
+            if short == 2 || steps == INTERIOR.steps {
                 return Some(product / (scale * scale));
             }
         }
-        Some(0.0)
     }
 
     /// The direction of the next step; `false` if its system is singular.
@@ -155,18 +118,18 @@ impl InteriorPoint {
         if !ground.map.system.factor_slopes(island, |c| Some(self.units[c].slope)) {
             return false;
         }
-        self.find_rates(ground, 0.0, 0);
+        self.find_rates(ground, 0.0, false);
         let affine = self.longest_step(1.0);
-        let centring = (self.product_after(island, affine) / product).powi(3).clamp(LEAST_CENTRING, 1.0);
+        let centring = (self.product_after(island, affine) / product).powi(3).min(1.0);
         self.correct(affine);
-        self.find_rates(ground, centring * product, 0);
+        self.find_rates(ground, centring * product, false);
         true
     }
 
     /// The start: at the free velocity, with every product equal to the squared velocity scale over the Delassus scale.
     pub(super) fn begin(&mut self, ground: &mut Ground) {
         let (cones, island) = (ground.task.cones, ground.task.island);
-        ground.map.set_weights(island, BILATERAL_WEIGHT);
+        ground.map.set_weights(island, INTERIOR.bilateral_weight);
         ground.map.prepare(ground.task);
         ground.iterate.velocity.clone_from(&ground.map.free_velocity);
         ground.iterate.bilateral.fill(0.0);
@@ -208,7 +171,7 @@ impl InteriorPoint {
                 bounded_by,
                 row_factor: bounded_by.map_or(1.0, |by| g / island.scale[by]),
                 has_normal,
-                compliance: COMPLIANCE * g,
+                compliance: INTERIOR.compliance * g,
                 impulse: [bound, 0.0, 0.0],
                 slack: ground.map.velocity_scale,
                 ..Unit::default()
@@ -223,7 +186,8 @@ impl InteriorPoint {
         iterate.impulse.extend(self.units.iter().map(|unit| unit.impulse));
         iterate.set_bounds(task.problem, task.island);
         iterate.velocity.clear();
-        map.set_weights(task.island, READING_WEIGHT);
+        // This weight compares impulses with slacks as the natural map does.
+        map.set_weights(task.island, 1.0);
         map.evaluate_centre(task, iterate);
         map.guess_modes(task, &mut iterate.modes);
         for (c, &i) in task.island.units.iter().enumerate() {

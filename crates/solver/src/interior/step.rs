@@ -88,8 +88,8 @@ impl InteriorPoint {
     }
 
     /// Newton's direction towards products that equal `target` (in units of a squared velocity), less the corrections;
-    /// `refinements`: how often to take back what rounding leaves in its momentum balance.
-    pub(super) fn find_rates(&mut self, ground: &mut Ground, target: f64, refinements: u32) {
+    /// `refined`: whether to take back what rounding leaves in its momentum balance.
+    pub(super) fn find_rates(&mut self, ground: &mut Ground, target: f64, refined: bool) {
         let island = ground.task.island;
         self.find_drives(island, target);
         self.velocity_rate.clear();
@@ -108,7 +108,7 @@ impl InteriorPoint {
             system.solve(rates);
         }
         self.take_rates(island);
-        for _ in 0..refinements {
+        if refined {
             self.refine(ground);
         }
         for c in 0..self.units.len() {

@@ -11,10 +11,18 @@
 
 use super::parts::{Edge, Unit};
 
-/// An edge is near if its distance is below this part of what it is without a tangential impulse.
-const NEAR_EDGE: f64 = 0.1;
-/// So many edges count as near at most: the nearest ones.
-const MOST_NEAR: usize = 4;
+/// What is tuned in units.
+struct Tuning {
+    /// An edge is near if its distance is below this part of what it is without a tangential impulse.
+    near_edge: f64,
+    /// So many edges count as near at most: the nearest ones.
+    most_near: usize,
+}
+
+/// Chosen by: no command on record, since 22 November 2026.
+const TUNING: Tuning = Tuning { near_edge: 0.1, most_near: 4 };
+
+const MOST_NEAR: usize = TUNING.most_near;
 /// The three rows of the velocity and one for each edge that is near.
 pub(super) const ROWS: usize = 3 + MOST_NEAR;
 
@@ -213,7 +221,7 @@ fn find_near(edges: &mut [Edge], bound: f64) -> usize {
     for k in 0..edges.len() {
         let edge = &mut edges[k];
         edge.place = None;
-        if edge.distance > NEAR_EDGE * edge.reach * bound {
+        if edge.distance > TUNING.near_edge * edge.reach * bound {
             continue;
         }
         if count < MOST_NEAR {

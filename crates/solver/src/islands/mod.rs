@@ -1,6 +1,7 @@
 //! Splitting a problem into islands.
 
 mod island;
+mod joined_blocks;
 mod known_rows;
 mod structure;
 
@@ -9,6 +10,7 @@ use signorini_contact::scales::{VelocityScale, raise};
 
 pub use island::Island;
 pub(crate) use island::block_of;
+use joined_blocks::JoinedBlocks;
 use known_rows::KnownRows;
 use structure::Structure;
 
@@ -17,11 +19,7 @@ use structure::Structure;
 pub struct Islands {
     islands: Vec<Island>,
     count: usize,
-    /// For every block of the mass matrix another one of its island, the first for itself; after
-    /// [`number_islands`](Self::number_islands) the first for all.
-    root: Vec<u32>,
-    /// Whether a row's first column is in the block.
-    touched: Vec<bool>,
+    joined: JoinedBlocks,
     island_of_root: Vec<u32>,
     local_start: Vec<usize>,
     scratch: Vec<f64>,
@@ -94,7 +92,7 @@ impl Islands {
 
     /// The island of a block of the mass matrix.
     pub fn of_block(&self, block: usize) -> Option<usize> {
-        index(self.island_of_root[self.root[block] as usize])
+        index(self.island_of_root[self.joined.root[block] as usize])
     }
 
     /// Finds the islands of a problem and its scales. [`assemble`](Self::assemble) gives them their rows.
@@ -108,7 +106,7 @@ impl Islands {
             }
         } else {
             self.structure.read(problem);
-            self.join_blocks(problem);
+            self.joined.join(problem);
             self.number_islands(problem);
             self.scratch.clear();
             self.scratch.resize(problem.nv(), 0.0);
@@ -258,83 +256,19 @@ impl Islands {
         island.bilateral_scale.push(scale);
     }
 
-    /// Union–find over the blocks of the mass matrix.
-    fn join_blocks(&mut self, problem: &ContactProblem) {
-        let blocks = problem.mass.blocks().len();
-        self.root.clear();
-        self.root.extend(0..blocks as u32);
-        self.touched.clear();
-        self.touched.resize(blocks, false);
-        let mut last: &[u32] = &[];
-        for i in 0..problem.contact_count() {
-            // Neighbours mostly belong to the same two bodies.
-            let columns = problem.jacobian.group(i).0;
-            if columns != last {
-                self.join(problem, columns);
-                last = columns;
-            }
-        }
-        let groups = &problem.friction_groups;
-        for j in 0..groups.len() {
-            let columns = groups.jacobian.group(j).0;
-            self.join(problem, columns);
-            if let Some((contact, _)) = groups.bound[j].normal()
-                && let (Some(&a), Some(&b)) = (columns.first(), problem.jacobian.group(contact).0.first())
-            {
-                self.join_pair(problem.mass.block_of(a as usize), problem.mass.block_of(b as usize));
-            }
-        }
-        for i in 0..problem.bilateral_violation.len() {
-            self.join(problem, problem.bilateral_jacobian.group(i).0);
-        }
-    }
-
-    /// Joins the blocks that ascending columns lie in.
-    fn join(&mut self, problem: &ContactProblem, columns: &[u32]) {
-        let (Some(&first), Some(&last)) = (columns.first(), columns.last()) else { return };
-        let blocks = problem.mass.blocks();
-        let mut block = problem.mass.block_of(first as usize);
-        self.touched[block] = true;
-        let mut end = blocks[block].range().end;
-        if (last as usize) < end {
-            return;
-        }
-        for &column in columns {
-            if column as usize >= end {
-                let next = problem.mass.block_of(column as usize);
-                self.join_pair(block, next);
-                (block, end) = (next, blocks[next].range().end);
-            }
-        }
-    }
-
-    fn join_pair(&mut self, first: usize, second: usize) {
-        if self.root[first] == self.root[second] {
-            return;
-        }
-        let a = find_root(&mut self.root, first as u32);
-        let b = find_root(&mut self.root, second as u32);
-        self.root[a.max(b) as usize] = a.min(b);
-    }
-
     /// Gives every touched root an island and every block its local place.
     fn number_islands(&mut self, problem: &ContactProblem) {
         let blocks = problem.mass.blocks();
         self.island_of_root.clear();
         self.island_of_root.resize(blocks.len(), NONE);
-        for k in 0..blocks.len() {
-            // Roots come first: that of block k's root is known.
-            let root = self.root[self.root[k] as usize];
-            self.root[k] = root;
-            if self.touched[k] {
-                self.island_of_root[root as usize] = 0;
-            }
+        for k in (0..blocks.len()).filter(|&k| self.joined.touched[k]) {
+            self.island_of_root[self.joined.root[k] as usize] = 0;
         }
         self.count = 0;
         self.local_start.clear();
         self.local_start.resize(blocks.len(), 0);
         for (k, block) in blocks.iter().enumerate() {
-            let root = self.root[k] as usize;
+            let root = self.joined.root[k] as usize;
             if self.island_of_root[root] == NONE {
                 continue;
             }
@@ -357,7 +291,7 @@ impl Islands {
 
     fn island_of(&self, problem: &ContactProblem, columns: &[u32]) -> Option<usize> {
         let block = problem.mass.block_of(*columns.first()? as usize);
-        Some(self.island_of_root[self.root[block] as usize] as usize)
+        Some(self.island_of_root[self.joined.root[block] as usize] as usize)
     }
 }
 
@@ -395,12 +329,4 @@ fn local_columns(problem: &ContactProblem, local_start: &[usize], columns: &[u32
         }
         column - before
     })
-}
-
-fn find_root(root: &mut [u32], mut k: u32) -> u32 {
-    while root[k as usize] != k {
-        root[k as usize] = root[root[k as usize] as usize];
-        k = root[k as usize];
-    }
-    k
 }

@@ -1,13 +1,12 @@
 //! The next breakpoint of a path: the first facet that any contact crosses.
 
 use super::motion::{Motion, size};
+use super::system::ROUNDING;
 use signorini_contact::projection::{Cones, Facet, Mode};
 use signorini_contact::vector::dot;
 
 /// A facet that is farther than so many times the way to the breakpoint found so far is farther for certain: rounding is less.
 const BEYOND: f64 = 1.0 + 4.0 * f64::EPSILON;
-/// Part of a trial impulse's size that is taken off its clearance, for all rounding until the next factorisation.
-const ROUNDING: f64 = 1e-12;
 
 /// The step to the first facet that a contact with trial impulse `y` and rate crosses when the path goes in `direction` (1 or −1), and which
 /// that is; `most` and nothing if none is met before. Of several at once the one that is crossed fastest comes first.
@@ -44,7 +43,7 @@ pub(super) fn first_crossing(
                 (step, fastest, crossing) = (candidate, speed, Some((c, facet)));
             }
         });
-        *clearance = nearest / steepest - ROUNDING * size(y);
+        *clearance = nearest / steepest - ROUNDING.relative * size(y);
     }
     (step, crossing)
 }

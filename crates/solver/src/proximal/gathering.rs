@@ -1,11 +1,9 @@
 //! Gathering the blocks of a mass matrix into those of the proximal system, and cutting trees into branches.
 
 use signorini_multibody::BlockDiagonal;
+use signorini_sparse::FREE;
 
 use crate::islands::{Island, block_of};
-
-/// Degrees of freedom up to which blocks are gathered: those of a free body.
-const LARGEST: usize = 6;
 
 /// Neighbouring blocks of the mass matrix that (nearly) the same rows move: a free body whose mass matrix is diagonal has six
 /// blocks of one degree of freedom, and is one block of the system.
@@ -29,21 +27,22 @@ impl Gathering {
         starts.clear();
         branches.clear();
         let count = island.blocks.len();
-        let gathers = island.starts.windows(3).any(|s| s[2] - s[0] <= LARGEST);
+        let gathers = island.starts.windows(3).any(|s| s[2] - s[0] <= FREE);
         if gathers {
             self.count_rows(island, count);
         }
         let mut begin = 0;
         for k in 0..count {
             let (start, end) = (island.starts[k], island.starts[k + 1]);
-            let joins = k > 0 && gathers && end - begin <= LARGEST && {
-                4 * self.shared[k] >= 3 * self.rows[k - 1].max(self.rows[k])
+            let joins = k > 0 && gathers && end - begin <= FREE && {
+                // Most of them.
+                2 * self.shared[k] > self.rows[k - 1].max(self.rows[k])
             };
             if !joins {
                 begin = start;
                 starts.push(start);
             }
-            if end - start > LARGEST {
+            if end - start > FREE {
                 cut_tree(mass, island, k, starts, branches);
             }
         }

@@ -1,28 +1,20 @@
-//! How the impulses grow from one proximal iteration to the next: where that leads, and what it proves.
+//! What the growth of the impulses from one proximal iteration to the next proves.
 //!
-//! When two changes in a row have the same direction, the iteration follows one eigenvector, with the ratio `r` of their sizes: the
-//! changes to come add up to `r/(1 − r)` times the last one. Where `r` is 1, contacts that stick contradict each other by a
-//! little, and every iteration adds the same self-balanced impulses until one of them slides or opens.
-//!
-//! Where contacts demand what no velocity can give, that goes on for ever. If the normal and bilateral parts `d ≥ 0` of the change
-//! balance alone, they are a Farkas vector: with `J_Nᵀ d_N + ∇Θᵀ d_B = 0` the sum `d_N · (J_N v + φ/Δt) + d_B · (∇Θ v + Θ/Δt)` is
-//! the same for every `v`, and where it is negative no `v` satisfies the rows (formulation §4).
+//! Where contacts demand what no velocity can give, every iteration adds the same self-balanced impulses. If the normal and bilateral
+//! parts `d ≥ 0` of the change balance alone, they are a Farkas vector: with `J_Nᵀ d_N + ∇Θᵀ d_B = 0` the sum
+//! `d_N · (J_N v + φ/Δt) + d_B · (∇Θ v + Θ/Δt)` is the same for every `v`, and where it is negative no `v` satisfies the rows
+//! (formulation §4).
 
 use super::map::ProximalMap;
 use crate::islands::Island;
 use crate::iterate::Iterate;
+use crate::residual::RESIDUALS;
 use crate::task::Task;
 
-/// Cosine between two changes of the impulses that counts as the same direction.
-const PARALLEL: f64 = 0.99;
-/// Sums of numbers that cancel to this part of their sizes are zero.
-const ROUNDING: f64 = 1e-9;
-
-/// What the last proximal iteration added to the impulses, and the one before it.
+/// What the last proximal iteration added to the impulses.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Growth {
     change: Vec<[f64; 3]>,
-    earlier: Vec<[f64; 3]>,
     bilateral_change: Vec<f64>,
     momentum: Vec<f64>,
     magnitude: Vec<f64>,
@@ -42,7 +34,7 @@ impl Sum {
     }
 
     fn is_negative(&self) -> bool {
-        self.value < -ROUNDING * self.terms
+        self.value < -RESIDUALS.cancelled * self.terms
     }
 }
 
@@ -50,7 +42,6 @@ impl Growth {
     /// Forgets another run.
     pub fn begin(&mut self, island: &Island) {
         self.change.clear();
-        self.earlier.clear();
         self.bilateral_change.clear();
         self.bilateral_change.resize(island.bilateral.len(), 0.0);
     }
@@ -61,7 +52,6 @@ impl Growth {
             self.bilateral_change[k] = map.bilateral_change(task.island, k);
             *p += self.bilateral_change[k];
         }
-        std::mem::swap(&mut self.change, &mut self.earlier);
         self.change.clear();
         for (c, &i) in task.island.units.iter().enumerate() {
             let (y, before) = (map.y[c], iterate.impulse[c]);
@@ -69,47 +59,6 @@ impl Growth {
             self.change.push(std::array::from_fn(|r| p[r] - before[r]));
             iterate.impulse[c] = p;
         }
-    }
-
-    /// How many times the last change of the impulses fits into the way to where it leads; infinite where it leads nowhere, 0 where
-    /// it has no direction. The way ends at the latest where a contact leaves its mode.
-    pub fn times_to_go(&self, map: &ProximalMap, task: &Task, iterate: &Iterate) -> f64 {
-        let (mut product, mut last, mut earlier) = (0.0, 0.0, 0.0);
-        for (a, b) in self.change.iter().zip(&self.earlier) {
-            for r in 0..3 {
-                product += a[r] * b[r];
-                last += a[r] * a[r];
-                earlier += b[r] * b[r];
-            }
-        }
-        let parallel = self.change.len() == self.earlier.len()
-            && product > PARALLEL * (last * earlier).sqrt()
-            && self.change.len() == map.y.len();
-        if !parallel {
-            return 0.0;
-        }
-        let ratio = (last / earlier).sqrt();
-        let mut times = if ratio < 1.0 { ratio / (1.0 - ratio) } else { f64::INFINITY };
-        for (c, &i) in task.island.units.iter().enumerate() {
-            task.cones.facets(i as usize, iterate.modes[c], |facet| {
-                let dot = |x: [f64; 3]| facet.normal[0] * x[0] + facet.normal[1] * x[1] + facet.normal[2] * x[2];
-                let slope = dot(self.change[c]);
-                if slope < 0.0 {
-                    times = times.min(dot(map.y[c]).max(0.0) / -slope);
-                }
-            });
-        }
-        times
-    }
-
-    /// Adds so many times the last change to the impulses.
-    pub fn extrapolate(&mut self, times: f64, iterate: &mut Iterate) {
-        for (p, d) in iterate.impulse.iter_mut().zip(&self.change) {
-            (0..3).for_each(|r| p[r] += times * d[r]);
-        }
-        iterate.bilateral.iter_mut().zip(&self.bilateral_change).for_each(|(p, d)| *p += times * d);
-        iterate.velocity.clear();
-        self.change.clear();
     }
 
     /// Whether the last change proves that the rows contradict each other by more than `most` (m/s): rows that contradict each other
@@ -121,7 +70,7 @@ impl Growth {
     /// The contacts of the problem whose rows do.
     pub fn contradicting<'a>(&'a self, island: &'a Island) -> impl Iterator<Item = u32> + 'a {
         let size = self.size(island).unwrap_or(f64::INFINITY);
-        let grows = move |c: &usize| self.change.get(*c).is_some_and(|p| p[0] > ROUNDING * size);
+        let grows = move |c: &usize| self.change.get(*c).is_some_and(|p| p[0] > RESIDUALS.cancelled * size);
         (0..island.contact_count).filter(grows).map(|c| island.units[c])
     }
 
@@ -129,7 +78,7 @@ impl Growth {
     fn size(&self, island: &Island) -> Option<f64> {
         let normals = || self.change.iter().take(island.contact_count).map(|p| p[0]);
         let size = normals().fold(0.0, f64::max);
-        (size > 0.0 && normals().all(|d| d >= -ROUNDING * size)).then_some(size)
+        (size > 0.0 && normals().all(|d| d >= -RESIDUALS.cancelled * size)).then_some(size)
     }
 
     /// Whether the changes of the normal impulses and of the bilateral rows balance each other while they work against the
@@ -160,6 +109,6 @@ impl Growth {
         }
         gain.is_negative()
             && gain.value < -least * weights
-            && self.momentum.iter().zip(&self.magnitude).all(|(sum, size)| sum.abs() <= ROUNDING * size)
+            && self.momentum.iter().zip(&self.magnitude).all(|(sum, size)| sum.abs() <= RESIDUALS.cancelled * size)
     }
 }

@@ -14,22 +14,13 @@ mod weight;
 use signorini_contact::projection::Mode;
 
 use crate::iterate::Iterate;
-use crate::residual::is_exact;
-use crate::task::Task;
+use crate::residual::{RESIDUALS, is_exact};
+use crate::task::{Task, accepted_closely};
 use growth::Growth;
 pub(crate) use map::ProximalMap;
 use modes::ModeSearch;
 pub use system::ProximalSystem;
 pub(crate) use weight::ProximalWeight;
-
-/// A proximal iteration that leaves more than this part of the residual calls for another ε.
-const SLOW: f64 = 0.1;
-/// Below this residual changes of the impulses may be rounding, and are not extrapolated.
-const NOISE: f64 = 1e-11;
-/// An extrapolation has to leave less than this part of the residual of the last one.
-const EXTRAPOLATED: f64 = 0.5;
-/// What is accepted also at a second look, in a very large island.
-const ACCEPTED: f64 = 0.3;
 
 /// Why the iterations ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,10 +52,8 @@ pub(crate) struct ProximalIterations {
 /// How the residual falls.
 struct Progress {
     last: f64,
-    /// Slow iterations in a row. The first one gives the second change of the impulses that an extrapolation needs.
+    /// Slow iterations in a row.
     slow: u32,
-    /// The residual at the last extrapolation.
-    extrapolated: f64,
 }
 
 impl ProximalIterations {
@@ -105,7 +94,7 @@ impl ProximalIterations {
         weight: &mut ProximalWeight,
         history: &mut dyn FnMut(f64),
     ) -> End {
-        let mut progress = Progress { last: f64::INFINITY, slow: 0, extrapolated: f64::INFINITY };
+        let mut progress = Progress { last: f64::INFINITY, slow: 0 };
         let mut solved = 0;
         for iteration in 0..task.settings.max_proximal_iterations * if task.is_large() { 2 } else { 1 } {
             let residual = map.evaluate_centre(task, iterate);
@@ -118,8 +107,14 @@ impl ProximalIterations {
             if let Some(end) = self.reason_to_end(map, task, &progress) {
                 return end;
             }
-            if progress.slow == 2 && !self.quicken(map, task, iterate, weight, &mut progress) {
-                return End::Slow;
+            // The first one may be slow for a change of its modes.
+            if progress.slow == 2 {
+                progress.slow = 0;
+                if !weight.change(self.best.residual, progress.last) {
+                    return End::Slow;
+                }
+                map.set_weights(task.island, weight.epsilon);
+                map.evaluate_centre(task, iterate);
             }
             map.prepare(task);
             self.earlier_modes.clone_from(&iterate.modes);
@@ -161,36 +156,11 @@ impl ProximalIterations {
             return None;
         }
         // What is accepted and does not get better is paid for with factorisations.
-        if task.is_costly() && best <= ACCEPTED * settings.accept {
+        if task.is_costly() && best <= accepted_closely(task.island, settings) {
             return Some(End::Accepted);
         }
         let most = settings.tolerance * map.velocity_scale;
-        (best > NOISE && self.growth.is_contradiction(task.island, most)).then_some(End::Contradiction)
-    }
-
-    /// After slow iterations: extrapolates, or else changes ε; `false` if neither helps.
-    fn quicken(
-        &mut self,
-        map: &mut ProximalMap,
-        task: &Task,
-        iterate: &mut Iterate,
-        weight: &mut ProximalWeight,
-        progress: &mut Progress,
-    ) -> bool {
-        progress.slow = 0;
-        let best = self.best.residual;
-        let gains = best > NOISE && best < EXTRAPOLATED * progress.extrapolated;
-        let times = if gains { self.growth.times_to_go(map, task, iterate) } else { 0.0 };
-        if times.is_finite() && times >= 1.0 {
-            self.growth.extrapolate(times, iterate);
-            (progress.last, progress.extrapolated) = (f64::INFINITY, best);
-        } else if weight.change(best, progress.last) {
-            map.set_weights(task.island, weight.epsilon);
-        } else {
-            return false;
-        }
-        map.evaluate_centre(task, iterate);
-        true
+        (best > RESIDUALS.noise && self.growth.is_contradiction(task.island, most)).then_some(End::Contradiction)
     }
 
     /// Goes back to the best point, and refines its velocity where that is worth it.
@@ -218,7 +188,7 @@ impl ProximalIterations {
 
 impl Progress {
     fn note(&mut self, residual: f64, weight: &ProximalWeight) {
-        self.slow = if residual > SLOW * self.last && !weight.is_falling() { self.slow + 1 } else { 0 };
+        self.slow = if residual > RESIDUALS.slow * self.last && !weight.is_falling() { self.slow + 1 } else { 0 };
         self.last = residual;
     }
 }

@@ -3,7 +3,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use signorini_contact::SparseRows;
-use signorini_sparse::{FREE, load};
+use signorini_sparse::{FREE, SUMS, load};
 
 /// Where every contact is on a path.
 #[derive(Clone, Debug, Default)]
@@ -91,7 +91,7 @@ impl WithSimd for Correction<'_> {
 }
 
 /// Entries that are read for a body of three rows, the last of them as a part of the widest vector.
-const READ: usize = 3 * (FREE - 1) + 8;
+const READ: usize = 3 * (FREE - 1) + SUMS;
 
 /// `J_c x` for a contact whose columns are those of whole free bodies, three rows at a time and with the sums of
 /// [`SparseRows::multiply`]; nothing for others, and where vectors would reach beyond the Jacobian's last entry.

@@ -25,8 +25,6 @@ pub(super) enum Shift {
     All,
 }
 
-/// How far back `t` may run before the path counts as lost.
-const FARTHEST_BACK: f64 = -1e4;
 /// The memory of a path.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Path {
@@ -57,9 +55,6 @@ impl Path {
             t += direction * step;
             self.motion.advance(&mut map.y, direction * step);
             let Some((c, facet)) = crossing else { return true };
-            if t < FARTHEST_BACK {
-                return false;
-            }
             let Some(ratio) = self.cross(map, task, iterate, c, &facet) else { return false };
             if ratio < 0.0 {
                 direction = -direction;
@@ -90,7 +85,7 @@ impl Path {
         self.motion.rate.clear();
         for c in 0..iterate.modes.len() {
             let (i, mode, y) = (task.island.units[c] as usize, iterate.modes[c], map.y[c]);
-            let size = map.typical_impulse(task.island, c) * random.between(0.5, 1.5);
+            let size = map.typical_impulse(task.island, c) * random.between(1.0, 2.0);
             let shift = if which == Shift::All {
                 [-y[0].max(0.0) - size, 0.0, 0.0]
             } else if map.is_violated(task, iterate, c) {

@@ -9,8 +9,16 @@ use signorini_contact::ContactProblem;
 use signorini_contact::projection::{Cones, Facet, Mode};
 use signorini_sparse::{BlockLu, Symbolic, copy_few};
 
-/// Updates kept before the matrix is factorised afresh.
-const MAX_UPDATES: usize = 40;
+/// What is tuned in updates.
+pub(super) struct Tuning {
+    /// How many are kept before the matrix is factorised afresh.
+    updates: usize,
+    /// Part of any number that their rounding may be until then.
+    pub relative: f64,
+}
+
+/// Chosen by: no command on record, since 21 November 2026.
+pub(super) const ROUNDING: Tuning = Tuning { updates: 40, relative: 1e-12 };
 
 /// `H` for the current modes: a block LU factorisation and, since then, one rank-one update per change of mode
 /// (Sherman–Morrison in product form). Its blocks are bodies, or branches of trees; contacts and trees couple them.
@@ -141,7 +149,7 @@ impl ProximalSystem {
 
     /// Whether so many updates have gathered that a fresh factorisation is due.
     pub fn is_worn(&self) -> bool {
-        self.updates.len() >= MAX_UPDATES
+        self.updates.len() >= ROUNDING.updates
     }
 
     /// Overwrites `x` with `H⁻¹ x`.
@@ -162,7 +170,7 @@ impl ProximalSystem {
         let u = island.jacobian.multiply(c, column);
         let f = facet.normal;
         let ratio = 1.0 + weight * (f[0] * u[0] + f[1] * u[1] + f[2] * u[2]);
-        if !ratio.is_finite() || ratio.abs() < 1e-13 {
+        if !ratio.is_finite() || ratio.abs() < ROUNDING.relative {
             self.columns.truncate(start);
             return None;
         }

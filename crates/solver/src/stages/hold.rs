@@ -11,13 +11,9 @@ use signorini_contact::{ContactProblem, ContactSolution, WarmStart};
 
 use crate::islands::{Island, Islands};
 use crate::iterate::Iterate;
-use crate::residual::{REFINE_LARGE, is_exact, law_residual};
+use crate::residual::{RESIDUALS, is_exact, law_residual};
 use crate::settings::SolverSettings;
-use crate::task::LARGE;
-
-/// In a large island rounding adds up, of gaps metres above the ground and of impulses that carry many bodies: it rests where errors are
-/// below so many times the polish.
-const LARGE_AT_REST: f64 = 20.0;
+use crate::task::SIZES;
 
 /// A warm start in the terms of the problem at hand.
 #[derive(Clone, Debug, Default)]
@@ -152,8 +148,9 @@ impl GivenStart {
         for k in (0..self.impulse.len()).filter_map(|i| islands.of_unit(i)) {
             self.islands[k].units += 1;
         }
-        for held in self.islands.iter_mut().filter(|held| held.units >= LARGE) {
-            held.most *= LARGE_AT_REST;
+        // In a large island rounding adds up, of gaps metres above the ground and of impulses that carry many bodies.
+        for held in self.islands.iter_mut().filter(|held| held.units >= SIZES.large) {
+            held.most *= RESIDUALS.rounded;
         }
     }
 
@@ -250,7 +247,7 @@ impl Held {
     /// it costs several times what the start costs: what the iterations stop at is enough, if the dissipation law does not see it.
     fn needs_no_refinement(&self, scale: f64) -> bool {
         let (residual, size) = (self.residual / scale, self.largest * self.scale / scale);
-        self.rests || is_exact(residual, size) || self.units < LARGE && residual * size <= REFINE_LARGE
+        self.rests || is_exact(residual, size) || self.units < SIZES.large && residual * size <= RESIDUALS.exact_work
     }
 
     /// Takes in a unit's residual, its impulse, and the largest entry of its Delassus diagonal.

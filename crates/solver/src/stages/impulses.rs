@@ -15,18 +15,18 @@ use signorini_multibody::{BlockCholesky, FEW_ROWS};
 use super::shared::{Outcome, Shared};
 use crate::islands::Island;
 use crate::iterate::{Effort, Iterate};
-use crate::residual::{is_exact, law_residual};
+use crate::residual::{RESIDUALS, is_exact, law_residual};
 use crate::task::Task;
 
-/// Newton steps at most.
-const STEPS: usize = 6;
-/// A step with the same modes that leaves more than this part of the residual is the last one.
-const PROGRESS: f64 = 0.1;
-/// What is added to the diagonal, in parts of a contact's Delassus scale, so that redundant contacts share: rounding of a velocity
-/// becomes an impulse among these that is larger by the inverse.
-const SHARED: f64 = 1e-9;
-/// Solutions with one factorisation: each leaves about [`SHARED`] of what the one before left.
-const PASSES: usize = 2;
+/// What is tuned in this stage.
+struct Tuning {
+    /// What is added to the diagonal, in parts of a contact's Delassus scale, so that redundant contacts share: rounding of a velocity
+    /// becomes an impulse among these that is larger by the inverse.
+    shared: f64,
+}
+
+/// Chosen by: no command on record, since 22 November 2026.
+const TUNING: Tuning = Tuning { shared: 1e-9 };
 
 /// The memory of the method and its iterate.
 #[derive(Clone, Debug, Default)]
@@ -85,7 +85,7 @@ impl ImpulseNewton {
         self.find_slack(island);
         self.find_delassus(factor, island);
         let (mut last, mut factored) = (f64::INFINITY, false);
-        for _ in 0..STEPS {
+        for _ in 0..task.settings.newton_iterations {
             if !factored {
                 effort.factorizations += 1;
                 self.fix_modes(cones, island);
@@ -101,7 +101,7 @@ impl ImpulseNewton {
                 return Some(residual);
             }
             let changes = self.take_next_modes(cones, island);
-            if changes == 0 && residual > PROGRESS * last {
+            if changes == 0 && residual > RESIDUALS.slow * last {
                 return Some(residual);
             }
             effort.mode_changes += changes;
@@ -180,7 +180,7 @@ impl ImpulseNewton {
                     let columns = &mut row[self.begins[d]..self.begins[d + 1]];
                     columns.iter_mut().zip(&self.held[d]).for_each(|(x, other)| *x = dot(pulled, other.impulse));
                 }
-                row[own] += SHARED * island.scale[c];
+                row[own] += TUNING.shared * island.scale[c];
             }
         }
     }
@@ -193,7 +193,8 @@ impl ImpulseNewton {
             let (p, projected) = (self.impulse[c], cones.project(i as usize, self.modes[c], self.impulse[c]));
             self.change.push(std::array::from_fn(|r| projected[r] - p[r]));
         }
-        for _ in 0..PASSES {
+        // A second solution with the same factorisation leaves about `shared` of what the first one left.
+        for _ in 0..2 {
             self.add_solution(island.units.len());
         }
         for (c, &i) in island.units.iter().enumerate() {

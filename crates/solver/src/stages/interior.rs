@@ -6,12 +6,8 @@ use super::shared::{Outcome, Shared};
 use crate::interior::{Ground, InteriorLaw, InteriorStart};
 use crate::iterate::Iterate;
 use crate::proximal::ProximalWeight;
+use crate::residual::RESIDUALS;
 use crate::task::{Look, Task};
-
-/// A large island with a smaller residual lacks a few modes, and has a second look first: another start would take all of the way again.
-///
-/// Chosen by: `sim S4_pile300`, 22 November 2026.
-pub(super) const CLOSE: f64 = 1e-4;
 
 /// The interior point, and where it leads.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +17,7 @@ pub(super) struct Memory {
 }
 
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
-    task.is_large() && iterate.residual > CLOSE && task.look != Look::Short
+    task.is_large() && iterate.residual > RESIDUALS.far && task.look != Look::Short
 }
 
 /// From the path of Coulomb's law, around its folds where it turns back early.

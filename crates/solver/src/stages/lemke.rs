@@ -4,33 +4,34 @@ use signorini_contact::{ContactProblem, ContactSolution, FrictionPolygon, SolveS
 use signorini_lcp::{Lemke, LemkeSettings};
 use signorini_multibody::BlockDiagonal;
 
-use super::interior::CLOSE;
 use super::shared::{Outcome, Shared};
 use crate::islands::Island;
 use crate::iterate::Iterate;
-use crate::lcp_route::{CORRECTIONS, solve_corrected};
+use crate::lcp_route::{self, solve_corrected};
+use crate::residual::RESIDUALS;
 use crate::settings::SolverSettings;
 use crate::task::{Look, Task};
 
-/// What counts as zero at the second look, relative to the largest entry of a column: almost equal contacts have pivots that are no
-/// larger than what is otherwise rounding.
-///
-/// Chosen by: `random_steps --seeds 0..100000`, 20 November 2026; stored cases 2157082_1 and 613293_0.
-const SMALLEST_PIVOT: f64 = 1e-14;
-/// Covering vectors in problems of so many rows at most: where gaps are violated one path may end on a ray and another one at a
-/// solution. Each path finds fewer of the solutions that are left, the ninth those of about one problem in a thousand; in very small
-/// problems a few more cost little.
-///
-/// Chosen by: `random_steps --seeds 0..300000`, 21 November 2026.
-const COVERING_VECTORS: [(usize, u32); 2] = [(24, 13), (64, 9)];
-/// A smaller part of a tolerance is rounding.
-const SMALLEST_PART: f64 = 1e-6;
+/// What is tuned in this stage.
+struct Tuning {
+    /// What counts as zero at the second look, relative to the largest entry of a column: almost equal contacts have pivots that are
+    /// no larger than what is otherwise rounding.
+    smallest_pivot: f64,
+    /// Rows up to which a problem is small.
+    small_rows: usize,
+    /// Covering vectors there: where gaps are violated one path may end on a ray and another one at a solution. Each path finds fewer
+    /// of the solutions that are left, the ninth those of about one problem in a thousand.
+    covering_vectors: u32,
+}
+
+/// Chosen by: `random_steps --seeds 0..300000`, 21 November 2026; `smallest_pivot` by the stored cases 2157082_1 and 613293_0.
+const TUNING: Tuning = Tuning { smallest_pivot: 1e-14, small_rows: 64, covering_vectors: 13 };
 
 /// What the laws lack by more than the tolerance, in an island that is not too large.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     let is_enough = match task.look {
         Look::Only | Look::Short => return false,
-        Look::First if task.is_large() => CLOSE,
+        Look::First if task.is_large() => RESIDUALS.far,
         Look::First => task.settings.tolerance.max(task.settings.accept),
         Look::Second => task.accept(),
     };
@@ -72,11 +73,11 @@ pub(crate) fn solve_whole(
     if problem.standard_layout().size > settings.lemke_max_rows {
         return None;
     }
-    let first = solve(lemke, problem, settings, Look::First, CORRECTIONS)?;
+    let first = solve(lemke, problem, settings, Look::First, lcp_route::TUNING.corrections)?;
     if !matches!(first.status, SolveStatus::Inaccurate | SolveStatus::IterationLimit) {
         return Some(first);
     }
-    let second = solve(lemke, problem, settings, Look::Second, CORRECTIONS)?;
+    let second = solve(lemke, problem, settings, Look::Second, lcp_route::TUNING.corrections)?;
     Some(if second.certificate.worst() < first.certificate.worst() { second } else { first })
 }
 
@@ -98,13 +99,13 @@ fn solve(
     look: Look,
     corrections: u32,
 ) -> Option<ContactSolution> {
-    let (part, usual) = (part_of_velocities(problem), LemkeSettings::default());
+    let (part, usual) = (part_of_velocities(problem, settings.accept), LemkeSettings::default());
     let lemke_settings = usual.clone().with_covering_vectors(covering_vectors(problem.standard_layout().size));
     let lemke_settings = match look {
         Look::First | Look::Only | Look::Short => {
             lemke_settings.with_tolerance(part * settings.accept).with_pivots_per_pair(settings.lemke_pivots_per_row)
         }
-        Look::Second => lemke_settings.with_tolerance(part * usual.tolerance).with_pivot(SMALLEST_PIVOT),
+        Look::Second => lemke_settings.with_tolerance(part * usual.tolerance).with_pivot(TUNING.smallest_pivot),
     };
     lemke.set(lemke_settings).ok()?;
     solve_corrected(problem, lemke, settings.tolerance, corrections).ok()
@@ -122,17 +123,17 @@ fn take_solution(task: &Task, found: &ContactSolution, iterate: &mut Iterate) {
 }
 
 fn covering_vectors(size: usize) -> u32 {
-    let enough = COVERING_VECTORS.iter().find(|(rows, _)| size <= *rows);
-    enough.map_or(LemkeSettings::default().covering_vectors, |(_, count)| *count)
+    if size <= TUNING.small_rows { TUNING.covering_vectors } else { LemkeSettings::default().covering_vectors }
 }
 
 /// The velocity scale relative to the largest entry of the LCP's right-hand side, which the method's tolerance is relative to: that
-/// has the constant bounds of friction groups in it, too, which are impulses and may be as large as they like.
-fn part_of_velocities(problem: &ContactProblem) -> f64 {
+/// has the constant bounds of friction groups in it, too, which are impulses and may be as large as they like. Parts that would leave
+/// less than rounding of what is accepted are none.
+fn part_of_velocities(problem: &ContactProblem, accept: f64) -> f64 {
     let bounds = problem.friction_groups.bound.iter().map(|bound| bound.constant().abs());
     let largest = problem.delassus_scale() * bounds.fold(0.0, f64::max);
     let velocity = problem.velocity_scale();
-    if largest > velocity { (velocity / largest).max(SMALLEST_PART) } else { 1.0 }
+    if largest > velocity { (velocity / largest).max(f64::EPSILON / accept) } else { 1.0 }
 }
 
 /// The island as a problem of its own, with its contacts and rows in the island's order.

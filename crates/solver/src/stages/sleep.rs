@@ -6,11 +6,8 @@ use signorini_contact::StageOutcome;
 
 use super::shared::{Outcome, Shared};
 use crate::iterate::Iterate;
-use crate::residual::law_residual;
+use crate::residual::{RESIDUALS, law_residual};
 use crate::task::{Look, Task};
-
-/// Part of the momenta that meet in a degree of freedom by which their sum may differ from zero.
-const BALANCED: f64 = 1e-11;
 
 /// Memory of the sums of momenta.
 #[derive(Clone, Debug, Default)]
@@ -67,7 +64,7 @@ impl Loads {
                 size[k as usize] += (e * p).abs();
             }
         }
-        sum.iter().zip(size).all(|(sum, size)| sum.abs() <= BALANCED * *size)
+        sum.iter().zip(size).all(|(sum, size)| sum.abs() <= RESIDUALS.noise * *size)
     }
 }
 

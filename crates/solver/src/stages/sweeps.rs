@@ -11,10 +11,14 @@ use crate::islands::Island;
 use crate::iterate::Iterate;
 use crate::task::Task;
 
-/// Sweeps at most.
-const SWEEPS: usize = 20;
-/// Sweeps that leave all modes as they are before they count as settled.
-const SETTLED: usize = 3;
+/// What is tuned in this stage.
+struct Tuning {
+    /// Sweeps at most.
+    sweeps: usize,
+}
+
+/// Chosen by: `contact_lcp --directions 8 --no-growth`, 21 November 2026.
+const TUNING: Tuning = Tuning { sweeps: 20 };
 
 /// Memory of the sweeps. With `M = Lᵀ L` velocities are `v^f + L⁻¹ s`, `s = Σ Z_cᵀ λ_c` and `Z_c = J_c L⁻¹`, so that
 /// `u_c = u_c(v^f) + Z_c s`.
@@ -62,14 +66,15 @@ impl Sweeps {
         let units = task.island.units.len();
         self.begin(task.problem, task.island, iterate);
         let mut settled = 0;
-        for sweep in 0..SWEEPS {
+        for sweep in 0..TUNING.sweeps {
             let mut changed = false;
             for k in 0..units {
                 changed |= self.visit(task, iterate, if sweep % 2 == 0 { k } else { units - 1 - k });
             }
             self.visit_bilateral(task.island);
             settled = if changed { 0 } else { settled + 1 };
-            if settled == SETTLED {
+            // Forwards and backwards.
+            if settled == 2 {
                 break;
             }
         }

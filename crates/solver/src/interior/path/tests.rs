@@ -1,7 +1,7 @@
 use signorini_multibody::BlockDiagonal;
 
+use super::super::point::INTERIOR;
 use super::super::series::Ahead;
-use super::super::start::{FOLDED, OPENING};
 use super::*;
 use crate::testing::on_ground_of;
 use signorini_contact::vector::inner;
@@ -40,12 +40,12 @@ fn paths_arrive_around_their_folds() {
             let mut interior = InteriorPoint::default();
             interior.begin(ground);
             let fold = interior.go_on(ground).expect("regular systems");
-            if fold <= FOLDED {
+            if fold <= 1e-6 {
                 return;
             }
             folded += 1;
             let scale = ground.map.velocity_scale;
-            let ends = [0.0, OPENING].map(|opening| {
+            let ends = [0.0, INTERIOR.opening].map(|opening| {
                 interior.come_along_path(ground, opening * scale, &mut PathSteps::default());
                 let (product, missing) = interior.find_residuals(ground);
                 interior.share == 1.0 && product < 2e-9 * scale * scale && missing < 1e-8 * scale
@@ -77,7 +77,7 @@ fn continues_path(ground: &mut Ground, seed: u32) -> bool {
         interior.look_around(ground, parameter, square, &mut path).expect("a regular system");
         let part = interior_part(&path.correction);
         path.step.set(part, &path.correction);
-        interior.take_step(ground, &path, part);
+        interior.take_step(ground, &path, part, (parameter, square));
     }
     let mut errors = Vec::new();
     interior.look_around(ground, parameter, square, &mut path).expect("a regular system");
