@@ -7,7 +7,7 @@ use crate::frame::PoseArray;
 use crate::provenance::{ModelSource, StepLaws};
 
 /// Version of the format that this crate writes.
-pub const SCHEMA_VERSION: u32 = 4;
+pub const SCHEMA_VERSION: u32 = 5;
 
 /// Everything about a run that does not change while it runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -21,6 +21,10 @@ pub struct StepSolution {
     pub theta: Option<f64>,
     /// What θ applies to, ascending: contacts and limits by their index, then rows of the equality constraints; empty for all of them.
     pub limited: Vec<u32>,
+    /// The directions of all friction groups, group after group, where the law of friction has turned them; otherwise empty.
+    pub group_directions: Vec<[f64; 2]>,
+    /// How many of them every group has; empty where they are.
+    pub group_direction_counts: Vec<u32>,
     /// Reach of every body, m and rad, within which contacts were looked for; empty where it follows from the velocities at
     /// the beginning and without contact.
     pub reach: Vec<[f64; 2]>,
@@ -42,6 +46,8 @@ impl StepSolution {
         self.generalized_force.clear();
         (self.clipped_gaps, self.theta) = (false, None);
         self.limited.clear();
+        self.group_directions.clear();
+        self.group_direction_counts.clear();
         self.reach.clear();
         self.limits.clear();
     }

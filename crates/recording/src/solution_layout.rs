@@ -12,6 +12,7 @@ const LIMIT_SIZE: usize = 4 * 4 + 2 * 8;
 const CLIPPED_GAPS: u32 = 1;
 const THETA: u32 = 2;
 const LIMITED: u32 = 4;
+const TURNED_GROUPS: u32 = 8;
 
 /// Checks lengths and indices against the header.
 pub(crate) fn check(solution: &StepSolution, header: &Header) -> Result<(), Mismatch> {
@@ -31,6 +32,8 @@ pub(crate) fn check(solution: &StepSolution, header: &Header) -> Result<(), Mism
     if !solution.reach.is_empty() {
         same("reach", solution.reach.len(), header.bodies.len())?;
     }
+    let of_groups = solution.group_direction_counts.iter().map(|count| *count as usize).sum();
+    same("directions of friction groups", solution.group_directions.len(), of_groups)?;
     for limit in solution.limits.iter().filter(|limit| !limit.tendon) {
         let (found, expected) = (limit.index as usize, header.joints.len());
         if found >= expected {
@@ -50,8 +53,15 @@ pub(crate) fn size(solution: &StepSolution) -> Option<usize> {
     let theta = if solution.theta.is_some() { 8 } else { 0 };
     let limited =
         if solution.limited.is_empty() { 0 } else { solution.limited.len().checked_add(1)?.checked_mul(4)? };
+    let turned = match solution.group_direction_counts.len() {
+        0 => 0,
+        groups => {
+            groups.checked_add(1)?.checked_mul(4)?.checked_add(solution.group_directions.len().checked_mul(16)?)?
+        }
+    };
     (FIXED_SIZE + theta)
         .checked_add(limited)?
+        .checked_add(turned)?
         .checked_add(phases.len() * PHASE_SIZE)?
         .checked_add(limits)?
         .checked_add(numbers.checked_mul(8)?)
@@ -62,7 +72,8 @@ pub(crate) fn encode(solution: &StepSolution, bytes: &mut Vec<u8>) {
     let flag = |holds: bool, bit| if holds { bit } else { 0 };
     let flags = flag(solution.clipped_gaps, CLIPPED_GAPS)
         | flag(solution.theta.is_some(), THETA)
-        | flag(!solution.limited.is_empty(), LIMITED);
+        | flag(!solution.limited.is_empty(), LIMITED)
+        | flag(!solution.group_direction_counts.is_empty(), TURNED_GROUPS);
     let counts =
         [solution.control.len(), solution.generalized_force.len(), solution.reach.len(), solution.limits.len()];
     let numbers = [flags, u32::from(solution.phases)].into_iter().chain(counts.map(|count| count as u32));
@@ -70,6 +81,11 @@ pub(crate) fn encode(solution: &StepSolution, bytes: &mut Vec<u8>) {
     put(bytes, solution.theta.as_slice());
     if !solution.limited.is_empty() {
         put_u32(bytes, [solution.limited.len() as u32].into_iter().chain(solution.limited.iter().copied()));
+    }
+    if !solution.group_direction_counts.is_empty() {
+        let counts = &solution.group_direction_counts;
+        put_u32(bytes, [counts.len() as u32].into_iter().chain(counts.iter().copied()));
+        put(bytes, solution.group_directions.as_flattened());
     }
     put(bytes, &solution.control);
     put(bytes, &solution.generalized_force);
@@ -91,7 +107,7 @@ fn put_u32(bytes: &mut Vec<u8>, numbers: impl IntoIterator<Item = u32>) {
 /// Fills `solution` from the fields at hand; `None` when they are not a solution. Re-uses its memory.
 pub(crate) fn decode_into(fields: &mut Fields, solution: &mut StepSolution) -> Option<()> {
     let (flags, phases) = (fields.u32()?, fields.u32()?);
-    if flags > CLIPPED_GAPS | THETA | LIMITED || !(1..=2).contains(&phases) {
+    if flags > CLIPPED_GAPS | THETA | LIMITED | TURNED_GROUPS || !(1..=2).contains(&phases) {
         return None;
     }
     solution.clipped_gaps = flags & CLIPPED_GAPS != 0;
@@ -101,6 +117,12 @@ pub(crate) fn decode_into(fields: &mut Fields, solution: &mut StepSolution) -> O
     let limited = if flags & LIMITED == 0 { 0 } else { fields.u32()? };
     fields.has(limited, 4)?;
     refill(&mut solution.limited, limited as usize, || fields.u32())?;
+    let groups = if flags & TURNED_GROUPS == 0 { 0 } else { fields.u32()? };
+    fields.has(groups, 4)?;
+    refill(&mut solution.group_direction_counts, groups as usize, || fields.u32())?;
+    let directions = solution.group_direction_counts.iter().try_fold(0u32, |sum, count| sum.checked_add(*count))?;
+    fields.has(directions, 16)?;
+    refill(&mut solution.group_directions, directions as usize, || fields.floats())?;
     fields.has(control, 8)?;
     refill(&mut solution.control, control as usize, || fields.f64())?;
     fields.has(force, 8)?;

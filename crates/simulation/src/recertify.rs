@@ -12,7 +12,7 @@ use std::sync::Arc;
 use signorini_contact::{Certificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone};
 use signorini_multibody::{Input, Model, State, forward_kinematics_into, free_motion_into};
 use signorini_recording::{
-    Frame, FrictionCode, Header, Impulses, PolygonCode, RecordedContact, RestitutionCode, StepLaws, StepSolution,
+    Frame, FrictionCode, Header, Impulses, PolygonCode, RestitutionCode, StepLaws, StepSolution,
 };
 
 pub use fault::StepFault;
@@ -95,7 +95,7 @@ impl Recertifier {
         self.rebuild(frame, first)?;
         let ws = &mut self.workspace;
         take_solution(&ws.builder.problem, first, &mut ws.solution)?;
-        let mut certificate = self.certify_first(frame);
+        let mut certificate = self.certify_first();
         let ws = &mut self.workspace;
         ws.decompression.happened = self.settings.restitution == RestitutionLaw::Poisson
             && ws.builder.impacts.iter().any(|impact| ws.solution.lambda_n[impact.contact] > 0.0);
@@ -184,15 +184,11 @@ impl Recertifier {
     }
 
     /// The certificate of the first problem by the law of the run.
-    fn certify_first(&self, frame: &Frame) -> StepCheck {
+    fn certify_first(&self) -> StepCheck {
         let (problem, solution) = (&self.workspace.builder.problem, &self.workspace.solution);
         let cone = (self.settings.friction_law != FrictionLaw::Polygon).then(|| {
-            let limits = solution.lambda_n[frame.contacts.len()..].iter().map(|lambda| [*lambda, 0.0, 0.0]);
-            let contacts = frame.contacts.iter().map(|c: &RecordedContact| [c.lambda_n, c.lambda_t[0], c.lambda_t[1]]);
             let mut claimed = ConeSolution::default();
-            claimed.velocity.clone_from(&solution.velocity);
-            claimed.bilateral.clone_from(&solution.bilateral);
-            claimed.impulse.extend(contacts.chain(limits));
+            claimed.take_polygon(solution);
             certify_cone(problem, &claimed)
         });
         let polygon = certify(problem, solution);
@@ -268,6 +264,22 @@ fn take_directions(frame: &Frame, problem: &mut ContactProblem) -> Result<(), St
             problem.directions.extend(listed);
         }
         problem.direction_offsets.push(problem.directions.len());
+    }
+    let (solution, groups) = (&frame.solution, &mut problem.friction_groups);
+    let (found, expected) = (solution.group_direction_counts.len(), groups.len());
+    // Before schema version 5 they were not recorded.
+    if found > 0 {
+        if found != expected {
+            return Err(StepFault::Length { array: "directions of friction groups", expected, found });
+        }
+        groups.directions.clone_from(&solution.group_directions);
+        groups.direction_offsets.truncate(1);
+        let mut end = 0;
+        let ends = solution.group_direction_counts.iter().map(|count| {
+            end += *count as usize;
+            end
+        });
+        groups.direction_offsets.extend(ends);
     }
     problem.check().map_err(|error| StepFault::Unusable(error.to_string()))
 }

@@ -126,13 +126,26 @@ pub fn solution() -> impl Strategy<Value = StepSolution> {
     let reach = prop_oneof![Just(Vec::new()), prop::collection::vec(prop::array::uniform2(0.0..1.0f64), 3)];
     let parts =
         (0..3u8, [phase(), phase()], numbers(0..=3), force, any::<bool>(), reach, prop::option::of(0.0..1.0f64));
-    (parts, prop::collection::vec(limit, 0..3), prop::collection::vec(any::<u32>(), 0..3)).prop_map(
-        |((phases, mut impulses, control, generalized_force, clipped_gaps, reach, theta), limits, limited)| {
+    let turned = prop::collection::vec(prop::collection::vec(prop::array::uniform2(-1.0..1.0f64), 0..4), 0..3);
+    (parts, prop::collection::vec(limit, 0..3), prop::collection::vec(any::<u32>(), 0..3), turned).prop_map(
+        |((phases, mut impulses, control, generalized_force, clipped_gaps, reach, theta), limits, limited, turned)| {
             impulses[usize::from(phases)..].iter_mut().for_each(|phase| *phase = Impulses::default());
             if phases == 0 {
                 return StepSolution::default();
             }
-            StepSolution { phases, impulses, control, generalized_force, clipped_gaps, theta, limited, reach, limits }
+            StepSolution {
+                phases,
+                impulses,
+                control,
+                generalized_force,
+                clipped_gaps,
+                theta,
+                limited,
+                group_direction_counts: turned.iter().map(|group| group.len() as u32).collect(),
+                group_directions: turned.concat(),
+                reach,
+                limits,
+            }
         },
     )
 }

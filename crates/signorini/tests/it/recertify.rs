@@ -151,6 +151,31 @@ fn other_laws_of_friction_are_certified_again() {
     }
 }
 
+/// A marble that spins and rolls, dry friction in a joint and a belt: groups of which some have circular laws and turned directions.
+#[test]
+fn groups_under_other_laws_of_friction_are_certified_again() {
+    for law in [FrictionLaw::Circular, FrictionLaw::Refined { tolerance: 1e-6 }] {
+        let simulation = || {
+            let mut simulation = everything(Settings::default().with_friction_law(law));
+            let mut state = simulation.state().clone();
+            let model = simulation.model();
+            let marble = model.body_named("marble").unwrap();
+            let marble = model.joints.iter().find(|joint| joint.body == marble).unwrap().v_index;
+            state.v[marble..marble + 6].copy_from_slice(&[0.4, 0.3, 0.0, 1.0, -2.0, 3.0]);
+            simulation.set_state(&state).unwrap();
+            simulation
+        };
+        let mut seen = simulation();
+        let turned = (0..100).any(|i| {
+            let solution = recorded_step(&mut seen, i).0.solution;
+            let groups = &solution.group_direction_counts;
+            groups.iter().any(|count| *count > 2)
+        });
+        assert!(turned, "{law:?}: a group of two dimensions is recorded");
+        shows_the_same(simulation(), 150, &format!("{law:?}"));
+    }
+}
+
 /// A ball that another one strikes moves farther than its own velocity says: contacts were looked for with more reach.
 #[test]
 fn enlarged_reaches_are_recorded() {

@@ -32,6 +32,11 @@ pub fn step_solution_into(input: &Input, workspace: &Workspace, report: &StepRep
         KeptRow::Contact(i) => i as u32,
         KeptRow::Bilateral(k) => (contacts + k) as u32,
     }));
+    let groups = &workspace.problem().friction_groups;
+    if !workspace.solver.keeps_directions() {
+        out.group_directions.clone_from(&groups.directions);
+        out.group_direction_counts.extend((0..groups.len()).map(|j| groups.directions_of(j).len() as u32));
+    }
     if report.enlargements > 0 {
         out.reach.extend(workspace.reach.reach.iter().map(|reach| [reach.linear, reach.angular]));
     }
