@@ -303,6 +303,19 @@ impl Parts {
         unused(wanted, |name| self.geom(name).is_some())
     }
 
+    /// Gives joints that move no mass an armature (kg of a slide, kg·m² of others); their names and where they stand.
+    pub fn arm_massless_joints(&mut self, mass: f64, inertia: f64) -> Vec<(String, Location)> {
+        let names = self.builder.arm_massless_joints(mass, inertia);
+        names
+            .into_iter()
+            .map(|name| {
+                let place = self.places.get(&(Sort::Joint, name.clone()));
+                let at = place.map_or_else(|| self.root.clone(), |place| place.at.clone());
+                (name, at)
+            })
+            .collect()
+    }
+
     /// Builds the model; an error stands where the part to blame stands.
     pub fn build(mut self) -> Result<Model, FormatError> {
         let builder = std::mem::replace(&mut self.builder, ModelBuilder::new(""));

@@ -329,3 +329,31 @@ fn sdf_collisions_relative_to_other_frames() {
     let model = load_sdf_str(text, "", &LoadOptions::default()).unwrap().model;
     assert_eq!(model.geoms[0].placement.position.to_array(), [1.0, 0.0, -3.0]);
 }
+
+/// Frames that move and weigh nothing: the joint that carries them has an armature, and one that carries mass further down has none.
+#[test]
+fn joints_of_a_robot_that_move_no_mass() {
+    let joint = |name: &str, kind: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name='{name}' type='{kind}'><parent link='{parent}'/><child link='{child}'/><axis xyz='0 0 1'/>\
+             <limit lower='-1' upper='1' effort='1' velocity='1'/></joint>\n"
+        )
+    };
+    let text = [
+        format!("<robot name='r'>{LINK}<link name='fork'/><link name='eye'/><link name='knuckle'/>"),
+        format!("{}\n", LINK.replace("'a'", "'tip'")),
+        joint("swivel", "revolute", "a", "fork"),
+        joint("zoom", "prismatic", "a", "eye"),
+        joint("bend", "revolute", "a", "knuckle"),
+        joint("end", "fixed", "knuckle", "tip"),
+        "</robot>".to_owned(),
+    ]
+    .concat();
+    let imported = urdf(&text);
+    let armature = |name| imported.model.joints[imported.model.joint_named(name).unwrap().index()].armature;
+    assert!(armature("swivel") > 0.0 && armature("zoom") > 0.0 && armature("bend") == 0.0);
+    let swivel = warning(&imported, "'swivel'");
+    assert!(swivel.line == 2 && swivel.changes_motion && swivel.effect.contains("<inertial>"), "{swivel}");
+    assert_eq!(warning(&imported, "'zoom'").line, 3);
+    assert!(!imported.report.to_string().contains("'bend'"), "{}", imported.report);
+}

@@ -4,7 +4,7 @@ use glamx::glam::DVec3;
 
 use super::check::{
     check_actuators, check_equalities, check_geoms, check_inertia, check_joints, check_keyframes, check_mass,
-    check_mocap, check_pairs, number, unique,
+    check_mocap, check_pairs, moving_no_mass, number, unique,
 };
 use super::check_sensing::{check_sensors, check_sites, check_tendons};
 use super::path::{PathStep, reference_pose};
@@ -227,6 +227,21 @@ impl ModelBuilder {
     pub fn add_actuator(&mut self, actuator: Actuator) -> ActuatorId {
         self.actuators.push(actuator);
         ActuatorId(self.actuators.len() as u32 - 1)
+    }
+
+    /// Gives every slide, hinge and ball joint that moves no mass, or no rotational inertia, and has no armature, this one, and returns the
+    /// names of these joints.
+    ///
+    /// - `mass`: of a slide, kg
+    /// - `inertia`: of a hinge or ball, kg·m²
+    pub fn arm_massless_joints(&mut self, mass: f64, inertia: f64) -> Vec<String> {
+        let joints = self.joints.iter().enumerate().flat_map(|(body, joints)| joints.iter().map(move |j| (body, j)));
+        let weightless = moving_no_mass(&self.bodies, joints).filter(|(_, joint, _)| joint.kind != JointKind::Free);
+        let names: Vec<String> = weightless.map(|(_, joint, _)| joint.name.clone()).collect();
+        for joint in self.joints.iter_mut().flatten().filter(|joint| names.contains(&joint.name)) {
+            joint.armature = if matches!(joint.kind, JointKind::Slide { .. }) { mass } else { inertia };
+        }
+        names
     }
 
     /// Adds a sensor behind those there are.

@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use glamx::glam::{DMat3, DVec3};
 
 use super::{
-    ActivationKind, ActuatorKind, Body, BodyId, EqualityKind, Geometry, JointId, JointKind, Model, ModelError,
+    ActivationKind, ActuatorKind, Body, BodyId, EqualityKind, Geometry, Joint, JointId, JointKind, Model, ModelError,
     Transmission,
 };
 use crate::math::Pose;
@@ -136,28 +136,36 @@ pub(super) fn check_mocap(model: &Model) -> Result<(), ModelError> {
 
 /// Every joint must move some mass (or have an armature): otherwise the mass matrix is singular.
 pub(super) fn check_mass(model: &Model) -> Result<(), ModelError> {
-    let mut mass: Vec<f64> = model.bodies.iter().map(|b| b.inertia.mass).collect();
-    let mut rotational: Vec<f64> = model.bodies.iter().map(|b| principal_moments(b.inertia.rotational)[2]).collect();
-    for i in (1..model.bodies.len()).rev() {
-        let parent = model.bodies[i].parent.index();
-        let arm = mass[i] * model.bodies[i].inertia.center_of_mass.length_squared();
-        rotational[parent] += rotational[i] + arm + mass[i] * model.bodies[i].placement.position.length_squared();
+    match moving_no_mass(&model.bodies, model.joints.iter().map(|joint| (joint.body.index(), joint))).next() {
+        None => Ok(()),
+        Some((body, _, missing)) => Err(ModelError::Massless { body: model.bodies[body].name.clone(), missing }),
+    }
+}
+
+/// The joints, given with the indices of their bodies, that neither have an armature nor move what they need: with what is missing.
+pub(super) fn moving_no_mass<'a>(
+    bodies: &[Body],
+    joints: impl Iterator<Item = (usize, &'a Joint)>,
+) -> impl Iterator<Item = (usize, &'a Joint, &'static str)> {
+    let mut mass: Vec<f64> = bodies.iter().map(|b| b.inertia.mass).collect();
+    let mut rotational: Vec<f64> = bodies.iter().map(|b| principal_moments(b.inertia.rotational)[2]).collect();
+    for i in (1..bodies.len()).rev() {
+        let parent = bodies[i].parent.index();
+        let arm = mass[i] * bodies[i].inertia.center_of_mass.length_squared();
+        rotational[parent] += rotational[i] + arm + mass[i] * bodies[i].placement.position.length_squared();
         mass[parent] += mass[i];
     }
-    for joint in model.joints.iter().filter(|j| j.armature == 0.0) {
-        let i = joint.body.index();
-        let body = &model.bodies[i];
-        let turning = rotational[i] + mass[i] * (body.inertia.center_of_mass - joint.anchor).length_squared();
+    joints.filter(|(_, joint)| joint.armature == 0.0).filter_map(move |(i, joint)| {
+        let turning = rotational[i] + mass[i] * (bodies[i].inertia.center_of_mass - joint.anchor).length_squared();
         let missing = match joint.kind {
             JointKind::Free if mass[i] <= 0.0 => "mass",
             JointKind::Slide { .. } if mass[i] <= 0.0 => "mass",
             JointKind::Free if rotational[i] <= 0.0 => "rotational inertia",
             JointKind::Ball | JointKind::Hinge { .. } if turning <= 0.0 => "rotational inertia",
-            _ => continue,
+            _ => return None,
         };
-        return Err(ModelError::Massless { body: body.name.clone(), missing });
-    }
-    Ok(())
+        Some((i, joint, missing))
+    })
 }
 
 pub(super) fn check_geoms(model: &Model) -> Result<(), ModelError> {
