@@ -39,8 +39,8 @@ pub struct CircularConeSolver {
     cones: Cones,
 }
 
-/// What polygons are polished to: where impulses are large against the masses they move, Newton's method ends as exactly as it
-/// begins.
+/// What polygons are polished to, and the cone where its own polish is not enough for the certificate, in which the dissipation law
+/// multiplies by impulses: where these are large against the masses they move, Newton's method ends as exactly as it begins.
 const POLYGON_POLISH: f64 = 1e-13;
 
 impl Default for CircularConeSolver {
@@ -194,17 +194,12 @@ impl CircularConeSolver {
         let Self { settings, laws, memory, newton, candidate, scratch, .. } = self;
         newton.effort = Default::default();
         let mut system = VelocitySystem::new(problem, bilateral, memory);
-        newton.run(&mut system, laws, settings);
-        let (contacts, groups) = newton.impulse.split_at(problem.contact_count());
-        candidate.impulse.clear();
-        candidate.impulse.extend_from_slice(contacts);
-        candidate.group_impulse.clear();
-        candidate.group_impulse.extend(groups.iter().map(|[_, a, b]| [*a, *b]));
-        // The velocities of the best impulses, and what is left of them to rounding.
-        newton.residual(&mut system, laws);
-        candidate.velocity.clone_from(system.velocity());
-        candidate.bilateral.clone_from(system.bilateral());
-        candidate.certificate = certify_cone_with(problem, candidate, scratch);
+        let polished = newton.run(&mut system, laws, settings) <= settings.polish;
+        take_candidate(problem, &mut system, laws, newton, candidate, scratch);
+        if polished && !candidate.certificate.holds(settings.tolerance) {
+            newton.run(&mut system, laws, &settings.clone().with_polish(POLYGON_POLISH));
+            take_candidate(problem, &mut system, laws, newton, candidate, scratch);
+        }
         if !candidate.certificate.holds(settings.tolerance) && newton.correct(&mut system, laws, settings) {
             correct_velocity(problem, &system, candidate, scratch);
         }
@@ -350,4 +345,24 @@ fn correct_velocity(
         candidate.velocity.iter_mut().zip(system.velocity()).for_each(|(v, x)| *v = *x);
         candidate.certificate = before;
     }
+}
+
+/// The best impulses of Newton's method with their velocities, and what is left of them to rounding.
+fn take_candidate(
+    problem: &ContactProblem,
+    system: &mut VelocitySystem,
+    laws: &[CoulombLaw],
+    newton: &mut Newton,
+    candidate: &mut ConeSolution,
+    scratch: &mut Scratch,
+) {
+    let (contacts, groups) = newton.impulse.split_at(problem.contact_count());
+    candidate.impulse.clear();
+    candidate.impulse.extend_from_slice(contacts);
+    candidate.group_impulse.clear();
+    candidate.group_impulse.extend(groups.iter().map(|[_, a, b]| [*a, *b]));
+    newton.residual(system, laws);
+    candidate.velocity.clone_from(system.velocity());
+    candidate.bilateral.clone_from(system.bilateral());
+    candidate.certificate = certify_cone_with(problem, candidate, scratch);
 }
