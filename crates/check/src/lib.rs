@@ -37,9 +37,10 @@
 use std::path::{Path, PathBuf};
 
 use signorini_contact::problem_file::{
-    self, FrictionalProblem, ProblemFile, is_cone_solution, read_cone_solution, read_contact_solution,
-    read_plain_solution,
+    self, FrictionalProblem, ProblemFile, is_cone_solution, is_stability, read_cone_solution, read_contact_solution,
+    read_plain_solution, read_stability,
 };
+use signorini_contact::statics::{Verdict, certify_stability, check_at_rest};
 use signorini_contact::{Certificate, ProblemError, certify, certify_cone};
 
 /// The law of friction that a solution was checked against.
@@ -63,6 +64,8 @@ pub struct Checked {
     /// The residuals, by name; those that the kind of problem does not have are left out. Each is 0 for an exact solution, without unit
     /// (formulation §8).
     pub residuals: Vec<(&'static str, f64)>,
+    /// The verdict of statics whose proof was checked.
+    pub verdict: Option<Verdict>,
 }
 
 impl Checked {
@@ -85,8 +88,8 @@ pub enum CheckError {
         /// What is wrong with it.
         source: Box<ProblemError>,
     },
-    /// A solution with the circular cone for a problem without contacts.
-    #[error("{}: a solution with the circular cone, but the problem is of kind '{kind}', which has no contacts", path.display())]
+    /// A solution with the circular cone, or a verdict of statics, for a problem without contacts.
+    #[error("{}: a solution with the circular cone or a verdict of statics, but the problem is of kind '{kind}', which has no contacts", path.display())]
     LawWithoutContacts {
         /// The solution file.
         path: PathBuf,
@@ -123,13 +126,28 @@ fn in_file(path: &Path) -> impl FnOnce(ProblemError) -> CheckError + '_ {
 pub fn check(problem: &Path, solution: &Path, directions: Option<usize>) -> Result<Checked, CheckError> {
     let data = problem_file::read(problem).map_err(in_file(problem))?;
     let kind = data.kind();
+    if is_stability(solution).map_err(in_file(solution))? {
+        return judge_stability(data, (problem, solution));
+    }
     let is_circular = is_cone_solution(solution).map_err(in_file(solution))?;
     let (law, residuals) = if is_circular {
         (Some(Law::Circular), circular(data, (problem, solution))?)
     } else {
         polygonal(data, (problem, solution), directions)?
     };
-    Ok(Checked { kind, law, residuals })
+    Ok(Checked { kind, law, residuals, verdict: None })
+}
+
+/// A verdict of statics with its proof.
+fn judge_stability(data: ProblemFile, (problem, proof): (&Path, &Path)) -> Result<Checked, CheckError> {
+    let kind = data.kind();
+    let ProblemFile::Contact(data) = data else {
+        return Err(CheckError::LawWithoutContacts { path: proof.to_owned(), kind });
+    };
+    check_at_rest(&data).map_err(in_file(problem))?;
+    let claimed = read_stability(proof, &data).map_err(in_file(proof))?;
+    let residuals = certify_stability(&data, &claimed);
+    Ok(Checked { kind, law: Some(Law::Polygon), residuals, verdict: Some(claimed.verdict) })
 }
 
 type Residuals = Vec<(&'static str, f64)>;

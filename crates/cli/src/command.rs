@@ -2,7 +2,7 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{check, compare, convert, export, inspect, replay, scenes, simulate, solve, view};
+use crate::commands::{check, compare, convert, export, inspect, replay, scenes, simulate, solve, stability, view};
 use crate::error::CliError;
 use crate::exit::{EXIT_CODES, Exit};
 
@@ -33,6 +33,8 @@ pub enum Command {
     Export(export::Arguments),
     /// Solve complementarity and contact problems from files.
     Solve(solve::Arguments),
+    /// Say whether a model at rest stands, with a proof.
+    Stability(stability::Arguments),
     /// Solve one problem with every law and method, side by side.
     Compare(compare::Arguments),
     /// Check a solution against its problem, or every step of a recording; no solver is involved.
@@ -53,6 +55,7 @@ impl Command {
             Self::Scenes(arguments) => scenes::run(arguments),
             Self::Export(arguments) => export::run(arguments),
             Self::Solve(arguments) => solve::run(arguments),
+            Self::Stability(arguments) => stability::run(arguments),
             Self::Compare(arguments) => compare::run(arguments),
             Self::Check(arguments) => check::run(arguments),
             Self::Replay(arguments) => replay::run(arguments),
@@ -69,6 +72,7 @@ impl Command {
             Self::Scenes(arguments) => arguments.json,
             Self::Export(arguments) => arguments.json,
             Self::Solve(arguments) => arguments.json,
+            Self::Stability(arguments) => arguments.json,
             Self::Compare(arguments) => arguments.json,
             Self::Check(arguments) => arguments.json,
             Self::Replay(arguments) => arguments.json,

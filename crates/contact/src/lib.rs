@@ -27,7 +27,8 @@
 //! ```
 //!
 //! What a solver needs besides: [`projection`] onto the friction cones, [`circular`] for those that are round, [`recovery`] of
-//! `α`, `β` and modes from impulses, the data's [`scales`], and the [`certificate`] in memory at hand.
+//! `α`, `β` and modes from impulses, the data's [`scales`], and the [`certificate`] in memory at hand. What proves that something at
+//! rest stays or must move is in [`statics`].
 
 mod assemble;
 pub mod certificate;
@@ -50,6 +51,7 @@ mod residuals;
 pub mod scales;
 mod solution;
 mod stages;
+pub mod statics;
 mod unsupported;
 #[doc(hidden)]
 pub mod vector;

@@ -7,6 +7,7 @@ mod arrays;
 mod cone_solutions;
 mod friction_groups;
 mod solutions;
+mod stability;
 
 use std::path::Path;
 
@@ -19,6 +20,7 @@ use arrays::{SparseBuilder, dense, fault, in_file, merge_rows, sparse_rows};
 
 pub use cone_solutions::{is_cone_solution, read_cone_solution, write_cone_solution};
 pub use solutions::{read_contact_solution, read_plain_solution, write_contact_solution, write_plain_solution};
+pub use stability::{is_stability, read_stability, write_stability};
 
 /// A problem as a file holds it.
 #[derive(Clone, Debug)]

@@ -24,6 +24,7 @@ mod queries;
 mod recording;
 mod report;
 mod settings;
+mod statics;
 mod stepping;
 mod viewer;
 
@@ -60,6 +61,8 @@ mod _core {
     use crate::recording::{Recording, RecordingCheck};
     #[pymodule_export]
     use crate::report::{Certificate, SettleReport, StageCount, StageRun, StepReport};
+    #[pymodule_export]
+    use crate::statics::{Stability, stability};
     #[pymodule_export]
     use crate::stepping::{forward, kinematics, settle, step};
     #[pymodule_export]

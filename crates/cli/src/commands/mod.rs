@@ -9,4 +9,5 @@ pub mod replay;
 pub mod scenes;
 pub mod simulate;
 pub mod solve;
+pub mod stability;
 pub mod view;

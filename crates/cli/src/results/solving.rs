@@ -1,8 +1,10 @@
 //! Results of `solve` and `check`.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use serde::Serialize;
+use signorini::contact::statics::Verdict;
 use signorini::contact::{
     ConeStatus, ForceDistributions, ImpulseRange, LeastNormOutcome, LeastNormReport, RelaxationStatus, SolveStatus,
 };
@@ -136,7 +138,13 @@ pub struct CheckResult {
     pub tolerance: f64,
     /// Residuals.
     #[serde(flatten)]
-    pub laws: Laws,
+    pub laws: Option<Laws>,
+    /// The verdict of statics whose proof was checked, in place of a solution.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub verdict: Option<&'static str>,
+    /// Residuals of the proof.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub proof: BTreeMap<&'static str, f64>,
     /// Names of the laws whose residual exceeds the tolerance.
     pub violated: Vec<&'static str>,
     /// Whether every law holds.
@@ -148,8 +156,10 @@ impl CheckResult {
     pub fn new([problem, solution]: [PathBuf; 2], tolerance: f64, checked: Checked) -> Self {
         let violated = checked.violated(tolerance);
         let law = checked.law.map(|law| if law == Law::Circular { ContactLaw::Circular } else { ContactLaw::Polygon });
-        let (kind, laws, ok) = (checked.kind, Laws::named(&checked.residuals), violated.is_empty());
-        Self { problem, solution, kind, law, tolerance, laws, violated, ok }
+        let (kind, ok, verdict) = (checked.kind, violated.is_empty(), checked.verdict.map(Verdict::name));
+        let laws = verdict.is_none().then(|| Laws::named(&checked.residuals));
+        let proof = verdict.map_or(BTreeMap::new(), |_| checked.residuals.iter().copied().collect());
+        Self { problem, solution, kind, law, tolerance, laws, verdict, proof, violated, ok }
     }
 }
 

@@ -5,12 +5,14 @@ mod inspection;
 mod recording;
 mod run;
 mod solving;
+mod stability;
 
 pub use comparison::comparison;
 pub use inspection::inspection;
 pub use recording::recording;
 pub use run::{export, run, settled, settling};
 pub use solving::{check, solve};
+pub use stability::stability;
 
 use std::fmt::Write;
 

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{count, laws, number};
-use crate::results::{CheckResult, Distributions, SolveResult};
+use crate::results::{CheckResult, Distributions, Laws, SolveResult};
 use crate::solving::ContactLaw;
 
 /// A solved (or refused) problem.
@@ -88,7 +88,11 @@ pub fn check(result: &CheckResult) -> String {
     let verdict = if result.ok { "every law holds" } else { "VIOLATED" };
     let cone = if result.law == Some(ContactLaw::Circular) { " of the circular cone" } else { "" };
     let mut out = format!("{}: {verdict}{cone} (tolerance {:e})\n", result.solution.display(), result.tolerance);
-    for (name, residual) in result.laws.list() {
+    if let Some(verdict) = result.verdict {
+        let _ = writeln!(out, "  verdict      {}", verdict.replace('_', " "));
+    }
+    let laws = result.laws.iter().flat_map(Laws::list);
+    for (name, residual) in laws.chain(result.proof.iter().map(|(name, r)| (*name, *r))) {
         let mark = if result.violated.contains(&name) { "violated" } else { "holds" };
         let _ = writeln!(out, "  {:12} {residual:9.2e}  {mark}", name.replace('_', " "));
     }

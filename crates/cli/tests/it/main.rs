@@ -8,6 +8,7 @@ mod recordings;
 mod reference;
 mod runs;
 mod solvers;
+mod stability;
 mod stops;
 mod support;
 mod view;

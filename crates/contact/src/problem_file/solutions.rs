@@ -14,8 +14,19 @@ use crate::{ContactProblem, ContactSolution, ProblemError};
 /// [`ProblemError::Archive`] if the file cannot be written.
 pub fn write_contact_solution(path: impl AsRef<Path>, solution: &ContactSolution) -> Result<(), ProblemError> {
     let mut writer = ArchiveWriter::new();
+    write_arrays(&mut writer, "", solution)?;
+    writer.write(path)?;
+    Ok(())
+}
+
+/// The arrays of a solution, their names after a prefix.
+pub(super) fn write_arrays(
+    writer: &mut ArchiveWriter,
+    prefix: &str,
+    solution: &ContactSolution,
+) -> Result<(), ProblemError> {
     let z = solution.z();
-    writer.f64("z", &[z.len()], &z)?;
+    writer.f64(&format!("{prefix}z"), &[z.len()], &z)?;
     for (name, x) in [
         ("v", &solution.velocity),
         ("lambda_n", &solution.lambda_n),
@@ -25,9 +36,8 @@ pub fn write_contact_solution(path: impl AsRef<Path>, solution: &ContactSolution
         ("alpha_f", &solution.group_alpha),
         ("beta_f", &solution.group_beta),
     ] {
-        writer.f64(name, &[x.len()], x)?;
+        writer.f64(&format!("{prefix}{name}"), &[x.len()], x)?;
     }
-    writer.write(path)?;
     Ok(())
 }
 
@@ -73,13 +83,18 @@ pub fn read_contact_solution(
     problem: &ContactProblem,
 ) -> Result<ContactSolution, ProblemError> {
     let archive = Archive::read(path)?;
-    read_solution_arrays(&archive, problem).map_err(|error| in_file(&archive, error))
+    read_arrays(&archive, "", problem).map_err(|error| in_file(&archive, error))
 }
 
-fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<ContactSolution, ProblemError> {
+/// The arrays of a solution whose names have this prefix.
+pub(super) fn read_arrays(
+    archive: &Archive,
+    prefix: &str,
+    problem: &ContactProblem,
+) -> Result<ContactSolution, ProblemError> {
     let mut solution = ContactSolution::default();
     solution.prepare(problem);
-    read_unknowns(archive, problem, &mut solution)?;
+    read_unknowns(archive, prefix, problem, &mut solution)?;
     for i in 0..problem.contact_count() {
         let [t_1, t_2] = crate::certificate::tangential_impulse(problem, &solution, i);
         solution.impulse[i] = [solution.lambda_n[i], t_1, t_2];
@@ -87,8 +102,9 @@ fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<C
     for j in 0..problem.friction_groups.len() {
         solution.group_impulse[j] = problem.friction_groups.impulse(j, &solution.group_alpha);
     }
-    solution.velocity = if archive.contains("v") {
-        archive.f64("v")?
+    let velocity = format!("{prefix}v");
+    solution.velocity = if archive.contains(&velocity) {
+        archive.f64(&velocity)?
     } else {
         crate::certificate::velocity_from_impulses(problem, &solution)
     };
@@ -102,21 +118,23 @@ fn read_solution_arrays(archive: &Archive, problem: &ContactProblem) -> Result<C
 /// Reads the unknowns of the LCP, under their names or as one vector.
 fn read_unknowns(
     archive: &Archive,
+    prefix: &str,
     problem: &ContactProblem,
     solution: &mut ContactSolution,
 ) -> Result<(), ProblemError> {
+    let named = |name: &str| format!("{prefix}{name}");
     let (nc, m) = (problem.contact_count(), problem.direction_count());
     let (nf, m_f) = (problem.friction_groups.len(), problem.friction_groups.direction_count());
-    if archive.contains("lambda_n") {
-        solution.lambda_n = archive.f64("lambda_n")?;
-        solution.alpha = archive.f64("alpha")?;
-        solution.beta = archive.f64("beta")?;
+    if archive.contains(&named("lambda_n")) {
+        solution.lambda_n = archive.f64(&named("lambda_n"))?;
+        solution.alpha = archive.f64(&named("alpha"))?;
+        solution.beta = archive.f64(&named("beta"))?;
         if nf > 0 {
-            solution.group_alpha = archive.f64("alpha_f")?;
-            solution.group_beta = archive.f64("beta_f")?;
+            solution.group_alpha = archive.f64(&named("alpha_f"))?;
+            solution.group_beta = archive.f64(&named("beta_f"))?;
         }
     } else {
-        let z = archive.f64("z")?;
+        let z = archive.f64(&named("z"))?;
         let expected = 2 * nc + m + nf + m_f;
         if z.len() != expected {
             return Err(ProblemError::Length { array: "z", expected, found: z.len() });
@@ -134,8 +152,8 @@ fn read_unknowns(
             rest = others;
         }
     }
-    if archive.contains("lambda_b") {
-        solution.bilateral = archive.f64("lambda_b")?;
+    if archive.contains(&named("lambda_b")) {
+        solution.bilateral = archive.f64(&named("lambda_b"))?;
     }
     for (array, values, expected) in [
         ("lambda_n", &solution.lambda_n, nc),

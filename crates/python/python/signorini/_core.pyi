@@ -5,7 +5,7 @@ sparse ones, which are made dense.
 """
 
 import os
-from typing import Any, Literal, Optional, Protocol, Sequence, Tuple, Union, final, overload
+from typing import Any, Dict, List, Literal, Optional, Protocol, Sequence, Tuple, Union, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,6 +39,7 @@ __all__ = [
     "Recording",
     "RecordingCheck",
     "SettleReport",
+    "Stability",
     "StageCount",
     "StageRun",
     "StepReport",
@@ -67,6 +68,7 @@ __all__ = [
     "overlaps",
     "settle",
     "solve_lcp",
+    "stability",
     "step",
     "support_polygon",
     "zero_moment_point",
@@ -971,6 +973,49 @@ class SettleReport:
         """Largest entry of the velocity before and after it, m/s or rad/s: zero, or rounding where springs or servos hold a load."""
 
 @final
+class Stability:
+    """A verdict on a configuration at rest, with what proves it; see :func:`stability`."""
+
+    @property
+    def verdict(self) -> str:
+        """"must_move", "stays", "may_do_either" or "stands"."""
+    @property
+    def residuals(self) -> Dict[str, float]:
+        """Residuals of the proof, by name; each is 0 for a proof without rounding."""
+    @property
+    def proved(self) -> bool:
+        """Whether the proof holds within the tolerance."""
+    @property
+    def forces(self) -> NDArray[np.float64]:
+        """Contact forces of the balance on the second body in world, (nc, 3), N; zero where there is no balance, and for limits."""
+    @property
+    def friction_use(self) -> NDArray[np.float64]:
+        """The part of its friction that every contact uses in the balance, (nc,)."""
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """Contact points in world, (nc, 3), m; not a number for limits."""
+    @property
+    def motion(self) -> Dict[str, Tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """How bodies move in the mechanism, whose fastest has speed 1, or in the first step of the moving solution.
+
+        Velocity of the origin (m/s) and angular velocity (rad/s) in world, by the name of the body.
+        """
+    @property
+    def required_force(self) -> Optional[float]:
+        """Contact forces together, N, that a balance would need at least; infinite where none of any size would do.
+
+        ``None`` where there is a balance.
+        """
+    @property
+    def search(self) -> List[Tuple[str, str]]:
+        """Where the search for a moving solution started and what it ended with: "rests", "moves" or "nothing"."""
+    @property
+    def problem(self) -> ContactProblem:
+        """The contact problem that the verdict speaks of."""
+    def save(self, path: Union[str, "os.PathLike[str]"]) -> None:
+        """Writes the verdict with its proof as .npz, for ``signorini check PROBLEM.npz PROOF.npz``."""
+
+@final
 class ContactProblem:
     """The contact problem of one step as plain data.
 
@@ -1385,6 +1430,33 @@ def step(model: Model, data: Data, nstep: int = 1) -> None:
     Raises:
         SolveError: a step's contact problem has no solution; the state is the one before that step.
         StateError: qpos, qvel, act, ctrl or qfrc_applied is not finite, or a quaternion is not of unit length.
+    """
+
+def stability(
+    model: Model,
+    data: Optional[Data] = None,
+    *,
+    touching: float = 1e-6,
+    tolerance: float = 1e-9,
+    enumeration: int = 3000,
+) -> Stability:
+    """Says whether a model at rest stands under its loads, with a proof.
+
+    The verdict is "must_move" (no contact forces within the friction cones balance the loads), "stays" (forces balance the loads, and
+    it is proved that nothing can begin to move), "may_do_either" (a moving solution exists as well) or "stands" (a search for one
+    found none, and nothing more is proved). Coulomb friction is not associated: forces that balance the loads are alone no proof that
+    nothing moves.
+
+    Args:
+        data: the configuration and its input; the velocity is taken as zero. ``None`` takes the model's reference configuration.
+        touching: gap up to which shapes and limits touch, m or rad.
+        tolerance: a proof holds when its residuals are at most this.
+        enumeration: linear programs of the complete enumeration of modes at most; 0 for no enumeration.
+
+    Raises:
+        ProblemError: neither a balance nor a mechanism was found to the accuracy asked for, or the contact problem is malformed.
+        SettingError: an argument is out of its range.
+        StateError: as in :func:`step`.
     """
 
 def settle(

@@ -1,0 +1,126 @@
+//! Results of `stability`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use signorini::ContactSource;
+use signorini::multibody::{BodyId, Model};
+use signorini::statics::{BodyMotion, ContactForce, ModelStability};
+
+use super::{ImportWarning, import_warnings};
+use crate::loading::Loaded;
+
+/// A verdict on a model.
+#[derive(Clone, Debug, Serialize)]
+pub struct StabilityResult {
+    /// Name of the model.
+    pub model: String,
+    /// File, or bundled scene.
+    pub source: String,
+    /// `must_move`, `stays`, `may_do_either` or `stands`.
+    pub verdict: &'static str,
+    /// What proves that it stays: `without_friction` or `modes`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub proof: Option<&'static str>,
+    /// Residuals of the proof, as `check` computes them.
+    pub residuals: BTreeMap<&'static str, f64>,
+    /// Tolerance of the residuals.
+    pub tolerance: f64,
+    /// Whether the proof holds within the tolerance.
+    pub proved: bool,
+    /// Degrees of freedom.
+    pub nv: usize,
+    /// Contacts that touch, limits among them.
+    pub contacts: usize,
+    /// The deepest overlap that was taken as touching, m or rad.
+    pub deepest_overlap: f64,
+    /// The largest violation of an equality constraint that was taken as zero, m or rad.
+    pub constraint_error: f64,
+    /// Contact forces that a balance would need together, N; `null` where none of any size would do.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub required_force: Option<f64>,
+    /// How bodies move: in the mechanism, or in the first step of the moving solution.
+    pub motion: Vec<MotionLine>,
+    /// Forces of the balance.
+    pub forces: Vec<ForceLine>,
+    /// Where the search for a moving solution started and what it ended with.
+    pub search: Vec<[&'static str; 2]>,
+    /// Linear programs of the enumeration of modes.
+    pub enumeration_programs: usize,
+    /// Import report.
+    pub warnings: Vec<ImportWarning>,
+}
+
+/// How a body moves.
+#[derive(Clone, Debug, Serialize)]
+pub struct MotionLine {
+    /// The body.
+    pub body: String,
+    /// Velocity of its origin in world; of a mechanism in units of the fastest body's.
+    pub linear: [f64; 3],
+    /// Angular velocity in world.
+    pub angular: [f64; 3],
+}
+
+/// The force of a contact.
+#[derive(Clone, Debug, Serialize)]
+pub struct ForceLine {
+    /// Names of the geoms, or of the joint or tendon whose limit it is.
+    pub between: Vec<String>,
+    /// Contact point in world, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub position: Option<[f64; 3]>,
+    /// Normal force, N or N·m.
+    pub normal: f64,
+    /// Force on the second geom's body in world, N.
+    pub force: [f64; 3],
+    /// Part of the friction that is used.
+    pub friction_use: f64,
+}
+
+impl StabilityResult {
+    /// The result of a verdict.
+    pub fn new(loaded: &Loaded, found: &ModelStability, motion: &[BodyMotion], tolerance: f64) -> Self {
+        let (model, stability) = (&*loaded.model, &found.stability);
+        let residuals: BTreeMap<_, _> = stability.residuals.iter().copied().collect();
+        let proof = ["without_friction", "modes"].into_iter().find(|name| residuals.contains_key(name));
+        let name = |body: BodyId| model.bodies[body.index()].name.clone();
+        let line = |m: &BodyMotion| MotionLine {
+            body: name(m.body),
+            linear: m.linear.to_array(),
+            angular: m.angular.to_array(),
+        };
+        Self {
+            model: model.name.clone(),
+            source: loaded.source.clone(),
+            verdict: stability.verdict().name(),
+            proof,
+            proved: stability.worst() <= tolerance,
+            residuals,
+            tolerance,
+            nv: found.rest.problem.nv(),
+            contacts: found.rest.problem.contact_count(),
+            deepest_overlap: found.rest.deepest_overlap,
+            constraint_error: found.rest.constraint_error,
+            required_force: stability.mechanism.map(|m| m.required_impulse / found.rest.problem.timestep),
+            motion: motion.iter().map(line).collect(),
+            forces: found.forces().iter().map(|force| force_line(model, found, force)).collect(),
+            search: stability.search.iter().map(|run| [run.start, run.end]).collect(),
+            enumeration_programs: stability.enumeration_programs,
+            warnings: import_warnings(&loaded.report),
+        }
+    }
+}
+
+fn force_line(model: &Model, found: &ModelStability, force: &ContactForce) -> ForceLine {
+    let (between, position) = match found.rest.contacts[force.contact] {
+        ContactSource::Point(point) => {
+            let names = [point.geom_a, point.geom_b].map(|geom| model.geoms[geom.index()].name.clone());
+            (names.to_vec(), Some(point.position.to_array()))
+        }
+        ContactSource::Limit { joint, .. } => (vec![model.joints[joint.index()].name.clone()], None),
+        ContactSource::TendonLimit { tendon, .. } => (vec![model.tendons[tendon.index()].name.clone()], None),
+    };
+    let (normal, friction_use) = (force.normal, force.friction_use);
+    ForceLine { between, position, normal, force: force.force.to_array(), friction_use }
+}

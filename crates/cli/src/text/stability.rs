@@ -1,0 +1,62 @@
+//! Results of `stability` in words.
+
+use std::fmt::Write;
+
+use super::{bodies, count, number};
+use crate::results::StabilityResult;
+
+/// Bodies that are named.
+const NAMED: usize = 8;
+
+/// A verdict.
+pub fn stability(result: &StabilityResult) -> String {
+    let meaning = match (result.verdict, result.proof) {
+        ("must_move", _) => "no contact forces within the friction cones balance the loads",
+        ("stays", Some("without_friction")) => "forces balance the loads without friction, so that nothing can move",
+        ("stays", _) => "forces balance the loads, and no combination of contact modes lets anything move",
+        ("may_do_either", _) => "forces balance the loads, and there is a moving solution as well",
+        _ => "forces balance the loads; no moving solution was found, and nothing more is proved",
+    };
+    let mut out = format!("{}: {}\n  {meaning}\n", result.source, result.verdict.replace('_', " "));
+    let holds = if result.proved { "holds" } else { "does NOT hold" };
+    let residuals: Vec<String> =
+        result.residuals.iter().map(|(name, r)| format!("{} {r:.1e}", name.replace('_', " "))).collect();
+    let _ = writeln!(out, "  proof      {} ({holds} within {:e})", residuals.join(", "), result.tolerance);
+    let _ = writeln!(out, "  problem    {}, nv = {}", count(result.contacts as u64, "contact"), result.nv);
+    if let Some(force) = result.required_force {
+        let size = if force.is_finite() {
+            format!("would take {} N or more", number(force))
+        } else {
+            "cannot be had by any forces".into()
+        };
+        let _ = writeln!(out, "  balance    {size}");
+    }
+    if !result.motion.is_empty() {
+        let what = if result.verdict == "must_move" { "mechanism " } else { "motion    " };
+        let names: Vec<&str> = result.motion.iter().take(NAMED).map(|m| m.body.as_str()).collect();
+        let more = if result.motion.len() > NAMED { ", …" } else { "" };
+        let _ = writeln!(out, "  {what} {}: {}{more}", bodies(result.motion.len()), names.join(", "));
+    }
+    if let Some(most) = result.forces.iter().max_by(|a, b| a.friction_use.total_cmp(&b.friction_use)) {
+        let _ = writeln!(
+            out,
+            "  friction   up to {} % of it used, {}",
+            number(100.0 * most.friction_use),
+            most.between.join(" on ")
+        );
+    }
+    if !result.search.is_empty() && result.verdict != "must_move" {
+        let moved = result.search.iter().filter(|[_, end]| *end == "moves").count();
+        let programs = count(result.enumeration_programs as u64, "program");
+        let starts = count(result.search.len() as u64, "start");
+        let _ = writeln!(out, "  search     {starts}, {moved} moving; enumeration of modes: {programs}");
+    }
+    if result.deepest_overlap > 0.0 {
+        let _ = writeln!(out, "  overlap    up to {} taken as touching", number(result.deepest_overlap));
+    }
+    if result.constraint_error > 1e-9 {
+        let _ =
+            writeln!(out, "  joints     constraints violated by {} taken as closed", number(result.constraint_error));
+    }
+    out
+}

@@ -1,0 +1,154 @@
+//! Does it stand? Verdicts with their proofs.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use signorini::ContactSource;
+use signorini::contact::problem_file::write_stability;
+use signorini::multibody::State;
+use signorini::statics::{BodyMotion, ModelStability, StabilitySettings, stability as judge};
+
+use crate::arrays::{self, Table, Vector};
+use crate::data::Data;
+use crate::error::{problem_error, simulation_error};
+use crate::guard;
+use crate::model::Model;
+use crate::problem::ContactProblem;
+use crate::stepping::check_model;
+
+/// A verdict with what proves it.
+#[pyclass(frozen, module = "signorini")]
+pub struct Stability {
+    found: ModelStability,
+    motion: Vec<BodyMotion>,
+    names: Vec<String>,
+    tolerance: f64,
+}
+
+#[pymethods]
+impl Stability {
+    /// "must_move", "stays", "may_do_either" or "stands".
+    #[getter]
+    fn verdict(&self) -> &'static str {
+        self.found.stability.verdict().name()
+    }
+
+    /// Residuals of the proof, by name.
+    #[getter]
+    fn residuals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        self.found.stability.residuals.iter().try_for_each(|(name, r)| dict.set_item(name, r))?;
+        Ok(dict)
+    }
+
+    /// Whether the proof holds within the tolerance.
+    #[getter]
+    fn proved(&self) -> bool {
+        self.found.stability.worst() <= self.tolerance
+    }
+
+    /// Contact forces on the second body in world, (nc, 3), N; zero where there is no balance, and for limits.
+    #[getter]
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        let mut rows = vec![[0.0; 3]; self.found.rest.problem.contact_count()];
+        self.found.forces().iter().for_each(|f| rows[f.contact] = f.force.to_array());
+        arrays::rows(py, rows.into_iter())
+    }
+
+    /// The part of its friction that every contact uses in the balance, (nc,).
+    #[getter]
+    fn friction_use<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        let mut used = vec![0.0; self.found.rest.problem.contact_count()];
+        self.found.forces().iter().for_each(|f| used[f.contact] = f.friction_use);
+        arrays::vector(py, &used)
+    }
+
+    /// Contact points in world, (nc, 3), m; not a number for limits.
+    #[getter]
+    fn points<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        let place = |source: &ContactSource| match source {
+            ContactSource::Point(point) => point.position.to_array(),
+            _ => [f64::NAN; 3],
+        };
+        arrays::rows(py, self.found.rest.contacts.iter().map(place))
+    }
+
+    /// How bodies move in the mechanism, whose fastest has speed 1, or in the first step of the moving solution: velocity of the origin
+    /// and angular velocity in world, by name.
+    #[getter]
+    fn motion<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        for body in &self.motion {
+            let both = (arrays::vector3(py, body.linear), arrays::vector3(py, body.angular));
+            dict.set_item(&self.names[body.body.index()], both)?;
+        }
+        Ok(dict)
+    }
+
+    /// Contact forces together, N, that a balance would need at least: infinite where none of any size would do; `None` where there is one.
+    #[getter]
+    fn required_force(&self) -> Option<f64> {
+        self.found.stability.mechanism.map(|m| m.required_impulse / self.found.rest.problem.timestep)
+    }
+
+    /// Where the search for a moving solution started and what it ended with.
+    #[getter]
+    fn search(&self) -> Vec<(&'static str, &'static str)> {
+        self.found.stability.search.iter().map(|run| (run.start, run.end)).collect()
+    }
+
+    /// The contact problem that the verdict speaks of.
+    #[getter]
+    fn problem(&self) -> ContactProblem {
+        ContactProblem::from(self.found.rest.problem.clone())
+    }
+
+    /// Writes the verdict with its proof as .npz, for `signorini check PROBLEM.npz PROOF.npz`.
+    fn save(&self, path: PathBuf) -> PyResult<()> {
+        write_stability(path, &self.found.stability.proof).map_err(problem_error)
+    }
+
+    fn __repr__(&self) -> String {
+        let nc = self.found.rest.problem.contact_count();
+        format!(
+            "<signorini.Stability {}, contacts: {nc}, residual: {:.1e}>",
+            self.verdict(),
+            self.found.stability.worst()
+        )
+    }
+}
+
+/// Whether a model at rest stands under its loads.
+#[pyfunction]
+#[pyo3(signature = (model, data=None, *, touching=1e-6, tolerance=1e-9, enumeration=3000))]
+pub fn stability(
+    py: Python<'_>,
+    model: &Bound<'_, Model>,
+    data: Option<&Bound<'_, Data>>,
+    touching: f64,
+    tolerance: f64,
+    enumeration: usize,
+) -> PyResult<Stability> {
+    let settings = StabilitySettings::default()
+        .with_contact_tolerance(touching)
+        .with_tolerance(tolerance)
+        .with_enumeration_programs(enumeration);
+    let (inner, state, input, settings) = match data {
+        Some(data) => {
+            check_model(model, data)?;
+            let core = data.get().loaded(py)?;
+            let own = settings.with_simulation(core.settings.clone());
+            (core.model.clone(), core.state.clone(), core.input.clone(), own)
+        }
+        None => {
+            let inner = model.get().inner.clone();
+            let state = State::new(&inner);
+            (inner, state, Default::default(), settings)
+        }
+    };
+    let found = guard::detached(py, || judge(&inner, &state, &input, &settings))?.map_err(simulation_error)?;
+    let motion = found.motion(&inner, &state, &input);
+    let names = inner.bodies.iter().map(|body| body.name.clone()).collect();
+    Ok(Stability { found, motion, names, tolerance })
+}

@@ -1,0 +1,50 @@
+"""Does it stand: verdicts and their proofs."""
+
+import math
+
+import numpy as np
+import pytest
+
+import signorini
+from conftest import mjcf
+
+
+def slope(angle, friction):
+    return signorini.Model.from_string(
+        f"<mujoco><option gravity='{9.81 * math.sin(angle)} 0 {-9.81 * math.cos(angle)}'/><worldbody>"
+        f"<geom type='plane' friction='{friction}'/><body name='box' pos='0 0 0.1'><freejoint/>"
+        f"<geom type='box' size='0.1 0.1 0.1' friction='{friction}'/></body></worldbody></mujoco>")
+
+
+def test_a_box_on_a_slope():
+    moves = signorini.stability(slope(0.3, math.tan(0.3) - 1e-9))
+    assert moves.verdict == "must_move" and moves.proved and moves.required_force > 1e6
+    linear, angular = moves.motion["box"]
+    assert linear[0] > 0.9 and np.abs(angular).max() < 0.1
+    stays = signorini.stability(slope(0.3, math.tan(0.3) + 0.1))
+    assert stays.verdict == "stays" and stays.proved and stays.required_force is None
+    mass = 8.0
+    assert stays.forces.sum(axis=0) == pytest.approx([-mass * 9.81 * math.sin(0.3), 0, mass * 9.81 * math.cos(0.3)])
+    assert stays.points.shape == (4, 3) and stays.friction_use.max() < 1
+
+
+def test_walls_that_just_touch_leave_both_open():
+    model = mjcf("<geom type='plane' pos='-0.1 0 0' zaxis='1 0 0' friction='0.5'/><geom type='plane' pos='0.1 0 0' zaxis='-1 0 0'/>"
+                 "<body name='box' pos='0 0 1'><freejoint/><geom type='box' size='0.1 0.1 0.1'/></body>")
+    both = signorini.stability(model)
+    assert both.verdict == "may_do_either" and both.proved
+    assert both.motion["box"][0][2] < 0 and any(end == "moves" for _, end in both.search)
+
+
+def test_the_data_say_where(tmp_path):
+    """Lifted from the floor it falls; its proof can be stored."""
+    model = mjcf("<geom type='plane'/><body name='ball' pos='0 0 0.1'><freejoint/><geom size='0.1'/></body>")
+    data = signorini.Data(model)
+    assert signorini.stability(model, data).verdict == "stays"
+    data.qpos[2] = 0.2
+    falls = signorini.stability(model, data)
+    assert falls.verdict == "must_move" and falls.required_force == math.inf
+    falls.save(tmp_path / "proof.npz")
+    assert str(np.load(tmp_path / "proof.npz")["verdict"]) == "must_move"
+    with pytest.raises(signorini.SettingError):
+        signorini.stability(model, data, touching=-1.0)

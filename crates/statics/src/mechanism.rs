@@ -1,0 +1,178 @@
+//! The linear program between balance and mechanism.
+//!
+//! Of all virtual motions of bounded size that open every contact faster than friction could resist, the one along which the loads have
+//! most power: if that is positive it proves that nothing balances the loads, and if it is zero the multipliers are impulses that do.
+
+use signorini_contact::statics::{MechanismCertificate, UnitSource, certify_mechanism, friction_units};
+use signorini_contact::{ContactProblem, ContactSolution};
+
+use crate::conic::{ConicPoint, ConicProgram};
+use crate::impulses::solution_from;
+
+/// The part of the largest power that a motion keeps where it is turned to open contacts.
+const KEPT_POWER: f64 = 0.5;
+
+/// The program of a problem at rest, in units of the loads: `x = √M_kk ν_k`, then the resistance `t` of every friction unit.
+pub(crate) struct BalanceProgram<'a> {
+    problem: &'a ContactProblem,
+    /// `√M_kk`.
+    root_mass: Vec<f64>,
+    /// Loads `p_k / √M_kk`, in units of `size`.
+    load: Vec<f64>,
+    size: f64,
+    /// Constant bounds of the friction units, in units of `size`.
+    constant: Vec<f64>,
+}
+
+/// Rows of the program that multipliers are read from.
+struct Rows {
+    /// Of every contact.
+    normal: Vec<usize>,
+    /// First of every friction unit's admitted directions.
+    directions: Vec<usize>,
+    /// First bilateral one.
+    bilateral: usize,
+}
+
+impl<'a> BalanceProgram<'a> {
+    /// For the loads of the problem.
+    pub fn new(problem: &'a ContactProblem) -> Self {
+        let nv = problem.nv();
+        let mut root_mass = vec![0.0; nv];
+        for (index, block) in problem.mass.blocks().iter().enumerate() {
+            let data = problem.mass.block_data(index);
+            (0..block.size).for_each(|k| root_mass[block.start + k] = data[k * block.size + k].sqrt());
+        }
+        let mut load = vec![0.0; nv];
+        problem.mass.multiply_into(&problem.free_velocity, &mut load);
+        load.iter_mut().zip(&root_mass).for_each(|(p, m)| *p /= m);
+        let size = load.iter().fold(0.0, |a: f64, p| a.max(p.abs()));
+        let size = if size > 0.0 { size } else { 1.0 };
+        load.iter_mut().for_each(|p| *p /= size);
+        let constant = friction_units(problem).map(|unit| unit.constant / size).collect();
+        Self { problem, root_mass, load, size, constant }
+    }
+
+    fn variables(&self) -> usize {
+        self.load.len() + self.constant.len()
+    }
+
+    /// Entries of a row of a Jacobian, in the units of the program.
+    fn scaled<'b>(
+        &'b self,
+        columns: impl Iterator<Item = (usize, f64)> + 'b,
+    ) -> impl Iterator<Item = (usize, f64)> + 'b {
+        columns.map(|(k, entry)| (k, entry / self.root_mass[k]))
+    }
+
+    /// Adds what a motion must be; `opening`: the variable, if any, that says how fast contacts open.
+    fn constrain(&self, program: &mut ConicProgram, opening: Option<usize>) -> Rows {
+        let problem = self.problem;
+        let nv = self.load.len();
+        let bilateral = program.row_count();
+        for k in 0..problem.bilateral_violation.len() {
+            let (columns, entries) = problem.bilateral_jacobian.group(k);
+            let row = columns.iter().zip(entries).map(|(&c, e)| (c as usize, e[0]));
+            program.equal(self.scaled(row).collect::<Vec<_>>(), 0.0);
+        }
+        let mut resisted = vec![Vec::new(); problem.contact_count()];
+        let mut directions = Vec::new();
+        for (u, unit) in friction_units(problem).enumerate() {
+            if let Some((contact, coefficient)) = unit.normal {
+                resisted[contact].push((nv + u, -coefficient));
+            }
+            if !unit.is_driven() {
+                program.at_least([(nv + u, 1.0)], 0.0);
+            }
+            directions.push(program.row_count());
+            let columns = unit.columns(problem);
+            for d in unit.directions.iter().filter(|d| unit.admits(**d)) {
+                let slip = columns.iter().map(|(k, e)| (*k, d[0] * e[0] + d[1] * e[1]));
+                program.at_least(self.scaled(slip).chain([(nv + u, 1.0)]).collect::<Vec<_>>(), 0.0);
+            }
+        }
+        let mut normal = Vec::new();
+        for (i, resistance) in resisted.into_iter().enumerate() {
+            let (columns, entries) = problem.jacobian.group(i);
+            let row = columns.iter().zip(entries).map(|(&c, e)| (c as usize, e[0]));
+            let mut row: Vec<(usize, f64)> = self.scaled(row).collect();
+            if let Some(opening) = opening {
+                let length = row.iter().map(|(_, e)| e * e).sum::<f64>().sqrt();
+                row.push((opening, -length));
+            }
+            normal.push(program.at_least(row.into_iter().chain(resistance), 0.0));
+        }
+        for k in 0..nv {
+            program.at_least([(k, 1.0)], -1.0);
+            program.at_least([(k, -1.0)], -1.0);
+        }
+        Rows { normal, directions, bilateral }
+    }
+
+    /// Power of the loads less that of constant bounds, as an expression.
+    fn power(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
+        self.load.iter().copied().chain(self.constant.iter().map(|r| -r)).enumerate()
+    }
+
+    /// The motion of most power, and the impulses that are its multipliers.
+    pub fn solve(&self) -> Option<Answer> {
+        let mut program = ConicProgram::new(self.variables());
+        self.power().for_each(|(k, p)| program.set_cost(k, -p));
+        let rows = self.constrain(&mut program, None);
+        let point = program.solve()?;
+        let impulses = self.impulses(&rows, &point);
+        let power: f64 = self.power().map(|(k, p)| p * point.x[k]).sum();
+        let own = self.judged(&point);
+        let turned = if power > 0.0 { self.turned(power).map(|point| self.judged(&point)) } else { None };
+        let mechanism = match turned {
+            Some(turned) if turned.1.residual < own.1.residual => turned,
+            _ => own,
+        };
+        Some(Answer { mechanism, impulses })
+    }
+
+    /// A motion with a part of this power that opens all contacts as fast as can be: strictly, where that is possible, so that rounding
+    /// does not touch the proof.
+    fn turned(&self, power: f64) -> Option<ConicPoint> {
+        let opening = self.variables();
+        let mut program = ConicProgram::new(opening + 1);
+        program.set_cost(opening, -1.0);
+        self.constrain(&mut program, Some(opening));
+        program.at_least(self.power().map(|(k, p)| (k, p / power)), KEPT_POWER);
+        program.solve()
+    }
+
+    fn judged(&self, point: &ConicPoint) -> (Vec<f64>, MechanismCertificate) {
+        let motion: Vec<f64> = point.x.iter().zip(&self.root_mass).map(|(x, m)| x / m).collect();
+        let certificate = certify_mechanism(self.problem, &motion);
+        (motion, certificate)
+    }
+
+    fn impulses(&self, rows: &Rows, point: &ConicPoint) -> ContactSolution {
+        let problem = self.problem;
+        let of = |row: usize| self.size * point.z[row];
+        let lambda_n: Vec<f64> = rows.normal.iter().map(|&row| of(row).max(0.0)).collect();
+        let mut alpha = vec![0.0; problem.direction_count()];
+        let mut group_alpha = vec![0.0; problem.friction_groups.direction_count()];
+        for (unit, &first) in friction_units(problem).zip(&rows.directions) {
+            let admitted = (0..unit.directions.len()).filter(|&k| unit.admits(unit.directions[k]));
+            for (row, k) in admitted.enumerate() {
+                let place = match unit.source {
+                    UnitSource::Contact(_) => &mut alpha[unit.first_direction + k],
+                    UnitSource::Group(_) => &mut group_alpha[unit.first_direction + k],
+                };
+                *place = of(first + row).max(0.0);
+            }
+        }
+        let bilateral: Vec<f64> = (0..problem.bilateral_violation.len()).map(|k| of(rows.bilateral + k)).collect();
+        solution_from(problem, &lambda_n, &alpha, &bilateral, &group_alpha)
+    }
+}
+
+/// What the program says.
+pub(crate) struct Answer {
+    /// A virtual motion, m/s or rad/s, with what it proves.
+    pub mechanism: (Vec<f64>, MechanismCertificate),
+    /// Impulses that nearly balance the loads, where nothing is proved.
+    pub impulses: ContactSolution,
+}

@@ -1,0 +1,177 @@
+//! The search for solutions of both kinds: those that rest and those that move.
+
+use signorini_contact::projection::Mode;
+use signorini_contact::statics::{energy_part, without_contact_friction};
+use signorini_contact::{ContactProblem, ContactSolution, WarmStart};
+use signorini_lcp::Lemke;
+use signorini_solver::{ContactSolver, SolverSettings, solve_as_lcp};
+
+use crate::balance::as_balance;
+use crate::settings::StabilitySettings;
+
+/// A solution with less than this part of the free motion's energy counts as one at rest that is not known exactly.
+const MOVES: f64 = 1e-12;
+/// Perturbations of loads, relative to the free velocity.
+const PERTURBATION: f64 = 1e-2;
+/// Parts of the friction on the way from none to all of it.
+const FRICTION_STEPS: u32 = 8;
+/// Rows of LCPs at most that Lemke's method is asked for.
+const LEMKE_ROWS: usize = 400;
+
+/// One attempt to find a moving solution.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct SearchRun {
+    /// Where it started: `cold`, `open`, `more_friction`, `lemke`, `perturbed`.
+    pub start: &'static str,
+    /// What it ended with: `rests`, `moves`, or `nothing` where no solution was found.
+    pub end: &'static str,
+}
+
+/// Solutions of a problem at rest, as far as they are known.
+#[derive(Default)]
+pub(crate) struct Search {
+    solver: ContactSolver,
+    pub runs: Vec<SearchRun>,
+    pub balance: Option<ContactSolution>,
+    pub moving: Option<ContactSolution>,
+}
+
+impl Search {
+    pub fn new() -> Self {
+        let settings = SolverSettings::default().with_tolerance(1e-11).with_accept(1e-11);
+        Self { solver: ContactSolver::new(settings).unwrap_or_default(), ..Self::default() }
+    }
+
+    pub fn solver(&mut self) -> &mut ContactSolver {
+        &mut self.solver
+    }
+
+    /// Takes note of what an attempt ended with.
+    fn note(
+        &mut self,
+        problem: &ContactProblem,
+        start: &'static str,
+        solution: ContactSolution,
+        settings: &StabilitySettings,
+    ) {
+        let end = self.take(problem, solution, settings);
+        self.runs.push(SearchRun { start, end });
+    }
+
+    /// Keeps a solution of a kind that is not known yet; the kind.
+    pub fn take(
+        &mut self,
+        problem: &ContactProblem,
+        solution: ContactSolution,
+        settings: &StabilitySettings,
+    ) -> &'static str {
+        if let Some(balance) = as_balance(problem, &solution, settings) {
+            self.balance.get_or_insert(balance);
+            return "rests";
+        }
+        let moves = energy_part(problem, &solution.velocity) > MOVES;
+        if moves && solution.certificate.holds(settings.tolerance) {
+            self.moving.get_or_insert(solution);
+            return "moves";
+        }
+        "nothing"
+    }
+
+    /// The first look: what the solver finds from nothing.
+    pub fn cold(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
+        let solution = self.solver.solve(problem, None);
+        self.note(problem, "cold", solution, settings);
+    }
+
+    /// Looks for a moving solution until one is found or every start was tried.
+    pub fn for_motion(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
+        let starts = [Self::from_open, Self::with_more_friction, Self::by_lemke, Self::from_perturbed_loads];
+        for start in starts {
+            if self.moving.is_some() {
+                return;
+            }
+            start(self, problem, settings);
+        }
+    }
+
+    /// The path from all contacts open.
+    fn from_open(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
+        let mut open = ContactSolution::default();
+        open.prepare(problem);
+        open.solver_modes.fill(Mode::Open);
+        let solution = self.solver.solve(problem, Some(&WarmStart::from_solution(&open)));
+        self.note(problem, "open", solution, settings);
+    }
+
+    /// From the motion without friction, with more and more of it.
+    fn with_more_friction(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
+        let mut weaker = problem.clone();
+        let mut solution: Option<ContactSolution> = None;
+        for step in 0..=FRICTION_STEPS {
+            let part = f64::from(step) / f64::from(FRICTION_STEPS);
+            weaker.friction.iter_mut().zip(&problem.friction).for_each(|(mu, full)| *mu = part * full);
+            let start = solution.as_ref().map(WarmStart::from_solution);
+            solution = Some(self.solver.solve(&weaker, start.as_ref()));
+        }
+        if let Some(solution) = solution {
+            self.note(problem, "more_friction", solution, settings);
+        }
+    }
+
+    /// Lemke's method on the LCP, which follows another path.
+    fn by_lemke(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
+        if problem.standard_layout().size > LEMKE_ROWS {
+            return;
+        }
+        if let Ok(solution) = solve_as_lcp(problem, &mut Lemke::default(), settings.tolerance) {
+            self.note(problem, "lemke", solution, settings);
+        }
+    }
+
+    /// From the solutions of nearby loads, by either method.
+    fn from_perturbed_loads(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
+        let mut perturbed = problem.clone();
+        let size = problem.free_velocity.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
+        let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
+        let small = problem.standard_layout().size <= LEMKE_ROWS;
+        for round in 0..settings.perturbations {
+            for (v, full) in perturbed.free_velocity.iter_mut().zip(&problem.free_velocity) {
+                *v = full + PERTURBATION * size * noise.next();
+            }
+            let by_lemke = (small && round % 2 == 1)
+                .then(|| solve_as_lcp(&perturbed, &mut Lemke::default(), settings.tolerance).ok())
+                .flatten();
+            let near = by_lemke.unwrap_or_else(|| self.solver.solve(&perturbed, None));
+            let solution = self.solver.solve(problem, Some(&WarmStart::from_solution(&near)));
+            self.note(problem, "perturbed", solution, settings);
+            if self.moving.is_some() {
+                return;
+            }
+        }
+    }
+
+    /// A balance of the problem without the friction of contacts, if there is one: its law is associated, so that its solutions all rest
+    /// or none does.
+    pub fn balance_without_friction(
+        &mut self,
+        problem: &ContactProblem,
+        settings: &StabilitySettings,
+    ) -> Option<ContactSolution> {
+        let reduced = without_contact_friction(problem);
+        let solution = self.solver.solve(&reduced, None);
+        as_balance(&reduced, &solution, settings)
+    }
+}
+
+/// Numbers between −1 and 1, the same ones every time (xorshift; G. Marsaglia 2003).
+struct Noise(u64);
+
+impl Noise {
+    fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+}

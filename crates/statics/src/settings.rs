@@ -1,0 +1,39 @@
+//! Settings of a verdict.
+
+use derive_setters::Setters;
+use signorini_simulation::Settings;
+
+/// Settings of a verdict.
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
+pub struct StabilitySettings {
+    /// Gap up to which shapes and limits touch, m or rad. Default 1e-6.
+    pub contact_tolerance: f64,
+    /// A proof holds when its residuals are at most this, and a solution is one when its certificate is. Default 1e-9; in (0, 1).
+    pub tolerance: f64,
+    /// The same of a balance, whose loads differ from those of the data by this part at most. Default 1e-11; in (0, 1).
+    pub balance_tolerance: f64,
+    /// Loads that are perturbed in the search for a moving solution. Default 8.
+    pub perturbations: u32,
+    /// Linear programs that the complete enumeration of modes may take, at most; 0 for none. Default 3000.
+    pub enumeration_programs: usize,
+    /// Rows of the complementarity problem at most that modes are enumerated of. Default 240.
+    pub enumeration_rows: usize,
+    /// How contact problems are made of a model: friction directions, time step.
+    pub simulation: Settings,
+}
+
+impl Default for StabilitySettings {
+    fn default() -> Self {
+        Self {
+            contact_tolerance: 1e-6,
+            tolerance: 1e-9,
+            balance_tolerance: 1e-11,
+            perturbations: 8,
+            enumeration_programs: 3000,
+            enumeration_rows: 240,
+            simulation: Settings::default(),
+        }
+    }
+}
