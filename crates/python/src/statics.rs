@@ -121,7 +121,7 @@ impl Stability {
 
 /// Whether a model at rest stands under its loads.
 #[pyfunction]
-#[pyo3(signature = (model, data=None, *, touching=1e-6, tolerance=1e-9, enumeration=3000))]
+#[pyo3(signature = (model, data=None, *, touching=1e-6, tolerance=1e-9, enumeration=1000))]
 pub fn stability(
     py: Python<'_>,
     model: &Bound<'_, Model>,

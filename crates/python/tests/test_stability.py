@@ -25,7 +25,7 @@ def test_a_box_on_a_slope():
     assert stays.verdict == "stays" and stays.proved and stays.required_force is None
     mass = 8.0
     assert stays.forces.sum(axis=0) == pytest.approx([-mass * 9.81 * math.sin(0.3), 0, mass * 9.81 * math.cos(0.3)])
-    assert stays.points.shape == (4, 3) and stays.friction_use.max() < 1
+    assert stays.points.shape == (4, 3) and stays.friction_use.max() <= 1 + 1e-9
 
 
 def test_walls_that_just_touch_leave_both_open():
@@ -45,6 +45,6 @@ def test_the_data_say_where(tmp_path):
     falls = signorini.stability(model, data)
     assert falls.verdict == "must_move" and falls.required_force == math.inf
     falls.save(tmp_path / "proof.npz")
-    assert str(np.load(tmp_path / "proof.npz")["verdict"]) == "must_move"
+    assert np.load(tmp_path / "proof.npz")["verdict"] == b"must_move"
     with pytest.raises(signorini.SettingError):
         signorini.stability(model, data, touching=-1.0)

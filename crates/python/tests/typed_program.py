@@ -100,6 +100,9 @@ def settling() -> None:
     model = Model.from_string(TEXT.replace('<joint name="hinge" axis="0 1 0" range="-90 90"/>', "").split("<actuator>")[0] + "</mujoco>")
     data = Data(model)
     data.qpos[2] = 0.3
+    verdict: signorini.Stability = signorini.stability(model, data, touching=1e-6, tolerance=1e-9, enumeration=0)
+    assert verdict.verdict in {"must_move", "stays", "may_do_either", "stands"} and verdict.proved
+    assert verdict.forces.shape == verdict.points.shape and isinstance(verdict.residuals, dict) and verdict.problem.nc >= 0
     settled: signorini.SettleReport = signorini.settle(model, data, max_steps=500, momentum=0.4)
     assert settled.steps > 0 and settled.factorizations > 0 and settled.at_rest.contacts == 4 and settled.speed == 0.0 and not data.qvel.any()
 

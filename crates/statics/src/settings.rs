@@ -16,7 +16,7 @@ pub struct StabilitySettings {
     pub balance_tolerance: f64,
     /// Loads that are perturbed in the search for a moving solution. Default 8.
     pub perturbations: u32,
-    /// Linear programs that the complete enumeration of modes may take, at most; 0 for none. Default 3000.
+    /// Linear programs that the complete enumeration of modes may take, at most; 0 for none. Default 1000.
     pub enumeration_programs: usize,
     /// Rows of the complementarity problem at most that modes are enumerated of. Default 240.
     pub enumeration_rows: usize,
@@ -31,7 +31,7 @@ impl Default for StabilitySettings {
             tolerance: 1e-9,
             balance_tolerance: 1e-11,
             perturbations: 8,
-            enumeration_programs: 3000,
+            enumeration_programs: 1000,
             enumeration_rows: 240,
             simulation: Settings::default(),
         }

@@ -49,7 +49,7 @@ pub struct Arguments {
     #[arg(long, value_name = "X", default_value = "1e-9", value_parser = fraction)]
     pub tolerance: f64,
     /// Linear programs of the complete enumeration of modes at most; 0 for no enumeration.
-    #[arg(long, value_name = "N", default_value_t = 3000)]
+    #[arg(long, value_name = "N", default_value_t = 1000)]
     pub enumeration: usize,
     /// Write the contact problem that the verdict speaks of (.npz, kind = "contact").
     #[arg(long, value_name = "FILE.npz")]

@@ -1438,7 +1438,7 @@ def stability(
     *,
     touching: float = 1e-6,
     tolerance: float = 1e-9,
-    enumeration: int = 3000,
+    enumeration: int = 1000,
 ) -> Stability:
     """Says whether a model at rest stands under its loads, with a proof.
 
