@@ -86,7 +86,7 @@ impl Search {
 
     /// Looks for a moving solution until one is found or every start was tried.
     pub fn for_motion(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
-        let starts = [Self::from_open, Self::with_more_friction, Self::by_lemke, Self::from_perturbed_loads];
+        let starts = [Self::begin_open, Self::with_more_friction, Self::by_lemke, Self::perturb_loads];
         for start in starts {
             if self.moving.is_some() {
                 return;
@@ -96,7 +96,7 @@ impl Search {
     }
 
     /// The path from all contacts open.
-    fn from_open(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
+    fn begin_open(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
         let mut open = ContactSolution::default();
         open.prepare(problem);
         open.solver_modes.fill(Mode::Open);
@@ -130,7 +130,7 @@ impl Search {
     }
 
     /// From the solutions of nearby loads, by either method.
-    fn from_perturbed_loads(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
+    fn perturb_loads(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
         let mut perturbed = problem.clone();
         let size = problem.free_velocity.iter().fold(0.0, |a: f64, v| a.max(v.abs()));
         let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
