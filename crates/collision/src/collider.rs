@@ -163,6 +163,11 @@ impl Collider {
         self.place(body_pose, reach);
         self.collect_pairs(model, wanted);
         self.apart.begin();
+        self.touch_pairs(model, out);
+    }
+
+    /// Appends the contact points of the pairs at hand.
+    fn touch_pairs(&mut self, model: &Model, out: &mut Vec<ContactPoint>) {
         for k in 0..self.pairs.len() {
             let (i, j) = ((self.pairs[k] >> 32) as u32, self.pairs[k] as u32);
             self.touches.clear();
@@ -179,6 +184,29 @@ impl Collider {
             }));
             order_features(&mut out[start..]);
         }
+    }
+
+    /// The contact points of one pair of geoms, as [`find`](Self::find) has them.
+    ///
+    /// - `pair`: two geoms that can touch, in any order
+    ///
+    /// # Panics
+    /// If `body_pose` or `reach` is shorter than the model's list of bodies.
+    pub fn find_pair(
+        &mut self,
+        model: &Model,
+        body_pose: &[Pose],
+        reach: &[Reach],
+        pair: [GeomId; 2],
+        out: &mut Vec<ContactPoint>,
+    ) {
+        out.clear();
+        self.place_one(pair[0].index(), body_pose, reach);
+        self.place_one(pair[1].index(), body_pose, reach);
+        self.pairs.clear();
+        self.pairs.push(pair_of(pair[0].0, pair[1].0));
+        self.apart.begin();
+        self.touch_pairs(model, out);
     }
 
     /// Lets these pairs of geoms touch no more.
@@ -204,22 +232,26 @@ impl Collider {
 
     /// World poses, travels and the boxes around all that the geoms can reach.
     fn place(&mut self, body_pose: &[Pose], reach: &[Reach]) {
-        for k in self.active.iter().map(|&k| k as usize) {
-            let geom = &self.geoms[k];
-            let body = body_pose[geom.body];
-            let pose = if geom.placement == Pose::IDENTITY { body } else { body * geom.placement };
-            let rotation = pose.rotation_matrix();
-            let center = rotation * geom.center + pose.position;
-            let reach = reach[geom.body];
-            let travel = reach.linear + reach.angular * geom.arm + self.margin[k];
-            if !self.swept.is_empty() {
-                let half = rotation.abs() * geom.half + DVec3::splat(travel);
-                self.boxes[k] = Aabb { low: center - half, high: center + half };
-            }
-            self.placed[k] = GeomPose { rotation, position: pose.position, center };
-            self.travel[k] = travel;
-            self.turn[k] = reach.angular;
+        for at in 0..self.active.len() {
+            self.place_one(self.active[at] as usize, body_pose, reach);
         }
+    }
+
+    fn place_one(&mut self, k: usize, body_pose: &[Pose], reach: &[Reach]) {
+        let geom = &self.geoms[k];
+        let body = body_pose[geom.body];
+        let pose = if geom.placement == Pose::IDENTITY { body } else { body * geom.placement };
+        let rotation = pose.rotation_matrix();
+        let center = rotation * geom.center + pose.position;
+        let reach = reach[geom.body];
+        let travel = reach.linear + reach.angular * geom.arm + self.margin[k];
+        if !self.swept.is_empty() {
+            let half = rotation.abs() * geom.half + DVec3::splat(travel);
+            self.boxes[k] = Aabb { low: center - half, high: center + half };
+        }
+        self.placed[k] = GeomPose { rotation, position: pose.position, center };
+        self.travel[k] = travel;
+        self.turn[k] = reach.angular;
     }
 
     /// Pairs that can touch, in order.

@@ -72,7 +72,7 @@ pub struct FreeMotion {
     pub unresolved_rotations: usize,
     /// Generalized force of the input, its wrenches included, `[nv]`, N, N·m.
     pub applied_force: Vec<f64>,
-    free_rotations: Vec<FreeRotation>,
+    pub(crate) free_rotations: Vec<FreeRotation>,
     newton_euler: NewtonEuler,
     /// `M`, to which the implicit terms are added anew when an actuator saturates; kept only where one can.
     rigid: BlockDiagonal,
@@ -81,10 +81,10 @@ pub struct FreeMotion {
     impulse: Vec<f64>,
     rhs: Vec<f64>,
     /// Length of every actuator, gear included.
-    actuator_rows: Vec<LengthRow>,
+    pub(crate) actuator_rows: Vec<LengthRow>,
     /// Force of every actuator as it acts in the step.
-    laws: Vec<AffineForce>,
-    tendon_rows: Vec<LengthRow>,
+    pub(crate) laws: Vec<AffineForce>,
+    pub(crate) tendon_rows: Vec<LengthRow>,
 }
 
 /// Whether an actuator is at an end of its force range.
@@ -248,10 +248,10 @@ fn compensate_gravity(model: &Model, kinematics: &Kinematics, dt: f64, rhs: &mut
 /// A force `value − stiffness (q⁺ − q) − damping v⁺` of the end of a step, with `value` that at the step's
 /// configuration and no velocity. For joints, tendons and actuators `q` and `v` stand for the length and its rate.
 #[derive(Clone, Copy, Debug)]
-struct AffineForce {
-    value: f64,
-    stiffness: f64,
-    damping: f64,
+pub(crate) struct AffineForce {
+    pub value: f64,
+    pub stiffness: f64,
+    pub damping: f64,
 }
 
 impl AffineForce {
@@ -260,12 +260,12 @@ impl AffineForce {
     }
 
     /// Fall of the force at the end of a step of length `dt` per unit of velocity.
-    fn slope(self, dt: f64) -> f64 {
+    pub fn slope(self, dt: f64) -> f64 {
         self.damping + dt * self.stiffness
     }
 
     /// The force at the end of a step of length `dt` with velocity `v`.
-    fn at(self, v: f64, dt: f64) -> f64 {
+    pub fn at(self, v: f64, dt: f64) -> f64 {
         self.value - self.slope(dt) * v
     }
 }
@@ -300,12 +300,12 @@ fn add_implicit(
 }
 
 /// Whether degree of freedom `first` is on the way from `second` to the root.
-fn is_before(model: &Model, first: usize, second: usize) -> bool {
+pub(crate) fn is_before(model: &Model, first: usize, second: usize) -> bool {
     std::iter::successors(Some(second), |&k| model.dof_parent[k]).take_while(|&k| k >= first).any(|k| k == first)
 }
 
 /// The spring and damper of a joint.
-fn joint_spring(joint: &Joint, state: &State) -> AffineForce {
+pub(crate) fn joint_spring(joint: &Joint, state: &State) -> AffineForce {
     let stretch = match joint.kind {
         JointKind::Hinge { .. } | JointKind::Slide { .. } => state.q[joint.q_index] - joint.spring_reference,
         JointKind::Ball | JointKind::Free => 0.0,
@@ -314,14 +314,14 @@ fn joint_spring(joint: &Joint, state: &State) -> AffineForce {
 }
 
 /// The spring and damper of a tendon.
-fn tendon_spring(tendon: &Tendon, length: f64) -> AffineForce {
+pub(crate) fn tendon_spring(tendon: &Tendon, length: f64) -> AffineForce {
     let stretch = tendon.stretch(length);
     let stiffness = if stretch == 0.0 { 0.0 } else { tendon.stiffness };
     AffineForce { value: -tendon.stiffness * stretch, stiffness, damping: tendon.damping }
 }
 
 /// The force of an actuator as a function of its length and rate, before the gear; `control` may be its activation.
-fn actuator_law(actuator: &Actuator, control: f64, length: f64, rate: f64) -> AffineForce {
+pub(crate) fn actuator_law(actuator: &Actuator, control: f64, length: f64, rate: f64) -> AffineForce {
     match actuator.kind {
         ActuatorKind::Motor => {
             let [lower, upper] = actuator.force_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
@@ -343,7 +343,7 @@ fn actuator_law(actuator: &Actuator, control: f64, length: f64, rate: f64) -> Af
 }
 
 /// Whether the force of an actuator changes during a step and has a range that it can leave.
-fn can_saturate(actuator: &Actuator) -> bool {
+pub(crate) fn can_saturate(actuator: &Actuator) -> bool {
     actuator.force_range.is_some() && !matches!(actuator.kind, ActuatorKind::Motor | ActuatorKind::Speed)
 }
 

@@ -23,7 +23,7 @@ use glamx::glam::{DMat3, DVec3};
 
 use crate::composite::RigidInertia;
 use crate::kinematics::Kinematics;
-use crate::math::{Pose, cross_matrix, outer, scalar};
+use crate::math::{Pose, cross_matrix, outer, right_jacobian, rotation_exp, scalar};
 use crate::model::{BodyId, Joint, JointKind, Model};
 
 /// Newton's method needs about three steps; after these it is given up.
@@ -119,6 +119,37 @@ impl FreeRotation {
         }
     }
 
+    /// How the [correction](Self::correction) changes with `ω`: of its linear part in the body's axes, and of its angular part; columns
+    /// by the components of `ω`. Nothing where the integrator has no solution.
+    /// - `v`: `[nv]`; `dt`: Δt, s
+    ///
+    /// # Source
+    /// The equation of the integrator is differentiated implicitly; `D(x) y` and `exp(x) c` by hand.
+    pub fn correction_slope(&self, v: &[f64], dt: f64) -> Option<[DMat3; 2]> {
+        let omega = DVec3::from_slice(&v[self.dof..self.dof + 3]);
+        if omega.length_squared() * (dt * dt) < f64::EPSILON {
+            return Some([DMat3::ZERO; 2]);
+        }
+        let spin = self.inertia * omega;
+        let torque = omega.cross(spin);
+        let next = self.turn(omega, spin, torque, dt)?;
+        let by_end = transported_slope(next * dt, self.inertia * next) * dt + transport(next * dt) * self.inertia;
+        let by_begin = transport(omega * -dt) * self.inertia - transported_slope(omega * -dt, spin) * dt;
+        let next_slope = by_end.inverse() * by_begin;
+        let torque_slope = cross_matrix(omega) * self.inertia - cross_matrix(spin);
+        let turned_slope = next_slope - DMat3::IDENTITY;
+        let angular = torque_slope * dt + self.inertia * turned_slope;
+        let c = self.center;
+        if c == DVec3::ZERO {
+            return Some([DMat3::ZERO, angular]);
+        }
+        let across = cross_matrix(c);
+        let centripetal = -(cross_matrix(omega.cross(c)) + cross_matrix(omega) * across);
+        let change = swept_slope(c, next * dt) * next_slope - swept_slope(c, omega * -dt);
+        let linear = (centripetal * dt - change - across * turned_slope) * self.mass;
+        Some([linear, angular + across * linear])
+    }
+
     /// `ω⁺` of `D(Δt ω⁺) I ω⁺ = D(−Δt ω) I ω` by Newton's method; nothing where it does not converge or the body turns by
     /// more than half a turn in the step. An angular velocity along a principal axis is returned unchanged at any speed.
     /// - `spin`: `I ω`; `torque`: `ω × I ω`
@@ -197,6 +228,11 @@ fn swept(c: DVec3, x: DVec3) -> DVec3 {
     across * sine + x.cross(across) * cosine
 }
 
+/// `∂/∂x exp(x) c = −exp(x) [c]× J_r(x)`, with the right Jacobian of the rotation group.
+fn swept_slope(c: DVec3, x: DVec3) -> DMat3 {
+    DMat3::from_quat(rotation_exp(x)) * cross_matrix(c) * right_jacobian(x) * -1.0
+}
+
 /// `c(θ) = (1 − θ/2 cot θ/2) / θ²` from θ².
 fn cotangent_factor(square: f64) -> f64 {
     if square < 0.01 {
@@ -204,6 +240,31 @@ fn cotangent_factor(square: f64) -> f64 {
     }
     let half = 0.5 * square.sqrt();
     (1.0 - half / half.tan()) / square
+}
+
+/// `∂c/∂(θ²)`.
+fn cotangent_factor_slope(square: f64) -> f64 {
+    if square < 0.01 {
+        return 1.0 / 720.0 + square * (2.0 / 30240.0 + square * (3.0 / 1_209_600.0));
+    }
+    // With h = θ/2: θ² c = 1 − h cot h, whose slope by θ² is (h/sin² h − cot h)/(8 h).
+    let half = 0.5 * square.sqrt();
+    let sine = half.sin();
+    let product_slope = (half / (sine * sine) - 1.0 / half.tan()) / (8.0 * half);
+    (product_slope - cotangent_factor(square)) / square
+}
+
+/// `D(x)` as a matrix.
+fn transport(x: DVec3) -> DMat3 {
+    let across = cross_matrix(x);
+    DMat3::IDENTITY + across * 0.5 + across * across * cotangent_factor(x.length_squared())
+}
+
+/// `∂/∂x D(x) y`.
+fn transported_slope(x: DVec3, y: DVec3) -> DMat3 {
+    let square = x.length_squared();
+    let twice = (cross_matrix(x.cross(y)) + cross_matrix(x) * cross_matrix(y)) * -cotangent_factor(square);
+    cross_matrix(y) * -0.5 + twice + outer(x.cross(x.cross(y)), x) * (2.0 * cotangent_factor_slope(square))
 }
 
 /// `D(x) y`.

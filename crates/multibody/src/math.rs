@@ -93,3 +93,24 @@ pub(crate) fn scalar(s: f64) -> DMat3 {
 pub(crate) fn cross_matrix(a: DVec3) -> DMat3 {
     DMat3::from_cols(DVec3::new(0.0, a.z, -a.y), DVec3::new(-a.z, 0.0, a.x), DVec3::new(a.y, -a.x, 0.0))
 }
+
+/// The right Jacobian of the rotation group: `exp(x + δ) = exp(x) exp(J_r(x) δ)` to first order.
+///
+/// # Source
+/// J. Solà, J. Deray, D. Atchuthan, *A micro Lie theory for state estimation in robotics* (2018), eq. 143.
+pub fn right_jacobian(x: DVec3) -> DMat3 {
+    let square = x.length_squared();
+    // (1 − cos θ)/θ² and (θ − sin θ)/θ³; below 0.1 the next terms of the series are under rounding.
+    let (first, second) = if square < 0.01 {
+        let first = 0.5 - square / 24.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0 * (1.0 - square / 90.0)));
+        let second =
+            1.0 / 6.0 - square / 120.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0 * (1.0 - square / 110.0)));
+        (first, second)
+    } else {
+        let angle = square.sqrt();
+        let half = (0.5 * angle).sin();
+        (2.0 * half * half / square, (angle - angle.sin()) / (square * angle))
+    };
+    let across = cross_matrix(x);
+    DMat3::IDENTITY - across * first + across * across * second
+}

@@ -37,6 +37,7 @@
 pub mod prelude;
 
 pub use signorini_collision as collision;
+pub use signorini_derivatives as derivatives;
 #[cfg(feature = "formats")]
 pub use signorini_formats as formats;
 pub use signorini_lcp as lcp;

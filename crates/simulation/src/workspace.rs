@@ -3,7 +3,7 @@
 use signorini_collision::{Collider, OwnOverlap};
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
 use signorini_multibody::{
-    BlockDiagonal, Body, BodyId, ContactPoint, FreeMotion, Kinematics, LengthRow, Model, NewtonEuler,
+    BlockDiagonal, Body, BodyId, ContactPoint, FreeMotion, GeomId, Kinematics, LengthRow, Model, NewtonEuler, Pose,
 };
 
 use crate::SimulationError;
@@ -154,6 +154,40 @@ impl Workspace {
     /// The index of the equality constraint that bilateral row `k` of the [problem](Self::problem) belongs to.
     pub fn bilateral_source(&self, k: usize) -> Option<usize> {
         self.builder.bilateral_source.get(k).map(|source| source.equality)
+    }
+
+    /// The equality constraint, its block and the block's row that bilateral row `k` of the [problem](Self::problem) is
+    /// ([`equality_block_into`](signorini_multibody::equality_block_into)).
+    pub fn bilateral_row(&self, k: usize) -> Option<[usize; 3]> {
+        self.builder.bilateral_source.get(k).map(|source| [source.equality, source.block, source.axis])
+    }
+
+    /// Whether contact `i` of the [problem](Self::problem) restores velocity; with Newton's law its gap may be that of the rebound.
+    pub fn is_impact(&self, i: usize) -> bool {
+        self.builder.impacts.iter().any(|impact| impact.contact == i)
+    }
+
+    /// Kinematics at the beginning of the last step.
+    pub fn kinematics(&self) -> &Kinematics {
+        &self.kinematics
+    }
+
+    /// The motion of the last step without contact; its mass matrix and factor have gone to the [problem](Self::problem).
+    pub fn free_motion(&self) -> &FreeMotion {
+        &self.smooth
+    }
+
+    /// All points that could touch within the last step, those that its problem leaves out among them.
+    pub fn candidate_points(&self) -> impl Iterator<Item = &ContactPoint> {
+        self.candidates.all.iter()
+    }
+
+    /// The contact points of a pair of geoms where their bodies stand at other poses, within the reach of the last step.
+    ///
+    /// - `body_pose`: `X_WB`, `[bodies]`, m
+    /// - `out`: cleared, then filled
+    pub fn pair_points(&mut self, model: &Model, body_pose: &[Pose], pair: [GeomId; 2], out: &mut Vec<ContactPoint>) {
+        self.collider.find_pair(model, body_pose, &self.reach.reach, pair, out);
     }
 
     /// Problem and solution of the decompression, where the last step had one (Poisson's law of restitution): the

@@ -1,0 +1,103 @@
+//! Differences of the search for contacts between points of the same features.
+
+use signorini_multibody::glam::{DQuat, DVec3};
+use signorini_multibody::{ContactPoint, Model, Pose, rotation_exp};
+use signorini_simulation::Workspace;
+
+use super::motion::{NoMotion, PointMotion};
+
+/// Largest difference as an angle and as a part of the smaller shape's size; extrapolated twice, its error is below the rounding of the search.
+const LARGEST: f64 = 1e-3;
+/// Factor to a smaller difference where features change within it, and how often it is taken.
+const SMALLER: f64 = 0.1;
+const TRIES: u32 = 4;
+/// Two extrapolations that differ by more than this, relative to the numbers, are of something that is not smooth.
+const SMOOTH: f64 = 1e-7;
+
+/// A difference narrower by this factor, and how far it may be off: what is smooth at a distance may have a corner nearby.
+const NEAR: f64 = 1e-2;
+const SAME: f64 = 1e-5;
+
+/// Gap, normal and position as one list.
+type Numbers = [f64; 7];
+
+pub(super) fn motion(model: &Model, workspace: &mut Workspace, point: &ContactPoint) -> Result<PointMotion, NoMotion> {
+    let mut poses = workspace.kinematics().pose.clone();
+    let mut search = Search { model, point, poses: &mut poses, found: Vec::new() };
+    let radius = |id: signorini_multibody::GeomId| model.geoms[id.index()].geometry.bounding_radius();
+    let size = radius(point.geom_a).min(radius(point.geom_b));
+    let mut failure = NoMotion::Changes;
+    let mut h = LARGEST;
+    for _ in 0..TRIES {
+        match search.differences(workspace, h, size) {
+            Ok(motion) => return Ok(motion),
+            Err(why) => failure = why,
+        }
+        h *= SMALLER;
+    }
+    Err(failure)
+}
+
+struct Search<'a> {
+    model: &'a Model,
+    point: &'a ContactPoint,
+    poses: &'a mut Vec<Pose>,
+    found: Vec<ContactPoint>,
+}
+
+impl Search<'_> {
+    fn differences(&mut self, workspace: &mut Workspace, h: f64, size: f64) -> Result<PointMotion, NoMotion> {
+        let mut out =
+            PointMotion { gap: [0.0; 6], normal: [DVec3::ZERO; 6], position: [DVec3::ZERO; 6], is_tie: false };
+        for e in 0..6 {
+            let step = if e < 3 { h } else { h * size };
+            let mut estimates = [[0.0; 7]; 3];
+            for (level, estimate) in estimates.iter_mut().enumerate() {
+                *estimate = self.central(workspace, e, step * 0.5_f64.powi(level as i32))?;
+            }
+            let extrapolate = |fine: Numbers, coarse: Numbers, order: f64| -> Numbers {
+                std::array::from_fn(|k| fine[k] + (fine[k] - coarse[k]) / (order - 1.0))
+            };
+            let first = extrapolate(estimates[1], estimates[0], 4.0);
+            let second = extrapolate(estimates[2], estimates[1], 4.0);
+            let last = extrapolate(second, first, 16.0);
+            let near = self.central(workspace, e, step * NEAR)?;
+            let unit = if e < 3 { size } else { 1.0 };
+            for k in 0..7 {
+                let scale = if (1..4).contains(&k) { unit / size } else { unit };
+                let allowed = scale.max(last[k].abs());
+                let is_smooth = (last[k] - second[k]).abs() <= SMOOTH * allowed;
+                if !is_smooth || (last[k] - near[k]).abs() > SAME * allowed {
+                    return Err(NoMotion::Rough);
+                }
+            }
+            out.gap[e] = last[0];
+            out.normal[e] = DVec3::new(last[1], last[2], last[3]);
+            out.position[e] = DVec3::new(last[4], last[5], last[6]);
+        }
+        Ok(out)
+    }
+
+    /// A central difference along the motion `e` of body B.
+    fn central(&mut self, workspace: &mut Workspace, e: usize, step: f64) -> Result<Numbers, NoMotion> {
+        let ahead = self.at(workspace, e, step)?;
+        let behind = self.at(workspace, e, -step)?;
+        Ok(std::array::from_fn(|k| (ahead[k] - behind[k]) / (2.0 * step)))
+    }
+
+    fn at(&mut self, workspace: &mut Workspace, e: usize, step: f64) -> Result<Numbers, NoMotion> {
+        let (body, center) = (self.point.body_b.index(), self.point.position);
+        let pose = self.poses[body];
+        let axis = DVec3::AXES[e % 3] * step;
+        let (turn, shift) = if e < 3 { (rotation_exp(axis), DVec3::ZERO) } else { (DQuat::IDENTITY, axis) };
+        self.poses[body] =
+            Pose::new(center + turn * (pose.position - center) + shift, (turn * pose.rotation).normalize());
+        workspace.pair_points(self.model, self.poses, [self.point.geom_a, self.point.geom_b], &mut self.found);
+        self.poses[body] = pose;
+        let same = self.found.iter().filter(|found| found.feature == self.point.feature);
+        let far = |found: &&ContactPoint| (found.position - center).length();
+        let found = same.min_by(|x, y| far(x).total_cmp(&far(y))).ok_or(NoMotion::Changes)?;
+        let (n, p) = (found.normal, found.position - center);
+        Ok([found.gap, n.x, n.y, n.z, p.x, p.y, p.z])
+    }
+}

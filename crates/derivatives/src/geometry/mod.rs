@@ -1,0 +1,29 @@
+//! How the gap, the normal and the place of a contact point move with its two bodies.
+
+mod differences;
+mod features;
+mod motion;
+mod rounded;
+
+use signorini_multibody::{ContactPoint, Model};
+use signorini_simulation::Workspace;
+
+use motion::true_gap;
+pub(crate) use motion::{NoMotion, PointMotion};
+
+/// The motion of a contact point: in closed form for planes against spheres, capsules, boxes and meshes, for spheres against
+/// spheres, capsules and boxes, and for two capsules; for other pairs by differences of the search for contacts alone, extrapolated, between
+/// points of the same features.
+pub(crate) fn point_motion(
+    model: &Model,
+    workspace: &mut Workspace,
+    point: &ContactPoint,
+) -> Result<PointMotion, NoMotion> {
+    match features::of(model, workspace.kinematics(), point) {
+        Some([a, b]) => match rounded::motion(point, true_gap(model, point), [a, b]) {
+            Some(motion) => Ok(motion),
+            None => differences::motion(model, workspace, point),
+        },
+        None => differences::motion(model, workspace, point),
+    }
+}

@@ -1,0 +1,65 @@
+//! Derivatives of `q⁺ = q ⊕ Δt v⁺` in tangent coordinates: rotations are varied from the right at both ends.
+
+use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::{JointKind, Model, right_jacobian, rotation_exp};
+
+/// The blocks of three degrees of freedom that turn, each with how the end moves with the beginning and with `v⁺`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Integration {
+    dt: f64,
+    turns: Vec<(usize, DMat3, DMat3)>,
+}
+
+impl Integration {
+    /// - `velocity`: `v⁺`, `[nv]`
+    pub fn set(&mut self, model: &Model, velocity: &[f64], dt: f64) {
+        self.dt = dt;
+        self.turns.clear();
+        for joint in &model.joints {
+            let first = match joint.kind {
+                JointKind::Free => joint.v_index + 3,
+                JointKind::Ball => joint.v_index,
+                JointKind::Hinge { .. } | JointKind::Slide { .. } => continue,
+            };
+            let turn = DVec3::from_slice(&velocity[first..]) * dt;
+            let back = DMat3::from_quat(rotation_exp(-turn));
+            self.turns.push((first, back, right_jacobian(turn) * dt));
+        }
+    }
+
+    /// `δq⁺` from `δq` and `δv⁺`, all `[nv]`.
+    pub fn forward(&self, dq: &[f64], dv: &[f64], out: &mut [f64]) {
+        for (k, out) in out.iter_mut().enumerate() {
+            *out = dq[k] + self.dt * dv[k];
+        }
+        for (first, by_begin, by_velocity) in &self.turns {
+            let end = *by_begin * DVec3::from_slice(&dq[*first..]) + *by_velocity * DVec3::from_slice(&dv[*first..]);
+            out[*first..first + 3].copy_from_slice(&end.to_array());
+        }
+    }
+
+    /// The adjoint: from that of `q⁺` what it adds to those of `q` and `v⁺`.
+    pub fn backward(&self, end: &[f64], dq: &mut [f64], dv: &mut [f64]) {
+        let mut turns = self.turns.iter().peekable();
+        let mut k = 0;
+        while k < end.len() {
+            match turns.peek() {
+                Some((first, by_begin, by_velocity)) if *first == k => {
+                    let x = DVec3::from_slice(&end[k..]);
+                    let (begin, velocity) = (by_begin.mul_transpose_vec3(x), by_velocity.mul_transpose_vec3(x));
+                    for a in 0..3 {
+                        dq[k + a] += begin[a];
+                        dv[k + a] += velocity[a];
+                    }
+                    turns.next();
+                    k += 3;
+                }
+                _ => {
+                    dq[k] += end[k];
+                    dv[k] += self.dt * end[k];
+                    k += 1;
+                }
+            }
+        }
+    }
+}

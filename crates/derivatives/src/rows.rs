@@ -1,0 +1,39 @@
+//! The linear system of a step's mode and its derivatives.
+
+mod contacts;
+mod coordinates;
+mod equalities;
+mod system;
+
+use signorini_multibody::derivatives::BalanceDerivatives;
+
+use crate::validity::Margin;
+
+pub(crate) use system::{ModeRows, Modes, Step};
+
+/// Builds the rows of the mode, and takes the turning of the impulses into the balance.
+///
+/// # Errors
+/// Why something in the step has no derivative.
+pub(crate) fn build(
+    step: &mut Step,
+    modes: &Modes,
+    margins: &mut Vec<Margin>,
+    rows: &mut ModeRows,
+    turning: &mut Vec<f64>,
+) -> Result<(), String> {
+    let nv = step.model.nv;
+    rows.clear(step.model);
+    turning.clear();
+    turning.resize(nv * nv, 0.0);
+    contacts::add_points(step, modes, margins, rows, turning)?;
+    coordinates::add_limits(step, modes, margins, rows, turning)?;
+    coordinates::add_groups(step, modes, rows)?;
+    equalities::add(step, margins, rows, turning)
+}
+
+/// Compares the balance with the impulses of the step: whether both are the same to rounding.
+pub(crate) fn balances(balance: &BalanceDerivatives, rows: &ModeRows, scale: f64) -> bool {
+    let off = balance.impulse.iter().zip(&rows.coordinate_impulse).map(|(x, y)| (x - y).abs());
+    off.fold(0.0, f64::max) <= 1e-6 * scale
+}

@@ -1,0 +1,356 @@
+//! Rows of contact points: sliding, sticking, spinning and rolling of two bodies at a place that moves with both.
+
+use signorini_contact::ContactFrame;
+use signorini_multibody::ContactPoint;
+use signorini_multibody::derivatives::MotionDerivatives;
+use signorini_multibody::glam::DVec3;
+use signorini_simulation::{FrictionSource, RestitutionLaw};
+
+use super::system::{ModeRows, Modes, Mover, Push, Step, movers};
+use crate::geometry::{NoMotion, PointMotion, point_motion};
+use crate::validity::{InequalityKind, InequalitySource, Margin};
+
+/// Entries of the step's rows and of those made here may differ by this, relative to the levers.
+const AGREEMENT: f64 = 1e-9;
+
+/// How a contact moves with one degree of freedom.
+#[derive(Clone, Copy, Debug, Default)]
+struct Moved {
+    /// Rotation of the bodies that it moves, and displacement of their material point.
+    turn: DVec3,
+    shift: DVec3,
+    gap: f64,
+    place: DVec3,
+    /// Of normal and tangents.
+    axes: [DVec3; 3],
+    /// Of sliding and spinning velocity along these, at `v⁺`.
+    slip: [f64; 3],
+    spin: [f64; 3],
+    /// Of the approach at `v`.
+    approach: f64,
+}
+
+pub(super) fn add_points(
+    step: &mut Step,
+    modes: &Modes,
+    margins: &mut Vec<Margin>,
+    rows: &mut ModeRows,
+    turning: &mut [f64],
+) -> Result<(), String> {
+    let (mut list, mut moved) = (Vec::new(), Vec::new());
+    let points = step.workspace.contact_points().to_vec();
+    for (i, point) in points.iter().enumerate() {
+        let gap = gap_law(step, i, point, margins);
+        if modes.contacts[i].count == 0 {
+            continue;
+        }
+        let gap = gap.map_err(|reason| about(step, point, reason))?;
+        if step.model.geoms[point.geom_a.index()].grain.is_some()
+            || step.model.geoms[point.geom_b.index()].grain.is_some()
+        {
+            return Err(about(step, point, "its friction depends on the direction"));
+        }
+        movers(step.model, [point.body_a, point.body_b], &mut list);
+        let motion = point_motion(step.model, step.workspace, point).map_err(|why| match why {
+            NoMotion::Changes => about(step, point, "its features change within the smallest differences"),
+            NoMotion::Rough => about(step, point, "the search for it is not smooth to the digits of differences"),
+        })?;
+        if motion.is_tie {
+            let source = InequalitySource::Contact(i);
+            margins.push(Margin { source, kind: InequalityKind::Feature, value: 0.0 });
+        }
+        let frame = step.workspace.contact_frames()[i];
+        measure(step, point, &frame, &motion, &list, &mut moved);
+        check_rows(step, i, &frame, &list, &moved).map_err(|reason| about(step, point, reason))?;
+        let push = push_of(step, i, point, &frame)?;
+        push.act(step, point.body_b, 1.0, &mut rows.wrenches);
+        push.act(step, point.body_a, -1.0, &mut rows.wrenches);
+        turn_impulse(step, i, &push, &list, &moved, turning);
+        add_unit(step, modes, i, gap, &list, &moved, rows);
+        add_spin_groups(step, modes, i, &list, &moved, rows);
+    }
+    note_candidates(step, margins);
+    Ok(())
+}
+
+fn about(step: &Step, point: &ContactPoint, reason: &str) -> String {
+    let name = |id: signorini_multibody::GeomId| {
+        let geom = &step.model.geoms[id.index()];
+        format!("{} '{}'", geom.geometry.kind_name(), geom.name)
+    };
+    format!("contact of {} and {}: {reason}", name(point.geom_a), name(point.geom_b))
+}
+
+/// How the gap of the problem follows from that of the point.
+#[derive(Clone, Copy, Debug)]
+enum GapLaw {
+    /// It is this part of it.
+    Part(f64),
+    /// It is the rebound `e Δt` of the approach.
+    Rebound(f64),
+}
+
+fn gap_law(step: &Step, i: usize, point: &ContactPoint, margins: &mut Vec<Margin>) -> Result<GapLaw, &'static str> {
+    let (problem, settings) = (step.workspace.problem(), step.settings);
+    let (dt, found) = (problem.timestep, problem.gap[i]);
+    let mut threshold = |value: f64| {
+        let (source, kind) = (InequalitySource::Contact(i), InequalityKind::Threshold);
+        margins.push(Margin { source, kind, value: step.scales.velocity(value) });
+    };
+    let restitution = step.model.pair_restitution(point.geom_a, point.geom_b);
+    if restitution > 0.0 {
+        let at_rest = step.model.gravity.length() * dt;
+        let [approach, ..] = problem.contact_velocity(i, &step.state.v);
+        let [free, ..] = problem.contact_velocity(i, &problem.free_velocity);
+        let fast = -at_rest - approach;
+        let closes = -(point.gap / dt + approach.min(free));
+        let is_impact = step.workspace.is_impact(i);
+        threshold(if is_impact { fast.abs().min(closes.abs()) } else { fast.min(closes).abs() });
+        if is_impact && settings.restitution == RestitutionLaw::Newton && found == dt * restitution * approach {
+            return Ok(GapLaw::Rebound(restitution));
+        }
+    }
+    if point.gap >= 0.0 {
+        if settings.stabilization != 1.0 {
+            threshold(point.gap / dt);
+        }
+        return if found == point.gap { Ok(GapLaw::Part(1.0)) } else { Err("its gap is corrected by another law") };
+    }
+    let asked = settings.stabilization * point.gap;
+    if settings.correction_speed.is_finite() {
+        threshold((settings.correction_speed + asked / dt).abs());
+    }
+    if settings.stabilization != 1.0 {
+        threshold(-point.gap / dt);
+    }
+    if found == asked {
+        Ok(GapLaw::Part(settings.stabilization))
+    } else {
+        Err("its overlap is removed at a bounded speed")
+    }
+}
+
+/// Fills `moved` for every degree of freedom of the list.
+fn measure(
+    step: &Step,
+    point: &ContactPoint,
+    frame: &ContactFrame,
+    motion: &PointMotion,
+    list: &[Mover],
+    moved: &mut Vec<Moved>,
+) {
+    moved.clear();
+    let p = point.position;
+    let relative = |motion: &MotionDerivatives| motion.velocity(point.body_b, p) - motion.velocity(point.body_a, p);
+    let (at_end, at_begin) = (relative(step.end), relative(step.begin));
+    for mover in list {
+        let own = step.end.displacement(mover.dof, p);
+        let sign = f64::from(mover.of[1]) - f64::from(mover.of[0]);
+        let twist = [own.angular * sign, own.linear * sign];
+        let sum = |columns: &[DVec3; 6]| {
+            (0..3).map(|a| columns[a] * twist[0][a] + columns[3 + a] * twist[1][a]).sum::<DVec3>()
+        };
+        let gap = (0..3).map(|a| motion.gap[a] * twist[0][a] + motion.gap[3 + a] * twist[1][a]).sum();
+        let carried = if mover.of[0] { (own.angular.cross(frame.normal), own.linear) } else { Default::default() };
+        let normal = carried.0 + sum(&motion.normal);
+        let place = carried.1 + sum(&motion.position);
+        let axes = turned_axes(frame, normal);
+        let slope = |motion: &MotionDerivatives| {
+            let of = |body, moves| {
+                if moves { motion.velocity_slope(body, mover.dof, p) } else { signorini_multibody::SpatialVector::ZERO }
+            };
+            of(point.body_b, mover.of[1]) - of(point.body_a, mover.of[0])
+        };
+        let (end_slope, begin_slope) = (slope(step.end), slope(step.begin));
+        let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
+        let along = |velocity: DVec3, change: DVec3| -> [f64; 3] {
+            std::array::from_fn(|r| axes[r].dot(velocity) + directions[r].dot(change))
+        };
+        moved.push(Moved {
+            turn: own.angular,
+            shift: own.linear,
+            gap,
+            place,
+            axes,
+            slip: along(at_end.linear, end_slope.linear + at_end.angular.cross(place)),
+            spin: along(at_end.angular, end_slope.angular),
+            approach: along(at_begin.linear, begin_slope.linear + at_begin.angular.cross(place))[0],
+        });
+    }
+}
+
+/// How the axes of [`ContactFrame::from_normal`] turn with the normal.
+fn turned_axes(frame: &ContactFrame, change: DVec3) -> [DVec3; 3] {
+    let n = frame.normal;
+    let reference = if n.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
+    let raw = reference - n * reference.dot(n);
+    let raw_change = -(change * reference.dot(n) + n * reference.dot(change));
+    let t_1 = frame.tangent_1;
+    let first = (raw_change - t_1 * t_1.dot(raw_change)) / raw.length();
+    [change, first, change.cross(t_1) + n.cross(first)]
+}
+
+/// Whether the rows of the step are those made here.
+fn check_rows(
+    step: &Step,
+    i: usize,
+    frame: &ContactFrame,
+    list: &[Mover],
+    moved: &[Moved],
+) -> Result<(), &'static str> {
+    let (columns, entries) = step.workspace.problem().jacobian.group(i);
+    let size = moved.iter().fold(0.0, |s: f64, m| s.max(m.shift.length()));
+    for (column, entry) in columns.iter().zip(entries) {
+        let Some(at) = list.iter().position(|m| m.dof == *column as usize) else {
+            return Err("its row has a column that does not move it");
+        };
+        let sign = f64::from(list[at].of[1]) - f64::from(list[at].of[0]);
+        let expected = [frame.normal, frame.tangent_1, frame.tangent_2].map(|d| sign * d.dot(moved[at].shift));
+        if (0..3).any(|r| entry[r] != 0.0 && (entry[r] - expected[r]).abs() > AGREEMENT * size) {
+            return Err("its row is not that of its place");
+        }
+    }
+    Ok(())
+}
+
+/// The friction groups that belong to contact `i`, with their first row among the axes.
+fn groups_of(step: &Step, i: usize) -> impl Iterator<Item = (usize, FrictionSource)> {
+    let problem = step.workspace.problem();
+    let groups = 0..problem.friction_groups.len();
+    let sources = groups.filter_map(|j| step.workspace.friction_source(j).map(|source| (j, source)));
+    sources.filter(move |(_, source)| match *source {
+        FrictionSource::Belt { contact }
+        | FrictionSource::Spinning { contact }
+        | FrictionSource::Rolling { contact } => contact == i,
+        FrictionSource::Joint { .. } | FrictionSource::Servo { .. } => false,
+    })
+}
+
+/// What the contact gives to body B.
+fn push_of(step: &Step, i: usize, point: &ContactPoint, frame: &ContactFrame) -> Result<Push, String> {
+    let solution = step.workspace.solution();
+    let mut moment = DVec3::ZERO;
+    for (j, source) in groups_of(step, i) {
+        let [x, y] = solution.group_impulse[j];
+        moment += match source {
+            FrictionSource::Spinning { .. } => frame.normal * x,
+            FrictionSource::Rolling { .. } => frame.tangent_1 * x + frame.tangent_2 * y,
+            _ => return Err(about(step, point, "its surface moves")),
+        };
+    }
+    Ok(Push { point: point.position, force: frame.to_world(solution.impulse[i]), moment })
+}
+
+/// Adds `∂(Jᵀ p)/∂q` at fixed `p`, less the part in which the push turns with each body.
+fn turn_impulse(step: &Step, i: usize, push: &Push, list: &[Mover], moved: &[Moved], turning: &mut [f64]) {
+    let (nv, solution) = (step.model.nv, step.workspace.solution());
+    let mut about_axes = [0.0; 3];
+    for (j, source) in groups_of(step, i) {
+        let [x, y] = solution.group_impulse[j];
+        match source {
+            FrictionSource::Spinning { .. } => about_axes[0] = x,
+            _ => (about_axes[1], about_axes[2]) = (x, y),
+        }
+    }
+    for (mover, m) in list.iter().zip(moved) {
+        let force: DVec3 = (0..3).map(|r| m.axes[r] * solution.impulse[i][r]).sum();
+        let moment: DVec3 = (0..3).map(|r| m.axes[r] * about_axes[r]).sum();
+        let relative = |moves: bool| {
+            let s = f64::from(moves);
+            let arm = m.place - m.shift * s;
+            let moment = moment + arm.cross(push.force) - m.turn.cross(push.moment) * s;
+            (moment, force - m.turn.cross(push.force) * s)
+        };
+        let (of_a, of_b) = (relative(mover.of[0]), relative(mover.of[1]));
+        for (other, row) in list.iter().zip(moved) {
+            let power = |(moment, force): (DVec3, DVec3)| row.turn.dot(moment) + row.shift.dot(force);
+            let mut sum = 0.0;
+            if other.of[1] {
+                sum += power(of_b);
+            }
+            if other.of[0] {
+                sum -= power(of_a);
+            }
+            turning[other.dof * nv + mover.dof] += sum;
+        }
+    }
+}
+
+/// The rows of the contact itself.
+fn add_unit(step: &Step, modes: &Modes, i: usize, gap: GapLaw, list: &[Mover], moved: &[Moved], rows: &mut ModeRows) {
+    let problem = step.workspace.problem();
+    let mode = &modes.contacts[i];
+    let (columns, entries) = problem.jacobian.group(i);
+    for r in 0..mode.count {
+        let (held, impulse) = (mode.held[r], mode.impulse[r]);
+        let row = rows.push(InequalitySource::Contact(i));
+        for (&column, entry) in columns.iter().zip(entries) {
+            row.held[column as usize] = (0..3).map(|a| held[a] * entry[a]).sum();
+            row.impulse[column as usize] = (0..3).map(|a| impulse[a] * entry[a]).sum();
+        }
+        for (mover, m) in list.iter().zip(moved) {
+            row.by_configuration[mover.dof] = (0..3).map(|a| held[a] * m.slip[a]).sum::<f64>()
+                + held[0]
+                    * match gap {
+                        GapLaw::Part(part) => part * m.gap / problem.timestep,
+                        GapLaw::Rebound(e) => e * m.approach,
+                    };
+        }
+        if let GapLaw::Rebound(e) = gap {
+            for (&column, entry) in columns.iter().zip(entries) {
+                row.by_velocity[column as usize] = held[0] * e * entry[0];
+            }
+        }
+        if impulse[0] != 0.0 {
+            // Groups that slide pull with a part of the normal impulse.
+            for (j, _) in groups_of(step, i) {
+                let Some((_, coefficient)) = problem.friction_groups.bound[j].normal() else { continue };
+                let (columns, entries) = problem.friction_groups.jacobian.group(j);
+                let [x, y] = modes.groups[j].sliding;
+                for (&column, entry) in columns.iter().zip(entries) {
+                    row.impulse[column as usize] += coefficient * (x * entry[0] + y * entry[1]);
+                }
+            }
+        }
+    }
+}
+
+/// The rows of spinning and rolling.
+fn add_spin_groups(step: &Step, modes: &Modes, i: usize, list: &[Mover], moved: &[Moved], rows: &mut ModeRows) {
+    let groups = &step.workspace.problem().friction_groups;
+    for (j, source) in groups_of(step, i) {
+        let mode = &modes.groups[j];
+        let (columns, entries) = groups.jacobian.group(j);
+        let first = if matches!(source, FrictionSource::Spinning { .. }) { 0 } else { 1 };
+        for r in 0..mode.count {
+            let (held, impulse) = (mode.held[r], mode.impulse[r]);
+            let row = rows.push(InequalitySource::FrictionGroup(j));
+            for (&column, entry) in columns.iter().zip(entries) {
+                row.held[column as usize] = held[1] * entry[0] + held[2] * entry[1];
+                row.impulse[column as usize] = impulse[1] * entry[0] + impulse[2] * entry[1];
+            }
+            for (mover, m) in list.iter().zip(moved) {
+                let second = if first == 0 { 0.0 } else { m.spin[2] };
+                row.by_configuration[mover.dof] = held[1] * m.spin[first] + held[2] * second;
+            }
+        }
+    }
+}
+
+/// Points that are not in the problem and all but close.
+fn note_candidates(step: &Step, margins: &mut Vec<Margin>) {
+    let problem = step.workspace.problem();
+    let in_problem = step.workspace.contact_points();
+    for point in step.workspace.candidate_points() {
+        let relative =
+            step.end.velocity(point.body_b, point.position) - step.end.velocity(point.body_a, point.position);
+        let value = step.scales.velocity(point.gap / problem.timestep + point.normal.dot(relative.linear));
+        let is_same = |other: &ContactPoint| {
+            (other.geom_a, other.geom_b, other.feature) == (point.geom_a, point.geom_b, point.feature)
+        };
+        if value < 1e-3 && !in_problem.iter().any(is_same) {
+            let source = InequalitySource::Candidate([point.geom_a, point.geom_b]);
+            margins.push(Margin { source, kind: InequalityKind::Gap, value });
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Rows of equality constraints: points and frames that stay on each other, coupled joints.
+
+use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::{BodyId, EqualityBlock, EqualityKind, JointKind, equality_block_into};
+use signorini_multibody::{SpatialVector, right_jacobian, rotation_log};
+
+use super::system::{ModeRows, Mover, Push, Step, movers};
+use crate::validity::{InequalityKind, InequalitySource, Margin};
+
+pub(super) fn add(
+    step: &Step,
+    margins: &mut Vec<Margin>,
+    rows: &mut ModeRows,
+    turning: &mut [f64],
+) -> Result<(), String> {
+    let problem = step.workspace.problem();
+    let mut block = EqualityBlock::new(step.model);
+    let mut list = Vec::new();
+    for k in 0..problem.bilateral_violation.len() {
+        let Some([equality, part, axis]) = step.workspace.bilateral_row(k) else {
+            return Err(format!("bilateral row {k} prescribes a velocity"));
+        };
+        let equality = &step.model.equalities[equality];
+        let kinematics = step.workspace.kinematics();
+        equality_block_into(step.model, kinematics, &step.state.q, &equality.kind, part, &mut block);
+        check_pace(step, k, &equality.kind, part, &block, margins)
+            .map_err(|reason| format!("constraint '{}': {reason}", equality.name))?;
+        let violation = problem.bilateral_violation[k];
+        if (violation - step.settings.stabilization * block.violation[axis]).abs() > 1e-12 * (1.0 + violation.abs()) {
+            return Err(format!("constraint '{}': it is restored at a bounded speed", equality.name));
+        }
+        let lambda = step.workspace.solution().bilateral[k];
+        let (columns, entries) = problem.bilateral_jacobian.group(k);
+        let part_of_dt = step.settings.stabilization / problem.timestep;
+        let row = rows.push(InequalitySource::Bilateral(k));
+        for (&column, entry) in columns.iter().zip(entries) {
+            let k = column as usize;
+            (row.held[k], row.impulse[k]) = (entry[0], entry[0]);
+            row.by_configuration[k] = part_of_dt * entry[0];
+        }
+        let slopes = row.by_configuration;
+        match equality.kind {
+            EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
+                let ends = [(body_a, point_a), (body_b, point_b)];
+                let pair = Pair::new(step, ends, &mut list);
+                pair.point_slopes(step, axis, &list, slopes);
+                pair.act(step, axis, lambda, &list, rows, turning);
+            }
+            EqualityKind::Weld { body_a, frame_a, body_b, frame_b } if part == 0 => {
+                let ends = [(body_a, frame_a.position), (body_b, frame_b.position)];
+                let pair = Pair::new(step, ends, &mut list);
+                pair.point_slopes(step, axis, &list, slopes);
+                pair.act(step, axis, lambda, &list, rows, turning);
+            }
+            EqualityKind::Weld { body_a, frame_a, body_b, frame_b } => {
+                let pair = Pair::new(step, [(body_a, DVec3::ZERO), (body_b, DVec3::ZERO)], &mut list);
+                let rotations = [frame_a.rotation, frame_b.rotation];
+                let placed = [0, 1].map(|s| kinematics.pose[pair.bodies[s].index()].rotation * rotations[s]);
+                let turn = rotation_log(placed[0].conjugate() * placed[1]);
+                let inverse = right_jacobian(turn).inverse();
+                let [a, b] = placed.map(DMat3::from_quat);
+                let by_relative = a * inverse * b.transpose();
+                pair.turn_slopes(step, axis, &list, (a * turn, by_relative), part_of_dt, slopes);
+                pair.twist(step, axis, lambda, &list, rows, turning);
+            }
+            EqualityKind::Joint { driver, polynomial, .. } => {
+                if let Some(driver) = driver {
+                    let joint = &step.model.joints[driver.index()];
+                    let x = step.state.q[joint.q_index] - joint.reference;
+                    let [_, _, a_2, a_3, a_4] = polynomial;
+                    let bend = 2.0 * a_2 + x * (6.0 * a_3 + x * 12.0 * a_4);
+                    let k = joint.v_index;
+                    slopes[k] -= bend * step.workspace.solution().velocity[k];
+                    turning[k * step.model.nv + k] -= lambda * bend;
+                }
+                for (&column, entry) in columns.iter().zip(entries) {
+                    rows.coordinate_impulse[column as usize] += lambda * entry[0];
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Notes how far the violation is from what is removed in one step.
+fn check_pace(
+    step: &Step,
+    k: usize,
+    kind: &EqualityKind,
+    part: usize,
+    block: &EqualityBlock,
+    margins: &mut Vec<Margin>,
+) -> Result<(), &'static str> {
+    let is_angular = match *kind {
+        EqualityKind::Connect { .. } => false,
+        EqualityKind::Weld { .. } => part == 1,
+        EqualityKind::Joint { joint, .. } => !matches!(step.model.joints[joint.index()].kind, JointKind::Slide { .. }),
+    };
+    let settings = step.settings;
+    let speed = if is_angular { settings.correction_angular_speed } else { settings.correction_speed };
+    let asked = settings.stabilization * DVec3::from(block.violation).length() / step.workspace.problem().timestep;
+    if asked > speed {
+        return Err("it is restored at a bounded speed");
+    }
+    if speed.is_finite() {
+        let (source, kind) = (InequalitySource::Bilateral(k), InequalityKind::Threshold);
+        margins.push(Margin { source, kind, value: step.scales.velocity(speed - asked) });
+    }
+    Ok(())
+}
+
+/// Two bodies and a point of each, in world.
+struct Pair {
+    bodies: [BodyId; 2],
+    points: [DVec3; 2],
+}
+
+/// Of A and of B.
+const SIGNS: [f64; 2] = [-1.0, 1.0];
+
+impl Pair {
+    /// `ends`: bodies with points in their frames; `list`: out, what moves them.
+    fn new(step: &Step, ends: [(BodyId, DVec3); 2], list: &mut Vec<Mover>) -> Self {
+        let bodies = ends.map(|(body, _)| body);
+        movers(step.model, bodies, list);
+        let place =
+            |(body, point): (BodyId, DVec3)| step.workspace.kinematics().pose[body.index()].transform_point(point);
+        Self { bodies, points: ends.map(place) }
+    }
+
+    /// Sum over the bodies that a degree of freedom moves, B's less A's.
+    fn difference(&self, mover: &Mover, of: impl Fn(usize) -> f64) -> f64 {
+        (0..2).filter(|&s| mover.of[s]).map(|s| SIGNS[s] * of(s)).sum()
+    }
+
+    /// Slopes of the relative velocity of the points along an axis of the world.
+    fn point_slopes(&self, step: &Step, axis: usize, list: &[Mover], out: &mut [f64]) {
+        for mover in list {
+            out[mover.dof] += self.difference(mover, |s| {
+                let (body, point) = (self.bodies[s], self.points[s]);
+                let shift = step.end.displacement(mover.dof, point).linear;
+                let turning = step.end.velocity(body, point).angular;
+                (step.end.velocity_slope(body, mover.dof, point).linear + turning.cross(shift))[axis]
+            });
+        }
+    }
+
+    /// A force on B, and its opposite on A, along an axis of the world: it does not turn with them.
+    fn act(&self, step: &Step, axis: usize, lambda: f64, list: &[Mover], rows: &mut ModeRows, turning: &mut [f64]) {
+        let force = DVec3::AXES[axis] * lambda;
+        for s in 0..2 {
+            let push = Push { point: self.points[s], force, moment: DVec3::ZERO };
+            push.act(step, self.bodies[s], SIGNS[s], &mut rows.wrenches);
+        }
+        self.hold(step, list, turning, |own, row| row.linear.dot(own.angular.cross(force)));
+    }
+
+    /// A moment on B, and its opposite on A, about an axis of the world.
+    fn twist(&self, step: &Step, axis: usize, lambda: f64, list: &[Mover], rows: &mut ModeRows, turning: &mut [f64]) {
+        let moment = DVec3::AXES[axis] * lambda;
+        for s in 0..2 {
+            let push = Push { point: self.points[s], force: DVec3::ZERO, moment };
+            push.act(step, self.bodies[s], SIGNS[s], &mut rows.wrenches);
+        }
+        self.hold(step, list, turning, |own, row| row.angular.dot(own.angular.cross(moment)));
+    }
+
+    /// Takes back that an impulse turns with its bodies. `power`: of the turned impulse, from the displacement that turns it and the
+    /// one that it acts on.
+    fn hold(
+        &self,
+        step: &Step,
+        list: &[Mover],
+        turning: &mut [f64],
+        power: impl Fn(SpatialVector, SpatialVector) -> f64,
+    ) {
+        for (mover, other) in list.iter().flat_map(|mover| list.iter().map(move |other| (mover, other))) {
+            for s in (0..2).filter(|&s| mover.of[s] && other.of[s]) {
+                let displacement = |dof| step.end.displacement(dof, self.points[s]);
+                turning[other.dof * step.model.nv + mover.dof] -=
+                    SIGNS[s] * power(displacement(mover.dof), displacement(other.dof));
+            }
+        }
+    }
+
+    /// Slopes of the relative angular velocity along an axis of the world, and of the violation, which is a rotation vector: `violation`
+    /// in world axes and its change by the relative rotation. The row has its own part of the violation already.
+    fn turn_slopes(
+        &self,
+        step: &Step,
+        axis: usize,
+        list: &[Mover],
+        (violation, by_relative): (DVec3, DMat3),
+        part_of_dt: f64,
+        out: &mut [f64],
+    ) {
+        for mover in list {
+            let turn = step.end.displacement(mover.dof, self.points[0]).angular;
+            let slope = |s: usize| step.end.velocity_slope(self.bodies[s], mover.dof, self.points[s]).angular[axis];
+            out[mover.dof] += self.difference(mover, slope);
+            let carried = if mover.of[0] { turn.cross(violation) } else { DVec3::ZERO };
+            let relative = turn * (f64::from(mover.of[1]) - f64::from(mover.of[0]));
+            out[mover.dof] += part_of_dt * (carried + by_relative * relative - relative)[axis];
+        }
+    }
+}
