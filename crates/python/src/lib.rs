@@ -62,7 +62,7 @@ mod _core {
     #[pymodule_export]
     use crate::report::{Certificate, SettleReport, StageCount, StageRun, StepReport};
     #[pymodule_export]
-    use crate::statics::{Stability, stability};
+    use crate::statics::{Safety, Stability, safety, stability};
     #[pymodule_export]
     use crate::stepping::{forward, kinematics, settle, step};
     #[pymodule_export]

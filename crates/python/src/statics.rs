@@ -1,17 +1,23 @@
 //! Does it stand? Verdicts with their proofs.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use signorini::ContactSource;
+use signorini::contact;
 use signorini::contact::problem_file::write_stability;
-use signorini::multibody::State;
-use signorini::statics::{BodyMotion, ModelStability, StabilitySettings, stability as judge};
+use signorini::contact::statics::certify_stability;
+use signorini::multibody::glam::DVec3;
+use signorini::multibody::{self as mb, Input, State};
+use signorini::statics::{
+    self, BodyMotion, ModelStability, SafetyQuestion, StabilityProof, StabilitySettings, stability as judge,
+};
 
 use crate::arrays::{self, Table, Vector};
 use crate::data::Data;
-use crate::error::{problem_error, simulation_error};
+use crate::error::{SettingError, problem_error, simulation_error};
 use crate::guard;
 use crate::model::Model;
 use crate::problem::ContactProblem;
@@ -119,6 +125,88 @@ impl Stability {
     }
 }
 
+/// A limit between two values with a proof each.
+#[pyclass(frozen, module = "signorini")]
+pub struct Safety(statics::Safety);
+
+#[pymethods]
+impl Safety {
+    /// Forces balance the loads here; not a number where they do not even as it is.
+    #[getter]
+    fn holds(&self) -> f64 {
+        self.0.holds
+    }
+
+    /// No forces balance the loads here; infinite, or for friction not a number, where there is no such value.
+    #[getter]
+    fn falls(&self) -> f64 {
+        self.0.falls
+    }
+
+    /// Residuals of the two proofs.
+    #[getter]
+    fn residuals(&self) -> (Option<f64>, Option<f64>) {
+        let worst = |side: &Option<(contact::ContactProblem, StabilityProof)>| {
+            let (problem, proof) = side.as_ref()?;
+            Some(certify_stability(problem, proof).into_iter().map(|(_, r)| r).fold(0.0, f64::max))
+        };
+        (worst(&self.0.at_holds), worst(&self.0.at_falls))
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<signorini.Safety holds: {}, falls: {}>", self.0.holds, self.0.falls)
+    }
+}
+
+/// How far a model at rest is from collapse.
+#[pyfunction]
+#[pyo3(signature = (model, data=None, *, what, direction=None, load=None, touching=1e-6, tolerance=1e-9))]
+#[allow(clippy::too_many_arguments)] // Python's keywords
+pub fn safety(
+    py: Python<'_>,
+    model: &Bound<'_, Model>,
+    data: Option<&Bound<'_, Data>>,
+    what: &str,
+    direction: Option<[f64; 3]>,
+    load: Option<&Bound<'_, PyAny>>,
+    touching: f64,
+    tolerance: f64,
+) -> PyResult<Safety> {
+    let towards =
+        || direction.map(DVec3::from_array).ok_or_else(|| SettingError::new_err(format!("'{what}' needs a direction")));
+    let question = match what {
+        "tilt" => SafetyQuestion::Tilt(towards()?),
+        "horizontal" => SafetyQuestion::Horizontal(towards()?),
+        "friction" => SafetyQuestion::Friction,
+        "load" => {
+            let load = load.ok_or_else(|| SettingError::new_err("'load' needs load, a generalized force"))?;
+            SafetyQuestion::Load(arrays::read_vector("load", load, None)?)
+        }
+        _ => return Err(SettingError::new_err(format!("what = '{what}'; known are tilt, horizontal, friction, load"))),
+    };
+    let settings = StabilitySettings::default().with_contact_tolerance(touching).with_tolerance(tolerance);
+    let (inner, state, input, settings) = judged(py, model, data, settings)?;
+    let found = guard::detached(py, || statics::safety(&inner, &state, &input, &settings, &question))?;
+    Ok(Safety(found.map_err(simulation_error)?))
+}
+
+/// What is judged: the state and settings of a data, or the model's reference configuration.
+fn judged(
+    py: Python<'_>,
+    model: &Bound<'_, Model>,
+    data: Option<&Bound<'_, Data>>,
+    settings: StabilitySettings,
+) -> PyResult<(Arc<mb::Model>, State, Input, StabilitySettings)> {
+    let Some(data) = data else {
+        let inner = model.get().inner.clone();
+        let state = State::new(&inner);
+        return Ok((inner, state, Input::default(), settings));
+    };
+    check_model(model, data)?;
+    let core = data.get().loaded(py)?;
+    Ok((core.model.clone(), core.state.clone(), core.input.clone(), settings.with_simulation(core.settings.clone())))
+}
+
 /// Whether a model at rest stands under its loads.
 #[pyfunction]
 #[pyo3(signature = (model, data=None, *, touching=1e-6, tolerance=1e-9, enumeration=1000))]
@@ -134,19 +222,7 @@ pub fn stability(
         .with_contact_tolerance(touching)
         .with_tolerance(tolerance)
         .with_enumeration_programs(enumeration);
-    let (inner, state, input, settings) = match data {
-        Some(data) => {
-            check_model(model, data)?;
-            let core = data.get().loaded(py)?;
-            let own = settings.with_simulation(core.settings.clone());
-            (core.model.clone(), core.state.clone(), core.input.clone(), own)
-        }
-        None => {
-            let inner = model.get().inner.clone();
-            let state = State::new(&inner);
-            (inner, state, Default::default(), settings)
-        }
-    };
+    let (inner, state, input, settings) = judged(py, model, data, settings)?;
     let found = guard::detached(py, || judge(&inner, &state, &input, &settings))?.map_err(simulation_error)?;
     let motion = found.motion(&inner, &state, &input);
     let names = inner.bodies.iter().map(|body| body.name.clone()).collect();

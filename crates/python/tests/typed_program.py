@@ -103,6 +103,8 @@ def settling() -> None:
     verdict: signorini.Stability = signorini.stability(model, data, touching=1e-6, tolerance=1e-9, enumeration=0)
     assert verdict.verdict in {"must_move", "stays", "may_do_either", "stands"} and verdict.proved
     assert verdict.forces.shape == verdict.points.shape and isinstance(verdict.residuals, dict) and verdict.problem.nc >= 0
+    limit: signorini.Safety = signorini.safety(model, data, what="friction")
+    assert limit.falls != limit.holds and len(limit.residuals) == 2
     settled: signorini.SettleReport = signorini.settle(model, data, max_steps=500, momentum=0.4)
     assert settled.steps > 0 and settled.factorizations > 0 and settled.at_rest.contacts == 4 and settled.speed == 0.0 and not data.qvel.any()
 

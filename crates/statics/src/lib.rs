@@ -23,12 +23,14 @@ mod impulses;
 mod mechanism;
 mod model;
 mod report;
+mod safety;
 mod search;
 mod settings;
 mod verdict;
 
 pub use model::{ModelStability, stability};
 pub use report::{BodyMotion, ContactForce};
+pub use safety::{Safety, SafetyQuestion, safety};
 pub use search::SearchRun;
 pub use settings::StabilitySettings;
 pub use signorini_contact::statics::{StabilityProof, StaysProof, Verdict};

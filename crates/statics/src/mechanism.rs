@@ -124,11 +124,12 @@ impl<'a> BalanceProgram<'a> {
         let power: f64 = self.power().map(|(k, p)| p * point.x[k]).sum();
         let own = self.judged(&point);
         let turned = if power > 0.0 { self.turned(power).map(|point| self.judged(&point)) } else { None };
+        let collapse = own.0.clone();
         let mechanism = match turned {
             Some(turned) if turned.1.residual < own.1.residual => turned,
             _ => own,
         };
-        Some(Answer { mechanism, impulses })
+        Some(Answer { mechanism, collapse, impulses })
     }
 
     /// A motion with a part of this power that opens all contacts as fast as can be: strictly, where that is possible, so that rounding
@@ -173,6 +174,8 @@ impl<'a> BalanceProgram<'a> {
 pub(crate) struct Answer {
     /// A virtual motion, m/s or rad/s, with what it proves.
     pub mechanism: (Vec<f64>, MechanismCertificate),
+    /// The motion of most power, m/s or rad/s: what has no part in the collapse rests in it.
+    pub collapse: Vec<f64>,
     /// Impulses that nearly balance the loads, where nothing is proved.
     pub impulses: ContactSolution,
 }

@@ -40,14 +40,14 @@ impl ModelStability {
         self.stability.proof.balance.as_ref().map_or(Vec::new(), |balance| contact_forces(&self.rest, balance))
     }
 
-    /// How bodies move: in the mechanism of `must_move`, whose fastest body has speed 1, or in the first step of the moving solution of
+    /// How bodies move: in the collapse of `must_move`, whose fastest body has speed 1, or in the first step of the moving solution of
     /// `may_do_either`. Bodies that stay are left out.
     ///
     /// - `model`, `state`, `input`: those that were judged
     pub fn motion(&self, model: &Model, state: &State, input: &Input) -> Vec<BodyMotion> {
         let proof = &self.stability.proof;
         let (velocity, is_virtual) = match proof.verdict {
-            Verdict::MustMove => (proof.mechanism.as_deref(), true),
+            Verdict::MustMove => (self.stability.collapse.as_deref(), true),
             _ => (proof.moving.as_ref().map(|moving| moving.velocity.as_slice()), false),
         };
         let Some(velocity) = velocity.filter(|v| v.len() == model.nv) else { return Vec::new() };

@@ -21,6 +21,9 @@ pub struct Stability {
     pub residuals: Vec<(&'static str, f64)>,
     /// What the mechanism of `MustMove` shows.
     pub mechanism: Option<MechanismCertificate>,
+    /// The collapse that `MustMove` leads to in the sense of limit analysis, `[nv]`, m/s or rad/s: the mechanism along which the loads have most
+    /// power. The one in the proof may open contacts beside it.
+    pub collapse: Option<Vec<f64>>,
     /// The search for a moving solution.
     pub search: Vec<SearchRun>,
     /// Linear programs of the enumeration of modes.
@@ -52,38 +55,61 @@ pub fn judge(problem: &ContactProblem, settings: &StabilitySettings) -> Result<S
     problem.check()?;
     check_at_rest(problem)?;
     let mut search = Search::new();
-    search.cold(problem, settings);
-    if search.balance.is_none() {
-        let answer = BalanceProgram::new(problem).solve();
-        if let Some(answer) = answer {
-            let (motion, certificate) = answer.mechanism;
-            if certificate.residual <= settings.tolerance {
-                return Ok(must_move(problem, motion, certificate, search));
-            }
-            search.balance = polished(problem, &answer.impulses, search.solver(), settings);
-            if search.balance.is_none() {
-                let residual = certificate.residual.min(answer.impulses.certificate.worst());
-                return Err(ProblemError::NotASolution { residual });
-            }
-        }
+    match decide(problem, &mut search, settings) {
+        Decided::Balance => Ok(with_balance(problem, search, settings)),
+        Decided::Mechanism(mechanism) => Ok(must_move(problem, *mechanism, search)),
+        Decided::Neither { residual } => Err(ProblemError::NotASolution { residual }),
     }
-    if search.balance.is_none() {
-        return Err(ProblemError::NotASolution { residual: f64::INFINITY });
-    }
-    Ok(with_balance(problem, search, settings))
 }
 
-fn must_move(
-    problem: &ContactProblem,
-    motion: Vec<f64>,
-    certificate: MechanismCertificate,
-    search: Search,
-) -> Stability {
+/// Whether the loads of a problem can be balanced.
+pub(crate) enum Decided {
+    /// The search has a balance.
+    Balance,
+    /// A mechanism proves the contrary.
+    Mechanism(Box<Mechanism>),
+    /// Neither was found to the accuracy asked for; what the better of the two lacks.
+    Neither {
+        /// Residual.
+        residual: f64,
+    },
+}
+
+/// The proof that nothing balances the loads.
+pub(crate) struct Mechanism {
+    pub motion: Vec<f64>,
+    pub certificate: MechanismCertificate,
+    pub collapse: Vec<f64>,
+}
+
+/// Finds a balance or a mechanism.
+pub(crate) fn decide(problem: &ContactProblem, search: &mut Search, settings: &StabilitySettings) -> Decided {
+    search.cold(problem, settings);
+    if search.balance.is_some() {
+        return Decided::Balance;
+    }
+    let Some(answer) = BalanceProgram::new(problem).solve() else {
+        return Decided::Neither { residual: f64::INFINITY };
+    };
+    let (motion, certificate) = answer.mechanism;
+    if certificate.residual <= settings.tolerance {
+        return Decided::Mechanism(Box::new(Mechanism { motion, certificate, collapse: answer.collapse }));
+    }
+    search.balance = polished(problem, &answer.impulses, search.solver(), settings);
+    match search.balance {
+        Some(_) => Decided::Balance,
+        None => Decided::Neither { residual: certificate.residual.min(answer.impulses.certificate.worst()) },
+    }
+}
+
+fn must_move(problem: &ContactProblem, mechanism: Mechanism, search: Search) -> Stability {
     let mut proof = StabilityProof::new(Verdict::MustMove);
-    proof.mechanism = Some(motion);
+    proof.mechanism = Some(mechanism.motion);
     // What follows is a moving solution; it belongs to the report.
     proof.moving = search.moving.map(Box::new);
-    finish(problem, proof, Some(certificate), search.runs, 0)
+    let mut found = finish(problem, proof, search.runs, 0);
+    (found.mechanism, found.collapse) = (Some(mechanism.certificate), Some(mechanism.collapse));
+    found
 }
 
 fn with_balance(problem: &ContactProblem, mut search: Search, settings: &StabilitySettings) -> Stability {
@@ -112,16 +138,15 @@ fn with_balance(problem: &ContactProblem, mut search: Search, settings: &Stabili
     proof.balance = search.balance.map(Box::new);
     proof.moving = search.moving.map(Box::new);
     proof.stays = stays;
-    finish(problem, proof, None, search.runs, programs)
+    finish(problem, proof, search.runs, programs)
 }
 
 fn finish(
     problem: &ContactProblem,
     proof: StabilityProof,
-    mechanism: Option<MechanismCertificate>,
     search: Vec<SearchRun>,
     enumeration_programs: usize,
 ) -> Stability {
     let residuals = certify_stability(problem, &proof);
-    Stability { proof, residuals, mechanism, search, enumeration_programs }
+    Stability { proof, residuals, mechanism: None, collapse: None, search, enumeration_programs }
 }

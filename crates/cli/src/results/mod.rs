@@ -17,7 +17,7 @@ pub use inspection::{BodyLine, Inspection};
 pub use recording::{RecordingResult, ending};
 pub use run::{Miss, Range, RunResult, RunStatus};
 pub use solving::{CheckResult, Distributions, Ending, LeastNormResult, SolveResult, solve_status};
-pub use stability::StabilityResult;
+pub use stability::{SafetyResult, StabilityResult};
 pub use stages::{StageHistory, StageLine};
 
 use serde::Serialize;

@@ -39,7 +39,10 @@ pub struct StabilityResult {
     /// Contact forces that a balance would need together, N; `null` where none of any size would do.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub required_force: Option<f64>,
-    /// How bodies move: in the mechanism, or in the first step of the moving solution.
+    /// How far from collapse, where it was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub safety: Option<SafetyResult>,
+    /// How bodies move: in the collapse of `must_move`, or in the first step of the moving solution.
     pub motion: Vec<MotionLine>,
     /// Forces of the balance.
     pub forces: Vec<ForceLine>,
@@ -49,6 +52,17 @@ pub struct StabilityResult {
     pub enumeration_programs: usize,
     /// Import report.
     pub warnings: Vec<ImportWarning>,
+}
+
+/// A limit between two proofs.
+#[derive(Clone, Debug, Serialize)]
+pub struct SafetyResult {
+    /// `tilt` (degrees), `horizontal` or `friction`.
+    pub what: &'static str,
+    /// Forces balance the loads here; `null` where they do not even as it is.
+    pub holds: f64,
+    /// No forces balance the loads here; `null` where there is no such value.
+    pub falls: f64,
 }
 
 /// How a body moves.
@@ -103,6 +117,7 @@ impl StabilityResult {
             deepest_overlap: found.rest.deepest_overlap,
             constraint_error: found.rest.constraint_error,
             required_force: stability.mechanism.map(|m| m.required_impulse / found.rest.problem.timestep),
+            safety: None,
             motion: motion.iter().map(line).collect(),
             forces: found.forces().iter().map(|force| force_line(model, found, force)).collect(),
             search: stability.search.iter().map(|run| [run.start, run.end]).collect(),

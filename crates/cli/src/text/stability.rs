@@ -32,10 +32,15 @@ pub fn stability(result: &StabilityResult) -> String {
         let _ = writeln!(out, "  balance    {size}");
     }
     if !result.motion.is_empty() {
-        let what = if result.verdict == "must_move" { "mechanism " } else { "motion    " };
+        let what = if result.verdict == "must_move" { "collapse  " } else { "motion    " };
         let names: Vec<&str> = result.motion.iter().take(NAMED).map(|m| m.body.as_str()).collect();
         let more = if result.motion.len() > NAMED { ", …" } else { "" };
         let _ = writeln!(out, "  {what} {}: {}{more}", bodies(result.motion.len()), names.join(", "));
+    }
+    if let Some(limit) = &result.safety {
+        let unit = if limit.what == "tilt" { "°" } else { "" };
+        let value = |x: f64| if x.is_finite() { format!("{x:.10}{unit}") } else { "never".into() };
+        let _ = writeln!(out, "  {:10} balance at {}, none at {}", limit.what, value(limit.holds), value(limit.falls));
     }
     if let Some(most) = result.forces.iter().max_by(|a, b| a.friction_use.total_cmp(&b.friction_use)) {
         let _ = writeln!(

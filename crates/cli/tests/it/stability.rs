@@ -47,6 +47,12 @@ fn verdicts_are_checked_from_the_problem_alone() {
         assert_eq!(checked.code, 1, "{}", checked.stdout);
         assert!(checked.stdout.contains("VIOLATED"));
     }
+    let tilted = folder.run(&["stability", "holds.xml", "--safety", "friction", "--json"]).lines();
+    let (holds, falls) = (tilted[0]["safety"]["holds"].as_f64(), tilted[0]["safety"]["falls"].as_f64());
+    let expected = 0.3_f64.tan() / 0.4;
+    for found in [holds, falls] {
+        assert!((found.expect("a number") - expected).abs() < 1e-7, "{found:?} {expected}");
+    }
     let words = folder.run(&["stability", "slides.xml"]).stdout;
-    assert!(words.contains("must move") && words.contains("mechanism  1 body: box"), "{words}");
+    assert!(words.contains("must move") && words.contains("collapse   1 body: box"), "{words}");
 }

@@ -38,6 +38,7 @@ __all__ = [
     "RayHit",
     "Recording",
     "RecordingCheck",
+    "Safety",
     "SettleReport",
     "Stability",
     "StageCount",
@@ -66,6 +67,7 @@ __all__ = [
     "mass_matrix",
     "operational_space_inertia",
     "overlaps",
+    "safety",
     "settle",
     "solve_lcp",
     "stability",
@@ -973,6 +975,20 @@ class SettleReport:
         """Largest entry of the velocity before and after it, m/s or rad/s: zero, or rounding where springs or servos hold a load."""
 
 @final
+class Safety:
+    """A limit between two values with a proof each; see :func:`safety`."""
+
+    @property
+    def holds(self) -> float:
+        """Forces balance the loads here; not a number where they do not even as it is."""
+    @property
+    def falls(self) -> float:
+        """No forces balance the loads here; infinite, or for friction not a number, where there is no such value."""
+    @property
+    def residuals(self) -> Tuple[Optional[float], Optional[float]]:
+        """Residuals of the two proofs: of the balance, and of the mechanism."""
+
+@final
 class Stability:
     """A verdict on a configuration at rest, with what proves it; see :func:`stability`."""
 
@@ -1430,6 +1446,32 @@ def step(model: Model, data: Data, nstep: int = 1) -> None:
     Raises:
         SolveError: a step's contact problem has no solution; the state is the one before that step.
         StateError: qpos, qvel, act, ctrl or qfrc_applied is not finite, or a quaternion is not of unit length.
+    """
+
+def safety(
+    model: Model,
+    data: Optional[Data] = None,
+    *,
+    what: str,
+    direction: Optional[Tuple[float, float, float]] = None,
+    load: Optional[ArrayLike] = None,
+    touching: float = 1e-6,
+    tolerance: float = 1e-9,
+) -> Safety:
+    """Says how far a model at rest is from collapse, with a proof on either side of the limit.
+
+    A limit of statics: up to it forces exist that balance the loads, and beyond it none do. As friction is not associated, motion may
+    begin earlier.
+
+    Args:
+        what: "tilt", the angle in rad by which gravity is turned towards ``direction``; "horizontal", a share of gravity in
+            ``direction`` beside gravity itself; "friction", the multiplier of all coefficients of friction of contacts, which is
+            lowered; "load", the multiplier of the generalized force ``load``, (nv,), beside the loads.
+        touching: as in :func:`stability`.
+
+    Raises:
+        SettingError: an argument is missing or out of its range.
+        ProblemError, StateError: as in :func:`stability`.
     """
 
 def stability(

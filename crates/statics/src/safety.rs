@@ -1,0 +1,204 @@
+//! How far a configuration at rest is from collapse, with a proof on either side of the limit.
+
+use signorini_contact::ContactProblem;
+use signorini_contact::statics::{StabilityProof, Verdict};
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{Input, Model, State};
+use signorini_simulation::{RestProblem, SimulationError, rest_problem};
+
+use crate::search::Search;
+use crate::settings::StabilitySettings;
+use crate::verdict::{Decided, decide};
+
+/// Halvings of the interval at most: from 10⁶ to the last digits.
+const HALVINGS: u32 = 80;
+
+/// What is increased until the configuration must move.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum SafetyQuestion {
+    /// A horizontal share of gravity in this direction (any length) beside gravity itself; a number, as in seismic design.
+    Horizontal(DVec3),
+    /// The angle by which gravity is turned towards this direction (any length, not along gravity), rad: a tilting table.
+    Tilt(DVec3),
+    /// The multiplier of all coefficients of friction of contacts, which is lowered instead.
+    Friction,
+    /// The multiplier of a generalized force beside the loads, `[nv]`, N and N·m.
+    Load(Vec<f64>),
+}
+
+impl SafetyQuestion {
+    /// From where it balances to where it is looked for at most.
+    fn range(&self) -> [f64; 2] {
+        match self {
+            Self::Horizontal(_) | Self::Load(_) => [0.0, 1e6],
+            Self::Tilt(_) => [0.0, std::f64::consts::PI],
+            Self::Friction => [1.0, 0.0],
+        }
+    }
+}
+
+/// The limit of a safety question, between two values with a proof each.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Safety {
+    /// The loads are balanced here, to [`balance_tolerance`](StabilitySettings::balance_tolerance). Where they are not even at the beginning (friction: as it is), this is no number.
+    pub holds: f64,
+    /// No forces balance them here; infinite (friction: no number) where they are balanced over the whole range: 10⁶, half a turn, no friction.
+    pub falls: f64,
+    /// The problem at [`holds`](Self::holds) with its balance. The verdict says `stands`: nothing was asked about motion.
+    pub at_holds: Option<(ContactProblem, StabilityProof)>,
+    /// The problem at [`falls`](Self::falls) with its mechanism.
+    pub at_falls: Option<(ContactProblem, StabilityProof)>,
+}
+
+/// Finds the limit of a safety question to 1e-9 of its size where proofs can be had so near, by halving.
+///
+/// A limit of statics: up to it forces exist that balance the loads, and beyond it none do. As friction is not associated, motion may begin
+/// earlier. Loads that are balanced at two values of a load's multiplier are balanced between them, and with more friction if with less.
+///
+/// # Errors
+/// [`SimulationError::Setting`] for a direction without length or a load of another size than nv; otherwise as
+/// [`stability`](crate::stability()).
+pub fn safety(
+    model: &Model,
+    state: &State,
+    input: &Input,
+    settings: &StabilitySettings,
+    question: &SafetyQuestion,
+) -> Result<Safety, SimulationError> {
+    let family = Family::new(model, state, input, settings, question)?;
+    let [begin, end] = question.range();
+    let mut found = Safety { holds: f64::NAN, falls: f64::NAN, at_holds: None, at_falls: None };
+    if !found.take(&family, begin, settings) || found.at_holds.is_none() {
+        return Ok(found);
+    }
+    let reached = found.take(&family, end, settings);
+    if !reached || found.at_falls.is_none() {
+        found.falls = if end > begin { f64::INFINITY } else { f64::NAN };
+        return Ok(found);
+    }
+    for _ in 0..HALVINGS {
+        let (holds, falls) = (found.holds, found.falls);
+        if (holds - falls).abs() <= 1e-9 * holds.abs().max(falls.abs()) {
+            break;
+        }
+        // Large ranges are halved by their exponents first.
+        let wide = holds > 0.0 && falls > 4.0 * holds;
+        let small = holds == 0.0 && falls > 1.0;
+        let middle = if wide {
+            (holds * falls).sqrt()
+        } else if small {
+            falls.sqrt().min(0.5 * falls)
+        } else {
+            0.5 * (holds + falls)
+        };
+        if !found.take(&family, middle, settings) {
+            break;
+        }
+    }
+    Ok(found)
+}
+
+impl Safety {
+    /// Looks at a value; whether a proof was found there.
+    fn take(&mut self, family: &Family, value: f64, settings: &StabilitySettings) -> bool {
+        let problem = family.at(value);
+        let mut search = Search::new();
+        match decide(&problem, &mut search, settings) {
+            Decided::Balance => {
+                let mut proof = StabilityProof::new(Verdict::Stands);
+                proof.balance = search.balance.map(Box::new);
+                (self.holds, self.at_holds) = (value, Some((problem, proof)));
+            }
+            Decided::Mechanism(mechanism) => {
+                let mut proof = StabilityProof::new(Verdict::MustMove);
+                proof.mechanism = Some(mechanism.motion);
+                (self.falls, self.at_falls) = (value, Some((problem, proof)));
+            }
+            Decided::Neither { .. } => return false,
+        }
+        true
+    }
+}
+
+/// The problem for every value of what is asked.
+struct Family {
+    problem: ContactProblem,
+    kind: Kind,
+}
+
+enum Kind {
+    /// `v^f + f Δv`.
+    Linear(Vec<f64>),
+    /// `v^f + (cos f − 1) v_g + sin f Δv`, with `v_g` what gravity gives.
+    Turned(Vec<f64>, Vec<f64>),
+    /// `f μ`.
+    Friction,
+}
+
+impl Family {
+    fn new(
+        model: &Model,
+        state: &State,
+        input: &Input,
+        settings: &StabilitySettings,
+        question: &SafetyQuestion,
+    ) -> Result<Self, SimulationError> {
+        let build = |model: &Model| -> Result<RestProblem, SimulationError> {
+            rest_problem(model, state, input, &settings.simulation, settings.contact_tolerance)
+        };
+        let problem = build(model)?.problem;
+        let with_gravity = |gravity: DVec3| -> Result<Vec<f64>, SimulationError> {
+            let mut other = model.clone();
+            other.gravity = gravity;
+            Ok(build(&other)?.problem.free_velocity)
+        };
+        let difference = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect::<Vec<f64>>();
+        let wrong = |found| {
+            let expected = "a finite direction of some length across gravity, which is not zero";
+            Err(SimulationError::Setting { setting: "direction", expected, found })
+        };
+        let gravity = model.gravity;
+        let kind = match question {
+            SafetyQuestion::Friction => Kind::Friction,
+            SafetyQuestion::Load(load) => {
+                if load.len() != model.nv || !load.iter().all(|x| x.is_finite()) {
+                    let expected = "nv finite numbers";
+                    return Err(SimulationError::Setting { setting: "load", expected, found: load.len() as f64 });
+                }
+                let mut change: Vec<f64> = load.iter().map(|x| problem.timestep * x).collect();
+                problem.mass_factor.solve_in_place(&mut change);
+                Kind::Linear(change)
+            }
+            SafetyQuestion::Horizontal(direction) | SafetyQuestion::Tilt(direction) => {
+                let across = direction.reject_from(gravity.try_normalize().unwrap_or(DVec3::Z));
+                let Some(unit) = across.try_normalize() else { return wrong(direction.length()) };
+                if gravity == DVec3::ZERO {
+                    return wrong(0.0);
+                }
+                let still = with_gravity(DVec3::ZERO)?;
+                let sideways = difference(&with_gravity(gravity.length() * unit)?, &still);
+                match question {
+                    SafetyQuestion::Tilt(_) => Kind::Turned(difference(&problem.free_velocity, &still), sideways),
+                    _ => Kind::Linear(sideways),
+                }
+            }
+        };
+        Ok(Self { problem, kind })
+    }
+
+    fn at(&self, value: f64) -> ContactProblem {
+        let mut problem = self.problem.clone();
+        let free = problem.free_velocity.iter_mut();
+        match &self.kind {
+            Kind::Linear(change) => free.zip(change).for_each(|(v, d)| *v += value * d),
+            Kind::Turned(own, sideways) => {
+                let (sin, cos) = value.sin_cos();
+                free.zip(own.iter().zip(sideways)).for_each(|(v, (g, d))| *v += (cos - 1.0) * g + sin * d);
+            }
+            Kind::Friction => problem.friction.iter_mut().for_each(|mu| *mu *= value),
+        }
+        problem
+    }
+}

@@ -1,0 +1,65 @@
+//! Limits of statics in closed form, each between two proofs.
+
+use signorini_contact::statics::certify_stability;
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{Geom, Geometry, Input, Model, ModelBuilder, State};
+use signorini_statics::{Safety, SafetyQuestion, StabilitySettings, safety};
+
+/// A box of 0.2 m × 0.2 m on the floor, with this half height.
+fn block(half_height: f64, friction: f64) -> Model {
+    let mut world = ModelBuilder::new("block");
+    world.floor();
+    let shape = Geometry::Box { half_extents: DVec3::new(0.1, 0.1, half_height) };
+    let body = world.body("block").at([0.0, 0.0, half_height]).free();
+    body.solid(Geom::new("", shape).with_friction(friction), 2.0).add().expect("a block");
+    world.build().expect("a model")
+}
+
+fn limit(model: &Model, question: SafetyQuestion) -> Safety {
+    let settings = StabilitySettings::default();
+    let found = safety(model, &State::new(model), &Input::default(), &settings, &question).expect("a limit");
+    for (problem, proof) in found.at_holds.iter().chain(&found.at_falls) {
+        for (name, residual) in certify_stability(problem, proof) {
+            assert!(residual <= 1e-8, "{name} {residual:e}");
+        }
+    }
+    found
+}
+
+/// The closed form lies between the two values, which are near each other.
+fn assert_limit(found: &Safety, expected: f64) {
+    let (low, high) = (found.holds.min(found.falls), found.holds.max(found.falls));
+    // A balance is that of loads which differ by its residual, 1e-11 of the largest, at most.
+    assert!(low <= expected * (1.0 + 1e-10) && expected * (1.0 - 1e-10) <= high, "{low} {expected} {high}");
+    assert!(high - low <= 1e-7 * high, "{low} {expected} {high}");
+}
+
+#[test]
+fn a_block_slides_or_tips() {
+    let slides = block(0.1, 0.5);
+    assert_limit(&limit(&slides, SafetyQuestion::Horizontal(DVec3::X)), 0.5);
+    assert_limit(&limit(&slides, SafetyQuestion::Tilt(DVec3::Y)), 0.5_f64.atan());
+    let tips = block(0.4, 0.5);
+    assert_limit(&limit(&tips, SafetyQuestion::Horizontal(DVec3::X)), 0.25);
+    assert_limit(&limit(&tips, SafetyQuestion::Tilt(-DVec3::X)), 0.25_f64.atan());
+}
+
+#[test]
+fn the_least_friction_is_that_of_the_slope() {
+    let mut tilted = block(0.1, 0.8);
+    tilted.gravity = 9.81 * DVec3::new(0.3_f64.sin(), 0.0, -0.3_f64.cos());
+    assert_limit(&limit(&tilted, SafetyQuestion::Friction), 0.3_f64.tan() / 0.8);
+    let level = limit(&block(0.1, 0.8), SafetyQuestion::Friction);
+    assert!(level.holds == 0.0 && level.falls.is_nan(), "no friction is needed on level ground");
+}
+
+/// A force at the centre of mass along x: μ m g; one along −z is never too much.
+#[test]
+fn a_load_has_a_multiplier() {
+    let model = block(0.1, 0.5);
+    let mut force = vec![0.0; model.nv];
+    force[0] = 1.0;
+    assert_limit(&limit(&model, SafetyQuestion::Load(force.clone())), 0.5 * 2.0 * 9.81);
+    (force[0], force[2]) = (0.0, -1.0);
+    assert_eq!(limit(&model, SafetyQuestion::Load(force)).falls, f64::INFINITY);
+}
