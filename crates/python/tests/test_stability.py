@@ -54,13 +54,13 @@ def test_limits_lie_between_two_proofs():
     model = mjcf("<geom type='plane' friction='0.5'/><body name='box' pos='0 0 0.1'><freejoint/>"
                  "<geom type='box' size='0.1 0.2 0.1' friction='0.5'/></body>")
     tilt = signorini.safety(model, what="tilt", direction=(1, 0, 0))
-    assert tilt.holds == pytest.approx(math.atan(0.5), rel=1e-8) and tilt.falls == pytest.approx(tilt.holds, rel=1e-8)
+    assert tilt.holds == pytest.approx(math.atan(0.5), rel=1e-7) and tilt.falls == pytest.approx(tilt.holds, rel=1e-7)
     assert max(tilt.residuals) <= 1e-9
     load = np.zeros(6)
     load[0] = 1
     pushed = signorini.safety(model, what="load", load=load)
     mass = 1000 * 0.2 * 0.4 * 0.2
-    assert pushed.holds == pytest.approx(0.5 * mass * 9.81, rel=1e-8)
+    assert pushed.holds == pytest.approx(0.5 * mass * 9.81, rel=1e-7)
     for wrong in ({"what": "tilt"}, {"what": "load"}, {"what": "tilt", "direction": (0, 0, 1)}, {"what": "load", "load": [1.0]}):
         with pytest.raises(signorini.SettingError):
             signorini.safety(model, **wrong)

@@ -52,7 +52,7 @@ pub struct Safety {
     pub at_falls: Option<(ContactProblem, StabilityProof)>,
 }
 
-/// Finds the limit of a safety question to 1e-9 of its size where proofs can be had so near, by halving.
+/// Finds the limit of a safety question to 1e-9 of its size, or as near as both proofs can be had (1e-8 to 1e-6 is common), by halving.
 ///
 /// A limit of statics: up to it forces exist that balance the loads, and beyond it none do. As friction is not associated, motion may begin
 /// earlier. Loads that are balanced at two values of a load's multiplier are balanced between them, and with more friction if with less.
@@ -83,21 +83,25 @@ pub fn safety(
         if (holds - falls).abs() <= 1e-9 * holds.abs().max(falls.abs()) {
             break;
         }
-        // Large ranges are halved by their exponents first.
-        let wide = holds > 0.0 && falls > 4.0 * holds;
-        let small = holds == 0.0 && falls > 1.0;
-        let middle = if wide {
-            (holds * falls).sqrt()
-        } else if small {
-            falls.sqrt().min(0.5 * falls)
-        } else {
-            0.5 * (holds + falls)
-        };
-        if !found.take(&family, middle, settings) {
+        // Near the limit rounding leaves values at which neither proof can be had; others of the interval may do.
+        let middle = middle(holds, falls);
+        let rest = [0.25, 0.75, 0.125, 0.875].map(|part| holds + part * (falls - holds));
+        if !std::iter::once(middle).chain(rest).any(|value| found.take(&family, value, settings)) {
             break;
         }
     }
     Ok(found)
+}
+
+/// Between two values: large ranges are halved by their exponents first.
+fn middle(holds: f64, falls: f64) -> f64 {
+    if holds > 0.0 && falls > 4.0 * holds {
+        (holds * falls).sqrt()
+    } else if holds == 0.0 && falls > 1.0 {
+        falls.sqrt().min(0.5 * falls)
+    } else {
+        0.5 * (holds + falls)
+    }
 }
 
 impl Safety {
