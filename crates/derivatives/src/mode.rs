@@ -21,7 +21,7 @@ impl UnitMode {
     }
 }
 
-/// The scales of a step's problem: velocities are compared with `s_v`, impulses with `s_v/g`.
+/// The scales of a step's problem: velocities are compared with the larger of `s_v` and the speeds at contacts, impulses with that over `g`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales {
     velocity: f64,
@@ -29,8 +29,12 @@ pub(crate) struct Scales {
 }
 
 impl Scales {
-    pub fn of(problem: &ContactProblem) -> Self {
-        Self { velocity: problem.velocity_scale().max(f64::MIN_POSITIVE), delassus: problem.delassus_scale() }
+    /// - `velocities`: of the step, whose terms along the contacts are what margins are a difference of
+    pub fn of(problem: &ContactProblem, velocities: [&[f64]; 2]) -> Self {
+        let terms = |i: usize, v: &[f64]| problem.jacobian.multiply_with_terms(i, v).1;
+        let of_contact = |i| velocities.iter().fold(terms(i, &problem.free_velocity), |s, v| s.max(terms(i, v)));
+        let speed = (0..problem.contact_count()).map(of_contact).fold(problem.velocity_scale(), f64::max);
+        Self { velocity: speed.max(f64::MIN_POSITIVE), delassus: problem.delassus_scale() }
     }
 
     pub fn velocity(&self, v: f64) -> f64 {

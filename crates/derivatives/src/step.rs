@@ -13,8 +13,8 @@ use crate::reduced::Reduced;
 use crate::rows::{ModeRows, Modes, Step, balances, build};
 use crate::validity::{InequalityKind, InequalitySource, Margin, Validity};
 
-/// An inequality nearer than this is about to turn: the solver's residuals are a hundredth of it.
-const TIE: f64 = 1e-7;
+/// An inequality nearer than this is about to turn: the residuals of a step, 1e-9, times what the worst pivot that is let through makes of them.
+const TIE: f64 = 1e-5;
 /// Redundant contacts hold the same motion where the derivatives of their rows agree to this part of their size.
 const CONSISTENT: f64 = 1e-7;
 /// Impulses that cancel leave no more velocity than this part of what each of them gives.
@@ -105,7 +105,7 @@ impl StepDerivatives {
         let velocity = workspace.solution().velocity.clone();
         self.end.set(model, workspace.kinematics(), &velocity);
         self.balance.dynamics.motion.set(model, workspace.kinematics(), &state.v);
-        let scales = Scales::of(workspace.problem());
+        let scales = Scales::of(workspace.problem(), [&state.v, &velocity]);
         let begin = &self.balance.dynamics.motion;
         let mut step = Step { model, state, input, settings, workspace, end: &self.end, begin, scales };
         self.modes.set(&step, &mut self.margins);

@@ -29,8 +29,8 @@ pub struct Margin {
     pub source: InequalitySource,
     /// Which of its inequalities.
     pub kind: InequalityKind,
-    /// Its distance from turning, ≥ 0: velocities relative to the problem's velocity scale, impulses times the Delassus scale relative to the
-    /// same (as in the certificate), forces and controls relative to their range.
+    /// Its distance from turning, ≥ 0: velocities relative to the larger of the problem's velocity scale and the speeds at its contacts,
+    /// impulses times the Delassus scale relative to the same, forces and controls relative to their range.
     pub value: f64,
 }
 

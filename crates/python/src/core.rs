@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use signorini::collision::Queries;
+use signorini::derivatives::StepDerivatives;
 use signorini::multibody::{Input, Kinematics, Model, Pose, SpatialVector, State, forward_kinematics_into};
 use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
@@ -36,6 +37,8 @@ pub struct Core {
     pub stepped: bool,
     /// Where the step in the workspace began, if it was only previewed; otherwise that is `other`.
     previewed: Option<State>,
+    /// What acted during the step in the workspace.
+    given: Input,
     /// What somebody should be told about the start of the run, until somebody is.
     pub start_note: Option<String>,
     /// Steps made.
@@ -90,6 +93,7 @@ impl Core {
             report: StepReport::default(),
             stepped: false,
             previewed: None,
+            given: Input::default(),
             start_note: None,
             steps: 0,
             missed_steps: 0,
@@ -131,8 +135,9 @@ impl Core {
     }
 
     fn step_once(&mut self) -> Result<(), Stop> {
-        let Self { model, settings, workspace, state, other, input, .. } = self;
+        let Self { model, settings, workspace, state, other, input, given, .. } = self;
         self.report = step(model, state, input, settings, workspace, other).map_err(Stop::Simulation)?;
+        given.clone_from(input);
         if (!self.stepped || self.previewed.is_some()) && self.report.advanced() {
             self.start_note = workspace.start_note(model, settings);
         }
@@ -161,6 +166,7 @@ impl Core {
         let warm = self.workspace.warm_start();
         let Self { model, settings, workspace, state, other, input, .. } = self;
         self.report = step(model, state, input, settings, workspace, other)?;
+        self.given.clone_from(input);
         self.stepped = true;
         self.previewed = Some(state.clone());
         workspace.set_warm_start(&warm)
@@ -196,6 +202,15 @@ impl Core {
             sensors_into(&self.model, begin, &mut self.workspace, &mut numbers);
         }
         numbers
+    }
+
+    /// The derivative of the step in the workspace.
+    pub fn derivatives(&mut self) -> StepDerivatives {
+        let mut derivatives = StepDerivatives::new(&self.model);
+        let begin = self.previewed.as_ref().unwrap_or(&self.other);
+        let given = (begin, &self.given);
+        derivatives.compute(&self.model, given, &self.settings, &self.report, &mut self.workspace);
+        derivatives
     }
 
     /// Forgets what came before the present state.

@@ -386,7 +386,8 @@ impl Data {
     }
 }
 
-fn need_step(core: &Core) -> PyResult<()> {
+/// An error where there was no step yet.
+pub fn need_step(core: &Core) -> PyResult<()> {
     if core.stepped {
         return Ok(());
     }

@@ -9,6 +9,7 @@ mod batch;
 mod contacts;
 mod core;
 mod data;
+mod derivatives;
 mod dynamics;
 mod error;
 mod guard;
@@ -39,6 +40,8 @@ mod _core {
     use crate::contacts::{ContactSum, Contacts, Limits};
     #[pymodule_export]
     use crate::data::Data;
+    #[pymodule_export]
+    use crate::derivatives::{Margin, StepDerivatives, derivatives};
     #[pymodule_export]
     use crate::dynamics::{bias_force, difference, integrate, inverse, mass_matrix};
     #[pymodule_export]

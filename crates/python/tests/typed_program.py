@@ -115,6 +115,9 @@ def solving(model: Model, data: Data) -> None:
     result: signorini.LcpResult = signorini.solve_lcp(*problem.lcp(), method=signorini.lcp_methods()[0])
     system: signorini.LinearComplementaritySystem = signorini.linearize(model, data)
     following, _ = system.step()
+    slopes: signorini.StepDerivatives = signorini.derivatives(model, data)
+    margins: list[signorini.Margin] = slopes.margins
+    assert slopes.validity in {"exact", "one_sided", "refused"} and all(margin.kind for margin in margins)
     runs: list[signorini.StageRun] = problem.solve(record_history=True).history
     stages: dict[str, signorini.StageCount] = data.report.stages
     assert sum(stage.ended for stage in stages.values()) == 1 and runs[-1].outcome == "solved"

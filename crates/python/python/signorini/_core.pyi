@@ -33,6 +33,7 @@ __all__ = [
     "LcpResult",
     "Limits",
     "LinearComplementaritySystem",
+    "Margin",
     "Model",
     "Nearest",
     "RayHit",
@@ -43,6 +44,7 @@ __all__ = [
     "Stability",
     "StageCount",
     "StageRun",
+    "StepDerivatives",
     "StepReport",
     "Viewer",
     "__version__",
@@ -52,6 +54,7 @@ __all__ = [
     "center_of_mass",
     "center_of_mass_jacobian",
     "contacts_at",
+    "derivatives",
     "difference",
     "distance",
     "forward",
@@ -1236,6 +1239,68 @@ class LcpResult:
         """A proof that no z ≥ 0 has A z + b ≥ 0: y ≥ 0, Aᵀ y ≤ 0, bᵀ y < 0, (n,); ``None`` where none was found."""
 
 @final
+class Margin:
+    """How far an inequality of a step is from turning."""
+
+    @property
+    def source(self) -> str:
+        """What it belongs to: "contact" (limits are among them), "friction group", "bilateral row", "candidate" (a point that is not in the
+        step's problem) or "range" (of a control, force or length)."""
+    @property
+    def index(self) -> Optional[int]:
+        """Index of the contact, group or row in the step's problem."""
+    @property
+    def kind(self) -> str:
+        """Which inequality: "gap", "normal_impulse", "friction_bound", "sliding_speed", "direction", "share", "feature", "threshold",
+        "redundancy" or "range"."""
+    @property
+    def value(self) -> float:
+        """Velocities relative to the problem's velocity scale, impulses times the Delassus scale relative to the same, forces and controls
+        relative to their range."""
+
+@final
+class StepDerivatives:
+    """The derivative of a step, with the flag that says whether it exists.
+
+    Configurations are in the tangent coordinates of ``integrate`` at both ends: δq has the axes of qvel. The matrices of a one-sided
+    derivative are those of the modes that the solution has; a refused one has none, and asking for them is a ``ValueError``.
+    """
+
+    @property
+    def validity(self) -> Literal["exact", "one_sided", "refused"]:
+        """"exact": every inequality holds by a margin; "one_sided": those in ``deciding`` are about to turn; "refused": see ``reason``."""
+    @property
+    def reason(self) -> Optional[str]:
+        """Why there is no derivative; ``None`` where there is one."""
+    @property
+    def deciding(self) -> list[Margin]:
+        """The inequalities that are about to turn, where the derivative is one-sided."""
+    @property
+    def margins(self) -> list[Margin]:
+        """How far every inequality of the step is from turning."""
+    @property
+    def A(self) -> _Array:
+        """∂(q⁺, v⁺)/∂(q, v), (2 nv, 2 nv)."""
+    @property
+    def B(self) -> _Array:
+        """∂(q⁺, v⁺)/∂ctrl, (2 nv, nu)."""
+    @property
+    def B_force(self) -> _Array:
+        """∂(q⁺, v⁺)/∂qfrc_applied, (2 nv, nv)."""
+    def jvp(
+        self,
+        dq: Optional[ArrayLike] = None,
+        dv: Optional[ArrayLike] = None,
+        dctrl: Optional[ArrayLike] = None,
+        dqfrc: Optional[ArrayLike] = None,
+    ) -> tuple[_Array, _Array]:
+        """(δq⁺, δv⁺) from a change of the arguments, (nv,) each and (nu,) for ctrl, without forming matrices; what is not given is zero."""
+    def vjp(
+        self, gq: Optional[ArrayLike] = None, gv: Optional[ArrayLike] = None
+    ) -> tuple[_Array, _Array, _Array, _Array]:
+        """The gradient by (q, v, ctrl, qfrc_applied) of a function whose gradient by (q⁺, v⁺) is given, without forming matrices."""
+
+@final
 class LinearComplementaritySystem:
     """x⁺ = A x + B u + D λ + d, 0 ≤ λ ⟂ E x + F λ + H u + c ≥ 0, about a state.
 
@@ -1646,6 +1711,13 @@ def integrate(model: Model, qpos: ArrayLike, qvel: ArrayLike, dt: float = 1.0) -
 
 def difference(model: Model, qpos1: ArrayLike, qpos0: ArrayLike) -> _Array:
     """The velocity that leads from ``qpos0`` to ``qpos1`` in unit time, (nv,); rotations go the short way."""
+
+def derivatives(model: Model, data: Data) -> StepDerivatives:
+    """The derivative of the step just made (``step``, ``forward``): of (q⁺, v⁺) by (q, v), ctrl and qfrc_applied.
+
+    Raises:
+        RuntimeError: there is no step yet.
+    """
 
 def linearize(model: Model, data: Data) -> LinearComplementaritySystem:
     """The linear complementarity system of a step from the present qpos, qvel, ctrl and qfrc_applied.

@@ -1,0 +1,118 @@
+//! What the flag says, against what the step does.
+
+mod common;
+
+use common::{Bench, disturbed, model_of, random_vector};
+use signorini_derivatives::{InequalityKind, InequalitySource, Validity};
+use signorini_simulation::{FrictionLaw, Settings};
+use signorini_testkit::Random;
+
+/// A difference that is narrow enough to stay in any mode whose margins are above the tie, and its error.
+const NARROW: [f64; 4] = [1e-5, 1e-6, 1e-7, 1e-8];
+const NARROW_ERROR: f64 = 1e-3;
+
+/// Random steps of a scene: every derivative that is called exact is that of differences, if they are narrow enough.
+fn no_false_exact(text: &str, seeds: std::ops::Range<u64>, steps: u32, sizes: [f64; 3]) -> [usize; 3] {
+    let mut bench = Bench::new(model_of(text), Settings::default());
+    let mut counts = [0; 3];
+    for seed in seeds {
+        let mut random = Random::new(1000 + seed);
+        let (mut state, input) = bench.start();
+        bench.workspace.clear_warm_start();
+        for n in 0..steps {
+            let (near, with) = disturbed(&bench, &mut random, &state, &input, sizes);
+            let Some(end) = bench.differentiate(&near, &with) else { continue };
+            match bench.derivatives.validity() {
+                Validity::Exact => {
+                    counts[0] += 1;
+                    let change = bench.random_change(&mut random);
+                    let product = bench.derivatives.product(&change).expect("a derivative");
+                    let size = product.iter().fold(0.0, |s: f64, x| s.max(x.abs()));
+                    let signature = bench.signature();
+                    let mut error = |h: f64| {
+                        let (found, _) = bench.central((&near, &with), &change, h, (&end, &signature));
+                        found.iter().zip(&product).fold(0.0, |s: f64, (x, y)| s.max((x - y).abs())) / size
+                    };
+                    let least = NARROW.map(&mut error).into_iter().fold(f64::INFINITY, f64::min);
+                    assert!(least < NARROW_ERROR, "seed {seed}, step {n}: {least:.1e} off what is called exact");
+                }
+                Validity::OneSided { .. } => counts[1] += 1,
+                _ => counts[2] += 1,
+            }
+            let Some(next) = bench.differentiate(&state, &input) else { break };
+            state = next;
+        }
+    }
+    counts
+}
+
+#[test]
+fn no_derivative_is_called_exact_that_is_not() {
+    for scene in signorini_scenes::SCENES {
+        let dear = ["wall", "house_of_cards", "arch", "dominoes"].contains(&scene.name);
+        let (seeds, steps) = if dear { (0..1, 20) } else { (0..4, 60) };
+        let counts = no_false_exact(scene.text, seeds, steps, [3e-5, 0.05, 0.1]);
+        println!("{}: exact, one-sided, refused {counts:?}", scene.name);
+    }
+    for text in [include_str!("../testdata/humanoid.xml"), include_str!("../testdata/arm.xml")] {
+        let counts = no_false_exact(text, 0..4, 60, [1e-4, 0.1, 0.2]);
+        println!("exact, one-sided, refused {counts:?}");
+        assert!(counts[0] > 20);
+    }
+}
+
+const BALL: &str = "<mujoco><option timestep='0.01'/><worldbody><geom type='plane' friction='0.4'/>
+  <body name='ball' pos='0 0 0.1'><freejoint/><geom size='0.1' mass='2'/></body></worldbody></mujoco>";
+
+#[test]
+fn a_contact_that_touches_without_impulse_is_a_tie() {
+    let mut bench = Bench::new(model_of(BALL), Settings::default());
+    let (mut state, input) = bench.start();
+    state.v[2] = 0.0981;
+    bench.differentiate(&state, &input).expect("a step");
+    let Validity::OneSided { deciding } = bench.derivatives.validity() else {
+        panic!("{:?}", bench.derivatives.margins())
+    };
+    assert!(deciding.iter().all(|margin| margin.source == InequalitySource::Contact(0)));
+    assert!(deciding.iter().any(|m| matches!(m.kind, InequalityKind::Gap | InequalityKind::NormalImpulse)));
+}
+
+#[test]
+fn another_law_of_friction_is_refused() {
+    let settings = Settings::default().with_friction_law(FrictionLaw::Circular);
+    let mut bench = Bench::new(model_of(BALL), settings);
+    let (state, input) = bench.start();
+    bench.differentiate(&state, &input).expect("a step");
+    assert!(matches!(bench.derivatives.validity(), Validity::Refused { .. }));
+    assert!(bench.derivatives.state_matrix().is_none() && bench.derivatives.product(&[0.0; 18]).is_none());
+}
+
+#[test]
+fn products_are_those_of_the_matrices() {
+    let mut bench = Bench::new(model_of(include_str!("../testdata/humanoid.xml")), Settings::default());
+    let (mut state, input) = bench.start();
+    for _ in 0..40 {
+        state = bench.differentiate(&state, &input).expect("a step");
+    }
+    let mut random = Random::new(3);
+    let (near, with) = disturbed(&bench, &mut random, &state, &input, [1e-4, 0.1, 0.1]);
+    bench.differentiate(&near, &with).expect("a step");
+    let (nv, nu) = (bench.model.nv, bench.model.actuators.len());
+    let (change, gradient) = (random_vector(&mut random, 3 * nv + nu, 1.0), random_vector(&mut random, 2 * nv, 1.0));
+    let d = &bench.derivatives;
+    let matrices = [d.state_matrix(), d.control_matrix(), d.force_matrix()].map(|m| m.expect("a derivative"));
+    let parts = [&change[..2 * nv], &change[2 * nv..2 * nv + nu], &change[2 * nv + nu..]];
+    let mut expected = vec![0.0; 2 * nv];
+    for (matrix, part) in matrices.iter().zip(parts) {
+        let mut own = vec![0.0; 2 * nv];
+        matrix.multiply_into(part, &mut own);
+        expected.iter_mut().zip(own).for_each(|(x, y)| *x += y);
+    }
+    let product = d.product(&change).expect("a derivative");
+    let size = expected.iter().fold(0.0, |s: f64, x| s.max(x.abs()));
+    assert!(product.iter().zip(&expected).all(|(x, y)| (x - y).abs() < 1e-10 * size));
+    let back = d.transposed_product(&gradient).expect("a derivative");
+    let dot = |x: &[f64], y: &[f64]| x.iter().zip(y).map(|(x, y)| x * y).sum::<f64>();
+    let (forward, backward) = (dot(&product, &gradient), dot(&change, &back));
+    assert!((forward - backward).abs() < 1e-9 * (1.0 + forward.abs()), "{forward} {backward}");
+}

@@ -1,0 +1,92 @@
+"""Derivatives of steps."""
+
+import numpy as np
+import pytest
+
+import signorini
+
+BALL = """<mujoco><option timestep='0.01'/><worldbody><geom type='plane' friction='0.4'/>
+  <body name='ball' pos='0 0 {height}'><freejoint/><geom size='0.1' mass='2'/></body></worldbody></mujoco>"""
+
+CART = """<mujoco><option timestep='0.01'/><worldbody><body name='cart'>
+  <joint name='slide' type='slide' axis='1 0 0' damping='0.3'/><geom type='box' size='0.1 0.1 0.1' mass='1' contype='0'/>
+  <body name='pole'><joint name='hinge' axis='0 1 0' range='-90 90'/><geom type='capsule' fromto='0 0 0 0 0 0.5' size='0.02' contype='0'/>
+  </body></body></worldbody><actuator><motor joint='slide' gear='3'/></actuator></mujoco>"""
+
+
+def differences(model, start, argument, h=1e-5):
+    """Central differences of a step by one of its arguments, (2 nv, n)."""
+
+    def end(k, sign):
+        data = signorini.Data(model)
+        data.set_state(start)
+        change = np.zeros(model.nv if argument != "ctrl" else model.nu)
+        change[k] = sign * h
+        if argument == "qpos":
+            data.qpos[:] = signorini.integrate(model, data.qpos, change)
+        else:
+            getattr(data, argument)[:] += change
+        signorini.step(model, data)
+        return data.qpos.copy(), data.qvel.copy()
+
+    columns = []
+    for k in range(model.nv if argument != "ctrl" else model.nu):
+        (q1, v1), (q0, v0) = end(k, 1), end(k, -1)
+        columns.append(np.concatenate([signorini.difference(model, q1, q0), v1 - v0]) / (2 * h))
+    return np.array(columns).T
+
+
+def test_a_sliding_ball_and_its_differences():
+    model = signorini.Model.from_string(BALL.format(height=0.1))
+    data = signorini.Data(model)
+    data.qvel[:] = [1.0, 0.2, 0.0, 0.3, -0.2, 0.5]
+    start = data.get_state(warm_start=False)
+    signorini.step(model, data)
+    found = signorini.derivatives(model, data)
+    assert found.validity == "exact" and found.reason is None and found.deciding == []
+    assert min(margin.value for margin in found.margins) > 0
+    expected = np.hstack([differences(model, start, "qpos"), differences(model, start, "qvel")])
+    assert np.allclose(found.A, expected, atol=1e-7)
+    assert np.allclose(found.B_force, differences(model, start, "qfrc_applied"), atol=1e-7)
+
+
+def test_controls_and_products():
+    model = signorini.Model.from_string(CART)
+    data = signorini.Data(model)
+    data.qpos[1], data.qvel[:], data.ctrl[0] = 0.4, [0.5, -1.0], 2.0
+    start = data.get_state(warm_start=False)
+    signorini.step(model, data)
+    data.ctrl[0] = -7.0  # What is written after the step is not of the step.
+    found = signorini.derivatives(model, data)
+    assert found.validity == "exact"
+    assert np.allclose(found.B, differences(model, start, "ctrl"), atol=1e-8)
+    rng = np.random.default_rng(0)
+    dq, dv, du, df, gq, gv = (rng.normal(size=n) for n in (2, 2, 1, 2, 2, 2))
+    end = np.concatenate(found.jvp(dq, dv, du, df))
+    assert np.allclose(end, found.A @ np.concatenate([dq, dv]) + found.B @ du + found.B_force @ df, atol=1e-12)
+    gradient = found.vjp(gq, gv)
+    sums = sum(g @ d for g, d in zip(gradient, (dq, dv, du, df)))
+    assert sums == pytest.approx(end @ np.concatenate([gq, gv]), rel=1e-12)
+
+
+def test_a_tie_names_the_contact():
+    model = signorini.Model.from_string(BALL.format(height=0.1))
+    data = signorini.Data(model)
+    data.qvel[2] = 9.81 * 0.01  # Gravity takes back in the step what would lift the ball: it touches without an impulse.
+    signorini.step(model, data)
+    found = signorini.derivatives(model, data)
+    assert found.validity == "one_sided"
+    assert [(margin.source, margin.index) for margin in found.deciding] == [("contact", 0)]
+
+
+def test_what_has_no_derivative_says_why():
+    model = signorini.Model.from_string(BALL.format(height=0.05))
+    data = signorini.Data(model)
+    with pytest.raises(RuntimeError, match="no step"):
+        signorini.derivatives(model, data)
+    with pytest.warns(signorini.OverlapWarning):
+        signorini.step(model, data)
+    found = signorini.derivatives(model, data)
+    assert found.validity == "refused" and "bounded speed" in found.reason
+    with pytest.raises(ValueError, match="bounded speed"):
+        found.A
