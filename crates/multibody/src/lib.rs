@@ -94,7 +94,7 @@ pub use kinematics::{Kinematics, body_velocities_into, forward_kinematics_into};
 pub use layout::Block;
 pub use length::{LengthRow, actuator_length_into, tendon_length_into};
 pub use mass::{BlockDiagonal, MassError};
-pub use math::{Pose, right_jacobian, rotation_exp, rotation_log};
+pub use math::{Pose, right_jacobian, rotation_exp, rotation_log, unit_rotation, unit_vector};
 pub use model::{
     Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, ContactFilter, Equality,
     EqualityKind, FrameId, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Model,

@@ -50,6 +50,19 @@ impl std::ops::Mul for Pose {
     }
 }
 
+/// Squares of lengths this near to 1 are those of unit vectors and quaternions, rounded.
+const UNIT: f64 = 1e-15;
+
+/// The quaternion made unit; one that is unit to rounding stays as it is, so that what is written and read again has the same bits.
+pub fn unit_rotation(r: DQuat) -> DQuat {
+    if (r.length_squared() - 1.0).abs() <= UNIT { r } else { r.normalize() }
+}
+
+/// The vector made unit; one that is unit to rounding stays as it is.
+pub fn unit_vector(v: DVec3) -> DVec3 {
+    if (v.length_squared() - 1.0).abs() <= UNIT { v } else { v.normalize() }
+}
+
 /// The rotation by a rotation vector (axis times angle, rad): `exp` of the rotation group as a unit quaternion.
 pub fn rotation_exp(w: DVec3) -> DQuat {
     let angle = w.length();

@@ -44,6 +44,7 @@ pub use signorini_lcp as lcp;
 pub use signorini_multibody as multibody;
 pub use signorini_recording as recording;
 pub use signorini_simulation::*;
+pub use signorini_spec as spec;
 pub use signorini_statics as statics;
 #[cfg(feature = "viewer")]
 pub use signorini_viewer as viewer;

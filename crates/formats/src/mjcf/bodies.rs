@@ -1,6 +1,6 @@
 //! `<worldbody>`: bodies, frames, replicas, and the order in which they become parts of the model.
 
-use signorini_multibody::{BodyId, Inertia, Pose};
+use signorini_multibody::{BodyId, Inertia, Pose, unit_rotation};
 
 use super::compiler::InertiaSource;
 use super::importer::Importer;
@@ -47,7 +47,7 @@ fn read_body<'t>(
     let Pending { element, parent, parent_pose, scope } = pending;
     let attributes = element.attributes();
     let placement = scope.frame * importer.compiler.pose(&attributes)?;
-    let placement = Pose::new(placement.position, placement.rotation.normalize());
+    let placement = Pose::new(placement.position, unit_rotation(placement.rotation));
     let id = importer.parts.add_body(element, scope.name(element), parent, placement)?;
     if attributes.flag("mocap")?.unwrap_or(false) {
         read_mocap(importer, element, id, parent)?;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use signorini_multibody::glam::{DMat3, DQuat, DVec3};
-use signorini_multibody::{Inertia, Pose};
+use signorini_multibody::{Inertia, Pose, unit_rotation};
 
 use crate::error::FormatError;
 use crate::inertia::{principal, scaled};
@@ -151,7 +151,7 @@ impl Compiler {
             let q = DQuat::from_axis_angle(turn.axis, self.angle(angle));
             rotation = if turn.fixed { q * rotation } else { rotation * q };
         }
-        rotation.normalize()
+        unit_rotation(rotation)
     }
 
     /// `boundmass`, `boundinertia`, `balanceinertia` applied to the inertia of a body, in principal axes.

@@ -1,7 +1,7 @@
 //! `<equality>`: points that stay together, welds, and coupled joints.
 
 use signorini_multibody::glam::{DQuat, DVec3};
-use signorini_multibody::{BodyId, EqualityKind, Pose};
+use signorini_multibody::{BodyId, EqualityKind, Pose, unit_rotation};
 
 use super::importer::Importer;
 use super::sensors::site;
@@ -77,7 +77,7 @@ fn weld(importer: &Importer, a: &Attributes) -> Result<EqualityKind, FormatError
     let ([x, y, z, w, i, j, k], _) = a.overlay::<7>("relpose", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?;
     let given = DQuat::from_xyzw(i, j, k, w);
     let relative = if given.length() > 0.0 {
-        Pose::new(DVec3::new(x, y, z), given.normalize())
+        Pose::new(DVec3::new(x, y, z), unit_rotation(given))
     } else {
         let [pose_a, pose_b] = [body_a, body_b].map(|body| importer.parts.builder.reference_pose(body));
         pose_a.inverse() * pose_b

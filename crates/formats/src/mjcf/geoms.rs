@@ -4,7 +4,7 @@ use std::rc::Rc;
 use std::sync::Arc;
 
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{Geom, Geometry, Pose, SpinResistance};
+use signorini_multibody::{Geom, Geometry, Pose, SpinResistance, unit_rotation};
 
 use super::assets::{MeshAsset, colour};
 use super::compiler::z_to;
@@ -55,7 +55,7 @@ pub(super) fn read<'t>(
     let a = importer.defaults.of(element, scope.class, &["geom"])?;
     let Some(shape) = read_shape(importer, &a)? else { return Ok(()) };
     let placement = scope.frame * shape.placement;
-    let placement = Pose::new(placement.position, placement.rotation.normalize());
+    let placement = Pose::new(placement.position, unit_rotation(placement.rotation));
     weigh(importer, &a, &shape, &placement, body)?;
     let mut geom = Geom::new("", shape.geometry);
     geom.placement = placement;

@@ -1,7 +1,7 @@
 //! `<joint>` and `<freejoint>`.
 
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{Joint, JointKind};
+use signorini_multibody::{Joint, JointKind, unit_vector};
 
 use super::importer::Importer;
 use super::scope::{OpenBody, Scope};
@@ -52,8 +52,8 @@ fn read_joint(importer: &mut Importer, a: &Attributes, scope: &Scope) -> Result<
     let kind = match sort {
         Type::Free => JointKind::Free,
         Type::Ball => JointKind::Ball,
-        Type::Slide => JointKind::Slide { axis: axis.normalize() },
-        Type::Hinge => JointKind::Hinge { axis: axis.normalize() },
+        Type::Slide => JointKind::Slide { axis: unit_vector(axis) },
+        Type::Hinge => JointKind::Hinge { axis: unit_vector(axis) },
     };
     let unit = if sort == Type::Hinge { importer.compiler.angle(1.0) } else { 1.0 };
     let mut joint = Joint::new("", kind);

@@ -1,7 +1,7 @@
 //! `<site>`: frames for sensors and actuators.
 
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{BodyId, Geometry, Pose, Site};
+use signorini_multibody::{BodyId, Geometry, Pose, Site, unit_rotation};
 
 use super::geoms::from_to;
 use super::importer::Importer;
@@ -53,7 +53,7 @@ pub(super) fn read<'t>(
     };
     zone.check().map_err(|reason| a.element().invalid(format!("{} site: {reason}", zone.kind_name())))?;
     let placement = scope.frame * placement;
-    let placement = Pose::new(placement.position, placement.rotation.normalize());
+    let placement = Pose::new(placement.position, unit_rotation(placement.rotation));
     importer.parts.add_site(
         element,
         scope.name(element),

@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 
 use signorini_multibody::glam::{DQuat, DVec3};
+use signorini_multibody::{unit_rotation, unit_vector};
 
 use super::tree::{Attribute, Element};
 use crate::error::{FormatError, Location};
@@ -107,8 +108,11 @@ impl<'t> Attributes<'t> {
         if scale < 1e-14 {
             return Err(self.invalid(name, "a quaternion w x y z that is not zero"));
         }
-        let [w, x, y, z] = q.map(|x| x / scale);
-        Ok(Some(DQuat::from_xyzw(x, y, z, w).normalize()))
+        let [w, x, y, z] = q;
+        let given = DQuat::from_xyzw(x, y, z, w);
+        let unit = unit_rotation(given);
+        // What is large or small is scaled first, so that its square is a number.
+        Ok(Some(if unit == given { given } else { (given * (1.0 / scale)).normalize() }))
     }
 
     /// Any number of finite numbers.
@@ -219,6 +223,9 @@ impl<'t> Attributes<'t> {
 
 /// The vector divided by its length, unless it is (almost) zero.
 pub(crate) fn unit(v: DVec3) -> Option<DVec3> {
+    if unit_vector(v) == v {
+        return Some(v);
+    }
     let scale = v.abs().max_element();
     (scale > 1e-14 && scale.is_finite()).then(|| (v / scale).normalize())
 }

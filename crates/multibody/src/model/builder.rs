@@ -13,7 +13,7 @@ use super::{
     Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelError, Sensor, SensorKind, Site, SiteId, Tendon,
     TendonId, Transmission,
 };
-use crate::math::Pose;
+use crate::math::{Pose, unit_rotation, unit_vector};
 
 /// Collects parts and checks them; [`build`](Self::build) gives the immutable [`Model`].
 #[derive(Clone, Debug)]
@@ -407,19 +407,19 @@ impl ModelBuilder {
 fn normalise(model: &mut Model) {
     for equality in &mut model.equalities {
         if let EqualityKind::Weld { frame_a, frame_b, .. } = &mut equality.kind {
-            frame_a.rotation = frame_a.rotation.normalize();
-            frame_b.rotation = frame_b.rotation.normalize();
+            frame_a.rotation = unit_rotation(frame_a.rotation);
+            frame_b.rotation = unit_rotation(frame_b.rotation);
         }
     }
     let bodies = model.bodies.iter_mut().map(|body| &mut body.placement);
     let geoms = model.geoms.iter_mut().map(|geom| &mut geom.placement);
     let sites = model.sites.iter_mut().map(|site| &mut site.placement);
     for placement in bodies.chain(geoms).chain(sites) {
-        placement.rotation = placement.rotation.normalize();
+        placement.rotation = unit_rotation(placement.rotation);
     }
     for joint in &mut model.joints {
         if let JointKind::Hinge { axis } | JointKind::Slide { axis } = &mut joint.kind {
-            *axis = axis.normalize();
+            *axis = unit_vector(*axis);
         }
     }
 }

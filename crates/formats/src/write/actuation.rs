@@ -1,0 +1,151 @@
+//! Tendons, actuators and sensors.
+
+use signorini_multibody::{
+    Activation, ActivationKind, Actuator, ActuatorKind, FrameId, Model, Sensor, SensorKind, Tendon, Transmission,
+};
+
+use super::element::Tag;
+
+pub(super) fn tendon(model: &Model, tendon: &Tendon) -> Tag {
+    let mut tag = Tag::new("fixed")
+        .with("name", &tendon.name)
+        .numbers("springlength", &tendon.rest)
+        .range("range", "limited", tendon.limits)
+        .unless(&[0.0], "stiffness", &[tendon.stiffness])
+        .unless(&[0.0], "damping", &[tendon.damping]);
+    for (joint, coefficient) in &tendon.terms {
+        let name = &model.joints[joint.index()].name;
+        tag.push(Tag::new("joint").with("joint", name).numbers("coef", &[*coefficient]));
+    }
+    tag
+}
+
+pub(super) fn actuator(model: &Model, actuator: &Actuator) -> Tag {
+    let tag = match (actuator.kind, &actuator.activation) {
+        (ActuatorKind::Motor, None) => Tag::new("motor"),
+        (ActuatorKind::Position { kp, kv }, None) => {
+            Tag::new("position").numbers("kp", &[kp]).unless(&[0.0], "kv", &[kv])
+        }
+        (ActuatorKind::Velocity { kv }, None) => Tag::new("velocity").numbers("kv", &[kv]),
+        // What holds a speed exactly has no gain; `<custom>` says that it is one.
+        (ActuatorKind::Speed, _) => Tag::new("velocity").numbers("kv", &[1.0]),
+        (kind, activation) => general(kind, activation.as_ref()),
+    };
+    let scaled = |vector: &[f64; 6]| vector.map(|x| x * actuator.gear);
+    let tag = tag.with("name", &actuator.name);
+    let tag = match &actuator.transmission {
+        Transmission::Joint(joint) => {
+            tag.with("joint", &model.joints[joint.index()].name).unless(&[1.0], "gear", &[actuator.gear])
+        }
+        Transmission::JointAxes { joint, axes } => {
+            tag.with("joint", &model.joints[joint.index()].name).numbers("gear", &scaled(axes))
+        }
+        Transmission::Tendon(tendon) => {
+            tag.with("tendon", &model.tendons[tendon.index()].name).unless(&[1.0], "gear", &[actuator.gear])
+        }
+        Transmission::Site { site, reference, wrench } => {
+            let tag = tag.with("site", &model.sites[site.index()].name).numbers("gear", &scaled(wrench));
+            match reference {
+                Some(reference) => tag.with("refsite", &model.sites[reference.index()].name),
+                None => tag,
+            }
+        }
+    };
+    tag.range("ctrlrange", "ctrllimited", actuator.control_range).range(
+        "forcerange",
+        "forcelimited",
+        actuator.force_range,
+    )
+}
+
+/// Any affine law, with its activation.
+fn general(kind: ActuatorKind, activation: Option<&Activation>) -> Tag {
+    let (gain, bias) = match kind {
+        ActuatorKind::Motor => ([1.0, 0.0, 0.0], [0.0; 3]),
+        ActuatorKind::Position { kp, kv } => ([kp, 0.0, 0.0], [0.0, -kp, -kv]),
+        ActuatorKind::Velocity { kv } => ([kv, 0.0, 0.0], [0.0, 0.0, -kv]),
+        ActuatorKind::Affine { gain, bias } => (gain, bias),
+        ActuatorKind::Speed => ([1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
+    };
+    let tag = Tag::new("general")
+        .with("gaintype", "affine")
+        .numbers("gainprm", &gain)
+        .with("biastype", "affine")
+        .numbers("biasprm", &bias);
+    let Some(activation) = activation else { return tag };
+    let (dynamics, time_constant) = match activation.kind {
+        ActivationKind::Integrator => ("integrator", None),
+        ActivationKind::Filter { time_constant } => ("filter", Some(time_constant)),
+        ActivationKind::ExactFilter { time_constant } => ("filterexact", Some(time_constant)),
+    };
+    let mut tag = tag.with("dyntype", dynamics).range("actrange", "actlimited", activation.range);
+    if let Some(time_constant) = time_constant {
+        tag = tag.numbers("dynprm", &[time_constant]);
+    }
+    if activation.early {
+        tag.set("actearly", "true");
+    }
+    tag
+}
+
+pub(super) fn sensor(model: &Model, sensor: &Sensor) -> Tag {
+    use SensorKind as K;
+    let joint = |tag: &'static str, id: usize| Tag::new(tag).with("joint", &model.joints[id].name);
+    let tendon = |tag: &'static str, id: usize| Tag::new(tag).with("tendon", &model.tendons[id].name);
+    let actuator = |tag: &'static str, id: usize| Tag::new(tag).with("actuator", &model.actuators[id].name);
+    let site = |tag: &'static str, id: usize| Tag::new(tag).with("site", &model.sites[id].name);
+    let body = |tag: &'static str, id: usize| Tag::new(tag).with("body", &model.bodies[id].name);
+    let framed = |tag: &'static str, own: FrameId, reference: Option<FrameId>| {
+        let (sort, name) = frame(model, own);
+        let tag = Tag::new(tag).with("objtype", sort).with("objname", name);
+        match reference.map(|reference| frame(model, reference)) {
+            Some((sort, name)) => tag.with("reftype", sort).with("refname", name),
+            None => tag,
+        }
+    };
+    let tag = match sensor.kind {
+        K::JointPosition(id) => joint("jointpos", id.index()),
+        K::JointVelocity(id) => joint("jointvel", id.index()),
+        K::JointActuatorForce(id) => joint("jointactuatorfrc", id.index()),
+        K::BallQuaternion(id) => joint("ballquat", id.index()),
+        K::BallAngularVelocity(id) => joint("ballangvel", id.index()),
+        K::TendonPosition(id) => tendon("tendonpos", id.index()),
+        K::TendonVelocity(id) => tendon("tendonvel", id.index()),
+        K::ActuatorPosition(id) => actuator("actuatorpos", id.index()),
+        K::ActuatorVelocity(id) => actuator("actuatorvel", id.index()),
+        K::ActuatorForce(id) => actuator("actuatorfrc", id.index()),
+        K::Velocimeter(id) => site("velocimeter", id.index()),
+        K::Gyro(id) => site("gyro", id.index()),
+        K::Accelerometer(id) => site("accelerometer", id.index()),
+        K::Force(id) => site("force", id.index()),
+        K::Torque(id) => site("torque", id.index()),
+        K::Touch(id) => site("touch", id.index()),
+        K::FramePosition(own, reference) => framed("framepos", own, reference),
+        K::FrameQuaternion(own, reference) => framed("framequat", own, reference),
+        K::FrameAxis(own, reference, 0) => framed("framexaxis", own, reference),
+        K::FrameAxis(own, reference, 1) => framed("frameyaxis", own, reference),
+        K::FrameAxis(own, reference, _) => framed("framezaxis", own, reference),
+        K::FrameLinearVelocity(own, reference) => framed("framelinvel", own, reference),
+        K::FrameAngularVelocity(own, reference) => framed("frameangvel", own, reference),
+        K::FrameLinearAcceleration(own) => framed("framelinacc", own, None),
+        K::FrameAngularAcceleration(own) => framed("frameangacc", own, None),
+        K::SubtreeCenterOfMass(id) => body("subtreecom", id.index()),
+        K::SubtreeLinearVelocity(id) => body("subtreelinvel", id.index()),
+        K::SubtreeAngularMomentum(id) => body("subtreeangmom", id.index()),
+        K::Clock => Tag::new("clock"),
+    };
+    let tag = tag.with("name", &sensor.name);
+    match sensor.cutoff {
+        Some(cutoff) => tag.numbers("cutoff", &[cutoff]),
+        None => tag,
+    }
+}
+
+fn frame(model: &Model, frame: FrameId) -> (&'static str, &str) {
+    match frame {
+        FrameId::Body(id) => ("xbody", &model.bodies[id.index()].name),
+        FrameId::CenterOfMass(id) => ("body", &model.bodies[id.index()].name),
+        FrameId::Geom(id) => ("geom", &model.geoms[id.index()].name),
+        FrameId::Site(id) => ("site", &model.sites[id.index()].name),
+    }
+}

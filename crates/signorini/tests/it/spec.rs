@@ -1,0 +1,146 @@
+//! Models that are edited: copies are the same model, what is attached moves as it did alone, what is removed is gone with what refers to it.
+
+use std::path::Path;
+
+use signorini::formats::{LoadOptions, load, load_mjcf_str};
+use signorini::multibody::glam::DVec3;
+use signorini::multibody::{
+    Actuator, ActuatorKind, Geom, Geometry, Inertia, Joint, JointKind, Kinematics, MassMatrix, Model, Pose, Sensor,
+    SensorKind, State, forward_kinematics_into, mass_matrix_into,
+};
+use signorini::spec::{Spec, SpecError, carry_state};
+
+const ARM: &str = r#"<mujoco model="arm"><worldbody><geom name="foot" type="box" size=".1 .1 .02"/><site name="base"/>
+    <body name="upper" pos="0 0 .1"><joint name="shoulder" axis="0 1 0" range="-90 90"/><geom name="upper" type="capsule" size=".04 .2" pos="0 0 .2"/>
+      <body name="lower" pos="0 0 .4"><joint name="elbow" axis="0 1 0" damping=".2"/><geom name="lower" size=".05"/><site name="tip" pos="0 0 .1"/></body></body>
+  </worldbody><contact><exclude body1="upper" body2="world"/></contact>
+  <tendon><fixed name="sum"><joint joint="shoulder" coef="1"/><joint joint="elbow" coef="1"/></fixed></tendon>
+  <equality><connect name="held" body1="lower" anchor="0 0 .1" active="true"/></equality>
+  <actuator><position name="servo" joint="elbow" kp="20"/><motor name="pull" tendon="sum"/></actuator>
+  <sensor><framepos name="where" objtype="site" objname="tip"/><actuatorfrc name="effort" actuator="servo"/></sensor>
+  <keyframe><key name="bent" qpos=".3 -.7" ctrl=".1 .2"/></keyframe></mujoco>"#;
+
+fn arm() -> Spec {
+    Spec::from_model(&load_mjcf_str(ARM, ".").expect("an arm").model)
+}
+
+fn mass_matrix(model: &Model, q: &[f64]) -> Vec<f64> {
+    let mut kinematics = Kinematics::new(model);
+    forward_kinematics_into(model, q, &vec![0.0; model.nv], &mut kinematics);
+    let mut mass = MassMatrix::new(model);
+    mass_matrix_into(model, &kinematics, &mut mass);
+    mass.matrix.to_dense()
+}
+
+#[test]
+fn a_copy_of_a_model_is_the_model() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    for entry in std::fs::read_dir(folder).expect("the scenes") {
+        let path = entry.expect("a file").path();
+        if path.extension().is_some_and(|extension| extension == "xml") {
+            let model = load(&path, &LoadOptions::default()).expect("a scene").model;
+            let compiled = Spec::from_model(&model).compile().expect("a scene is a model");
+            assert_eq!(compiled.model.content_hash(), model.content_hash(), "{}", path.display());
+        }
+    }
+    let model = load_mjcf_str(ARM, ".").expect("an arm").model;
+    let compiled = arm().compile().expect("an arm");
+    assert_eq!(compiled.model.content_hash(), model.content_hash());
+    assert!(compiled.joints.iter().enumerate().all(|(i, id)| id.map(|id| id.index()) == Some(i)));
+}
+
+/// Two arms that do not touch have the mass matrices of one, side by side.
+#[test]
+fn what_is_attached_moves_as_it_did_alone() {
+    let mut spec = Spec::new("two");
+    spec.attach(&arm(), "world", Pose::IDENTITY, "a/").expect("the first");
+    let turned = Pose::new(DVec3::new(1.0, 0.0, 0.2), signorini::multibody::glam::DQuat::from_rotation_z(0.8));
+    spec.attach(&arm(), "world", turned, "b/").expect("the second");
+    let two = spec.compile().expect("two arms").model;
+    let one = arm().compile().expect("one arm").model;
+    let (q, own) = ([0.3, -0.7], mass_matrix(&one, &[0.3, -0.7]));
+    let whole = mass_matrix(&two, &[q, q].concat());
+    for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
+        let expected = if i / 2 == j / 2 { own[2 * (i % 2) + j % 2] } else { 0.0 };
+        assert!((whole[4 * i + j] - expected).abs() < 1e-13, "({i}, {j})");
+    }
+    assert_eq!((two.actuators.len(), two.sensors.len(), two.tendons.len(), two.equalities.len()), (4, 4, 2, 2));
+    let bent = two.keyframe_named("b/bent").expect("a keyframe came along");
+    assert_eq!((&bent.q[..], &bent.control[..]), (&[0.0, 0.0, 0.3, -0.7][..], &[0.0, 0.0, 0.1, 0.2][..]));
+    let foot = &two.geoms[two.geom_named("b/foot").expect("what was fixed to the world").index()];
+    assert!((foot.placement.position - turned.position).length() < 1e-15);
+    let twice = spec.attach(&arm(), "world", Pose::IDENTITY, "a/").expect_err("the names are taken");
+    assert!(twice.to_string().contains("'a/upper' already"), "{twice}");
+    assert_eq!(spec.compile().expect("nothing has changed").model.content_hash(), two.content_hash());
+}
+
+#[test]
+fn a_gripper_is_attached_to_a_hand_and_a_floating_body_is_not() {
+    let mut spec = arm();
+    spec.remove_equality("held").expect("it is there");
+    let mut gripper = Spec::new("gripper");
+    gripper.add_body("palm", "world", Pose::IDENTITY, Inertia::ZERO).expect("a palm");
+    gripper.add_solid("palm", Geom::new("palm", Geometry::Sphere { radius: 0.03 }), 0.2).expect("its shape");
+    gripper.add_body("finger", "palm", [0.03, 0.0, 0.03].into(), Inertia::ZERO).expect("a finger");
+    gripper.add_solid("finger", Geom::new("finger", Geometry::Sphere { radius: 0.01 }), 0.05).expect("its shape");
+    gripper.add_joint("finger", Joint::slide("grip", DVec3::X).with_limits([0.0, 0.02])).expect("its joint");
+    let before = spec.compile().expect("an arm").model;
+    spec.attach(&gripper, "lower", [0.0, 0.0, 0.15].into(), "").expect("a gripper at the hand");
+    let grip = spec.joint("grip").expect("it is there");
+    spec.add_actuator(Actuator::new("grip", grip, ActuatorKind::Motor)).expect("its motor");
+    spec.add_sensor(Sensor::new("opening", SensorKind::JointPosition(grip))).expect("its sensor");
+    let compiled = spec.compile().expect("an arm with a gripper");
+    let model = &compiled.model;
+    assert_eq!((model.nv, model.bodies[4].parent.index(), model.dof_parent[2]), (3, 3, Some(1)));
+    assert_eq!(compiled.joints[grip.index()].map(|id| id.index()), Some(2));
+
+    let state = State::at(vec![0.4, 0.5], vec![1.0, 2.0]).with_time(3.0);
+    let carried = carry_state(&before, &state, model);
+    assert_eq!((carried.time, &carried.q[..], &carried.v[..]), (3.0, &[0.4, 0.5, 0.0][..], &[1.0, 2.0, 0.0][..]));
+
+    let mut ball = Spec::new("ball");
+    ball.add_body("ball", "world", Pose::IDENTITY, Inertia::ZERO).expect("a ball");
+    ball.add_joint("ball", Joint::new("free", JointKind::Free)).expect("its joint");
+    let refused = spec.attach(&ball, "lower", Pose::IDENTITY, "").expect_err("it floats");
+    assert_eq!(refused, SpecError::FreeJoint { body: "ball".into() });
+}
+
+#[test]
+fn what_is_removed_takes_what_refers_to_it_along() {
+    let mut spec = arm();
+    let removed = spec.remove_body("lower").expect("it is there");
+    let expected = [
+        "body 'lower'",
+        "joint 'elbow'",
+        "geom 'lower'",
+        "site 'tip'",
+        "tendon 'sum'",
+        "actuator 'servo'",
+        "actuator 'pull'",
+        "sensor 'where'",
+        "sensor 'effort'",
+        "equality constraint 'held'",
+    ];
+    assert_eq!(removed, expected);
+    let model = spec.compile().expect("half an arm").model;
+    let key = model.keyframe_named("bent").expect("the rest of it");
+    assert_eq!((model.nv, &key.q[..], key.control.len()), (1, &[0.3][..], 0));
+    assert_eq!(spec.remove_body("world"), Err(SpecError::World { what: "removed" }));
+    let missing = spec.joint_mut("shouldr").expect_err("misspelt");
+    assert!(missing.to_string().contains("no joint 'shouldr'; did you mean 'shoulder'?"), "{missing}");
+}
+
+#[test]
+fn what_is_no_mechanism_is_refused_by_name() {
+    let mut spec = arm();
+    let lower = spec.body("lower").expect("it is there");
+    spec.body_mut("upper").expect("it is there").parent = lower;
+    assert!(matches!(spec.compile(), Err(SpecError::Circle { body }) if body == "upper"));
+    let mut spec = arm();
+    spec.body_mut("upper").expect("it is there").inertia.mass = -1.0;
+    assert!(spec.compile().expect_err("no mass is negative").to_string().contains("body 'upper'"));
+    let mut spec = arm();
+    spec.actuator_mut("servo").expect("it is there").transmission = signorini::multibody::JointId(99).into();
+    let dangling = spec.compile().expect_err("there is no such joint");
+    assert_eq!(dangling.to_string(), "actuator 'servo' refers to a joint that is not there");
+}
