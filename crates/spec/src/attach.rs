@@ -17,12 +17,12 @@ impl Spec {
     pub fn attach(&mut self, other: &Self, body: &str, frame: Pose, prefix: &str) -> Result<(), SpecError> {
         let target = self.body(body)?;
         let mut joined = self.clone();
-        joined.take(other, target, frame, prefix)?;
+        joined.absorb(other, target, frame, prefix)?;
         *self = joined;
         Ok(())
     }
 
-    fn take(&mut self, other: &Self, target: BodyId, frame: Pose, prefix: &str) -> Result<(), SpecError> {
+    fn absorb(&mut self, other: &Self, target: BodyId, frame: Pose, prefix: &str) -> Result<(), SpecError> {
         let mut places = Places {
             bodies: vec![None; other.bodies.places()],
             joints: vec![None; other.joints.places()],
@@ -45,12 +45,12 @@ impl Spec {
             }
             places.bodies[i] = Some(BodyId(self.bodies.add(own)? as u32));
         }
-        self.take_fixed(other, frame, prefix, &mut places)?;
-        self.take_relations(other, prefix, &mut places)
+        self.absorb_fixed(other, frame, prefix, &mut places)?;
+        self.absorb_relations(other, prefix, &mut places)
     }
 
     /// Joints, geoms and sites.
-    fn take_fixed(&mut self, other: &Self, frame: Pose, prefix: &str, places: &mut Places) -> Result<(), SpecError> {
+    fn absorb_fixed(&mut self, other: &Self, frame: Pose, prefix: &str, places: &mut Places) -> Result<(), SpecError> {
         let lost = |part: &str| SpecError::DanglingReference { part: part.to_owned(), sort: "body" };
         for (i, joint) in other.joints.iter() {
             let mut own = prefixed(joint, prefix);
@@ -77,7 +77,7 @@ impl Spec {
     }
 
     /// What refers to bodies, joints, geoms and sites.
-    fn take_relations(&mut self, other: &Self, prefix: &str, places: &mut Places) -> Result<(), SpecError> {
+    fn absorb_relations(&mut self, other: &Self, prefix: &str, places: &mut Places) -> Result<(), SpecError> {
         for (i, tendon) in other.tendons.iter() {
             let own = prefixed(&tendon.moved(places)?, prefix);
             places.tendons[i] = Some(TendonId(self.tendons.add(own)? as u32));
