@@ -1,5 +1,4 @@
 //! Steps of models, their derivatives, and differences of the steps themselves.
-#![allow(dead_code)]
 
 use signorini_contact::ContactMode;
 use signorini_derivatives::{StepDerivatives, Validity};

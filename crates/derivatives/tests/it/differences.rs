@@ -1,8 +1,6 @@
 //! Derivatives of steps against extrapolated differences of the steps themselves.
 
-mod common;
-
-use common::{Bench, disturbed, model_of};
+use crate::common::{Bench, disturbed, model_of};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{Geom, Geometry, Model, ModelBuilder, SpatialVector};
 use signorini_simulation::Settings;
@@ -78,17 +76,17 @@ fn a_tumbling_top() {
 
 #[test]
 fn a_humanoid() {
-    compare("humanoid", model_of(include_str!("../testdata/humanoid.xml")), 0..5, [1e-4, 0.05, 0.1], 40);
+    compare("humanoid", model_of(include_str!("../../testdata/humanoid.xml")), 0..5, [1e-4, 0.05, 0.1], 40);
 }
 
 #[test]
 fn an_arm_with_a_box() {
-    compare("arm", model_of(include_str!("../testdata/arm.xml")), 0..5, [1e-4, 0.05, 0.1], 30);
+    compare("arm", model_of(include_str!("../../testdata/arm.xml")), 0..5, [1e-4, 0.05, 0.1], 30);
 }
 
 #[test]
 fn loops_welds_and_coupled_joints() {
-    compare("four-bar", model_of(include_str!("../testdata/four_bar.xml")), 0..5, [1e-5, 0.02, 0.1], 40);
+    compare("four-bar", model_of(include_str!("../../testdata/four_bar.xml")), 0..5, [1e-5, 0.02, 0.1], 40);
 }
 
 #[test]

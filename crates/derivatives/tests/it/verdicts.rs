@@ -1,8 +1,6 @@
 //! What the flag says, against what the step does.
 
-mod common;
-
-use common::{Bench, disturbed, model_of, random_vector};
+use crate::common::{Bench, disturbed, model_of, random_vector};
 use signorini_derivatives::{InequalityKind, InequalitySource, Validity};
 use signorini_simulation::{FrictionLaw, Settings};
 use signorini_testkit::Random;
@@ -54,7 +52,7 @@ fn no_derivative_is_called_exact_that_is_not() {
         let counts = no_false_exact(scene.text, seeds, steps, [3e-5, 0.05, 0.1]);
         println!("{}: exact, one-sided, refused {counts:?}", scene.name);
     }
-    for text in [include_str!("../testdata/humanoid.xml"), include_str!("../testdata/arm.xml")] {
+    for text in [include_str!("../../testdata/humanoid.xml"), include_str!("../../testdata/arm.xml")] {
         let counts = no_false_exact(text, 0..4, 60, [1e-4, 0.1, 0.2]);
         println!("exact, one-sided, refused {counts:?}");
         assert!(counts[0] > 20);
@@ -89,7 +87,7 @@ fn another_law_of_friction_is_refused() {
 
 #[test]
 fn products_are_those_of_the_matrices() {
-    let mut bench = Bench::new(model_of(include_str!("../testdata/humanoid.xml")), Settings::default());
+    let mut bench = Bench::new(model_of(include_str!("../../testdata/humanoid.xml")), Settings::default());
     let (mut state, input) = bench.start();
     for _ in 0..40 {
         state = bench.differentiate(&state, &input).expect("a step");
