@@ -86,6 +86,8 @@ struct Counter {
     sleeper: ContactSolver,
     /// With so few iterations that large islands come to the last stages, too: with the settings as they are, none of 643 clusters did.
     hurried: ContactSolver,
+    /// With contact sweeps in all large islands: by themselves they are for thousands of contacts.
+    sweeper: ContactSolver,
     /// Since the last report, and of all.
     counts: StageCounts,
     sum: StageCounts,
@@ -96,21 +98,25 @@ impl Counter {
         let settings = SolverSettings::default().with_time_stages(true);
         let solver = ContactSolver::new(settings.clone())?;
         let sleeper = ContactSolver::new(settings.clone().with_sleeping(true))?;
-        let hurried = ContactSolver::new(settings.with_max_proximal_iterations(1))?;
-        Ok(Self { solver, sleeper, hurried, counts: StageCounts::default(), sum: StageCounts::default() })
+        let hurried = ContactSolver::new(settings.clone().with_max_proximal_iterations(1))?;
+        let sweeper = ContactSolver::new(settings.with_sweeps_from(64))?;
+        Ok(Self { solver, sleeper, hurried, sweeper, counts: StageCounts::default(), sum: StageCounts::default() })
     }
 
-    /// Solves a problem cold, again from its solution, where islands may sleep, in a hurry, and one nearby from there.
+    /// Solves a problem cold, again from its solution, where islands may sleep, in a hurry, by sweeps, and one nearby from there.
     fn solve(&mut self, mut problem: ContactProblem, random: &mut Random) {
         let cold = self.solver.solve(&problem, None);
         let start = WarmStart::from_solution(&cold);
         let warm = self.solver.solve(&problem, Some(&start));
         let asleep = self.sleeper.solve(&problem, Some(&start));
         let hurried = self.hurried.solve(&problem, None);
+        let swept = self.sweeper.solve(&problem, None);
         let scale = 0.1 * problem.velocity_scale();
         problem.free_velocity.iter_mut().for_each(|v| *v += scale * random.normal());
         let nearby = self.solver.solve(&problem, Some(&start));
-        [cold, warm, asleep, hurried, nearby].iter().for_each(|solution| self.counts.add(&solution.report.stages));
+        [cold, warm, asleep, hurried, swept, nearby]
+            .iter()
+            .for_each(|solution| self.counts.add(&solution.report.stages));
     }
 
     fn report(&mut self, name: &str) {
@@ -118,7 +124,7 @@ impl Counter {
         for (stage, count) in self.counts.iter().filter(|(_, count)| count.asked > 0) {
             let share = 100.0 * self.counts.time_share(stage).unwrap_or(0.0);
             println!(
-                "  {:9} asked {:6}  ended {:6}  {share:5.1} % of the time",
+                "  {:14} asked {:6}  ended {:6}  {share:5.1} % of the time",
                 stage.name(),
                 count.asked,
                 count.ended

@@ -14,6 +14,8 @@ pub enum StageKind {
     Impulses,
     /// Modes from projected Gauss–Seidel sweeps.
     Sweeps,
+    /// Accelerated sweeps of exact solutions contact by contact, in turn with exact solutions of the parts that lag behind.
+    ContactSweeps,
     /// The modes of what stands.
     Standing,
     /// Proximal iterations.
@@ -28,11 +30,12 @@ pub enum StageKind {
 
 impl StageKind {
     /// All stages, in their order.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Hold,
         Self::Sleep,
         Self::Impulses,
         Self::Sweeps,
+        Self::ContactSweeps,
         Self::Standing,
         Self::Proximal,
         Self::Interior,
@@ -47,6 +50,7 @@ impl StageKind {
             Self::Sleep => "sleep",
             Self::Impulses => "impulses",
             Self::Sweeps => "sweeps",
+            Self::ContactSweeps => "contact sweeps",
             Self::Standing => "standing",
             Self::Proximal => "proximal",
             Self::Interior => "interior",

@@ -25,6 +25,7 @@
 
 mod bilateral_basis;
 mod contact_solver;
+mod contact_sweeps;
 mod continuation;
 mod interior;
 mod islands;

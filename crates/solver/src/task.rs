@@ -4,7 +4,7 @@ use signorini_contact::ContactProblem;
 use signorini_contact::projection::Cones;
 
 use crate::islands::Island;
-use crate::settings::SolverSettings;
+use crate::settings::{ENOUGH, SolverSettings};
 
 /// What is tuned by the size of an island.
 pub(crate) struct Tuning {
@@ -17,11 +17,14 @@ pub(crate) struct Tuning {
     pub closely: [f64; 2],
     /// Proximal iterations from a start that is near: where a mode changes, a few.
     pub short_iterations: u32,
+    /// An accepted residual from which a body that creeps counts as at rest.
+    pub rough: f64,
 }
 
 /// Chosen by: `contact_lcp --directions 8 --no-growth`, `random_steps --seeds 0..30000`, 21 November 2026; `costly` by
 /// `sim S4_pile100 S4_pile300`, 22 November 2026.
-pub(crate) const SIZES: Tuning = Tuning { large: 64, costly: 512, closely: [0.1, 0.3], short_iterations: 4 };
+pub(crate) const SIZES: Tuning =
+    Tuning { large: 64, costly: 512, closely: [0.1, 0.3], short_iterations: 4, rough: 1e-6 };
 
 /// How much is tried for a solution.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,6 +58,8 @@ pub(crate) enum Look {
     Only,
     /// The same with few iterations and no other start.
     Short,
+    /// The same for a part of an island whose other rows are held.
+    Part,
     /// From what was found, because the certificate did not hold with it.
     Second,
 }
@@ -88,9 +93,19 @@ impl Task<'_> {
     /// The residual with which the island counts as solved.
     pub fn accept(&self) -> f64 {
         match self.look {
-            Look::First | Look::Only | Look::Short => self.settings.accept,
+            Look::First | Look::Only | Look::Short | Look::Part => self.settings.accept,
             Look::Second => accepted_closely(self.island, self.settings),
         }
+    }
+
+    /// Whether what is accepted does not tell rest from motion: nothing is worth more digits than were asked for.
+    pub fn is_rough(&self) -> bool {
+        self.settings.accept > SIZES.rough
+    }
+
+    /// The residual with which the certificate is sure to hold.
+    pub fn enough(&self) -> f64 {
+        self.accept().min(ENOUGH * self.settings.tolerance)
     }
 }
 

@@ -126,7 +126,7 @@ impl Island {
         }
     }
 
-    pub(super) fn clear(&mut self) {
+    pub(crate) fn clear(&mut self) {
         self.blocks.clear();
         self.starts.clear();
         self.global_starts.clear();

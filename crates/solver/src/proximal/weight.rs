@@ -20,18 +20,22 @@ struct Tuning {
     slow_step: f64,
     /// A residual that rounding can leave with a small ε.
     rounding: f64,
-    /// ε of the last iterations.
+    /// ε of the last iterations, and of the first ones after sweeps.
     last: f64,
 }
 
 /// Chosen by: `contact_lcp --seeds 73..77 --no-growth`, 22 November 2026; without `rounding` `sim S4_pile300 --tolerance 1e-8` takes twice
-/// its time (23 November 2026).
+/// its time (23 November 2026); `last` after sweeps by recorded steps of piles of 1000, 1e-4 to 1.
 const TUNING: Tuning = Tuning { largest: 10.0, fall: 0.3, slow_step: 10.0, rounding: 1e-8, last: 1e-3 };
 
 /// ε and what it does next.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ProximalWeight {
     pub epsilon: f64,
+    /// Whether the iterations begin far from their modes.
+    pub began_far: bool,
+    /// How often it may still rise.
+    rises: u32,
     usual: f64,
     smallest: f64,
     accept: f64,
@@ -47,6 +51,8 @@ impl ProximalWeight {
         let (usual, smallest) = (settings.proximal_weight, settings.smallest_proximal_weight);
         Self {
             epsilon: usual,
+            began_far: false,
+            rises: u32::MAX,
             usual,
             smallest,
             accept: settings.accept,
@@ -58,7 +64,12 @@ impl ProximalWeight {
 
     /// ε = 1, as much as the Delassus diagonal, which falls to the usual one: what is far from its modes, or lacks a few of them.
     pub fn falling(settings: &SolverSettings) -> Self {
-        Self { epsilon: 1.0, ..Self::new(settings, true) }
+        Self { epsilon: 1.0, began_far: true, ..Self::new(settings, true) }
+    }
+
+    /// One that falls from where sweeps left an island, and rises once.
+    pub fn after_sweeps(settings: &SolverSettings) -> Self {
+        Self { epsilon: TUNING.last, began_far: true, rises: 1, ..Self::new(settings, true) }
     }
 
     /// Whether ε is still coming down to the usual one.
@@ -76,9 +87,10 @@ impl ProximalWeight {
 
     /// After a proximal problem that was not solved, with the best residual so far; `false` if there is nothing left to try.
     pub fn rise(&mut self, best: f64) -> bool {
-        if best <= self.accept || self.ascending || self.epsilon >= TUNING.largest {
+        if best <= self.accept || self.ascending || self.epsilon >= TUNING.largest || self.rises == 0 {
             return false;
         }
+        self.rises -= 1;
         self.epsilon = (self.epsilon / TUNING.fall).min(TUNING.largest);
         true
     }

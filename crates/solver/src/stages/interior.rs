@@ -17,7 +17,7 @@ pub(super) struct Memory {
 }
 
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
-    task.is_large() && iterate.residual > RESIDUALS.far && task.look != Look::Short
+    task.is_large() && iterate.residual > RESIDUALS.far && !matches!(task.look, Look::Short | Look::Part)
 }
 
 /// From the path of Coulomb's law, around its folds where it turns back early.

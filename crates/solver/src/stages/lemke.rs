@@ -30,7 +30,7 @@ const TUNING: Tuning = Tuning { smallest_pivot: 1e-14, small_rows: 64, covering_
 /// What the laws lack by more than the tolerance, in an island that is not too large.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     let is_enough = match task.look {
-        Look::Only | Look::Short => return false,
+        Look::Only | Look::Short | Look::Part => return false,
         Look::First if task.is_large() => RESIDUALS.far,
         Look::First => task.settings.tolerance.max(task.settings.accept),
         Look::Second => task.accept(),
@@ -102,7 +102,7 @@ fn solve(
     let (part, usual) = (part_of_velocities(problem, settings.accept), LemkeSettings::default());
     let lemke_settings = usual.clone().with_covering_vectors(covering_vectors(problem.standard_layout().size));
     let lemke_settings = match look {
-        Look::First | Look::Only | Look::Short => {
+        Look::First | Look::Only | Look::Short | Look::Part => {
             lemke_settings.with_tolerance(part * settings.accept).with_pivots_per_pair(settings.lemke_pivots_per_row)
         }
         Look::Second => lemke_settings.with_tolerance(part * usual.tolerance).with_pivot(TUNING.smallest_pivot),

@@ -1,5 +1,6 @@
 //! The cascade: what is tried on an island, stage after stage.
 
+mod contact_sweeps;
 pub(crate) mod hold;
 mod impulses;
 mod interior;
@@ -16,7 +17,7 @@ use signorini_contact::{SolveStatus, StageCounts, StageKind, StageOutcome, Stage
 use signorini_lcp::Lemke;
 
 use crate::iterate::{Effort, Iterate};
-use crate::task::Task;
+use crate::task::{Look, Task};
 pub(crate) use lemke::solve_whole;
 use shared::{Outcome, Shared};
 
@@ -39,6 +40,8 @@ const CASCADE: [Stage; StageKind::ALL.len() - 1] = [
     Stage { kind: StageKind::Impulses, applies: impulses::applies, run: |w, t, i| impulses::run(&mut w.impulses, &mut w.shared, t, i) },
     // cold and small: modes from projected Gauss–Seidel sweeps
     Stage { kind: StageKind::Sweeps, applies: sweeps::applies, run: |w, t, i| sweeps::run(&mut w.sweeps, &mut w.shared, t, i) },
+    // many contacts: accelerated sweeps of exact solutions contact by contact, in turn with exact solutions of what lags behind
+    Stage { kind: StageKind::ContactSweeps, applies: contact_sweeps::applies, run: run_contact_sweeps },
     // cold and large: modes of what stands
     Stage { kind: StageKind::Standing, applies: standing::applies, run: |w, t, i| standing::run(&mut w.shared, t, i) },
     // proximal iterations: Newton steps on the modes, and paths from one to the next
@@ -58,6 +61,9 @@ pub(crate) struct Workspace {
     sleep: sleep::Loads,
     impulses: impulses::ImpulseNewton,
     sweeps: sweeps::Sweeps,
+    contact_sweeps: contact_sweeps::Memory,
+    /// What solves parts of islands.
+    inner: Option<Box<(Workspace, IslandResult)>>,
     interior: interior::Memory,
     lemke: Lemke,
 }
@@ -87,6 +93,25 @@ impl IslandResult {
         self.failure = None;
         self.history.clear();
     }
+}
+
+/// The contact sweeps, with this cascade for the parts of the island.
+fn run_contact_sweeps(workspace: &mut Workspace, task: &Task, iterate: &mut Iterate) -> Outcome {
+    let Workspace { contact_sweeps, inner, shared, .. } = workspace;
+    let (inner, result) = &mut **inner.get_or_insert_default();
+    let mut effort = Effort::default();
+    let solve_part = |island: &_, part: &mut Iterate, accept: f64| {
+        let settings = task.settings.clone().with_accept(accept).with_polish(accept).with_record_history(false);
+        result.begin();
+        std::mem::swap(&mut result.iterate, part);
+        solve_island(inner, &Task { island, settings: &settings, look: Look::Part, ..*task }, result);
+        std::mem::swap(&mut result.iterate, part);
+        effort.add(result.effort);
+        part.residual
+    };
+    let outcome = contact_sweeps::run(contact_sweeps, shared, task, iterate, solve_part);
+    workspace.shared.map.effort.add(effort);
+    outcome
 }
 
 /// Takes an island through the cascade, from the start in `result`.

@@ -4,6 +4,7 @@
 mod agreement;
 mod anisotropy;
 mod bilateral;
+mod contact_sweeps;
 mod extremes;
 mod families;
 mod friction_groups;

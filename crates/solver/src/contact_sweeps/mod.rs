@@ -1,0 +1,172 @@
+//! Accelerated contact sweeps, in turn with exact solutions of the parts of an island that lag behind.
+//!
+//! A sweep gives contact after contact the impulse that its own law asks for with the others as they are (Jourdan, Alart, Jean 1998), exactly, which takes
+//! tens of nanoseconds a contact. [Extrapolated](acceleration) sweeps soon leave few contacts with most of the residual; these are solved
+//! with their neighbours as [islands of their own](parts), the impulses around them held, and the sweeps go on. Where bodies move this ends
+//! at a solution without ever factorising the island. Where they are nearly at rest it does not, and gives up.
+
+mod acceleration;
+mod half_rows;
+mod parts;
+mod single;
+mod system;
+mod tuning;
+
+use signorini_contact::projection::Mode;
+
+use crate::islands::Island;
+use crate::iterate::Iterate;
+use crate::residual::RESIDUALS;
+use crate::task::{SIZES, Task};
+use acceleration::Acceleration;
+use parts::Parts;
+use system::{Lacking, Point, System};
+use tuning::TUNING;
+
+/// The sweeps' memory.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ContactSweeps {
+    system: System,
+    point: Point,
+    acceleration: Acceleration,
+    lacking: Lacking,
+    parts: Parts,
+    /// The smallest residual so far, at every look after the first sweeps.
+    best: Vec<f64>,
+    /// A part's impulses.
+    own: Iterate,
+}
+
+/// How the sweeps ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Ended {
+    /// What the laws lack is small enough.
+    Enough,
+    /// It is so small from the start that other stages find the rest.
+    Near,
+    /// It falls too slowly.
+    Slow,
+    /// It is large, and falls too slowly.
+    Far,
+}
+
+/// Solves an island from an iterate as well as can be, to a residual; what it came down to.
+pub(crate) trait SolvePart: FnMut(&Island, &mut Iterate, f64) -> f64 {}
+
+impl<F: FnMut(&Island, &mut Iterate, f64) -> f64> SolvePart for F {}
+
+impl ContactSweeps {
+    /// Sweeps from an iterate until what the laws lack is small enough, or falls too slowly. The iterate gets impulses and modes unless
+    /// they are [far](Ended::Far) from a solution.
+    ///
+    /// - `solve_part`: what solves parts; `history`: takes the residual at every look
+    pub fn run(
+        &mut self,
+        task: &Task,
+        iterate: &mut Iterate,
+        mut solve_part: impl SolvePart,
+        history: &mut dyn FnMut(f64),
+    ) -> Ended {
+        let enough = task.enough();
+        self.system.begin(task);
+        self.system.start(task, iterate, &mut self.point);
+        self.parts.begin();
+        self.best.clear();
+        self.look(task, history);
+        if self.lacking.worst <= SIZES.rough && enough < SIZES.rough {
+            return Ended::Near;
+        }
+        let mut is_first = true;
+        while self.lacking.worst > enough {
+            if !is_first {
+                if self.is_slow() {
+                    return self.give_up(iterate);
+                }
+                self.solve_parts(task, enough, &mut solve_part);
+            }
+            let sweeps = if is_first { 2 } else { 1 } * TUNING.sweeps_a_round;
+            self.acceleration.sweep(&self.system, task, &mut self.point, sweeps, !is_first);
+            is_first = false;
+            self.look(task, history);
+        }
+        if self.lacking.worst.is_nan() {
+            return Ended::Far;
+        }
+        self.give(iterate);
+        Ended::Enough
+    }
+
+    fn give_up(&self, iterate: &mut Iterate) -> Ended {
+        if self.lacking.worst <= TUNING.worthless {
+            self.give(iterate);
+            Ended::Slow
+        } else {
+            Ended::Far
+        }
+    }
+
+    fn look(&mut self, task: &Task, history: &mut dyn FnMut(f64)) {
+        self.system.measure(task, &self.point, &mut self.lacking);
+        history(self.lacking.worst);
+    }
+
+    /// Whether the smallest residual has not fallen as it should in the last rounds.
+    fn is_slow(&mut self) -> bool {
+        let worst = self.lacking.worst;
+        self.best.push(self.best.last().map_or(worst, |best| best.min(worst)));
+        let before = self.best.len().checked_sub(TUNING.slow_rounds + 1);
+        before.is_some_and(|k| self.best[self.best.len() - 1] > RESIDUALS.less * self.best[k])
+    }
+
+    /// Solves the parts that lag behind, one after the other.
+    fn solve_parts(&mut self, task: &Task, enough: f64, solve_part: &mut impl SolvePart) {
+        let Self { system, point, parts, lacking, own, .. } = self;
+        let least = (TUNING.lagging * lacking.worst).max(enough);
+        for seed in 0..parts.seed(system, task.island, lacking, least) {
+            let size = parts.take(system, task.island, seed);
+            if size.is_none_or(|size| size > TUNING.largest_part) {
+                continue;
+            }
+            parts.assemble(system, task.island, point);
+            let (units, bilateral) = parts.unknown(task.island);
+            own.clear(task.problem, &parts.island);
+            for (k, &c) in units.iter().enumerate() {
+                own.impulse[k] = point.impulse[c as usize];
+                own.modes.push(point.modes[c as usize]);
+            }
+            for (k, &row) in bilateral.iter().enumerate() {
+                own.bilateral[k] = point.bilateral[row as usize - task.island.units.len()];
+            }
+            let residual = solve_part(&parts.island, own, RESIDUALS.slow * enough);
+            if residual <= RESIDUALS.slow * lacking.worst {
+                system.take_part(task.island, point, (units, bilateral), own);
+            }
+        }
+        system.settle(task, point);
+    }
+
+    fn give(&self, iterate: &mut Iterate) {
+        iterate.impulse.clone_from(&self.point.impulse);
+        iterate.bilateral.clone_from(&self.point.bilateral);
+        iterate.modes.clone_from(&self.point.modes);
+        iterate.velocity.clear();
+        iterate.residual = f64::INFINITY;
+    }
+}
+
+impl System {
+    /// Takes over the impulses and modes of a part.
+    fn take_part(&self, island: &Island, point: &mut Point, (units, bilateral): (&[u32], &[u32]), part: &Iterate) {
+        for (k, &c) in units.iter().enumerate() {
+            let (c, next) = (c as usize, part.impulse[k]);
+            let before = std::mem::replace(&mut point.impulse[c], next);
+            point.modes[c] = part.modes.get(k).copied().unwrap_or(Mode::Stick);
+            self.rows.add_transposed(c, std::array::from_fn(|r| next[r] - before[r]), &mut point.sum);
+        }
+        for (k, &row) in bilateral.iter().enumerate() {
+            let (row, next) = (row as usize - island.units.len(), part.bilateral[k]);
+            let before = std::mem::replace(&mut point.bilateral[row], next);
+            self.bilateral_rows.add_transposed(row, [next - before], &mut point.sum);
+        }
+    }
+}

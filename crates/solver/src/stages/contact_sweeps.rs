@@ -1,0 +1,57 @@
+//! Accelerated contact sweeps in turn with exact solutions of parts, for islands of many contacts.
+
+use signorini_contact::StageOutcome;
+
+use super::shared::{Outcome, Shared};
+use crate::contact_sweeps::{ContactSweeps, Ended, SolvePart};
+use crate::iterate::Iterate;
+use crate::proximal::ProximalWeight;
+use crate::task::{Look, Task};
+
+/// Islands of many contacts; with a rough tolerance all large ones.
+pub(super) fn applies(task: &Task, _: &Iterate) -> bool {
+    let is_many = task.island.units.len() >= task.settings.sweeps_from || task.is_rough() && task.is_large();
+    is_many && matches!(task.look, Look::First | Look::Only)
+}
+
+/// The sweeps, and the start that they go back to.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Memory {
+    sweeps: ContactSweeps,
+    start: Iterate,
+}
+
+/// Takes what the sweeps come to where that is enough. Where they become slow close to a solution, proximal iterations go on from there
+/// with an ε that falls; where these come to nothing, too, the iterate stays as it was.
+pub(super) fn run(
+    memory: &mut Memory,
+    shared: &mut Shared,
+    task: &Task,
+    iterate: &mut Iterate,
+    solve_part: impl SolvePart,
+) -> Outcome {
+    let Memory { sweeps, start } = memory;
+    start.clone_from(iterate);
+    let mut history = |residual| {
+        if task.settings.record_history {
+            shared.residuals.push(residual);
+        }
+    };
+    match sweeps.run(task, iterate, solve_part, &mut history) {
+        Ended::Enough => {
+            shared.map.set_weights(task.island, task.settings.proximal_weight);
+            iterate.residual = shared.map.evaluate_centre(task, iterate);
+            StageOutcome::Solved.into()
+        }
+        Ended::Near => StageOutcome::Prepared.into(),
+        Ended::Far => StageOutcome::Slow.into(),
+        Ended::Slow => {
+            let outcome = shared.iterate(task, iterate, ProximalWeight::after_sweeps(task.settings));
+            if iterate.residual > task.accept() {
+                iterate.clone_from(start);
+                shared.map.change_modes();
+            }
+            outcome
+        }
+    }
+}

@@ -1,0 +1,126 @@
+//! Contact sweeps in turn with exact solutions of parts: certified, the same velocity as by the cascade where it is unique, and no more
+//! work than a tolerance asks for.
+
+use std::path::Path;
+
+use signorini_contact::problem_file::{self, ProblemFile};
+use signorini_contact::projection::Mode;
+use signorini_contact::{
+    ContactProblem, ContactSolution, FrictionBound, FrictionPolygon, SolveStatus, StageKind, WarmStart, certify,
+};
+use signorini_solver::{ContactSolver, SolverSettings};
+use signorini_testkit::reference::worst_violation;
+use signorini_testkit::{Gap, Motion, Parameters, Random, families, shared_data};
+
+fn solve(settings: &SolverSettings, problem: &ContactProblem) -> ContactSolution {
+    ContactSolver::new(settings.clone()).expect("valid").solve(problem, None)
+}
+
+/// With the sweeps in every large island, and without.
+fn both(tolerance: f64) -> [SolverSettings; 2] {
+    [64, usize::MAX].map(|from| SolverSettings::default().for_tolerance(tolerance).with_sweeps_from(from))
+}
+
+fn cluster(seed: u64, bodies: usize, parameters: &Parameters) -> ContactProblem {
+    families::cluster(&mut Random::new(seed), parameters, bodies)
+}
+
+fn ended(solution: &ContactSolution) -> u64 {
+    solution.report.stages[StageKind::ContactSweeps].ended
+}
+
+#[test]
+fn clusters_that_move_are_certified() {
+    let mut by_sweeps = 0;
+    for (seed, friction) in [(1, 0.1), (3, 1.0)] {
+        for motion in [Motion::Slide, Motion::Impact] {
+            for gap in [Gap::Zero, Gap::Mixed] {
+                let parameters = Parameters { friction, directions: 8, motion, gap, ..Parameters::default() };
+                let problem = cluster(5900 + seed, 40, &parameters);
+                let solution = solve(&both(1e-9)[0], &problem);
+                by_sweeps += ended(&solution);
+                assert_eq!(solution.status, SolveStatus::Solved, "{friction} {motion:?} {gap:?}");
+                let worst = worst_violation(&problem, &solution);
+                assert!(worst <= 1e-8, "{friction} {motion:?} {gap:?}: {worst:e}");
+            }
+        }
+    }
+    assert!(by_sweeps >= 3, "only {by_sweeps} of 8 were ended by the sweeps");
+}
+
+/// Without friction the problem is a strictly convex quadratic program in the velocity.
+#[test]
+fn without_friction_the_velocity_is_that_of_the_cascade() {
+    for seed in 0..4 {
+        let parameters = Parameters { friction: 0.0, motion: Motion::Random, gap: Gap::Mixed, ..Parameters::default() };
+        let problem = cluster(6900 + seed, 100, &parameters);
+        let [swept, other] = both(1e-9).map(|settings| solve(&settings, &problem));
+        assert_eq!([&swept.status, &other.status], [&SolveStatus::Solved; 2], "{seed}");
+        let scale = problem.velocity_scale();
+        let distance = swept.velocity.iter().zip(&other.velocity).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(distance <= 1e-6 * scale, "{seed}: {distance:e} at a scale of {scale:e}");
+    }
+}
+
+/// Friction groups with constant bounds and with bounds that contacts give, anisotropic polygons, friction in one direction, and
+/// bilateral rows.
+#[test]
+fn groups_and_bilateral_rows_are_swept_too() {
+    let mut by_sweeps = 0;
+    for seed in 0..4 {
+        let mut random = Random::new(7900 + seed);
+        let parameters = Parameters { directions: 6, motion: Motion::Slide, ..Parameters::default() };
+        let mut problem = families::cluster(&mut random, &parameters, 60);
+        for j in 0..16 {
+            let size = random.between(0.01, 0.2);
+            let bound = if j % 2 == 0 {
+                FrictionBound::Impulse(size)
+            } else {
+                FrictionBound::Normal { contact: random.below(problem.contact_count()), coefficient: size }
+            };
+            let polygon = FrictionPolygon::regular(if j % 3 == 0 { 4 } else { 6 }, 0.0).expect("even");
+            problem.push_friction([(6 * j + 3, [1.0, 0.0]), (6 * j + 4, [0.0, 1.0])], [0.0; 2], bound, &polygon);
+        }
+        problem.push_bilateral([(2, [1.0]), (8, [-1.0])], 0.0);
+        problem.push_bilateral([(14, [1.0]), (20, [-1.0])], 1e-4);
+        let solution = solve(&both(1e-9)[0], &problem);
+        by_sweeps += ended(&solution);
+        assert_eq!(solution.status, SolveStatus::Solved, "{seed}");
+        let worst = worst_violation(&problem, &solution);
+        assert!(worst <= 1e-8, "{seed}: {worst:e}");
+    }
+    assert!(by_sweeps > 0, "the sweeps ended none of them");
+}
+
+/// Per contact whether it had an impulse, the impulse, and the code of its mode, as little-endian doubles.
+fn recorded_start(path: &Path) -> WarmStart {
+    let bytes = std::fs::read(path).expect("a start beside the problem");
+    let numbers: Vec<f64> = bytes.as_chunks::<8>().0.iter().map(|bytes| f64::from_le_bytes(*bytes)).collect();
+    let mut start = WarmStart::default();
+    for &[known, n, a, b, code] in numbers.as_chunks::<5>().0 {
+        start.contacts.push((known > 0.0).then_some(([n, a, b], Mode::from_code(code as u32).expect("a mode"))));
+    }
+    start
+}
+
+/// Recorded steps of piles of 1000 that fall and strike: at 1e-8 without ever factorising the pile, and at 1e-3 with next to nothing.
+#[test]
+fn recorded_piles_cost_what_their_tolerance_asks_for() {
+    let Some(folder) = shared_data("moving_piles") else { return };
+    for name in ["s4f1000_0171", "s5_0111"] {
+        let Ok(ProblemFile::Contact(problem)) = problem_file::read(folder.join(format!("{name}.npz"))) else {
+            panic!("{name} is no contact problem")
+        };
+        let start = recorded_start(&folder.join(format!("{name}.warm")));
+        let [fine, rough] = [1e-8, 1e-3].map(|tolerance| {
+            let settings = SolverSettings::default().for_tolerance(tolerance);
+            let solution = ContactSolver::new(settings).expect("valid").solve(&problem, Some(&start));
+            assert_eq!(solution.status, SolveStatus::Solved, "{name} at {tolerance}");
+            assert!(certify(&problem, &solution).holds(tolerance), "{name} at {tolerance}");
+            solution
+        });
+        println!("{name}: {:?}, {:?}", fine.report, rough.report);
+        assert!(ended(&fine) > 0 && ended(&rough) > 0, "{name}");
+        assert!(rough.report.mode_changes * 4 <= fine.report.mode_changes.max(40), "{name}");
+    }
+}
