@@ -14,7 +14,7 @@ pub struct StabilitySettings {
     pub tolerance: f64,
     /// The same of a balance, whose loads differ from those of the data by this part at most. Default 1e-11; in (0, 1).
     pub balance_tolerance: f64,
-    /// Loads that are perturbed in the search for a moving solution. Default 8.
+    /// Loads that are perturbed in the search for a moving solution; one where there are more than 1000 contacts. Default 8.
     pub perturbations: u32,
     /// Linear programs that the complete enumeration of modes may take, at most; 0 for none. Default 1000.
     pub enumeration_programs: usize,
