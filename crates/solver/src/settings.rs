@@ -41,7 +41,7 @@ pub struct SolverSettings {
     /// More of them for each contact, where the path starts with all contacts open. Default 16.
     pub path_changes_per_contact: u32,
     /// Contacts and friction groups from which an island is given to [contact sweeps](signorini_contact::StageKind::ContactSweeps) first.
-    /// Default 2048: in smaller ones factorisations cost little more than sweeps.
+    /// Default 1400: in smaller ones factorisations cost little more than sweeps.
     pub sweeps_from: usize,
     /// Pivots Lemke's method may use for each row. Default 30.
     pub lemke_pivots_per_row: usize,
@@ -77,7 +77,7 @@ impl Default for SolverSettings {
             path_changes_base: 100,
             path_changes_per_violation: 8,
             path_changes_per_contact: 16,
-            sweeps_from: 2048,
+            sweeps_from: 1400,
             lemke_pivots_per_row: 30,
             lemke_max_rows: 3000,
             threads: 1,
