@@ -5,6 +5,7 @@ mod tasks;
 mod tree_file;
 
 mod closed_forms;
+mod derivatives;
 mod frames;
 mod free_motion;
 mod free_rotation;
