@@ -7,7 +7,7 @@ import re
 import sys
 
 SECTIONS = {
-    "Models": ["Model", "ImportWarning", "Body", "Joint", "Geom", "Actuator", "Keyframe"],
+    "Models": ["Model", "Spec", "ImportWarning", "Body", "Joint", "Geom", "Actuator", "Keyframe"],
     "States and steps": ["Data", "Settings", "SolverSettings", "step", "settle", "forward", "kinematics", "BodyData", "JointData", "ActuatorData"],
     "What a step found": ["Contacts", "ContactSum", "ContactMode", "Limits", "Certificate", "StepReport", "StageCount", "StageRun",
                             "SettleReport"],

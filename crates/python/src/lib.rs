@@ -25,6 +25,7 @@ mod queries;
 mod recording;
 mod report;
 mod settings;
+mod spec;
 mod statics;
 mod stepping;
 mod viewer;
@@ -64,6 +65,8 @@ mod _core {
     use crate::recording::{Recording, RecordingCheck};
     #[pymodule_export]
     use crate::report::{Certificate, SettleReport, StageCount, StageRun, StepReport};
+    #[pymodule_export]
+    use crate::spec::Spec;
     #[pymodule_export]
     use crate::statics::{Safety, Stability, safety, stability};
     #[pymodule_export]

@@ -96,6 +96,14 @@ def asking(model: Model, data: Data) -> None:
     assert corners.shape[1] == 3 and pressure is not None and data.actuator_force.shape == (model.nu,) == data.xfrc_applied[0, :1].shape
 
 
+def editing(model: Model) -> None:
+    spec: signorini.Spec = signorini.Spec(model)
+    spec.attach(model, pos=(0, 3, 0), prefix="second ")
+    removed: list[str] = spec.remove("body", "arm")
+    text, left_out = spec.to_mjcf()
+    assert "body 'arm'" in removed and text.startswith("<mujoco") and not left_out and spec.compile().nbody == model.nbody + 1
+
+
 def settling() -> None:
     model = Model.from_string(TEXT.replace('<joint name="hinge" axis="0 1 0" range="-90 90"/>', "").split("<actuator>")[0] + "</mujoco>")
     data = Data(model)
@@ -174,6 +182,7 @@ def main() -> None:
     model = models()
     data = stepping(model)
     asking(model, data)
+    editing(model)
     settling()
     solving(model, data)
     many(model)

@@ -100,6 +100,7 @@ from signorini.errors import (
 from signorini.lemkelcp import lemkelcp
 from signorini.model import Model
 from signorini.settings import Settings, SolverSettings
+from signorini.spec import Spec
 
 __all__ = [
     "Actuator",
@@ -144,6 +145,7 @@ __all__ = [
     "SignoriniError",
     "SolveError",
     "SolverSettings",
+    "Spec",
     "Stability",
     "StageCount",
     "StageRun",

@@ -41,6 +41,7 @@ __all__ = [
     "RecordingCheck",
     "Safety",
     "SettleReport",
+    "Spec",
     "Stability",
     "StageCount",
     "StageRun",
@@ -335,6 +336,27 @@ class Model:
     def _geom(self, id: int) -> Geom: ...
     def _actuator(self, id: int) -> Actuator: ...
     def _keyframe(self, id: int) -> Keyframe: ...
+
+@disjoint_base
+class Spec:
+    """Base of ``signorini.Spec``."""
+
+    def __new__(cls, model: Optional[Model] = None, name: str = "world") -> Self: ...
+    def _attach(
+        self, other: Spec, body: str = "world", *, pos: Sequence[float] = ..., quat: Sequence[float] = ..., prefix: str = ""
+    ) -> None: ...
+    def remove(self, sort: Literal["body", "joint", "geom", "site", "tendon", "actuator", "sensor", "equality", "keyframe"], name: str) -> list[str]:
+        """Removes a part with all that hangs on it or refers to it; lists what went.
+
+        Raises:
+            ModelError: no part has this name; the message has the most similar one.
+        """
+    def to_mjcf(self) -> tuple[str, list[str]]:
+        """The model as MJCF that needs no other file, and what MJCF cannot say.
+
+        Raises:
+            ModelError: the parts are no mechanism; the message names the part.
+        """
 
 @final
 class Nearest:
