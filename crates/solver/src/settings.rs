@@ -90,9 +90,11 @@ impl Default for SolverSettings {
 
 impl SolverSettings {
     /// The same for another [`tolerance`](Self::tolerance), with [`accept`](Self::accept) and [`polish`](Self::polish) no larger
-    /// than it, and `accept` no smaller than what leaves the certificate some room: a solve costs what its tolerance costs.
+    /// than it; where it is larger than that of these settings, `accept` is what leaves the certificate some room: a solve costs what its
+    /// tolerance costs.
     pub fn for_tolerance(self, tolerance: f64) -> Self {
-        let accept = self.accept.max(ENOUGH * tolerance).min(tolerance);
+        let wanted = if tolerance > self.tolerance { self.accept.max(ENOUGH * tolerance) } else { self.accept };
+        let accept = wanted.min(tolerance);
         Self { tolerance, accept, polish: self.polish.min(tolerance), ..self }
     }
 

@@ -104,7 +104,7 @@ impl ProximalIterations {
                 return End::Limit;
             }
             progress.note(residual, weight);
-            if let Some(end) = self.reason_to_end(map, task, weight, &progress) {
+            if let Some(end) = self.reason_to_end(map, task, &progress) {
                 return end;
             }
             // The first one may be slow for a change of its modes.
@@ -147,20 +147,13 @@ impl ProximalIterations {
         }
     }
 
-    fn reason_to_end(
-        &mut self,
-        map: &mut ProximalMap,
-        task: &Task,
-        weight: &ProximalWeight,
-        progress: &Progress,
-    ) -> Option<End> {
+    fn reason_to_end(&mut self, map: &mut ProximalMap, task: &Task, progress: &Progress) -> Option<End> {
         let (best, settings) = (self.best.residual, task.settings);
         if best <= settings.polish {
             return Some(End::Polished);
         }
-        // What began far from its modes moves, and the next step has others; rest is approached to the last digit, but no closer than
-        // a tolerance that does not tell it from motion.
-        if task.is_costly() && (weight.began_far || task.is_rough()) && best <= task.enough() {
+        // Rest is approached to the last digit, but no closer than a tolerance that does not tell it from motion.
+        if task.is_costly() && task.is_rough() && best <= task.enough() {
             return Some(End::Accepted);
         }
         if progress.slow == 0 {

@@ -32,8 +32,6 @@ const TUNING: Tuning = Tuning { largest: 10.0, fall: 0.3, slow_step: 10.0, round
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ProximalWeight {
     pub epsilon: f64,
-    /// Whether the iterations begin far from their modes.
-    pub began_far: bool,
     /// How often it may still rise.
     rises: u32,
     usual: f64,
@@ -51,7 +49,6 @@ impl ProximalWeight {
         let (usual, smallest) = (settings.proximal_weight, settings.smallest_proximal_weight);
         Self {
             epsilon: usual,
-            began_far: false,
             rises: u32::MAX,
             usual,
             smallest,
@@ -64,12 +61,12 @@ impl ProximalWeight {
 
     /// ε = 1, as much as the Delassus diagonal, which falls to the usual one: what is far from its modes, or lacks a few of them.
     pub fn falling(settings: &SolverSettings) -> Self {
-        Self { epsilon: 1.0, began_far: true, ..Self::new(settings, true) }
+        Self { epsilon: 1.0, ..Self::new(settings, true) }
     }
 
     /// One that falls from where sweeps left an island, and rises once.
     pub fn after_sweeps(settings: &SolverSettings) -> Self {
-        Self { epsilon: TUNING.last, began_far: true, rises: 1, ..Self::new(settings, true) }
+        Self { epsilon: TUNING.last, rises: 1, ..Self::new(settings, true) }
     }
 
     /// Whether ε is still coming down to the usual one.
