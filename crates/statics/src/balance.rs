@@ -36,3 +36,20 @@ pub(crate) fn polished(
         as_balance(problem, &solved, settings)
     })
 }
+
+/// A balance without the friction of contacts as one of the problem with it, where joints and servos have none that could be mistaken.
+pub(crate) fn with_idle_friction(
+    problem: &ContactProblem,
+    without: &ContactSolution,
+    settings: &StabilitySettings,
+) -> Option<ContactSolution> {
+    if !problem.friction_groups.is_empty() {
+        return None;
+    }
+    let mut balance = ContactSolution::default();
+    balance.prepare(problem);
+    balance.lambda_n.clone_from(&without.lambda_n);
+    balance.impulse.clone_from(&without.impulse);
+    balance.bilateral.clone_from(&without.bilateral);
+    as_balance(problem, &balance, settings)
+}

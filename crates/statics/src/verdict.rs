@@ -3,9 +3,9 @@
 use signorini_contact::statics::{
     MechanismCertificate, StabilityProof, StaysProof, Verdict, certify_stability, check_at_rest,
 };
-use signorini_contact::{ContactProblem, ProblemError};
+use signorini_contact::{ContactProblem, ContactSolution, ProblemError};
 
-use crate::balance::polished;
+use crate::balance::{polished, with_idle_friction};
 use crate::enumeration::{Enumerated, enumerate};
 use crate::mechanism::BalanceProgram;
 use crate::search::{Search, SearchRun};
@@ -44,8 +44,8 @@ impl Stability {
 
 /// Judges a problem at rest.
 ///
-/// First what the structured solver finds from nothing; where that moves, the linear program between balance and mechanism. Of a balance,
-/// whether there is one without the friction of contacts (then nothing can move); if not, the search for a moving solution, and the
+/// First whether there is a balance without the friction of contacts: then nothing can move. If not, what the structured solver finds from
+/// nothing; where that moves, the linear program between balance and mechanism. Of a balance, the search for a moving solution, and the
 /// enumeration of modes where the problem is small.
 ///
 /// # Errors
@@ -55,8 +55,14 @@ pub fn judge(problem: &ContactProblem, settings: &StabilitySettings) -> Result<S
     problem.check()?;
     check_at_rest(problem)?;
     let mut search = Search::new();
+    let without = search.balance_without_friction(problem, settings);
+    // Beside it no solution moves, and none needs to be looked for.
+    search.balance = without.as_ref().and_then(|without| with_idle_friction(problem, without, settings));
+    if search.balance.is_some() {
+        return Ok(with_balance(problem, search, without, settings));
+    }
     match decide(problem, &mut search, settings) {
-        Decided::Balance => Ok(with_balance(problem, search, settings)),
+        Decided::Balance => Ok(with_balance(problem, search, without, settings)),
         Decided::Mechanism(mechanism) => Ok(must_move(problem, *mechanism, search)),
         Decided::Neither { residual } => Err(ProblemError::NotASolution { residual }),
     }
@@ -112,12 +118,17 @@ fn must_move(problem: &ContactProblem, mechanism: Mechanism, search: Search) -> 
     found
 }
 
-fn with_balance(problem: &ContactProblem, mut search: Search, settings: &StabilitySettings) -> Stability {
+/// The verdict where forces balance the loads; `without`: those without the friction of contacts, if they do.
+fn with_balance(
+    problem: &ContactProblem,
+    mut search: Search,
+    without: Option<ContactSolution>,
+    settings: &StabilitySettings,
+) -> Stability {
     let mut programs = 0;
-    let mut stays = None;
-    if search.moving.is_none() {
-        let without = search.balance_without_friction(problem, settings);
-        stays = without.map(|balance| StaysProof::WithoutFriction(Box::new(balance)));
+    let mut stays = without.map(|balance| StaysProof::WithoutFriction(Box::new(balance)));
+    if search.moving.is_some() {
+        stays = None;
     }
     if search.moving.is_none() && stays.is_none() {
         search.for_motion(problem, settings);

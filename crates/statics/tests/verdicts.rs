@@ -161,3 +161,21 @@ fn a_wedge_between_two_blocks_holds_by_friction_alone() {
     let held = stability(&model, &State::new(&model), &Input::default(), &few).expect("a verdict").stability.verdict();
     assert!(matches!(held, Verdict::Stays | Verdict::Stands | Verdict::MayDoEither), "{held:?}");
 }
+
+/// Level layers that are shifted by a quarter of a box press on each other and push nothing aside: nothing can move, and no search is needed.
+#[test]
+fn a_pallet_of_shifted_layers_stays() {
+    let mut world = ModelBuilder::new("pallet");
+    world.floor();
+    for k in 0..75 {
+        let (layer, row, column) = (k / 25, k / 5 % 5, k % 5);
+        let shift = if layer % 2 == 1 { 0.05 } else { 0.0 };
+        let at = [0.2 * column as f64 + shift, 0.2 * row as f64 + shift, 0.1 + 0.2 * layer as f64];
+        let mass = 1.0 + 0.1 * (k % 7) as f64;
+        world.body(format!("box {k}")).at(at).free().solid(cube(0.1, 0.5), mass).add().expect("a box");
+    }
+    let found = judged(&world.build().expect("a model"));
+    assert_eq!(found.stability.verdict(), Verdict::Stays);
+    assert!(matches!(found.stability.proof.stays, Some(StaysProof::WithoutFriction(_))));
+    assert!(found.stability.search.is_empty(), "{:?}", found.stability.search);
+}
