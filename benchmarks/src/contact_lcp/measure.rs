@@ -3,6 +3,7 @@
 use std::error::Error;
 use std::path::PathBuf;
 use std::process::Command;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
@@ -54,7 +55,10 @@ impl Session {
     /// # Errors
     /// If there is no temporary folder.
     pub fn new(own: Command, peers: Option<Command>, limits: Limits) -> Result<Self, Box<dyn Error>> {
-        let folder = std::env::temp_dir().join(format!("contact_lcp-{}", std::process::id()));
+        // Sessions of one process must not read each other's points.
+        static SESSIONS: AtomicUsize = AtomicUsize::new(0);
+        let number = SESSIONS.fetch_add(1, Ordering::Relaxed);
+        let folder = std::env::temp_dir().join(format!("contact_lcp-{}-{number}", std::process::id()));
         std::fs::create_dir_all(&folder)?;
         let mut session = Self {
             own: Worker::new(own),

@@ -111,7 +111,7 @@ fn another_root_is_refused() {
 
 #[test]
 fn a_file_that_includes_itself_is_refused() {
-    let folder = std::env::temp_dir().join(format!("signorini-include-{}", std::process::id()));
+    let folder = std::env::temp_dir().join(format!("signorini-includes-itself-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     std::fs::write(folder.join("a.xml"), "<mujoco>\n<include file='b.xml'/></mujoco>").unwrap();
     std::fs::write(folder.join("b.xml"), "<mujocoinclude>\n\n<include file='a.xml'/></mujocoinclude>").unwrap();
