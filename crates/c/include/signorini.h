@@ -28,7 +28,12 @@
  * Version of this interface: that of the header is compared with that of the library by `signorini_abi_version() ==
  * SIGNORINI_ABI_VERSION`. It changes whenever a function or a structure does in a way that compiled programs would notice.
  */
-#define SIGNORINI_ABI_VERSION 1
+#define SIGNORINI_ABI_VERSION 2
+
+/**
+ * The derivative of a step, with the flag that says whether it exists.
+ */
+typedef struct signorini_derivatives signorini_derivatives;
 
 /**
  * A model: bodies, joints, shapes, actuators. It never changes.
@@ -93,6 +98,16 @@ typedef struct signorini_contact {
    */
   double force[3];
 } signorini_contact;
+
+/**
+ * What a derivative is worth.
+ */
+typedef int32_t signorini_validity;
+
+/**
+ * A matrix of derivatives.
+ */
+typedef int32_t signorini_derivative_matrix;
 
 /**
  * How a file is read. Begin with signorini_load_options_default().
@@ -255,6 +270,10 @@ typedef struct signorini_settings {
    */
   bool keep_overlaps;
   /**
+   * Whether such an overlap is an error that names the parts, when the simulation is made.
+   */
+  bool stop_at_overlaps;
+  /**
    * Factor on the velocity that corrects penetrations and violated constraints, in (0, 1].
    */
   double stabilization;
@@ -283,6 +302,36 @@ typedef struct signorini_settings {
  * It slides.
  */
 #define SIGNORINI_SLIDING 3
+
+/**
+ * Every inequality of the step holds strictly: the step is differentiable.
+ */
+#define SIGNORINI_EXACT 0
+
+/**
+ * Some inequalities are about to turn: the derivative is that of one side.
+ */
+#define SIGNORINI_ONE_SIDED 1
+
+/**
+ * There is no derivative, or none that is known: signorini_derivatives_reason() says why.
+ */
+#define SIGNORINI_REFUSED 2
+
+/**
+ * (q⁺, v⁺) by (q, v): 2 nv × 2 nv.
+ */
+#define SIGNORINI_BY_STATE 0
+
+/**
+ * (q⁺, v⁺) by the control: 2 nv × nu.
+ */
+#define SIGNORINI_BY_CONTROL 1
+
+/**
+ * (q⁺, v⁺) by the applied generalized force: 2 nv × nv.
+ */
+#define SIGNORINI_BY_FORCE 2
 
 /**
  * Done, and every law holds within the tolerance.
@@ -397,6 +446,58 @@ signorini_status signorini_contact_at(const struct signorini_simulation *simulat
  * The sum of all contact forces of the last step on a body, in world axes (3 numbers), N.
  */
 signorini_status signorini_contact_force(const struct signorini_simulation *simulation, size_t body, double *sum);
+
+/**
+ * Storage for derivatives of the steps of a simulation, or of another one of the same model. Configurations are in tangent coordinates at
+ * both ends: changes of a configuration have nv numbers, in the axes of v.
+ */
+signorini_status signorini_derivatives_new(const struct signorini_simulation *simulation, struct signorini_derivatives **derivatives);
+
+/**
+ * Frees derivatives.
+ */
+void signorini_derivatives_free(struct signorini_derivatives *derivatives);
+
+/**
+ * Makes one step, as signorini_step(), and takes its derivative. The derivative allocates memory, the step does not.
+ */
+signorini_status signorini_step_with_derivatives(struct signorini_simulation *simulation, struct signorini_derivatives *derivatives);
+
+/**
+ * What the derivative is worth; SIGNORINI_REFUSED for NULL.
+ */
+signorini_validity signorini_derivatives_validity(const struct signorini_derivatives *derivatives);
+
+/**
+ * Why the derivative is refused, until the next step with these derivatives; NULL where it is not, and for NULL.
+ */
+const char *signorini_derivatives_reason(const struct signorini_derivatives *derivatives);
+
+/**
+ * How near the nearest inequality of the step is to turning, where another derivative begins; 0 where the derivative is one-sided. It has no
+ * unit; NaN where there is no derivative, and for NULL.
+ */
+double signorini_derivatives_margin(const struct signorini_derivatives *derivatives);
+
+/**
+ * Writes a matrix row by row. length: its number of entries. SIGNORINI_NO_SOLUTION where the derivative is refused; the message says why.
+ */
+signorini_status signorini_derivatives_matrix(const struct signorini_derivatives *derivatives,
+                                              signorini_derivative_matrix which,
+                                              double *entries,
+                                              size_t length);
+
+/**
+ * The change of (q⁺, v⁺), 2 nv numbers, with a change of (q, v, control, force), 3 nv + nu numbers, without forming matrices.
+ */
+signorini_status signorini_derivatives_product(const struct signorini_derivatives *derivatives, const double *change, double *end);
+
+/**
+ * The gradient by (q, v, control, force), 3 nv + nu numbers, of a function whose gradient by (q⁺, v⁺), 2 nv numbers, is given.
+ */
+signorini_status signorini_derivatives_transposed_product(const struct signorini_derivatives *derivatives,
+                                                          const double *gradient,
+                                                          double *begin);
 
 /**
  * What went wrong in the last call of this thread that returned a negative status, or no handle; an empty text before the first one. It

@@ -14,7 +14,7 @@
 
 namespace signorini {
 
-/// A negative status with its message.
+/// A negative status with its message, or that of an answer which there is not.
 class error : public std::runtime_error {
  public:
   error(signorini_status status, const std::string &message) : std::runtime_error(message), status_(status) {}
@@ -157,6 +157,65 @@ class simulation {
   };
   signorini_sizes sizes_;
   std::unique_ptr<signorini_simulation, release> handle_;
+};
+
+/// The derivative of a step. Changes of a configuration have nv numbers, in the axes of v.
+class derivatives {
+ public:
+  explicit derivatives(const simulation &simulation) : nv_(simulation.sizes().nv), nu_(simulation.sizes().nu) {
+    signorini_derivatives *made = nullptr;
+    check(signorini_derivatives_new(simulation.get(), &made));
+    handle_.reset(made);
+  }
+
+  /// Makes one step of a simulation and takes its derivative.
+  signorini_status step(simulation &simulation) { return check(signorini_step_with_derivatives(simulation.get(), get())); }
+
+  /// SIGNORINI_EXACT, SIGNORINI_ONE_SIDED or SIGNORINI_REFUSED.
+  signorini_validity validity() const noexcept { return signorini_derivatives_validity(get()); }
+  /// Why it is refused; empty where it is not.
+  std::string reason() const {
+    const char *text = signorini_derivatives_reason(get());
+    return text ? text : "";
+  }
+  double margin() const noexcept { return signorini_derivatives_margin(get()); }
+
+  /// (q⁺, v⁺) by (q, v), by the control, or by the applied force, row by row; throws where it is refused.
+  std::vector<double> matrix(signorini_derivative_matrix which) const {
+    const std::size_t columns = which == SIGNORINI_BY_STATE ? 2 * nv_ : which == SIGNORINI_BY_CONTROL ? nu_ : nv_;
+    std::vector<double> entries(2 * nv_ * columns);
+    given(signorini_derivatives_matrix(get(), which, entries.data(), entries.size()));
+    return entries;
+  }
+
+  /// The change of (q⁺, v⁺) with a change of (q, v, control, force); throws where it is refused.
+  std::vector<double> product(const std::vector<double> &change) const {
+    if (change.size() != 3 * nv_ + nu_) throw error(SIGNORINI_ERROR_ARGUMENT, "a change has 3 nv + nu numbers");
+    std::vector<double> end(2 * nv_);
+    given(signorini_derivatives_product(get(), change.data(), end.data()));
+    return end;
+  }
+
+  /// The gradient by (q, v, control, force) of a function whose gradient by (q⁺, v⁺) is given; throws where it is refused.
+  std::vector<double> transposed_product(const std::vector<double> &gradient) const {
+    if (gradient.size() != 2 * nv_) throw error(SIGNORINI_ERROR_ARGUMENT, "a gradient has 2 nv numbers");
+    std::vector<double> begin(3 * nv_ + nu_);
+    given(signorini_derivatives_transposed_product(get(), gradient.data(), begin.data()));
+    return begin;
+  }
+
+  signorini_derivatives *get() const noexcept { return handle_.get(); }
+
+ private:
+  static void given(signorini_status status) {
+    if (check(status) != SIGNORINI_OK) throw error(status, signorini_last_error());
+  }
+
+  struct release {
+    void operator()(signorini_derivatives *handle) const noexcept { signorini_derivatives_free(handle); }
+  };
+  std::size_t nv_, nu_;
+  std::unique_ptr<signorini_derivatives, release> handle_;
 };
 
 class problem {

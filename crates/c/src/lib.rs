@@ -19,6 +19,7 @@
 #![allow(non_camel_case_types)]
 
 mod contacts;
+mod derivatives;
 mod error;
 mod lcp;
 mod model;
@@ -27,6 +28,7 @@ mod problem;
 mod simulation;
 
 pub use contacts::*;
+pub use derivatives::*;
 pub use error::*;
 pub use lcp::*;
 pub use model::*;
@@ -37,7 +39,7 @@ use std::ffi::c_char;
 
 /// Version of this interface: that of the header is compared with that of the library by `signorini_abi_version() ==
 /// SIGNORINI_ABI_VERSION`. It changes whenever a function or a structure does in a way that compiled programs would notice.
-pub const SIGNORINI_ABI_VERSION: u32 = 1;
+pub const SIGNORINI_ABI_VERSION: u32 = 2;
 
 /// The interface's version of the library that is linked.
 #[no_mangle]

@@ -19,7 +19,7 @@ pub struct signorini_simulation {
     scratch: State,
     kinematics: Kinematics,
     /// Whether `kinematics` is that of the present state.
-    is_current: bool,
+    pub(crate) is_current: bool,
 }
 
 /// Settings of a simulation. Begin with signorini_settings_default().
@@ -44,6 +44,8 @@ pub struct signorini_settings {
     /// Whether parts of one mechanism that overlap in its reference configuration are contacts like all others; otherwise they do not
     /// touch each other.
     pub keep_overlaps: bool,
+    /// Whether such an overlap is an error that names the parts, when the simulation is made.
+    pub stop_at_overlaps: bool,
     /// Factor on the velocity that corrects penetrations and violated constraints, in (0, 1].
     pub stabilization: f64,
     /// Largest residual of a step that counts as solved, in (0, 1).
@@ -97,6 +99,7 @@ pub extern "C" fn signorini_settings_default() -> signorini_settings {
         clip_gaps: usual.infeasible == InfeasiblePolicy::ClipGaps,
         stop_at_contradiction: usual.infeasible == InfeasiblePolicy::Stop,
         keep_overlaps: usual.overlaps == OverlapPolicy::Keep,
+        stop_at_overlaps: usual.overlaps == OverlapPolicy::Stop,
         stabilization: usual.stabilization,
         tolerance: usual.tolerance,
     }
@@ -121,6 +124,9 @@ impl signorini_settings {
         if self.keep_overlaps {
             settings.overlaps = OverlapPolicy::Keep;
         }
+        if self.stop_at_overlaps {
+            settings.overlaps = OverlapPolicy::Stop;
+        }
         if self.clip_gaps {
             settings.infeasible = InfeasiblePolicy::ClipGaps;
         }
@@ -129,7 +135,7 @@ impl signorini_settings {
 
 impl signorini_simulation {
     /// What a step's report says, as a status; where there is no solution the message names the contacts.
-    fn status(&self) -> signorini_status {
+    pub(crate) fn status(&self) -> signorini_status {
         let report = self.inner.report();
         if !report.advanced() {
             let (SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts }) = &report.status else {

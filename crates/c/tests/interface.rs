@@ -166,3 +166,56 @@ fn null_is_an_error_with_the_name_of_the_argument() {
         signorini_problem_free(ptr::null_mut());
     }
 }
+
+#[test]
+fn derivatives_have_the_bits_of_those_in_rust() {
+    let model = signorini::formats::load(SCENE, &Default::default()).unwrap().model;
+    let (nv, nu) = (model.nv, model.actuators.len());
+    let mut derivatives = signorini::derivatives::StepDerivatives::new(&model);
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let (handle, mut through) = (through_c(SCENE), ptr::null_mut());
+    simulation.reset_to("home").unwrap();
+    // SAFETY: handle, place and text are valid.
+    unsafe {
+        assert_eq!(signorini_reset_to(handle, c"home".as_ptr()), SIGNORINI_OK, "{}", message());
+        assert_eq!(signorini_derivatives_new(handle, &mut through), SIGNORINI_OK, "{}", message());
+    }
+    let (mut given, mut refused) = (0, 0);
+    for step in 0..100 {
+        let validity = derivatives.step(&mut simulation).unwrap().clone();
+        // SAFETY: handles are valid.
+        unsafe { assert_eq!(signorini_step_with_derivatives(handle, through), SIGNORINI_OK, "{}", message()) };
+        let mut entries = vec![f64::NAN; 2 * nv * nu];
+        // SAFETY: handles and arrays are valid.
+        let status =
+            unsafe { signorini_derivatives_matrix(through, SIGNORINI_BY_CONTROL, entries.as_mut_ptr(), entries.len()) };
+        let gradient: Vec<f64> = (0..2 * nv).map(|i| f64::cos(i as f64)).collect();
+        let mut begin = vec![f64::NAN; 3 * nv + nu];
+        let transposed =
+            // SAFETY: as above.
+            unsafe { signorini_derivatives_transposed_product(through, gradient.as_ptr(), begin.as_mut_ptr()) };
+        // SAFETY: the handle is one.
+        let (flag, reason) =
+            unsafe { (signorini_derivatives_validity(through), signorini_derivatives_reason(through)) };
+        let Some(matrix) = derivatives.control_matrix() else {
+            assert_eq!((flag, status, transposed), (SIGNORINI_REFUSED, SIGNORINI_NO_SOLUTION, SIGNORINI_NO_SOLUTION));
+            assert!(
+                !reason.is_null() && message().starts_with("this step has no derivative: "),
+                "step {step}: {validity:?}"
+            );
+            refused += 1;
+            continue;
+        };
+        assert_eq!((status, transposed), (SIGNORINI_OK, SIGNORINI_OK), "{}", message());
+        assert!(reason.is_null() && [SIGNORINI_EXACT, SIGNORINI_ONE_SIDED].contains(&flag));
+        assert_eq!(entries, matrix.data());
+        assert_eq!(Some(begin), derivatives.transposed_product(&gradient));
+        given += 1;
+    }
+    assert!(given > 50, "{given} steps with a derivative, {refused} without");
+    // SAFETY: each handle is freed once.
+    unsafe {
+        signorini_derivatives_free(through);
+        signorini_simulation_free(handle);
+    }
+}

@@ -54,6 +54,7 @@ mod matrix;
 mod mode;
 mod reduced;
 mod rows;
+mod simulated;
 mod step;
 mod validity;
 
