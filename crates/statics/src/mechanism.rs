@@ -179,3 +179,13 @@ pub(crate) struct Answer {
     /// Impulses that nearly balance the loads, where nothing is proved.
     pub impulses: ContactSolution,
 }
+
+/// The proof that nothing balances the loads.
+pub(crate) struct Collapse {
+    /// Virtual motion, `[nv]`, m/s or rad/s.
+    pub motion: Vec<f64>,
+    /// What it proves.
+    pub certificate: MechanismCertificate,
+    /// The motion of most power.
+    pub collapse: Vec<f64>,
+}

@@ -7,6 +7,7 @@ use signorini_lcp::Lemke;
 use signorini_solver::{ContactSolver, SolverSettings, solve_as_lcp};
 
 use crate::balance::{as_balance, polished};
+use crate::interior::{ForceSearch, Forces};
 use crate::mechanism::BalanceProgram;
 use crate::settings::StabilitySettings;
 
@@ -35,6 +36,7 @@ pub struct SearchRun {
 #[derive(Default)]
 pub(crate) struct Search {
     solver: ContactSolver,
+    forces: ForceSearch,
     pub runs: Vec<SearchRun>,
     pub balance: Option<ContactSolution>,
     pub moving: Option<ContactSolution>,
@@ -48,6 +50,11 @@ impl Search {
 
     pub fn solver(&mut self) -> &mut ContactSolver {
         &mut self.solver
+    }
+
+    /// Forces or a mechanism by the interior-point method.
+    pub fn forces(&mut self, problem: &ContactProblem, settings: &StabilitySettings) -> Forces {
+        self.forces.find(problem, settings)
     }
 
     /// Takes note of what an attempt ended with.
@@ -81,15 +88,21 @@ impl Search {
         "nothing"
     }
 
-    /// The first look: what the solver finds from nothing.
+    /// What the solver finds from nothing, unless that is known.
     pub fn cold(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
+        if self.runs.iter().any(|run| run.start == "cold") {
+            return;
+        }
         let solution = self.solver.solve(problem, None);
         self.note(problem, "cold", solution, settings);
     }
 
     /// Looks for a moving solution until one is found or every start was tried.
     pub fn for_motion(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
-        let starts = [Self::begin_open, Self::with_more_friction, Self::by_lemke, Self::perturb_loads];
+        if problem.contact_count() > settings.search_contacts {
+            return;
+        }
+        let starts = [Self::cold, Self::begin_open, Self::with_more_friction, Self::by_lemke, Self::perturb_loads];
         for start in starts {
             if self.moving.is_some() {
                 return;
@@ -164,6 +177,11 @@ impl Search {
         settings: &StabilitySettings,
     ) -> Option<ContactSolution> {
         let reduced = without_contact_friction(problem);
+        match self.forces(&reduced, settings) {
+            Forces::Balance(balance) => return Some(*balance),
+            Forces::Mechanism(_) => return None,
+            Forces::Unknown => {}
+        }
         let solution = self.solver.solve(&reduced, None);
         as_balance(&reduced, &solution, settings).or_else(|| {
             // Where a body's weight is right above an edge the solver's last digits are velocities; the program's are forces.

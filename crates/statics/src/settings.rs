@@ -16,6 +16,9 @@ pub struct StabilitySettings {
     pub balance_tolerance: f64,
     /// Loads that are perturbed in the search for a moving solution; one where there are more than 1000 contacts. Default 8.
     pub perturbations: u32,
+    /// Contacts at most with which moving solutions are searched for; with more, forces that need friction earn `stands` without a search.
+    /// Default 3000.
+    pub search_contacts: usize,
     /// Linear programs that the complete enumeration of modes may take, at most; 0 for none. Default 1000.
     pub enumeration_programs: usize,
     /// Rows of the complementarity problem at most that modes are enumerated of. Default 240.
@@ -31,6 +34,7 @@ impl Default for StabilitySettings {
             tolerance: 1e-9,
             balance_tolerance: 1e-11,
             perturbations: 8,
+            search_contacts: 3000,
             enumeration_programs: 1000,
             enumeration_rows: 240,
             simulation: Settings::default(),

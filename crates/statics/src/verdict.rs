@@ -7,7 +7,8 @@ use signorini_contact::{ContactProblem, ContactSolution, ProblemError};
 
 use crate::balance::{polished, with_idle_friction};
 use crate::enumeration::{Enumerated, enumerate};
-use crate::mechanism::BalanceProgram;
+use crate::interior::Forces;
+use crate::mechanism::{BalanceProgram, Collapse};
 use crate::search::{Search, SearchRun};
 use crate::settings::StabilitySettings;
 
@@ -44,9 +45,9 @@ impl Stability {
 
 /// Judges a problem at rest.
 ///
-/// First whether there is a balance without the friction of contacts: then nothing can move. If not, what the structured solver finds from
-/// nothing; where that moves, the linear program between balance and mechanism. Of a balance, the search for a moving solution, and the
-/// enumeration of modes where the problem is small.
+/// First whether there is a balance without the friction of contacts: then nothing can move. If not, forces or a mechanism by an
+/// interior-point method in blocks of bodies; with joints and friction that no contact bounds what the structured solver finds from
+/// nothing, then a linear program. Of a balance, the search for a moving solution, and the enumeration of modes where the problem is small.
 ///
 /// # Errors
 /// [`ProblemError`] if the problem is malformed or not [at rest](check_at_rest); [`ProblemError::NotASolution`] if neither a balance nor a
@@ -73,7 +74,7 @@ pub(crate) enum Decided {
     /// The search has a balance.
     Balance,
     /// A mechanism proves the contrary.
-    Mechanism(Box<Mechanism>),
+    Mechanism(Box<Collapse>),
     /// Neither was found to the accuracy asked for; what the better of the two lacks.
     Neither {
         /// Residual.
@@ -81,16 +82,16 @@ pub(crate) enum Decided {
     },
 }
 
-/// The proof that nothing balances the loads.
-pub(crate) struct Mechanism {
-    pub motion: Vec<f64>,
-    pub certificate: MechanismCertificate,
-    pub collapse: Vec<f64>,
-}
-
 /// Finds a balance or a mechanism.
 pub(crate) fn decide(problem: &ContactProblem, search: &mut Search, settings: &StabilitySettings) -> Decided {
-    search.cold(problem, settings);
+    match search.forces(problem, settings) {
+        Forces::Balance(balance) => {
+            search.balance = Some(*balance);
+            return Decided::Balance;
+        }
+        Forces::Mechanism(collapse) => return Decided::Mechanism(collapse),
+        Forces::Unknown => search.cold(problem, settings),
+    }
     if search.balance.is_some() {
         return Decided::Balance;
     }
@@ -99,7 +100,7 @@ pub(crate) fn decide(problem: &ContactProblem, search: &mut Search, settings: &S
     };
     let (motion, certificate) = answer.mechanism;
     if certificate.residual <= settings.tolerance {
-        return Decided::Mechanism(Box::new(Mechanism { motion, certificate, collapse: answer.collapse }));
+        return Decided::Mechanism(Box::new(Collapse { motion, certificate, collapse: answer.collapse }));
     }
     search.balance = polished(problem, &answer.impulses, search.solver(), settings);
     match search.balance {
@@ -108,7 +109,7 @@ pub(crate) fn decide(problem: &ContactProblem, search: &mut Search, settings: &S
     }
 }
 
-fn must_move(problem: &ContactProblem, mechanism: Mechanism, search: Search) -> Stability {
+fn must_move(problem: &ContactProblem, mechanism: Collapse, search: Search) -> Stability {
     let mut proof = StabilityProof::new(Verdict::MustMove);
     proof.mechanism = Some(mechanism.motion);
     // What follows is a moving solution; it belongs to the report.

@@ -162,20 +162,39 @@ fn a_wedge_between_two_blocks_holds_by_friction_alone() {
     assert!(matches!(held, Verdict::Stays | Verdict::Stands | Verdict::MayDoEither), "{held:?}");
 }
 
-/// Level layers that are shifted by a quarter of a box press on each other and push nothing aside: nothing can move, and no search is needed.
-#[test]
-fn a_pallet_of_shifted_layers_stays() {
+/// Boxes side by side in shifted layers, `side` in a row, on a table that is tilted by an angle.
+fn pallet(side: usize, layers: usize, angle: f64) -> Model {
     let mut world = ModelBuilder::new("pallet");
+    world.gravity(9.81 * DVec3::new(angle.sin(), 0.0, -angle.cos()));
     world.floor();
-    for k in 0..75 {
-        let (layer, row, column) = (k / 25, k / 5 % 5, k % 5);
+    for k in 0..side * side * layers {
+        let (layer, row, column) = (k / (side * side), k / side % side, k % side);
         let shift = if layer % 2 == 1 { 0.05 } else { 0.0 };
         let at = [0.2 * column as f64 + shift, 0.2 * row as f64 + shift, 0.1 + 0.2 * layer as f64];
         let mass = 1.0 + 0.1 * (k % 7) as f64;
         world.body(format!("box {k}")).at(at).free().solid(cube(0.1, 0.5), mass).add().expect("a box");
     }
-    let found = judged(&world.build().expect("a model"));
+    world.build().expect("a model")
+}
+
+/// Level layers that are shifted by a quarter of a box press on each other and push nothing aside: nothing can move, and no search is needed.
+#[test]
+fn a_pallet_of_a_thousand_boxes_stays() {
+    let found = judged(&pallet(10, 10, 0.0));
     assert_eq!(found.stability.verdict(), Verdict::Stays);
     assert!(matches!(found.stability.proof.stays, Some(StaysProof::WithoutFriction(_))));
     assert!(found.stability.search.is_empty(), "{:?}", found.stability.search);
+    assert!(found.stability.worst() <= 1e-12, "{:?}", found.stability.residuals);
+}
+
+/// On a table that is tilted by more than the angle of friction the whole pallet slides, and no box of it stays.
+#[test]
+fn a_tilted_pallet_slides_at_the_angle_of_friction() {
+    let settings = StabilitySettings::default().with_search_contacts(0);
+    for (offset, expected) in [(-1e-6, Verdict::Stands), (1e-6, Verdict::MustMove)] {
+        let model = pallet(4, 1, 0.5_f64.atan() + offset);
+        let found = stability(&model, &State::new(&model), &Input::default(), &settings).expect("a verdict");
+        assert_eq!(found.stability.verdict(), expected, "{:?}", found.stability.residuals);
+        assert!(found.stability.worst() <= 1e-9, "{:?}", found.stability.residuals);
+    }
 }
