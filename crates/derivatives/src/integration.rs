@@ -38,6 +38,26 @@ impl Integration {
         }
     }
 
+    /// `∂q⁺` from `∂v⁺` for many columns, row by row; `by_configuration`: whether the first columns are those by `q`.
+    pub fn forward_rows(&self, velocity: &[f64], width: usize, by_configuration: bool, out: &mut [f64]) {
+        out.iter_mut().zip(velocity).for_each(|(place, velocity)| *place = self.dt * velocity);
+        let nv = out.len().checked_div(width).unwrap_or(0);
+        if by_configuration {
+            (0..nv).for_each(|k| out[k * width + k] += 1.0);
+        }
+        for (first, by_begin, by_velocity) in &self.turns {
+            for c in 0..width {
+                let at = |a: usize| (first + a) * width + c;
+                let dv = DVec3::new(velocity[at(0)], velocity[at(1)], velocity[at(2)]);
+                let end = *by_velocity * dv;
+                (0..3).for_each(|a| out[at(a)] = end[a]);
+            }
+            for (a, b) in (0..9).map(|k| (k / 3, k % 3)).filter(|_| by_configuration) {
+                out[(first + a) * width + first + b] += by_begin.col(b)[a];
+            }
+        }
+    }
+
     /// The adjoint: from that of `q⁺` what it adds to those of `q` and `v⁺`.
     pub fn backward(&self, end: &[f64], dq: &mut [f64], dv: &mut [f64]) {
         let mut turns = self.turns.iter().peekable();

@@ -20,6 +20,8 @@
 //! bodies. Contacts may be redundant: then the impulses are not unique and `v⁺` is, and what is needed of the impulses is the same for all of
 //! them.
 //!
+//! [`StepDerivatives::with_parameters`] adds columns for numbers of the model, such as masses and coefficients of friction ([`Parameter`]).
+//!
 //! [`StepDerivatives::validity`] says what the result is worth. [`Validity::Exact`]: every inequality of the step holds by a margin, and the
 //! margins are there as numbers. [`Validity::OneSided`]: some are about to turn, and say which. [`Validity::Refused`]: the velocity is not
 //! unique, the step missed its tolerance, or something in it has no derivative; then there are no matrices.
@@ -50,13 +52,18 @@
 
 mod geometry;
 mod integration;
+mod interior;
 mod matrix;
 mod mode;
+mod parameter;
+mod products;
 mod reduced;
 mod rows;
 mod simulated;
 mod step;
+mod system;
 mod validity;
 
+pub use parameter::{Direction, Parameter};
 pub use step::StepDerivatives;
 pub use validity::{InequalityKind, InequalitySource, Margin, Validity};

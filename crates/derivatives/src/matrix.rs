@@ -47,3 +47,33 @@ pub(crate) fn add_scaled(y: &mut [f64], s: f64, x: &[f64]) {
 pub(crate) fn largest(x: &[f64]) -> f64 {
     x.iter().fold(0.0, |a: f64, x| a.max(x.abs()))
 }
+
+/// `L` of `A = L Lᵀ` in the lower half of a dense matrix, in place; `false` where it is not positive definite.
+pub(crate) fn cholesky(a: &mut [f64], n: usize) -> bool {
+    for i in 0..n {
+        let (above, row) = a.split_at_mut(i * n);
+        for j in 0..i {
+            let other = &above[j * n..j * n + j + 1];
+            row[j] = (row[j] - dot(&row[..j], &other[..j])) / other[j];
+        }
+        let pivot = row[i] - dot(&row[..i], &row[..i]);
+        if pivot.is_nan() || pivot <= 0.0 {
+            return false;
+        }
+        row[i] = pivot.sqrt();
+    }
+    true
+}
+
+/// Solves with the factor of [`cholesky`].
+pub(crate) fn cholesky_solve(factor: &[f64], n: usize, x: &mut [f64]) {
+    for i in 0..n {
+        x[i] = (x[i] - dot(&factor[i * n..i * n + i], &x[..i])) / factor[i * n + i];
+    }
+    for i in (0..n).rev() {
+        let value = x[i] / factor[i * n + i];
+        let (head, tail) = x.split_at_mut(i);
+        tail[0] = value;
+        add_scaled(head, -value, &factor[i * n..i * n + i]);
+    }
+}

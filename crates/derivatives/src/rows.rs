@@ -3,6 +3,9 @@
 mod contacts;
 mod coordinates;
 mod equalities;
+mod frames;
+mod gaps;
+mod parameters;
 mod system;
 
 use signorini_multibody::derivatives::BalanceDerivatives;
@@ -23,13 +26,15 @@ pub(crate) fn build(
     turning: &mut Vec<f64>,
 ) -> Result<(), String> {
     let nv = step.model.nv;
-    rows.clear(step.model);
+    rows.clear(step.model, step.directions.len());
     turning.clear();
     turning.resize(nv * nv, 0.0);
     contacts::add_points(step, modes, margins, rows, turning)?;
     coordinates::add_limits(step, modes, margins, rows, turning)?;
     coordinates::add_groups(step, modes, rows)?;
-    equalities::add(step, margins, rows, turning)
+    equalities::add(step, margins, rows, turning)?;
+    parameters::add_coordinates(step, modes, step.directions, rows);
+    Ok(())
 }
 
 /// Compares the balance with the impulses of the step: whether both are the same to rounding.

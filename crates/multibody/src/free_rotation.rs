@@ -150,6 +150,79 @@ impl FreeRotation {
         Some([linear, angular + across * linear])
     }
 
+    /// The point that its inertia refers to before the centre of mass is taken: the origin of its body, or the centre of its ball joint.
+    pub fn anchor(&self, model: &Model) -> DVec3 {
+        match self.translation {
+            Some(_) => DVec3::ZERO,
+            None => model.joints[model.dof_joint[self.dof].index()].anchor,
+        }
+    }
+
+    /// How the [correction](Self::correction) changes with its inertia: linear part in the body's axes, angular part. Nothing where the
+    /// integrator has no solution.
+    /// - `change`: about its [anchor](Self::anchor), body axes
+    ///
+    /// # Source
+    /// `D(Δt ω⁺) I ω⁺ = D(−Δt ω) I ω` is linear in `I`.
+    pub fn correction_by_inertia(&self, v: &[f64], dt: f64, change: &RigidInertia) -> Option<[DVec3; 2]> {
+        let omega = DVec3::from_slice(&v[self.dof..self.dof + 3]);
+        if omega.length_squared() * (dt * dt) < f64::EPSILON {
+            return Some([DVec3::ZERO; 2]);
+        }
+        let (spin, torque) = (self.inertia * omega, omega.cross(self.inertia * omega));
+        let next = self.turn(omega, spin, torque, dt)?;
+        let (c, moved) = match self.translation {
+            Some(_) => (self.center, (change.first_moment - self.center * change.mass) / self.mass),
+            None => (DVec3::ZERO, DVec3::ZERO),
+        };
+        // About the centre of mass: to first order, what moves the centre changes nothing there but by the first moment.
+        let shift = scalar(2.0 * c.dot(change.first_moment) - change.mass * c.length_squared())
+            - outer(c, change.first_moment)
+            - outer(change.first_moment, c)
+            + outer(c, c) * change.mass;
+        let inertia = if self.translation.is_some() { change.rotational - shift } else { change.rotational };
+        let by_next = transported_slope(next * dt, self.inertia * next) * dt + transport(next * dt) * self.inertia;
+        let missing = transported(omega * -dt, inertia * omega) - transported(next * dt, inertia * next);
+        let next_change = by_next.inverse() * missing;
+        let turned = next - omega;
+        let angular = omega.cross(inertia * omega) * dt + inertia * turned + self.inertia * next_change;
+        if self.translation.is_none() {
+            return Some([DVec3::ZERO, angular]);
+        }
+        let straight = |c: DVec3| {
+            let change = (swept(c, omega * -dt) + swept(c, next * dt)) * (-1.0 / dt);
+            omega.cross(omega.cross(c)) * dt + change + turned.cross(c)
+        };
+        let linear = straight(c) * self.mass;
+        let by_next = next_change.cross(c) - swept_slope(c, next * dt) * next_change;
+        let linear_change = straight(c) * change.mass + (straight(moved) + by_next) * self.mass;
+        Some([linear_change, angular + moved.cross(linear) + c.cross(linear_change)])
+    }
+
+    /// How the [correction](Self::correction) changes with Δt, as [by the inertia](Self::correction_by_inertia).
+    pub fn correction_by_timestep(&self, v: &[f64], dt: f64) -> Option<[DVec3; 2]> {
+        let omega = DVec3::from_slice(&v[self.dof..self.dof + 3]);
+        if omega.length_squared() * (dt * dt) < f64::EPSILON {
+            return Some([DVec3::ZERO; 2]);
+        }
+        let (spin, torque) = (self.inertia * omega, omega.cross(self.inertia * omega));
+        let next = self.turn(omega, spin, torque, dt)?;
+        let along_next = transported_slope(next * dt, self.inertia * next);
+        let by_next = along_next * dt + transport(next * dt) * self.inertia;
+        let missing = transported_slope(omega * -dt, spin) * -omega - along_next * next;
+        let next_change = by_next.inverse() * missing;
+        let angular = torque + self.inertia * next_change;
+        let c = self.center;
+        if c == DVec3::ZERO {
+            return Some([DVec3::ZERO, angular]);
+        }
+        let swept_both = swept(c, omega * -dt) + swept(c, next * dt);
+        let by_both = swept_slope(c, next * dt) * (next + next_change * dt) - swept_slope(c, omega * -dt) * omega;
+        let change = swept_both / (dt * dt) - by_both / dt;
+        let linear = (omega.cross(omega.cross(c)) + change + next_change.cross(c)) * self.mass;
+        Some([linear, angular + c.cross(linear)])
+    }
+
     /// `ω⁺` of `D(Δt ω⁺) I ω⁺ = D(−Δt ω) I ω` by Newton's method; nothing where it does not converge or the body turns by
     /// more than half a turn in the step. An angular velocity along a principal axis is returned unchanged at any speed.
     /// - `spin`: `I ω`; `torque`: `ω × I ω`

@@ -1,6 +1,6 @@
 //! Differences of the search for contacts between points of the same features.
 
-use signorini_multibody::glam::{DQuat, DVec3};
+use signorini_multibody::glam::DVec3;
 use signorini_multibody::{ContactPoint, Model, Pose, rotation_exp};
 use signorini_simulation::Workspace;
 
@@ -18,14 +18,21 @@ const SMOOTH: f64 = 1e-7;
 const NEAR: f64 = 1e-2;
 const SAME: f64 = 1e-5;
 
+/// Displacements, as a part of a shape's size, at which faces are seen to lie on each other, and by how much of them gaps may differ from
+/// those of two planes: the square of an angle that small is far less.
+const FLAT: f64 = 1e-5;
+const FLATNESS: f64 = 1e-3;
+/// A point moves along its faces by this many displacements at most.
+const NEARBY: f64 = 30.0;
+
 /// Gap, normal and position as one list.
 type Numbers = [f64; 7];
 
 pub(super) fn motion(model: &Model, workspace: &mut Workspace, point: &ContactPoint) -> Result<PointMotion, NoMotion> {
     let mut poses = workspace.kinematics().pose.clone();
-    let mut search = Search { model, point, poses: &mut poses, found: Vec::new() };
     let radius = |id: signorini_multibody::GeomId| model.geoms[id.index()].geometry.bounding_radius();
     let size = radius(point.geom_a).min(radius(point.geom_b));
+    let mut search = Search { model, point, size, poses: &mut poses, found: Vec::new() };
     let mut failure = NoMotion::Changes;
     let mut h = LARGEST;
     for _ in 0..TRIES {
@@ -35,20 +42,38 @@ pub(super) fn motion(model: &Model, workspace: &mut Workspace, point: &ContactPo
         }
         h *= SMALLER;
     }
-    Err(failure)
+    if search.lies_flat(workspace, FLAT * size) { Ok(flat(point)) } else { Err(failure) }
+}
+
+/// The motion of a point between two faces that lie on each other, as if it were a vertex of B on a face of A.
+fn flat(point: &ContactPoint) -> PointMotion {
+    let n = point.normal;
+    let (mut gap, mut position) = ([0.0; 6], [DVec3::ZERO; 6]);
+    for a in 0..3 {
+        gap[3 + a] = n[a];
+        position[3 + a] = DVec3::AXES[a];
+    }
+    PointMotion { gap, normal: [DVec3::ZERO; 6], position, is_tie: false, is_loose: true }
 }
 
 struct Search<'a> {
     model: &'a Model,
     point: &'a ContactPoint,
+    /// Of the smaller shape, m.
+    size: f64,
     poses: &'a mut Vec<Pose>,
     found: Vec<ContactPoint>,
 }
 
 impl Search<'_> {
     fn differences(&mut self, workspace: &mut Workspace, h: f64, size: f64) -> Result<PointMotion, NoMotion> {
-        let mut out =
-            PointMotion { gap: [0.0; 6], normal: [DVec3::ZERO; 6], position: [DVec3::ZERO; 6], is_tie: false };
+        let mut out = PointMotion {
+            gap: [0.0; 6],
+            normal: [DVec3::ZERO; 6],
+            position: [DVec3::ZERO; 6],
+            is_tie: false,
+            is_loose: false,
+        };
         for e in 0..6 {
             let step = if e < 3 { h } else { h * size };
             let mut estimates = [[0.0; 7]; 3];
@@ -78,6 +103,35 @@ impl Search<'_> {
         Ok(out)
     }
 
+    /// Whether the gap grows with the distance of two planes, however B is displaced by `h`, at a point nearby.
+    fn lies_flat(&mut self, workspace: &mut Workspace, h: f64) -> bool {
+        let (center, n, gap) = (self.point.position, self.point.normal, self.point.gap);
+        (0..12).all(|e| {
+            let size = self.size;
+            let axis = DVec3::AXES[e % 3] * if e < 6 { h } else { -h };
+            let is_turn = e / 3 % 2 == 0;
+            let turn = if is_turn { axis / size } else { DVec3::ZERO };
+            self.displace(workspace, turn, if is_turn { DVec3::ZERO } else { axis });
+            let far = |found: &ContactPoint| (found.position - center).length();
+            let Some(nearest) = self.found.iter().min_by(|x, y| far(x).total_cmp(&far(y))) else { return false };
+            let moved = if is_turn { turn.cross(nearest.position - center) } else { axis };
+            let expected = gap + n.dot(moved);
+            far(nearest) <= NEARBY * h
+                && (nearest.gap - expected).abs() <= FLATNESS * h
+                && (nearest.normal - n).length() <= NEARBY * h / size
+        })
+    }
+
+    /// Finds the points of the pair with B displaced.
+    fn displace(&mut self, workspace: &mut Workspace, turn: DVec3, shift: DVec3) {
+        let (body, center) = (self.point.body_b.index(), self.point.position);
+        let (pose, turn) = (self.poses[body], rotation_exp(turn));
+        self.poses[body] =
+            Pose::new(center + turn * (pose.position - center) + shift, (turn * pose.rotation).normalize());
+        workspace.pair_points(self.model, self.poses, [self.point.geom_a, self.point.geom_b], &mut self.found);
+        self.poses[body] = pose;
+    }
+
     /// A central difference along the motion `e` of body B.
     fn central(&mut self, workspace: &mut Workspace, e: usize, step: f64) -> Result<Numbers, NoMotion> {
         let ahead = self.at(workspace, e, step)?;
@@ -86,14 +140,9 @@ impl Search<'_> {
     }
 
     fn at(&mut self, workspace: &mut Workspace, e: usize, step: f64) -> Result<Numbers, NoMotion> {
-        let (body, center) = (self.point.body_b.index(), self.point.position);
-        let pose = self.poses[body];
-        let axis = DVec3::AXES[e % 3] * step;
-        let (turn, shift) = if e < 3 { (rotation_exp(axis), DVec3::ZERO) } else { (DQuat::IDENTITY, axis) };
-        self.poses[body] =
-            Pose::new(center + turn * (pose.position - center) + shift, (turn * pose.rotation).normalize());
-        workspace.pair_points(self.model, self.poses, [self.point.geom_a, self.point.geom_b], &mut self.found);
-        self.poses[body] = pose;
+        let (center, axis) = (self.point.position, DVec3::AXES[e % 3] * step);
+        let (turn, shift) = if e < 3 { (axis, DVec3::ZERO) } else { (DVec3::ZERO, axis) };
+        self.displace(workspace, turn, shift);
         let same = self.found.iter().filter(|found| found.feature == self.point.feature);
         let far = |found: &&ContactPoint| (found.position - center).length();
         let found = same.min_by(|x, y| far(x).total_cmp(&far(y))).ok_or(NoMotion::Changes)?;

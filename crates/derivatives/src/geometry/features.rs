@@ -97,3 +97,44 @@ fn feature(
         _ => None,
     }
 }
+
+/// What a shape's surface does where it touches, per unit of one of its sizes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SizeMotion {
+    /// Displacement of the face, the line or the point that the feature is about, world axes.
+    pub core: DVec3,
+    /// Growth of the radius about it.
+    pub outward: f64,
+}
+
+/// How a feature moves with size number `size` of its shape.
+pub(super) fn grow(
+    model: &Model,
+    kinematics: &Kinematics,
+    (point, gap): (&ContactPoint, f64),
+    side: usize,
+    size: usize,
+    feature: Feature,
+) -> Option<SizeMotion> {
+    let geom = &model.geoms[[point.geom_a, point.geom_b][side].index()];
+    let pose = kinematics.pose[geom.body.index()] * geom.placement;
+    let still = SizeMotion { core: DVec3::ZERO, outward: 0.0 };
+    match (&geom.geometry, size) {
+        (Geometry::Sphere { .. } | Geometry::Capsule { .. }, 0) => Some(SizeMotion { outward: 1.0, ..still }),
+        (Geometry::Capsule { .. }, 1) => match feature {
+            Feature::Point { core, .. } => {
+                let axis = pose.rotation * DVec3::Z;
+                Some(SizeMotion { core: axis * axis.dot(core - pose.position).signum(), ..still })
+            }
+            _ => Some(still),
+        },
+        (Geometry::Box { half_extents }, k) if k < 3 => {
+            let surface = point.position + point.normal * if side == 0 { -0.5 * gap } else { 0.5 * gap };
+            let local = (pose.rotation.conjugate() * (surface - pose.position)).to_array();
+            let touches = (local[k].abs() - half_extents[k]).abs() <= AT * half_extents.max_element();
+            let core = pose.rotation * DVec3::AXES[k] * local[k].signum();
+            Some(if touches { SizeMotion { core, ..still } } else { still })
+        }
+        _ => None,
+    }
+}

@@ -5,9 +5,10 @@ mod features;
 mod motion;
 mod rounded;
 
-use signorini_multibody::{ContactPoint, Model};
+use signorini_multibody::{ContactPoint, Kinematics, Model};
 use signorini_simulation::Workspace;
 
+pub(crate) use features::SizeMotion;
 use motion::true_gap;
 pub(crate) use motion::{NoMotion, PointMotion};
 
@@ -26,4 +27,17 @@ pub(crate) fn point_motion(
         },
         None => differences::motion(model, workspace, point),
     }
+}
+
+/// How a contact point moves with a size of the shape on one side (0: A, 1: B), where the pair has closed forms.
+pub(crate) fn size_motion(
+    model: &Model,
+    kinematics: &Kinematics,
+    point: &ContactPoint,
+    side: usize,
+    size: usize,
+) -> Option<SizeMotion> {
+    let pair = features::of(model, kinematics, point)?;
+    rounded::motion(point, true_gap(model, point), pair)?;
+    features::grow(model, kinematics, (point, true_gap(model, point)), side, size, pair[side])
 }

@@ -12,6 +12,8 @@ pub(crate) struct PointMotion {
     pub position: [DVec3; 6],
     /// Whether the parts that touch are about to change.
     pub is_tie: bool,
+    /// Whether the place may slide and the normal may turn otherwise than told here: faces lie on each other, corners on edges.
+    pub is_loose: bool,
 }
 
 /// Why a contact point has no derivative.

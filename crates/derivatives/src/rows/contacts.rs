@@ -4,14 +4,20 @@ use signorini_contact::ContactFrame;
 use signorini_multibody::ContactPoint;
 use signorini_multibody::derivatives::MotionDerivatives;
 use signorini_multibody::glam::DVec3;
-use signorini_simulation::{FrictionSource, RestitutionLaw};
+use signorini_simulation::FrictionSource;
 
+use super::frames::{groups_of, turned_axes};
+use super::gaps::{GapLaw, gap_law};
+use super::parameters::{At, add_contact};
 use super::system::{ModeRows, Modes, Mover, Push, Step, movers};
 use crate::geometry::{NoMotion, PointMotion, point_motion};
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 
 /// Entries of the step's rows and of those made here may differ by this, relative to the levers.
 const AGREEMENT: f64 = 1e-9;
+
+/// Faces on each other may slide by this part of the velocity scale while their points are about to change.
+const UNFELT: f64 = 1e-9;
 
 /// How a contact moves with one degree of freedom.
 #[derive(Clone, Copy, Debug, Default)]
@@ -66,8 +72,19 @@ pub(super) fn add_points(
         push.act(step, point.body_b, 1.0, &mut rows.wrenches);
         push.act(step, point.body_a, -1.0, &mut rows.wrenches);
         turn_impulse(step, i, &push, &list, &moved, turning);
+        let first_row = rows.len();
         add_unit(step, modes, i, gap, &list, &moved, rows);
+        if motion.is_loose {
+            note_loose(step, i, (point, &frame), &push, &list, &moved, rows)?;
+        }
         add_spin_groups(step, modes, i, &list, &moved, rows);
+        if !step.directions.is_empty() {
+            let displaced = list.iter().zip(&moved).map(|(mover, m)| (*mover, m.turn, m.shift));
+            let movers = &displaced.collect::<Vec<_>>();
+            let frame = &frame;
+            let at = At { i, point, frame, motion: &motion, push: &push, movers, gap, first_row };
+            add_contact(step, modes, &at, step.directions, rows);
+        }
     }
     note_candidates(step, margins);
     Ok(())
@@ -79,55 +96,6 @@ fn about(step: &Step, point: &ContactPoint, reason: &str) -> String {
         format!("{} '{}'", geom.geometry.kind_name(), geom.name)
     };
     format!("contact of {} and {}: {reason}", name(point.geom_a), name(point.geom_b))
-}
-
-/// How the gap of the problem follows from that of the point.
-#[derive(Clone, Copy, Debug)]
-enum GapLaw {
-    /// It is this part of it.
-    Part(f64),
-    /// It is the rebound `e Δt` of the approach.
-    Rebound(f64),
-}
-
-fn gap_law(step: &Step, i: usize, point: &ContactPoint, margins: &mut Vec<Margin>) -> Result<GapLaw, &'static str> {
-    let (problem, settings) = (step.workspace.problem(), step.settings);
-    let (dt, found) = (problem.timestep, problem.gap[i]);
-    let mut threshold = |value: f64| {
-        let (source, kind) = (InequalitySource::Contact(i), InequalityKind::Threshold);
-        margins.push(Margin { source, kind, value: step.scales.velocity(value) });
-    };
-    let restitution = step.model.pair_restitution(point.geom_a, point.geom_b);
-    if restitution > 0.0 {
-        let at_rest = step.model.gravity.length() * dt;
-        let [approach, ..] = problem.contact_velocity(i, &step.state.v);
-        let [free, ..] = problem.contact_velocity(i, &problem.free_velocity);
-        let fast = -at_rest - approach;
-        let closes = -(point.gap / dt + approach.min(free));
-        let is_impact = step.workspace.is_impact(i);
-        threshold(if is_impact { fast.abs().min(closes.abs()) } else { fast.min(closes).abs() });
-        if is_impact && settings.restitution == RestitutionLaw::Newton && found == dt * restitution * approach {
-            return Ok(GapLaw::Rebound(restitution));
-        }
-    }
-    if point.gap >= 0.0 {
-        if settings.stabilization != 1.0 {
-            threshold(point.gap / dt);
-        }
-        return if found == point.gap { Ok(GapLaw::Part(1.0)) } else { Err("its gap is corrected by another law") };
-    }
-    let asked = settings.stabilization * point.gap;
-    if settings.correction_speed.is_finite() {
-        threshold((settings.correction_speed + asked / dt).abs());
-    }
-    if settings.stabilization != 1.0 {
-        threshold(-point.gap / dt);
-    }
-    if found == asked {
-        Ok(GapLaw::Part(settings.stabilization))
-    } else {
-        Err("its overlap is removed at a bounded speed")
-    }
 }
 
 /// Fills `moved` for every degree of freedom of the list.
@@ -179,17 +147,6 @@ fn measure(
     }
 }
 
-/// How the axes of [`ContactFrame::from_normal`] turn with the normal.
-fn turned_axes(frame: &ContactFrame, change: DVec3) -> [DVec3; 3] {
-    let n = frame.normal;
-    let reference = if n.x.abs() < 0.9 { DVec3::X } else { DVec3::Y };
-    let raw = reference - n * reference.dot(n);
-    let raw_change = -(change * reference.dot(n) + n * reference.dot(change));
-    let t_1 = frame.tangent_1;
-    let first = (raw_change - t_1 * t_1.dot(raw_change)) / raw.length();
-    [change, first, change.cross(t_1) + n.cross(first)]
-}
-
 /// Whether the rows of the step are those made here.
 fn check_rows(
     step: &Step,
@@ -213,22 +170,9 @@ fn check_rows(
     Ok(())
 }
 
-/// The friction groups that belong to contact `i`, with their first row among the axes.
-fn groups_of(step: &Step, i: usize) -> impl Iterator<Item = (usize, FrictionSource)> {
-    let problem = step.workspace.problem();
-    let groups = 0..problem.friction_groups.len();
-    let sources = groups.filter_map(|j| step.workspace.friction_source(j).map(|source| (j, source)));
-    sources.filter(move |(_, source)| match *source {
-        FrictionSource::Belt { contact }
-        | FrictionSource::Spinning { contact }
-        | FrictionSource::Rolling { contact } => contact == i,
-        FrictionSource::Joint { .. } | FrictionSource::Servo { .. } => false,
-    })
-}
-
 /// What the contact gives to body B.
 fn push_of(step: &Step, i: usize, point: &ContactPoint, frame: &ContactFrame) -> Result<Push, String> {
-    let solution = step.workspace.solution();
+    let solution = step.solution;
     let mut moment = DVec3::ZERO;
     for (j, source) in groups_of(step, i) {
         let [x, y] = solution.group_impulse[j];
@@ -243,7 +187,7 @@ fn push_of(step: &Step, i: usize, point: &ContactPoint, frame: &ContactFrame) ->
 
 /// Adds `∂(Jᵀ p)/∂q` at fixed `p`, less the part in which the push turns with each body.
 fn turn_impulse(step: &Step, i: usize, push: &Push, list: &[Mover], moved: &[Moved], turning: &mut [f64]) {
-    let (nv, solution) = (step.model.nv, step.workspace.solution());
+    let (nv, solution) = (step.model.nv, step.solution);
     let mut about_axes = [0.0; 3];
     for (j, source) in groups_of(step, i) {
         let [x, y] = solution.group_impulse[j];
@@ -274,6 +218,39 @@ fn turn_impulse(step: &Step, i: usize, push: &Push, list: &[Mover], moved: &[Mov
             turning[other.dof * nv + mover.dof] += sum;
         }
     }
+}
+
+/// Notes what a contact between faces that lie on each other would do to the momenta if its place slid or its normal turned: they may do so
+/// where the velocity does not feel it.
+fn note_loose(
+    step: &Step,
+    i: usize,
+    (point, frame): (&ContactPoint, &ContactFrame),
+    push: &Push,
+    list: &[Mover],
+    moved: &[Moved],
+    rows: &mut ModeRows,
+) -> Result<(), String> {
+    let p = point.position;
+    let relative = step.end.velocity(point.body_b, p) - step.end.velocity(point.body_a, p);
+    let lever = moved.iter().map(|m| m.shift.length()).fold(0.0, f64::max);
+    let speed = relative.linear.length().max(relative.angular.length() * lever);
+    if step.scales.velocity(speed) > UNFELT {
+        return Err(about(step, point, "faces slide on each other, and the parts that touch are about to change"));
+    }
+    for t in [frame.tangent_1, frame.tangent_2] {
+        let [n, t_1, t_2] = turned_axes(frame, t);
+        let impulse = step.solution.impulse[i];
+        let turned = n * impulse[0] + t_1 * impulse[1] + t_2 * impulse[2];
+        for (moment, force) in [(t.cross(push.force), DVec3::ZERO), (DVec3::ZERO, turned)] {
+            let row = rows.unfelt.push();
+            for (mover, m) in list.iter().zip(moved) {
+                let sign = f64::from(mover.of[1]) - f64::from(mover.of[0]);
+                row[mover.dof] = sign * (m.turn.dot(moment) + m.shift.dot(force));
+            }
+        }
+    }
+    Ok(())
 }
 
 /// The rows of the contact itself.

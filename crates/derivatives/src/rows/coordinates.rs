@@ -4,6 +4,7 @@ use signorini_multibody::glam::{DMat3, DQuat, DVec3};
 use signorini_multibody::{JointKind, right_jacobian, rotation_log};
 use signorini_simulation::{ContactSource, FrictionSource};
 
+use super::parameters::add_violation;
 use super::system::{ModeRows, Modes, Step};
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 
@@ -18,7 +19,7 @@ pub(super) fn add_limits(
     turning: &mut [f64],
 ) -> Result<(), String> {
     let problem = step.workspace.problem();
-    let solution = step.workspace.solution();
+    let solution = step.solution;
     let dt = problem.timestep;
     for i in step.workspace.contact_points().len()..problem.contact_count() {
         if modes.contacts[i].count == 0 {
@@ -60,6 +61,7 @@ pub(super) fn add_limits(
         for (&column, entry) in columns.iter().zip(entries) {
             rows.coordinate_impulse[column as usize] += lambda * entry[0];
         }
+        add_violation(rows.len() - 1, found, dt, step.directions, rows);
     }
     Ok(())
 }
@@ -112,7 +114,7 @@ fn cone_axis_slope(step: &Step, joint: usize) -> Option<DMat3> {
 /// Dry friction in joints and servos of speed; their rows do not change with the configuration.
 pub(super) fn add_groups(step: &Step, modes: &Modes, rows: &mut ModeRows) -> Result<(), String> {
     let problem = step.workspace.problem();
-    let (groups, solution) = (&problem.friction_groups, step.workspace.solution());
+    let (groups, solution) = (&problem.friction_groups, step.solution);
     for j in 0..groups.len() {
         let servo = match step.workspace.friction_source(j) {
             Some(FrictionSource::Joint { .. }) => None,

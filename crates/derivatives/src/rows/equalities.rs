@@ -4,6 +4,7 @@ use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{BodyId, EqualityBlock, EqualityKind, JointKind, equality_block_into};
 use signorini_multibody::{SpatialVector, right_jacobian, rotation_log};
 
+use super::parameters::add_violation;
 use super::system::{ModeRows, Mover, Push, Step, movers};
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 
@@ -29,7 +30,7 @@ pub(super) fn add(
         if (violation - step.settings.stabilization * block.violation[axis]).abs() > 1e-12 * (1.0 + violation.abs()) {
             return Err(format!("constraint '{}': it is restored at a bounded speed", equality.name));
         }
-        let lambda = step.workspace.solution().bilateral[k];
+        let lambda = step.solution.bilateral[k];
         let (columns, entries) = problem.bilateral_jacobian.group(k);
         let part_of_dt = step.settings.stabilization / problem.timestep;
         let row = rows.push(InequalitySource::Bilateral(k));
@@ -70,7 +71,7 @@ pub(super) fn add(
                     let [_, _, a_2, a_3, a_4] = polynomial;
                     let bend = 2.0 * a_2 + x * (6.0 * a_3 + x * 12.0 * a_4);
                     let k = joint.v_index;
-                    slopes[k] -= bend * step.workspace.solution().velocity[k];
+                    slopes[k] -= bend * step.solution.velocity[k];
                     turning[k * step.model.nv + k] -= lambda * bend;
                 }
                 for (&column, entry) in columns.iter().zip(entries) {
@@ -78,6 +79,7 @@ pub(super) fn add(
                 }
             }
         }
+        add_violation(rows.len() - 1, violation, problem.timestep, step.directions, rows);
     }
     Ok(())
 }

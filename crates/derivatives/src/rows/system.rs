@@ -1,5 +1,6 @@
 //! The linear system of a mode, and what its rows are made from.
 
+use signorini_contact::{ContactProblem, ContactSolution};
 use signorini_multibody::derivatives::MotionDerivatives;
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{BodyId, Input, Model, SpatialVector, State};
@@ -7,6 +8,7 @@ use signorini_simulation::{Settings, Workspace};
 
 use crate::matrix::Rows;
 use crate::mode::{Scales, UnitMode, contact_mode, group_mode};
+use crate::parameter::Direction;
 use crate::validity::{InequalitySource, Margin};
 
 /// The mode's system: rows `C v⁺ + c = 0`, columns `N` of their impulses, both with one row per equation here, and derivatives.
@@ -17,6 +19,14 @@ pub(crate) struct ModeRows {
     pub by_configuration: Rows,
     pub by_velocity: Rows,
     pub by_control: Rows,
+    /// By the directions of parameters.
+    pub by_parameter: Rows,
+    /// `∂(E − N z)` by each direction of parameters, a row per direction.
+    pub balance_by_parameter: Rows,
+    /// Why a direction of parameters has no derivative.
+    pub without_slope: Vec<Option<String>>,
+    /// Momenta that the velocity must not feel, for the derivative to be what it is.
+    pub unfelt: Rows,
     pub source: Vec<InequalitySource>,
     /// Impulses along coordinates, which no wrench has, `[nv]`.
     pub coordinate_impulse: Vec<f64>,
@@ -34,12 +44,21 @@ pub(crate) struct RowSlopes<'a> {
 }
 
 impl ModeRows {
-    pub fn clear(&mut self, model: &Model) {
+    pub fn clear(&mut self, model: &Model, directions: usize) {
         let (nv, nu) = (model.nv, model.actuators.len());
-        for rows in [&mut self.held, &mut self.impulse, &mut self.by_configuration, &mut self.by_velocity] {
+        for rows in
+            [&mut self.held, &mut self.impulse, &mut self.by_configuration, &mut self.by_velocity, &mut self.unfelt]
+        {
             rows.clear(nv);
         }
         self.by_control.clear(nu);
+        self.by_parameter.clear(directions);
+        self.balance_by_parameter.clear(nv);
+        self.without_slope.clear();
+        for _ in 0..directions {
+            self.balance_by_parameter.push();
+            self.without_slope.push(None);
+        }
         self.source.clear();
         self.coordinate_impulse.clear();
         self.coordinate_impulse.resize(nv, 0.0);
@@ -51,8 +70,23 @@ impl ModeRows {
         self.source.len()
     }
 
+    /// Multiplies equation `i` and the columns of its impulse.
+    pub fn scale(&mut self, i: usize, factor: f64) {
+        let all = [
+            &mut self.held,
+            &mut self.impulse,
+            &mut self.by_configuration,
+            &mut self.by_velocity,
+            &mut self.by_control,
+            &mut self.by_parameter,
+        ];
+        let wide = all.into_iter().filter(|rows| rows.width > 0);
+        wide.for_each(|rows| rows.row_mut(i).iter_mut().for_each(|x| *x *= factor));
+    }
+
     pub fn push(&mut self, source: InequalitySource) -> RowSlopes<'_> {
         self.source.push(source);
+        self.by_parameter.push();
         RowSlopes {
             held: self.held.push(),
             impulse: self.impulse.push(),
@@ -70,11 +104,15 @@ pub(crate) struct Step<'a> {
     pub input: &'a Input,
     pub settings: &'a Settings,
     pub workspace: &'a mut Workspace,
+    /// The step's, or one with the same velocity and impulses inside their cones.
+    pub solution: &'a ContactSolution,
     /// At `v⁺`.
     pub end: &'a MotionDerivatives,
     /// At `v`.
     pub begin: &'a MotionDerivatives,
     pub scales: Scales,
+    /// Of the parameters to differentiate by.
+    pub directions: &'a [Direction],
 }
 
 /// The modes of all contacts and groups, with the dependence of sliding groups on contacts.
@@ -85,13 +123,18 @@ pub(crate) struct Modes {
 }
 
 impl Modes {
-    pub fn set(&mut self, step: &Step, margins: &mut Vec<Margin>) {
-        let (problem, solution) = (step.workspace.problem(), step.workspace.solution());
+    pub fn set(
+        &mut self,
+        problem: &ContactProblem,
+        solution: &ContactSolution,
+        scales: Scales,
+        margins: &mut Vec<Margin>,
+    ) {
         self.contacts.clear();
         self.groups.clear();
-        let of_contact = |i| contact_mode(problem, solution, i, step.scales, margins);
+        let of_contact = |i| contact_mode(problem, solution, i, scales, margins);
         self.contacts.extend((0..problem.contact_count()).map(of_contact));
-        let of_group = |j| group_mode(problem, solution, j, step.scales, margins);
+        let of_group = |j| group_mode(problem, solution, j, scales, margins);
         self.groups.extend((0..problem.friction_groups.len()).map(of_group));
     }
 }

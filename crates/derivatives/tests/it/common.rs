@@ -20,7 +20,7 @@ pub struct Bench {
 }
 
 /// What the contacts and friction groups of a step do, by their sources.
-type Signature = Vec<String>;
+pub type Signature = Vec<String>;
 
 impl Bench {
     pub fn new(model: Model, settings: Settings) -> Self {
@@ -52,7 +52,7 @@ impl Bench {
         Some(next)
     }
 
-    fn end(&mut self, state: &State, input: &Input) -> (Vec<f64>, Vec<f64>, Signature) {
+    pub fn end(&mut self, state: &State, input: &Input) -> (Vec<f64>, Vec<f64>, Signature) {
         let mut next = state.clone();
         step(&self.model, state, input, &self.settings, &mut self.workspace, &mut next).expect("a step");
         (next.q, next.v, self.signature())

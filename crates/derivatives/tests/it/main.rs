@@ -2,4 +2,5 @@
 
 mod common;
 mod differences;
+mod parameters;
 mod verdicts;

@@ -114,3 +114,28 @@ fn products_are_those_of_the_matrices() {
     let (forward, backward) = (dot(&product, &gradient), dot(&change, &back));
     assert!((forward - backward).abs() < 1e-9 * (1.0 + forward.abs()), "{forward} {backward}");
 }
+
+#[test]
+fn a_stack_at_rest_is_differentiable_though_its_impulses_are_not_unique() {
+    let mut bench =
+        Bench::new(model_of(signorini_scenes::named("stack_of_ten").expect("a scene").text), Settings::default());
+    let (mut state, input) = bench.start();
+    let mut random = Random::new(5);
+    for _ in 0..5 {
+        let next = bench.differentiate(&state, &input).expect("a step");
+        assert!(bench.is_exact(), "{:?}", bench.derivatives.validity());
+        let lightest = bench.derivatives.margins().iter().map(|m| m.value).fold(f64::INFINITY, f64::min);
+        assert!(lightest > 1e-4, "impulses lie {lightest:.1e} from the border");
+        // A change of the velocities and of the forces: the configuration leaves the faces' common planes.
+        let nv = bench.model.nv;
+        let mut change = vec![0.0; nv];
+        change.extend(random_vector(&mut random, nv, 1e-3));
+        change.extend(random_vector(&mut random, nv, 1e-2));
+        let signature = bench.signature();
+        let product = bench.derivatives.product(&change).expect("a derivative");
+        let (found, _) = bench.central((&state, &input), &change, 1e-3, (&next, &signature));
+        let off = found.iter().zip(&product).fold(0.0, |s: f64, (x, y)| s.max((x - y).abs()));
+        assert!(off < 1e-9, "{off:.1e}");
+        state = next;
+    }
+}

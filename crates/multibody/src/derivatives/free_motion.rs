@@ -2,6 +2,7 @@
 
 use glamx::glam::{DQuat, DVec3};
 
+use super::drive::{MarginSource, distance_to, drive_slopes};
 use super::inverse_dynamics::{InverseDynamicsDerivatives, inverse_dynamics_derivatives_into};
 use crate::composite::{MassMatrix, mass_matrix_into};
 use crate::free_motion::{AffineForce, FreeMotion, Saturation};
@@ -9,7 +10,7 @@ use crate::free_motion::{actuator_law, can_saturate, is_before, joint_spring, te
 use crate::kinematics::Kinematics;
 use crate::length::LengthRow;
 use crate::math::{read_quaternion, right_jacobian, rotation_log};
-use crate::model::{Activation, ActivationKind, Actuator, ActuatorKind, BodyId, Model, Transmission};
+use crate::model::{Actuator, ActuatorKind, BodyId, Model, Transmission};
 use crate::spatial::SpatialVector;
 use crate::state::{Input, State};
 
@@ -21,19 +22,6 @@ pub struct Unsupported {
     pub part: String,
     /// Why.
     pub reason: &'static str,
-}
-
-/// Which inequality of the smooth part decides how a force goes on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum MarginSource {
-    /// The control of an actuator, by index, against its range.
-    Control(usize),
-    /// The force of an actuator, by index, against its range.
-    Force(usize),
-    /// The activation of an actuator, by index, against its range.
-    Activation(usize),
-    /// The length of a tendon, by index, against the range in which it is slack.
-    Slack(usize),
 }
 
 /// `E(v⁺; q, v, u) = M̂ (v⁺ − v) − Δt (…)`, the impulse that contacts and constraints have to give for a step to end with `v⁺`, and its
@@ -48,11 +36,15 @@ pub struct BalanceDerivatives {
     pub by_velocity: Vec<f64>,
     /// `∂E/∂u`, `[nv, nu]` row by row.
     pub by_control: Vec<f64>,
+    /// `∂E` by what the force laws of actuators take as their control, `[nv, nu]` row by row.
+    pub(super) by_drive: Vec<f64>,
+    /// How that changes with the activation of each actuator, `[nu]`; 0 for one without.
+    pub(super) activation_share: Vec<f64>,
     /// How far each inequality is from turning, relative to its range: what is 0 has two one-sided derivatives.
     pub margins: Vec<(MarginSource, f64)>,
     /// Inverse dynamics of the step's mean acceleration.
     pub dynamics: InverseDynamicsDerivatives,
-    mass: MassMatrix,
+    pub(super) mass: MassMatrix,
     acceleration: Vec<f64>,
     wrenches: Vec<SpatialVector>,
 }
@@ -66,6 +58,8 @@ impl BalanceDerivatives {
             by_configuration: vec![0.0; nv * nv],
             by_velocity: vec![0.0; nv * nv],
             by_control: vec![0.0; nv * nu],
+            by_drive: vec![0.0; nv * nu],
+            activation_share: vec![0.0; nu],
             margins: Vec::new(),
             dynamics: InverseDynamicsDerivatives::new(model),
             mass: MassMatrix::new(model),
@@ -101,7 +95,7 @@ pub fn balance_derivatives_into(
     out: &mut BalanceDerivatives,
 ) -> Result<(), Unsupported> {
     out.margins.clear();
-    out.by_control.fill(0.0);
+    out.by_drive.fill(0.0);
     for (out, impulse) in out.wrenches.iter_mut().zip(impulses) {
         *out = impulse.scaled(1.0 / dt);
     }
@@ -137,8 +131,14 @@ pub fn balance_derivatives_into(
         let law = LawSlopes { by_length: -force.stiffness, ..LawSlopes::default() };
         add_length(model, (force, law), (row, &row.gradient), (state, velocity, dt), None, out);
     }
+    let nu = model.actuators.len();
     for (a, actuator) in model.actuators.iter().enumerate() {
         add_actuator(model, (a, actuator), (state, input), dt, free, velocity, out);
+        let [by_input, by_activation] = drive_slopes(actuator, (state, input), a, dt, &mut out.margins);
+        out.activation_share[a] = by_activation;
+        for k in 0..model.nv {
+            out.by_control[k * nu + a] = by_input * out.by_drive[k * nu + a];
+        }
     }
     Ok(())
 }
@@ -292,13 +292,10 @@ fn add_actuator(
     if let (ActuatorKind::Motor, Some(range)) = (actuator.kind, actuator.force_range) {
         out.margins.push((MarginSource::Force(a), distance_to(drive, range)));
     }
-    let by_input = drive_slope(actuator, (state, input), a, dt, &mut out.margins);
-    slopes.by_control *= by_input;
-    slopes.fall_by_control *= by_input;
     if let Transmission::Site { .. } = actuator.transmission {
         // The force itself is among the wrenches.
         for (&k, g) in row.dofs.iter().zip(&row.gradient) {
-            out.by_control[k * model.actuators.len() + a] -= dt * slopes.by_control * g;
+            out.by_drive[k * model.actuators.len() + a] -= dt * slopes.by_control * g;
         }
         return;
     }
@@ -334,7 +331,7 @@ fn add_length(
         out.impulse[k] += weight * coupling * (velocity[k] - state.v[k]);
         BalanceDerivatives::add(&mut out.by_velocity, nv, k, k, -weight * coupling);
         if let Some(a) = actuator {
-            out.by_control[k * nu + a] += dt * slopes.fall_by_control * coupling * (velocity[k] - state.v[k]);
+            out.by_drive[k * nu + a] += dt * slopes.fall_by_control * coupling * (velocity[k] - state.v[k]);
         }
     };
     for (i, (&k, &g)) in row.dofs.iter().zip(&row.gradient).enumerate() {
@@ -348,8 +345,7 @@ fn add_length(
                     out.impulse[r] -= weight * coupling * (velocity[c] - state.v[c]);
                     BalanceDerivatives::add(&mut out.by_velocity, nv, r, c, weight * coupling);
                     if let Some(a) = actuator {
-                        out.by_control[r * nu + a] -=
-                            dt * slopes.fall_by_control * coupling * (velocity[c] - state.v[c]);
+                        out.by_drive[r * nu + a] -= dt * slopes.fall_by_control * coupling * (velocity[c] - state.v[c]);
                     }
                 }
             }
@@ -364,7 +360,7 @@ fn add_length(
             BalanceDerivatives::add(&mut out.by_velocity, nv, k, l, -dt * slopes.by_rate * g * other);
         }
         if let Some(a) = actuator {
-            out.by_control[k * nu + a] -= dt * (slopes.by_control - slopes.fall_by_control * end) * g;
+            out.by_drive[k * nu + a] -= dt * (slopes.by_control - slopes.fall_by_control * end) * g;
         }
     }
 }
@@ -392,48 +388,4 @@ fn law_slopes(actuator: &Actuator, drive: f64, length: f64, rate: f64, dt: f64) 
         }
         ActuatorKind::Speed => zero,
     }
-}
-
-/// How what the force law takes as control changes with the control of the input; what is at a bound has no slope beyond it.
-pub(crate) fn drive_slope(
-    actuator: &Actuator,
-    (state, input): (&State, &Input),
-    a: usize,
-    dt: f64,
-    margins: &mut Vec<(MarginSource, f64)>,
-) -> f64 {
-    let given = *input.control.get(a).unwrap_or(&0.0);
-    let mut slope = 1.0;
-    if let Some(range) = actuator.control_range {
-        margins.push((MarginSource::Control(a), distance_to(given, range)));
-        slope = f64::from(range[0] < given && given < range[1]);
-    }
-    let Some(activation) = &actuator.activation else { return slope };
-    if !activation.early {
-        return 0.0;
-    }
-    let (now, control) = (state.activation[activation.index], actuator.control(input, a));
-    let (moved, by_control) = moved(activation, now, control, dt);
-    if let Some(range) = activation.range {
-        margins.push((MarginSource::Activation(a), distance_to(moved, range)));
-        slope *= f64::from(range[0] < moved && moved < range[1]);
-    }
-    slope * by_control
-}
-
-/// The activation after `dt` before it is cut to its range, and how it changes with the control.
-fn moved(activation: &Activation, a: f64, u: f64, dt: f64) -> (f64, f64) {
-    match activation.kind {
-        ActivationKind::Integrator => (a + dt * u, dt),
-        ActivationKind::Filter { time_constant } => (a + dt * (u - a) / time_constant, dt / time_constant),
-        ActivationKind::ExactFilter { time_constant } => {
-            let share = -(-dt / time_constant).exp_m1();
-            (a + share * (u - a), share)
-        }
-    }
-}
-
-/// Distance of a number to the nearer end of a range, relative to the range.
-fn distance_to(x: f64, [lower, upper]: [f64; 2]) -> f64 {
-    (x - lower).abs().min((x - upper).abs()) / (upper - lower).max(f64::MIN_POSITIVE)
 }

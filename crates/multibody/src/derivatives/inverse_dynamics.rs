@@ -18,7 +18,7 @@ pub struct InverseDynamicsDerivatives {
     pub by_velocity: Vec<f64>,
     /// Of the velocity given.
     pub motion: MotionDerivatives,
-    links: Vec<LinkDynamics>,
+    pub(super) links: Vec<LinkDynamics>,
     /// Of every body, in its own axes.
     inertia: Vec<RigidInertia>,
     /// What a degree of freedom changes when its link moves rigidly: of velocities by its displacement, of accelerations by its
@@ -28,12 +28,12 @@ pub struct InverseDynamicsDerivatives {
 
 /// A link with all that hangs on it.
 #[derive(Clone, Copy, Debug)]
-struct LinkDynamics {
+pub(super) struct LinkDynamics {
     /// Acceleration after it, less gravity.
-    after: SpatialVector,
-    inertia: RigidInertia,
+    pub after: SpatialVector,
+    pub inertia: RigidInertia,
     /// Mass that gravity does not pull, and its first moment, as an inertia without rotational part.
-    floating: RigidInertia,
+    pub floating: RigidInertia,
     /// The wrench that it takes.
     wrench: SpatialVector,
     /// How the wrench changes with a velocity common to all.

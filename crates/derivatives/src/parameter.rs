@@ -1,0 +1,188 @@
+//! Numbers of a model that a step depends on.
+
+use signorini_multibody::derivatives::{BalanceAt, InertiaChange, JointChange};
+use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::{ActuatorId, BodyId, GeomId, Geometry, JointId, Model};
+
+/// A number of a model, or of a state beside `q` and `v`, by which a step is differentiated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Parameter {
+    /// Δt, s.
+    Timestep,
+    /// Gravity along an axis of the world (0, 1, 2), m/s².
+    Gravity(usize),
+    /// Mass of a body, kg; its centre of mass and its rotational inertia about that stay.
+    Mass(BodyId),
+    /// Centre of mass along an axis of the body, m; the rotational inertia about it stays.
+    CenterOfMass(BodyId, usize),
+    /// Rotational inertia about the centre of mass in the axes of the body, kg·m²: an entry and the one across the diagonal.
+    Inertia(BodyId, [usize; 2]),
+    /// Damping of a joint, N·s/m or N·m·s/rad.
+    Damping(JointId),
+    /// Stiffness of a joint, N/m or N·m/rad.
+    Stiffness(JointId),
+    /// Rest value of a joint's spring, m or rad.
+    SpringReference(JointId),
+    /// Rotor inertia of a joint, kg or kg·m².
+    Armature(JointId),
+    /// Dry friction of a joint, N or N·m.
+    FrictionLoss(JointId),
+    /// Coefficient of sliding friction of a geom.
+    Friction(GeomId),
+    /// Coefficient of friction of a geom against spinning, m.
+    SpinningFriction(GeomId),
+    /// Coefficient of friction of a geom against rolling, m.
+    RollingFriction(GeomId),
+    /// Coefficient of sliding friction of an entry of [`Model::pairs`].
+    PairFriction(usize),
+    /// Coefficient of restitution of a geom.
+    Restitution(GeomId),
+    /// Distance from a geom's surface at which contacts act, m.
+    Margin(GeomId),
+    /// Place of a geom in its body, along an axis of the body, m.
+    GeomPosition(GeomId, usize),
+    /// A size of a geom's shape, m: radius; half-extents (3); radius and half-length of capsules.
+    GeomSize(GeomId, usize),
+    /// Activation of an actuator at the beginning of the step.
+    Activation(ActuatorId),
+}
+
+impl Parameter {
+    /// Its value; none where the model has no such number (and for an activation, which is in the state).
+    pub fn value(self, model: &Model) -> Option<f64> {
+        let joint = |id: JointId| model.joints.get(id.index());
+        let geom = |id: GeomId| model.geoms.get(id.index());
+        let inertia = |id: BodyId| model.bodies.get(id.index()).map(|body| &body.inertia);
+        match self {
+            Self::Timestep => Some(model.timestep),
+            Self::Gravity(axis) => model.gravity.to_array().get(axis).copied(),
+            Self::Mass(body) => inertia(body).map(|inertia| inertia.mass),
+            Self::CenterOfMass(body, axis) => inertia(body)?.center_of_mass.to_array().get(axis).copied(),
+            Self::Inertia(body, [r, c]) => inertia(body)?.rotational.to_cols_array_2d().get(c)?.get(r).copied(),
+            Self::Damping(id) => joint(id).map(|joint| joint.damping),
+            Self::Stiffness(id) => joint(id).map(|joint| joint.stiffness),
+            Self::SpringReference(id) => joint(id).map(|joint| joint.spring_reference),
+            Self::Armature(id) => joint(id).map(|joint| joint.armature),
+            Self::FrictionLoss(id) => joint(id).map(|joint| joint.friction_loss),
+            Self::Friction(id) => geom(id).map(|geom| geom.friction),
+            Self::SpinningFriction(id) => geom(id).map(|geom| geom.spinning_friction),
+            Self::RollingFriction(id) => geom(id).map(|geom| geom.rolling_friction),
+            Self::PairFriction(k) => model.pairs.get(k).map(|pair| pair.friction),
+            Self::Restitution(id) => geom(id).map(|geom| geom.restitution),
+            Self::Margin(id) => geom(id).map(|geom| geom.margin),
+            Self::GeomPosition(id, axis) => geom(id)?.placement.position.to_array().get(axis).copied(),
+            Self::GeomSize(id, k) => size_of(&mut geom(id)?.geometry.clone(), k).map(|size| *size),
+            Self::Activation(_) => None,
+        }
+    }
+
+    /// Gives it another value. What is made from a model, such as a workspace, has to be made again. `false` where the model has no such
+    /// number.
+    pub fn set(self, model: &mut Model, value: f64) -> bool {
+        let place = match self {
+            Self::Timestep => Some(&mut model.timestep),
+            Self::Gravity(axis) => axis_of(&mut model.gravity, axis),
+            Self::Mass(body) => model.bodies.get_mut(body.index()).map(|body| &mut body.inertia.mass),
+            Self::CenterOfMass(body, axis) => {
+                model.bodies.get_mut(body.index()).and_then(|body| axis_of(&mut body.inertia.center_of_mass, axis))
+            }
+            Self::Inertia(body, [r, c]) => {
+                let Some(body) = model.bodies.get_mut(body.index()).filter(|_| r < 3 && c < 3) else { return false };
+                let mut entries = body.inertia.rotational.to_cols_array_2d();
+                (entries[c][r], entries[r][c]) = (value, value);
+                body.inertia.rotational = DMat3::from_cols_array_2d(&entries);
+                return true;
+            }
+            Self::Damping(id) => model.joints.get_mut(id.index()).map(|joint| &mut joint.damping),
+            Self::Stiffness(id) => model.joints.get_mut(id.index()).map(|joint| &mut joint.stiffness),
+            Self::SpringReference(id) => model.joints.get_mut(id.index()).map(|joint| &mut joint.spring_reference),
+            Self::Armature(id) => model.joints.get_mut(id.index()).map(|joint| &mut joint.armature),
+            Self::FrictionLoss(id) => model.joints.get_mut(id.index()).map(|joint| &mut joint.friction_loss),
+            Self::Friction(id) => model.geoms.get_mut(id.index()).map(|geom| &mut geom.friction),
+            Self::SpinningFriction(id) => model.geoms.get_mut(id.index()).map(|geom| &mut geom.spinning_friction),
+            Self::RollingFriction(id) => model.geoms.get_mut(id.index()).map(|geom| &mut geom.rolling_friction),
+            Self::PairFriction(k) => model.pairs.get_mut(k).map(|pair| &mut pair.friction),
+            Self::Restitution(id) => model.geoms.get_mut(id.index()).map(|geom| &mut geom.restitution),
+            Self::Margin(id) => model.geoms.get_mut(id.index()).map(|geom| &mut geom.margin),
+            Self::GeomPosition(id, axis) => {
+                model.geoms.get_mut(id.index()).and_then(|geom| axis_of(&mut geom.placement.position, axis))
+            }
+            Self::GeomSize(id, k) => model.geoms.get_mut(id.index()).and_then(|geom| size_of(&mut geom.geometry, k)),
+            Self::Activation(_) => None,
+        };
+        place.map(|place| *place = value).is_some()
+    }
+}
+
+fn axis_of(v: &mut DVec3, axis: usize) -> Option<&mut f64> {
+    match axis {
+        0 => Some(&mut v.x),
+        1 => Some(&mut v.y),
+        2 => Some(&mut v.z),
+        _ => None,
+    }
+}
+
+fn size_of(geometry: &mut Geometry, k: usize) -> Option<&mut f64> {
+    match (geometry, k) {
+        (Geometry::Sphere { radius }, 0) => Some(radius),
+        (Geometry::Box { half_extents }, k) => axis_of(half_extents, k),
+        (Geometry::Ellipsoid { semi_axes }, k) => axis_of(semi_axes, k),
+        (
+            Geometry::Capsule { radius, half_length }
+            | Geometry::Cylinder { radius, half_length }
+            | Geometry::Cone { radius, half_length },
+            k,
+        ) => match k {
+            0 => Some(radius),
+            1 => Some(half_length),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// Numbers of a model that change together: each with its share. A box has its size, mass and inertia in common; two geoms that have
+/// the same friction, and of which a contact takes the larger, have a derivative together alone.
+pub type Direction = Vec<(Parameter, f64)>;
+
+/// The sum of the shares of what `of` picks from a direction.
+pub(crate) fn share(direction: &[(Parameter, f64)], of: impl Fn(Parameter) -> bool) -> f64 {
+    direction.iter().filter(|(parameter, _)| of(*parameter)).map(|(_, weight)| weight).sum()
+}
+
+/// `∂E` along a direction, in all that is no contact, `[nv]`.
+pub(crate) fn add_smooth(at: &BalanceAt, direction: &[(Parameter, f64)], out: &mut [f64]) {
+    let unit = |axis: usize, weight: f64| DVec3::AXES[axis.min(2)] * weight;
+    for &(parameter, weight) in direction {
+        let by_inertia = |body: BodyId, change: InertiaChange, out: &mut [f64]| at.add_by_inertia(body, &change, out);
+        let by_joint = |id: JointId, change: JointChange, out: &mut [f64]| {
+            if let Some(joint) = at.model.joints.get(id.index()) {
+                at.add_by_joint(joint, &change, out);
+            }
+        };
+        match parameter {
+            Parameter::Timestep => at.add_by_timestep(weight, out),
+            Parameter::Gravity(axis) => at.add_by_gravity(unit(axis, weight), out),
+            Parameter::Mass(body) => by_inertia(body, InertiaChange { mass: weight, ..InertiaChange::ZERO }, out),
+            Parameter::CenterOfMass(body, axis) => {
+                by_inertia(body, InertiaChange { center_of_mass: unit(axis, weight), ..InertiaChange::ZERO }, out);
+            }
+            Parameter::Inertia(body, [r, c]) => {
+                let mut entries = [[0.0; 3]; 3];
+                (entries[r][c], entries[c][r]) = (weight, weight);
+                let rotational = DMat3::from_cols_array_2d(&entries);
+                by_inertia(body, InertiaChange { rotational, ..InertiaChange::ZERO }, out);
+            }
+            Parameter::Damping(id) => by_joint(id, JointChange { damping: weight, ..Default::default() }, out),
+            Parameter::Stiffness(id) => by_joint(id, JointChange { stiffness: weight, ..Default::default() }, out),
+            Parameter::Armature(id) => by_joint(id, JointChange { armature: weight, ..Default::default() }, out),
+            Parameter::SpringReference(id) => {
+                by_joint(id, JointChange { spring_reference: weight, ..Default::default() }, out);
+            }
+            Parameter::Activation(id) => at.add_by_activation(id.index(), weight, out),
+            _ => {}
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! Matrices of a derivative, and products with them.
+
+use signorini_lcp::Matrix;
+
+use crate::matrix::{add_scaled, dot};
+use crate::step::StepDerivatives;
+use crate::system::Gain;
+
+impl StepDerivatives {
+    /// `A = ∂(q⁺, v⁺)/∂(q, v)`, `[2 nv, 2 nv]`; none where the derivative is refused. Where it is one-sided it is that of the modes which
+    /// the solution has.
+    pub fn state_matrix(&self) -> Option<Matrix> {
+        let mut out = Matrix::zeros(2 * self.nv, 2 * self.nv);
+        let mut gain = Gain::default();
+        self.has_matrices.then(|| {
+            self.system.gain_into(self.nv, &mut gain);
+            self.fill_columns(&gain, Columns::State, &mut out);
+            out
+        })
+    }
+
+    /// `∂(q⁺, v⁺)/∂u`, `[2 nv, nu]`, as [`state_matrix`](Self::state_matrix).
+    pub fn control_matrix(&self) -> Option<Matrix> {
+        let mut out = Matrix::zeros(2 * self.nv, self.nu);
+        let mut gain = Gain::default();
+        self.has_matrices.then(|| {
+            self.system.gain_into(self.nv, &mut gain);
+            self.fill_columns(&gain, Columns::Control, &mut out);
+            out
+        })
+    }
+
+    /// `∂(q⁺, v⁺)/∂τ` by the applied generalized force, `[2 nv, nv]`, as [`state_matrix`](Self::state_matrix).
+    pub fn force_matrix(&self) -> Option<Matrix> {
+        let mut out = Matrix::zeros(2 * self.nv, self.nv);
+        let mut gain = Gain::default();
+        self.has_matrices.then(|| {
+            self.system.gain_into(self.nv, &mut gain);
+            self.fill_columns(&gain, Columns::Force, &mut out);
+            out
+        })
+    }
+
+    /// The [state](Self::state_matrix) and the [control matrix](Self::control_matrix) into memory that is kept, `[2 nv, 2 nv]` and
+    /// `[2 nv, nu]`; `false` where the derivative is refused.
+    ///
+    /// # Panics
+    /// If a matrix has another shape.
+    pub fn matrices_into(&mut self, state: &mut Matrix, control: &mut Matrix) -> bool {
+        if !self.has_matrices {
+            return false;
+        }
+        let mut gain = std::mem::take(&mut self.gain);
+        self.system.gain_into(self.nv, &mut gain);
+        self.fill_columns(&gain, Columns::State, state);
+        self.fill_columns(&gain, Columns::Control, control);
+        self.gain = gain;
+        true
+    }
+
+    /// `∂(q⁺, v⁺)` by the parameters that [`with_parameters`](Self::with_parameters) was given, `[2 nv, directions]`.
+    ///
+    /// # Errors
+    /// Why there is none, for the step or for one of the parameters.
+    pub fn parameter_matrix(&self) -> Result<Matrix, String> {
+        if let crate::Validity::Refused { reason } = self.validity() {
+            return Err(reason.clone());
+        }
+        let missing = self.system.rows.without_slope.iter().enumerate();
+        if let Some((j, reason)) = missing.into_iter().find_map(|(j, reason)| Some((j, reason.as_ref()?))) {
+            return Err(format!("parameter {j}: {reason}"));
+        }
+        let mut out = Matrix::zeros(2 * self.nv, self.directions.len());
+        let mut gain = Gain::default();
+        self.system.gain_into(self.nv, &mut gain);
+        self.fill_columns(&gain, Columns::Parameter, &mut out);
+        Ok(out)
+    }
+
+    /// Fills a matrix of `∂(q⁺, v⁺)`, all columns at once.
+    fn fill_columns(&self, gain: &Gain, columns: Columns, out: &mut Matrix) {
+        let (nv, nu, width) = (self.nv, self.nu, out.cols());
+        let (balance, rows) = (&self.balance, &self.system.rows);
+        let (top, bottom) = out.data_mut().split_at_mut(nv * width);
+        bottom.fill(0.0);
+        for (r, row) in bottom.chunks_exact_mut(width.max(1)).enumerate() {
+            for (k, &gain) in gain.by_momentum.row(r).iter().enumerate() {
+                match columns {
+                    Columns::State => {
+                        add_scaled(&mut row[..nv], -gain, &balance.by_configuration[k * nv..(k + 1) * nv]);
+                        add_scaled(&mut row[nv..], -gain, &balance.by_velocity[k * nv..(k + 1) * nv]);
+                    }
+                    Columns::Control => add_scaled(row, -gain, &balance.by_control[k * nu..(k + 1) * nu]),
+                    Columns::Force => row[k] = gain * self.dt,
+                    Columns::Parameter => {
+                        let column = rows.balance_by_parameter.data.iter().skip(k).step_by(nv);
+                        row.iter_mut().zip(column).for_each(|(x, slope)| *x -= gain * slope);
+                    }
+                }
+            }
+            for i in 0..rows.len() {
+                let gain = gain.by_rows.row(i)[r];
+                match columns {
+                    Columns::State => {
+                        add_scaled(&mut row[..nv], gain, rows.by_configuration.row(i));
+                        add_scaled(&mut row[nv..], gain, rows.by_velocity.row(i));
+                    }
+                    Columns::Control if nu > 0 => add_scaled(row, gain, rows.by_control.row(i)),
+                    Columns::Parameter if width > 0 => add_scaled(row, gain, rows.by_parameter.row(i)),
+                    _ => {}
+                }
+            }
+        }
+        self.integration.forward_rows(bottom, width, matches!(columns, Columns::State), top);
+        if let Columns::Parameter = columns {
+            self.add_time(top);
+        }
+    }
+
+    /// A longer step goes on along the velocity.
+    fn add_time(&self, top: &mut [f64]) {
+        let width = self.directions.len();
+        for (j, direction) in self.directions.iter().enumerate() {
+            let share = crate::parameter::share(direction, |p| p == crate::Parameter::Timestep);
+            self.velocity.iter().enumerate().for_each(|(r, v)| top[r * width + j] += share * v);
+        }
+    }
+
+    /// The product with a change `(δq, δv, δu, δτ)`, `[3 nv + nu]`: `(δq⁺, δv⁺)`, `[2 nv]`, without forming matrices. Nothing where the derivative
+    /// is refused.
+    ///
+    /// # Panics
+    /// If the length is another one.
+    pub fn product(&self, change: &[f64]) -> Option<Vec<f64>> {
+        let (nv, nu) = (self.nv, self.nu);
+        assert_eq!(change.len(), 3 * nv + nu, "a change has 3 nv + nu numbers");
+        if !self.has_matrices {
+            return None;
+        }
+        let (mut velocity, slopes) = self.momentum_and_slopes(change);
+        self.system.solve(&mut velocity, &slopes, &mut Vec::new());
+        let mut place = vec![0.0; nv];
+        self.integration.forward(&change[..nv], &velocity, &mut place);
+        place.extend(velocity);
+        Some(place)
+    }
+
+    /// What a change `(δq, δv, δu, δτ)` does to the balance and to the rows.
+    pub(crate) fn momentum_and_slopes(&self, change: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (nv, nu, rows) = (self.nv, self.nu, &self.system.rows);
+        let (dq, rest) = change.split_at(nv);
+        let (dv, rest) = rest.split_at(nv);
+        let (du, force) = rest.split_at(nu);
+        let mut momentum: Vec<f64> = force.iter().map(|f| self.dt * f).collect();
+        for (r, x) in momentum.iter_mut().enumerate() {
+            *x -= dot(&self.balance.by_configuration[r * nv..(r + 1) * nv], dq);
+            *x -= dot(&self.balance.by_velocity[r * nv..(r + 1) * nv], dv);
+            *x -= dot(&self.balance.by_control[r * nu..(r + 1) * nu], du);
+        }
+        let slope = |i: usize| {
+            let by_control = if nu > 0 { dot(rows.by_control.row(i), du) } else { 0.0 };
+            dot(rows.by_configuration.row(i), dq) + dot(rows.by_velocity.row(i), dv) + by_control
+        };
+        (momentum, (0..rows.len()).map(slope).collect())
+    }
+
+    /// The product of the transposed derivative with the gradient of a function by `(q⁺, v⁺)`, `[2 nv]`: its gradient by `(q, v, u, τ)`
+    /// and by the directions of parameters, `[3 nv + nu + directions]`, without forming matrices. Nothing where the derivative is refused.
+    ///
+    /// # Panics
+    /// If the length is another one.
+    pub fn transposed_product(&self, gradient: &[f64]) -> Option<Vec<f64>> {
+        let (nv, nu, np) = (self.nv, self.nu, self.directions.len());
+        assert_eq!(gradient.len(), 2 * nv, "a gradient has 2 nv numbers");
+        if !self.has_matrices {
+            return None;
+        }
+        let mut out = vec![0.0; 3 * nv + nu + np];
+        let mut adjoint = gradient[nv..].to_vec();
+        self.integration.backward(&gradient[..nv], &mut out[..nv], &mut adjoint);
+        let multipliers = self.system.solve_transposed(&mut adjoint);
+        let (dq, rest) = out.split_at_mut(nv);
+        let (dv, rest) = rest.split_at_mut(nv);
+        let (du, rest) = rest.split_at_mut(nu);
+        let (force, parameters) = rest.split_at_mut(nv);
+        for (r, a) in adjoint.iter().enumerate() {
+            add_scaled(dq, -a, &self.balance.by_configuration[r * nv..(r + 1) * nv]);
+            add_scaled(dv, -a, &self.balance.by_velocity[r * nv..(r + 1) * nv]);
+            add_scaled(du, -a, &self.balance.by_control[r * nu..(r + 1) * nu]);
+            force[r] = self.dt * a;
+        }
+        let rows = &self.system.rows;
+        for (i, b) in multipliers.iter().enumerate() {
+            add_scaled(dq, -b, rows.by_configuration.row(i));
+            add_scaled(dv, -b, rows.by_velocity.row(i));
+            if nu > 0 {
+                add_scaled(du, -b, rows.by_control.row(i));
+            }
+            if np > 0 {
+                add_scaled(parameters, -b, rows.by_parameter.row(i));
+            }
+        }
+        for (j, x) in parameters.iter_mut().enumerate() {
+            *x -= dot(rows.balance_by_parameter.row(j), &adjoint);
+            let share = crate::parameter::share(&self.directions[j], |p| p == crate::Parameter::Timestep);
+            *x += share * dot(&self.velocity, &gradient[..nv]);
+        }
+        Some(out)
+    }
+}
+
+/// What a matrix has the derivatives by.
+#[derive(Clone, Copy)]
+enum Columns {
+    State,
+    Control,
+    Force,
+    Parameter,
+}

@@ -1,0 +1,251 @@
+//! How the rows and the impulses of a mode change with numbers of the model.
+
+use signorini_contact::ContactFrame;
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::{ContactPoint, GeomId, Model};
+use signorini_simulation::FrictionSource;
+
+use super::frames::{groups_of, turned_axes};
+use super::gaps::GapLaw;
+use super::system::{ModeRows, Modes, Mover, Push, Step};
+use crate::geometry::{PointMotion, size_motion};
+use crate::matrix::add_scaled;
+use crate::parameter::{Direction, Parameter, share};
+
+/// How the numbers of a contact change along a direction.
+#[derive(Clone, Copy, Debug, Default)]
+struct Change {
+    gap: f64,
+    place: DVec3,
+    normal: DVec3,
+    friction: f64,
+    /// Against spinning and rolling.
+    spin: [f64; 2],
+    restitution: f64,
+    timestep: f64,
+}
+
+/// A contact with what its derivatives by degrees of freedom were made from.
+pub(super) struct At<'a> {
+    pub i: usize,
+    pub point: &'a ContactPoint,
+    pub frame: &'a ContactFrame,
+    pub motion: &'a PointMotion,
+    pub push: &'a Push,
+    /// Degrees of freedom, with the rotation and the displacement of the material point that each gives.
+    pub movers: &'a [(Mover, DVec3, DVec3)],
+    pub gap: GapLaw,
+    pub first_row: usize,
+}
+
+/// Adds the columns of one contact.
+pub(super) fn add_contact(step: &Step, modes: &Modes, at: &At, directions: &[Direction], rows: &mut ModeRows) {
+    for (j, direction) in directions.iter().enumerate() {
+        match change_of(step, at, direction) {
+            Ok(change) => add_change(step, modes, at, j, &change, rows),
+            Err(reason) => rows.without_slope[j] = Some(reason),
+        }
+    }
+}
+
+fn change_of(step: &Step, at: &At, direction: &Direction) -> Result<Change, String> {
+    let (model, a, b) = (step.model, at.point.geom_a, at.point.geom_b);
+    let mut change = Change { timestep: share(direction, |p| p == Parameter::Timestep), ..Change::default() };
+    change.friction = friction_change(model, [a, b], direction, "friction", |geom| geom.friction, Parameter::Friction)?;
+    let pair = model.pairs.iter().position(|p| (p.geom_a, p.geom_b) == (a, b) || (p.geom_a, p.geom_b) == (b, a));
+    if let Some(pair) = pair {
+        change.friction = share(direction, |p| p == Parameter::PairFriction(pair));
+    } else {
+        let (spinning, rolling) = (Parameter::SpinningFriction, Parameter::RollingFriction);
+        change.spin = [
+            friction_change(model, [a, b], direction, "friction against spinning", |g| g.spinning_friction, spinning)?,
+            friction_change(model, [a, b], direction, "friction against rolling", |g| g.rolling_friction, rolling)?,
+        ];
+    }
+    if pair.is_none_or(|pair| model.pairs[pair].restitution.is_none()) {
+        let own = [a, b].map(|id| share(direction, |p| p == Parameter::Restitution(id)));
+        let values = [a, b].map(|id| model.geoms[id.index()].restitution);
+        change.restitution = larger("restitution", values, own)?;
+        if change.restitution != 0.0 && values[0].max(values[1]) == 0.0 {
+            return Err("a restitution of 0 is the border of what impacts do".into());
+        }
+    }
+    if pair.is_none_or(|pair| model.pairs[pair].margin.is_none()) {
+        change.gap -= share(direction, |p| matches!(p, Parameter::Margin(id) if id == a || id == b));
+    }
+    for (side, id) in [a, b].into_iter().enumerate() {
+        add_geometry(step, at, (side, id), direction, &mut change)?;
+    }
+    Ok(change)
+}
+
+/// The change of the larger of two numbers, which has none where they are equal and change apart.
+fn larger(name: &str, values: [f64; 2], changes: [f64; 2]) -> Result<f64, String> {
+    if values[0] == values[1] && changes[0] != changes[1] {
+        return Err(format!("two geoms have the same {name}, of which the larger counts: change both together"));
+    }
+    Ok(if values[0] > values[1] { changes[0] } else { changes[1] })
+}
+
+fn friction_change(
+    model: &Model,
+    pair: [GeomId; 2],
+    direction: &Direction,
+    name: &str,
+    value: impl Fn(&signorini_multibody::Geom) -> f64,
+    parameter: impl Fn(GeomId) -> Parameter,
+) -> Result<f64, String> {
+    let geoms = pair.map(|id| &model.geoms[id.index()]);
+    let changes = pair.map(|id| share(direction, |p| p == parameter(id)));
+    match geoms[0].priority.cmp(&geoms[1].priority) {
+        std::cmp::Ordering::Greater => Ok(changes[0]),
+        std::cmp::Ordering::Less => Ok(changes[1]),
+        std::cmp::Ordering::Equal => larger(name, geoms.map(value), changes),
+    }
+}
+
+/// What moving and growing a geom does.
+fn add_geometry(
+    step: &Step,
+    at: &At,
+    (side, id): (usize, GeomId),
+    direction: &Direction,
+    change: &mut Change,
+) -> Result<(), String> {
+    let kinematics = step.workspace.kinematics();
+    let turn = kinematics.rotation[step.model.geoms[id.index()].body.index()];
+    let mut shift = DVec3::ZERO;
+    for &(parameter, weight) in direction {
+        match parameter {
+            Parameter::GeomPosition(geom, axis) if geom == id => shift += turn * DVec3::AXES[axis.min(2)] * weight,
+            Parameter::GeomSize(geom, k) if geom == id => {
+                let Some(size) = size_motion(step.model, kinematics, at.point, side, k) else {
+                    return Err(format!(
+                        "sizes of a {} have no closed form here",
+                        step.model.geoms[id.index()].geometry.kind_name()
+                    ));
+                };
+                shift += size.core * weight;
+                let grown = size.outward * weight;
+                change.gap -= grown;
+                change.place += at.point.normal * (if side == 0 { 0.5 } else { -0.5 } * grown);
+            }
+            _ => {}
+        }
+    }
+    if shift == DVec3::ZERO {
+        return Ok(());
+    }
+    if at.motion.is_loose {
+        return Err("faces lie on each other, and which of their points touch is about to change".into());
+    }
+    // The motion of B relative to A; that of A carries all with it.
+    let relative = if side == 1 { shift } else { -shift };
+    let sum = |columns: &[DVec3; 6]| (0..3).map(|a| columns[3 + a] * relative[a]).sum::<DVec3>();
+    change.gap += (0..3).map(|a| at.motion.gap[3 + a] * relative[a]).sum::<f64>();
+    change.normal += sum(&at.motion.normal);
+    change.place += sum(&at.motion.position);
+    if side == 0 {
+        change.place += shift;
+    }
+    Ok(())
+}
+
+fn add_change(step: &Step, modes: &Modes, at: &At, j: usize, change: &Change, rows: &mut ModeRows) {
+    let (i, frame, point) = (at.i, at.frame, at.point);
+    let mode = &modes.contacts[i];
+    let axes = turned_axes(frame, change.normal);
+    let (lambda, impulse) = (step.solution.impulse[i][0], step.solution.impulse[i]);
+    let tangential = |[x, y]: [f64; 2]| frame.tangent_1 * x + frame.tangent_2 * y;
+    let mut force: DVec3 = (0..3).map(|r| axes[r] * impulse[r]).sum();
+    force += tangential(mode.sliding) * (change.friction * lambda);
+    let mut moment = change.place.cross(at.push.force);
+    for (k, source) in groups_of(step, i) {
+        let ([x, y], sliding) = (step.solution.group_impulse[k], modes.groups[k].sliding);
+        match source {
+            FrictionSource::Spinning { .. } => {
+                moment += axes[0] * x + frame.normal * (sliding[0] * change.spin[0] * lambda);
+            }
+            _ => moment += axes[1] * x + axes[2] * y + tangential(sliding) * (change.spin[1] * lambda),
+        }
+    }
+    let balance = rows.balance_by_parameter.row_mut(j);
+    for (mover, turn, shift) in at.movers {
+        let sign = f64::from(mover.of[1]) - f64::from(mover.of[0]);
+        balance[mover.dof] -= sign * (turn.dot(moment) + shift.dot(force));
+    }
+    let p = point.position;
+    let relative = |motion: &signorini_multibody::derivatives::MotionDerivatives| {
+        motion.velocity(point.body_b, p) - motion.velocity(point.body_a, p)
+    };
+    let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
+    let along = |velocity: DVec3, change: DVec3| -> [f64; 3] {
+        std::array::from_fn(|r| axes[r].dot(velocity) + directions[r].dot(change))
+    };
+    let (end, begin) = (relative(step.end), relative(step.begin));
+    let slip = along(end.linear, end.angular.cross(change.place));
+    let spin = along(end.angular, DVec3::ZERO);
+    let problem = step.workspace.problem();
+    let dt = problem.timestep;
+    let gap = match at.gap {
+        GapLaw::Part(part) => (part * change.gap - problem.gap[i] / dt * change.timestep) / dt,
+        GapLaw::Rebound(e) => {
+            let approach = begin.linear.dot(frame.normal);
+            e * along(begin.linear, begin.angular.cross(change.place))[0] + change.restitution * approach
+        }
+    };
+    let mut row = at.first_row;
+    for r in 0..mode.count {
+        let held = mode.held[r];
+        rows.by_parameter.row_mut(row)[j] += (0..3).map(|a| held[a] * slip[a]).sum::<f64>() + held[0] * gap;
+        row += 1;
+    }
+    for (k, source) in groups_of(step, i) {
+        let first = if matches!(source, FrictionSource::Spinning { .. }) { 0 } else { 1 };
+        for r in 0..modes.groups[k].count {
+            let held = modes.groups[k].held[r];
+            let second = if first == 0 { 0.0 } else { spin[2] };
+            rows.by_parameter.row_mut(row)[j] += held[1] * spin[first] + held[2] * second;
+            row += 1;
+        }
+    }
+}
+
+/// Adds the columns of what is no contact point: the gaps of limits and constraints move with Δt, and so do the bounds of dry friction.
+pub(super) fn add_coordinates(step: &Step, modes: &Modes, directions: &[Direction], rows: &mut ModeRows) {
+    let problem = step.workspace.problem();
+    let groups = &problem.friction_groups;
+    let dt = problem.timestep;
+    for (j, direction) in directions.iter().enumerate() {
+        let timestep = share(direction, |p| p == Parameter::Timestep);
+        for k in 0..groups.len() {
+            let source = step.workspace.friction_source(k);
+            let grown = match source {
+                Some(FrictionSource::Joint { joint, .. }) => {
+                    let id = signorini_multibody::JointId(joint as u32);
+                    let loss = share(direction, |p| p == Parameter::FrictionLoss(id));
+                    timestep / dt + loss / step.model.joints[joint].friction_loss
+                }
+                Some(FrictionSource::Servo { .. }) => timestep / dt,
+                _ => continue,
+            };
+            if modes.groups[k].count > 0 || grown == 0.0 {
+                continue;
+            }
+            let (columns, entries) = groups.jacobian.group(k);
+            for (&column, entry) in columns.iter().zip(entries) {
+                let impulse =
+                    entry[0] * step.solution.group_impulse[k][0] + entry[1] * step.solution.group_impulse[k][1];
+                rows.balance_by_parameter.row_mut(j)[column as usize] -= grown * impulse;
+            }
+        }
+    }
+}
+
+/// Adds how the violation over Δt of rows `range` changes along each direction.
+pub(super) fn add_violation(row: usize, violation: f64, dt: f64, directions: &[Direction], rows: &mut ModeRows) {
+    for (j, direction) in directions.iter().enumerate() {
+        let timestep = share(direction, |p| p == Parameter::Timestep);
+        add_scaled(&mut rows.by_parameter.row_mut(row)[j..=j], -violation / (dt * dt), &[timestep]);
+    }
+}
