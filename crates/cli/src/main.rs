@@ -26,9 +26,12 @@ fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(message) => {
-            // Help and version come this way too; a closed pipe is no reason to complain.
-            let _ = message.print();
-            return if message.use_stderr() { Exit::Usage.into() } else { Exit::Success.into() };
+            // Help and version come this way too.
+            return match message.print() {
+                _ if message.use_stderr() => Exit::Usage.into(),
+                Ok(()) => Exit::Success.into(),
+                Err(error) => output::unwritten(&error).into(),
+            };
         }
     };
     match cli.command.run() {

@@ -1,19 +1,30 @@
 //! Writing to the terminal.
 
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
 use crate::error::CliError;
+use crate::exit::Exit;
 
-/// Prints to standard output and ends quietly when nobody reads on.
+/// Prints to standard output. Ends the program: quietly when nobody reads on, with an error when it cannot be written, such as on a full
+/// disk. What goes to files is complete by then.
 pub fn print(text: &str) {
     let mut out = std::io::stdout().lock();
-    if out.write_all(text.as_bytes()).and_then(|()| out.flush()).is_err() {
-        std::process::exit(0);
+    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        std::process::exit(unwritten(&error) as i32);
     }
+}
+
+/// How the program ends when standard output cannot be written.
+pub fn unwritten(error: &std::io::Error) -> Exit {
+    if error.kind() == ErrorKind::BrokenPipe {
+        return Exit::Success;
+    }
+    eprintln!("error: cannot write to standard output: {error}");
+    Exit::Failure
 }
 
 /// Prints one JSON object on one line. Numbers that are not finite become `null`.

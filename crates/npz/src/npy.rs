@@ -25,14 +25,14 @@ pub fn read_npy(path: impl AsRef<Path>) -> Result<Array, NpzError> {
     decode(&bytes).map_err(|problem| NpzError::Member { file, member: String::new(), problem })
 }
 
-/// Writes a lone `.npy` file in C order.
+/// Writes a lone `.npy` file in C order, whole or not at all.
 ///
 /// # Errors
 /// [`NpzError::Io`], and [`NpzError::Unwritable`] when values and shape disagree.
 pub fn write_npy(path: impl AsRef<Path>, array: &Array) -> Result<(), NpzError> {
     let file = path.as_ref().to_path_buf();
     let bytes = encode(array).map_err(|problem| NpzError::Unwritable { member: String::new(), problem })?;
-    std::fs::write(&file, bytes).map_err(|source| NpzError::Io { file, source })
+    signorini_files::write(&file, bytes).map_err(|source| NpzError::Io { file, source })
 }
 
 /// The element types read, with the width in bytes where it is not fixed.

@@ -122,7 +122,7 @@ impl ArchiveWriter {
         })
     }
 
-    /// Writes the file.
+    /// Writes the file, whole or not at all.
     ///
     /// # Errors
     /// [`NpzError::Io`], and [`NpzError::Unwritable`] as [`ArchiveWriter::to_bytes`].
@@ -130,7 +130,7 @@ impl ArchiveWriter {
         let bytes = self.to_bytes()?;
         let file = path.as_ref();
         let io = |source| NpzError::Io { file: file.to_path_buf(), source };
-        std::fs::write(file, bytes).map_err(io)
+        signorini_files::write(file, bytes).map_err(io)
     }
 
     fn values(&mut self, name: &str, shape: &[usize], data: ArrayData) -> Result<&mut Self, NpzError> {

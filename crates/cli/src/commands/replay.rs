@@ -1,7 +1,5 @@
 //! `signorini replay`.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -86,16 +84,13 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         address: None,
     };
     if let Some(path) = &arguments.report {
-        let fail = |source| CliError::Write { path: path.clone(), source };
-        let mut file = BufWriter::new(File::create(path).map_err(fail)?);
-        write_page(&mut reader, arguments, &mut file)?;
-        file.flush().map_err(fail)?;
+        page(&mut reader, arguments)?.write_file(path, reader.ending())?;
         output::print_result(&shown, arguments.json, Shown::text);
         return Ok(Exit::Success);
     }
-    let mut page = Vec::new();
-    write_page(&mut reader, arguments, &mut page)?;
-    let server = PageServer::launch(page, arguments.port)?;
+    let mut bytes = Vec::new();
+    page(&mut reader, arguments)?.write(&mut bytes, reader.ending())?;
+    let server = PageServer::launch(bytes, arguments.port)?;
     shown.address = Some(server.address().to_owned());
     output::print_result(&shown, arguments.json, Shown::text);
     if !arguments.no_open
@@ -107,11 +102,11 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     Ok(Exit::Success)
 }
 
-fn write_page(
+/// The page with all frames of a recording.
+fn page(
     reader: &mut Reader<impl std::io::Read + std::io::Seek>,
     arguments: &Arguments,
-    out: &mut impl Write,
-) -> Result<(), CliError> {
+) -> Result<ReportBuilder, CliError> {
     let notes = vec![("recording".to_owned(), name(&arguments.recording))];
     let settings = ReportSettings::default()
         .with_notes(notes)
@@ -123,7 +118,7 @@ fn write_page(
         reader.frame_into(i, &mut frame)?;
         builder.push(&frame)?;
     }
-    Ok(builder.write(out, reader.ending())?)
+    Ok(builder)
 }
 
 fn name(path: &Path) -> String {

@@ -1,6 +1,9 @@
 //! Collecting frames for a report, thinning as they come.
 
 use std::io::Write;
+use std::path::Path;
+
+use signorini_files::WholeFile;
 
 use super::ReportSettings;
 use super::coding;
@@ -120,6 +123,20 @@ impl ReportBuilder {
             live: false,
         };
         page::write(&self.settings.title, &about, data, output)
+    }
+
+    /// Writes the page to a file, whole or not at all.
+    ///
+    /// # Errors
+    /// [`RecordingError::Io`].
+    pub fn write_file(self, path: impl AsRef<Path>, ending: &Ending) -> Result<(), RecordingError> {
+        let io = |source| RecordingError::Io { file: path.as_ref().to_path_buf(), source };
+        let mut output = WholeFile::create(&path).map_err(io)?;
+        self.write(&mut output, ending).map_err(|error| match error {
+            RecordingError::Io { source, .. } => io(source),
+            other => other,
+        })?;
+        output.finish().map_err(io)
     }
 
     /// The kept frames' arrays, deflated and as text.

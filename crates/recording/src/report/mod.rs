@@ -17,8 +17,7 @@ mod payload;
 mod run;
 mod settings;
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 use std::path::Path;
 
 pub use builder::ReportBuilder;
@@ -28,7 +27,7 @@ pub use settings::ReportSettings;
 use crate::error::RecordingError;
 use crate::recording::Recording;
 
-/// Writes the report of a recording to a file.
+/// Writes the report of a recording to a file, whole or not at all.
 ///
 /// A run too long to hold in memory goes frame by frame through a [`ReportBuilder`] instead.
 ///
@@ -39,11 +38,7 @@ pub fn write_html(
     path: impl AsRef<Path>,
     settings: &ReportSettings,
 ) -> Result<(), RecordingError> {
-    let file = path.as_ref();
-    let io = |source| RecordingError::Io { file: file.to_path_buf(), source };
-    let mut output = BufWriter::new(File::create(file).map_err(io)?);
-    write_html_to(recording, &mut output, settings)?;
-    output.flush().map_err(io)
+    filled(recording, settings)?.write_file(path, recording.ending())
 }
 
 /// Writes the report of a recording to any output.
@@ -55,11 +50,14 @@ pub fn write_html_to(
     output: &mut impl Write,
     settings: &ReportSettings,
 ) -> Result<(), RecordingError> {
+    filled(recording, settings)?.write(output, recording.ending())
+}
+
+/// The report with all frames of a recording.
+fn filled(recording: &Recording, settings: &ReportSettings) -> Result<ReportBuilder, RecordingError> {
     let mut builder = ReportBuilder::new(recording.header().clone(), settings.clone())?;
-    for frame in recording.frames() {
-        builder.push(frame)?;
-    }
-    builder.write(output, recording.ending())
+    recording.frames().iter().try_for_each(|frame| builder.push(frame))?;
+    Ok(builder)
 }
 
 /// The report of a recording as one element for a page that somebody else makes, such as a notebook's: an `<iframe>` with

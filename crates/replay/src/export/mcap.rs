@@ -6,13 +6,13 @@ mod schemas;
 mod stamp;
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufWriter;
+
 use std::path::Path;
 
 use mcap::records::MessageHeader;
 use mcap::{McapError, WriteOptions, Writer};
 use serde_json::Value;
+use signorini_files::WholeFile;
 use signorini_recording::{Frame, Header};
 
 use super::parts::{create, finish, force};
@@ -53,7 +53,7 @@ pub fn write_mcap(frames: &mut impl FrameSource, path: &Path) -> Result<(), Repl
 
 /// The file while it grows.
 struct Messages {
-    writer: Writer<BufWriter<File>>,
+    writer: Writer<WholeFile>,
     header: Header,
     /// Metres of arrow per newton.
     scale: f64,
@@ -72,7 +72,7 @@ const CHANNELS: [(&str, &str); 6] = [
 ];
 
 impl Messages {
-    fn create(output: BufWriter<File>, header: Header, scale: f64) -> Result<Self, McapError> {
+    fn create(output: WholeFile, header: Header, scale: f64) -> Result<Self, McapError> {
         let library = format!("signorini {}", env!("CARGO_PKG_VERSION"));
         let mut writer = WriteOptions::new().compression(None).library(library).create(output)?;
         let mut channels = [0; 6];
@@ -113,7 +113,7 @@ impl Messages {
         self.writer.write_to_known_channel(&header, message.to_string().as_bytes())
     }
 
-    fn finish(mut self) -> Result<BufWriter<File>, McapError> {
+    fn finish(mut self) -> Result<WholeFile, McapError> {
         self.writer.finish()?;
         Ok(self.writer.into_inner())
     }

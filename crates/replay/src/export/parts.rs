@@ -1,21 +1,20 @@
 //! What the formats share: files, and contacts and statuses in words and numbers.
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::Path;
 
+use signorini_files::WholeFile;
 use signorini_recording::{ContactModeCode, RecordedContact, StepStatus};
 
 use crate::ReplayError;
 
-/// A new file, buffered.
-pub(super) fn create(path: &Path) -> Result<BufWriter<File>, ReplayError> {
-    File::create(path).map(BufWriter::new).map_err(|source| ReplayError::Write { path: path.to_owned(), source })
+/// A new file, which is there once it is complete.
+pub(super) fn create(path: &Path) -> Result<WholeFile, ReplayError> {
+    WholeFile::create(path).map_err(|source| ReplayError::Write { path: path.to_owned(), source })
 }
 
-/// Everything to the disk.
-pub(super) fn finish(mut output: BufWriter<File>, path: &Path) -> Result<(), ReplayError> {
-    output.flush().map_err(|source| ReplayError::Write { path: path.to_owned(), source })
+/// Puts it in its place.
+pub(super) fn finish(output: WholeFile, path: &Path) -> Result<(), ReplayError> {
+    output.finish().map_err(|source| ReplayError::Write { path: path.to_owned(), source })
 }
 
 /// The status of a step as a word.

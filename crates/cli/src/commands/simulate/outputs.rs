@@ -1,13 +1,13 @@
 //! Recording and report, written while the run goes on.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use signorini::multibody::State;
 use signorini::recording::report::{ReportBuilder, ReportSettings};
 use signorini::recording::{Ending, Frame, Header, Writer};
 use signorini::{Simulation, StepReport, frame_into, last_frame_into, recording_header, step_solution_into};
+use signorini_files::WholeFile;
 
 use crate::error::CliError;
 use crate::loading::Loaded;
@@ -21,10 +21,8 @@ pub struct Outputs {
     before: State,
 }
 
-/// The file is opened before the run, so that a bad path shows at once.
 struct Report {
     path: PathBuf,
-    file: File,
     builder: ReportBuilder,
 }
 
@@ -41,10 +39,11 @@ impl Outputs {
             Header { source, ..recording_header(simulation.model(), simulation.settings(), simulation.workspace()) };
         let writer = record.map(|path| Writer::create(path, header.clone())).transpose()?;
         let report = report.map(|path| -> Result<Report, CliError> {
-            let file = File::create(path).map_err(|source| CliError::Write { path: path.to_owned(), source })?;
+            // A bad path shows before the run.
+            drop(WholeFile::create(path).map_err(|source| CliError::Write { path: path.to_owned(), source })?);
             let notes = loaded.notes();
             let builder = ReportBuilder::new(header.clone(), ReportSettings::default().with_notes(notes))?;
-            Ok(Report { path: path.to_owned(), file, builder })
+            Ok(Report { path: path.to_owned(), builder })
         });
         let (report, before) = (report.transpose()?, simulation.state().clone());
         Ok(Self { writer, report, frame: Frame::default(), before })
@@ -87,10 +86,8 @@ impl Outputs {
         if let Some(writer) = self.writer {
             writer.finish(reason)?;
         }
-        if let Some(Report { path, file, builder }) = self.report {
-            let mut output = BufWriter::new(file);
-            builder.write(&mut output, &Ending::Finished { reason: reason.to_owned() })?;
-            output.flush().map_err(|source| CliError::Write { path, source })?;
+        if let Some(Report { path, builder }) = self.report {
+            builder.write_file(path, &Ending::Finished { reason: reason.to_owned() })?;
         }
         Ok(())
     }
