@@ -3,6 +3,7 @@
 
 mod assembly;
 mod certificate;
+mod edited_files;
 mod files;
 mod formulation;
 mod polygons;
