@@ -10,6 +10,7 @@ use crate::apart::{Apart, shows_apart};
 use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed};
 use crate::halfspace::HalfSpace;
+use crate::laws::Laws;
 use crate::manifold::Touch;
 use crate::mesh::TriangleSet;
 use crate::narrow::Narrow;
@@ -39,10 +40,7 @@ pub struct Collider {
     /// Bounded geoms that can meet a half-space.
     over_half_spaces: Vec<u32>,
     partners: Partners,
-    /// Pairs with a law of their own, with friction and margin, in order.
-    own_laws: Vec<(u32, u32, [f64; 2])>,
-    /// Largest part of a geom in the margin of a pair, m.
-    margin: Vec<f64>,
+    laws: Laws,
     placed: Vec<GeomPose>,
     boxes: Vec<Aabb>,
     /// How far every geom's contacts reach: its travel and its margin, m.
@@ -73,6 +71,25 @@ impl Collider {
     /// [`CollisionError::FlatHull`] for a convex mesh without volume, [`CollisionError::TwoMeshes`] if two triangle
     /// meshes or height fields can meet.
     pub fn new(model: &Model) -> Result<Self, CollisionError> {
+        Self::prepare(model, &[])
+    }
+
+    /// For a model with the same parts as this one's and other numbers: what was made of meshes and height fields stays. No pair is
+    /// [excluded](Self::exclude).
+    ///
+    /// # Errors
+    /// See [`new`](Self::new).
+    pub fn renewed(&self, model: &Model) -> Result<Self, CollisionError> {
+        Self::prepare(model, &self.geoms)
+    }
+
+    /// Takes over friction and margins of a model with the same parts, sizes and poses.
+    pub fn take_laws(&mut self, model: &Model) {
+        self.laws = Laws::new(model);
+    }
+
+    /// - `known`: geoms of a model with the same parts, or none
+    fn prepare(model: &Model, known: &[Prepared]) -> Result<Self, CollisionError> {
         let is_half_space = |i: &u32| matches!(model.geoms[*i as usize].geometry, Geometry::Plane);
         let (half_spaces, bounded): (Vec<u32>, Vec<u32>) = (0..model.geoms.len() as u32).partition(is_half_space);
         let mut swept = that_can_meet(model, &bounded, &bounded);
@@ -88,25 +105,14 @@ impl Collider {
         for list in [&mut half_spaces, &mut swept, &mut over_half_spaces, &mut active] {
             list.retain(|&i| partners.has_any(i));
         }
-        let mut known = KnownHulls::default();
-        let geoms = (0..).zip(&model.geoms).map(|(i, geom)| match active.binary_search(&i) {
-            Ok(_) => Prepared::new(geom, &mut known),
-            Err(_) => Ok(Prepared::absent(geom)),
+        let mut hulls = KnownHulls::default();
+        let geoms = (0..).zip(&model.geoms).map(|(i, geom)| match (active.binary_search(&i), known.get(i as usize)) {
+            (Ok(_), Some(before)) if before.is_of_mesh() => Ok(before.moved(geom)),
+            (Ok(_), _) => Prepared::new(geom, &mut hulls),
+            (Err(_), _) => Ok(Prepared::absent(geom)),
         });
         let geoms = geoms.collect::<Result<Vec<_>, _>>()?;
         check_meshes(model, &geoms)?;
-        let mut margin: Vec<f64> = model.geoms.iter().map(|geom| geom.margin).collect();
-        let mut own_laws: Vec<(u32, u32, [f64; 2])> = Vec::new();
-        for pair in &model.pairs {
-            let (a, b) = (pair.geom_a.0.min(pair.geom_b.0), pair.geom_a.0.max(pair.geom_b.0));
-            let of_pair = model.pair_margin(GeomId(a), GeomId(b));
-            own_laws.push((a, b, [model.pair_friction(GeomId(a), GeomId(b)), of_pair]));
-            // Where a pair's margin is more than those of its geoms, the search must reach as far.
-            let missing = (of_pair - margin[a as usize] - margin[b as usize]).max(0.0);
-            margin[a as usize] += missing;
-        }
-        own_laws.sort_by_key(|p| (p.0, p.1));
-        own_laws.dedup_by_key(|p| (p.0, p.1));
         Ok(Self {
             placed: vec![GeomPose::default(); geoms.len()],
             boxes: vec![Aabb { low: DVec3::ZERO, high: DVec3::ZERO }; geoms.len()],
@@ -118,8 +124,7 @@ impl Collider {
             swept,
             over_half_spaces,
             partners,
-            own_laws,
-            margin,
+            laws: Laws::new(model),
             pairs: Vec::new(),
             sweep: Sweep::default(),
             apart: Apart::default(),
@@ -173,7 +178,7 @@ impl Collider {
             self.touches.clear();
             let origin = self.touch(i as usize, j as usize);
             let start = out.len();
-            let [friction, margin] = self.law(model, i, j);
+            let [friction, margin] = self.laws.of_pair(model, i, j);
             let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
             let (geoms, bodies) = ([GeomId(i), GeomId(j)], [a.body, b.body]);
             out.extend(self.touches.iter().map(|t| {
@@ -244,7 +249,7 @@ impl Collider {
         let rotation = pose.rotation_matrix();
         let center = rotation * geom.center + pose.position;
         let reach = reach[geom.body];
-        let travel = reach.linear + reach.angular * geom.arm + self.margin[k];
+        let travel = reach.linear + reach.angular * geom.arm + self.laws.reach(k);
         if !self.swept.is_empty() {
             let half = rotation.abs() * geom.half + DVec3::splat(travel);
             self.boxes[k] = Aabb { low: center - half, high: center + half };
@@ -331,15 +336,6 @@ impl Collider {
             }
         }
         origin
-    }
-
-    /// Friction and margin of a pair.
-    fn law(&self, model: &Model, i: u32, j: u32) -> [f64; 2] {
-        if let Ok(k) = self.own_laws.binary_search_by_key(&(i, j), |p| (p.0, p.1)) {
-            return self.own_laws[k].2;
-        }
-        let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
-        [a.friction_with(b), a.margin + b.margin]
     }
 }
 

@@ -67,6 +67,7 @@ mod gjk;
 mod halfspace;
 mod hull;
 mod hull_build;
+mod laws;
 mod manifold;
 mod mesh;
 mod narrow;

@@ -85,6 +85,16 @@ impl Prepared {
         Ok(Self::of_shape(geom, shape))
     }
 
+    /// Whether it was made of a mesh or height field, whose size does not change.
+    pub fn is_of_mesh(&self) -> bool {
+        matches!(self.shape, Shape::Convex(Convex::Hull(_)) | Shape::Triangles(_))
+    }
+
+    /// The same shape where the geom says.
+    pub fn moved(&self, geom: &Geom) -> Self {
+        Self::of_shape(geom, self.shape.clone())
+    }
+
     fn of_shape(geom: &Geom, shape: Shape) -> Self {
         let (low, high) = match &shape {
             Shape::Absent | Shape::HalfSpace => (DVec3::ZERO, DVec3::ZERO),

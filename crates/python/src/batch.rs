@@ -40,10 +40,10 @@ pub struct Batch {
 }
 
 /// The simulations.
-struct Lanes {
-    batch: signorini::Batch,
+pub struct Lanes {
+    pub batch: signorini::Batch,
     /// Which of them have made a step since they were made or reset.
-    stepped: Vec<bool>,
+    pub stepped: Vec<bool>,
 }
 
 #[pymethods]
@@ -311,7 +311,7 @@ impl Batch {
 }
 
 impl Batch {
-    fn no_simulation(&self, i: usize) -> PyErr {
+    pub fn no_simulation(&self, i: usize) -> PyErr {
         PyIndexError::new_err(format!("simulation {i}: the batch has {}", self.count))
     }
 
@@ -331,7 +331,7 @@ impl Batch {
     }
 
     /// The Rust side with what Python may have written to the arrays.
-    fn loaded(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Lanes>> {
+    pub fn loaded(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Lanes>> {
         let mut lanes = self.lock()?;
         let batch = &mut lanes.batch;
         let (nq, nv) = (batch.model().nq, batch.model().nv);

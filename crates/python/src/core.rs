@@ -6,7 +6,9 @@ use std::time::{Duration, Instant};
 
 use signorini::collision::Queries;
 use signorini::derivatives::StepDerivatives;
-use signorini::multibody::{Input, Kinematics, Model, Pose, SpatialVector, State, forward_kinematics_into};
+use signorini::multibody::{
+    Input, Kinematics, Model, ParameterChange, Pose, SpatialVector, State, forward_kinematics_into,
+};
 use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
     Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError, StepReport, Workspace,
@@ -211,6 +213,17 @@ impl Core {
         let given = (begin, &self.given);
         derivatives.compute(&self.model, given, &self.settings, &self.report, &mut self.workspace);
         derivatives
+    }
+
+    /// Goes on with other numbers of the model: nothing of the last step is left but its warm start.
+    pub fn change(&mut self, changes: &[ParameterChange<'_>]) -> Result<(), SimulationError> {
+        self.workspace.change(&mut self.model, &self.settings, changes)?;
+        self.queries = None;
+        self.report = StepReport::default();
+        self.stepped = false;
+        self.other.v.clone_from(&self.state.v);
+        self.update_kinematics();
+        Ok(())
     }
 
     /// Forgets what came before the present state.

@@ -376,7 +376,7 @@ impl Data {
     }
 
     /// Writes everything that is not of a step.
-    fn write_all(&self, py: Python<'_>, core: &Core) -> PyResult<()> {
+    pub fn write_all(&self, py: Python<'_>, core: &Core) -> PyResult<()> {
         self.live.write(py, |live| {
             live.state(core);
             live.input(core);

@@ -12,12 +12,14 @@ mod data;
 mod derivatives;
 mod dynamics;
 mod error;
+mod frames;
 mod guard;
 mod lcp;
 mod linear_system;
 mod live;
 mod model;
 mod names;
+mod parameters;
 mod parts;
 mod problem;
 mod quantity;
@@ -28,6 +30,7 @@ mod settings;
 mod spec;
 mod statics;
 mod stepping;
+mod support;
 mod viewer;
 
 use pyo3::prelude::*;
@@ -46,21 +49,24 @@ mod _core {
     #[pymodule_export]
     use crate::dynamics::{bias_force, difference, integrate, inverse, mass_matrix};
     #[pymodule_export]
+    use crate::frames::{
+        InverseKinematics, center_of_mass, center_of_mass_jacobian, frame_pose, inverse_kinematics, jacobian,
+        jacobian_rate, operational_space_inertia,
+    };
+    #[pymodule_export]
     use crate::lcp::{LcpResult, lcp_methods, solve_lcp};
     #[pymodule_export]
     use crate::linear_system::{LinearComplementaritySystem, linearize};
     #[pymodule_export]
     use crate::model::{ImportWarning, Model};
     #[pymodule_export]
+    use crate::parameters::parameter_table;
+    #[pymodule_export]
     use crate::parts::{Actuator, Body, Geom, Joint, Keyframe};
     #[pymodule_export]
     use crate::problem::{ContactProblem, ContactSolution};
     #[pymodule_export]
-    use crate::queries::{
-        ContactPoint, InverseKinematics, Nearest, RayHit, cast_ray, cast_rays, center_of_mass, center_of_mass_jacobian,
-        contacts_at, distance, frame_pose, inverse_kinematics, jacobian, jacobian_rate, operational_space_inertia,
-        overlaps, support_polygon, zero_moment_point,
-    };
+    use crate::queries::{ContactPoint, Nearest, RayHit, cast_ray, cast_rays, contacts_at, distance, overlaps};
     #[pymodule_export]
     use crate::recording::{Recording, RecordingCheck};
     #[pymodule_export]
@@ -71,6 +77,8 @@ mod _core {
     use crate::statics::{Safety, Stability, safety, stability};
     #[pymodule_export]
     use crate::stepping::{forward, kinematics, settle, step};
+    #[pymodule_export]
+    use crate::support::{support_polygon, zero_moment_point};
     #[pymodule_export]
     use crate::viewer::Viewer;
     #[allow(unused_imports)]

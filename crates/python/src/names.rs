@@ -57,3 +57,8 @@ impl Key {
         .extract()
     }
 }
+
+/// A body that may be named.
+pub fn body_of(py: Python<'_>, model: &Model, body: Option<&Key>) -> PyResult<Option<BodyId>> {
+    body.map(|key| key.body(py, model)).transpose()
+}

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::RecordingError;
 use crate::frame::PoseArray;
-use crate::provenance::{ModelSource, StepLaws};
+use crate::provenance::{ModelSource, RecordedChange, StepLaws};
 
 /// Version of the format that this crate writes.
 pub const SCHEMA_VERSION: u32 = 5;
@@ -48,6 +48,9 @@ pub struct Header {
     /// The settings on which the laws of a step depend; not in schema version 1.
     #[serde(default)]
     pub laws: Option<StepLaws>,
+    /// Numbers of the model that were changed after it was compiled from its file, before the run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub changes: Vec<RecordedChange>,
     /// The model's file, where there is one; not in schema version 1.
     #[serde(default)]
     pub source: Option<ModelSource>,
@@ -73,6 +76,7 @@ impl Default for Header {
             geoms: Vec::new(),
             stages: Vec::new(),
             laws: None,
+            changes: Vec::new(),
             source: None,
         }
     }

@@ -114,7 +114,7 @@ pub use frame::{
     ContactModeCode, Energy, Frame, PolygonCode, PoseArray, RecordedContact, Residuals, StageFrame, StepStatus,
 };
 pub use header::{GeomVisual, Header, JointLabel, SCHEMA_VERSION, ShapeVisual};
-pub use provenance::{FrictionCode, ModelSource, RestitutionCode, StepLaws};
+pub use provenance::{FrictionCode, ModelSource, RecordedChange, RestitutionCode, StepLaws};
 pub use reader::{Ending, Reader, is_recording};
 pub use recording::Recording;
 pub use solution::{Impulses, LimitFrame, StepSolution};

@@ -30,6 +30,17 @@ pub struct ModelSource {
     pub skip_missing_meshes: bool,
 }
 
+/// Numbers of one part of the model that are not those of its file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RecordedChange {
+    /// Name of the parameter, such as "body_mass".
+    pub parameter: String,
+    /// Index of the part.
+    pub index: usize,
+    /// Its numbers; none for an end of a range that is not there.
+    pub values: Vec<Option<f64>>,
+}
+
 /// The settings on which the laws of a step depend.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StepLaws {

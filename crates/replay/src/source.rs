@@ -1,12 +1,14 @@
 //! The model's file in a recording, and the model from there.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use signorini_formats::{
     FormatError, Imported, LoadOptions, MissingMeshes, load_mjcf_str_with, load_sdf_str, load_urdf_str,
 };
 use signorini_multibody::Model;
 use signorini_recording::{Header, ModelSource};
+use signorini_simulation::recorded_model;
 
 use crate::ReplayError;
 
@@ -43,12 +45,12 @@ pub fn read_model_source(path: &Path, options: &LoadOptions) -> std::io::Result<
     Ok(model_source(&path.display().to_string(), &text, folder, options))
 }
 
-/// The model of a recording, from the text in its header and the files that this names.
+/// The model of a recording, from the text in its header and the files that this names, with the parameters that its run had.
 ///
 /// Whether it is the same model is for its [hash](Header::model_hash) to tell.
 ///
 /// # Errors
-/// [`ReplayError::NoSource`], [`ReplayError::Model`].
+/// [`ReplayError::NoSource`], [`ReplayError::Model`], [`ReplayError::Simulation`] where changed parameters do not fit.
 pub fn rebuild(header: &Header) -> Result<Model, ReplayError> {
     let source = header.source.as_ref();
     let source = source.ok_or_else(|| ReplayError::NoSource { model: header.model_name.clone() })?;
@@ -62,7 +64,8 @@ pub fn rebuild(header: &Header) -> Result<Model, ReplayError> {
         .with_floor(source.floor)
         .with_missing_meshes(if source.skip_missing_meshes { MissingMeshes::Skip } else { MissingMeshes::Stop });
     let imported = load_text(&source.text, Path::new(&source.base_dir), &options);
-    imported.map(|imported| imported.model).map_err(|error| ReplayError::Model(Box::new(error)))
+    let model = imported.map(|imported| imported.model).map_err(|error| ReplayError::Model(Box::new(error)))?;
+    Ok(Arc::unwrap_or_clone(recorded_model(model, header)?))
 }
 
 /// Text in the format that its root element says.

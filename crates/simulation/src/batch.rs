@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
 use rayon::{ThreadPool, ThreadPoolBuilder};
-use signorini_multibody::{Input, Model, State};
+use signorini_multibody::{Input, Model, ParameterChange, State};
 
 use crate::report::StepReport;
 use crate::settings::ContactMethod;
@@ -165,18 +165,29 @@ impl Batch {
         self.lanes[i].simulation.reset_to(keyframe)
     }
 
-    /// Gives simulation `i` parameters of its own, relative to those of [`model`](Self::model). State and input stay, the next
+    /// Gives simulation `i` parameters of its own, relative to those of [`model`](Self::model), in place of all that were changed before. State and input stay, the next
     /// step starts cold.
     ///
     /// # Errors
     /// [`SimulationError::Setting`] if a parameter is out of its range.
     pub fn vary(&mut self, i: usize, variation: &Variation) -> Result<(), SimulationError> {
         let lane = &mut self.lanes[i];
-        let mut simulation = Simulation::new(variation.of(&self.model)?, self.settings.clone())?;
+        let mut simulation = Simulation::new(self.model.clone(), self.settings.clone())?;
+        let changes = variation.changes(&self.model)?;
+        let changes: Vec<ParameterChange<'_>> = changes.iter().map(|(parameter, all)| (*parameter, &all[..])).collect();
+        simulation.change(&changes)?;
         std::mem::swap(&mut simulation.input, &mut lane.simulation.input);
         simulation.begin_at(&lane.simulation.state);
         lane.simulation = simulation;
         Ok(())
+    }
+
+    /// Gives simulation `i` other numbers of its model: see [`Simulation::change`]. State, input and warm start stay.
+    ///
+    /// # Errors
+    /// [`SimulationError`] naming what is wrong; nothing has changed then.
+    pub fn change(&mut self, i: usize, changes: &[ParameterChange<'_>]) -> Result<(), SimulationError> {
+        self.lanes[i].simulation.change(changes)
     }
 
     /// Everything that decides how simulation `i` goes on.

@@ -2,7 +2,7 @@
 
 use signorini_collision::CollisionError;
 use signorini_contact::ProblemError;
-use signorini_multibody::{FreeMotionError, StateError};
+use signorini_multibody::{FreeMotionError, ModelError, StateError};
 
 /// Wrong input to a simulation. How a contact problem ended is not an error: it is in the
 /// [`StepReport`](crate::StepReport).
@@ -30,6 +30,9 @@ pub enum SimulationError {
     /// The model's shapes cannot be prepared for collision.
     #[error(transparent)]
     Collision(#[from] CollisionError),
+    /// Numbers that the model cannot have.
+    #[error(transparent)]
+    Model(#[from] ModelError),
     /// The motion without contact cannot be computed.
     #[error(transparent)]
     FreeMotion(#[from] FreeMotionError),

@@ -26,6 +26,20 @@
 //! assert!((simulation.state().q[2] - 0.1).abs() < 1e-9);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+//!
+//! Numbers of the model can be others in a run, without compiling it anew:
+//!
+//! ```
+//! # use signorini_multibody::{Geometry, ModelBuilder, Parameter};
+//! # use signorini_simulation::{Settings, Simulation};
+//! # let mut world = ModelBuilder::new("ball on a floor");
+//! # world.floor();
+//! # world.body("ball").at([0.0, 0.0, 0.1]).free().solid(Geometry::Sphere { radius: 0.1 }, 1.0).add()?;
+//! let mut simulation = Simulation::new(world.build()?, Settings::default())?;
+//! simulation.change(&[(Parameter::BodyMass, &[0.0, 2.5]), (Parameter::Gravity, &[0.0, 0.0, -1.62])])?;
+//! assert_eq!(simulation.model().bodies[1].inertia.mass, 2.5);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 mod assembly;
 mod batch;
@@ -39,6 +53,7 @@ mod last_step;
 mod linear_system;
 mod nearby;
 mod overlaps;
+mod parameters;
 mod permitted;
 mod phases;
 mod reach;
@@ -70,7 +85,7 @@ pub use linear_system::{LinearComplementaritySystem, linear_complementarity_syst
 pub use nearby::{support_polygon, zero_moment_point};
 pub use overlaps::OverlapPolicy;
 pub use recertify::{Recertifier, StepCheck, StepFault};
-pub use recorder::{RunRecorder, frame_into, last_frame_into, recording_header, step_solution_into};
+pub use recorder::{RunRecorder, frame_into, last_frame_into, recorded_model, recording_header, step_solution_into};
 pub use report::{Kept, KeptRow, StepReport};
 pub use sensors::{actuator_forces_into, contact_wrenches_into, sensors_into};
 pub use settings::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, RestitutionLaw, Settings};

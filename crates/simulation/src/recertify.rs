@@ -19,6 +19,7 @@ pub use fault::StepFault;
 
 use crate::overlaps::{self, OverlapPolicy};
 use crate::recorder::array_pose;
+use crate::recorder::recorded_model;
 use crate::restitution::decompression as decompression_problem;
 use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
 use crate::warm::{joint_limit_key, tendon_limit_key};
@@ -65,7 +66,7 @@ impl Recertifier {
     /// [`SimulationError::Recording`] if the recording is of another model or of a schema that has no solutions;
     /// [`SimulationError`] as [`Workspace::new`].
     pub fn new(model: impl Into<Arc<Model>>, header: &Header) -> Result<Self, SimulationError> {
-        let model = model.into();
+        let model = recorded_model(model, header)?;
         let reason = "it is of schema version 1, which has no solutions; record the run anew";
         let laws = header.laws.as_ref().ok_or(SimulationError::Recording { reason })?;
         if model.content_hash() != header.model_hash {

@@ -1,5 +1,6 @@
 //! From a simulation to the frames of a recording.
 
+mod changes;
 mod run;
 mod solution;
 
@@ -13,14 +14,17 @@ use signorini_recording::{
     Residuals, RestitutionCode, SCHEMA_VERSION, ShapeVisual, StageFrame, StepLaws, StepStatus,
 };
 
+pub use changes::recorded_model;
 pub use run::RunRecorder;
 pub use solution::step_solution_into;
 
+use self::changes::recorded_changes;
 use crate::report::StepReport;
 use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
 use crate::workspace::Workspace;
 
-/// The header of a recording of this model; its [`source`](Header::source) is left for whoever knows the file.
+/// The header of a recording of this model, with the parameters that were changed before it ([`Workspace::change`]): a recording goes on
+/// with these, and steps made after another change are none of its model. Its [`source`](Header::source) is left for whoever knows the file.
 ///
 /// - `workspace`: that of the run
 pub fn recording_header(model: &Model, settings: &Settings, workspace: &Workspace) -> Header {
@@ -40,6 +44,7 @@ pub fn recording_header(model: &Model, settings: &Settings, workspace: &Workspac
         geoms: model.geoms.iter().map(geom_visual).collect(),
         stages: StageKind::ALL.iter().map(|stage| stage.name().into()).collect(),
         laws: Some(step_laws(settings, workspace)),
+        changes: recorded_changes(workspace),
         ..Header::default()
     }
 }

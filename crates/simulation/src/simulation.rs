@@ -100,12 +100,14 @@ pub struct Simulation {
     pub(crate) report: StepReport,
     summary: Summary,
     /// Whether the equality constraints of the state have been checked.
-    assembled: bool,
+    pub(crate) assembled: bool,
     /// Energy before the first step, J.
     first_energy: f64,
     /// Content hash of the model, once it was asked for.
-    model_hash: OnceLock<u64>,
+    pub(crate) model_hash: OnceLock<u64>,
     sensors: Vec<f64>,
+    /// Whether the sensors' numbers are those of the last step, which can no longer be asked.
+    pub(crate) measured: bool,
 }
 
 impl Simulation {
@@ -133,10 +135,11 @@ impl Simulation {
             first_energy: 0.0,
             model_hash: OnceLock::new(),
             sensors,
+            measured: false,
         })
     }
 
-    /// The model.
+    /// The model, with the numbers it has now.
     pub fn model(&self) -> &Model {
         &self.model
     }
@@ -210,7 +213,9 @@ impl Simulation {
     /// [`SimulationError::WarmStart`] if its numbers are none of this model's; nothing has changed then.
     pub fn restore(&mut self, snapshot: &Snapshot) -> Result<(), SimulationError> {
         if snapshot.model_hash != *self.model_hash.get_or_init(|| self.model.content_hash()) {
-            return Err(SimulationError::Snapshot { reason: "it belongs to another model" });
+            return Err(SimulationError::Snapshot {
+                reason: "it belongs to another model, or to one with other parameters",
+            });
         }
         let state = snapshot.state();
         state.check(&self.model)?;
@@ -301,6 +306,7 @@ impl Simulation {
             let (kinetic, potential) = self.energy();
             self.first_energy = kinetic + potential;
         }
+        self.measured = false;
         let Self { model, settings, workspace, state, next, input, .. } = self;
         self.report = step(model, state, input, settings, workspace, next)?;
         if self.report.advanced() {
@@ -313,7 +319,7 @@ impl Simulation {
     /// Numbers of all sensors at the beginning of the last step, in the order of the model's sensors: its state, and the
     /// accelerations and forces with which it went on; see [`sensors_into`]. Before the first step they are zero.
     pub fn sensors(&mut self) -> &[f64] {
-        if self.summary.steps > 0 {
+        if self.summary.steps > 0 && !self.measured {
             // After a step `next` holds the state it was made from.
             sensors_into(&self.model, &self.next, &mut self.workspace, &mut self.sensors);
         }

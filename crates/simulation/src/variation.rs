@@ -1,8 +1,8 @@
 //! A model with other parameters: what differs between the simulations of a batch.
 
 use derive_setters::Setters;
-use signorini_multibody::Model;
 use signorini_multibody::glam::DVec3;
+use signorini_multibody::{Model, Parameter, ParameterChange};
 
 use crate::SimulationError;
 
@@ -27,27 +27,48 @@ impl Default for Variation {
 }
 
 impl Variation {
-    /// The model with these differences.
+    /// What differs, as other values of parameters.
     ///
     /// # Errors
     /// [`SimulationError::Setting`] naming the number that is out of its range.
-    pub fn of(&self, model: &Model) -> Result<Model, SimulationError> {
+    pub fn changes(&self, model: &Model) -> Result<Vec<(Parameter, Vec<f64>)>, SimulationError> {
         let check = |setting, found: f64, expected, ok: bool| {
             if ok && found.is_finite() { Ok(()) } else { Err(SimulationError::Setting { setting, expected, found }) }
         };
         check("variation.friction", self.friction, "finite and not negative", self.friction >= 0.0)?;
         check("variation.mass", self.mass, "finite and positive", self.mass > 0.0)?;
-        let mut varied = model.clone();
+        let times = |parameter: Parameter, factor: f64| {
+            let mut values = model.parameter(parameter);
+            values.iter_mut().for_each(|x| *x *= factor);
+            (parameter, values)
+        };
+        // Of friction the first number of each row is that of sliding.
+        let sliding = |parameter: Parameter| {
+            let mut values = model.parameter(parameter);
+            values.iter_mut().step_by(parameter.width()).for_each(|x| *x *= self.friction);
+            (parameter, values)
+        };
+        let mut changes = Vec::new();
+        if self.mass != 1.0 {
+            changes.extend([times(Parameter::BodyMass, self.mass), times(Parameter::BodyInertia, self.mass)]);
+        }
+        if self.friction != 1.0 {
+            changes.extend([sliding(Parameter::GeomFriction), sliding(Parameter::PairFriction)]);
+        }
         if let Some(gravity) = self.gravity {
             gravity.to_array().into_iter().try_for_each(|g| check("variation.gravity", g, "finite", true))?;
-            varied.gravity = gravity;
+            changes.push((Parameter::Gravity, gravity.to_array().to_vec()));
         }
-        for body in &mut varied.bodies {
-            body.inertia.mass *= self.mass;
-            body.inertia.rotational *= self.mass;
-        }
-        varied.geoms.iter_mut().for_each(|geom| geom.friction *= self.friction);
-        varied.pairs.iter_mut().for_each(|pair| pair.friction *= self.friction);
-        Ok(varied)
+        Ok(changes)
+    }
+
+    /// The model with these differences.
+    ///
+    /// # Errors
+    /// [`SimulationError::Setting`] naming the number that is out of its range.
+    pub fn of(&self, model: &Model) -> Result<Model, SimulationError> {
+        let changes = self.changes(model)?;
+        let changes: Vec<ParameterChange<'_>> = changes.iter().map(|(parameter, all)| (*parameter, &all[..])).collect();
+        Ok(model.with_parameters(&changes)?)
     }
 }

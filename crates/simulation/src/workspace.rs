@@ -1,9 +1,12 @@
 //! Everything a step needs besides model and state, and what it leaves behind.
 
+use std::collections::BTreeMap;
+
 use signorini_collision::{Collider, OwnOverlap};
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
 use signorini_multibody::{
-    BlockDiagonal, Body, BodyId, ContactPoint, FreeMotion, GeomId, Kinematics, LengthRow, Model, NewtonEuler, Pose,
+    BlockDiagonal, Body, BodyId, ChangedRow, ContactPoint, FreeMotion, GeomId, Kinematics, LengthRow, Model,
+    NewtonEuler, Parameter, Pose,
 };
 
 use crate::SimulationError;
@@ -42,6 +45,8 @@ pub struct Workspace {
     pub(crate) solver: StepSolver,
     pub(crate) fixed_point: FixedPoint,
     pub(crate) warm: WarmCache,
+    /// Rows of parameters that were changed, by parameter and part.
+    pub(crate) changed: BTreeMap<(Parameter, usize), Vec<f64>>,
 }
 
 /// The second half of the impacts of a step.
@@ -107,6 +112,7 @@ impl Workspace {
             solver: StepSolver::new(settings)?,
             warm: WarmCache::default(),
             fixed_point: FixedPoint::default(),
+            changed: BTreeMap::new(),
         })
     }
 
@@ -125,6 +131,11 @@ impl Workspace {
     /// ([`Settings::overlaps`]).
     pub fn own_overlaps(&self) -> &[OwnOverlap] {
         &self.own_overlaps
+    }
+
+    /// The rows of parameters that were changed since this workspace was made, in order.
+    pub fn changed_rows(&self) -> impl Iterator<Item = ChangedRow> {
+        self.changed.iter().map(|(&(parameter, index), values)| ChangedRow::new(parameter, index, values.clone()))
     }
 
     /// Frames of the contact points.
@@ -281,7 +292,7 @@ impl Workspace {
     }
 }
 
-fn moving_mass(model: &Model) -> f64 {
+pub(crate) fn moving_mass(model: &Model) -> f64 {
     let moves = |(i, _): &(usize, &Body)| model.body_weld[*i] != BodyId::WORLD;
     model.bodies.iter().enumerate().filter(moves).map(|(_, body)| body.inertia.mass).sum()
 }

@@ -2,11 +2,8 @@
 
 use glamx::glam::DVec3;
 
-use super::check::{
-    check_actuators, check_equalities, check_geoms, check_inertia, check_joints, check_keyframes, check_mass,
-    check_mocap, check_pairs, moving_no_mass, number, unique,
-};
-use super::check_sensing::{check_sensors, check_sites, check_tendons};
+use super::check::{check_inertia, check_keyframes, moving_no_mass, number, unique};
+use super::check_sensing::{check_relations, check_sensors};
 use super::path::{PathStep, reference_pose};
 use super::{
     Actuator, ActuatorId, Body, BodyId, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair, Geometry,
@@ -268,15 +265,7 @@ impl ModelBuilder {
             check_inertia(body)?;
         }
         let mut model = self.assemble();
-        check_joints(&model)?;
-        check_mocap(&model)?;
-        check_mass(&model)?;
-        check_geoms(&model)?;
-        check_pairs(&model)?;
-        check_equalities(&model)?;
-        check_sites(&model)?;
-        check_tendons(&model)?;
-        check_actuators(&model)?;
+        check_relations(&model)?;
         check_sensors(&model)?;
         check_keyframes(&mut model)?;
         normalise(&mut model);

@@ -1,9 +1,25 @@
 //! What sites, tendons and sensors must satisfy.
 
-use super::check::{check_pose, check_range, known, number, scalar_joint};
+use super::check::{
+    check_actuators, check_equalities, check_geoms, check_joints, check_mass, check_mocap, check_pairs, check_pose,
+    check_range, known, number, scalar_joint,
+};
 use super::{FrameId, Geometry, JointKind, Model, ModelError, SensorKind};
 
-pub(super) fn check_sites(model: &Model) -> Result<(), ModelError> {
+/// What joints, geoms, constraints and all that refers to them must satisfy.
+pub(super) fn check_relations(model: &Model) -> Result<(), ModelError> {
+    check_joints(model)?;
+    check_mocap(model)?;
+    check_mass(model)?;
+    check_geoms(model)?;
+    check_pairs(model)?;
+    check_equalities(model)?;
+    check_sites(model)?;
+    check_tendons(model)?;
+    check_actuators(model)
+}
+
+fn check_sites(model: &Model) -> Result<(), ModelError> {
     for site in &model.sites {
         check_pose(|| format!("site '{}'", site.name), &site.placement)?;
         let kind = site.zone.kind_name();
@@ -26,7 +42,7 @@ pub(super) fn check_sites(model: &Model) -> Result<(), ModelError> {
     Ok(())
 }
 
-pub(super) fn check_tendons(model: &Model) -> Result<(), ModelError> {
+fn check_tendons(model: &Model) -> Result<(), ModelError> {
     for tendon in &model.tendons {
         let part = || format!("tendon '{}'", tendon.name);
         for &(joint, coefficient) in &tendon.terms {

@@ -93,4 +93,14 @@ pub enum ModelError {
         /// How many it has.
         found: usize,
     },
+    /// A number that a part has not, or that comes with the model.
+    #[error("{part}: {parameter} cannot be changed: {reason}")]
+    FixedParameter {
+        /// The part.
+        part: String,
+        /// The parameter.
+        parameter: &'static str,
+        /// Why.
+        reason: &'static str,
+    },
 }

@@ -82,6 +82,7 @@ from signorini._core import (
     support_polygon,
     zero_moment_point,
 )
+from signorini._parameters import PARAMETERS, Parameter
 from signorini.batch import Batch
 from signorini.data import ActuatorData, BodyData, Data, JointData, Recorder
 from signorini.errors import (
@@ -132,6 +133,8 @@ __all__ = [
     "ModelWarning",
     "Nearest",
     "OverlapWarning",
+    "PARAMETERS",
+    "Parameter",
     "ProblemError",
     "RayHit",
     "Recorder",

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Optional, Sequence, Tuple
+from typing import Any, Optional, Sequence, Tuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from signorini import _core
 from signorini._names import Key, Strict, index_of
+from signorini._parameters import changes, check_name
 from signorini.model import Model
 from signorini.settings import Settings
 
@@ -34,6 +35,25 @@ class Batch(Strict, _core.Batch):
         """Takes the simulations ``ids`` (all without it) to the reference configuration or to a keyframe (name or index)."""
         index = None if keyframe is None else index_of("keyframe", self.model.keyframe_names, keyframe)
         self._reset(None if ids is None else [int(i) for i in ids], index)
+
+    def parameter(self, name: str) -> NDArray[np.float64]:
+        """Values of a parameter in every simulation, (nsim, …), read-only; names are those of ``PARAMETERS``."""
+        check_name(name)
+        return self._parameter(name)
+
+    def change(self, ids: Optional[Sequence[int]] = None, **values: Any) -> None:
+        """Goes on with other numbers of the model in the simulations ``ids`` (all without it); see :meth:`Data.change`.
+
+        An array has one entry per simulation before those of a model, as ``parameter`` gives it, or none, for all alike:
+        ``batch.change(geom_friction={"foot": rng.uniform(0.3, 1.2, nsim)})``, ``batch.change(body_mass=masses)`` with (nsim, nbody).
+
+        Raises:
+            ProblemError: there is no parameter of this name, or the numbers have another shape.
+            ModelError: a part cannot have this number; simulations before the one that it names have changed.
+        """
+        chosen = list(range(len(self))) if ids is None else [int(i) for i in ids]
+        if chosen:
+            self._change(chosen, changes(values, lambda name: self._parameter(name)[chosen], self.model._parameter_parts))
 
     def rollout(
         self,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from types import TracebackType
-from typing import Any, Dict, List, Optional, Tuple, Type, Union
+from typing import Any, Dict, List, Optional, Sequence, Tuple, Type, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from signorini import _core
 from signorini._core import Recording
 from signorini._names import Key, Strict, index_of
+from signorini._parameters import changes, check_name
 from signorini.model import Model, table
 from signorini.settings import Settings
 
@@ -77,18 +78,41 @@ class Data(Strict, _core.Data):
         start = int(self.model.sensor_adr[i])
         return self.sensordata[start : start + int(self.model.sensor_dim[i])]
 
+    def parameter(self, name: str) -> Array:
+        """Values of a parameter of the model in this data, one row for each part, read-only; names are those of ``PARAMETERS``."""
+        check_name(name)
+        return self._parameter(name)
+
+    def change(self, **values: Any) -> None:
+        """Goes on with other numbers of the model, in this data alone: no file is read and nothing compiled.
+
+        ``data.change(body_mass={"box": 2.0}, geom_friction=0.4, gravity=(0, 0, -1.62))``: a mapping changes the parts it names (by name or
+        index), an array all of them, one number all of them alike (of friction that of sliding). ``PARAMETERS`` lists the names, which are
+        MuJoCo's, with the shape of a part's numbers. State, input and warm start stay, and the next step is that of a model compiled with these
+        numbers, bit for bit; what a loader made of the old ones (relative poses of welds, keyframes, inertia of shapes) stays too.
+
+        It costs a copy of the model without its meshes, some microseconds and one or two per body; where ``prepares_search`` says so, also asking
+        which geoms can meet. Steps cost what they cost before.
+
+        Raises:
+            ProblemError: there is no parameter of this name, or the numbers have another shape.
+            ModelError: a part cannot have this number; nothing has changed then.
+            RuntimeError: the data is being recorded.
+        """
+        self._change(changes(values, lambda name: self._parameter(name)[np.newaxis], self.model._parameter_parts))
+
     def record(self, path: Optional[Union[str, "os.PathLike[str]"]] = None) -> Recorder:
         """Records every step until the recorder is stopped; see :class:`Recorder`."""
         return Recorder(self, path)
 
     def __copy__(self) -> Data:
-        return _rebuild(type(self), self.model, self.settings, self.get_state())
+        return _rebuild(type(self), self.model, self.settings, self.get_state(), self._changed())
 
     def __deepcopy__(self, memo: Dict[int, Any]) -> Data:
         return self.__copy__()
 
     def __reduce__(self) -> Tuple[Any, ...]:
-        return _rebuild, (type(self), self.model, self.settings, self.get_state())
+        return _rebuild, (type(self), self.model, self.settings, self.get_state(), self._changed())
 
     def _facts(self) -> List[Tuple[str, str]]:
         kinetic, potential = self.energy
@@ -109,8 +133,11 @@ class Data(Strict, _core.Data):
         return table("signorini.Data", [("model", self.model.name), *self._facts()])
 
 
-def _rebuild(cls: Type[Data], model: Model, settings: Settings, state: Array) -> Data:
+def _rebuild(
+    cls: Type[Data], model: Model, settings: Settings, state: Array, changed: Sequence[Tuple[str, List[float]]] = ()
+) -> Data:
     data = cls(model, settings)
+    data._change(list(changed))
     data.set_state(state)
     return data
 

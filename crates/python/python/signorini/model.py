@@ -8,8 +8,12 @@ import pathlib
 import warnings
 from typing import Any, Dict, List, Literal, Optional, Sequence, Tuple, Union
 
+import numpy as np
+from numpy.typing import NDArray
+
 from signorini import _core
 from signorini._names import Key, Strict, index_of
+from signorini._parameters import check_name
 from signorini.errors import ModelError, ModelWarning
 
 __all__ = ["Model"]
@@ -156,6 +160,13 @@ class Model(Strict, _core.Model):
     def keyframe(self, key: Key) -> _core.Keyframe:
         """The keyframe of this name or index; errors as in :meth:`body`."""
         return self._keyframe(index_of("keyframe", self.keyframe_names, key))
+
+    def parameter(self, name: str) -> NDArray[np.float64]:
+        """Values of a parameter, one row for each part, read-only; names are those of ``PARAMETERS``. A :class:`Data` can have others
+        (:meth:`Data.change`).
+        """
+        check_name(name)
+        return self._parameter(name)
 
     def __copy__(self) -> Model:
         return self

@@ -24,6 +24,7 @@ mod mocap;
 mod mujoco_rules;
 mod overflow;
 mod own_overlaps;
+mod parameters;
 mod permitted;
 mod recertify;
 mod restitution;

@@ -101,6 +101,12 @@ impl ProblemBuilder {
         }
     }
 
+    /// Takes over what it keeps of the numbers of a model with the same parts.
+    pub fn take_parameters(&mut self, model: &Model, settings: &Settings) {
+        self.features = SurfaceFeatures::of(model);
+        self.pace = CorrectionPace::new(model, settings);
+    }
+
     /// Takes mass matrix, factor and free velocity from `smooth`, which gets the storage of the last step in exchange.
     pub fn take_smooth(&mut self, smooth: &mut FreeMotion, dt: f64) {
         std::mem::swap(&mut self.problem.mass, &mut smooth.mass.matrix);
