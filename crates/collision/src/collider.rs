@@ -68,8 +68,7 @@ impl Collider {
     /// Prepares the shapes of a model.
     ///
     /// # Errors
-    /// [`CollisionError::FlatHull`] for a convex mesh without volume, [`CollisionError::TwoMeshes`] if two triangle
-    /// meshes or height fields can meet.
+    /// [`CollisionError::FlatHull`] for a convex mesh without volume.
     pub fn new(model: &Model) -> Result<Self, CollisionError> {
         Self::prepare(model, &[])
     }
@@ -112,7 +111,6 @@ impl Collider {
             (Err(_), _) => Ok(Prepared::absent(geom)),
         });
         let geoms = geoms.collect::<Result<Vec<_>, _>>()?;
-        check_meshes(model, &geoms)?;
         Ok(Self {
             placed: vec![GeomPose::default(); geoms.len()],
             boxes: vec![Aabb { low: DVec3::ZERO, high: DVec3::ZERO }; geoms.len()],
@@ -326,7 +324,13 @@ impl Collider {
                 let placed_b = place(&self.geoms[b], shape, &self.placed[b], origin);
                 self.surface.convex(&placed_a, &placed_b, self.geoms[b].half, margin, narrow, touches);
             }
-            // Two half-spaces or two meshes that can meet are refused by `new`, or never move against each other.
+            (Shape::Triangles(set_a), Shape::Triangles(set_b)) => {
+                let placed_a = place_set(set_a, &self.placed[a], origin);
+                let placed_b = place_set(set_b, &self.placed[b], origin);
+                let size = self.geoms[a].size.min(self.geoms[b].size);
+                self.surface.surfaces(&placed_a, &placed_b, size, margin, narrow, touches);
+            }
+            // Two half-spaces never move against each other.
             _ => {}
         }
         if flip {
@@ -378,19 +382,6 @@ fn place_set<'a>(set: &'a TriangleSet, pose: &GeomPose, origin: DVec3) -> Placed
 fn half_space(pose: &GeomPose, origin: DVec3) -> HalfSpace {
     let normal = pose.rotation.z_axis;
     HalfSpace { normal, offset: normal.dot(pose.position - origin) }
-}
-
-fn check_meshes(model: &Model, geoms: &[Prepared]) -> Result<(), CollisionError> {
-    let meshes: Vec<usize> = (0..geoms.len()).filter(|&i| matches!(geoms[i].shape, Shape::Triangles(_))).collect();
-    for (k, &i) in meshes.iter().enumerate() {
-        for &j in &meshes[k + 1..] {
-            let (a, b) = (&model.geoms[i], &model.geoms[j]);
-            if model.contact_filter.allows((GeomId(i as u32), GeomId(j as u32)), (a, b)) {
-                return Err(CollisionError::TwoMeshes { geom_a: a.name.clone(), geom_b: b.name.clone() });
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Sorts the points of a pair by feature and makes the features unique.

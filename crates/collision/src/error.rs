@@ -12,15 +12,4 @@ pub enum CollisionError {
         /// What the hull computation says.
         reason: String,
     },
-    /// Two triangle meshes or height fields that could meet.
-    #[error(
-        "geoms '{geom_a}' and '{geom_b}' are both triangle meshes or height fields and can meet: make the moving one a \
-         convex mesh, or keep the two apart by their masks"
-    )]
-    TwoMeshes {
-        /// One geom.
-        geom_a: String,
-        /// The other.
-        geom_b: String,
-    },
 }

@@ -81,6 +81,7 @@ mod separation;
 mod shape;
 mod surface;
 mod sweep;
+mod triangles;
 
 pub use collider::{Collider, Reach};
 pub use error::CollisionError;

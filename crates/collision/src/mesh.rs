@@ -16,6 +16,8 @@ pub(crate) struct TriangleSet {
     pub bvh: Bvh,
     /// Whether the side behind the triangles is solid (height fields); otherwise both sides are outside.
     pub solid_below: bool,
+    /// Whether the surface encloses a solid, whose outside the normals look to.
+    pub closed: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -33,8 +35,10 @@ const LEAN: f64 = 1e-6;
 impl TriangleSet {
     pub fn from_mesh(mesh: &Mesh) -> Self {
         let (vertices, same) = weld(&mesh.vertices);
-        let triangles = mesh.triangles.iter().map(|t| t.map(|i| same[i as usize]));
-        Self::new(vertices, triangles, false)
+        let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|i| same[i as usize])).collect();
+        let inside_out = signed_volume(&vertices, &triangles) < 0.0;
+        let turned = triangles.into_iter().map(|[a, b, c]| if inside_out { [a, c, b] } else { [a, b, c] });
+        Self::new(vertices, turned, false)
     }
 
     pub fn from_height_field(field: &HeightField) -> Self {
@@ -63,7 +67,7 @@ impl TriangleSet {
                 Some(Face { ids, normal, fold: [std::f64::consts::PI; 3] })
             })
             .collect();
-        find_folds(&vertices, &mut faces);
+        let closed = find_folds(&vertices, &mut faces);
         let boxes: Vec<Aabb> = faces
             .iter()
             .map(|f| {
@@ -73,7 +77,7 @@ impl TriangleSet {
             .collect();
         let mut bvh = Bvh::default();
         bvh.build(&boxes, 0..boxes.len() as u32);
-        Self { vertices, faces, bvh, solid_below }
+        Self { vertices, faces, bvh, solid_below, closed: closed && !solid_below }
     }
 
     pub fn bounds(&self) -> (DVec3, DVec3) {
@@ -129,8 +133,16 @@ fn weld(points: &[DVec3]) -> (Vec<DVec3>, Vec<u32>) {
     (vertices, same)
 }
 
-/// Fills in the folds of edges that two triangles share; edges of more than two stay free.
-fn find_folds(vertices: &[DVec3], faces: &mut [Face]) {
+/// Six times the volume that triangles enclose; negative where their normals look inside.
+fn signed_volume(vertices: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
+    let corner = |i: u32| vertices[i as usize];
+    triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c)))).sum()
+}
+
+/// Fills in the folds of edges that two triangles share; edges of more than two stay free. Whether every edge is shared by two triangles that
+/// run along it in opposite directions: the surface of a solid.
+fn find_folds(vertices: &[DVec3], faces: &mut [Face]) -> bool {
+    let mut closed = true;
     let mut edges: Vec<(u32, u32, u32, u32)> = Vec::with_capacity(3 * faces.len());
     for (i, face) in faces.iter().enumerate() {
         for k in 0..3 {
@@ -140,16 +152,21 @@ fn find_folds(vertices: &[DVec3], faces: &mut [Face]) {
     }
     edges.sort_unstable();
     for group in edges.chunk_by(|e, f| (e.0, e.1) == (f.0, f.1)) {
-        let [first, second] = group else { continue };
+        let [first, second] = group else {
+            closed = false;
+            continue;
+        };
         for (own, other) in [(first, second), (second, first)] {
             let (face, k) = (faces[own.2 as usize], own.3 as usize);
             let neighbour = faces[other.2 as usize];
             let [a, b] = [face.ids[k], face.ids[(k + 1) % 3]];
             let l = other.3 as usize;
             let aligned = neighbour.ids[l] == b && neighbour.ids[(l + 1) % 3] == a;
+            closed &= aligned;
             let normal = if aligned { neighbour.normal } else { -neighbour.normal };
             let out = (vertices[b as usize] - vertices[a as usize]).cross(face.normal).normalize_or_zero();
             faces[own.2 as usize].fold[k] = normal.dot(out).atan2(normal.dot(face.normal));
         }
     }
+    closed
 }

@@ -10,6 +10,7 @@ use crate::manifold::Touch;
 use crate::mesh::TriangleSet;
 use crate::narrow::Narrow;
 use crate::separation::Separation;
+use crate::triangles::Triangles;
 
 /// A mesh at a pose in the common frame.
 #[derive(Clone, Copy, Debug)]
@@ -25,6 +26,7 @@ pub(crate) struct Surface {
     candidates: Vec<u32>,
     found: Vec<Touch>,
     rest: Vec<Touch>,
+    triangles: Triangles,
 }
 
 /// Contacts belong to one flat part of the surface if their normals differ by less than this (1 − cosine) and their
@@ -84,6 +86,23 @@ impl Surface {
             a.touch_point(b.rotation * *p + b.position, Feature::VertexB(i as u32), margin, out);
         }
         narrow.reducer.limit(out, size);
+    }
+
+    /// Appends the contacts of the surface B with the surface A within `margin`, reduced as those of a convex shape are.
+    ///
+    /// - `size`: of the smaller one, m
+    pub fn surfaces(
+        &mut self,
+        a: &PlacedSet,
+        b: &PlacedSet,
+        size: f64,
+        margin: f64,
+        narrow: &mut Narrow,
+        out: &mut Vec<Touch>,
+    ) {
+        self.found.clear();
+        self.triangles.touch(a, b, margin, narrow, &mut self.found);
+        self.reduce(size, margin, narrow, out);
     }
 
     /// Reduces the contacts of each flat part of the surface to their outline.

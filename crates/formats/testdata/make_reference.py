@@ -9,6 +9,8 @@ lets collide (every geom but planes and height fields is made a huge sphere, so 
 
 import json
 import pathlib
+import struct
+import zlib
 
 import mujoco
 import numpy as np
@@ -44,6 +46,18 @@ def write_meshes(folder):
     lines = ["v {:g} {:g} {:g}".format(*p) for p in vertices]
     lines += ["f {} {} {}".format(*(face + 1)) for face in faces]
     (folder / "ell.obj").write_text("\n".join(lines) + "\n")
+
+
+def write_heights(folder):
+    """An image of 5 x 4 colours, and other heights in MuJoCo's own format."""
+    rows = [bytes(c for k in range(5) for c in (37 * (k + 2 * row) % 256, 9, 200)) for row in range(4)]
+    chunk = lambda kind, data: struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    header = struct.pack(">IIBBBBB", 5, 4, 8, 2, 0, 0, 0)
+    pixels = zlib.compress(b"".join(b"\0" + row for row in rows))
+    image = b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", header) + chunk(b"IDAT", pixels) + chunk(b"IEND", b"")
+    (folder / "hills.png").write_bytes(image)
+    heights = np.array([[0, 1, 2, 3], [1, 5, 2, -1], [0.5, 0, 1, 4]], "<f4")
+    (folder / "hills.bin").write_bytes(np.array(heights.shape, "<i4").tobytes() + heights.tobytes())
 
 
 def rotation(quat):
@@ -199,6 +213,7 @@ def main():
     (HERE / "mjcf" / "meshes").mkdir(exist_ok=True)
     (HERE / "reference").mkdir(exist_ok=True)
     write_meshes(HERE / "mjcf" / "meshes")
+    write_heights(HERE / "mjcf" / "meshes")
     for path in sorted((HERE / "mjcf").glob("*.xml")):
         if not path.stem.startswith("included"):
             text = json.dumps(reference(path), indent=1)

@@ -11,3 +11,4 @@ mod stacking;
 mod step;
 mod support;
 mod surfaces;
+mod triangles;

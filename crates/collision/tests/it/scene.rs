@@ -13,11 +13,21 @@ pub struct Scene {
 
 impl Scene {
     pub fn new(shapes: &[Geometry]) -> Self {
+        let fixed =
+            |shape: &Geometry| matches!(shape, Geometry::Plane | Geometry::TriangleMesh(_) | Geometry::HeightField(_));
+        Self::with_fixed(shapes, fixed)
+    }
+
+    /// All geoms on bodies that move.
+    pub fn of_moving(shapes: &[Geometry]) -> Self {
+        Self::with_fixed(shapes, |_| false)
+    }
+
+    fn with_fixed(shapes: &[Geometry], fixed: impl Fn(&Geometry) -> bool) -> Self {
         let mut builder = ModelBuilder::new("scene");
         let mut bodies = Vec::new();
         for (i, shape) in shapes.iter().enumerate() {
-            let fixed = matches!(shape, Geometry::Plane | Geometry::TriangleMesh(_) | Geometry::HeightField(_));
-            let body = if fixed {
+            let body = if fixed(shape) {
                 BodyId::WORLD
             } else {
                 let inertia = Inertia { mass: 1.0, center_of_mass: DVec3::ZERO, rotational: DMat3::IDENTITY };

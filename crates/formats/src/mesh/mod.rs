@@ -1,12 +1,15 @@
 //! Meshes from files and from numbers in a model, and what they weigh.
 
+mod builtin;
 mod dae;
+pub(crate) mod heights;
 mod hull;
 mod msh;
 mod obj;
 mod stl;
 mod volume;
 
+pub(crate) use builtin::builtin;
 pub(crate) use hull::convex_hull;
 pub(crate) use volume::{Orientation, shell, solid};
 

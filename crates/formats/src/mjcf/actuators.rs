@@ -36,14 +36,18 @@ pub(super) struct Listed {
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<Vec<Listed>, FormatError> {
     let mut listed = Vec::new();
     for element in root.children_named("actuator").flat_map(|a| a.children()) {
-        let missing = read_actuator(importer, element)?;
-        if let Some(what) = &missing {
+        let read = read_actuator(importer, element);
+        let read = importer.unless_left_out(element, read)?;
+        if let Some(Some(what)) = &read {
             let effect = "it is left out, and its control with it";
             importer.report.motion(element.at(), element.name(), what, effect);
+        }
+        let kept = matches!(read, Some(None));
+        if !kept {
             importer.left_out_actuators.extend(element.attributes().text("name"));
         }
         let activations = activation_count(&importer.defaults.of(element, None, &KINDS)?)?;
-        listed.push(Listed { kept: missing.is_none(), activations });
+        listed.push(Listed { kept, activations });
     }
     custom::check_speed_servos(importer)?;
     Ok(listed)

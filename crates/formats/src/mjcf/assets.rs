@@ -2,7 +2,6 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::Arc;
 
@@ -10,9 +9,10 @@ use signorini_multibody::Inertia;
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::model::{HeightField, Mesh};
 
-use super::compiler::{Compiler, portable};
+use super::compiler::{Compilers, portable};
 use super::defaults::Defaults;
 use crate::error::FormatError;
+use crate::mesh::heights::{self, Grid};
 use crate::mesh::{self, Orientation};
 use crate::options::MissingMeshes;
 use crate::xml::{Attributes, Element, most_similar};
@@ -63,17 +63,15 @@ pub(super) struct Assets<'t> {
     meshes: HashMap<String, Attributes<'t>>,
     height_fields: HashMap<String, Element<'t>>,
     materials: HashMap<&'t str, [f32; 4]>,
-    base: PathBuf,
     loaded: RefCell<HashMap<String, Rc<MeshAsset>>>,
 }
 
 impl<'t> Assets<'t> {
-    pub fn read(root: Element<'t>, base: &Path, defaults: &Defaults<'t>) -> Result<Self, FormatError> {
+    pub fn read(root: Element<'t>, defaults: &Defaults<'t>) -> Result<Self, FormatError> {
         let mut assets = Self {
             meshes: HashMap::new(),
             height_fields: HashMap::new(),
             materials: HashMap::new(),
-            base: base.to_owned(),
             loaded: RefCell::default(),
         };
         for element in root.children_named("asset").flat_map(|a| a.children()) {
@@ -119,19 +117,22 @@ impl<'t> Assets<'t> {
     }
 
     /// Why the mesh that a geom names is not there and its geom is to be left out; nothing where it is to be read.
-    pub fn left_out(&self, geom: &Attributes, compiler: &Compiler, missing: MissingMeshes) -> Option<String> {
+    pub fn left_out(&self, geom: &Attributes, compilers: &Compilers, missing: MissingMeshes) -> Option<String> {
         let name = geom.text("mesh")?;
         let a = self.meshes.get(name)?;
         if a.element().child("plugin").is_some() && !a.has("file") && !a.has("vertex") {
             return Some(format!("the mesh '{name}' is made by a plugin, which is not supported"));
         }
-        let path = compiler.asset_path(&self.base, a.text("file")?);
+        if a.text("builtin") == Some("wedge") {
+            return Some(format!("the mesh '{name}' is a wedge, which serves tactile sensors and is not supported"));
+        }
+        let path = compilers.of(a.element()).asset_path(a.text("file")?);
         let skipped = missing == MissingMeshes::Skip && !path.exists();
         skipped.then(|| format!("the file '{}' of its mesh is missing", path.display()))
     }
 
     /// The mesh that a geom names.
-    pub fn mesh(&self, geom: &Attributes, compiler: &Compiler) -> Result<Rc<MeshAsset>, FormatError> {
+    pub fn mesh(&self, geom: &Attributes, compilers: &Compilers) -> Result<Rc<MeshAsset>, FormatError> {
         let name = geom.required("mesh", "the mesh asset to use")?;
         if let Some(asset) = self.loaded.borrow().get(name) {
             return Ok(asset.clone());
@@ -139,68 +140,84 @@ impl<'t> Assets<'t> {
         let Some(attributes) = self.meshes.get(name) else {
             return Err(geom.unknown("mesh", "mesh", self.meshes.keys().map(String::as_str)));
         };
-        let asset = Rc::new(self.load_mesh(attributes, compiler)?);
+        let asset = Rc::new(load_mesh(attributes, compilers)?);
         self.loaded.borrow_mut().insert(name.to_owned(), asset.clone());
         Ok(asset)
     }
 
-    fn load_mesh(&self, a: &Attributes, compiler: &Compiler) -> Result<MeshAsset, FormatError> {
-        let mut mesh = match a.text("file") {
-            Some(file) => {
-                let path = compiler.asset_path(&self.base, file);
-                let asset = |reason| FormatError::Asset {
-                    at: a.at("file"),
-                    element: "mesh".into(),
-                    path: path.clone(),
-                    reason,
-                };
-                mesh::load(&path).map_err(asset)?
-            }
-            None => inline_mesh(a)?,
-        };
-        let offset = a.vec3("refpos")?.unwrap_or(DVec3::ZERO);
-        let turn = a.quaternion("refquat")?.unwrap_or(DQuat::IDENTITY).conjugate();
-        let scale = a.scale("scale")?.unwrap_or(DVec3::ONE);
-        mesh.vertices.iter_mut().for_each(|p| *p = turn * (*p - offset) * scale);
-        if scale.x * scale.y * scale.z < 0.0 {
-            mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-        }
-        let kinds = [
-            ("convex", MeshInertia::Convex),
-            ("exact", MeshInertia::Exact),
-            ("legacy", MeshInertia::Legacy),
-            ("shell", MeshInertia::Shell),
-        ];
-        let inertia = a.choice("inertia", &kinds)?.unwrap_or(MeshInertia::Legacy);
-        Ok(MeshAsset { mesh: Arc::new(mesh), inertia })
-    }
-
-    /// The height field that a geom names; none if its data is in a file.
-    pub fn height_field(&self, geom: &Attributes) -> Result<Option<HeightField>, FormatError> {
+    /// The height field that a geom names.
+    pub fn height_field(&self, geom: &Attributes, compilers: &Compilers) -> Result<HeightField, FormatError> {
         let name = geom.required("hfield", "the height field asset to use")?;
         let Some(element) = self.height_fields.get(name) else {
             return Err(geom.unknown("hfield", "height field", self.height_fields.keys().map(String::as_str)));
         };
         let a = element.attributes();
-        if a.has("file") {
-            return Ok(None);
-        }
         let [half_x, half_y, top, _base] =
             a.vector::<4>("size")?.ok_or_else(|| element.incomplete("attribute 'size': half x, half y, top, base"))?;
-        let (rows, columns) = (grid(&a, "nrow")?, grid(&a, "ncol")?);
-        let count = rows.checked_mul(columns).filter(|n| *n <= MAX_POINTS);
-        let count = count.ok_or_else(|| element.invalid(format!("more than {MAX_POINTS} grid points")))?;
-        let elevation = a.numbers("elevation")?.unwrap_or_else(|| vec![0.0; count]);
-        if elevation.len() != count {
-            let expected = format!("nrow x ncol = {rows} x {columns} numbers, found {}", elevation.len());
-            return Err(a.invalid("elevation", expected));
-        }
-        let low = elevation.iter().copied().fold(f64::INFINITY, f64::min);
-        let span = elevation.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
-        let height = |e: &f64| if span > 0.0 { (e - low) / span * top } else { 0.0 };
-        let heights = elevation.chunks_exact(columns).rev().flatten().map(height).collect();
-        Ok(Some(HeightField { size: [columns, rows], half_extents: [half_x, half_y], heights }))
+        let Grid { rows, columns, mut heights } = match a.text("file") {
+            Some(file) => {
+                let path = compilers.of(*element).asset_path(file);
+                heights::load(&path, MAX_POINTS).map_err(|reason| FormatError::Asset {
+                    at: a.at("file"),
+                    element: "hfield".into(),
+                    path: path.clone(),
+                    reason,
+                })?
+            }
+            None => elevation(&a)?,
+        };
+        let low = heights.iter().copied().fold(f64::INFINITY, f64::min);
+        let span = heights.iter().copied().fold(f64::NEG_INFINITY, f64::max) - low;
+        heights.iter_mut().for_each(|h| *h = if span > 0.0 { (*h - low) / span * top } else { 0.0 });
+        Ok(HeightField { size: [columns, rows], half_extents: [half_x, half_y], heights })
     }
+}
+
+/// `elevation`, whose first row is the one at the largest y; a flat field without it.
+fn elevation(a: &Attributes) -> Result<Grid, FormatError> {
+    let (rows, columns) = (grid(a, "nrow")?, grid(a, "ncol")?);
+    let count = rows.checked_mul(columns).filter(|n| *n <= MAX_POINTS);
+    let count = count.ok_or_else(|| a.element().invalid(format!("more than {MAX_POINTS} grid points")))?;
+    let elevation = a.numbers("elevation")?.unwrap_or_else(|| vec![0.0; count]);
+    if elevation.len() != count {
+        let expected = format!("nrow x ncol = {rows} x {columns} numbers, found {}", elevation.len());
+        return Err(a.invalid("elevation", expected));
+    }
+    let heights = elevation.chunks_exact(columns).rev().flatten().copied().collect();
+    Ok(Grid { rows, columns, heights })
+}
+
+fn load_mesh(a: &Attributes, compilers: &Compilers) -> Result<MeshAsset, FormatError> {
+    let mut mesh = match a.text("file") {
+        Some(file) => {
+            let path = compilers.of(a.element()).asset_path(file);
+            let asset =
+                |reason| FormatError::Asset { at: a.at("file"), element: "mesh".into(), path: path.clone(), reason };
+            mesh::load(&path).map_err(asset)?
+        }
+        None => match a.text("builtin").filter(|kind| *kind != "none") {
+            Some(kind) => {
+                let parameters = a.numbers("params")?.unwrap_or_default();
+                mesh::builtin(kind, &parameters).map_err(|expected| a.invalid("params", expected))?
+            }
+            None => inline_mesh(a)?,
+        },
+    };
+    let offset = a.vec3("refpos")?.unwrap_or(DVec3::ZERO);
+    let turn = a.quaternion("refquat")?.unwrap_or(DQuat::IDENTITY).conjugate();
+    let scale = a.scale("scale")?.unwrap_or(DVec3::ONE);
+    mesh.vertices.iter_mut().for_each(|p| *p = turn * (*p - offset) * scale);
+    if scale.x * scale.y * scale.z < 0.0 {
+        mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    }
+    let kinds = [
+        ("convex", MeshInertia::Convex),
+        ("exact", MeshInertia::Exact),
+        ("legacy", MeshInertia::Legacy),
+        ("shell", MeshInertia::Shell),
+    ];
+    let inertia = a.choice("inertia", &kinds)?.unwrap_or(MeshInertia::Legacy);
+    Ok(MeshAsset { mesh: Arc::new(mesh), inertia })
 }
 
 fn grid(a: &Attributes, name: &'static str) -> Result<usize, FormatError> {

@@ -4,6 +4,7 @@ use signorini_multibody::{BodyId, Inertia, Pose, unit_rotation};
 
 use super::compiler::InertiaSource;
 use super::importer::Importer;
+use super::replicate::suffixes;
 use super::scope::{OpenBody, Scope};
 use crate::error::FormatError;
 use crate::xml::{Attributes, Element};
@@ -23,7 +24,8 @@ struct Pending<'t> {
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
     let mut inertias = vec![(BodyId::WORLD, Inertia::ZERO)];
     let mut pending = Vec::new();
-    let mut world = OpenBody { id: BodyId::WORLD, pose: Pose::IDENTITY, weights: Vec::new(), weighs_geoms: false };
+    let mut world =
+        OpenBody { id: BodyId::WORLD, pose: Pose::IDENTITY, weights: Vec::new(), weighs_geoms: false, stays: false };
     for section in root.children_named("worldbody") {
         let class = importer.defaults.class_of(section, "childclass")?;
         let scope = Scope { frame: Pose::IDENTITY, class, suffix: String::new() };
@@ -35,7 +37,7 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
         pending.extend(children.into_iter().rev());
     }
     let mut values: Vec<Inertia> = inertias.iter().map(|(_, inertia)| *inertia).collect();
-    importer.compiler.rescaled(&mut values);
+    importer.compilers.main().rescaled(&mut values);
     inertias.iter().zip(values).skip(1).try_for_each(|((body, _), inertia)| importer.parts.set_inertia(*body, inertia))
 }
 
@@ -46,7 +48,7 @@ fn read_body<'t>(
 ) -> Result<Vec<Pending<'t>>, FormatError> {
     let Pending { element, parent, parent_pose, scope } = pending;
     let attributes = element.attributes();
-    let placement = scope.frame * importer.compiler.pose(&attributes)?;
+    let placement = scope.frame * importer.compiler(element).pose(&attributes)?;
     let placement = Pose::new(placement.position, unit_rotation(placement.rotation));
     let id = importer.parts.add_body(element, scope.name(element), parent, placement)?;
     if attributes.flag("mocap")?.unwrap_or(false) {
@@ -57,19 +59,25 @@ fn read_body<'t>(
     let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
     let inner = Scope { frame: Pose::IDENTITY, class, suffix: scope.suffix };
     let inertial = element.child("inertial");
-    let weighs_geoms = match importer.compiler.inertia_source {
+    let weighs_geoms = match importer.compiler(element).inertia_source {
         InertiaSource::Auto => inertial.is_none(),
         // A body without geoms that could weigh keeps what it is given.
         InertiaSource::Geoms => inertial.is_none() || has_geoms(element),
         InertiaSource::Inertial => false,
     };
-    let mut body = OpenBody { id, pose: parent_pose * placement, weights: Vec::new(), weighs_geoms };
+    let mut body = OpenBody { id, pose: parent_pose * placement, weights: Vec::new(), weighs_geoms, stays: false };
+    if inertial.is_none() && !keeps_a_shape(importer, element, inner.class)? {
+        let what = "all its shapes are left out, so that it has no mass";
+        importer.report.motion(element.at(), "body", what, "it stays where it is: give it an <inertial>");
+        importer.parts_are_left_out = true;
+        body.stays = true;
+    }
     let children = read_contents(importer, element, inner, &mut body)?;
     let inertia = match inertial {
         Some(inertial) if !weighs_geoms => read_inertial(importer, inertial)?,
         _ => Inertia::sum(&body.weights),
     };
-    inertias.push((id, importer.compiler.adjusted(inertia)));
+    inertias.push((id, importer.compiler(element).adjusted(inertia)));
     Ok(children)
 }
 
@@ -94,6 +102,28 @@ fn has_geoms(element: Element) -> bool {
     false
 }
 
+/// Whether a body has a child, no geom, or a geom that is not left out.
+fn keeps_a_shape<'t>(
+    importer: &Importer<'t>,
+    element: Element<'t>,
+    class: Option<&'t str>,
+) -> Result<bool, FormatError> {
+    let mut any = false;
+    for child in element.children() {
+        if child.is("body") || child.is("frame") || child.is("replicate") {
+            return Ok(true);
+        }
+        if child.is("geom") {
+            let a = importer.defaults.of(child, class, &["geom"])?;
+            if importer.assets.left_out(&a, &importer.compilers, importer.missing_meshes).is_none() {
+                return Ok(true);
+            }
+            any = true;
+        }
+    }
+    Ok(!any)
+}
+
 /// Joints, geoms and sites of a body, with what `<frame>` and `<replicate>` hold; gives back its child bodies.
 fn read_contents<'t>(
     importer: &mut Importer<'t>,
@@ -107,12 +137,13 @@ fn read_contents<'t>(
         importer.count_element(element)?;
         match element.name() {
             "body" => bodies.push(Pending { element, parent: body.id, parent_pose: body.pose, scope }),
+            "joint" | "freejoint" if body.stays => {}
             "joint" | "freejoint" => super::joints::read(importer, element, &scope, body)?,
             "geom" => super::geoms::read(importer, element, &scope, body)?,
             "site" => super::sites::read(importer, element, &scope, body.id)?,
             "frame" => {
                 let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
-                let frame = scope.frame * importer.compiler.pose(&element.attributes())?;
+                let frame = scope.frame * importer.compiler(element).pose(&element.attributes())?;
                 open.extend(children_in(element, &Scope { frame, class, suffix: scope.suffix }));
             }
             "replicate" => {
@@ -138,22 +169,15 @@ fn replicas<'t>(
     element: Element<'t>,
     scope: &Scope<'t>,
 ) -> Result<Vec<Scope<'t>>, FormatError> {
-    const MAX: i64 = 100_000;
     let a = element.attributes();
-    let count = match a.integer("count")? {
-        Some(n) if (0..=MAX).contains(&n) => n as usize,
-        _ => return Err(a.invalid("count", format!("a number of copies, 0 to {MAX}"))),
-    };
     let offset = a.vec3("offset")?.unwrap_or(DVec3::ZERO);
     let angles = a.vector::<3>("euler")?.unwrap_or_default();
-    let separator = a.text("sep").unwrap_or_default();
-    let digits = count.to_string().len();
     let mut position = DVec3::ZERO;
-    let copies = (0..count).map(|k| {
-        let rotation = importer.compiler.euler(angles.map(|angle| angle * k as f64));
+    let copies = suffixes(element)?.into_iter().enumerate().map(|(k, suffix)| {
+        let rotation = importer.compiler(element).euler(angles.map(|angle| angle * k as f64));
         let frame = scope.frame * Pose::new(position, rotation);
         position += rotation * offset;
-        Scope { frame, class: scope.class, suffix: format!("{separator}{k:0digits$}{}", scope.suffix) }
+        Scope { frame, class: scope.class, suffix: format!("{suffix}{}", scope.suffix) }
     });
     Ok(copies.collect())
 }
@@ -162,7 +186,7 @@ fn replicas<'t>(
 fn read_inertial(importer: &Importer, element: Element) -> Result<Inertia, FormatError> {
     let a = element.attributes();
     let mass = a.non_negative("mass")?.ok_or_else(|| element.incomplete("attribute 'mass': kg"))?;
-    let placement = importer.compiler.pose(&a)?;
+    let placement = importer.compiler(element).pose(&a)?;
     let rotational = rotational_inertia(&a)?;
     Ok(Inertia { mass, center_of_mass: DVec3::ZERO, rotational }.placed(&placement))
 }

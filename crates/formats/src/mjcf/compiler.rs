@@ -26,7 +26,28 @@ struct EulerTurn {
     fixed: bool,
 }
 
-/// The settings of all `<compiler>` elements; a later one wins.
+/// The settings of every document that a file is made of: its own, and those of the models attached to it.
+pub(super) struct Compilers(Vec<Compiler>);
+
+impl Compilers {
+    /// `folders`: in which the documents lie, by origin.
+    pub fn read(root: Element, folders: &[PathBuf]) -> Result<Self, FormatError> {
+        let compilers = folders.iter().enumerate().map(|(origin, folder)| Compiler::read(root, origin, folder));
+        compilers.collect::<Result<_, _>>().map(Self)
+    }
+
+    /// The settings of the main document.
+    pub fn main(&self) -> &Compiler {
+        &self.0[0]
+    }
+
+    /// The settings with which an element is read.
+    pub fn of(&self, element: Element) -> &Compiler {
+        self.0.get(element.origin()).unwrap_or(&self.0[0])
+    }
+}
+
+/// The settings of all `<compiler>` elements of one document; a later one wins.
 pub(super) struct Compiler {
     radians_per_unit: f64,
     euler: [EulerTurn; 3],
@@ -37,12 +58,14 @@ pub(super) struct Compiler {
     bound_inertia: f64,
     balance_inertia: bool,
     pub total_mass: Option<f64>,
+    /// The folder of the document.
+    folder: PathBuf,
     mesh_dir: PathBuf,
     strip_path: bool,
 }
 
 impl Compiler {
-    pub fn read(root: Element) -> Result<Self, FormatError> {
+    fn read(root: Element, origin: usize, folder: &Path) -> Result<Self, FormatError> {
         let mut compiler = Self {
             radians_per_unit: 1.0_f64.to_radians(),
             euler: [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| EulerTurn { axis, fixed: false }),
@@ -53,11 +76,12 @@ impl Compiler {
             bound_inertia: 0.0,
             balance_inertia: false,
             total_mass: None,
+            folder: folder.to_owned(),
             mesh_dir: PathBuf::new(),
             strip_path: false,
         };
         let (mut mesh_dir, mut asset_dir) = (None, None);
-        for element in root.children_named("compiler") {
+        for element in root.children_named("compiler").filter(|e| e.origin() == origin) {
             let a = element.attributes();
             compiler.read_conventions(&a)?;
             compiler.read_inertia(&a)?;
@@ -104,11 +128,11 @@ impl Compiler {
         x * self.radians_per_unit
     }
 
-    /// Where a mesh or height field file is, with `base` for the folder of the model.
-    pub fn asset_path(&self, base: &Path, file: &str) -> PathBuf {
+    /// Where a mesh or height field file is.
+    pub fn asset_path(&self, file: &str) -> PathBuf {
         let file = portable(file);
         let name = if self.strip_path { file.file_name().map(PathBuf::from).unwrap_or(file) } else { file };
-        base.join(&self.mesh_dir).join(name)
+        self.folder.join(&self.mesh_dir).join(name)
     }
 
     /// `pos` and orientation of an element.

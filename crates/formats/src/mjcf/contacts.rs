@@ -11,11 +11,16 @@ use crate::xml::{Attributes, Element};
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
     for element in root.children_named("contact").flat_map(|c| c.children()) {
         match element.name() {
-            "pair" => read_pair(importer, element)?,
+            "pair" => {
+                let read = read_pair(importer, element);
+                importer.unless_left_out(element, read)?;
+            }
             "exclude" => {
                 let a = element.attributes();
-                let (first, second) = (body(importer, &a, "body1")?, body(importer, &a, "body2")?);
-                importer.parts.builder.exclude(first, second);
+                let bodies = body(importer, &a, "body1").and_then(|first| Ok((first, body(importer, &a, "body2")?)));
+                if let Some((first, second)) = importer.unless_left_out(element, bodies)? {
+                    importer.parts.builder.exclude(first, second);
+                }
             }
             _ => {}
         }

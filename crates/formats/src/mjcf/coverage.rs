@@ -91,6 +91,7 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("asset" | "default", "mesh") => Read(&MESH),
         ("asset" | "default", "material") => Read(&MATERIAL),
         ("asset", "hfield") => Read(&HFIELD),
+        ("asset", "model") => Read(&MODEL),
         ("asset", "texture" | "skin") | ("default", "texture") => Harmless("only pictures depend on it"),
         ("body" | "default", "site") => Read(&SITE),
         ("sensor", _) => Read(&SENSOR),
@@ -98,7 +99,7 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("fixed", "joint") => Read(&TENDON_JOINT),
         ("body" | "default", "camera" | "light") => Harmless("only pictures depend on it"),
         ("material", "layer") => Harmless("only pictures depend on it"),
-        ("body", "flexcomp" | "composite" | "attach") => Missing("the parts that it would make are left out"),
+        ("body", "flexcomp" | "composite") => Missing("the parts that it would make are left out"),
         ("body" | "geom" | "mesh", "plugin") => Missing("plugins have no effect"),
         ("contact" | "default", "pair") => Read(&PAIR),
         ("contact", "exclude") => Read(&EXCLUDE),
@@ -235,13 +236,9 @@ const GEOM: Coverage = Coverage {
 };
 
 const MESH: Coverage = Coverage {
-    read: "name class file vertex face scale refpos refquat inertia",
+    read: "name class file vertex face scale refpos refquat inertia builtin params",
     harmless: "normal texcoord material smoothnormal content_type",
-    ignored: &[
-        ignored("maxhullvert", "-1", "the hull has all its vertices"),
-        ignored("builtin", "", "the mesh needs vertices or a file"),
-        ignored("params", "", "the mesh needs vertices or a file"),
-    ],
+    ignored: &[ignored("maxhullvert", "-1", "the hull has all its vertices")],
 };
 
 const MATERIAL: Coverage = Coverage {
@@ -252,6 +249,8 @@ const MATERIAL: Coverage = Coverage {
 
 const HFIELD: Coverage =
     Coverage { read: "name nrow ncol size elevation file", harmless: "content_type", ignored: &[] };
+
+const MODEL: Coverage = Coverage { read: "name file", harmless: "content_type", ignored: &[] };
 
 const PAIR: Coverage = Coverage {
     read: "class geom1 geom2 friction condim margin",

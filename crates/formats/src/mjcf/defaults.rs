@@ -21,7 +21,8 @@ pub(super) struct Defaults<'t> {
 
 impl<'t> Defaults<'t> {
     pub fn read(root: Element<'t>) -> Result<Self, FormatError> {
-        let top: Vec<Element> = root.children_named("default").collect();
+        let (top, attached): (Vec<Element>, Vec<Element>) =
+            root.children_named("default").partition(|section| section.origin() == 0);
         let main = top.iter().find_map(|d| d.attributes().text("class").filter(|c| !c.is_empty())).unwrap_or(MAIN);
         let mut defaults = Self { classes: HashMap::new(), main };
         let mut open: Vec<(Element<'t>, &'t str)> = Vec::new();
@@ -29,6 +30,13 @@ impl<'t> Defaults<'t> {
             open.extend(section.children_named("default").map(|d| (d, main)));
         }
         defaults.classes.insert(main, Class { sections: top, parent: None });
+        // The defaults of attached models have tops of their own, which inherit nothing.
+        for section in attached {
+            let name = section.attributes().required("class", "the name of the default class")?;
+            open.extend(section.children_named("default").map(|d| (d, name)));
+            let class = defaults.classes.entry(name).or_insert(Class { sections: Vec::new(), parent: None });
+            class.sections.push(section);
+        }
         while let Some((section, parent)) = open.pop() {
             let name = section.attributes().required("class", "the name of the default class")?;
             let class = Class { sections: vec![section], parent: Some(parent) };

@@ -16,11 +16,12 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
     for element in root.children_named("equality").flat_map(|e| e.children()) {
         let a = importer.defaults.of(element, None, &KINDS)?;
         let kind = match element.name() {
-            "connect" => connect(importer, &a)?,
-            "weld" => weld(importer, &a)?,
-            "joint" => coupled_joints(importer, &a)?,
+            "connect" => connect(importer, &a),
+            "weld" => weld(importer, &a),
+            "joint" => coupled_joints(importer, &a),
             _ => continue,
         };
+        let Some(kind) = importer.unless_left_out(element, kind)? else { continue };
         if !a.flag("active")?.unwrap_or(true) || importer.equalities_disabled {
             continue;
         }

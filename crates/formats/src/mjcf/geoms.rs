@@ -108,7 +108,7 @@ fn show_as_it_is(importer: &Importer, name: Option<&str>, geom: &mut Geom) {
 fn read_shape(importer: &mut Importer, a: &Attributes) -> Result<Option<Shape>, FormatError> {
     let sort = a.choice("type", &TYPES)?.unwrap_or(Type::Sphere);
     let ([x, y, z], _) = a.overlay::<3>("size", [0.0; 3])?;
-    let (mut size, mut placement) = (DVec3::new(x, y, z), importer.compiler.pose(a)?);
+    let (mut size, mut placement) = (DVec3::new(x, y, z), importer.compiler(a.element()).pose(a)?);
     if a.has("mesh") || sort == Type::Mesh {
         return mesh_shape(importer, a, sort, placement);
     }
@@ -127,10 +127,7 @@ fn read_shape(importer: &mut Importer, a: &Attributes) -> Result<Option<Shape>, 
         Type::Cylinder => Geometry::Cylinder { radius: size.x, half_length: size.y },
         Type::Ellipsoid => Geometry::Ellipsoid { semi_axes: size },
         Type::Box => Geometry::Box { half_extents: size },
-        Type::HeightField => match importer.assets.height_field(a)? {
-            Some(field) => Geometry::HeightField(Arc::new(field)),
-            None => return Ok(left_out(importer, a, "height fields from files are not supported")),
-        },
+        Type::HeightField => Geometry::HeightField(Arc::new(importer.assets.height_field(a, &importer.compilers)?)),
         Type::Mesh | Type::SignedDistance => return Ok(left_out(importer, a, "type 'sdf' is not supported")),
     };
     geometry.check().map_err(|reason| a.element().invalid(format!("{} geom: {reason}", geometry.kind_name())))?;
@@ -154,21 +151,24 @@ fn left_out(importer: &mut Importer, a: &Attributes, what: &str) -> Option<Shape
     None
 }
 
-/// A mesh as its convex hull, in the frame of the file.
+/// A mesh as its convex hull, or as it is where its type is "sdf", in the frame of the file.
 fn mesh_shape(
     importer: &mut Importer,
     a: &Attributes,
     sort: Type,
     placement: Pose,
 ) -> Result<Option<Shape>, FormatError> {
-    if let Some(what) = importer.assets.left_out(a, &importer.compiler, importer.missing_meshes) {
+    if let Some(what) = importer.assets.left_out(a, &importer.compilers, importer.missing_meshes) {
         return Ok(left_out(importer, a, &what));
     }
-    let asset = importer.assets.mesh(a, &importer.compiler)?;
-    if sort == Type::SignedDistance {
-        let effect = "the mesh's convex hull is used";
-        importer.report.motion(a.at("type"), "geom", "type 'sdf' is not supported", effect);
-    } else if sort != Type::Mesh {
+    let asset = importer.assets.mesh(a, &importer.compilers)?;
+    if sort == Type::SignedDistance && !asset.mesh.triangles.is_empty() {
+        // The distance from the mesh itself: its triangles touch, not its hull.
+        let geometry = Geometry::TriangleMesh(asset.mesh.clone());
+        geometry.check().map_err(|reason| a.element().invalid(format!("mesh geom: {reason}")))?;
+        return Ok(Some(Shape { geometry, placement, mesh: Some(asset) }));
+    }
+    if !matches!(sort, Type::Mesh | Type::SignedDistance) {
         let effect = "the mesh's convex hull is used";
         importer.report.motion(a.at("mesh"), "geom", "fitting a primitive to a mesh is not supported", effect);
     }
@@ -186,7 +186,7 @@ fn weigh(
 ) -> Result<(), FormatError> {
     let (mass, density) = (a.non_negative("mass")?, a.non_negative("density")?.unwrap_or(1000.0));
     let group = a.integer("group")?.unwrap_or(0);
-    let [first, last] = importer.compiler.inertia_groups;
+    let [first, last] = importer.compiler(a.element()).inertia_groups;
     let weightless = mass == Some(0.0) || (mass.is_none() && density == 0.0);
     if !body.weighs_geoms || weightless || group < first || group > last {
         return Ok(());

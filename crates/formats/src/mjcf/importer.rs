@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use signorini_multibody::{ActuatorId, JointId, SpinResistance};
 
 use super::assets::Assets;
-use super::compiler::Compiler;
+use super::compiler::{Compiler, Compilers};
 use super::defaults::Defaults;
 use super::restitution::Restitution;
 use crate::error::{FormatError, Location};
@@ -29,7 +29,7 @@ pub(super) struct ContactProperties {
 
 /// What the readers of the sections share.
 pub(super) struct Importer<'t> {
-    pub compiler: Compiler,
+    pub compilers: Compilers,
     pub defaults: Defaults<'t>,
     pub assets: Assets<'t>,
     pub parts: Parts,
@@ -55,11 +55,18 @@ pub(super) struct Importer<'t> {
     pub missing_meshes: MissingMeshes,
     /// Joints whose actuators together have a bound, with the place where it stands.
     pub actuator_force_ranges: Vec<(JointId, [f64; 2], Location)>,
+    /// Whether parts of the file are left out that others may refer to.
+    pub parts_are_left_out: bool,
     /// Position servos whose damping is to come from a damping ratio.
     pub damping_ratios: Vec<(ActuatorId, f64)>,
 }
 
 impl Importer<'_> {
+    /// The settings with which an element is read.
+    pub fn compiler(&self, element: Element) -> &Compiler {
+        self.compilers.of(element)
+    }
+
     /// A range that counts if its switch says so, or if it is given and `autolimits` holds.
     pub fn range(
         &self,
@@ -74,11 +81,27 @@ impl Importer<'_> {
             (None, Some(true)) => Err(a.invalid(switch, format!("'{range}' to be given as well"))),
             (None, _) => Ok(None),
             (Some([low, high]), _) if low == 0.0 && high == 0.0 && limited.is_none() => Ok(None),
-            (Some(_), None) if !self.compiler.autolimits => {
+            (Some(_), None) if !self.compiler(a.element()).autolimits => {
                 Err(a.invalid(range, format!("'{switch}' to be given as well, because autolimits is false")))
             }
             (Some([low, high]), _) if low >= high => Err(a.invalid(range, "the lower number first")),
             (Some(values), _) => Ok(Some(values)),
+        }
+    }
+
+    /// What an element was read as; nothing, and a warning, where it refers to a part that is not there because it is left out.
+    pub fn unless_left_out<T>(
+        &mut self,
+        element: Element,
+        read: Result<T, FormatError>,
+    ) -> Result<Option<T>, FormatError> {
+        match read {
+            Err(FormatError::UnknownName { sort, name, .. }) if self.parts_are_left_out => {
+                let what = format!("refers to the {sort} '{name}', which is left out");
+                self.report.motion(element.at(), element.name(), what, "it is left out, too");
+                Ok(None)
+            }
+            read => read.map(Some),
         }
     }
 

@@ -55,7 +55,7 @@ fn read_joint(importer: &mut Importer, a: &Attributes, scope: &Scope) -> Result<
         Type::Slide => JointKind::Slide { axis: unit_vector(axis) },
         Type::Hinge => JointKind::Hinge { axis: unit_vector(axis) },
     };
-    let unit = if sort == Type::Hinge { importer.compiler.angle(1.0) } else { 1.0 };
+    let unit = if sort == Type::Hinge { importer.compiler(a.element()).angle(1.0) } else { 1.0 };
     let mut joint = Joint::new("", kind);
     if sort != Type::Free {
         joint.anchor = scope.frame.transform_point(a.vec3("pos")?.unwrap_or(DVec3::ZERO));
@@ -78,6 +78,11 @@ fn read_joint(importer: &mut Importer, a: &Attributes, scope: &Scope) -> Result<
 fn limits(importer: &mut Importer, a: &Attributes, sort: Type, unit: f64) -> Result<Option<[f64; 2]>, FormatError> {
     // What a default says about limits does not concern a free joint.
     if sort == Type::Free {
+        return Ok(None);
+    }
+    if sort == Type::Ball && !a.has("range") && a.text("limited") == Some("true") {
+        let effect = "the joint turns without limit: give it a range";
+        importer.report.motion(a.at("limited"), "joint", "a limited ball joint without a range", effect);
         return Ok(None);
     }
     let Some(range) = importer.range(a, "range", "limited")? else { return Ok(None) };
@@ -107,7 +112,7 @@ fn draw_in_limits(importer: &mut Importer, a: &Attributes, joint: &mut Joint) ->
 
 /// The largest angle of a ball joint, after a 0; it has no effect from half a turn on.
 fn ball_limits(importer: &Importer, a: &Attributes, range: [f64; 2]) -> Result<Option<[f64; 2]>, FormatError> {
-    let [lower, upper] = range.map(|x| importer.compiler.angle(x));
+    let [lower, upper] = range.map(|x| importer.compiler(a.element()).angle(x));
     if lower != 0.0 {
         return Err(a.invalid("range", "0 first, then the largest angle of the ball joint"));
     }

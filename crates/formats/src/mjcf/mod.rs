@@ -1,12 +1,13 @@
 //! MJCF, MuJoCo's model format.
 //!
-//! The way through a file: includes are put in, `<compiler>` says how to read, `<default>` gives attributes to those
+//! The way through a file: includes and attached models are put in, `<compiler>` says how to read, `<default>` gives attributes to those
 //! who lack them, then bodies with joints, geoms and sites, contact pairs, equality constraints, tendons, actuators,
 //! sensors, keyframes. What is in the file and not in
 //! the model is found by comparing the file with a table of what is read (`coverage`).
 
 mod actuators;
 mod assets;
+mod attach;
 mod bodies;
 mod compiler;
 mod contacts;
@@ -21,6 +22,8 @@ mod joints;
 mod keyframes;
 mod laws;
 mod options;
+mod references;
+mod replicate;
 mod restitution;
 mod scope;
 mod sensors;
@@ -28,10 +31,10 @@ mod sites;
 mod tendons;
 
 use std::collections::HashSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use assets::Assets;
-use compiler::Compiler;
+use compiler::Compilers;
 use defaults::Defaults;
 use importer::Importer;
 use restitution::Restitution;
@@ -51,17 +54,22 @@ pub(crate) fn import(
     options: &LoadOptions,
 ) -> Result<Imported, FormatError> {
     include::expand(&mut tree, base, main)?;
-    read(&tree, base, options).map_err(|error| explain(error, |report| coverage::audit(tree.root(), report)))
+    let folders = attach::expand(&mut tree, base)?;
+    replicate::expand_references(&mut tree)?;
+    read(&tree, &folders, options).map_err(|error| explain(error, |report| coverage::audit(tree.root(), report)))
 }
 
-fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
+/// Elements that would make parts with names.
+const MAKERS: [&str; 3] = ["flexcomp", "composite", "deformable"];
+
+fn read(tree: &Tree, folders: &[PathBuf], options: &LoadOptions) -> Result<Imported, FormatError> {
     let root = tree.root();
     let names = tree.elements().filter_map(|e| e.raw("name")).map(|a| a.value.trim().to_owned());
     let reserved: HashSet<String> = names.collect();
     let defaults = Defaults::read(root)?;
     let mut importer = Importer {
-        compiler: Compiler::read(root)?,
-        assets: Assets::read(root, base, &defaults)?,
+        compilers: Compilers::read(root, folders)?,
+        assets: Assets::read(root, &defaults)?,
         defaults,
         parts: Parts::new(root.attributes().text("model").unwrap_or("MuJoCo Model"), root, reserved),
         report: Reporter::default(),
@@ -80,6 +88,7 @@ fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, For
         timestep: 0.002,
         missing_meshes: options.missing_meshes,
         actuator_force_ranges: Vec::new(),
+        parts_are_left_out: tree.elements().any(|e| MAKERS.contains(&e.name())),
     };
     options::read(&mut importer, root)?;
     bodies::read(&mut importer, root)?;

@@ -32,6 +32,8 @@ pub(super) struct OpenBody {
     /// What its geoms weigh; empty if its inertia does not come from geoms.
     pub weights: Vec<Inertia>,
     pub weighs_geoms: bool,
+    /// Whether it has no joints, whatever the file says.
+    pub stays: bool,
 }
 
 impl OpenBody {

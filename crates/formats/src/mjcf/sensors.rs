@@ -14,9 +14,11 @@ const LEFT_OUT: &str = "it is left out: the array of all sensors has no place fo
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
     for element in root.children_named("sensor").flat_map(|s| s.children()) {
         let a = element.attributes();
-        let kind = match kind(importer, &a)? {
-            Ok(kind) => kind,
-            Err(what) => {
+        let kind = kind(importer, &a);
+        let kind = match importer.unless_left_out(element, kind)? {
+            None => continue,
+            Some(Ok(kind)) => kind,
+            Some(Err(what)) => {
                 importer.report.other(element.at(), element.name(), what, LEFT_OUT);
                 continue;
             }

@@ -35,7 +35,7 @@ pub(super) fn read<'t>(
     let a = importer.defaults.of(element, scope.class, &["site"])?;
     let sort = a.choice("type", &TYPES)?.unwrap_or(Type::Sphere);
     let (size, _) = a.overlay::<3>("size", [0.005; 3])?;
-    let (mut size, mut placement) = (DVec3::from_array(size), importer.compiler.pose(&a)?);
+    let (mut size, mut placement) = (DVec3::from_array(size), importer.compiler(element).pose(&a)?);
     if let Some((placed, half)) = from_to(&a)? {
         placement = placed;
         size = match sort {

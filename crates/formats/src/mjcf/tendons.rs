@@ -9,9 +9,14 @@ use crate::xml::{Attributes, Element};
 
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
     for element in root.children_named("tendon").flat_map(|t| t.children()) {
-        if element.is("fixed") {
-            read_fixed(importer, element)?;
-        } else if let Some(name) = element.attributes().text("name") {
+        let made = match element.is("fixed") {
+            true => {
+                let read = read_fixed(importer, element);
+                importer.unless_left_out(element, read)?.is_some()
+            }
+            false => false,
+        };
+        if !made && let Some(name) = element.attributes().text("name") {
             importer.left_out_tendons.insert(name);
         }
     }

@@ -58,7 +58,8 @@ fn put_in(tree: &mut Tree, index: usize, included: Tree, model: usize) -> Result
     let given: Vec<usize> =
         ["pose", "static"].iter().filter_map(|&given| Some(include.child(given)?.index())).collect();
     if include.attributes().text("merge") == Some("true") {
-        return tree.graft_children(index, included, model);
+        let pose = include.child("pose").map(Pose::of);
+        return merge(tree, index, included, model, pose);
     }
     let model = tree.graft(index, included, model)?;
     if let Some(name) = name {
@@ -68,12 +69,62 @@ fn put_in(tree: &mut Tree, index: usize, included: Tree, model: usize) -> Result
     Ok(())
 }
 
+/// A `<pose>`: its text and its attributes.
+struct Pose {
+    text: String,
+    attributes: Vec<(String, String)>,
+}
+
+impl Pose {
+    fn of(element: Element) -> Self {
+        let attributes = element.raw_attributes().iter().map(|a| (a.name.clone(), a.value.clone())).collect();
+        Self { text: element.text().to_owned(), attributes }
+    }
+}
+
+/// Puts the parts of a model in the place of the include at `index`. They stand in a frame of the include's pose, which has the name that
+/// SDFormat gives it (`_merged__NAME__model__`).
+fn merge(
+    tree: &mut Tree,
+    index: usize,
+    mut included: Tree,
+    model: usize,
+    pose: Option<Pose>,
+) -> Result<(), FormatError> {
+    let own = included.element(model);
+    let frame = format!("_merged__{}__model__", own.raw("name").map_or("", |a| a.value.trim()));
+    let pose = pose.or_else(|| own.child("pose").map(Pose::of));
+    let inside = own.children().filter(|e| ["link", "frame", "model"].contains(&e.name())).filter(|e| {
+        // A frame that is attached to another one is placed in that.
+        e.raw("attached_to").is_none_or(|a| a.value.trim().is_empty())
+    });
+    let poses: Vec<(usize, Option<usize>)> = inside.map(|e| (e.index(), e.child("pose").map(|p| p.index()))).collect();
+    let named: Vec<usize> = own.descendants().iter().filter(|e| e.text() == "__model__").map(|e| e.index()).collect();
+    let own_poses: Vec<usize> = own.children_named("pose").map(|e| e.index()).collect();
+    for (part, pose) in poses {
+        let pose = pose.unwrap_or_else(|| included.add_child(part, "pose"));
+        let free = included.element(pose).raw("relative_to").is_none_or(|a| a.value.trim().is_empty());
+        if free || included.element(pose).raw("relative_to").is_some_and(|a| a.value.trim() == "__model__") {
+            included.set_attribute(pose, "relative_to", &frame);
+        }
+    }
+    named.into_iter().for_each(|k| included.set_text(k, frame.clone()));
+    included.retain_children(model, |e| !own_poses.contains(&e.index()));
+    let made = included.add_child(model, "frame");
+    included.set_attribute(made, "name", &frame);
+    let first_link = included.element(model).child("link").and_then(|e| Some(e.raw("name")?.value.clone()));
+    first_link.iter().for_each(|link| included.set_attribute(made, "attached_to", link));
+    let placed = included.add_child(made, "pose");
+    included.set_attribute(placed, "relative_to", "__model__");
+    if let Some(pose) = pose {
+        pose.attributes.iter().for_each(|(name, value)| included.set_attribute(placed, name, value));
+        included.set_text(placed, pose.text);
+    }
+    tree.graft_children(index, included, model)
+}
+
 /// The file of an include's model, if it is there and can be put in.
 fn file_of(include: Element, base: &Path, package_dirs: &[PathBuf]) -> Option<PathBuf> {
-    // The parts of a merged model would have to be placed one by one.
-    if include.attributes().text("merge") == Some("true") && include.child("pose").is_some() {
-        return None;
-    }
     let uri = include.child("uri")?.text();
     let remote = uri.contains("://") && !["model://", "package://", "file://"].iter().any(|s| uri.starts_with(s));
     if remote || uri.is_empty() {

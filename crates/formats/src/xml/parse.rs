@@ -130,7 +130,7 @@ impl<'x> Parser<'x> {
         }
         let Location { file, line, column } = at;
         let (text, children) = (String::new(), Vec::new());
-        self.tree.nodes.push(Node { name, file, line, column, attributes, text, parent, children });
+        self.tree.nodes.push(Node { name, origin: 0, file, line, column, attributes, text, parent, children });
         if has_content {
             self.open.push((index, written));
         }

@@ -23,6 +23,8 @@ pub(crate) struct Attribute {
 #[derive(Clone)]
 pub(super) struct Node {
     pub name: String,
+    /// Number of the document whose conventions it is written in: 0 for the main one and its includes.
+    pub origin: u32,
     pub file: Arc<str>,
     pub line: u32,
     pub column: u32,
@@ -51,7 +53,7 @@ impl Note {
 }
 
 /// The elements of a document. Text after child elements, comments and processing instructions are dropped.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Tree {
     pub(super) nodes: Vec<Node>,
     notes: RefCell<Vec<Note>>,
@@ -69,6 +71,11 @@ impl Tree {
         Element { tree: self, index: 0 }
     }
 
+    /// The element of that index.
+    pub fn element(&self, index: usize) -> Element<'_> {
+        Element { tree: self, index }
+    }
+
     /// Every element, parents before children.
     pub fn elements(&self) -> impl Iterator<Item = Element<'_>> {
         (0..self.nodes.len()).map(|index| Element { tree: self, index })
@@ -78,11 +85,13 @@ impl Tree {
     pub fn splice(&mut self, index: usize, other: Tree) -> Result<(), FormatError> {
         let (offset, parent) = (self.nodes.len(), self.nodes[index].parent);
         let Some(parent) = parent else { return Err(self.root().invalid("cannot be the root element")) };
-        self.notes.get_mut().append(&mut other.notes.take());
+        self.take_notes_of(&other);
+        let origin = self.nodes[index].origin;
         let roots: Vec<usize> = other.nodes[0].children.iter().map(|c| c + offset).collect();
         for mut node in other.nodes {
             node.children.iter_mut().for_each(|c| *c += offset);
             node.parent = node.parent.map(|p| p + offset);
+            node.origin = origin;
             self.nodes.push(node);
         }
         roots.iter().for_each(|&root| self.nodes[root].parent = Some(parent));
@@ -108,7 +117,12 @@ impl Tree {
         notes
     }
 
-    fn check_size(&self) -> Result<(), FormatError> {
+    /// Takes over what was noted in another document.
+    pub(super) fn take_notes_of(&mut self, other: &Tree) {
+        self.notes.get_mut().append(&mut other.notes.take());
+    }
+
+    pub fn check_size(&self) -> Result<(), FormatError> {
         if self.nodes.len() < MAX_ELEMENTS {
             return Ok(());
         }
@@ -139,6 +153,30 @@ impl<'t> Element<'t> {
 
     pub fn index(&self) -> usize {
         self.index
+    }
+
+    /// Number of the document whose conventions the element is written in: 0 for the main one, others for those attached to it.
+    pub fn origin(&self) -> usize {
+        self.node().origin as usize
+    }
+
+    /// The element and all below it, in the order of the document.
+    pub fn descendants(&self) -> Vec<Element<'t>> {
+        let (mut all, mut open) = (Vec::new(), vec![*self]);
+        while let Some(element) = open.pop() {
+            all.push(element);
+            open.extend(element.children().rev());
+        }
+        all
+    }
+
+    /// The parent and all above it, nearest first.
+    pub fn ancestors(&self) -> impl Iterator<Item = Element<'t>> + use<'t> {
+        std::iter::successors(self.parent(), Element::parent)
+    }
+
+    pub fn parent(&self) -> Option<Element<'t>> {
+        self.node().parent.map(|index| Element { tree: self.tree, index })
     }
 
     pub fn at(&self) -> Location {

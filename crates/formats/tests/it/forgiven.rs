@@ -357,3 +357,50 @@ fn joints_of_a_robot_that_move_no_mass() {
     assert_eq!(warning(&imported, "'zoom'").line, 3);
     assert!(!imported.report.to_string().contains("'bend'"), "{}", imported.report);
 }
+
+#[test]
+fn what_refers_to_parts_that_are_left_out_is_left_out_too() {
+    let text = "<mujoco><worldbody><body name='a'><joint name='j'/><geom size='1'/></body>
+        <flexcomp name='flag' type='grid'/></worldbody>
+        <equality>
+        <connect body1='a' body2='flag_0' anchor='0 0 0'/></equality>
+        <contact>
+        <exclude body1='a' body2='flag_1'/></contact>
+        <tendon><fixed name='t'>
+        <joint joint='flag_j' coef='1'/></fixed></tendon>
+        <actuator>
+        <motor joint='flag_j'/>
+        <motor tendon='t'/><motor joint='j'/></actuator>
+        <sensor>
+        <framepos objtype='body' objname='flag_2'/></sensor></mujoco>";
+    let Imported { model, report, .. } = load_mjcf_str(text, "").unwrap();
+    let mut told: Vec<(u32, &str)> = report.warnings.iter().map(|w| (w.line as u32, w.element.as_str())).collect();
+    told.sort_unstable();
+    let expected =
+        [(2, "flexcomp"), (4, "connect"), (6, "exclude"), (7, "fixed"), (10, "motor"), (11, "motor"), (13, "framepos")];
+    assert_eq!(told, expected, "{report}");
+    assert_eq!((model.equalities.len(), model.tendons.len(), model.actuators.len(), model.sensors.len()), (0, 0, 1, 0));
+    // Without anything that would make parts the same is a mistake.
+    let error = load_mjcf_str(&text.replace("<flexcomp name='flag' type='grid'/>", ""), "").unwrap_err();
+    assert!(error.to_string().contains("'flag_1', which is not defined"), "{error}");
+}
+
+#[test]
+fn bodies_whose_only_shapes_a_plugin_makes_stay() {
+    let text = "<mujoco><asset><mesh name='m'><plugin plugin='mujoco.sdf.torus'/></mesh></asset><worldbody>
+        <body name='a'><freejoint name='f'/><geom type='sdf' mesh='m'/></body>
+        <body name='b'><freejoint/><geom type='sdf' mesh='m'/><geom size='1'/></body></worldbody>
+        <actuator><motor joint='f'/></actuator></mujoco>";
+    let imported = load_mjcf_str(text, "").unwrap();
+    let stays = warning(&imported, "all its shapes are left out");
+    assert!(stays.line == 2 && stays.changes_motion, "{stays}");
+    assert_eq!((imported.model.nv, imported.model.actuators.len()), (6, 0));
+}
+
+#[test]
+fn a_limited_ball_joint_without_a_range() {
+    let text = "<mujoco><default><joint limited='true'/></default><worldbody><body><joint type='ball'/><geom size='1'/></body></worldbody></mujoco>";
+    let imported = load_mjcf_str(text, "").unwrap();
+    assert!(warning(&imported, "limited ball joint").changes_motion);
+    assert_eq!(imported.model.joints[0].limits, None);
+}

@@ -353,3 +353,19 @@ fn disabled_contacts_and_gravity() {
 fn included_files_and_total_mass() {
     compare("include");
 }
+
+#[test]
+fn attached_models_bodies_and_frames() {
+    compare_within("attach", SINGLE);
+}
+
+#[test]
+fn meshes_from_parameters() {
+    compare_within("builtin", SINGLE);
+}
+
+#[test]
+fn height_fields_from_files() {
+    compare("heights_image");
+    compare("heights_binary");
+}

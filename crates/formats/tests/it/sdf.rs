@@ -230,6 +230,41 @@ fn included_models_take_their_place() {
     }
 }
 
+/// SDFormat 1.9: the parts of a merged model are those of the model around it, and stand where the include's pose puts them.
+#[test]
+fn merged_models_are_placed() {
+    let folder = std::env::temp_dir().join(format!("signorini-merge-{}", std::process::id()));
+    std::fs::create_dir_all(folder.join("gauge")).unwrap();
+    let gauge = "<sdf version='1.9'><model name='gauge'><pose>7 7 7 0 0 0</pose>\
+        <link name='dial'><pose>1 0 0 0 0 0</pose></link>\
+        <link name='needle'><pose relative_to='dial'>0 0 1 0 0 0</pose></link>\
+        <link name='foot'/>\
+        <joint name='turn' type='revolute'><parent>dial</parent><child>needle</child><axis><xyz>0 0 1</xyz></axis></joint>\
+        <joint name='hold' type='fixed'><parent>dial</parent><child>foot</child></joint></model></sdf>";
+    std::fs::write(folder.join("gauge/model.sdf"), gauge).unwrap();
+    let robot = |pose: &str| {
+        format!(
+            "<sdf version='1.9'><model name='robot'><link name='base'/><include merge='true'><uri>model://gauge</uri>{pose}</include>\
+             <joint name='mount' type='fixed'><parent>base</parent><child>dial</child></joint></model></sdf>"
+        )
+    };
+    let options = LoadOptions::default().with_package_dirs(vec![folder.clone()]);
+    let load = |pose: &str| signorini_formats::load_sdf_str(&robot(pose), "", &options).unwrap().model;
+    // The include turns the gauge by a quarter about z and lifts it by 2 m; without a pose the gauge has its own.
+    let (turned, own) = (load("<pose>0 0 2 0 0 1.5707963267948966</pose>"), load(""));
+    std::fs::remove_dir_all(&folder).unwrap();
+    let place = |model: &Model, body: &str| {
+        let body = model.body_named(body).unwrap_or_else(|| panic!("no {body}"));
+        let mut kinematics = Kinematics::new(model);
+        forward_kinematics_into(model, &model.reference_configuration(), &vec![0.0; model.nv], &mut kinematics);
+        kinematics.pose[body.index()].position
+    };
+    for (body, expected) in [("dial", [0.0, 1.0, 2.0]), ("needle", [0.0, 1.0, 3.0]), ("foot", [0.0, 0.0, 2.0])] {
+        assert!((place(&turned, body) - DVec3::from_array(expected)).length() < 1e-12, "{body}");
+    }
+    assert!((place(&own, "needle") - DVec3::new(8.0, 7.0, 8.0)).length() < 1e-12);
+}
+
 #[test]
 fn a_file_that_includes_itself_is_refused() {
     let folder = std::env::temp_dir().join(format!("signorini-circle-{}", std::process::id()));

@@ -1,0 +1,224 @@
+//! Triangle meshes and height fields against each other, triangle by triangle.
+//!
+//! Bodies that obey the laws of contact do not enter each other, so that two triangles at a contact are apart, or overlap by rounding. The
+//! direction of their contact is the axis of separation (a face's normal, or the product of two edges; Gottschalk, Lin & Manocha 1996) along
+//! which they are farthest apart among those that both surfaces allow: at an edge or a vertex a normal can lean as far as the neighbouring
+//! faces do and no farther ([`TriangleSet::allows`]). So the edges inside a flat or hollow part of a surface have no contacts of their own.
+
+use glamx::glam::{DMat3, DVec3};
+
+use crate::bvh::Aabb;
+use crate::convex::{Convex, Placed, Triangle, bounds_of, scale};
+use crate::manifold::Touch;
+use crate::mesh::TriangleSet;
+use crate::narrow::Narrow;
+use crate::separation::Separation;
+use crate::surface::PlacedSet;
+
+/// Triangles that are apart cannot touch from the inside; by this share of their size they are apart for certain.
+const APART: f64 = 1e-9;
+
+/// An overlap along the allowed axis deeper than this many times the least one belongs to another side of the body.
+const DEEPEST: f64 = 4.0;
+
+/// A triangle beside an edge and level with the face behind it, by this share of their size, slides over the edge: that face is the one
+/// it will meet, and the side of the edge no obstacle. More than rounding and less than any step that is meant.
+const FLUSH: f64 = 2e-6;
+
+/// Buffers of the search.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Triangles {
+    near_b: Vec<u32>,
+    near_a: Vec<u32>,
+}
+
+impl Triangles {
+    /// Appends to `out` the contacts of the surfaces A and B within `margin` (m), normals from A to B, not yet reduced.
+    pub fn touch(&mut self, a: &PlacedSet, b: &PlacedSet, margin: f64, narrow: &mut Narrow, out: &mut Vec<Touch>) {
+        // Everything is looked for in the frame of A.
+        let relative = a.rotation.transpose() * b.rotation;
+        let offset = a.rotation.transpose() * (b.position - a.position);
+        let (low, high) = a.set.bounds();
+        let around_a = grown(&Aabb { low, high }, &relative.transpose(), -(relative.transpose() * offset), margin);
+        self.near_b.clear();
+        b.set.bvh.overlapping(&around_a, |j| {
+            let (low, high) = bounds_of(&b.set.triangle(j).vertices);
+            if around_a.overlaps(&Aabb { low, high }) {
+                self.near_b.push(j);
+            }
+        });
+        self.near_b.sort_unstable();
+        for &j in &self.near_b {
+            let of_b = b.set.triangle(j);
+            let (low, high) = bounds_of(&of_b.vertices.map(|p| relative * p + offset));
+            let margin_box = DVec3::splat(margin);
+            let around = Aabb { low: low - margin_box, high: high + margin_box };
+            self.near_a.clear();
+            a.set.bvh.overlapping(&around, |i| {
+                let (low, high) = bounds_of(&a.set.triangle(i).vertices);
+                if around.overlaps(&Aabb { low, high }) {
+                    self.near_a.push(i);
+                }
+            });
+            self.near_a.sort_unstable();
+            for &i in &self.near_a {
+                touch_pair((a, i), (b, j), margin, narrow, out);
+            }
+        }
+    }
+}
+
+/// The box around a box that is turned, moved and grown by a margin.
+fn grown(of: &Aabb, rotation: &DMat3, offset: DVec3, margin: f64) -> Aabb {
+    let (center, half) = (0.5 * (of.low + of.high), 0.5 * (of.high - of.low));
+    let (center, half) = (*rotation * center + offset, rotation.abs() * half + DVec3::splat(margin));
+    Aabb { low: center - half, high: center + half }
+}
+
+/// A triangle in the common frame.
+struct Corners {
+    points: [DVec3; 3],
+    normal: DVec3,
+}
+
+impl Corners {
+    fn new(set: &PlacedSet, triangle: &Triangle) -> Self {
+        let points = triangle.vertices.map(|p| set.rotation * p + set.position);
+        Self { points, normal: set.rotation * triangle.normal }
+    }
+
+    fn edges(&self) -> [DVec3; 3] {
+        let [p, q, r] = self.points;
+        [q - p, r - q, p - r]
+    }
+
+    /// Radius of a ball around the middle, and the middle.
+    fn ball(&self) -> (f64, DVec3) {
+        let middle = (self.points[0] + self.points[1] + self.points[2]) / 3.0;
+        (self.points.iter().map(|p| (*p - middle).length()).fold(0.0, f64::max), middle)
+    }
+
+    fn lowest(&self, n: DVec3) -> f64 {
+        let [p, q, r] = self.points.map(|x| n.dot(x));
+        p.min(q).min(r)
+    }
+}
+
+/// Appends the contacts of triangle `i` of A and `j` of B.
+fn touch_pair(
+    (a, i): (&PlacedSet, u32),
+    (b, j): (&PlacedSet, u32),
+    margin: f64,
+    narrow: &mut Narrow,
+    out: &mut Vec<Touch>,
+) {
+    let (of_a, of_b) = (a.set.triangle(i), b.set.triangle(j));
+    let (in_a, in_b) = (Corners::new(a, &of_a), Corners::new(b, &of_b));
+    let ((size_a, center_a), (size_b, center_b)) = (in_a.ball(), in_b.ball());
+    let between = center_b - center_a;
+    if between.length() > size_a + size_b + margin {
+        return;
+    }
+    let allows = |n: DVec3| [a.set.allows(i, a.rotation.transpose() * n), b.set.allows(j, b.rotation.transpose() * -n)];
+    let size = size_a.min(size_b);
+    let Some((most, allowed)) = best_axes(&in_a, &in_b, margin, FLUSH * size, allows) else { return };
+    let Some((gap, normal)) = allowed else { return };
+    let inside = if most > APART * size { 0.0 } else { DEEPEST * most };
+    if gap > margin || gap < inside - APART * size {
+        return;
+    }
+    let from = out.len();
+    let [shape_a, shape_b] = [of_a, of_b].map(Convex::Triangle);
+    let place = |set: &PlacedSet, center: DVec3, size: f64| (set.rotation, set.position, center, size);
+    let (rotation, position, center, size) = place(a, center_a, size_a);
+    let placed_a = Placed { shape: &shape_a, rotation, position, center, size };
+    let (rotation, position, center, size) = place(b, center_b, size_b);
+    let placed_b = Placed { shape: &shape_b, rotation, position, center, size };
+    let size = scale(&placed_a, &placed_b);
+    narrow.patches(&placed_a, &placed_b, &Separation { normal, gap, midpoint: None }, size, out);
+    narrow.reducer.outline(out, from, margin, size);
+}
+
+/// What an axis is worth, the better ones later.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Standing {
+    /// Both surfaces allow it.
+    Allowed,
+    /// One allows it, and the triangles are on a level: the contact belongs to another triangle at the other one's vertex.
+    OfNeighbour,
+    /// Both allow it, and the triangles are on a level.
+    Flush,
+}
+
+/// How far two triangles are apart along any axis of separation, and the allowed one, from A to B, along which they are farthest apart, or
+/// on a level within `flush`; nothing where they are farther apart than `margin`. `allows`: whether the surface of A, and that of B, does.
+fn best_axes(
+    a: &Corners,
+    b: &Corners,
+    margin: f64,
+    flush: f64,
+    allows: impl Fn(DVec3) -> [bool; 2],
+) -> Option<(f64, Option<(f64, DVec3)>)> {
+    let mut most = f64::NEG_INFINITY;
+    let mut best: Option<(Standing, f64, DVec3)> = None;
+    let mut consider = |axis: DVec3| {
+        let Some(axis) = axis.try_normalize() else { return true };
+        for n in [axis, -axis] {
+            let gap = b.lowest(n) + a.lowest(-n);
+            if gap > margin {
+                return false;
+            }
+            most = most.max(gap);
+            let is_flush = gap.abs() <= flush;
+            let standing = match allows(n) {
+                [true, true] if is_flush => Standing::Flush,
+                [true, true] => Standing::Allowed,
+                [true, false] | [false, true] if is_flush => Standing::OfNeighbour,
+                _ => continue,
+            };
+            let better = best.is_none_or(|(other, best, _)| {
+                standing > other || (standing == other && gap > best + ROUNDING * flush)
+            });
+            if better {
+                best = Some((standing, gap, n));
+            }
+        }
+        true
+    };
+    let (edges_a, edges_b) = (a.edges(), b.edges());
+    let faces = [a.normal, b.normal];
+    let sides_a = edges_a.map(|e| e.cross(a.normal));
+    let sides_b = edges_b.map(|e| e.cross(b.normal));
+    for axis in faces.into_iter().chain(sides_a).chain(sides_b) {
+        if !consider(axis) {
+            return None;
+        }
+    }
+    for e in edges_a {
+        for f in edges_b {
+            let axis = e.cross(f);
+            // Edges along each other have the axes of the faces.
+            if axis.length_squared() > 1e-12 * e.length_squared() * f.length_squared() && !consider(axis) {
+                return None;
+            }
+        }
+    }
+    Some((most, best.filter(|best| best.0 != Standing::OfNeighbour).map(|(_, gap, n)| (gap, n))))
+}
+
+impl TriangleSet {
+    /// Whether the surface allows a contact on this triangle whose normal, in the mesh's frame, points out of it along `n`: the triangle's
+    /// own normal, and what leans over its edges no farther than the neighbours' normals. A closed surface has contacts on its outside only.
+    pub fn allows(&self, index: u32, n: DVec3) -> bool {
+        if self.closed && n.dot(self.triangle(index).normal) < -LEVEL {
+            return false;
+        }
+        self.allowed_normal(index, n).1
+    }
+}
+
+/// Axes whose gaps differ by less than this share of what is flush are equally good: the first stays.
+const ROUNDING: f64 = 1e-6;
+
+/// A normal that looks into a closed surface by less than this sine lies in it.
+const LEVEL: f64 = 1e-9;
