@@ -12,11 +12,11 @@ use crate::convex::{Convex, Placed};
 use crate::halfspace::HalfSpace;
 use crate::laws::Laws;
 use crate::manifold::Touch;
-use crate::mesh::TriangleSet;
+use crate::mesh::{PlacedSet, TriangleSet};
 use crate::narrow::Narrow;
 use crate::partners::Partners;
 use crate::shape::{KnownHulls, Prepared, Shape};
-use crate::surface::{PlacedSet, Surface};
+use crate::surface::Surface;
 use crate::sweep::Sweep;
 
 /// How far a body can travel within the step.

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use glamx::glam::DVec3;
+use glamx::glam::{DMat3, DVec3};
 use signorini_multibody::model::{HeightField, Mesh};
 
 use crate::bvh::{Aabb, Bvh};
@@ -18,6 +18,14 @@ pub(crate) struct TriangleSet {
     pub solid_below: bool,
     /// Whether the surface encloses a solid, whose outside the normals look to.
     pub closed: bool,
+}
+
+/// A mesh at a pose in the common frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlacedSet<'a> {
+    pub set: &'a TriangleSet,
+    pub rotation: DMat3,
+    pub position: DVec3,
 }
 
 #[derive(Clone, Copy, Debug)]

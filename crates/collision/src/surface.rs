@@ -1,24 +1,16 @@
 //! Triangle meshes and height fields against convex shapes and half-spaces.
 
-use glamx::glam::{DMat3, DVec3};
+use glamx::glam::DVec3;
 
 use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed, bounds_of, scale, separation_along};
 use crate::feature::Feature;
 use crate::halfspace::HalfSpace;
 use crate::manifold::Touch;
-use crate::mesh::TriangleSet;
+use crate::mesh::PlacedSet;
 use crate::narrow::Narrow;
 use crate::separation::Separation;
 use crate::triangles::Triangles;
-
-/// A mesh at a pose in the common frame.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct PlacedSet<'a> {
-    pub set: &'a TriangleSet,
-    pub rotation: DMat3,
-    pub position: DVec3,
-}
 
 /// Buffers of the search.
 #[derive(Clone, Debug, Default)]

@@ -10,10 +10,9 @@ use glamx::glam::{DMat3, DVec3};
 use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed, Triangle, bounds_of, scale};
 use crate::manifold::Touch;
-use crate::mesh::TriangleSet;
+use crate::mesh::{PlacedSet, TriangleSet};
 use crate::narrow::Narrow;
 use crate::separation::Separation;
-use crate::surface::PlacedSet;
 
 /// Triangles that are apart cannot touch from the inside; by this share of their size they are apart for certain.
 const APART: f64 = 1e-9;

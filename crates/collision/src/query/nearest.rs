@@ -7,10 +7,10 @@ use super::placed::Queries;
 use crate::bvh::Aabb;
 use crate::convex::{Convex, Placed, bounds_of, scale};
 use crate::halfspace::HalfSpace;
+use crate::mesh::PlacedSet;
 use crate::narrow::Narrow;
 use crate::separation::{self, Separation};
 use crate::shape::Shape;
-use crate::surface::PlacedSet;
 
 /// Where two geoms are nearest to each other; where they overlap, how far they have to be moved along the normal to touch.
 #[derive(Clone, Copy, Debug, PartialEq)]

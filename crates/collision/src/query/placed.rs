@@ -6,10 +6,9 @@ use signorini_multibody::{GeomId, Model, Pose};
 use crate::bvh::{Aabb, Bvh};
 use crate::convex::{Convex, Placed};
 use crate::halfspace::HalfSpace;
-use crate::mesh::TriangleSet;
+use crate::mesh::{PlacedSet, TriangleSet};
 use crate::narrow::Narrow;
 use crate::shape::{KnownHulls, Prepared, Shape};
-use crate::surface::PlacedSet;
 
 /// The geoms of a model at poses of its bodies, all of them, whether or not they can touch.
 ///

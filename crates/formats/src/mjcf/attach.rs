@@ -120,7 +120,7 @@ fn attach(
         (None, class) => class,
     };
     let sections = names.prepare(&mut source, &contents);
-    let offset = tree.append(source, other.map_or(0, |_| folders.len() as u32))?;
+    let offset = tree.append_document(source, other.map_or(0, |_| folders.len() as u32))?;
     folders.extend(other.map(|model| model.folders.clone()).unwrap_or_default());
     tree.replace(index, "frame", contents.iter().map(|k| k + offset).collect());
     if let Some(class) = class {

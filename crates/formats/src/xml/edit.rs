@@ -79,7 +79,7 @@ impl Tree {
 
     /// Appends all elements of another document, which stay where nothing refers to them yet; the index of its root, to which all of its
     /// indices are relative. Its origins get the numbers from `first_origin` on.
-    pub fn append(&mut self, other: Tree, first_origin: u32) -> Result<usize, FormatError> {
+    pub fn append_document(&mut self, other: Tree, first_origin: u32) -> Result<usize, FormatError> {
         let offset = self.nodes.len();
         self.take_notes_of(&other);
         for mut node in other.nodes {
