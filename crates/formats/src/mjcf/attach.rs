@@ -211,7 +211,7 @@ impl Prefixed<'_> {
     fn belongs(&self, element: Element, names: &Names) -> bool {
         let parts = element.descendants();
         let to_parts = parts.into_iter().flat_map(references).filter(|(_, sort, name)| {
-            !matches!(sort, Sort::Asset | Sort::Class) && !(*sort == Sort::Body && *name == "world")
+            !(matches!(sort, Sort::Asset | Sort::Class) || *sort == Sort::Body && *name == "world")
         });
         let mut attached = to_parts.map(|(_, sort, name)| names.has(sort, name));
         if self.main.is_some() { attached.all(|is| is) } else { attached.any(|is| is) }
