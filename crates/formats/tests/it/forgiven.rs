@@ -374,7 +374,7 @@ fn what_refers_to_parts_that_are_left_out_is_left_out_too() {
         <sensor>
         <framepos objtype='body' objname='flag_2'/></sensor></mujoco>";
     let Imported { model, report, .. } = load_mjcf_str(text, "").unwrap();
-    let mut told: Vec<(u32, &str)> = report.warnings.iter().map(|w| (w.line as u32, w.element.as_str())).collect();
+    let mut told: Vec<(u32, &str)> = report.warnings.iter().map(|w| (w.line, w.element.as_str())).collect();
     told.sort_unstable();
     let expected =
         [(2, "flexcomp"), (4, "connect"), (6, "exclude"), (7, "fixed"), (10, "motor"), (11, "motor"), (13, "framepos")];
