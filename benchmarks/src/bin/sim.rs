@@ -40,6 +40,12 @@ struct Options {
     /// Tolerance of the certificate; islands are accepted at half of it
     #[arg(long, default_value_t = 1e-9)]
     tolerance: f64,
+    /// Contact sweeps a step may make; exact steps where it is not given
+    #[arg(long)]
+    budget: Option<u32>,
+    /// Contacts from which islands are given to contact sweeps first
+    #[arg(long)]
+    sweeps_from: Option<usize>,
     /// Take negative gaps as zero where they make a step unsolvable, instead of stopping
     #[arg(long)]
     clip: bool,
@@ -75,9 +81,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     if chosen.is_empty() || (options.raw.is_some() && chosen.len() != 1) {
         return Err(format!("{} scenes of {} have these names", chosen.len(), path.display()).into());
     }
-    let solver = SolverSettings::default().with_accept(0.5 * options.tolerance);
+    let usual = SolverSettings::default();
+    let sweeps_from = options.sweeps_from.unwrap_or(usual.sweeps_from);
+    let solver = usual.with_accept(0.5 * options.tolerance).with_sweeps_from(sweeps_from);
     let settings = Settings::default()
         .with_tolerance(options.tolerance)
+        .with_budget(options.budget)
         .with_method(ContactMethod::Structured(solver))
         .with_directions(options.directions)
         .with_stabilization(options.stabilization)

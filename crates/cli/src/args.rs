@@ -86,6 +86,10 @@ pub struct StepArguments {
     /// A step has missed its tolerance when a residual of its certificate is above this.
     #[arg(long, value_name = "X", default_value = "1e-9", value_parser = fraction)]
     pub tolerance: f64,
+    /// Make at most so many contact sweeps in a step and go on with the best point found: quick, and its certificate says how far it is
+    /// from the laws. A count and no clock: the same bits every time.
+    #[arg(long, value_name = "SWEEPS", value_parser = clap::value_parser!(u32).range(1..))]
+    pub budget: Option<u32>,
     /// Factor γ in (0, 1] on penetrations: the part of them that one step removes.
     #[arg(long, value_name = "γ", default_value = "1", value_parser = part)]
     pub stabilization: f64,
@@ -122,6 +126,7 @@ impl StepArguments {
             .with_directions(self.directions)
             .with_stabilization(self.stabilization)
             .with_tolerance(self.tolerance)
+            .with_budget(self.budget)
             .with_method(match &self.method {
                 MethodChoice::Structured => ContactMethod::Structured(SolverSettings::default().with_time_stages(true)),
                 MethodChoice::Lcp(kind) => ContactMethod::Lcp(kind.clone()),

@@ -93,24 +93,10 @@ pub fn certify_with(
         carried = larger(contact_laws(problem, solution, i, &scratch.both, scales, &mut certificate), carried);
     }
     for j in 0..problem.friction_groups.len() {
-        let groups = &problem.friction_groups;
-        let friction = Friction {
-            directions: groups.directions_of(j),
-            alpha: &solution.group_alpha[groups.direction_range(j)],
-            beta: solution.group_beta[j],
-            bound: groups.bound_at(j, &solution.lambda_n),
-        };
-        let ([a, b], [u_1, u_2]) = (groups.jacobian.multiply_pairs(j, &scratch.both), groups.target[j]);
-        let [computed, claimed] = [0, 1].map(|l| [a[l] - u_1, b[l] - u_2]);
-        friction.laws(computed, claimed, scales, &mut certificate);
-        carried = larger(distance(computed, claimed), carried);
+        carried = larger(group_laws(problem, solution, j, &scratch.both, scales, &mut certificate), carried);
     }
     for k in 0..solution.bilateral.len() {
-        let stabilization = problem.bilateral_violation[k] / problem.timestep;
-        let [[computed, claimed]] = problem.bilateral_jacobian.multiply_pairs(k, &scratch.both);
-        keep(&mut certificate.bilateral, (claimed + stabilization).abs());
-        keep(&mut certificate.natural_map, (computed + stabilization).abs());
-        carried = larger((computed - claimed).abs(), carried);
+        carried = larger(bilateral_law(problem, k, &scratch.both, &mut certificate), carried);
     }
     scratch.carried = if scales.velocity < NO_SQUARE { 0.0 } else { carried / scales.velocity };
     scales.normalise(problem, &solution.velocity, certificate)
@@ -268,7 +254,7 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
 
 /// Raw residuals of contact `i`. `both`: the velocity that the impulses give and the claimed one. Returns how far they are apart
 /// along the contact's rows.
-fn contact_laws(
+pub(crate) fn contact_laws(
     problem: &ContactProblem,
     solution: &ContactSolution,
     i: usize,
@@ -292,6 +278,39 @@ fn contact_laws(
     friction.laws(computed, claimed, scales, raw);
     let tangential = if friction.directions.is_empty() { 0.0 } else { distance(computed, claimed) };
     larger((computed_n - claimed_n).abs(), tangential)
+}
+
+/// The same of friction group `j`.
+#[inline]
+pub(crate) fn group_laws(
+    problem: &ContactProblem,
+    solution: &ContactSolution,
+    j: usize,
+    both: &[[f64; 2]],
+    scales: &Scales,
+    raw: &mut Certificate,
+) -> f64 {
+    let groups = &problem.friction_groups;
+    let friction = Friction {
+        directions: groups.directions_of(j),
+        alpha: &solution.group_alpha[groups.direction_range(j)],
+        beta: solution.group_beta[j],
+        bound: groups.bound_at(j, &solution.lambda_n),
+    };
+    let ([a, b], [u_1, u_2]) = (groups.jacobian.multiply_pairs(j, both), groups.target[j]);
+    let [computed, claimed] = [0, 1].map(|l| [a[l] - u_1, b[l] - u_2]);
+    friction.laws(computed, claimed, scales, raw);
+    distance(computed, claimed)
+}
+
+/// The same of bilateral row `k`.
+#[inline]
+pub(crate) fn bilateral_law(problem: &ContactProblem, k: usize, both: &[[f64; 2]], raw: &mut Certificate) -> f64 {
+    let stabilization = problem.bilateral_violation[k] / problem.timestep;
+    let [[computed, claimed]] = problem.bilateral_jacobian.multiply_pairs(k, both);
+    keep(&mut raw.bilateral, (claimed + stabilization).abs());
+    keep(&mut raw.natural_map, (computed + stabilization).abs());
+    (computed - claimed).abs()
 }
 
 /// The friction of one contact or friction group.

@@ -56,6 +56,10 @@ pub struct SolveReport {
     pub lemke_islands: u32,
     /// Pivots of Lemke's method.
     pub lemke_pivots: u32,
+    /// Contact sweeps, the most that an island had.
+    pub sweeps: u32,
+    /// Islands that were left because the sweeps of the budget (`SolverSettings::budget`) were used up.
+    pub unfinished_islands: u32,
     /// What each stage did.
     pub stages: StageCounts,
 }
@@ -75,6 +79,8 @@ impl SolveReport {
         self.restarts += other.restarts;
         self.lemke_islands += other.lemke_islands;
         self.lemke_pivots += other.lemke_pivots;
+        self.sweeps += other.sweeps;
+        self.unfinished_islands = other.unfinished_islands;
         self.stages.add(&other.stages);
     }
 }

@@ -79,6 +79,30 @@ impl Certificate {
     }
 }
 
+/// What a residual belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LackingRow {
+    /// A contact, by its index in the problem.
+    Contact(usize),
+    /// A friction group.
+    FrictionGroup(usize),
+    /// A bilateral row.
+    Bilateral(usize),
+}
+
+/// How the residual of the [natural map](Certificate::natural_map) is spread over contacts, friction groups and bilateral rows. What sweeps leave
+/// behind is mostly that of a few contacts: the root mean square tells how well the others are solved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ResidualSpread {
+    /// The row that lacks most.
+    pub worst_row: LackingRow,
+    /// What it lacks, relative to the velocity scale: `natural_map` of the certificate.
+    pub worst: f64,
+    /// Root mean square over all contacts, groups and rows.
+    pub rms: f64,
+}
+
 /// Keeps the larger value; NaN counts as infinite.
 pub(crate) fn keep(largest: &mut f64, value: f64) {
     if value > *largest {

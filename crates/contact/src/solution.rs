@@ -3,7 +3,7 @@
 use crate::ContactProblem;
 use crate::outcome::{SolveReport, SolveStatus};
 use crate::projection::Mode;
-use crate::residuals::Certificate;
+use crate::residuals::{Certificate, ResidualSpread};
 use crate::stages::StageRun;
 
 /// What a contact or friction group does in a solution. Directions are numbered as in the problem.
@@ -60,6 +60,8 @@ pub struct ContactSolution {
     pub status: SolveStatus,
     /// Residuals of the laws, computed from the data.
     pub certificate: Certificate,
+    /// Where the residual of a solution is that was not [`Solved`](SolveStatus::Solved) because the solver's budget was used up.
+    pub spread: Option<ResidualSpread>,
     /// What was done.
     pub report: SolveReport,
     /// What every stage did on every island, in order; empty unless `SolverSettings::record_history` asks for it.
@@ -72,6 +74,7 @@ impl ContactSolution {
     /// Zero impulses of the right sizes, and a fresh report.
     pub fn prepare(&mut self, problem: &ContactProblem) {
         self.drop_impulses(problem);
+        self.spread = None;
         self.report = SolveReport::default();
         self.history.clear();
         self.status = SolveStatus::Solved;
@@ -92,6 +95,7 @@ impl ContactSolution {
         fill(&mut self.bilateral, problem.bilateral_violation.len(), 0.0);
         fill(&mut self.group_impulse, groups.len(), [0.0; 2]);
         fill(&mut self.solver_modes, nc + groups.len(), Mode::Open);
+        self.spread = None;
         self.report = SolveReport::default();
         self.history.clear();
         self.status = SolveStatus::Solved;

@@ -78,6 +78,8 @@ pub enum StageOutcome {
     Lost,
     /// The number of iterations is used up.
     OutOfIterations,
+    /// The sweeps of the budget are used up (`SolverSettings::budget`).
+    OutOfBudget,
     /// There is no solution, or none that the method can reach: its path ended on a ray.
     Denied,
     /// The method failed.
@@ -95,6 +97,7 @@ impl StageOutcome {
             Self::Slow => "slow",
             Self::Lost => "lost",
             Self::OutOfIterations => "out of iterations",
+            Self::OutOfBudget => "out of budget",
             Self::Denied => "denied",
             Self::Failed => "failed",
         }

@@ -173,6 +173,15 @@ pub struct StepReport {
     /// Islands that were given to Lemke's method.
     #[pyo3(get)]
     lemke_islands: u32,
+    /// Contact sweeps.
+    #[pyo3(get)]
+    sweeps: u32,
+    /// Where the budget was used up: the row that lacks most, ("contact", "group" or "bilateral", its index in the problem).
+    #[pyo3(get)]
+    worst_row: Option<(&'static str, usize)>,
+    /// Where the budget was used up: root mean square of what the rows lack, relative to the velocity scale.
+    #[pyo3(get)]
+    residual_rms: Option<f64>,
     /// Whether the worst residual exceeds the tolerance.
     #[pyo3(get)]
     missed_tolerance: bool,
@@ -207,6 +216,9 @@ impl StepReport {
             iterations: report.solver.iterations(),
             islands: report.solver.islands,
             lemke_islands: report.solver.lemke_islands,
+            sweeps: report.solver.sweeps,
+            worst_row: report.spread.map(|spread| lacking_row(spread.worst_row)),
+            residual_rms: report.spread.map(|spread| spread.rms),
             missed_tolerance: report.missed_tolerance,
             theta: report.theta,
             kept: report.kept.iter().map(kept_row).collect(),
@@ -216,6 +228,14 @@ impl StepReport {
             enlargements: report.enlargements,
             stages: report.solver.stages,
         }
+    }
+}
+
+fn lacking_row(row: contact::LackingRow) -> (&'static str, usize) {
+    match row {
+        contact::LackingRow::Contact(i) => ("contact", i),
+        contact::LackingRow::FrictionGroup(j) => ("group", j),
+        contact::LackingRow::Bilateral(k) => ("bilateral", k),
     }
 }
 

@@ -17,6 +17,7 @@ pub struct PySettings {
     correction_speed: f64,
     correction_angular_speed: f64,
     tolerance: f64,
+    budget: Option<u32>,
     method: String,
     infeasible: String,
     overlaps: String,
@@ -68,6 +69,7 @@ impl PySettings {
                 &[("newton", RestitutionLaw::Newton), ("poisson", RestitutionLaw::Poisson)],
             )?)
             .with_tolerance(self.tolerance)
+            .with_budget(self.budget)
             .with_friction_law(choose(
                 "friction_law",
                 &self.friction_law,

@@ -64,6 +64,7 @@ impl Workspace {
         report.status.clone_from(&self.solution.status);
         report.law = verdict.law;
         report.certificate = verdict.certificate;
+        report.spread = self.solution.spread;
         report.cone_certificate = verdict.cone;
         report.least_norm = verdict.least_norm;
         report.contacts = self.builder.problem.contact_count();
@@ -90,9 +91,12 @@ impl Workspace {
     fn search_permitted(&mut self, report: &mut StepReport) -> Result<Verdict, SimulationError> {
         let expected = self.warm.theta();
         let is_small = self.builder.problem.contact_count() < SMALL;
-        let patience = if expected < 1.0 || is_small { Patience::Short } else { Patience::Brief };
+        let is_short = (expected < 1.0 || is_small) && !self.solver.is_counted();
+        let patience = if is_short { Patience::Short } else { Patience::Brief };
         let verdict = self.attempt(patience, report)?;
-        if verdict.holds {
+        // Sweeps that leave something open say nothing about what the laws permit; a proof that there is no solution does.
+        let is_open = self.solver.is_counted() && self.solution.status == SolveStatus::Inaccurate;
+        if verdict.holds || is_open {
             return Ok(verdict);
         }
         if self.limit_what_lacks() {

@@ -46,6 +46,7 @@ impl Workspace {
     ) -> Result<(), SimulationError> {
         self.fixed_point.clear();
         self.candidates.begin();
+        self.solver.begin_step();
         if !model.mocap_bodies.is_empty() {
             input.check(model)?;
             self.kinematics.place_mocap(model, input);

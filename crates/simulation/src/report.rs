@@ -1,6 +1,6 @@
 //! What a step tells of itself.
 
-use signorini_contact::{Certificate, SolveReport, SolveStatus};
+use signorini_contact::{Certificate, ResidualSpread, SolveReport, SolveStatus};
 use signorini_laws::LeastNormOutcome;
 
 use crate::solver::CertifiedLaw;
@@ -15,6 +15,8 @@ pub struct StepReport {
     pub law: CertifiedLaw,
     /// Residuals of the laws of this step.
     pub certificate: Certificate,
+    /// Where the residual is of a step whose budget ([`Settings::budget`](crate::Settings::budget)) was used up.
+    pub spread: Option<ResidualSpread>,
     /// Residuals of the circular cone's laws, where the settings ask for them: with [`FrictionLaw::Circular`](crate::FrictionLaw)
     /// the same numbers, with `Refined` beside those of the polygon that the directions of the step's problem make.
     pub cone_certificate: Option<Certificate>,
@@ -76,6 +78,7 @@ impl Default for StepReport {
             status: SolveStatus::default(),
             law: CertifiedLaw::default(),
             certificate: Certificate::default(),
+            spread: None,
             cone_certificate: None,
             least_norm: None,
             solver: SolveReport::default(),

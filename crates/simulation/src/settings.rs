@@ -119,6 +119,13 @@ pub struct Settings {
     /// A step has missed its tolerance when the certificate's worst residual exceeds this; the solver has it, too
     /// ([`SolverSettings::for_tolerance`](signorini_solver::SolverSettings::for_tolerance)). Default 1e-9; in (0, 1).
     pub tolerance: f64,
+    /// Contact sweeps a step may make, at least 1; none for steps as exact as can be. Where they are used up, the step is made with the best point
+    /// found: [`Inaccurate`](signorini_contact::SolveStatus::Inaccurate), with its true certificate, and its momentum balance and friction bounds hold to
+    /// rounding. What it leaves open the next steps close. Where contacts have to be found anew within the step, the further solves get what
+    /// is left, and at least a quarter. For the polygon's law, the structured solver, Newton's restitution and the solver's impulses;
+    /// see [`SolverSettings::budget`]. Default none.
+    #[setters(into)]
+    pub budget: Option<u32>,
     /// Law of friction. Default polygon.
     pub friction_law: FrictionLaw,
     /// Choice among indeterminate impulses. Default the solver's.
@@ -148,6 +155,7 @@ impl Default for Settings {
             assembly_tolerance: 1e-6,
             restitution: RestitutionLaw::Newton,
             tolerance: 1e-9,
+            budget: None,
             friction_law: FrictionLaw::Polygon,
             impulses: ImpulseChoice::Solver,
             method: ContactMethod::default(),
@@ -182,6 +190,7 @@ impl Settings {
         let assembly = self.assembly_tolerance;
         check("assembly_tolerance", assembly, "not negative", assembly >= 0.0)?;
         check("tolerance", self.tolerance, "in (0, 1)", self.tolerance > 0.0 && self.tolerance < 1.0)?;
+        check("budget", f64::from(self.budget.unwrap_or(1)), "at least 1", self.budget != Some(0))?;
         check("direction_angle", self.direction_angle, "finite", self.direction_angle.is_finite())?;
         let directions = self.directions;
         check(
@@ -205,6 +214,22 @@ impl Settings {
         let polygon = self.friction_law == FrictionLaw::Polygon;
         if !polygon && matches!(self.method, ContactMethod::Lcp(_)) {
             return exclude(["friction_law", "method"], "a method for LCPs solves the polygon's law alone");
+        }
+        if self.budget.is_some() {
+            let reason =
+                "sweeps are those of the structured solver with the polygon's law, without a choice among impulses";
+            if !polygon {
+                return exclude(["budget", "friction_law"], reason);
+            }
+            if matches!(self.method, ContactMethod::Lcp(_)) {
+                return exclude(["budget", "method"], reason);
+            }
+            if self.impulses == ImpulseChoice::LeastNorm {
+                return exclude(["budget", "impulses"], reason);
+            }
+            if self.restitution == RestitutionLaw::Poisson {
+                return exclude(["budget", "restitution"], "Poisson's decompression is solved without sweeps");
+            }
         }
         if self.restitution == RestitutionLaw::Poisson && self.impulses == ImpulseChoice::LeastNorm {
             let reason =

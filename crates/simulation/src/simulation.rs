@@ -24,6 +24,10 @@ pub struct Summary {
     pub steps: u64,
     /// Steps whose residuals exceed the tolerance.
     pub missed_steps: u64,
+    /// Steps whose [budget](Settings::budget) was used up.
+    pub unfinished_steps: u64,
+    /// The largest root mean square of the residuals of such a step ([`StepReport::spread`]).
+    pub largest_rms: f64,
     /// Steps that were permitted to remove a part of their overlaps and violations only (θ < 1).
     pub limited_steps: u64,
     /// The smallest θ of a step; 1 where none was limited.
@@ -59,6 +63,8 @@ impl Default for Summary {
         Self {
             steps: 0,
             missed_steps: 0,
+            unfinished_steps: 0,
+            largest_rms: 0.0,
             limited_steps: 0,
             smallest_theta: 1.0,
             deepest_kept: 0.0,
@@ -372,6 +378,10 @@ impl Summary {
     fn add(&mut self, report: &StepReport, workspace: &Workspace) {
         self.steps += 1;
         self.missed_steps += u64::from(report.missed_tolerance);
+        if let Some(spread) = &report.spread {
+            self.unfinished_steps += 1;
+            self.largest_rms = self.largest_rms.max(spread.rms);
+        }
         self.limited_steps += u64::from(report.theta < 1.0);
         self.smallest_theta = self.smallest_theta.min(report.theta);
         self.deepest_kept = report.kept.iter().fold(self.deepest_kept, |deepest, kept| deepest.max(kept.size));

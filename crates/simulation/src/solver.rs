@@ -40,8 +40,13 @@ pub(crate) struct StepSolver {
     route: Route,
     /// Residuals are within their tolerance up to this.
     tolerance: f64,
+    /// Sweeps of a step, where they are counted, and what is left of them.
+    budget: Option<(u32, u32)>,
     least_norm: Option<Box<LeastNorm>>,
 }
+
+/// Further solves of a step, which start close to their solution, have at least one in so many of its sweeps.
+const FURTHER_SOLVE: u32 = 4;
 
 enum Route {
     Structured(Box<ContactSolver>),
@@ -64,10 +69,13 @@ impl StepSolver {
     /// # Errors
     /// [`SimulationError::Problem`] for a solver setting out of its range.
     pub fn new(settings: &Settings) -> Result<Self, SimulationError> {
+        let mut budget = None;
         let route = match (&settings.friction_law, &settings.method) {
             (FrictionLaw::Polygon, ContactMethod::Structured(solver)) => {
                 let solver = solver.clone().with_sleeping(solver.sleeping || settings.sleeping);
                 let solver = solver.for_tolerance(settings.tolerance);
+                budget = settings.budget.or(solver.budget);
+                let solver = solver.with_budget(budget);
                 Route::Structured(Box::new(ContactSolver::new(solver)?))
             }
             (FrictionLaw::Polygon, ContactMethod::Lcp(kind)) => Route::Lcp(kind.build().map_err(ProblemError::from)?),
@@ -81,7 +89,18 @@ impl StepSolver {
             }
         };
         let least_norm = (settings.impulses == ImpulseChoice::LeastNorm).then(Box::default);
-        Ok(Self { route, tolerance: settings.tolerance, least_norm })
+        let budget = budget.map(|sweeps| (sweeps, sweeps));
+        Ok(Self { route, tolerance: settings.tolerance, budget, least_norm })
+    }
+
+    /// Begins a step: its budget is whole.
+    pub fn begin_step(&mut self) {
+        self.budget = self.budget.map(|(sweeps, _)| (sweeps, sweeps));
+    }
+
+    /// Whether sweeps are counted.
+    pub fn is_counted(&self) -> bool {
+        self.budget.is_some()
     }
 
     /// Whether contacts keep the directions that they were given.
@@ -119,7 +138,15 @@ impl StepSolver {
         solution: &mut ContactSolution,
     ) -> Result<Verdict, SimulationError> {
         match &mut self.route {
-            Route::Structured(solver) => solver.solve_patiently_into(problem, start, patience, solution),
+            Route::Structured(solver) => {
+                if let Some((sweeps, left)) = &mut self.budget {
+                    solver.set_budget((*left).max(sweeps.div_ceil(FURTHER_SOLVE)));
+                    solver.solve_patiently_into(problem, start, patience, solution);
+                    *left = left.saturating_sub(solution.report.sweeps);
+                } else {
+                    solver.solve_patiently_into(problem, start, patience, solution);
+                }
+            }
             Route::Lcp(method) => *solution = solve_as_lcp(problem, method.as_mut(), self.tolerance)?,
             Route::Circular(circular) => circular.solve_into(problem, start, solution)?,
             Route::Refined { solver, tolerance } => {

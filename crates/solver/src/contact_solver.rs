@@ -16,7 +16,7 @@ use crate::residual::RESIDUALS;
 use crate::settings::SolverSettings;
 use crate::stages::hold::GivenStart;
 use crate::stages::solve_whole;
-use crate::task::{Look, Patience, accepted_closely};
+use crate::task::{Look, Patience, SIZES, accepted_closely};
 use crate::verdict::Verdict;
 
 /// What is tuned in second looks.
@@ -59,6 +59,11 @@ impl ContactSolver {
         Ok(Self { settings, ..Self::default() })
     }
 
+    /// Sets how many sweeps the next solves may make ([`SolverSettings::budget`]), where they are counted.
+    pub fn set_budget(&mut self, sweeps: u32) {
+        self.settings.budget = self.settings.budget.map(|_| sweeps.max(1));
+    }
+
     /// The settings.
     pub fn settings(&self) -> &SolverSettings {
         &self.settings
@@ -90,7 +95,8 @@ impl ContactSolver {
     ) {
         self.solve_looking(problem, warm, patience, solution);
         let is_proved = matches!(solution.status, SolveStatus::Infeasible { .. });
-        if patience == Patience::Full && solution.status != SolveStatus::Solved && !is_proved {
+        let may_go_on = patience == Patience::Full && self.settings.budget.is_none();
+        if may_go_on && solution.status != SolveStatus::Solved && !is_proved {
             continue_to(problem, solution, |problem, start, patience, solution| {
                 self.solve_looking(problem, start, patience, solution);
             });
@@ -134,10 +140,16 @@ impl ContactSolver {
         let is_given = warm.is_some_and(|warm| self.given.read(problem, &self.cones, &self.islands, warm));
         let any_held = is_given && self.hold(problem, solution);
         let mut is_certified = self.look(problem, is_given, any_held, solution);
-        if any_held && !is_certified {
+        let is_left = |solution: &ContactSolution| solution.report.unfinished_islands > 0;
+        if any_held && !is_certified && !is_left(solution) {
             // What was solved would come out the same.
             self.given.let_go(&mut self.residuals);
             is_certified = self.look(problem, is_given, false, solution);
+        }
+        if !is_certified && is_left(solution) {
+            let denial = std::mem::take(&mut self.contradiction);
+            solution.status = if denial.is_empty() { SolveStatus::Inaccurate } else { infeasible(denial) };
+            return;
         }
         if !is_certified && !self.is_denied() {
             let second_looks = if patience == Patience::Full { TUNING.second_looks } else { 0 };
@@ -191,6 +203,9 @@ impl ContactSolver {
                 |_, residual| residual == f64::INFINITY,
                 solution,
             );
+            if solution.report.unfinished_islands > 0 {
+                return self.verdict.complete_unfinished(problem, &self.cones, solution);
+            }
         } else if any_held {
             let known = (&*self.residuals, &*self.given.rates);
             return self.verdict.complete_given(problem, &self.cones, known, solution);
@@ -230,7 +245,11 @@ impl ContactSolver {
             let any_lacks = self.residuals.iter().enumerate().any(|(island, residual)| lacks(island, *residual));
             solution.report.restarts += self.residuals.len() as u32;
             self.failure = None;
-            let chosen = |island: usize, residual: f64| !any_lacks || lacks(island, residual);
+            let is_counted = self.settings.budget.is_some();
+            let size = |island: usize| self.islands.all()[island].units.len();
+            let is_short: Vec<bool> =
+                (0..closely.len()).map(|island| !is_counted || size(island) < SIZES.large).collect();
+            let chosen = |island: usize, residual: f64| is_short[island] && (!any_lacks || lacks(island, residual));
             self.run_cascade(problem, Look::Second, true, chosen, solution);
             self.verdict.complete(problem, &self.cones, &self.residuals, solution);
             let after = self.verdict.violation(solution);
@@ -260,14 +279,15 @@ impl ContactSolver {
         self.verdict.drop_what_is_worse(problem, &self.cones, solution);
         let contacts = std::mem::take(&mut self.contradiction);
         solution.status = if !contacts.is_empty() {
-            let mut contacts = contacts;
-            contacts.sort_unstable();
-            SolveStatus::Infeasible { contacts }
+            infeasible(contacts)
         } else if self.verdict.is_certified(solution) && self.verdict.is_resolved(problem, solution) {
             SolveStatus::Solved
         } else {
             self.failure.take().or_else(|| immovable_rows(problem)).unwrap_or(SolveStatus::Inaccurate)
         };
+        if self.settings.budget.is_some() && solution.status == SolveStatus::Inaccurate {
+            solution.spread = self.verdict.spread(problem, solution);
+        }
     }
 
     /// Lemke's method for a whole problem: where a bound has a constant part and grows with a normal impulse, its kink lies
@@ -290,6 +310,11 @@ impl ContactSolver {
     pub fn recertify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
         self.verdict.recertify(problem, solution, has_rows(problem))
     }
+}
+
+fn infeasible(mut contacts: Vec<usize>) -> SolveStatus {
+    contacts.sort_unstable();
+    SolveStatus::Infeasible { contacts }
 }
 
 fn has_rows(problem: &ContactProblem) -> bool {

@@ -67,6 +67,7 @@ pub(crate) struct Effort {
     pub mode_changes: u32,
     pub proximal_iterations: u32,
     pub pivots: u32,
+    pub sweeps: u32,
 }
 
 impl Effort {
@@ -76,5 +77,6 @@ impl Effort {
         self.mode_changes += other.mode_changes;
         self.proximal_iterations += other.proximal_iterations;
         self.pivots += other.pivots;
+        self.sweeps += other.sweeps;
     }
 }

@@ -119,6 +119,8 @@ fn write(result: &mut IslandResult, index: usize, island: &Island, solution: &mu
     report.lemke_pivots += result.effort.pivots;
     report.lemke_islands += result.stages[StageKind::Lemke].asked as u32;
     report.sleeping_islands += usize::from(result.asleep);
+    report.sweeps = report.sweeps.max(result.effort.sweeps);
+    report.unfinished_islands += u32::from(result.is_unfinished);
     report.stages.add(&result.stages);
     solution.history.extend(result.history.drain(..).map(|run| StageRun { island: index as u32, ..run }));
     let iterate = &result.iterate;

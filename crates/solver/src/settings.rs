@@ -43,6 +43,13 @@ pub struct SolverSettings {
     /// Contacts and friction groups from which an island is given to [contact sweeps](signorini_contact::StageKind::ContactSweeps) first.
     /// Default 1400: in smaller ones factorisations cost little more than sweeps.
     pub sweeps_from: usize,
+    /// How often a contact is visited at most by [contact sweeps](signorini_contact::StageKind::ContactSweeps), at least 1; none for solutions
+    /// as exact as can be. Islands of 64 contacts or more are solved by sweeps alone then, smaller ones where iterations do not solve them;
+    /// nothing that takes long is tried. Where the sweeps are used up the best point found comes back as
+    /// [`Inaccurate`](signorini_contact::SolveStatus::Inaccurate) with its true certificate: its velocity is that of its impulses,
+    /// and these are within the bounds of friction, both to rounding. It is a count and never a clock: the same bits every time. Default none.
+    #[setters(into)]
+    pub budget: Option<u32>,
     /// Pivots Lemke's method may use for each row. Default 30.
     pub lemke_pivots_per_row: usize,
     /// Islands with more rows in their LCP than this are not given to Lemke's method. Default 3000.
@@ -78,6 +85,7 @@ impl Default for SolverSettings {
             path_changes_per_violation: 8,
             path_changes_per_contact: 16,
             sweeps_from: 1400,
+            budget: None,
             lemke_pivots_per_row: 30,
             lemke_max_rows: 3000,
             threads: 1,
@@ -115,9 +123,12 @@ impl SolverSettings {
                 return Err(ProblemError::Number { array, index: 0, value, expected: "between 0 and 1" });
             }
         }
-        for (array, value) in
-            [("max_rounds", self.max_rounds), ("max_proximal_iterations", self.max_proximal_iterations)]
-        {
+        let counts = [
+            ("max_rounds", self.max_rounds),
+            ("max_proximal_iterations", self.max_proximal_iterations),
+            ("budget", self.budget.unwrap_or(1)),
+        ];
+        for (array, value) in counts {
             if value == 0 {
                 return Err(ProblemError::Number { array, index: 0, value: 0.0, expected: "at least 1" });
             }

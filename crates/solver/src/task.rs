@@ -98,6 +98,11 @@ impl Task<'_> {
         }
     }
 
+    /// How many sweeps the island may have, where they are counted and it has nothing else to come: large islands, in a first look.
+    pub fn budget(&self) -> Option<u32> {
+        self.settings.budget.filter(|_| !matches!(self.look, Look::Part | Look::Second))
+    }
+
     /// Whether what is accepted does not tell rest from motion: nothing is worth more digits than were asked for.
     pub fn is_rough(&self) -> bool {
         self.settings.accept > SIZES.rough

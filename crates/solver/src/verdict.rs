@@ -8,7 +8,8 @@ use signorini_contact::certificate::{
 };
 use signorini_contact::projection::Cones;
 use signorini_contact::recovery::{recover_into, recover_with};
-use signorini_contact::{ContactProblem, ContactSolution};
+use signorini_contact::spread::certify_and_spread;
+use signorini_contact::{ContactProblem, ContactSolution, ResidualSpread};
 
 use crate::islands::Islands;
 use crate::residual::RESIDUALS;
@@ -79,6 +80,28 @@ impl Verdict {
             self.take_velocity_of_impulses(problem, cones, solution);
         }
         self.is_certified(solution)
+    }
+
+    /// The same for what was left unfinished: with the velocity of the impulses, and with where the residual is.
+    pub fn complete_unfinished(
+        &mut self,
+        problem: &ContactProblem,
+        cones: &Cones,
+        solution: &mut ContactSolution,
+    ) -> bool {
+        recover_into(problem, cones, self.scales.velocity, solution);
+        solution.velocity = velocity_from_impulses(problem, solution);
+        recover_into(problem, cones, self.scales.velocity, solution);
+        (solution.certificate, solution.spread) =
+            certify_and_spread(problem, solution, &self.scales, &mut self.scratch);
+        let is_certified = self.is_certified(solution);
+        solution.spread = solution.spread.filter(|_| !is_certified);
+        is_certified
+    }
+
+    /// Where the residual of a solution is.
+    pub fn spread(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Option<ResidualSpread> {
+        certify_and_spread(problem, solution, &self.scales, &mut self.scratch).1
     }
 
     /// The worst residual of the solution that was certified last, and what counts as one: a velocity that is not that of the

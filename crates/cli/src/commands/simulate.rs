@@ -11,7 +11,9 @@ use crate::args::{ModelArguments, StartArguments, StepArguments, positive};
 use crate::error::CliError;
 use crate::exit::Exit;
 use crate::loading::{Loaded, load_model, start};
-use crate::results::{Contradiction, Laws, Miss, Range, RunResult, RunStatus, StageLine, import_warnings};
+use crate::results::{
+    Budget, Contradiction, Laws, Miss, Range, RunResult, RunStatus, StageLine, Unfinished, import_warnings,
+};
 use crate::solving::ContactLaw;
 use crate::{output, text};
 
@@ -24,6 +26,7 @@ Examples:
   signorini simulate
   signorini simulate robot.xml --duration 5 --keyframe home --report robot.html
   signorini simulate pile.xml --settle --duration 1
+  signorini simulate pile.xml --budget 50 --tolerance 1e-2
   signorini simulate robot.xml --friction-law circular --impulses least-norm
   signorini simulate ball.xml --set ball.q=0,0,1 --set ball.v=1,0,0,0,0,0 --record ball.rec --json";
 
@@ -86,6 +89,8 @@ struct Driven {
     /// Steps tried.
     tried: u64,
     misses: Option<Miss>,
+    /// The step that lacked most of those whose budget was used up.
+    unfinished: Option<Unfinished>,
     /// Wall time of the steps, s.
     seconds: f64,
 }
@@ -94,7 +99,8 @@ struct Driven {
 fn drive(simulation: &mut Simulation, duration: f64, outputs: Outputs) -> Result<Driven, CliError> {
     let steps = (duration / simulation.timestep()).round();
     let progress = output::progress(steps as u64, "steps");
-    let mut watch = Watch { outputs, progress, tried: 0, misses: None, observing: Duration::ZERO, broken: None };
+    let mut watch =
+        Watch { outputs, progress, tried: 0, misses: None, unfinished: None, observing: Duration::ZERO, broken: None };
     let begin = Instant::now();
     let end = simulation.run(duration, |simulation, report| watch.after_step(simulation, report));
     let seconds = begin.elapsed().saturating_sub(watch.observing).as_secs_f64();
@@ -108,7 +114,7 @@ fn drive(simulation: &mut Simulation, duration: f64, outputs: Outputs) -> Result
     }
     watch.outputs.finish(&reason(&end, time))?;
     let end = end.map_err(|source| CliError::Step { time, source })?;
-    Ok(Driven { end, tried: watch.tried, misses: watch.misses, seconds })
+    Ok(Driven { end, tried: watch.tried, misses: watch.misses, unfinished: watch.unfinished, seconds })
 }
 
 /// Looks at every step of a run.
@@ -117,6 +123,7 @@ struct Watch {
     progress: ProgressBar,
     tried: u64,
     misses: Option<Miss>,
+    unfinished: Option<Unfinished>,
     /// Time spent here and not on stepping.
     observing: Duration,
     /// Why the outputs cannot be written.
@@ -140,6 +147,11 @@ impl Watch {
             if worst > miss.worst {
                 (miss.worst, miss.worst_law, miss.worst_time) = (worst, law, time);
             }
+        }
+        if let Some(spread) = &report.spread
+            && self.unfinished.as_ref().is_none_or(|worst| spread.worst > worst.residual)
+        {
+            self.unfinished = Some(Unfinished::of(simulation, spread, time));
         }
         if let Err(error) = self.outputs.add(self.tried, simulation, report) {
             self.broken = Some(error);
@@ -199,6 +211,12 @@ fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunRe
         steps: summary.steps,
         missed_steps: summary.missed_steps,
         missed: driven.misses,
+        budget: settings.budget.map(|sweeps| Budget {
+            sweeps,
+            unfinished_steps: summary.unfinished_steps,
+            largest_rms: summary.largest_rms,
+            worst: driven.unfinished.clone(),
+        }),
         limited_steps: summary.limited_steps,
         smallest_theta: summary.smallest_theta,
         deepest_kept: summary.deepest_kept,

@@ -80,8 +80,15 @@ impl Contradiction {
             SolveStatus::Ray { contacts } => ("unresolved", contacts.as_slice()),
             _ => ("unresolved", &[][..]),
         };
-        let contacts = contacts.iter().filter_map(|&i| involved(simulation, i)).collect();
+        let contacts = contacts.iter().filter_map(|&i| Involved::of(simulation, i)).collect();
         Self { status, step, time: simulation.state().time, contacts }
+    }
+}
+
+impl Involved {
+    /// Contact `i` of the last step's problem.
+    pub fn of(simulation: &Simulation, i: usize) -> Option<Self> {
+        involved(simulation, i)
     }
 }
 

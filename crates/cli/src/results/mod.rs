@@ -15,7 +15,7 @@ pub use contradiction::{Contradiction, Involved, Place};
 pub use export::Exported;
 pub use inspection::{BodyLine, Inspection};
 pub use recording::{RecordingResult, ending};
-pub use run::{Miss, Range, RunResult, RunStatus};
+pub use run::{Budget, Miss, Range, RunResult, RunStatus, Unfinished};
 pub use solving::{CheckResult, Distributions, Ending, LeastNormResult, SolveResult, solve_status};
 pub use stability::{SafetyResult, StabilityResult};
 pub use stages::{StageHistory, StageLine};

@@ -3,8 +3,10 @@
 use std::path::PathBuf;
 
 use serde::Serialize;
+use signorini::Simulation;
+use signorini::contact::{LackingRow, ResidualSpread};
 
-use super::{Contradiction, ImportWarning, Laws, StageLine};
+use super::{Contradiction, ImportWarning, Involved, Laws, StageLine};
 use crate::solving::ContactLaw;
 
 /// The result of `simulate`.
@@ -37,6 +39,9 @@ pub struct RunResult {
     /// Details of the steps that missed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub missed: Option<Miss>,
+    /// Steps whose sweeps were used up, where these are counted.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub budget: Option<Budget>,
     /// Steps that the laws permitted to remove a part θ of their overlaps and violations only.
     pub limited_steps: u64,
     /// The smallest θ.
@@ -106,6 +111,53 @@ pub struct Range {
     pub start: f64,
     /// At the end.
     pub end: f64,
+}
+
+/// What a budget of sweeps left open.
+#[derive(Clone, Debug, Serialize)]
+pub struct Budget {
+    /// Sweeps a step.
+    pub sweeps: u32,
+    /// Steps whose sweeps were used up.
+    pub unfinished_steps: u64,
+    /// The largest root mean square of a step's residuals.
+    pub largest_rms: f64,
+    /// The step that lacked most.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub worst: Option<Unfinished>,
+}
+
+/// The row of a step that lacked most when the sweeps were used up.
+#[derive(Clone, Debug, Serialize)]
+pub struct Unfinished {
+    /// Time at the beginning of the step, s.
+    pub time: f64,
+    /// What the row lacks, relative to the velocity scale.
+    pub residual: f64,
+    /// Root mean square of what all rows of the step lack.
+    pub rms: f64,
+    /// `contact`, `friction group` or `bilateral`.
+    pub row: &'static str,
+    /// Its number in the step's problem.
+    pub index: usize,
+    /// The contact or limit, where it is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact: Option<Involved>,
+}
+
+impl Unfinished {
+    /// What a step lacks most.
+    ///
+    /// - `simulation`: after the step; `time`: at its beginning
+    pub fn of(simulation: &Simulation, spread: &ResidualSpread, time: f64) -> Self {
+        let (row, index) = match spread.worst_row {
+            LackingRow::Contact(i) => ("contact", i),
+            LackingRow::FrictionGroup(j) => ("friction group", j),
+            LackingRow::Bilateral(k) => ("bilateral", k),
+        };
+        let contact = if row == "contact" { Involved::of(simulation, index) } else { None };
+        Self { time, residual: spread.worst, rms: spread.rms, row, index, contact }
+    }
 }
 
 /// Steps that missed their tolerance.

@@ -5,7 +5,7 @@ use std::fmt::Write;
 use signorini::{SettleProgress, SettleReport};
 
 use super::{bodies, count, import, laws, number};
-use crate::results::{Contradiction, Exported, Involved, Place, RunResult};
+use crate::results::{Budget, Contradiction, Exported, Involved, Place, RunResult};
 use crate::solving::ContactLaw;
 
 /// The summary of a run.
@@ -41,6 +41,9 @@ pub fn run(result: &RunResult) -> String {
         let _ = writeln!(out, "circular     {}", laws(circular));
     }
     out.push_str(&tolerance(result));
+    if let Some(budget) = &result.budget {
+        out.push_str(&unfinished(budget));
+    }
     out.push_str(&corrections(result));
     if result.clipped_steps > 0 {
         let _ = writeln!(out, "clipped      {} with penetrations taken as zero", count(result.clipped_steps, "step"));
@@ -119,6 +122,22 @@ fn tolerance(result: &RunResult) -> String {
             format!("tolerance    {steps} MISSED {:e}{}\n", result.tolerance, details.unwrap_or_default())
         }
     }
+}
+
+/// What a budget of sweeps left open.
+fn unfinished(budget: &Budget) -> String {
+    let Some(worst) = &budget.worst else {
+        return format!("budget       no step used up its {} sweeps\n", budget.sweeps);
+    };
+    let place = worst.contact.as_ref().map_or_else(|| format!("{} {}", worst.row, worst.index), involved);
+    format!(
+        "budget       {} used up {} sweeps: residuals of {:.1e} at most in the root mean square, the largest {:.1e} at {} s\n  {place}\n",
+        count(budget.unfinished_steps, "step"),
+        budget.sweeps,
+        budget.largest_rms,
+        worst.residual,
+        number(worst.time),
+    )
 }
 
 /// Why a run could not go on.

@@ -962,6 +962,15 @@ class StepReport:
     def lemke_islands(self) -> int:
         """Islands that were given to Lemke's method."""
     @property
+    def sweeps(self) -> int:
+        """Contact sweeps."""
+    @property
+    def worst_row(self) -> tuple[str, int] | None:
+        """Where the budget was used up: the row that lacks most, ("contact", "group" or "bilateral", its index in the problem)."""
+    @property
+    def residual_rms(self) -> float | None:
+        """Where the budget was used up: root mean square of what the rows lack, relative to the velocity scale."""
+    @property
     def missed_tolerance(self) -> bool:
         """Whether the worst residual exceeds the tolerance."""
     @property

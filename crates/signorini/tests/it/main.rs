@@ -2,6 +2,7 @@
 
 mod activation;
 mod batch;
+mod budget;
 mod candidates;
 mod contradiction;
 mod convergence;

@@ -76,6 +76,12 @@ impl Acceleration {
 }
 
 impl Point {
+    /// Takes over another point.
+    pub fn copy(&mut self, other: &Self) {
+        self.copy_impulses(other);
+        self.modes.clone_from(&other.modes);
+    }
+
     /// Takes over impulses and their sum.
     fn copy_impulses(&mut self, other: &Self) {
         self.impulse.clone_from(&other.impulse);

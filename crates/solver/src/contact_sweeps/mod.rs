@@ -35,6 +35,9 @@ pub(crate) struct ContactSweeps {
     best: Vec<f64>,
     /// A part's impulses.
     own: Iterate,
+    /// The point that lacked least, where the sweeps are counted, and how many were made.
+    least: Point,
+    made: u32,
 }
 
 /// How the sweeps ended.
@@ -48,6 +51,8 @@ pub(crate) enum Ended {
     Slow,
     /// It is large, and falls too slowly.
     Far,
+    /// The sweeps are used up.
+    OutOfBudget,
 }
 
 /// Solves an island from an iterate as well as can be, to a residual; what it came down to.
@@ -68,6 +73,7 @@ impl ContactSweeps {
         history: &mut dyn FnMut(f64),
     ) -> Ended {
         let enough = task.enough();
+        self.made = 0;
         self.system.begin(task);
         self.system.start(task, iterate, &mut self.point);
         self.parts.begin();
@@ -84,8 +90,7 @@ impl ContactSweeps {
                 }
                 self.solve_parts(task, enough, &mut solve_part);
             }
-            let sweeps = if is_first { 2 } else { 1 } * TUNING.sweeps_a_round;
-            self.acceleration.sweep(&self.system, task, &mut self.point, sweeps, !is_first);
+            self.sweep(task, is_first, u32::MAX);
             is_first = false;
             self.look(task, history);
         }
@@ -94,6 +99,47 @@ impl ContactSweeps {
         }
         self.give(iterate);
         Ended::Enough
+    }
+
+    /// Makes so many sweeps from an iterate, fewer if what the laws lack is small enough before. The iterate gets the impulses and modes of the
+    /// point that lacked least in the root mean square: what lacks most may be a single contact, which tells little of all others.
+    pub fn run_within(
+        &mut self,
+        task: &Task,
+        iterate: &mut Iterate,
+        budget: u32,
+        history: &mut dyn FnMut(f64),
+    ) -> Ended {
+        let enough = task.enough();
+        self.made = 0;
+        self.system.begin(task);
+        self.system.start(task, iterate, &mut self.point);
+        self.look(task, history);
+        self.least.copy(&self.point);
+        let mut least = (self.lacking.rms, self.lacking.worst);
+        while self.lacking.worst > enough && self.made < budget {
+            self.sweep(task, self.made == 0, budget - self.made);
+            self.look(task, history);
+            if self.lacking.rms <= least.0 {
+                least = (self.lacking.rms, self.lacking.worst);
+                self.least.copy(&self.point);
+            }
+        }
+        std::mem::swap(&mut self.point, &mut self.least);
+        self.give(iterate);
+        if least.1 <= enough { Ended::Enough } else { Ended::OutOfBudget }
+    }
+
+    /// How many sweeps the last run made.
+    pub fn made(&self) -> u32 {
+        self.made
+    }
+
+    /// Makes the sweeps of a round, or as many as there may be.
+    fn sweep(&mut self, task: &Task, is_first: bool, most: u32) {
+        let sweeps = (if is_first { 2 } else { 1 } * TUNING.sweeps_a_round).min(most);
+        self.acceleration.sweep(&self.system, task, &mut self.point, sweeps, !is_first);
+        self.made += sweeps;
     }
 
     fn give_up(&self, iterate: &mut Iterate) -> Ended {

@@ -8,10 +8,18 @@ use crate::iterate::Iterate;
 use crate::proximal::ProximalWeight;
 use crate::task::{Look, Task};
 
-/// Islands of many contacts; with a rough tolerance all large ones.
+/// Islands of many contacts; with a rough tolerance, or where the sweeps are counted, all large ones.
 pub(super) fn applies(task: &Task, _: &Iterate) -> bool {
+    if task.budget().is_some() {
+        return task.is_large();
+    }
     let is_many = task.island.units.len() >= task.settings.sweeps_from || task.is_rough() && task.is_large();
     is_many && matches!(task.look, Look::First | Look::Only)
+}
+
+/// Where the sweeps are counted, small islands that iterations did not solve.
+pub(super) fn applies_to_rest(task: &Task, _: &Iterate) -> bool {
+    task.budget().is_some() && !task.is_large()
 }
 
 /// The sweeps, and the start that they go back to.
@@ -37,11 +45,17 @@ pub(super) fn run(
             shared.residuals.push(residual);
         }
     };
-    match sweeps.run(task, iterate, solve_part, &mut history) {
-        Ended::Enough => {
+    let ended = match task.budget() {
+        Some(budget) => sweeps.run_within(task, iterate, budget, &mut history),
+        None => sweeps.run(task, iterate, solve_part, &mut history),
+    };
+    shared.map.effort.sweeps += sweeps.made();
+    match ended {
+        Ended::Enough | Ended::OutOfBudget => {
             shared.map.set_weights(task.island, task.settings.proximal_weight);
             iterate.residual = shared.map.evaluate_centre(task, iterate);
-            StageOutcome::Solved.into()
+            let is_solved = ended == Ended::Enough && (task.budget().is_none() || iterate.residual <= task.accept());
+            if is_solved { StageOutcome::Solved.into() } else { StageOutcome::OutOfBudget.into() }
         }
         Ended::Near => StageOutcome::Prepared.into(),
         Ended::Far => StageOutcome::Slow.into(),

@@ -35,7 +35,7 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
         Look::First => task.settings.tolerance.max(task.settings.accept),
         Look::Second => task.accept(),
     };
-    iterate.residual > is_enough && rows(task) <= task.settings.lemke_max_rows
+    task.settings.budget.is_none() && iterate.residual > is_enough && rows(task) <= task.settings.lemke_max_rows
 }
 
 /// Takes what Lemke's method finds if it is better, or its denial.

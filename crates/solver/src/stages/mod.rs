@@ -31,9 +31,9 @@ struct Stage {
 }
 
 /// The stages in their order; before them the islands whose start [holds](hold) were taken out. An island leaves where its residual
-/// is small enough, or where a stage proved that it has no solution.
+/// is small enough, where a stage proved that it has no solution, or where its budget is used up.
 #[rustfmt::skip]
-const CASCADE: [Stage; StageKind::ALL.len() - 1] = [
+const CASCADE: [Stage; StageKind::ALL.len()] = [
     // the start's impulses hold the island still: nothing to solve (where the settings allow it)
     Stage { kind: StageKind::Sleep, applies: sleep::applies, run: |w, t, i| sleep::run(&mut w.sleep, &mut w.shared, t, i) },
     // warm, with few rows, as robots are: Newton's method on the impulses
@@ -46,6 +46,8 @@ const CASCADE: [Stage; StageKind::ALL.len() - 1] = [
     Stage { kind: StageKind::Standing, applies: standing::applies, run: |w, t, i| standing::run(&mut w.shared, t, i) },
     // proximal iterations: Newton steps on the modes, and paths from one to the next
     Stage { kind: StageKind::Proximal, applies: proximal::applies, run: |w, t, i| proximal::run(&mut w.shared, t, i) },
+    // small, and the sweeps are counted: what iterations left
+    Stage { kind: StageKind::ContactSweeps, applies: contact_sweeps::applies_to_rest, run: run_contact_sweeps },
     // large: modes from the end of the central path of Coulomb's law, then proximal iterations with a falling weight
     Stage { kind: StageKind::Interior, applies: interior::applies, run: |w, t, i| interior::run(&mut w.interior, &mut w.shared, t, i) },
     // the same from contacts that are all opened
@@ -77,6 +79,8 @@ pub(crate) struct IslandResult {
     pub stages: StageCounts,
     /// Whether nothing had to be solved.
     pub asleep: bool,
+    /// Whether it was left because the budget of sweeps was used up.
+    pub is_unfinished: bool,
     /// Contacts whose rows are proved to contradict each other.
     pub contradiction: Vec<u32>,
     /// What the last stage says of an island that stays unsolved.
@@ -88,7 +92,7 @@ pub(crate) struct IslandResult {
 impl IslandResult {
     /// Forgets another island, but for the iterate.
     pub fn begin(&mut self) {
-        (self.effort, self.stages, self.asleep) = Default::default();
+        (self.effort, self.stages, self.asleep, self.is_unfinished) = Default::default();
         self.contradiction.clear();
         self.failure = None;
         self.history.clear();
@@ -134,10 +138,11 @@ pub(crate) fn solve_island(workspace: &mut Workspace, task: &Task, result: &mut 
             result.history.push(StageRun { island: 0, stage: stage.kind, outcome: why, residuals });
         }
         (result.asleep, result.failure) = (why == StageOutcome::AtRest, status);
+        result.is_unfinished = why == StageOutcome::OutOfBudget && !is_last;
         if why == StageOutcome::Contradiction {
             result.contradiction.extend(workspace.shared.proximal.contradicting(task));
         }
-        if is_last {
+        if is_last || result.is_unfinished {
             break;
         }
     }

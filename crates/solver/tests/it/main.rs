@@ -4,6 +4,7 @@
 mod agreement;
 mod anisotropy;
 mod bilateral;
+mod budget;
 mod contact_sweeps;
 mod extremes;
 mod families;
