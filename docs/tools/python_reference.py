@@ -13,7 +13,8 @@ SECTIONS = {
                             "SettleReport"],
     "Many simulations": ["Batch"],
     "Questions about a configuration": ["distance", "Nearest", "contacts_at", "ContactPoint", "overlaps", "cast_ray", "RayHit", "cast_rays", "frame_pose", "jacobian_rate", "center_of_mass", "center_of_mass_jacobian", "operational_space_inertia", "inverse_kinematics", "InverseKinematics", "support_polygon", "zero_moment_point"],
-    "Dynamics": ["inverse", "bias_force", "mass_matrix", "jacobian", "integrate", "difference", "derivatives", "StepDerivatives", "Margin", "linearize", "LinearComplementaritySystem"],
+    "Dynamics": ["inverse", "bias_force", "mass_matrix", "jacobian", "integrate", "difference", "derivatives", "StepDerivatives", "Margin", "parameter_values", "with_parameters", "linearize", "LinearComplementaritySystem"],
+    "Identification": ["identify", "Unknown", "Identification"],
     "Solvers": ["solve_lcp", "lcp_methods", "LcpResult", "ContactProblem", "ContactSolution"],
     "Recordings": ["Recorder", "Recording", "RecordingCheck", "load_recording"],
     "Errors and warnings": [

@@ -50,7 +50,9 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod directional;
 mod geometry;
+pub mod identification;
 mod integration;
 mod interior;
 mod matrix;
@@ -62,6 +64,7 @@ mod rows;
 mod simulated;
 mod step;
 mod system;
+mod tie;
 mod validity;
 
 pub use parameter::{Direction, Parameter};

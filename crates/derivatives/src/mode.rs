@@ -15,10 +15,26 @@ pub(crate) struct UnitMode {
 }
 
 impl UnitMode {
+    /// All three motions, each with its own impulse.
+    pub const WHOLE: Self = Self {
+        count: 3,
+        held: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        impulse: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        sliding: [0.0; 2],
+    };
+
     fn push(&mut self, held: [f64; 3], impulse: [f64; 3]) {
         (self.held[self.count], self.impulse[self.count]) = (held, impulse);
         self.count += 1;
     }
+}
+
+/// An inequality nearer than this is about to turn: the residuals of a step, 1e-9, times what the worst pivot that is let through makes of them.
+pub(crate) const TIE: f64 = 1e-5;
+
+/// Whether an inequality is about to turn.
+pub(crate) fn is_tie(margin: &Margin) -> bool {
+    margin.value.is_nan() || margin.value <= TIE
 }
 
 /// The scales of a step's problem: velocities are compared with the larger of `s_v` and the speeds at contacts, impulses with that over `g`.

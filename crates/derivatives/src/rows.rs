@@ -12,7 +12,7 @@ use signorini_multibody::derivatives::BalanceDerivatives;
 
 use crate::validity::Margin;
 
-pub(crate) use system::{ModeRows, Modes, Step};
+pub(crate) use system::{ModeRows, Modes, Step, TieRows};
 
 /// Builds the rows of the mode, and takes the turning of the impulses into the balance.
 ///
@@ -22,14 +22,16 @@ pub(crate) fn build(
     step: &mut Step,
     modes: &Modes,
     margins: &mut Vec<Margin>,
-    rows: &mut ModeRows,
+    (rows, ties): (&mut ModeRows, &mut TieRows),
     turning: &mut Vec<f64>,
 ) -> Result<(), String> {
     let nv = step.model.nv;
     rows.clear(step.model, step.directions.len());
+    ties.contacts.clear();
+    ties.rows.clear(step.model, 0);
     turning.clear();
     turning.resize(nv * nv, 0.0);
-    contacts::add_points(step, modes, margins, rows, turning)?;
+    contacts::add_points(step, modes, margins, (rows, ties), turning)?;
     coordinates::add_limits(step, modes, margins, rows, turning)?;
     coordinates::add_groups(step, modes, rows)?;
     equalities::add(step, margins, rows, turning)?;

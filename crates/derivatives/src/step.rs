@@ -8,14 +8,13 @@ use signorini_simulation::{FrictionLaw, Settings, StepReport, Workspace};
 use crate::integration::Integration;
 use crate::interior::Interior;
 use crate::matrix::{Rows, dot, largest};
-use crate::mode::Scales;
+use crate::mode::{Scales, is_tie};
 use crate::parameter::{Direction, add_smooth};
-use crate::rows::{Modes, Step, balances, build};
+use crate::rows::{Modes, Step, TieRows, balances, build};
 use crate::system::{Gain, ModeSystem};
+use crate::tie::TieUnit;
 use crate::validity::{InequalityKind, InequalitySource, Margin, Validity};
 
-/// An inequality nearer than this is about to turn: the residuals of a step, 1e-9, times what the worst pivot that is let through makes of them.
-const TIE: f64 = 1e-5;
 /// Redundant contacts hold the same motion where the derivatives of their rows agree to this part of their size.
 const CONSISTENT: f64 = 1e-7;
 
@@ -41,6 +40,9 @@ pub struct StepDerivatives {
     turning: Vec<f64>,
     /// `∂E` by each direction of parameters.
     smooth: Rows,
+    /// Contacts at ties.
+    pub(crate) ties: Vec<TieUnit>,
+    pub(crate) tie_rows: TieRows,
     pub(crate) system: ModeSystem,
     pub(crate) gain: Gain,
     pub(crate) integration: Integration,
@@ -66,6 +68,8 @@ impl StepDerivatives {
             directions: Vec::new(),
             turning: Vec::new(),
             smooth: Rows::default(),
+            ties: Vec::new(),
+            tie_rows: TieRows::default(),
             system: ModeSystem::default(),
             gain: Gain::default(),
             integration: Integration::default(),
@@ -118,8 +122,7 @@ impl StepDerivatives {
         let begin = &self.balance.dynamics.motion;
         self.chosen.clone_from(workspace.solution());
         self.modes.set(workspace.problem(), &self.chosen, scales, &mut self.margins);
-        let ties: Vec<usize> = self.margins.iter().filter(|margin| is_tie(margin)).filter_map(contact_of).collect();
-        if self.interior.choose(workspace.problem(), scales, &ties, &mut self.chosen) {
+        if self.interior.choose(workspace.problem(), scales, &self.modes.ties, &mut self.chosen) {
             self.margins.clear();
             self.modes.set(workspace.problem(), &self.chosen, scales, &mut self.margins);
         }
@@ -136,7 +139,12 @@ impl StepDerivatives {
             scales,
             directions: &self.directions,
         };
-        build(&mut step, &self.modes, &mut self.margins, &mut self.system.rows, &mut self.turning)?;
+        let rows = (&mut self.system.rows, &mut self.tie_rows);
+        build(&mut step, &self.modes, &mut self.margins, rows, &mut self.turning)?;
+        let problem = workspace.problem();
+        let unit = |&i: &usize| TieUnit::new(problem, &self.chosen, i, scales);
+        self.ties.clear();
+        self.ties.extend(self.tie_rows.contacts.iter().map(unit));
         self.smooth.clear(self.nv);
         for _ in &self.directions {
             self.smooth.push();
@@ -255,17 +263,6 @@ impl StepDerivatives {
     /// How far each inequality of the step is from turning; those that decide are in the [validity](Self::validity), too.
     pub fn margins(&self) -> &[Margin] {
         &self.margins
-    }
-}
-
-fn is_tie(margin: &Margin) -> bool {
-    margin.value.is_nan() || margin.value <= TIE
-}
-
-fn contact_of(margin: &Margin) -> Option<usize> {
-    match margin.source {
-        InequalitySource::Contact(i) => Some(i),
-        _ => None,
     }
 }
 

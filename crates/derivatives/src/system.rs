@@ -5,6 +5,7 @@ use signorini_multibody::BlockCholesky;
 use crate::matrix::{Rows, add_scaled, dot, largest};
 use crate::reduced::Reduced;
 use crate::rows::ModeRows;
+use crate::validity::InequalitySource;
 
 /// Impulses that cancel leave no more velocity than this part of what each of them gives.
 const CANCELS: f64 = 1e-7;
@@ -90,6 +91,26 @@ impl ModeSystem {
             }
         }
         Ok(())
+    }
+
+    /// The system without the rows of some contacts.
+    ///
+    /// # Errors
+    /// As of [`reduce`](Self::reduce).
+    pub fn without(&self, nv: usize, contacts: &[usize]) -> Result<Self, String> {
+        let mut out = Self::default();
+        let Some(factor) = &self.factor else { return Ok(out) };
+        out.rows.held.clear(nv);
+        out.rows.impulse.clear(nv);
+        for (i, source) in self.rows.source.iter().enumerate() {
+            if !matches!(source, InequalitySource::Contact(i) if contacts.contains(i)) {
+                out.rows.source.push(*source);
+                out.rows.held.push().copy_from_slice(self.rows.held.row(i));
+                out.rows.impulse.push().copy_from_slice(self.rows.impulse.row(i));
+            }
+        }
+        out.reduce(nv, factor)?;
+        Ok(out)
     }
 
     /// Rows that depend on the others.

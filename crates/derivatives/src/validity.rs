@@ -75,3 +75,13 @@ pub enum InequalityKind {
     /// A control, force, or length against its range.
     Range,
 }
+
+impl InequalityKind {
+    /// Whether it is one of a contact's laws, which are solved for along a change.
+    pub(crate) fn is_law(self) -> bool {
+        matches!(
+            self,
+            Self::Gap | Self::NormalImpulse | Self::FrictionBound | Self::SlidingSpeed | Self::Direction | Self::Share
+        )
+    }
+}

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use signorini::collision::Queries;
-use signorini::derivatives::StepDerivatives;
+use signorini::derivatives::{Direction, StepDerivatives};
 use signorini::multibody::{
     Input, Kinematics, Model, ParameterChange, Pose, SpatialVector, State, forward_kinematics_into,
 };
@@ -206,9 +206,9 @@ impl Core {
         numbers
     }
 
-    /// The derivative of the step in the workspace.
-    pub fn derivatives(&mut self) -> StepDerivatives {
-        let mut derivatives = StepDerivatives::new(&self.model);
+    /// The derivative of the step in the workspace, with columns for parameters.
+    pub fn derivatives(&mut self, parameters: Vec<Direction>) -> StepDerivatives {
+        let mut derivatives = StepDerivatives::with_parameters(&self.model, parameters);
         let begin = self.previewed.as_ref().unwrap_or(&self.other);
         let given = (begin, &self.given);
         derivatives.compute(&self.model, given, &self.settings, &self.report, &mut self.workspace);

@@ -7,6 +7,7 @@ use signorini::lcp::Matrix;
 
 use crate::arrays::{self, Table, Vector};
 use crate::data::{Data, need_step};
+use crate::directions::directions_of;
 use crate::model::Model;
 use crate::stepping::check_model;
 
@@ -122,6 +123,26 @@ impl StepDerivatives {
         self.table(py, self.inner.force_matrix())
     }
 
+    /// ∂(q⁺, v⁺) by the parameters asked for, (2 nv, number of parameters).
+    #[getter(P)]
+    fn parameter_matrix<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        let matrix = self.inner.parameter_matrix().map_err(PyValueError::new_err)?;
+        arrays::matrix(py, matrix.data().to_vec(), matrix.rows(), matrix.cols())
+    }
+
+    /// The gradient by the parameters of a function whose gradient by (q⁺, v⁺) is given.
+    #[pyo3(signature = (gq=None, gv=None))]
+    fn parameter_vjp<'py>(
+        &self,
+        py: Python<'py>,
+        gq: Option<&Bound<'py, PyAny>>,
+        gv: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Vector<'py>> {
+        self.inner.parameter_matrix().map_err(PyValueError::new_err)?;
+        let begin = self.gradient(gq, gv)?;
+        Ok(arrays::vector(py, &begin[3 * self.nv + self.nu..]))
+    }
+
     /// The change of (q⁺, v⁺) with a change of the arguments.
     #[pyo3(signature = (dq=None, dv=None, dctrl=None, dqfrc=None))]
     fn jvp<'py>(
@@ -132,16 +153,25 @@ impl StepDerivatives {
         dctrl: Option<&Bound<'py, PyAny>>,
         dqfrc: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Vector<'py>, Vector<'py>)> {
-        let (nv, nu) = (self.nv, self.nu);
-        let mut change = Vec::with_capacity(3 * nv + nu);
-        for (name, given, n) in [("dq", dq, nv), ("dv", dv, nv), ("dctrl", dctrl, nu), ("dqfrc", dqfrc, nv)] {
-            match given {
-                Some(given) => change.extend(arrays::read_vector(name, given, Some(n))?),
-                None => change.resize(change.len() + n, 0.0),
-            }
-        }
+        let change = self.change(dq, dv, dctrl, dqfrc)?;
+        let nv = self.nv;
         let end = self.inner.product(&change).ok_or_else(|| self.none())?;
         Ok((arrays::vector(py, &end[..nv]), arrays::vector(py, &end[nv..])))
+    }
+
+    /// The change of (q⁺, v⁺) to the side of a change of the arguments, at ties, too.
+    #[pyo3(signature = (dq=None, dv=None, dctrl=None, dqfrc=None))]
+    fn directional<'py>(
+        &self,
+        py: Python<'py>,
+        dq: Option<&Bound<'py, PyAny>>,
+        dv: Option<&Bound<'py, PyAny>>,
+        dctrl: Option<&Bound<'py, PyAny>>,
+        dqfrc: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<(Vector<'py>, Vector<'py>)> {
+        let change = self.change(dq, dv, dctrl, dqfrc)?;
+        let end = self.inner.directional(&change).map_err(PyValueError::new_err)?;
+        Ok((arrays::vector(py, &end[..self.nv]), arrays::vector(py, &end[self.nv..])))
     }
 
     /// The gradient by (q, v, ctrl, qfrc_applied) of a function whose gradient by (q⁺, v⁺) is given.
@@ -154,17 +184,11 @@ impl StepDerivatives {
         gv: Option<&Bound<'py, PyAny>>,
     ) -> PyResult<(Vector<'py>, Vector<'py>, Vector<'py>, Vector<'py>)> {
         let (nv, nu) = (self.nv, self.nu);
-        let mut gradient = Vec::with_capacity(2 * nv);
-        for (name, given) in [("gq", gq), ("gv", gv)] {
-            match given {
-                Some(given) => gradient.extend(arrays::read_vector(name, given, Some(nv))?),
-                None => gradient.resize(gradient.len() + nv, 0.0),
-            }
-        }
-        let begin = self.inner.transposed_product(&gradient).ok_or_else(|| self.none())?;
+        let begin = self.gradient(gq, gv)?;
         let (q, rest) = begin.split_at(nv);
         let (v, rest) = rest.split_at(nv);
-        let (ctrl, force) = rest.split_at(nu);
+        let (ctrl, rest) = rest.split_at(nu);
+        let force = &rest[..nv];
         let of = |numbers: &[f64]| arrays::vector(py, numbers);
         Ok((of(q), of(v), of(ctrl), of(force)))
     }
@@ -183,6 +207,38 @@ impl StepDerivatives {
         arrays::matrix(py, matrix.data().to_vec(), matrix.rows(), matrix.cols())
     }
 
+    /// A change of the arguments as one list.
+    fn change(
+        &self,
+        dq: Option<&Bound<'_, PyAny>>,
+        dv: Option<&Bound<'_, PyAny>>,
+        dctrl: Option<&Bound<'_, PyAny>>,
+        dqfrc: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<f64>> {
+        let (nv, nu) = (self.nv, self.nu);
+        let mut change = Vec::with_capacity(3 * nv + nu);
+        for (name, given, n) in [("dq", dq, nv), ("dv", dv, nv), ("dctrl", dctrl, nu), ("dqfrc", dqfrc, nv)] {
+            match given {
+                Some(given) => change.extend(arrays::read_vector(name, given, Some(n))?),
+                None => change.resize(change.len() + n, 0.0),
+            }
+        }
+        Ok(change)
+    }
+
+    /// By (q, v, ctrl, qfrc_applied) and the parameters.
+    fn gradient(&self, gq: Option<&Bound<'_, PyAny>>, gv: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<f64>> {
+        let nv = self.nv;
+        let mut gradient = Vec::with_capacity(2 * nv);
+        for (name, given) in [("gq", gq), ("gv", gv)] {
+            match given {
+                Some(given) => gradient.extend(arrays::read_vector(name, given, Some(nv))?),
+                None => gradient.resize(gradient.len() + nv, 0.0),
+            }
+        }
+        self.inner.transposed_product(&gradient).ok_or_else(|| self.none())
+    }
+
     fn none(&self) -> PyErr {
         let reason = self.reason().unwrap_or_default();
         PyValueError::new_err(format!("this step has no derivative: {reason}"))
@@ -191,11 +247,18 @@ impl StepDerivatives {
 
 /// The derivative of the step just made.
 #[pyfunction]
-pub fn derivatives(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>) -> PyResult<StepDerivatives> {
+#[pyo3(signature = (model, data, parameters=None))]
+pub fn derivatives(
+    py: Python<'_>,
+    model: &Bound<'_, Model>,
+    data: &Bound<'_, Data>,
+    parameters: Option<&Bound<'_, PyAny>>,
+) -> PyResult<StepDerivatives> {
     check_model(model, data)?;
+    let parameters = parameters.map(|given| directions_of(&model.get().inner, given)).transpose()?.unwrap_or_default();
     let mut guard = data.get().core()?;
     need_step(&guard)?;
     let core = &mut *guard;
-    let inner = py.detach(|| core.derivatives());
+    let inner = py.detach(|| core.derivatives(parameters));
     Ok(StepDerivatives { inner, nv: core.model.nv, nu: core.model.actuators.len() })
 }

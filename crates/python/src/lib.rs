@@ -10,10 +10,12 @@ mod contacts;
 mod core;
 mod data;
 mod derivatives;
+mod directions;
 mod dynamics;
 mod error;
 mod frames;
 mod guard;
+mod identify;
 mod lcp;
 mod linear_system;
 mod live;
@@ -47,12 +49,16 @@ mod _core {
     #[pymodule_export]
     use crate::derivatives::{Margin, StepDerivatives, derivatives};
     #[pymodule_export]
+    use crate::directions::{parameter_values, with_parameters};
+    #[pymodule_export]
     use crate::dynamics::{bias_force, difference, integrate, inverse, mass_matrix};
     #[pymodule_export]
     use crate::frames::{
         InverseKinematics, center_of_mass, center_of_mass_jacobian, frame_pose, inverse_kinematics, jacobian,
         jacobian_rate, operational_space_inertia,
     };
+    #[pymodule_export]
+    use crate::identify::{IdentifiedValues, identify_parameters};
     #[pymodule_export]
     use crate::lcp::{LcpResult, lcp_methods, solve_lcp};
     #[pymodule_export]

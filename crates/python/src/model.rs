@@ -66,13 +66,20 @@ pub struct Model {
     report: Vec<ImportWarning>,
 }
 
+impl Model {
+    /// A model that comes from no file.
+    pub fn of(inner: Arc<mb::Model>) -> Self {
+        Self { inner, source: None, report: Vec::new() }
+    }
+}
+
 #[pymethods]
 impl Model {
-    /// `format`: "mjcf", "urdf", "sdf" or "auto"; either `path` or `text` is given.
+    /// `format`: "mjcf", "urdf", "sdf" or "auto"; either `path` or `text` is given, or `other`, a model to copy.
     #[new]
     #[pyo3(signature = (
         *, path=None, text=None, format="auto", base_dir=PathBuf::new(), package_dirs=Vec::new(), floating_base=false,
-        merge_fixed_joints=false, self_collision=true, srdf=None, friction=1.0, floor=false, missing_meshes="stop",
+        merge_fixed_joints=false, self_collision=true, srdf=None, friction=1.0, floor=false, missing_meshes="stop", other=None,
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
@@ -89,7 +96,11 @@ impl Model {
         friction: f64,
         floor: bool,
         missing_meshes: &str,
+        other: Option<&Self>,
     ) -> PyResult<Self> {
+        if let Some(other) = other {
+            return Ok(Self::of(other.inner.clone()));
+        }
         let missing_meshes = match missing_meshes {
             "stop" => MissingMeshes::Stop,
             "skip" => MissingMeshes::Skip,

@@ -79,6 +79,16 @@ def test_a_tie_names_the_contact():
     assert [(margin.source, margin.index) for margin in found.deciding] == [("contact", 0)]
 
 
+def test_a_tie_has_a_derivative_along_each_change():
+    model = signorini.Model.from_string(BALL.format(height=0.1))
+    data = signorini.Data(model)
+    data.qvel[2] = 9.81 * 0.01
+    signorini.step(model, data)
+    found = signorini.derivatives(model, data)
+    up, down = (found.directional(dv=[0, 0, sign, 0, 0, 0])[1][2] for sign in (1.0, -1.0))
+    assert (up, down) == pytest.approx((1.0, 0.0), abs=1e-12)
+
+
 def test_what_has_no_derivative_says_why():
     model = signorini.Model.from_string(BALL.format(height=0.05))
     data = signorini.Data(model)

@@ -9,8 +9,9 @@ use signorini_simulation::FrictionSource;
 use super::frames::{groups_of, turned_axes};
 use super::gaps::{GapLaw, gap_law};
 use super::parameters::{At, add_contact};
-use super::system::{ModeRows, Modes, Mover, Push, Step, movers};
+use super::system::{ModeRows, Modes, Mover, Push, Step, TieRows, movers};
 use crate::geometry::{NoMotion, PointMotion, point_motion};
+use crate::mode::UnitMode;
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 
 /// Entries of the step's rows and of those made here may differ by this, relative to the levers.
@@ -40,53 +41,78 @@ pub(super) fn add_points(
     step: &mut Step,
     modes: &Modes,
     margins: &mut Vec<Margin>,
-    rows: &mut ModeRows,
+    (rows, ties): (&mut ModeRows, &mut TieRows),
     turning: &mut [f64],
 ) -> Result<(), String> {
     let (mut list, mut moved) = (Vec::new(), Vec::new());
     let points = step.workspace.contact_points().to_vec();
     for (i, point) in points.iter().enumerate() {
         let gap = gap_law(step, i, point, margins);
-        if modes.contacts[i].count == 0 {
+        let (is_open, is_tie) = (modes.contacts[i].count == 0, modes.ties.contains(&i));
+        if is_open && !is_tie {
             continue;
         }
-        let gap = gap.map_err(|reason| about(step, point, reason))?;
-        if step.model.geoms[point.geom_a.index()].grain.is_some()
-            || step.model.geoms[point.geom_b.index()].grain.is_some()
-        {
-            return Err(about(step, point, "its friction depends on the direction"));
+        let gap = match gap {
+            Ok(gap) => gap,
+            // It does nothing yet; what it would do along a change is not known.
+            Err(_) if is_open => continue,
+            Err(reason) => return Err(about(step, point, reason)),
+        };
+        match add_point(step, modes, (i, point, gap), (&mut list, &mut moved), margins, rows, turning) {
+            Err(_) if is_open => continue,
+            other => other?,
         }
-        movers(step.model, [point.body_a, point.body_b], &mut list);
-        let motion = point_motion(step.model, step.workspace, point).map_err(|why| match why {
-            NoMotion::Changes => about(step, point, "its features change within the smallest differences"),
-            NoMotion::Rough => about(step, point, "the search for it is not smooth to the digits of differences"),
-        })?;
-        if motion.is_tie {
-            let source = InequalitySource::Contact(i);
-            margins.push(Margin { source, kind: InequalityKind::Feature, value: 0.0 });
-        }
-        let frame = step.workspace.contact_frames()[i];
-        measure(step, point, &frame, &motion, &list, &mut moved);
-        check_rows(step, i, &frame, &list, &moved).map_err(|reason| about(step, point, reason))?;
-        let push = push_of(step, i, point, &frame)?;
-        push.act(step, point.body_b, 1.0, &mut rows.wrenches);
-        push.act(step, point.body_a, -1.0, &mut rows.wrenches);
-        turn_impulse(step, i, &push, &list, &moved, turning);
-        let first_row = rows.len();
-        add_unit(step, modes, i, gap, &list, &moved, rows);
-        if motion.is_loose {
-            note_loose(step, i, (point, &frame), &push, &list, &moved, rows)?;
-        }
-        add_spin_groups(step, modes, i, &list, &moved, rows);
-        if !step.directions.is_empty() {
-            let displaced = list.iter().zip(&moved).map(|(mover, m)| (*mover, m.turn, m.shift));
-            let movers = &displaced.collect::<Vec<_>>();
-            let frame = &frame;
-            let at = At { i, point, frame, motion: &motion, push: &push, movers, gap, first_row };
-            add_contact(step, modes, &at, step.directions, rows);
+        if is_tie && groups_of(step, i).next().is_none() {
+            ties.contacts.push(i);
+            add_unit(step, &UnitMode::WHOLE, i, gap, &list, &moved, &mut ties.rows);
         }
     }
     note_candidates(step, margins);
+    Ok(())
+}
+
+/// Adds the rows of a contact point and what its impulse does.
+fn add_point(
+    step: &mut Step,
+    modes: &Modes,
+    (i, point, gap): (usize, &ContactPoint, GapLaw),
+    (list, moved): (&mut Vec<Mover>, &mut Vec<Moved>),
+    margins: &mut Vec<Margin>,
+    rows: &mut ModeRows,
+    turning: &mut [f64],
+) -> Result<(), String> {
+    if [point.geom_a, point.geom_b].iter().any(|id| step.model.geoms[id.index()].grain.is_some()) {
+        return Err(about(step, point, "its friction depends on the direction"));
+    }
+    movers(step.model, [point.body_a, point.body_b], list);
+    let motion = point_motion(step.model, step.workspace, point).map_err(|why| match why {
+        NoMotion::Changes => about(step, point, "its features change within the smallest differences"),
+        NoMotion::Rough => about(step, point, "the search for it is not smooth to the digits of differences"),
+    })?;
+    if motion.is_tie {
+        let source = InequalitySource::Contact(i);
+        margins.push(Margin { source, kind: InequalityKind::Feature, value: 0.0 });
+    }
+    let frame = step.workspace.contact_frames()[i];
+    measure(step, point, &frame, &motion, list, moved);
+    check_rows(step, i, &frame, list, moved).map_err(|reason| about(step, point, reason))?;
+    let push = push_of(step, i, point, &frame)?;
+    push.act(step, point.body_b, 1.0, &mut rows.wrenches);
+    push.act(step, point.body_a, -1.0, &mut rows.wrenches);
+    turn_impulse(step, i, &push, list, moved, turning);
+    let first_row = rows.len();
+    add_unit(step, &modes.contacts[i], i, gap, list, moved, rows);
+    add_group_pulls(step, modes, i, first_row, rows);
+    if motion.is_loose && modes.contacts[i].count > 0 {
+        note_loose(step, i, (point, &frame), &push, list, moved, rows)?;
+    }
+    add_spin_groups(step, modes, i, list, moved, rows);
+    if !step.directions.is_empty() && modes.contacts[i].count > 0 {
+        let displaced = list.iter().zip(moved.iter()).map(|(mover, m)| (*mover, m.turn, m.shift));
+        let movers = &displaced.collect::<Vec<_>>();
+        let at = At { i, point, frame: &frame, motion: &motion, push: &push, movers, gap, first_row };
+        add_contact(step, modes, &at, step.directions, rows);
+    }
     Ok(())
 }
 
@@ -254,9 +280,8 @@ fn note_loose(
 }
 
 /// The rows of the contact itself.
-fn add_unit(step: &Step, modes: &Modes, i: usize, gap: GapLaw, list: &[Mover], moved: &[Moved], rows: &mut ModeRows) {
+fn add_unit(step: &Step, mode: &UnitMode, i: usize, gap: GapLaw, list: &[Mover], moved: &[Moved], rows: &mut ModeRows) {
     let problem = step.workspace.problem();
-    let mode = &modes.contacts[i];
     let (columns, entries) = problem.jacobian.group(i);
     for r in 0..mode.count {
         let (held, impulse) = (mode.held[r], mode.impulse[r]);
@@ -278,15 +303,20 @@ fn add_unit(step: &Step, modes: &Modes, i: usize, gap: GapLaw, list: &[Mover], m
                 row.by_velocity[column as usize] = held[0] * e * entry[0];
             }
         }
-        if impulse[0] != 0.0 {
-            // Groups that slide pull with a part of the normal impulse.
-            for (j, _) in groups_of(step, i) {
-                let Some((_, coefficient)) = problem.friction_groups.bound[j].normal() else { continue };
-                let (columns, entries) = problem.friction_groups.jacobian.group(j);
-                let [x, y] = modes.groups[j].sliding;
-                for (&column, entry) in columns.iter().zip(entries) {
-                    row.impulse[column as usize] += coefficient * (x * entry[0] + y * entry[1]);
-                }
+    }
+}
+
+/// Groups that slide pull with a part of the normal impulse, which belongs to the columns that have it.
+fn add_group_pulls(step: &Step, modes: &Modes, i: usize, first_row: usize, rows: &mut ModeRows) {
+    let groups = &step.workspace.problem().friction_groups;
+    let mode = &modes.contacts[i];
+    for r in (0..mode.count).filter(|&r| mode.impulse[r][0] != 0.0) {
+        for (j, _) in groups_of(step, i) {
+            let Some((_, coefficient)) = groups.bound[j].normal() else { continue };
+            let (columns, entries) = groups.jacobian.group(j);
+            let [x, y] = modes.groups[j].sliding;
+            for (&column, entry) in columns.iter().zip(entries) {
+                rows.impulse.row_mut(first_row + r)[column as usize] += coefficient * (x * entry[0] + y * entry[1]);
             }
         }
     }

@@ -7,7 +7,7 @@ use signorini_multibody::{BodyId, Input, Model, SpatialVector, State};
 use signorini_simulation::{Settings, Workspace};
 
 use crate::matrix::Rows;
-use crate::mode::{Scales, UnitMode, contact_mode, group_mode};
+use crate::mode::{Scales, UnitMode, contact_mode, group_mode, is_tie};
 use crate::parameter::Direction;
 use crate::validity::{InequalitySource, Margin};
 
@@ -32,6 +32,13 @@ pub(crate) struct ModeRows {
     pub coordinate_impulse: Vec<f64>,
     /// What bodies get: moment about the origin and force, world axes.
     pub wrenches: Vec<SpatialVector>,
+}
+
+/// Contacts at ties, with their normals and tangents, three rows each, whatever their modes.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct TieRows {
+    pub contacts: Vec<usize>,
+    pub rows: ModeRows,
 }
 
 /// A row of the mode's system, to be filled.
@@ -120,6 +127,8 @@ pub(crate) struct Step<'a> {
 pub(crate) struct Modes {
     pub contacts: Vec<UnitMode>,
     pub groups: Vec<UnitMode>,
+    /// Contacts with a law that is about to turn.
+    pub ties: Vec<usize>,
 }
 
 impl Modes {
@@ -136,6 +145,12 @@ impl Modes {
         self.contacts.extend((0..problem.contact_count()).map(of_contact));
         let of_group = |j| group_mode(problem, solution, j, scales, margins);
         self.groups.extend((0..problem.friction_groups.len()).map(of_group));
+        self.ties.clear();
+        self.ties.extend(margins.iter().filter(|margin| is_tie(margin)).filter_map(|margin| match margin.source {
+            InequalitySource::Contact(i) => Some(i),
+            _ => None,
+        }));
+        self.ties.dedup();
     }
 }
 

@@ -2,5 +2,7 @@
 
 mod common;
 mod differences;
+mod identification;
 mod parameters;
+mod ties;
 mod verdicts;

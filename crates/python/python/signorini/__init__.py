@@ -74,6 +74,7 @@ from signorini._core import (
     mass_matrix,
     operational_space_inertia,
     overlaps,
+    parameter_values,
     safety,
     settle,
     solve_lcp,
@@ -98,6 +99,7 @@ from signorini.errors import (
     StateError,
     ToleranceWarning,
 )
+from signorini.identification import Identification, Unknown, identify, with_parameters
 from signorini.lemkelcp import lemkelcp
 from signorini.model import Model
 from signorini.settings import Settings, SolverSettings
@@ -119,6 +121,7 @@ __all__ = [
     "Contacts",
     "Data",
     "Geom",
+    "Identification",
     "ImportWarning",
     "InverseKinematics",
     "Joint",
@@ -156,6 +159,7 @@ __all__ = [
     "StepDerivatives",
     "StepReport",
     "ToleranceWarning",
+    "Unknown",
     "__version__",
     "bias_force",
     "cast_ray",
@@ -168,6 +172,7 @@ __all__ = [
     "distance",
     "forward",
     "frame_pose",
+    "identify",
     "integrate",
     "inverse",
     "inverse_kinematics",
@@ -181,6 +186,7 @@ __all__ = [
     "mass_matrix",
     "operational_space_inertia",
     "overlaps",
+    "parameter_values",
     "safety",
     "settle",
     "solve_lcp",
@@ -188,6 +194,7 @@ __all__ = [
     "step",
     "support_polygon",
     "viewer",
+    "with_parameters",
     "zero_moment_point",
 ]
 

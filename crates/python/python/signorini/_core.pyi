@@ -5,7 +5,7 @@ sparse ones, which are made dense.
 """
 
 import os
-from typing import Any, Dict, List, Literal, Optional, Protocol, Sequence, Tuple, Union, final, overload
+from typing import Any, Callable, Dict, List, Literal, Optional, Protocol, Sequence, Tuple, Union, final, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -26,6 +26,7 @@ __all__ = [
     "Contacts",
     "Data",
     "Geom",
+    "IdentifiedValues",
     "ImportWarning",
     "InverseKinematics",
     "Joint",
@@ -60,6 +61,7 @@ __all__ = [
     "distance",
     "forward",
     "frame_pose",
+    "identify_parameters",
     "integrate",
     "inverse",
     "inverse_kinematics",
@@ -71,12 +73,14 @@ __all__ = [
     "mass_matrix",
     "operational_space_inertia",
     "overlaps",
+    "parameter_values",
     "safety",
     "settle",
     "solve_lcp",
     "stability",
     "step",
     "support_polygon",
+    "with_parameters",
     "zero_moment_point",
 ]
 
@@ -227,6 +231,7 @@ class Model:
         friction: float = 1.0,
         floor: bool = False,
         missing_meshes: str = "stop",
+        other: Optional[Model] = None,
     ) -> Self: ...
     @property
     def name(self) -> str:
@@ -1325,6 +1330,11 @@ class StepDerivatives:
     @property
     def B_force(self) -> _Array:
         """∂(q⁺, v⁺)/∂qfrc_applied, (2 nv, nv)."""
+    @property
+    def P(self) -> _Array:
+        """∂(q⁺, v⁺) by the parameters asked for, (2 nv, number of parameters); a ``ValueError`` says which has no derivative, and why."""
+    def parameter_vjp(self, gq: Optional[ArrayLike] = None, gv: Optional[ArrayLike] = None) -> _Array:
+        """The gradient by the parameters of a function whose gradient by (q⁺, v⁺) is given, without forming matrices."""
     def jvp(
         self,
         dq: Optional[ArrayLike] = None,
@@ -1333,6 +1343,18 @@ class StepDerivatives:
         dqfrc: Optional[ArrayLike] = None,
     ) -> tuple[_Array, _Array]:
         """(δq⁺, δv⁺) from a change of the arguments, (nv,) each and (nu,) for ctrl, without forming matrices; what is not given is zero."""
+    def directional(
+        self,
+        dq: Optional[ArrayLike] = None,
+        dv: Optional[ArrayLike] = None,
+        dctrl: Optional[ArrayLike] = None,
+        dqfrc: Optional[ArrayLike] = None,
+    ) -> tuple[_Array, _Array]:
+        """(δq⁺, δv⁺) to the side of a change; at a tie of contacts the one-sided derivative along it, which a small LCP decides.
+
+        Raises:
+            ValueError: the step or the tie has none; the message says why.
+        """
     def vjp(
         self, gq: Optional[ArrayLike] = None, gv: Optional[ArrayLike] = None
     ) -> tuple[_Array, _Array, _Array, _Array]:
@@ -1750,12 +1772,67 @@ def integrate(model: Model, qpos: ArrayLike, qvel: ArrayLike, dt: float = 1.0) -
 def difference(model: Model, qpos1: ArrayLike, qpos0: ArrayLike) -> _Array:
     """The velocity that leads from ``qpos0`` to ``qpos1`` in unit time, (nv,); rotations go the short way."""
 
-def derivatives(model: Model, data: Data) -> StepDerivatives:
+def derivatives(model: Model, data: Data, parameters: Optional[Sequence[Any]] = None) -> StepDerivatives:
     """The derivative of the step just made (``step``, ``forward``): of (q⁺, v⁺) by (q, v), ctrl and qfrc_applied.
+
+    Args:
+        parameters: numbers of the model that get columns, too (``StepDerivatives.P``). Each is "timestep" or a tuple of a name, a part and
+            an index: ("gravity", axis); ("body_mass", body); ("body_ipos", body, axis); ("body_inertia", body, (row, column)) about
+            the centre of mass in the body's axes; ("dof_damping", joint), ("jnt_stiffness", joint), ("qpos_spring", joint),
+            ("dof_armature", joint), ("dof_frictionloss", joint); ("geom_friction", geom, 0), 1 and 2 against spinning and rolling;
+            ("geom_restitution", geom), ("geom_margin", geom), ("geom_pos", geom, axis) in the body's axes, ("geom_size", geom, index);
+            ("pair_friction", index). A list of parts in place of one, a list of tuples, or a dictionary of them with their shares, are
+            numbers that change together.
 
     Raises:
         RuntimeError: there is no step yet.
+        ValueError: a parameter is no number of the model.
     """
+
+def parameter_values(model: Model, parameters: Sequence[Any]) -> _Array:
+    """The values of parameters as for ``derivatives``, each that of its first number, (n,)."""
+
+def with_parameters(model: Model, parameters: Sequence[Any], values: ArrayLike) -> Model:
+    """``signorini.with_parameters`` without what Python adds to a model."""
+
+@final
+class IdentifiedValues:
+    """What ``identify_parameters`` found; see ``signorini.Identification``."""
+
+    @property
+    def values(self) -> _Array: ...
+    @property
+    def covariance(self) -> _Array: ...
+    @property
+    def determined(self) -> list[bool]: ...
+    @property
+    def at_bound(self) -> list[bool]: ...
+    @property
+    def objective(self) -> tuple[float, float]: ...
+    @property
+    def deviation(self) -> float: ...
+    @property
+    def iterations(self) -> int: ...
+    @property
+    def converged(self) -> bool: ...
+    @property
+    def steps(self) -> tuple[int, int]: ...
+
+def identify_parameters(
+    model: Model,
+    recordings: Sequence[tuple[Any, Any, Any]],
+    unknowns: Sequence[tuple[str, Any, list[float], Optional[list[float]]]],
+    settings: _PublicSettings,
+    interval: float,
+    substeps: int,
+    window: int,
+    weights: Sequence[float],
+    outlier: float,
+    iterations: int,
+    tolerance: float,
+    progress: Optional[Callable[[int, float, _Array], Any]],
+) -> IdentifiedValues:
+    """``signorini.identify`` with all arguments."""
 
 def linearize(model: Model, data: Data) -> LinearComplementaritySystem:
     """The linear complementarity system of a step from the present qpos, qvel, ctrl and qfrc_applied.

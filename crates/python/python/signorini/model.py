@@ -137,6 +137,12 @@ class Model(Strict, _core.Model):
                 warnings.warn_explicit(warning, None, w.file, w.line)
         return model
 
+    def _changed(self, core: _core.Model, change: Tuple[Any, Any]) -> Model:
+        """This model with other numbers, of which a pickle keeps the recipe."""
+        model = type(self)(other=core)
+        model._recipe = dict(self._recipe, changes=[*self._recipe.get("changes", []), change])
+        return model
+
     def body(self, key: Key) -> _core.Body:
         """The body of this name or index.
 
@@ -252,6 +258,8 @@ def _unpickle(cls: type[Model], recipe: Dict[str, Any], content_hash: int) -> Mo
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # They were issued when the model was made.
         model = cls._load(recipe["source"], recipe["options"])
+        for parameters, values in recipe.get("changes", []):
+            model = model._changed(_core.with_parameters(model, parameters, values), (parameters, values))
     if model.content_hash != content_hash:
         raise ModelError(f"the files of model '{model.name}' are not those that it was pickled with: load it anew")
     return model

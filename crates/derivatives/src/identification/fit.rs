@@ -1,0 +1,310 @@
+//! Levenberg and Marquardt's method over trajectories.
+
+use signorini_multibody::Model;
+use signorini_simulation::{Settings, SimulationError};
+
+use super::rollout::{Rollouts, Sums};
+use super::{
+    Identification, IdentificationError, IdentificationProgress, IdentificationSettings, Recording, Task, Unknown,
+};
+use crate::matrix::{cholesky, cholesky_solve};
+
+/// Damping at the beginning, as a part of the curvature; it goes down and up by these factors, and the method ends beyond the last.
+const DAMPING: f64 = 1e-3;
+const LESS: f64 = 0.2;
+const MORE: f64 = 5.0;
+const MOST: f64 = 1e8;
+/// Neighbours of each unknown, as parts of its size, that are looked at where the method can go no further: contact makes the objective rough,
+/// and its slopes are those of the roughness.
+const NEIGHBOURS: [f64; 6] = [0.2, -0.2, 0.05, -0.05, 0.01, -0.01];
+/// What is left of an unknown's curvature when the others answer, as a part of it: below, they undo what it does.
+const UNDETERMINED: f64 = 1e-8;
+/// Recordings per unknown from which on their spread is a covariance.
+const ENOUGH: usize = 3;
+
+/// Looks for parameters of a model that make it move as recorded.
+///
+/// - `settings`: of the simulation; Δt is the samples' interval over the substeps
+/// - `unknowns`: begin at their values in `model`
+/// - `progress`: called after every step of the method, which it ends with `false`
+///
+/// # Errors
+/// [`IdentificationError`] for unknowns that the model does not have, bounds that exclude their beginning, recordings that do not fit, and
+/// settings of the simulation out of range.
+///
+/// # Source
+/// J. Nocedal, S. Wright, *Numerical Optimization* (2006), chapter 10; P. Huber, *Robust Statistics* (1981); the covariance:
+/// H. White, *Maximum likelihood estimation of misspecified models*, Econometrica 50 (1982).
+pub fn identify(
+    model: &Model,
+    settings: &Settings,
+    recordings: &[Recording],
+    unknowns: &[Unknown],
+    asked: &IdentificationSettings,
+    mut progress: impl FnMut(&IdentificationProgress) -> bool,
+) -> Result<Identification, IdentificationError> {
+    let task = Task { settings, asked, unknowns };
+    check(model, recordings, &task)?;
+    let values = unknowns.iter().map(|unknown| unknown.value(model).unwrap_or_default()).collect();
+    let mut fit = Fit { task, recordings, model: model.clone(), values, tried: 0 };
+    let mut per_recording = fit.evaluate(&fit.values, true)?;
+    let mut whole = fit.sum(&per_recording);
+    let first = whole.objective;
+    let (mut damping, mut converged) = (DAMPING, false);
+    while fit.tried < asked.iterations {
+        fit.tried += 1;
+        let next = if damping <= MOST { fit.propose(&whole, damping) } else { None };
+        let is_stuck = next.is_none();
+        let better = match next {
+            Some(next) => fit.objective_at(&next)?.filter(|found| *found < whole.objective).map(|found| (found, next)),
+            None => fit.best_neighbour(whole.objective)?,
+        };
+        if let Some((objective, next)) = better {
+            converged = !is_stuck && whole.objective - objective <= asked.tolerance * whole.objective;
+            fit.values = next;
+            damping = if is_stuck { DAMPING } else { damping * LESS };
+            per_recording = fit.evaluate(&fit.values, true)?;
+            whole = fit.sum(&per_recording);
+        } else {
+            damping *= MORE;
+            converged = is_stuck;
+        }
+        // What gains no more by slopes may gain by its neighbours.
+        if converged && !is_stuck {
+            (converged, damping) = (false, 2.0 * MOST);
+        }
+        let objective = whole.objective / whole.samples as f64;
+        let news = IdentificationProgress { iteration: fit.tried, objective, values: fit.values.clone() };
+        if !progress(&news) || converged {
+            break;
+        }
+    }
+    Ok(fit.result(first, &whole, &per_recording, converged))
+}
+
+fn check(model: &Model, recordings: &[Recording], task: &Task) -> Result<(), IdentificationError> {
+    for unknown in task.unknowns {
+        let Some(value) = unknown.value(model).filter(|_| unknown.set(&mut model.clone(), 1.0)) else {
+            return Err(IdentificationError::NoSuchNumber(unknown.name.clone()));
+        };
+        let [lower, upper] = unknown.bounds;
+        if !(lower <= value && value <= upper) {
+            return Err(IdentificationError::OutsideBounds { name: unknown.name.clone(), value, lower, upper });
+        }
+    }
+    let malformed = |text: String| Err(IdentificationError::Malformed(text));
+    let asked = task.asked;
+    if task.unknowns.is_empty() || recordings.iter().all(|recording| recording.states.len() < 2) {
+        return malformed("nothing to identify: it takes an unknown and a recording of two samples".into());
+    }
+    if !(asked.interval > 0.0 && asked.interval.is_finite()) || asked.substeps == 0 {
+        return malformed("the interval must be positive and finite, and there must be a substep".into());
+    }
+    if !asked.weights.is_empty() && asked.weights.len() != model.nv {
+        return malformed(format!("{} weights are given for {} degrees of freedom", asked.weights.len(), model.nv));
+    }
+    for (i, recording) in recordings.iter().enumerate() {
+        if let Some(k) = recording.states.iter().position(|s| s.check(model).is_err()) {
+            return malformed(format!(
+                "recording {i}, sample {k}: it does not fit the model, or has a number that is not finite"
+            ));
+        }
+        if !recording.inputs.is_empty() && recording.inputs.len() + 1 != recording.states.len() {
+            return malformed(format!(
+                "recording {i} has {} samples and {} inputs: one for every interval is needed",
+                recording.states.len(),
+                recording.inputs.len()
+            ));
+        }
+    }
+    Ok(())
+}
+
+struct Fit<'a> {
+    task: Task<'a>,
+    recordings: &'a [Recording],
+    model: Model,
+    values: Vec<f64>,
+    tried: usize,
+}
+
+impl Fit<'_> {
+    fn model_at(&self, values: &[f64]) -> Model {
+        let mut model = self.model.clone();
+        for (unknown, value) in self.task.unknowns.iter().zip(values) {
+            unknown.set(&mut model, *value);
+        }
+        model
+    }
+
+    /// The sums of every recording, on all cores.
+    fn evaluate(&self, values: &[f64], with_slopes: bool) -> Result<Vec<Sums>, SimulationError> {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from).min(self.recordings.len().max(1));
+        let model = self.model_at(values);
+        let part = |first: usize| -> Result<Vec<(usize, Sums)>, SimulationError> {
+            let mut rollouts = Rollouts::new(self.task, model.clone(), values, with_slopes)?;
+            let own = (first..self.recordings.len()).step_by(threads);
+            own.map(|i| Ok((i, rollouts.run(&self.recordings[i])?))).collect()
+        };
+        let parts = std::thread::scope(|scope| {
+            let workers: Vec<_> = (0..threads).map(|first| scope.spawn(move || part(first))).collect();
+            let joined = workers.into_iter().map(|worker| worker.join());
+            joined.map(|end| end.unwrap_or_else(|panic| std::panic::resume_unwind(panic))).collect::<Vec<_>>()
+        });
+        let mut sums = vec![Sums::default(); self.recordings.len()];
+        for part in parts {
+            for (i, own) in part? {
+                sums[i] = own;
+            }
+        }
+        Ok(sums)
+    }
+
+    /// The objective with other values; nothing where it is no number.
+    fn objective_at(&self, values: &[f64]) -> Result<Option<f64>, SimulationError> {
+        let objective = self.sum_at(values, &self.evaluate(values, false)?).objective;
+        Ok(objective.is_finite().then_some(objective))
+    }
+
+    /// The best of the values nearby that lower the objective.
+    fn best_neighbour(&self, objective: f64) -> Result<Option<(f64, Vec<f64>)>, SimulationError> {
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        for (i, unknown) in self.task.unknowns.iter().enumerate() {
+            for part in NEIGHBOURS {
+                let mut values = self.values.clone();
+                let [lower, upper] = unknown.bounds;
+                values[i] = (values[i] + part * values[i].abs().max(f64::MIN_POSITIVE)).clamp(lower, upper);
+                let found = if values == self.values { None } else { self.objective_at(&values)? };
+                let least = best.as_ref().map_or(objective, |(least, _)| *least);
+                if let Some(found) = found.filter(|found| *found < least) {
+                    best = Some((found, values));
+                }
+            }
+        }
+        Ok(best)
+    }
+
+    /// The sum over recordings, with the priors.
+    fn sum(&self, per_recording: &[Sums]) -> Sums {
+        self.sum_at(&self.values, per_recording)
+    }
+
+    fn sum_at(&self, values: &[f64], per_recording: &[Sums]) -> Sums {
+        let n = per_recording.first().map_or(0, |sums| sums.gradient.len());
+        let mut whole = Sums::new(n);
+        per_recording.iter().for_each(|sums| whole.add(sums));
+        for (i, unknown) in self.task.unknowns.iter().enumerate() {
+            let Some([mean, deviation]) = unknown.prior else { continue };
+            let off = (values[i] - mean) / deviation;
+            whole.objective += 0.5 * off * off;
+            if n > 0 {
+                whole.gradient[i] += off / deviation;
+                whole.curvature[i * n + i] += 1.0 / (deviation * deviation);
+            }
+        }
+        whole
+    }
+
+    /// A damped step within the bounds; nothing where none leads anywhere.
+    fn propose(&self, whole: &Sums, damping: f64) -> Option<Vec<f64>> {
+        let n = self.values.len();
+        let held: Vec<bool> = (0..n).map(|i| self.pushes_out(i, -whole.gradient[i])).collect();
+        let free: Vec<usize> = (0..n).filter(|&i| !held[i] && whole.curvature[i * n + i] > 0.0).collect();
+        let m = free.len();
+        let mut system: Vec<f64> = free
+            .iter()
+            .flat_map(|&i| free.iter().map(move |&j| (i, j)))
+            .map(|(i, j)| whole.curvature[i * n + j] * if i == j { 1.0 + damping } else { 1.0 })
+            .collect();
+        let mut step: Vec<f64> = free.iter().map(|&i| -whole.gradient[i]).collect();
+        if m == 0 || !cholesky(&mut system, m) {
+            return None;
+        }
+        cholesky_solve(&system, m, &mut step);
+        let mut next = self.values.clone();
+        for (&i, step) in free.iter().zip(&step) {
+            let [lower, upper] = self.task.unknowns[i].bounds;
+            next[i] = (next[i] + step).clamp(lower, upper);
+        }
+        (next != self.values).then_some(next)
+    }
+
+    /// Whether an unknown is at a bound and a step of this sign would leave it.
+    fn pushes_out(&self, i: usize, step: f64) -> bool {
+        let [lower, upper] = self.task.unknowns[i].bounds;
+        (self.values[i] <= lower && step < 0.0) || (self.values[i] >= upper && step > 0.0)
+    }
+
+    fn result(&self, first: f64, whole: &Sums, per_recording: &[Sums], converged: bool) -> Identification {
+        let n = self.values.len();
+        let at_bound: Vec<bool> = (0..n).map(|i| self.pushes_out(i, -whole.gradient[i])).collect();
+        let determined = determined(&whole.curvature, n);
+        let samples = whole.samples.max(1) as f64;
+        Identification {
+            covariance: self.covariance(whole, per_recording, &determined),
+            at_bound,
+            determined,
+            objective: [first / samples, whole.objective / samples],
+            deviation: (whole.squares / samples).sqrt(),
+            iterations: self.tried,
+            converged,
+            steps: whole.steps,
+            model: self.model_at(&self.values),
+            values: self.values.clone(),
+        }
+    }
+
+    fn covariance(&self, whole: &Sums, per_recording: &[Sums], determined: &[bool]) -> Vec<f64> {
+        let n = self.values.len();
+        let known: Vec<usize> = (0..n).filter(|&i| determined[i]).collect();
+        let m = known.len();
+        let mut factor: Vec<f64> =
+            known.iter().flat_map(|&i| known.iter().map(move |&j| whole.curvature[i * n + j])).collect();
+        let mut covariance = vec![0.0; n * n];
+        (0..n).filter(|&i| !determined[i]).for_each(|i| covariance[i * n + i] = f64::INFINITY);
+        if !cholesky(&mut factor, m) {
+            return covariance;
+        }
+        let solved = |mut x: Vec<f64>| {
+            cholesky_solve(&factor, m, &mut x);
+            x
+        };
+        let mut add = |x: &[f64], y: &[f64], scale: f64| {
+            for (a, &i) in known.iter().enumerate() {
+                known.iter().enumerate().for_each(|(b, &j)| covariance[i * n + j] += scale * x[a] * y[b]);
+            }
+        };
+        if per_recording.len() >= ENOUGH * n.max(1) {
+            // A recording is one draw, however its samples hang together.
+            let draws = per_recording.len() as f64;
+            for own in per_recording {
+                let influence = solved(known.iter().map(|&i| own.gradient[i]).collect());
+                add(&influence, &influence, draws / (draws - 1.0));
+            }
+        } else {
+            let freedom = (whole.samples * self.model.nv).saturating_sub(m).max(1) as f64;
+            for a in 0..m {
+                let unit = (0..m).map(|b| f64::from(u8::from(a == b))).collect::<Vec<_>>();
+                let column = solved(unit.clone());
+                add(&unit, &column, whole.squares / freedom);
+            }
+        }
+        covariance
+    }
+}
+
+/// Which unknowns the curvature determines: what is left of each one's own when all others answer.
+fn determined(curvature: &[f64], n: usize) -> Vec<bool> {
+    let size = |i: usize| curvature[i * n + i].max(0.0).sqrt();
+    let left = |i: usize| {
+        // The last pivot of the factor with unknown i at the end, scaled; nothing before it may vanish for its sake.
+        let others = (0..n).filter(|&j| j != i && size(j) > 0.0);
+        let order: Vec<usize> = others.chain([i]).collect();
+        let m = order.len();
+        let entry = |a: usize, b: usize| curvature[order[a] * n + order[b]] / (size(order[a]) * size(order[b]));
+        let mut matrix: Vec<f64> = (0..m * m).map(|k| entry(k / m, k % m)).collect();
+        (0..m - 1).for_each(|k| matrix[k * m + k] += f64::EPSILON * m as f64);
+        if cholesky(&mut matrix, m) { matrix[m * m - 1].powi(2) } else { 0.0 }
+    };
+    (0..n).map(|i| size(i) > 0.0 && left(i) > UNDETERMINED).collect()
+}

@@ -1,0 +1,157 @@
+//! Numbers of a model as Python names them.
+
+use std::sync::Arc;
+
+use pyo3::exceptions::{PyIndexError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyString, PyTuple};
+use signorini::derivatives::identification::Unknown;
+use signorini::derivatives::{Direction, Parameter};
+use signorini::multibody::{ActuatorId, Model};
+
+use crate::arrays::{self, Vector};
+use crate::model::Model as PyModel;
+use crate::names::Key;
+
+/// The names that a parameter may have.
+const NAMES: &str = "timestep, gravity, body_mass, body_ipos, body_inertia, dof_damping, jnt_stiffness, qpos_spring, dof_armature, \
+                     dof_frictionloss, geom_friction, geom_restitution, geom_margin, geom_pos, geom_size, pair_friction, act";
+
+/// A direction: a parameter, a list of those that change together, or a dictionary of them with their shares.
+pub fn direction_of(model: &Model, given: &Bound<'_, PyAny>) -> PyResult<Direction> {
+    let mut direction = Direction::new();
+    if let Ok(shares) = given.cast::<PyDict>() {
+        for (item, share) in shares.iter() {
+            add(model, &item, share.extract()?, &mut direction)?;
+        }
+    } else if let Ok(items) = given.cast::<PyList>() {
+        for item in items.iter() {
+            add(model, &item, 1.0, &mut direction)?;
+        }
+    } else {
+        add(model, given, 1.0, &mut direction)?;
+    }
+    if direction.is_empty() {
+        return Err(PyValueError::new_err("a parameter has no numbers"));
+    }
+    Ok(direction)
+}
+
+/// A direction for every item.
+pub fn directions_of(model: &Model, given: &Bound<'_, PyAny>) -> PyResult<Vec<Direction>> {
+    given.try_iter()?.map(|item| direction_of(model, &item?)).collect()
+}
+
+/// Adds the numbers of one parameter: a name, or a tuple of a name, a part or several, and indices.
+fn add(model: &Model, given: &Bound<'_, PyAny>, share: f64, direction: &mut Direction) -> PyResult<()> {
+    if let Ok(name) = given.cast::<PyString>() {
+        direction.push((number(model, name.to_str()?, None, &[])?, share));
+        return Ok(());
+    }
+    let Ok(given) = given.cast::<PyTuple>() else {
+        return Err(PyValueError::new_err(format!("expected a name or a tuple of name, part and index, not {given}")));
+    };
+    let name: String = given.get_item(0)?.extract()?;
+    if name == "gravity" {
+        let axis: usize = given.get_item(1)?.extract()?;
+        direction.push((number(model, &name, None, &[axis])?, share));
+        return Ok(());
+    }
+    let mut indices = Vec::new();
+    for index in given.iter().skip(2) {
+        match index.extract::<(usize, usize)>() {
+            Ok((r, c)) => indices.extend([r, c]),
+            Err(_) => indices.push(index.extract()?),
+        }
+    }
+    let parts = given.get_item(1)?;
+    match parts.cast::<PyList>() {
+        Ok(parts) => {
+            for part in parts.iter() {
+                direction.push((number(model, &name, Some(&part), &indices)?, share));
+            }
+        }
+        Err(_) => direction.push((number(model, &name, Some(&parts), &indices)?, share)),
+    }
+    Ok(())
+}
+
+fn number(model: &Model, name: &str, part: Option<&Bound<'_, PyAny>>, indices: &[usize]) -> PyResult<Parameter> {
+    let missing = |sort: &str| PyValueError::new_err(format!("parameter '{name}' needs the name or index of a {sort}"));
+    let key = |sort: &str| part.ok_or_else(|| missing(sort))?.extract::<Key>().map_err(|_| missing(sort));
+    let index = |least: usize| {
+        let found = indices.first().copied().unwrap_or(0);
+        if found < least { Ok(found) } else { Err(PyIndexError::new_err(format!("'{name}' has no index {found}"))) }
+    };
+    let body = || key("body").and_then(|k| part.map_or_else(|| Err(missing("body")), |p| k.body(p.py(), model)));
+    let joint = || key("joint").and_then(|k| part.map_or_else(|| Err(missing("joint")), |p| k.joint(p.py(), model)));
+    let geom = || key("geom").and_then(|k| part.map_or_else(|| Err(missing("geom")), |p| k.geom(p.py(), model)));
+    let parameter = match name {
+        "timestep" => Parameter::Timestep,
+        "gravity" => Parameter::Gravity(index(3)?),
+        "body_mass" => Parameter::Mass(body()?),
+        "body_ipos" => Parameter::CenterOfMass(body()?, index(3)?),
+        "body_inertia" => {
+            let row = index(3)?;
+            Parameter::Inertia(body()?, [row, indices.get(1).copied().unwrap_or(row).min(2)])
+        }
+        "dof_damping" => Parameter::Damping(joint()?),
+        "jnt_stiffness" => Parameter::Stiffness(joint()?),
+        "qpos_spring" => Parameter::SpringReference(joint()?),
+        "dof_armature" => Parameter::Armature(joint()?),
+        "dof_frictionloss" => Parameter::FrictionLoss(joint()?),
+        "geom_friction" => match index(3)? {
+            0 => Parameter::Friction(geom()?),
+            1 => Parameter::SpinningFriction(geom()?),
+            _ => Parameter::RollingFriction(geom()?),
+        },
+        "geom_restitution" => Parameter::Restitution(geom()?),
+        "geom_margin" => Parameter::Margin(geom()?),
+        "geom_pos" => Parameter::GeomPosition(geom()?, index(3)?),
+        "geom_size" => Parameter::GeomSize(geom()?, index(3)?),
+        "pair_friction" => Parameter::PairFriction(part.ok_or_else(|| missing("pair"))?.extract()?),
+        "act" => {
+            let part = part.ok_or_else(|| missing("actuator"))?;
+            let names = model.actuators.iter().map(|actuator| actuator.name.as_str());
+            return Ok(Parameter::Activation(ActuatorId(key("actuator")?.among(part.py(), "actuator", names)? as u32)));
+        }
+        _ => return Err(PyValueError::new_err(format!("there is no parameter '{name}'; there are {NAMES}"))),
+    };
+    match parameter.value(model) {
+        Some(_) => Ok(parameter),
+        None => Err(PyValueError::new_err(format!("the model has no such number: '{name}' {indices:?}"))),
+    }
+}
+
+/// The values of parameters, each that of the first of its numbers.
+#[pyfunction]
+pub fn parameter_values<'py>(
+    py: Python<'py>,
+    model: &Bound<'py, PyModel>,
+    parameters: &Bound<'py, PyAny>,
+) -> PyResult<Vector<'py>> {
+    let inner = model.get().inner.clone();
+    let directions = directions_of(&inner, parameters)?;
+    let first = directions.iter().map(|direction| direction.first().and_then(|(parameter, _)| parameter.value(&inner)));
+    let values = first.map(|value| value.ok_or_else(|| PyValueError::new_err("an activation is in the state")));
+    Ok(arrays::vector(py, &values.collect::<PyResult<Vec<_>>>()?))
+}
+
+/// The model with other values of parameters; what changes together with the first number of each changes by its share.
+#[pyfunction]
+pub fn with_parameters(
+    model: &Bound<'_, PyModel>,
+    parameters: &Bound<'_, PyAny>,
+    values: &Bound<'_, PyAny>,
+) -> PyResult<PyModel> {
+    let inner = model.get().inner.clone();
+    let directions = directions_of(&inner, parameters)?;
+    let values = arrays::read_vector("values", values, Some(directions.len()))?;
+    let mut changed = (*inner).clone();
+    for (direction, value) in directions.into_iter().zip(values) {
+        if !value.is_finite() || !Unknown::new("", direction).set(&mut changed, value) {
+            return Err(PyValueError::new_err(format!("a parameter cannot be set to {value}")));
+        }
+    }
+    Ok(PyModel::of(Arc::new(changed)))
+}

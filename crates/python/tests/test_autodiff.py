@@ -1,0 +1,153 @@
+"""Gradients of rollouts in PyTorch and JAX, and parameters, against differences and closed forms."""
+
+import numpy as np
+import pytest
+
+import signorini
+
+BALL = """<mujoco><option timestep='0.01'/><worldbody><geom name='floor' type='plane' friction='0.3'/>
+  <body name='ball' pos='0 0 0.1'><freejoint/><geom name='ball' size='0.1' mass='2' friction='0.5'/></body></worldbody></mujoco>"""
+
+CART = """<mujoco><option timestep='0.01'/><worldbody><body name='cart'>
+  <joint name='slide' type='slide' axis='1 0 0' damping='0.3'/><geom type='box' size='0.1 0.1 0.1' mass='1' contype='0' conaffinity='0'/>
+  <body name='pole'><joint name='hinge' axis='0 1 0'/><geom type='capsule' fromto='0 0 0 0 0 0.5' size='0.02' contype='0' conaffinity='0'/>
+  </body></body></worldbody><actuator><motor joint='slide' gear='3'/></actuator></mujoco>"""
+
+
+def rollout_end(model, q, v, controls):
+    data = signorini.Data(model)
+    blank = data.get_state(warm_start=False)
+    for u in controls:
+        data.set_state(blank)
+        data.qpos[:], data.qvel[:], data.ctrl[:] = q, v, u
+        signorini.step(model, data)
+        q, v = data.qpos.copy(), data.qvel.copy()
+    return q, v
+
+
+def test_parameters_of_a_sliding_ball():
+    model = signorini.Model.from_string(BALL)
+    parameters = [("geom_friction", "ball"), ("body_mass", "ball"), ("gravity", 2), "timestep", ("geom_size", "ball", 0)]
+    data = signorini.Data(model)
+    data.qvel[:] = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
+    signorini.step(model, data)
+    slopes = signorini.derivatives(model, data, parameters)
+    assert slopes.validity == "exact" and slopes.P.shape == (12, 5)
+    # Friction brakes by μ g Δt; the mass does not matter; gravity points down; what the ball grows is pushed out within the step.
+    assert np.allclose(slopes.P[6], [-9.81 * 0.01, 0.0, 0.5 * 0.01, -0.5 * 9.81, -0.5 / 0.01], atol=1e-12)
+    gradient = np.zeros(6)
+    gradient[0] = 1.0
+    assert np.allclose(slopes.parameter_vjp(gv=gradient), slopes.P[6], atol=1e-12)
+    with pytest.raises(ValueError, match="no parameter 'mass'"):
+        signorini.derivatives(model, data, [("mass", "ball")])
+    with pytest.raises(KeyError, match="ball"):
+        signorini.derivatives(model, data, [("body_mass", "bal")])
+
+
+def test_two_geoms_with_one_friction_change_together():
+    model = signorini.Model.from_string(BALL.replace("0.3", "0.5"))
+    data = signorini.Data(model)
+    data.qvel[0] = 1.0
+    signorini.step(model, data)
+    with pytest.raises(ValueError, match="change both together"):
+        signorini.derivatives(model, data, [("geom_friction", "ball")]).P
+    both = signorini.derivatives(model, data, [("geom_friction", ["ball", "floor"])])
+    assert both.P[6, 0] == pytest.approx(-9.81 * 0.01, rel=1e-12)
+
+
+def test_parameters_are_set_in_a_new_model():
+    model = signorini.Model.from_string(BALL)
+    parameters = [("body_mass", "ball"), {("geom_friction", "ball"): 1.0, ("geom_friction", "floor"): 0.5}]
+    assert signorini.parameter_values(model, parameters).tolist() == [2.0, 0.5]
+    changed = signorini.with_parameters(model, parameters, [3.0, 0.7])
+    assert changed.body_mass[1] == 3.0 and model.body_mass[1] == 2.0
+    assert signorini.parameter_values(changed, [("geom_friction", "floor")]) == pytest.approx([0.4])
+    with pytest.raises(ValueError, match="cannot be set to NaN"):
+        signorini.with_parameters(model, parameters, [np.nan, 0.7])
+
+
+def central(function, x, h):
+    x = np.asarray(x, float)
+    out = np.zeros_like(x)
+    for k in np.ndindex(x.shape):
+        change = np.zeros_like(x)
+        change[k] = h
+        out[k] = (function(x + change) - function(x - change)) / (2 * h)
+    return out
+
+
+def test_torch_rollouts_have_the_gradients_of_differences():
+    torch = pytest.importorskip("torch")
+    import signorini.torch
+
+    model = signorini.Model.from_string(CART)
+    rng = np.random.default_rng(0)
+    controls = rng.normal(size=(300, 1))
+    target = np.array([0.3, 0.1])
+
+    def loss(q, v, u):
+        q, v = rollout_end(model, q, v, u)
+        return float(((q - target) ** 2).sum() + 0.1 * (v**2).sum())
+
+    q, v, u = (torch.tensor(x, dtype=torch.float64, requires_grad=True) for x in ([0.0, 0.4], [0.1, -0.2], controls))
+    qs, vs = signorini.torch.rollout(model, q, v, u)
+    assert qs.shape == (301, 2)
+    value = ((qs[-1] - torch.tensor(target)) ** 2).sum() + 0.1 * (vs[-1] ** 2).sum()
+    value.backward()
+    start = [0.0, 0.4], [0.1, -0.2], controls
+    assert float(value.detach()) == pytest.approx(loss(*start), rel=1e-12)
+    assert np.allclose(q.grad, central(lambda x: loss(x, start[1], controls), start[0], 1e-6), rtol=1e-5)
+    assert np.allclose(v.grad, central(lambda x: loss(start[0], x, controls), start[1], 1e-6), rtol=1e-5)
+    some = central(lambda x: loss(start[0], start[1], np.concatenate([x, controls[3:]])), controls[:3], 1e-5)
+    assert np.allclose(u.grad[:3], some, rtol=1e-5)
+
+
+def test_torch_steps_in_batches_with_parameters():
+    torch = pytest.importorskip("torch")
+    import signorini.torch
+
+    model = signorini.Model.from_string(BALL)
+    q = torch.tensor(np.tile(signorini.Data(model).qpos, (2, 1)), requires_grad=True)
+    v = torch.tensor([[1.0, 0, 0, 0, 0, 0], [0, 2.0, 0, 0, 0, 0]], dtype=torch.float64)
+    theta = torch.tensor([0.5], dtype=torch.float64, requires_grad=True)
+    _, after = signorini.torch.step(model, q, v, parameters=[("geom_friction", "ball")], theta=theta)
+    (after[0, 0] + 2 * after[1, 1]).backward()
+    assert theta.grad.numpy() == pytest.approx([-3 * 9.81 * 0.01], rel=1e-9)
+    assert q.grad.shape == (2, 7)
+
+
+def test_torch_says_where_there_is_no_derivative():
+    torch = pytest.importorskip("torch")
+    import signorini.torch
+
+    model = signorini.Model.from_string(BALL)
+    q = torch.tensor(signorini.Data(model).qpos.copy(), requires_grad=True)
+    v = torch.tensor([0, 0, 0.0981, 0, 0, 0], dtype=torch.float64)
+    qs, _ = signorini.torch.step(model, q, v, ties="raise")
+    with pytest.raises(signorini.torch.DerivativeError, match="step 0 has a derivative on each side alone"):
+        qs.sum().backward()
+
+
+def test_jax_rollouts_have_the_gradients_of_differences():
+    jax = pytest.importorskip("jax")
+    import signorini.jax
+
+    jax.config.update("jax_enable_x64", True)
+    model = signorini.Model.from_string(CART)
+    controls = np.random.default_rng(1).normal(size=(100, 1))
+
+    def loss(q, u):
+        qs, vs = signorini.jax.rollout(model, q, np.array([0.1, -0.2]), u)
+        return (qs[-1] ** 2).sum() + 0.1 * (vs[-1] ** 2).sum()
+
+    q0 = np.array([0.0, 0.4])
+    value, (by_q, by_u) = jax.jit(jax.value_and_grad(loss, argnums=(0, 1)))(q0, controls)
+
+    def plain(q, u):
+        q, v = rollout_end(model, q, [0.1, -0.2], u)
+        return float((q**2).sum() + 0.1 * (v**2).sum())
+
+    assert float(value) == pytest.approx(plain(q0, controls), rel=1e-12)
+    assert np.allclose(by_q, central(lambda x: plain(x, controls), q0, 1e-6), rtol=1e-5)
+    some = central(lambda x: plain(q0, np.concatenate([x, controls[2:]])), controls[:2], 1e-5)
+    assert np.allclose(by_u[:2], some, rtol=1e-5)

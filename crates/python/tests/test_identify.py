@@ -1,0 +1,52 @@
+"""Parameters from recorded motions."""
+
+import numpy as np
+import pytest
+
+import signorini
+
+XML = """<mujoco><worldbody><geom name='floor' type='plane' friction='{mu}'/><body name='box' pos='0 0 0.3'><freejoint/>
+  <geom name='box' type='box' size='0.1 0.08 0.06' friction='{mu}'/></body></worldbody></mujoco>"""
+
+
+def recordings(model, count, interval, substeps):
+    rng = np.random.default_rng(3)
+    out = []
+    for _ in range(count):
+        data = signorini.Data(model, signorini.Settings(timestep=interval / substeps))
+        data.qvel[:] = rng.normal(size=6)
+        q, v = [data.qpos.copy()], [data.qvel.copy()]
+        for _ in range(25):
+            signorini.step(model, data, nstep=substeps)
+            q.append(data.qpos.copy())
+            v.append(data.qvel.copy())
+        out.append((np.array(q), np.array(v)))
+    return out
+
+
+def test_friction_is_found_with_progress_and_a_report():
+    given = recordings(signorini.Model.from_string(XML.format(mu=0.3)), 4, 0.02, 4)
+    told = []
+    friction = signorini.Unknown([("geom_friction", ["box", "floor"])], bounds=(0.01, 1.0), name="friction")
+    model = signorini.Model.from_string(XML.format(mu=0.5))
+    found = signorini.identify(
+        model, given, [friction], interval=0.02, substeps=4, window=8, tolerance=1e-10, progress=lambda *news: told.append(news)
+    )
+    assert found.values == pytest.approx([0.3], abs=1e-5) and found.determined == (True,)
+    assert told and told[-1][1] < told[0][1]
+    assert "friction" in found.report() and str(found) == found.report()
+    assert found.model.geom("box").friction == pytest.approx(found.values[0])
+    mapping = [{"qpos": q, "qvel": v} for q, v in given]
+    stopped = signorini.identify(model, mapping, [friction], interval=0.02, substeps=4, progress=lambda *news: False)
+    assert stopped.iterations == 1 and not stopped.converged
+
+
+def test_faults_are_named():
+    given = recordings(signorini.Model.from_string(XML.format(mu=0.3)), 1, 0.02, 1)
+    model = signorini.Model.from_string(XML.format(mu=0.5))
+    with pytest.raises(ValueError, match="no parameter 'friction'"):
+        signorini.identify(model, given, ["friction"], interval=0.02)
+    with pytest.raises(ValueError, match="outside its bounds"):
+        signorini.identify(model, given, [signorini.Unknown(("body_mass", "box"), bounds=(0.0, 1e-3))], interval=0.02)
+    with pytest.raises(ValueError, match="qvel"):
+        signorini.identify(model, [(given[0][0], given[0][1][:-1])], [("body_mass", "box")], interval=0.02)
