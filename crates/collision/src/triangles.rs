@@ -120,12 +120,9 @@ fn touch_pair(
     }
     let allows = |n: DVec3| [a.set.allows(i, a.rotation.transpose() * n), b.set.allows(j, b.rotation.transpose() * -n)];
     let size = size_a.min(size_b);
-    let Some((most, allowed)) = best_axes(&in_a, &in_b, margin, FLUSH * size, allows) else { return };
-    let Some((gap, normal)) = allowed else { return };
-    let inside = if most > APART * size { 0.0 } else { DEEPEST * most };
-    if gap > margin || gap < inside - APART * size {
-        return;
-    }
+    let Some(mut axes) = Axes::within(&in_a, &in_b, margin) else { return };
+    let inside = if axes.most > APART * size { 0.0 } else { DEEPEST * axes.most };
+    let Some((gap, normal)) = axes.best(FLUSH * size, inside - APART * size, allows) else { return };
     let from = out.len();
     let [shape_a, shape_b] = [of_a, of_b].map(Convex::Triangle);
     let place = |set: &PlacedSet, center: DVec3, size: f64| (set.rotation, set.position, center, size);
@@ -138,72 +135,92 @@ fn touch_pair(
     narrow.reducer.outline(out, from, margin, size);
 }
 
-/// What an axis is worth, the better ones later.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Standing {
-    /// Both surfaces allow it.
-    Allowed,
-    /// One allows it, and the triangles are on a level: the contact belongs to another triangle at the other one's vertex.
-    OfNeighbour,
-    /// Both allow it, and the triangles are on a level.
-    Flush,
+/// The axes of two triangles with their gaps: two faces, six sides, nine pairs of edges, in both directions.
+struct Axes {
+    all: [(f64, DVec3); 34],
+    count: usize,
+    /// The largest gap.
+    most: f64,
 }
 
-/// How far two triangles are apart along any axis of separation, and the allowed one, from A to B, along which they are farthest apart, or
-/// on a level within `flush`; nothing where they are farther apart than `margin`. `allows`: whether the surface of A, and that of B, does.
-fn best_axes(
-    a: &Corners,
-    b: &Corners,
-    margin: f64,
-    flush: f64,
-    allows: impl Fn(DVec3) -> [bool; 2],
-) -> Option<(f64, Option<(f64, DVec3)>)> {
-    let mut most = f64::NEG_INFINITY;
-    let mut best: Option<(Standing, f64, DVec3)> = None;
-    let mut consider = |axis: DVec3| {
-        let Some(axis) = axis.try_normalize() else { return true };
+impl Axes {
+    /// All axes of separation; nothing where the triangles are farther apart than `margin` along one.
+    fn within(a: &Corners, b: &Corners, margin: f64) -> Option<Self> {
+        let mut axes = Self { all: [(0.0, DVec3::ZERO); 34], count: 0, most: f64::NEG_INFINITY };
+        let (edges_a, edges_b) = (a.edges(), b.edges());
+        let sides_a = edges_a.map(|e| e.cross(a.normal));
+        let sides_b = edges_b.map(|e| e.cross(b.normal));
+        let faces = [a.normal, b.normal];
+        for axis in faces.into_iter().chain(sides_a).chain(sides_b) {
+            axes.add(axis, a, b, margin)?;
+        }
+        for e in edges_a {
+            for f in edges_b {
+                let axis = e.cross(f);
+                // Edges along each other have the axes of the faces.
+                if axis.length_squared() > 1e-12 * e.length_squared() * f.length_squared() {
+                    axes.add(axis, a, b, margin)?;
+                }
+            }
+        }
+        Some(axes)
+    }
+
+    fn add(&mut self, axis: DVec3, a: &Corners, b: &Corners, margin: f64) -> Option<()> {
+        let Some(axis) = axis.try_normalize() else { return Some(()) };
         for n in [axis, -axis] {
             let gap = b.lowest(n) + a.lowest(-n);
             if gap > margin {
-                return false;
-            }
-            most = most.max(gap);
-            let is_flush = gap.abs() <= flush;
-            let standing = match allows(n) {
-                [true, true] if is_flush => Standing::Flush,
-                [true, true] => Standing::Allowed,
-                [true, false] | [false, true] if is_flush => Standing::OfNeighbour,
-                _ => continue,
-            };
-            let better = best.is_none_or(|(other, best, _)| {
-                standing > other || (standing == other && gap > best + ROUNDING * flush)
-            });
-            if better {
-                best = Some((standing, gap, n));
-            }
-        }
-        true
-    };
-    let (edges_a, edges_b) = (a.edges(), b.edges());
-    let faces = [a.normal, b.normal];
-    let sides_a = edges_a.map(|e| e.cross(a.normal));
-    let sides_b = edges_b.map(|e| e.cross(b.normal));
-    for axis in faces.into_iter().chain(sides_a).chain(sides_b) {
-        if !consider(axis) {
-            return None;
-        }
-    }
-    for e in edges_a {
-        for f in edges_b {
-            let axis = e.cross(f);
-            // Edges along each other have the axes of the faces.
-            if axis.length_squared() > 1e-12 * e.length_squared() * f.length_squared() && !consider(axis) {
                 return None;
             }
+            self.all[self.count] = (gap, n);
+            self.count += 1;
+            self.most = self.most.max(gap);
         }
+        Some(())
     }
-    Some((most, best.filter(|best| best.0 != Standing::OfNeighbour).map(|(_, gap, n)| (gap, n))))
+
+    /// The axis that both surfaces allow, on a level within `flush` or else with the largest gap, which is at least `lowest`. None where the
+    /// triangles are on a level along an axis that one surface alone allows: the contact belongs to another triangle at the other one's vertex.
+    ///
+    /// - `allows`: whether the surface of A, and that of B, does
+    fn best(&mut self, flush: f64, lowest: f64, allows: impl Fn(DVec3) -> [bool; 2]) -> Option<(f64, DVec3)> {
+        let is_flush = |gap: f64| gap.abs() <= flush;
+        let mut of_neighbour = false;
+        while let Some((gap, n)) = self.take_farthest(flush) {
+            if !is_flush(gap) && (of_neighbour || gap < lowest) {
+                return None;
+            }
+            match allows(n) {
+                [true, true] => return Some((gap, n)),
+                [false, false] => {}
+                _ => of_neighbour |= is_flush(gap),
+            }
+        }
+        None
+    }
+
+    /// Takes out the axis with the largest gap, those within `flush` before all others; of equals the first, so that faces come before edges.
+    fn take_farthest(&mut self, flush: f64) -> Option<(f64, DVec3)> {
+        let rank = |gap: f64| if gap.abs() <= flush { 1 } else { 0 };
+        let mut best: Option<usize> = None;
+        for (k, &(gap, _)) in self.all[..self.count].iter().enumerate().filter(|(_, axis)| !axis.0.is_nan()) {
+            let better = best.is_none_or(|other| {
+                let other = self.all[other].0;
+                rank(gap) > rank(other) || (rank(gap) == rank(other) && gap > other + ROUNDING * flush)
+            });
+            if better {
+                best = Some(k);
+            }
+        }
+        let taken = self.all[best?];
+        self.all[best?].0 = f64::NAN;
+        Some(taken)
+    }
 }
+
+/// Axes whose gaps differ by less than this share of what is flush are equally good.
+const ROUNDING: f64 = 1e-6;
 
 impl TriangleSet {
     /// Whether the surface allows a contact on this triangle whose normal, in the mesh's frame, points out of it along `n`: the triangle's
@@ -215,9 +232,6 @@ impl TriangleSet {
         self.allowed_normal(index, n).1
     }
 }
-
-/// Axes whose gaps differ by less than this share of what is flush are equally good: the first stays.
-const ROUNDING: f64 = 1e-6;
 
 /// A normal that looks into a closed surface by less than this sine lies in it.
 const LEVEL: f64 = 1e-9;

@@ -146,3 +146,24 @@ fn a_misspelt_attribute_comes_before_what_follows_from_it() {
         }
     }
 }
+
+#[test]
+fn attachments_that_cannot_be_made_are_placed() {
+    let world = |inner: &str| format!("<worldbody>\n<body name='a'>{inner}</body></worldbody>");
+    assert_says(&world("<attach body='b' prefix='p'/>"), &["text):3:16", "there is no body 'b'"]);
+    assert_says(&world("<attach body='a' prefix='p'/>"), &["text):3:16", "holds this or another <attach>"]);
+    assert_says(&world("<attach prefix='p'/>"), &["text):3:16", "'model', 'body' or 'frame'"]);
+    assert_says(&world("<attach body='a'/>"), &["text):3:16", "<attach>"]);
+    assert_says(&world("<attach model='m' prefix='p'/>"), &["model 'm'", "3:24"]);
+    let missing = format!("<asset><model name='m' file='m.xml'/></asset>{}", world("<attach model='m' prefix='p'/>"));
+    assert_says(&missing, &["text):2:8", "m.xml"]);
+    // A model that attaches itself.
+    let folder = std::env::temp_dir().join(format!("signorini-attach-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("snake.xml");
+    let text = "<mujoco><asset><model name='m' file='snake.xml'/></asset><worldbody><attach model='m' prefix='p'/></worldbody></mujoco>";
+    std::fs::write(&file, text).unwrap();
+    let error = signorini_formats::load(&file, &LoadOptions::default()).unwrap_err();
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(error.to_string().contains("does one attach itself?"), "{error}");
+}
