@@ -42,4 +42,4 @@ pub use load::{load, load_mjcf_str, load_mjcf_str_with, load_sdf_str, load_urdf_
 pub use mesh::{MeshFormat, read_mesh};
 pub use options::{Imported, LoadOptions, MissingMeshes};
 pub use report::{ImportReport, Warning};
-pub use write::{Written, write_mjcf};
+pub use write::{Written, write_mjcf, write_urdf};

@@ -7,6 +7,7 @@ use signorini::formats::FormatError;
 use signorini::lcp::LcpError;
 use signorini::multibody::FreeMotionError;
 use signorini::recording::RecordingError as RecordingFault;
+use signorini::spec::SpecError;
 use signorini_replay::ReplayError;
 
 pyo3::import_exception!(signorini.errors, BatchError);
@@ -40,6 +41,11 @@ pub fn simulation_error(error: SimulationError) -> PyErr {
         E::NotSettled { .. } => SolveError::new_err((message, "not_settled")),
         _ => ProblemError::new_err(message),
     }
+}
+
+/// An edit that cannot be made, or a spec that is no mechanism.
+pub fn spec_error(error: SpecError) -> PyErr {
+    ModelError::new_err(error.to_string())
 }
 
 /// A malformed contact problem.

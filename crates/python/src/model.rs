@@ -349,6 +349,16 @@ impl Model {
         arrays::fixed(PyArray1::from_iter(py, self.inner.sensors.iter().map(|s| s.kind.size() as i32)))
     }
 
+    /// Names of the bodies that are moved from outside, in the order of `mocap_pos`.
+    fn _mocap_names(&self) -> Vec<&str> {
+        self.inner.mocap_bodies.iter().map(|id| self.inner.bodies[id.index()].name.as_str()).collect()
+    }
+
+    /// Names of the actuators that have an activation, in the order of `act`.
+    fn _activation_names(&self) -> Vec<&str> {
+        self.inner.actuators.iter().filter(|a| a.activation.is_some()).map(|a| a.name.as_str()).collect()
+    }
+
     /// Names of the keyframes.
     #[getter]
     fn keyframe_names(&self) -> Vec<&str> {

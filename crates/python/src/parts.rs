@@ -203,22 +203,26 @@ pub fn joint(joint: &mb::Joint, id: usize) -> Joint {
     }
 }
 
-pub fn geom(geom: &mb::Geom, id: usize) -> Geom {
-    let size = match &geom.geometry {
+/// Sizes as [`Geom`] has them.
+pub fn size(geometry: &Geometry) -> Vec<f64> {
+    match geometry {
         Geometry::Sphere { radius } => vec![*radius],
         Geometry::Box { half_extents: size } | Geometry::Ellipsoid { semi_axes: size } => size.to_array().to_vec(),
         Geometry::Capsule { radius, half_length }
         | Geometry::Cylinder { radius, half_length }
         | Geometry::Cone { radius, half_length } => vec![*radius, *half_length],
         _ => Vec::new(),
-    };
+    }
+}
+
+pub fn geom(geom: &mb::Geom, id: usize) -> Geom {
     let r = geom.placement.rotation;
     Geom {
         id,
         name: geom.name.clone(),
         body: geom.body.index(),
         r#type: geom.geometry.kind_name(),
-        size: row(size),
+        size: row(size(&geom.geometry)),
         friction: geom.friction,
         pos: row(geom.placement.position.to_array()),
         quat: row([r.w, r.x, r.y, r.z]),

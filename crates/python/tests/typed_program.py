@@ -98,6 +98,12 @@ def asking(model: Model, data: Data) -> None:
 
 def editing(model: Model) -> None:
     spec: signorini.Spec = signorini.Spec(model)
+    part: signorini.SpecPart = spec.body(1)
+    part.pos = (0.0, 0.0, 1.0)
+    filled: signorini.Scene = signorini.scene("filled")
+    filled.box((0.1, 0.1, 0.1), mass=1.0)
+    parameter: signorini.Parameter = signorini.PARAMETERS["body_mass"]
+    assert parameter.shape == () and model.parameter("body_mass").shape == (model.nbody,)
     spec.attach(model, pos=(0, 3, 0), prefix="second ")
     removed: list[str] = spec.remove("body", "arm")
     text, left_out = spec.to_mjcf()

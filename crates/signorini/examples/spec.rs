@@ -3,7 +3,7 @@
 
 use signorini::formats::{load_mjcf_str, write_mjcf};
 use signorini::prelude::*;
-use signorini::spec::{Spec, carry_state};
+use signorini::spec::Spec;
 
 const ARM: &str = r#"<mujoco><worldbody><body name="upper"><joint name="shoulder" axis="0 1 0" damping="1"/>
     <geom type="capsule" size=".04 .2" pos="0 0 .2"/></body></worldbody>
@@ -26,8 +26,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // One arm is taken away; the other goes on where it was.
     println!("gone: {}", world.remove_body("left upper")?.join(", "));
-    let smaller = world.compile()?.model;
-    let state = carry_state(simulation.model(), simulation.state(), &smaller);
+    let (smaller, state) = world.recompile(simulation.model(), simulation.state())?;
+    let smaller = smaller.model;
     assert_eq!(state.q[0], simulation.state().q[1]);
 
     let written = write_mjcf(&smaller);

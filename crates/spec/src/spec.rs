@@ -214,6 +214,21 @@ lookups! {
 }
 
 impl Spec {
+    /// Names of all sensors, in their order.
+    pub fn sensor_names(&self) -> impl Iterator<Item = &str> {
+        self.sensors.iter().map(|(_, part)| part.name.as_str())
+    }
+
+    /// Names of all equality constraints, in their order.
+    pub fn equality_names(&self) -> impl Iterator<Item = &str> {
+        self.equalities.iter().map(|(_, part)| part.name.as_str())
+    }
+
+    /// Names of all keyframes, in their order.
+    pub fn keyframe_names(&self) -> impl Iterator<Item = &str> {
+        self.keyframes.iter().map(|(_, part)| part.name.as_str())
+    }
+
     /// The sensor of this name, to be changed.
     ///
     /// # Errors

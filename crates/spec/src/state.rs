@@ -2,6 +2,23 @@
 
 use signorini_multibody::{Model, State};
 
+use crate::{Compiled, Spec, SpecError};
+
+impl Spec {
+    /// The model as it is now, and a state of it that goes on from one of the model before; see [`carry_state`].
+    ///
+    /// # Errors
+    /// As [`compile`](Self::compile).
+    ///
+    /// # Panics
+    /// As [`carry_state`].
+    pub fn recompile(&self, old: &Model, state: &State) -> Result<(Compiled, State), SpecError> {
+        let compiled = self.compile()?;
+        let carried = carry_state(old, state, &compiled.model);
+        Ok((compiled, carried))
+    }
+}
+
 /// A state of a new model in which every joint and every actuator's activation that an old model has by the same name and of the same kind is
 /// where it was there; the rest is at its reference, at rest. The time stays.
 ///

@@ -11,10 +11,12 @@ use super::shapes::{Assets, condim, tree};
 #[derive(Clone, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Written {
-    /// The file; it needs no other one.
+    /// The file.
     pub text: String,
     /// What the format cannot say, part by part, and what became of it.
     pub left_out: Vec<String>,
+    /// Files that the text names, with their text: meshes of URDF.
+    pub files: Vec<(String, String)>,
 }
 
 /// Writes a model as MJCF: all that a [`Model`] is, in radians, with every inertia and name, meshes within. Read again, it is the same
@@ -40,7 +42,7 @@ pub fn write_mjcf(model: &Model) -> Written {
     root.push_filled(section("actuator", model.actuators.iter().map(|a| actuation::actuator(model, a)).collect()));
     root.push_filled(section("sensor", model.sensors.iter().map(|s| actuation::sensor(model, s)).collect()));
     root.push_filled(section("keyframe", model.keyframes.iter().map(keyframe).collect()));
-    Written { text: root.text(), left_out: assets.left_out }
+    Written { text: root.text(), left_out: assets.left_out, files: Vec::new() }
 }
 
 /// What MJCF has no element for.

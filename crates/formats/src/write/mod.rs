@@ -4,5 +4,7 @@ mod actuation;
 mod element;
 mod mjcf;
 mod shapes;
+mod urdf;
 
 pub use mjcf::{Written, write_mjcf};
+pub use urdf::write_urdf;

@@ -84,6 +84,7 @@ from signorini._core import (
     zero_moment_point,
 )
 from signorini._parameters import PARAMETERS, Parameter
+from signorini._scene import Scene, scene
 from signorini.batch import Batch
 from signorini.data import ActuatorData, BodyData, Data, JointData, Recorder
 from signorini.errors import (
@@ -103,7 +104,7 @@ from signorini.identification import Identification, Unknown, identify, with_par
 from signorini.lemkelcp import lemkelcp
 from signorini.model import Model
 from signorini.settings import Settings, SolverSettings
-from signorini.spec import Spec
+from signorini.spec import Spec, SpecPart
 
 __all__ = [
     "Actuator",
@@ -145,6 +146,7 @@ __all__ = [
     "RecordingCheck",
     "RecordingError",
     "Safety",
+    "Scene",
     "SettingError",
     "Settings",
     "SettleReport",
@@ -152,6 +154,7 @@ __all__ = [
     "SolveError",
     "SolverSettings",
     "Spec",
+    "SpecPart",
     "Stability",
     "StageCount",
     "StageRun",
@@ -188,6 +191,7 @@ __all__ = [
     "overlaps",
     "parameter_values",
     "safety",
+    "scene",
     "settle",
     "solve_lcp",
     "stability",

@@ -343,6 +343,8 @@ class Model:
     def _geom(self, id: int) -> Geom: ...
     def _actuator(self, id: int) -> Actuator: ...
     def _keyframe(self, id: int) -> Keyframe: ...
+    def _mocap_names(self) -> list[str]: ...
+    def _activation_names(self) -> list[str]: ...
     def _parameter(self, name: str) -> _Array: ...
     def _parameter_parts(self, name: str) -> list[str]: ...
 
@@ -351,9 +353,37 @@ class Spec:
     """Base of ``signorini.Spec``."""
 
     def __new__(cls, model: Optional[Model] = None, name: str = "world") -> Self: ...
+    @property
+    def gravity(self) -> list[float]:
+        """Gravity in world, (3), m/s²; a copy: set it as a whole."""
+    @gravity.setter
+    def gravity(self, gravity: Sequence[float]) -> None: ...
+    @property
+    def timestep(self) -> float:
+        """Suggested time step, s."""
+    @timestep.setter
+    def timestep(self, timestep: float) -> None: ...
     def _attach(
         self, other: Spec, body: str = "world", *, pos: Sequence[float] = ..., quat: Sequence[float] = ..., prefix: str = ""
     ) -> None: ...
+    def _add(self, sort: str, element: str, body: str, assets: str = "", weighs: Optional[bool] = None) -> None: ...
+    def _inertia_of_geoms(self, body: str) -> None: ...
+    def _add_relation(self, sort: str, name: str, element: str) -> None: ...
+    def _attributes(self, sort: str) -> list[str]: ...
+    def _get(self, sort: str, name: str, attribute: str) -> Any: ...
+    def _set(self, sort: str, name: str, attribute: str, value: Any) -> bool: ...
+    def add_exclude(self, bodyname1: str, bodyname2: str) -> None:
+        """Keeps two bodies from touching.
+
+        Raises:
+            ModelError: there is no such body.
+        """
+    def names(self, sort: str) -> list[str]:
+        """Names of all parts of a sort ("body", "joint", "geom", "site", "tendon", "actuator", "sensor", "equality", "keyframe"), in order.
+
+        Raises:
+            ProblemError: there is no such sort.
+        """
     def remove(self, sort: Literal["body", "joint", "geom", "site", "tendon", "actuator", "sensor", "equality", "keyframe"], name: str) -> list[str]:
         """Removes a part with all that hangs on it or refers to it; lists what went.
 
@@ -365,6 +395,12 @@ class Spec:
 
         Raises:
             ModelError: the parts are no mechanism; the message names the part.
+        """
+    def to_urdf(self) -> tuple[str, list[str], list[tuple[str, str]]]:
+        """The compiled model as URDF, what URDF cannot say, and the files (meshes) that it names, with their text.
+
+        Raises:
+            ModelError: the parts are no mechanism.
         """
 
 @final

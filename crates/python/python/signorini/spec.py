@@ -3,16 +3,102 @@
 from __future__ import annotations
 
 import os
-from typing import Any, Optional, Sequence, Union
+import pathlib
+from typing import Any, Dict, Iterator, List, Mapping, Optional, Sequence, Tuple, Union
+from xml.etree import ElementTree
+
+import numpy as np
 
 from signorini import _core
+from signorini._names import index_of
+from signorini.data import Data
+from signorini.errors import ModelError, ProblemError
 from signorini.model import Model
 
-__all__ = ["Spec"]
+__all__ = ["Spec", "SpecPart"]
+
+PathLike = Union[str, "os.PathLike[str]"]
+
+
+class SpecPart:
+    """A part of a :class:`Spec` whose attributes can be read and set; they have MJCF's names: ``spec.geom("box").friction = 0.4``.
+
+    ``dir(part)`` lists them. A body has besides ``add_body``, ``add_joint``, ``add_freejoint``, ``add_geom`` and ``add_site``, as the spec has
+    them.
+    """
+
+    __slots__ = {
+        "spec": "The spec.",
+        "sort": 'Its sort: "body", "joint", "geom", …',
+        "name": "Its name, by which it is found.",
+    }
+
+    spec: Spec
+    sort: str
+    name: str
+
+    def __init__(self, spec: Spec, sort: str, name: str) -> None:
+        object.__setattr__(self, "spec", spec)
+        object.__setattr__(self, "sort", sort)
+        object.__setattr__(self, "name", name)
+
+    def __dir__(self) -> List[str]:
+        return [*super().__dir__(), *self.spec._attributes(self.sort)]
+
+    def __getattr__(self, attribute: str) -> Any:
+        if attribute.startswith("__"):
+            raise AttributeError(attribute)
+        if attribute in self.spec._attributes(self.sort):
+            return self.spec._get(self.sort, self.name, attribute)
+        raise self._unknown(attribute)
+
+    def __setattr__(self, attribute: str, value: Any) -> None:
+        try:
+            if not self.spec._set(self.sort, self.name, attribute, _plain(value)):
+                raise self._unknown(attribute)
+        except (TypeError, ValueError) as error:
+            raise ProblemError(f"{attribute} of {self.sort} '{self.name}': {error}") from None
+
+    def _unknown(self, attribute: str) -> AttributeError:
+        known = ", ".join(self.spec._attributes(self.sort))
+        return AttributeError(f"a {self.sort} has no attribute '{attribute}'; it has {known}")
+
+    def remove(self) -> List[str]:
+        """Takes the part away with all that refers to it; lists what went."""
+        sort: Any = self.sort
+        return self.spec.remove(sort, self.name)
+
+    def add_body(self, name: Optional[str] = None, **attributes: Any) -> SpecPart:
+        """Adds a body to this one; see :meth:`Spec.add_body`."""
+        return self.spec.add_body(name, self._body(), **attributes)
+
+    def add_joint(self, type: str = "hinge", name: Optional[str] = None, **attributes: Any) -> SpecPart:
+        """Adds a joint to this body; see :meth:`Spec.add_joint`."""
+        return self.spec.add_joint(self._body(), type, name, **attributes)
+
+    def add_freejoint(self, name: Optional[str] = None) -> SpecPart:
+        """Lets this body move freely."""
+        return self.spec.add_joint(self._body(), "free", name)
+
+    def add_geom(self, type: str = "sphere", name: Optional[str] = None, **attributes: Any) -> SpecPart:
+        """Adds a geom to this body; see :meth:`Spec.add_geom`."""
+        return self.spec.add_geom(self._body(), type, name, **attributes)
+
+    def add_site(self, name: Optional[str] = None, **attributes: Any) -> SpecPart:
+        """Adds a site to this body; see :meth:`Spec.add_site`."""
+        return self.spec.add_site(self._body(), name, **attributes)
+
+    def _body(self) -> str:
+        if self.sort != "body":
+            raise ModelError(f"{self.sort} '{self.name}' is no body: parts are added to bodies")
+        return self.name
+
+    def __repr__(self) -> str:
+        return f"<signorini.SpecPart {self.sort} '{self.name}'>"
 
 
 class Spec(_core.Spec):
-    """A model that can be edited: others attached to it, parts removed, compiled into a :class:`Model`.
+    """A model that can be edited: parts found, added, changed, removed, others attached to it, compiled into a :class:`Model`.
 
     >>> from signorini import Spec
     >>> world = Spec.from_string("<mujoco><worldbody><geom type='plane'/></worldbody></mujoco>")
@@ -20,8 +106,14 @@ class Spec(_core.Spec):
     ...     "<mujoco><worldbody><body name='ball'><freejoint/><geom size='.1'/></body></worldbody></mujoco>")
     >>> for k in range(3):
     ...     world.attach(ball, pos=(0, 0, 0.1 + 0.3 * k), prefix=f"{k} ")
-    >>> world.compile().nbody
-    4
+    >>> pole = world.add_body("pole", pos=(1, 0, 1))
+    >>> hinge = pole.add_joint("hinge", axis=(0, 1, 0), damping=0.1)
+    >>> rod = pole.add_geom("capsule", fromto=(0, 0, 0, 0, 0, -0.5), size=0.02, mass=0.3)
+    >>> rod.friction = 0.4
+    >>> motor = world.add_actuator("motor", joint=hinge, gear=5)
+    >>> model = world.compile()
+    >>> model.nbody, model.nu, model.geom(rod.name).friction
+    (5, 1, 0.4)
 
     Args:
         model: the model to begin with; an empty world without one.
@@ -32,7 +124,7 @@ class Spec(_core.Spec):
         return super().__new__(cls, model, name)
 
     @classmethod
-    def from_file(cls, path: Union[str, "os.PathLike[str]"], **options: Any) -> Spec:
+    def from_file(cls, path: PathLike, **options: Any) -> Spec:
         """A copy of what a file describes; options as of :meth:`Model.from_file`."""
         return cls(Model.from_file(path, **options))
 
@@ -43,8 +135,8 @@ class Spec(_core.Spec):
 
     def attach(
         self,
-        other: Union[Spec, Model, str],
-        body: str = "world",
+        other: Union[_core.Spec, Model, str],
+        body: Union[str, SpecPart] = "world",
         *,
         pos: Sequence[float] = (0.0, 0.0, 0.0),
         quat: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
@@ -61,7 +153,140 @@ class Spec(_core.Spec):
             other = Spec.from_string(other)
         elif isinstance(other, Model):
             other = Spec(other)
-        self._attach(other, body, pos=tuple(map(float, pos)), quat=tuple(map(float, quat)), prefix=prefix)
+        self._attach(other, _name(body), pos=tuple(map(float, pos)), quat=tuple(map(float, quat)), prefix=prefix)
+
+    def part(self, sort: str, key: Union[str, int]) -> SpecPart:
+        """The part of a sort ("body", "joint", "geom", "site", "tendon", "actuator", "sensor", "equality", "keyframe") by name or index.
+
+        Raises:
+            KeyError: no part has this name; the message lists those that exist, the most similar first.
+        """
+        names = self.names(sort)
+        return SpecPart(self, sort, names[index_of(sort, names, key)])
+
+    def body(self, key: Union[str, int]) -> SpecPart:
+        """The body of this name or index; errors as of :meth:`part`."""
+        return self.part("body", key)
+
+    def joint(self, key: Union[str, int]) -> SpecPart:
+        """The joint of this name or index; errors as of :meth:`part`."""
+        return self.part("joint", key)
+
+    def geom(self, key: Union[str, int]) -> SpecPart:
+        """The geom of this name or index; errors as of :meth:`part`."""
+        return self.part("geom", key)
+
+    def site(self, key: Union[str, int]) -> SpecPart:
+        """The site of this name or index; errors as of :meth:`part`."""
+        return self.part("site", key)
+
+    def actuator(self, key: Union[str, int]) -> SpecPart:
+        """The actuator of this name or index; errors as of :meth:`part`."""
+        return self.part("actuator", key)
+
+    def add_body(self, name: Optional[str] = None, parent: Union[str, SpecPart] = "world", **attributes: Any) -> SpecPart:
+        """Adds a body with MJCF's attributes (``pos``, ``quat``, ``mocap``, ``gravcomp``, …).
+
+        With ``mass``, and ``inertia`` (3 moments, kg·m²) and ``ipos`` beside it, it has an inertia of its own; otherwise its geoms give it one.
+
+        Raises:
+            ModelError: a name is taken, there is no such parent, or an attribute is wrong; nothing has changed then.
+        """
+        mass, inertia, ipos = (attributes.pop(word, None) for word in ("mass", "inertia", "ipos"))
+        name = self._free_name("body", name)
+        element = _element("body", {"name": name, **attributes})
+        if mass is not None:
+            if inertia is None:
+                raise ModelError(f"body '{name}': give inertia (3 moments, kg·m²) with its mass, or neither and geoms with mass")
+            element.append(_element("inertial", {"pos": (0, 0, 0) if ipos is None else ipos, "mass": mass, "diaginertia": inertia}))
+        self._add("body", _text(element), _name(parent))
+        if mass is None:
+            self._inertia_of_geoms(name)
+        return SpecPart(self, "body", name)
+
+    def add_joint(
+        self, body: Union[str, SpecPart], type: str = "hinge", name: Optional[str] = None, **attributes: Any
+    ) -> SpecPart:
+        """Adds a joint ("hinge", "slide", "ball", "free") to a body with MJCF's attributes; angles are in radians."""
+        name = self._free_name("joint", name, _name(body))
+        if type == "free":
+            element = _element("freejoint", {"name": name, **attributes})
+        else:
+            element = _element("joint", {"name": name, "type": type, **_limited(attributes, "range")})
+        return self._added("joint", name, element, body)
+
+    def add_geom(
+        self,
+        body: Union[str, SpecPart] = "world",
+        type: str = "sphere",
+        name: Optional[str] = None,
+        *,
+        mesh: Optional[PathLike] = None,
+        **attributes: Any,
+    ) -> SpecPart:
+        """Adds a geom to a body with MJCF's attributes (``size``, ``pos``, ``fromto``, ``mass``, ``friction``, …).
+
+        Its mass, or its volume times ``density`` (1000 kg/m³), counts where it is given and on bodies that were added without an inertia.
+        ``mesh`` is the file of a mesh, of which the convex hull is taken; ``scale`` (3) belongs to it.
+        """
+        name = self._free_name("geom", name, _name(body))
+        attributes = {word: value for word, value in attributes.items() if value is not None}
+        weighs = True if "mass" in attributes or "density" in attributes else None
+        own = {word: attributes.pop(word) for word in ("restitution", "surface_velocity", "grain") if word in attributes}
+        assets = ""
+        if mesh is not None:
+            asset = {"name": "mesh", "file": os.fspath(pathlib.Path(mesh).resolve())}
+            if "scale" in attributes:
+                asset["scale"] = attributes.pop("scale")
+            assets, type = _text(_element("mesh", asset)), "mesh"
+            attributes["mesh"] = "mesh"
+        self._add("geom", _text(_element("geom", {"name": name, "type": type, **attributes})), _name(body), assets, weighs)
+        part = SpecPart(self, "geom", name)
+        for word, value in own.items():
+            setattr(part, word, value)
+        return part
+
+    def add_site(self, body: Union[str, SpecPart] = "world", name: Optional[str] = None, **attributes: Any) -> SpecPart:
+        """Adds a site to a body with MJCF's attributes."""
+        name = self._free_name("site", name, _name(body))
+        return self._added("site", name, _element("site", {"name": name, **attributes}), body)
+
+    def add_actuator(self, type: str = "motor", name: Optional[str] = None, **attributes: Any) -> SpecPart:
+        """Adds an actuator ("motor", "position", "velocity", "general", …) with MJCF's attributes: ``joint``, ``tendon`` or ``site`` says what it
+        drives.
+        """
+        driven = next((attributes[word] for word in ("joint", "tendon", "site") if word in attributes), None)
+        name = self._free_name("actuator", name, "" if driven is None else _name(driven))
+        attributes = _limited(attributes, "ctrlrange", "forcerange")
+        return self._related("actuator", name, _element(type, {"name": name, **attributes}))
+
+    def add_sensor(self, type: str, name: Optional[str] = None, **attributes: Any) -> SpecPart:
+        """Adds a sensor by MJCF's name of its sort ("accelerometer", "jointpos", "framepos", …) with MJCF's attributes."""
+        name = self._free_name("sensor", name, type)
+        return self._related("sensor", name, _element(type, {"name": name, **attributes}))
+
+    def add_equality(self, type: str, name: Optional[str] = None, **attributes: Any) -> SpecPart:
+        """Adds an equality constraint ("connect", "weld", "joint") with MJCF's attributes."""
+        name = self._free_name("equality", name, type)
+        return self._related("equality", name, _element(type, {"name": name, **attributes}))
+
+    def add_tendon(self, joints: Mapping[str, float], name: Optional[str] = None, **attributes: Any) -> SpecPart:
+        """Adds a fixed tendon: its length is the sum of joint coordinates times these coefficients."""
+        name = self._free_name("tendon", name, "tendon")
+        element = _element("fixed", {"name": name, **_limited(attributes, "range")})
+        for joint, coefficient in joints.items():
+            element.append(_element("joint", {"joint": _name(joint), "coef": coefficient}))
+        return self._related("tendon", name, element)
+
+    def add_pair(self, geom1: Union[str, SpecPart], geom2: Union[str, SpecPart], **attributes: Any) -> None:
+        """Lets two geoms meet with a friction of their own, with MJCF's attributes."""
+        self._add_relation("pair", "", _text(_element("pair", {"geom1": geom1, "geom2": geom2, **attributes})))
+
+    def add_keyframe(self, name: str, **attributes: Any) -> SpecPart:
+        """Adds a named state with MJCF's attributes (``qpos``, ``qvel``, ``act``, ``ctrl``, …) in the order of the model that
+        :meth:`compile` gives now.
+        """
+        return self._related("keyframe", name, _element("key", {"name": name, **attributes}))
 
     def compile(self) -> Model:
         """The model: what :meth:`to_mjcf` writes, read again.
@@ -71,7 +296,123 @@ class Spec(_core.Spec):
         """
         text, left_out = self.to_mjcf()
         if left_out:
-            from signorini.errors import ModelError
-
             raise ModelError("MJCF cannot say all of this model: " + "; ".join(left_out))
         return Model.from_string(text, format="mjcf")
+
+    def recompile(self, data: Data) -> Tuple[Model, Data]:
+        """The model as it is now, and a data of it that goes on from ``data`` (of the model before).
+
+        Joints, activations, controls, applied forces and mocap bodies that are in both by name keep what they had, and so do changed
+        parameters (:meth:`Data.change`); what is new is at its reference, at rest. The time stays, and the next step starts cold.
+
+        Raises:
+            ModelError: as of :meth:`compile`.
+        """
+        model = self.compile()
+        return model, _carried(data, model)
+
+    def _free_name(self, sort: str, name: Optional[str], like: str = "") -> str:
+        """A name that nobody has, where none is given."""
+        if name is not None:
+            return name
+        names, base = set(self.names(sort)), f"{like} {sort}".strip()
+        return next(free for free in _numbered(base) if free not in names)
+
+    def _added(self, sort: str, name: str, element: ElementTree.Element, body: Union[str, SpecPart]) -> SpecPart:
+        self._add(sort, _text(element), _name(body))
+        return SpecPart(self, sort, name)
+
+    def _related(self, sort: str, name: str, element: ElementTree.Element) -> SpecPart:
+        self._add_relation(sort, name, _text(element))
+        return SpecPart(self, sort, name)
+
+
+def _numbered(base: str) -> Iterator[str]:
+    yield base
+    k = 2
+    while True:
+        yield f"{base} {k}"
+        k += 1
+
+
+def _name(part: Union[str, SpecPart]) -> str:
+    return part.name if isinstance(part, SpecPart) else part
+
+
+def _plain(value: Any) -> Any:
+    """NumPy arrays as lists."""
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+
+def _limited(attributes: Dict[str, Any], *ranges: str) -> Dict[str, Any]:
+    """MJCF with ``limited`` said where a range is given."""
+    words = {"range": "limited", "ctrlrange": "ctrllimited", "forcerange": "forcelimited"}
+    said = {words[name]: True for name in ranges if attributes.get(name) is not None}
+    return {**said, **attributes}
+
+
+def _element(tag: str, attributes: Mapping[str, Any]) -> ElementTree.Element:
+    return ElementTree.Element(tag, {word: _word(value) for word, value in attributes.items() if value is not None})
+
+
+def _text(element: ElementTree.Element) -> str:
+    return ElementTree.tostring(element, encoding="unicode")
+
+
+def _word(value: Any) -> str:
+    if isinstance(value, SpecPart):
+        return value.name
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int):
+        return str(value)
+    return " ".join(repr(float(x)) for x in np.atleast_1d(np.asarray(value, dtype=np.float64)).ravel())
+
+
+def _carried(data: Data, model: Model) -> Data:
+    """A data of another model in which the parts that both have by name are as they were."""
+    old, new = data.model, Data(model, data.settings)
+    new.time = data.time
+    for i, name in enumerate(model.joint_names):
+        if name not in old.joint_names or old.joint(name).type != model.joint(i).type:
+            continue
+        before, after = data.joint(name), new.joint(i)
+        after.qpos, after.qvel, after.qfrc_applied = before.qpos, before.qvel, before.qfrc_applied
+    for row, name in enumerate(model.actuator_names):
+        if name in old.actuator_names:
+            new.ctrl[row] = data.actuator(name).ctrl
+    _carry_activations(data, new)
+    for row, name in enumerate(model.body_names):
+        if name in old.body_names:
+            new.xfrc_applied[row] = data.xfrc_applied[old.body_names.index(name)]
+    mocap_before, mocap_after = old._mocap_names(), model._mocap_names()
+    for row, name in enumerate(mocap_after):
+        if name in mocap_before:
+            at = mocap_before.index(name)
+            new.mocap_pos[row], new.mocap_quat[row] = data.mocap_pos[at], data.mocap_quat[at]
+    for parameter, values in data._changed():
+        _carry_parameter(parameter, np.reshape(values, data.parameter(parameter).shape), old, new)
+    _core.kinematics(model, new)
+    return new
+
+
+def _carry_activations(data: Data, new: Data) -> None:
+    before, after = data.model._activation_names(), new.model._activation_names()
+    for row, name in enumerate(after):
+        if name in before:
+            new.act[row] = data.act[before.index(name)]
+
+
+def _carry_parameter(parameter: str, values: Any, old: Model, new: Data) -> None:
+    """Numbers of parts that both models have, where they are not those of the old model."""
+    before = old.parameter(parameter)
+    names, others = old._parameter_parts(parameter), new.model._parameter_parts(parameter)
+    if not names:
+        if before.shape == values.shape and parameter == "gravity":
+            new.change(gravity=values)
+        return
+    rows = {name: values[i] for i, name in enumerate(names) if name in others and (values[i] != before[i]).any()}
+    if rows:
+        new.change(**{parameter: rows})

@@ -144,3 +144,29 @@ fn what_is_no_mechanism_is_refused_by_name() {
     let dangling = spec.compile().expect_err("there is no such joint");
     assert_eq!(dangling.to_string(), "actuator 'servo' refers to a joint that is not there");
 }
+
+/// A part that is taken over refers to the parts that have the names here.
+#[test]
+fn adopted_parts_refer_by_name() {
+    let mut spec = Spec::new("two");
+    spec.attach(&arm(), "world", Pose::IDENTITY, "a/").expect("an arm");
+    let mut bare = arm();
+    for (removal, name) in [("tendon", "sum"), ("actuator", "servo")] {
+        let removed = if removal == "tendon" { bare.remove_tendon(name) } else { bare.remove_actuator(name) };
+        removed.expect("a part");
+    }
+    spec.attach(&bare, "world", [1.0, 0.0, 0.0].into(), "").expect("a second arm");
+    spec.adopt_tendon(&arm(), "sum").expect("a tendon");
+    spec.adopt_actuator(&arm(), "servo").expect("a servo");
+    spec.adopt_sensor(&arm(), "effort").expect("a sensor");
+    let model = spec.compile().expect("two arms").model;
+    let elbow = model.joint_named("elbow").expect("the second elbow");
+    let servo = &model.actuators[model.actuator_named("servo").expect("a servo").index()];
+    assert_eq!(servo.transmission, signorini::multibody::Transmission::Joint(elbow));
+    let sum = &model.tendons[model.tendon_named("sum").expect("a tendon").index()];
+    assert!(sum.terms.iter().any(|(joint, _)| *joint == elbow));
+    let error = spec.adopt_sensor(&arm(), "effort").expect_err("there is one already").to_string();
+    assert!(error.contains("effort"), "{error}");
+    let error = Spec::new("empty").adopt_actuator(&arm(), "servo").expect_err("nothing to drive").to_string();
+    assert!(error.contains("servo") && error.contains("joint"), "{error}");
+}

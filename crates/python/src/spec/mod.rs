@@ -1,0 +1,235 @@
+//! `Spec`: a model that can be edited.
+
+mod adding;
+mod attributes;
+
+use std::collections::BTreeSet;
+use std::sync::{Mutex, MutexGuard};
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use signorini::formats::{write_mjcf, write_urdf};
+use signorini::multibody::Pose;
+use signorini::multibody::glam::{DQuat, DVec3};
+
+use self::adding::{Place, add_relation, add_to_body};
+use self::attributes::Attributes;
+use crate::error::{ProblemError, spec_error};
+use crate::model::Model;
+
+/// Text, what it leaves out, and files that it names with their text.
+type Urdf = (String, Vec<String>, Vec<(String, String)>);
+
+/// A model that can be edited.
+#[pyclass(frozen, subclass, module = "signorini._core")]
+pub struct Spec(Mutex<Edited>);
+
+struct Edited {
+    spec: signorini::spec::Spec,
+    /// Bodies that were added without an inertia: their geoms give them one.
+    of_geoms: BTreeSet<String>,
+}
+
+/// Calls `$call` with the part of a sort, or says that the sort has no attributes.
+macro_rules! with_part {
+    ($spec:expr, $sort:expr, $name:expr, $part:ident => $call:expr) => {
+        match $sort {
+            "body" => $spec.body_mut($name).map_err(spec_error).map(|$part| $call),
+            "joint" => $spec.joint_mut($name).map_err(spec_error).map(|$part| $call),
+            "geom" => $spec.geom_mut($name).map_err(spec_error).map(|$part| $call),
+            "site" => $spec.site_mut($name).map_err(spec_error).map(|$part| $call),
+            "tendon" => $spec.tendon_mut($name).map_err(spec_error).map(|$part| $call),
+            "actuator" => $spec.actuator_mut($name).map_err(spec_error).map(|$part| $call),
+            "sensor" => $spec.sensor_mut($name).map_err(spec_error).map(|$part| $call),
+            _ => Err(ProblemError::new_err(format!("the attributes of a part of the sort {} cannot be read", $sort))),
+        }
+    };
+}
+
+#[pymethods]
+impl Spec {
+    #[new]
+    #[pyo3(signature = (model=None, name="world"))]
+    fn new(model: Option<&Bound<'_, Model>>, name: &str) -> Self {
+        let spec = match model {
+            Some(model) => signorini::spec::Spec::from_model(&model.get().inner),
+            None => signorini::spec::Spec::new(name),
+        };
+        Self(Mutex::new(Edited { spec, of_geoms: BTreeSet::new() }))
+    }
+
+    /// Puts another spec at a body, by `pos` (3) and `quat` (w, x, y, z); its names get `prefix` before them.
+    #[pyo3(signature = (other, body="world", *, pos=[0.0; 3], quat=[1.0, 0.0, 0.0, 0.0], prefix=""))]
+    fn _attach(
+        &self,
+        other: &Bound<'_, Spec>,
+        body: &str,
+        pos: [f64; 3],
+        quat: [f64; 4],
+        prefix: &str,
+    ) -> PyResult<()> {
+        let [w, x, y, z] = quat;
+        let rotation = DQuat::from_xyzw(x, y, z, w);
+        let finite = pos.iter().chain(&quat).all(|x| x.is_finite());
+        if !finite || rotation.length() < 1e-12 {
+            return Err(ProblemError::new_err("pos and quat must be finite, and quat not zero"));
+        }
+        let other = other.get().lock()?.spec.clone();
+        let frame = Pose::new(DVec3::from_array(pos), rotation.normalize());
+        self.lock()?.spec.attach(&other, body, frame, prefix).map_err(spec_error)
+    }
+
+    /// Adds a body, joint, geom or site, as MJCF has it, to a body.
+    ///
+    /// - `assets`: what the element names
+    /// - `weighs`: whether a geom adds its mass to that of the body; without it, where the body has no inertia of its own
+    #[pyo3(signature = (sort, element, body, assets="", weighs=None))]
+    fn _add(&self, sort: &str, element: &str, body: &str, assets: &str, weighs: Option<bool>) -> PyResult<()> {
+        let mut edited = self.lock()?;
+        let weighs = weighs.unwrap_or_else(|| edited.of_geoms.contains(body));
+        let mut next = edited.spec.clone();
+        add_to_body(&mut next, sort, element, &Place { body, assets, weighs })?;
+        edited.spec = next;
+        Ok(())
+    }
+
+    /// Lets the geoms that are added to a body give it its inertia.
+    fn _inertia_of_geoms(&self, body: String) -> PyResult<()> {
+        self.lock()?.of_geoms.insert(body);
+        Ok(())
+    }
+
+    /// Adds a tendon, actuator, sensor, equality, keyframe or pair, as MJCF has it.
+    fn _add_relation(&self, sort: &str, name: &str, element: &str) -> PyResult<()> {
+        add_relation(&mut self.lock()?.spec, sort, name, element)
+    }
+
+    /// Keeps two bodies from touching.
+    fn add_exclude(&self, bodyname1: &str, bodyname2: &str) -> PyResult<()> {
+        self.lock()?.spec.exclude(bodyname1, bodyname2).map_err(spec_error)
+    }
+
+    /// Names of all parts of a sort, in order.
+    fn names(&self, sort: &str) -> PyResult<Vec<String>> {
+        let edited = self.lock()?;
+        let spec = &edited.spec;
+        let owned = |names: &mut dyn Iterator<Item = &str>| names.map(str::to_owned).collect();
+        Ok(match sort {
+            "body" => owned(&mut spec.body_names()),
+            "joint" => owned(&mut spec.joint_names()),
+            "geom" => owned(&mut spec.geom_names()),
+            "site" => owned(&mut spec.site_names()),
+            "tendon" => owned(&mut spec.tendon_names()),
+            "actuator" => owned(&mut spec.actuator_names()),
+            "sensor" => owned(&mut spec.sensor_names()),
+            "equality" => owned(&mut spec.equality_names()),
+            "keyframe" => owned(&mut spec.keyframe_names()),
+            _ => return Err(unknown_sort(sort)),
+        })
+    }
+
+    /// Names of the attributes of a part of a sort.
+    fn _attributes(&self, sort: &str) -> Vec<&'static str> {
+        use signorini::multibody as mb;
+        match sort {
+            "body" => mb::Body::NAMES,
+            "joint" => mb::Joint::NAMES,
+            "geom" => mb::Geom::NAMES,
+            "site" => mb::Site::NAMES,
+            "tendon" => mb::Tendon::NAMES,
+            "actuator" => mb::Actuator::NAMES,
+            "sensor" => mb::Sensor::NAMES,
+            _ => &[],
+        }
+        .to_vec()
+    }
+
+    /// An attribute of a part; nothing if it has none of this name.
+    fn _get<'py>(
+        &self,
+        py: Python<'py>,
+        sort: &str,
+        name: &str,
+        attribute: &str,
+    ) -> PyResult<Option<Bound<'py, PyAny>>> {
+        let mut edited = self.lock()?;
+        with_part!(edited.spec, sort, name, part => part.show(py, attribute).transpose())?
+    }
+
+    /// Sets an attribute; whether there is one of this name.
+    fn _set(&self, sort: &str, name: &str, attribute: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+        let mut edited = self.lock()?;
+        let taken = with_part!(edited.spec, sort, name, part => part.take(attribute, value))?;
+        taken.transpose().map(|taken| taken.is_some())
+    }
+
+    /// Gravity in world, (3,), m/s².
+    #[getter]
+    fn gravity(&self) -> PyResult<[f64; 3]> {
+        Ok(self.lock()?.spec.gravity.to_array())
+    }
+
+    #[setter]
+    fn set_gravity(&self, gravity: [f64; 3]) -> PyResult<()> {
+        self.lock()?.spec.gravity = DVec3::from_array(gravity);
+        Ok(())
+    }
+
+    /// Suggested time step, s.
+    #[getter]
+    fn timestep(&self) -> PyResult<f64> {
+        Ok(self.lock()?.spec.timestep)
+    }
+
+    #[setter]
+    fn set_timestep(&self, timestep: f64) -> PyResult<()> {
+        self.lock()?.spec.timestep = timestep;
+        Ok(())
+    }
+
+    /// Removes a part with all that refers to it; lists what went.
+    fn remove(&self, sort: &str, name: &str) -> PyResult<Vec<String>> {
+        let mut edited = self.lock()?;
+        let spec = &mut edited.spec;
+        match sort {
+            "body" => spec.remove_body(name),
+            "joint" => spec.remove_joint(name),
+            "geom" => spec.remove_geom(name),
+            "site" => spec.remove_site(name),
+            "tendon" => spec.remove_tendon(name),
+            "actuator" => spec.remove_actuator(name),
+            "sensor" => spec.remove_sensor(name),
+            "equality" => spec.remove_equality(name),
+            "keyframe" => spec.remove_keyframe(name),
+            _ => return Err(unknown_sort(sort)),
+        }
+        .map_err(spec_error)
+    }
+
+    /// The compiled model as MJCF, and what MJCF cannot say.
+    fn to_mjcf(&self) -> PyResult<(String, Vec<String>)> {
+        let compiled = self.lock()?.spec.compile().map_err(spec_error)?;
+        let written = write_mjcf(&compiled.model);
+        Ok((written.text, written.left_out))
+    }
+
+    /// The compiled model as URDF, what URDF cannot say, and files that it names (meshes) with their text.
+    fn to_urdf(&self) -> PyResult<Urdf> {
+        let compiled = self.lock()?.spec.compile().map_err(spec_error)?;
+        let written = write_urdf(&compiled.model);
+        Ok((written.text, written.left_out, written.files))
+    }
+}
+
+impl Spec {
+    fn lock(&self) -> PyResult<MutexGuard<'_, Edited>> {
+        self.0
+            .lock()
+            .map_err(|_| PyRuntimeError::new_err("an edit of this spec failed by an internal error: make it anew"))
+    }
+}
+
+fn unknown_sort(sort: &str) -> PyErr {
+    let sorts = "body, joint, geom, site, tendon, actuator, sensor, equality, keyframe";
+    ProblemError::new_err(format!("there is no sort of part '{sort}'; sorts: {sorts}"))
+}
