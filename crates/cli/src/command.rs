@@ -2,7 +2,9 @@
 
 use clap::{Parser, Subcommand};
 
-use crate::commands::{check, compare, convert, export, inspect, replay, scenes, simulate, solve, stability, view};
+use crate::commands::{
+    check, compare, convert, export, inspect, make, render, replay, scenes, simulate, solve, stability, view,
+};
 use crate::error::CliError;
 use crate::exit::{EXIT_CODES, Exit};
 
@@ -41,6 +43,10 @@ pub enum Command {
     Check(check::Arguments),
     /// Show a recording in the browser, or write its report.
     Replay(replay::Arguments),
+    /// Make a world to simulate: a heap, a wall, an arch, rough ground.
+    Make(make::Arguments),
+    /// Take a picture of a model, or a film of its run, without a window.
+    Render(render::Arguments),
     /// Write a recording in another format: NumPy arrays, CSV, MCAP.
     Convert(convert::Arguments),
 }
@@ -59,6 +65,8 @@ impl Command {
             Self::Compare(arguments) => compare::run(arguments),
             Self::Check(arguments) => check::run(arguments),
             Self::Replay(arguments) => replay::run(arguments),
+            Self::Make(arguments) => make::run(arguments),
+            Self::Render(arguments) => render::run(arguments),
             Self::Convert(arguments) => convert::run(arguments),
         }
     }
@@ -76,6 +84,8 @@ impl Command {
             Self::Compare(arguments) => arguments.json,
             Self::Check(arguments) => arguments.json,
             Self::Replay(arguments) => arguments.json,
+            Self::Make(arguments) => arguments.json,
+            Self::Render(arguments) => arguments.json,
             Self::Convert(arguments) => arguments.json,
         }
     }

@@ -7,8 +7,10 @@ use signorini::contact::ProblemError;
 use signorini::formats::FormatError;
 use signorini::multibody::StateError;
 use signorini::recording::RecordingError;
+use signorini::render::RenderError;
 use signorini::viewer::ViewerError;
 use signorini_check::CheckError;
+use signorini_generate::GenerateError;
 use signorini_replay::ReplayError;
 
 use crate::exit::Exit;
@@ -162,6 +164,32 @@ pub enum CliError {
         /// Number of problems.
         problems: usize,
     },
+    /// A world that cannot be made.
+    #[error(transparent)]
+    Generate(#[from] GenerateError),
+    /// A file that cannot be read.
+    #[error("cannot read '{}': {source}", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// What the system says.
+        source: std::io::Error,
+    },
+    /// A picture or film.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// `render` into a file whose ending says nothing.
+    #[error("{}: --out must end in .png (a picture), .mp4 or .apng (a film)", path.display())]
+    PictureEnding {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A film that cannot go on.
+    #[error("at t = {time} s the contacts contradict each other: take a shorter --time, or --infeasible go-on")]
+    NoFurther {
+        /// Time of the last state.
+        time: f64,
+    },
     /// `export` for a time before the beginning.
     #[error("--time {time}: the model starts at t = {start} s")]
     TimeBeforeStart {
@@ -183,6 +211,7 @@ impl CliError {
     pub fn exit(&self) -> Exit {
         match self {
             Self::OneSolution { .. }
+            | Self::PictureEnding { .. }
             | Self::UnusedOption { .. }
             | Self::CheckArguments { .. }
             | Self::Simulation(SimulationError::Incompatible { .. }) => Exit::Usage,

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glamx::glam::{DVec2, DVec3};
 use parry3d_f64::transformation::try_convex_hull;
+use signorini_multibody::model::Mesh;
 
 use crate::hull::{Hull, HullFace, Lists};
 
@@ -12,6 +13,19 @@ const OUTSIDE: f64 = 1e-5;
 
 /// Triangles whose corners are so close to a plane, relative to the size, are parts of one face.
 const FLAT: f64 = 1e-6;
+
+/// The convex hull of points as a mesh: flat parts in fans, outward normals by the right-hand rule.
+///
+/// # Errors
+/// A message if the points span no volume.
+pub fn convex_hull(points: &[DVec3]) -> Result<Mesh, String> {
+    let Hull { vertices, faces, .. } = Hull::new(points)?;
+    let fan = |face: &HullFace| -> Vec<[u32; 3]> {
+        face.loop_.windows(2).skip(1).map(|pair| [face.loop_[0], pair[0], pair[1]]).collect()
+    };
+    let triangles = faces.iter().flat_map(fan).collect();
+    Ok(Mesh { vertices, triangles })
+}
 
 impl Hull {
     /// The convex hull of points.

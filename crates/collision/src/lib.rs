@@ -85,5 +85,6 @@ mod triangles;
 
 pub use collider::{Collider, Reach};
 pub use error::CollisionError;
+pub use hull_build::convex_hull;
 pub use overlaps::OwnOverlap;
 pub use query::{Nearest, Queries, Ray, RayHit};

@@ -193,6 +193,11 @@ impl Parts {
         Ok(id)
     }
 
+    /// Adds what only pictures need.
+    pub fn see(&mut self, add: impl FnOnce(&mut ModelBuilder) -> Result<(), ModelError>) -> Result<(), FormatError> {
+        add(&mut self.builder).map_err(|e| self.blame(e))
+    }
+
     pub fn add_tendon(
         &mut self,
         element: Element,

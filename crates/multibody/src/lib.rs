@@ -96,10 +96,10 @@ pub use length::{LengthRow, actuator_length_into, tendon_length_into};
 pub use mass::{BlockDiagonal, MassError};
 pub use math::{Pose, right_jacobian, rotation_exp, rotation_log, unit_rotation, unit_vector};
 pub use model::{
-    Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, ChangedRow, ContactFilter, Effect,
-    Equality, EqualityKind, FrameId, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId, JointKind, Keyframe,
-    Model, ModelBuilder, ModelError, NewBody, Parameter, ParameterChange, Sensor, SensorKind, Site, SiteId,
-    SpinResistance, Tendon, TendonId, Transmission,
+    Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, Camera, CameraMode, ChangedRow,
+    Checker, ContactFilter, Effect, Equality, EqualityKind, FrameId, Geom, GeomId, GeomPair, Geometry, Inertia, Joint,
+    JointId, JointKind, Keyframe, Light, Look, Model, ModelBuilder, ModelError, NewBody, Parameter, ParameterChange,
+    Sensor, SensorKind, Site, SiteId, SpinResistance, Tendon, TendonId, Transmission,
 };
 pub use operational::operational_space_inertia;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};

@@ -14,6 +14,7 @@ mod directions;
 mod dynamics;
 mod error;
 mod frames;
+mod generate;
 mod guard;
 mod identify;
 mod lcp;
@@ -27,6 +28,7 @@ mod problem;
 mod quantity;
 mod queries;
 mod recording;
+mod render;
 mod report;
 mod settings;
 mod spec;
@@ -58,6 +60,10 @@ mod _core {
         jacobian_rate, operational_space_inertia,
     };
     #[pymodule_export]
+    use crate::generate::{
+        make_arch, make_heap, make_pallet, make_rough, make_stack, make_stairs, make_terrain, make_wall,
+    };
+    #[pymodule_export]
     use crate::identify::{IdentifiedValues, identify_parameters};
     #[pymodule_export]
     use crate::lcp::{LcpResult, lcp_methods, solve_lcp};
@@ -75,6 +81,8 @@ mod _core {
     use crate::queries::{ContactPoint, Nearest, RayHit, cast_ray, cast_rays, contacts_at, distance, overlaps};
     #[pymodule_export]
     use crate::recording::{Recording, RecordingCheck};
+    #[pymodule_export]
+    use crate::render::{Film, Renderer, View, save_png};
     #[pymodule_export]
     use crate::report::{Certificate, SettleReport, StageCount, StageRun, StepReport};
     #[pymodule_export]

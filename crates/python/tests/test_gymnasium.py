@@ -228,11 +228,25 @@ def test_an_episode_as_a_page():
     assert environments.Env("PushBox").render() is None
     with pytest.raises(ValueError, match="render_mode='html'"):
         environments.Env("PushBox").recording()
-    with pytest.raises(ValueError, match="draws no images"):
-        environments.Env("PushBox", render_mode="rgb_array")
+    with pytest.raises(ValueError, match="'rgb_array'"):
+        environments.Env("PushBox", render_mode="human")
     envs = native("PushBox", 2, render_mode="html")
     envs.reset(seed=0)
     assert len(envs.render()) == 2
+
+
+def test_pictures_of_the_present_state():
+    env = gymnasium.make("signorini/Hopper-v0", render_mode="rgb_array")
+    env.reset(seed=0)
+    first = env.render()
+    assert first.shape == (480, 480, 3) and first.dtype == np.uint8
+    for _ in range(10):
+        env.step(env.action_space.sample())
+    assert not np.array_equal(first, env.render())
+    envs = native("PushBox", 2, render_mode="rgb_array")
+    envs.reset(seed=0)
+    one, other = envs.render()
+    assert one.shape == (480, 480, 3) and not np.array_equal(one, other)
 
 
 def test_what_is_wrong_is_said():

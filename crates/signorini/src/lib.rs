@@ -43,6 +43,8 @@ pub use signorini_formats as formats;
 pub use signorini_lcp as lcp;
 pub use signorini_multibody as multibody;
 pub use signorini_recording as recording;
+#[cfg(feature = "render")]
+pub use signorini_render as render;
 pub use signorini_simulation::*;
 pub use signorini_spec as spec;
 pub use signorini_statics as statics;

@@ -46,7 +46,7 @@ impl Spec {
             places.bodies[i] = Some(BodyId(self.bodies.add(own)? as u32));
         }
         self.absorb_fixed(other, frame, prefix, &mut places)?;
-        self.absorb_relations(other, prefix, &mut places)
+        self.absorb_relations(other, frame, prefix, &mut places)
     }
 
     /// Joints, geoms and sites.
@@ -77,7 +77,13 @@ impl Spec {
     }
 
     /// What refers to bodies, joints, geoms and sites.
-    fn absorb_relations(&mut self, other: &Self, prefix: &str, places: &mut Places) -> Result<(), SpecError> {
+    fn absorb_relations(
+        &mut self,
+        other: &Self,
+        frame: Pose,
+        prefix: &str,
+        places: &mut Places,
+    ) -> Result<(), SpecError> {
         for (i, tendon) in other.tendons.iter() {
             let own = prefixed(&tendon.moved(places)?, prefix);
             places.tendons[i] = Some(TendonId(self.tendons.add(own)? as u32));
@@ -94,6 +100,22 @@ impl Spec {
         }
         for (_, keyframe) in other.keyframes.iter() {
             self.keyframes.add(prefixed(&keyframe.moved(places)?, prefix))?;
+        }
+        for camera in &other.cameras {
+            let mut own = camera.moved(places)?;
+            own.name = format!("{prefix}{}", own.name);
+            if camera.body == BodyId::WORLD {
+                own.placement = frame * camera.placement;
+            }
+            self.cameras.push(own);
+        }
+        for light in &other.lights {
+            let mut own = light.moved(places)?;
+            if light.body == BodyId::WORLD {
+                own.position = frame.transform_point(light.position);
+                own.direction = frame.rotation * light.direction;
+            }
+            self.lights.push(own);
         }
         let dangling = |sort| SpecError::DanglingReference { part: "a contact pair or exclusion".into(), sort };
         for pair in &other.pairs {

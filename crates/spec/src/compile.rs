@@ -40,6 +40,7 @@ impl Spec {
         let mut places = Places::default();
         self.build_bodies(&mut builder, &mut places)?;
         self.build_relations(&mut builder, &mut places)?;
+        self.build_looks(&mut builder, &places)?;
         if self.keyframes.places() > 0 {
             // Where the numbers of joints stand is known once the rest is a model.
             let model = builder.clone().build()?;
@@ -106,6 +107,19 @@ impl Spec {
             }
             Some((_, body)) => Err(SpecError::Circle { body: body.name.clone() }),
         }
+    }
+
+    /// Cameras and lights.
+    fn build_looks(&self, builder: &mut ModelBuilder, places: &Places) -> Result<(), SpecError> {
+        for camera in &self.cameras {
+            let camera = camera.moved(places)?;
+            builder.add_camera(camera.body, camera)?;
+        }
+        for light in &self.lights {
+            let light = light.moved(places)?;
+            builder.add_light(light.body, light)?;
+        }
+        Ok(())
     }
 
     fn build_relations(&self, builder: &mut ModelBuilder, places: &mut Places) -> Result<(), SpecError> {

@@ -32,6 +32,8 @@ named! {
     signorini_multibody::Actuator, "actuator";
     signorini_multibody::Sensor, "sensor";
     signorini_multibody::Equality, "equality constraint";
+    signorini_multibody::Camera, "camera";
+    signorini_multibody::Light, "light";
     crate::KeyframeSpec, "keyframe";
 }
 

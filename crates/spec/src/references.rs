@@ -1,8 +1,8 @@
 //! What parts refer to.
 
 use signorini_multibody::{
-    Actuator, ActuatorId, BodyId, Equality, EqualityKind, FrameId, GeomId, JointId, Sensor, SensorKind, SiteId, Tendon,
-    TendonId, Transmission,
+    Actuator, ActuatorId, BodyId, Camera, CameraMode, Equality, EqualityKind, FrameId, GeomId, JointId, Light, Sensor,
+    SensorKind, SiteId, Tendon, TendonId, Transmission,
 };
 
 use crate::SpecError;
@@ -131,5 +131,21 @@ impl Refers for KeyframeSpec {
         self.control.retain_mut(|(actuator, _)| places.actuator(actuator).is_ok());
         self.mocap.retain_mut(|(body, _)| places.body(body).is_ok());
         Ok(())
+    }
+}
+
+impl Refers for Camera {
+    fn renumber(&mut self, places: &Places) -> Result<(), &'static str> {
+        places.body(&mut self.body)?;
+        match &mut self.mode {
+            CameraMode::Target(body) | CameraMode::TargetCenterOfMass(body) => places.body(body),
+            CameraMode::Fixed | CameraMode::Track | CameraMode::TrackCenterOfMass => Ok(()),
+        }
+    }
+}
+
+impl Refers for Light {
+    fn renumber(&mut self, places: &Places) -> Result<(), &'static str> {
+        places.body(&mut self.body)
     }
 }

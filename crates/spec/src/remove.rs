@@ -65,6 +65,8 @@ impl Spec {
         places.actuators = self.present().actuators;
         self.sensors.retain(|_, sensor| sensor.moved(&places).is_ok(), removed);
         self.equalities.retain(|_, equality| equality.moved(&places).is_ok(), removed);
+        self.cameras.retain(|camera| camera.moved(&places).is_ok());
+        self.lights.retain(|light| light.moved(&places).is_ok());
         let there = |id: GeomId| places.geom(&mut id.clone()).is_ok();
         self.pairs.retain(|pair| there(pair.geom_a) && there(pair.geom_b));
         self.excluded.retain(|(a, b)| reached.contains(&a.index()) && reached.contains(&b.index()));

@@ -2,8 +2,8 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    Actuator, ActuatorId, Body, BodyId, Equality, Geom, GeomId, GeomPair, Inertia, Joint, JointId, Model, ModelBuilder,
-    Pose, Sensor, Site, SiteId, Tendon, TendonId,
+    Actuator, ActuatorId, Body, BodyId, Camera, Equality, Geom, GeomId, GeomPair, Inertia, Joint, JointId, Light,
+    Model, ModelBuilder, Pose, Sensor, Site, SiteId, Tendon, TendonId,
 };
 
 use crate::SpecError;
@@ -33,6 +33,10 @@ pub struct Spec {
     pub(crate) sensors: Parts<Sensor>,
     pub(crate) equalities: Parts<Equality>,
     pub(crate) keyframes: Parts<KeyframeSpec>,
+    /// Cameras for pictures.
+    pub cameras: Vec<Camera>,
+    /// Lights for pictures.
+    pub lights: Vec<Light>,
 }
 
 impl Spec {
@@ -59,6 +63,8 @@ impl Spec {
             actuators: Parts::of(model.actuators.iter().cloned()),
             sensors: Parts::of(model.sensors.iter().cloned()),
             equalities: Parts::of(model.equalities.iter().cloned()),
+            cameras: model.cameras.clone(),
+            lights: model.lights.clone(),
             keyframes: Parts::of(model.keyframes.iter().map(|keyframe| KeyframeSpec::of(model, keyframe))),
         }
     }

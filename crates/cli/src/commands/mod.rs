@@ -5,6 +5,8 @@ pub mod compare;
 pub mod convert;
 pub mod export;
 pub mod inspect;
+pub mod make;
+pub mod render;
 pub mod replay;
 pub mod scenes;
 pub mod simulate;

@@ -58,11 +58,24 @@ impl MeshAsset {
     }
 }
 
+/// How surfaces look that name it.
+pub(super) struct Material {
+    pub rgba: [f32; 4],
+    pub specular: f32,
+    pub shininess: f32,
+    pub reflectance: f32,
+    pub emission: f32,
+    /// Two colours, from a checkered texture.
+    pub checker: Option<[[f32; 3]; 2]>,
+    pub repeat: [f64; 2],
+    pub uniform: bool,
+}
+
 /// The assets of a file; meshes are read when a geom first needs them.
 pub(super) struct Assets<'t> {
     meshes: HashMap<String, Attributes<'t>>,
     height_fields: HashMap<String, Element<'t>>,
-    materials: HashMap<&'t str, [f32; 4]>,
+    materials: HashMap<&'t str, Material>,
     loaded: RefCell<HashMap<String, Rc<MeshAsset>>>,
 }
 
@@ -74,6 +87,7 @@ impl<'t> Assets<'t> {
             materials: HashMap::new(),
             loaded: RefCell::default(),
         };
+        let checkers = checkers(root, defaults)?;
         for element in root.children_named("asset").flat_map(|a| a.children()) {
             match element.name() {
                 "mesh" => {
@@ -92,7 +106,7 @@ impl<'t> Assets<'t> {
                 "material" => {
                     let attributes = defaults.of(element, None, &["material"])?;
                     let name = element.attributes().required("name", "geoms refer to the material by it")?;
-                    assets.materials.insert(name, colour(&attributes, [1.0; 4])?);
+                    assets.materials.insert(name, material(&attributes, &checkers)?);
                 }
                 _ => {}
             }
@@ -100,11 +114,11 @@ impl<'t> Assets<'t> {
         Ok(assets)
     }
 
-    /// The colour of the material that `attributes` names, if it names one that is defined.
-    pub fn material(&self, attributes: &Attributes) -> Result<Option<[f32; 4]>, FormatError> {
+    /// The material that `attributes` names, if it names one that is defined.
+    pub fn material(&self, attributes: &Attributes) -> Result<Option<&Material>, FormatError> {
         let Some(name) = attributes.text("material").filter(|m| !m.is_empty()) else { return Ok(None) };
         match self.materials.get(name) {
-            Some(rgba) => Ok(Some(*rgba)),
+            Some(material) => Ok(Some(material)),
             None => {
                 let names = self.materials.keys().copied().filter(|n| !n.is_empty());
                 let similar = most_similar(name, names).map(|n| format!("; did you mean '{n}'?")).unwrap_or_default();
@@ -218,6 +232,36 @@ fn load_mesh(a: &Attributes, compilers: &Compilers) -> Result<MeshAsset, FormatE
     ];
     let inertia = a.choice("inertia", &kinds)?.unwrap_or(MeshInertia::Legacy);
     Ok(MeshAsset { mesh: Arc::new(mesh), inertia })
+}
+
+/// The colours of checkered textures, by name.
+fn checkers<'t>(root: Element<'t>, defaults: &Defaults<'t>) -> Result<HashMap<&'t str, [[f32; 3]; 2]>, FormatError> {
+    let mut checkers = HashMap::new();
+    for element in root.children_named("asset").flat_map(|a| a.children_named("texture")) {
+        let a = defaults.of(element, None, &["texture"])?;
+        if a.text("builtin") == Some("checker")
+            && let Some(name) = a.text("name")
+        {
+            let color = |name, initial| a.overlay::<3>(name, initial).map(|(rgb, _)| rgb.map(|x| x as f32));
+            checkers.insert(name, [color("rgb1", [0.8; 3])?, color("rgb2", [0.5; 3])?]);
+        }
+    }
+    Ok(checkers)
+}
+
+fn material(a: &Attributes, checkers: &HashMap<&str, [[f32; 3]; 2]>) -> Result<Material, FormatError> {
+    let share = |name, default: f64| a.number_or(name, default).map(|x| x.clamp(0.0, 1.0) as f32);
+    let layers = a.element().children_named("layer").find_map(|layer| layer.attributes().text("texture"));
+    Ok(Material {
+        rgba: colour(a, [1.0; 4])?,
+        specular: share("specular", 0.5)?,
+        shininess: share("shininess", 0.5)?,
+        reflectance: share("reflectance", 0.0)?,
+        emission: share("emission", 0.0)?,
+        checker: a.text("texture").or(layers).and_then(|name| checkers.get(name)).copied(),
+        repeat: a.overlay::<2>("texrepeat", [1.0; 2])?.0,
+        uniform: a.flag("texuniform")?.unwrap_or(false),
+    })
 }
 
 fn grid(a: &Attributes, name: &'static str) -> Result<usize, FormatError> {

@@ -141,6 +141,8 @@ fn read_contents<'t>(
             "joint" | "freejoint" => super::joints::read(importer, element, &scope, body)?,
             "geom" => super::geoms::read(importer, element, &scope, body)?,
             "site" => super::sites::read(importer, element, &scope, body.id)?,
+            "camera" => super::looks::camera(importer, element, &scope, body.id)?,
+            "light" => super::looks::light(importer, element, &scope, body.id)?,
             "frame" => {
                 let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
                 let frame = scope.frame * importer.compiler(element).pose(&element.attributes())?;

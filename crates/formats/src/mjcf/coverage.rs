@@ -29,6 +29,10 @@ pub(super) fn audit(root: Element, report: &mut Reporter) {
     ROOT.audit(root, report);
     let mut open: Vec<(Element, &'static str)> = root.children().rev().map(|c| (c, "mujoco")).collect();
     while let Some((element, parent)) = open.pop() {
+        // Of textures those are taken over that need no file and no place on a mesh.
+        if element.name() == "texture" && element.attributes().text("builtin") == Some("checker") {
+            continue;
+        }
         match treatment(parent, element.name()) {
             Read(coverage) => {
                 coverage.audit(element, report);
@@ -97,7 +101,8 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("sensor", _) => Read(&SENSOR),
         ("tendon", "fixed") | ("default", "tendon") => Read(&TENDON),
         ("fixed", "joint") => Read(&TENDON_JOINT),
-        ("body" | "default", "camera" | "light") => Harmless("only pictures depend on it"),
+        ("body" | "default", "camera") => Read(&CAMERA),
+        ("body" | "default", "light") => Read(&LIGHT),
         ("material", "layer") => Harmless("only pictures depend on it"),
         ("body", "flexcomp" | "composite") => Missing("the parts that it would make are left out"),
         ("body" | "geom" | "mesh", "plugin") => Missing("plugins have no effect"),
@@ -242,8 +247,20 @@ const MESH: Coverage = Coverage {
 };
 
 const MATERIAL: Coverage = Coverage {
-    read: "name class rgba",
-    harmless: "emission metallic reflectance roughness shininess specular texrepeat texture texuniform",
+    read: "name class rgba emission reflectance shininess specular texrepeat texture texuniform",
+    harmless: "metallic roughness",
+    ignored: &[],
+};
+
+const CAMERA: Coverage = Coverage {
+    read: "name class mode target fovy sensorsize focal pos quat axisangle xyaxes zaxis euler orthographic projection",
+    harmless: "ipd resolution focalpixel principal principalpixel user output",
+    ignored: &[],
+};
+
+const LIGHT: Coverage = Coverage {
+    read: "name class type directional castshadow active pos dir diffuse",
+    harmless: "mode target ambient specular attenuation cutoff exponent bulbradius intensity range texture",
     ignored: &[],
 };
 

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{Geom, Geometry, Pose, SpinResistance, unit_rotation};
 
-use super::assets::{MeshAsset, colour};
+use super::assets::MeshAsset;
 use super::compiler::z_to;
 use super::importer::{ContactProperties, Importer};
+use super::looks;
 use super::scope::{OpenBody, Scope};
 use crate::error::FormatError;
 use crate::inertia::solid;
@@ -62,8 +63,7 @@ pub(super) fn read<'t>(
     read_contact(importer, &a, &mut geom)?;
     let name = scope.name(element);
     show_as_it_is(importer, name.as_deref(), &mut geom);
-    let material = importer.assets.material(&a)?;
-    geom.rgba = colour(&a, material.unwrap_or(geom.rgba))?;
+    (geom.rgba, geom.look) = looks::look(&importer.assets, &a, &geom.geometry, geom.rgba)?;
     geom.margin = a.non_negative("margin")?.unwrap_or(0.0);
     let priority = a.integer("priority")?.unwrap_or(0);
     geom.priority = i32::try_from(priority).map_err(|_| a.invalid("priority", "a number of 32 bits"))?;

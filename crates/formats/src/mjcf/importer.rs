@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use signorini_multibody::{ActuatorId, JointId, SpinResistance};
+use signorini_multibody::{ActuatorId, BodyId, Camera, JointId, SpinResistance};
 
 use super::assets::Assets;
 use super::compiler::{Compiler, Compilers};
@@ -27,6 +27,15 @@ pub(super) struct ContactProperties {
     pub rolling_friction: f64,
 }
 
+/// A camera with the name of the body at which it looks, which may come later in the file.
+pub(super) struct AimedCamera<'t> {
+    pub camera: Camera,
+    pub body: BodyId,
+    pub target: Option<(&'t str, Attributes<'t>)>,
+    /// Whether it looks at the centre of mass.
+    pub com: bool,
+}
+
 /// What the readers of the sections share.
 pub(super) struct Importer<'t> {
     pub compilers: Compilers,
@@ -36,6 +45,8 @@ pub(super) struct Importer<'t> {
     pub report: Reporter,
     /// By geom.
     pub contact_properties: Vec<ContactProperties>,
+    /// Cameras whose bodies are not all known yet.
+    pub cameras: Vec<AimedCamera<'t>>,
     pub elements: usize,
     pub contacts_disabled: bool,
     pub equalities_disabled: bool,

@@ -21,6 +21,7 @@ mod include;
 mod joints;
 mod keyframes;
 mod laws;
+mod looks;
 mod options;
 mod references;
 mod replicate;
@@ -74,6 +75,7 @@ fn read(tree: &Tree, folders: &[PathBuf], options: &LoadOptions) -> Result<Impor
         parts: Parts::new(root.attributes().text("model").unwrap_or("MuJoCo Model"), root, reserved),
         report: Reporter::default(),
         contact_properties: Vec::new(),
+        cameras: Vec::new(),
         elements: 0,
         contacts_disabled: false,
         equalities_disabled: false,
@@ -92,6 +94,7 @@ fn read(tree: &Tree, folders: &[PathBuf], options: &LoadOptions) -> Result<Impor
     };
     options::read(&mut importer, root)?;
     bodies::read(&mut importer, root)?;
+    looks::finish_cameras(&mut importer)?;
     contacts::read(&mut importer, root)?;
     custom::check(&importer)?;
     equality::read(&mut importer, root)?;

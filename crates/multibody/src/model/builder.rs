@@ -3,12 +3,12 @@
 use glamx::glam::DVec3;
 
 use super::check::{check_inertia, check_keyframes, moving_no_mass, number, unique};
-use super::check_sensing::{check_relations, check_sensors};
+use super::check_sensing::{check_cameras, check_relations, check_sensors};
 use super::path::{PathStep, reference_pose};
 use super::{
-    Actuator, ActuatorId, Body, BodyId, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair, Geometry,
-    Inertia, Joint, JointId, JointKind, Keyframe, Model, ModelError, Sensor, SensorKind, Site, SiteId, Tendon,
-    TendonId, Transmission,
+    Actuator, ActuatorId, Body, BodyId, Camera, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair,
+    Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Light, Model, ModelError, Sensor, SensorKind, Site, SiteId,
+    Tendon, TendonId, Transmission,
 };
 use crate::math::{Pose, unit_rotation, unit_vector};
 
@@ -31,6 +31,8 @@ pub struct ModelBuilder {
     sensors: Vec<Sensor>,
     keyframes: Vec<Keyframe>,
     mocap_bodies: Vec<BodyId>,
+    cameras: Vec<Camera>,
+    lights: Vec<Light>,
 }
 
 impl ModelBuilder {
@@ -63,6 +65,8 @@ impl ModelBuilder {
             sensors: Vec::new(),
             keyframes: Vec::new(),
             mocap_bodies: Vec::new(),
+            cameras: Vec::new(),
+            lights: Vec::new(),
         }
     }
 
@@ -209,6 +213,28 @@ impl ModelBuilder {
         Ok(id)
     }
 
+    /// Adds a camera to a body.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownPart`] if the body is not there.
+    pub fn add_camera(&mut self, body: BodyId, mut camera: Camera) -> Result<&mut Self, ModelError> {
+        self.known_body(body, || format!("camera '{}'", camera.name))?;
+        camera.body = body;
+        self.cameras.push(camera);
+        Ok(self)
+    }
+
+    /// Adds a light to a body.
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownPart`] if the body is not there.
+    pub fn add_light(&mut self, body: BodyId, mut light: Light) -> Result<&mut Self, ModelError> {
+        self.known_body(body, || "a light".into())?;
+        light.body = body;
+        self.lights.push(light);
+        Ok(self)
+    }
+
     /// A site that was added, if there is one of this index.
     pub fn site(&self, site: SiteId) -> Option<&Site> {
         self.sites.get(site.index())
@@ -268,6 +294,8 @@ impl ModelBuilder {
         check_relations(&model)?;
         check_sensors(&model)?;
         check_keyframes(&mut model)?;
+        let bodies = model.bodies.len();
+        check_cameras(&mut model.cameras, bodies)?;
         normalise(&mut model);
         Ok(model)
     }
@@ -288,7 +316,8 @@ impl ModelBuilder {
         unique("tendon", self.tendons.iter().map(|t| &t.name))?;
         unique("sensor", self.sensors.iter().map(|s| &s.name))?;
         unique("actuator", self.actuators.iter().map(|a| &a.name))?;
-        unique("keyframe", self.keyframes.iter().map(|k| &k.name))
+        unique("keyframe", self.keyframes.iter().map(|k| &k.name))?;
+        unique("camera", self.cameras.iter().map(|c| &c.name))
     }
 
     fn check_options(&self) -> Result<(), ModelError> {
@@ -379,6 +408,8 @@ impl ModelBuilder {
             sensors,
             keyframes: self.keyframes,
             mocap_bodies: self.mocap_bodies,
+            cameras: self.cameras,
+            lights: self.lights,
             nq,
             nv,
             na,

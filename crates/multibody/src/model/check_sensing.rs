@@ -4,7 +4,8 @@ use super::check::{
     check_actuators, check_equalities, check_geoms, check_joints, check_mass, check_mocap, check_pairs, check_pose,
     check_range, known, number, scalar_joint,
 };
-use super::{FrameId, Geometry, JointKind, Model, ModelError, SensorKind};
+use super::{Camera, CameraMode, FrameId, Geometry, JointKind, Model, ModelError, SensorKind};
+use crate::math::unit_rotation;
 
 /// What joints, geoms, constraints and all that refers to them must satisfy.
 pub(super) fn check_relations(model: &Model) -> Result<(), ModelError> {
@@ -103,6 +104,22 @@ pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {
         if let Some(cutoff) = sensor.cutoff {
             number(part, "cutoff", "positive and finite", cutoff, |x| x > 0.0)?;
         }
+    }
+    Ok(())
+}
+
+/// Checks that numbers of cameras are in their ranges, and makes rotations unit.
+pub(super) fn check_cameras(cameras: &mut [Camera], bodies: usize) -> Result<(), ModelError> {
+    for camera in cameras {
+        let part = || format!("camera '{}'", camera.name);
+        let inside = |angle: f64| angle > 0.0 && angle < std::f64::consts::PI;
+        number(part, "field of view", "between 0 and 180 degrees", camera.field_of_view, inside)?;
+        if let CameraMode::Target(body) | CameraMode::TargetCenterOfMass(body) = camera.mode
+            && body.index() >= bodies
+        {
+            return Err(ModelError::UnknownPart { part: part(), sort: "body", index: body.index(), count: bodies });
+        }
+        camera.placement.rotation = unit_rotation(camera.placement.rotation);
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use super::{
 use crate::math::Pose;
 
 impl Model {
-    /// A hash of everything the model is: equal for equal models on every machine, so that a recording or a stored problem
+    /// A hash of everything the model is but for its cameras, lights and looks: equal for equal models on every machine, so that a recording or a stored problem
     /// can name the model it belongs to. 64-bit FNV-1a over the fields in order, numbers by their bits.
     pub fn content_hash(&self) -> u64 {
         let mut hash = Fnv(0xcbf2_9ce4_8422_2325);
@@ -31,6 +31,8 @@ impl Model {
             sensors,
             keyframes,
             mocap_bodies: _,
+            cameras: _,
+            lights: _,
             nq: _,
             nv: _,
             na: _,
@@ -90,12 +92,12 @@ macro_rules! feed_number {
 feed_number!(u8, u32, u64, i32, f32, f64);
 
 /// Feeds every field; a new field is a compile error here. Those of `where set` count only where they are not the default, so that
-/// models without them keep the hash that they had before there were such fields.
+/// models without them keep the hash that they had before there were such fields. Those of `but` are for pictures alone.
 macro_rules! feed_fields {
-    ($t:ident { $($field:ident),* $(,)? } $(where set { $($late:ident),* })?) => {
+    ($t:ident { $($field:ident),* $(,)? } $(where set { $($late:ident),* })? $(but { $($left_out:ident),* })?) => {
         impl Feed for $t {
             fn feed(&self, hash: &mut Fnv) {
-                let Self { $($field,)* $($($late,)*)? } = self;
+                let Self { $($field,)* $($($late,)*)? $($($left_out: _,)*)? } = self;
                 $($field.feed(hash);)*
                 $($(if !is_default($late) {
                     $late.feed(hash);
@@ -139,7 +141,7 @@ feed_fields!(Geom {
     contact_type,
     contact_affinity,
     rgba,
-} where set { priority });
+} where set { priority } but { look });
 feed_fields!(GeomPair {
     geom_a,
     geom_b,

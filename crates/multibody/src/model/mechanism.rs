@@ -4,8 +4,8 @@ use glamx::glam::DVec3;
 
 use super::path::{PathStep, reference_pose};
 use super::{
-    Actuator, ActuatorId, Body, BodyId, ContactFilter, Equality, Geom, GeomId, GeomPair, Joint, JointId, JointKind,
-    Keyframe, Sensor, Site, SiteId, SpinResistance, Tendon, TendonId,
+    Actuator, ActuatorId, Body, BodyId, Camera, ContactFilter, Equality, Geom, GeomId, GeomPair, Joint, JointId,
+    JointKind, Keyframe, Light, Sensor, Site, SiteId, SpinResistance, Tendon, TendonId,
 };
 use crate::math::Pose;
 
@@ -43,6 +43,10 @@ pub struct Model {
     pub keyframes: Vec<Keyframe>,
     /// Bodies whose pose is given from outside, in their order (MJCF `mocap`).
     pub mocap_bodies: Vec<BodyId>,
+    /// Cameras for pictures.
+    pub cameras: Vec<Camera>,
+    /// Lights for pictures; none: whoever makes the picture lights it.
+    pub lights: Vec<Light>,
     /// Size of `q`.
     pub nq: usize,
     /// Size of `v`.

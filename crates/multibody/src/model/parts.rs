@@ -5,7 +5,7 @@ use std::cmp::Ordering;
 use derive_setters::Setters;
 use glamx::glam::DVec3;
 
-use super::{BodyId, GeomId, Geometry, Inertia};
+use super::{BodyId, GeomId, Geometry, Inertia, Look};
 use crate::math::Pose;
 
 /// A rigid body. Its frame B sits at `placement` in its parent's frame, then its joints move it, in order.
@@ -221,6 +221,8 @@ pub struct Geom {
     pub contact_affinity: u32,
     /// Colour for pictures: red, green, blue, opacity in [0, 1].
     pub rgba: [f32; 4],
+    /// What else its surface looks like.
+    pub look: Look,
 }
 
 impl Geom {
@@ -244,6 +246,7 @@ impl Geom {
             contact_type: 1,
             contact_affinity: 1,
             rgba: [0.5, 0.5, 0.5, 1.0],
+            look: Look::default(),
         }
     }
 }

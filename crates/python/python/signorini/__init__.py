@@ -21,7 +21,7 @@ import os
 from enum import IntEnum
 from typing import Union
 
-from signorini import viewer
+from signorini import generate, viewer
 from signorini._core import (
     Actuator,
     Body,
@@ -31,6 +31,7 @@ from signorini._core import (
     ContactSolution,
     ContactSum,
     Contacts,
+    Film,
     Geom,
     ImportWarning,
     InverseKinematics,
@@ -44,6 +45,7 @@ from signorini._core import (
     RayHit,
     Recording,
     RecordingCheck,
+    Renderer,
     Safety,
     SettleReport,
     Stability,
@@ -51,6 +53,7 @@ from signorini._core import (
     StageRun,
     StepDerivatives,
     StepReport,
+    View,
     __version__,
     bias_force,
     cast_ray,
@@ -76,6 +79,7 @@ from signorini._core import (
     overlaps,
     parameter_values,
     safety,
+    save_png,
     settle,
     solve_lcp,
     stability,
@@ -121,6 +125,7 @@ __all__ = [
     "ContactSum",
     "Contacts",
     "Data",
+    "Film",
     "Geom",
     "Identification",
     "ImportWarning",
@@ -145,6 +150,7 @@ __all__ = [
     "Recording",
     "RecordingCheck",
     "RecordingError",
+    "Renderer",
     "Safety",
     "Scene",
     "SettingError",
@@ -163,6 +169,7 @@ __all__ = [
     "StepReport",
     "ToleranceWarning",
     "Unknown",
+    "View",
     "__version__",
     "bias_force",
     "cast_ray",
@@ -175,6 +182,7 @@ __all__ = [
     "distance",
     "forward",
     "frame_pose",
+    "generate",
     "identify",
     "integrate",
     "inverse",
@@ -191,6 +199,7 @@ __all__ = [
     "overlaps",
     "parameter_values",
     "safety",
+    "save_png",
     "scene",
     "settle",
     "solve_lcp",

@@ -25,6 +25,7 @@ __all__ = [
     "ContactSum",
     "Contacts",
     "Data",
+    "Film",
     "Geom",
     "IdentifiedValues",
     "ImportWarning",
@@ -40,6 +41,7 @@ __all__ = [
     "RayHit",
     "Recording",
     "RecordingCheck",
+    "Renderer",
     "Safety",
     "SettleReport",
     "Spec",
@@ -48,6 +50,7 @@ __all__ = [
     "StageRun",
     "StepDerivatives",
     "StepReport",
+    "View",
     "Viewer",
     "__version__",
     "bias_force",
@@ -70,11 +73,20 @@ __all__ = [
     "kinematics",
     "lcp_methods",
     "linearize",
+    "make_arch",
+    "make_heap",
+    "make_pallet",
+    "make_rough",
+    "make_stack",
+    "make_stairs",
+    "make_terrain",
+    "make_wall",
     "mass_matrix",
     "operational_space_inertia",
     "overlaps",
     "parameter_values",
     "safety",
+    "save_png",
     "settle",
     "solve_lcp",
     "stability",
@@ -402,6 +414,108 @@ class Spec:
         Raises:
             ModelError: the parts are no mechanism.
         """
+
+@final
+class View:
+    """From where a picture is taken."""
+
+    @staticmethod
+    def looking(position: Sequence[float], target: Sequence[float], fovy: float = 45.0) -> View:
+        """From a point to another one, (3,), m, with the world's z axis up.
+
+        Args:
+            fovy: angle between the lower and the upper edge of the picture, degrees.
+        """
+    @staticmethod
+    def orbit(
+        target: Sequence[float], distance: float, azimuth: float = 120.0, elevation: float = -20.0, fovy: float = 45.0
+    ) -> View:
+        """At a distance (m) from a target (3,) (m), looking along ``azimuth`` (0: along x, 90: along y) and up by ``elevation``, degrees."""
+    @property
+    def position(self) -> _Array:
+        """Position of the camera, (3,), world, m."""
+
+@final
+class Renderer:
+    """Takes pictures of a model, without a window or a graphics card.
+
+    Args:
+        model: the model.
+        width, height: of pictures, pixels.
+        samples: rays for every pixel. With 1 there are more at edges and shadows are hard; 16 and more give soft shadows and dark corners,
+            as a paper would print them, and take 20 times as long.
+        shadows: whether things throw shadows.
+        background: "sky" or "white".
+        groups: visibility groups that are shown (MJCF ``group``).
+    """
+
+    def __new__(
+        cls,
+        model: Model,
+        width: int = 640,
+        height: int = 480,
+        *,
+        samples: int = 1,
+        shadows: bool = True,
+        background: str = "sky",
+        groups: Sequence[int] = ...,
+    ) -> Self: ...
+    @property
+    def model(self) -> Model:
+        """The model."""
+    @property
+    def width(self) -> int:
+        """Width of pictures in pixels."""
+    @property
+    def height(self) -> int:
+        """Height of pictures in pixels."""
+    def render(self, data: Data, camera: Union[str, View, None] = None) -> NDArray[np.uint8]:
+        """What a camera sees, (height, width, 3), red, green, blue.
+
+        Args:
+            data: the state.
+            camera: a camera of the model by name, a view, or nothing: the scene fills the picture.
+
+        Raises:
+            ValueError: there is no such camera.
+        """
+    def depth(self, data: Data, camera: Union[str, View, None] = None) -> NDArray[np.float64]:
+        """Distance along the camera's axis, (height, width), m; infinite where there is nothing."""
+    def segmentation(self, data: Data, camera: Union[str, View, None] = None) -> NDArray[np.int32]:
+        """Index of the geom, (height, width), -1 where there is none."""
+    def framing(self, data: Data, azimuth: float = 120.0, elevation: float = -20.0) -> View:
+        """A view in which the scene, as it is in ``data``, fills the picture, along ``azimuth`` and up by ``elevation``, degrees."""
+
+@final
+class Film:
+    """A film in the making: H.264 in an MP4 file, made without another program.
+
+    Args:
+        width, height: of frames, pixels; even.
+        fps: frames per second.
+    """
+
+    def __new__(cls, width: int = 640, height: int = 480, fps: float = 30.0) -> Self: ...
+    def add(self, frame: NDArray[np.uint8]) -> None:
+        """Adds a frame, (height, width, 3)."""
+    def save(self, path: Union[str, os.PathLike[str]]) -> None:
+        """Writes the film; more frames can follow, and it can be written again."""
+    def __len__(self) -> int: ...
+
+def make_heap(count: int, shapes: str, radius: float, friction: float, bin: bool, seed: int) -> str: ...
+def make_stack(count: int, size: float, offset: float, friction: float, seed: int) -> str: ...
+def make_pallet(layers: int, friction: float, free: bool) -> str: ...
+def make_wall(columns: int, courses: int, brick: Sequence[float], friction: float) -> str: ...
+def make_arch(count: int, radius: float, thickness: float, depth: float, friction: float) -> str: ...
+def make_stairs(steps: int, rise: float, run: float, width: float, friction: float, objects: int, seed: int) -> str: ...
+def make_rough(
+    points: int, size: float, height: float, roughness: float, friction: float, objects: int, seed: int
+) -> str: ...
+def make_terrain(
+    heights: ArrayLike, size: Sequence[float], height: float, friction: float, objects: int, seed: int
+) -> str: ...
+def save_png(path: Union[str, os.PathLike[str]], picture: NDArray[np.uint8]) -> None:
+    """Writes a picture, (height, width, 3), as PNG."""
 
 @final
 class Nearest:

@@ -14,7 +14,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 from numpy.typing import ArrayLike, NDArray
 
-from signorini import Batch, Data, Recording, Settings, ToleranceWarning, step
+from signorini import Batch, Data, Recording, Renderer, Settings, ToleranceWarning, step
 from signorini.gymnasium.locomotion import Ant, HalfCheetah, Hopper
 from signorini.gymnasium.push_box import PushBox
 from signorini.gymnasium.task import Array, Judgement, Task
@@ -27,7 +27,10 @@ TASKS: Dict[str, Type[Task]] = {"Ant": Ant, "HalfCheetah": HalfCheetah, "Hopper"
 SETTINGS = Settings(infeasible="clip_gaps")
 """Settings of environments: a state without solution is solved with its negative gaps taken as zero."""
 
+RENDER_MODES = ("html", "rgb_array")
+
 _Mask = NDArray[np.bool_]
+Picture = NDArray[np.uint8]
 _Info = Dict[str, Any]
 
 
@@ -35,14 +38,16 @@ class _Episodes:
     """The episodes of a batch: starts, actions and what is needed to show them again."""
 
     def __init__(self, task: Task, count: int, settings: Settings, nthread: int, render_mode: Optional[str]) -> None:
-        if render_mode not in (None, "html"):
+        if render_mode not in (None, *RENDER_MODES):
             raise ValueError(
-                f"render_mode = {render_mode!r}: must be None or 'html'; signorini draws no images. 'html' gives the episode "
-                "as a page that shows it in 3-D; signorini.viewer shows a running simulation"
+                f"render_mode = {render_mode!r}: must be None, 'rgb_array' (a picture of the present state) or 'html' (the episode "
+                "as a page that shows it in 3-D); signorini.viewer shows a running simulation"
             )
         self.task = task
         self.batch = Batch(task.model, count, settings, nthread)
-        self._history: Optional[List[List[Array]]] = [[] for _ in range(count)] if render_mode else None
+        self._history: Optional[List[List[Array]]] = [[] for _ in range(count)] if render_mode == "html" else None
+        self._renderer: Optional[Renderer] = None
+        self._shown: Optional[Data] = None
 
     def begin(self, i: int, rng: np.random.Generator) -> None:
         """Begins an episode in simulation ``i``."""
@@ -78,6 +83,14 @@ class _Episodes:
                 step(self.task.model, data, self.task.frame_skip)
         return recorder.recording
 
+    def picture(self, i: int) -> Picture:
+        """What the task's camera sees of simulation ``i``, (height, width, 3)."""
+        if self._renderer is None or self._shown is None:
+            self._renderer = Renderer(self.task.model, *self.task.picture_size)
+            self._shown = Data(self.task.model, self.batch.settings)
+        self._shown.qpos[:] = self.batch.qpos[i]
+        return self._renderer.render(self._shown, self.task.camera)
+
     def page(self, i: int) -> str:
         """The recording as an HTML page."""
         return self.recording(i).to_html(title=type(self.task).__name__)
@@ -90,7 +103,7 @@ class Env(gymnasium.Env[Array, Array]):
 
     Args:
         task: a task, or a name of ``TASKS``.
-        render_mode: ``None``, or "html": :meth:`render` gives the episode so far as a page.
+        render_mode: ``None``; "rgb_array": :meth:`render` gives a picture; or "html": it gives the episode so far as a page.
         settings: of the engine.
         parameters: fields of the named task.
 
@@ -99,7 +112,7 @@ class Env(gymnasium.Env[Array, Array]):
         SettingError: a setting is out of its range.
     """
 
-    metadata: Dict[str, Any] = {"render_modes": ["html"]}
+    metadata: Dict[str, Any] = {"render_modes": [*RENDER_MODES]}
 
     def __init__(
         self,
@@ -138,9 +151,11 @@ class Env(gymnasium.Env[Array, Array]):
         """The episode so far, with its contacts, forces and residuals; needs render mode "html"."""
         return self._episodes.recording(0)
 
-    def render(self) -> Optional[str]:
-        """The episode so far as an HTML page, with render mode "html"; otherwise ``None``."""
-        return None if self.render_mode is None else self._episodes.page(0)
+    def render(self) -> Union[str, Picture, None]:  # type: ignore[override]
+        """A picture, (height, width, 3), with render mode "rgb_array"; the episode so far as an HTML page, with "html"; else ``None``."""
+        if self.render_mode is None:
+            return None
+        return self._episodes.picture(0) if self.render_mode == "rgb_array" else self._episodes.page(0)
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, NDArray[Any]]):
@@ -163,7 +178,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, NDArray[Any]]):
         SettingError: a setting is out of its range.
     """
 
-    metadata: Dict[str, Any] = {"render_modes": ["html"]}
+    metadata: Dict[str, Any] = {"render_modes": [*RENDER_MODES]}
 
     def __init__(
         self,
@@ -256,9 +271,13 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, NDArray[Any]]):
         """The episode of simulation ``i`` so far; see :meth:`Env.recording`."""
         return self._episodes.recording(i)
 
-    def render(self) -> Optional[Tuple[str, ...]]:
-        """The episodes so far as HTML pages, with render mode "html"; otherwise ``None``."""
-        return None if self.render_mode is None else tuple(self._episodes.page(i) for i in range(self.num_envs))
+    def render(self) -> Union[Tuple[str, ...], Tuple[Picture, ...], None]:  # type: ignore[override]
+        """Pictures, with render mode "rgb_array", or the episodes so far as HTML pages, with "html"; otherwise ``None``."""
+        if self.render_mode is None:
+            return None
+        if self.render_mode == "rgb_array":
+            return tuple(self._episodes.picture(i) for i in range(self.num_envs))
+        return tuple(self._episodes.page(i) for i in range(self.num_envs))
 
     def _begin(self, mask: _Mask) -> None:
         for i in _ids(mask):

@@ -6,7 +6,7 @@ import functools
 import pathlib
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import ClassVar, Dict, NamedTuple, Tuple
+from typing import ClassVar, Dict, NamedTuple, Optional, Tuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +43,10 @@ class Task(ABC):
     """MJCF file of the model; names without a folder are those of the package."""
     frame_skip: ClassVar[int]
     """Steps of the engine for one action."""
+    picture_size: ClassVar[Tuple[int, int]] = (480, 480)
+    """Width and height of pictures, pixels."""
+    camera: ClassVar[Optional[str]] = None
+    """Camera of the model for pictures; without one the scene fills them."""
 
     @functools.cached_property
     def model(self) -> Model:

@@ -1,0 +1,131 @@
+//! What pictures need to know of a model. Nothing of the motion depends on it, and neither does the model's hash.
+
+use derive_setters::Setters;
+use glamx::glam::DVec3;
+
+use super::BodyId;
+use crate::math::Pose;
+
+/// How the surface of a geom looks, beside its colour.
+#[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
+pub struct Look {
+    /// Visibility group (MJCF `group`): 0 to 2 are shown where nothing else is asked for; robots keep their collision shapes in 3.
+    pub group: u8,
+    /// Strength of highlights, 0 to 1.
+    pub specular: f32,
+    /// Narrowness of highlights, 0 to 1.
+    pub shininess: f32,
+    /// Share of the surroundings that the surface mirrors, 0 to 1.
+    pub reflectance: f32,
+    /// Share of its colour that it gives off without light, 0 to 1.
+    pub emission: f32,
+    /// Squares of two colours instead of one colour.
+    #[setters(into)]
+    pub checker: Option<Checker>,
+}
+
+impl Default for Look {
+    /// MuJoCo's defaults for a geom without material.
+    fn default() -> Self {
+        Self { group: 0, specular: 0.5, shininess: 0.5, reflectance: 0.0, emission: 0.0, checker: None }
+    }
+}
+
+/// Squares in the geom's x–y plane, one corner of four at its origin.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Checker {
+    /// The two colours, which multiply the geom's: red, green, blue, each 0 to 1.
+    pub colors: [[f32; 3]; 2],
+    /// Lengths of a square along x and y, m, > 0.
+    pub square: [f64; 2],
+}
+
+/// A camera of the model.
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
+pub struct Camera {
+    /// Unique name.
+    #[setters(into)]
+    pub name: String,
+    /// The body it is fixed to.
+    #[setters(skip)]
+    pub body: BodyId,
+    /// `X_BC`: x to the right of the picture, y up, −z into the scene.
+    #[setters(into)]
+    pub placement: Pose,
+    /// Angle between the picture's lower and upper edge, rad, in (0, π).
+    pub field_of_view: f64,
+    /// How it moves.
+    pub mode: CameraMode,
+}
+
+impl Camera {
+    /// A camera at its body's origin with a field of view of 45°, fixed to the body.
+    pub fn new(name: impl Into<String>) -> Self {
+        Self {
+            name: name.into(),
+            body: BodyId::WORLD,
+            placement: Pose::IDENTITY,
+            field_of_view: 45.0_f64.to_radians(),
+            mode: CameraMode::Fixed,
+        }
+    }
+}
+
+/// How a camera follows its body (MJCF `mode`).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CameraMode {
+    /// It is part of the body.
+    Fixed,
+    /// It keeps its distance from the body's origin and its own orientation, as they are at the reference configuration.
+    Track,
+    /// The same with the centre of mass of the body's subtree.
+    TrackCenterOfMass,
+    /// It is carried by the body and looks at the origin of another one.
+    Target(BodyId),
+    /// It is carried by the body and looks at the centre of mass of another one's subtree.
+    TargetCenterOfMass(BodyId),
+}
+
+/// A light of the model.
+#[derive(Clone, Debug, PartialEq, Setters)]
+#[setters(prefix = "with_")]
+#[non_exhaustive]
+pub struct Light {
+    /// Name; may be empty.
+    #[setters(into)]
+    pub name: String,
+    /// The body it is fixed to.
+    #[setters(skip)]
+    pub body: BodyId,
+    /// Where it is in the body's frame, m; of no meaning for a directional one.
+    #[setters(into)]
+    pub position: DVec3,
+    /// Where it shines, in the body's axes, unit.
+    #[setters(into)]
+    pub direction: DVec3,
+    /// Whether its rays are parallel, as those of the sun.
+    pub directional: bool,
+    /// Red, green, blue, each 0 to 1.
+    pub color: [f32; 3],
+    /// Whether things throw shadows in it.
+    pub shadows: bool,
+}
+
+impl Light {
+    /// A white sun along a direction (world axes, any length) that throws shadows.
+    pub fn sun(direction: impl Into<DVec3>) -> Self {
+        Self {
+            name: String::new(),
+            body: BodyId::WORLD,
+            position: DVec3::ZERO,
+            direction: direction.into().normalize_or(DVec3::NEG_Z),
+            directional: true,
+            color: [0.7; 3],
+            shadows: true,
+        }
+    }
+}
