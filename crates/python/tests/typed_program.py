@@ -132,6 +132,15 @@ def solving(model: Model, data: Data) -> None:
     slopes: signorini.StepDerivatives = signorini.derivatives(model, data)
     margins: list[signorini.Margin] = slopes.margins
     assert slopes.validity in {"exact", "one_sided", "refused"} and all(margin.kind for margin in margins)
+    gravity = ("gravity", 2)
+    value = signorini.parameter_values(model, [gravity])
+    heavier: signorini.Model = signorini.with_parameters(model, [gravity], 2 * value)
+    motion = np.array([data.qpos, data.qpos]), np.array([data.qvel, data.qvel])
+    unknown = signorini.Unknown(gravity, bounds=(-30.0, 0.0))
+    found: signorini.Identification = signorini.identify(heavier, [motion], [unknown], interval=1e-3, iterations=1)
+    assert found.names == ("gravity[2]",) and found.values.shape == (1,)
+    known: signorini.Parameter = signorini.PARAMETERS["body_mass"]
+    assert known.sort == "body"
     runs: list[signorini.StageRun] = problem.solve(record_history=True).history
     stages: dict[str, signorini.StageCount] = data.report.stages
     assert sum(stage.ended for stage in stages.values()) == 1 and runs[-1].outcome == "solved"

@@ -7,7 +7,6 @@ They call the engine on the host, so that they work under ``jit`` and ``grad``; 
 from __future__ import annotations
 
 import importlib
-from functools import cache
 from typing import Any, Optional
 
 import numpy as np
@@ -72,7 +71,6 @@ def rollout(
     return out
 
 
-@cache
 def _jax() -> Any:
     try:
         importlib.import_module("jax.numpy")

@@ -10,7 +10,6 @@ engine computes in ``float64``.
 from __future__ import annotations
 
 import importlib
-from functools import cache
 from typing import Any, Optional
 
 import numpy as np
@@ -23,6 +22,8 @@ __all__ = ["DerivativeError", "rollout", "step"]
 
 # torch.Tensor; the package is imported without PyTorch, too.
 Tensor = Any
+
+_made: list[Any] = []
 
 
 def step(
@@ -97,7 +98,6 @@ def rollout(
     return torch.stack([q for q, _ in lanes]), torch.stack([v for _, v in lanes])
 
 
-@cache
 def _torch() -> Any:
     try:
         return importlib.import_module("torch")
@@ -105,9 +105,10 @@ def _torch() -> Any:
         raise ImportError("signorini.torch needs PyTorch: pip install signorini[torch]") from error
 
 
-@cache
 def _function() -> Any:
-    """The class of torch.autograd that makes rollouts."""
+    """The class of torch.autograd that makes rollouts, made once."""
+    if _made:
+        return _made[0]
     torch = _torch()
 
     def forward(ctx: Any, runner: Rollout, *given: Tensor) -> tuple[Tensor, Tensor]:
@@ -122,4 +123,6 @@ def _function() -> Any:
         return (None, *(gqs.new_tensor(x) for x in runner.backward(qs, vs, *arrays[2:], *gradients)))
 
     once = torch.autograd.function.once_differentiable(backward)
-    return type("Rollouts", (torch.autograd.Function,), {"forward": staticmethod(forward), "backward": staticmethod(once)})
+    methods = {"forward": staticmethod(forward), "backward": staticmethod(once)}
+    _made.append(type("Rollouts", (torch.autograd.Function,), methods))
+    return _made[0]
