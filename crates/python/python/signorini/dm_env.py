@@ -17,7 +17,7 @@ from typing import Any, Optional, Union
 if find_spec("dm_env") is None:
     raise ModuleNotFoundError("signorini.dm_env needs dm_env: pip install dm-env gymnasium")
 
-import dm_env
+import dm_env  # type: ignore[import-untyped]
 import numpy as np
 from dm_env import specs
 from numpy.typing import ArrayLike
@@ -29,7 +29,7 @@ from signorini.gymnasium.task import Task
 __all__ = ["Environment"]
 
 
-class Environment(dm_env.Environment):
+class Environment(dm_env.Environment):  # type: ignore[misc]
     """A task as an environment of dm_env.
 
     Observations are ``float64``, (observation_size,); actions, (action_size,), beyond [-1, 1] are cut to it. An end of the task's own has

@@ -151,7 +151,7 @@ class Env(gymnasium.Env[Array, Array]):
         """The episode so far, with its contacts, forces and residuals; needs render mode "html"."""
         return self._episodes.recording(0)
 
-    def render(self) -> Union[str, Picture, None]:  # type: ignore[override]
+    def render(self) -> Union[str, Picture, None]:
         """A picture, (height, width, 3), with render mode "rgb_array"; the episode so far as an HTML page, with "html"; else ``None``."""
         if self.render_mode is None:
             return None
@@ -271,7 +271,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Array, Array, NDArray[Any]]):
         """The episode of simulation ``i`` so far; see :meth:`Env.recording`."""
         return self._episodes.recording(i)
 
-    def render(self) -> Union[Tuple[str, ...], Tuple[Picture, ...], None]:  # type: ignore[override]
+    def render(self) -> Union[Tuple[str, ...], Tuple[Picture, ...], None]:
         """Pictures, with render mode "rgb_array", or the episodes so far as HTML pages, with "html"; otherwise ``None``."""
         if self.render_mode is None:
             return None
