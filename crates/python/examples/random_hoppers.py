@@ -34,7 +34,9 @@ def main() -> None:
         env.step(rng.uniform(-1.0, 1.0, 2))
     with tempfile.TemporaryDirectory() as folder:
         page = pathlib.Path(folder) / "push_box.html"
-        page.write_text(env.render() or "")
+        shown = env.render()
+        assert isinstance(shown, str)
+        page.write_text(shown)
         print(f"an episode of PushBox as a page of {page.stat().st_size / 1e6:.1f} MB")
     assert "signorini/Hopper-v0" in gymnasium.registry and signorini.gymnasium.TASKS["Hopper"]().dt == 0.008
 

@@ -84,6 +84,7 @@ __all__ = [
     "mass_matrix",
     "operational_space_inertia",
     "overlaps",
+    "parameter_table",
     "parameter_values",
     "safety",
     "save_png",
@@ -428,7 +429,7 @@ class View:
         """
     @staticmethod
     def orbit(
-        target: Sequence[float], distance: float, azimuth: float = 120.0, elevation: float = -20.0, fovy: float = 45.0
+        target: Sequence[float], distance: float, azimuth: float = 120.0, elevation: float = ..., fovy: float = 45.0
     ) -> View:
         """At a distance (m) from a target (3,) (m), looking along ``azimuth`` (0: along x, 90: along y) and up by ``elevation``, degrees."""
     @property
@@ -483,7 +484,7 @@ class Renderer:
         """Distance along the camera's axis, (height, width), m; infinite where there is nothing."""
     def segmentation(self, data: Data, camera: Union[str, View, None] = None) -> NDArray[np.int32]:
         """Index of the geom, (height, width), -1 where there is none."""
-    def framing(self, data: Data, azimuth: float = 120.0, elevation: float = -20.0) -> View:
+    def framing(self, data: Data, azimuth: float = 120.0, elevation: float = ...) -> View:
         """A view in which the scene, as it is in ``data``, fills the picture, along ``azimuth`` and up by ``elevation``, degrees."""
 
 @final

@@ -11,6 +11,7 @@ The tasks are those of :mod:`signorini.gymnasium`, which needs Gymnasium, too; a
 
 from __future__ import annotations
 
+from abc import ABCMeta
 from importlib.util import find_spec
 from typing import Any, Optional, Union
 
@@ -29,7 +30,7 @@ from signorini.gymnasium.task import Task
 __all__ = ["Environment"]
 
 
-class Environment(dm_env.Environment):  # type: ignore[misc]
+class Environment(dm_env.Environment, metaclass=ABCMeta):  # type: ignore[misc]
     """A task as an environment of dm_env.
 
     Observations are ``float64``, (observation_size,); actions, (action_size,), beyond [-1, 1] are cut to it. An end of the task's own has

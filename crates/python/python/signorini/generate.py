@@ -21,11 +21,15 @@ from signorini import _core
 
 __all__ = ["arch", "heap", "pallet", "rough", "stack", "stairs", "terrain", "wall"]
 
-Shapes = Literal["boxes", "spheres", "stones", "mixed"]
-
 
 def heap(
-    count: int = 30, *, shapes: Shapes = "boxes", radius: float = 0.05, friction: float = 0.6, bin: bool = True, seed: int = 0
+    count: int = 30,
+    *,
+    shapes: Literal["boxes", "spheres", "stones", "mixed"] = "boxes",
+    radius: float = 0.05,
+    friction: float = 0.6,
+    bin: bool = True,
+    seed: int = 0,
 ) -> str:
     """Random objects of about a radius (m) that fall into a bin, or onto the floor where there is none."""
     return _core.make_heap(count, shapes, radius, friction, bin, seed)
