@@ -68,6 +68,7 @@ pub enum CameraKey<'py> {
 /// Takes pictures of a model.
 #[pyclass(frozen, module = "signorini")]
 pub struct Renderer {
+    /// The model.
     #[pyo3(get)]
     model: Py<Model>,
     /// Width of pictures in pixels.

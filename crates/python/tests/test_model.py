@@ -129,14 +129,14 @@ def test_an_unknown_name_lists_the_names_that_exist_the_closest_first():
 
 def test_what_changes_the_motion_is_a_warning_at_its_line(tmp_path):
     path = tmp_path / "soft.xml"
-    path.write_text("<mujoco>\n<worldbody>\n<geom size='1' solref='.01 1'/>\n<camera/>\n</worldbody>\n</mujoco>")
+    path.write_text("<mujoco>\n<worldbody>\n<geom size='1' solref='.01 1'/>\n</worldbody>\n<visual/>\n</mujoco>")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         model = signorini.Model.from_file(path)
     [warning] = caught
     assert (warning.category, warning.lineno, warning.filename) == (signorini.ModelWarning, 3, str(path))
     assert isinstance(warning.message, signorini.ModelWarning) and warning.message.element == "geom"
-    assert [(w.element, w.changes_motion) for w in model.import_report] == [("geom", True), ("camera", False)]
+    assert [(w.element, w.changes_motion) for w in model.import_report] == [("geom", True), ("visual", False)]
 
 
 def test_errors_carry_file_and_line(tmp_path):

@@ -179,6 +179,19 @@ def recording(model: Model, data: Data, folder: pathlib.Path) -> None:
     assert force[2] > 0 and total.closed <= total.ncon
 
 
+def pictures(folder: pathlib.Path) -> None:
+    model = signorini.Model.from_string(signorini.generate.stack(2))
+    data = signorini.Data(model)
+    renderer = signorini.Renderer(model, 32, 24, background="white")
+    view: signorini.View = renderer.framing(data)
+    picture: NDArray[np.uint8] = renderer.render(data, view)
+    signorini.save_png(folder / "stack.png", picture)
+    film = signorini.Film(32, 24)
+    film.add(picture)
+    film.save(folder / "stack.mp4")
+    assert len(film) == 1 and renderer.depth(data, view).min() > 0 and renderer.segmentation(data, view).max() == 2
+
+
 def failing(model: Model, data: Data) -> None:
     errors: Tuple[type[signorini.SignoriniError], ...] = (
         signorini.ProblemError,
@@ -203,6 +216,7 @@ def main() -> None:
     many(model)
     with tempfile.TemporaryDirectory() as folder:
         recording(model, data, pathlib.Path(folder))
+        pictures(pathlib.Path(folder))
     failing(model, data)
 
 
