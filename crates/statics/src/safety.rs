@@ -1,9 +1,9 @@
 //! How far a configuration at rest is from collapse, with a proof on either side of the limit.
 
 use signorini_contact::ContactProblem;
-use signorini_contact::statics::{StabilityProof, Verdict};
+use signorini_contact::statics::{StabilityProof, Verdict, certify_mechanism};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{Input, Model, State};
+use signorini_multibody::{BodyId, Input, Model, State};
 use signorini_simulation::{RestProblem, SimulationError, rest_problem};
 
 use crate::search::Search;
@@ -12,6 +12,10 @@ use crate::verdict::{Decided, decide};
 
 /// Halvings of the interval at most: from 10⁶ to the last digits.
 const HALVINGS: u32 = 80;
+/// Two values this near, relative to the larger, are the limit.
+const CLOSE: f64 = 1e-9;
+/// How far beside a limit proofs are looked for, relative to it.
+const NUDGE: f64 = 2e-10;
 
 /// What is increased until the configuration must move.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,13 +29,15 @@ pub enum SafetyQuestion {
     Friction,
     /// The multiplier of a generalized force beside the loads, `[nv]`, N and N·m.
     Load(Vec<f64>),
+    /// A weight that is added to a body at its centre of mass, kg.
+    Weight(BodyId),
 }
 
 impl SafetyQuestion {
     /// From where it balances to where it is looked for at most.
     fn range(&self) -> [f64; 2] {
         match self {
-            Self::Horizontal(_) | Self::Load(_) => [0.0, 1e6],
+            Self::Horizontal(_) | Self::Load(_) | Self::Weight(_) => [0.0, 1e6],
             Self::Tilt(_) => [0.0, std::f64::consts::PI],
             Self::Friction => [1.0, 0.0],
         }
@@ -52,7 +58,10 @@ pub struct Safety {
     pub at_falls: Option<(ContactProblem, StabilityProof)>,
 }
 
-/// Finds the limit of a safety question to 1e-9 of its size, or as near as both proofs can be had (1e-8 to 1e-6 is common), by halving.
+/// Finds the limit of a safety question to 1e-9 of its size, or as near as both proofs can be had.
+///
+/// Newton's method from above: the mechanism at a value shows that the loads are not balanced wherever they have power along it, so that
+/// the next value is where they have none. Where that leads nowhere the interval is halved.
 ///
 /// A limit of statics: up to it forces exist that balance the loads, and beyond it none do. As friction is not associated, motion may begin
 /// earlier. Loads that are balanced at two values of a load's multiplier are balanced between them, and with more friction if with less.
@@ -80,10 +89,14 @@ pub fn safety(
     }
     for _ in 0..HALVINGS {
         let (holds, falls) = (found.holds, found.falls);
-        if (holds - falls).abs() <= 1e-9 * holds.abs().max(falls.abs()) {
+        if (holds - falls).abs() <= CLOSE * holds.abs().max(falls.abs()) {
             break;
         }
+        if found.newton(&family, settings) && (found.holds, found.falls) != (holds, falls) {
+            continue;
+        }
         // Near the limit rounding leaves values at which neither proof can be had; others of the interval may do.
+        let (holds, falls) = (found.holds, found.falls);
         let middle = middle(holds, falls);
         let rest = [0.25, 0.75, 0.125, 0.875].map(|part| holds + part * (falls - holds));
         if !std::iter::once(middle).chain(rest).any(|value| found.take(&family, value, settings)) {
@@ -105,6 +118,28 @@ fn middle(holds: f64, falls: f64) -> f64 {
 }
 
 impl Safety {
+    /// Looks beside the value at which the loads have no power along the last mechanism; whether that showed anything.
+    fn newton(&mut self, family: &Family, settings: &StabilitySettings) -> bool {
+        let Some(proof) = self.at_falls.as_ref() else { return false };
+        let Some(motion) = proof.1.mechanism.as_ref() else { return false };
+        let (holds, falls) = (self.holds, self.falls);
+        let Some(root) = family.powerless(motion, holds, falls) else { return false };
+        let nudge = (falls - holds).signum() * NUDGE * root.abs().max(holds.abs());
+        // The same mechanism proves as much just beyond.
+        let beyond = root + nudge;
+        if (beyond - holds).abs() < (falls - holds).abs() {
+            let problem = family.at(beyond);
+            if certify_mechanism(&problem, motion).residual <= settings.tolerance {
+                let mut proof = StabilityProof::new(Verdict::MustMove);
+                proof.mechanism = Some(motion.clone());
+                (self.falls, self.at_falls) = (beyond, Some((problem, proof)));
+            }
+        }
+        let before = root - nudge;
+        let inside = (before - holds).signum() == (falls - holds).signum();
+        inside && self.take(family, before, settings)
+    }
+
     /// Looks at a value; whether a proof was found there.
     fn take(&mut self, family: &Family, value: f64, settings: &StabilitySettings) -> bool {
         let problem = family.at(value);
@@ -117,7 +152,9 @@ impl Safety {
             }
             Decided::Mechanism(mechanism) => {
                 let mut proof = StabilityProof::new(Verdict::MustMove);
-                proof.mechanism = Some(mechanism.motion);
+                // The motion of most power cuts deepest, where it proves as much.
+                let sharp = certify_mechanism(&problem, &mechanism.collapse).residual <= settings.tolerance;
+                proof.mechanism = Some(if sharp { mechanism.collapse } else { mechanism.motion });
                 (self.falls, self.at_falls) = (value, Some((problem, proof)));
             }
             Decided::Neither { .. } => return false,
@@ -175,6 +212,18 @@ impl Family {
                 problem.mass_factor.solve_in_place(&mut change);
                 Kind::Linear(change)
             }
+            SafetyQuestion::Weight(body) => {
+                if model.bodies.get(body.index()).is_none_or(|b| b.inertia.mass <= 0.0) {
+                    let expected = "a body of the model that has mass";
+                    return Err(SimulationError::Setting { setting: "body", expected, found: f64::from(body.0) });
+                }
+                // Gravity on this body alone, by its mass.
+                let mut weightless = model.clone();
+                let mass = weightless.bodies[body.index()].inertia.mass;
+                weightless.bodies[body.index()].gravity_compensation += 1.0;
+                let without = build(&weightless)?.problem.free_velocity;
+                Kind::Linear(difference(&problem.free_velocity, &without).iter().map(|v| v / mass).collect())
+            }
             SafetyQuestion::Horizontal(direction) | SafetyQuestion::Tilt(direction) => {
                 let across = direction.reject_from(gravity.try_normalize().unwrap_or(DVec3::Z));
                 let Some(unit) = across.try_normalize() else { return wrong(direction.length()) };
@@ -204,5 +253,32 @@ impl Family {
             Kind::Friction => problem.friction.iter_mut().for_each(|mu| *mu *= value),
         }
         problem
+    }
+
+    /// The value nearest to `falls` at which the loads have no power along a motion that has power there.
+    fn powerless(&self, motion: &[f64], holds: f64, falls: f64) -> Option<f64> {
+        if matches!(self.kind, Kind::Friction) {
+            return None;
+        }
+        let mut momentum = vec![0.0; motion.len()];
+        self.problem.mass.multiply_into(motion, &mut momentum);
+        let along = |v: &[f64]| momentum.iter().zip(v).map(|(p, v)| p * v).sum::<f64>();
+        let own = certify_mechanism(&self.at(falls), motion).power;
+        let change = |value: f64| match &self.kind {
+            Kind::Linear(change) => (value - falls) * along(change),
+            Kind::Turned(gravity, sideways) => {
+                (value.cos() - falls.cos()) * along(gravity) + (value.sin() - falls.sin()) * along(sideways)
+            }
+            Kind::Friction => 0.0,
+        };
+        let (mut low, mut high) = (holds, falls);
+        if own + change(low) > 0.0 {
+            return None;
+        }
+        for _ in 0..2 * HALVINGS {
+            let middle = 0.5 * (low + high);
+            *(if own + change(middle) > 0.0 { &mut high } else { &mut low }) = middle;
+        }
+        Some(high)
     }
 }
