@@ -95,7 +95,7 @@ pub use snapshot::Snapshot;
 pub use solver::CertifiedLaw;
 pub use source::{ContactSource, FrictionSource};
 pub use stabilization::StabilizedStep;
-pub use standing::{RestProblem, rest_problem};
+pub use standing::{RestProblem, rest_problem, rest_problem_at};
 pub use step::{DrivenVelocity, step};
 pub use variation::Variation;
 pub use workspace::Workspace;

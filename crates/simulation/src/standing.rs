@@ -1,7 +1,7 @@
 //! The contact problem of a configuration at rest, for statics.
 
 use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon, ProblemError};
-use signorini_multibody::{Input, Model, State};
+use signorini_multibody::{ContactPoint, Input, Model, State};
 
 use crate::SimulationError;
 use crate::settings::Settings;
@@ -45,21 +45,56 @@ pub fn rest_problem(
         let expected = "finite and not negative";
         return Err(SimulationError::Setting { setting: "contact tolerance", expected, found: tolerance });
     }
+    let (mut ws, state) = begin(model, state, input, settings)?;
+    ws.reach.reach.iter_mut().for_each(|reach| (reach.linear, reach.angular) = (tolerance, 0.0));
+    ws.find_points(model);
+    let near: Vec<bool> = ws.candidates.all.iter().map(|point| point.gap <= tolerance).collect();
+    let mut found = near.iter();
+    ws.candidates.all.retain(|_| *found.next().unwrap_or(&false));
+    Ok(finish(ws, model, &state, input, tolerance))
+}
+
+/// The same with contact points that are known from elsewhere, such as the faces of blocks, whatever the shapes of the model are; of limits those
+/// that are reached. All points touch, whatever their gap is.
+///
+/// # Errors
+/// As [`rest_problem`].
+pub fn rest_problem_at(
+    model: &Model,
+    state: &State,
+    input: &Input,
+    settings: &Settings,
+    points: &[ContactPoint],
+) -> Result<RestProblem, SimulationError> {
+    let (mut ws, state) = begin(model, state, input, settings)?;
+    ws.candidates.all.clear();
+    ws.candidates.all.extend_from_slice(points);
+    ws.candidates.all.iter_mut().for_each(|point| point.gap = 0.0);
+    Ok(finish(ws, model, &state, input, 0.0))
+}
+
+/// A workspace at the state with velocity zero, and that state.
+fn begin(
+    model: &Model,
+    state: &State,
+    input: &Input,
+    settings: &Settings,
+) -> Result<(Workspace, State), SimulationError> {
     let mut state = state.clone();
     state.v.fill(0.0);
     state.check(model)?;
     let mut ws = Workspace::new(model, settings)?;
     let dt = settings.timestep.unwrap_or(model.timestep);
     ws.begin(model, &state, input, dt)?;
-    ws.reach.reach.iter_mut().for_each(|reach| (reach.linear, reach.angular) = (tolerance, 0.0));
-    ws.find_points(model);
-    let near: Vec<bool> = ws.candidates.all.iter().map(|point| point.gap <= tolerance).collect();
-    let mut found = near.iter();
-    ws.candidates.all.retain(|_| *found.next().unwrap_or(&false));
+    Ok((ws, state))
+}
+
+/// The problem of all candidates, which touch, and of the limits within the tolerance.
+fn finish(mut ws: Workspace, model: &Model, state: &State, input: &Input, tolerance: f64) -> RestProblem {
     ws.candidates.choose_all();
-    ws.build_problem(model, &state, input);
-    ws.builder.add_limits(model, &state, &state.v, |_, gap| gap <= tolerance);
-    Ok(touching(&ws, tolerance))
+    ws.build_problem(model, state, input);
+    ws.builder.add_limits(model, state, &state.v, |_, gap| gap <= tolerance);
+    touching(&ws, tolerance)
 }
 
 /// The problem of a workspace with the contacts that touch alone.

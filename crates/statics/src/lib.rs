@@ -17,6 +17,7 @@
 //! ```
 
 mod balance;
+mod blocks;
 mod conic;
 mod enumeration;
 mod impulses;
@@ -30,6 +31,7 @@ mod search;
 mod settings;
 mod verdict;
 
+pub use blocks::{Assembly, Block};
 pub use model::{ModelStability, stability};
 pub use report::{BodyMotion, ContactForce};
 pub use safety::{Safety, SafetyQuestion, safety};

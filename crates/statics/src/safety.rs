@@ -76,7 +76,18 @@ pub fn safety(
     settings: &StabilitySettings,
     question: &SafetyQuestion,
 ) -> Result<Safety, SimulationError> {
-    let family = Family::new(model, state, input, settings, question)?;
+    let build = |model: &Model| rest_problem(model, state, input, &settings.simulation, settings.contact_tolerance);
+    safety_of(model, &build, settings, question)
+}
+
+/// The same of a model whose problem is made in this way.
+pub(crate) fn safety_of(
+    model: &Model,
+    build: &dyn Fn(&Model) -> Result<RestProblem, SimulationError>,
+    settings: &StabilitySettings,
+    question: &SafetyQuestion,
+) -> Result<Safety, SimulationError> {
+    let family = Family::new(model, build, question)?;
     let [begin, end] = question.range();
     let mut found = Safety { holds: f64::NAN, falls: f64::NAN, at_holds: None, at_falls: None };
     if !found.take(&family, begin, settings) || found.at_holds.is_none() {
@@ -181,14 +192,9 @@ enum Kind {
 impl Family {
     fn new(
         model: &Model,
-        state: &State,
-        input: &Input,
-        settings: &StabilitySettings,
+        build: &dyn Fn(&Model) -> Result<RestProblem, SimulationError>,
         question: &SafetyQuestion,
     ) -> Result<Self, SimulationError> {
-        let build = |model: &Model| -> Result<RestProblem, SimulationError> {
-            rest_problem(model, state, input, &settings.simulation, settings.contact_tolerance)
-        };
         let problem = build(model)?.problem;
         let with_gravity = |gravity: DVec3| -> Result<Vec<f64>, SimulationError> {
             let mut other = model.clone();

@@ -15,6 +15,7 @@ pub(crate) use volume::{Orientation, shell, solid};
 
 use std::path::Path;
 
+use signorini_multibody::Inertia;
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
 
@@ -64,6 +65,19 @@ pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, String> {
         return Err(format!("holds {} vertices, a mesh needs at least 3", mesh.vertices.len()));
     }
     Ok(mesh)
+}
+
+/// Mass properties of the solid inside a closed mesh whose faces all look to one side, in the mesh's frame; none where it encloses no volume.
+///
+/// - `density`: kg/m³
+pub fn solid_inertia(mesh: &Mesh, density: f64) -> Option<Inertia> {
+    let turned = || {
+        let triangles = mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+        Mesh { vertices: mesh.vertices.clone(), triangles }
+    };
+    let of_one = solid(mesh, Orientation::Signed).or_else(|| solid(&turned(), Orientation::Signed))?;
+    let Inertia { mass, center_of_mass, rotational } = of_one;
+    Some(Inertia { mass: density * mass, center_of_mass, rotational: rotational * density })
 }
 
 /// Whether the extension of a file is that of a mesh format that can be read.

@@ -1,0 +1,134 @@
+//! Limits of the literature: arches, overhangs, towers on a tilting table.
+
+use std::f64::consts::PI;
+
+use signorini_contact::statics::certify_stability;
+use signorini_formats::solid_inertia;
+use signorini_multibody::glam::DVec3;
+use signorini_multibody::model::Mesh;
+use signorini_statics::{Assembly, Block, Safety, SafetyQuestion, StabilitySettings, StaysProof, Verdict};
+
+/// A prism over a quadrilateral of the x–z plane, 1 m deep.
+fn prism(name: impl Into<String>, corners: [[f64; 2]; 4], friction: f64) -> Block {
+    let vertices = [0.0, 1.0].iter().flat_map(|&y| corners.map(|[x, z]| DVec3::new(x, y, z))).collect();
+    let mut triangles = vec![[0, 2, 1], [0, 3, 2], [4, 5, 6], [4, 6, 7]];
+    for k in 0..4 {
+        let next = (k + 1) % 4;
+        triangles.extend([[k, next, next + 4], [k, next + 4, k + 4]]);
+    }
+    let mesh = Mesh { vertices, triangles };
+    let inertia = solid_inertia(&mesh, 1000.0).expect("a solid");
+    Block { name: name.into(), mesh, inertia, friction, is_fixed: false }
+}
+
+fn brick(name: impl Into<String>, [x, z]: [f64; 2], [width, height]: [f64; 2], friction: f64) -> Block {
+    prism(name, [[x, z], [x + width, z], [x + width, z + height], [x, z + height]], friction)
+}
+
+/// A semicircular arch of this mean radius 1, on a floor.
+fn arch(count: usize, thickness: f64, friction: f64) -> Assembly {
+    let at = |k: usize, radius: f64| {
+        let (sin, cos) = (PI * k as f64 / count as f64).sin_cos();
+        [radius * cos, if k == 0 || k == count { 0.0 } else { radius * sin }]
+    };
+    let (inner, outer) = (1.0 - 0.5 * thickness, 1.0 + 0.5 * thickness);
+    let voussoir = |k: usize| {
+        let corners = [at(k, inner), at(k, outer), at(k + 1, outer), at(k + 1, inner)];
+        prism(format!("voussoir {k}"), corners, friction)
+    };
+    let blocks: Vec<Block> = (0..count).map(voussoir).collect();
+    let assembly = Assembly::new(&blocks, Some([0.0, friction]), 1e-9).expect("an arch");
+    assert_eq!(assembly.points.len(), 4 * (count + 1), "every joint is a rectangle");
+    assembly
+}
+
+/// No search and no enumeration: whether forces balance the loads.
+fn quick() -> StabilitySettings {
+    StabilitySettings::default().with_search_contacts(0).with_enumeration_programs(0)
+}
+
+fn is_balanced(assembly: &Assembly) -> bool {
+    let found = assembly.stability(&quick()).expect("a verdict").stability;
+    assert!(found.worst() <= 1e-9, "{:?}", found.residuals);
+    found.verdict() != Verdict::MustMove
+}
+
+fn proved(found: Safety) -> Safety {
+    for (problem, proof) in found.at_holds.iter().chain(&found.at_falls) {
+        for (name, residual) in certify_stability(problem, proof) {
+            assert!(residual <= 1e-9, "{name} {residual:e}");
+        }
+    }
+    found
+}
+
+/// Where a condition changes between two values.
+fn change(mut low: f64, mut high: f64, mut holds: impl FnMut(f64) -> bool) -> f64 {
+    while high - low > 1e-7 {
+        let middle = 0.5 * (low + high);
+        *(if holds(middle) { &mut high } else { &mut low }) = middle;
+    }
+    0.5 * (low + high)
+}
+
+/// Milankovitch's least thickness of a semicircular arch, 0.1075 of the mean radius; with 75 voussoirs a little less, as joints are where
+/// hinges can be.
+#[test]
+fn a_semicircular_arch_has_the_least_thickness_of_the_literature() {
+    let least = change(0.10, 0.12, |thickness| is_balanced(&arch(75, thickness, 2.0)));
+    println!("t / R = {least:.6}");
+    assert!((least - 0.1074).abs() < 5e-5, "{least}");
+}
+
+/// The friction that an arch needs, between a balance and a mechanism that differ by 1e-9 of it.
+#[test]
+fn an_arch_has_a_least_friction() {
+    for thickness in [0.12, 0.2, 0.3] {
+        let found = proved(arch(21, thickness, 1.0).safety(&quick(), &SafetyQuestion::Friction).expect("a limit"));
+        println!("t / R = {thickness}: μ between {:.10} and {:.10}", found.falls, found.holds);
+        assert!(found.holds - found.falls <= 2e-9 * found.holds, "{} {}", found.holds, found.falls);
+    }
+}
+
+/// Bricks of length 1 at the edge of a table, each out by 1/(2k) over the one below, reach Σ 1/(2k).
+#[test]
+fn bricks_reach_the_harmonic_overhang() {
+    for count in [6, 12, 30] {
+        for (scale, expected) in [(1.0 - 1e-6, true), (1.0 + 1e-6, false)] {
+            let mut table = brick("table", [-2.0, -1.0], [2.0, 1.0], 0.6);
+            table.is_fixed = true;
+            let mut blocks = vec![table];
+            let mut out: f64 = 0.0;
+            for k in 0..count {
+                out += scale * 0.5 / (count - k) as f64;
+                blocks.push(brick(format!("brick {k}"), [out - 1.0, 0.2 * k as f64], [1.0, 0.2], 0.6));
+            }
+            let assembly = Assembly::new(&blocks, None, 1e-9).expect("bricks");
+            assert_eq!(is_balanced(&assembly), expected, "{count} bricks, {scale}");
+            if expected {
+                let found = assembly.stability(&quick()).expect("a verdict").stability;
+                assert!(matches!(found.proof.stays, Some(StaysProof::WithoutFriction(_))), "{count} bricks stay");
+            }
+        }
+    }
+}
+
+/// A tower tips or slides as one piece; a wall in running bond on a tilting table falls before either would alone.
+#[test]
+fn towers_fall_from_a_tilting_table() {
+    let tilted = |blocks: &[Block], direction: f64| {
+        let assembly = Assembly::new(blocks, Some([0.0, 0.0]), 1e-9).expect("blocks");
+        let question = SafetyQuestion::Tilt(direction * DVec3::X);
+        let found = proved(assembly.safety(&quick(), &question).expect("a limit"));
+        assert!(found.falls - found.holds <= 1e-9 * found.falls, "{} {}", found.holds, found.falls);
+        0.5 * (found.holds + found.falls)
+    };
+    let tower = |count: usize, friction: f64| -> Vec<Block> {
+        (0..count).map(|k| brick(format!("block {k}"), [0.0, 0.3 * k as f64], [1.0, 0.3], friction)).collect()
+    };
+    let sign = [1.0, -1.0];
+    for direction in sign {
+        assert!((tilted(&tower(10, 0.7), direction) - (1.0_f64 / 3.0).atan()).abs() < 1e-9);
+        assert!((tilted(&tower(10, 0.2), direction) - 0.2_f64.atan()).abs() < 1e-9);
+    }
+}
