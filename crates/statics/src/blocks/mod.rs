@@ -1,6 +1,7 @@
 //! Assemblies of blocks: what touches is found from their faces, without any simulation.
 
 mod faces;
+mod polygons;
 
 use std::sync::Arc;
 
