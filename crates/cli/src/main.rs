@@ -10,6 +10,7 @@ mod error;
 mod exit;
 mod loading;
 mod output;
+mod pack;
 mod results;
 mod scene;
 mod solving;

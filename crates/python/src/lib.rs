@@ -6,6 +6,7 @@
 
 mod arrays;
 mod batch;
+mod blocks;
 mod contacts;
 mod core;
 mod data;
@@ -24,6 +25,7 @@ mod model;
 mod names;
 mod parameters;
 mod parts;
+mod placements;
 mod problem;
 mod quantity;
 mod queries;
@@ -44,6 +46,8 @@ use pyo3::prelude::*;
 mod _core {
     #[pymodule_export]
     use crate::batch::Batch;
+    #[pymodule_export]
+    use crate::blocks::Assembly;
     #[pymodule_export]
     use crate::contacts::{ContactSum, Contacts, Limits};
     #[pymodule_export]
@@ -75,6 +79,8 @@ mod _core {
     use crate::parameters::parameter_table;
     #[pymodule_export]
     use crate::parts::{Actuator, Body, Geom, Joint, Keyframe};
+    #[pymodule_export]
+    use crate::placements::{Placements, placements};
     #[pymodule_export]
     use crate::problem::{ContactProblem, ContactSolution};
     #[pymodule_export]

@@ -32,6 +32,13 @@ pub struct Stability {
     tolerance: f64,
 }
 
+impl Stability {
+    /// A verdict with the names of the bodies.
+    pub fn new(found: ModelStability, motion: Vec<BodyMotion>, names: Vec<String>, tolerance: f64) -> Self {
+        Self { found, motion, names, tolerance }
+    }
+}
+
 #[pymethods]
 impl Stability {
     /// "must_move", "stays", "may_do_either" or "stands".
@@ -127,7 +134,7 @@ impl Stability {
 
 /// A limit between two values with a proof each.
 #[pyclass(frozen, module = "signorini")]
-pub struct Safety(statics::Safety);
+pub struct Safety(pub statics::Safety);
 
 #[pymethods]
 impl Safety {
@@ -160,7 +167,7 @@ impl Safety {
 
 /// How far a model at rest is from collapse.
 #[pyfunction]
-#[pyo3(signature = (model, data=None, *, what, direction=None, load=None, touching=1e-6, tolerance=1e-9))]
+#[pyo3(signature = (model, data=None, *, what, direction=None, load=None, body=None, hold=false, touching=1e-6, tolerance=1e-9))]
 #[allow(clippy::too_many_arguments)] // Python's keywords
 pub fn safety(
     py: Python<'_>,
@@ -169,29 +176,59 @@ pub fn safety(
     what: &str,
     direction: Option<[f64; 3]>,
     load: Option<&Bound<'_, PyAny>>,
+    body: Option<&str>,
+    hold: bool,
     touching: f64,
     tolerance: f64,
 ) -> PyResult<Safety> {
-    let towards =
-        || direction.map(DVec3::from_array).ok_or_else(|| SettingError::new_err(format!("'{what}' needs a direction")));
-    let question = match what {
-        "tilt" => SafetyQuestion::Tilt(towards()?),
-        "horizontal" => SafetyQuestion::Horizontal(towards()?),
-        "friction" => SafetyQuestion::Friction,
-        "load" => {
-            let load = load.ok_or_else(|| SettingError::new_err("'load' needs load, a generalized force"))?;
-            SafetyQuestion::Load(arrays::read_vector("load", load, None)?)
-        }
-        _ => return Err(SettingError::new_err(format!("what = '{what}'; known are tilt, horizontal, friction, load"))),
-    };
     let settings = StabilitySettings::default().with_contact_tolerance(touching).with_tolerance(tolerance);
     let (inner, state, input, settings) = judged(py, model, data, settings)?;
+    let inner = if hold { held(&inner)? } else { inner };
+    let question = question(&inner, what, direction, load, body)?;
     let found = guard::detached(py, || statics::safety(&inner, &state, &input, &settings, &question))?;
     Ok(Safety(found.map_err(simulation_error)?))
 }
 
+/// The model whose motors hold.
+fn held(model: &mb::Model) -> PyResult<Arc<mb::Model>> {
+    statics::held_by_motors(model).map(Arc::new).map_err(simulation_error)
+}
+
+/// The question of these words.
+pub fn question(
+    model: &mb::Model,
+    what: &str,
+    direction: Option<[f64; 3]>,
+    load: Option<&Bound<'_, PyAny>>,
+    body: Option<&str>,
+) -> PyResult<SafetyQuestion> {
+    let towards =
+        || direction.map(DVec3::from_array).ok_or_else(|| SettingError::new_err(format!("'{what}' needs a direction")));
+    Ok(match what {
+        "tilt" => SafetyQuestion::Tilt(towards()?),
+        "horizontal" => SafetyQuestion::Horizontal(towards()?),
+        "friction" => SafetyQuestion::Friction,
+        "motors" => SafetyQuestion::Motors,
+        "load" => {
+            let load = load.ok_or_else(|| SettingError::new_err("'load' needs load, a generalized force"))?;
+            SafetyQuestion::Load(arrays::read_vector("load", load, None)?)
+        }
+        "weight" => {
+            let name =
+                body.ok_or_else(|| SettingError::new_err("'weight' needs body, the name of the one that carries it"))?;
+            let place = model.bodies.iter().position(|body| body.name == name);
+            let place = place.ok_or_else(|| SettingError::new_err(format!("there is no body '{name}'")))?;
+            SafetyQuestion::Weight(mb::BodyId(place as u32))
+        }
+        _ => {
+            let known = "tilt, horizontal, friction, motors, load, weight";
+            return Err(SettingError::new_err(format!("what = '{what}'; known are {known}")));
+        }
+    })
+}
+
 /// What is judged: the state and settings of a data, or the model's reference configuration.
-fn judged(
+pub fn judged(
     py: Python<'_>,
     model: &Bound<'_, Model>,
     data: Option<&Bound<'_, Data>>,
@@ -209,11 +246,13 @@ fn judged(
 
 /// Whether a model at rest stands under its loads.
 #[pyfunction]
-#[pyo3(signature = (model, data=None, *, touching=1e-6, tolerance=1e-9, enumeration=1000))]
+#[pyo3(signature = (model, data=None, *, hold=false, touching=1e-6, tolerance=1e-9, enumeration=1000))]
+#[allow(clippy::too_many_arguments)] // Python's keywords
 pub fn stability(
     py: Python<'_>,
     model: &Bound<'_, Model>,
     data: Option<&Bound<'_, Data>>,
+    hold: bool,
     touching: f64,
     tolerance: f64,
     enumeration: usize,
@@ -223,6 +262,7 @@ pub fn stability(
         .with_tolerance(tolerance)
         .with_enumeration_programs(enumeration);
     let (inner, state, input, settings) = judged(py, model, data, settings)?;
+    let inner = if hold { held(&inner)? } else { inner };
     let found = guard::detached(py, || judge(&inner, &state, &input, &settings))?.map_err(simulation_error)?;
     let motion = found.motion(&inner, &state, &input);
     let names = inner.bodies.iter().map(|body| body.name.clone()).collect();

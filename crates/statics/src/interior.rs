@@ -30,8 +30,8 @@ const ROUNDS: usize = 12;
 const LOST: f64 = 1e-13;
 /// Part of a load along a contact's normal from which the contact counts as pressed.
 const PRESSED: f64 = 1e-6;
-/// The gap at which a collapse is known.
-const COLLAPSED: f64 = 1e-8;
+/// The gap at which a collapse is known, relative to its power.
+const COLLAPSED: f64 = 1e-6;
 
 /// What the method found.
 pub(crate) enum Forces {
@@ -95,7 +95,7 @@ impl ForceSearch {
             let gap = point.complementarity();
             if let Some(found) = &mut proof {
                 found.collapse = self.motion(&point.x);
-                if gap <= COLLAPSED {
+                if gap * point.v.len() as f64 <= COLLAPSED * self.dot_load(&point.x) {
                     break;
                 }
             } else if self.dot_load(&point.x) > 0.0 {

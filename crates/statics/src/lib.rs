@@ -17,6 +17,7 @@
 //! ```
 
 mod balance;
+mod batch;
 mod blocks;
 mod conic;
 mod enumeration;
@@ -24,6 +25,7 @@ mod impulses;
 mod interior;
 mod mechanism;
 mod model;
+mod motors;
 mod normal_system;
 mod report;
 mod safety;
@@ -31,8 +33,10 @@ mod search;
 mod settings;
 mod verdict;
 
+pub use batch::{Placement, placements};
 pub use blocks::{Assembly, Block};
 pub use model::{ModelStability, stability};
+pub use motors::held_by_motors;
 pub use report::{BodyMotion, ContactForce};
 pub use safety::{Safety, SafetyQuestion, safety};
 pub use search::SearchRun;

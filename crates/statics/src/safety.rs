@@ -1,10 +1,10 @@
 //! How far a configuration at rest is from collapse, with a proof on either side of the limit.
 
-use signorini_contact::ContactProblem;
 use signorini_contact::statics::{StabilityProof, Verdict, certify_mechanism};
+use signorini_contact::{ContactProblem, FrictionBound};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{BodyId, Input, Model, State};
-use signorini_simulation::{RestProblem, SimulationError, rest_problem};
+use signorini_simulation::{FrictionSource, RestProblem, SimulationError, rest_problem};
 
 use crate::search::Search;
 use crate::settings::StabilitySettings;
@@ -29,6 +29,9 @@ pub enum SafetyQuestion {
     Friction,
     /// The multiplier of a generalized force beside the loads, `[nv]`, N and N·m.
     Load(Vec<f64>),
+    /// The multiplier of the force ranges of all servos of speed, which is lowered instead: the torque margin of motors that
+    /// [hold](crate::held_by_motors).
+    Motors,
     /// A weight that is added to a body at its centre of mass, kg.
     Weight(BodyId),
 }
@@ -39,7 +42,7 @@ impl SafetyQuestion {
         match self {
             Self::Horizontal(_) | Self::Load(_) | Self::Weight(_) => [0.0, 1e6],
             Self::Tilt(_) => [0.0, std::f64::consts::PI],
-            Self::Friction => [1.0, 0.0],
+            Self::Friction | Self::Motors => [1.0, 0.0],
         }
     }
 }
@@ -187,6 +190,8 @@ enum Kind {
     Turned(Vec<f64>, Vec<f64>),
     /// `f μ`.
     Friction,
+    /// Friction groups with `f` times their bounds, and `v^f + (f − 1) Δv`, with Δv what the middles of the force ranges give.
+    Bounds(Vec<usize>, Vec<f64>),
 }
 
 impl Family {
@@ -195,7 +200,8 @@ impl Family {
         build: &dyn Fn(&Model) -> Result<RestProblem, SimulationError>,
         question: &SafetyQuestion,
     ) -> Result<Self, SimulationError> {
-        let problem = build(model)?.problem;
+        let rest = build(model)?;
+        let problem = rest.problem.clone();
         let with_gravity = |gravity: DVec3| -> Result<Vec<f64>, SimulationError> {
             let mut other = model.clone();
             other.gravity = gravity;
@@ -209,6 +215,14 @@ impl Family {
         let gravity = model.gravity;
         let kind = match question {
             SafetyQuestion::Friction => Kind::Friction,
+            SafetyQuestion::Motors => {
+                let is_servo = |j: &usize| matches!(rest.groups[*j], FrictionSource::Servo { .. });
+                let servos = (0..rest.groups.len()).filter(is_servo).collect();
+                let mut idle = model.clone();
+                let ranges = idle.actuators.iter_mut().filter_map(|actuator| actuator.force_range.as_mut());
+                ranges.for_each(|[lower, upper]| (*lower, *upper) = (0.5 * (*lower - *upper), 0.5 * (*upper - *lower)));
+                Kind::Bounds(servos, difference(&problem.free_velocity, &build(&idle)?.problem.free_velocity))
+            }
             SafetyQuestion::Load(load) => {
                 if load.len() != model.nv || !load.iter().all(|x| x.is_finite()) {
                     let expected = "nv finite numbers";
@@ -257,13 +271,21 @@ impl Family {
                 free.zip(own.iter().zip(sideways)).for_each(|(v, (g, d))| *v += (cos - 1.0) * g + sin * d);
             }
             Kind::Friction => problem.friction.iter_mut().for_each(|mu| *mu *= value),
+            Kind::Bounds(groups, middle) => {
+                free.zip(middle).for_each(|(v, d)| *v += (value - 1.0) * d);
+                let bounds = groups.iter().map(|&j| (j, problem.friction_groups.bound[j].constant()));
+                let scaled: Vec<(usize, f64)> = bounds.map(|(j, bound)| (j, value * bound)).collect();
+                for (j, bound) in scaled {
+                    problem.friction_groups.bound[j] = FrictionBound::Impulse(bound);
+                }
+            }
         }
         problem
     }
 
     /// The value nearest to `falls` at which the loads have no power along a motion that has power there.
     fn powerless(&self, motion: &[f64], holds: f64, falls: f64) -> Option<f64> {
-        if matches!(self.kind, Kind::Friction) {
+        if matches!(self.kind, Kind::Friction | Kind::Bounds(..)) {
             return None;
         }
         let mut momentum = vec![0.0; motion.len()];
@@ -275,7 +297,7 @@ impl Family {
             Kind::Turned(gravity, sideways) => {
                 (value.cos() - falls.cos()) * along(gravity) + (value.sin() - falls.sin()) * along(sideways)
             }
-            Kind::Friction => 0.0,
+            Kind::Friction | Kind::Bounds(..) => 0.0,
         };
         let (mut low, mut high) = (holds, falls);
         if own + change(low) > 0.0 {

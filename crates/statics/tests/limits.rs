@@ -3,7 +3,9 @@
 use signorini_contact::statics::certify_stability;
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{Geom, Geometry, Input, Model, ModelBuilder, State};
-use signorini_statics::{Safety, SafetyQuestion, StabilitySettings, safety};
+use signorini_statics::{
+    Safety, SafetyQuestion, StabilitySettings, Verdict, held_by_motors, placements, safety, stability,
+};
 
 /// A box of 0.2 m × 0.2 m on the floor, with this half height.
 fn block(half_height: f64, friction: f64) -> Model {
@@ -79,4 +81,71 @@ fn a_weight_has_a_limit() {
     // Over the lower box: 2 · 0.04 + (1 + m) · 0.12 = (3 + m) · 0.1.
     let found = limit(&model, SafetyQuestion::Weight(signorini_multibody::BodyId(upper as u32)));
     assert_limit(&found, (0.3 - 0.08 - 0.12) / 0.02);
+}
+
+/// Two links held out at angles by motors: torques are those of the weights, and the margin is the larger share of its range.
+#[test]
+fn motors_hold_an_arm_by_their_torque() {
+    use signorini_multibody::model::{Actuator, ActuatorKind};
+    use signorini_multibody::{Inertia, Joint};
+    let (length, masses, angles) = (0.5, [3.0, 2.0], [0.4_f64, -0.3]);
+    let mut world = ModelBuilder::new("arm");
+    let point = |mass: f64| Inertia {
+        mass,
+        center_of_mass: DVec3::new(length, 0.0, 0.0),
+        rotational: signorini_multibody::glam::DMat3::from_diagonal(DVec3::splat(1e-3)),
+    };
+    let upper = world.body("upper").mass(point(masses[0])).joint(Joint::hinge("shoulder", -DVec3::Y));
+    let upper = upper.add().expect("a link");
+    let lower = world.body("lower").on(upper).at([length, 0.0, 0.0]).mass(point(masses[1]));
+    lower.joint(Joint::hinge("elbow", -DVec3::Y)).add().expect("a link");
+    // Both centres are at the ends of the links.
+    let arms = [length * angles[0].cos(), length * (angles[0] + angles[1]).cos()];
+    let elbow = 9.81 * masses[1] * arms[1];
+    let shoulder = 9.81 * (masses[0] * arms[0] + masses[1] * arms[0]) + elbow;
+    for (joint, range) in [(0, [-2.0 * shoulder, 1.6 * shoulder]), (1, [-3.0 * elbow, 1.25 * elbow])] {
+        let joint = signorini_multibody::JointId(joint);
+        let motor = Actuator::new(format!("motor {}", joint.0), joint, ActuatorKind::Motor);
+        world.add_actuator(motor.with_force_range(range));
+    }
+    let model = held_by_motors(&world.build().expect("a model")).expect("motors with ranges");
+    let mut state = State::new(&model);
+    state.q.copy_from_slice(&angles);
+    let settings = StabilitySettings::default();
+    let ask = |model: &Model| stability(model, &state, &Input::default(), &settings).expect("a verdict").stability;
+    assert_eq!(ask(&model).verdict(), Verdict::Stays);
+    let found = safety(&model, &state, &Input::default(), &settings, &SafetyQuestion::Motors).expect("a margin");
+    assert!((found.holds - 0.8).abs() < 1e-7 && (found.falls - 0.8).abs() < 1e-7, "{} {}", found.holds, found.falls);
+    let mut weak = model.clone();
+    weak.actuators[1].force_range = Some([-elbow, 0.99 * elbow]);
+    assert_eq!(ask(&weak).verdict(), Verdict::MustMove);
+    weak.actuators[1].force_range = None;
+    weak.actuators[1].kind = ActuatorKind::Position { kp: 100.0, kv: 1.0 };
+    assert!(held_by_motors(&weak).is_err(), "a servo without bounds");
+}
+
+/// Placements are judged as one by one.
+#[test]
+fn placements_are_judged_as_one_by_one() {
+    let model = block(0.1, 0.5);
+    let states: Vec<State> = (0..20)
+        .map(|k| {
+            let mut state = State::new(&model);
+            state.q[2] += if k % 3 == 0 { 1e-3 } else { 0.0 };
+            state
+        })
+        .collect();
+    let count = std::sync::atomic::AtomicUsize::new(0);
+    let (settings, question) = (StabilitySettings::default(), SafetyQuestion::Tilt(DVec3::X));
+    let found = placements(&model, &states, &Input::default(), &settings, Some(&question), || {
+        count.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
+    });
+    assert_eq!(count.into_inner(), 20);
+    for (k, placement) in found.into_iter().enumerate() {
+        let placement = placement.expect("a verdict");
+        let (verdict, margin) =
+            if k % 3 == 0 { (Verdict::MustMove, f64::NAN) } else { (Verdict::Stays, 0.5_f64.atan()) };
+        assert_eq!(placement.verdict, verdict);
+        assert!(margin.is_nan() && placement.margin.is_nan() || (placement.margin - margin).abs() < 1e-9);
+    }
 }

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use signorini::ContactSource;
+use signorini::formats::ImportReport;
 use signorini::multibody::{BodyId, Model};
 use signorini::statics::{BodyMotion, ContactForce, ModelStability};
 
 use super::{ImportWarning, import_warnings};
-use crate::loading::Loaded;
 
 /// A verdict on a model.
 #[derive(Clone, Debug, Serialize)]
@@ -57,7 +57,7 @@ pub struct StabilityResult {
 /// A limit between two proofs.
 #[derive(Clone, Debug, Serialize)]
 pub struct SafetyResult {
-    /// `tilt` (degrees), `horizontal` or `friction`.
+    /// `tilt` (degrees), `horizontal`, `friction`, `motors` or `weight` (kg).
     pub what: &'static str,
     /// Forces balance the loads here; `null` where they do not even as it is.
     pub holds: f64,
@@ -94,8 +94,15 @@ pub struct ForceLine {
 
 impl StabilityResult {
     /// The result of a verdict.
-    pub fn new(loaded: &Loaded, found: &ModelStability, motion: &[BodyMotion], tolerance: f64) -> Self {
-        let (model, stability) = (&*loaded.model, &found.stability);
+    pub fn new(
+        model: &Model,
+        source: &str,
+        report: &ImportReport,
+        found: &ModelStability,
+        motion: &[BodyMotion],
+        tolerance: f64,
+    ) -> Self {
+        let stability = &found.stability;
         let residuals: BTreeMap<_, _> = stability.residuals.iter().copied().collect();
         let proof = ["without_friction", "modes"].into_iter().find(|name| residuals.contains_key(name));
         let name = |body: BodyId| model.bodies[body.index()].name.clone();
@@ -106,7 +113,7 @@ impl StabilityResult {
         };
         Self {
             model: model.name.clone(),
-            source: loaded.source.clone(),
+            source: source.to_owned(),
             verdict: stability.verdict().name(),
             proof,
             proved: stability.worst() <= tolerance,
@@ -122,7 +129,7 @@ impl StabilityResult {
             forces: found.forces().iter().map(|force| force_line(model, found, force)).collect(),
             search: stability.search.iter().map(|run| [run.start, run.end]).collect(),
             enumeration_programs: stability.enumeration_programs,
-            warnings: import_warnings(&loaded.report),
+            warnings: import_warnings(report),
         }
     }
 }

@@ -38,7 +38,11 @@ pub fn stability(result: &StabilityResult) -> String {
         let _ = writeln!(out, "  {what} {}: {}{more}", bodies(result.motion.len()), names.join(", "));
     }
     if let Some(limit) = &result.safety {
-        let unit = if limit.what == "tilt" { "°" } else { "" };
+        let unit = match limit.what {
+            "tilt" => "°",
+            "weight" => " kg",
+            _ => "",
+        };
         let value = |x: f64| if x.is_finite() { format!("{x:.10}{unit}") } else { "never".into() };
         let _ = writeln!(out, "  {:10} balance at {}, none at {}", limit.what, value(limit.holds), value(limit.falls));
     }

@@ -56,3 +56,50 @@ fn verdicts_are_checked_from_the_problem_alone() {
     let words = folder.run(&["stability", "slides.xml"]).stdout;
     assert!(words.contains("must move") && words.contains("collapse   1 body: box"), "{words}");
 }
+
+/// Closed bricks as OBJ, in metres: one on another, out over its edge.
+#[test]
+fn a_folder_of_blocks_is_judged() {
+    let folder = Folder::new("stability-pack");
+    let brick = |x: f64, z: f64| {
+        let mut text = String::new();
+        for k in 0..8 {
+            let corner = [x + f64::from(k & 1), f64::from(k >> 1 & 1), z + 0.5 * f64::from(k >> 2)];
+            text += &format!("v {} {} {}\n", corner[0], corner[1], corner[2]);
+        }
+        text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n"
+    };
+    std::fs::create_dir_all(folder.path("stones")).expect("a folder");
+    for (over, verdict) in [(0.49, "stays"), (0.51, "must_move")] {
+        folder.write("stones/lower.obj", &brick(0.0, 0.0));
+        folder.write("stones/upper.obj", &brick(over, 0.5));
+        for fixed in [&["--fixed", "lower"][..], &["--floor"], &[]] {
+            let arguments = [&["stability", "--pack", "stones", "--friction", "0.6", "--json"], fixed].concat();
+            let done = folder.run(&arguments);
+            assert_eq!(done.code, 0, "{}", done.stderr);
+            assert_eq!(done.lines()[0]["verdict"], verdict, "{over} {fixed:?}");
+        }
+    }
+    folder.write("stones/upper.obj", &brick(0.4, 0.5));
+    let done = folder.run(&["stability", "--pack", "stones", "--fixed", "lower", "--safety", "tilt", "--json"]);
+    // The corner of the lower brick is 0.1 m from the upper one's centre, which is 0.25 m above it.
+    let limit = done.lines()[0]["safety"]["holds"].as_f64().expect("a limit");
+    assert!((limit - (0.1_f64 / 0.25).atan().to_degrees()).abs() < 1e-6, "{limit}");
+    let wrong = folder.run(&["stability", "--pack", "stones", "--fixed", "middle"]);
+    assert!(wrong.code != 0 && wrong.stderr.contains("'middle'"), "{}", wrong.stderr);
+}
+
+/// An arm held level: m g l = 2 · 9.81 · 0.5 N·m.
+#[test]
+fn motors_hold_a_posture() {
+    let folder = Folder::new("stability-motors");
+    let arm = "<mujoco><worldbody><body name='arm'><joint name='elbow' axis='0 -1 0'/>\
+        <geom type='sphere' size='0.05' pos='0.5 0 0' mass='2'/></body></worldbody>\
+        <actuator><motor joint='elbow' ctrlrange='-12 12'/></actuator></mujoco>";
+    folder.write("arm.xml", arm);
+    assert_eq!(folder.run(&["stability", "arm.xml", "--json"]).lines()[0]["verdict"], "must_move");
+    let held = folder.run(&["stability", "arm.xml", "--hold", "--safety", "motors", "--json"]);
+    assert_eq!(held.lines()[0]["verdict"], "stays", "{}", held.stderr);
+    let margin = held.lines()[0]["safety"]["holds"].as_f64().expect("a margin");
+    assert!((margin - 9.81 / 12.0).abs() < 1e-7, "{margin}");
+}

@@ -19,6 +19,8 @@ use signorini_multibody::Inertia;
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
 
+use crate::error::FormatError;
+
 /// Mesh files larger than this are refused.
 const MAX_BYTES: u64 = 512 << 20;
 
@@ -78,6 +80,14 @@ pub fn solid_inertia(mesh: &Mesh, density: f64) -> Option<Inertia> {
     let of_one = solid(mesh, Orientation::Signed).or_else(|| solid(&turned(), Orientation::Signed))?;
     let Inertia { mass, center_of_mass, rotational } = of_one;
     Some(Inertia { mass: density * mass, center_of_mass, rotational: rotational * density })
+}
+
+/// Reads a mesh file; its extension says which format it is (`.stl`, `.obj`, `.msh`, `.dae`).
+///
+/// # Errors
+/// [`FormatError::Unreadable`] with what is wrong.
+pub fn read_mesh_file(path: &Path) -> Result<Mesh, FormatError> {
+    load(path).map_err(|reason| FormatError::Unreadable { path: path.to_owned(), reason })
 }
 
 /// Whether the extension of a file is that of a mesh format that can be read.

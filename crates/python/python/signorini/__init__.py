@@ -24,6 +24,7 @@ from typing import Union
 from signorini import generate, viewer
 from signorini._core import (
     Actuator,
+    Assembly,
     Body,
     Certificate,
     ContactPoint,
@@ -42,6 +43,7 @@ from signorini._core import (
     LinearComplementaritySystem,
     Margin,
     Nearest,
+    Placements,
     RayHit,
     Recording,
     RecordingCheck,
@@ -78,6 +80,7 @@ from signorini._core import (
     operational_space_inertia,
     overlaps,
     parameter_values,
+    placements,
     safety,
     save_png,
     settle,
@@ -112,6 +115,7 @@ from signorini.spec import Spec, SpecPart
 
 __all__ = [
     "Actuator",
+    "Assembly",
     "ActuatorData",
     "Batch",
     "BatchError",
@@ -141,6 +145,7 @@ __all__ = [
     "ModelError",
     "ModelWarning",
     "Nearest",
+    "Placements",
     "OverlapWarning",
     "PARAMETERS",
     "Parameter",
@@ -198,6 +203,7 @@ __all__ = [
     "operational_space_inertia",
     "overlaps",
     "parameter_values",
+    "placements",
     "safety",
     "save_png",
     "scene",

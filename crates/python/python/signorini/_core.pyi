@@ -16,6 +16,7 @@ from signorini.settings import Settings as _PublicSettings
 
 __all__ = [
     "Actuator",
+    "Assembly",
     "Batch",
     "Body",
     "Certificate",
@@ -38,6 +39,7 @@ __all__ = [
     "Margin",
     "Model",
     "Nearest",
+    "Placements",
     "RayHit",
     "Recording",
     "RecordingCheck",
@@ -86,6 +88,7 @@ __all__ = [
     "overlaps",
     "parameter_table",
     "parameter_values",
+    "placements",
     "safety",
     "save_png",
     "settle",
@@ -1172,6 +1175,77 @@ class SettleReport:
         """Largest entry of the velocity before and after it, m/s or rad/s: zero, or rounding where springs or servos hold a load."""
 
 @final
+class Assembly:
+    """Rigid blocks given by their surfaces; what touches is found from their faces, without any simulation.
+
+    Where a plane of one block lies on a plane of another, the corners of the convex hull of what they have in common are contact points.
+    Blocks that touch at edges or corners alone do not touch here.
+
+    Args:
+        floor: height of a floor, m; ``None`` for none. The friction of what stands on it counts.
+        touching: faces at most this far apart touch, and may overlap as much, m.
+    """
+
+    def __init__(self, *, floor: Optional[float] = None, touching: float = 1e-6) -> None: ...
+    def add(
+        self,
+        name: str,
+        vertices: ArrayLike,
+        faces: Sequence[Sequence[int]],
+        *,
+        density: float = 1000.0,
+        friction: float = 0.6,
+        fixed: bool = False,
+    ) -> None:
+        """Adds a block.
+
+        Args:
+            vertices: (n, 3), in world, m.
+            faces: polygons of vertex indices, closed and all looking to one side; they need not be convex.
+            density: kg/m³.
+            friction: the larger coefficient of two blocks counts.
+            fixed: whether it is held in its place.
+
+        Raises:
+            SettingError: the faces enclose no volume, or a number is out of its range.
+        """
+    def __len__(self) -> int:
+        """Number of blocks."""
+    def stability(self, *, tolerance: float = 1e-9, enumeration: int = 1000) -> Stability:
+        """Whether the blocks stand under their weight; as :func:`stability`."""
+    def safety(
+        self,
+        *,
+        what: str,
+        direction: Optional[Tuple[float, float, float]] = None,
+        body: Optional[str] = None,
+        tolerance: float = 1e-9,
+    ) -> Safety:
+        """How far the blocks are from collapse; as :func:`safety`, without loads."""
+
+@final
+class Placements:
+    """What became of many configurations of a model; see :func:`placements`."""
+
+    @property
+    def verdict(self) -> List[str]:
+        """The verdicts, as of :func:`stability`."""
+    @property
+    def proved(self) -> bool:
+        """Whether every proof holds within the tolerance."""
+    @property
+    def residual(self) -> NDArray[np.float64]:
+        """Worst residual of each proof, (n,)."""
+    @property
+    def overlap(self) -> NDArray[np.float64]:
+        """The deepest overlap that was taken as touching, (n,), m or rad."""
+    @property
+    def margin(self) -> NDArray[np.float64]:
+        """Where the limit that was asked for lies at least, (n,); not a number where it must move or none was asked for."""
+    def __len__(self) -> int:
+        """Number of placements."""
+
+@final
 class Safety:
     """A limit between two values with a proof each; see :func:`safety`."""
 
@@ -1724,6 +1798,30 @@ def step(model: Model, data: Data, nstep: int = 1) -> None:
         StateError: qpos, qvel, act, ctrl or qfrc_applied is not finite, or a quaternion is not of unit length.
     """
 
+def placements(
+    model: Model,
+    qpos: ArrayLike,
+    data: Optional[Data] = None,
+    *,
+    what: Optional[str] = None,
+    direction: Optional[Tuple[float, float, float]] = None,
+    body: Optional[str] = None,
+    touching: float = 1e-6,
+    tolerance: float = 1e-9,
+    enumeration: int = 0,
+) -> Placements:
+    """Judges many configurations of a model at rest on all cores, each as :func:`stability` does.
+
+    Args:
+        qpos: (n, nq), a configuration each.
+        data: input and settings.
+        what, direction, body: the margin that is wanted of those that need not move, as in :func:`safety`.
+        touching, tolerance, enumeration: as in :func:`stability`.
+
+    Raises:
+        ProblemError, SettingError, StateError: as in :func:`stability`, of the first configuration that cannot be judged.
+    """
+
 def safety(
     model: Model,
     data: Optional[Data] = None,
@@ -1731,6 +1829,8 @@ def safety(
     what: str,
     direction: Optional[Tuple[float, float, float]] = None,
     load: Optional[ArrayLike] = None,
+    body: Optional[str] = None,
+    hold: bool = False,
     touching: float = 1e-6,
     tolerance: float = 1e-9,
 ) -> Safety:
@@ -1742,7 +1842,9 @@ def safety(
     Args:
         what: "tilt", the angle in rad by which gravity is turned towards ``direction``; "horizontal", a share of gravity in
             ``direction`` beside gravity itself; "friction", the multiplier of all coefficients of friction of contacts, which is
-            lowered; "load", the multiplier of the generalized force ``load``, (nv,), beside the loads.
+            lowered; "load", the multiplier of the generalized force ``load``, (nv,), beside the loads; "weight", a weight in kg at the
+            centre of mass of ``body``; "motors", the multiplier of the force ranges of motors that ``hold``, which is lowered.
+        hold: as in :func:`stability`.
         touching: as in :func:`stability`.
 
     Raises:
@@ -1754,6 +1856,7 @@ def stability(
     model: Model,
     data: Optional[Data] = None,
     *,
+    hold: bool = False,
     touching: float = 1e-6,
     tolerance: float = 1e-9,
     enumeration: int = 1000,
@@ -1767,6 +1870,7 @@ def stability(
 
     Args:
         data: the configuration and its input; the velocity is taken as zero. ``None`` takes the model's reference configuration.
+        hold: every actuator holds still with whatever force within its range that takes; controls do not count.
         touching: gap up to which shapes and limits touch, m or rad.
         tolerance: a proof holds when its residuals are at most this.
         enumeration: linear programs of the complete enumeration of modes at most; 0 for no enumeration.

@@ -1,0 +1,94 @@
+//! Many placements of one model, judged on all cores.
+
+use pyo3::prelude::*;
+use signorini::statics::{self, Placement, StabilitySettings};
+
+use crate::arrays::{self, Vector};
+use crate::data::Data;
+use crate::error::simulation_error;
+use crate::guard;
+use crate::model::Model;
+use crate::statics::{judged, question};
+
+/// What became of placements.
+#[pyclass(frozen, module = "signorini")]
+pub struct Placements {
+    all: Vec<Placement>,
+    tolerance: f64,
+}
+
+#[pymethods]
+impl Placements {
+    /// The verdicts, as of `stability`.
+    #[getter]
+    fn verdict(&self) -> Vec<&'static str> {
+        self.all.iter().map(|p| p.verdict.name()).collect()
+    }
+
+    /// Whether every proof holds within the tolerance.
+    #[getter]
+    fn proved(&self) -> bool {
+        self.all.iter().all(|p| p.residual <= self.tolerance)
+    }
+
+    /// Worst residual of each proof, (n,).
+    #[getter]
+    fn residual<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        arrays::vector(py, &self.all.iter().map(|p| p.residual).collect::<Vec<f64>>())
+    }
+
+    /// The deepest overlap that was taken as touching, (n,), m or rad.
+    #[getter]
+    fn overlap<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        arrays::vector(py, &self.all.iter().map(|p| p.deepest_overlap).collect::<Vec<f64>>())
+    }
+
+    /// The limit that was asked for, (n,); not a number where it must move or none was asked for.
+    #[getter]
+    fn margin<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        arrays::vector(py, &self.all.iter().map(|p| p.margin).collect::<Vec<f64>>())
+    }
+
+    fn __len__(&self) -> usize {
+        self.all.len()
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<signorini.Placements {}>", self.all.len())
+    }
+}
+
+/// Judges many configurations of a model, on all cores.
+#[pyfunction]
+#[pyo3(signature = (model, qpos, data=None, *, what=None, direction=None, body=None, touching=1e-6, tolerance=1e-9, enumeration=0))]
+#[allow(clippy::too_many_arguments)] // Python's keywords
+pub fn placements(
+    py: Python<'_>,
+    model: &Bound<'_, Model>,
+    qpos: &Bound<'_, PyAny>,
+    data: Option<&Bound<'_, Data>>,
+    what: Option<&str>,
+    direction: Option<[f64; 3]>,
+    body: Option<&str>,
+    touching: f64,
+    tolerance: f64,
+    enumeration: usize,
+) -> PyResult<Placements> {
+    let settings = StabilitySettings::default()
+        .with_contact_tolerance(touching)
+        .with_tolerance(tolerance)
+        .with_enumeration_programs(enumeration);
+    let (inner, state, input, settings) = judged(py, model, data, settings)?;
+    let question = what.map(|what| question(&inner, what, direction, None, body)).transpose()?;
+    let (_, _, rows) = arrays::read_matrix("qpos", qpos, [None, Some(inner.nq)])?;
+    let placed = |row: &[f64]| {
+        let mut placed = state.clone();
+        placed.q.copy_from_slice(row);
+        placed
+    };
+    let states: Vec<_> = rows.chunks_exact(inner.nq.max(1)).map(placed).collect();
+    let found =
+        guard::detached(py, || statics::placements(&inner, &states, &input, &settings, question.as_ref(), || {}))?;
+    let all = found.into_iter().collect::<Result<Vec<_>, _>>().map_err(simulation_error)?;
+    Ok(Placements { all, tolerance })
+}
