@@ -12,6 +12,9 @@ use crate::mechanism::{BalanceProgram, Collapse};
 use crate::search::{Search, SearchRun};
 use crate::settings::StabilitySettings;
 
+/// Contacts at most for which the collapse is looked for once more.
+const SHOWN: usize = 300;
+
 /// A verdict with its proof and what was done for it.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -64,7 +67,7 @@ pub fn judge(problem: &ContactProblem, settings: &StabilitySettings) -> Result<S
     }
     match decide(problem, &mut search, settings) {
         Decided::Balance => Ok(with_balance(problem, search, without, settings)),
-        Decided::Mechanism(mechanism) => Ok(must_move(problem, *mechanism, search)),
+        Decided::Mechanism(mechanism) => Ok(must_move(problem, shown(problem, *mechanism), search)),
         Decided::Neither { residual } => Err(ProblemError::NotASolution { residual }),
     }
 }
@@ -107,6 +110,18 @@ pub(crate) fn decide(problem: &ContactProblem, search: &mut Search, settings: &S
         Some(_) => Decided::Balance,
         None => Decided::Neither { residual: certificate.residual.min(answer.impulses.certificate.worst()) },
     }
+}
+
+/// The mechanism with a collapse from the middle of those that have most power, where the problem is small: of many it is the one without
+/// motion that nothing asks for, such as a turn of a box that slides.
+fn shown(problem: &ContactProblem, mut mechanism: Collapse) -> Collapse {
+    if problem.contact_count() <= SHOWN
+        && let Some(answer) = BalanceProgram::new(problem).solve()
+        && answer.mechanism.1.power > 0.0
+    {
+        mechanism.collapse = answer.collapse;
+    }
+    mechanism
 }
 
 fn must_move(problem: &ContactProblem, mechanism: Collapse, search: Search) -> Stability {
