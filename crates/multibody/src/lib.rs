@@ -99,7 +99,7 @@ pub use model::{
     Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, Camera, CameraMode, ChangedRow,
     Checker, ContactFilter, Effect, Equality, EqualityKind, FrameId, Geom, GeomId, GeomPair, Geometry, Inertia, Joint,
     JointId, JointKind, Keyframe, Light, Look, Model, ModelBuilder, ModelError, NewBody, Parameter, ParameterChange,
-    Sensor, SensorKind, Site, SiteId, SpinResistance, Tendon, TendonId, Transmission,
+    Sensor, SensorKind, Shapes, Site, SiteId, SpinResistance, Tendon, TendonId, Transmission,
 };
 pub use operational::operational_space_inertia;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};

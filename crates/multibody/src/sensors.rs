@@ -37,7 +37,7 @@ pub fn moving_frame(model: &Model, kinematics: &Kinematics, frame: FrameId) -> M
 }
 
 /// Numbers of all sensors that depend on the state alone, at their places in `out`; the places of the others
-/// ([`SensorKind::needs_step`]) are left as they are.
+/// ([`SensorKind::needs_step`], [`SensorKind::needs_shapes`]) are left as they are.
 ///
 /// - `kinematics`: from [`forward_kinematics_into`](crate::forward_kinematics_into) at the state
 /// - `row`: storage
@@ -50,7 +50,7 @@ pub fn moving_frame(model: &Model, kinematics: &Kinematics, frame: FrameId) -> M
 /// MuJoCo's definitions of the sensors of the same names.
 pub fn state_sensors_into(model: &Model, state: &State, kinematics: &Kinematics, row: &mut LengthRow, out: &mut [f64]) {
     assert_eq!(out.len(), model.sensor_size, "the array of all sensors has another length");
-    for sensor in model.sensors.iter().filter(|sensor| !sensor.kind.needs_step()) {
+    for sensor in model.sensors.iter().filter(|sensor| !sensor.kind.needs_step() && !sensor.kind.needs_shapes()) {
         let values = &mut out[sensor.address..sensor.address + sensor.kind.size()];
         measure(model, state, kinematics, row, sensor.kind, values);
         sensor.cut_off(values);
@@ -61,7 +61,9 @@ impl Sensor {
     /// Bounds the sensor's numbers by its cutoff.
     pub fn cut_off(&self, values: &mut [f64]) {
         if let Some(bound) = self.cutoff.filter(|_| !self.kind.is_direction()) {
-            values.iter_mut().for_each(|x| *x = x.clamp(-bound, bound));
+            // A ray that meets nothing says −1, whatever the bound.
+            let lowest = if matches!(self.kind, SensorKind::Rangefinder(_)) { -1.0 } else { -bound };
+            values.iter_mut().for_each(|x| *x = x.clamp(lowest, bound));
         }
     }
 }
@@ -132,6 +134,7 @@ fn measure(
         SensorKind::SubtreeCenterOfMass(body) => vector(Subtree::of(model, kinematics, body).center, out),
         SensorKind::SubtreeLinearVelocity(body) => vector(Subtree::of(model, kinematics, body).velocity, out),
         SensorKind::SubtreeAngularMomentum(body) => vector(angular_momentum(model, kinematics, body), out),
+        SensorKind::Magnetometer(id) => vector(site(id).pose.rotation.conjugate() * model.magnetic, out),
         SensorKind::Clock => out[0] = state.time,
         SensorKind::JointActuatorForce(_)
         | SensorKind::ActuatorForce(_)
@@ -139,6 +142,10 @@ fn measure(
         | SensorKind::Force(_)
         | SensorKind::Torque(_)
         | SensorKind::Touch(_)
+        | SensorKind::Rangefinder(_)
+        | SensorKind::ShapeDistance(..)
+        | SensorKind::ShapeNormal(..)
+        | SensorKind::ShapePoints(..)
         | SensorKind::FrameLinearAcceleration(_)
         | SensorKind::FrameAngularAcceleration(_) => {}
     }

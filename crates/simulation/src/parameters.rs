@@ -10,7 +10,7 @@ use signorini_multibody::{ChangedRow, Effect, FreeMotion, Model, Parameter, Para
 use crate::overlaps;
 use crate::reach::BodyReach;
 use crate::settings::Settings;
-use crate::workspace::{SensorWork, Workspace, moving_mass};
+use crate::workspace::{SensorWork, Workspace, moving_mass, shapes_of_sensors};
 use crate::{Simulation, SimulationError};
 
 impl Workspace {
@@ -52,6 +52,7 @@ impl Workspace {
             self.own_overlaps = overlaps::apply(&changed, settings.overlaps, &mut collider)?;
             self.reach = BodyReach::new(&changed, &collider);
             self.collider = collider;
+            self.queries = shapes_of_sensors(&changed);
         }
         self.collider.take_laws(&changed);
         self.fixed_point.clear();

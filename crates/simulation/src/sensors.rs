@@ -4,10 +4,11 @@
 //! As in MuJoCo, sensors show the beginning of a step: its state, and the accelerations and forces with which the step
 //! leaves it. Accelerations are `(v⁺ − v)/Δt`, forces of contacts their impulses over Δt.
 
+use signorini_collision::{Nearest, Queries, Ray};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    BodyId, EqualityKind, FrameId, Geometry, Model, Pose, SensorKind, Site, SiteId, State, inverse_dynamics_into,
-    moving_frame, state_sensors_into,
+    BodyId, EqualityKind, FrameId, GeomId, Geometry, Model, Pose, SensorKind, Shapes, Site, SiteId, State,
+    inverse_dynamics_into, moving_frame, state_sensors_into,
 };
 
 use crate::source::FrictionSource;
@@ -33,6 +34,7 @@ use crate::workspace::Workspace;
 pub fn sensors_into(model: &Model, state: &State, workspace: &mut Workspace, out: &mut [f64]) {
     let dt = workspace.problem().timestep;
     state_sensors_into(model, state, &workspace.kinematics, &mut workspace.sensors.row, out);
+    shape_sensors_into(model, workspace, out);
     if !model.sensors.iter().any(|sensor| sensor.kind.needs_step()) {
         return;
     }
@@ -46,6 +48,67 @@ pub fn sensors_into(model: &Model, state: &State, workspace: &mut Workspace, out
         measure(model, workspace, dt, sensor.kind, values);
         sensor.cut_off(values);
     }
+}
+
+/// Numbers of the sensors that ask about shapes.
+fn shape_sensors_into(model: &Model, workspace: &mut Workspace, out: &mut [f64]) {
+    let Workspace { kinematics, queries: Some(queries), .. } = workspace else { return };
+    queries.place(&kinematics.pose);
+    for sensor in model.sensors.iter().filter(|sensor| sensor.kind.needs_shapes()) {
+        let values = &mut out[sensor.address..sensor.address + sensor.kind.size()];
+        values.fill(0.0);
+        // Beyond the cutoff nothing is near.
+        let farthest = sensor.cutoff.unwrap_or(0.0);
+        match sensor.kind {
+            SensorKind::Rangefinder(site) => {
+                let frame = moving_frame(model, kinematics, FrameId::Site(site));
+                let seen = |geom: GeomId| {
+                    let geom = &model.geoms[geom.index()];
+                    geom.body != frame.body && geom.rgba[3] > 0.0
+                };
+                let ray = Ray::new(frame.pose.position, frame.pose.rotation * DVec3::Z);
+                values[0] = queries.ray(&ray, seen).map_or(-1.0, |hit| hit.distance);
+            }
+            SensorKind::ShapeDistance(a, b) => {
+                values[0] = nearest(model, queries, [a, b], farthest).map_or(farthest, |nearest| nearest.distance);
+            }
+            SensorKind::ShapeNormal(a, b) => {
+                if let Some(nearest) = nearest(model, queries, [a, b], farthest) {
+                    // MuJoCo's points from the first point to the second, which of overlapping shapes is against the normal.
+                    let sign = if nearest.distance < 0.0 { -1.0 } else { 1.0 };
+                    values.copy_from_slice(&(nearest.normal * sign).to_array());
+                }
+            }
+            SensorKind::ShapePoints(a, b) => {
+                if let Some(nearest) = nearest(model, queries, [a, b], farthest) {
+                    values[..3].copy_from_slice(&nearest.point_a.to_array());
+                    values[3..].copy_from_slice(&nearest.point_b.to_array());
+                }
+            }
+            _ => {}
+        }
+        sensor.cut_off(values);
+    }
+}
+
+/// Where shapes are nearest to each other, if they are nearer than `farthest` (m).
+fn nearest(model: &Model, queries: &mut Queries, shapes: [Shapes; 2], farthest: f64) -> Option<Nearest> {
+    let belongs = |k: usize, shapes: Shapes| match shapes {
+        Shapes::Geom(id) => id.index() == k,
+        Shapes::Body(id) => model.geoms[k].body == id,
+    };
+    let mut best: Option<Nearest> = None;
+    for i in (0..model.geoms.len()).filter(|&i| belongs(i, shapes[0])) {
+        for j in (0..model.geoms.len()).filter(|&j| belongs(j, shapes[1])) {
+            let limit = best.as_ref().map_or(farthest, |best| best.distance);
+            if let Some(found) =
+                queries.distance(GeomId(i as u32), GeomId(j as u32)).filter(|found| found.distance < limit)
+            {
+                best = Some(found);
+            }
+        }
+    }
+    best
 }
 
 /// Force of every actuator in the last step, before the gear, N or N·m: with the velocity at its end.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use signorini_collision::{Collider, OwnOverlap};
+use signorini_collision::{Collider, OwnOverlap, Queries};
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
 use signorini_multibody::{
     BlockDiagonal, Body, BodyId, ChangedRow, ContactPoint, FreeMotion, GeomId, Kinematics, LengthRow, Model,
@@ -40,6 +40,8 @@ pub struct Workspace {
     pub(crate) smooth: FreeMotion,
     pub(crate) sensors: SensorWork,
     pub(crate) collider: Collider,
+    /// The shapes, where sensors ask about them.
+    pub(crate) queries: Option<Queries>,
     pub(crate) own_overlaps: Vec<OwnOverlap>,
     pub(crate) reach: BodyReach,
     pub(crate) solver: StepSolver,
@@ -108,6 +110,7 @@ impl Workspace {
             sensors: SensorWork::new(model),
             reach: BodyReach::new(model, &collider),
             collider,
+            queries: shapes_of_sensors(model),
             own_overlaps,
             solver: StepSolver::new(settings)?,
             warm: WarmCache::default(),
@@ -290,6 +293,11 @@ impl Workspace {
         self.fixed_point.clear();
         self.warm.clear();
     }
+}
+
+/// The shapes of a model, where its sensors ask about them.
+pub(crate) fn shapes_of_sensors(model: &Model) -> Option<Queries> {
+    model.sensors.iter().any(|sensor| sensor.kind.needs_shapes()).then(|| Queries::new(model))
 }
 
 pub(crate) fn moving_mass(model: &Model) -> f64 {

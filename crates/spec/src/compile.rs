@@ -36,7 +36,7 @@ impl Spec {
     /// the part.
     pub fn compile(&self) -> Result<Compiled, SpecError> {
         let mut builder = ModelBuilder::new(self.name.clone());
-        builder.gravity(self.gravity).timestep(self.timestep);
+        builder.gravity(self.gravity).magnetic(self.magnetic).timestep(self.timestep);
         let mut places = Places::default();
         self.build_bodies(&mut builder, &mut places)?;
         self.build_relations(&mut builder, &mut places)?;

@@ -2,7 +2,7 @@
 
 use signorini_multibody::{
     Actuator, ActuatorId, BodyId, Camera, CameraMode, Equality, EqualityKind, FrameId, GeomId, JointId, Light, Sensor,
-    SensorKind, SiteId, Tendon, TendonId, Transmission,
+    SensorKind, Shapes, SiteId, Tendon, TendonId, Transmission,
 };
 
 use crate::SpecError;
@@ -102,6 +102,13 @@ impl Refers for Sensor {
             | K::BallAngularVelocity(id) => places.joint(id),
             K::TendonPosition(id) | K::TendonVelocity(id) => places.tendon(id),
             K::ActuatorPosition(id) | K::ActuatorVelocity(id) | K::ActuatorForce(id) => places.actuator(id),
+            K::Magnetometer(id) | K::Rangefinder(id) => places.site(id),
+            K::ShapeDistance(a, b) | K::ShapeNormal(a, b) | K::ShapePoints(a, b) => {
+                [a, b].into_iter().try_for_each(|shapes| match shapes {
+                    Shapes::Geom(id) => places.geom(id),
+                    Shapes::Body(id) => places.body(id),
+                })
+            }
             K::Velocimeter(id) | K::Gyro(id) | K::Accelerometer(id) | K::Force(id) | K::Torque(id) | K::Touch(id) => {
                 places.site(id)
             }

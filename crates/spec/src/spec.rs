@@ -18,6 +18,8 @@ pub struct Spec {
     pub name: String,
     /// Gravity in world, m/s².
     pub gravity: DVec3,
+    /// Magnetic field in world, which magnetometers measure.
+    pub magnetic: DVec3,
     /// Suggested time step, s.
     pub timestep: f64,
     /// Pairs of geoms with a friction of their own.
@@ -52,6 +54,7 @@ impl Spec {
         Self {
             name: model.name.clone(),
             gravity: model.gravity,
+            magnetic: model.magnetic,
             timestep: model.timestep,
             pairs: model.pairs.clone(),
             excluded: model.contact_filter.excluded_bodies().copied().collect(),

@@ -148,14 +148,13 @@ const COMPILER: Coverage = Coverage {
 };
 
 const OPTION: Coverage = Coverage {
-    read: "timestep gravity",
+    read: "timestep gravity magnetic",
     harmless: "ccd_iterations ccd_tolerance cone integrator iterations jacobian ls_iterations ls_tolerance \
                noslip_iterations noslip_tolerance sdf_initpoints sdf_iterations sleep_tolerance solver tolerance apirate",
     ignored: &[
         ignored("density", "0", FLUID),
         ignored("viscosity", "0", FLUID),
         ignored("wind", "0 0 0", FLUID),
-        ignored("magnetic", "0 -0.5 0", "only magnetometers depend on it"),
         ignored("impratio", "1", SOLVER),
         ignored("o_margin", "0", SOLVER),
         ignored("o_solref", "", SOLVER),
@@ -359,8 +358,8 @@ const TENDON_JOINT: Coverage = Coverage { read: "joint coef", harmless: "", igno
 
 /// The reader reports sensors that are left out; noise is none of a simulation's business here.
 const SENSOR: Coverage = Coverage {
-    read: "name cutoff joint tendon actuator site body objtype objname reftype refname",
-    harmless: "noise user nsample interp delay interval geom1 geom2 body1 body2 camera data reduce num subtree1 subtree2 \
+    read: "name cutoff joint tendon actuator site body objtype objname reftype refname geom1 geom2 body1 body2",
+    harmless: "noise user nsample interp delay interval camera data reduce num subtree1 subtree2 \
                geom mesh dim datatype needstage rayhit",
     ignored: &[],
 };

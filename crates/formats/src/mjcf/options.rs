@@ -1,4 +1,4 @@
-//! `<option>`: gravity, time step, and whether there are contacts, equality constraints and joint friction.
+//! `<option>`: gravity, magnetic field, time step, and whether there are contacts, equality constraints and joint friction.
 
 use signorini_multibody::glam::DVec3;
 
@@ -12,6 +12,9 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
     for option in root.children_named("option") {
         let a = option.attributes();
         gravity = a.vec3("gravity")?.unwrap_or(gravity);
+        if let Some(field) = a.vec3("magnetic")? {
+            importer.parts.builder.magnetic(field);
+        }
         if let Some(timestep) = a.number("timestep")? {
             if timestep <= 0.0 {
                 return Err(a.invalid("timestep", "a positive number, s"));

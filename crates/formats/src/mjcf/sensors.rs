@@ -1,6 +1,6 @@
 //! `<sensor>`: what is measured, in the order of the file.
 
-use signorini_multibody::{ActuatorId, BodyId, FrameId, Sensor, SensorKind, SiteId, TendonId};
+use signorini_multibody::{ActuatorId, BodyId, FrameId, Sensor, SensorKind, Shapes, SiteId, TendonId};
 
 use super::importer::Importer;
 use crate::error::FormatError;
@@ -72,6 +72,18 @@ fn kind(importer: &Importer, a: &Attributes) -> Result<Kind, FormatError> {
         "force" => at_site(Force),
         "torque" => at_site(Torque),
         "touch" => at_site(Touch),
+        "magnetometer" => at_site(Magnetometer),
+        "rangefinder" if !a.has("site") => Ok(Err("cameras are not kept: measure at a site".into())),
+        "rangefinder" => at_site(Rangefinder),
+        "distance" => {
+            Ok(Ok(ShapeDistance(shapes(importer, a, ["geom1", "body1"])?, shapes(importer, a, ["geom2", "body2"])?)))
+        }
+        "normal" => {
+            Ok(Ok(ShapeNormal(shapes(importer, a, ["geom1", "body1"])?, shapes(importer, a, ["geom2", "body2"])?)))
+        }
+        "fromto" => {
+            Ok(Ok(ShapePoints(shapes(importer, a, ["geom1", "body1"])?, shapes(importer, a, ["geom2", "body2"])?)))
+        }
         "framepos" => of_frame(&FramePosition),
         "framequat" => of_frame(&FrameQuaternion),
         "framexaxis" => of_frame(&axis(0)),
@@ -136,6 +148,15 @@ fn frame(
         _ => return Err(a.invalid(sort, "'body', 'xbody', 'geom', 'site' or 'camera'")),
     };
     Ok(Ok(frame))
+}
+
+/// The shapes at one end of a distance: a geom, or all of a body.
+fn shapes(importer: &Importer, a: &Attributes, [geom, body_name]: [&'static str; 2]) -> Result<Shapes, FormatError> {
+    if !a.has(geom) {
+        return body(importer, a, body_name).map(Shapes::Body);
+    }
+    let found = importer.parts.geom(a.required(geom, "the name of a geom")?);
+    found.map(Shapes::Geom).ok_or_else(|| a.unknown(geom, "geom", importer.parts.geom_names()))
 }
 
 fn joint(importer: &Importer, a: &Attributes) -> Result<JointRecord, FormatError> {

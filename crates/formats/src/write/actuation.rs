@@ -1,7 +1,8 @@
 //! Tendons, actuators and sensors.
 
 use signorini_multibody::{
-    Activation, ActivationKind, Actuator, ActuatorKind, FrameId, Model, Sensor, SensorKind, Tendon, Transmission,
+    Activation, ActivationKind, Actuator, ActuatorKind, FrameId, Model, Sensor, SensorKind, Shapes, Tendon,
+    Transmission,
 };
 
 use super::element::Tag;
@@ -103,6 +104,15 @@ pub(super) fn sensor(model: &Model, sensor: &Sensor) -> Tag {
             None => tag,
         }
     };
+    let shapes = |tag: &'static str, first: Shapes, second: Shapes| {
+        [(first, ["geom1", "body1"]), (second, ["geom2", "body2"])].into_iter().fold(
+            Tag::new(tag),
+            |tag, (shapes, names)| match shapes {
+                Shapes::Geom(id) => tag.with(names[0], &model.geoms[id.index()].name),
+                Shapes::Body(id) => tag.with(names[1], &model.bodies[id.index()].name),
+            },
+        )
+    };
     let tag = match sensor.kind {
         K::JointPosition(id) => joint("jointpos", id.index()),
         K::JointVelocity(id) => joint("jointvel", id.index()),
@@ -132,6 +142,11 @@ pub(super) fn sensor(model: &Model, sensor: &Sensor) -> Tag {
         K::SubtreeCenterOfMass(id) => body("subtreecom", id.index()),
         K::SubtreeLinearVelocity(id) => body("subtreelinvel", id.index()),
         K::SubtreeAngularMomentum(id) => body("subtreeangmom", id.index()),
+        K::Magnetometer(id) => site("magnetometer", id.index()),
+        K::Rangefinder(id) => site("rangefinder", id.index()),
+        K::ShapeDistance(a, b) => shapes("distance", a, b),
+        K::ShapeNormal(a, b) => shapes("normal", a, b),
+        K::ShapePoints(a, b) => shapes("fromto", a, b),
         K::Clock => Tag::new("clock"),
     };
     let tag = tag.with("name", &sensor.name);

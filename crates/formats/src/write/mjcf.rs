@@ -25,6 +25,7 @@ pub fn write_mjcf(model: &Model) -> Written {
     let mut root = Tag::new("mujoco").with("model", &model.name);
     root.push(Tag::new("compiler").with("angle", "radian").with("inertiafromgeom", "false"));
     let option = Tag::new("option").numbers("timestep", &[model.timestep]);
+    let option = option.unless(&[0.0, -0.5, 0.0], "magnetic", &model.magnetic.to_array());
     root.push(option.numbers("gravity", &model.gravity.to_array()));
     let mut assets = Assets::default();
     let bodies = tree(model, &mut assets);

@@ -12,11 +12,15 @@ use super::{
 };
 use crate::math::{Pose, unit_rotation, unit_vector};
 
+/// MuJoCo's default magnetic field.
+pub(super) const MAGNETIC: DVec3 = DVec3::new(0.0, -0.5, 0.0);
+
 /// Collects parts and checks them; [`build`](Self::build) gives the immutable [`Model`].
 #[derive(Clone, Debug)]
 pub struct ModelBuilder {
     name: String,
     gravity: DVec3,
+    magnetic: DVec3,
     timestep: f64,
     bodies: Vec<Body>,
     joints: Vec<Vec<Joint>>,
@@ -51,6 +55,7 @@ impl ModelBuilder {
         Self {
             name: name.into(),
             gravity: DVec3::new(0.0, 0.0, -9.81),
+            magnetic: MAGNETIC,
             timestep: 0.002,
             bodies: vec![world],
             joints: vec![Vec::new()],
@@ -73,6 +78,12 @@ impl ModelBuilder {
     /// Sets gravity, m/s².
     pub fn gravity(&mut self, gravity: DVec3) -> &mut Self {
         self.gravity = gravity;
+        self
+    }
+
+    /// Sets the magnetic field; without it, that of MuJoCo's default, (0, −0.5, 0).
+    pub fn magnetic(&mut self, field: DVec3) -> &mut Self {
+        self.magnetic = field;
         self
     }
 
@@ -323,7 +334,8 @@ impl ModelBuilder {
     fn check_options(&self) -> Result<(), ModelError> {
         let part = || format!("model '{}'", self.name);
         number(part, "time step", "positive and finite", self.timestep, |x| x > 0.0)?;
-        self.gravity.to_array().iter().try_for_each(|&g| number(part, "gravity", "finite", g, |_| true))
+        self.gravity.to_array().iter().try_for_each(|&g| number(part, "gravity", "finite", g, |_| true))?;
+        self.magnetic.to_array().iter().try_for_each(|&x| number(part, "magnetic field", "finite", x, |_| true))
     }
 
     fn assemble(self) -> Model {
@@ -395,6 +407,7 @@ impl ModelBuilder {
         Model {
             name: self.name,
             gravity: self.gravity,
+            magnetic: self.magnetic,
             timestep: self.timestep,
             bodies,
             joints,

@@ -4,7 +4,7 @@ use super::check::{
     check_actuators, check_equalities, check_geoms, check_joints, check_mass, check_mocap, check_pairs, check_pose,
     check_range, known, number, scalar_joint,
 };
-use super::{Camera, CameraMode, FrameId, Geometry, JointKind, Model, ModelError, SensorKind};
+use super::{Camera, CameraMode, FrameId, Geometry, JointKind, Model, ModelError, SensorKind, Shapes};
 use crate::math::unit_rotation;
 
 /// What joints, geoms, constraints and all that refers to them must satisfy.
@@ -89,6 +89,13 @@ pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {
                 at("actuator", actuator.index(), model.actuators.len())?;
             }
             Velocimeter(id) | Gyro(id) | Accelerometer(id) | Force(id) | Torque(id) | Touch(id) => site(id)?,
+            Magnetometer(id) | Rangefinder(id) => site(id)?,
+            ShapeDistance(a, b) | ShapeNormal(a, b) | ShapePoints(a, b) => {
+                [a, b].into_iter().try_for_each(|shapes| match shapes {
+                    Shapes::Geom(id) => frame(FrameId::Geom(id)),
+                    Shapes::Body(id) => body(id),
+                })?;
+            }
             FramePosition(id, reference)
             | FrameQuaternion(id, reference)
             | FrameLinearVelocity(id, reference)

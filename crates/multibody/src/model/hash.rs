@@ -2,6 +2,7 @@
 
 use glamx::glam::{DMat3, DVec3};
 
+use super::builder::MAGNETIC;
 use super::{
     Activation, ActivationKind, Actuator, ActuatorKind, Body, ContactFilter, Equality, EqualityKind, Geom, GeomPair,
     Geometry, HeightField, Inertia, Joint, JointKind, Keyframe, Mesh, Model, Sensor, SensorKind, Site, SpinResistance,
@@ -18,6 +19,7 @@ impl Model {
         let Self {
             name,
             gravity,
+            magnetic,
             timestep,
             bodies,
             joints,
@@ -57,6 +59,9 @@ impl Model {
         actuators.feed(&mut hash);
         sensors.feed(&mut hash);
         keyframes.feed(&mut hash);
+        if *magnetic != MAGNETIC {
+            magnetic.feed(&mut hash);
+        }
         hash.0
     }
 }

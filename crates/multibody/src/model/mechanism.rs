@@ -17,6 +17,8 @@ pub struct Model {
     pub name: String,
     /// Gravity in world, m/s².
     pub gravity: DVec3,
+    /// Magnetic field in world, which magnetometers measure, in whatever unit.
+    pub magnetic: DVec3,
     /// Suggested time step Δt, s.
     pub timestep: f64,
     /// Bodies, parents before children; body 0 is the world.

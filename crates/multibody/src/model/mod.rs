@@ -34,5 +34,5 @@ pub use new_body::NewBody;
 pub use parameter::{ChangedRow, Effect, Parameter, ParameterChange};
 pub use parts::{Body, Geom, GeomPair, Joint, JointKind, Keyframe, SpinResistance};
 pub(crate) use path::PathStep;
-pub use sensing::{FrameId, Sensor, SensorKind, Site};
+pub use sensing::{FrameId, Sensor, SensorKind, Shapes, Site};
 pub use transmission::{Tendon, Transmission};

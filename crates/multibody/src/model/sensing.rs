@@ -69,6 +69,15 @@ pub enum FrameId {
     Site(SiteId),
 }
 
+/// The shapes that a distance is measured to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shapes {
+    /// One geom.
+    Geom(GeomId),
+    /// All geoms of a body.
+    Body(BodyId),
+}
+
 /// What a sensor measures, with MuJoCo's names and meanings. Site sensors measure in the axes of their site; frame
 /// sensors in world or, where given, relative to a moving reference frame and in its axes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -125,6 +134,18 @@ pub enum SensorKind {
     SubtreeLinearVelocity(BodyId),
     /// Angular momentum about that centre of mass, kg·m²/s (`subtreeangmom`).
     SubtreeAngularMomentum(BodyId),
+    /// Magnetic field in the axes of the site, in the unit of the model's field (`magnetometer`).
+    Magnetometer(SiteId),
+    /// Distance along the site's z axis to the first geom that is not of its body and not invisible, m; −1 where there is none
+    /// (`rangefinder`).
+    Rangefinder(SiteId),
+    /// Signed distance of two shapes, m, at most the cutoff (`distance`).
+    ShapeDistance(Shapes, Shapes),
+    /// Unit vector from the first to the second of the nearest points, world axes: of overlapping shapes against the way they part; zero beyond
+    /// the cutoff (`normal`).
+    ShapeNormal(Shapes, Shapes),
+    /// The nearest points of the first and of the second shape, world, m; zero beyond the cutoff (`fromto`).
+    ShapePoints(Shapes, Shapes),
     /// Time, s (`clock`).
     Clock,
 }
@@ -142,8 +163,11 @@ impl SensorKind {
             | Self::ActuatorVelocity(_)
             | Self::ActuatorForce(_)
             | Self::Touch(_)
+            | Self::Rangefinder(_)
+            | Self::ShapeDistance(..)
             | Self::Clock => 1,
             Self::BallQuaternion(_) | Self::FrameQuaternion(..) => 4,
+            Self::ShapePoints(..) => 6,
             _ => 3,
         }
     }
@@ -163,8 +187,15 @@ impl SensorKind {
         )
     }
 
-    /// Whether the numbers are an orientation or a direction, which no cutoff bounds.
+    /// Whether the value depends on the shapes of geoms.
+    pub fn needs_shapes(self) -> bool {
+        use SensorKind::{Rangefinder, ShapeDistance, ShapeNormal, ShapePoints};
+        matches!(self, Rangefinder(_) | ShapeDistance(..) | ShapeNormal(..) | ShapePoints(..))
+    }
+
+    /// Whether the numbers are an orientation, a direction or points, which no cutoff bounds.
     pub fn is_direction(self) -> bool {
-        matches!(self, Self::BallQuaternion(_) | Self::FrameQuaternion(..) | Self::FrameAxis(..))
+        use SensorKind::{BallQuaternion, FrameAxis, FrameQuaternion, ShapeNormal, ShapePoints};
+        matches!(self, BallQuaternion(_) | FrameQuaternion(..) | FrameAxis(..) | ShapeNormal(..) | ShapePoints(..))
     }
 }

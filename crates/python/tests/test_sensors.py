@@ -1,0 +1,61 @@
+"""Sensors that ask about shapes and fields, beside MuJoCo's on random configurations."""
+
+import numpy as np
+import pytest
+
+import signorini
+
+WORLD = """<mujoco model="sensors">
+  <option magnetic="0.2 -0.4 0.6"/>
+  <worldbody>
+    <geom name="floor" type="plane" size="0 0 1"/>
+    <geom name="pillar" type="cylinder" size="0.2 1" pos="1.5 0 1"/>
+    <geom name="ghost" type="box" size="3 3 0.1" pos="0 0 3" rgba="1 1 1 0"/>
+    <body name="drone" pos="0 0 1.5"><freejoint/>
+      <geom name="hull" type="sphere" size="0.1" mass="1"/><geom name="arm" type="capsule" size="0.03" fromto="0 0 0 0.4 0 0" mass="0.1"/>
+      <site name="down" quat="0 1 0 0" pos="0 0 -0.05"/><site name="ahead" quat="0.7071 0 0.7071 0"/>
+    </body>
+    <body name="ball" pos="0 1 1"><freejoint/><geom name="ball" size="0.15" mass="1"/></body>
+  </worldbody>
+  <sensor>
+    <magnetometer name="compass" site="ahead"/>
+    <rangefinder name="height" site="down"/><rangefinder name="sight" site="ahead" cutoff="1.2"/>
+    <distance name="gap" geom1="hull" geom2="ball" cutoff="2"/><normal name="way" geom1="hull" geom2="ball" cutoff="2"/>
+    <fromto name="points" geom1="hull" geom2="ball" cutoff="2"/>
+    <distance name="near" body1="drone" body2="ball" cutoff="0.7"/><fromto name="nearest" body1="drone" body2="ball" cutoff="0.7"/>
+    <distance name="clear" geom1="ball" geom2="floor" cutoff="5"/>
+  </sensor>
+</mujoco>"""
+
+
+def test_beside_mujoco():
+    mujoco = pytest.importorskip("mujoco")
+    theirs = mujoco.MjModel.from_xml_string(WORLD)
+    peer, model = mujoco.MjData(theirs), signorini.Model.from_string(WORLD)
+    assert model.import_report == []
+    data, rng = signorini.Data(model), np.random.default_rng(8)
+    missed = near = 0
+    for _ in range(200):
+        q = np.concatenate([rng.uniform(-1, 1, 3) + (0, 0, 1.5), rng.normal(size=4), rng.uniform(-1, 1, 3) + (0, 0, 1.5), rng.normal(size=4)])
+        q[3:7] /= np.linalg.norm(q[3:7])
+        q[10:14] /= np.linalg.norm(q[10:14])
+        data.qpos, peer.qpos[:] = q, q
+        signorini.forward(model, data)
+        mujoco.mj_forward(theirs, peer)
+        assert np.allclose(data.sensordata, peer.sensordata, rtol=1e-9, atol=1e-9)
+        missed += data.sensor("sight")[0] == -1.0
+        near += data.sensor("near")[0] < 0.7
+    assert missed > 5 and near > 5
+
+
+def test_closed_forms():
+    model = signorini.Model.from_string(WORLD)
+    data = signorini.Data(model)
+    signorini.forward(model, data)
+    assert data.sensor("height") == pytest.approx([1.45], abs=1e-12)
+    assert data.sensor("gap") == pytest.approx([np.hypot(1, 0.5) - 0.25], abs=1e-12)
+    assert data.sensor("clear") == pytest.approx([0.85], abs=1e-12)
+    data.change(geom_size={"ball": (0.3, 0, 0)})
+    signorini.forward(model, data)
+    assert data.sensor("clear") == pytest.approx([0.7], abs=1e-12)
+    assert signorini.Spec(model).compile().content_hash == model.content_hash
