@@ -65,6 +65,12 @@ struct GeomPose {
 }
 
 impl Collider {
+    /// From now on flat contacts keep all corners of their outlines, and discs have 96 points of their rims instead of 8: for questions of
+    /// statics, in which a corner that is left out is support that is not there.
+    pub fn keep_outlines_whole(&mut self) {
+        self.narrow.keep_outlines_whole();
+    }
+
     /// Prepares the shapes of a model.
     ///
     /// # Errors

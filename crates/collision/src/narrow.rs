@@ -27,6 +27,12 @@ pub(crate) struct Narrow {
 }
 
 impl Narrow {
+    /// Keeps all corners of flat contacts, and takes discs by many points.
+    pub fn keep_outlines_whole(&mut self) {
+        self.reducer.is_whole = true;
+        (self.manifold.patch_a.is_fine, self.manifold.patch_b.is_fine) = (true, true);
+    }
+
     /// Appends the contact points of two convex shapes within `margin` (m), the normal from A to B.
     pub fn convex(&mut self, a: &Placed, b: &Placed, margin: f64, out: &mut Vec<Touch>) {
         let from = out.len();

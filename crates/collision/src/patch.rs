@@ -11,10 +11,14 @@ use crate::hull::Hull;
 pub(crate) struct Patch {
     pub points: Vec<DVec3>,
     pub ids: Vec<u32>,
+    /// Whether discs have [`FINE_RIM`] points instead of [`RIM`].
+    pub is_fine: bool,
 }
 
 /// Points that stand for the rim of a disc.
 const RIM: usize = 8;
+/// The same where outlines are whole: the polygon misses 5e-4 of the radius.
+const FINE_RIM: usize = 96;
 /// A disc tilted by less than this sine counts as flat: its lowest point is then nowhere in particular.
 const FLAT_DISC: f64 = 1e-6;
 /// A face steeper than this cosine to the direction does not face it; an edge or a vertex is taken instead.
@@ -29,6 +33,11 @@ impl Patch {
     fn push(&mut self, point: DVec3, id: u32) {
         self.points.push(point);
         self.ids.push(id);
+    }
+
+    /// Points of the rim of a disc.
+    fn rim(&self) -> usize {
+        if self.is_fine { FINE_RIM } else { RIM }
     }
 
     /// Fills the patch of `placed` that faces the unit vector `n` (both in the common frame).
@@ -78,11 +87,13 @@ impl Patch {
     fn cylinder(&mut self, radius: f64, half_length: f64, d: DVec3) {
         let tilt = d.x.hypot(d.y);
         if d.z.abs() >= tilt {
-            self.disc(radius, half_length.copysign(d.z), d, if d.z > 0.0 { 0 } else { RIM as u32 });
+            let first_id = if d.z > 0.0 { 0 } else { self.rim() as u32 };
+            self.disc(radius, half_length.copysign(d.z), d, first_id);
         } else {
             let side = radial(d) * radius;
-            self.push(side + DVec3::Z * half_length, 2 * RIM as u32);
-            self.push(side - DVec3::Z * half_length, 2 * RIM as u32 + 1);
+            let first_id = 2 * self.rim() as u32;
+            self.push(side + DVec3::Z * half_length, first_id);
+            self.push(side - DVec3::Z * half_length, first_id + 1);
         }
     }
 
@@ -93,21 +104,23 @@ impl Patch {
         if -d.z >= side {
             self.disc(radius, -half_length, d, 0);
         } else {
-            self.push(DVec3::Z * half_length, 2 * RIM as u32);
-            self.push(radial(d) * radius - DVec3::Z * half_length, 2 * RIM as u32 + 1);
+            let first_id = 2 * self.rim() as u32;
+            self.push(DVec3::Z * half_length, first_id);
+            self.push(radial(d) * radius - DVec3::Z * half_length, first_id + 1);
         }
     }
 
     /// Evenly spread rim points at fixed places of the shape; when the disc is tilted the nearest gives way to the point
     /// of the rim that is really farthest along `d`.
     fn disc(&mut self, radius: f64, z: f64, d: DVec3, first_id: u32) {
-        for k in 0..RIM {
-            let (sin, cos) = (std::f64::consts::TAU * k as f64 / RIM as f64).sin_cos();
+        let rim = self.rim();
+        for k in 0..rim {
+            let (sin, cos) = (std::f64::consts::TAU * k as f64 / rim as f64).sin_cos();
             self.push(DVec3::new(radius * cos, radius * sin, z), first_id + k as u32);
         }
         if d.x.hypot(d.y) > FLAT_DISC {
-            let turn = d.y.atan2(d.x) / std::f64::consts::TAU * RIM as f64;
-            let nearest = (turn.round() as i64).rem_euclid(RIM as i64) as usize;
+            let turn = d.y.atan2(d.x) / std::f64::consts::TAU * rim as f64;
+            let nearest = (turn.round() as i64).rem_euclid(rim as i64) as usize;
             self.points[nearest] = radial(d) * radius + DVec3::Z * z;
         }
     }

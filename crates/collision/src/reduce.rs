@@ -12,6 +12,8 @@ const MOST: usize = 8;
 pub(crate) struct Reducer {
     /// Largest angle the two shapes can turn against each other within the step, rad.
     pub turn: f64,
+    /// Whether all corners of an outline are kept.
+    pub is_whole: bool,
     flat: Vec<(DVec2, usize)>,
     outline: Vec<(DVec2, usize)>,
     /// Place and gap of the outline's corners.
@@ -20,6 +22,10 @@ pub(crate) struct Reducer {
 }
 
 impl Reducer {
+    fn most(&self) -> usize {
+        if self.is_whole { usize::MAX } else { MOST }
+    }
+
     /// Reduces `touches[from..]`, which share one normal, to those within `margin` (m) and of these to the corners of
     /// their outline in the contact plane (at most 8), the deepest, and those that lie below what these span and within the
     /// reach of the turn: the others cannot come to penetrate before one of the points kept does. Points closer than a billionth of `size` are one.
@@ -50,10 +56,10 @@ impl Reducer {
         let deepest = (0..own.len()).min_by(|&i, &j| own[i].gap.total_cmp(&own[j].gap)).unwrap_or(0);
         merge(&mut self.flat, own, tolerance);
         convex_outline(&self.flat, &mut self.outline, tolerance);
-        if self.outline.len() == own.len() && own.len() <= MOST {
+        if self.outline.len() == own.len() && own.len() <= self.most() {
             return; // Nothing to leave out; the order of the points means nothing.
         }
-        while self.outline.len() > MOST {
+        while self.outline.len() > self.most() {
             drop_bluntest(&mut self.outline, deepest);
         }
         self.kept.clear();

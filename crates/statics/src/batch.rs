@@ -3,11 +3,11 @@
 use rayon::prelude::*;
 use signorini_contact::statics::Verdict;
 use signorini_multibody::{Input, Model, State};
-use signorini_simulation::{SimulationError, rest_problem};
+use signorini_simulation::SimulationError;
 
-use crate::safety::{SafetyQuestion, safety};
+use crate::configuration::Configuration;
+use crate::question::SafetyQuestion;
 use crate::settings::StabilitySettings;
-use crate::verdict::judge;
 
 /// What became of one placement.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,11 +41,12 @@ pub fn placements(
     progress: impl Fn() + Sync,
 ) -> Vec<Result<Placement, SimulationError>> {
     let judged = |state: &State| {
-        let rest = rest_problem(model, state, input, &settings.simulation, settings.contact_tolerance)?;
-        let found = judge(&rest.problem, settings)?;
+        let configuration = Configuration::new(model, state, input);
+        let found = configuration.stability(settings)?;
+        let (rest, found) = (found.rest, found.stability);
         let verdict = found.verdict();
         let margin = match question.filter(|_| verdict != Verdict::MustMove) {
-            Some(question) => safety(model, state, input, settings, question)?.holds,
+            Some(question) => configuration.safety(settings, question)?.holds,
             None => f64::NAN,
         };
         Ok(Placement {

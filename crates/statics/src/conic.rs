@@ -75,6 +75,16 @@ impl ConicProgram {
         self.push(expression, value)
     }
 
+    /// `‖(e₁, e₂)‖ ≤ e₀` of three expressions; the first of three rows.
+    pub fn in_cone(&mut self, expressions: [Vec<(usize, f64)>; 3]) -> usize {
+        self.cones.push(SupportedConeT::SecondOrderConeT(3));
+        let first = self.row_count();
+        expressions.into_iter().for_each(|expression| {
+            self.push(expression, 0.0);
+        });
+        first
+    }
+
     /// The best point found; nothing where the method broke down.
     pub fn solve(&self) -> Option<ConicPoint> {
         let n = self.cost.len();

@@ -16,30 +16,45 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod attraction;
 mod balance;
 mod batch;
 mod blocks;
+mod circular;
+mod configuration;
 mod conic;
 mod enumeration;
+mod family;
 mod impulses;
 mod interior;
 mod mechanism;
 mod model;
+mod motion_limit;
 mod motors;
 mod normal_system;
+mod question;
+mod ranges;
 mod report;
 mod safety;
 mod search;
 mod settings;
 mod verdict;
+mod worst;
 
+pub use attraction::Attraction;
 pub use batch::{Placement, placements};
 pub use blocks::{Assembly, Block};
-pub use model::{ModelStability, stability};
+pub use circular::CircularSafety;
+pub use configuration::{Configuration, stability};
+pub use model::ModelStability;
+pub use motion_limit::MotionLimit;
 pub use motors::held_by_motors;
+pub use question::SafetyQuestion;
+pub use ranges::ForceRange;
 pub use report::{BodyMotion, ContactForce};
-pub use safety::{Safety, SafetyQuestion, safety};
+pub use safety::{Safety, safety};
 pub use search::SearchRun;
 pub use settings::StabilitySettings;
 pub use signorini_contact::statics::{StabilityProof, StaysProof, Verdict};
 pub use verdict::{Stability, judge};
+pub use worst::{CriticalBody, Sideload, WorstDirection};

@@ -3,7 +3,7 @@
 //! Of all virtual motions of bounded size that open every contact faster than friction could resist, the one along which the loads have
 //! most power: if that is positive it proves that nothing balances the loads, and if it is zero the multipliers are impulses that do.
 
-use signorini_contact::statics::{MechanismCertificate, UnitSource, certify_mechanism, friction_units};
+use signorini_contact::statics::{FrictionUnit, MechanismCertificate, UnitSource, certify_mechanism, friction_units};
 use signorini_contact::{ContactProblem, ContactSolution};
 
 use crate::conic::{ConicPoint, ConicProgram};
@@ -22,6 +22,8 @@ pub(crate) struct BalanceProgram<'a> {
     size: f64,
     /// Constant bounds of the friction units, in units of `size`.
     constant: Vec<f64>,
+    /// Whether contacts have circular cones in place of their polygons.
+    is_circular: bool,
 }
 
 /// Rows of the program that multipliers are read from.
@@ -50,7 +52,12 @@ impl<'a> BalanceProgram<'a> {
         let size = if size > 0.0 { size } else { 1.0 };
         load.iter_mut().for_each(|p| *p /= size);
         let constant = friction_units(problem).map(|unit| unit.constant / size).collect();
-        Self { problem, root_mass, load, size, constant }
+        Self { problem, root_mass, load, size, constant, is_circular: false }
+    }
+
+    /// With circular cones in place of the contacts' polygons; friction groups keep theirs.
+    pub fn circular(problem: &'a ContactProblem) -> Self {
+        Self { is_circular: true, ..Self::new(problem) }
     }
 
     fn variables(&self) -> usize {
@@ -86,6 +93,11 @@ impl<'a> BalanceProgram<'a> {
             }
             directions.push(program.row_count());
             let columns = unit.columns(problem);
+            if self.is_round(&unit) {
+                let row = |r: usize| self.scaled(columns.iter().map(move |(k, e)| (*k, e[r]))).collect();
+                program.in_cone([vec![(nv + u, 1.0)], row(0), row(1)]);
+                continue;
+            }
             for d in unit.directions.iter().filter(|d| unit.admits(**d)) {
                 let slip = columns.iter().map(|(k, e)| (*k, d[0] * e[0] + d[1] * e[1]));
                 program.at_least(self.scaled(slip).chain([(nv + u, 1.0)]).collect::<Vec<_>>(), 0.0);
@@ -107,6 +119,25 @@ impl<'a> BalanceProgram<'a> {
             program.at_least([(k, -1.0)], -1.0);
         }
         Rows { normal, directions, bilateral }
+    }
+
+    fn is_round(&self, unit: &FrictionUnit) -> bool {
+        self.is_circular && matches!(unit.source, UnitSource::Contact(_))
+    }
+
+    /// The motion of most power under circular cones, m/s or rad/s, and the tangential impulses that are its multipliers, of every contact.
+    pub fn solve_circular(&self) -> Option<(Vec<f64>, Vec<[f64; 2]>)> {
+        let mut program = ConicProgram::new(self.variables());
+        self.power().for_each(|(k, p)| program.set_cost(k, -p));
+        let rows = self.constrain(&mut program, None);
+        let point = program.solve()?;
+        let mut tangential = vec![[0.0; 2]; self.problem.contact_count()];
+        for (unit, &first) in friction_units(self.problem).zip(&rows.directions) {
+            if let UnitSource::Contact(i) = unit.source {
+                tangential[i] = [self.size * point.z[first + 1], self.size * point.z[first + 2]];
+            }
+        }
+        Some((point.x.iter().zip(&self.root_mass).map(|(x, m)| x / m).collect(), tangential))
     }
 
     /// Power of the loads less that of constant bounds, as an expression.

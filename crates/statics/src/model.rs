@@ -1,10 +1,8 @@
-//! The verdict on a model in a state.
+//! A verdict on a model with what it speaks of.
 
-use signorini_multibody::{Input, Model, State};
-use signorini_simulation::{RestProblem, SimulationError, rest_problem};
+use signorini_simulation::RestProblem;
 
-use crate::settings::StabilitySettings;
-use crate::verdict::{Stability, judge};
+use crate::verdict::Stability;
 
 /// A verdict on a model, with the contact problem that it speaks of.
 #[derive(Clone, Debug)]
@@ -14,22 +12,6 @@ pub struct ModelStability {
     pub rest: RestProblem,
     /// The verdict.
     pub stability: Stability,
-}
-
-/// Judges a model at rest in a configuration: does it stand under its loads?
-///
-/// - `state`: its velocity is taken as zero
-/// - `input`: controls and applied forces, part of the loads
-///
-/// # Errors
-/// [`SimulationError`] as [`rest_problem`]; [`SimulationError::Problem`] as [`judge`].
-pub fn stability(
-    model: &Model,
-    state: &State,
-    input: &Input,
-    settings: &StabilitySettings,
-) -> Result<ModelStability, SimulationError> {
-    let rest = rest_problem(model, state, input, &settings.simulation, settings.contact_tolerance)?;
-    let stability = judge(&rest.problem, settings)?;
-    Ok(ModelStability { rest, stability })
+    /// What attracts the bodies at every contact, N ([`Attraction`](crate::Attraction)); part of the loads.
+    pub attraction: Vec<f64>,
 }

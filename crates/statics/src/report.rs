@@ -4,7 +4,6 @@ use signorini_contact::ContactSolution;
 use signorini_contact::statics::Verdict;
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{BodyId, Input, Kinematics, Model, State, body_velocities_into, forward_kinematics_into};
-use signorini_simulation::RestProblem;
 
 use crate::model::ModelStability;
 
@@ -26,7 +25,7 @@ pub struct BodyMotion {
 pub struct ContactForce {
     /// Index of the contact in the problem.
     pub contact: usize,
-    /// Normal force, N; of a limit N or N·m.
+    /// Normal force, N; of a limit N or N·m. Negative where what [attracts](crate::Attraction) the bodies is needed to hold them.
     pub normal: f64,
     /// Force on body B in world, N; zero for limits.
     pub force: DVec3,
@@ -37,7 +36,7 @@ pub struct ContactForce {
 impl ModelStability {
     /// Forces of the balance, where the verdict has one.
     pub fn forces(&self) -> Vec<ContactForce> {
-        self.stability.proof.balance.as_ref().map_or(Vec::new(), |balance| contact_forces(&self.rest, balance))
+        self.stability.proof.balance.as_ref().map_or(Vec::new(), |balance| self.contact_forces(balance))
     }
 
     /// How bodies move: in the collapse of `must_move`, whose fastest body has speed 1, or in the first step of the moving solution of
@@ -70,20 +69,23 @@ impl ModelStability {
 /// Bodies slower than this part of the fastest one stay.
 const STAYS: f64 = 1e-6;
 
-fn contact_forces(rest: &RestProblem, balance: &ContactSolution) -> Vec<ContactForce> {
-    let problem = &rest.problem;
-    let of = |i: usize| {
-        let bound = problem.friction[i] * balance.lambda_n[i];
-        let range = problem.direction_offsets[i]..problem.direction_offsets[i + 1];
-        let used: f64 = balance.alpha[range].iter().sum();
-        let impulse = balance.impulse[i];
-        let force = rest.frames.get(i).map_or(DVec3::ZERO, |frame| frame.to_world(impulse));
-        ContactForce {
-            contact: i,
-            normal: balance.lambda_n[i] / problem.timestep,
-            force: force / problem.timestep,
-            friction_use: if bound > 0.0 { used / bound } else { 0.0 },
-        }
-    };
-    (0..problem.contact_count()).map(of).collect()
+impl ModelStability {
+    fn contact_forces(&self, balance: &ContactSolution) -> Vec<ContactForce> {
+        let (rest, problem) = (&self.rest, &self.rest.problem);
+        let of = |i: usize| {
+            let bound = problem.friction[i] * balance.lambda_n[i];
+            let range = problem.direction_offsets[i]..problem.direction_offsets[i + 1];
+            let used: f64 = balance.alpha[range].iter().sum();
+            let mut impulse = balance.impulse[i];
+            impulse[0] -= self.attraction[i] * problem.timestep;
+            let force = rest.frames.get(i).map_or(DVec3::ZERO, |frame| frame.to_world(impulse));
+            ContactForce {
+                contact: i,
+                normal: balance.lambda_n[i] / problem.timestep - self.attraction[i],
+                force: force / problem.timestep,
+                friction_use: if bound > 0.0 { used / bound } else { 0.0 },
+            }
+        };
+        (0..problem.contact_count()).map(of).collect()
+    }
 }

@@ -80,8 +80,8 @@ impl Search {
             self.balance.get_or_insert(balance);
             return "rests";
         }
-        let moves = energy_part(problem, &solution.velocity) > MOVES;
-        if moves && solution.certificate.holds(settings.tolerance) {
+        let part = energy_part(problem, &solution.velocity);
+        if part > MOVES && solution.certificate.holds(settings.tolerance * part.sqrt().min(1.0)) {
             self.moving.get_or_insert(solution);
             return "moves";
         }

@@ -3,6 +3,8 @@
 use derive_setters::Setters;
 use signorini_simulation::Settings;
 
+use crate::attraction::Attraction;
+
 /// Settings of a verdict.
 #[derive(Clone, Debug, PartialEq, Setters)]
 #[setters(prefix = "with_")]
@@ -23,6 +25,8 @@ pub struct StabilitySettings {
     pub enumeration_programs: usize,
     /// Rows of the complementarity problem at most that modes are enumerated of. Default 240.
     pub enumeration_rows: usize,
+    /// What holds bodies together where they touch. Default nothing.
+    pub attraction: Vec<Attraction>,
     /// How contact problems are made of a model: friction directions, time step.
     pub simulation: Settings,
 }
@@ -37,6 +41,7 @@ impl Default for StabilitySettings {
             search_contacts: 3000,
             enumeration_programs: 1000,
             enumeration_rows: 240,
+            attraction: Vec::new(),
             simulation: Settings::default(),
         }
     }

@@ -1,7 +1,7 @@
 //! The verdict on a contact problem at rest.
 
 use signorini_contact::statics::{
-    MechanismCertificate, StabilityProof, StaysProof, Verdict, certify_stability, check_at_rest,
+    MechanismCertificate, StabilityProof, StaysProof, Verdict, certify_stability, check_at_rest, friction_only_resists,
 };
 use signorini_contact::{ContactProblem, ContactSolution, ProblemError};
 
@@ -59,7 +59,8 @@ pub fn judge(problem: &ContactProblem, settings: &StabilitySettings) -> Result<S
     problem.check()?;
     check_at_rest(problem)?;
     let mut search = Search::new();
-    let without = search.balance_without_friction(problem, settings);
+    let without =
+        if friction_only_resists(problem) { search.balance_without_friction(problem, settings) } else { None };
     // Beside it no solution moves, and none needs to be looked for.
     search.balance = without.as_ref().and_then(|without| with_idle_friction(problem, without, settings));
     if search.balance.is_some() {

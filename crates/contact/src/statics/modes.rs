@@ -44,7 +44,10 @@ impl ModeBounds {
             problem.mass_factor.solve_in_place(&mut unit);
             largest[k] = (energy * unit[k].max(0.0)).sqrt();
         }
-        largest[at.bounds..].fill((energy * problem.delassus_scale()).sqrt());
+        // A direction is a combination of two rows, of any length where friction is anisotropic: its speed is at most √2 d times the rows'.
+        let directions = problem.directions.iter().chain(&problem.friction_groups.directions);
+        let longest = directions.map(|d| d[0].hypot(d[1])).fold(1.0, f64::max);
+        largest[at.bounds..].fill(longest * (2.0 * energy * problem.delassus_scale()).sqrt());
         Self { largest, energy }
     }
 }

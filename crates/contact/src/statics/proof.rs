@@ -43,7 +43,7 @@ pub enum StaysProof {
     ///
     /// With impulses `λ̄_N ≥ 0`, `|λ̄_F| ≤ r₀` that balance the loads, a solution `v` has
     /// `vᵀMv = vᵀp + vᵀJᵀλ ≤ vᵀp − Σ r₀ h(s) = −Σ λ̄_N c_N − Σ λ̄_Fᵀs − Σ r₀ h(s) ≤ 0`, as `c_N ≥ 0`, `λ_N c_N = 0` and friction takes
-    /// power from every motion. So `v = 0`.
+    /// power from every motion ([`friction_only_resists`]). So `v = 0`.
     WithoutFriction(Box<ContactSolution>),
     /// A complete enumeration of the modes.
     Modes(ModeTree),
@@ -113,6 +113,12 @@ pub fn without_contact_friction(problem: &ContactProblem) -> ContactProblem {
     reduced
 }
 
+/// Whether all friction that normal impulses bound takes power from every motion, as the proof without it needs: a belt that runs gives power.
+pub fn friction_only_resists(problem: &ContactProblem) -> bool {
+    let groups = &problem.friction_groups;
+    (0..groups.len()).all(|j| groups.target[j] == [0.0; 2] || groups.bound[j].normal().is_none())
+}
+
 /// How far every part of a proof is from proving its verdict, by name; each is 0 for a proof without rounding. `∞` where a part is missing
 /// or proves nothing. Residuals of balances and moving solutions are the worst of their [certificates](certify).
 ///
@@ -144,7 +150,8 @@ pub fn certify_stability(problem: &ContactProblem, proof: &StabilityProof) -> Ve
         }
         Verdict::Stays => residuals.push(match &proof.stays {
             Some(StaysProof::WithoutFriction(s)) => {
-                ("without_friction", of_balance(&without_contact_friction(problem), s))
+                let residual = of_balance(&without_contact_friction(problem), s);
+                ("without_friction", if friction_only_resists(problem) { residual } else { f64::INFINITY })
             }
             Some(StaysProof::Modes(tree)) => ("modes", certify_modes(problem, tree).unwrap_or(f64::INFINITY)),
             None => ("modes", f64::INFINITY),

@@ -5,14 +5,16 @@ mod polygons;
 
 use std::sync::Arc;
 
+use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::{Mesh, ModelError};
-use signorini_multibody::{BodyId, ContactPoint, Geom, GeomId, Geometry, Inertia, Input, Model, ModelBuilder, State};
-use signorini_simulation::{SimulationError, rest_problem_at};
+use signorini_multibody::{BodyId, ContactPoint, Geom, GeomId, Geometry, Inertia, Model, ModelBuilder};
+use signorini_simulation::SimulationError;
 
+use crate::configuration::Configuration;
 use crate::model::ModelStability;
-use crate::safety::{Safety, SafetyQuestion, safety_of};
+use crate::question::SafetyQuestion;
+use crate::safety::Safety;
 use crate::settings::StabilitySettings;
-use crate::verdict::judge;
 use faces::{Patch, Surface, overlap};
 
 /// A rigid block: a closed surface of triangles in world, not necessarily convex.
@@ -42,6 +44,9 @@ pub struct Assembly {
     pub model: Model,
     /// Contact points.
     pub points: Vec<ContactPoint>,
+    /// What holds the bodies together at each, N: see [`Attraction`](crate::Attraction). Those that are missing have none.
+    pub attraction: Vec<f64>,
+    has_floor: bool,
 }
 
 impl Assembly {
@@ -81,7 +86,12 @@ impl Assembly {
                 push(&mut points, &surfaces[a].touching(&surfaces[b], tolerance), side(a), side(b));
             }
         }
-        Ok(Self { model, points })
+        Ok(Self { model, points, attraction: Vec::new(), has_floor: floor.is_some() })
+    }
+
+    /// What is judged: the assembly under its weight.
+    pub fn configuration(&self) -> Configuration<'_> {
+        Configuration::of_points(&self.model, &self.points, &self.attraction)
     }
 
     /// Judges the assembly under its weight, as [`stability`](crate::stability()).
@@ -89,10 +99,7 @@ impl Assembly {
     /// # Errors
     /// As [`stability`](crate::stability()).
     pub fn stability(&self, settings: &StabilitySettings) -> Result<ModelStability, SimulationError> {
-        let (state, input) = (State::new(&self.model), Input::default());
-        let rest = rest_problem_at(&self.model, &state, &input, &settings.simulation, &self.points)?;
-        let stability = judge(&rest.problem, settings)?;
-        Ok(ModelStability { rest, stability })
+        self.configuration().stability(settings)
     }
 
     /// How far the assembly is from collapse, as [`safety`](crate::safety()).
@@ -100,11 +107,47 @@ impl Assembly {
     /// # Errors
     /// As [`safety`](crate::safety()).
     pub fn safety(&self, settings: &StabilitySettings, question: &SafetyQuestion) -> Result<Safety, SimulationError> {
-        let (state, input) = (State::new(&self.model), Input::default());
-        let build = |model: &Model| rest_problem_at(model, &state, &input, &settings.simulation, &self.points);
-        safety_of(&self.model, &build, settings, question)
+        self.configuration().safety(settings, question)
+    }
+
+    /// Adds points at which two blocks touch, or a block and the floor, that bear a tension: studs of bricks, dabs of glue.
+    ///
+    /// - `blocks`: places of the blocks; nothing for the floor
+    /// - `points`: in world, m
+    /// - `normal`: unit vector from the first to the second
+    /// - `friction`: coefficient of friction
+    /// - `tension`: what each point bears, N
+    ///
+    /// Nothing where there is no such block or floor.
+    pub fn join(
+        &mut self,
+        blocks: [Option<usize>; 2],
+        points: &[DVec3],
+        normal: DVec3,
+        friction: f64,
+        tension: f64,
+    ) -> Option<()> {
+        let first_geom = usize::from(self.has_floor);
+        let place = |block: Option<usize>| match block {
+            Some(block) => Some(first_geom + block).filter(|geom| *geom < self.model.geoms.len()),
+            None => self.has_floor.then_some(0),
+        };
+        let [a, b] = [place(blocks[0])?, place(blocks[1])?];
+        let geoms = [a, b].map(|geom| GeomId(geom as u32));
+        let bodies = [a, b].map(|geom| self.model.geoms[geom].body);
+        self.attraction.resize(self.points.len(), 0.0);
+        for (feature, position) in points.iter().enumerate() {
+            let mut point = ContactPoint::new(geoms, bodies, *position, normal);
+            (point.friction, point.feature) = (friction, FIRST_JOINED + feature as u32);
+            self.points.push(point);
+            self.attraction.push(tension);
+        }
+        Some(())
     }
 }
+
+/// Numbers of joined points begin here, beyond those of faces.
+const FIRST_JOINED: u32 = 1 << 16;
 
 /// Adds a block as a body with its frame at the centre of mass.
 fn add(builder: &mut ModelBuilder, block: &Block) -> Result<BodyId, ModelError> {
