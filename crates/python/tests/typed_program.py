@@ -119,6 +119,12 @@ def settling() -> None:
     assert verdict.forces.shape == verdict.points.shape and isinstance(verdict.residuals, dict) and verdict.problem.nc >= 0
     limit: signorini.Safety = signorini.safety(model, data, what="friction")
     assert limit.falls != limit.holds and len(limit.residuals) == 2
+    candidates: signorini.Placements = signorini.placements(model, np.tile(data.qpos, (2, 1)), data)
+    assert candidates.verdict == [verdict.verdict] * 2 and candidates.proved and candidates.residual.shape == (2,)
+    blocks = signorini.Assembly(floor=0.0)
+    corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=np.float64)
+    blocks.add("tetrahedron", corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], density=1.0)
+    assert len(blocks) == 1 and blocks.stability().verdict == "stays" and blocks.safety(what="tilt").holds > 0
     settled: signorini.SettleReport = signorini.settle(model, data, max_steps=500, momentum=0.4)
     assert settled.steps > 0 and settled.factorizations > 0 and settled.at_rest.contacts == 4 and settled.speed == 0.0 and not data.qvel.any()
 
