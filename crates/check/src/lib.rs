@@ -37,8 +37,8 @@
 use std::path::{Path, PathBuf};
 
 use signorini_contact::problem_file::{
-    self, FrictionalProblem, ProblemFile, is_cone_solution, is_stability, read_cone_solution, read_contact_solution,
-    read_plain_solution, read_stability,
+    self, FrictionalProblem, ProblemFile, is_cone_solution, is_contradiction, is_stability, read_cone_solution,
+    read_contact_solution, read_contradiction, read_plain_solution, read_stability,
 };
 use signorini_contact::statics::{Verdict, certify_stability, check_at_rest};
 use signorini_contact::{Certificate, ProblemError, certify, certify_cone};
@@ -66,6 +66,8 @@ pub struct Checked {
     pub residuals: Vec<(&'static str, f64)>,
     /// The verdict of statics whose proof was checked.
     pub verdict: Option<Verdict>,
+    /// Whether the file holds a proof that there is no solution, in place of one.
+    pub is_infeasible: bool,
 }
 
 impl Checked {
@@ -88,8 +90,8 @@ pub enum CheckError {
         /// What is wrong with it.
         source: Box<ProblemError>,
     },
-    /// A solution with the circular cone, or a verdict of statics, for a problem without contacts.
-    #[error("{}: a solution with the circular cone or a verdict of statics, but the problem is of kind '{kind}', which has no contacts", path.display())]
+    /// A solution with the circular cone, a verdict of statics or a contradiction of gaps, for a problem without contacts.
+    #[error("{}: a solution with the circular cone, a verdict of statics or a contradiction of gaps, but the problem is of kind '{kind}', which has no contacts", path.display())]
     LawWithoutContacts {
         /// The solution file.
         path: PathBuf,
@@ -129,13 +131,27 @@ pub fn check(problem: &Path, solution: &Path, directions: Option<usize>) -> Resu
     if is_stability(solution).map_err(in_file(solution))? {
         return judge_stability(data, (problem, solution));
     }
+    if is_contradiction(solution).map_err(in_file(solution))? {
+        return judge_contradiction(data, solution);
+    }
     let is_circular = is_cone_solution(solution).map_err(in_file(solution))?;
     let (law, residuals) = if is_circular {
         (Some(Law::Circular), circular(data, (problem, solution))?)
     } else {
         polygonal(data, (problem, solution), directions)?
     };
-    Ok(Checked { kind, law, residuals, verdict: None })
+    Ok(Checked { kind, law, residuals, verdict: None, is_infeasible: false })
+}
+
+/// A proof that gaps and bilateral rows contradict each other, which no friction law mends.
+fn judge_contradiction(data: ProblemFile, proof: &Path) -> Result<Checked, CheckError> {
+    let kind = data.kind();
+    let ProblemFile::Contact(data) = data else {
+        return Err(CheckError::LawWithoutContacts { path: proof.to_owned(), kind });
+    };
+    let claimed = read_contradiction(proof, &data).map_err(in_file(proof))?;
+    let residuals = vec![("contradiction", claimed.residual(&data))];
+    Ok(Checked { kind, law: Some(Law::Polygon), residuals, verdict: None, is_infeasible: true })
 }
 
 /// A verdict of statics with its proof.
@@ -147,7 +163,7 @@ fn judge_stability(data: ProblemFile, (problem, proof): (&Path, &Path)) -> Resul
     check_at_rest(&data).map_err(in_file(problem))?;
     let claimed = read_stability(proof, &data).map_err(in_file(proof))?;
     let residuals = certify_stability(&data, &claimed);
-    Ok(Checked { kind, law: Some(Law::Polygon), residuals, verdict: Some(claimed.verdict) })
+    Ok(Checked { kind, law: Some(Law::Polygon), residuals, verdict: Some(claimed.verdict), is_infeasible: false })
 }
 
 type Residuals = Vec<(&'static str, f64)>;

@@ -33,6 +33,7 @@
 mod assemble;
 pub mod certificate;
 pub mod circular;
+mod contradiction;
 mod error;
 mod frame;
 mod friction_group;
@@ -64,6 +65,7 @@ pub use circular::{
     ConeGap, ConeReport, ConeSolution, ConeStart, ConeStatus, ConeWarmStart, certify_cone, cone_gaps,
     velocity_error_bound,
 };
+pub use contradiction::GapContradiction;
 pub use error::ProblemError;
 pub use frame::ContactFrame;
 pub use friction_group::{FrictionBound, FrictionGroups};

@@ -3,6 +3,7 @@
 //! - [`CircularConeSolver`], [`DirectionRefiner`]: Coulomb's law with the circular cone (formulation §9)
 //! - [`ConvexRelaxation`]: Anitescu's relaxation, another model with a result type of its own
 //! - [`SettlingSolver`]: convex steps to rest
+//! - [`gap_contradiction`]: the proof that gaps contradict each other
 //! - [`force_distributions`], [`LeastNorm`]: all impulses that give the same velocity, and those of least norm
 //!
 //! ```
@@ -25,12 +26,14 @@
 //! ```
 
 mod cone;
+mod contradiction;
 mod indeterminacy;
 mod polyhedral;
 mod relaxation;
 mod settling;
 
 pub use cone::{CircularConeSolver, ConeSettings, DirectionRefiner, RefinementReport, align_directions};
+pub use contradiction::gap_contradiction;
 pub use indeterminacy::{
     ForceDistributions, ImpulseRange, LeastNorm, LeastNormOutcome, LeastNormReport, LinearProgramResidual, SelfStress,
     force_distributions, least_norm_impulses,

@@ -329,7 +329,12 @@ pub(crate) fn joint_spring(joint: &Joint, state: &State) -> AffineForce {
         JointKind::Hinge { .. } | JointKind::Slide { .. } => state.q[joint.q_index] - joint.spring_reference,
         JointKind::Ball | JointKind::Free => 0.0,
     };
-    AffineForce { value: -joint.stiffness * stretch, stiffness: 0.0, damping: joint.damping, elasticity: joint.stiffness }
+    AffineForce {
+        value: -joint.stiffness * stretch,
+        stiffness: 0.0,
+        damping: joint.damping,
+        elasticity: joint.stiffness,
+    }
 }
 
 /// The spring and damper of a tendon.
@@ -346,13 +351,19 @@ pub(crate) fn actuator_law(actuator: &Actuator, control: f64, length: f64, rate:
             let [lower, upper] = actuator.force_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
             AffineForce::constant(control.clamp(lower, upper))
         }
-        ActuatorKind::Position { kp, kv } => AffineForce { stiffness: kp, damping: kv, ..AffineForce::constant(kp * (control - length)) },
+        ActuatorKind::Position { kp, kv } => {
+            AffineForce { stiffness: kp, damping: kv, ..AffineForce::constant(kp * (control - length)) }
+        }
         ActuatorKind::Velocity { kv } => AffineForce { damping: kv, ..AffineForce::constant(kv * control) },
         ActuatorKind::Affine { gain, bias } => {
             let [constant, by_length, by_rate] = [0, 1, 2].map(|k| gain[k] * control + bias[k]);
             // What grows with length or rate would take stiffness or damping away from the matrix: it is explicit.
             let value = constant + by_length * length + by_rate.max(0.0) * rate;
-            AffineForce { stiffness: (-by_length).max(0.0), damping: (-by_rate).max(0.0), ..AffineForce::constant(value) }
+            AffineForce {
+                stiffness: (-by_length).max(0.0),
+                damping: (-by_rate).max(0.0),
+                ..AffineForce::constant(value)
+            }
         }
         // Its row of the contact problem adds up to half the range in either direction.
         ActuatorKind::Speed => {

@@ -6,7 +6,9 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use signorini::ContactMethod;
-use signorini::contact::{self, ContactSolver, FrictionPolygon, WarmStart, certify, problem_file, solve_as_lcp};
+use signorini::contact::{
+    self, ContactSolver, FrictionPolygon, WarmStart, certify, gap_contradiction, problem_file, solve_as_lcp,
+};
 use signorini::lcp::Matrix;
 use signorini::multibody::BlockDiagonal;
 
@@ -237,6 +239,13 @@ impl ContactProblem {
             None => vec![0.0; nb],
         };
         Ok(Certificate(certify(&self.inner, &claimed)))
+    }
+
+    /// Multipliers that prove that no velocity satisfies the gap rows and bilateral rows together.
+    fn contradiction<'py>(&self, py: Python<'py>) -> Option<(Vector<'py>, Vector<'py>, f64)> {
+        let proof = py.detach(|| gap_contradiction(&self.inner, &[]))?;
+        let residual = proof.residual(&self.inner);
+        Some((arrays::vector(py, &proof.normal), arrays::vector(py, &proof.bilateral), residual))
     }
 
     fn __repr__(&self) -> String {

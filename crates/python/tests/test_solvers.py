@@ -225,3 +225,15 @@ def test_the_system_knows_sticking_from_sliding(slope):
         dv = np.array([speed, 0, 0, 0, 0, 0]) - data.qvel
         following, _ = system.step(system.x + np.concatenate([np.zeros(6), dv]))
         assert following[6:] == pytest.approx(next_velocity(slope, data, np.zeros(6), dv, data.ctrl), abs=1e-8)
+
+
+def test_overlapping_walls_have_a_proof_that_there_is_no_solution():
+    rows = np.array([[1.0, 0.0], [-1.0, 0.0]])
+    problem = signorini.ContactProblem(
+        np.eye(2), rows, np.zeros((4, 2)), [-2e-3, -1e-3], [0.0, 0.0], 0.01, np.zeros(2), Jb=[[0.0, 1.0]], theta=[0.5]
+    )
+    y, z, residual = problem.contradiction()
+    assert residual < 1e-12 and np.all(y > 0) and abs(y[0] - y[1]) < 1e-12 * y[0] and abs(z[0]) < 1e-12
+    assert problem.solve().status == "infeasible"
+    apart = signorini.ContactProblem(np.eye(2), rows, np.zeros((4, 2)), [-2e-3, 1e-2], [0.0, 0.0], 0.01, np.zeros(2))
+    assert apart.contradiction() is None

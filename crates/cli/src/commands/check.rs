@@ -24,6 +24,8 @@ The solution file holds z, and for contact problems v, lambda_n, alpha, beta whe
 impulses where it is missing. A solution with the circular cone (`solve --method circular` or `refined`) says so in its
 field `law` and is checked against the circular cone's laws. Give --directions where the solution was made with them.
 
+A proof that there is no solution, which `solve --out` writes for an infeasible problem of kind contact, is checked the same way.
+
 A verdict of `signorini stability --out` is checked against the problem that `--problem` wrote: every part of its proof.
 
 Of a recording every step is checked: at the recorded state the contact problem is built anew from the model, and the recorded

@@ -4,13 +4,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use signorini::contact::problem_file::{
-    self, ProblemFile, write_cone_solution, write_contact_solution, write_plain_solution,
+    self, ProblemFile, write_cone_solution, write_contact_solution, write_contradiction, write_plain_solution,
 };
 
 use crate::args::{DEFAULT_CONE_TOLERANCE, MethodChoice, directions, fraction};
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::results::{SolveResult, StageHistory, StageLine};
+use crate::results::{ContradictionProof, SolveResult, StageHistory, StageLine};
 use crate::solving::{
     Answer, Options, Point, SolverChoice, solve_contact, solve_frictional, solve_lcp, solve_mixed, with_directions,
 };
@@ -66,7 +66,7 @@ pub struct Arguments {
     /// Add to --json what every stage of the structured solver did on every island, residuals included.
     #[arg(long, requires = "json")]
     pub history: bool,
-    /// Write the solution (of a single problem), or the best point found.
+    /// Write the solution (of a single problem), the proof that there is none (kind contact), or the best point found.
     #[arg(long, value_name = "SOLUTION.npz")]
     pub out: Option<PathBuf>,
     /// Print one JSON object per problem, each on one line.
@@ -134,15 +134,21 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
     let kind = problem.kind();
     let answer = solve_problem(problem, kind, path, arguments)?;
     if let Some(out) = &arguments.out {
-        match &answer.point {
-            Point::Contact(solution) => write_contact_solution(out, solution),
-            Point::Cone(solution) => write_cone_solution(out, solution),
-            Point::Plain(z) => write_plain_solution(out, z),
-            Point::Relaxed(_) => Ok(()),
+        match (&answer.contradiction, &answer.point) {
+            (Some((proof, _)), _) => write_contradiction(out, proof),
+            (None, Point::Contact(solution)) => write_contact_solution(out, solution),
+            (None, Point::Cone(solution)) => write_cone_solution(out, solution),
+            (None, Point::Plain(z)) => write_plain_solution(out, z),
+            (None, Point::Relaxed(_)) => Ok(()),
         }
         .map_err(CliError::in_file(out))?;
     }
     let refined = arguments.method == Some(SolverChoice::Refined);
+    let contradiction = answer.contradiction.as_ref().map(|(proof, residual)| ContradictionProof {
+        normal: proof.normal.clone(),
+        bilateral: proof.bilateral.clone(),
+        residual: *residual,
+    });
     Ok(SolveResult {
         problem: path.to_owned(),
         kind,
@@ -164,6 +170,7 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
         least_norm: answer.least_norm,
         distributions: answer.distributions,
         involved: if answer.holds { Vec::new() } else { answer.ending.involved },
+        contradiction,
         solution: arguments.out.clone(),
     })
 }

@@ -1,14 +1,14 @@
 //! Contacts that contradict each other.
 
 use serde::Serialize;
-use signorini::contact::SolveStatus;
+use signorini::contact::{SolveStatus, gap_contradiction};
 use signorini::multibody::{Joint, JointKind};
 use signorini::{ContactSource, Simulation, StepReport};
 
 /// A step without solution.
 #[derive(Clone, Debug, Serialize)]
 pub struct Contradiction {
-    /// `ray` or `infeasible`.
+    /// `infeasible`, which is proved, or `unresolved`.
     pub status: &'static str,
     /// Number of the step, from 0.
     pub step: u64,
@@ -76,9 +76,13 @@ impl Contradiction {
     /// - `step`: number of the step
     pub fn of(simulation: &Simulation, report: &StepReport, step: u64) -> Self {
         let (status, contacts) = match &report.status {
-            SolveStatus::Infeasible { contacts } => ("infeasible", contacts.as_slice()),
-            SolveStatus::Ray { contacts } => ("unresolved", contacts.as_slice()),
-            _ => ("unresolved", &[][..]),
+            SolveStatus::Infeasible { contacts } | SolveStatus::Ray { contacts } => {
+                match gap_contradiction(simulation.workspace().problem(), contacts) {
+                    Some(proof) => ("infeasible", proof.contacts()),
+                    None => ("unresolved", contacts.clone()),
+                }
+            }
+            _ => ("unresolved", Vec::new()),
         };
         let contacts = contacts.iter().filter_map(|&i| Involved::of(simulation, i)).collect();
         Self { status, step, time: simulation.state().time, contacts }

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 use serde::Serialize;
 use signorini::contact::statics::Verdict;
 use signorini::contact::{
-    ConeStatus, ForceDistributions, ImpulseRange, LeastNormOutcome, LeastNormReport, RelaxationStatus, SolveStatus,
+    ConeStatus, ForceDistributions, GapContradiction, ImpulseRange, LeastNormOutcome, LeastNormReport,
+    RelaxationStatus, SolveStatus,
 };
 use signorini::lcp::Status;
 use signorini_check::{Checked, Law};
@@ -68,9 +69,24 @@ pub struct SolveResult {
     /// Contacts (of a contact problem) or rows that wedge or contradict each other.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub involved: Vec<usize>,
-    /// Solution written.
+    /// Of an infeasible contact problem the multipliers that prove it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contradiction: Option<ContradictionProof>,
+    /// Solution, or proof that there is none, written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub solution: Option<PathBuf>,
+}
+
+/// Multipliers of gap rows and bilateral rows that leave no velocity.
+#[derive(Clone, Debug, Serialize)]
+pub struct ContradictionProof {
+    /// Of the gap rows, ≥ 0.
+    pub normal: Vec<f64>,
+    /// Of the bilateral rows.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bilateral: Vec<f64>,
+    /// What rounding leaves: 0 for an exact proof.
+    pub residual: f64,
 }
 
 /// The choice of the impulses of least norm.
@@ -139,7 +155,7 @@ pub struct CheckResult {
     /// Residuals.
     #[serde(flatten)]
     pub laws: Option<Laws>,
-    /// The verdict of statics whose proof was checked, in place of a solution.
+    /// What the file proves in place of a solution: a verdict of statics, or `infeasible`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub verdict: Option<&'static str>,
     /// Residuals of the proof.
@@ -156,7 +172,8 @@ impl CheckResult {
     pub fn new([problem, solution]: [PathBuf; 2], tolerance: f64, checked: Checked) -> Self {
         let violated = checked.violated(tolerance);
         let law = checked.law.map(|law| if law == Law::Circular { ContactLaw::Circular } else { ContactLaw::Polygon });
-        let (kind, ok, verdict) = (checked.kind, violated.is_empty(), checked.verdict.map(Verdict::name));
+        let denial = checked.is_infeasible.then_some("infeasible");
+        let (kind, ok, verdict) = (checked.kind, violated.is_empty(), checked.verdict.map(Verdict::name).or(denial));
         let laws = verdict.is_none().then(|| Laws::named(&checked.residuals));
         let proof = verdict.map_or(BTreeMap::new(), |_| checked.residuals.iter().copied().collect());
         Self { problem, solution, kind, law, tolerance, laws, verdict, proof, violated, ok }
@@ -195,8 +212,11 @@ impl Ending {
         Self { involved, ..Self::from(name) }
     }
 
-    /// Of a solver of contact problems.
-    pub fn of_contacts(status: &SolveStatus) -> Self {
+    /// Of a solver of contact problems, with the proof that there is no solution where one was found.
+    pub fn of_contacts(status: &SolveStatus, proof: Option<&GapContradiction>) -> Self {
+        if let Some(proof) = proof {
+            return Self::about("infeasible", proof.contacts());
+        }
         match status {
             SolveStatus::Solved => "solved".into(),
             SolveStatus::Ray { contacts } => {
@@ -204,7 +224,10 @@ impl Ending {
                     "no solution was found, which does not prove that there is none: these contacts wedge each other";
                 Self { reason: Some(reason.to_owned()), ..Self::about("unresolved", contacts.clone()) }
             }
-            SolveStatus::Infeasible { contacts } => Self::about("infeasible", contacts.clone()),
+            SolveStatus::Infeasible { contacts } => {
+                let reason = "the gaps of these contacts seem to contradict each other; rounding leaves no proof";
+                Self { reason: Some(reason.to_owned()), ..Self::about("unresolved", contacts.clone()) }
+            }
             SolveStatus::IterationLimit => "iteration_limit".into(),
             SolveStatus::Refused(refusal) => Self::refused(refusal.to_string()),
             SolveStatus::TooLarge { limit } => Self::too_large(*limit),
@@ -213,10 +236,10 @@ impl Ending {
     }
 
     /// Of the solver for the circular cone.
-    pub fn of_cone(status: &ConeStatus) -> Self {
+    pub fn of_cone(status: &ConeStatus, proof: Option<&GapContradiction>) -> Self {
         match status {
             ConeStatus::Solved => "solved".into(),
-            ConeStatus::Denied(status) => Self::of_contacts(status),
+            ConeStatus::Denied(status) => Self::of_contacts(status, proof),
             ConeStatus::Unsupported(unsupported) => Self::refused(unsupported.to_string()),
             _ => "inaccurate".into(),
         }
@@ -260,5 +283,5 @@ impl Ending {
 
 /// A contact solver's status by name.
 pub fn solve_status(status: &SolveStatus) -> &'static str {
-    Ending::of_contacts(status).name
+    Ending::of_contacts(status, None).name
 }

@@ -1,6 +1,6 @@
 //! What problems are solved with, and what comes of it.
 
-use signorini::contact::{ConeSolution, ContactSolution, RelaxedSolution, StageCounts, StageRun};
+use signorini::contact::{ConeSolution, ContactSolution, GapContradiction, RelaxedSolution, StageCounts, StageRun};
 
 use super::choice::ContactLaw;
 use crate::results::{Distributions, Ending, Laws, LeastNormResult};
@@ -48,6 +48,8 @@ pub struct Answer {
     pub least_norm: Option<LeastNormResult>,
     /// The set of force distributions.
     pub distributions: Option<Distributions>,
+    /// The proof that there is no solution, and what rounding leaves of it.
+    pub contradiction: Option<(GapContradiction, f64)>,
     /// The point found.
     pub point: Point,
 }

@@ -3,8 +3,9 @@
 use std::time::Instant;
 
 use signorini::contact::{
-    CircularConeSolver, ConeSettings, ConeSolution, ContactProblem, ContactSolution, ContactSolver, ConvexRelaxation,
-    LeastNorm, LeastNormOutcome, ProblemError, SolverSettings, certify_cone, force_distributions, solve_as_lcp,
+    CircularConeSolver, ConeSettings, ConeSolution, ConeStatus, ContactProblem, ContactSolution, ContactSolver,
+    ConvexRelaxation, GapContradiction, LeastNorm, LeastNormOutcome, ProblemError, SolveStatus, SolverSettings,
+    certify_cone, force_distributions, gap_contradiction, solve_as_lcp,
 };
 
 use super::{Answer, ContactLaw, Options, Point, SolverChoice};
@@ -90,14 +91,16 @@ fn polygon_answer(
     let holds = solution.certificate.holds(options.tolerance);
     let distributions =
         if options.ranges && holds { Some(Distributions::of(&force_distributions(problem, &solution)?)) } else { None };
+    let contradiction = contradiction_of(problem, &solution.status);
     let circular = problem.check_circular().is_ok().then(|| certify_cone(problem, &as_cone(&solution)));
     Ok(Answer {
         n: problem.standard_layout().size,
         contacts: Some(problem.contact_count()),
         method,
         law: Some(ContactLaw::Polygon),
-        ending: Ending::of_contacts(&solution.status),
+        ending: Ending::of_contacts(&solution.status, contradiction.as_ref().map(|(proof, _)| proof)),
         holds,
+        contradiction,
         residual: Laws::of_contacts(&solution.certificate, bilateral),
         circular_laws: circular.map(|cone| Laws::of_contacts(&cone, bilateral)),
         contact_laws: None,
@@ -107,6 +110,14 @@ fn polygon_answer(
         distributions,
         point: Point::Contact(Box::new(solution)),
     })
+}
+
+/// The proof that a denied problem has no solution, and what rounding leaves of it.
+fn contradiction_of(problem: &ContactProblem, status: &SolveStatus) -> Option<(GapContradiction, f64)> {
+    let (SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts }) = status else { return None };
+    let proof = gap_contradiction(problem, contacts)?;
+    let residual = proof.residual(problem);
+    Some((proof, residual))
 }
 
 /// Velocity and impulses of a polygon's solution as the circular cone has them.
@@ -145,13 +156,17 @@ fn cone_answer(problem: &ContactProblem, mut solution: ConeSolution, options: &O
     if solution.velocity.len() != problem.nv() {
         solution.certificate = certify_cone(problem, &solution);
     }
+    let contradiction = match &solution.status {
+        ConeStatus::Denied(status) => contradiction_of(problem, status),
+        _ => None,
+    };
     let report = &solution.report;
     Answer {
         n: problem.standard_layout().size,
         contacts: Some(problem.contact_count()),
         method: "circular".into(),
         law: Some(ContactLaw::Circular),
-        ending: Ending::of_cone(&solution.status),
+        ending: Ending::of_cone(&solution.status, contradiction.as_ref().map(|(proof, _)| proof)),
         holds: solution.certificate.holds(options.tolerance),
         residual: Laws::of_contacts(&solution.certificate, bilateral),
         circular_laws: None,
@@ -159,6 +174,7 @@ fn cone_answer(problem: &ContactProblem, mut solution: ConeSolution, options: &O
         iterations: u64::from(report.newton_iterations + report.sweeps),
         seconds,
         least_norm: None,
+        contradiction,
         distributions: None,
         point: Point::Cone(Box::new(solution)),
     }
@@ -182,6 +198,7 @@ fn relax(problem: &ContactProblem, options: &Options) -> Answer {
         iterations: u64::from(solution.report.iterations),
         seconds,
         least_norm: None,
+        contradiction: None,
         distributions: None,
         point: Point::Relaxed(Box::new(solution)),
     }

@@ -56,7 +56,7 @@ fn solve_frictional_cone(problem: &FrictionalProblem, options: &Options) -> Resu
         contacts: Some(problem.friction.len()),
         method: "circular".into(),
         law: Some(ContactLaw::Circular),
-        ending: Ending::of_cone(&solution.status),
+        ending: Ending::of_cone(&solution.status, None),
         holds: solution.certificate.holds(options.tolerance),
         residual: Laws::of_friction(&solution.certificate),
         circular_laws: None,
@@ -64,6 +64,7 @@ fn solve_frictional_cone(problem: &FrictionalProblem, options: &Options) -> Resu
         iterations: u64::from(solution.report.newton_iterations + solution.report.sweeps),
         seconds,
         least_norm: None,
+        contradiction: None,
         distributions: None,
         point: Point::Cone(Box::new(solution)),
     })
@@ -97,6 +98,7 @@ fn answer(kind: &MethodKind, solution: Solution, options: &Options, seconds: f64
         iterations: solution.iterations as u64,
         seconds,
         least_norm: None,
+        contradiction: None,
         distributions: None,
         point: Point::Plain(solution.z),
     }

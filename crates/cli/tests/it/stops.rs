@@ -84,6 +84,11 @@ fn the_contradictory_problem_can_be_exported_and_is_refused() {
     let solved = folder.run(&["solve", "p.npz", "--json"]).exits(2).json();
     assert_eq!(solved["status"], "infeasible");
     assert!(!solved["involved"].as_array().expect("contacts").is_empty());
+    assert!(solved["contradiction"]["residual"].as_f64().expect("a proof") < 1e-12, "{solved}");
+    folder.run(&["solve", "p.npz", "--out", "proof.npz"]).exits(2);
+    let checked = folder.run(&["check", "p.npz", "proof.npz", "--json"]).exits(0).json();
+    assert_eq!((&checked["verdict"], &checked["ok"]), (&"infeasible".into(), &true.into()), "{checked}");
+    folder.run(&["check", "p.npz", "p.npz"]).exits(1);
     let beyond = folder.run(&[&words[..], &["--time", "1", "--out", "q.npz"]].concat()).exits(3).json();
     assert_eq!(beyond["contradiction"]["step"], 0);
     assert!(!folder.path("q.npz").exists());

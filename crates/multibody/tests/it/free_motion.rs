@@ -183,7 +183,8 @@ fn springs_change_their_energy_by_the_work_of_others_alone() {
     let mut joints = Vec::new();
     for (name, mass, stiffness) in [("a", 0.5, 400.0), ("b", 1.5, 900.0), ("c", 0.3, 5e4)] {
         parent = builder.add_body(name, parent, Pose::IDENTITY, inertia(mass)).unwrap();
-        let joint = Joint::new(name, JointKind::Slide { axis: DVec3::X }).with_stiffness(stiffness).with_spring_reference(0.02);
+        let joint =
+            Joint::new(name, JointKind::Slide { axis: DVec3::X }).with_stiffness(stiffness).with_spring_reference(0.02);
         joints.push(builder.add_joint(parent, joint).unwrap());
     }
     let terms = vec![(joints[0], 1.0), (joints[2], 2.0)];

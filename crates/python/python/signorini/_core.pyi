@@ -1420,6 +1420,13 @@ class ContactProblem:
         lambda_b: Optional[ArrayLike] = None,
     ) -> Certificate:
         """Residuals of a claimed solution, computed from the data alone: anyone's solver can be judged by it."""
+    def contradiction(self) -> Optional[Tuple[_Array, _Array, float]]:
+        """The proof that there is no solution, because no velocity satisfies the gaps and bilateral rows together; None where there is none.
+
+        Returns:
+            Multipliers y ≥ 0 of the gaps, (nc,), and z of the bilateral rows, (nb,), with Jnᵀ y + Jbᵀ z = 0 and phi·y + theta·z < 0, and
+            what rounding leaves of that, 0 for an exact proof.
+        """
 
 @final
 class ContactSolution:
