@@ -30,12 +30,15 @@ impl GapContradiction {
     pub fn residual(&self, problem: &ContactProblem) -> f64 {
         let fits =
             self.normal.len() == problem.contact_count() && self.bilateral.len() == problem.bilateral_violation.len();
-        if !fits || self.normal.iter().any(|y| !(*y >= 0.0)) || !self.bilateral.iter().all(|z| z.is_finite()) {
+        if !fits
+            || self.normal.iter().any(|y| *y < 0.0 || !y.is_finite())
+            || !self.bilateral.iter().all(|z| z.is_finite())
+        {
             return f64::INFINITY;
         }
         let distances = dot(&self.normal, &problem.gap) + dot(&self.bilateral, &problem.bilateral_violation);
         let shortfall = -distances / problem.timestep;
-        if !(shortfall > 0.0 && shortfall.is_finite()) {
+        if shortfall <= 0.0 || !shortfall.is_finite() {
             return f64::INFINITY;
         }
         let mut columns = vec![Column::default(); problem.nv()];

@@ -130,7 +130,9 @@ impl Columns {
                 let mut keep = stays.iter();
                 x.retain(|_| *keep.next().unwrap_or(&false));
                 basis = Basis::new(self.size);
-                taken.iter().for_each(|&c| drop(basis.push(&self.all[c])));
+                for &c in &taken {
+                    basis.push(&self.all[c]);
+                }
             }
         }
         taken.into_iter().zip(x).collect()

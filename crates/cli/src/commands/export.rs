@@ -83,7 +83,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         nv: problem.nv(),
         contacts: problem.contact_count(),
         directions: problem.direction_count(),
-        status: contradiction.as_ref().map_or_else(|| solve_status(&report.status), |found| found.status),
+        status: solve_status(problem, &report.status),
         clipped_gaps: report.clipped_gaps,
         theta: report.theta,
         missed_steps,

@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use serde::Serialize;
 use signorini::contact::statics::Verdict;
 use signorini::contact::{
-    ConeStatus, ForceDistributions, GapContradiction, ImpulseRange, LeastNormOutcome, LeastNormReport,
-    RelaxationStatus, SolveStatus,
+    ConeStatus, ContactProblem, ForceDistributions, GapContradiction, ImpulseRange, LeastNormOutcome, LeastNormReport,
+    RelaxationStatus, SolveStatus, gap_contradiction,
 };
 use signorini::lcp::Status;
 use signorini_check::{Checked, Law};
@@ -281,7 +281,11 @@ impl Ending {
     }
 }
 
-/// A contact solver's status by name.
-pub fn solve_status(status: &SolveStatus) -> &'static str {
-    Ending::of_contacts(status, None).name
+/// A contact solver's status by name; `infeasible` where that is proved.
+pub fn solve_status(problem: &ContactProblem, status: &SolveStatus) -> &'static str {
+    let proof = match status {
+        SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts } => gap_contradiction(problem, contacts),
+        _ => None,
+    };
+    Ending::of_contacts(status, proof.as_ref()).name
 }

@@ -53,7 +53,7 @@ fn what_a_linear_program_excludes_is_proved_and_nothing_else() {
         assert_eq!(proof.is_some(), expected, "seed {seed}");
         counts[usize::from(expected)] += 1;
         if let Some(proof) = proof {
-            assert!(proof.residual(&problem) < 1e-12, "seed {seed}: {:e}", proof.residual(&problem));
+            assert!(proof.residual(&problem) < 1e-10, "seed {seed}: {:e}", proof.residual(&problem));
             // Those of another problem prove nothing of this one.
             let mut opened = problem.clone();
             opened.gap.iter_mut().for_each(|gap| *gap = gap.abs());
