@@ -8,11 +8,12 @@
 //! integrator     a⁺ = a + Δt u
 //! filter         a⁺ = a + Δt (u − a)/τ
 //! exact filter   a⁺ = a + (1 − e^(−Δt/τ)) (u − a)
+//! muscle         a⁺ = a + Δt (u − a)/τ(u, a)
 //! ```
 //!
 //! cut to the activation's range. The force of the step is made with `a`, or with `a⁺` where the activation is early.
 
-use crate::model::{Activation, ActivationKind, Actuator, Model};
+use crate::model::{Activation, ActivationKind, Actuator, Model, activation_rate};
 use crate::state::{Input, State};
 
 impl Activation {
@@ -22,6 +23,7 @@ impl Activation {
             ActivationKind::Integrator => a + dt * u,
             ActivationKind::Filter { time_constant } => a + dt * (u - a) / time_constant,
             ActivationKind::ExactFilter { time_constant } => a - (-dt / time_constant).exp_m1() * (u - a),
+            ActivationKind::Muscle { times, smoothing } => a + dt * activation_rate(a, u, times, smoothing),
         };
         self.range.map_or(moved, |[lower, upper]| moved.clamp(lower, upper))
     }

@@ -49,7 +49,7 @@ pub fn potential_energy(model: &Model, kinematics: &Kinematics, q: &[f64]) -> f6
         0.5 * joint.stiffness * stretch * stretch
     });
     let tendons = model.tendons.iter().filter(|tendon| tendon.stiffness != 0.0).map(|tendon| {
-        let stretch = tendon.stretch(tendon.length(model, q));
+        let stretch = tendon.stretch(tendon.length(model, kinematics, q));
         0.5 * tendon.stiffness * stretch * stretch
     });
     gravity + springs.sum::<f64>() + tendons.sum::<f64>()

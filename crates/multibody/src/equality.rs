@@ -4,8 +4,10 @@ use glamx::glam::DVec3;
 
 use crate::jacobian::{JacobianRows, relative_angular_rows_into, relative_point_rows_into};
 use crate::kinematics::Kinematics;
+use crate::length::LengthRow;
 use crate::math::rotation_log;
-use crate::model::{EqualityKind, JointId, Model};
+use crate::model::{EqualityKind, JointId, Model, TendonId};
+use crate::tendon::tendon_length_into;
 
 /// Up to three rows of an equality constraint; storage that is reused.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,12 +18,14 @@ pub struct EqualityBlock {
     pub violation: [f64; 3],
     /// `∇Θ` of each row.
     pub rows: JacobianRows,
+    lengths: [LengthRow; 2],
 }
 
 impl EqualityBlock {
     /// Storage that never grows for the model.
     pub fn new(model: &Model) -> Self {
-        Self { count: 0, violation: [0.0; 3], rows: JacobianRows::new(model) }
+        let lengths = [LengthRow::new(model), LengthRow::new(model)];
+        Self { count: 0, violation: [0.0; 3], rows: JacobianRows::new(model), lengths }
     }
 
     /// The largest |Θ| of its rows.
@@ -37,7 +41,8 @@ impl EqualityBlock {
 /// - `block`: 0, or 1 for the rotation of a weld
 /// - `out`: for points, Θ is the vector from the point of A to that of B, in world axes, m; for the rotation of a weld, the
 ///   rotation vector from A's frame to B's, in world axes, rad, whose row is the relative angular velocity: a step with
-///   `∇Θ v = −Θ/Δt` removes it exactly, whatever its size; for joints `q − q₀ − Σ a_k (q′ − q′₀)^k`
+///   `∇Θ v = −Θ/Δt` removes it exactly, whatever its size; for joints `q − q₀ − Σ a_k (q′ − q′₀)^k`, and so for the
+///   lengths of tendons
 ///
 /// # Panics
 /// If `kind` is not one of the model's.
@@ -74,7 +79,43 @@ pub fn equality_block_into(
             out.count = 1;
             couple_joints(model, q, (joint, driver), polynomial, out);
         }
+        EqualityKind::Tendon { tendon, driver, polynomial } => {
+            out.count = 1;
+            couple_tendons(model, kinematics, q, (tendon, driver), polynomial, out);
+        }
     }
+}
+
+/// The row of a tendon that follows another.
+fn couple_tendons(
+    model: &Model,
+    kinematics: &Kinematics,
+    q: &[f64],
+    (tendon, driver): (TendonId, Option<TendonId>),
+    polynomial: [f64; 5],
+    out: &mut EqualityBlock,
+) {
+    let EqualityBlock { rows, lengths: [own, leading], violation, .. } = out;
+    let measure = |id: TendonId, row: &mut LengthRow| {
+        let tendon = &model.tendons[id.index()];
+        tendon_length_into(model, kinematics, q, tendon, row);
+        row.length - tendon.reference_length
+    };
+    let length = measure(tendon, own);
+    leading.clear();
+    let x = driver.map_or(0.0, |driver| measure(driver, leading));
+    let (wanted, slope) = polynomial_at(polynomial, x);
+    *violation = [length - wanted, 0.0, 0.0];
+    for (&k, &g) in leading.dofs.iter().zip(&leading.gradient) {
+        own.add(k, -slope * g);
+    }
+    rows.clear();
+    own.dofs.iter().zip(&own.gradient).for_each(|(&k, &g)| rows.push(k, [g, 0.0, 0.0]));
+}
+
+/// `Σ a_k x^k` and its derivative, by Horner's scheme.
+fn polynomial_at(polynomial: [f64; 5], x: f64) -> (f64, f64) {
+    polynomial.iter().rev().fold((0.0, 0.0), |(p, d), a| (p * x + a, d * x + p))
 }
 
 /// The row of a joint that follows another.
@@ -92,8 +133,7 @@ fn couple_joints(
     let (dof, position) = value(joint);
     let leading = driver.map(value);
     let x = leading.map_or(0.0, |(_, x)| x);
-    // Horner's scheme for the polynomial and its derivative.
-    let (wanted, slope) = polynomial.iter().rev().fold((0.0, 0.0), |(p, d), a| (p * x + a, d * x + p));
+    let (wanted, slope) = polynomial_at(polynomial, x);
     out.violation = [position - wanted, 0.0, 0.0];
     out.rows.clear();
     let own = (dof, [1.0, 0.0, 0.0]);

@@ -39,6 +39,7 @@
 
 use glamx::glam::DVec3;
 
+use crate::actuator_length::actuator_length_into;
 use crate::applied::applied_force_into;
 use crate::cholesky::BlockCholesky;
 use crate::composite::{MassMatrix, mass_matrix_into};
@@ -46,10 +47,11 @@ use crate::free_rotation::FreeRotation;
 use crate::inverse_dynamics::{NewtonEuler, bias_force_into};
 use crate::jacobian::point_column;
 use crate::kinematics::Kinematics;
-use crate::length::{LengthRow, actuator_length_into, tendon_length_into};
+use crate::length::LengthRow;
 use crate::mass::{BlockDiagonal, MassError};
 use crate::model::{Actuator, ActuatorKind, BodyId, Joint, JointKind, Model, Tendon};
 use crate::state::{Input, State, StateError};
+use crate::tendon::tendon_length_into;
 
 /// Why there is no free motion.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -182,7 +184,7 @@ pub fn free_motion_into(
         actuator_length_into(model, kinematics, &state.q, actuator, row);
     }
     for (tendon, row) in model.tendons.iter().zip(&mut out.tendon_rows) {
-        tendon_length_into(model, &state.q, tendon, row);
+        tendon_length_into(model, kinematics, &state.q, tendon, row);
     }
     smooth_impulse(model, kinematics, state, input, dt, out);
     out.saturation.fill(Saturation::Within);
@@ -364,6 +366,11 @@ pub(crate) fn actuator_law(actuator: &Actuator, control: f64, length: f64, rate:
                 damping: (-by_rate).max(0.0),
                 ..AffineForce::constant(value)
             }
+        }
+        ActuatorKind::Muscle(muscle) => {
+            let [force, by_length, by_rate, _] = muscle.force_with_slopes(control, length, rate);
+            let damping = (-by_rate).max(0.0);
+            AffineForce { value: force + damping * rate, stiffness: (-by_length).max(0.0), damping, elasticity: 0.0 }
         }
         // Its row of the contact problem adds up to half the range in either direction.
         ActuatorKind::Speed => {

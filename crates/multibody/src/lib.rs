@@ -37,6 +37,7 @@
 //!   a ball joint has the angular velocity in body axes; hinges and slides are scalars.
 
 mod activation;
+mod actuator_length;
 mod applied;
 mod centroidal;
 mod cholesky;
@@ -66,8 +67,10 @@ mod small_dense;
 mod spatial;
 mod state;
 mod subtree;
+mod tendon;
 
 pub use activation::advance_activations_into;
+pub use actuator_length::actuator_length_into;
 pub use applied::applied_force_into;
 pub use centroidal::{Centroidal, center_of_mass_jacobian_into, centroidal_momentum_matrix_into};
 pub use cholesky::{BlockCholesky, FEW_ROWS};
@@ -92,20 +95,22 @@ pub use jacobian::{
 };
 pub use kinematics::{Kinematics, body_velocities_into, forward_kinematics_into};
 pub use layout::Block;
-pub use length::{LengthRow, actuator_length_into, tendon_length_into};
+pub use length::LengthRow;
 pub use mass::{BlockDiagonal, MassError};
 pub use math::{Pose, right_jacobian, rotation_exp, rotation_log, unit_rotation, unit_vector};
 pub use model::{
     Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, Camera, CameraMode, ChangedRow,
     Checker, ContactFilter, Effect, Equality, EqualityKind, FrameId, Geom, GeomId, GeomPair, Geometry, Inertia, Joint,
-    JointId, JointKind, Keyframe, Light, Look, Model, ModelBuilder, ModelError, NewBody, Parameter, ParameterChange,
-    Sensor, SensorKind, Shapes, Site, SiteId, SpinResistance, Tendon, TendonId, Transmission,
+    JointId, JointKind, Keyframe, Light, Look, Model, ModelBuilder, ModelError, Muscle, NewBody, Parameter,
+    ParameterChange, PathPart, Sensor, SensorKind, Shapes, Site, SiteId, SpinResistance, Tendon, TendonId,
+    Transmission,
 };
 pub use operational::operational_space_inertia;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};
 pub use spatial::SpatialVector;
 pub use state::{ContactPoint, Input, State, StateError};
 pub use subtree::{subtree_center_of_mass, subtree_jacobian_into, subtree_jacobian_rate_into};
+pub use tendon::tendon_length_into;
 
 /// The vector library of the public interface, re-exported so that users have the same types.
 pub use glamx::glam;

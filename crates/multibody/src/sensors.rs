@@ -2,12 +2,14 @@
 
 use glamx::glam::{DQuat, DVec3};
 
+use crate::actuator_length::actuator_length_into;
 use crate::frame::Frame;
 use crate::kinematics::Kinematics;
-use crate::length::{LengthRow, actuator_length_into, tendon_length_into};
+use crate::length::LengthRow;
 use crate::math::{Pose, read_quaternion};
 use crate::model::{BodyId, FrameId, Model, Sensor, SensorKind};
 use crate::state::State;
+use crate::tendon::tendon_length_into;
 
 /// A frame in world and how it moves.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,7 +92,7 @@ fn measure(
             out.copy_from_slice(&state.v[k..k + 3]);
         }
         SensorKind::TendonPosition(tendon) | SensorKind::TendonVelocity(tendon) => {
-            tendon_length_into(model, &state.q, &model.tendons[tendon.index()], row);
+            tendon_length_into(model, kinematics, &state.q, &model.tendons[tendon.index()], row);
             let rate = matches!(kind, SensorKind::TendonVelocity(_));
             out[0] = if rate { row.rate(&state.v) } else { row.length };
         }

@@ -40,7 +40,7 @@ impl ProblemBuilder {
         if self.features.restitution {
             self.find_impacts(model, state, points);
         }
-        self.push_limits(model, state);
+        self.push_limits(model, kinematics, state);
         self.push_equalities(model, kinematics, state);
         self.push_joint_friction(model);
         self.push_servos(model, kinematics, state, input);

@@ -161,9 +161,9 @@ impl Recertifier {
         for limit in &solution.limits {
             let key = if limit.tendon { tendon_limit_key } else { joint_limit_key };
             let key = key(limit.index as usize, u32::from(limit.upper));
-            ws.builder.add_limits(model, state, &first.velocity, |other, _| *other == key);
+            ws.builder.add_limits(model, &ws.kinematics, state, &first.velocity, |other, _| *other == key);
         }
-        if ws.builder.add_crossed_limits(model, state, &first.velocity) {
+        if ws.builder.add_crossed_limits(model, &ws.kinematics, state, &first.velocity) {
             return Err(StepFault::CrossedLimit);
         }
         ws.reach.end_with(model, &ws.kinematics, &first.velocity);

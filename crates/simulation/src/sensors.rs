@@ -197,7 +197,7 @@ fn held(model: &Model, workspace: &Workspace, site: SiteId, dt: f64) -> (DVec3, 
         let (body_a, body_b, place) = match model.equalities[row.equality].kind {
             EqualityKind::Connect { body_a, body_b, point_b, .. } => (body_a, body_b, point_b),
             EqualityKind::Weld { body_a, body_b, frame_b, .. } => (body_a, body_b, frame_b.position),
-            EqualityKind::Joint { .. } => continue,
+            EqualityKind::Joint { .. } | EqualityKind::Tendon { .. } => continue,
         };
         let push = push * share([body_a, body_b]);
         if row.block == 1 {

@@ -94,7 +94,7 @@ fn begin(
 fn finish(mut ws: Workspace, model: &Model, state: &State, input: &Input, tolerance: f64) -> RestProblem {
     ws.candidates.choose_all();
     ws.build_problem(model, state, input);
-    ws.builder.add_limits(model, state, &state.v, |_, gap| gap <= tolerance);
+    ws.builder.add_limits(model, &ws.kinematics, state, &state.v, |_, gap| gap <= tolerance);
     touching(&ws, tolerance)
 }
 

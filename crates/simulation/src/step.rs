@@ -86,7 +86,9 @@ pub(crate) fn step_driven(
         if report.enlargements == 0 || !unchanged() {
             ws.solve(settings, &state.v, &mut report)?;
             ws.name_contradiction(model, settings)?;
-            while report.advanced() && ws.builder.add_crossed_limits(model, state, &ws.solution.velocity) {
+            while report.advanced()
+                && ws.builder.add_crossed_limits(model, &ws.kinematics, state, &ws.solution.velocity)
+            {
                 ws.solve(settings, &state.v, &mut report)?;
             }
         }

@@ -138,13 +138,13 @@ impl Spec {
             places.body(&mut b).map_err(dangling("an exclusion"))?;
             builder.exclude(a, b);
         }
-        for (_, equality) in self.equalities.iter() {
-            let equality = equality.moved(places)?;
-            builder.add_equality(equality.name, equality.kind);
-        }
         places.tendons = vec![None; self.tendons.places()];
         for (k, tendon) in self.tendons.iter() {
             places.tendons[k] = Some(builder.add_tendon(tendon.moved(places)?));
+        }
+        for (_, equality) in self.equalities.iter() {
+            let equality = equality.moved(places)?;
+            builder.add_equality(equality.name, equality.kind);
         }
         places.actuators = vec![None; self.actuators.places()];
         for (k, actuator) in self.actuators.iter() {

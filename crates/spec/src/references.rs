@@ -1,8 +1,8 @@
 //! What parts refer to.
 
 use signorini_multibody::{
-    Actuator, ActuatorId, BodyId, Camera, CameraMode, Equality, EqualityKind, FrameId, GeomId, JointId, Light, Sensor,
-    SensorKind, Shapes, SiteId, Tendon, TendonId, Transmission,
+    Actuator, ActuatorId, BodyId, Camera, CameraMode, Equality, EqualityKind, FrameId, GeomId, JointId, Light,
+    PathPart, Sensor, SensorKind, Shapes, SiteId, Tendon, TendonId, Transmission,
 };
 
 use crate::SpecError;
@@ -54,7 +54,15 @@ pub(crate) trait Refers: Clone + crate::parts::Named {
 
 impl Refers for Tendon {
     fn renumber(&mut self, places: &Places) -> Result<(), &'static str> {
-        self.terms.iter_mut().try_for_each(|(joint, _)| places.joint(joint))
+        self.terms.iter_mut().try_for_each(|(joint, _)| places.joint(joint))?;
+        self.path.iter_mut().try_for_each(|part| match part {
+            PathPart::Site(site) => places.site(site),
+            PathPart::Wrap { geom, side } => {
+                places.geom(geom)?;
+                side.as_mut().map_or(Ok(()), |side| places.site(side))
+            }
+            PathPart::Pulley { .. } => Ok(()),
+        })
     }
 }
 
@@ -81,6 +89,10 @@ impl Refers for Equality {
             EqualityKind::Joint { joint, driver, .. } => {
                 places.joint(joint)?;
                 driver.as_mut().map_or(Ok(()), |driver| places.joint(driver))
+            }
+            EqualityKind::Tendon { tendon, driver, .. } => {
+                places.tendon(tendon)?;
+                driver.as_mut().map_or(Ok(()), |driver| places.tendon(driver))
             }
         }
     }

@@ -123,7 +123,7 @@ fn involved(simulation: &Simulation, i: usize) -> Option<Involved> {
         ContactSource::TendonLimit { tendon, upper } => {
             let tendon = &model.tendons[tendon.index()];
             let [low, high] = tendon.limits?;
-            let length = tendon.length(model, &simulation.state().q);
+            let length = tendon.length(model, simulation.workspace().kinematics(), &simulation.state().q);
             let (gap, limit) = if upper { (high - length, "upper") } else { (length - low, "lower") };
             (gap, Place::TendonLimit { tendon: tendon.name.clone(), limit })
         }

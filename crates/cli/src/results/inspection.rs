@@ -109,6 +109,7 @@ impl Inspection {
                 ActuatorKind::Velocity { .. } => "velocity",
                 ActuatorKind::Speed => "speed",
                 ActuatorKind::Affine { .. } => "general",
+                ActuatorKind::Muscle(_) => "muscle",
             },
             target: match actuator.transmission {
                 Transmission::Joint(joint) | Transmission::JointAxes { joint, .. } => {

@@ -87,7 +87,10 @@ fn limit(step: &Step, i: usize) -> Result<(f64, f64, String), String> {
             let tendon = &model.tendons[tendon.index()];
             let name = format!("limit of tendon '{}'", tendon.name);
             let Some([low, high]) = tendon.limits else { return Err(format!("{name}: there is none")) };
-            let length = tendon.length(model, q);
+            if !tendon.path.is_empty() {
+                return Err(format!("{name}: its row turns with its path"));
+            }
+            let length = tendon.length(model, step.workspace.kinematics(), q);
             Ok((if upper { high - length } else { length - low }, step.settings.correction_speed, name))
         }
         _ => Err(format!("contact {i} is no limit")),

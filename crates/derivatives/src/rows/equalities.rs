@@ -64,6 +64,9 @@ pub(super) fn add(
                 pair.turn_slopes(step, axis, &list, (a * turn, by_relative), part_of_dt, slopes);
                 pair.twist(step, axis, lambda, &list, rows, turning);
             }
+            EqualityKind::Tendon { .. } => {
+                return Err(format!("constraint '{}': it holds a tendon", equality.name));
+            }
             EqualityKind::Joint { driver, polynomial, .. } => {
                 if let Some(driver) = driver {
                     let joint = &step.model.joints[driver.index()];
@@ -94,7 +97,7 @@ fn check_pace(
     margins: &mut Vec<Margin>,
 ) -> Result<(), &'static str> {
     let is_angular = match *kind {
-        EqualityKind::Connect { .. } => false,
+        EqualityKind::Connect { .. } | EqualityKind::Tendon { .. } => false,
         EqualityKind::Weld { .. } => part == 1,
         EqualityKind::Joint { joint, .. } => !matches!(step.model.joints[joint.index()].kind, JointKind::Slide { .. }),
     };

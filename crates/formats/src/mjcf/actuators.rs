@@ -8,6 +8,7 @@ use signorini_multibody::{
 use super::custom;
 use super::importer::Importer;
 use super::laws::{activation_count, law};
+use super::muscles::muscle_law;
 use super::sensors::{site, tendon};
 use crate::error::{FormatError, Location};
 use crate::parts::JointRecord;
@@ -15,7 +16,7 @@ use crate::report::Reporter;
 use crate::xml::{Attributes, Element};
 
 /// Elements whose defaults apply to every actuator.
-const KINDS: [&str; 7] = ["general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder"];
+const KINDS: [&str; 8] = ["general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle"];
 
 /// What an actuator acts on, and the joint if it is a hinge or slide.
 struct Target {
@@ -63,6 +64,19 @@ fn read_actuator<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Resul
         Ok(target) => target,
         Err(what) => return Ok(Some(what)),
     };
+    if let Some(law) = muscle_law(&a)? {
+        let range = importer.range(&a, "actrange", "actlimited")?;
+        let early = a.flag("actearly")?.unwrap_or(false);
+        let activation = Activation::new(law.activation).with_range(range).with_early(early);
+        let actuator = Actuator::new(String::new(), target.transmission, ActuatorKind::Muscle(law.muscle))
+            .with_gear(target.gear)
+            .with_activation(activation)
+            .with_control_range(importer.range(&a, "ctrlrange", "ctrllimited")?)
+            .with_force_range(importer.range(&a, "forcerange", "forcelimited")?);
+        let id = importer.parts.add_actuator(element, name_of(element), actuator)?;
+        importer.muscles.extend(law.unscaled(id, element.at()));
+        return Ok(None);
+    }
     let Some((kind, dynamics)) = law(importer, &a)? else {
         return Ok(Some("gain, bias or activation is not that of an affine actuator".into()));
     };
@@ -79,7 +93,7 @@ fn read_actuator<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Resul
         .with_activation(activation)
         .with_control_range(control_range(importer, &a, target.joint)?)
         .with_force_range(importer.range(&a, "forcerange", "forcelimited")?);
-    let name = element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty());
+    let name = name_of(element);
     custom::hold_speed(importer, &mut actuator, name.as_deref())?;
     let id = importer.parts.add_actuator(element, name, actuator)?;
     let ratio = damping_ratio(&a)?;
@@ -87,6 +101,10 @@ fn read_actuator<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Resul
         importer.damping_ratios.push((id, ratio));
     }
     Ok(None)
+}
+
+fn name_of(element: Element) -> Option<String> {
+    element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty())
 }
 
 /// What the actuator acts on; a reason if that is not supported.
@@ -106,7 +124,7 @@ fn target(importer: &Importer, a: &Attributes) -> Result<Result<Target, String>,
     }
     if a.has("tendon") {
         let target = |id| Target { transmission: Transmission::Tendon(id), gear: gear[0], joint: None };
-        return Ok(tendon(importer, a)?.map(target));
+        return Ok(tendon(importer, a, "tendon")?.map(target));
     }
     if a.has("site") {
         let reference = if a.has("refsite") { Some(site(importer, a, "refsite")?) } else { None };
@@ -179,7 +197,11 @@ pub(super) fn bound_by_joints(model: &mut Model, ranges: &[(JointId, [f64; 2], L
         let drives = |transmission: &Transmission| match transmission {
             Transmission::Joint(other) => other == joint,
             Transmission::JointAxes { .. } => false,
-            Transmission::Tendon(tendon) => tendons[tendon.index()].terms.iter().any(|(other, _)| other == joint),
+            Transmission::Tendon(tendon) => {
+                // A path may be moved by any joint.
+                let tendon = &tendons[tendon.index()];
+                !tendon.path.is_empty() || tendon.terms.iter().any(|(other, _)| other == joint)
+            }
             // A wrench at a site may act on any joint.
             Transmission::Site { .. } => true,
         };

@@ -65,6 +65,7 @@ fn section_of(parent: &'static str, name: &str) -> &'static str {
         "geom" => "geom",
         "sensor" if parent == "mujoco" => "sensor",
         "fixed" if parent == "tendon" => "fixed",
+        "spatial" if parent == "tendon" => "spatial",
         _ if parent == "mujoco" => "unknown",
         _ => "leaf",
     }
@@ -99,7 +100,10 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("asset", "texture" | "skin") | ("default", "texture") => Harmless("only pictures depend on it"),
         ("body" | "default", "site") => Read(&SITE),
         ("sensor", _) => Read(&SENSOR),
-        ("tendon", "fixed") | ("default", "tendon") => Read(&TENDON),
+        ("tendon", "fixed" | "spatial") | ("default", "tendon") => Read(&TENDON),
+        ("spatial", "site") => Read(&PATH_SITE),
+        ("spatial", "geom") => Read(&PATH_GEOM),
+        ("spatial", "pulley") => Read(&PULLEY),
         ("fixed", "joint") => Read(&TENDON_JOINT),
         ("body" | "default", "camera") => Read(&CAMERA),
         ("body" | "default", "light") => Read(&LIGHT),
@@ -115,13 +119,15 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("actuator" | "default", "intvelocity") => Read(&INTEGRATED_VELOCITY),
         ("actuator" | "default", "damper") => Read(&DAMPER),
         ("actuator" | "default", "cylinder") => Read(&CYLINDER),
+        ("actuator" | "default", "muscle") => Read(&MUSCLE),
         ("actuator", _) => ReportedElsewhere,
         ("keyframe", "key") => Read(&KEY),
         ("option", "flag") => Read(&FLAG),
-        ("compiler", "lengthrange") => Harmless("only muscles depend on it"),
+        ("compiler", "lengthrange") => Harmless("lengths of muscles are searched for between the limits of the joints"),
         ("equality", "connect") => Read(&CONNECT),
         ("equality", "weld") => Read(&WELD),
         ("equality", "joint") => Read(&COUPLED_JOINTS),
+        ("equality", "tendon") => Read(&COUPLED_TENDONS),
         ("default", "equality") => Read(&EQUALITY_DEFAULT),
         ("equality", _) => Missing("the constraint is left out"),
         ("tendon", _) => Missing("the tendon is left out, with its spring, friction and limits"),
@@ -297,6 +303,7 @@ const WELD: Coverage = Coverage {
     ignored: &[ignored("solref", "0.02 1", SOFT), ignored("solimp", "0.9 0.95 0.001 0.5 2", SOFT)],
 };
 const COUPLED_JOINTS: Coverage = equality!("joint1 joint2 polycoef");
+const COUPLED_TENDONS: Coverage = equality!("tendon1 tendon2 polycoef");
 const EQUALITY_DEFAULT: Coverage = equality!("");
 
 macro_rules! actuator {
@@ -331,6 +338,10 @@ const GENERAL: Coverage = actuator!(
 
 const INTEGRATED_VELOCITY: Coverage = actuator!("kp kv dampratio actrange inheritrange", []);
 const DAMPER: Coverage = actuator!("kv", []);
+const MUSCLE: Coverage = actuator!(
+    "timeconst tausmooth range force scale lmin lmax vmax fpmax fvmax actlimited actrange actearly actdim",
+    []
+);
 const CYLINDER: Coverage = actuator!("timeconst area diameter bias", []);
 
 const SITE: Coverage = Coverage {
@@ -354,6 +365,9 @@ const TENDON: Coverage = Coverage {
         ignored("solimpfriction", "0.9 0.95 0.001 0.5 2", SOFT),
     ],
 };
+const PATH_SITE: Coverage = Coverage { read: "site", harmless: "", ignored: &[] };
+const PATH_GEOM: Coverage = Coverage { read: "geom sidesite", harmless: "", ignored: &[] };
+const PULLEY: Coverage = Coverage { read: "divisor", harmless: "", ignored: &[] };
 const TENDON_JOINT: Coverage = Coverage { read: "joint coef", harmless: "", ignored: &[] };
 
 /// The reader reports sensors that are left out; noise is none of a simulation's business here.

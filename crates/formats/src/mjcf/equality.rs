@@ -1,10 +1,10 @@
-//! `<equality>`: points that stay together, welds, and coupled joints.
+//! `<equality>`: points that stay together, welds, coupled joints and tendons.
 
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{BodyId, EqualityKind, Pose, unit_rotation};
 
 use super::importer::Importer;
-use super::sensors::site;
+use super::sensors::{site, tendon};
 use crate::error::FormatError;
 use crate::parts::JointRecord;
 use crate::xml::{Attributes, Element};
@@ -19,6 +19,14 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
             "connect" => connect(importer, &a),
             "weld" => weld(importer, &a),
             "joint" => coupled_joints(importer, &a),
+            "tendon" => match coupled_tendons(importer, &a) {
+                Ok(Err(what)) => {
+                    importer.report.motion(element.at(), element.name(), what, "the constraint is left out");
+                    continue;
+                }
+                Ok(Ok(kind)) => Ok(kind),
+                Err(error) => Err(error),
+            },
             _ => continue,
         };
         let Some(kind) = importer.unless_left_out(element, kind)? else { continue };
@@ -85,6 +93,17 @@ fn weld(importer: &Importer, a: &Attributes) -> Result<EqualityKind, FormatError
     };
     let frame_b = Pose::from_position(a.vec3("anchor")?.unwrap_or(DVec3::ZERO));
     Ok(EqualityKind::Weld { body_a, frame_a: relative * frame_b, body_b, frame_b })
+}
+
+/// `tendon1` follows `tendon2` by the polynomial `polycoef`, or stays at its constant; a reason if one of them is left out.
+fn coupled_tendons(importer: &Importer, a: &Attributes) -> Result<Result<EqualityKind, String>, FormatError> {
+    let follower = tendon(importer, a, "tendon1")?;
+    let driver = match a.has("tendon2") {
+        true => tendon(importer, a, "tendon2")?.map(Some),
+        false => Ok(None),
+    };
+    let (polynomial, _) = a.overlay::<5>("polycoef", [0.0, 1.0, 0.0, 0.0, 0.0])?;
+    Ok(follower.and_then(|tendon| Ok(EqualityKind::Tendon { tendon, driver: driver?, polynomial })))
 }
 
 /// `joint1` follows `joint2` by the polynomial `polycoef`, or stays at its constant.

@@ -2,11 +2,12 @@
 
 use std::collections::{HashMap, HashSet};
 
-use signorini_multibody::{ActuatorId, BodyId, Camera, JointId, SpinResistance};
+use signorini_multibody::{ActuatorId, BodyId, Camera, JointId, SpinResistance, TendonId};
 
 use super::assets::Assets;
 use super::compiler::{Compiler, Compilers};
 use super::defaults::Defaults;
+use super::muscles::UnscaledMuscle;
 use super::restitution::Restitution;
 use crate::error::{FormatError, Location};
 use crate::options::MissingMeshes;
@@ -61,6 +62,10 @@ pub(super) struct Importer<'t> {
     pub grains: HashMap<&'t str, ([f64; 2], Attributes<'t>)>,
     /// Actuators that shall hold their speed exactly and that were not met yet.
     pub speed_servos: HashMap<&'t str, Attributes<'t>>,
+    /// Spatial tendons whose springs rest where those of the joints do.
+    pub resting_tendons: Vec<TendonId>,
+    /// Muscles of which the model has to be known.
+    pub muscles: Vec<UnscaledMuscle>,
     /// Time step of the file, s.
     pub timestep: f64,
     pub missing_meshes: MissingMeshes,

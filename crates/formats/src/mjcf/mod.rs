@@ -1,7 +1,7 @@
 //! MJCF, MuJoCo's model format.
 //!
 //! The way through a file: includes and attached models are put in, `<compiler>` says how to read, `<default>` gives attributes to those
-//! who lack them, then bodies with joints, geoms and sites, contact pairs, equality constraints, tendons, actuators,
+//! who lack them, then bodies with joints, geoms and sites, contact pairs, tendons, equality constraints, actuators,
 //! sensors, keyframes. What is in the file and not in
 //! the model is found by comparing the file with a table of what is read (`coverage`).
 
@@ -22,6 +22,7 @@ mod joints;
 mod keyframes;
 mod laws;
 mod looks;
+mod muscles;
 mod options;
 mod references;
 mod replicate;
@@ -85,6 +86,8 @@ fn read(tree: &Tree, folders: &[PathBuf], options: &LoadOptions) -> Result<Impor
         left_out_tendons: HashSet::new(),
         left_out_actuators: HashSet::new(),
         damping_ratios: Vec::new(),
+        resting_tendons: Vec::new(),
+        muscles: Vec::new(),
         grains: custom::grains(root)?,
         speed_servos: custom::speed_servos(root)?,
         timestep: 0.002,
@@ -97,8 +100,8 @@ fn read(tree: &Tree, folders: &[PathBuf], options: &LoadOptions) -> Result<Impor
     looks::finish_cameras(&mut importer)?;
     contacts::read(&mut importer, root)?;
     custom::check(&importer)?;
-    equality::read(&mut importer, root)?;
     tendons::read(&mut importer, root)?;
+    equality::read(&mut importer, root)?;
     let listed = actuators::read(&mut importer, root)?;
     sensors::read(&mut importer, root)?;
     keyframes::read(&mut importer, root, &listed)?;
@@ -106,6 +109,8 @@ fn read(tree: &Tree, folders: &[PathBuf], options: &LoadOptions) -> Result<Impor
     importer.report.notes(tree.take_notes());
     let mut model = importer.parts.build()?;
     actuators::bound_by_joints(&mut model, &importer.actuator_force_ranges, &mut importer.report);
+    tendons::rest_with_joints(&mut model, &importer.resting_tendons);
+    muscles::finish(&mut model, &importer.muscles, &mut importer.report);
     actuators::damp_by_ratio(&mut model, &importer.damping_ratios);
     Ok(Imported { model, report: importer.report.finish() })
 }

@@ -50,7 +50,7 @@ fn kind(importer: &Importer, a: &Attributes) -> Result<Kind, FormatError> {
         Ok(Ok(make(joint.id)))
     };
     let at_site = |make: fn(SiteId) -> SensorKind| Ok(Ok(make(site(importer, a, "site")?)));
-    let of_tendon = |make: fn(TendonId) -> SensorKind| Ok(tendon(importer, a)?.map(make));
+    let of_tendon = |make: fn(TendonId) -> SensorKind| Ok(tendon(importer, a, "tendon")?.map(make));
     let of_actuator = |make: fn(ActuatorId) -> SensorKind| Ok(actuator(importer, a)?.map(make));
     let of_subtree = |make: fn(BodyId) -> SensorKind| Ok(Ok(make(body(importer, a, "body")?)));
     let of_frame = |make: &dyn Fn(FrameId, Option<FrameId>) -> SensorKind| relative(importer, a, make);
@@ -175,12 +175,16 @@ fn body(importer: &Importer, a: &Attributes, attribute: &'static str) -> Result<
 }
 
 /// The tendon that an element names; a reason if the model does not have it.
-pub(super) fn tendon(importer: &Importer, a: &Attributes) -> Result<Result<TendonId, String>, FormatError> {
-    let name = a.required("tendon", "the name of a tendon")?;
+pub(super) fn tendon(
+    importer: &Importer,
+    a: &Attributes,
+    attribute: &'static str,
+) -> Result<Result<TendonId, String>, FormatError> {
+    let name = a.required(attribute, "the name of a tendon")?;
     match importer.parts.tendon(name) {
         Some(tendon) => Ok(Ok(tendon)),
         None if importer.left_out_tendons.contains(name) => Ok(Err("its tendon is not supported".into())),
-        None => Err(a.unknown("tendon", "tendon", importer.parts.tendon_names())),
+        None => Err(a.unknown(attribute, "tendon", importer.parts.tendon_names())),
     }
 }
 

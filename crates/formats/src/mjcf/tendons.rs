@@ -1,23 +1,26 @@
-//! `<tendon>`: fixed tendons.
+//! `<tendon>`: fixed and spatial tendons.
 
-use signorini_multibody::Tendon;
+use signorini_multibody::{Kinematics, Model, PathPart, Tendon, TendonId, forward_kinematics_into};
 
 use super::importer::Importer;
 use super::joints::linear;
+use super::sensors::site;
 use crate::error::FormatError;
 use crate::xml::{Attributes, Element};
 
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
     for element in root.children_named("tendon").flat_map(|t| t.children()) {
-        let made = match element.is("fixed") {
-            true => {
-                let read = read_fixed(importer, element);
-                importer.unless_left_out(element, read)?.is_some()
+        let read = match element.name() {
+            "fixed" => read_fixed(importer, element),
+            "spatial" => read_spatial(importer, element),
+            // The audit of what is read says so.
+            _ => {
+                importer.left_out_tendons.extend(element.attributes().text("name"));
+                continue;
             }
-            false => false,
         };
-        if !made && let Some(name) = element.attributes().text("name") {
-            importer.left_out_tendons.insert(name);
+        if importer.unless_left_out(element, read)?.is_none() {
+            importer.left_out_tendons.extend(element.attributes().text("name"));
         }
     }
     Ok(())
@@ -44,25 +47,80 @@ fn read_fixed<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<(
     }
     let reference = terms.iter().map(|(joint, c)| c * joint.spring_reference).sum();
     let mut tendon = Tendon::new("", terms.iter().map(|(joint, c)| (joint.id, *c)).collect());
-    tendon.rest = rest(&a, reference)?;
-    tendon.limits = importer.range(&a, "range", "limited")?;
-    tendon.stiffness = linear(importer, &a, "stiffness")?;
-    tendon.damping = linear(importer, &a, "damping")?;
-    let name = element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty());
-    importer.parts.add_tendon(element, name, tendon)?;
+    tendon.rest = rest(&a)?.unwrap_or([reference; 2]);
+    add(importer, element, &a, tendon).map(drop)
+}
+
+fn read_spatial<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<(), FormatError> {
+    let a = importer.defaults.of(element, None, &["tendon"])?;
+    let path = element.children().map(|part| path_part(importer, part)).collect::<Result<Vec<_>, _>>()?;
+    if path.is_empty() {
+        return Err(element.incomplete("at least two <site site=\"…\"/>"));
+    }
+    let rest = rest(&a)?;
+    let id = add(importer, element, &a, Tendon::along("", path).with_rest(rest.unwrap_or_default()))?;
+    if rest.is_none() {
+        importer.resting_tendons.push(id);
+    }
     Ok(())
 }
 
-/// `springlength`: one length or a range; by default, where it is −1, that at which the springs of its joints
-/// rest.
-fn rest(a: &Attributes, reference: f64) -> Result<[f64; 2], FormatError> {
-    let rest = match a.numbers("springlength")?.as_deref() {
-        None => [reference; 2],
-        Some(&[-1.0]) => [reference; 2],
-        Some(&[length]) => [length; 2],
-        Some(&[-1.0, -1.0]) => [reference; 2],
-        Some(&[low, high]) if low <= high => [low, high],
+fn path_part(importer: &Importer, part: Element) -> Result<PathPart, FormatError> {
+    let a = part.attributes();
+    match part.name() {
+        "site" => Ok(PathPart::Site(site(importer, &a, "site")?)),
+        "geom" => {
+            let name = a.required("geom", "the sphere or cylinder in the way")?;
+            let geom =
+                importer.parts.geom(name).ok_or_else(|| a.unknown("geom", "geom", importer.parts.geom_names()))?;
+            let side = if a.has("sidesite") { Some(site(importer, &a, "sidesite")?) } else { None };
+            Ok(PathPart::Wrap { geom, side })
+        }
+        "pulley" => {
+            let divisor = a.number("divisor")?.filter(|x| *x > 0.0);
+            let divisor = divisor.ok_or_else(|| part.incomplete("attribute 'divisor': a positive number"))?;
+            Ok(PathPart::Pulley { divisor })
+        }
+        _ => Err(part.invalid("expected <site>, <geom> or <pulley>".to_owned())),
+    }
+}
+
+fn add<'t>(
+    importer: &mut Importer<'t>,
+    element: Element<'t>,
+    a: &Attributes<'t>,
+    mut tendon: Tendon,
+) -> Result<TendonId, FormatError> {
+    tendon.limits = importer.range(a, "range", "limited")?;
+    tendon.stiffness = linear(importer, a, "stiffness")?;
+    tendon.damping = linear(importer, a, "damping")?;
+    let name = element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty());
+    importer.parts.add_tendon(element, name, tendon)
+}
+
+/// Where springs of spatial tendons rest that the file does not give: at their lengths where the springs of the joints rest.
+pub(super) fn rest_with_joints(model: &mut Model, tendons: &[TendonId]) {
+    if tendons.is_empty() {
+        return;
+    }
+    let mut q = model.reference_configuration();
+    for joint in model.joints.iter().filter(|joint| joint.kind.nv() == 1) {
+        q[joint.q_index] = joint.spring_reference;
+    }
+    let mut kinematics = Kinematics::new(model);
+    forward_kinematics_into(model, &q, &vec![0.0; model.nv], &mut kinematics);
+    for id in tendons {
+        let length = model.tendons[id.index()].length(model, &kinematics, &q);
+        model.tendons[id.index()].rest = [length; 2];
+    }
+}
+
+/// `springlength`: one length or a range; nothing where it is −1, its default.
+fn rest(a: &Attributes) -> Result<Option<[f64; 2]>, FormatError> {
+    Ok(match a.numbers("springlength")?.as_deref() {
+        None | Some(&[-1.0] | &[-1.0, -1.0]) => None,
+        Some(&[length]) => Some([length; 2]),
+        Some(&[low, high]) if low <= high => Some([low, high]),
         Some(_) => return Err(a.invalid("springlength", "one length, or two with the smaller first")),
-    };
-    Ok(rest)
+    })
 }

@@ -1,19 +1,36 @@
 //! Tendons, actuators and sensors.
 
 use signorini_multibody::{
-    Activation, ActivationKind, Actuator, ActuatorKind, FrameId, Model, Sensor, SensorKind, Shapes, Tendon,
-    Transmission,
+    Activation, ActivationKind, Actuator, ActuatorKind, FrameId, Model, Muscle, PathPart, Sensor, SensorKind, Shapes,
+    SiteId, Tendon, Transmission,
 };
 
 use super::element::Tag;
 
 pub(super) fn tendon(model: &Model, tendon: &Tendon) -> Tag {
-    let mut tag = Tag::new("fixed")
+    let mut tag = Tag::new(if tendon.path.is_empty() { "fixed" } else { "spatial" })
         .with("name", &tendon.name)
         .numbers("springlength", &tendon.rest)
         .range("range", "limited", tendon.limits)
         .unless(&[0.0], "stiffness", &[tendon.stiffness])
         .unless(&[0.0], "damping", &[tendon.damping]);
+    for part in &tendon.path {
+        let site = |id: SiteId| model.sites[id.index()].name.as_str();
+        tag.push(match part {
+            PathPart::Site(id) => Tag::new("site").with("site", site(*id)),
+            PathPart::Pulley { divisor } => Tag::new("pulley").numbers("divisor", &[*divisor]),
+            PathPart::Wrap { geom, side } => {
+                let tag = Tag::new("geom").with("geom", &model.geoms[geom.index()].name);
+                match side {
+                    Some(side) => tag.with("sidesite", site(*side)),
+                    None => tag,
+                }
+            }
+        });
+    }
+    if !tendon.path.is_empty() {
+        return tag;
+    }
     for (joint, coefficient) in &tendon.terms {
         let name = &model.joints[joint.index()].name;
         tag.push(Tag::new("joint").with("joint", name).numbers("coef", &[*coefficient]));
@@ -30,6 +47,7 @@ pub(super) fn actuator(model: &Model, actuator: &Actuator) -> Tag {
         (ActuatorKind::Velocity { kv }, None) => Tag::new("velocity").numbers("kv", &[kv]),
         // What holds a speed exactly has no gain; `<custom>` says that it is one.
         (ActuatorKind::Speed, _) => Tag::new("velocity").numbers("kv", &[1.0]),
+        (ActuatorKind::Muscle(law), Some(activation)) => muscle(&law, activation),
         (kind, activation) => general(kind, activation.as_ref()),
     };
     let scaled = |vector: &[f64; 6]| vector.map(|x| x * actuator.gear);
@@ -59,6 +77,20 @@ pub(super) fn actuator(model: &Model, actuator: &Actuator) -> Tag {
     )
 }
 
+/// A muscle, with the numbers of its curves.
+fn muscle(law: &Muscle, activation: &Activation) -> Tag {
+    let Muscle { force, range: [low, high], shortest, longest, fastest, passive, lengthening, .. } = *law;
+    // MuJoCo's scale has no meaning where the force is given.
+    let curves = [low, high, force, 200.0, shortest, longest, fastest, passive, lengthening];
+    let tag = Tag::new("general")
+        .with("gaintype", "muscle")
+        .numbers("gainprm", &curves)
+        .with("biastype", "muscle")
+        .numbers("biasprm", &curves)
+        .numbers("lengthrange", &law.length_range);
+    remembering(tag, activation)
+}
+
 /// Any affine law, with its activation.
 fn general(kind: ActuatorKind, activation: Option<&Activation>) -> Tag {
     let (gain, bias) = match kind {
@@ -66,23 +98,30 @@ fn general(kind: ActuatorKind, activation: Option<&Activation>) -> Tag {
         ActuatorKind::Position { kp, kv } => ([kp, 0.0, 0.0], [0.0, -kp, -kv]),
         ActuatorKind::Velocity { kv } => ([kv, 0.0, 0.0], [0.0, 0.0, -kv]),
         ActuatorKind::Affine { gain, bias } => (gain, bias),
-        ActuatorKind::Speed => ([1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
+        // A muscle without activation is none; the writer says so.
+        ActuatorKind::Speed | ActuatorKind::Muscle(_) => ([1.0, 0.0, 0.0], [0.0, 0.0, -1.0]),
     };
     let tag = Tag::new("general")
         .with("gaintype", "affine")
         .numbers("gainprm", &gain)
         .with("biastype", "affine")
         .numbers("biasprm", &bias);
-    let Some(activation) = activation else { return tag };
-    let (dynamics, time_constant) = match activation.kind {
-        ActivationKind::Integrator => ("integrator", None),
-        ActivationKind::Filter { time_constant } => ("filter", Some(time_constant)),
-        ActivationKind::ExactFilter { time_constant } => ("filterexact", Some(time_constant)),
-    };
-    let mut tag = tag.with("dyntype", dynamics).range("actrange", "actlimited", activation.range);
-    if let Some(time_constant) = time_constant {
-        tag = tag.numbers("dynprm", &[time_constant]);
+    match activation {
+        Some(activation) => remembering(tag, activation),
+        None => tag,
     }
+}
+
+/// Adds the activation.
+fn remembering(tag: Tag, activation: &Activation) -> Tag {
+    let (dynamics, numbers): (_, &[f64]) = match &activation.kind {
+        ActivationKind::Integrator => ("integrator", &[]),
+        ActivationKind::Filter { time_constant } => ("filter", &[*time_constant]),
+        ActivationKind::ExactFilter { time_constant } => ("filterexact", &[*time_constant]),
+        ActivationKind::Muscle { times: [rise, fall], smoothing } => ("muscle", &[*rise, *fall, *smoothing]),
+    };
+    let tag = tag.with("dyntype", dynamics).range("actrange", "actlimited", activation.range);
+    let mut tag = tag.unless(&[], "dynprm", numbers);
     if activation.early {
         tag.set("actearly", "true");
     }

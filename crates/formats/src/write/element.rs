@@ -1,5 +1,7 @@
 //! XML text, element by element.
 
+use signorini_multibody::Pose;
+
 /// An element being written.
 pub(super) struct Tag {
     name: &'static str,
@@ -91,4 +93,11 @@ pub(super) fn list(values: &[f64]) -> String {
         text.strip_suffix(".0").map_or(text.clone(), str::to_owned)
     };
     values.iter().map(number).collect::<Vec<_>>().join(" ")
+}
+
+/// Adds a pose.
+pub(super) fn placed(tag: Tag, pose: &Pose) -> Tag {
+    let r = pose.rotation;
+    let quaternion = [r.w, r.x, r.y, r.z];
+    tag.unless(&[0.0; 3], "pos", &pose.position.to_array()).unless(&[1.0, 0.0, 0.0, 0.0], "quat", &quaternion)
 }

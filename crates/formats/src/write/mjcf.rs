@@ -122,6 +122,14 @@ fn equality(model: &Model, left_out: &mut Vec<String>) -> Tag {
                     None => tag,
                 }
             }
+            EqualityKind::Tendon { tendon, driver, polynomial } => {
+                let name = |id: signorini_multibody::TendonId| model.tendons[id.index()].name.as_str();
+                let tag = Tag::new("tendon").with("tendon1", name(tendon)).numbers("polycoef", &polynomial);
+                match driver {
+                    Some(driver) => tag.with("tendon2", name(driver)),
+                    None => tag,
+                }
+            }
         };
         section.push(tag.with("name", &constraint.name));
     }

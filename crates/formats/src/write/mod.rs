@@ -2,6 +2,7 @@
 
 mod actuation;
 mod element;
+mod looks;
 mod mjcf;
 mod shapes;
 mod urdf;

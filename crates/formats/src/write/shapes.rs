@@ -4,15 +4,17 @@ use std::sync::Arc;
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::{HeightField, Mesh};
-use signorini_multibody::{BodyId, Geom, Geometry, Inertia, Joint, JointKind, Model, Pose, Site, SpinResistance};
+use signorini_multibody::{BodyId, Geom, Geometry, Inertia, Joint, JointKind, Model, Site, SpinResistance};
 
-use super::element::{Tag, list};
+use super::element::{Tag, list, placed};
+use super::looks::{self, Materials};
 
 /// Meshes and height fields that geoms share, and what cannot be said.
 #[derive(Default)]
 pub(super) struct Assets {
     meshes: Vec<Arc<Mesh>>,
     fields: Vec<Arc<HeightField>>,
+    materials: Materials,
     pub left_out: Vec<String>,
 }
 
@@ -20,6 +22,7 @@ impl Assets {
     /// The section of the file.
     pub fn tag(&self) -> Tag {
         let mut section = Tag::new("asset");
+        self.materials.write(&mut section);
         for (k, mesh) in self.meshes.iter().enumerate() {
             let vertices: Vec<f64> = mesh.vertices.iter().flat_map(|p| p.to_array()).collect();
             let mut tag = Tag::new("mesh").with("name", &format!("mesh{k}")).numbers("vertex", &vertices);
@@ -120,13 +123,9 @@ fn own(model: &Model, id: BodyId, assets: &mut Assets) -> Tag {
         }
     }
     model.sites.iter().filter(|site| site.body == id).for_each(|site| tag.push(site_tag(site)));
+    model.cameras.iter().filter(|camera| camera.body == id).for_each(|camera| tag.push(looks::camera(model, camera)));
+    model.lights.iter().filter(|light| light.body == id).for_each(|light| tag.push(looks::light(light)));
     tag
-}
-
-fn placed(tag: Tag, pose: &Pose) -> Tag {
-    let r = pose.rotation;
-    let quaternion = [r.w, r.x, r.y, r.z];
-    tag.unless(&[0.0; 3], "pos", &pose.position.to_array()).unless(&[1.0, 0.0, 0.0, 0.0], "quat", &quaternion)
 }
 
 /// Width of the range of a joint that is held at one value, rad or m: MJCF wants the lower limit below the upper one.
@@ -199,8 +198,11 @@ fn geom_tag(geom: &Geom, assets: &mut Assets) -> Option<Tag> {
     let friction = [geom.friction, geom.spinning_friction, geom.rolling_friction];
     let [x, y, z] = geom.surface_velocity.to_array();
     let [red, green, blue, opacity] = geom.rgba;
+    let tag = placed(tag, &placement);
     Some(
-        placed(tag, &placement)
+        assets
+            .materials
+            .dress(tag, &geom.look)
             .unless(&[1.0, 0.005, 0.0001], "friction", &friction)
             .unless(&[3.0], "condim", &[condim])
             .unless(&[1.0], "contype", &[f64::from(geom.contact_type)])

@@ -9,4 +9,5 @@ mod report;
 mod robots;
 mod robustness;
 mod sdf;
+mod tendons;
 mod urdf;

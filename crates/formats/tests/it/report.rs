@@ -20,12 +20,12 @@ fn ignored_attributes_are_grouped_and_placed() {
 #[test]
 fn unsupported_sections_are_listed() {
     let text = "<worldbody><body name='b'><joint name='j'/><geom size='.1'/><site name='s'/><camera/><light/></body></worldbody>\n\
-                <equality><joint joint1='j'/></equality>\n<tendon><spatial><site site='s'/></spatial></tendon>\n\
-                <actuator><muscle joint='j'/><motor name='m' joint='j'/></actuator>\n<sensor><gyro site='s'/><camprojection site='s' camera='c'/></sensor>\n\
+                <equality><joint joint1='j'/></equality>\n<deformable/>\n\
+                <actuator><adhesion body='b'/><motor name='m' joint='j'/></actuator>\n<sensor><gyro site='s'/><camprojection site='s' camera='c'/></sensor>\n\
                 <keyframe><key ctrl='3 4'/></keyframe>";
     let Imported { model, report, .. } = import(text);
     let motion: Vec<(u32, &str)> = report.motion_warnings().map(|w| (w.line, w.element.as_str())).collect();
-    assert_eq!(motion, [(5, "muscle"), (4, "spatial")]);
+    assert_eq!(motion, [(5, "adhesion"), (4, "deformable")]);
     let other: Vec<&str> = report.warnings.iter().filter(|w| !w.changes_motion).map(|w| w.element.as_str()).collect();
     assert_eq!(other, ["camprojection"]);
     // The control of the actuator that is left out is left out of the keyframe too.

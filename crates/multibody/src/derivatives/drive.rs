@@ -73,6 +73,8 @@ fn moved(activation: &Activation, a: f64, u: f64, dt: f64) -> Moved {
         ActivationKind::ExactFilter { time_constant } => {
             of_share(-(-dt / time_constant).exp_m1(), (-dt / time_constant).exp() / time_constant)
         }
+        // Models with one have no derivatives.
+        ActivationKind::Muscle { .. } => of_share(0.0, 0.0),
     }
 }
 

@@ -10,7 +10,7 @@ use crate::free_motion::{actuator_law, can_saturate, is_before, joint_spring, te
 use crate::kinematics::Kinematics;
 use crate::length::LengthRow;
 use crate::math::{read_quaternion, right_jacobian, rotation_log};
-use crate::model::{Actuator, ActuatorKind, BodyId, Model, Transmission};
+use crate::model::{ActivationKind, Actuator, ActuatorKind, BodyId, Model, Tendon, Transmission};
 use crate::spatial::SpatialVector;
 use crate::state::{Input, State};
 
@@ -119,6 +119,7 @@ pub fn balance_derivatives_into(
     subtract_inertia(model, kinematics, &mut out.mass, &mut out.by_velocity);
     add_free_rotations(model, kinematics, state, dt, free, out)?;
     add_joint_springs(model, state, dt, velocity, out);
+    check_lengths(model)?;
     for (t, (tendon, row)) in model.tendons.iter().zip(&free.tendon_rows).enumerate() {
         let force = tendon_spring(tendon, row.length);
         let [lower, upper] = tendon.rest;
@@ -139,6 +140,29 @@ pub fn balance_derivatives_into(
         for k in 0..model.nv {
             out.by_control[k * nu + a] = by_input * out.by_drive[k * nu + a];
         }
+    }
+    Ok(())
+}
+
+/// Whether rows of lengths stay as they are when the configuration changes, and laws of forces are linear.
+fn check_lengths(model: &Model) -> Result<(), Unsupported> {
+    let pulls = |tendon: &Tendon| tendon.stiffness != 0.0 || tendon.damping != 0.0;
+    let turns = |tendon: &Tendon| !tendon.path.is_empty();
+    if let Some(tendon) = model.tendons.iter().find(|tendon| pulls(tendon) && turns(tendon)) {
+        let part = format!("tendon '{}'", tendon.name);
+        return Err(Unsupported { part, reason: "the row of a spatial tendon turns with its path" });
+    }
+    for actuator in &model.actuators {
+        let remembers = actuator.activation.map(|activation| activation.kind);
+        let reason = match (actuator.kind, &actuator.transmission) {
+            _ if matches!(remembers, Some(ActivationKind::Muscle { .. })) => "the activation of a muscle is curved",
+            (ActuatorKind::Muscle(_), _) => "the law of a muscle is curved",
+            (_, Transmission::Tendon(tendon)) if turns(&model.tendons[tendon.index()]) => {
+                "the row of a spatial tendon turns with its path"
+            }
+            _ => continue,
+        };
+        return Err(Unsupported { part: format!("actuator '{}'", actuator.name), reason });
     }
     Ok(())
 }
@@ -388,6 +412,8 @@ fn law_slopes(actuator: &Actuator, drive: f64, length: f64, rate: f64, dt: f64) 
                 fall_by_control: slower + dt * stiffer,
             }
         }
+        // Refused before.
+        ActuatorKind::Muscle(_) => zero,
         ActuatorKind::Speed => zero,
     }
 }

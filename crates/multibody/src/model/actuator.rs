@@ -2,7 +2,7 @@
 
 use derive_setters::Setters;
 
-use super::Transmission;
+use super::{Muscle, Transmission};
 
 /// What an actuator does with its control value.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +32,8 @@ pub enum ActuatorKind {
         /// `b`.
         bias: [f64; 3],
     },
+    /// A muscle, whose activation takes the place of the control. What pulls back is integrated implicitly.
+    Muscle(Muscle),
 }
 
 /// How an activation follows its control `u`.
@@ -48,6 +50,13 @@ pub enum ActivationKind {
     ExactFilter {
         /// τ, s, > 0.
         time_constant: f64,
+    },
+    /// That of a muscle: `ȧ = (u − a)/τ(u, a)`, by an explicit step.
+    Muscle {
+        /// Time constants of rising and of falling, s, > 0.
+        times: [f64; 2],
+        /// Width of the difference between control and activation in which one goes over into the other, ≥ 0.
+        smoothing: f64,
     },
 }
 

@@ -2,15 +2,15 @@
 
 use glamx::glam::DVec3;
 
+use super::assemble::{Parts, measure_tendons, normalise};
 use super::check::{check_inertia, check_keyframes, moving_no_mass, number, unique};
 use super::check_sensing::{check_cameras, check_relations, check_sensors};
-use super::path::{PathStep, reference_pose};
+use super::path::reference_pose;
 use super::{
-    Actuator, ActuatorId, Body, BodyId, Camera, ContactFilter, Equality, EqualityKind, Geom, GeomId, GeomPair,
-    Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Light, Model, ModelError, Sensor, SensorKind, Site, SiteId,
-    Tendon, TendonId, Transmission,
+    Actuator, ActuatorId, Body, BodyId, Camera, Equality, EqualityKind, Geom, GeomId, GeomPair, Geometry, Inertia,
+    Joint, JointId, JointKind, Keyframe, Light, Model, ModelError, Sensor, Site, SiteId, Tendon, TendonId,
 };
-use crate::math::{Pose, unit_rotation, unit_vector};
+use crate::math::Pose;
 
 /// MuJoCo's default magnetic field.
 pub(super) const MAGNETIC: DVec3 = DVec3::new(0.0, -0.5, 0.0);
@@ -18,25 +18,7 @@ pub(super) const MAGNETIC: DVec3 = DVec3::new(0.0, -0.5, 0.0);
 /// Collects parts and checks them; [`build`](Self::build) gives the immutable [`Model`].
 #[derive(Clone, Debug)]
 pub struct ModelBuilder {
-    name: String,
-    gravity: DVec3,
-    magnetic: DVec3,
-    timestep: f64,
-    bodies: Vec<Body>,
-    joints: Vec<Vec<Joint>>,
-    joint_ids: Vec<(usize, usize)>,
-    geoms: Vec<Geom>,
-    pairs: Vec<GeomPair>,
-    excluded: Vec<(BodyId, BodyId)>,
-    equalities: Vec<Equality>,
-    sites: Vec<Site>,
-    tendons: Vec<Tendon>,
-    actuators: Vec<Actuator>,
-    sensors: Vec<Sensor>,
-    keyframes: Vec<Keyframe>,
-    mocap_bodies: Vec<BodyId>,
-    cameras: Vec<Camera>,
-    lights: Vec<Light>,
+    parts: Parts,
 }
 
 impl ModelBuilder {
@@ -52,7 +34,7 @@ impl ModelBuilder {
             joint_count: 0,
             mocap: None,
         };
-        Self {
+        let parts = Parts {
             name: name.into(),
             gravity: DVec3::new(0.0, 0.0, -9.81),
             magnetic: MAGNETIC,
@@ -72,24 +54,25 @@ impl ModelBuilder {
             mocap_bodies: Vec::new(),
             cameras: Vec::new(),
             lights: Vec::new(),
-        }
+        };
+        Self { parts }
     }
 
     /// Sets gravity, m/s².
     pub fn gravity(&mut self, gravity: DVec3) -> &mut Self {
-        self.gravity = gravity;
+        self.parts.gravity = gravity;
         self
     }
 
     /// Sets the magnetic field; without it, that of MuJoCo's default, (0, −0.5, 0).
     pub fn magnetic(&mut self, field: DVec3) -> &mut Self {
-        self.magnetic = field;
+        self.parts.magnetic = field;
         self
     }
 
     /// Sets the suggested time step, s.
     pub fn timestep(&mut self, timestep: f64) -> &mut Self {
-        self.timestep = timestep;
+        self.parts.timestep = timestep;
         self
     }
 
@@ -106,9 +89,9 @@ impl ModelBuilder {
     ) -> Result<BodyId, ModelError> {
         let name = name.into();
         self.known_body(parent, || format!("body '{name}'"))?;
-        let id = BodyId(self.bodies.len() as u32);
+        let id = BodyId(self.parts.bodies.len() as u32);
         let gravity_compensation = 0.0;
-        self.bodies.push(Body {
+        self.parts.bodies.push(Body {
             name,
             parent,
             placement,
@@ -118,7 +101,7 @@ impl ModelBuilder {
             joint_count: 0,
             mocap: None,
         });
-        self.joints.push(Vec::new());
+        self.parts.joints.push(Vec::new());
         Ok(id)
     }
 
@@ -128,7 +111,7 @@ impl ModelBuilder {
     /// [`ModelError::UnknownPart`] if the body is not there.
     pub fn set_inertia(&mut self, body: BodyId, inertia: Inertia) -> Result<(), ModelError> {
         self.known_body(body, || "an inertia".into())?;
-        self.bodies[body.index()].inertia = inertia;
+        self.parts.bodies[body.index()].inertia = inertia;
         Ok(())
     }
 
@@ -138,7 +121,7 @@ impl ModelBuilder {
     /// [`ModelError::UnknownPart`] if the body is not there.
     pub fn set_gravity_compensation(&mut self, body: BodyId, share: f64) -> Result<(), ModelError> {
         self.known_body(body, || "a gravity compensation".into())?;
-        self.bodies[body.index()].gravity_compensation = share;
+        self.parts.bodies[body.index()].gravity_compensation = share;
         Ok(())
     }
 
@@ -148,10 +131,10 @@ impl ModelBuilder {
     /// [`ModelError::UnknownPart`] if the body is not there.
     pub fn set_mocap(&mut self, body: BodyId) -> Result<(), ModelError> {
         self.known_body(body, || "a mocap body".into())?;
-        let own = &mut self.bodies[body.index()].mocap;
+        let own = &mut self.parts.bodies[body.index()].mocap;
         if own.is_none() {
-            *own = Some(self.mocap_bodies.len());
-            self.mocap_bodies.push(body);
+            *own = Some(self.parts.mocap_bodies.len());
+            self.parts.mocap_bodies.push(body);
         }
         Ok(())
     }
@@ -164,9 +147,9 @@ impl ModelBuilder {
     pub fn add_joint(&mut self, body: BodyId, mut joint: Joint) -> Result<JointId, ModelError> {
         self.known_body(body, || format!("joint '{}'", joint.name))?;
         joint.body = body;
-        let id = JointId(self.joint_ids.len() as u32);
-        self.joint_ids.push((body.index(), self.joints[body.index()].len()));
-        self.joints[body.index()].push(joint);
+        let id = JointId(self.parts.joint_ids.len() as u32);
+        self.parts.joint_ids.push((body.index(), self.parts.joints[body.index()].len()));
+        self.parts.joints[body.index()].push(joint);
         Ok(id)
     }
 
@@ -177,39 +160,39 @@ impl ModelBuilder {
     pub fn add_geom(&mut self, body: BodyId, mut geom: Geom) -> Result<GeomId, ModelError> {
         self.known_body(body, || format!("geom '{}'", geom.name))?;
         geom.body = body;
-        let id = GeomId(self.geoms.len() as u32);
-        self.geoms.push(geom);
+        let id = GeomId(self.parts.geoms.len() as u32);
+        self.parts.geoms.push(geom);
         Ok(id)
     }
 
     /// Gives the world a floor: the plane z = 0, a geom called "floor". Its own friction is 0, so that the friction of what stands
     /// on it counts.
     pub fn floor(&mut self) -> &mut Self {
-        self.geoms.push(Geom::new("floor", Geometry::Plane).with_friction(0.0));
+        self.parts.geoms.push(Geom::new("floor", Geometry::Plane).with_friction(0.0));
         self
     }
 
     /// Makes two geoms meet with a friction of their own.
     pub fn add_pair(&mut self, pair: GeomPair) -> &mut Self {
-        self.pairs.push(pair);
+        self.parts.pairs.push(pair);
         self
     }
 
     /// Keeps two bodies from touching.
     pub fn exclude(&mut self, a: BodyId, b: BodyId) -> &mut Self {
-        self.excluded.push((a, b));
+        self.parts.excluded.push((a, b));
         self
     }
 
     /// Adds an equality constraint. Its joints are those that [`add_joint`](Self::add_joint) gave.
     pub fn add_equality(&mut self, name: impl Into<String>, kind: EqualityKind) -> &mut Self {
-        self.equalities.push(Equality { name: name.into(), kind });
+        self.parts.equalities.push(Equality { name: name.into(), kind });
         self
     }
 
     /// `X_WB` of a body at the reference configuration; that of the world for a body that is not there.
     pub fn reference_pose(&self, body: BodyId) -> Pose {
-        if body.index() < self.bodies.len() { reference_pose(&self.bodies, body) } else { Pose::IDENTITY }
+        if body.index() < self.parts.bodies.len() { reference_pose(&self.parts.bodies, body) } else { Pose::IDENTITY }
     }
 
     /// Adds a site to a body.
@@ -219,8 +202,8 @@ impl ModelBuilder {
     pub fn add_site(&mut self, body: BodyId, mut site: Site) -> Result<SiteId, ModelError> {
         self.known_body(body, || format!("site '{}'", site.name))?;
         site.body = body;
-        let id = SiteId(self.sites.len() as u32);
-        self.sites.push(site);
+        let id = SiteId(self.parts.sites.len() as u32);
+        self.parts.sites.push(site);
         Ok(id)
     }
 
@@ -231,7 +214,7 @@ impl ModelBuilder {
     pub fn add_camera(&mut self, body: BodyId, mut camera: Camera) -> Result<&mut Self, ModelError> {
         self.known_body(body, || format!("camera '{}'", camera.name))?;
         camera.body = body;
-        self.cameras.push(camera);
+        self.parts.cameras.push(camera);
         Ok(self)
     }
 
@@ -242,25 +225,25 @@ impl ModelBuilder {
     pub fn add_light(&mut self, body: BodyId, mut light: Light) -> Result<&mut Self, ModelError> {
         self.known_body(body, || "a light".into())?;
         light.body = body;
-        self.lights.push(light);
+        self.parts.lights.push(light);
         Ok(self)
     }
 
     /// A site that was added, if there is one of this index.
     pub fn site(&self, site: SiteId) -> Option<&Site> {
-        self.sites.get(site.index())
+        self.parts.sites.get(site.index())
     }
 
     /// Adds a tendon; its joints are named by what [`add_joint`](Self::add_joint) gave back.
     pub fn add_tendon(&mut self, tendon: Tendon) -> TendonId {
-        self.tendons.push(tendon);
-        TendonId(self.tendons.len() as u32 - 1)
+        self.parts.tendons.push(tendon);
+        TendonId(self.parts.tendons.len() as u32 - 1)
     }
 
     /// Adds an actuator.
     pub fn add_actuator(&mut self, actuator: Actuator) -> ActuatorId {
-        self.actuators.push(actuator);
-        ActuatorId(self.actuators.len() as u32 - 1)
+        self.parts.actuators.push(actuator);
+        ActuatorId(self.parts.actuators.len() as u32 - 1)
     }
 
     /// Gives every slide, hinge and ball joint that moves no mass, or no rotational inertia, and has no armature, this one, and returns the
@@ -269,10 +252,12 @@ impl ModelBuilder {
     /// - `mass`: of a slide, kg
     /// - `inertia`: of a hinge or ball, kg·m²
     pub fn arm_massless_joints(&mut self, mass: f64, inertia: f64) -> Vec<String> {
-        let joints = self.joints.iter().enumerate().flat_map(|(body, joints)| joints.iter().map(move |j| (body, j)));
-        let weightless = moving_no_mass(&self.bodies, joints).filter(|(_, joint, _)| joint.kind != JointKind::Free);
+        let joints =
+            self.parts.joints.iter().enumerate().flat_map(|(body, joints)| joints.iter().map(move |j| (body, j)));
+        let weightless =
+            moving_no_mass(&self.parts.bodies, joints).filter(|(_, joint, _)| joint.kind != JointKind::Free);
         let names: Vec<String> = weightless.map(|(_, joint, _)| joint.name.clone()).collect();
-        for joint in self.joints.iter_mut().flatten().filter(|joint| names.contains(&joint.name)) {
+        for joint in self.parts.joints.iter_mut().flatten().filter(|joint| names.contains(&joint.name)) {
             joint.armature = if matches!(joint.kind, JointKind::Slide { .. }) { mass } else { inertia };
         }
         names
@@ -280,13 +265,13 @@ impl ModelBuilder {
 
     /// Adds a sensor behind those there are.
     pub fn add_sensor(&mut self, sensor: Sensor) -> &mut Self {
-        self.sensors.push(sensor);
+        self.parts.sensors.push(sensor);
         self
     }
 
     /// Adds a named state.
     pub fn add_keyframe(&mut self, keyframe: Keyframe) -> &mut Self {
-        self.keyframes.push(keyframe);
+        self.parts.keyframes.push(keyframe);
         self
     }
 
@@ -298,161 +283,44 @@ impl ModelBuilder {
     pub fn build(self) -> Result<Model, ModelError> {
         self.check_names()?;
         self.check_options()?;
-        for body in &self.bodies {
+        for body in &self.parts.bodies {
             check_inertia(body)?;
         }
-        let mut model = self.assemble();
+        let mut model = self.parts.assemble();
         check_relations(&model)?;
         check_sensors(&model)?;
         check_keyframes(&mut model)?;
         let bodies = model.bodies.len();
         check_cameras(&mut model.cameras, bodies)?;
         normalise(&mut model);
+        measure_tendons(&mut model);
         Ok(model)
     }
 
     fn known_body(&self, body: BodyId, part: impl FnOnce() -> String) -> Result<(), ModelError> {
-        if body.index() < self.bodies.len() {
+        if body.index() < self.parts.bodies.len() {
             return Ok(());
         }
-        Err(ModelError::UnknownPart { part: part(), sort: "body", index: body.index(), count: self.bodies.len() })
+        Err(ModelError::UnknownPart { part: part(), sort: "body", index: body.index(), count: self.parts.bodies.len() })
     }
 
     fn check_names(&self) -> Result<(), ModelError> {
-        unique("body", self.bodies.iter().map(|b| &b.name))?;
-        unique("joint", self.joints.iter().flatten().map(|j| &j.name))?;
-        unique("geom", self.geoms.iter().map(|g| &g.name))?;
-        unique("equality constraint", self.equalities.iter().map(|e| &e.name))?;
-        unique("site", self.sites.iter().map(|s| &s.name))?;
-        unique("tendon", self.tendons.iter().map(|t| &t.name))?;
-        unique("sensor", self.sensors.iter().map(|s| &s.name))?;
-        unique("actuator", self.actuators.iter().map(|a| &a.name))?;
-        unique("keyframe", self.keyframes.iter().map(|k| &k.name))?;
-        unique("camera", self.cameras.iter().map(|c| &c.name))
+        unique("body", self.parts.bodies.iter().map(|b| &b.name))?;
+        unique("joint", self.parts.joints.iter().flatten().map(|j| &j.name))?;
+        unique("geom", self.parts.geoms.iter().map(|g| &g.name))?;
+        unique("equality constraint", self.parts.equalities.iter().map(|e| &e.name))?;
+        unique("site", self.parts.sites.iter().map(|s| &s.name))?;
+        unique("tendon", self.parts.tendons.iter().map(|t| &t.name))?;
+        unique("sensor", self.parts.sensors.iter().map(|s| &s.name))?;
+        unique("actuator", self.parts.actuators.iter().map(|a| &a.name))?;
+        unique("keyframe", self.parts.keyframes.iter().map(|k| &k.name))?;
+        unique("camera", self.parts.cameras.iter().map(|c| &c.name))
     }
 
     fn check_options(&self) -> Result<(), ModelError> {
-        let part = || format!("model '{}'", self.name);
-        number(part, "time step", "positive and finite", self.timestep, |x| x > 0.0)?;
-        self.gravity.to_array().iter().try_for_each(|&g| number(part, "gravity", "finite", g, |_| true))?;
-        self.magnetic.to_array().iter().try_for_each(|&x| number(part, "magnetic field", "finite", x, |_| true))
-    }
-
-    fn assemble(self) -> Model {
-        let mut bodies = self.bodies;
-        let mut joints = Vec::new();
-        let mut body_weld = vec![BodyId::WORLD; bodies.len()];
-        let mut body_last_dof = vec![None; bodies.len()];
-        let (mut dof_parent, mut dof_joint) = (Vec::new(), Vec::new());
-        let (mut nq, mut nv) = (0, 0);
-        let mut first = vec![0; bodies.len()];
-        for (i, own) in self.joints.into_iter().enumerate() {
-            let parent = bodies[i].parent.index();
-            let mut last_dof: Option<usize> = if i == 0 { None } else { body_last_dof[parent] };
-            body_weld[i] = if own.is_empty() && i > 0 { body_weld[parent] } else { BodyId(i as u32) };
-            bodies[i].first_joint = joints.len();
-            bodies[i].joint_count = own.len();
-            first[i] = joints.len();
-            for mut joint in own {
-                (joint.q_index, joint.v_index) = (nq, nv);
-                let id = JointId(joints.len() as u32);
-                for _ in 0..joint.kind.nv() {
-                    dof_parent.push(last_dof);
-                    dof_joint.push(id);
-                    last_dof = Some(nv);
-                    nv += 1;
-                }
-                nq += joint.kind.nq();
-                joints.push(joint);
-            }
-            body_last_dof[i] = last_dof;
-        }
-        // Parts that name joints by the order in which these were added name them by their order in the model.
-        let renumber = |joint: &mut JointId| {
-            if let Some(&(body, k)) = self.joint_ids.get(joint.index()) {
-                *joint = JointId((first[body] + k) as u32);
-            }
-        };
-        let mut equalities = self.equalities;
-        equalities.iter_mut().flat_map(|e| e.kind.joints_mut()).for_each(renumber);
-        let (mut tendons, mut actuators, mut sensors) = (self.tendons, self.actuators, self.sensors);
-        tendons.iter_mut().flat_map(|t| &mut t.terms).for_each(|(joint, _)| renumber(joint));
-        for actuator in &mut actuators {
-            match &mut actuator.transmission {
-                Transmission::Joint(joint) | Transmission::JointAxes { joint, .. } => renumber(joint),
-                Transmission::Tendon(_) | Transmission::Site { .. } => {}
-            }
-        }
-        let mut na = 0;
-        for activation in actuators.iter_mut().filter_map(|actuator| actuator.activation.as_mut()) {
-            activation.index = na;
-            na += 1;
-        }
-        let mut sensor_size = 0;
-        for sensor in &mut sensors {
-            sensor.address = sensor_size;
-            sensor_size += sensor.kind.size();
-            match &mut sensor.kind {
-                SensorKind::JointPosition(joint)
-                | SensorKind::JointVelocity(joint)
-                | SensorKind::JointActuatorForce(joint)
-                | SensorKind::BallQuaternion(joint)
-                | SensorKind::BallAngularVelocity(joint) => renumber(joint),
-                _ => {}
-            }
-        }
-        let weld_parent = body_weld.iter().map(|w| body_weld[bodies[w.index()].parent.index()]).collect();
-        let contact_filter = ContactFilter::new(&self.pairs, &self.excluded, body_weld.clone(), weld_parent);
-        let path = PathStep::all(&bodies, &joints);
-        Model {
-            name: self.name,
-            gravity: self.gravity,
-            magnetic: self.magnetic,
-            timestep: self.timestep,
-            bodies,
-            joints,
-            geoms: self.geoms,
-            pairs: self.pairs,
-            contact_filter,
-            equalities,
-            sites: self.sites,
-            tendons,
-            actuators,
-            sensors,
-            keyframes: self.keyframes,
-            mocap_bodies: self.mocap_bodies,
-            cameras: self.cameras,
-            lights: self.lights,
-            nq,
-            nv,
-            na,
-            sensor_size,
-            dof_parent,
-            dof_joint,
-            body_last_dof,
-            body_weld,
-            path,
-        }
-    }
-}
-
-/// Removes what the checks tolerate: norms of rotations and axes that are off 1.
-fn normalise(model: &mut Model) {
-    for equality in &mut model.equalities {
-        if let EqualityKind::Weld { frame_a, frame_b, .. } = &mut equality.kind {
-            frame_a.rotation = unit_rotation(frame_a.rotation);
-            frame_b.rotation = unit_rotation(frame_b.rotation);
-        }
-    }
-    let bodies = model.bodies.iter_mut().map(|body| &mut body.placement);
-    let geoms = model.geoms.iter_mut().map(|geom| &mut geom.placement);
-    let sites = model.sites.iter_mut().map(|site| &mut site.placement);
-    for placement in bodies.chain(geoms).chain(sites) {
-        placement.rotation = unit_rotation(placement.rotation);
-    }
-    for joint in &mut model.joints {
-        if let JointKind::Hinge { axis } | JointKind::Slide { axis } = &mut joint.kind {
-            *axis = unit_vector(*axis);
-        }
+        let part = || format!("model '{}'", self.parts.name);
+        number(part, "time step", "positive and finite", self.parts.timestep, |x| x > 0.0)?;
+        self.parts.gravity.to_array().iter().try_for_each(|&g| number(part, "gravity", "finite", g, |_| true))?;
+        self.parts.magnetic.to_array().iter().try_for_each(|&x| number(part, "magnetic field", "finite", x, |_| true))
     }
 }

@@ -6,7 +6,7 @@ use glamx::glam::{DMat3, DVec3};
 
 use super::{
     ActivationKind, ActuatorKind, Body, BodyId, EqualityKind, Geometry, Joint, JointId, JointKind, Model, ModelError,
-    Transmission,
+    Muscle, Transmission,
 };
 use crate::math::Pose;
 
@@ -229,6 +229,14 @@ pub(super) fn check_equalities(model: &Model) -> Result<(), ModelError> {
                 known(part(), "body", body_a.index().max(body_b.index()), model.bodies.len())?;
                 [frame_a, frame_b].iter().try_for_each(|frame| check_pose(part, frame))?;
             }
+            EqualityKind::Tendon { tendon, driver, polynomial } => {
+                for id in [Some(tendon), driver].into_iter().flatten() {
+                    known(part(), "tendon", id.index(), model.tendons.len())?;
+                }
+                let same = if driver == Some(tendon) { 0.0 } else { 1.0 };
+                number(part, "number of tendons that differ from the follower", "1", same, |x| x == 1.0)?;
+                polynomial.iter().try_for_each(|&a| number(part, "coefficient", "finite", a, |_| true))?;
+            }
             EqualityKind::Joint { joint, driver, polynomial } => {
                 for id in [Some(joint), driver].into_iter().flatten() {
                     known(part(), "joint", id.index(), model.joints.len())?;
@@ -261,6 +269,7 @@ pub(super) fn check_actuators(model: &Model) -> Result<(), ModelError> {
             ActuatorKind::Affine { gain, bias } => {
                 gain.iter().chain(&bias).try_for_each(|&g| number(part, "gain or bias", "finite", g, |_| true))?;
             }
+            ActuatorKind::Muscle(muscle) => check_muscle(part, &muscle)?,
             ActuatorKind::Speed => {
                 let ends = actuator.force_range.map_or(0.0, |_| 2.0);
                 number(part, "number of ends of its force range", "2", ends, |n| n == 2.0)?;
@@ -270,11 +279,28 @@ pub(super) fn check_actuators(model: &Model) -> Result<(), ModelError> {
         if let Some(ActivationKind::Filter { time_constant } | ActivationKind::ExactFilter { time_constant }) = kind {
             number(part, "time constant", "positive and finite", time_constant, |x| x > 0.0)?;
         }
+        if let Some(ActivationKind::Muscle { times, smoothing }) = kind {
+            times.iter().try_for_each(|&t| number(part, "time constant", "positive and finite", t, |x| x > 0.0))?;
+            number(part, "smoothing", "finite and not negative", smoothing, |x| x >= 0.0)?;
+        }
         for range in [actuator.control_range, actuator.force_range, range.flatten()].into_iter().flatten() {
             check_range(part, range)?;
         }
     }
     Ok(())
+}
+
+fn check_muscle(part: impl Fn() -> String + Copy, muscle: &Muscle) -> Result<(), ModelError> {
+    let not_negative = |what, x| number(part, what, "finite and not negative", x, |x| x >= 0.0);
+    not_negative("force", muscle.force)?;
+    not_negative("passive force", muscle.passive)?;
+    let [low, high] = muscle.length_range;
+    number(part, "width of the length range", "positive and finite", high - low, |x| x > 0.0)?;
+    number(part, "width of the range", "positive and finite", muscle.range[1] - muscle.range[0], |x| x > 0.0)?;
+    number(part, "shortest length", "in [0, 1)", muscle.shortest, |x| (0.0..1.0).contains(&x))?;
+    number(part, "longest length", "above 1 and finite", muscle.longest, |x| x > 1.0)?;
+    number(part, "largest speed", "positive and finite", muscle.fastest, |x| x > 0.0)?;
+    number(part, "force of lengthening", "finite and not below 1", muscle.lengthening, |x| x >= 1.0)
 }
 
 pub(super) fn check_range(part: impl Fn() -> String + Copy, [lower, upper]: [f64; 2]) -> Result<(), ModelError> {

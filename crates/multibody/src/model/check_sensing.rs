@@ -4,7 +4,7 @@ use super::check::{
     check_actuators, check_equalities, check_geoms, check_joints, check_mass, check_mocap, check_pairs, check_pose,
     check_range, known, number, scalar_joint,
 };
-use super::{Camera, CameraMode, FrameId, Geometry, JointKind, Model, ModelError, SensorKind, Shapes};
+use super::{Camera, CameraMode, FrameId, Geometry, JointKind, Model, ModelError, PathPart, SensorKind, Shapes};
 use crate::math::unit_rotation;
 
 /// What joints, geoms, constraints and all that refers to them must satisfy.
@@ -50,6 +50,7 @@ fn check_tendons(model: &Model) -> Result<(), ModelError> {
             scalar_joint(model, part, joint, "only hinges and slides can be part of a fixed tendon")?;
             number(part, "coefficient", "finite", coefficient, |_| true)?;
         }
+        check_path(model, part, &tendon.path)?;
         number(part, "stiffness", "finite and not negative", tendon.stiffness, |x| x >= 0.0)?;
         number(part, "damping", "finite and not negative", tendon.damping, |x| x >= 0.0)?;
         for range in std::iter::once(tendon.rest).chain(tendon.limits) {
@@ -57,6 +58,42 @@ fn check_tendons(model: &Model) -> Result<(), ModelError> {
         }
     }
     Ok(())
+}
+
+/// Every branch of a path begins and ends with a site, and no two obstacles follow each other.
+fn check_path(model: &Model, part: impl Fn() -> String + Copy, path: &[PathPart]) -> Result<(), ModelError> {
+    let invalid = |reason: &str| Err(ModelError::InvalidPath { part: part(), reason: reason.into() });
+    let (mut sites, mut last) = (0, None);
+    for (k, step) in path.iter().enumerate() {
+        match *step {
+            PathPart::Site(site) => {
+                known(part(), "site", site.index(), model.sites.len())?;
+                sites += 1;
+            }
+            PathPart::Wrap { geom, side } => {
+                known(part(), "geom", geom.index(), model.geoms.len())?;
+                if let Some(site) = side {
+                    known(part(), "site", site.index(), model.sites.len())?;
+                }
+                if !matches!(model.geoms[geom.index()].geometry, Geometry::Sphere { .. } | Geometry::Cylinder { .. }) {
+                    return invalid("only spheres and cylinders can be in the way of a tendon");
+                }
+                let between = |other: Option<&PathPart>| matches!(other, Some(PathPart::Site(_)));
+                if !between(last) || !between(path.get(k + 1)) {
+                    return invalid("a geom in the way of a tendon stands between two sites");
+                }
+            }
+            PathPart::Pulley { divisor } => {
+                number(part, "divisor", "positive and finite", divisor, |x| x > 0.0)?;
+                if k > 0 && sites < 2 {
+                    return invalid("every branch needs two sites");
+                }
+                sites = 0;
+            }
+        }
+        last = Some(step);
+    }
+    if path.is_empty() || sites >= 2 { Ok(()) } else { invalid("every branch needs two sites") }
 }
 
 pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {

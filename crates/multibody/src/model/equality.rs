@@ -2,7 +2,7 @@
 
 use glamx::glam::DVec3;
 
-use super::{BodyId, JointId};
+use super::{BodyId, JointId, TendonId};
 use crate::math::Pose;
 
 /// A constraint `Θ(q) = 0` (formulation §5).
@@ -57,6 +57,16 @@ pub enum EqualityKind {
         /// `a_0 … a_4`.
         polynomial: [f64; 5],
     },
+    /// The length of a tendon follows that of another one: `l − l₀ = Σ a_k (l′ − l′₀)^k`, with the lengths `l₀` and `l′₀` at the reference
+    /// configuration. Without a driver the tendon is held at `l₀ + a_0`. One row, m.
+    Tendon {
+        /// The tendon that follows.
+        tendon: TendonId,
+        /// The tendon that leads.
+        driver: Option<TendonId>,
+        /// `a_0 … a_4`.
+        polynomial: [f64; 5],
+    },
 }
 
 impl EqualityKind {
@@ -69,7 +79,7 @@ impl EqualityKind {
     pub(super) fn joints_mut(&mut self) -> impl Iterator<Item = &mut JointId> {
         let (joint, driver) = match self {
             Self::Joint { joint, driver, .. } => (Some(joint), driver.as_mut()),
-            Self::Connect { .. } | Self::Weld { .. } => (None, None),
+            Self::Connect { .. } | Self::Weld { .. } | Self::Tendon { .. } => (None, None),
         };
         joint.into_iter().chain(driver)
     }

@@ -81,6 +81,14 @@ pub enum ModelError {
         /// The body.
         body: String,
     },
+    /// A path that no tendon can have.
+    #[error("{part}: {reason}")]
+    InvalidPath {
+        /// The tendon.
+        part: String,
+        /// What is wrong.
+        reason: String,
+    },
     /// A keyframe or another list with the wrong number of entries.
     #[error("{part} has {found} entries in {list}, the model needs {expected}")]
     WrongLength {

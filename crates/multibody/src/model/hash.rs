@@ -5,8 +5,8 @@ use glamx::glam::{DMat3, DVec3};
 use super::builder::MAGNETIC;
 use super::{
     Activation, ActivationKind, Actuator, ActuatorKind, Body, ContactFilter, Equality, EqualityKind, Geom, GeomPair,
-    Geometry, HeightField, Inertia, Joint, JointKind, Keyframe, Mesh, Model, Sensor, SensorKind, Site, SpinResistance,
-    Tendon, Transmission,
+    Geometry, HeightField, Inertia, Joint, JointKind, Keyframe, Mesh, Model, Muscle, PathPart, Sensor, SensorKind,
+    Site, SpinResistance, Tendon, Transmission,
 };
 use crate::math::Pose;
 
@@ -97,7 +97,7 @@ macro_rules! feed_number {
 feed_number!(u8, u32, u64, i32, f32, f64);
 
 /// Feeds every field; a new field is a compile error here. Those of `where set` count only where they are not the default, so that
-/// models without them keep the hash that they had before there were such fields. Those of `but` are for pictures alone.
+/// models without them keep the hash that they had before there were such fields. Those of `but` are for pictures alone, or follow from others.
 macro_rules! feed_fields {
     ($t:ident { $($field:ident),* $(,)? } $(where set { $($late:ident),* })? $(but { $($left_out:ident),* })?) => {
         impl Feed for $t {
@@ -159,7 +159,8 @@ feed_fields!(GeomPair {
 });
 feed_fields!(Equality { name, kind });
 feed_fields!(Site { name, body, placement, zone });
-feed_fields!(Tendon { name, terms, stiffness, damping, rest, limits });
+feed_fields!(Tendon { name, terms, stiffness, damping, rest, limits } where set { path } but { reference_length });
+feed_fields!(Muscle { force, length_range, range, shortest, longest, fastest, passive, lengthening });
 feed_fields!(Sensor { name, kind, cutoff, address });
 feed_fields!(Actuator { name, transmission, gear, kind, activation, control_range, force_range });
 feed_fields!(Activation { kind, range, early, index });
@@ -252,6 +253,12 @@ impl Feed for EqualityKind {
                 driver.feed(hash);
                 polynomial.feed(hash);
             }
+            Self::Tendon { tendon, driver, polynomial } => {
+                3u8.feed(hash);
+                tendon.feed(hash);
+                driver.feed(hash);
+                polynomial.feed(hash);
+            }
         }
     }
 }
@@ -297,6 +304,10 @@ impl Feed for ActuatorKind {
                 gain.feed(hash);
                 bias.feed(hash);
             }
+            Self::Muscle(muscle) => {
+                5u8.feed(hash);
+                muscle.feed(hash);
+            }
         }
     }
 }
@@ -312,6 +323,31 @@ impl Feed for ActivationKind {
             Self::ExactFilter { time_constant } => {
                 2u8.feed(hash);
                 time_constant.feed(hash);
+            }
+            Self::Muscle { times, smoothing } => {
+                3u8.feed(hash);
+                times.feed(hash);
+                smoothing.feed(hash);
+            }
+        }
+    }
+}
+
+impl Feed for PathPart {
+    fn feed(&self, hash: &mut Fnv) {
+        match self {
+            Self::Site(site) => {
+                0u8.feed(hash);
+                site.feed(hash);
+            }
+            Self::Wrap { geom, side } => {
+                1u8.feed(hash);
+                geom.feed(hash);
+                side.feed(hash);
+            }
+            Self::Pulley { divisor } => {
+                2u8.feed(hash);
+                divisor.feed(hash);
             }
         }
     }

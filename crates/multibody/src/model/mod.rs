@@ -1,6 +1,7 @@
 //! The immutable description of a mechanism.
 
 mod actuator;
+mod assemble;
 mod builder;
 mod check;
 mod check_sensing;
@@ -13,12 +14,16 @@ mod ids;
 mod inertia;
 mod look;
 mod mechanism;
+mod muscle;
 mod new_body;
 mod parameter;
 mod parts;
 mod path;
 mod sensing;
+mod tendon;
+mod tendon_path;
 mod transmission;
+mod wrapping;
 
 pub use actuator::{Activation, ActivationKind, Actuator, ActuatorKind};
 pub use builder::ModelBuilder;
@@ -30,9 +35,13 @@ pub use ids::{ActuatorId, BodyId, GeomId, JointId, SiteId, TendonId};
 pub use inertia::Inertia;
 pub use look::{Camera, CameraMode, Checker, Light, Look};
 pub use mechanism::Model;
+pub use muscle::Muscle;
+pub(crate) use muscle::activation_rate;
 pub use new_body::NewBody;
 pub use parameter::{ChangedRow, Effect, Parameter, ParameterChange};
 pub use parts::{Body, Geom, GeomPair, Joint, JointKind, Keyframe, SpinResistance};
 pub(crate) use path::PathStep;
 pub use sensing::{FrameId, Sensor, SensorKind, Shapes, Site};
-pub use transmission::{Tendon, Transmission};
+pub use tendon::{PathPart, Tendon};
+pub(crate) use tendon_path::walk;
+pub use transmission::Transmission;

@@ -1,7 +1,5 @@
 //! What actuators pull on: joints, tendons, sites.
 
-use derive_setters::Setters;
-
 use super::{JointId, SiteId, TendonId};
 
 /// What an actuator acts on. Its length is a function of `q`, its force acts on `v` through the gradient of the length
@@ -42,38 +40,5 @@ impl From<JointId> for Transmission {
 impl From<TendonId> for Transmission {
     fn from(tendon: TendonId) -> Self {
         Self::Tendon(tendon)
-    }
-}
-
-/// A fixed tendon: a length that is a linear combination of joint coordinates, with a spring, a damper and limits.
-#[derive(Clone, Debug, PartialEq, Setters)]
-#[setters(prefix = "with_")]
-#[non_exhaustive]
-pub struct Tendon {
-    /// Unique name.
-    #[setters(into)]
-    pub name: String,
-    /// Hinges and slides with their coefficients: the length is `Σ c_j q_j`.
-    pub terms: Vec<(JointId, f64)>,
-    /// Stiffness of the spring, N/m, ≥ 0.
-    pub stiffness: f64,
-    /// Viscous damping of the length, N·s/m, ≥ 0.
-    pub damping: f64,
-    /// The lengths between which the spring is slack, m.
-    pub rest: [f64; 2],
-    /// Lower and upper limit of the length, m.
-    #[setters(into)]
-    pub limits: Option<[f64; 2]>,
-}
-
-impl Tendon {
-    /// A tendon with nothing acting in it.
-    pub fn new(name: impl Into<String>, terms: Vec<(JointId, f64)>) -> Self {
-        Self { name: name.into(), terms, stiffness: 0.0, damping: 0.0, rest: [0.0; 2], limits: None }
-    }
-
-    /// How far a length is beyond the end of the range in which the spring is slack, m.
-    pub fn stretch(&self, length: f64) -> f64 {
-        length - length.clamp(self.rest[0], self.rest[1])
     }
 }

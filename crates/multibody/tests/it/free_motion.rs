@@ -116,7 +116,9 @@ fn the_implicit_equation_is_satisfied() {
                 ActuatorKind::Motor => input.control[a],
                 ActuatorKind::Position { kp, kv } => kp * (input.control[a] - length) - kv * rate,
                 ActuatorKind::Velocity { kv } => kv * (input.control[a] - rate),
-                ActuatorKind::Affine { .. } | ActuatorKind::Speed => unreachable!("no such actuator is made"),
+                ActuatorKind::Affine { .. } | ActuatorKind::Speed | ActuatorKind::Muscle(_) => {
+                    unreachable!("no such actuator is made")
+                }
             };
             let force = free.actuator_force[a];
             assert!((lower..=upper).contains(&force));

@@ -723,7 +723,7 @@ class Actuator:
     def name(self) -> str:
         """Name."""
     @property
-    def type(self) -> Literal["motor", "position", "velocity", "speed", "affine"]:
+    def type(self) -> Literal["motor", "position", "velocity", "speed", "affine", "muscle"]:
         """Its law."""
     @property
     def joint(self) -> Optional[int]:

@@ -313,6 +313,7 @@ impl Special for Actuator {
             ActuatorKind::Velocity { kv } => ("velocity", None, Some(kv)),
             ActuatorKind::Speed => ("speed", None, None),
             ActuatorKind::Affine { .. } => ("affine", None, None),
+            ActuatorKind::Muscle(_) => ("muscle", None, None),
         };
         match name {
             "type" => Some(word.into_pyobject_or_pyerr(py).map(|word| word.into_any())),

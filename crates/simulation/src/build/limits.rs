@@ -1,7 +1,7 @@
 //! Limits: contacts without friction in the coordinate of a joint or the length of a tendon (formulation §5).
 
 use signorini_multibody::glam::{DQuat, DVec3};
-use signorini_multibody::{Joint, JointKind, Model, State, rotation_log, tendon_length_into};
+use signorini_multibody::{Joint, JointKind, Kinematics, Model, State, rotation_log, tendon_length_into};
 
 use super::builder::ProblemBuilder;
 use crate::warm::{ContactKey, joint_limit_key, tendon_limit_key};
@@ -12,7 +12,7 @@ const NO_AXIS: f64 = 1e-6;
 impl ProblemBuilder {
     /// Limits that the step cannot reach are left out by the same margin as contact points; see
     /// [`add_crossed_limits`](Self::add_crossed_limits).
-    pub(super) fn push_limits(&mut self, model: &Model, state: &State) {
+    pub(super) fn push_limits(&mut self, model: &Model, kinematics: &Kinematics, state: &State) {
         let dt = self.problem.timestep;
         let v_free = std::mem::take(&mut self.problem.free_velocity);
         for_each_limit(model, state, &v_free, |limit| {
@@ -22,11 +22,11 @@ impl ProblemBuilder {
             }
         });
         for (t, limits) in limited_tendons(model) {
-            self.measure_tendon(model, state, t);
+            self.measure_tendon(model, kinematics, state, t);
             let reach = 4.0 * dt * self.length.rate(&state.v).abs().max(self.length.rate(&v_free).abs());
             for (side, (gap, _)) in gaps(self.length.length, limits).into_iter().enumerate() {
                 if gap <= reach {
-                    self.push_tendon_limit(t, side, gap);
+                    self.push_tendon_limit((model, kinematics), t, side, gap);
                 }
             }
         }
@@ -34,8 +34,8 @@ impl ProblemBuilder {
     }
 
     /// Adds the limits that `v` would cross in this step although they are not in the problem; whether there were any.
-    pub fn add_crossed_limits(&mut self, model: &Model, state: &State, v: &[f64]) -> bool {
-        self.add_limits(model, state, v, |_, end| end < 0.0)
+    pub fn add_crossed_limits(&mut self, model: &Model, kinematics: &Kinematics, state: &State, v: &[f64]) -> bool {
+        self.add_limits(model, kinematics, state, v, |_, end| end < 0.0)
     }
 
     /// Adds the limits that are wanted and not in the problem; whether there were any.
@@ -45,6 +45,7 @@ impl ProblemBuilder {
     pub fn add_limits(
         &mut self,
         model: &Model,
+        kinematics: &Kinematics,
         state: &State,
         v: &[f64],
         wanted: impl Fn(&ContactKey, f64) -> bool,
@@ -57,12 +58,12 @@ impl ProblemBuilder {
             }
         });
         for (t, limits) in limited_tendons(model) {
-            self.measure_tendon(model, state, t);
+            self.measure_tendon(model, kinematics, state, t);
             let rate = self.length.rate(v);
             for (side, (gap, sign)) in gaps(self.length.length, limits).into_iter().enumerate() {
                 let key = tendon_limit_key(t, side as u32);
                 if wanted(&key, gap + sign * dt * rate) && !self.keys.contains(&key) {
-                    self.push_tendon_limit(t, side, gap);
+                    self.push_tendon_limit((model, kinematics), t, side, gap);
                 }
             }
         }
@@ -75,16 +76,16 @@ impl ProblemBuilder {
         self.keys.push(limit.key);
     }
 
-    fn measure_tendon(&mut self, model: &Model, state: &State, t: usize) {
-        tendon_length_into(model, &state.q, &model.tendons[t], &mut self.length);
+    fn measure_tendon(&mut self, model: &Model, kinematics: &Kinematics, state: &State, t: usize) {
+        tendon_length_into(model, kinematics, &state.q, &model.tendons[t], &mut self.length);
     }
 
     /// Adds the lower (`side` 0) or upper (1) limit of the tendon that was measured last.
-    fn push_tendon_limit(&mut self, t: usize, side: usize, gap: f64) {
+    fn push_tendon_limit(&mut self, (model, kinematics): (&Model, &Kinematics), t: usize, side: usize, gap: f64) {
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let columns = self.length.dofs.iter().zip(&self.length.gradient);
         let columns = columns.map(|(&k, &g)| (k as u32, [sign * g, 0.0, 0.0]));
-        let gap = self.pace.tendon_limit(gap, self.problem.timestep);
+        let gap = self.pace.tendon_limit(gap, self.problem.timestep, || model.tendons[t].swing(model, kinematics));
         self.problem.push_contact(columns, gap, 0.0, &self.frictionless);
         self.keys.push(tendon_limit_key(t, side as u32));
     }

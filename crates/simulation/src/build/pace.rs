@@ -6,8 +6,8 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    BodyId, ContactPoint, EqualityBlock, EqualityKind, Frame, JointId, JointKind, Kinematics, Model, Pose,
-    ReferenceFrame, SpatialVector, State, frame_bias_acceleration,
+    BodyId, ContactPoint, EqualityBlock, EqualityKind, Frame, JointKind, Kinematics, Model, Pose, ReferenceFrame,
+    SpatialVector, State, TendonId, frame_bias_acceleration,
 };
 
 use crate::settings::Settings;
@@ -68,8 +68,10 @@ impl CorrectionPace {
     }
 
     /// The distance to a limit of a tendon as the step's problem has it.
-    pub fn tendon_limit(&self, gap: f64, dt: f64) -> f64 {
-        self.bounded(gap, dt, self.speed, || 0.0)
+    ///
+    /// - `swing`: a bound of the second derivative of the length when `v̇ = 0`
+    pub fn tendon_limit(&self, gap: f64, dt: f64, swing: impl FnOnce() -> f64) -> f64 {
+        self.bounded(gap, dt, self.speed, swing)
     }
 
     /// The part of a block's violation that the step's problem has, in [0, 1].
@@ -86,7 +88,7 @@ impl CorrectionPace {
     ) -> f64 {
         let size = DVec3::from(block.violation).length();
         let angular = match *equality.0 {
-            EqualityKind::Connect { .. } => false,
+            EqualityKind::Connect { .. } | EqualityKind::Tendon { .. } => false,
             EqualityKind::Weld { .. } => equality.1 == 1,
             EqualityKind::Joint { joint, .. } => !matches!(model.joints[joint.index()].kind, JointKind::Slide { .. }),
         };
@@ -126,7 +128,13 @@ fn block_swing(model: &Model, kinematics: &Kinematics, state: &State, (kind, blo
             (b - a).length() + turning[0] * turning[1]
         }
         EqualityKind::Joint { driver, polynomial, .. } => {
-            driver.map_or(0.0, |driver| polynomial_swing(model, state, driver, polynomial))
+            let joint = driver.map(|driver| &model.joints[driver.index()]);
+            joint.map_or(0.0, |joint| {
+                bend(polynomial, state.q[joint.q_index] - joint.reference).abs() * state.v[joint.v_index].powi(2)
+            })
+        }
+        EqualityKind::Tendon { tendon, driver, polynomial } => {
+            tendon_swing(model, kinematics, state, (tendon, driver), polynomial)
         }
     }
 }
@@ -146,10 +154,27 @@ fn relative_swing(model: &Model, kinematics: &Kinematics, [a, b]: [BodyId; 2], p
     at(b) - at(a)
 }
 
-/// Second derivative of `Σ a_k x^k` where the driver moves steadily.
-fn polynomial_swing(model: &Model, state: &State, driver: JointId, polynomial: [f64; 5]) -> f64 {
-    let driver = &model.joints[driver.index()];
-    let (x, rate) = (state.q[driver.q_index] - driver.reference, state.v[driver.v_index]);
-    let [_, _, a_2, a_3, a_4] = polynomial;
-    (2.0 * a_2 + x * (6.0 * a_3 + x * 12.0 * a_4)).abs() * rate * rate
+/// Second derivative of the difference between the length of a tendon and what another one makes of it, or more.
+fn tendon_swing(
+    model: &Model,
+    kinematics: &Kinematics,
+    state: &State,
+    (tendon, driver): (TendonId, Option<TendonId>),
+    polynomial: [f64; 5],
+) -> f64 {
+    let own = model.tendons[tendon.index()].swing(model, kinematics);
+    let Some(driver) = driver.map(|driver| &model.tendons[driver.index()]) else { return own };
+    let x = driver.length(model, kinematics, &state.q) - driver.reference_length;
+    own + slope(polynomial, x).abs() * driver.swing(model, kinematics)
+        + bend(polynomial, x).abs() * driver.rate(model, kinematics, &state.v).powi(2)
+}
+
+/// First derivative of `Σ a_k x^k`.
+fn slope([_, a_1, a_2, a_3, a_4]: [f64; 5], x: f64) -> f64 {
+    a_1 + x * (2.0 * a_2 + x * (3.0 * a_3 + x * 4.0 * a_4))
+}
+
+/// Its second derivative.
+fn bend([_, _, a_2, a_3, a_4]: [f64; 5], x: f64) -> f64 {
+    2.0 * a_2 + x * (6.0 * a_3 + x * 12.0 * a_4)
 }

@@ -138,7 +138,7 @@ pub(super) fn read_servo(kind: &ActuatorKind, which: usize, out: &mut [f64]) {
     out[0] = match kind {
         ActuatorKind::Position { kp, kv } => [*kp, *kv][which],
         ActuatorKind::Velocity { kv } => [0.0, *kv][which],
-        ActuatorKind::Motor | ActuatorKind::Speed | ActuatorKind::Affine { .. } => 0.0,
+        ActuatorKind::Motor | ActuatorKind::Speed | ActuatorKind::Affine { .. } | ActuatorKind::Muscle(_) => 0.0,
     };
 }
 
@@ -151,7 +151,9 @@ pub(super) fn write_servo(kind: &mut ActuatorKind, which: usize, values: &[f64])
         ActuatorKind::Affine { .. } => {
             return Err("an affine actuator has actuator_gain and actuator_bias in place of kp and kv");
         }
-        ActuatorKind::Motor | ActuatorKind::Speed => return Err("only servos have kp and kv"),
+        ActuatorKind::Motor | ActuatorKind::Speed | ActuatorKind::Muscle(_) => {
+            return Err("only servos have kp and kv");
+        }
     }
     Ok(())
 }
