@@ -108,6 +108,9 @@ fn run(options: &Options, simulation: &mut Simulation) -> Value {
         "mean_us": times.all.iter().sum::<f64>() / times.all.len().max(1) as f64,
         "median_us": quantile(&mut times.all, 0.5),
         "p99_us": quantile(&mut times.all, 0.99),
+        "enlargements": times.enlargements,
+        "solves": times.solves,
+        "points_found": times.found,
         "limited": summary.limited_steps,
         "smallest_theta": summary.smallest_theta,
         "deepest_kept": summary.deepest_kept,
@@ -125,6 +128,10 @@ struct Times {
     all: Vec<f64>,
     limited: Vec<f64>,
     full: Vec<f64>,
+    /// Further searches for contacts, solved problems, and the points that searches found, in all steps.
+    enlargements: u64,
+    solves: u64,
+    found: u64,
 }
 
 impl Times {
@@ -154,6 +161,9 @@ fn step_on(
         let clock = ThreadTime::now();
         let advanced = simulation.step()?.advanced();
         let report = simulation.report();
+        times.enlargements += u64::from(report.enlargements);
+        times.solves += u64::from(report.solves);
+        times.found += simulation.workspace().candidate_points().count() as u64;
         times.note(1e6 * clock.elapsed().as_secs_f64(), report.theta < 1.0);
         if !advanced {
             return Ok(RunEnd::NoSolution(Box::new(simulation.report().clone())));

@@ -2,31 +2,22 @@
 
 use std::collections::BTreeSet;
 
-use glamx::glam::{DMat3, DVec3};
+use glamx::glam::DVec3;
 use signorini_multibody::{BodyId, ContactPoint, GeomId, Geometry, Model, Pose};
 
 use crate::CollisionError;
 use crate::apart::{Apart, shows_apart};
 use crate::bvh::Aabb;
-use crate::convex::{Convex, Placed};
-use crate::halfspace::HalfSpace;
+use crate::feature::order_features;
 use crate::laws::Laws;
 use crate::manifold::Touch;
-use crate::mesh::{PlacedSet, TriangleSet};
 use crate::narrow::Narrow;
-use crate::partners::Partners;
+use crate::partners::{Partners, that_can_meet};
+use crate::placing::{GeomPose, half_space, place, place_set, rank};
+use crate::reach::{PairReach, PairReaches, Reach, RelativeMotion, Within};
 use crate::shape::{KnownHulls, Prepared, Shape};
 use crate::surface::Surface;
 use crate::sweep::Sweep;
-
-/// How far a body can travel within the step.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reach {
-    /// Largest distance the body's origin can move, m.
-    pub linear: f64,
-    /// Largest angle the body can turn, rad.
-    pub angular: f64,
-}
 
 /// Finds the contact points of one model; holds its prepared shapes and all buffers.
 #[derive(Clone, Debug)]
@@ -49,19 +40,13 @@ pub struct Collider {
     turn: Vec<f64>,
     /// Both geoms of each pair in one number, so that these sort as pairs do.
     pairs: Vec<u64>,
+    /// Pairs whose bodies can move against each other by less than both can travel.
+    closer: PairReaches,
     sweep: Sweep,
     apart: Apart,
     narrow: Narrow,
     surface: Surface,
     touches: Vec<Touch>,
-}
-
-/// A geom in world.
-#[derive(Clone, Copy, Debug, Default)]
-struct GeomPose {
-    rotation: DMat3,
-    position: DVec3,
-    center: DVec3,
 }
 
 impl Collider {
@@ -130,6 +115,7 @@ impl Collider {
             partners,
             laws: Laws::new(model),
             pairs: Vec::new(),
+            closer: PairReaches::default(),
             sweep: Sweep::default(),
             apart: Apart::default(),
             narrow: Narrow::default(),
@@ -171,8 +157,70 @@ impl Collider {
         out.clear();
         self.place(body_pose, reach);
         self.collect_pairs(model, wanted);
+        self.closer.known.clear();
         self.apart.begin();
         self.touch_pairs(model, out);
+    }
+
+    /// As [`find`](Self::find), where of bodies that travel together is known how they can move against each other: what these motions cannot
+    /// bring together is left out.
+    ///
+    /// - `relative`: told two bodies and a place in world (m), how the second one can move against the first one, and its point there; not
+    ///   asked for pairs that travel next to nothing
+    ///
+    /// # Panics
+    /// As [`find`](Self::find).
+    pub fn find_moving(
+        &mut self,
+        model: &Model,
+        body_pose: &[Pose],
+        reach: &[Reach],
+        relative: impl Fn([BodyId; 2], DVec3) -> RelativeMotion,
+        out: &mut Vec<ContactPoint>,
+    ) {
+        out.clear();
+        self.place(body_pose, reach);
+        self.collect_pairs(model, |_, _| true);
+        self.bound_pairs(relative);
+        self.apart.begin();
+        self.touch_pairs(model, out);
+    }
+
+    /// The pairs of the last [`find_moving`](Self::find_moving) that were searched within less than both can travel.
+    pub fn pair_reaches(&self) -> &[PairReach] {
+        &self.closer.known
+    }
+
+    fn bound_pairs(&mut self, relative: impl Fn([BodyId; 2], DVec3) -> RelativeMotion) {
+        self.closer.known.clear();
+        self.closer.is_directed = true;
+        for &pair in &self.pairs {
+            let (i, j) = ((pair >> 32) as usize, pair as u32 as usize);
+            // A half-space has no size.
+            let size = |k: usize| if self.geoms[k].size > 0.0 { self.geoms[k].size } else { f64::INFINITY };
+            let smaller = if size(i) < size(j) { i } else { j };
+            let (place, radius) = (self.placed[smaller].center, self.geoms[smaller].size);
+            if PairReaches::is_worth_it(self.travel[i] + self.travel[j], radius) {
+                let bodies = [i, j].map(|k| BodyId(self.geoms[k].body as u32));
+                let motion = relative(bodies, place);
+                self.closer.known.push(PairReach::new(pair, bodies, (place, radius), motion));
+            }
+        }
+    }
+
+    /// Up to which gap a pair is looked at, and the largest angle by which its geoms can turn against each other, rad.
+    fn within(&mut self, i: usize, j: usize) -> (Within, f64) {
+        let (margin, turn) = (self.travel[i] + self.travel[j], self.turn[i] + self.turn[j]);
+        let own = self.laws.reach(i) + self.laws.reach(j);
+        let is_directed = self.closer.is_directed;
+        match self.closer.of(pair_of(i as u32, j as u32)) {
+            Some(closer) => {
+                let margin = margin.min(closer.travel() + own);
+                let moving = is_directed.then_some((closer.motion, closer.radius, own));
+                (Within { margin, moving }, turn.min(closer.reach.angular))
+            }
+            None => (Within { margin, moving: None }, turn),
+        }
     }
 
     /// Appends the contact points of the pairs at hand.
@@ -214,6 +262,7 @@ impl Collider {
         self.place_one(pair[1].index(), body_pose, reach);
         self.pairs.clear();
         self.pairs.push(pair_of(pair[0].0, pair[1].0));
+        self.closer.is_directed = false;
         self.apart.begin();
         self.touch_pairs(model, out);
     }
@@ -291,12 +340,14 @@ impl Collider {
 
     /// Contact points of geoms `i < j` relative to the returned origin, normals from `i` to `j`.
     fn touch(&mut self, i: usize, j: usize) -> DVec3 {
-        let margin = self.travel[i] + self.travel[j];
+        let (within, turn) = self.within(i, j);
+        let margin = within.margin;
         let flip = rank(&self.geoms[i].shape) > rank(&self.geoms[j].shape);
         let (a, b) = if flip { (j, i) } else { (i, j) };
         let origin = self.placed[b].center;
         let (narrow, touches) = (&mut self.narrow, &mut self.touches);
-        narrow.reducer.turn = self.turn[i] + self.turn[j];
+        narrow.search.within = Within::default();
+        narrow.reducer.turn = turn;
         match (&self.geoms[a].shape, &self.geoms[b].shape) {
             (Shape::HalfSpace, Shape::Convex(shape)) => {
                 let placed = place(&self.geoms[b], shape, &self.placed[b], origin);
@@ -314,8 +365,12 @@ impl Collider {
                     self.apart.keep(pair, direction);
                     return origin;
                 }
-                narrow.search.apart = None;
+                narrow.search.within = if flip { within.swapped() } else { within };
+                (narrow.search.apart, narrow.search.excluded) = (None, None);
                 narrow.convex(&placed_a, &placed_b, margin, touches);
+                if let (Some(closer), Some((normal, gap))) = (self.closer.of(pair), narrow.search.excluded) {
+                    closer.apart = Some((if flip { -normal } else { normal }, gap));
+                }
                 if let Some(direction) = narrow.search.apart {
                     self.apart.keep(pair, direction);
                 }
@@ -352,58 +407,4 @@ impl Collider {
 /// Two geoms as one number, the smaller index first.
 fn pair_of(i: u32, j: u32) -> u64 {
     u64::from(i.min(j)) << 32 | u64::from(i.max(j))
-}
-
-/// Those of `geoms` whose masks let them meet one of `others`, or that are named in a pair; the rest meets none of them whatever
-/// happens.
-fn that_can_meet(model: &Model, geoms: &[u32], others: &[u32]) -> Vec<u32> {
-    let geom = |i: u32| &model.geoms[i as usize];
-    let types = others.iter().fold(0, |all, &i| all | geom(i).contact_type);
-    let affinities = others.iter().fold(0, |all, &i| all | geom(i).contact_affinity);
-    let can = |i: &u32| {
-        let masks = geom(*i).contact_type & affinities != 0 || geom(*i).contact_affinity & types != 0;
-        masks || model.pairs.iter().any(|pair| pair.geom_a.0 == *i || pair.geom_b.0 == *i)
-    };
-    geoms.iter().copied().filter(can).collect()
-}
-
-/// Order in which shapes take the A side of the narrow phase.
-fn rank(shape: &Shape) -> u32 {
-    match shape {
-        Shape::Absent | Shape::HalfSpace => 0,
-        Shape::Triangles(_) => 1,
-        Shape::Convex(_) => 2,
-    }
-}
-
-fn place<'a>(geom: &Prepared, shape: &'a Convex, pose: &GeomPose, origin: DVec3) -> Placed<'a> {
-    let (position, center) = (pose.position - origin, pose.center - origin);
-    Placed { shape, rotation: pose.rotation, position, center, size: geom.size }
-}
-
-fn place_set<'a>(set: &'a TriangleSet, pose: &GeomPose, origin: DVec3) -> PlacedSet<'a> {
-    PlacedSet { set, rotation: pose.rotation, position: pose.position - origin }
-}
-
-fn half_space(pose: &GeomPose, origin: DVec3) -> HalfSpace {
-    let normal = pose.rotation.z_axis;
-    HalfSpace { normal, offset: normal.dot(pose.position - origin) }
-}
-
-/// Sorts the points of a pair by feature and makes the features unique.
-fn order_features(points: &mut [ContactPoint]) {
-    if points.is_sorted_by(|p, q| p.feature < q.feature) {
-        return;
-    }
-    points.sort_unstable_by(|p, q| {
-        let place = |c: &ContactPoint| c.position.to_array();
-        let ([px, py, pz], [qx, qy, qz]) = (place(p), place(q));
-        let by_place = px.total_cmp(&qx).then(py.total_cmp(&qy)).then(pz.total_cmp(&qz));
-        p.feature.cmp(&q.feature).then(by_place)
-    });
-    for k in 1..points.len() {
-        if points[k].feature <= points[k - 1].feature {
-            points[k].feature = points[k - 1].feature.wrapping_add(1);
-        }
-    }
 }

@@ -1,5 +1,7 @@
 //! Names of contact points: which vertices, edges or faces meet.
 
+use signorini_multibody::ContactPoint;
+
 /// What of the two shapes meets at a contact point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Feature {
@@ -47,4 +49,22 @@ fn mix(words: &[u32]) -> u32 {
     h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
     h = (h ^ (h >> 13)).wrapping_mul(0xc2b2_ae35);
     h ^ (h >> 16)
+}
+
+/// Sorts the points of a pair by feature and makes the features unique.
+pub(crate) fn order_features(points: &mut [ContactPoint]) {
+    if points.is_sorted_by(|p, q| p.feature < q.feature) {
+        return;
+    }
+    points.sort_unstable_by(|p, q| {
+        let place = |c: &ContactPoint| c.position.to_array();
+        let ([px, py, pz], [qx, qy, qz]) = (place(p), place(q));
+        let by_place = px.total_cmp(&qx).then(py.total_cmp(&qy)).then(pz.total_cmp(&qz));
+        p.feature.cmp(&q.feature).then(by_place)
+    });
+    for k in 1..points.len() {
+        if points[k].feature <= points[k - 1].feature {
+            points[k].feature = points[k - 1].feature.wrapping_add(1);
+        }
+    }
 }

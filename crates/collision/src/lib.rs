@@ -51,8 +51,7 @@
 //! A pair has one normal (capsules along each other and meshes may have several), so a point that would only be reached
 //! by a large turn within the step can be missing; the next step finds it. Triangle meshes are thin and have two outsides;
 //! a height field is solid below. Edges inside a flat or hollow part of a surface let no normal lean over them; between
-//! separate geoms (a floor of boxes) this is not known, and a box sliding over their seam can catch on it. Two triangle
-//! meshes against each other are refused by [`Collider::new`].
+//! separate geoms (a floor of boxes) this is not known, and a box sliding over their seam can catch on it.
 
 mod apart;
 mod bvh;
@@ -74,7 +73,9 @@ mod narrow;
 mod overlaps;
 mod partners;
 mod patch;
+mod placing;
 mod query;
+mod reach;
 mod reduce;
 mod search;
 mod separation;
@@ -83,8 +84,9 @@ mod surface;
 mod sweep;
 mod triangles;
 
-pub use collider::{Collider, Reach};
+pub use collider::Collider;
 pub use error::CollisionError;
 pub use hull_build::convex_hull;
 pub use overlaps::OwnOverlap;
 pub use query::{Nearest, Queries, Ray, RayHit};
+pub use reach::{PairReach, Reach, RelativeMotion};

@@ -60,7 +60,11 @@ impl Narrow {
                 return push_closest(separation::sphere(b, a, *radius, margin).map(Separation::swapped), out);
             }
             (Convex::Box { half: half_a }, Convex::Box { half: half_b }) => {
-                separation::boxes(a, b, *half_a, *half_b, margin)?
+                let first = separation::boxes(a, b, *half_a, *half_b, margin)?;
+                if self.search.excludes(first.normal, first.gap) {
+                    return None;
+                }
+                first
             }
             _ => self.search.axis(a, b, margin)?,
         };

@@ -6,7 +6,8 @@
 
 use signorini_multibody::{BodyId, GeomId, Model, Pose};
 
-use crate::collider::{Collider, Reach};
+use crate::collider::Collider;
+use crate::reach::Reach;
 
 /// Two geoms of one kinematic tree that lie inside each other.
 #[derive(Clone, Copy, Debug, PartialEq)]

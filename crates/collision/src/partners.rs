@@ -72,6 +72,19 @@ impl Partners {
     }
 }
 
+/// Those of `geoms` whose masks let them meet one of `others`, or that are named in a pair; the rest meets none of them whatever
+/// happens.
+pub(crate) fn that_can_meet(model: &Model, geoms: &[u32], others: &[u32]) -> Vec<u32> {
+    let geom = |i: u32| &model.geoms[i as usize];
+    let types = others.iter().fold(0, |all, &i| all | geom(i).contact_type);
+    let affinities = others.iter().fold(0, |all, &i| all | geom(i).contact_affinity);
+    let can = |i: &u32| {
+        let masks = geom(*i).contact_type & affinities != 0 || geom(*i).contact_affinity & types != 0;
+        masks || model.pairs.iter().any(|pair| pair.geom_a.0 == *i || pair.geom_b.0 == *i)
+    };
+    geoms.iter().copied().filter(can).collect()
+}
+
 fn filter_allows(model: &Model, i: u32, j: u32) -> bool {
     let (a, b) = (&model.geoms[i.min(j) as usize], &model.geoms[i.max(j) as usize]);
     model.contact_filter.allows((GeomId(i.min(j)), GeomId(i.max(j))), (a, b))

@@ -15,6 +15,8 @@ pub(crate) struct Reducer {
     /// Whether all corners of an outline are kept.
     pub is_whole: bool,
     flat: Vec<(DVec2, usize)>,
+    /// Those of which the outline is made.
+    outer: Vec<(DVec2, usize)>,
     outline: Vec<(DVec2, usize)>,
     /// Place and gap of the outline's corners.
     corners: Vec<(DVec2, f64)>,
@@ -54,8 +56,10 @@ impl Reducer {
         }
         let own = &touches[from..];
         let deepest = (0..own.len()).min_by(|&i, &j| own[i].gap.total_cmp(&own[j].gap)).unwrap_or(0);
-        merge(&mut self.flat, own, tolerance);
-        convex_outline(&self.flat, &mut self.outline, tolerance);
+        let many = if self.is_whole { usize::MAX } else { MANY };
+        take_outermost(&self.flat, deepest, many, &mut self.outer);
+        merge(&mut self.outer, own, tolerance);
+        convex_outline(&self.outer, &mut self.outline, tolerance);
         if self.outline.len() == own.len() && own.len() <= self.most() {
             return; // Nothing to leave out; the order of the points means nothing.
         }
@@ -71,8 +75,12 @@ impl Reducer {
         let center = (flatten(lowest.position), lowest.gap);
         self.corners.clear();
         self.corners.extend(self.outline.iter().map(|&(p, i)| (p, touches[from + i].gap)));
+        let highest = self.corners.iter().fold(lowest.gap, |highest, corner| highest.max(corner.1)) - tolerance;
         for &(p, i) in &self.flat {
             let touch = touches[from + i];
+            if touch.gap >= highest {
+                continue; // Nothing that the corners span is higher than they are.
+            }
             let kept = i == deepest || self.outline.iter().any(|corner| corner.1 == i);
             // While the deepest point does not penetrate, this one can come closer by the turn only.
             let out_of_reach = touch.gap - lowest.gap > self.turn * (p - center.0).length() + tolerance;
@@ -126,6 +134,36 @@ fn covered_gap(corners: &[(DVec2, f64)], deepest: (DVec2, f64), p: DVec2) -> f64
         }
     }
     beyond.1
+}
+
+/// Of more points than this the outermost in evenly spread directions make the outline: so many points are on round faces, of which these
+/// enclose 99 %.
+const MANY: usize = 8 * MOST;
+const DIRECTIONS: usize = 4 * MOST;
+
+/// Points up to `many` as they are; of more the outermost in evenly spread directions, and the deepest.
+fn take_outermost(flat: &[(DVec2, usize)], deepest: usize, many: usize, out: &mut Vec<(DVec2, usize)>) {
+    out.clear();
+    if flat.len() <= many {
+        return out.extend_from_slice(flat);
+    }
+    let center = flat.iter().map(|point| point.0).sum::<DVec2>() / flat.len() as f64;
+    for k in 0..DIRECTIONS {
+        let direction = DVec2::from_angle(std::f64::consts::TAU * k as f64 / DIRECTIONS as f64);
+        let mut best = (f64::NEG_INFINITY, 0);
+        for (at, point) in flat.iter().enumerate() {
+            let along = direction.dot(point.0 - center);
+            if along > best.0 {
+                best = (along, at);
+            }
+        }
+        if out.iter().all(|point| point.1 != flat[best.1].1) {
+            out.push(flat[best.1]);
+        }
+    }
+    if out.iter().all(|point| point.1 != deepest) {
+        out.push(flat[deepest]);
+    }
 }
 
 /// Of points within `tolerance` of each other only the deepest stays, the first of equals.

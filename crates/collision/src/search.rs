@@ -5,6 +5,7 @@ use glamx::glam::DVec3;
 use crate::convex::{Convex, Placed, scale, separation_along};
 use crate::epa::Epa;
 use crate::gjk::{self, Outcome};
+use crate::reach::Within;
 use crate::separation::Separation;
 
 /// Buffers of the general search.
@@ -16,12 +17,25 @@ pub(crate) struct Search {
     closest: Option<Outcome>,
     /// A direction along which the shapes of the last search are farther apart than asked for, where they are and it is known.
     pub apart: Option<DVec3>,
+    /// How the shapes of the last search could move.
+    pub within: Within,
+    /// A normal along which they were farther apart than they could approach along it, and what is left of the gap (m), where the search ended with that.
+    pub excluded: Option<(DVec3, f64)>,
 }
 
 /// Share of the size by which polyhedra that touch are shrunk to see which of their faces and edges face each other.
 const SHRINK: f64 = 1e-3;
 
 impl Search {
+    /// Whether shapes with this gap along a unit normal cannot come together; the search ends there.
+    pub fn excludes(&mut self, normal: DVec3, gap: f64) -> bool {
+        self.excluded = self.within.excluded(normal, gap).map(|left| (normal, left));
+        if self.excluded.is_some() {
+            self.apart = Some(normal);
+        }
+        self.excluded.is_some()
+    }
+
     /// The best of the characteristic axes of two convex shapes, or `None` if they are more than `margin` apart.
     pub fn axis(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<Separation> {
         (self.closest, self.apart) = (None, None);
@@ -44,6 +58,9 @@ impl Search {
         }
         if best.0 > margin {
             self.apart = Some(best.1);
+            return None;
+        }
+        if self.excludes(best.1, best.0) {
             return None;
         }
         Some(Separation { normal: best.1, gap: best.0, midpoint: None })
@@ -98,7 +115,12 @@ impl Search {
                 self.apart = between.try_normalize();
                 return None;
             }
-            Outcome::Apart(pair) if pair.distance > TOUCHING * size => Some(pair.normal),
+            Outcome::Apart(pair) if pair.distance > TOUCHING * size => {
+                if self.excludes(pair.normal, separation_along(a, b, pair.normal)) {
+                    return None;
+                }
+                Some(pair.normal)
+            }
             _ => match gjk::closest_of_shrunk(a, b, SHRINK) {
                 Outcome::Apart(pair) if pair.distance > TOUCHING * size => Some(pair.normal),
                 _ => None,

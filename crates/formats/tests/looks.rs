@@ -69,13 +69,19 @@ fn looks_are_no_part_of_the_mechanism() {
 
 #[test]
 fn what_no_camera_can_be_is_refused_with_its_place() {
-    for (camera, words) in [
-        (r#"<camera fovy="190"/>"#, "between 0 and 180"),
-        (r#"<camera mode="targetbody" target="lat"/>"#, "'lat'"),
-        (r#"<camera mode="targetbody"/>"#, "target"),
-    ] {
+    for (camera, words) in
+        [(r#"<camera fovy="190"/>"#, "between 0 and 180"), (r#"<camera mode="targetbody" target="lat"/>"#, "'lat'")]
+    {
         let text = format!("<mujoco><worldbody>{camera}<body name='late'/></worldbody></mujoco>");
         let error = load_mjcf_str(&text, Path::new("")).expect_err(camera).to_string();
         assert!(error.contains(words) && error.contains("1:"), "{error}");
     }
+}
+
+#[test]
+fn a_camera_without_target_keeps_its_direction_as_in_mujoco() {
+    let text = "<mujoco><worldbody><camera mode='targetbody'/></worldbody></mujoco>";
+    let imported = load_mjcf_str(text, Path::new("")).expect("a model");
+    assert_eq!(imported.model.cameras[0].mode, CameraMode::Fixed);
+    assert!(imported.report.warnings[0].to_string().contains("has no target"), "{:?}", imported.report.warnings);
 }

@@ -13,6 +13,7 @@ pub struct PySettings {
     timestep: Option<f64>,
     directions: usize,
     direction_angle: f64,
+    contact_points: usize,
     stabilization: f64,
     correction_speed: f64,
     correction_angular_speed: f64,
@@ -58,6 +59,7 @@ impl PySettings {
             .with_timestep(self.timestep)
             .with_directions(self.directions)
             .with_direction_angle(self.direction_angle)
+            .with_contact_points(self.contact_points)
             .with_stabilization(self.stabilization)
             .with_correction_speed(self.correction_speed)
             .with_correction_angular_speed(self.correction_angular_speed)

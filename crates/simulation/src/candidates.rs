@@ -8,6 +8,7 @@
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{ContactPoint, Kinematics};
 
+use crate::patches::Patches;
 use crate::reach::Velocities;
 
 /// Factor between what the velocities at hand close and the gaps that are looked at.
@@ -22,6 +23,7 @@ pub(crate) struct Candidates {
     chosen: Vec<bool>,
     /// Those that the velocity found brought in, by geoms and feature: they stay for the step.
     brought: Vec<[u32; 3]>,
+    patches: Patches,
 }
 
 impl Candidates {
@@ -40,11 +42,18 @@ impl Candidates {
     ///
     /// - `free`: velocities without contact
     pub fn choose(&mut self, kinematics: &Kinematics, free: &Velocities, dt: f64) {
-        let Self { all, chosen, brought } = self;
+        let Self { all, chosen, brought, .. } = self;
         chosen.clear();
         chosen.extend(all.iter().map(|point| {
             point.gap <= MARGIN * dt * closing_speed(point, kinematics, free) || brought.contains(&identity(point))
         }));
+    }
+
+    /// Leaves at most `most` of the chosen points to a patch, beside those that were brought in; 0: all. Points that overlap stay: what they are
+    /// corrected by does not follow from the others.
+    pub fn limit_patches(&mut self, most: usize, overlaps: impl Fn(&ContactPoint) -> bool) {
+        let Self { all, chosen, brought, patches } = self;
+        patches.limit(all, chosen, most, |point| brought.contains(&identity(point)) || overlaps(point));
     }
 
     /// Chooses these, which are some of all in their order; whether they are all there.

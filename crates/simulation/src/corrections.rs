@@ -53,6 +53,11 @@ impl Corrections {
         self.limited().next().is_some()
     }
 
+    /// Whether all are limited.
+    pub fn limits_all(&self) -> bool {
+        !self.is_limited.is_empty() && self.is_limited.iter().all(|limited| *limited)
+    }
+
     /// Limits nothing.
     pub fn limit_nothing(&mut self) {
         self.is_limited.clear();

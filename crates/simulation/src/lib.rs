@@ -54,6 +54,7 @@ mod linear_system;
 mod nearby;
 mod overlaps;
 mod parameters;
+mod patches;
 mod permitted;
 mod phases;
 mod reach;
@@ -75,6 +76,7 @@ mod start_note;
 mod step;
 mod variation;
 mod warm;
+mod withheld;
 mod workspace;
 
 pub use batch::{Batch, LaneStop};

@@ -5,7 +5,7 @@ use signorini_solver::Patience;
 
 use crate::SimulationError;
 use crate::corrections::energy;
-use crate::report::StepReport;
+use crate::report::{KeptRow, StepReport};
 use crate::settings::{InfeasiblePolicy, Settings};
 use crate::solver::Verdict;
 use crate::workspace::Workspace;
@@ -89,7 +89,12 @@ impl Workspace {
     /// All that is asked for where a solution of that is found soon, otherwise the largest part of it for which one is. A step after one that
     /// was limited is mostly limited in the same way: solutions near the last one are looked for first.
     fn search_permitted(&mut self, report: &mut StepReport) -> Result<Verdict, SimulationError> {
-        let expected = self.warm.theta();
+        if self.withheld.repeats()
+            && let Some(verdict) = self.repeat_permitted(report)?
+        {
+            return Ok(verdict);
+        }
+        let expected = self.withheld.theta();
         let is_small = self.builder.problem.contact_count() < SMALL;
         let is_short = (expected < 1.0 || is_small) && !self.solver.is_counted();
         let patience = if is_short { Patience::Short } else { Patience::Brief };
@@ -126,6 +131,36 @@ impl Workspace {
         if verdict.holds { Ok(verdict) } else { self.attempt_part(0.0, Patience::Full, report) }
     }
 
+    /// What the last step was permitted, of the same rows, where that has a solution and they are still violated.
+    fn repeat_permitted(&mut self, report: &mut StepReport) -> Result<Option<Verdict>, SimulationError> {
+        let Self { withheld, builder, corrections, .. } = self;
+        if corrections.limit(|i| withheld.has_contact(&builder.keys[i]), |k| withheld.has_row(k)) {
+            let verdict = self.attempt_part(self.withheld.theta(), Patience::Short, report)?;
+            if verdict.holds {
+                return Ok(Some(verdict));
+            }
+        }
+        self.corrections.set(1.0, &mut self.builder.problem);
+        self.corrections.limit_nothing();
+        self.withheld.search_again();
+        Ok(None)
+    }
+
+    /// Takes note of what the step was not permitted.
+    pub(crate) fn remember_withheld(&mut self) {
+        let Self { withheld, builder, corrections, .. } = self;
+        let theta = if corrections.kept().next().is_some() { corrections.theta } else { 1.0 };
+        let contacts = corrections.kept().filter_map(|kept| match kept.row {
+            KeptRow::Contact(i) => Some(builder.keys[i]),
+            KeptRow::Bilateral(_) => None,
+        });
+        let rows = corrections.kept().filter_map(|kept| match kept.row {
+            KeptRow::Bilateral(k) => Some(k),
+            KeptRow::Contact(_) => None,
+        });
+        withheld.remember(theta, corrections.limits_all(), contacts, rows);
+    }
+
     /// Limits the corrections of the islands whose laws do not hold; whether they have any.
     fn limit_what_lacks(&mut self) -> bool {
         let Self { solver, corrections, .. } = self;
@@ -141,7 +176,7 @@ impl Workspace {
     ) -> Result<Verdict, SimulationError> {
         let (mut best, mut bracket) = (verdict, Bracket::above(self.corrections.theta));
         // From the solution for less, the one for all may be near. After a step that was limited it is unlikely.
-        let is_first = self.warm.theta() == 1.0;
+        let is_first = self.withheld.theta() == 1.0;
         let mut tries_all = is_first;
         self.keep_best();
         for _ in 0..PROBES + u32::from(is_first) {

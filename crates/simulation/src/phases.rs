@@ -47,6 +47,7 @@ impl Workspace {
         self.fixed_point.clear();
         self.candidates.begin();
         self.solver.begin_step();
+        self.withheld.begin_step();
         if !model.mocap_bodies.is_empty() {
             input.check(model)?;
             self.kinematics.place_mocap(model, input);
@@ -61,7 +62,25 @@ impl Workspace {
 
     /// Finds the points within reach.
     pub(crate) fn find_points(&mut self, model: &Model) {
-        self.collider.find(model, &self.kinematics.pose, &self.reach.reach, &mut self.candidates.all);
+        let Self { collider, kinematics, reach, candidates, builder, .. } = self;
+        let dt = builder.problem.timestep;
+        if reach.by_pairs {
+            let relative = |bodies, place| reach.of_pair(kinematics, bodies, place, dt);
+            collider.find_moving(model, &kinematics.pose, &reach.reach, relative, &mut candidates.all);
+        } else {
+            collider.find(model, &kinematics.pose, &reach.reach, &mut candidates.all);
+        }
+    }
+
+    /// Enlarges the reach where the velocity at the end of the step moves bodies beyond it, or the bodies of a pair farther against each other
+    /// than was looked for; whether there was one.
+    pub(crate) fn enlarge_reach(&mut self) -> bool {
+        let Self { collider, kinematics, reach, builder, .. } = self;
+        let dt = builder.problem.timestep;
+        let outrun = reach.by_pairs && reach.outruns_pairs(kinematics, collider.pair_reaches(), dt);
+        let enlarged = reach.enlarge(dt) || outrun;
+        reach.by_pairs &= !enlarged;
+        enlarged
     }
 
     /// Builds the step's problem with the points that are chosen.
@@ -76,7 +95,9 @@ impl Workspace {
         if settings.restitution == RestitutionLaw::Poisson && self.builder.restores() {
             self.candidates.choose_all();
         } else {
-            self.candidates.choose(&self.kinematics, &self.reach.free, dt);
+            let Self { candidates, kinematics, reach, builder, .. } = self;
+            candidates.choose(kinematics, &reach.free, dt);
+            candidates.limit_patches(settings.contact_points, |point| builder.is_overlap(point));
         }
     }
 

@@ -3,8 +3,11 @@
 //! Candidates are found before the velocity at the end of the step is known. The reach starts from the velocities at the
 //! beginning and without contact, with a factor to spare; after the solve it is compared with the true motion, and where a
 //! body outran its reach (one that was struck, say) the step is found and solved again with more.
+//!
+//! Bodies that travel together can move against each other by less than either of them travels: pairs are looked at within a bound of
+//! their relative motion, made and compared in the same way. Where that is exceeded, the step is found again within both travels.
 
-use signorini_collision::{Collider, Reach};
+use signorini_collision::{Collider, PairReach, Reach, RelativeMotion};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{BodyId, Kinematics, Model, body_velocities_into};
 
@@ -13,6 +16,9 @@ const MARGIN: f64 = 2.0;
 
 /// Travel beyond the reach that is rounding of a body at rest, m or rad: no gap that it could close matters.
 const NEGLIGIBLE: f64 = 1e-12;
+
+/// Part of a reach that is rounding.
+const ROUNDING: f64 = 1e-9;
 
 /// The reach of every body that can touch another one, and the velocities it was made from.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +31,8 @@ pub(crate) struct BodyReach {
     pub end: Velocities,
     /// The bodies that can touch another one and move.
     bodies: Vec<u32>,
+    /// Whether pairs are looked at within their relative motion.
+    pub by_pairs: bool,
 }
 
 /// Velocities of all bodies; empty where none touches another one.
@@ -61,6 +69,7 @@ impl BodyReach {
             return;
         }
         self.free.take(model, kinematics, v_free);
+        self.by_pairs = true;
         for i in self.bodies.iter().map(|&i| i as usize) {
             let faster = |a: DVec3, b: DVec3| MARGIN * dt * a.length_squared().max(b.length_squared()).sqrt();
             self.reach[i] = Reach {
@@ -68,6 +77,40 @@ impl BodyReach {
                 angular: faster(self.free.angular[i], kinematics.angular_velocity[i]),
             };
         }
+    }
+
+    /// How body B can move against body A, and its point at a place in world: with the relative velocity at the beginning or without contact,
+    /// and besides what forces change of both, which contacts may have to take away from one body alone.
+    pub fn of_pair(&self, kinematics: &Kinematics, [a, b]: [BodyId; 2], place: DVec3, dt: f64) -> RelativeMotion {
+        let scale = MARGIN * dt;
+        let now = [a, b].map(|body| kinematics.point_velocity(body, place));
+        let free = [a, b].map(|body| self.free.at(body, kinematics, place));
+        let turn_now = [a, b].map(|body| kinematics.angular_velocity[body.index()]);
+        let turn_free = [a, b].map(|body| self.free.angular[body.index()]);
+        let between = |of: [DVec3; 2]| scale * (of[1] - of[0]);
+        let forced =
+            |now: [DVec3; 2], free: [DVec3; 2]| scale * ((free[0] - now[0]).length() + (free[1] - now[1]).length());
+        RelativeMotion {
+            linear: [between(now), between(free)],
+            angular: [between(turn_now), between(turn_free)],
+            besides: Reach { linear: forced(now, free), angular: forced(turn_now, turn_free) },
+        }
+    }
+
+    /// Whether the velocity at the end of the step moves the bodies of a pair farther against each other than they were searched for.
+    pub fn outruns_pairs(&self, kinematics: &Kinematics, pairs: &[PairReach], dt: f64) -> bool {
+        pairs.iter().any(|pair| {
+            let [a, b] = pair.bodies;
+            let moved = dt * (self.end.at(b, kinematics, pair.place) - self.end.at(a, kinematics, pair.place));
+            let turned = dt * (self.end.angular[b.index()] - self.end.angular[a.index()]);
+            let exceeds = |found: f64, allowed: f64| found > allowed * (1.0 + ROUNDING) + NEGLIGIBLE;
+            if let Some((normal, gap)) = pair.apart {
+                return exceeds(normal.cross(turned).length() * pair.radius - normal.dot(moved), gap);
+            }
+            let travel = |linear: f64, angular: f64| linear + angular * pair.radius;
+            exceeds(turned.length(), pair.reach.angular)
+                || exceeds(travel(moved.length(), turned.length()), travel(pair.reach.linear, pair.reach.angular))
+        })
     }
 
     /// Takes over the velocity at the end of the step.
@@ -83,7 +126,7 @@ impl BodyReach {
         for i in self.bodies.iter().map(|&i| i as usize) {
             let reach = &mut self.reach[i];
             for (speed, limit) in [(self.end.linear[i], &mut reach.linear), (self.end.angular[i], &mut reach.angular)] {
-                let allowed = *limit * (1.0 + 1e-9) + NEGLIGIBLE;
+                let allowed = *limit * (1.0 + ROUNDING) + NEGLIGIBLE;
                 if dt * dt * speed.length_squared() > allowed * allowed {
                     *limit = MARGIN * dt * speed.length();
                     exceeded = true;

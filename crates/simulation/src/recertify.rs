@@ -10,7 +10,7 @@ mod fault;
 use std::sync::Arc;
 
 use signorini_contact::{Certificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone};
-use signorini_multibody::{Input, Model, State, forward_kinematics_into, free_motion_into};
+use signorini_multibody::{ContactPoint, Input, Model, State, forward_kinematics_into, free_motion_into};
 use signorini_recording::{
     Frame, FrictionCode, Header, Impulses, PolygonCode, RestitutionCode, StepLaws, StepSolution,
 };
@@ -151,10 +151,19 @@ impl Recertifier {
         for (reach, [linear, angular]) in ws.reach.reach.iter_mut().zip(&solution.reach) {
             (reach.linear, reach.angular) = (reach.linear.max(*linear), reach.angular.max(*angular));
         }
+        ws.reach.by_pairs = solution.reach.is_empty();
         ws.candidates.begin();
         ws.find_points(model);
         let recorded = &frame.contacts;
-        if !ws.candidates.choose_these(recorded.len(), |i, point| compare::is_same_point(&recorded[i], point)) {
+        let same = |i: usize, point: &ContactPoint| compare::is_same_point(&recorded[i], point);
+        let mut is_found = ws.candidates.choose_these(recorded.len(), same);
+        if !is_found && ws.reach.by_pairs {
+            // Recordings of before that looked at every pair within both travels.
+            ws.reach.by_pairs = false;
+            ws.find_points(model);
+            is_found = ws.candidates.choose_these(recorded.len(), same);
+        }
+        if !is_found {
             return Err(StepFault::Contacts { recorded: recorded.len(), found: ws.candidates.count() });
         }
         ws.build_problem(model, state, input);
@@ -167,7 +176,7 @@ impl Recertifier {
             return Err(StepFault::CrossedLimit);
         }
         ws.reach.end_with(model, &ws.kinematics, &first.velocity);
-        if ws.reach.enlarge(dt) {
+        if ws.enlarge_reach() {
             return Err(StepFault::Reach);
         }
         take_corrections(solution, ws)?;

@@ -97,6 +97,9 @@ pub struct Settings {
     pub directions: usize,
     /// Angle of the first direction from the first tangent, rad. Default 0.
     pub direction_angle: f64,
+    /// Points in which two convex shapes touch, at most; 0: all that are found. The deepest and the outermost points stay; one that was
+    /// left out comes in where it would close within the step, and those that overlap are all there. Default 8.
+    pub contact_points: usize,
     /// Constraint stabilization γ ∈ (0, 1]: factor on φ/Δt where φ < 0, and on Θ/Δt (formulation §5). Default 1.
     pub stabilization: f64,
     /// Speed at which a step removes overlaps, and violations of constraints and of limits of slides and tendons, m/s; what the
@@ -148,6 +151,7 @@ impl Default for Settings {
             timestep: None,
             directions: 8,
             direction_angle: 0.0,
+            contact_points: 8,
             stabilization: 1.0,
             correction_speed: 0.25,
             correction_angular_speed: 1.0,

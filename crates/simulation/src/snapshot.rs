@@ -9,7 +9,7 @@ use crate::recorder::{array_pose, pose_array};
 /// The first bytes of a stored snapshot.
 const MAGIC: &[u8; 8] = b"SIGNSTAT";
 /// Version of the byte form.
-const VERSION: u32 = 4;
+const VERSION: u32 = 5;
 
 /// State, input and warm start of a simulation: with the same model and settings it goes on from here with the same bits.
 ///

@@ -48,6 +48,7 @@ pub fn rest_problem(
     let (mut ws, state) = begin(model, state, input, settings)?;
     ws.collider.keep_outlines_whole();
     ws.reach.reach.iter_mut().for_each(|reach| (reach.linear, reach.angular) = (tolerance, 0.0));
+    ws.reach.by_pairs = false;
     ws.find_points(model);
     let near: Vec<bool> = ws.candidates.all.iter().map(|point| point.gap <= tolerance).collect();
     let mut found = near.iter();

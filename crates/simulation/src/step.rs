@@ -96,12 +96,12 @@ pub(crate) fn step_driven(
             break;
         }
         ws.warm.keep(&ws.builder.keys, &ws.builder.group_keys, &ws.solution);
-        ws.warm.remember_theta(report.theta);
+        ws.remember_withheld();
         ws.reach.end_with(model, &ws.kinematics, &ws.solution.velocity);
         if ws.brings_in(LEFT_OPEN * settings.tolerance) {
             continue;
         }
-        if report.enlargements == MAX_ENLARGEMENTS || !ws.reach.enlarge(dt) {
+        if report.enlargements == MAX_ENLARGEMENTS || !ws.enlarge_reach() {
             break;
         }
         report.enlargements += 1;

@@ -60,8 +60,6 @@ pub(crate) fn group_key(source: FrictionSource, contacts: &[ContactKey]) -> Grou
 /// The last solution with the keys of its contacts and friction groups, ascending.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WarmCache {
-    /// The part of the corrections that the last step was not permitted, `1 − θ`.
-    withheld: f64,
     keys: Vec<ContactKey>,
     group_keys: Vec<GroupKey>,
     solution: ContactSolution,
@@ -71,20 +69,9 @@ pub(crate) struct WarmCache {
 impl WarmCache {
     /// Forgets the last solution.
     pub fn clear(&mut self) {
-        self.withheld = 0.0;
         self.keys.clear();
         self.group_keys.clear();
         self.solution.clear_warm_part();
-    }
-
-    /// The part θ of its corrections that the last step was permitted.
-    pub fn theta(&self) -> f64 {
-        1.0 - self.withheld
-    }
-
-    /// Remembers that part.
-    pub fn remember_theta(&mut self, theta: f64) {
-        self.withheld = 1.0 - theta;
     }
 
     /// Whether the solution kept is one of exactly these contacts.
@@ -111,10 +98,9 @@ impl WarmCache {
         self.solution.copy_warm_part(solution);
     }
 
-    /// The cache as plain numbers: the part of the corrections that was not permitted; for contacts and for friction groups the number of keys and the keys, then the
+    /// The cache as plain numbers: for contacts and for friction groups the number of keys and the keys, then the
     /// [warm part](ContactSolution::write_warm_part) of the solution.
     pub fn write(&self, numbers: &mut Vec<f64>) {
-        numbers.push(self.withheld);
         write_keys(&self.keys, numbers);
         write_keys(&self.group_keys, numbers);
         self.solution.write_warm_part(numbers);
@@ -122,22 +108,22 @@ impl WarmCache {
 
     /// Takes over what [`write`](Self::write) wrote; `None`, and no change, if it is not that.
     pub fn read(&mut self, numbers: &[f64]) -> Option<()> {
-        let (withheld, rest) = numbers.split_first().filter(|(withheld, _)| (0.0..=1.0).contains(*withheld))?;
-        let (keys, rest) = read_keys(rest)?;
+        let (keys, rest) = read_keys(numbers)?;
         let (group_keys, solution) = read_keys(rest)?;
         self.solution.read_warm_part(solution)?;
-        (self.withheld, self.keys, self.group_keys) = (*withheld, keys, group_keys);
+        (self.keys, self.group_keys) = (keys, group_keys);
         Some(())
     }
 }
 
-fn write_keys<const N: usize>(keys: &[[u32; N]], numbers: &mut Vec<f64>) {
+/// Writes keys with their number before them.
+pub(crate) fn write_keys<const N: usize>(keys: &[[u32; N]], numbers: &mut Vec<f64>) {
     numbers.push(keys.len() as f64);
     numbers.extend(keys.iter().flatten().map(|&k| f64::from(k)));
 }
 
 /// The keys at the front of some numbers, if there are some, and what follows them.
-fn read_keys<const N: usize>(numbers: &[f64]) -> Option<(Vec<[u32; N]>, &[f64])> {
+pub(crate) fn read_keys<const N: usize>(numbers: &[f64]) -> Option<(Vec<[u32; N]>, &[f64])> {
     let (&count, rest) = numbers.split_first()?;
     let is_key = |x: f64| x >= 0.0 && x <= f64::from(u32::MAX) && x.fract() == 0.0;
     if !is_key(count) || rest.len() < (count as usize).checked_mul(N)? {

@@ -21,6 +21,7 @@ use crate::settings::Settings;
 use crate::solver::StepSolver;
 use crate::source::{ContactSource, FrictionSource};
 use crate::warm::{WarmCache, limit_of};
+use crate::withheld::Withheld;
 
 /// Everything a step needs besides model and state; made once, so that a step allocates nothing.
 pub struct Workspace {
@@ -47,6 +48,7 @@ pub struct Workspace {
     pub(crate) solver: StepSolver,
     pub(crate) fixed_point: FixedPoint,
     pub(crate) warm: WarmCache,
+    pub(crate) withheld: Withheld,
     /// Rows of parameters that were changed, by parameter and part.
     pub(crate) changed: BTreeMap<(Parameter, usize), Vec<f64>>,
 }
@@ -114,6 +116,7 @@ impl Workspace {
             own_overlaps,
             solver: StepSolver::new(settings)?,
             warm: WarmCache::default(),
+            withheld: Withheld::default(),
             fixed_point: FixedPoint::default(),
             changed: BTreeMap::new(),
         })
@@ -275,6 +278,7 @@ impl Workspace {
     /// back to [`set_warm_start`](Self::set_warm_start), a run goes on with the same bits.
     pub fn warm_start(&self) -> Vec<f64> {
         let mut numbers = Vec::new();
+        self.withheld.write(&mut numbers);
         self.warm.write(&mut numbers);
         numbers
     }
@@ -285,13 +289,18 @@ impl Workspace {
     /// [`SimulationError::WarmStart`] if the numbers are not those of a warm start; nothing has changed then.
     pub fn set_warm_start(&mut self, numbers: &[f64]) -> Result<(), SimulationError> {
         self.fixed_point.clear();
-        self.warm.read(numbers).ok_or(SimulationError::WarmStart { found: numbers.len() })
+        let wrong = SimulationError::WarmStart { found: numbers.len() };
+        let Some((withheld, rest)) = Withheld::read(numbers) else { return Err(wrong) };
+        self.warm.read(rest).ok_or(wrong)?;
+        self.withheld = withheld;
+        Ok(())
     }
 
     /// Forgets the last solution, so that the next step starts cold.
     pub fn clear_warm_start(&mut self) {
         self.fixed_point.clear();
         self.warm.clear();
+        self.withheld = Withheld::default();
     }
 }
 

@@ -28,13 +28,18 @@ pub(super) fn camera<'t>(
     let placement = scope.frame * importer.compiler(element).pose(&a)?;
     let count = importer.cameras.len();
     let name = scope.name(element).unwrap_or_else(|| format!("camera_{count}"));
-    let mode = a.choice("mode", &MODES)?.unwrap_or(CameraMode::Fixed);
-    let target = match mode {
-        CameraMode::Target(_) | CameraMode::TargetCenterOfMass(_) => {
-            Some((a.required("target", "the body at which the camera looks")?, a.clone()))
-        }
-        _ => None,
-    };
+    let mut mode = a.choice("mode", &MODES)?.unwrap_or(CameraMode::Fixed);
+    let aims = matches!(mode, CameraMode::Target(_) | CameraMode::TargetCenterOfMass(_));
+    let target = a.text("target").filter(|_| aims).map(|name| (name, a.clone()));
+    if aims && target.is_none() {
+        element.note(
+            element.at(),
+            "the camera has no target",
+            "it keeps its direction; name a body in `target`",
+            false,
+        );
+        mode = CameraMode::Fixed;
+    }
     let camera = Camera::new(name)
         .with_placement(Pose::new(placement.position, unit_rotation(placement.rotation)))
         .with_field_of_view(field_of_view(&a)?)

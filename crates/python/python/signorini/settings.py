@@ -56,6 +56,8 @@ class Settings:
         timestep: Δt, s; ``None`` takes the model's.
         directions: friction directions of every contact, even, from 4 to 4096.
         direction_angle: angle of the first direction from the first tangent, rad.
+        contact_points: points in which two convex shapes touch, at most; 0: all that are found. One that was left out comes in where it
+            would close within the step.
         stabilization: factor in (0, 1] on φ/Δt where φ < 0, and on the violation of equality constraints.
         tolerance: a step whose worst residual exceeds this has missed its tolerance, in (0, 1).
         budget: contact sweeps that a step may make, at least 1; ``None`` for steps as exact as can be. Where they are used up the step is made
@@ -90,6 +92,7 @@ class Settings:
     timestep: Optional[float] = None
     directions: int = 8
     direction_angle: float = 0.0
+    contact_points: int = 8
     stabilization: float = 1.0
     correction_speed: float = 0.25
     correction_angular_speed: float = 1.0

@@ -1,0 +1,108 @@
+//! What the last steps could not correct, and when more of it is tried again.
+//!
+//! Where a step was permitted a part of its corrections, the next one is mostly permitted the same. Looking for more in every step costs
+//! several problems, of which those that have no solution are the dearest; so the step after it asks for the same part of the same rows, and more
+//! is looked for at intervals that double while that goes well. After a single such step all is asked for again.
+
+use crate::warm::{ContactKey, read_keys, write_keys};
+
+/// The longest interval, in steps: a search solves up to six problems, which then cost less than a half of the steps between.
+const LONGEST: u32 = 15;
+
+/// Memory of limited corrections.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Withheld {
+    /// The part that was not permitted, `1 − θ`.
+    part: f64,
+    /// What it was withheld from: contacts, and rows of the model's constraints; ascending.
+    contacts: Vec<ContactKey>,
+    rows: Vec<[u32; 1]>,
+    /// Whether it was withheld from all there were, as where the energy of corrections is bounded.
+    all: bool,
+    /// Steps left that ask for the same, of an interval of so many.
+    left: u32,
+    interval: u32,
+    /// Whether this step asks for the same; the interval that it began with, where the step before it was limited.
+    repeats: bool,
+    before: Option<u32>,
+}
+
+impl Withheld {
+    /// Begins a step.
+    pub fn begin_step(&mut self) {
+        self.repeats = self.left > 0;
+        self.left = self.left.saturating_sub(1);
+        self.before = (self.part > 0.0).then_some(self.interval);
+    }
+
+    /// The part θ of its corrections that the last step was permitted.
+    pub fn theta(&self) -> f64 {
+        1.0 - self.part
+    }
+
+    /// Whether this step asks for what the last one was permitted.
+    pub fn repeats(&self) -> bool {
+        self.repeats
+    }
+
+    /// It did not go well.
+    pub fn search_again(&mut self) {
+        (self.repeats, self.before) = (false, None);
+    }
+
+    /// Whether the corrections of a contact, or of a row of constraints, were limited.
+    pub fn has_contact(&self, key: &ContactKey) -> bool {
+        self.all || self.contacts.binary_search(key).is_ok()
+    }
+
+    pub fn has_row(&self, row: usize) -> bool {
+        self.all || self.rows.binary_search(&[row as u32]).is_ok()
+    }
+
+    /// Takes note of the step.
+    ///
+    /// - `theta`: the part that it was permitted
+    /// - `contacts`, `rows`: what the part applies to; `all`: whether that is all
+    pub fn remember(
+        &mut self,
+        theta: f64,
+        all: bool,
+        contacts: impl Iterator<Item = ContactKey>,
+        rows: impl Iterator<Item = usize>,
+    ) {
+        (self.part, self.all) = (1.0 - theta, all);
+        self.contacts.clear();
+        self.rows.clear();
+        if theta == 1.0 {
+            (self.left, self.interval) = (0, 0);
+            return;
+        }
+        self.contacts.extend(contacts);
+        self.contacts.sort_unstable();
+        self.rows.extend(rows.map(|row| [row as u32]));
+        if !self.repeats {
+            self.interval = self.before.map_or(0, |before| (2 * before + 1).min(LONGEST));
+            self.left = self.interval;
+        }
+    }
+
+    /// As plain numbers.
+    pub fn write(&self, numbers: &mut Vec<f64>) {
+        numbers.extend([self.part, f64::from(self.all), f64::from(self.left), f64::from(self.interval)]);
+        write_keys(&self.contacts, numbers);
+        write_keys(&self.rows, numbers);
+    }
+
+    /// What [`write`](Self::write) wrote, and what follows it.
+    pub fn read(numbers: &[f64]) -> Option<(Self, &[f64])> {
+        let (&[part, all, left, interval], rest) = numbers.split_first_chunk::<4>()?;
+        let is_count = |x: f64| (0.0..=f64::from(LONGEST)).contains(&x) && x.fract() == 0.0;
+        if !(0.0..=1.0).contains(&part) || ![0.0, 1.0].contains(&all) || !is_count(left) || !is_count(interval) {
+            return None;
+        }
+        let (contacts, rest) = read_keys(rest)?;
+        let (rows, rest) = read_keys(rest)?;
+        let (left, interval) = (left as u32, interval as u32);
+        Some((Self { part, contacts, rows, all: all == 1.0, left, interval, ..Self::default() }, rest))
+    }
+}
