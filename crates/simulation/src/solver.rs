@@ -2,7 +2,7 @@
 
 use signorini_contact::{
     Certificate, ConeSolution, ConeStatus, ConeWarmStart, ContactProblem, ContactSolution, ProblemError, SolveReport,
-    SolveStatus, WarmStart, certify,
+    SolveStatus, WarmStart,
 };
 use signorini_laws::{CircularConeSolver, ConeSettings, LeastNorm, LeastNormOutcome};
 use signorini_lcp::Method;
@@ -116,14 +116,6 @@ impl StepSolver {
     /// The same of a bilateral row.
     pub fn bilateral_lacks(&self, k: usize) -> bool {
         if let Route::Structured(solver) = &self.route { solver.bilateral_lacks(k) } else { true }
-    }
-
-    /// Residuals of the polygon's laws for a solution of the problem that was solved last.
-    pub fn certify(&mut self, problem: &ContactProblem, solution: &ContactSolution) -> Certificate {
-        match &mut self.route {
-            Route::Structured(solver) => solver.recertify(problem, solution),
-            _ => certify(problem, solution),
-        }
     }
 
     /// Solves a problem. With the circular cone its contacts get directions with which `solution` is the polygon's solution.

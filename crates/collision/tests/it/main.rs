@@ -3,6 +3,7 @@
 mod allocation;
 mod cross_check;
 mod history;
+mod moving;
 mod pairs;
 mod queries;
 mod random;
