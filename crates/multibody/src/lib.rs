@@ -100,10 +100,10 @@ pub use mass::{BlockDiagonal, MassError};
 pub use math::{Pose, right_jacobian, rotation_exp, rotation_log, unit_rotation, unit_vector};
 pub use model::{
     Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, Camera, CameraMode, ChangedRow,
-    Checker, ContactFilter, Effect, Equality, EqualityKind, FrameId, Geom, GeomId, GeomPair, Geometry, Inertia, Joint,
-    JointId, JointKind, Keyframe, Light, Look, Model, ModelBuilder, ModelError, Muscle, NewBody, Parameter,
-    ParameterChange, PathPart, Sensor, SensorKind, Shapes, Site, SiteId, SpinResistance, Tendon, TendonId,
-    Transmission,
+    Checker, ContactFilter, ContactReduction, ContactSensor, ContactSide, Effect, Equality, EqualityKind, FrameId,
+    Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Light, Look, Model, ModelBuilder,
+    ModelError, Muscle, NewBody, Parameter, ParameterChange, PathPart, Sensor, SensorKind, Shapes, Site, SiteId,
+    SpinResistance, Tendon, TendonId, Transmission,
 };
 pub use operational::operational_space_inertia;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};

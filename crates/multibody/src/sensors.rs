@@ -148,6 +148,7 @@ fn measure(
         | SensorKind::ShapeDistance(..)
         | SensorKind::ShapeNormal(..)
         | SensorKind::ShapePoints(..)
+        | SensorKind::Contacts(_)
         | SensorKind::FrameLinearAcceleration(_)
         | SensorKind::FrameAngularAcceleration(_) => {}
     }

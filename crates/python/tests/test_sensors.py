@@ -59,3 +59,51 @@ def test_closed_forms():
     signorini.forward(model, data)
     assert data.sensor("clear") == pytest.approx([0.7], abs=1e-12)
     assert signorini.Spec(model).compile().content_hash == model.content_hash
+
+
+CONTACTS = """<mujoco><option gravity='0 0 0' timestep='1e-6'/><worldbody>
+  <geom name='floor' type='plane' size='5 5 1' euler='10 20 0'/><site name='zone' type='box' size='0.4 0.4 0.4' pos='0 0 0.3'/>
+  <body name='a'><freejoint/><geom name='a' size='0.1' mass='1'/></body>
+  <body name='b'><freejoint/><geom name='b' size='0.12' mass='2'/>
+    <body name='c' pos='0 0 0.2'><geom name='c' size='0.15' mass='0.5'/></body></body></worldbody><sensor>
+  <contact geom1='floor' geom2='a' data='found dist pos normal tangent'/><contact geom1='a' geom2='floor' data='found dist pos normal tangent'/>
+  <contact body1='b' geom2='floor' data='dist normal tangent'/><contact subtree1='b' body2='a' num='3' reduce='mindist' data='found dist pos normal'/>
+  <contact geom1='floor' num='4' reduce='mindist' data='found dist pos'/><contact subtree2='b' data='found'/><contact data='found'/>
+  <contact site='zone' num='2' reduce='mindist' data='found pos'/></sensor></mujoco>"""
+
+
+def test_contacts_between_sides_are_mujocos():
+    mujoco = pytest.importorskip("mujoco", reason="compared with MuJoCo, which is not installed")
+    theirs, model = mujoco.MjModel.from_xml_string(CONTACTS), signorini.Model.from_string(CONTACTS)
+    assert model.import_report == []
+    again = signorini.Model.from_string(signorini.Spec(model).to_mjcf()[0])
+    assert again.content_hash == model.content_hash
+    peer, rng, touching = mujoco.MjData(theirs), np.random.default_rng(3), 0
+    for _ in range(300):
+        data = signorini.Data(model)
+        q = np.concatenate([rng.uniform(-0.2, 0.2, 3), [1, 0, 0, 0], rng.uniform(-0.2, 0.2, 3), rng.normal(size=4)])
+        q[10:14] /= np.linalg.norm(q[10:14])
+        data.qpos, peer.qpos[:] = q, q
+        signorini.forward(model, data)
+        mujoco.mj_forward(theirs, peer)
+        assert np.allclose(data.sensordata, peer.sensordata, rtol=1e-9, atol=1e-9)
+        touching += peer.ncon
+    assert touching > 300
+
+
+def test_contacts_bear_what_lies_on_them():
+    sort = "data='found force torque pos' reduce='{0}' num='{1}'"
+    model = signorini.Model.from_string(f"""<mujoco><worldbody><geom name='floor' type='plane' size='5 5 1'/>
+      <body name='box' pos='0.3 0 0.1'><freejoint/><geom name='box' type='box' size='0.1 0.2 0.1' mass='2'/></body></worldbody><sensor>
+      <contact name='net' geom1='floor' body2='box' {sort.format("netforce", 1)}/>
+      <contact name='up' body1='box' geom2='floor' {sort.format("netforce", 1)}/>
+      <contact name='most' geom1='floor' geom2='box' {sort.format("maxforce", 5)}/></sensor></mujoco>""")
+    data = signorini.Data(model)
+    signorini.step(model, data, nstep=20)
+    net, up, most = (data.sensor(name) for name in ("net", "up", "most"))
+    weight = 2 * 9.81
+    assert net == pytest.approx([4, 0, 0, weight, 0, 0, 0, 0.3, 0, 0], abs=1e-8)
+    assert up[1:4] == pytest.approx([0, 0, -weight], abs=1e-8)
+    slots = np.reshape(most, (5, 10))
+    assert slots[:, 0].tolist() == [4, 4, 4, 4, 0] and np.all(np.diff(slots[:4, 1]) <= 1e-9)
+    assert slots[:, 1].sum() == pytest.approx(weight, abs=1e-8) and np.all(slots[4] == 0)

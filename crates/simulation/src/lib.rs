@@ -45,6 +45,8 @@ mod assembly;
 mod batch;
 mod build;
 mod candidates;
+mod contact_forces;
+mod contact_sensors;
 mod corrections;
 mod error;
 mod forces;

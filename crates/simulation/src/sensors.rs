@@ -11,6 +11,8 @@ use signorini_multibody::{
     inverse_dynamics_into, moving_frame, state_sensors_into,
 };
 
+use crate::contact_forces::{contact_force, contact_moments};
+use crate::contact_sensors::contact_sensor_into;
 use crate::source::FrictionSource;
 use crate::workspace::Workspace;
 
@@ -147,6 +149,7 @@ fn measure(model: &Model, workspace: &Workspace, dt: f64, kind: SensorKind, out:
         SensorKind::Force(site) => vector(in_site(site, held(model, workspace, site, dt).1), out),
         SensorKind::Torque(site) => vector(in_site(site, held(model, workspace, site, dt).0), out),
         SensorKind::Touch(site) => out[0] = touch(model, workspace, site, dt),
+        SensorKind::Contacts(sensor) => contact_sensor_into(model, workspace, dt, &sensor, out),
         _ => {}
     }
 }
@@ -209,29 +212,6 @@ fn held(model: &Model, workspace: &Workspace, site: SiteId, dt: f64) -> (DVec3, 
         }
     }
     (moment, force)
-}
-
-/// Force of contact point `i` on its body B, world axes.
-fn contact_force(workspace: &Workspace, i: usize, dt: f64) -> DVec3 {
-    let (frame, [n, t_1, t_2]) = (&workspace.builder.frames[i], workspace.contact_impulse(i));
-    (frame.normal * n + frame.tangent_1 * t_1 + frame.tangent_2 * t_2) / dt
-}
-
-/// Moments of spinning and rolling friction on body B of their contacts, world axes, with the contacts.
-fn contact_moments(workspace: &Workspace, dt: f64) -> impl Iterator<Item = (usize, DVec3)> {
-    workspace.builder.friction_source.iter().enumerate().filter_map(move |(j, &source)| {
-        let [first, second] = workspace.group_impulse(j);
-        match source {
-            FrictionSource::Spinning { contact } => {
-                Some((contact, workspace.builder.frames[contact].normal * first / dt))
-            }
-            FrictionSource::Rolling { contact } => {
-                let frame = &workspace.builder.frames[contact];
-                Some((contact, (frame.tangent_1 * first + frame.tangent_2 * second) / dt))
-            }
-            _ => None,
-        }
-    })
 }
 
 /// What the contacts of the last step do to every body: moment about its centre of mass and mean force over the step.

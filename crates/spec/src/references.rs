@@ -1,8 +1,8 @@
 //! What parts refer to.
 
 use signorini_multibody::{
-    Actuator, ActuatorId, BodyId, Camera, CameraMode, Equality, EqualityKind, FrameId, GeomId, JointId, Light,
-    PathPart, Sensor, SensorKind, Shapes, SiteId, Tendon, TendonId, Transmission,
+    Actuator, ActuatorId, BodyId, Camera, CameraMode, ContactSide, Equality, EqualityKind, FrameId, GeomId, JointId,
+    Light, PathPart, Sensor, SensorKind, Shapes, SiteId, Tendon, TendonId, Transmission,
 };
 
 use crate::SpecError;
@@ -115,6 +115,12 @@ impl Refers for Sensor {
             K::TendonPosition(id) | K::TendonVelocity(id) => places.tendon(id),
             K::ActuatorPosition(id) | K::ActuatorVelocity(id) | K::ActuatorForce(id) => places.actuator(id),
             K::Magnetometer(id) | K::Rangefinder(id) => places.site(id),
+            K::Contacts(contacts) => contacts.sides.iter_mut().try_for_each(|side| match side {
+                ContactSide::Any => Ok(()),
+                ContactSide::Geom(id) => places.geom(id),
+                ContactSide::Body(id) | ContactSide::Subtree(id) => places.body(id),
+                ContactSide::Zone(id) => places.site(id),
+            }),
             K::ShapeDistance(a, b) | K::ShapeNormal(a, b) | K::ShapePoints(a, b) => {
                 [a, b].into_iter().try_for_each(|shapes| match shapes {
                     Shapes::Geom(id) => places.geom(id),

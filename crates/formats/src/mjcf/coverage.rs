@@ -372,8 +372,9 @@ const TENDON_JOINT: Coverage = Coverage { read: "joint coef", harmless: "", igno
 
 /// The reader reports sensors that are left out; noise is none of a simulation's business here.
 const SENSOR: Coverage = Coverage {
-    read: "name cutoff joint tendon actuator site body objtype objname reftype refname geom1 geom2 body1 body2",
-    harmless: "noise user nsample interp delay interval camera data reduce num subtree1 subtree2 \
+    read: "name cutoff joint tendon actuator site body objtype objname reftype refname geom1 geom2 body1 body2 subtree1 \
+           subtree2 data reduce num",
+    harmless: "noise user nsample interp delay interval camera \
                geom mesh dim datatype needstage rayhit",
     ignored: &[],
 };

@@ -1,6 +1,9 @@
 //! `<sensor>`: what is measured, in the order of the file.
 
-use signorini_multibody::{ActuatorId, BodyId, FrameId, Sensor, SensorKind, Shapes, SiteId, TendonId};
+use signorini_multibody::{
+    ActuatorId, BodyId, ContactReduction, ContactSensor, ContactSide, FrameId, Sensor, SensorKind, Shapes, SiteId,
+    TendonId,
+};
 
 use super::importer::Importer;
 use crate::error::FormatError;
@@ -96,6 +99,7 @@ fn kind(importer: &Importer, a: &Attributes) -> Result<Kind, FormatError> {
         "subtreecom" => of_subtree(SubtreeCenterOfMass),
         "subtreelinvel" => of_subtree(SubtreeLinearVelocity),
         "subtreeangmom" => of_subtree(SubtreeAngularMomentum),
+        "contact" => contacts(importer, a),
         "clock" => Ok(Ok(Clock)),
         _ => Ok(Err("this sort of sensor is not supported".into())),
     }
@@ -148,6 +152,42 @@ fn frame(
         _ => return Err(a.invalid(sort, "'body', 'xbody', 'geom', 'site' or 'camera'")),
     };
     Ok(Ok(frame))
+}
+
+/// `<contact>`: its sides, and what is told of how many contacts.
+fn contacts(importer: &Importer, a: &Attributes) -> Result<Kind, FormatError> {
+    const WORDS: [&str; 7] = ["found", "force", "torque", "dist", "pos", "normal", "tangent"];
+    let side = |geom: &'static str, own: &'static str, tree: &'static str| match () {
+        () if a.has(geom) => match shapes(importer, a, [geom, own])? {
+            Shapes::Geom(id) => Ok(ContactSide::Geom(id)),
+            Shapes::Body(id) => Ok(ContactSide::Body(id)),
+        },
+        () if a.has(own) => Ok(ContactSide::Body(body(importer, a, own)?)),
+        () if a.has(tree) => Ok(ContactSide::Subtree(body(importer, a, tree)?)),
+        () => Ok(ContactSide::Any),
+    };
+    let first = match a.has("site") {
+        true => ContactSide::Zone(site(importer, a, "site")?),
+        false => side("geom1", "body1", "subtree1")?,
+    };
+    let mut sensor = ContactSensor::new([first, side("geom2", "body2", "subtree2")?]);
+    if let Some(words) = a.text("data") {
+        sensor.data = [false; 7];
+        for word in words.split_whitespace() {
+            let k = WORDS.iter().position(|known| *known == word);
+            sensor.data[k.ok_or_else(|| a.invalid("data", format!("some of {}", WORDS.join(", "))))?] = true;
+        }
+    }
+    let slots = a.integer("num")?.unwrap_or(1);
+    sensor.slots = u16::try_from(slots).ok().filter(|n| *n > 0).ok_or_else(|| a.invalid("num", "1 to 65535"))?;
+    let reductions = [
+        ("none", ContactReduction::None),
+        ("mindist", ContactReduction::SmallestDistance),
+        ("maxforce", ContactReduction::LargestForce),
+        ("netforce", ContactReduction::NetForce),
+    ];
+    sensor.reduction = a.choice("reduce", &reductions)?.unwrap_or_default();
+    Ok(Ok(SensorKind::Contacts(sensor)))
 }
 
 /// The shapes at one end of a distance: a geom, or all of a body.

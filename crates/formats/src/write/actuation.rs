@@ -1,8 +1,8 @@
 //! Tendons, actuators and sensors.
 
 use signorini_multibody::{
-    Activation, ActivationKind, Actuator, ActuatorKind, FrameId, Model, Muscle, PathPart, Sensor, SensorKind, Shapes,
-    SiteId, Tendon, Transmission,
+    Activation, ActivationKind, Actuator, ActuatorKind, ContactReduction, ContactSensor, ContactSide, FrameId, Model,
+    Muscle, PathPart, Sensor, SensorKind, Shapes, SiteId, Tendon, Transmission,
 };
 
 use super::element::Tag;
@@ -128,6 +128,27 @@ fn remembering(tag: Tag, activation: &Activation) -> Tag {
     tag
 }
 
+fn contacts(model: &Model, sensor: &ContactSensor) -> Tag {
+    let names = [["geom1", "body1", "subtree1", "site"], ["geom2", "body2", "subtree2", "site"]];
+    let tag =
+        sensor.sides.iter().zip(names).fold(Tag::new("contact"), |tag, (side, [geom, body, tree, site])| match side {
+            ContactSide::Any => tag,
+            ContactSide::Geom(id) => tag.with(geom, &model.geoms[id.index()].name),
+            ContactSide::Body(id) => tag.with(body, &model.bodies[id.index()].name),
+            ContactSide::Subtree(id) => tag.with(tree, &model.bodies[id.index()].name),
+            ContactSide::Zone(id) => tag.with(site, &model.sites[id.index()].name),
+        });
+    let words = ["found", "force", "torque", "dist", "pos", "normal", "tangent"].into_iter().zip(sensor.data);
+    let words: Vec<&str> = words.filter(|(_, wanted)| *wanted).map(|(word, _)| word).collect();
+    let reduce = match sensor.reduction {
+        ContactReduction::None => "none",
+        ContactReduction::SmallestDistance => "mindist",
+        ContactReduction::LargestForce => "maxforce",
+        ContactReduction::NetForce => "netforce",
+    };
+    tag.with("data", &words.join(" ")).with("num", &sensor.slots.to_string()).with("reduce", reduce)
+}
+
 pub(super) fn sensor(model: &Model, sensor: &Sensor) -> Tag {
     use SensorKind as K;
     let joint = |tag: &'static str, id: usize| Tag::new(tag).with("joint", &model.joints[id].name);
@@ -186,6 +207,7 @@ pub(super) fn sensor(model: &Model, sensor: &Sensor) -> Tag {
         K::ShapeDistance(a, b) => shapes("distance", a, b),
         K::ShapeNormal(a, b) => shapes("normal", a, b),
         K::ShapePoints(a, b) => shapes("fromto", a, b),
+        K::Contacts(sensor) => contacts(model, &sensor),
         K::Clock => Tag::new("clock"),
     };
     let tag = tag.with("name", &sensor.name);

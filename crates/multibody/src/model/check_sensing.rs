@@ -4,7 +4,9 @@ use super::check::{
     check_actuators, check_equalities, check_geoms, check_joints, check_mass, check_mocap, check_pairs, check_pose,
     check_range, known, number, scalar_joint,
 };
-use super::{Camera, CameraMode, FrameId, Geometry, JointKind, Model, ModelError, PathPart, SensorKind, Shapes};
+use super::{
+    Camera, CameraMode, ContactSide, FrameId, Geometry, JointKind, Model, ModelError, PathPart, SensorKind, Shapes,
+};
 use crate::math::unit_rotation;
 
 /// What joints, geoms, constraints and all that refers to them must satisfy.
@@ -127,6 +129,16 @@ pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {
             }
             Velocimeter(id) | Gyro(id) | Accelerometer(id) | Force(id) | Torque(id) | Touch(id) => site(id)?,
             Magnetometer(id) | Rangefinder(id) => site(id)?,
+            Contacts(contacts) => {
+                number(part, "number of slots", "positive", f64::from(contacts.slots), |x| x > 0.0)?;
+                number(part, "numbers for each contact", "at least 1", contacts.slot_size() as f64, |x| x >= 1.0)?;
+                contacts.sides.into_iter().try_for_each(|side| match side {
+                    ContactSide::Any => Ok(()),
+                    ContactSide::Geom(id) => frame(FrameId::Geom(id)),
+                    ContactSide::Body(id) | ContactSide::Subtree(id) => body(id),
+                    ContactSide::Zone(id) => site(id),
+                })?;
+            }
             ShapeDistance(a, b) | ShapeNormal(a, b) | ShapePoints(a, b) => {
                 [a, b].into_iter().try_for_each(|shapes| match shapes {
                     Shapes::Geom(id) => frame(FrameId::Geom(id)),

@@ -5,6 +5,7 @@ mod assemble;
 mod builder;
 mod check;
 mod check_sensing;
+mod contact_sensing;
 mod equality;
 mod error;
 mod filter;
@@ -27,6 +28,7 @@ mod wrapping;
 
 pub use actuator::{Activation, ActivationKind, Actuator, ActuatorKind};
 pub use builder::ModelBuilder;
+pub use contact_sensing::{ContactReduction, ContactSensor, ContactSide};
 pub use equality::{Equality, EqualityKind};
 pub use error::ModelError;
 pub use filter::ContactFilter;

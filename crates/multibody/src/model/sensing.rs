@@ -2,7 +2,7 @@
 
 use derive_setters::Setters;
 
-use super::{ActuatorId, BodyId, GeomId, Geometry, JointId, SiteId, TendonId};
+use super::{ActuatorId, BodyId, ContactSensor, GeomId, Geometry, JointId, SiteId, TendonId};
 use crate::math::Pose;
 
 /// A frame fixed to a body, without mass and touching nothing: where sensors measure and actuators pull.
@@ -146,6 +146,8 @@ pub enum SensorKind {
     ShapeNormal(Shapes, Shapes),
     /// The nearest points of the first and of the second shape, world, m; zero beyond the cutoff (`fromto`).
     ShapePoints(Shapes, Shapes),
+    /// Contacts between two sides (`contact`).
+    Contacts(ContactSensor),
     /// Time, s (`clock`).
     Clock,
 }
@@ -168,6 +170,7 @@ impl SensorKind {
             | Self::Clock => 1,
             Self::BallQuaternion(_) | Self::FrameQuaternion(..) => 4,
             Self::ShapePoints(..) => 6,
+            Self::Contacts(sensor) => usize::from(sensor.slots) * sensor.slot_size(),
             _ => 3,
         }
     }
@@ -182,6 +185,7 @@ impl SensorKind {
                 | Self::Force(_)
                 | Self::Torque(_)
                 | Self::Touch(_)
+                | Self::Contacts(_)
                 | Self::FrameLinearAcceleration(_)
                 | Self::FrameAngularAcceleration(_)
         )
@@ -193,9 +197,10 @@ impl SensorKind {
         matches!(self, Rangefinder(_) | ShapeDistance(..) | ShapeNormal(..) | ShapePoints(..))
     }
 
-    /// Whether the numbers are an orientation, a direction or points, which no cutoff bounds.
+    /// Whether the numbers are an orientation, a direction, points or contacts, which no cutoff bounds.
     pub fn is_direction(self) -> bool {
-        use SensorKind::{BallQuaternion, FrameAxis, FrameQuaternion, ShapeNormal, ShapePoints};
-        matches!(self, BallQuaternion(_) | FrameQuaternion(..) | FrameAxis(..) | ShapeNormal(..) | ShapePoints(..))
+        use SensorKind::{BallQuaternion, Contacts, FrameAxis, FrameQuaternion, ShapeNormal, ShapePoints};
+        let turns = matches!(self, BallQuaternion(_) | FrameQuaternion(..) | FrameAxis(..));
+        turns || matches!(self, ShapeNormal(..) | ShapePoints(..) | Contacts(_))
     }
 }
