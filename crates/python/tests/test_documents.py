@@ -32,7 +32,8 @@ MJCF = """<mujoco><worldbody><geom type="plane"/>
 # What the tables call by its MJCF name, as it is written into that model.
 MJCF_WORDS = {
     **{f"<{kind}>": ("motor name", f"{kind} {rest} name") for kind, rest in {
-        "position": "kp='9'", "velocity": "kv='9'", "intvelocity": "kp='9' actrange='-1 1'", "cylinder": "timeconst='.1'"}.items()},
+        "position": "kp='9'", "velocity": "kv='9'", "intvelocity": "kp='9' actrange='-1 1'", "cylinder": "timeconst='.1'",
+        "muscle": "force='9' lengthrange='-1 1'"}.items()},
     **{word: ("motor name", f"general dyntype='integrator' {rest} name") for word, rest in {
         "dyntype": "", "actrange": "actlimited='true' actrange='-1 1'", "actearly": "actearly='true'"}.items()},
     "forcerange": ("motor name", "velocity kv='9' forcerange='-1 1' name"),

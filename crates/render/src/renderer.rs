@@ -17,8 +17,9 @@ use crate::world::World;
 #[setters(prefix = "with_")]
 #[non_exhaustive]
 pub struct RenderSettings {
-    /// Rays for every pixel, at least 1. With 1 there are more at edges, shadows are hard, and a picture is a matter of a tenth of a
-    /// second; with 16 or more shadows are soft and corners dark, as a paper would print it, and it takes 20 times as long.
+    /// Rays for every pixel, at least 1. With 1 there are more at edges and shadows are hard; with 16 or more shadows are soft and corners
+    /// dark, as a paper would print it, and it takes 15 times as long. A picture of 640 × 480 pixels with 1 ray took 0.16 s of one core's
+    /// time (a shelf with 30 meshes; a wall of 80 bricks 0.17 s), with 16 rays 2.5 s; cores share the rows.
     pub samples: usize,
     /// Whether things throw shadows.
     pub shadows: bool,

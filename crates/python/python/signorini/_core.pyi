@@ -447,7 +447,8 @@ class Renderer:
         model: the model.
         width, height: of pictures, pixels.
         samples: rays for every pixel. With 1 there are more at edges and shadows are hard; 16 and more give soft shadows and dark corners,
-            as a paper would print them, and take 20 times as long.
+            as a paper would print them, and take 15 times as long
+            (640 × 480 pixels: 0.16 s and 2.5 s of one core).
         shadows: whether things throw shadows.
         background: "sky" or "white".
         groups: visibility groups that are shown (MJCF ``group``).
