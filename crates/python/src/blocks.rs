@@ -9,21 +9,38 @@ use signorini::statics::{self, Block, StabilitySettings};
 use crate::arrays;
 use crate::error::{SettingError, simulation_error};
 use crate::guard;
-use crate::statics::{Safety, Stability, question};
+use crate::limits::{Ask, Safety};
+use crate::statics::Stability;
 
 /// Rigid blocks given by their surfaces.
 #[pyclass(module = "signorini")]
 pub struct Assembly {
     blocks: Vec<Block>,
+    joints: Vec<Joined>,
     floor: Option<f64>,
     touching: f64,
+}
+
+/// Points that bear a tension.
+struct Joined {
+    blocks: [Option<usize>; 2],
+    points: Vec<DVec3>,
+    normal: DVec3,
+    friction: f64,
+    tension: f64,
 }
 
 impl Assembly {
     fn put_together(&self) -> PyResult<statics::Assembly> {
         let floor = self.floor.map(|height| [height, 0.0]);
         let assembly = statics::Assembly::new(&self.blocks, floor, self.touching);
-        assembly.map_err(|error| SettingError::new_err(error.to_string()))
+        let mut assembly = assembly.map_err(|error| SettingError::new_err(error.to_string()))?;
+        for joined in &self.joints {
+            let Joined { blocks, points, normal, friction, tension } = joined;
+            let added = assembly.join(*blocks, points, *normal, *friction, *tension);
+            added.ok_or_else(|| SettingError::new_err("join: the assembly has no floor"))?;
+        }
+        Ok(assembly)
     }
 }
 
@@ -35,7 +52,7 @@ impl Assembly {
         if !(touching > 0.0 && touching.is_finite()) || floor.is_some_and(|height| !height.is_finite()) {
             return Err(SettingError::new_err("touching must be positive, and floor a finite height"));
         }
-        Ok(Self { blocks: Vec::new(), floor, touching })
+        Ok(Self { blocks: Vec::new(), joints: Vec::new(), floor, touching })
     }
 
     /// Adds a block.
@@ -66,6 +83,34 @@ impl Assembly {
         Ok(())
     }
 
+    /// Adds points at which two blocks hold together.
+    #[pyo3(signature = (first, second, points, normal, *, tension, friction=0.6))]
+    fn join(
+        &mut self,
+        first: Option<&str>,
+        second: Option<&str>,
+        points: &Bound<'_, PyAny>,
+        normal: [f64; 3],
+        tension: f64,
+        friction: f64,
+    ) -> PyResult<()> {
+        let place = |name: Option<&str>| {
+            let Some(name) = name else { return Ok(None) };
+            let place = self.blocks.iter().position(|block| block.name == name);
+            place.map(Some).ok_or_else(|| SettingError::new_err(format!("there is no block '{name}'")))
+        };
+        let blocks = [place(first)?, place(second)?];
+        let (_, _, numbers) = arrays::read_matrix("points", points, [None, Some(3)])?;
+        let points = numbers.chunks_exact(3).map(DVec3::from_slice).collect();
+        let normal = DVec3::from_array(normal).try_normalize();
+        let normal = normal.ok_or_else(|| SettingError::new_err("normal must have a length"))?;
+        if !(tension >= 0.0 && tension.is_finite() && friction >= 0.0 && friction.is_finite()) {
+            return Err(SettingError::new_err("tension and friction must be finite and not negative"));
+        }
+        self.joints.push(Joined { blocks, points, normal, friction, tension });
+        Ok(())
+    }
+
     /// Number of blocks.
     fn __len__(&self) -> usize {
         self.blocks.len()
@@ -83,20 +128,23 @@ impl Assembly {
     }
 
     /// How far the blocks are from collapse.
-    #[pyo3(signature = (*, what, direction=None, body=None, tolerance=1e-9))]
+    #[pyo3(signature = (*, what, direction=None, body=None, circular=false, motion=false, tolerance=1e-9))]
+    #[allow(clippy::too_many_arguments)] // Python's keywords
     fn safety(
         &self,
         py: Python<'_>,
         what: &str,
-        direction: Option<[f64; 3]>,
+        direction: Option<&Bound<'_, PyAny>>,
         body: Option<&str>,
+        circular: bool,
+        motion: bool,
         tolerance: f64,
     ) -> PyResult<Safety> {
         let assembly = self.put_together()?;
-        let question = question(&assembly.model, what, direction, None, body)?;
+        let ask = Ask::new(&assembly.model, what, direction, None, body, circular, motion)?;
         let settings = StabilitySettings::default().with_tolerance(tolerance);
-        let found = guard::detached(py, || assembly.safety(&settings, &question))?;
-        Ok(Safety(found.map_err(simulation_error)?))
+        let found = guard::detached(py, || ask.answer(&assembly.configuration(), &settings))?;
+        found.map_err(simulation_error)
     }
 
     fn __repr__(&self) -> String {

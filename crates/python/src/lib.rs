@@ -19,6 +19,7 @@ mod generate;
 mod guard;
 mod identify;
 mod lcp;
+mod limits;
 mod linear_system;
 mod live;
 mod model;
@@ -72,6 +73,8 @@ mod _core {
     #[pymodule_export]
     use crate::lcp::{LcpResult, lcp_methods, solve_lcp};
     #[pymodule_export]
+    use crate::limits::{Safety, critical_bodies, safety};
+    #[pymodule_export]
     use crate::linear_system::{LinearComplementaritySystem, linearize};
     #[pymodule_export]
     use crate::model::{ImportWarning, Model};
@@ -94,7 +97,7 @@ mod _core {
     #[pymodule_export]
     use crate::spec::Spec;
     #[pymodule_export]
-    use crate::statics::{Safety, Stability, safety, stability};
+    use crate::statics::{Stability, stability};
     #[pymodule_export]
     use crate::stepping::{forward, kinematics, settle, step};
     #[pymodule_export]

@@ -1,5 +1,8 @@
 //! Many placements of one model, judged on all cores.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
+
 use pyo3::prelude::*;
 use signorini::statics::{self, Placement, StabilitySettings};
 
@@ -7,8 +10,9 @@ use crate::arrays::{self, Vector};
 use crate::data::Data;
 use crate::error::simulation_error;
 use crate::guard;
+use crate::limits::question;
 use crate::model::Model;
-use crate::statics::{judged, question};
+use crate::statics::judged;
 
 /// What became of placements.
 #[pyclass(frozen, module = "signorini")]
@@ -60,7 +64,7 @@ impl Placements {
 
 /// Judges many configurations of a model, on all cores.
 #[pyfunction]
-#[pyo3(signature = (model, qpos, data=None, *, what=None, direction=None, body=None, touching=1e-6, tolerance=1e-9, enumeration=0))]
+#[pyo3(signature = (model, qpos, data=None, *, what=None, direction=None, body=None, touching=1e-6, tolerance=1e-9, enumeration=0, progress=None))]
 #[allow(clippy::too_many_arguments)] // Python's keywords
 pub fn placements(
     py: Python<'_>,
@@ -68,11 +72,12 @@ pub fn placements(
     qpos: &Bound<'_, PyAny>,
     data: Option<&Bound<'_, Data>>,
     what: Option<&str>,
-    direction: Option<[f64; 3]>,
+    direction: Option<&Bound<'_, PyAny>>,
     body: Option<&str>,
     touching: f64,
     tolerance: f64,
     enumeration: usize,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Placements> {
     let settings = StabilitySettings::default()
         .with_contact_tolerance(touching)
@@ -87,8 +92,23 @@ pub fn placements(
         placed
     };
     let states: Vec<_> = rows.chunks_exact(inner.nq.max(1)).map(placed).collect();
+    let done = AtomicUsize::new(0);
+    let told = Mutex::new(Ok(()));
+    let tell = || {
+        let count = done.fetch_add(1, Ordering::Relaxed) + 1;
+        let Some(progress) = &progress else { return };
+        Python::attach(|py| {
+            if let Err(error) = progress.call1(py, (count,)) {
+                let mut first = told.lock().unwrap_or_else(PoisonError::into_inner);
+                if first.is_ok() {
+                    *first = Err(error);
+                }
+            }
+        });
+    };
     let found =
-        guard::detached(py, || statics::placements(&inner, &states, &input, &settings, question.as_ref(), || {}))?;
+        guard::detached(py, || statics::placements(&inner, &states, &input, &settings, question.as_ref(), tell))?;
+    told.into_inner().unwrap_or_else(PoisonError::into_inner)?;
     let all = found.into_iter().collect::<Result<Vec<_>, _>>().map_err(simulation_error)?;
     Ok(Placements { all, tolerance })
 }

@@ -1,19 +1,15 @@
 //! Does it stand? Verdicts with their proofs.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use signorini::ContactSource;
-use signorini::contact;
 use signorini::contact::problem_file::write_stability;
-use signorini::contact::statics::certify_stability;
-use signorini::multibody::glam::DVec3;
 use signorini::multibody::{self as mb, Input, State};
-use signorini::statics::{
-    self, BodyMotion, ModelStability, SafetyQuestion, StabilityProof, StabilitySettings, stability as judge,
-};
+use signorini::statics::{self, Attraction, BodyMotion, ModelStability, StabilitySettings, stability as judge};
 
 use crate::arrays::{self, Table, Vector};
 use crate::data::Data;
@@ -105,6 +101,12 @@ impl Stability {
         self.found.stability.mechanism.map(|m| m.required_impulse / self.found.rest.problem.timestep)
     }
 
+    /// The range of every contact's normal force over all balances, (nc, 2), N; empty where there is no balance.
+    fn force_ranges<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        let ranges = guard::detached(py, || self.found.force_ranges())?.map_err(problem_error)?;
+        arrays::rows(py, ranges.into_iter().map(|range| range.normal))
+    }
+
     /// Where the search for a moving solution started and what it ended with.
     #[getter]
     fn search(&self) -> Vec<(&'static str, &'static str)> {
@@ -132,99 +134,26 @@ impl Stability {
     }
 }
 
-/// A limit between two values with a proof each.
-#[pyclass(frozen, module = "signorini")]
-pub struct Safety(pub statics::Safety);
-
-#[pymethods]
-impl Safety {
-    /// Forces balance the loads here; not a number where they do not even as it is.
-    #[getter]
-    fn holds(&self) -> f64 {
-        self.0.holds
-    }
-
-    /// No forces balance the loads here; infinite, or for friction not a number, where there is no such value.
-    #[getter]
-    fn falls(&self) -> f64 {
-        self.0.falls
-    }
-
-    /// Residuals of the two proofs.
-    #[getter]
-    fn residuals(&self) -> (Option<f64>, Option<f64>) {
-        let worst = |side: &Option<(contact::ContactProblem, StabilityProof)>| {
-            let (problem, proof) = side.as_ref()?;
-            Some(certify_stability(problem, proof).into_iter().map(|(_, r)| r).fold(0.0, f64::max))
-        };
-        (worst(&self.0.at_holds), worst(&self.0.at_falls))
-    }
-
-    fn __repr__(&self) -> String {
-        format!("<signorini.Safety holds: {}, falls: {}>", self.0.holds, self.0.falls)
-    }
-}
-
-/// How far a model at rest is from collapse.
-#[pyfunction]
-#[pyo3(signature = (model, data=None, *, what, direction=None, load=None, body=None, hold=false, touching=1e-6, tolerance=1e-9))]
-#[allow(clippy::too_many_arguments)] // Python's keywords
-pub fn safety(
-    py: Python<'_>,
-    model: &Bound<'_, Model>,
-    data: Option<&Bound<'_, Data>>,
-    what: &str,
-    direction: Option<[f64; 3]>,
-    load: Option<&Bound<'_, PyAny>>,
-    body: Option<&str>,
-    hold: bool,
-    touching: f64,
-    tolerance: f64,
-) -> PyResult<Safety> {
-    let settings = StabilitySettings::default().with_contact_tolerance(touching).with_tolerance(tolerance);
-    let (inner, state, input, settings) = judged(py, model, data, settings)?;
-    let inner = if hold { held(&inner)? } else { inner };
-    let question = question(&inner, what, direction, load, body)?;
-    let found = guard::detached(py, || statics::safety(&inner, &state, &input, &settings, &question))?;
-    Ok(Safety(found.map_err(simulation_error)?))
-}
-
 /// The model whose motors hold.
-fn held(model: &mb::Model) -> PyResult<Arc<mb::Model>> {
+pub fn held(model: &mb::Model) -> PyResult<Arc<mb::Model>> {
     statics::held_by_motors(model).map(Arc::new).map_err(simulation_error)
 }
 
-/// The question of these words.
-pub fn question(
-    model: &mb::Model,
-    what: &str,
-    direction: Option<[f64; 3]>,
-    load: Option<&Bound<'_, PyAny>>,
-    body: Option<&str>,
-) -> PyResult<SafetyQuestion> {
-    let towards =
-        || direction.map(DVec3::from_array).ok_or_else(|| SettingError::new_err(format!("'{what}' needs a direction")));
-    Ok(match what {
-        "tilt" => SafetyQuestion::Tilt(towards()?),
-        "horizontal" => SafetyQuestion::Horizontal(towards()?),
-        "friction" => SafetyQuestion::Friction,
-        "motors" => SafetyQuestion::Motors,
-        "load" => {
-            let load = load.ok_or_else(|| SettingError::new_err("'load' needs load, a generalized force"))?;
-            SafetyQuestion::Load(arrays::read_vector("load", load, None)?)
-        }
-        "weight" => {
-            let name =
-                body.ok_or_else(|| SettingError::new_err("'weight' needs body, the name of the one that carries it"))?;
-            let place = model.bodies.iter().position(|body| body.name == name);
-            let place = place.ok_or_else(|| SettingError::new_err(format!("there is no body '{name}'")))?;
-            SafetyQuestion::Weight(mb::BodyId(place as u32))
-        }
-        _ => {
-            let known = "tilt, horizontal, friction, motors, load, weight";
-            return Err(SettingError::new_err(format!("what = '{what}'; known are {known}")));
-        }
-    })
+/// What holds bodies together: a force for every contact point, or forces of pairs of bodies.
+pub fn attractions(model: &mb::Model, given: Option<&Bound<'_, PyAny>>) -> PyResult<Vec<Attraction>> {
+    let Some(given) = given else { return Ok(Vec::new()) };
+    if let Ok(force) = given.extract::<f64>() {
+        return Ok(vec![Attraction::Points(force)]);
+    }
+    let pairs: BTreeMap<(String, String), f64> = given.extract().map_err(|_| {
+        SettingError::new_err("attraction must be a force in N, or a dict of forces by pairs of bodies")
+    })?;
+    let body = |name: &str| -> PyResult<mb::BodyId> {
+        let place = model.bodies.iter().position(|body| body.name == name);
+        let place = place.ok_or_else(|| SettingError::new_err(format!("there is no body '{name}'")))?;
+        Ok(mb::BodyId(place as u32))
+    };
+    pairs.iter().map(|((a, b), force)| Ok(Attraction::Pair([body(a)?, body(b)?], *force))).collect()
 }
 
 /// What is judged: the state and settings of a data, or the model's reference configuration.
@@ -246,13 +175,14 @@ pub fn judged(
 
 /// Whether a model at rest stands under its loads.
 #[pyfunction]
-#[pyo3(signature = (model, data=None, *, hold=false, touching=1e-6, tolerance=1e-9, enumeration=1000))]
+#[pyo3(signature = (model, data=None, *, hold=false, attraction=None, touching=1e-6, tolerance=1e-9, enumeration=1000))]
 #[allow(clippy::too_many_arguments)] // Python's keywords
 pub fn stability(
     py: Python<'_>,
     model: &Bound<'_, Model>,
     data: Option<&Bound<'_, Data>>,
     hold: bool,
+    attraction: Option<&Bound<'_, PyAny>>,
     touching: f64,
     tolerance: f64,
     enumeration: usize,
@@ -263,6 +193,7 @@ pub fn stability(
         .with_enumeration_programs(enumeration);
     let (inner, state, input, settings) = judged(py, model, data, settings)?;
     let inner = if hold { held(&inner)? } else { inner };
+    let settings = settings.with_attraction(attractions(&inner, attraction)?);
     let found = guard::detached(py, || judge(&inner, &state, &input, &settings))?.map_err(simulation_error)?;
     let motion = found.motion(&inner, &state, &input);
     let names = inner.bodies.iter().map(|body| body.name.clone()).collect();

@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 
 use signorini_contact::statics::certify_stability;
 use signorini_formats::solid_inertia;
-use signorini_multibody::glam::DVec3;
+use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::model::Mesh;
-use signorini_statics::{Assembly, Block, Safety, SafetyQuestion, StabilitySettings, StaysProof, Verdict};
+use signorini_multibody::{Geom, Geometry, Input, ModelBuilder, Pose, State};
+use signorini_statics::{Assembly, Block, Safety, SafetyQuestion, StabilitySettings, StaysProof, Verdict, safety};
 
 /// A prism over a quadrilateral of the x–z plane, 1 m deep.
 fn prism(name: impl Into<String>, corners: [[f64; 2]; 4], friction: f64) -> Block {
@@ -131,4 +132,49 @@ fn towers_fall_from_a_tilting_table() {
         assert!((tilted(&tower(10, 0.7), direction) - (1.0_f64 / 3.0).atan()).abs() < 1e-9);
         assert!((tilted(&tower(10, 0.2), direction) - 0.2_f64.atan()).abs() < 1e-9);
     }
+}
+
+/// A ladder on a floor and against a wall, both rough: at the limit both contacts are at their bounds, and moments about its foot balance.
+#[test]
+fn a_ladder_on_a_rough_wall_slides_at_its_closed_form() {
+    let (length, radius, angle, friction) = (2.0, 0.05, 1.0_f64, 0.6);
+    let mut world = ModelBuilder::new("ladder");
+    world.floor();
+    let wall = Pose::new(DVec3::ZERO, DQuat::from_rotation_y(0.5 * PI));
+    let plane = Geom::new("", Geometry::Plane).with_friction(friction);
+    world.body("wall").at(wall).shape(plane).add().expect("a wall");
+    let middle = DVec3::new(radius + 0.5 * length * angle.cos(), 0.0, radius + 0.5 * length * angle.sin());
+    let pose = Pose::new(middle, DQuat::from_rotation_y(angle - 0.5 * PI));
+    let shape = Geometry::Capsule { radius, half_length: 0.5 * length };
+    let ladder = Geom::new("", shape).with_friction(friction);
+    world.body("ladder").at(pose).free().solid(ladder, 3.0).add().expect("a ladder");
+    let model = world.build().expect("a model");
+    let found = safety(&model, &State::new(&model), &Input::default(), &quick(), &SafetyQuestion::Friction);
+    let found = proved(found.expect("a limit"));
+    // N = 1 at the wall: (1/μ + μ) L c / 2 = (L c + r) μ + r + L s, less the more the friction.
+    let (across, up) = (length * angle.cos(), length * angle.sin());
+    let slides = |mu: f64| (1.0 / mu + mu) * 0.5 * across > (across + radius) * mu + radius + up;
+    let least = change(0.01, 2.0, |mu| !slides(mu)) / friction;
+    assert!((found.holds - least).abs() < 1e-6 && (found.falls - least).abs() < 1e-6, "{} {least}", found.holds);
+}
+
+/// Three blocks between supports a little wider than they are at rest: an arch of parallel joints holds by friction alone, as a thrust must stay
+/// within the joints and above what friction needs. Slides at 2 μ T = W of the middle for a given thrust; without one anything may happen.
+#[test]
+fn three_blocks_between_supports_may_do_either() {
+    let mut blocks: Vec<Block> =
+        (0..3).map(|k| brick(format!("block {k}"), [f64::from(k), 0.0], [1.0, 1.0], 0.6)).collect();
+    for (name, x) in [("left", -1.0), ("right", 3.0)] {
+        let mut support = brick(name, [x, 0.0], [1.0, 1.0], 0.6);
+        support.is_fixed = true;
+        blocks.push(support);
+    }
+    let lock = Assembly::new(&blocks, None, 1e-9).expect("blocks");
+    let found = lock.stability(&StabilitySettings::default()).expect("a verdict").stability;
+    assert!(found.worst() <= 1e-9, "{:?}", found.residuals);
+    assert_eq!(found.verdict(), Verdict::MayDoEither);
+    // The thrust line of three blocks is a parabola that rises W L / (8 T) and has to stay within the height; the end joints carry 3 W / 2 by
+    // friction μ T. Any thrust will do for both, so that friction itself is not bounded from below by statics: μ → 0 with T → ∞.
+    let least = proved(lock.safety(&quick(), &SafetyQuestion::Friction).expect("a limit"));
+    assert!(least.holds < 1e-3, "{}", least.holds);
 }

@@ -1,15 +1,17 @@
 //! `signorini stability`.
 
+mod limits;
+mod page;
+
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use signorini::contact::problem_file::{write_contact, write_stability};
 use signorini::formats::ImportReport;
-use signorini::multibody::glam::DVec3;
 use signorini::multibody::{BodyId, Input, Model, State};
 use signorini::statics::{
-    Assembly, ModelStability, Safety, SafetyQuestion, StabilitySettings, held_by_motors, safety, stability,
+    Assembly, Attraction, Configuration, ModelStability, StabilitySettings, Verdict, held_by_motors,
 };
 use signorini::{Settings, Simulation, SimulationError};
 
@@ -18,14 +20,17 @@ use crate::error::CliError;
 use crate::exit::Exit;
 use crate::loading::{Loaded, load_model, start};
 use crate::pack::{self, PackArguments};
-use crate::results::{SafetyResult, StabilityResult};
+use crate::results::{CriticalLine, StabilityResult};
 use crate::{output, text};
+use limits::LimitArguments;
 
 const EXAMPLE: &str = "\
 Examples:
   signorini stability pallet.xml
   signorini stability arch.xml --json
   signorini stability wall.xml --safety tilt --towards 0,1,0
+  signorini stability wall.xml --safety tilt --worst --report wall.html
+  signorini stability wall.xml --safety friction --limit-files wall
   signorini stability arm.xml --hold --safety motors
   signorini stability --pack stones --density 2400 --friction 0.7 --fixed left --fixed right
   signorini stability stack.xml --problem stack.npz --out proof.npz
@@ -67,23 +72,22 @@ pub struct Arguments {
     /// Let every actuator hold still with whatever force within its range that takes: does this robot hold this posture?
     #[arg(long, conflicts_with = "pack")]
     pub hold: bool,
-    /// How far from collapse, with a proof on either side: the angle of a tilting table, a horizontal share of gravity, or the multiplier
-    /// of all friction or of the motors' force ranges, or a weight that is added to a body. Tilt and share act towards --towards.
-    #[arg(long, value_name = "WHAT", value_enum)]
-    pub safety: Option<SafetyName>,
-    /// Direction of --safety tilt and horizontal, in the plane across gravity.
-    #[arg(
-        long,
-        value_name = "X,Y,Z",
-        value_delimiter = ',',
-        num_args = 1,
-        default_value = "1,0,0",
-        allow_hyphen_values = true
-    )]
-    pub towards: Vec<f64>,
-    /// The body of --safety weight.
-    #[arg(long, value_name = "BODY")]
-    pub on: Option<String>,
+    /// How far from collapse.
+    #[command(flatten)]
+    pub limits: LimitArguments,
+    /// Bodies, or geoms' bodies, that hold together: A,B=FORCE in N for a pair, over all its contact points, or FORCE for every contact
+    /// point: studs, glue, magnets, clamps. Can be given several times.
+    #[arg(long, value_name = "[A,B=]FORCE")]
+    pub attract: Vec<String>,
+    /// The range of every contact force over all balances (in --json, and the widest in words).
+    #[arg(long)]
+    pub ranges: bool,
+    /// How far every body can be pushed: the least horizontal force at its centre of mass that nothing balances any more.
+    #[arg(long)]
+    pub bodies: bool,
+    /// Write a page with forces, friction use, collapse mechanism and margins.
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
     /// Write the contact problem that the verdict speaks of (.npz, kind = "contact").
     #[arg(long, value_name = "FILE.npz")]
     pub problem: Option<PathBuf>,
@@ -93,21 +97,6 @@ pub struct Arguments {
     /// Print one JSON object.
     #[arg(long)]
     pub json: bool,
-}
-
-/// What is increased until a model must move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum SafetyName {
-    /// The angle of a tilting table, degrees.
-    Tilt,
-    /// A horizontal share of gravity beside gravity itself.
-    Horizontal,
-    /// A weight on the body that --on names, kg.
-    Weight,
-    /// The multiplier of the motors' force ranges, which is lowered; with --hold.
-    Motors,
-    /// The multiplier of all coefficients of friction, which is lowered.
-    Friction,
 }
 
 /// What is asked: a model in a state, or an assembly of blocks.
@@ -140,64 +129,46 @@ impl Subject {
         }
     }
 
-    fn stability(&self, settings: &StabilitySettings) -> Result<ModelStability, SimulationError> {
+    fn configuration(&self) -> Configuration<'_> {
         match self {
-            Self::Model(_, s, model) => stability(model, s.state(), &s.input, settings),
-            Self::Blocks(assembly, _) => assembly.stability(settings),
+            Self::Model(_, s, model) => Configuration::new(model, s.state(), &s.input),
+            Self::Blocks(assembly, _) => assembly.configuration(),
         }
     }
 
-    fn safety(&self, settings: &StabilitySettings, question: &SafetyQuestion) -> Result<Safety, SimulationError> {
+    /// The state that is judged, and its input.
+    fn state(&self) -> (State, Input) {
         match self {
-            Self::Model(_, s, model) => safety(model, s.state(), &s.input, settings, question),
-            Self::Blocks(assembly, _) => assembly.safety(settings, question),
+            Self::Model(_, s, _) => (s.state().clone(), s.input.clone()),
+            Self::Blocks(assembly, _) => (State::new(&assembly.model), Input::default()),
         }
     }
 
     fn result(&self, found: &ModelStability, tolerance: f64) -> StabilityResult {
-        let (state, input) = (State::new(self.model()), Input::default());
-        match self {
-            Self::Model(loaded, simulation, _) => {
-                let motion = found.motion(simulation.model(), simulation.state(), &simulation.input);
-                StabilityResult::new(&loaded.model, &loaded.source, &loaded.report, found, &motion, tolerance)
-            }
-            Self::Blocks(assembly, source) => {
-                let motion = found.motion(&assembly.model, &state, &input);
-                StabilityResult::new(&assembly.model, source, &ImportReport::default(), found, &motion, tolerance)
-            }
-        }
+        let (state, input) = self.state();
+        let motion = found.motion(self.model(), &state, &input);
+        let none = ImportReport::default();
+        let (source, report) = match self {
+            Self::Model(loaded, ..) => (&loaded.source, &loaded.report),
+            Self::Blocks(_, source) => (source, &none),
+        };
+        StabilityResult::new(self.model(), source, report, found, &motion, tolerance)
     }
 }
 
-/// The limit that was asked for.
-fn limit(
-    arguments: &Arguments,
-    subject: &Subject,
-    settings: &StabilitySettings,
-) -> Result<Option<SafetyResult>, CliError> {
-    let Some(name) = arguments.safety else { return Ok(None) };
-    let [x, y, z] = arguments.towards[..] else {
-        return Err(CliError::UnusedOption { option: "--towards", needs: "three numbers X,Y,Z" });
+/// What holds bodies together, in words of the command line.
+fn attractions(words: &[String], model: &Model) -> Result<Vec<Attraction>, CliError> {
+    let wrong =
+        || CliError::UnusedOption { option: "--attract", needs: "FORCE, or A,B=FORCE with the names of two bodies" };
+    let body = |name: &str| model.bodies.iter().position(|body| body.name == name).map(|k| BodyId(k as u32));
+    let read = |word: &String| {
+        let (pair, force) = word.rsplit_once('=').map_or((None, word.as_str()), |(pair, force)| (Some(pair), force));
+        let force: f64 = force.trim().parse().map_err(|_| wrong())?;
+        let Some(pair) = pair else { return Ok(Attraction::Points(force)) };
+        let (a, b) = pair.split_once(',').ok_or_else(wrong)?;
+        Ok(Attraction::Pair([body(a.trim()).ok_or_else(wrong)?, body(b.trim()).ok_or_else(wrong)?], force))
     };
-    let direction = DVec3::new(x, y, z);
-    let (question, what, unit) = match name {
-        SafetyName::Tilt => (SafetyQuestion::Tilt(direction), "tilt", 1.0_f64.to_degrees()),
-        SafetyName::Horizontal => (SafetyQuestion::Horizontal(direction), "horizontal", 1.0),
-        SafetyName::Friction => (SafetyQuestion::Friction, "friction", 1.0),
-        SafetyName::Motors => (SafetyQuestion::Motors, "motors", 1.0),
-        SafetyName::Weight => {
-            let name = arguments.on.as_deref().unwrap_or_default();
-            let Some(body) = subject.model().bodies.iter().position(|body| body.name == name) else {
-                return Err(CliError::UnusedOption {
-                    option: "--safety weight",
-                    needs: "--on with the name of a body",
-                });
-            };
-            (SafetyQuestion::Weight(BodyId(body as u32)), "weight", 1.0)
-        }
-    };
-    let found = subject.safety(settings, &question)?;
-    Ok(Some(SafetyResult { what, holds: unit * found.holds, falls: unit * found.falls }))
+    words.iter().map(read).collect()
 }
 
 /// Says whether a model stands, with a proof.
@@ -208,8 +179,10 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         .with_contact_tolerance(arguments.touching)
         .with_tolerance(arguments.tolerance)
         .with_enumeration_programs(arguments.enumeration)
+        .with_attraction(attractions(&arguments.attract, subject.model())?)
         .with_simulation(settings);
-    let found = subject.stability(&settings)?;
+    let configuration = subject.configuration();
+    let found = configuration.stability(&settings)?;
     if let Some(path) = &arguments.problem {
         write_contact(path, &found.rest.problem).map_err(CliError::in_file(path))?;
     }
@@ -217,7 +190,19 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         write_stability(path, &found.stability.proof).map_err(CliError::in_file(path))?;
     }
     let mut result = subject.result(&found, settings.tolerance);
-    result.safety = limit(arguments, &subject, &settings)?;
+    result.safety = arguments.limits.find(&configuration, subject.model(), &settings)?;
+    if arguments.ranges {
+        let ranges = found.force_ranges().map_err(SimulationError::from)?;
+        result.forces.iter_mut().zip(ranges).for_each(|(force, range)| force.range = Some(range.normal));
+    }
+    if arguments.bodies && found.stability.verdict() != Verdict::MustMove {
+        let bodies = configuration.critical_bodies(&settings)?;
+        result.bodies = bodies.iter().map(|body| CriticalLine::new(subject.model(), body)).collect();
+    }
+    if let Some(path) = &arguments.report {
+        let (state, input) = subject.state();
+        page::write(path, subject.model(), &state, &input, &result)?;
+    }
     output::print_result(&result, arguments.json, text::stability);
     Ok(if result.proved { Exit::Success } else { Exit::NotSolved })
 }

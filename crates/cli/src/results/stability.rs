@@ -6,7 +6,7 @@ use serde::Serialize;
 use signorini::ContactSource;
 use signorini::formats::ImportReport;
 use signorini::multibody::{BodyId, Model};
-use signorini::statics::{BodyMotion, ContactForce, ModelStability};
+use signorini::statics::{BodyMotion, ContactForce, CriticalBody, ModelStability};
 
 use super::{ImportWarning, import_warnings};
 
@@ -46,6 +46,9 @@ pub struct StabilityResult {
     pub motion: Vec<MotionLine>,
     /// Forces of the balance.
     pub forces: Vec<ForceLine>,
+    /// How far every body can be pushed, where it was asked for.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bodies: Vec<CriticalLine>,
     /// Where the search for a moving solution started and what it ended with.
     pub search: Vec<[&'static str; 2]>,
     /// Linear programs of the enumeration of modes.
@@ -55,14 +58,54 @@ pub struct StabilityResult {
 }
 
 /// A limit between two proofs.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct SafetyResult {
-    /// `tilt` (degrees), `horizontal`, `friction`, `motors` or `weight` (kg).
+    /// `tilt` (degrees), `horizontal`, `push` (N), `friction`, `motors` or `weight` (kg).
     pub what: &'static str,
     /// Forces balance the loads here; `null` where they do not even as it is.
     pub holds: f64,
     /// No forces balance the loads here; `null` where there is no such value.
     pub falls: f64,
+    /// The worst of all directions in world, where it was asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub direction: Option<[f64; 3]>,
+    /// No direction has a limit below this, where all were asked for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_least: Option<f64>,
+    /// The limits with regular polygons of friction inside and outside the circles.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polygons: Option<[f64; 2]>,
+    /// With circular cones forces balance the loads at the first, and none do at the second.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub circular: Option<[f64; 2]>,
+    /// Where no moving solution was found, and where there is one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub motion: Option<[f64; 2]>,
+}
+
+/// What a body bears.
+#[derive(Clone, Debug, Serialize)]
+pub struct CriticalLine {
+    /// The body.
+    pub body: String,
+    /// The least horizontal force at its centre of mass that is at the limit, N; `null` where there is none.
+    pub push: f64,
+    /// Its direction in world.
+    pub direction: [f64; 3],
+    /// The force as a part of the body's weight.
+    pub by_weight: f64,
+}
+
+impl CriticalLine {
+    /// Of a body of this model.
+    pub fn new(model: &Model, body: &CriticalBody) -> Self {
+        Self {
+            body: model.bodies[body.body.index()].name.clone(),
+            push: body.force,
+            direction: body.direction.to_array(),
+            by_weight: body.force / body.weight,
+        }
+    }
 }
 
 /// How a body moves.
@@ -84,12 +127,15 @@ pub struct ForceLine {
     /// Contact point in world, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub position: Option<[f64; 3]>,
-    /// Normal force, N or N·m.
+    /// Normal force, N or N·m; negative where what attracts the bodies is needed to hold them.
     pub normal: f64,
     /// Force on the second geom's body in world, N.
     pub force: [f64; 3],
     /// Part of the friction that is used.
     pub friction_use: f64,
+    /// The least and largest normal force over all balances, where it was asked for; `null` where there is none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<[f64; 2]>,
 }
 
 impl StabilityResult {
@@ -127,6 +173,7 @@ impl StabilityResult {
             safety: None,
             motion: motion.iter().map(line).collect(),
             forces: found.forces().iter().map(|force| force_line(model, found, force)).collect(),
+            bodies: Vec::new(),
             search: stability.search.iter().map(|run| [run.start, run.end]).collect(),
             enumeration_programs: stability.enumeration_programs,
             warnings: import_warnings(report),
@@ -144,5 +191,5 @@ fn force_line(model: &Model, found: &ModelStability, force: &ContactForce) -> Fo
         ContactSource::TendonLimit { tendon, .. } => (vec![model.tendons[tendon.index()].name.clone()], None),
     };
     let (normal, friction_use) = (force.normal, force.friction_use);
-    ForceLine { between, position, normal, force: force.force.to_array(), friction_use }
+    ForceLine { between, position, normal, force: force.force.to_array(), friction_use, range: None }
 }

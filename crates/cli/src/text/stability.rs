@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::{bodies, count, number};
-use crate::results::StabilityResult;
+use crate::results::{CriticalLine, SafetyResult, StabilityResult};
 
 /// Bodies that are named.
 const NAMED: usize = 8;
@@ -38,13 +38,11 @@ pub fn stability(result: &StabilityResult) -> String {
         let _ = writeln!(out, "  {what} {}: {}{more}", bodies(result.motion.len()), names.join(", "));
     }
     if let Some(limit) = &result.safety {
-        let unit = match limit.what {
-            "tilt" => "°",
-            "weight" => " kg",
-            _ => "",
-        };
-        let value = |x: f64| if x.is_finite() { format!("{x:.10}{unit}") } else { "never".into() };
-        let _ = writeln!(out, "  {:10} balance at {}, none at {}", limit.what, value(limit.holds), value(limit.falls));
+        out += &safety(limit);
+    }
+    for body in least_borne(&result.bodies) {
+        let push = format!("{} N, {} of its weight", number(body.push), number(body.by_weight));
+        let _ = writeln!(out, "  pushed     {} bears {push} at the centre of mass", body.body);
     }
     if let Some(most) = result.forces.iter().max_by(|a, b| a.friction_use.total_cmp(&b.friction_use)) {
         let _ = writeln!(
@@ -66,6 +64,47 @@ pub fn stability(result: &StabilityResult) -> String {
     if result.constraint_error > 1e-9 {
         let _ =
             writeln!(out, "  joints     constraints violated by {} taken as closed", number(result.constraint_error));
+    }
+    out
+}
+
+/// The bodies that bear least, as part of their weight.
+fn least_borne(bodies: &[CriticalLine]) -> Vec<&CriticalLine> {
+    let mut all: Vec<&CriticalLine> = bodies.iter().collect();
+    all.sort_by(|a, b| a.by_weight.total_cmp(&b.by_weight));
+    all.truncate(NAMED);
+    all
+}
+
+/// A limit.
+fn safety(limit: &SafetyResult) -> String {
+    let unit = match limit.what {
+        "tilt" => "°",
+        "weight" => " kg",
+        "push" => " N",
+        _ => "",
+    };
+    let value = |x: f64| if x.is_finite() { format!("{x:.10}{unit}") } else { "never".into() };
+    let mut out = format!("  {:10} balance at {}, none at {}\n", limit.what, value(limit.holds), value(limit.falls));
+    if let (Some([x, y, z]), Some(least)) = (limit.direction, limit.at_least) {
+        let _ = writeln!(
+            out,
+            "             worst towards ({x:.6}, {y:.6}, {z:.6}); no direction bears less than {}",
+            value(least)
+        );
+    }
+    if let (Some([inside, outside]), Some([holds, falls])) = (limit.polygons, limit.circular) {
+        let _ = writeln!(
+            out,
+            "             circular cones: balance at {}, none at {} (polygons inside {}, outside {})",
+            value(holds),
+            value(falls),
+            value(inside),
+            value(outside)
+        );
+    }
+    if let Some([still, moves]) = limit.motion {
+        let _ = writeln!(out, "             motion: none found at {}, begins at {}", value(still), value(moves));
     }
     out
 }

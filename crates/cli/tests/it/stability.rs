@@ -103,3 +103,41 @@ fn motors_hold_a_posture() {
     let margin = held.lines()[0]["safety"]["holds"].as_f64().expect("a margin");
     assert!((margin - 9.81 / 12.0).abs() < 1e-7, "{margin}");
 }
+
+/// The worst direction, circles, where motion begins, ranges, bodies, and both proofs of the limit judged from their files; the page.
+#[test]
+fn limits_are_checked_from_their_files() {
+    let folder = Folder::new("stability-limits");
+    folder.write("holds.xml", &slope(0.4));
+    let ask = |words: &[&str]| {
+        let done = folder.run(&[&["stability", "holds.xml", "--json"], words].concat());
+        assert_eq!(done.code, 0, "{}", done.stderr);
+        done.lines()[0].clone()
+    };
+    let words = ["--safety", "friction", "--circular", "--moves", "--limit-files", "limit"];
+    let found = ask(&[&words[..], &["--ranges", "--bodies", "--report", "page.html"]].concat());
+    let expected = 0.3_f64.tan() / 0.4;
+    for name in ["circular", "motion"] {
+        for value in found["safety"][name].as_array().expect("two values") {
+            assert!((value.as_f64().expect("a number") - expected).abs() < 1e-6, "{name} {value} {expected}");
+        }
+    }
+    assert!(found["forces"].as_array().expect("forces").iter().all(|force| force["range"][1].as_f64().is_some()));
+    assert_eq!(found["bodies"][0]["body"], "box");
+    for (side, verdict) in [("holds", "stands"), ("falls", "must_move")] {
+        let checked =
+            folder.run(&["check", &format!("limit-{side}.npz"), &format!("limit-{side}-proof.npz"), "--json"]);
+        assert_eq!((checked.code, checked.lines()[0]["verdict"].as_str()), (0, Some(verdict)), "{}", checked.stdout);
+    }
+    let page = std::fs::read_to_string(folder.path("page.html")).expect("a page");
+    assert!(page.contains("\"verdict\":\"stays\"") && !page.contains("\"DATA\""));
+    let worst = ask(&["--safety", "horizontal", "--worst"]);
+    let (holds, least) = (worst["safety"]["holds"].as_f64(), worst["safety"]["at_least"].as_f64());
+    let (holds, least) = (holds.expect("a limit"), least.expect("a limit"));
+    assert!((holds - least).abs() < 1e-8 && holds < 0.1, "{holds} {least}");
+    let glued = ask(&["--attract", "world,box=100", "--safety", "push", "--on", "box"]);
+    let limit = glued["safety"]["holds"].as_f64().expect("a limit");
+    assert!(limit > 40.0, "{limit}");
+    let wrong = folder.run(&["stability", "holds.xml", "--attract", "box,nobody=1"]);
+    assert!(wrong.code != 0 && wrong.stderr.contains("--attract"), "{}", wrong.stderr);
+}

@@ -61,6 +61,7 @@ __all__ = [
     "center_of_mass",
     "center_of_mass_jacobian",
     "contacts_at",
+    "critical_bodies",
     "derivatives",
     "difference",
     "distance",
@@ -1212,14 +1213,38 @@ class Assembly:
         """
     def __len__(self) -> int:
         """Number of blocks."""
+    def join(
+        self,
+        first: Optional[str],
+        second: Optional[str],
+        points: ArrayLike,
+        normal: Tuple[float, float, float],
+        *,
+        tension: float,
+        friction: float = 0.6,
+    ) -> None:
+        """Adds points at which two blocks hold together: studs of bricks, dabs of glue.
+
+        Args:
+            first, second: names of blocks; ``None`` for the floor.
+            points: (n, 3), in world, m.
+            normal: from the first to the second.
+            tension: what each point bears, N.
+            friction: its coefficient of friction.
+
+        Raises:
+            SettingError: there is no such block, or a number is out of its range.
+        """
     def stability(self, *, tolerance: float = 1e-9, enumeration: int = 1000) -> Stability:
         """Whether the blocks stand under their weight; as :func:`stability`."""
     def safety(
         self,
         *,
         what: str,
-        direction: Optional[Tuple[float, float, float]] = None,
+        direction: Optional[Union[Tuple[float, float, float], str]] = None,
         body: Optional[str] = None,
+        circular: bool = False,
+        motion: bool = False,
         tolerance: float = 1e-9,
     ) -> Safety:
         """How far the blocks are from collapse; as :func:`safety`, without loads."""
@@ -1259,6 +1284,26 @@ class Safety:
     @property
     def residuals(self) -> Tuple[Optional[float], Optional[float]]:
         """Residuals of the two proofs: of the balance, and of the mechanism."""
+    @property
+    def direction(self) -> Optional[NDArray[np.float64]]:
+        """The worst of all directions in world, (3,); ``None`` where one was given."""
+    @property
+    def at_least(self) -> Optional[float]:
+        """No direction has a limit below this; ``None`` where one was given."""
+    @property
+    def circular(self) -> Optional[Tuple[float, float]]:
+        """With circular cones of friction forces balance the loads at the first value, and none do at the second."""
+    @property
+    def polygons(self) -> Optional[Tuple[float, float]]:
+        """The limits with regular polygons of friction inside and outside the circles."""
+    @property
+    def motion(self) -> Optional[Tuple[float, float]]:
+        """Where no moving solution was found, and where there is one; a value between the two is the limit."""
+    def save(self, prefix: Union[str, "os.PathLike[str]"]) -> None:
+        """Writes both proofs with their problems, for ``signorini check``.
+
+        PREFIX-holds.npz and PREFIX-holds-proof.npz, PREFIX-falls.npz and PREFIX-falls-proof.npz.
+        """
 
 @final
 class Stability:
@@ -1293,6 +1338,14 @@ class Stability:
         """Contact forces together, N, that a balance would need at least; infinite where none of any size would do.
 
         ``None`` where there is a balance.
+        """
+    def force_ranges(self) -> NDArray[np.float64]:
+        """The range of every contact's normal force over all balances, (nc, 2), N; infinite where contacts can press against each other.
+
+        (0, 2) where there is no balance. Two linear programs per contact: for problems of up to some hundred contacts.
+
+        Raises:
+            ProblemError: there is friction of joints, servos, spinning or rolling.
         """
     @property
     def search(self) -> List[Tuple[str, str]]:
@@ -1812,11 +1865,12 @@ def placements(
     data: Optional[Data] = None,
     *,
     what: Optional[str] = None,
-    direction: Optional[Tuple[float, float, float]] = None,
+    direction: Optional[ArrayLike] = None,
     body: Optional[str] = None,
     touching: float = 1e-6,
     tolerance: float = 1e-9,
     enumeration: int = 0,
+    progress: Optional[Callable[[int], object]] = None,
 ) -> Placements:
     """Judges many configurations of a model at rest on all cores, each as :func:`stability` does.
 
@@ -1825,6 +1879,7 @@ def placements(
         data: input and settings.
         what, direction, body: the margin that is wanted of those that need not move, as in :func:`safety`.
         touching, tolerance, enumeration: as in :func:`stability`.
+        progress: called with the number of configurations judged so far, from any thread.
 
     Raises:
         ProblemError, SettingError, StateError: as in :func:`stability`, of the first configuration that cannot be judged.
@@ -1835,10 +1890,13 @@ def safety(
     data: Optional[Data] = None,
     *,
     what: str,
-    direction: Optional[Tuple[float, float, float]] = None,
+    direction: Optional[Union[ArrayLike, str]] = None,
     load: Optional[ArrayLike] = None,
     body: Optional[str] = None,
     hold: bool = False,
+    attraction: Optional[Union[float, Dict[Tuple[str, str], float]]] = None,
+    circular: bool = False,
+    motion: bool = False,
     touching: float = 1e-6,
     tolerance: float = 1e-9,
 ) -> Safety:
@@ -1850,9 +1908,12 @@ def safety(
     Args:
         what: "tilt", the angle in rad by which gravity is turned towards ``direction``; "horizontal", a share of gravity in
             ``direction`` beside gravity itself; "friction", the multiplier of all coefficients of friction of contacts, which is
-            lowered; "load", the multiplier of the generalized force ``load``, (nv,), beside the loads; "weight", a weight in kg at the
+            lowered; "push", a force in N at the centre of mass of ``body`` in ``direction``; "load", the multiplier of the generalized force ``load``, (nv,), beside the loads; "weight", a weight in kg at the
             centre of mass of ``body``; "motors", the multiplier of the force ranges of motors that ``hold``, which is lowered.
-        hold: as in :func:`stability`.
+        direction: in world, of any length; "worst" asks all directions across gravity (tilt, horizontal, push).
+        hold, attraction: as in :func:`stability`.
+        circular: also the limit under circular cones of friction, between polygons inside and outside them.
+        motion: also where the first step from rest begins to move.
         touching: as in :func:`stability`.
 
     Raises:
@@ -1865,6 +1926,7 @@ def stability(
     data: Optional[Data] = None,
     *,
     hold: bool = False,
+    attraction: Optional[Union[float, Dict[Tuple[str, str], float]]] = None,
     touching: float = 1e-6,
     tolerance: float = 1e-9,
     enumeration: int = 1000,
@@ -1879,6 +1941,8 @@ def stability(
     Args:
         data: the configuration and its input; the velocity is taken as zero. ``None`` takes the model's reference configuration.
         hold: every actuator holds still with whatever force within its range that takes; controls do not count.
+        attraction: tension in N that contacts bear, by a force that pulls the bodies together as long as they touch: of every contact
+            point, or of pairs of bodies ``{("left", "right"): 5.0}``, spread over their contact points. Friction grows by it.
         touching: gap up to which shapes and limits touch, m or rad.
         tolerance: a proof holds when its residuals are at most this.
         enumeration: linear programs of the complete enumeration of modes at most; 0 for no enumeration.
@@ -2034,6 +2098,24 @@ def integrate(model: Model, qpos: ArrayLike, qvel: ArrayLike, dt: float = 1.0) -
 
 def difference(model: Model, qpos1: ArrayLike, qpos0: ArrayLike) -> _Array:
     """The velocity that leads from ``qpos0`` to ``qpos1`` in unit time, (nv,); rotations go the short way."""
+
+def critical_bodies(
+    model: Model,
+    data: Optional[Data] = None,
+    *,
+    attraction: Optional[Union[float, Dict[Tuple[str, str], float]]] = None,
+    touching: float = 1e-6,
+    tolerance: float = 1e-9,
+) -> Dict[str, Tuple[float, NDArray[np.float64]]]:
+    """What every free body bears: those that bear least are what collapse begins with.
+
+    Returns:
+        By the name of the body the least horizontal force at its centre of mass, over all directions, that is at the limit of what
+        can be balanced, N, and its direction in world, (3,). Not a number where the loads are not balanced as they are.
+
+    Raises:
+        SettingError, ProblemError, StateError: as in :func:`safety`.
+    """
 
 def derivatives(model: Model, data: Data, parameters: Optional[Sequence[Any]] = None) -> StepDerivatives:
     """The derivative of the step just made (``step``, ``forward``): of (q⁺, v⁺) by (q, v), ctrl and qfrc_applied.
