@@ -12,6 +12,7 @@ use signorini_contact::statics::energy_part;
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{Geom, Geometry, Input, Model, ModelBuilder, Pose, State};
 use signorini_simulation::{Settings, Simulation};
+use signorini_solver::ContactSolver;
 use signorini_statics::{StabilitySettings, Verdict, stability};
 
 const WORLDS: u64 = 200;
@@ -223,12 +224,13 @@ fn judged(seed: u64) -> (String, Option<String>) {
     if let Err(error) = simulation.step() {
         return contradicted(format!("the step ends: {error}"));
     }
-    let moved = energy_part(&found.rest.problem, &simulation.state().v);
+    let problem = &found.rest.problem;
     // A step takes a disc by 8 points of its rim and a verdict by 96: what stands on the latter may tip over the former.
     let has_disc = simulation.model().geoms.iter().any(|geom| matches!(geom.geometry, Geometry::Cylinder { .. }));
-    if has_disc && verdict != Verdict::MustMove && std::env::var("SIGNORINI_DISCS").is_err() {
-        return (name, None);
-    }
+    let moved = match has_disc {
+        true => energy_part(problem, &ContactSolver::default().solve(problem, None).velocity),
+        false => energy_part(problem, &simulation.state().v),
+    };
     match verdict {
         Verdict::MustMove if moved < MOVES => {
             contradicted(format!("the step has {moved:e} of the free motion's energy"))
@@ -253,7 +255,9 @@ fn no_verdict_is_contradicted() {
     let contradicted: Vec<&String> = all.iter().filter_map(|(_, reason)| reason.as_ref()).collect();
     contradicted.iter().for_each(|reason| println!("{reason}"));
     assert!(contradicted.is_empty(), "{} verdicts of {worlds} are contradicted", contradicted.len());
-    for verdict in ["must_move", "stays", "may_do_either"] {
+    // A few worlds need not have all verdicts.
+    let expected = if worlds < WORLDS { &[][..] } else { &["must_move", "stays", "may_do_either"] };
+    for &verdict in expected {
         assert!(counts.contains_key(verdict), "no world has the verdict {verdict}: {counts:?}");
     }
 }
