@@ -5,4 +5,5 @@ pub mod random_steps;
 pub mod robots;
 pub mod sim;
 pub mod table;
+pub mod toss_fit;
 pub mod tosses;

@@ -205,8 +205,16 @@ pub fn simulation(
     substeps: usize,
     settings: &Settings,
 ) -> Result<Simulation, Box<dyn std::error::Error>> {
+    Ok(simulation_of(model(mu, restitution)?, substeps, settings)?)
+}
+
+/// The same of any model of the cube.
+///
+/// # Errors
+/// [`SimulationError`] if a setting is out of its range.
+pub fn simulation_of(model: Model, substeps: usize, settings: &Settings) -> Result<Simulation, SimulationError> {
     let timestep = Some(1.0 / (SAMPLE_RATE * substeps as f64));
-    Ok(Simulation::new(model(mu, restitution)?, settings.clone().with_timestep(timestep))?)
+    Simulation::new(model, settings.clone().with_timestep(timestep))
 }
 
 fn pose(simulation: &Simulation) -> [f64; 7] {

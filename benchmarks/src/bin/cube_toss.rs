@@ -5,8 +5,11 @@ use std::error::Error;
 use std::path::PathBuf;
 
 use clap::Parser;
+use cpu_time::ProcessTime;
+use signorini::multibody::Model;
 use signorini::{InfeasiblePolicy, RestitutionLaw, Settings};
 use signorini_benchmarks::table;
+use signorini_benchmarks::toss_fit::{Fit, Quantity};
 use signorini_benchmarks::tosses::{self, Effort, HALF_SIDE, IDENTIFICATION, Protocol, Toss, TossError};
 
 /// Mean position error (% of the cube's width) and rotation error (degrees) of other engines, friction identified on
@@ -55,6 +58,18 @@ struct Options {
     /// Coefficient of restitution; identified where it is not given
     #[arg(long)]
     restitution: Option<f64>,
+    /// Identify by the derivatives of the steps what is named, beside the grid's friction
+    #[arg(long, value_enum, value_delimiter = ',')]
+    by_gradient: Vec<Quantity>,
+    /// Steps between two samples while identifying by derivatives
+    #[arg(long, default_value_t = 2)]
+    fit_substeps: usize,
+    /// Places within the bounds that are looked at before slopes are followed
+    #[arg(long, default_value_t = 0)]
+    starts: usize,
+    /// Sets drawn from the tosses of the identification, each fitted, beside the covariance of the fit by derivatives
+    #[arg(long, default_value_t = 0)]
+    bootstrap: usize,
     /// A few tosses only, one friction: shows in seconds that the program works
     #[arg(long)]
     smoke: bool,
@@ -94,7 +109,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         identification.truncate(3);
         others.truncate(6);
     }
+    if !options.by_gradient.is_empty() {
+        by_gradient(&options, &identification, &others)?;
+    }
+    let begin = ProcessTime::now();
     let surface = identify(&options, &identification)?;
+    println!("grid: {:.1} s of processor", begin.elapsed().as_secs_f64());
     let Surface { mu, restitution } = surface;
     let train = score(&options, surface, &identification)?;
     println!(
@@ -106,6 +126,37 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("on {} other tosses: {}\n", others.len(), in_words(&test));
     print_detail(&test);
     print!("{}", comparison(&options, &test));
+    Ok(())
+}
+
+/// Identifies by derivatives, and scores the others with what was found.
+fn by_gradient(options: &Options, identification: &[Toss], others: &[Toss]) -> Result<(), Box<dyn Error>> {
+    let fit = Fit {
+        quantities: options.by_gradient.clone(),
+        directions: options.directions,
+        substeps: options.fit_substeps,
+        protocol: options.protocol,
+        starts: options.starts,
+    };
+    let begin = ProcessTime::now();
+    let found = fit.run(&tosses::model(0.4, 0.0)?, identification)?;
+    let seconds = begin.elapsed().as_secs_f64();
+    let deviations = match options.bootstrap {
+        0 => Vec::new(),
+        draws => fit.bootstrap(&found.model, identification, draws)?,
+    };
+    println!("by derivatives: {seconds:.1} s of processor, {} of {} steps without one", found.steps[1], found.steps[0]);
+    let n = found.values.len();
+    for (i, value) in found.values.iter().enumerate() {
+        let reported = found.covariance[i * n + i].sqrt();
+        let drawn = deviations.get(i).map_or(String::new(), |d| format!(", of drawn sets {d:.2e}"));
+        let note = if found.determined[i] { "" } else { " (not determined)" };
+        println!("  {i}: {value:.6}, standard deviation {reported:.2e}{drawn}{note}");
+    }
+    for (name, tosses) in [("of the identification", identification), ("others", others)] {
+        let score = score_of(options, found.model.clone(), tosses)?;
+        println!("  on {} tosses {name}: {}", tosses.len(), in_words(&score));
+    }
     Ok(())
 }
 
@@ -154,13 +205,17 @@ fn identify(options: &Options, tosses: &[Toss]) -> Result<Surface, Box<dyn Error
 }
 
 fn score(options: &Options, surface: Surface, tosses: &[Toss]) -> Result<Score, Box<dyn Error>> {
+    score_of(options, tosses::model(surface.mu, surface.restitution)?, tosses)
+}
+
+fn score_of(options: &Options, model: Model, tosses: &[Toss]) -> Result<Score, Box<dyn Error>> {
     let settings = Settings::default()
         .with_directions(options.directions)
         .with_direction_angle(options.direction_angle.to_radians())
         .with_stabilization(options.stabilization)
         .with_infeasible(InfeasiblePolicy::ClipGaps)
         .with_restitution(if options.law == Law::Poisson { RestitutionLaw::Poisson } else { RestitutionLaw::Newton });
-    let mut simulation = tosses::simulation(surface.mu, surface.restitution, options.substeps, &settings)?;
+    let mut simulation = tosses::simulation_of(model, options.substeps, &settings)?;
     let mut score = Score::default();
     for toss in tosses {
         let (poses, effort) = tosses::simulate(&mut simulation, toss, options.protocol, options.substeps)?;

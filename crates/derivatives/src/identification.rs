@@ -3,10 +3,10 @@
 //! The unknowns `θ` minimise
 //!
 //! ```text
-//! Σ ρ(‖W (q_sim(θ) ⊖ q_rec)‖) + ½ Σ ((θ − θ₀)/σ₀)² ,
+//! Σ ρ(‖W_j (q_sim(θ) ⊖ q_rec)_j‖) + ½ Σ ((θ − θ₀)/σ₀)² ,
 //! ```
 //!
-//! over all samples of all windows of the recordings, each simulated from its first sample, by Levenberg and Marquardt's method: the slopes of
+//! over the translations and rotations of all joints `j`, at all samples of all windows of the recordings, each simulated from its first sample, by Levenberg and Marquardt's method: the slopes of
 //! the trajectories are products of the [derivatives of their steps](crate::StepDerivatives). Contact makes the objective rough, so that
 //! no step is taken that does not lower the objective itself. Where a step has no derivative, its slopes are differences of the step
 //! itself, and the report counts such steps.
@@ -113,9 +113,14 @@ pub struct IdentificationSettings {
     pub window: usize,
     /// What differences of configurations are multiplied by, `[nv]`; 1 where it is empty.
     pub weights: Vec<f64>,
-    /// The difference of a sample from which on it counts by its size and not by its square; 0 for squares alone. In units of the weighted
-    /// differences.
+    /// The difference of a joint's translation or rotation at a sample from which on it counts by its size and not by its square; 0 for
+    /// squares alone. In units of the weighted differences.
     pub outlier: f64,
+    /// Whether recordings count the same, however long they are; otherwise samples do.
+    pub equal_recordings: bool,
+    /// Places within the bounds at which the objective is looked at before the method begins at the best of them and of the model's own
+    /// values: contact makes objectives with many valleys. Needs bounds that are finite.
+    pub starts: usize,
     /// Steps of the method at most.
     pub iterations: usize,
     /// The method ends where a step lowers the objective by less than this part of it.
@@ -125,7 +130,17 @@ pub struct IdentificationSettings {
 impl IdentificationSettings {
     /// Samples `interval` seconds apart, one step for each, whole recordings, squares.
     pub fn new(interval: f64) -> Self {
-        Self { interval, substeps: 1, window: 0, weights: Vec::new(), outlier: 0.0, iterations: 30, tolerance: 1e-4 }
+        Self {
+            interval,
+            substeps: 1,
+            window: 0,
+            weights: Vec::new(),
+            outlier: 0.0,
+            equal_recordings: false,
+            starts: 0,
+            iterations: 30,
+            tolerance: 1e-4,
+        }
     }
 }
 
@@ -135,7 +150,7 @@ impl IdentificationSettings {
 pub struct IdentificationProgress {
     /// Steps of the method so far.
     pub iteration: usize,
-    /// The objective, per sample.
+    /// The objective, per sample, or per recording where these count the same.
     pub objective: f64,
     /// The unknowns.
     pub values: Vec<f64>,
@@ -155,7 +170,7 @@ pub struct Identification {
     pub determined: Vec<bool>,
     /// Those that ended at a bound.
     pub at_bound: Vec<bool>,
-    /// The objective at the beginning and at the end, per sample.
+    /// The objective at the values of the model given and at the end, per sample, or per recording where these count the same.
     pub objective: [f64; 2],
     /// Root of the mean square of the weighted differences at the end.
     pub deviation: f64,

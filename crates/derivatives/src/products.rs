@@ -2,19 +2,17 @@
 
 use signorini_lcp::Matrix;
 
+use crate::columns::VelocityColumns;
 use crate::matrix::{add_scaled, dot};
 use crate::step::StepDerivatives;
-use crate::system::Gain;
 
 impl StepDerivatives {
     /// `A = ∂(q⁺, v⁺)/∂(q, v)`, `[2 nv, 2 nv]`; none where the derivative is refused. Where it is one-sided it is that of the modes which
     /// the solution has.
     pub fn state_matrix(&self) -> Option<Matrix> {
         let mut out = Matrix::zeros(2 * self.nv, 2 * self.nv);
-        let mut gain = Gain::default();
         self.has_matrices.then(|| {
-            self.system.gain_into(self.nv, &mut gain);
-            self.fill_columns(&gain, Columns::State, &mut out);
+            self.with_motion_columns(|columns| self.take_columns(columns, 0, true, &mut out));
             out
         })
     }
@@ -22,10 +20,8 @@ impl StepDerivatives {
     /// `∂(q⁺, v⁺)/∂u`, `[2 nv, nu]`, as [`state_matrix`](Self::state_matrix).
     pub fn control_matrix(&self) -> Option<Matrix> {
         let mut out = Matrix::zeros(2 * self.nv, self.nu);
-        let mut gain = Gain::default();
         self.has_matrices.then(|| {
-            self.system.gain_into(self.nv, &mut gain);
-            self.fill_columns(&gain, Columns::Control, &mut out);
+            self.with_motion_columns(|columns| self.take_columns(columns, 2 * self.nv, false, &mut out));
             out
         })
     }
@@ -33,10 +29,10 @@ impl StepDerivatives {
     /// `∂(q⁺, v⁺)/∂τ` by the applied generalized force, `[2 nv, nv]`, as [`state_matrix`](Self::state_matrix).
     pub fn force_matrix(&self) -> Option<Matrix> {
         let mut out = Matrix::zeros(2 * self.nv, self.nv);
-        let mut gain = Gain::default();
         self.has_matrices.then(|| {
-            self.system.gain_into(self.nv, &mut gain);
-            self.fill_columns(&gain, Columns::Force, &mut out);
+            let mut columns = VelocityColumns::default();
+            columns.solve_forces(self.nv, self.dt, &self.system);
+            self.take_columns(&columns, 0, false, &mut out);
             out
         })
     }
@@ -50,11 +46,9 @@ impl StepDerivatives {
         if !self.has_matrices {
             return false;
         }
-        let mut gain = std::mem::take(&mut self.gain);
-        self.system.gain_into(self.nv, &mut gain);
-        self.fill_columns(&gain, Columns::State, state);
-        self.fill_columns(&gain, Columns::Control, control);
-        self.gain = gain;
+        self.columns.keep_motion(&self.balance, &self.system);
+        self.take_columns(&self.columns, 0, true, state);
+        self.take_columns(&self.columns, 2 * self.nv, false, control);
         true
     }
 
@@ -71,50 +65,32 @@ impl StepDerivatives {
             return Err(format!("parameter {j}: {reason}"));
         }
         let mut out = Matrix::zeros(2 * self.nv, self.directions.len());
-        let mut gain = Gain::default();
-        self.system.gain_into(self.nv, &mut gain);
-        self.fill_columns(&gain, Columns::Parameter, &mut out);
+        let mut columns = VelocityColumns::default();
+        columns.solve_parameters(self.nv, self.directions.len(), &self.system);
+        self.take_columns(&columns, 0, false, &mut out);
+        self.add_time(out.data_mut());
         Ok(out)
     }
 
-    /// Fills a matrix of `∂(q⁺, v⁺)`, all columns at once.
-    fn fill_columns(&self, gain: &Gain, columns: Columns, out: &mut Matrix) {
-        let (nv, nu, width) = (self.nv, self.nu, out.cols());
-        let (balance, rows) = (&self.balance, &self.system.rows);
-        let (top, bottom) = out.data_mut().split_at_mut(nv * width);
-        bottom.fill(0.0);
-        for (r, row) in bottom.chunks_exact_mut(width.max(1)).enumerate() {
-            for (k, &gain) in gain.by_momentum.row(r).iter().enumerate() {
-                match columns {
-                    Columns::State => {
-                        add_scaled(&mut row[..nv], -gain, &balance.by_configuration[k * nv..(k + 1) * nv]);
-                        add_scaled(&mut row[nv..], -gain, &balance.by_velocity[k * nv..(k + 1) * nv]);
-                    }
-                    Columns::Control => add_scaled(row, -gain, &balance.by_control[k * nu..(k + 1) * nu]),
-                    Columns::Force => row[k] = gain * self.dt,
-                    Columns::Parameter => {
-                        let column = rows.balance_by_parameter.data.iter().skip(k).step_by(nv);
-                        row.iter_mut().zip(column).for_each(|(x, slope)| *x -= gain * slope);
-                    }
-                }
-            }
-            for i in 0..rows.len() {
-                let gain = gain.by_rows.row(i)[r];
-                match columns {
-                    Columns::State => {
-                        add_scaled(&mut row[..nv], gain, rows.by_configuration.row(i));
-                        add_scaled(&mut row[nv..], gain, rows.by_velocity.row(i));
-                    }
-                    Columns::Control if nu > 0 => add_scaled(row, gain, rows.by_control.row(i)),
-                    Columns::Parameter if width > 0 => add_scaled(row, gain, rows.by_parameter.row(i)),
-                    _ => {}
-                }
-            }
+    fn with_motion_columns(&self, work: impl FnOnce(&VelocityColumns)) {
+        if self.columns.is_current {
+            return work(&self.columns);
         }
-        self.integration.forward_rows(bottom, width, matches!(columns, Columns::State), top);
-        if let Columns::Parameter = columns {
-            self.add_time(top);
+        let mut columns = VelocityColumns::default();
+        columns.keep_motion(&self.balance, &self.system);
+        work(&columns);
+    }
+
+    /// `∂(q⁺, v⁺)` from columns of `∂v⁺`, from the first given on; `by_configuration`: whether they begin with those by `q`.
+    fn take_columns(&self, columns: &VelocityColumns, first: usize, by_configuration: bool, out: &mut Matrix) {
+        let (width, velocity) = (out.cols(), &columns.velocity);
+        assert_eq!(out.rows(), 2 * self.nv, "the matrix has another shape");
+        let (top, bottom) = out.data_mut().split_at_mut(self.nv * width);
+        for (row, from) in bottom.chunks_exact_mut(width.max(1)).zip(velocity.data.chunks_exact(velocity.width.max(1)))
+        {
+            row.copy_from_slice(&from[first..first + width]);
         }
+        self.integration.forward_rows(bottom, width, by_configuration, top);
     }
 
     /// A longer step goes on along the velocity.
@@ -207,13 +183,4 @@ impl StepDerivatives {
         }
         Some(out)
     }
-}
-
-/// What a matrix has the derivatives by.
-#[derive(Clone, Copy)]
-enum Columns {
-    State,
-    Control,
-    Force,
-    Parameter,
 }

@@ -115,17 +115,49 @@ impl Reduced {
         self.rows[..r].iter().zip(scratch.iter()).for_each(|(&i, value)| x[i] = *value);
     }
 
-    /// A vector that the matrix takes to zero, for dependent column number `k ≥ rank`: by columns.
-    pub fn null_vector(&self, k: usize) -> Vec<f64> {
+    /// The same for many right-hand sides at once, in place: rows in the order of [`rows`](Self::rows) in, of [`columns`](Self::columns) out,
+    /// `rank` of them.
+    #[inline(always)]
+    pub fn solve_rows_in_place(&self, x: &mut Rows) {
         let (n, r) = (self.size, self.rank);
-        let mut head: Vec<f64> = (0..r).map(|i| -self.lu[i * n + k]).collect();
-        for i in (0..r).rev() {
-            let sum: f64 = (i + 1..r).map(|j| self.lu[i * n + j] * head[j]).sum();
-            head[i] = (head[i] - sum) / self.lu[i * n + i];
+        for i in 0..r {
+            for j in 0..i {
+                let (own, other) = x.pair(i, j);
+                subtract(own, self.lu[i * n + j], other);
+            }
         }
-        let mut out = vec![0.0; n];
-        self.columns[..r].iter().zip(&head).for_each(|(&j, x)| out[j] = *x);
-        out[self.columns[k]] = 1.0;
-        out
+        self.substitute_back(x);
     }
+
+    #[inline(always)]
+    fn substitute_back(&self, x: &mut Rows) {
+        let (n, r) = (self.size, self.rank);
+        for i in (0..r).rev() {
+            for j in i + 1..r {
+                let (own, other) = x.pair(i, j);
+                subtract(own, self.lu[i * n + j], other);
+            }
+            let inverse = 1.0 / self.lu[i * n + i];
+            x.row_mut(i).iter_mut().for_each(|x| *x *= inverse);
+        }
+    }
+
+    /// Vectors that the matrix takes to zero, one for each dependent column: their entries at the independent columns, `[rank, size − rank]`.
+    /// Each has 1 at its own dependent column and zeros at the others.
+    #[inline(always)]
+    pub fn null_vectors_into(&self, out: &mut Rows) {
+        let (n, r) = (self.size, self.rank);
+        out.clear(n - r);
+        for i in 0..r {
+            let row = out.push();
+            row.iter_mut().zip(&self.lu[i * n + r..(i + 1) * n]).for_each(|(x, u)| *x = -u);
+        }
+        self.substitute_back(out);
+    }
+}
+
+/// `y −= s x`.
+#[inline(always)]
+fn subtract(y: &mut [f64], s: f64, x: &[f64]) {
+    y.iter_mut().zip(x).for_each(|(y, x)| *y -= s * x);
 }

@@ -12,7 +12,7 @@ use signorini_multibody::derivatives::BalanceDerivatives;
 
 use crate::validity::Margin;
 
-pub(crate) use system::{ModeRows, Modes, Step, TieRows};
+pub(crate) use system::{ModeRows, Modes, Scratch, Step, TieRows};
 
 /// Builds the rows of the mode, and takes the turning of the impulses into the balance.
 ///
@@ -24,6 +24,7 @@ pub(crate) fn build(
     margins: &mut Vec<Margin>,
     (rows, ties): (&mut ModeRows, &mut TieRows),
     turning: &mut Vec<f64>,
+    scratch: &mut Scratch,
 ) -> Result<(), String> {
     let nv = step.model.nv;
     rows.clear(step.model, step.directions.len());
@@ -31,10 +32,10 @@ pub(crate) fn build(
     ties.rows.clear(step.model, 0);
     turning.clear();
     turning.resize(nv * nv, 0.0);
-    contacts::add_points(step, modes, margins, (rows, ties), turning)?;
+    contacts::add_points(step, modes, margins, (rows, ties), turning, scratch)?;
     coordinates::add_limits(step, modes, margins, rows, turning)?;
     coordinates::add_groups(step, modes, rows)?;
-    equalities::add(step, margins, rows, turning)?;
+    equalities::add(step, margins, rows, turning, scratch)?;
     parameters::add_coordinates(step, modes, step.directions, rows);
     Ok(())
 }

@@ -5,13 +5,14 @@ use signorini_multibody::derivatives::{BalanceAt, BalanceDerivatives, MotionDeri
 use signorini_multibody::{Input, Model, State};
 use signorini_simulation::{FrictionLaw, Settings, StepReport, Workspace};
 
+use crate::columns::VelocityColumns;
 use crate::integration::Integration;
 use crate::interior::Interior;
-use crate::matrix::{Rows, dot, largest};
+use crate::matrix::{Rows, largest};
 use crate::mode::{Scales, is_tie};
 use crate::parameter::{Direction, add_smooth};
-use crate::rows::{Modes, Step, TieRows, balances, build};
-use crate::system::{Gain, ModeSystem};
+use crate::rows::{Modes, Scratch, Step, TieRows, balances, build};
+use crate::system::ModeSystem;
 use crate::tie::TieUnit;
 use crate::validity::{InequalityKind, InequalitySource, Margin, Validity};
 
@@ -44,10 +45,14 @@ pub struct StepDerivatives {
     pub(crate) ties: Vec<TieUnit>,
     pub(crate) tie_rows: TieRows,
     pub(crate) system: ModeSystem,
-    pub(crate) gain: Gain,
+    pub(crate) columns: VelocityColumns,
     pub(crate) integration: Integration,
     /// `v⁺`.
     pub(crate) velocity: Vec<f64>,
+    /// Inequalities of the last verdict, for their memory.
+    deciding: Vec<Margin>,
+    scratch: Scratch,
+    work: Vec<f64>,
 }
 
 impl StepDerivatives {
@@ -71,9 +76,12 @@ impl StepDerivatives {
             ties: Vec::new(),
             tie_rows: TieRows::default(),
             system: ModeSystem::default(),
-            gain: Gain::default(),
+            columns: VelocityColumns::default(),
             integration: Integration::default(),
             velocity: Vec::new(),
+            deciding: Vec::new(),
+            scratch: Scratch::default(),
+            work: Vec::new(),
         }
     }
 
@@ -95,7 +103,10 @@ impl StepDerivatives {
         workspace: &mut Workspace,
     ) {
         self.margins.clear();
-        self.has_matrices = false;
+        (self.has_matrices, self.columns.is_current) = (false, false);
+        if let Validity::OneSided { deciding } = &mut self.validity {
+            self.deciding = std::mem::take(deciding);
+        }
         self.validity = match self.differentiate(model, (state, input), settings, report, workspace) {
             Err(reason) => Validity::Refused { reason },
             Ok(()) => {
@@ -115,12 +126,27 @@ impl StepDerivatives {
     ) -> Result<(), String> {
         refuse(model, settings, report, workspace)?;
         self.dt = workspace.problem().timestep;
-        let velocity = workspace.solution().velocity.clone();
-        self.end.set(model, workspace.kinematics(), &velocity);
+        let mut velocity = std::mem::take(&mut self.velocity);
+        velocity.clone_from(&workspace.solution().velocity);
+        let result = self.at(&velocity, model, (state, input), settings, workspace);
+        self.velocity = velocity;
+        result
+    }
+
+    /// The same at `v⁺`.
+    fn at(
+        &mut self,
+        velocity: &[f64],
+        model: &Model,
+        (state, input): (&State, &Input),
+        settings: &Settings,
+        workspace: &mut Workspace,
+    ) -> Result<(), String> {
+        self.end.set(model, workspace.kinematics(), velocity);
         self.balance.dynamics.motion.set(model, workspace.kinematics(), &state.v);
-        let scales = Scales::of(workspace.problem(), [&state.v, &velocity]);
+        let scales = Scales::of(workspace.problem(), [&state.v, velocity], &mut self.work);
         let begin = &self.balance.dynamics.motion;
-        self.chosen.clone_from(workspace.solution());
+        copy_solution(workspace.solution(), &mut self.chosen);
         self.modes.set(workspace.problem(), &self.chosen, scales, &mut self.margins);
         if self.interior.choose(workspace.problem(), scales, &self.modes.ties, &mut self.chosen) {
             self.margins.clear();
@@ -140,11 +166,12 @@ impl StepDerivatives {
             directions: &self.directions,
         };
         let rows = (&mut self.system.rows, &mut self.tie_rows);
-        build(&mut step, &self.modes, &mut self.margins, rows, &mut self.turning)?;
+        build(&mut step, &self.modes, &mut self.margins, rows, &mut self.turning, &mut self.scratch)?;
         let problem = workspace.problem();
-        let unit = |&i: &usize| TieUnit::new(problem, &self.chosen, i, scales);
-        self.ties.clear();
-        self.ties.extend(self.tie_rows.contacts.iter().map(unit));
+        self.ties.resize_with(self.tie_rows.contacts.len(), TieUnit::default);
+        for (unit, &i) in self.ties.iter_mut().zip(&self.tie_rows.contacts) {
+            unit.set(problem, &self.chosen, i, scales);
+        }
         self.smooth.clear(self.nv);
         for _ in &self.directions {
             self.smooth.push();
@@ -152,14 +179,14 @@ impl StepDerivatives {
         let kinematics = workspace.kinematics();
         let free = workspace.free_motion();
         let wrenches = &self.system.rows.wrenches;
-        let (given, solved) = ((state, input), (&velocity[..], &wrenches[..]));
+        let (given, solved) = ((state, input), (velocity, &wrenches[..]));
         balance_derivatives_into(model, kinematics, given, self.dt, free, solved, &mut self.balance)
             .map_err(|error| error.to_string())?;
         for (source, value) in self.balance.margins.drain(..) {
             let source = InequalitySource::Smooth(source);
             self.margins.push(Margin { source, kind: InequalityKind::Range, value });
         }
-        if !balances(&self.balance, &self.system.rows, momentum_scale(state, workspace)) {
+        if !balances(&self.balance, &self.system.rows, momentum_scale(state, workspace, &mut self.work)) {
             return Err("a force of this step has no derivative here".into());
         }
         self.balance.by_configuration.iter_mut().zip(&self.turning).for_each(|(e, g)| *e -= g);
@@ -170,7 +197,7 @@ impl StepDerivatives {
             input,
             dt: self.dt,
             free,
-            velocity: &velocity,
+            velocity,
             impulses: &self.system.rows.wrenches,
             balance: &self.balance,
         };
@@ -180,8 +207,7 @@ impl StepDerivatives {
         for (column, smooth) in self.system.rows.balance_by_parameter.data.iter_mut().zip(&self.smooth.data) {
             *column += smooth;
         }
-        self.integration.set(model, &velocity, self.dt);
-        self.velocity = velocity;
+        self.integration.set(model, velocity, self.dt);
         self.system.reduce(self.nv, &workspace.problem().mass_factor)
     }
 
@@ -194,8 +220,12 @@ impl StepDerivatives {
             self.has_matrices = false;
             return Validity::Refused { reason };
         }
-        let deciding: Vec<Margin> = self.margins.iter().filter(|margin| is_tie(margin)).copied().collect();
-        if deciding.is_empty() { Validity::Exact } else { Validity::OneSided { deciding } }
+        self.deciding.clear();
+        self.deciding.extend(self.margins.iter().filter(|margin| is_tie(margin)).copied());
+        match self.deciding.is_empty() {
+            true => Validity::Exact,
+            false => Validity::OneSided { deciding: std::mem::take(&mut self.deciding) },
+        }
     }
 
     /// Redundant rows whose derivatives do not follow from the others: their contacts part as soon as anything changes.
@@ -203,56 +233,52 @@ impl StepDerivatives {
         if self.system.dropped().is_empty() {
             return;
         }
-        let dropped: Vec<usize> = self.system.dropped().to_vec();
-        let (mut off, mut size) = (vec![0.0; dropped.len()], vec![0.0; dropped.len()]);
-        let smooth = 2 * self.nv + self.nu;
-        let (mut velocity, mut scratch) = (vec![0.0; self.nv], Vec::new());
-        for column in (0..smooth).chain(smooth + self.nv..smooth + self.nv + self.directions.len()) {
-            let slopes = self.velocity_column(column, &mut velocity, &mut scratch);
-            for (at, &i) in dropped.iter().enumerate() {
-                let held = self.system.rows.held.row(i);
-                let own_off = (dot(held, &velocity) + slopes[i]).abs();
-                let own_size = slopes[i].abs().max(largest(&velocity) * largest(held));
-                if column < smooth {
-                    (off[at], size[at]) = (own_off.max(off[at]), own_size.max(size[at]));
-                } else if own_off > CONSISTENT * own_size.max(f64::EPSILON * largest(&velocity)) {
-                    let reason = "redundant contacts part as soon as it changes".to_owned();
-                    self.system.rows.without_slope[column - smooth - self.nv] = Some(reason);
-                }
+        self.columns.keep_motion(&self.balance, &self.system);
+        let mut work = std::mem::take(&mut self.work);
+        let fastest = largest(&self.columns.velocity.data);
+        for &i in self.system.dropped() {
+            let [off, size] = self.departure(i, fastest, &mut work);
+            if off > CONSISTENT * size {
+                let (source, kind) = (self.system.rows.source[i], InequalityKind::Redundancy);
+                self.margins.push(Margin { source, kind, value: 0.0 });
             }
         }
-        for (at, &i) in dropped.iter().enumerate() {
-            if off[at] <= CONSISTENT * size[at] {
-                continue;
-            }
-            let (source, kind) = (self.system.rows.source[i], InequalityKind::Redundancy);
-            self.margins.push(Margin { source, kind, value: 0.0 });
+        self.work = work;
+        if !self.directions.is_empty() {
+            self.note_parameters();
         }
     }
 
-    /// `∂v⁺` by one number of `(q, v, u, τ)` and the directions of parameters, `[nv]`; returns what the rows change by.
-    fn velocity_column(&self, column: usize, out: &mut [f64], scratch: &mut Vec<f64>) -> Vec<f64> {
-        let (nv, nu, rows) = (self.nv, self.nu, &self.system.rows);
-        let force = 2 * nv + nu;
-        for (r, x) in out.iter_mut().enumerate() {
-            *x = match column {
-                k if k < nv => -self.balance.by_configuration[r * nv + k],
-                k if k < 2 * nv => -self.balance.by_velocity[r * nv + k - nv],
-                k if k < force => -self.balance.by_control[r * nu + k - 2 * nv],
-                k if k < force + nv => f64::from(u8::from(k - force == r)) * self.dt,
-                k => -rows.balance_by_parameter.row(k - force - nv)[r],
-            };
+    /// By how much a row that is dropped changes, over all columns, less what follows from the others, and its size.
+    fn departure(&self, i: usize, fastest: f64, work: &mut Vec<f64>) -> [f64; 2] {
+        let slopes = self.columns.slopes.row(i);
+        work.clear();
+        work.extend_from_slice(slopes);
+        self.system.add_held(i, &self.columns.velocity, work);
+        let size = largest(slopes).max(fastest * largest(self.system.rows.held.row(i)));
+        [largest(work), size]
+    }
+
+    /// Which parameters part redundant contacts.
+    fn note_parameters(&mut self) {
+        let mut columns = VelocityColumns::default();
+        columns.solve_parameters(self.nv, self.directions.len(), &self.system);
+        let (dropped, rows) = self.system.dropped_of();
+        for &i in dropped {
+            let held = rows.held.row(i);
+            for (j, without) in rows.without_slope.iter_mut().enumerate() {
+                let column = columns.velocity.data.iter().skip(j).step_by(columns.velocity.width);
+                let (mut off, mut fastest) = (columns.slopes.row(i)[j], 0.0_f64);
+                for (held, velocity) in held.iter().zip(column) {
+                    off += held * velocity;
+                    fastest = fastest.max(velocity.abs());
+                }
+                let size = columns.slopes.row(i)[j].abs().max(fastest * largest(held));
+                if off.abs() > CONSISTENT * size.max(f64::EPSILON * fastest) {
+                    *without = Some("redundant contacts part as soon as it changes".to_owned());
+                }
+            }
         }
-        let slope = |i: usize| match column {
-            k if k < nv => rows.by_configuration.row(i)[k],
-            k if k < 2 * nv => rows.by_velocity.row(i)[k - nv],
-            k if k < force => rows.by_control.row(i)[k - 2 * nv],
-            k if k < force + nv => 0.0,
-            k => rows.by_parameter.row(i)[k - force - nv],
-        };
-        let slopes: Vec<f64> = (0..rows.len()).map(slope).collect();
-        self.system.solve(out, &slopes, scratch);
-        slopes
     }
 
     /// What the derivative is worth.
@@ -287,13 +313,30 @@ fn refuse(model: &Model, settings: &Settings, report: &StepReport, workspace: &W
 }
 
 /// The size of the momenta of a step, N·s and N·m·s.
-fn momentum_scale(state: &State, workspace: &Workspace) -> f64 {
+fn momentum_scale(state: &State, workspace: &Workspace, momentum: &mut Vec<f64>) -> f64 {
     let problem = workspace.problem();
-    let mut momentum = vec![0.0; problem.nv()];
+    momentum.clear();
+    momentum.resize(problem.nv(), 0.0);
     let velocities = [&state.v, &problem.free_velocity, &workspace.solution().velocity];
     let sizes = velocities.map(|v| {
-        problem.mass.multiply_into(v, &mut momentum);
-        largest(&momentum)
+        problem.mass.multiply_into(v, momentum);
+        largest(momentum)
     });
     sizes.into_iter().fold(0.0, f64::max)
+}
+
+/// What of a solution is differentiated, into memory that is kept.
+fn copy_solution(from: &ContactSolution, to: &mut ContactSolution) {
+    to.velocity.clone_from(&from.velocity);
+    to.lambda_n.clone_from(&from.lambda_n);
+    to.alpha.clone_from(&from.alpha);
+    to.beta.clone_from(&from.beta);
+    to.bilateral.clone_from(&from.bilateral);
+    to.group_alpha.clone_from(&from.group_alpha);
+    to.group_beta.clone_from(&from.group_beta);
+    to.impulse.clone_from(&from.impulse);
+    to.modes.clone_from(&from.modes);
+    to.group_impulse.clone_from(&from.group_impulse);
+    to.group_modes.clone_from(&from.group_modes);
+    to.certificate = from.certificate;
 }

@@ -5,7 +5,7 @@ use signorini_contact::{ContactProblem, ContactSolution};
 use crate::mode::{Scales, TIE};
 
 /// The laws of a contact that is at a tie, as far as they are undecided there.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct TieUnit {
     pub contact: usize,
     pub friction: f64,
@@ -16,19 +16,20 @@ pub(crate) struct TieUnit {
 }
 
 /// What a pair of variables `z ⟂ w` does when it moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Law {
     /// `z > 0`: `w` stays 0.
     Free,
     /// `w > 0`: `z` stays 0.
     Out,
     /// Both are 0: they stay complementary.
+    #[default]
     Undecided,
 }
 
 impl TieUnit {
-    /// The laws of contact `i`.
-    pub fn new(problem: &ContactProblem, solution: &ContactSolution, i: usize, scales: Scales) -> Self {
+    /// Takes the laws of contact `i`.
+    pub fn set(&mut self, problem: &ContactProblem, solution: &ContactSolution, i: usize, scales: Scales) {
         let law = |z: f64, w: f64| match (z > TIE, w > TIE) {
             (true, _) => Law::Free,
             (false, true) => Law::Out,
@@ -47,9 +48,11 @@ impl TieUnit {
             let law = law(scales.impulse(*alpha), scales.velocity(speed - against(d)));
             (law != Law::Out).then_some((*d, law))
         };
-        let directions =
-            if friction > 0.0 { all.iter().zip(alpha).filter_map(of_direction).collect() } else { Vec::new() };
-        let slip = if friction > 0.0 { law(scales.velocity(speed), scales.impulse(slack)) } else { Law::Out };
-        Self { contact: i, friction, normal, directions, slip }
+        self.directions.clear();
+        if friction > 0.0 {
+            self.directions.extend(all.iter().zip(alpha).filter_map(of_direction));
+        }
+        self.slip = if friction > 0.0 { law(scales.velocity(speed), scales.impulse(slack)) } else { Law::Out };
+        (self.contact, self.friction, self.normal) = (i, friction, normal);
     }
 }

@@ -28,11 +28,24 @@ const NEARBY: f64 = 30.0;
 /// Gap, normal and position as one list.
 type Numbers = [f64; 7];
 
-pub(super) fn motion(model: &Model, workspace: &mut Workspace, point: &ContactPoint) -> Result<PointMotion, NoMotion> {
-    let mut poses = workspace.kinematics().pose.clone();
+/// Memory of the search with displaced bodies.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SearchMemory {
+    poses: Vec<Pose>,
+    found: Vec<ContactPoint>,
+}
+
+pub(super) fn motion(
+    model: &Model,
+    workspace: &mut Workspace,
+    point: &ContactPoint,
+    memory: &mut SearchMemory,
+) -> Result<PointMotion, NoMotion> {
+    let SearchMemory { poses, found } = memory;
+    poses.clone_from(&workspace.kinematics().pose);
     let radius = |id: signorini_multibody::GeomId| model.geoms[id.index()].geometry.bounding_radius();
     let size = radius(point.geom_a).min(radius(point.geom_b));
-    let mut search = Search { model, point, size, poses: &mut poses, found: Vec::new() };
+    let mut search = Search { model, point, size, poses, found };
     let mut failure = NoMotion::Changes;
     let mut h = LARGEST;
     for _ in 0..TRIES {
@@ -62,7 +75,7 @@ struct Search<'a> {
     /// Of the smaller shape, m.
     size: f64,
     poses: &'a mut Vec<Pose>,
-    found: Vec<ContactPoint>,
+    found: &'a mut Vec<ContactPoint>,
 }
 
 impl Search<'_> {
@@ -128,7 +141,7 @@ impl Search<'_> {
         let (pose, turn) = (self.poses[body], rotation_exp(turn));
         self.poses[body] =
             Pose::new(center + turn * (pose.position - center) + shift, (turn * pose.rotation).normalize());
-        workspace.pair_points(self.model, self.poses, [self.point.geom_a, self.point.geom_b], &mut self.found);
+        workspace.pair_points(self.model, self.poses, [self.point.geom_a, self.point.geom_b], self.found);
         self.poses[body] = pose;
     }
 

@@ -8,6 +8,7 @@ mod rounded;
 use signorini_multibody::{ContactPoint, Kinematics, Model};
 use signorini_simulation::Workspace;
 
+pub(crate) use differences::SearchMemory;
 pub(crate) use features::SizeMotion;
 use motion::true_gap;
 pub(crate) use motion::{NoMotion, PointMotion};
@@ -19,13 +20,14 @@ pub(crate) fn point_motion(
     model: &Model,
     workspace: &mut Workspace,
     point: &ContactPoint,
+    memory: &mut SearchMemory,
 ) -> Result<PointMotion, NoMotion> {
     match features::of(model, workspace.kinematics(), point) {
         Some([a, b]) => match rounded::motion(point, true_gap(model, point), [a, b]) {
             Some(motion) => Ok(motion),
-            None => differences::motion(model, workspace, point),
+            None => differences::motion(model, workspace, point, memory),
         },
-        None => differences::motion(model, workspace, point),
+        None => differences::motion(model, workspace, point, memory),
     }
 }
 

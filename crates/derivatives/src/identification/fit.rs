@@ -47,9 +47,9 @@ pub fn identify(
     check(model, recordings, &task)?;
     let values = unknowns.iter().map(|unknown| unknown.value(model).unwrap_or_default()).collect();
     let mut fit = Fit { task, recordings, model: model.clone(), values, tried: 0 };
+    let first = fit.start()?;
     let mut per_recording = fit.evaluate(&fit.values, true)?;
     let mut whole = fit.sum(&per_recording);
-    let first = whole.objective;
     let (mut damping, mut converged) = (DAMPING, false);
     while fit.tried < asked.iterations {
         fit.tried += 1;
@@ -73,7 +73,7 @@ pub fn identify(
         if converged && !is_stuck {
             (converged, damping) = (false, 2.0 * MOST);
         }
-        let objective = whole.objective / whole.samples as f64;
+        let objective = whole.objective / whole.count;
         let news = IdentificationProgress { iteration: fit.tried, objective, values: fit.values.clone() };
         if !progress(&news) || converged {
             break;
@@ -94,6 +94,10 @@ fn check(model: &Model, recordings: &[Recording], task: &Task) -> Result<(), Ide
     }
     let malformed = |text: String| Err(IdentificationError::Malformed(text));
     let asked = task.asked;
+    let is_open = |unknown: &&Unknown| unknown.bounds.iter().any(|bound| !bound.is_finite());
+    if let Some(unknown) = task.unknowns.iter().filter(|_| asked.starts > 0).find(is_open) {
+        return malformed(format!("unknown '{}' needs finite bounds for several starts", unknown.name));
+    }
     if task.unknowns.is_empty() || recordings.iter().all(|recording| recording.states.len() < 2) {
         return malformed("nothing to identify: it takes an unknown and a recording of two samples".into());
     }
@@ -164,6 +168,23 @@ impl Fit<'_> {
     fn objective_at(&self, values: &[f64]) -> Result<Option<f64>, SimulationError> {
         let objective = self.sum_at(values, &self.evaluate(values, false)?).objective;
         Ok(objective.is_finite().then_some(objective))
+    }
+
+    /// Goes to the best of some places within the bounds; returns the objective at the values of the model.
+    fn start(&mut self) -> Result<f64, SimulationError> {
+        let own = self.sum_at(&self.values, &self.evaluate(&self.values, false)?).objective;
+        let mut least = if own.is_finite() { own } else { f64::INFINITY };
+        for k in 1..=self.task.asked.starts {
+            let within = |(i, unknown): (usize, &Unknown)| {
+                let [lower, upper] = unknown.bounds;
+                lower + (upper - lower) * radical_inverse(k, i)
+            };
+            let values: Vec<f64> = self.task.unknowns.iter().enumerate().map(within).collect();
+            if let Some(found) = self.objective_at(&values)?.filter(|found| *found < least) {
+                (least, self.values) = (found, values);
+            }
+        }
+        Ok(own)
     }
 
     /// The best of the values nearby that lower the objective.
@@ -239,13 +260,13 @@ impl Fit<'_> {
         let n = self.values.len();
         let at_bound: Vec<bool> = (0..n).map(|i| self.pushes_out(i, -whole.gradient[i])).collect();
         let determined = determined(&whole.curvature, n);
-        let samples = whole.samples.max(1) as f64;
+        let count = whole.count.max(1.0);
         Identification {
             covariance: self.covariance(whole, per_recording, &determined),
             at_bound,
             determined,
-            objective: [first / samples, whole.objective / samples],
-            deviation: (whole.squares / samples).sqrt(),
+            objective: [first / count, whole.objective / count],
+            deviation: (whole.squares / count).sqrt(),
             iterations: self.tried,
             converged,
             steps: whole.steps,
@@ -291,6 +312,22 @@ impl Fit<'_> {
         }
         covariance
     }
+}
+
+/// Coordinate `i` of point `k ≥ 1` of a sequence that fills a cube evenly.
+///
+/// # Source
+/// J. Halton, *On the efficiency of certain quasi-random sequences of points*, Numerische Mathematik 2 (1960).
+fn radical_inverse(k: usize, i: usize) -> f64 {
+    const PRIMES: [usize; 10] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29];
+    let base = PRIMES[i % PRIMES.len()];
+    let (mut k, mut digit, mut sum) = (k + i / PRIMES.len(), 1.0, 0.0);
+    while k > 0 {
+        digit /= base as f64;
+        sum += digit * (k % base) as f64;
+        k /= base;
+    }
+    sum
 }
 
 /// Which unknowns the curvature determines: what is left of each one's own when all others answer.

@@ -1,12 +1,14 @@
 //! Recordings simulated, with the slopes of their trajectories.
 
+use std::ops::Range;
+
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{Input, JointKind, Model, State, difference_into, integrate_into, right_jacobian};
 use signorini_simulation::{Settings, SimulationError, Workspace, step};
 
 use super::{Recording, Task};
 use crate::StepDerivatives;
-use crate::matrix::{add_scaled, dot};
+use crate::matrix::add_scaled;
 
 /// Differences of steps that have no derivative, as a part of an unknown's size, and the least size: rounding of a step, 1e-12, over it.
 const DIFFERENCE: f64 = 1e-6;
@@ -18,6 +20,8 @@ pub(super) struct Sums {
     pub objective: f64,
     pub squares: f64,
     pub samples: usize,
+    /// Samples, or recordings where these count the same.
+    pub count: f64,
     /// `Σ Jᵀ r` and `Σ Jᵀ J`, weighted; empty without slopes.
     pub gradient: Vec<f64>,
     pub curvature: Vec<f64>,
@@ -34,6 +38,7 @@ impl Sums {
         self.objective += other.objective;
         self.squares += other.squares;
         self.samples += other.samples;
+        self.count += other.count;
         add_scaled(&mut self.gradient, 1.0, &other.gradient);
         add_scaled(&mut self.curvature, 1.0, &other.curvature);
         (0..2).for_each(|k| self.steps[k] += other.steps[k]);
@@ -106,6 +111,14 @@ impl<'a> Rollouts<'a> {
             }
             self.compare(&state, &recording.states[k + 1], &mut sums);
         }
+        sums.count = sums.samples as f64;
+        if self.task.asked.equal_recordings && sums.samples > 0 {
+            let share = 1.0 / sums.count;
+            sums.objective *= share;
+            sums.squares *= share;
+            sums.gradient.iter_mut().chain(&mut sums.curvature).for_each(|x| *x *= share);
+            sums.count = 1.0;
+        }
         Ok(sums)
     }
 
@@ -147,30 +160,40 @@ impl<'a> Rollouts<'a> {
         let mut off = vec![0.0; nv];
         difference_into(&self.model, &state.q, &recorded.q, &mut off);
         let weight = |k: usize| asked.weights.get(k).copied().unwrap_or(1.0);
-        let square: f64 = off.iter().enumerate().map(|(k, x)| (weight(k) * x).powi(2)).sum();
         sums.samples += 1;
-        sums.squares += square;
-        // ρ = d² (√(1 + r²/d²) − 1): half the square where it is small, the size where it is large.
-        let share = if asked.outlier > 0.0 {
-            let root = (1.0 + square / asked.outlier.powi(2)).sqrt();
-            sums.objective += asked.outlier.powi(2) * (root - 1.0);
-            1.0 / root
-        } else {
-            sums.objective += 0.5 * square;
-            1.0
-        };
-        let Some(slopes) = &self.slopes else { return };
-        let columns: Vec<Vec<f64>> = slopes.rows.iter().map(|row| slope_of(&self.model, &off, &row[..nv])).collect();
-        let scaled = |k: usize, x: f64| weight(k).powi(2) * x;
+        let slopes = self.slopes.as_ref().map(|slopes| &slopes.rows[..]).unwrap_or_default();
+        let columns: Vec<Vec<f64>> = slopes.iter().map(|row| slope_of(&self.model, &off, &row[..nv])).collect();
         let n = columns.len();
-        for (i, column) in columns.iter().enumerate() {
-            let weighted: Vec<f64> = column.iter().enumerate().map(|(k, x)| scaled(k, *x)).collect();
-            sums.gradient[i] += share * dot(&weighted, &off);
-            for (j, other) in columns.iter().enumerate() {
-                sums.curvature[i * n + j] += share * dot(&weighted, other);
+        for part in parts(&self.model) {
+            let square: f64 = part.clone().map(|k| (weight(k) * off[k]).powi(2)).sum();
+            sums.squares += square;
+            // ρ = d² (√(1 + r²/d²) − 1): half the square where it is small, the size where it is large.
+            let share = if asked.outlier > 0.0 {
+                let root = (1.0 + square / asked.outlier.powi(2)).sqrt();
+                sums.objective += asked.outlier.powi(2) * (root - 1.0);
+                1.0 / root
+            } else {
+                sums.objective += 0.5 * square;
+                1.0
+            };
+            let product = |a: &[f64], b: &[f64]| part.clone().map(|k| weight(k).powi(2) * a[k] * b[k]).sum::<f64>();
+            for (i, column) in columns.iter().enumerate() {
+                sums.gradient[i] += share * product(column, &off);
+                for (j, other) in columns.iter().enumerate() {
+                    sums.curvature[i * n + j] += share * product(column, other);
+                }
             }
         }
     }
+}
+
+/// Translations and rotations of joints: what counts by its length.
+fn parts(model: &Model) -> impl Iterator<Item = Range<usize>> {
+    model.joints.iter().flat_map(|joint| {
+        let (first, end) = (joint.v_index, joint.v_index + joint.kind.nv());
+        let middle = if joint.kind == JointKind::Free { first + 3 } else { end };
+        [first..middle, middle..end].into_iter().filter(|part| !part.is_empty())
+    })
 }
 
 impl Slopes {

@@ -1,15 +1,15 @@
 //! Rows of contact points: sliding, sticking, spinning and rolling of two bodies at a place that moves with both.
 
 use signorini_contact::ContactFrame;
-use signorini_multibody::ContactPoint;
 use signorini_multibody::derivatives::MotionDerivatives;
 use signorini_multibody::glam::DVec3;
+use signorini_multibody::{ContactPoint, SpatialVector};
 use signorini_simulation::FrictionSource;
 
 use super::frames::{groups_of, turned_axes};
 use super::gaps::{GapLaw, gap_law};
 use super::parameters::{At, add_contact};
-use super::system::{ModeRows, Modes, Mover, Push, Step, TieRows, movers};
+use super::system::{ModeRows, Modes, Moved, Mover, Push, Scratch, Step, TieRows, movers};
 use crate::geometry::{NoMotion, PointMotion, point_motion};
 use crate::mode::UnitMode;
 use crate::validity::{InequalityKind, InequalitySource, Margin};
@@ -20,32 +20,32 @@ const AGREEMENT: f64 = 1e-9;
 /// Faces on each other may slide by this part of the velocity scale while their points are about to change.
 const UNFELT: f64 = 1e-9;
 
-/// How a contact moves with one degree of freedom.
-#[derive(Clone, Copy, Debug, Default)]
-struct Moved {
-    /// Rotation of the bodies that it moves, and displacement of their material point.
-    turn: DVec3,
-    shift: DVec3,
-    gap: f64,
-    place: DVec3,
-    /// Of normal and tangents.
-    axes: [DVec3; 3],
-    /// Of sliding and spinning velocity along these, at `v⁺`.
-    slip: [f64; 3],
-    spin: [f64; 3],
-    /// Of the approach at `v`.
-    approach: f64,
-}
-
 pub(super) fn add_points(
     step: &mut Step,
     modes: &Modes,
     margins: &mut Vec<Margin>,
     (rows, ties): (&mut ModeRows, &mut TieRows),
     turning: &mut [f64],
+    scratch: &mut Scratch,
 ) -> Result<(), String> {
-    let (mut list, mut moved) = (Vec::new(), Vec::new());
-    let points = step.workspace.contact_points().to_vec();
+    let mut points = std::mem::take(&mut scratch.points);
+    points.clear();
+    points.extend_from_slice(step.workspace.contact_points());
+    let result = add_all(step, &points, modes, margins, (rows, ties), turning, scratch);
+    scratch.points = points;
+    note_candidates(step, margins);
+    result
+}
+
+fn add_all(
+    step: &mut Step,
+    points: &[ContactPoint],
+    modes: &Modes,
+    margins: &mut Vec<Margin>,
+    (rows, ties): (&mut ModeRows, &mut TieRows),
+    turning: &mut [f64],
+    scratch: &mut Scratch,
+) -> Result<(), String> {
     for (i, point) in points.iter().enumerate() {
         let gap = gap_law(step, i, point, margins);
         let (is_open, is_tie) = (modes.contacts[i].count == 0, modes.ties.contains(&i));
@@ -58,16 +58,15 @@ pub(super) fn add_points(
             Err(_) if is_open => continue,
             Err(reason) => return Err(about(step, point, reason)),
         };
-        match add_point(step, modes, (i, point, gap), (&mut list, &mut moved), margins, rows, turning) {
+        match add_point(step, modes, (i, point, gap), scratch, margins, rows, turning) {
             Err(_) if is_open => continue,
             other => other?,
         }
         if is_tie && groups_of(step, i).next().is_none() {
             ties.contacts.push(i);
-            add_unit(step, &UnitMode::WHOLE, i, gap, &list, &moved, &mut ties.rows);
+            add_unit(step, &UnitMode::WHOLE, i, gap, &scratch.list, &scratch.moved, &mut ties.rows);
         }
     }
-    note_candidates(step, margins);
     Ok(())
 }
 
@@ -76,7 +75,7 @@ fn add_point(
     step: &mut Step,
     modes: &Modes,
     (i, point, gap): (usize, &ContactPoint, GapLaw),
-    (list, moved): (&mut Vec<Mover>, &mut Vec<Moved>),
+    scratch: &mut Scratch,
     margins: &mut Vec<Margin>,
     rows: &mut ModeRows,
     turning: &mut [f64],
@@ -84,8 +83,9 @@ fn add_point(
     if [point.geom_a, point.geom_b].iter().any(|id| step.model.geoms[id.index()].grain.is_some()) {
         return Err(about(step, point, "its friction depends on the direction"));
     }
+    let Scratch { list, moved, displaced, search, .. } = scratch;
     movers(step.model, [point.body_a, point.body_b], list);
-    let motion = point_motion(step.model, step.workspace, point).map_err(|why| match why {
+    let motion = point_motion(step.model, step.workspace, point, search).map_err(|why| match why {
         NoMotion::Changes => about(step, point, "its features change within the smallest differences"),
         NoMotion::Rough => about(step, point, "the search for it is not smooth to the digits of differences"),
     })?;
@@ -94,7 +94,7 @@ fn add_point(
         margins.push(Margin { source, kind: InequalityKind::Feature, value: 0.0 });
     }
     let frame = step.workspace.contact_frames()[i];
-    measure(step, point, &frame, &motion, list, moved);
+    measure(step, point, &frame, (&motion, gap), list, moved);
     check_rows(step, i, &frame, list, moved).map_err(|reason| about(step, point, reason))?;
     let push = push_of(step, i, point, &frame)?;
     push.act(step, point.body_b, 1.0, &mut rows.wrenches);
@@ -108,9 +108,9 @@ fn add_point(
     }
     add_spin_groups(step, modes, i, list, moved, rows);
     if !step.directions.is_empty() && modes.contacts[i].count > 0 {
-        let displaced = list.iter().zip(moved.iter()).map(|(mover, m)| (*mover, m.turn, m.shift));
-        let movers = &displaced.collect::<Vec<_>>();
-        let at = At { i, point, frame: &frame, motion: &motion, push: &push, movers, gap, first_row };
+        displaced.clear();
+        displaced.extend(list.iter().zip(moved.iter()).map(|(mover, m)| (*mover, m.turn, m.shift)));
+        let at = At { i, point, frame: &frame, motion: &motion, push: &push, movers: displaced, gap, first_row };
         add_contact(step, modes, &at, step.directions, rows);
     }
     Ok(())
@@ -129,46 +129,49 @@ fn measure(
     step: &Step,
     point: &ContactPoint,
     frame: &ContactFrame,
-    motion: &PointMotion,
+    (motion, gap): (&PointMotion, GapLaw),
     list: &[Mover],
     moved: &mut Vec<Moved>,
 ) {
     moved.clear();
     let p = point.position;
     let relative = |motion: &MotionDerivatives| motion.velocity(point.body_b, p) - motion.velocity(point.body_a, p);
-    let (at_end, at_begin) = (relative(step.end), relative(step.begin));
+    let at_end = relative(step.end);
+    let at_begin = if let GapLaw::Rebound(_) = gap { Some(relative(step.begin)) } else { None };
+    let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
+    let turns = motion.normal.iter().any(|n| *n != DVec3::ZERO);
     for mover in list {
         let own = step.end.displacement(mover.dof, p);
         let sign = f64::from(mover.of[1]) - f64::from(mover.of[0]);
-        let twist = [own.angular * sign, own.linear * sign];
-        let sum = |columns: &[DVec3; 6]| {
-            (0..3).map(|a| columns[a] * twist[0][a] + columns[3 + a] * twist[1][a]).sum::<DVec3>()
-        };
-        let gap = (0..3).map(|a| motion.gap[a] * twist[0][a] + motion.gap[3 + a] * twist[1][a]).sum();
+        let twist = own.to_array().map(|x| x * sign);
+        let sum = |columns: &[DVec3; 6]| columns.iter().zip(twist).map(|(column, x)| *column * x).sum::<DVec3>();
         let carried = if mover.of[0] { (own.angular.cross(frame.normal), own.linear) } else { Default::default() };
-        let normal = carried.0 + sum(&motion.normal);
+        let normal = if turns { carried.0 + sum(&motion.normal) } else { carried.0 };
         let place = carried.1 + sum(&motion.position);
-        let axes = turned_axes(frame, normal);
+        let axes = if normal == DVec3::ZERO { [DVec3::ZERO; 3] } else { turned_axes(frame, normal) };
         let slope = |motion: &MotionDerivatives| {
             let of = |body, moves| {
-                if moves { motion.velocity_slope(body, mover.dof, p) } else { signorini_multibody::SpatialVector::ZERO }
+                if moves { motion.velocity_slope(body, mover.dof, p) } else { SpatialVector::ZERO }
             };
             of(point.body_b, mover.of[1]) - of(point.body_a, mover.of[0])
         };
-        let (end_slope, begin_slope) = (slope(step.end), slope(step.begin));
-        let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
         let along = |velocity: DVec3, change: DVec3| -> [f64; 3] {
             std::array::from_fn(|r| axes[r].dot(velocity) + directions[r].dot(change))
         };
+        let end_slope = slope(step.end);
+        let approach = at_begin.map_or(0.0, |at_begin| {
+            let change = slope(step.begin).linear + at_begin.angular.cross(place);
+            axes[0].dot(at_begin.linear) + frame.normal.dot(change)
+        });
         moved.push(Moved {
             turn: own.angular,
             shift: own.linear,
-            gap,
+            gap: motion.gap.iter().zip(twist).map(|(gap, x)| gap * x).sum(),
             place,
             axes,
             slip: along(at_end.linear, end_slope.linear + at_end.angular.cross(place)),
             spin: along(at_end.angular, end_slope.angular),
-            approach: along(at_begin.linear, begin_slope.linear + at_begin.angular.cross(place))[0],
+            approach,
         });
     }
 }
@@ -221,6 +224,9 @@ fn turn_impulse(step: &Step, i: usize, push: &Push, list: &[Mover], moved: &[Mov
             FrictionSource::Spinning { .. } => about_axes[0] = x,
             _ => (about_axes[1], about_axes[2]) = (x, y),
         }
+    }
+    if push.force == DVec3::ZERO && push.moment == DVec3::ZERO {
+        return;
     }
     for (mover, m) in list.iter().zip(moved) {
         let force: DVec3 = (0..3).map(|r| m.axes[r] * solution.impulse[i][r]).sum();

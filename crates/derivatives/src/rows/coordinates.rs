@@ -26,7 +26,7 @@ pub(super) fn add_limits(
             continue;
         }
         let found = problem.gap[i];
-        let (true_gap, speed, name) = limit(step, i)?;
+        let (true_gap, speed) = limit(step, i)?;
         let part = if true_gap >= 0.0 { 1.0 } else { step.settings.stabilization };
         if true_gap < 0.0 || part != 1.0 {
             let room = if speed.is_finite() { (speed + part * true_gap / dt).abs() } else { f64::INFINITY };
@@ -36,7 +36,7 @@ pub(super) fn add_limits(
             margins.push(Margin { source, kind: InequalityKind::Threshold, value });
         }
         if (found - part * true_gap).abs() > 1e-12 * (1.0 + true_gap.abs()) {
-            return Err(format!("{name}: it is restored at a bounded speed"));
+            return Err(format!("{}: it is restored at a bounded speed", limit_name(step, i)));
         }
         let lambda = solution.lambda_n[i];
         let (columns, entries) = problem.jacobian.group(i);
@@ -51,7 +51,8 @@ pub(super) fn add_limits(
             && step.model.joints[joint.index()].kind == JointKind::Ball
         {
             let k = step.model.joints[joint.index()].v_index;
-            let axis_slope = cone_axis_slope(step, joint.index()).ok_or_else(|| format!("{name}: it has no axis"))?;
+            let axis_slope = cone_axis_slope(step, joint.index())
+                .ok_or_else(|| format!("{}: it has no axis", limit_name(step, i)))?;
             let rate = DVec3::from_slice(&solution.velocity[k..]);
             for a in 0..3 {
                 by_configuration[k + a] -= axis_slope.col(a).dot(rate);
@@ -66,14 +67,14 @@ pub(super) fn add_limits(
     Ok(())
 }
 
-/// Distance to a limit, the speed at which it is restored, and its name.
-fn limit(step: &Step, i: usize) -> Result<(f64, f64, String), String> {
+/// Distance to a limit, and the speed at which it is restored.
+fn limit(step: &Step, i: usize) -> Result<(f64, f64), String> {
     let (model, q) = (step.model, &step.state.q);
+    let missing = || format!("{}: there is none", limit_name(step, i));
     match step.workspace.contact_source(i) {
         Some(ContactSource::Limit { joint, upper }) => {
             let joint = &model.joints[joint.index()];
-            let name = format!("limit of joint '{}'", joint.name);
-            let Some([low, high]) = joint.limits else { return Err(format!("{name}: there is none")) };
+            let [low, high] = joint.limits.ok_or_else(missing)?;
             let slides = matches!(joint.kind, JointKind::Slide { .. });
             let speed = if slides { step.settings.correction_speed } else { step.settings.correction_angular_speed };
             let gap = match joint.kind {
@@ -81,19 +82,31 @@ fn limit(step: &Step, i: usize) -> Result<(f64, f64, String), String> {
                 _ if upper => high - q[joint.q_index],
                 _ => q[joint.q_index] - low,
             };
-            Ok((gap, speed, name))
+            Ok((gap, speed))
         }
         Some(ContactSource::TendonLimit { tendon, upper }) => {
             let tendon = &model.tendons[tendon.index()];
-            let name = format!("limit of tendon '{}'", tendon.name);
-            let Some([low, high]) = tendon.limits else { return Err(format!("{name}: there is none")) };
+            let [low, high] = tendon.limits.ok_or_else(missing)?;
             if !tendon.path.is_empty() {
-                return Err(format!("{name}: its row turns with its path"));
+                return Err(format!("{}: its row turns with its path", limit_name(step, i)));
             }
             let length = tendon.length(model, step.workspace.kinematics(), q);
-            Ok((if upper { high - length } else { length - low }, step.settings.correction_speed, name))
+            Ok((if upper { high - length } else { length - low }, step.settings.correction_speed))
         }
-        _ => Err(format!("contact {i} is no limit")),
+        _ => Err(limit_name(step, i)),
+    }
+}
+
+/// What a limit is called where something is wrong with it.
+fn limit_name(step: &Step, i: usize) -> String {
+    match step.workspace.contact_source(i) {
+        Some(ContactSource::Limit { joint, .. }) => {
+            format!("limit of joint '{}'", step.model.joints[joint.index()].name)
+        }
+        Some(ContactSource::TendonLimit { tendon, .. }) => {
+            format!("limit of tendon '{}'", step.model.tendons[tendon.index()].name)
+        }
+        _ => format!("contact {i} is no limit"),
     }
 }
 

@@ -5,7 +5,7 @@ use signorini_multibody::{BodyId, EqualityBlock, EqualityKind, JointKind, equali
 use signorini_multibody::{SpatialVector, right_jacobian, rotation_log};
 
 use super::parameters::add_violation;
-use super::system::{ModeRows, Mover, Push, Step, movers};
+use super::system::{ModeRows, Mover, Push, Scratch, Step, movers};
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 
 pub(super) fn add(
@@ -13,18 +13,19 @@ pub(super) fn add(
     margins: &mut Vec<Margin>,
     rows: &mut ModeRows,
     turning: &mut [f64],
+    scratch: &mut Scratch,
 ) -> Result<(), String> {
     let problem = step.workspace.problem();
-    let mut block = EqualityBlock::new(step.model);
-    let mut list = Vec::new();
+    let list = &mut scratch.list;
+    let block = scratch.block.get_or_insert_with(|| EqualityBlock::new(step.model));
     for k in 0..problem.bilateral_violation.len() {
         let Some([equality, part, axis]) = step.workspace.bilateral_row(k) else {
             return Err(format!("bilateral row {k} prescribes a velocity"));
         };
         let equality = &step.model.equalities[equality];
         let kinematics = step.workspace.kinematics();
-        equality_block_into(step.model, kinematics, &step.state.q, &equality.kind, part, &mut block);
-        check_pace(step, k, &equality.kind, part, &block, margins)
+        equality_block_into(step.model, kinematics, &step.state.q, &equality.kind, part, block);
+        check_pace(step, k, &equality.kind, part, block, margins)
             .map_err(|reason| format!("constraint '{}': {reason}", equality.name))?;
         let violation = problem.bilateral_violation[k];
         if (violation - step.settings.stabilization * block.violation[axis]).abs() > 1e-12 * (1.0 + violation.abs()) {
@@ -43,26 +44,26 @@ pub(super) fn add(
         match equality.kind {
             EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
                 let ends = [(body_a, point_a), (body_b, point_b)];
-                let pair = Pair::new(step, ends, &mut list);
-                pair.point_slopes(step, axis, &list, slopes);
-                pair.act(step, axis, lambda, &list, rows, turning);
+                let pair = Pair::new(step, ends, list);
+                pair.point_slopes(step, axis, list, slopes);
+                pair.act(step, axis, lambda, list, rows, turning);
             }
             EqualityKind::Weld { body_a, frame_a, body_b, frame_b } if part == 0 => {
                 let ends = [(body_a, frame_a.position), (body_b, frame_b.position)];
-                let pair = Pair::new(step, ends, &mut list);
-                pair.point_slopes(step, axis, &list, slopes);
-                pair.act(step, axis, lambda, &list, rows, turning);
+                let pair = Pair::new(step, ends, list);
+                pair.point_slopes(step, axis, list, slopes);
+                pair.act(step, axis, lambda, list, rows, turning);
             }
             EqualityKind::Weld { body_a, frame_a, body_b, frame_b } => {
-                let pair = Pair::new(step, [(body_a, DVec3::ZERO), (body_b, DVec3::ZERO)], &mut list);
+                let pair = Pair::new(step, [(body_a, DVec3::ZERO), (body_b, DVec3::ZERO)], list);
                 let rotations = [frame_a.rotation, frame_b.rotation];
                 let placed = [0, 1].map(|s| kinematics.pose[pair.bodies[s].index()].rotation * rotations[s]);
                 let turn = rotation_log(placed[0].conjugate() * placed[1]);
                 let inverse = right_jacobian(turn).inverse();
                 let [a, b] = placed.map(DMat3::from_quat);
                 let by_relative = a * inverse * b.transpose();
-                pair.turn_slopes(step, axis, &list, (a * turn, by_relative), part_of_dt, slopes);
-                pair.twist(step, axis, lambda, &list, rows, turning);
+                pair.turn_slopes(step, axis, list, (a * turn, by_relative), part_of_dt, slopes);
+                pair.twist(step, axis, lambda, list, rows, turning);
             }
             EqualityKind::Tendon { .. } => {
                 return Err(format!("constraint '{}': it holds a tendon", equality.name));

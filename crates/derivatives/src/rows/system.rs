@@ -3,9 +3,10 @@
 use signorini_contact::{ContactProblem, ContactSolution};
 use signorini_multibody::derivatives::MotionDerivatives;
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{BodyId, Input, Model, SpatialVector, State};
+use signorini_multibody::{BodyId, ContactPoint, EqualityBlock, Input, Model, SpatialVector, State};
 use signorini_simulation::{Settings, Workspace};
 
+use crate::geometry::SearchMemory;
 use crate::matrix::Rows;
 use crate::mode::{Scales, UnitMode, contact_mode, group_mode, is_tie};
 use crate::parameter::Direction;
@@ -120,6 +121,34 @@ pub(crate) struct Step<'a> {
     pub scales: Scales,
     /// Of the parameters to differentiate by.
     pub directions: &'a [Direction],
+}
+
+/// Memory that building rows needs.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scratch {
+    pub list: Vec<Mover>,
+    pub moved: Vec<Moved>,
+    pub points: Vec<ContactPoint>,
+    pub displaced: Vec<(Mover, DVec3, DVec3)>,
+    pub block: Option<EqualityBlock>,
+    pub search: SearchMemory,
+}
+
+/// How a contact moves with one degree of freedom.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Moved {
+    /// Rotation of the bodies that it moves, and displacement of their material point.
+    pub turn: DVec3,
+    pub shift: DVec3,
+    pub gap: f64,
+    pub place: DVec3,
+    /// Of normal and tangents.
+    pub axes: [DVec3; 3],
+    /// Of sliding and spinning velocity along these, at `v⁺`.
+    pub slip: [f64; 3],
+    pub spin: [f64; 3],
+    /// Of the approach at `v`, where it makes a rebound.
+    pub approach: f64,
 }
 
 /// The modes of all contacts and groups, with the dependence of sliding groups on contacts.

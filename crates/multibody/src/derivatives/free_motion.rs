@@ -4,7 +4,6 @@ use glamx::glam::{DQuat, DVec3};
 
 use super::drive::{MarginSource, distance_to, drive_slopes};
 use super::inverse_dynamics::{InverseDynamicsDerivatives, inverse_dynamics_derivatives_into};
-use crate::composite::{MassMatrix, mass_matrix_into};
 use crate::free_motion::{AffineForce, FreeMotion, Saturation};
 use crate::free_motion::{actuator_law, can_saturate, is_before, joint_spring, tendon_spring};
 use crate::kinematics::Kinematics;
@@ -44,7 +43,6 @@ pub struct BalanceDerivatives {
     pub margins: Vec<(MarginSource, f64)>,
     /// Inverse dynamics of the step's mean acceleration.
     pub dynamics: InverseDynamicsDerivatives,
-    pub(super) mass: MassMatrix,
     acceleration: Vec<f64>,
     wrenches: Vec<SpatialVector>,
 }
@@ -62,7 +60,6 @@ impl BalanceDerivatives {
             activation_share: vec![0.0; nu],
             margins: Vec::new(),
             dynamics: InverseDynamicsDerivatives::new(model),
-            mass: MassMatrix::new(model),
             acceleration: vec![0.0; nv],
             wrenches: vec![SpatialVector::ZERO; model.bodies.len()],
         }
@@ -96,6 +93,7 @@ pub fn balance_derivatives_into(
 ) -> Result<(), Unsupported> {
     out.margins.clear();
     out.by_drive.fill(0.0);
+    out.by_control.fill(0.0);
     for (out, impulse) in out.wrenches.iter_mut().zip(impulses) {
         *out = impulse.scaled(1.0 / dt);
     }
@@ -111,12 +109,14 @@ pub fn balance_derivatives_into(
     let scaled = |to: &mut [f64], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, from)| *to = dt * from);
     scaled(&mut out.impulse, &out.dynamics.force);
     scaled(&mut out.by_configuration, &out.dynamics.by_configuration);
-    scaled(&mut out.by_velocity, &out.dynamics.by_velocity);
+    // What M (v⁺ − v) adds to it by v.
+    for ((to, slope), mass) in out.by_velocity.iter_mut().zip(&out.dynamics.by_velocity).zip(&out.dynamics.mass) {
+        *to = dt * slope - mass;
+    }
     for (k, impulse) in out.impulse.iter_mut().enumerate() {
         *impulse -= dt * input.generalized_force.get(k).unwrap_or(&0.0);
     }
     hold_applied_wrenches(model, kinematics, input, dt, out);
-    subtract_inertia(model, kinematics, &mut out.mass, &mut out.by_velocity);
     add_free_rotations(model, kinematics, state, dt, free, out)?;
     add_joint_springs(model, state, dt, velocity, out);
     check_lengths(model)?;
@@ -137,7 +137,7 @@ pub fn balance_derivatives_into(
         add_actuator(model, (a, actuator), (state, input), dt, free, velocity, out);
         let [by_input, by_activation] = drive_slopes(actuator, (state, input), a, dt, &mut out.margins);
         out.activation_share[a] = by_activation;
-        for k in 0..model.nv {
+        for &k in &free.actuator_rows[a].dofs {
             out.by_control[k * nu + a] = by_input * out.by_drive[k * nu + a];
         }
     }
@@ -186,18 +186,6 @@ fn hold_applied_wrenches(model: &Model, kinematics: &Kinematics, input: &Input, 
             for row in model.dofs_moving(body) {
                 let power = out.dynamics.motion.displacement(row, center).dot(turned);
                 BalanceDerivatives::add(&mut out.by_configuration, model.nv, row, column, dt * power);
-            }
-        }
-    }
-}
-
-/// `∂/∂v` of `M (v⁺ − v)`.
-fn subtract_inertia(model: &Model, kinematics: &Kinematics, mass: &mut MassMatrix, by_velocity: &mut [f64]) {
-    mass_matrix_into(model, kinematics, mass);
-    for block in mass.matrix.blocks() {
-        for row in block.range() {
-            for column in block.range() {
-                by_velocity[row * model.nv + column] -= mass.matrix.get(row, column);
             }
         }
     }
@@ -325,17 +313,22 @@ fn add_actuator(
         }
         return;
     }
-    let mut by_configuration = row.gradient.clone();
-    if let Transmission::JointAxes { joint, axes } = &actuator.transmission {
-        let joint = &model.joints[joint.index()];
-        by_configuration.fill(0.0);
-        if joint.kind.nv() == 3 {
-            let turn = rotation_log(read_quaternion(&state.q[joint.q_index..]));
-            let slope = right_jacobian(turn).inverse().transpose() * DVec3::from_slice(axes) * actuator.gear;
-            by_configuration.copy_from_slice(&slope.to_array());
+    let turning: [f64; 3];
+    let length_slope = match &actuator.transmission {
+        Transmission::JointAxes { joint, axes } => {
+            let joint = &model.joints[joint.index()];
+            turning = match joint.kind.nv() {
+                3 => {
+                    let turn = rotation_log(read_quaternion(&state.q[joint.q_index..]));
+                    (right_jacobian(turn).inverse().transpose() * DVec3::from_slice(axes) * actuator.gear).to_array()
+                }
+                _ => [0.0; 3],
+            };
+            &turning[..]
         }
-    }
-    add_length(model, (law, slopes), (row, &by_configuration), (state, velocity, dt), Some(a), out);
+        _ => &row.gradient[..],
+    };
+    add_length(model, (law, slopes), (row, length_slope), (state, velocity, dt), Some(a), out);
 }
 
 /// Adds a force along a length whose row does not change with the configuration.

@@ -1,13 +1,16 @@
 //! Derivatives of inverse dynamics in recursive form.
 
 use super::motion::MotionDerivatives;
-use super::spatial::{Map, apply, momentum};
+use glamx::glam::{DMat3, DVec3};
+
+use super::spatial::momentum;
 use crate::composite::RigidInertia;
 use crate::kinematics::Kinematics;
+use crate::math::scalar;
 use crate::model::Model;
 use crate::spatial::SpatialVector;
 
-/// `τ`, `∂τ/∂q` and `∂τ/∂v` of inverse dynamics with wrenches from outside, and the storage to compute them.
+/// `τ`, `∂τ/∂q`, `∂τ/∂v` and `∂τ/∂v̇` of inverse dynamics with wrenches from outside, and the storage to compute them.
 #[derive(Clone, Debug)]
 pub struct InverseDynamicsDerivatives {
     /// `τ`, `[nv]`, N, N·m.
@@ -16,14 +19,74 @@ pub struct InverseDynamicsDerivatives {
     pub by_configuration: Vec<f64>,
     /// `∂τ/∂v`, `[nv, nv]` row by row.
     pub by_velocity: Vec<f64>,
+    /// `M`, which is `∂τ/∂v̇`, `[nv, nv]` row by row.
+    pub mass: Vec<f64>,
     /// Of the velocity given.
     pub motion: MotionDerivatives,
     pub(super) links: Vec<LinkDynamics>,
     /// Of every body, in its own axes.
     inertia: Vec<RigidInertia>,
-    /// What a degree of freedom changes when its link moves rigidly: of velocities by its displacement, of accelerations by its
-    /// displacement, of accelerations by its rate.
-    drag: Vec<[SpatialVector; 3]>,
+    drag: Vec<Drag>,
+    /// Of the degrees of freedom of the link at hand.
+    taken: [Taken; 3],
+    /// Whether gravity is compensated anywhere.
+    floats: bool,
+}
+
+/// What a degree of freedom changes when its link moves rigidly.
+#[derive(Clone, Copy, Debug)]
+struct Drag {
+    /// Rotation of velocities by its displacement.
+    turn: DVec3,
+    /// Of accelerations by its displacement and by its rate.
+    by_place: SpatialVector,
+    by_rate: SpatialVector,
+    /// Of gravity by its displacement.
+    fall: SpatialVector,
+}
+
+/// What a degree of freedom takes of the wrench on all that it carries: by accelerations, by the rotation of a velocity common to all, by
+/// gravity where it does not pull.
+#[derive(Clone, Copy, Debug)]
+struct Taken {
+    acceleration: SpatialVector,
+    turn: DVec3,
+    fall: SpatialVector,
+}
+
+/// How the wrench on bodies changes with a velocity `u = (a, b)` common to all, `I (u × v) + u ×* I v + v ×* I u`: by its rotation alone,
+/// as force `2 a × p` with the momentum `p`, and as moment `(2 ω× Θ − tr Θ ω× + 2 (h·w − w hᵀ)) a` with the velocity `(ω, w)`, the first
+/// moment `h` and the inertia `Θ`.
+#[derive(Clone, Copy, Debug)]
+struct ByVelocity {
+    moment: DMat3,
+    momentum: DVec3,
+}
+
+impl ByVelocity {
+    const ZERO: Self = Self { moment: DMat3::ZERO, momentum: DVec3::ZERO };
+
+    #[inline]
+    fn of(inertia: &RigidInertia, v: SpatialVector, momentum: DVec3) -> Self {
+        let (theta, h) = (&inertia.rotational, inertia.first_moment);
+        let trace = theta.x_axis.x + theta.y_axis.y + theta.z_axis.z;
+        let column = |e: usize| {
+            let (axis, own) = (DVec3::AXES[e], theta.col(e));
+            v.angular.cross(own * 2.0 - axis * trace) - v.linear * (2.0 * h[e])
+        };
+        let moment = DMat3::from_cols(column(0), column(1), column(2)) + scalar(2.0 * h.dot(v.linear));
+        Self { moment, momentum }
+    }
+
+    #[inline]
+    fn times(&self, a: DVec3) -> SpatialVector {
+        SpatialVector { angular: self.moment * a, linear: a.cross(self.momentum) * 2.0 }
+    }
+
+    #[inline]
+    fn times_transposed(&self, wrench_of: SpatialVector) -> DVec3 {
+        self.moment.mul_transpose_vec3(wrench_of.angular) + self.momentum.cross(wrench_of.linear) * 2.0
+    }
 }
 
 /// A link with all that hangs on it.
@@ -37,15 +100,17 @@ pub(super) struct LinkDynamics {
     /// The wrench that it takes.
     wrench: SpatialVector,
     /// How the wrench changes with a velocity common to all.
-    by_velocity: Map,
+    by_velocity: ByVelocity,
 }
+
+const ZERO: SpatialVector = SpatialVector::ZERO;
 
 const NOTHING: LinkDynamics = LinkDynamics {
     after: SpatialVector::ZERO,
     inertia: RigidInertia::ZERO,
     floating: RigidInertia::ZERO,
     wrench: SpatialVector::ZERO,
-    by_velocity: [[0.0; 6]; 6],
+    by_velocity: ByVelocity::ZERO,
 };
 
 impl InverseDynamicsDerivatives {
@@ -59,7 +124,10 @@ impl InverseDynamicsDerivatives {
             by_velocity: vec![0.0; nv * nv],
             links: vec![NOTHING; motion.links.all.len()],
             inertia: model.bodies.iter().map(|body| RigidInertia::in_body_axes(&body.inertia)).collect(),
-            drag: vec![[SpatialVector::ZERO; 3]; nv],
+            mass: vec![0.0; nv * nv],
+            drag: vec![Drag { turn: DVec3::ZERO, by_place: ZERO, by_rate: ZERO, fall: ZERO }; nv],
+            taken: [Taken { acceleration: ZERO, turn: DVec3::ZERO, fall: ZERO }; 3],
+            floats: model.bodies.iter().any(|body| body.gravity_compensation != 0.0),
             motion,
         }
     }
@@ -96,7 +164,7 @@ pub fn inverse_dynamics_derivatives_into(
     accelerate(v, acceleration, gravity, out);
     gather_bodies(model, kinematics, gravity, external, out);
     for l in (0..out.links.len()).rev() {
-        write_link(l, gravity, model.nv, out);
+        write_link(l, model.nv, out);
         if let Some(parent) = out.motion.links.all[l].parent {
             let (head, tail) = out.links.split_at_mut(l);
             add_link(&mut head[parent], &tail[0]);
@@ -105,6 +173,7 @@ pub fn inverse_dynamics_derivatives_into(
     for joint in model.joints.iter().filter(|joint| joint.armature != 0.0) {
         for k in joint.v_index..joint.v_index + joint.kind.nv() {
             out.force[k] += joint.armature * acceleration[k];
+            out.mass[k * (model.nv + 1)] += joint.armature;
         }
     }
 }
@@ -121,7 +190,12 @@ fn accelerate(v: &[f64], acceleration: &[f64], gravity: SpatialVector, out: &mut
             own += axis.scaled(acceleration[k]);
             rate += axis.scaled(v[k]);
             let by_place = u.carry_motion(axis);
-            drag[k] = [by_place, before.carry_motion(axis) + u.carry_motion(by_place), (u + w).carry_motion(axis)];
+            drag[k] = Drag {
+                turn: by_place.angular,
+                by_place: before.carry_motion(axis) + u.carry_motion(by_place),
+                by_rate: (u + w).carry_motion(axis),
+                fall: gravity.carry_motion(axis),
+            };
         }
         links[l] = LinkDynamics { after: own + u.carry_motion(rate), ..NOTHING };
     }
@@ -160,38 +234,46 @@ fn gather_bodies(
         let carried = momentum(&link.inertia, v);
         link.wrench +=
             momentum(&link.inertia, link.after) + v.carry_wrench(carried) - momentum(&link.floating, gravity);
-        for (e, column) in link.by_velocity.iter_mut().enumerate() {
-            let mut unit = [0.0; 6];
-            unit[e] = 1.0;
-            let u = SpatialVector::from_array(unit);
-            let change = momentum(&link.inertia, u.carry_motion(v))
-                + u.carry_wrench(carried)
-                + v.carry_wrench(momentum(&link.inertia, u));
-            *column = change.to_array();
-        }
+        link.by_velocity = ByVelocity::of(&link.inertia, v, carried.linear);
     }
 }
 
 /// Rows and columns of a link whose subtree is complete: its columns in the rows up to the root, and its rows in the columns up to the
 /// root.
-fn write_link(l: usize, gravity: SpatialVector, nv: usize, out: &mut InverseDynamicsDerivatives) {
-    let InverseDynamicsDerivatives { force, by_configuration, by_velocity, motion, links, drag, .. } = out;
+fn write_link(l: usize, nv: usize, out: &mut InverseDynamicsDerivatives) {
+    let InverseDynamicsDerivatives {
+        force,
+        by_configuration,
+        by_velocity,
+        mass,
+        motion,
+        links,
+        drag,
+        taken,
+        floats,
+        ..
+    } = out;
     let (link, whole) = (&motion.links.all[l], &links[l]);
-    let change = |k: usize| {
-        let [velocity, place, rate] = drag[k];
-        let falls = momentum(&whole.floating, gravity.carry_motion(motion.axis[k]));
-        let of_place = momentum(&whole.inertia, place) + apply(&whole.by_velocity, velocity) - falls;
-        let of_rate = momentum(&whole.inertia, rate) + apply(&whole.by_velocity, motion.axis[k]);
-        (of_place, of_rate)
-    };
+    for (k, taken) in link.dofs.clone().zip(&mut *taken) {
+        let axis = motion.axis[k];
+        force[k] = axis.dot(whole.wrench);
+        taken.acceleration = momentum(&whole.inertia, axis);
+        taken.turn = whole.by_velocity.times_transposed(axis);
+        taken.fall = if *floats { momentum(&whole.floating, axis) } else { ZERO };
+    }
     for k in link.dofs.clone() {
-        force[k] = motion.axis[k].dot(whole.wrench);
-        let (of_place, of_rate) = change(k);
-        for row in link.dofs.clone() {
+        let (axis, drag) = (motion.axis[k], &drag[k]);
+        let mut of_place = momentum(&whole.inertia, drag.by_place) + whole.by_velocity.times(drag.turn);
+        if *floats {
+            of_place -= momentum(&whole.floating, drag.fall);
+        }
+        let of_rate = momentum(&whole.inertia, drag.by_rate) + whole.by_velocity.times(axis.angular);
+        for (row, taken) in link.dofs.clone().zip(&*taken) {
             by_configuration[row * nv + k] = motion.axis[row].dot(of_place);
             by_velocity[row * nv + k] = motion.axis[row].dot(of_rate);
+            mass[row * nv + k] = taken.acceleration.dot(axis);
         }
-        let turned = of_place + motion.axis[k].carry_wrench(whole.wrench);
+        let turned = of_place + axis.carry_wrench(whole.wrench);
         let mut at = link.parent;
         while let Some(parent) = at {
             for row in motion.links.all[parent].dofs.clone() {
@@ -204,10 +286,16 @@ fn write_link(l: usize, gravity: SpatialVector, nv: usize, out: &mut InverseDyna
     let mut at = link.parent;
     while let Some(parent) = at {
         for k in motion.links.all[parent].dofs.clone() {
-            let (of_place, of_rate) = change(k);
-            for row in link.dofs.clone() {
-                by_configuration[row * nv + k] = motion.axis[row].dot(of_place);
-                by_velocity[row * nv + k] = motion.axis[row].dot(of_rate);
+            let (axis, drag) = (motion.axis[k], &drag[k]);
+            for (row, taken) in link.dofs.clone().zip(&*taken) {
+                let mut of_place = taken.acceleration.dot(drag.by_place) + taken.turn.dot(drag.turn);
+                if *floats {
+                    of_place -= taken.fall.dot(drag.fall);
+                }
+                by_configuration[row * nv + k] = of_place;
+                by_velocity[row * nv + k] = taken.acceleration.dot(drag.by_rate) + taken.turn.dot(axis.angular);
+                let inertia = taken.acceleration.dot(axis);
+                (mass[row * nv + k], mass[k * nv + row]) = (inertia, inertia);
             }
         }
         at = motion.links.all[parent].parent;
@@ -221,7 +309,6 @@ fn add_link(parent: &mut LinkDynamics, child: &LinkDynamics) {
         whole.rotational += part.rotational;
     }
     parent.wrench += child.wrench;
-    for (sum, column) in parent.by_velocity.iter_mut().flatten().zip(child.by_velocity.iter().flatten()) {
-        *sum += column;
-    }
+    parent.by_velocity.moment += child.by_velocity.moment;
+    parent.by_velocity.momentum += child.by_velocity.momentum;
 }

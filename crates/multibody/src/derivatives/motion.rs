@@ -58,6 +58,7 @@ impl MotionDerivatives {
     }
 
     /// Velocity of a body's material point at `point` in world, with its angular velocity, world axes.
+    #[inline]
     pub fn velocity(&self, body: BodyId, point: DVec3) -> SpatialVector {
         match self.links.of_body[body.index()] {
             None => SpatialVector::ZERO,
@@ -66,6 +67,7 @@ impl MotionDerivatives {
     }
 
     /// Rotation and displacement at `point` in world of the bodies that degree of freedom `dof` moves, per unit of it, world axes.
+    #[inline]
     pub fn displacement(&self, dof: usize, point: DVec3) -> SpatialVector {
         self.axis[dof].at(point - self.reference[self.links.of_dof[dof]])
     }
@@ -75,6 +77,7 @@ impl MotionDerivatives {
     ///
     /// # Source
     /// All axes from the degree of freedom on are carried by it, and so is the velocity that they give: `S_k × (V − V_before)`.
+    #[inline]
     pub fn velocity_slope(&self, body: BodyId, dof: usize, point: DVec3) -> SpatialVector {
         let Some(last) = self.links.of_body[body.index()] else { return SpatialVector::ZERO };
         let link = self.links.of_dof[dof];

@@ -193,9 +193,9 @@ impl BalanceAt<'_> {
         // Inverse dynamics has M (v⁺ − v) + Δt (…) less the impulses: what has no Δt is taken off.
         let mut rest: Vec<f64> = dynamics.force.iter().map(|force| dt * force).collect();
         let change_of: Vec<f64> = self.velocity.iter().zip(&self.state.v).map(|(end, v)| end - v).collect();
-        let mut momenta = vec![0.0; model.nv];
-        self.balance.mass.matrix.multiply_into(&change_of, &mut momenta);
-        rest.iter_mut().zip(&momenta).for_each(|(rest, m)| *rest -= m);
+        for (rest, mass) in rest.iter_mut().zip(dynamics.mass.chunks_exact(model.nv.max(1))) {
+            *rest -= mass.iter().zip(&change_of).map(|(m, v)| m * v).sum::<f64>();
+        }
         for (i, impulse) in self.impulses.iter().enumerate().filter(|(_, w)| **w != SpatialVector::ZERO) {
             let origin = self.kinematics.pose[i].position;
             for k in model.dofs_moving(BodyId(i as u32)) {

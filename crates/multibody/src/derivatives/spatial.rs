@@ -9,6 +9,7 @@ use crate::spatial::SpatialVector;
 
 impl Add for SpatialVector {
     type Output = Self;
+    #[inline]
     fn add(self, other: Self) -> Self {
         Self { angular: self.angular + other.angular, linear: self.linear + other.linear }
     }
@@ -16,18 +17,21 @@ impl Add for SpatialVector {
 
 impl Sub for SpatialVector {
     type Output = Self;
+    #[inline]
     fn sub(self, other: Self) -> Self {
         Self { angular: self.angular - other.angular, linear: self.linear - other.linear }
     }
 }
 
 impl AddAssign for SpatialVector {
+    #[inline]
     fn add_assign(&mut self, other: Self) {
         *self = *self + other;
     }
 }
 
 impl SubAssign for SpatialVector {
+    #[inline]
     fn sub_assign(&mut self, other: Self) {
         *self = *self - other;
     }
@@ -35,11 +39,13 @@ impl SubAssign for SpatialVector {
 
 impl SpatialVector {
     /// `s` times this one.
+    #[inline]
     pub(super) fn scaled(self, s: f64) -> Self {
         Self { angular: self.angular * s, linear: self.linear * s }
     }
 
     /// How another motion changes while it is carried by this one, `self × other`.
+    #[inline]
     pub(super) fn carry_motion(self, other: Self) -> Self {
         Self {
             angular: self.angular.cross(other.angular),
@@ -48,6 +54,7 @@ impl SpatialVector {
     }
 
     /// How a wrench (moment, force) changes while it is carried by this motion, `self ×* wrench`.
+    #[inline]
     pub(super) fn carry_wrench(self, wrench: Self) -> Self {
         Self {
             angular: self.angular.cross(wrench.angular) + self.linear.cross(wrench.linear),
@@ -56,37 +63,21 @@ impl SpatialVector {
     }
 
     /// Power of a wrench (moment, force) on this motion.
+    #[inline]
     pub(super) fn dot(self, wrench: Self) -> f64 {
         self.angular.dot(wrench.angular) + self.linear.dot(wrench.linear)
     }
 
     /// The same motion, told of the point that lies by `r` from the present one.
+    #[inline]
     pub(super) fn at(self, r: DVec3) -> Self {
         Self { angular: self.angular, linear: self.linear + self.angular.cross(r) }
-    }
-
-    pub(super) fn from_array(x: [f64; 6]) -> Self {
-        Self { angular: DVec3::new(x[0], x[1], x[2]), linear: DVec3::new(x[3], x[4], x[5]) }
     }
 }
 
 /// Momentum of a rigid body about the point that its inertia refers to.
+#[inline]
 pub(super) fn momentum(inertia: &RigidInertia, motion: SpatialVector) -> SpatialVector {
     let (angular, linear) = inertia.times(motion.angular, motion.linear);
     SpatialVector { angular, linear }
-}
-
-/// A linear map from motions to wrenches, by its columns.
-pub(super) type Map = [[f64; 6]; 6];
-
-/// The wrench of a motion.
-pub(super) fn apply(map: &Map, motion: SpatialVector) -> SpatialVector {
-    let x = motion.to_array();
-    let mut sum = [0.0; 6];
-    for (column, x) in map.iter().zip(x) {
-        for (sum, entry) in sum.iter_mut().zip(column) {
-            *sum += entry * x;
-        }
-    }
-    SpatialVector::from_array(sum)
 }

@@ -1,0 +1,130 @@
+//! Parameters of the tossed cube from recordings, by the derivatives of its steps.
+
+use clap::ValueEnum;
+use signorini::derivatives::Parameter;
+use signorini::derivatives::identification::{
+    Identification, IdentificationError, IdentificationSettings, Recording, Unknown, identify,
+};
+use signorini::multibody::{BodyId, GeomId, Model, State};
+use signorini::{InfeasiblePolicy, Settings};
+use signorini_testkit::Random;
+
+use crate::tosses::{HALF_SIDE, Protocol, SAMPLE_RATE, Toss, start_state};
+
+/// Samples of a window in which the first stage predicts: long enough for an impact and the slide after it, short enough for slopes to
+/// lead somewhere.
+const WINDOW: usize = 16;
+/// Differences from which on they count by their size, as a part of the cube's width and in rad: the noise of the recording is a tenth.
+const OUTLIER: f64 = 0.02;
+
+/// What of the cube is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Quantity {
+    /// Coefficient of friction of cube and board.
+    Friction,
+    /// Coefficient of restitution of both.
+    Restitution,
+    /// Moment of inertia about all axes.
+    Inertia,
+    /// Half the side.
+    Size,
+    /// The three coordinates of the centre of mass.
+    Center,
+}
+
+/// The model's numbers for it, as unknowns.
+fn unknowns_of(quantity: Quantity) -> Vec<Unknown> {
+    let (cube, geoms) = (BodyId(1), [GeomId(0), GeomId(1)]);
+    let both = |of: fn(GeomId) -> Parameter| geoms.map(|id| (of(id), 1.0)).to_vec();
+    match quantity {
+        Quantity::Friction => {
+            vec![Unknown::new("friction", both(Parameter::Friction)).with_bounds([0.02, 0.6])]
+        }
+        Quantity::Restitution => {
+            vec![Unknown::new("restitution", both(Parameter::Restitution)).with_bounds([0.0, 0.5])]
+        }
+        Quantity::Inertia => {
+            let entries = (0..3).map(|a| (Parameter::Inertia(cube, [a, a]), 1.0)).collect();
+            vec![Unknown::new("inertia", entries).with_bounds([0.0004, 0.0016])]
+        }
+        Quantity::Size => {
+            let sizes = (0..3).map(|a| (Parameter::GeomSize(geoms[0], a), 1.0)).collect();
+            vec![Unknown::new("half side", sizes).with_bounds([0.9 * HALF_SIDE, 1.1 * HALF_SIDE])]
+        }
+        Quantity::Center => (0..3)
+            .map(|a| {
+                let name = ["centre x", "centre y", "centre z"][a];
+                Unknown::new(name, vec![(Parameter::CenterOfMass(cube, a), 1.0)]).with_bounds([-0.005, 0.005])
+            })
+            .collect(),
+    }
+}
+
+/// How the parameters are looked for.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// What is looked for.
+    pub quantities: Vec<Quantity>,
+    /// Friction directions.
+    pub directions: usize,
+    /// Steps between two samples.
+    pub substeps: usize,
+    /// What is done to the recording.
+    pub protocol: Protocol,
+    /// Starts within the bounds.
+    pub starts: usize,
+}
+
+impl Fit {
+    /// Fits a model to tosses: first to short windows of them, whose slopes lead to a valley, then to the whole of them, which is what the
+    /// score is made of: means over the samples, and over the tosses, of distances and angles.
+    ///
+    /// # Errors
+    /// [`IdentificationError`] of either.
+    pub fn run(&self, model: &Model, tosses: &[Toss]) -> Result<Identification, IdentificationError> {
+        let near = self.stage(model, tosses, WINDOW, self.starts, 8)?;
+        self.stage(&near.model, tosses, 0, 0, 6)
+    }
+
+    /// The standard deviation of each unknown over `draws` sets of tosses drawn from those at hand, each fitted from `model` on.
+    ///
+    /// # Errors
+    /// [`IdentificationError`] of any.
+    pub fn bootstrap(&self, model: &Model, tosses: &[Toss], draws: usize) -> Result<Vec<f64>, IdentificationError> {
+        let mut random = Random::new(1);
+        let mut found = Vec::new();
+        for _ in 0..draws {
+            let drawn: Vec<Toss> = (0..tosses.len()).map(|_| tosses[random.below(tosses.len())].clone()).collect();
+            found.push(self.stage(model, &drawn, 0, 0, 6)?.values);
+        }
+        let n = found.len() as f64;
+        let mean = |i: usize| found.iter().map(|values| values[i]).sum::<f64>() / n;
+        let variance = |i: usize| found.iter().map(|values| (values[i] - mean(i)).powi(2)).sum::<f64>() / (n - 1.0);
+        Ok((0..found.first().map_or(0, Vec::len)).map(|i| variance(i).sqrt()).collect())
+    }
+
+    fn stage(
+        &self,
+        model: &Model,
+        tosses: &[Toss],
+        window: usize,
+        starts: usize,
+        iterations: usize,
+    ) -> Result<Identification, IdentificationError> {
+        let settings = Settings::default().with_directions(self.directions).with_infeasible(InfeasiblePolicy::ClipGaps);
+        let recordings: Vec<Recording> = tosses.iter().map(|toss| self.recording(toss)).collect();
+        let unknowns: Vec<Unknown> = self.quantities.iter().flat_map(|&quantity| unknowns_of(quantity)).collect();
+        let mut asked = IdentificationSettings::new(1.0 / SAMPLE_RATE);
+        (asked.substeps, asked.window, asked.starts) = (self.substeps, window, starts);
+        (asked.outlier, asked.equal_recordings, asked.iterations) = (OUTLIER, true, iterations);
+        let per_width = 1.0 / (2.0 * HALF_SIDE);
+        asked.weights = vec![per_width, per_width, per_width, 1.0, 1.0, 1.0];
+        identify(model, &settings, &recordings, &unknowns, &asked, |_| true)
+    }
+
+    fn recording(&self, toss: &Toss) -> Recording {
+        Recording::new(
+            toss.samples.iter().map(|row| start_state(row, self.protocol, self.substeps)).collect::<Vec<State>>(),
+        )
+    }
+}
