@@ -85,7 +85,9 @@ pub use batch::{Batch, LaneStop};
 pub use error::SimulationError;
 pub use inverse::{InverseMotion, inverse_step};
 pub use last_step::LastStep;
-pub use linear_system::{LinearComplementaritySystem, linear_complementarity_system};
+pub use linear_system::{
+    LinearComplementaritySystem, LinearizedContacts, linear_complementarity_system, linear_complementarity_system_with,
+};
 pub use nearby::{support_polygon, zero_moment_point};
 pub use overlaps::OverlapPolicy;
 pub use recertify::{Recertifier, StepCheck, StepFault};

@@ -9,14 +9,24 @@
 //!
 //! `M`, `J_N`, `J_T` and the friction directions are those of the state; the gap is linear in `δq` with slope `J_N`; the free
 //! velocity is linearised in `q`, `v` and `u`. At the state itself the system is the step, without any error.
+//!
+//! Bilateral rows hold their motions at any impulse and are no complementarity conditions: their impulses are eliminated. With `P` the
+//! projection onto the velocities that they admit, in the metric of `M`, every column `k` of a velocity becomes `P k`, and `E`, `F` and `H`
+//! are what the contacts' rows make of these.
+//!
+//! With `λ' = (γ, λ_n, λ_t)` in the order of Aydinoglu et al., and of DAIRLab's c3: `λ_n' = λ_N/Δt`, `λ_t' = α/Δt` are forces, `γ = β`, and their
+//! normal rows are gaps, ours times Δt, their rows of friction bounds ours over Δt. The matrices are then the same; a test writes theirs down.
 
 #![allow(non_snake_case)]
 
 use signorini_contact::ContactProblem;
-use signorini_lcp::Matrix;
+use signorini_lcp::{Lcp, LcpError, Matrix, Scaling};
 use signorini_multibody::{
-    FreeMotion, Input, Kinematics, Model, State, forward_kinematics_into, free_motion_into, integrate_into,
+    ContactPoint, FreeMotion, Input, Kinematics, Model, State, forward_kinematics_into, free_motion_into,
+    integrate_into,
 };
+
+use signorini_solver::BilateralBasis;
 
 use crate::{Settings, SimulationError, Workspace, step};
 
@@ -55,35 +65,109 @@ pub struct LinearComplementaritySystem {
     pub u: Vec<f64>,
     /// The contact problem of the step from there.
     pub problem: ContactProblem,
+    scaling: Scaling,
 }
 
-/// The linear complementarity system of a step from `state` with `input`.
+/// Which contacts a system has.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub enum LinearizedContacts {
+    /// Those of the step: what could touch within it.
+    #[default]
+    OfStep,
+    /// All points of shapes, and all limits, that are at most so far from touching: m, for limits of hinges rad. A plan over several steps
+    /// needs those that are met later.
+    Within(f64),
+    /// These points, wherever they are, with the limits of the step.
+    Points(Vec<ContactPoint>),
+}
+
+impl LinearComplementaritySystem {
+    /// The LCP of a step from `x` with `u`, in `λ`.
+    ///
+    /// # Errors
+    /// [`LcpError`] if a number is not finite.
+    ///
+    /// # Panics
+    /// If a length is another one.
+    pub fn lcp(&self, x: &[f64], u: &[f64]) -> Result<Lcp, LcpError> {
+        Lcp::with_scaling(self.F.clone(), sum(&self.c, [(&self.E, x), (&self.H, u)]), self.scaling.clone())
+    }
+
+    /// `x⁺ = A x + B u + D λ + d`, `[2 nv]`.
+    ///
+    /// # Panics
+    /// If a length is another one.
+    pub fn next(&self, x: &[f64], u: &[f64], lambda: &[f64]) -> Vec<f64> {
+        let free = sum(&self.d, [(&self.A, x), (&self.B, u)]);
+        let mut pushed = vec![0.0; free.len()];
+        self.D.multiply_into(lambda, &mut pushed);
+        pushed.iter().zip(free).map(|(p, f)| p + f).collect()
+    }
+}
+
+/// The linear complementarity system of a step from `state` with `input`, with the contacts of the step.
 ///
 /// # Errors
-/// As [`step`](crate::step()); [`SimulationError::Problem`] if the problem has bilateral rows, which are no complementarity
-/// conditions.
+/// As [`linear_complementarity_system_with`].
 ///
 /// # Cost
-/// `2 (2 nv + nu)` evaluations of the free motion, and a dense LCP; everything is allocated anew.
+/// As there.
 pub fn linear_complementarity_system(
     model: &Model,
     state: &State,
     input: &Input,
     settings: &Settings,
 ) -> Result<LinearComplementaritySystem, SimulationError> {
-    let mut workspace = Workspace::new(model, settings)?;
-    step(model, state, input, settings, &mut workspace, &mut state.clone())?;
-    let problem = workspace.problem().clone();
+    linear_complementarity_system_with(model, state, input, settings, &LinearizedContacts::OfStep)
+}
+
+/// The linear complementarity system of a step from `state` with `input`, with the contacts that are asked for.
+///
+/// # Errors
+/// As [`step`](crate::step()); [`SimulationError::Setting`] for a distance that is negative or not finite.
+///
+/// # Cost
+/// `2 (2 nv + nu)` evaluations of the free motion, and a dense LCP; everything is allocated anew.
+pub fn linear_complementarity_system_with(
+    model: &Model,
+    state: &State,
+    input: &Input,
+    settings: &Settings,
+    contacts: &LinearizedContacts,
+) -> Result<LinearComplementaritySystem, SimulationError> {
+    let problem = problem_with(model, state, input, settings, contacts)?;
+    let mut constraints = Constraints::new(&problem, settings.stabilization);
+    let whole = problem.clone();
+    let problem = without_bilateral_rows(problem);
     let (nv, nu, dt) = (model.nv, model.actuators.len(), problem.timestep);
     let lcp = problem.standard_lcp()?;
     let mut u = input.control.clone();
     u.resize(nu, 0.0);
     let x: Vec<f64> = std::iter::repeat_n(0.0, nv).chain(state.v.iter().copied()).collect();
-    let slopes = free_velocity_slopes(model, state, &input.clone().with_control(u.clone()), dt)?;
+    let mut slopes = free_velocity_slopes(model, state, &input.clone().with_control(u.clone()), dt)?;
+    constraints.project(&mut slopes, true);
 
     let mixed = problem.mixed_lcp()?;
     let rows = Matrix::from_fn(lcp.len(), nv, |i, k| mixed.A()[(nv + i, k)]);
-    let to_velocity = velocity_columns(&problem, &rows);
+    let mut to_velocity = velocity_columns(&problem, &rows);
+    let unconstrained = product(&rows, &to_velocity);
+    constraints.project(&mut to_velocity, false);
+    // What the constraints take from the couplings of contacts; nothing else in F has to do with velocities.
+    let mut F = lcp.A().clone();
+    if !constraints.is_empty() {
+        let constrained = product(&rows, &to_velocity);
+        F = Matrix::from_fn(F.rows(), F.cols(), |i, k| F[(i, k)] + (constrained[(i, k)] - unconstrained[(i, k)]));
+    }
+    let mut free_velocity = problem.free_velocity.clone();
+    let correction = constraints.correction(&free_velocity, |k| whole.bilateral_violation[k] / dt);
+    free_velocity.iter_mut().zip(&correction).for_each(|(v, c)| *v += c);
+    let corrected: Vec<f64> = lcp
+        .b()
+        .iter()
+        .enumerate()
+        .map(|(i, b)| b + (0..nv).map(|k| rows[(i, k)] * correction[k]).sum::<f64>())
+        .collect();
     let of_velocity = product(&rows, &slopes);
     let gap_slope = |i: usize, k: usize| match problem.gap.get(i) {
         Some(&phi) => rows[(i, k)] / dt * if phi < 0.0 { settings.stabilization } else { 1.0 },
@@ -94,10 +178,109 @@ pub fn linear_complementarity_system(
     let D = with_positions(dt, &to_velocity, false);
     let E = Matrix::from_fn(lcp.len(), 2 * nv, |i, k| of_velocity[(i, k)] + if k < nv { gap_slope(i, k) } else { 0.0 });
     let H = Matrix::from_fn(lcp.len(), nu, |i, k| of_velocity[(i, 2 * nv + k)]);
-    let free = problem.free_velocity.iter().map(|v| dt * v).chain(problem.free_velocity.iter().copied()).collect();
+    let free = free_velocity.iter().map(|v| dt * v).chain(free_velocity.iter().copied()).collect();
     let d = remainder(free, [(&A, &x), (&B, &u)]);
-    let c = remainder(lcp.b().to_vec(), [(&E, &x), (&H, &u)]);
-    Ok(LinearComplementaritySystem { A, B, D, d, E, F: lcp.A().clone(), H, c, x, u, problem })
+    let c = remainder(corrected, [(&E, &x), (&H, &u)]);
+    let scaling = lcp.scaling().clone();
+    Ok(LinearComplementaritySystem { A, B, D, d, E, F, H, c, x, u, problem: whole, scaling })
+}
+
+/// The contact problem of a step, or of the contacts that are asked for instead.
+fn problem_with(
+    model: &Model,
+    state: &State,
+    input: &Input,
+    settings: &Settings,
+    contacts: &LinearizedContacts,
+) -> Result<ContactProblem, SimulationError> {
+    let mut ws = Workspace::new(model, settings)?;
+    if let LinearizedContacts::OfStep = contacts {
+        step(model, state, input, settings, &mut ws, &mut state.clone())?;
+        return Ok(ws.problem().clone());
+    }
+    state.check(model)?;
+    ws.begin(model, state, input, settings.timestep.unwrap_or(model.timestep))?;
+    match contacts {
+        LinearizedContacts::Within(distance) => {
+            if !(*distance >= 0.0 && distance.is_finite()) {
+                let (setting, expected) = ("distance of contacts", "finite and not negative");
+                return Err(SimulationError::Setting { setting, expected, found: *distance });
+            }
+            ws.reach.reach.iter_mut().for_each(|reach| (reach.linear, reach.angular) = (*distance, 0.0));
+            ws.find_points(model);
+            ws.candidates.all.retain(|point| point.gap <= *distance);
+        }
+        LinearizedContacts::Points(points) => {
+            ws.candidates.all.clear();
+            ws.candidates.all.extend_from_slice(points);
+        }
+        LinearizedContacts::OfStep => {}
+    }
+    ws.candidates.choose_all();
+    ws.build_problem(model, state, input);
+    if let LinearizedContacts::Within(distance) = contacts {
+        let still = vec![0.0; model.nv];
+        ws.builder.add_limits(model, state, &still, |_, gap| gap <= *distance);
+    }
+    Ok(ws.problem().clone())
+}
+
+fn without_bilateral_rows(mut problem: ContactProblem) -> ContactProblem {
+    problem.bilateral_violation.clear();
+    problem.bilateral_jacobian.clear();
+    problem
+}
+
+/// The bilateral rows of a problem, as what they make of velocities.
+struct Constraints {
+    basis: BilateralBasis,
+    problem: ContactProblem,
+    /// What `Θ/Δt` changes by per unit that a degree of freedom moves along a row.
+    rate: f64,
+}
+
+impl Constraints {
+    fn new(problem: &ContactProblem, stabilization: f64) -> Self {
+        let mut basis = BilateralBasis::default();
+        basis.factor(&problem.bilateral_jacobian, &problem.mass_factor, problem.nv());
+        Self { basis, problem: problem.clone(), rate: stabilization / problem.timestep }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.problem.bilateral_violation.is_empty()
+    }
+
+    /// What the rows add to a velocity: the least change in the metric of M that brings `B v` to minus the extra rates.
+    fn correction(&mut self, velocity: &[f64], extra: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut change = vec![0.0; velocity.len()];
+        if !self.is_empty() {
+            let rows = &self.problem.bilateral_jacobian;
+            let rates = (0..rows.len()).map(|k| rows.multiply(k, velocity)[0] + extra(k));
+            self.basis.solve_into(&rates.collect::<Vec<_>>(), &mut change);
+        }
+        change
+    }
+
+    /// Corrects columns of velocities; `by_configuration`: whether the first of them are those by `δq`, which violates the rows.
+    fn project(&mut self, columns: &mut Matrix, by_configuration: bool) {
+        if self.is_empty() {
+            return;
+        }
+        let nv = columns.rows();
+        for c in 0..columns.cols() {
+            let column: Vec<f64> = (0..nv).map(|k| columns[(k, c)]).collect();
+            let mut unit = vec![0.0; nv];
+            if by_configuration && c < nv {
+                unit[c] = self.rate;
+            }
+            let extra: Vec<f64> = {
+                let rows = &self.problem.bilateral_jacobian;
+                (0..rows.len()).map(|k| rows.multiply(k, &unit)[0]).collect()
+            };
+            let change = self.correction(&column, |k| extra[k]);
+            (0..nv).for_each(|k| columns[(k, c)] += change[k]);
+        }
+    }
 }
 
 /// `∂v^f/∂(δq, v, u)`, `[nv, 2 nv + nu]`, by central differences.
@@ -169,4 +352,15 @@ fn remainder(mut value: Vec<f64>, products: [(&Matrix, &Vec<f64>); 2]) -> Vec<f6
         value.iter_mut().zip(out).for_each(|(v, p)| *v -= p);
     }
     value
+}
+
+/// `constant + Σ A_i x_i`.
+fn sum(constant: &[f64], products: [(&Matrix, &[f64]); 2]) -> Vec<f64> {
+    let mut total = constant.to_vec();
+    let mut product = vec![0.0; constant.len()];
+    for (matrix, x) in products {
+        matrix.multiply_into(x, &mut product);
+        total.iter_mut().zip(&product).for_each(|(t, p)| *t += p);
+    }
+    total
 }
