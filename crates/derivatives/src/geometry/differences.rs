@@ -14,9 +14,11 @@ const TRIES: u32 = 4;
 /// Two extrapolations that differ by more than this, relative to the numbers, are of something that is not smooth.
 const SMOOTH: f64 = 1e-7;
 
-/// A difference narrower by this factor, and how far it may be off: what is smooth at a distance may have a corner nearby.
-const NEAR: f64 = 1e-2;
-const SAME: f64 = 1e-5;
+/// Differences narrower by these factors, and how far they may be off: what is smooth at a distance may have a corner nearby.
+const NEAR: [(f64, f64); 2] = [(1e-2, 1e-5), (1e-4, 1e-4)];
+/// By how much the slopes ahead and behind may differ at these distances. Where faces come to lie on each other, one or the other leads on
+/// either side, and central differences are the mean of two slopes at any width.
+const KINK: f64 = 1e-4;
 
 /// Displacements, as a part of a shape's size, at which faces are seen to lie on each other, and by how much of them gaps may differ from
 /// those of two planes: the square of an angle that small is far less.
@@ -99,13 +101,19 @@ impl Search<'_> {
             let first = extrapolate(estimates[1], estimates[0], 4.0);
             let second = extrapolate(estimates[2], estimates[1], 4.0);
             let last = extrapolate(second, first, 16.0);
-            let near = self.central(workspace, e, step * NEAR)?;
             let unit = if e < 3 { size } else { 1.0 };
-            for k in 0..7 {
+            let allowed: Numbers = std::array::from_fn(|k| {
                 let scale = if (1..4).contains(&k) { unit / size } else { unit };
-                let allowed = scale.max(last[k].abs());
-                let is_smooth = (last[k] - second[k]).abs() <= SMOOTH * allowed;
-                if !is_smooth || (last[k] - near[k]).abs() > SAME * allowed {
+                scale.max(last[k].abs())
+            });
+            if (0..7).any(|k| (last[k] - second[k]).abs() > SMOOTH * allowed[k]) {
+                return Err(NoMotion::Rough);
+            }
+            for (factor, same) in NEAR {
+                let [ahead, behind] = self.slopes(workspace, e, step * factor)?;
+                let is_near = |k: usize| (0.5 * (ahead[k] + behind[k]) - last[k]).abs() <= same * allowed[k];
+                let is_straight = |k: usize| (ahead[k] - behind[k]).abs() <= KINK * allowed[k];
+                if !(0..7).all(|k| is_near(k) && is_straight(k)) {
                     return Err(NoMotion::Rough);
                 }
             }
@@ -150,6 +158,16 @@ impl Search<'_> {
         let ahead = self.at(workspace, e, step)?;
         let behind = self.at(workspace, e, -step)?;
         Ok(std::array::from_fn(|k| (ahead[k] - behind[k]) / (2.0 * step)))
+    }
+
+    /// Differences ahead and behind from the point itself.
+    fn slopes(&mut self, workspace: &mut Workspace, e: usize, step: f64) -> Result<[Numbers; 2], NoMotion> {
+        let (n, gap) = (self.point.normal, self.point.gap);
+        let own = [gap, n.x, n.y, n.z, 0.0, 0.0, 0.0];
+        let ahead = self.at(workspace, e, step)?;
+        let behind = self.at(workspace, e, -step)?;
+        let slope = |from: &Numbers, to: &Numbers| std::array::from_fn(|k| (to[k] - from[k]) / step);
+        Ok([slope(&own, &ahead), slope(&behind, &own)])
     }
 
     fn at(&mut self, workspace: &mut Workspace, e: usize, step: f64) -> Result<Numbers, NoMotion> {

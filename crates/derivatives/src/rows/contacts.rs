@@ -104,7 +104,7 @@ fn add_point(
     add_unit(step, &modes.contacts[i], i, gap, list, moved, rows);
     add_group_pulls(step, modes, i, first_row, rows);
     if motion.is_loose && modes.contacts[i].count > 0 {
-        note_loose(step, i, (point, &frame), &push, list, moved, rows)?;
+        note_loose(step, (i, gap), (point, &frame), &push, list, moved, rows)?;
     }
     add_spin_groups(step, modes, i, list, moved, rows);
     if !step.directions.is_empty() && modes.contacts[i].count > 0 {
@@ -256,7 +256,7 @@ fn turn_impulse(step: &Step, i: usize, push: &Push, list: &[Mover], moved: &[Mov
 /// where the velocity does not feel it.
 fn note_loose(
     step: &Step,
-    i: usize,
+    (i, gap): (usize, GapLaw),
     (point, frame): (&ContactPoint, &ContactFrame),
     push: &Push,
     list: &[Mover],
@@ -264,9 +264,16 @@ fn note_loose(
     rows: &mut ModeRows,
 ) -> Result<(), String> {
     let p = point.position;
-    let relative = step.end.velocity(point.body_b, p) - step.end.velocity(point.body_a, p);
     let lever = moved.iter().map(|m| m.shift.length()).fold(0.0, f64::max);
-    let speed = relative.linear.length().max(relative.angular.length() * lever);
+    let felt = |motion: &MotionDerivatives, held: DVec3| {
+        let relative = motion.velocity(point.body_b, p) - motion.velocity(point.body_a, p);
+        (relative.linear - held * held.dot(relative.linear)).length().max(relative.angular.length() * lever)
+    };
+    let mut speed = felt(step.end, DVec3::ZERO);
+    if let GapLaw::Rebound(_) = gap {
+        // The approach at the place that slides; along the normal it stays the same to first order where that turns.
+        speed = speed.max(felt(step.begin, point.normal));
+    }
     if step.scales.velocity(speed) > UNFELT {
         return Err(about(step, point, "faces slide on each other, and the parts that touch are about to change"));
     }

@@ -1,8 +1,10 @@
 //! Derivatives of steps, and what their flag says, against the steps themselves.
 
+mod collisions;
 mod common;
 mod differences;
 mod identification;
+mod linear_system;
 mod parameters;
 mod ties;
 mod verdicts;
