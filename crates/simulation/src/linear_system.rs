@@ -206,6 +206,7 @@ fn problem_with(
                 let (setting, expected) = ("distance of contacts", "finite and not negative");
                 return Err(SimulationError::Setting { setting, expected, found: *distance });
             }
+            ws.reach.by_pairs = false;
             ws.reach.reach.iter_mut().for_each(|reach| (reach.linear, reach.angular) = (*distance, 0.0));
             ws.find_points(model);
             ws.candidates.all.retain(|point| point.gap <= *distance);
@@ -220,7 +221,8 @@ fn problem_with(
     ws.build_problem(model, state, input);
     if let LinearizedContacts::Within(distance) = contacts {
         let still = vec![0.0; model.nv];
-        ws.builder.add_limits(model, state, &still, |_, gap| gap <= *distance);
+        let Workspace { builder, kinematics, .. } = &mut ws;
+        builder.add_limits(model, kinematics, state, &still, |_, gap| gap <= *distance);
     }
     Ok(ws.problem().clone())
 }
