@@ -1,12 +1,12 @@
 //! The step near a state as a linear complementarity system.
 
 use pyo3::prelude::*;
-use signorini::lcp::{Lcp, Matrix, MethodKind};
-use signorini::{LinearComplementaritySystem as System, linear_complementarity_system};
+use signorini::lcp::{Matrix, MethodKind};
+use signorini::{LinearComplementaritySystem as System, LinearizedContacts, linear_complementarity_system_with};
 
 use crate::arrays::{self, Table, Vector};
 use crate::data::Data;
-use crate::error::{SolveError, lcp_error, problem_error, simulation_error};
+use crate::error::{SolveError, lcp_error, simulation_error};
 use crate::model::Model;
 use crate::problem::ContactProblem;
 use crate::report::name_of;
@@ -94,9 +94,7 @@ impl LinearComplementaritySystem {
         let (x, u) = (given("x", x, &system.x)?, given("u", u, &system.u)?);
         let mut method = method.parse::<MethodKind>().and_then(|kind| kind.build()).map_err(lcp_error)?;
         let (next, lambda) = py.detach(|| -> PyResult<_> {
-            let right_hand_side = sum(&system.c, [(&system.E, &x), (&system.H, &u)]);
-            let scaling = system.problem.standard_lcp().map_err(problem_error)?.scaling().clone();
-            let lcp = Lcp::with_scaling(system.F.clone(), right_hand_side, scaling).map_err(lcp_error)?;
+            let lcp = system.lcp(&x, &u).map_err(lcp_error)?;
             let solution = method.solve(&lcp, None);
             if !solution.status.is_solved() {
                 let status = name_of(&solution.status);
@@ -104,8 +102,7 @@ impl LinearComplementaritySystem {
                     format!("the LCP of the step was not solved: {status}, residual {:.1e}", solution.residual.value);
                 return Err(SolveError::new_err((message, status)));
             }
-            let free = sum(&system.d, [(&system.A, &x), (&system.B, &u)]);
-            Ok((sum(&free, [(&system.D, &solution.z), (&system.B, &vec![0.0; u.len()])]), solution.z))
+            Ok((system.next(&x, &u, &solution.z), solution.z))
         })?;
         Ok((arrays::vector(py, &next), arrays::vector(py, &lambda)))
     }
@@ -124,28 +121,20 @@ fn to_numpy<'py>(py: Python<'py>, matrix: &Matrix) -> PyResult<Table<'py>> {
     arrays::matrix(py, matrix.data().to_vec(), matrix.rows(), matrix.cols())
 }
 
-/// `constant + Σ A_i x_i`.
-fn sum(constant: &[f64], products: [(&Matrix, &Vec<f64>); 2]) -> Vec<f64> {
-    let mut total = constant.to_vec();
-    let mut product = vec![0.0; constant.len()];
-    for (matrix, x) in products {
-        matrix.multiply_into(x, &mut product);
-        total.iter_mut().zip(&product).for_each(|(t, p)| *t += p);
-    }
-    total
-}
-
 /// The linear complementarity system of a step from the present qpos, qvel, ctrl and qfrc_applied.
 #[pyfunction]
+#[pyo3(signature = (model, data, *, within=None))]
 pub fn linearize(
     py: Python<'_>,
     model: &Bound<'_, Model>,
     data: &Bound<'_, Data>,
+    within: Option<f64>,
 ) -> PyResult<LinearComplementaritySystem> {
     check_model(model, data)?;
     let guard = data.get().loaded(py)?;
     let core = &*guard;
     let (model, state, input, settings) = (&core.model, &core.state, &core.input, &core.settings);
-    let system = py.detach(|| linear_complementarity_system(model, state, input, settings));
+    let contacts = within.map_or(LinearizedContacts::OfStep, LinearizedContacts::Within);
+    let system = py.detach(|| linear_complementarity_system_with(model, state, input, settings, &contacts));
     Ok(LinearComplementaritySystem(system.map_err(simulation_error)?))
 }

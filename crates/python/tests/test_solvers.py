@@ -237,3 +237,25 @@ def test_overlapping_walls_have_a_proof_that_there_is_no_solution():
     assert problem.solve().status == "infeasible"
     apart = signorini.ContactProblem(np.eye(2), rows, np.zeros((4, 2)), [-2e-3, 1e-2], [0.0, 0.0], 0.01, np.zeros(2))
     assert apart.contradiction() is None
+
+
+def test_the_system_of_a_closed_loop_and_of_a_distant_floor():
+    loop = """<mujoco><option timestep="0.002"/><worldbody>
+      <body><joint name="a" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02" contype="0"/>
+        <body pos="0.3 0 0"><joint name="b" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.02" contype="0"/></body></body>
+    </worldbody><equality><joint joint1="a" joint2="b" polycoef="0 -1 0 0 0"/></equality></mujoco>"""
+    model = signorini.Model.from_string(loop)
+    data = signorini.Data(model)
+    data.qvel[:] = [0.5, -0.5]
+    system = signorini.linearize(model, data)
+    following, _ = system.step()
+    signorini.step(model, data)
+    assert following[2:] == pytest.approx(data.qvel, abs=1e-9) and following[2] == pytest.approx(-following[3], abs=1e-9)
+
+    ball = signorini.Model.from_string(
+        """<mujoco><worldbody><geom type="plane" size="1 1 1"/><body pos="0 0 1.1"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>"""
+    )
+    above = signorini.Data(ball)
+    assert signorini.linearize(ball, above).c.size == 0 < signorini.linearize(ball, above, within=1.5).c.size
+    with pytest.raises(signorini.SettingError):
+        signorini.linearize(ball, above, within=-1.0)

@@ -2179,12 +2179,16 @@ def identify_parameters(
 ) -> IdentifiedValues:
     """``signorini.identify`` with all arguments."""
 
-def linearize(model: Model, data: Data) -> LinearComplementaritySystem:
-    """The linear complementarity system of a step from the present qpos, qvel, ctrl and qfrc_applied.
+def linearize(model: Model, data: Data, *, within: Optional[float] = None) -> LinearComplementaritySystem:
+    """The linear complementarity system of a step from the present qpos, qvel, ctrl and qfrc_applied. Bilateral rows are eliminated.
+
+    Args:
+        within: all points and limits at most so far from touching, m or rad, in place of those that the step could close: a plan over
+            several steps needs the contacts that are met later.
 
     Raises:
         StateError: as :func:`step`.
-        ProblemError: the problem has bilateral rows.
+        SettingError: ``within`` is negative or not finite.
     """
 
 def parameter_table() -> list[tuple[str, str, list[int], bool]]:
