@@ -17,9 +17,9 @@ const ARM: &str = r#"<mujoco model="arm">
     <body name="puck" pos="1 0 0.1"><freejoint name="puck"/><geom type="cylinder" size="0.1 0.02" mass="0.25"/></body>
   </worldbody>
   <actuator><motor name="biceps" joint="elbow"/></actuator>
-  <tendon>
-    <spatial name="string"/>
-  </tendon>
+  <worldbody>
+    <composite prefix="string" type="cable"/>
+  </worldbody>
   <keyframe><key name="bent" qpos="1 0 0 0  -1  1 0 0.1 1 0 0 0"/></keyframe>
 </mujoco>"#;
 
