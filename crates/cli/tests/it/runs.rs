@@ -136,7 +136,10 @@ fn a_missed_tolerance_shows() {
 #[test]
 fn the_report_holds_the_run() {
     let folder = Folder::new("report");
-    folder.write("box.xml", &BOX.replace("</mujoco>", "<worldbody><composite prefix=\"string\" type=\"cable\"/></worldbody></mujoco>"));
+    folder.write(
+        "box.xml",
+        &BOX.replace("</mujoco>", "<worldbody><composite prefix=\"string\" type=\"cable\"/></worldbody></mujoco>"),
+    );
     let words = ["simulate", "box.xml", "--duration", "0.1", "--report", "run.html", "--json"];
     let run = folder.run(&words).exits(0).json();
     assert_eq!(run["report"], "run.html");
