@@ -8,6 +8,7 @@ Builds the world, drives up to the shelf, certifies every step, and says how man
 import pathlib
 import sys
 import time
+from typing import Optional, Tuple, Union
 
 import numpy as np
 
@@ -16,7 +17,7 @@ import signorini
 MODELS = pathlib.Path(__file__).parent / "models"
 
 
-def stone(rng, radius, sides=7):
+def stone(rng: np.random.Generator, radius: float, sides: int = 7) -> str:
     """A stone as the text of a mesh file: two tips over and under a ring."""
     angles = np.arange(sides) * 2 * np.pi / sides
     ring = [(r * np.cos(a), r * np.sin(a), 0.2 * (radius - r)) for r, a in zip(radius * rng.uniform(0.8, 1.1, sides), angles)]
@@ -25,7 +26,7 @@ def stone(rng, radius, sides=7):
     return "".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(faces)
 
 
-def build(folder, seed=0):
+def build(folder: Union[str, pathlib.Path], seed: int = 0) -> signorini.Model:
     """The world; meshes are written into a folder."""
     rng, world = np.random.default_rng(seed), signorini.scene("mobile manipulator")
     world.timestep = 0.002
@@ -48,10 +49,10 @@ def build(folder, seed=0):
     return world.compile()
 
 
-def run(model, seconds, film=None):
+def run(model: signorini.Model, seconds: float, film: Optional[signorini.Film] = None) -> Tuple[signorini.Data, float, bool]:
     """Drives up to the shelf; the data, the seconds that took, and whether every step was certified."""
-    data, renderer = signorini.Data(model), film and signorini.Renderer(model, 640, 360)
-    data.ctrl = model.keyframe("start").ctrl
+    data, renderer = signorini.Data(model), signorini.Renderer(model, 640, 360) if film else None
+    data.ctrl[:] = model.keyframe("start").ctrl
     data.qpos[3:10] = data.ctrl[3:10]
     certified, spent = True, 0.0
     for frame in range(round(30 * seconds)):
@@ -60,7 +61,7 @@ def run(model, seconds, film=None):
         signorini.step(model, data, nstep=round(1 / 30 / model.timestep))
         spent += time.perf_counter() - begin
         certified &= data.missed_steps == 0
-        if film:
+        if film and renderer:
             film.add(renderer.render(data, signorini.View.orbit([0.6, -0.5, 0.5], 3.6, 35, -20)))
     return data, spent, certified
 

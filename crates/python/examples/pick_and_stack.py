@@ -7,8 +7,10 @@ Grasps hold by dry friction alone: nothing is glued to the hand.
 
 import pathlib
 import sys
+from typing import Optional
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import signorini
 
@@ -18,7 +20,7 @@ DOWN = (0.0, 1.0, 0.0, 0.0)
 HOME = (0.0, -0.6, 0.0, -2.2, 0.0, 1.6, 0.8)
 
 
-def build():
+def build() -> signorini.Model:
     """The arm, a table and three cubes."""
     world = signorini.scene("pick and stack")
     world.floor(friction=0.8)
@@ -33,20 +35,20 @@ def build():
 class Arm:
     """Moves the hand in straight lines by inverse kinematics and servos."""
 
-    def __init__(self, model, data, film=None):
+    def __init__(self, model: signorini.Model, data: signorini.Data, film: Optional[signorini.Film] = None) -> None:
         self.model, self.data, self.film = model, data, film
-        self.renderer = film and signorini.Renderer(model, 640, 360)
+        self.renderer = signorini.Renderer(model, 640, 360) if film else None
         self.joints = [f"arm joint{k}" for k in range(1, 8)]
-        data.ctrl = [*HOME, 0.04]
+        data.ctrl[:] = [*HOME, 0.04]
         data.qpos[:7] = HOME
 
-    def wait(self, seconds):
+    def wait(self, seconds: float) -> None:
         for _ in range(max(1, round(30 * seconds))):
             signorini.step(self.model, self.data, nstep=round(1 / 30 / self.model.timestep))
-            if self.film:
+            if self.film and self.renderer:
                 self.film.add(self.renderer.render(self.data, signorini.View.orbit([0.4, 0, 0.2], 1.6, 150, -20)))
 
-    def move(self, goal, seconds):
+    def move(self, goal: ArrayLike, seconds: float) -> None:
         """The hand goes to a place with its fingers down."""
         signorini.kinematics(self.model, self.data)
         start, _ = signorini.frame_pose(self.model, self.data, site="arm grip")
@@ -58,12 +60,12 @@ class Arm:
             self.data.ctrl[:7] = found.qpos[:7]
             self.wait(1 / 30)
 
-    def grip(self, width):
+    def grip(self, width: float) -> None:
         self.data.ctrl[7] = width
         self.wait(0.5)
 
 
-def stack(model, data, film=None):
+def stack(model: signorini.Model, data: signorini.Data, film: Optional[signorini.Film] = None) -> None:
     """Puts the cubes 0 and 2 on cube 1."""
     arm = Arm(model, data, film)
     arm.wait(0.2)

@@ -45,7 +45,7 @@ class Scene(Spec):
     def solid(
         self,
         type: str,
-        size: Union[float, Sequence[float]],
+        size: Union[float, Sequence[float], None],
         *,
         pos: Sequence[float] = (0.0, 0.0, 0.0),
         quat: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
@@ -56,7 +56,7 @@ class Scene(Spec):
     ) -> SpecPart:
         """A solid of one geom: with ``mass`` (kg) or ``density`` (kg/m³) a body that moves freely, otherwise fixed to the world.
 
-        Other attributes are those of the geom (``friction``, ``rgba``, ``mesh``, ``surface_velocity``, …). Gives the body, or the geom of the
+        ``size`` is None for a mesh. Other attributes are those of the geom (``friction``, ``rgba``, ``mesh``, ``surface_velocity``, …). Gives the body, or the geom of the
         world.
         """
         if mass is None and density is None:
