@@ -56,8 +56,8 @@ class Scene(Spec):
     ) -> SpecPart:
         """A solid of one geom: with ``mass`` (kg) or ``density`` (kg/m³) a body that moves freely, otherwise fixed to the world.
 
-        ``size`` is None for a mesh. Other attributes are those of the geom (``friction``, ``rgba``, ``mesh``, ``surface_velocity``, …). Gives the body, or the geom of the
-        world.
+        ``size`` is None for a mesh. Other attributes are those of the geom (``friction``, ``rgba``, ``mesh``, ``surface_velocity``, …).
+        Gives the body, or the geom of the world.
         """
         if mass is None and density is None:
             return self.add_geom("world", type, name, size=size, pos=pos, quat=quat, **attributes)
