@@ -1188,7 +1188,7 @@ class Assembly:
         touching: faces at most this far apart touch, and may overlap as much, m.
     """
 
-    def __init__(self, *, floor: Optional[float] = None, touching: float = 1e-6) -> None: ...
+    def __new__(cls, *, floor: Optional[float] = None, touching: float = 1e-6) -> Assembly: ...
     def add(
         self,
         name: str,
