@@ -7,8 +7,9 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use cpu_time::{ProcessTime, ThreadTime};
 use serde_json::{Map, Value, json};
+use signorini::contact::SolverSettings;
 use signorini::multibody::{Body, Kinematics, Model, Pose, State, forward_kinematics_into};
-use signorini::{RunEnd, Settings, Simulation, SimulationError};
+use signorini::{ContactMethod, RunEnd, Settings, Simulation, SimulationError};
 use signorini_benchmarks::table::quantile;
 use signorini_formats::{Imported, LoadOptions, load};
 
@@ -26,6 +27,18 @@ struct Options {
     /// JSON file with the control values of every step, a list of lists; the last one stays
     #[arg(long)]
     control: Option<PathBuf>,
+    /// Tolerance of the certificate
+    #[arg(long, default_value_t = 1e-9)]
+    tolerance: f64,
+    /// Contact sweeps a step may make; exact steps where it is not given
+    #[arg(long)]
+    budget: Option<u32>,
+    /// Contacts from which islands are given to contact sweeps first
+    #[arg(long)]
+    sweeps_from: Option<usize>,
+    /// Print what the stages of the solver did, and the time that they took
+    #[arg(long)]
+    stages: bool,
     /// Keyframe to begin with [default: the reference configuration]
     #[arg(long)]
     keyframe: Option<String>,
@@ -40,7 +53,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut load_options = LoadOptions::default();
     load_options.package_dirs.clone_from(&options.package_dir);
     let made = load(&options.file, &load_options).map_err(|e| ("refused", e.to_string())).and_then(|imported| {
-        let settings = Settings::default();
+        let usual = SolverSettings::default();
+        let sweeps_from = options.sweeps_from.unwrap_or(usual.sweeps_from);
+        let solver = usual.with_sweeps_from(sweeps_from).with_time_stages(options.stages);
+        let settings = Settings::default()
+            .with_tolerance(options.tolerance)
+            .with_budget(options.budget)
+            .with_method(ContactMethod::Structured(solver));
         let simulation = Simulation::new(imported.model.clone(), settings).map_err(|e| ("refused", e.to_string()))?;
         Ok((imported, simulation))
     });
@@ -53,6 +72,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     println!("{}", loading(&imported, begin.elapsed().as_secs_f64()));
     println!("{}", run(&options, &mut simulation));
+    if options.stages {
+        for (stage, count) in simulation.summary().stages.iter().filter(|(_, count)| count.asked > 0) {
+            let seconds = 1e-9 * count.nanoseconds as f64;
+            eprintln!("{:16} asked {:8} ended {:8} {seconds:9.3} s", stage.name(), count.asked, count.ended);
+        }
+    }
     Ok(())
 }
 
@@ -104,6 +129,8 @@ fn run(options: &Options, simulation: &mut Simulation) -> Value {
         "contacts_end": simulation.report().contacts,
         "deepest_mm": 1e3 * summary.deepest_penetration,
         "fastest": simulation.state().v.iter().fold(0.0_f64, |a, v| a.max(v.abs())),
+        "total_s": 1e-6 * times.all.iter().sum::<f64>(),
+        "factorizations": times.factorizations,
         "slowest_us": times.all.iter().copied().fold(0.0, f64::max),
         "mean_us": times.all.iter().sum::<f64>() / times.all.len().max(1) as f64,
         "median_us": quantile(&mut times.all, 0.5),
@@ -128,9 +155,10 @@ struct Times {
     all: Vec<f64>,
     limited: Vec<f64>,
     full: Vec<f64>,
-    /// Further searches for contacts, solved problems, and the points that searches found, in all steps.
+    /// Further searches for contacts, solved problems, factorisations, and the points that searches found, in all steps.
     enlargements: u64,
     solves: u64,
+    factorizations: u64,
     found: u64,
 }
 
@@ -160,11 +188,13 @@ fn step_on(
         }
         let clock = ThreadTime::now();
         let advanced = simulation.step()?.advanced();
+        let seconds = clock.elapsed().as_secs_f64();
         let report = simulation.report();
         times.enlargements += u64::from(report.enlargements);
         times.solves += u64::from(report.solves);
         times.found += simulation.workspace().candidate_points().count() as u64;
-        times.note(1e6 * clock.elapsed().as_secs_f64(), report.theta < 1.0);
+        times.factorizations += u64::from(report.solver.factorizations);
+        times.note(1e6 * seconds, report.theta < 1.0);
         if !advanced {
             return Ok(RunEnd::NoSolution(Box::new(simulation.report().clone())));
         }

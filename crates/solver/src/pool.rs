@@ -95,7 +95,8 @@ impl IslandPool {
 impl Request<'_> {
     fn solve(&self, island: usize, workspace: &mut Workspace, result: &mut IslandResult) {
         let Self { problem, cones, islands, settings, look, given } = *self;
-        let task = Task { problem, cones, island: &islands[island], settings, look };
+        let is_warm = given.is_some();
+        let task = Task { problem, cones, island: &islands[island], settings, look, is_warm };
         result.begin();
         match given {
             Some(given) => given.give(problem, task.island, &mut result.iterate),

@@ -72,6 +72,8 @@ pub(crate) struct Task<'a> {
     pub island: &'a Island,
     pub settings: &'a SolverSettings,
     pub look: Look,
+    /// Whether the caller gave a start.
+    pub is_warm: bool,
 }
 
 impl Task<'_> {

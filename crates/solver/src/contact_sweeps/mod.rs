@@ -130,6 +130,14 @@ impl ContactSweeps {
         if least.1 <= enough { Ended::Enough } else { Ended::OutOfBudget }
     }
 
+    /// Makes the sweeps of the first round: what they come to is where iterations of an island begin whose factorisations cost little.
+    pub fn run_short(&mut self, task: &Task, iterate: &mut Iterate, history: &mut dyn FnMut(f64)) -> Ended {
+        match self.run_within(task, iterate, 2 * TUNING.sweeps_a_round, history) {
+            Ended::OutOfBudget => Ended::Slow,
+            ended => ended,
+        }
+    }
+
     /// How many sweeps the last run made.
     pub fn made(&self) -> u32 {
         self.made

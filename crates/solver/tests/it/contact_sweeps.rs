@@ -48,6 +48,34 @@ fn clusters_that_move_are_certified() {
     assert!(by_sweeps >= 3, "only {by_sweeps} of 8 were ended by the sweeps");
 }
 
+/// Islands of some hundred contacts that proximal iterations leave far from the modes of their start are swept, and iterations go on from there.
+/// Cold ones are not.
+#[test]
+fn what_iterations_leave_of_a_start_is_swept() {
+    let (mut asked, mut by_sweeps) = (0, 0);
+    for (seed, friction) in [(1, 0.1), (2, 0.5), (3, 1.0)] {
+        for motion in [Motion::Slide, Motion::Impact, Motion::Random] {
+            let parameters = Parameters { friction, directions: 8, motion, gap: Gap::Mixed, ..Parameters::default() };
+            let mut problem = cluster(8900 + seed, 60, &parameters);
+            assert!((64..512).contains(&problem.contact_count()));
+            let earlier = solve(&SolverSettings::default(), &problem);
+            assert_eq!(earlier.report.stages[StageKind::ContactSweeps].asked, 0, "{friction} {motion:?}: cold");
+            let mut random = Random::new(9900 + seed);
+            let size = 0.3 * problem.free_velocity.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+            problem.free_velocity.iter_mut().for_each(|v| *v += random.between(-size, size));
+            let mut solver = ContactSolver::new(SolverSettings::default()).expect("valid");
+            let solution = solver.solve(&problem, Some(&WarmStart::from_solution(&earlier)));
+            asked += solution.report.stages[StageKind::ContactSweeps].asked;
+            by_sweeps += ended(&solution);
+            assert_eq!(solution.status, SolveStatus::Solved, "{friction} {motion:?}");
+            let worst = worst_violation(&problem, &solution);
+            assert!(worst <= 1e-8, "{friction} {motion:?}: {worst:e}");
+        }
+    }
+    println!("asked {asked} times, ended {by_sweeps}");
+    assert!(by_sweeps > 0, "the sweeps were asked {asked} times and ended nothing");
+}
+
 /// Without friction the problem is a strictly convex quadratic program in the velocity.
 #[test]
 fn without_friction_the_velocity_is_that_of_the_cascade() {
