@@ -1,12 +1,13 @@
-//! How long a verdict takes: a pallet of boxes in shifted layers, or a wall of bricks; on a table that is tilted by some degrees.
+//! How long a verdict takes: a pallet of boxes in shifted layers, or a wall of bricks, on a table that is tilted by some degrees; or candidates for
+//! the place of one more box on a pallet, one after the other on one core.
 //!
-//! `cargo run --release -p signorini-statics --example large -- pallet|wall [bodies] [degrees]`
+//! `cargo run --release -p signorini-statics --example large -- pallet|wall|candidates [bodies] [degrees]`
 
 use std::time::Instant;
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{Geom, Geometry, Input, Model, ModelBuilder, State};
-use signorini_statics::{StabilitySettings, stability};
+use signorini_statics::{StabilitySettings, Verdict, stability};
 
 /// Boxes of 0.2 m side by side, `across` in a layer's width and depth; every second layer is shifted.
 fn stack(
@@ -31,10 +32,38 @@ fn stack(
     Ok(world.build()?)
 }
 
+/// Places of a last box on a pallet of these: the first verdict, then the mean and the longest of the others.
+fn candidates(bodies: usize, degrees: f64) -> Result<(), Box<dyn std::error::Error>> {
+    let across = (bodies as f64).cbrt().round() as usize;
+    let model = stack(bodies, [across; 2], 0.05, degrees)?;
+    let mut state = State::new(&model);
+    let last = state.q.len() - 7;
+    // On the top layer of those that are whole, from its middle outwards.
+    let (layers, middle) = ((bodies - 1) / (across * across), 0.1 * (across - 1) as f64);
+    let (mut times, mut stays) = (Vec::new(), 0);
+    for k in 0..41 {
+        let out = 0.02 * f64::from(k / 4) * if k % 2 == 0 { 1.0 } else { -1.0 };
+        let place = if k / 2 % 2 == 0 { [middle + out, middle] } else { [middle, middle + out] };
+        state.q[last..last + 3].copy_from_slice(&[place[0], place[1], 0.1 + 0.2 * layers as f64]);
+        let start = Instant::now();
+        let found = stability(&model, &state, &Input::default(), &StabilitySettings::default())?;
+        times.push(start.elapsed().as_secs_f64());
+        stays += usize::from(found.stability.verdict() == Verdict::Stays);
+    }
+    let (first, others) = (times[0], &times[1..]);
+    let (mean, longest) = (others.iter().sum::<f64>() / 40.0, others.iter().copied().fold(0.0, f64::max));
+    println!("a box on {bodies} others: the first place in {:.2} ms, 40 more in {:.2} ms each", 1e3 * first, 1e3 * mean);
+    println!("  the longest took {:.2} ms; {stays} of 41 stay", 1e3 * longest);
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |k: usize, default: f64| arguments.get(k).and_then(|n| n.parse().ok()).unwrap_or(default);
     let (bodies, degrees) = (number(1, 1000.0), number(2, 0.0));
+    if arguments.first().is_some_and(|kind| kind == "candidates") {
+        return candidates(bodies as usize, degrees);
+    }
     let is_wall = arguments.first().is_some_and(|kind| kind == "wall");
     let model = if is_wall {
         stack(bodies as usize, [bodies.sqrt().round() as usize, 1], 0.1, degrees)?

@@ -1,7 +1,7 @@
 //! Linear and conic programs, in the words of this crate.
 
 use clarabel::algebra::CscMatrix;
-use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SupportedConeT};
+use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 
 /// What an interior-point method is asked for. It may end earlier: what it found is judged by those who asked.
 const ASKED: f64 = 1e-13;
@@ -26,6 +26,8 @@ pub(crate) struct ConicPoint {
     pub x: Vec<f64>,
     /// The multipliers of the rows: `c = Σ z_i ∇(expression i)`.
     pub z: Vec<f64>,
+    /// Whether the method ended at an optimum, and not at a proof that there is none or out of steps.
+    pub is_optimal: bool,
 }
 
 impl ConicProgram {
@@ -102,8 +104,9 @@ impl ConicProgram {
         let mut solver =
             DefaultSolver::new(&quadratic, &self.cost, &matrix, &self.right, &self.cones, settings).ok()?;
         solver.solve();
+        let is_optimal = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
         let (x, z) = (solver.solution.x, solver.solution.z);
         let finite = x.iter().chain(&z).all(|value| value.is_finite());
-        finite.then_some(ConicPoint { x, z })
+        finite.then_some(ConicPoint { x, z, is_optimal })
     }
 }

@@ -33,25 +33,25 @@ pub(crate) enum Kind {
 }
 
 /// Gravity turned sideways, as changes of the free velocity.
-pub(crate) struct Sideways {
+pub(crate) struct Sideways<const N: usize> {
     /// The problem as it is.
     pub problem: ContactProblem,
     /// What gravity gives.
     pub gravity: Vec<f64>,
     /// What gravity of its size along each direction gives.
-    pub along: Vec<Vec<f64>>,
+    pub along: [Vec<f64>; N],
 }
 
 fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-impl Sideways {
+impl<const N: usize> Sideways<N> {
     /// For these unit directions.
     pub fn new(
         configuration: &Configuration,
         settings: &StabilitySettings,
-        units: &[DVec3],
+        units: &[DVec3; N],
     ) -> Result<Self, SimulationError> {
         let with_gravity = |gravity: DVec3| -> Result<Vec<f64>, SimulationError> {
             let mut other = configuration.model.clone();
@@ -60,8 +60,10 @@ impl Sideways {
         };
         let still = with_gravity(DVec3::ZERO)?;
         let size = configuration.model.gravity.length();
-        let along = units.iter().map(|&unit| Ok(difference(&with_gravity(size * unit)?, &still)));
-        let along = along.collect::<Result<Vec<_>, SimulationError>>()?;
+        let mut along = [const { Vec::new() }; N];
+        for (change, unit) in along.iter_mut().zip(units) {
+            *change = difference(&with_gravity(size * *unit)?, &still);
+        }
         let problem = configuration.problem(configuration.model, &configuration.input, settings)?.0.problem;
         let gravity = difference(&problem.free_velocity, &still);
         Ok(Self { problem, gravity, along })
@@ -77,12 +79,12 @@ pub(crate) fn across_gravity(model: &Model, direction: DVec3) -> Result<DVec3, S
 }
 
 /// Changes of the free velocity by forces of 1 N at a body's centre of mass.
-pub(crate) fn pushes(
+pub(crate) fn pushes<const N: usize>(
     configuration: &Configuration,
     settings: &StabilitySettings,
     body: BodyId,
-    units: &[DVec3],
-) -> Result<Vec<Vec<f64>>, SimulationError> {
+    units: &[DVec3; N],
+) -> Result<[Vec<f64>; N], SimulationError> {
     let model = configuration.model;
     if body.index() == 0 || body.index() >= model.bodies.len() {
         let expected = "a body of the model that is not the world";
@@ -98,8 +100,11 @@ pub(crate) fn pushes(
     let mass = model.bodies[body.index()].inertia.mass;
     let unit = if mass > 0.0 { mass * model.gravity.length().max(1.0) } else { 1.0 };
     let still = under(DVec3::ZERO)?;
-    let of = |&e: &DVec3| Ok(difference(&under(unit * e)?, &still).into_iter().map(|v| v / unit).collect());
-    units.iter().map(of).collect()
+    let mut changes = [const { Vec::new() }; N];
+    for (change, e) in changes.iter_mut().zip(units) {
+        *change = difference(&under(unit * *e)?, &still).into_iter().map(|v| v / unit).collect();
+    }
+    Ok(changes)
 }
 
 impl Family {
@@ -130,14 +135,14 @@ impl Family {
                 let found = direction.length();
                 let unit = direction.try_normalize();
                 let unit = unit.ok_or(SimulationError::Setting { setting: "direction", expected, found })?;
-                Kind::Linear(pushes(configuration, settings, *body, &[unit])?.swap_remove(0))
+                let [change] = pushes(configuration, settings, *body, &[unit])?;
+                Kind::Linear(change)
             }
             SafetyQuestion::Horizontal(direction) | SafetyQuestion::Tilt(direction) => {
                 let unit = across_gravity(model, *direction)?;
-                let mut sideways = Sideways::new(configuration, settings, &[unit])?;
-                let along = sideways.along.swap_remove(0);
+                let Sideways { gravity, along: [along], .. } = Sideways::new(configuration, settings, &[unit])?;
                 match question {
-                    SafetyQuestion::Tilt(_) => Kind::Turned(sideways.gravity, along),
+                    SafetyQuestion::Tilt(_) => Kind::Turned(gravity, along),
                     _ => Kind::Linear(along),
                 }
             }

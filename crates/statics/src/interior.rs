@@ -65,10 +65,15 @@ struct Point {
     x: Vec<f64>,
 }
 
+/// Whether a problem has neither bilateral rows nor friction beside that of contacts.
+pub(crate) fn has_contacts_alone(problem: &ContactProblem) -> bool {
+    problem.bilateral_violation.is_empty() && problem.friction_groups.is_empty()
+}
+
 impl ForceSearch {
     /// Looks for forces and mechanisms of a problem that has contacts alone.
     pub fn find(&mut self, problem: &ContactProblem, settings: &StabilitySettings) -> Forces {
-        if !problem.bilateral_violation.is_empty() || !problem.friction_groups.is_empty() {
+        if !has_contacts_alone(problem) {
             return Forces::Unknown;
         }
         // Without friction a stack is held by its level faces alone: sides that touch are many, and no load presses on them.

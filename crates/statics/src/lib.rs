@@ -32,6 +32,7 @@ mod model;
 mod motion_limit;
 mod motors;
 mod normal_system;
+mod outline;
 mod question;
 mod ranges;
 mod report;

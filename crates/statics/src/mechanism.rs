@@ -5,6 +5,7 @@
 
 use signorini_contact::statics::{FrictionUnit, MechanismCertificate, UnitSource, certify_mechanism, friction_units};
 use signorini_contact::{ContactProblem, ContactSolution};
+use signorini_multibody::glam::DVec2;
 
 use crate::conic::{ConicPoint, ConicProgram};
 use crate::impulses::solution_from;
@@ -114,11 +115,15 @@ impl<'a> BalanceProgram<'a> {
             }
             normal.push(program.at_least(row.into_iter().chain(resistance), 0.0));
         }
-        for k in 0..nv {
+        Rows { normal, directions, bilateral }
+    }
+
+    /// Bounds the motion.
+    fn bound(&self, program: &mut ConicProgram) {
+        for k in 0..self.load.len() {
             program.at_least([(k, 1.0)], -1.0);
             program.at_least([(k, -1.0)], -1.0);
         }
-        Rows { normal, directions, bilateral }
     }
 
     fn is_round(&self, unit: &FrictionUnit) -> bool {
@@ -130,6 +135,7 @@ impl<'a> BalanceProgram<'a> {
         let mut program = ConicProgram::new(self.variables());
         self.power().for_each(|(k, p)| program.set_cost(k, -p));
         let rows = self.constrain(&mut program, None);
+        self.bound(&mut program);
         let point = program.solve()?;
         let mut tangential = vec![[0.0; 2]; self.problem.contact_count()];
         for (unit, &first) in friction_units(self.problem).zip(&rows.directions) {
@@ -138,6 +144,46 @@ impl<'a> BalanceProgram<'a> {
             }
         }
         Some((point.x.iter().zip(&self.root_mass).map(|(x, m)| x / m).collect(), tangential))
+    }
+
+    /// The factor with which changes of the free velocity are as large as the loads.
+    pub fn unit_of(&self, along: &[Vec<f64>; 2]) -> f64 {
+        let largest = |v: Vec<f64>| v.iter().fold(0.0, |most: f64, p| most.max(p.abs()));
+        let size = along.iter().map(|change| largest(self.momentum(change))).fold(0.0, f64::max);
+        if size > 0.0 { 1.0 / size } else { 1.0 }
+    }
+
+    /// The momentum of a velocity in the units of the program.
+    fn momentum(&self, velocity: &[f64]) -> Vec<f64> {
+        let mut momentum = vec![0.0; velocity.len()];
+        self.problem.mass.multiply_into(velocity, &mut momentum);
+        momentum.iter().zip(&self.root_mass).map(|(p, m)| p / m / self.size).collect()
+    }
+
+    /// Of all `(f₁, f₂)` with which the loads and `f₁`, `f₂` times two others are borne, the farthest along a direction, in their
+    /// [`unit`](Self::unit_of); no farther than `far` along either. Nothing where none are borne.
+    ///
+    /// The program is the dual one: of all motions that contacts admit and along which the two loads have the direction's power, that with
+    /// most power of the loads. The multipliers of these two conditions are the point.
+    pub fn farthest(&self, along: &[Vec<f64>; 2], direction: DVec2, far: f64) -> Option<DVec2> {
+        let slack = self.variables();
+        let mut program = ConicProgram::new(slack + 4);
+        self.power().for_each(|(k, p)| program.set_cost(k, -p));
+        let unit = self.unit_of(along);
+        let conditions = along.iter().zip(direction.to_array()).enumerate().map(|(a, (change, power))| {
+            let momentum = self.momentum(change).into_iter().map(|p| unit * p).enumerate();
+            let short = [(slack + 2 * a, 1.0), (slack + 2 * a + 1, -1.0)];
+            program.equal(momentum.chain(short).collect::<Vec<_>>(), power)
+        });
+        let rows: Vec<usize> = conditions.collect();
+        self.constrain(&mut program, None);
+        for k in slack..slack + 4 {
+            program.set_cost(k, far);
+            program.at_least([(k, 1.0)], 0.0);
+        }
+        let point = program.solve().filter(|point| point.is_optimal)?;
+        // The sign of a multiplier is that of what the loads' power falls with.
+        Some(DVec2::new(point.z[rows[0]], point.z[rows[1]]))
     }
 
     /// Power of the loads less that of constant bounds, as an expression.
@@ -150,6 +196,7 @@ impl<'a> BalanceProgram<'a> {
         let mut program = ConicProgram::new(self.variables());
         self.power().for_each(|(k, p)| program.set_cost(k, -p));
         let rows = self.constrain(&mut program, None);
+        self.bound(&mut program);
         let point = program.solve()?;
         let impulses = self.impulses(&rows, &point);
         let power: f64 = self.power().map(|(k, p)| p * point.x[k]).sum();
@@ -170,6 +217,7 @@ impl<'a> BalanceProgram<'a> {
         let mut program = ConicProgram::new(opening + 1);
         program.set_cost(opening, -1.0);
         self.constrain(&mut program, Some(opening));
+        self.bound(&mut program);
         program.at_least(self.power().map(|(k, p)| (k, p / power)), KEPT_POWER);
         program.solve()
     }

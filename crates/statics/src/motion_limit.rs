@@ -78,6 +78,9 @@ impl MotionLimit {
         if friction_only_resists(&problem) && search.balance_without_friction(&problem, settings).is_some() {
             return false;
         }
+        if let Some(near) = self.at_moves.as_ref().and_then(|(_, proof)| proof.moving.as_deref()) {
+            search.start_near(&problem, near, settings);
+        }
         search.for_motion(&problem, settings);
         let Some(moving) = search.moving.take() else { return false };
         let mut proof = StabilityProof::new(Verdict::MayDoEither);

@@ -14,6 +14,8 @@ use crate::verdict::{Decided, decide};
 
 /// Halvings of the interval at most: from 10⁶ to the last digits.
 const HALVINGS: u32 = 80;
+/// Values at most at which neither proof can be had, before the limit is left at what is proved: all of them are within rounding of it.
+const UNKNOWN: usize = 6;
 /// Steps of a half turn, and tenths of a range that is looked at where its end proves nothing.
 const TURNS: u32 = 12;
 /// Two values this near, relative to the larger, are the limit.
@@ -79,6 +81,7 @@ pub(crate) fn limit(family: &Family, [begin, end]: [f64; 2], settings: &Stabilit
         found.falls = if end > begin && found.holds == end { f64::INFINITY } else { f64::NAN };
         return found;
     }
+    let mut unknown = 0;
     for _ in 0..HALVINGS {
         let (holds, falls) = (found.holds, found.falls);
         if (holds - falls).abs() <= CLOSE * holds.abs().max(falls.abs()) {
@@ -91,7 +94,9 @@ pub(crate) fn limit(family: &Family, [begin, end]: [f64; 2], settings: &Stabilit
         let (holds, falls) = (found.holds, found.falls);
         let middle = middle(holds, falls);
         let rest = [0.25, 0.75, 0.125, 0.875].map(|part| holds + part * (falls - holds));
-        if !std::iter::once(middle).chain(rest).any(|value| found.take(family, value, settings)) {
+        let known = std::iter::once(middle).chain(rest).position(|value| found.take(family, value, settings));
+        unknown += known.unwrap_or(rest.len());
+        if known.is_none() || unknown > UNKNOWN {
             break;
         }
     }

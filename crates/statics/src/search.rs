@@ -26,7 +26,7 @@ const LEMKE_ROWS: usize = 400;
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct SearchRun {
-    /// Where it started: `cold`, `open`, `more_friction`, `lemke`, `perturbed`.
+    /// Where it started: `cold`, `open`, `more_friction`, `lemke`, `perturbed`; `near` where a moving solution of other loads is known.
     pub start: &'static str,
     /// What it ended with: `rests`, `moves`, or `nothing` where no solution was found.
     pub end: &'static str,
@@ -109,6 +109,12 @@ impl Search {
             }
             start(self, problem, settings);
         }
+    }
+
+    /// From a moving solution of a nearby problem.
+    pub fn start_near(&mut self, problem: &ContactProblem, near: &ContactSolution, settings: &StabilitySettings) {
+        let solution = self.solver.solve(problem, Some(&WarmStart::from_solution(near)));
+        self.note(problem, "near", solution, settings);
     }
 
     /// The path from all contacts open.

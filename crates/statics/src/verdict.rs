@@ -7,7 +7,7 @@ use signorini_contact::{ContactProblem, ContactSolution, ProblemError};
 
 use crate::balance::{polished, with_idle_friction};
 use crate::enumeration::{Enumerated, enumerate};
-use crate::interior::Forces;
+use crate::interior::{Forces, has_contacts_alone};
 use crate::mechanism::{BalanceProgram, Collapse};
 use crate::search::{Search, SearchRun};
 use crate::settings::StabilitySettings;
@@ -94,6 +94,8 @@ pub(crate) fn decide(problem: &ContactProblem, search: &mut Search, settings: &S
             return Decided::Balance;
         }
         Forces::Mechanism(collapse) => return Decided::Mechanism(collapse),
+        // Of contacts alone nothing is known only within rounding of a limit, where the solver is slow.
+        Forces::Unknown if has_contacts_alone(problem) => {}
         Forces::Unknown => search.cold(problem, settings),
     }
     if search.balance.is_some() {

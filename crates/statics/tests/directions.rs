@@ -238,3 +238,39 @@ fn forces_of_a_box_have_ranges() {
         near(range.normal[1], 0.5 * weight, 1e-9);
     }
 }
+
+/// Eight boxes side by side in two layers: no direction that is asked for by itself bears less than the worst of all, on the floor and at a
+/// wall, which bears whatever is pushed against it.
+#[test]
+fn no_direction_bears_less_than_the_worst() {
+    let settings = StabilitySettings::default();
+    for has_wall in [false, true] {
+        let mut world = ModelBuilder::new("boxes");
+        world.floor();
+        if has_wall {
+            world.body("wall").at([0.5, 0.1, 1.0]).shape(cuboid([0.1, 2.0, 1.0], 0.4)).add().expect("a wall");
+        }
+        for k in 0..8 {
+            let at = [0.2 * f64::from(k % 2) + 0.1, 0.2 * f64::from(k / 2 % 2), 0.1 + 0.2 * f64::from(k / 4)];
+            let mass = 1.0 + 0.3 * f64::from(k);
+            let body = world.body(format!("box {k}")).at(at).free();
+            body.solid(cuboid([0.1, 0.1, 0.1], 0.4), mass).add().expect("a box");
+        }
+        let model = world.build().expect("a model");
+        let rest = at_rest(&model);
+        let bodies = rest.critical_bodies(&settings).expect("bodies");
+        assert_eq!(bodies.len(), 8);
+        for critical in bodies.iter().step_by(7) {
+                let worst = rest.worst_direction(&settings, Sideload::Push(critical.body)).expect("a direction");
+            proved(&worst.limit);
+            near(worst.limit.holds, critical.force, 1e-8);
+            assert!(worst.at_least <= critical.force && worst.at_least >= critical.force * (1.0 - 1e-4), "{} {critical:?}", worst.at_least);
+            for k in 0..5 {
+                let angle = TAU * (f64::from(k) + 0.3) / 5.0;
+                let towards = DVec3::new(angle.cos(), angle.sin(), 0.0);
+                let found = rest.safety(&settings, &SafetyQuestion::Push(critical.body, towards)).expect("a limit");
+                assert!(found.holds >= worst.at_least * (1.0 - 1e-8), "{} {}", found.holds, worst.at_least);
+            }
+        }
+    }
+}
