@@ -52,7 +52,11 @@ fn candidates(bodies: usize, degrees: f64) -> Result<(), Box<dyn std::error::Err
     }
     let (first, others) = (times[0], &times[1..]);
     let (mean, longest) = (others.iter().sum::<f64>() / 40.0, others.iter().copied().fold(0.0, f64::max));
-    println!("a box on {bodies} others: the first place in {:.2} ms, 40 more in {:.2} ms each", 1e3 * first, 1e3 * mean);
+    println!(
+        "a box on {bodies} others: the first place in {:.2} ms, 40 more in {:.2} ms each",
+        1e3 * first,
+        1e3 * mean
+    );
     println!("  the longest took {:.2} ms; {stays} of 41 stay", 1e3 * longest);
     Ok(())
 }

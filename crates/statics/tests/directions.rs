@@ -261,10 +261,14 @@ fn no_direction_bears_less_than_the_worst() {
         let bodies = rest.critical_bodies(&settings).expect("bodies");
         assert_eq!(bodies.len(), 8);
         for critical in bodies.iter().step_by(7) {
-                let worst = rest.worst_direction(&settings, Sideload::Push(critical.body)).expect("a direction");
+            let worst = rest.worst_direction(&settings, Sideload::Push(critical.body)).expect("a direction");
             proved(&worst.limit);
             near(worst.limit.holds, critical.force, 1e-8);
-            assert!(worst.at_least <= critical.force && worst.at_least >= critical.force * (1.0 - 1e-4), "{} {critical:?}", worst.at_least);
+            assert!(
+                worst.at_least <= critical.force && worst.at_least >= critical.force * (1.0 - 1e-4),
+                "{} {critical:?}",
+                worst.at_least
+            );
             for k in 0..5 {
                 let angle = TAU * (f64::from(k) + 0.3) / 5.0;
                 let towards = DVec3::new(angle.cos(), angle.sin(), 0.0);

@@ -37,14 +37,11 @@ fn walls_of_ferris_and_tin_loi_have_their_associated_limits() {
     let running = |count: usize| (0..count).map(|k| if k % 2 == 0 { halves } else { whole }).collect::<Vec<_>>();
     let (four, shifted): (&[f64], &[f64]) = (&[1.0; 4], &[0.5, 1.0, 1.0, 1.0, 0.5]);
     let (window, window_shifted): (&[f64], &[f64]) = (&[0.5, 1.0, -1.0, 1.0, 0.5], &[1.0, 0.5, -1.0, 0.5, 1.0]);
-    let third = [
-        four, shifted, four, window, window_shifted, window, window_shifted, window, four, shifted, four,
-    ];
+    let third = [four, shifted, four, window, window_shifted, window, window_shifted, window, four, shifted, four];
     let (windows, windows_shifted): (&[f64], &[f64]) =
         (&[1.0, -1.0, 1.0, -1.0, 1.0], &[0.5, 0.5, -1.0, 0.5, 0.5, -1.0, 0.5, 0.5]);
-    let fourth = [
-        halves, whole, halves, windows, windows_shifted, windows, windows_shifted, windows, halves, whole, halves,
-    ];
+    let fourth =
+        [halves, whole, halves, windows, windows_shifted, windows, windows_shifted, windows, halves, whole, halves];
     for (courses, expected) in
         [(&running(6)[..], 0.64286), (&running(10)[..], 0.58), (&third[..], 0.40369), (&fourth[..], 0.33195)]
     {
