@@ -103,9 +103,8 @@ impl Lu {
             if row[k] != 0.0 {
                 row[k] /= pivot;
                 let factor = row[k];
-                for j in k + 1..end {
-                    row[j] -= factor * pivot_row[j];
-                }
+                let (row, pivot_row) = (&mut row[k + 1..end], &pivot_row[k + 1..end]);
+                row.iter_mut().zip(pivot_row).for_each(|(x, p)| *x -= factor * p);
             }
         }
         best.1

@@ -35,8 +35,11 @@ pub(super) struct ImpulseNewton {
     ways: Vec<u32>,
     /// `L⁻ᵀ Jᵀ` of each contact, `[contacts, nv]`; written in the rows of its ways.
     half: Vec<[f64; 3]>,
-    /// `W`, `[contacts, contacts]` blocks.
+    /// `W`, `[contacts, contacts]` blocks, between the contacts that are known: those that pushed or were closed at some time.
     delassus: Vec<[[f64; 3]; 3]>,
+    known: Vec<bool>,
+    /// The contacts with unknowns.
+    active: Vec<usize>,
     /// The unknowns of each contact, and where they begin; and the total.
     held: Vec<[Held; 3]>,
     begins: Vec<usize>,
@@ -83,11 +86,12 @@ impl ImpulseNewton {
         self.modes.clone_from(&start.modes);
         self.velocity.clone_from(&start.velocity);
         self.find_slack(island);
-        self.find_delassus(factor, island);
+        self.forget_delassus(island);
         let (mut last, mut factored) = (f64::INFINITY, false);
         for _ in 0..task.settings.newton_iterations {
             if !factored {
                 effort.factorizations += 1;
+                self.find_delassus(factor, island);
                 self.fix_modes(cones, island);
                 factored = self.system.factorize() > 0.0;
             }
@@ -139,16 +143,28 @@ impl ImpulseNewton {
         if velocity_scale > 0.0 { (residual / velocity_scale, largest * scale / velocity_scale) } else { (0.0, 0.0) }
     }
 
-    /// `L⁻ᵀ Jᵀ` of all contacts, and `W`.
-    fn find_delassus(&mut self, factor: &BlockCholesky, island: &Island) {
+    /// Makes room for `L⁻ᵀ Jᵀ` and `W`, of which nothing is known.
+    fn forget_delassus(&mut self, island: &Island) {
         let (count, n) = (island.units.len(), island.nv());
         self.ways.clear();
+        self.ways.resize(count, 0);
+        self.known.clear();
+        self.known.resize(count, false);
         self.half.resize(count * n, [0.0; 3]);
         self.delassus.resize(count * count, [[0.0; 3]; 3]);
+    }
+
+    /// `L⁻ᵀ Jᵀ` and `W` of the contacts that push or are closed: what is open changes nothing, and its slack follows from the velocity.
+    fn find_delassus(&mut self, factor: &BlockCholesky, island: &Island) {
+        let (count, n) = (island.units.len(), island.nv());
         for c in 0..count {
+            if self.known[c] || (self.modes[c] == Mode::Open && self.impulse[c] == [0.0; 3]) {
+                continue;
+            }
+            self.known[c] = true;
             let way = half_solve(factor, island, c, &mut self.half[c * n..(c + 1) * n]);
-            self.ways.push(way);
-            for d in 0..=c {
+            self.ways[c] = way;
+            for d in (0..count).filter(|&d| self.known[d]) {
                 let (own, other) = (&self.half[c * n..(c + 1) * n], &self.half[d * n..(d + 1) * n]);
                 let block = multiply_shared(own, other, way & self.ways[d]);
                 self.delassus[c * count + d] = block;
@@ -160,20 +176,26 @@ impl ImpulseNewton {
     /// Assembles `R W A` for the present modes.
     fn fix_modes(&mut self, cones: &Cones, island: &Island) {
         self.held.clear();
+        self.active.clear();
         self.begins.clear();
         self.begins.push(0);
         let mut unknowns = 0;
         for (c, &i) in island.units.iter().enumerate() {
             let (free, held) = cones.held_directions(i as usize, self.modes[c]);
             unknowns += free;
+            if free > 0 {
+                self.active.push(c);
+            }
             self.held.push(held);
             self.begins.push(unknowns);
         }
         let system = self.system.start(unknowns);
-        for (c, blocks) in self.delassus.chunks_exact(island.units.len().max(1)).enumerate() {
+        for &c in &self.active {
+            let blocks = &self.delassus[c * island.units.len()..(c + 1) * island.units.len()];
             for (own, held) in (self.begins[c]..self.begins[c + 1]).zip(&self.held[c]) {
                 let row = &mut system[own * unknowns..(own + 1) * unknowns];
-                for (d, block) in blocks.iter().enumerate() {
+                for &d in &self.active {
+                    let block = &blocks[d];
                     let pulled: [f64; 3] = std::array::from_fn(|s| {
                         held.velocity[0] * block[0][s] + held.velocity[1] * block[1][s] + held.velocity[2] * block[2][s]
                     });
@@ -209,8 +231,8 @@ impl ImpulseNewton {
     /// Adds `A z` to the change of the impulses, with which `R (u + W p)` vanishes but for what is shared.
     fn add_solution(&mut self, count: usize) {
         self.unknowns.clear();
-        for (c, blocks) in self.delassus.chunks_exact(count.max(1)).enumerate() {
-            let mut u = self.slack[c];
+        for &c in &self.active {
+            let (mut u, blocks) = (self.slack[c], &self.delassus[c * count..(c + 1) * count]);
             for (block, p) in blocks.iter().zip(&self.change).filter(|(_, p)| **p != [0.0; 3]) {
                 (0..3).for_each(|r| u[r] += dot(block[r], *p));
             }
@@ -218,7 +240,8 @@ impl ImpulseNewton {
             self.unknowns.extend(self.held[c][..free].iter().map(|held| -dot(held.velocity, u)));
         }
         self.system.solve(&mut self.unknowns);
-        for (c, p) in self.change.iter_mut().enumerate() {
+        for &c in &self.active {
+            let p = &mut self.change[c];
             let own = self.unknowns[self.begins[c]..self.begins[c + 1]].iter().zip(&self.held[c]);
             own.for_each(|(z, held)| (0..3).for_each(|r| p[r] += z * held.impulse[r]));
         }
