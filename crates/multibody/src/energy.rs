@@ -22,11 +22,20 @@ pub fn center_of_mass(model: &Model, kinematics: &Kinematics) -> DVec3 {
 
 /// Kinetic energy `½ vᵀ M v`, armature included, J, from the bodies' motion.
 pub fn kinetic_energy(model: &Model, kinematics: &Kinematics, v: &[f64]) -> f64 {
+    kinetic_energy_of(model, kinematics, v, (&kinematics.angular_velocity, &kinematics.linear_velocity))
+}
+
+/// [`kinetic_energy`] at another velocity than that of `kinematics`.
+///
+/// - `velocities`: angular ones of all bodies and those of their origins, rad/s and m/s, world axes, from
+///   [`body_velocities_into`](crate::body_velocities_into) at `v`
+pub fn kinetic_energy_of(model: &Model, kinematics: &Kinematics, v: &[f64], velocities: (&[DVec3], &[DVec3])) -> f64 {
     let bodies: f64 = (1..model.bodies.len())
         .map(|i| {
-            let spin = angular_momentum_about_com(model, kinematics, i);
-            let speed2 = com_velocity(model, kinematics, i).length_squared();
-            0.5 * (kinematics.angular_velocity[i].dot(spin) + model.bodies[i].inertia.mass * speed2)
+            let (angular, linear) = (velocities.0[i], velocities.1[i]);
+            let spin = angular_momentum_about_com(model, kinematics, i, angular);
+            let speed2 = com_velocity(model, kinematics, i, (angular, linear)).length_squared();
+            0.5 * (angular.dot(spin) + model.bodies[i].inertia.mass * speed2)
         })
         .sum();
     let rotors = model.joints.iter().map(|joint| {
@@ -57,27 +66,31 @@ pub fn potential_energy(model: &Model, kinematics: &Kinematics, q: &[f64]) -> f6
 
 /// Linear momentum of all bodies, world axes, kg·m/s.
 pub fn linear_momentum(model: &Model, kinematics: &Kinematics) -> DVec3 {
-    (1..model.bodies.len()).map(|i| com_velocity(model, kinematics, i) * model.bodies[i].inertia.mass).sum()
+    (1..model.bodies.len()).map(|i| momentum_of(model, kinematics, i)).sum()
 }
 
 /// Angular momentum of all bodies about a point in world, world axes, kg·m²/s. Rotors (armature) are not counted.
 pub fn angular_momentum(model: &Model, kinematics: &Kinematics, about: DVec3) -> DVec3 {
     (1..model.bodies.len())
         .map(|i| {
-            let momentum = com_velocity(model, kinematics, i) * model.bodies[i].inertia.mass;
             let arm = kinematics.center_of_mass[i] - about;
-            angular_momentum_about_com(model, kinematics, i) + arm.cross(momentum)
+            let spin = angular_momentum_about_com(model, kinematics, i, kinematics.angular_velocity[i]);
+            spin + arm.cross(momentum_of(model, kinematics, i))
         })
         .sum()
 }
 
-fn com_velocity(model: &Model, kinematics: &Kinematics, i: usize) -> DVec3 {
-    let arm = kinematics.rotation[i] * model.bodies[i].inertia.center_of_mass;
-    kinematics.linear_velocity[i] + kinematics.angular_velocity[i].cross(arm)
+fn momentum_of(model: &Model, kinematics: &Kinematics, i: usize) -> DVec3 {
+    let velocities = (kinematics.angular_velocity[i], kinematics.linear_velocity[i]);
+    com_velocity(model, kinematics, i, velocities) * model.bodies[i].inertia.mass
 }
 
-fn angular_momentum_about_com(model: &Model, kinematics: &Kinematics, i: usize) -> DVec3 {
+fn com_velocity(model: &Model, kinematics: &Kinematics, i: usize, (angular, linear): (DVec3, DVec3)) -> DVec3 {
+    let arm = kinematics.rotation[i] * model.bodies[i].inertia.center_of_mass;
+    linear + angular.cross(arm)
+}
+
+fn angular_momentum_about_com(model: &Model, kinematics: &Kinematics, i: usize, angular: DVec3) -> DVec3 {
     let rotation = kinematics.rotation[i];
-    let velocity_b = rotation.mul_transpose_vec3(kinematics.angular_velocity[i]);
-    rotation * (model.bodies[i].inertia.rotational * velocity_b)
+    rotation * (model.bodies[i].inertia.rotational * rotation.mul_transpose_vec3(angular))
 }

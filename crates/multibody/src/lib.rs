@@ -77,7 +77,9 @@ pub use cholesky::{BlockCholesky, FEW_ROWS};
 pub use composite::{MassMatrix, mass_matrix_into};
 pub use configuration::{difference_into, integrate_into};
 pub use delassus::{HalfSolvedRows, delassus_into};
-pub use energy::{angular_momentum, center_of_mass, kinetic_energy, linear_momentum, potential_energy, total_mass};
+pub use energy::{
+    angular_momentum, center_of_mass, kinetic_energy, kinetic_energy_of, linear_momentum, potential_energy, total_mass,
+};
 pub use equality::{EqualityBlock, equality_block_into, equality_violations};
 pub use forward_dynamics::{ArticulatedBodies, forward_dynamics_into};
 pub use frame::{

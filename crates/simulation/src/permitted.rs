@@ -1,6 +1,7 @@
 //! Solving the step's problem with the corrections that the laws permit.
 
 use signorini_contact::SolveStatus;
+use signorini_multibody::{Model, kinetic_energy};
 use signorini_solver::Patience;
 
 use crate::SimulationError;
@@ -46,6 +47,7 @@ impl Workspace {
     /// Solves the problem at hand and writes how it went to the report.
     pub(crate) fn solve(
         &mut self,
+        model: &Model,
         settings: &Settings,
         v: &[f64],
         report: &mut StepReport,
@@ -54,7 +56,7 @@ impl Workspace {
         self.corrections.ask_again(&mut self.builder.problem);
         let mut verdict = self.solve_permitted(settings, report)?;
         if verdict.holds && self.corrections.any() {
-            verdict = self.bound_energy(settings, v, verdict, report)?;
+            verdict = self.bound_energy(model, settings, v, verdict, report)?;
         }
         let denied = matches!(self.solution.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
         if denied && settings.infeasible == InfeasiblePolicy::GoOn && !self.is_driven() {
@@ -199,19 +201,20 @@ impl Workspace {
     /// Reduces θ where corrections put in more energy than they may.
     fn bound_energy(
         &mut self,
+        model: &Model,
         settings: &Settings,
         v: &[f64],
         mut verdict: Verdict,
         report: &mut StepReport,
     ) -> Result<Verdict, SimulationError> {
-        let mut put_in = self.correction_energy();
-        if put_in <= 0.0 || !settings.correction_speed.is_finite() {
+        if self.correction_energy() <= 0.0 || !settings.correction_speed.is_finite() {
             return Ok(verdict);
         }
         let speed = SPEEDS * settings.correction_speed;
         let mut bound = 0.5 * self.moving_mass * speed * speed;
+        let mut put_in = self.energy_left(model, bound);
         if put_in > bound {
-            bound += PART_OF_ENERGY * self.kinetic_energy(v);
+            bound += PART_OF_ENERGY * kinetic_energy(model, &self.kinematics, v);
         }
         for reduction in 0..=REDUCTIONS {
             if put_in <= bound {
@@ -222,16 +225,27 @@ impl Workspace {
             let theta = if reduction == REDUCTIONS { 0.0 } else { theta };
             self.corrections.limit(|_| true, |_| true);
             verdict = self.attempt_part(theta, Patience::Full, report)?;
-            put_in = self.correction_energy();
+            put_in = self.energy_left(model, bound);
         }
         Ok(verdict)
     }
 
-    fn kinetic_energy(&mut self, v: &[f64]) -> f64 {
-        let momentum = &mut self.best.velocity;
+    /// The work of the corrections, J; where that is above the bound, what can be left of it in the motion: what the step's implicit forces
+    /// take at the velocity of its end, `v⁺ᵀ (M̂ − M) v⁺`, is not, as with dampers that hold a mechanism back, and it is no more than the
+    /// kinetic energy after the step, as where friction takes the rest.
+    fn energy_left(&mut self, model: &Model, bound: f64) -> f64 {
+        let work = self.correction_energy();
+        if work <= bound {
+            return work;
+        }
+        let Self { builder, solution, kinematics, reach, best, .. } = self;
+        let v = &solution.velocity;
+        let momentum = &mut best.velocity;
         momentum.resize(v.len(), 0.0);
-        self.builder.problem.mass.multiply_into(v, momentum);
-        0.5 * v.iter().zip(momentum).map(|(v, p)| v * *p).sum::<f64>()
+        builder.problem.mass.multiply_into(v, momentum);
+        let with_implicit: f64 = v.iter().zip(momentum).map(|(v, p)| v * *p).sum();
+        let rigid = 2.0 * reach.end.kinetic_energy(model, kinematics, v);
+        (work - (with_implicit - rigid).max(0.0)).min(0.5 * rigid)
     }
 
     /// Whether velocities are prescribed, which may be impossible.

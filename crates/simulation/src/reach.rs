@@ -9,7 +9,7 @@
 
 use signorini_collision::{Collider, PairReach, Reach, RelativeMotion};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{BodyId, Kinematics, Model, body_velocities_into};
+use signorini_multibody::{BodyId, Kinematics, Model, body_velocities_into, kinetic_energy_of};
 
 /// Factor between a velocity and the reach it is given.
 const MARGIN: f64 = 2.0;
@@ -45,6 +45,12 @@ pub(crate) struct Velocities {
 impl Velocities {
     fn take(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64]) {
         body_velocities_into(model, kinematics, v, &mut self.angular, &mut self.linear);
+    }
+
+    /// The kinetic energy of a generalized velocity, J; these become its velocities.
+    pub fn kinetic_energy(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64]) -> f64 {
+        self.take(model, kinematics, v);
+        kinetic_energy_of(model, kinematics, v, (&self.angular, &self.linear))
     }
 
     /// Velocity of a body's material point at a place in world, m/s.

@@ -84,12 +84,12 @@ pub(crate) fn step_driven(
         ws.corrections.ask(&ws.builder);
         // Where a larger reach has no new contacts the solution at hand is that of the step.
         if report.enlargements == 0 || !unchanged() {
-            ws.solve(settings, &state.v, &mut report)?;
+            ws.solve(model, settings, &state.v, &mut report)?;
             ws.name_contradiction(model, settings)?;
             while report.advanced()
                 && ws.builder.add_crossed_limits(model, &ws.kinematics, state, &ws.solution.velocity)
             {
-                ws.solve(settings, &state.v, &mut report)?;
+                ws.solve(model, settings, &state.v, &mut report)?;
             }
         }
         if !report.advanced() {

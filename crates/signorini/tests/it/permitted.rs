@@ -1,7 +1,7 @@
 //! Steps that are permitted to remove a part of their overlaps only: what they cost, and what they leave alone.
 
 use signorini::multibody::glam::{DQuat, DVec3};
-use signorini::multibody::{Geometry, Pose};
+use signorini::multibody::{Geometry, Joint, JointKind, Pose};
 use signorini::{KeptRow, RunEnd, Settings, Simulation};
 
 use crate::support::{World, position};
@@ -75,4 +75,30 @@ fn only_what_is_stuck_keeps_its_overlap() {
     assert_eq!(end.unwrap(), RunEnd::Finished, "{:?}", beside.report());
     assert_eq!(position(&beside, 0), position(&alone, 0));
     assert!((position(&beside, 0).z - 0.1).abs() < 1e-12);
+}
+
+/// A base that a damper of 1e9 N·s/m holds comes out of a wall at the speed of corrections, in one problem a step: what the damper takes of
+/// their work throws nothing.
+#[test]
+fn a_held_base_is_pushed_out_at_the_speed_of_corrections() {
+    const DEPTH: f64 = 0.004;
+    let mut world = World::new(0.002, DVec3::ZERO, 0.0);
+    world.plane(DVec3::ZERO, DVec3::X);
+    let base = world.body(Geometry::Sphere { radius: 0.1 }, 10.0, Pose::from_position(DVec3::X * (0.1 - DEPTH)));
+    let mut slide = Joint::new("slide", JointKind::Slide { axis: DVec3::X });
+    slide.damping = 1e9;
+    world.builder.add_joint(base, slide).unwrap();
+    let mut simulation = world.simulation(Settings::default());
+    let steps = (DEPTH / (simulation.timestep() * Settings::default().correction_speed)).round();
+    let end = simulation.run(steps * simulation.timestep(), |_, report| {
+        assert_eq!((report.theta, report.solves), (1.0, 1), "{report:?}");
+        report.certificate.holds(1e-9)
+    });
+    assert_eq!(end.unwrap(), RunEnd::Finished);
+    let q = simulation.state().q[0];
+    assert!((q - DEPTH).abs() < 1e-9, "{q} of {DEPTH} m");
+    // What is left is what the damper leaves in a step.
+    simulation.step().unwrap();
+    let left = Settings::default().correction_speed * 10.0 / (10.0 + 0.002 * 1e9);
+    assert!((simulation.state().v[0] - left).abs() < 1e-6 * left, "{}", simulation.state().v[0]);
 }
