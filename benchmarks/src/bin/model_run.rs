@@ -45,12 +45,18 @@ struct Options {
     /// Folder in which packages of `package://…` are looked for; may be given more than once
     #[arg(long)]
     package_dir: Vec<PathBuf>,
+    /// Take meshes apart into convex parts of at most this concavity, in (0, 1]
+    #[arg(long)]
+    decompose: Option<f64>,
+    /// Points at which two convex shapes touch at most; 0: all
+    #[arg(long)]
+    contact_points: Option<usize>,
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::parse();
     let begin = ProcessTime::now();
-    let mut load_options = LoadOptions::default();
+    let mut load_options = LoadOptions::default().with_decompose(options.decompose);
     load_options.package_dirs.clone_from(&options.package_dir);
     let made = load(&options.file, &load_options).map_err(|e| ("refused", e.to_string())).and_then(|imported| {
         let usual = SolverSettings::default();
@@ -59,7 +65,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let settings = Settings::default()
             .with_tolerance(options.tolerance)
             .with_budget(options.budget)
-            .with_method(ContactMethod::Structured(solver));
+            .with_method(ContactMethod::Structured(solver))
+            .with_contact_points(options.contact_points.unwrap_or(Settings::default().contact_points));
         let simulation = Simulation::new(imported.model.clone(), settings).map_err(|e| ("refused", e.to_string()))?;
         Ok((imported, simulation))
     });

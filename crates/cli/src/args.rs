@@ -32,6 +32,10 @@ pub struct ModelArguments {
     /// What becomes of a geom whose mesh file is not there: the model is refused (stop), or the geom is left out (skip).
     #[arg(long, value_name = "WHAT", value_enum, default_value_t = MissingMeshArgument::Stop)]
     pub missing_meshes: MissingMeshArgument,
+    /// Take meshes apart into convex parts of at most this concavity (in (0, 1]; 0.01 where none is given) instead of taking their hulls; the
+    /// parts are kept in the folder signorini.parts beside the model.
+    #[arg(long, value_name = "CONCAVITY", num_args = 0..=1, require_equals = true, default_missing_value = "0.01")]
+    pub decompose: Option<f64>,
 }
 
 /// What becomes of a geom whose mesh file is not there.

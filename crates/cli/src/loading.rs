@@ -47,7 +47,8 @@ pub fn load_model(arguments: &ModelArguments) -> Result<Loaded, CliError> {
         .with_missing_meshes(match arguments.missing_meshes {
             MissingMeshArgument::Stop => MissingMeshes::Stop,
             MissingMeshArgument::Skip => MissingMeshes::Skip,
-        });
+        })
+        .with_decompose(arguments.decompose);
     if let Some(path) = &arguments.model {
         let imported = load(path, &options)?;
         let source = path.display().to_string();

@@ -58,6 +58,7 @@ mod bvh;
 mod capsule;
 mod collider;
 mod convex;
+mod decompose;
 mod distance;
 mod epa;
 mod error;
@@ -85,6 +86,7 @@ mod sweep;
 mod triangles;
 
 pub use collider::Collider;
+pub use decompose::convex_parts;
 pub use error::CollisionError;
 pub use hull_build::convex_hull;
 pub use overlaps::OwnOverlap;

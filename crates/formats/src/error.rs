@@ -153,6 +153,12 @@ pub enum FormatError {
         /// What was given.
         found: f64,
     },
+    /// The concavity asked for is none.
+    #[error("the concavity asked for is {found}: it must be above 0 and at most 1")]
+    InvalidConcavity {
+        /// What was given.
+        found: f64,
+    },
 }
 
 impl FormatError {
@@ -169,7 +175,7 @@ impl FormatError {
             | Self::Asset { at, .. }
             | Self::Model { at, .. }
             | Self::UnknownAttribute { at, .. } => Some(at),
-            Self::Unreadable { .. } | Self::InvalidFriction { .. } => None,
+            Self::Unreadable { .. } | Self::InvalidFriction { .. } | Self::InvalidConcavity { .. } => None,
         }
     }
 }

@@ -21,6 +21,7 @@
 //! ```
 
 mod coverage;
+mod decompose;
 mod error;
 mod inertia;
 mod load;

@@ -33,6 +33,11 @@ pub struct LoadOptions {
     pub floor: bool,
     /// What becomes of a geom whose mesh file is not there. Default: the file is refused.
     pub missing_meshes: MissingMeshes,
+    /// The largest concavity of a part, in (0, 1], where meshes that touch are to be taken apart into convex parts: the volume that a part's
+    /// hull has and the mesh has not, over that of the mesh's hull; 0.01 is a good one. What comes of it is kept in the folder
+    /// `signorini.parts` beside the model, if that can be written. Default: none, every mesh is its convex hull.
+    #[setters(into)]
+    pub decompose: Option<f64>,
 }
 
 /// What becomes of a geom whose mesh file is not there.
@@ -47,10 +52,13 @@ pub enum MissingMeshes {
 
 impl LoadOptions {
     pub(crate) fn check(&self) -> Result<(), FormatError> {
-        if self.friction >= 0.0 && self.friction.is_finite() {
-            return Ok(());
+        if !(self.friction >= 0.0 && self.friction.is_finite()) {
+            return Err(FormatError::InvalidFriction { found: self.friction });
         }
-        Err(FormatError::InvalidFriction { found: self.friction })
+        match self.decompose {
+            Some(found) if !(found > 0.0 && found <= 1.0) => Err(FormatError::InvalidConcavity { found }),
+            _ => Ok(()),
+        }
     }
 
     /// Adds to the report of an MJCF file called `file` what is asked for and not done there. [`load`](crate::load) does so by itself.
@@ -81,6 +89,7 @@ impl Default for LoadOptions {
             friction: 1.0,
             floor: false,
             missing_meshes: MissingMeshes::Stop,
+            decompose: None,
         }
     }
 }

@@ -7,11 +7,17 @@ use signorini_multibody::{
     Model, ModelBuilder, ModelError, Pose, Sensor, Site, SiteId, Tendon, TendonId,
 };
 
+use crate::decompose::Decomposer;
 use crate::error::{FormatError, Location};
+use crate::report::Reporter;
 use crate::xml::Element;
 
 /// More parts of one sort than this are refused, so that a small file cannot fill the memory by repetition.
 const MAX_PARTS: usize = 1_000_000;
+
+/// What a joint that moves no mass gets, kg of a prismatic joint and kg·m² of others: little against any link that somebody weighed, much
+/// against rounding.
+const ARMATURE: [f64; 2] = [1e-2, 1e-4];
 
 /// A sort of named part, as [`ModelError`] calls it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -69,6 +75,8 @@ pub(crate) struct Parts {
     pub joints: Vec<JointRecord>,
     /// Where the bodies are placed that are moved from outside.
     pub mocap_placements: Vec<Pose>,
+    /// Takes meshes apart, where that is asked for.
+    pub decomposer: Option<Decomposer>,
     root: Location,
     reserved: HashSet<String>,
     places: HashMap<(Sort, String), Place>,
@@ -84,6 +92,7 @@ impl Parts {
             nv: 0,
             joints: Vec::new(),
             mocap_placements: Vec::new(),
+            decomposer: None,
             root: root.at(),
             reserved,
             places: HashMap::new(),
@@ -159,6 +168,21 @@ impl Parts {
         let id = self.builder.add_geom(body, geom).map_err(|e| self.blame(e))?;
         self.settle(Sort::Geom, name, id.0);
         Ok(id)
+    }
+
+    /// The shapes that a shape is made of: the convex parts of a mesh, where these are asked for, otherwise the shape itself.
+    pub fn convex_parts(&mut self, report: &mut Reporter, element: Element, geometry: Geometry) -> Vec<Geometry> {
+        let (Some(decomposer), Geometry::ConvexMesh(mesh)) = (&mut self.decomposer, &geometry) else {
+            return vec![geometry];
+        };
+        match decomposer.parts(mesh) {
+            Ok(parts) => parts.iter().cloned().map(Geometry::ConvexMesh).collect(),
+            Err(reason) => {
+                let what = format!("a mesh that cannot be taken apart: {reason}");
+                report.motion(element.at(), element.name(), what, "its convex hull is used");
+                vec![geometry]
+            }
+        }
     }
 
     /// Adds the plane z = 0, on which the friction of what stands there counts.
@@ -308,17 +332,17 @@ impl Parts {
         unused(wanted, |name| self.geom(name).is_some())
     }
 
-    /// Gives joints that move no mass an armature (kg of a slide, kg·m² of others); their names and where they stand.
-    pub fn arm_massless_joints(&mut self, mass: f64, inertia: f64) -> Vec<(String, Location)> {
-        let names = self.builder.arm_massless_joints(mass, inertia);
-        names
-            .into_iter()
-            .map(|name| {
-                let place = self.places.get(&(Sort::Joint, name.clone()));
-                let at = place.map_or_else(|| self.root.clone(), |place| place.at.clone());
-                (name, at)
-            })
-            .collect()
+    /// Gives joints that move no mass an armature: files have frames that move and weigh nothing, a caster's fork, a sensor on a hinge.
+    pub fn arm_massless_joints(&mut self, report: &mut Reporter) {
+        let [mass, inertia] = ARMATURE;
+        for name in self.builder.arm_massless_joints(mass, inertia) {
+            let place = self.places.get(&(Sort::Joint, name.clone()));
+            let at = place.map_or_else(|| self.root.clone(), |place| place.at.clone());
+            let what = format!("of the joint '{name}', which moves no mass");
+            let effect =
+                format!("it has an armature of {inertia} kg m² ({mass} kg if prismatic): give its link an <inertial>");
+            report.motion(at, "link", what, effect);
+        }
     }
 
     /// Builds the model; an error stands where the part to blame stands.

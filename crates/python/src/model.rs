@@ -79,7 +79,8 @@ impl Model {
     #[new]
     #[pyo3(signature = (
         *, path=None, text=None, format="auto", base_dir=PathBuf::new(), package_dirs=Vec::new(), floating_base=false,
-        merge_fixed_joints=false, self_collision=true, srdf=None, friction=1.0, floor=false, missing_meshes="stop", other=None,
+        merge_fixed_joints=false, self_collision=true, srdf=None, friction=1.0, floor=false, missing_meshes="stop", decompose=None,
+        other=None,
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
@@ -96,6 +97,7 @@ impl Model {
         friction: f64,
         floor: bool,
         missing_meshes: &str,
+        decompose: Option<f64>,
         other: Option<&Self>,
     ) -> PyResult<Self> {
         if let Some(other) = other {
@@ -117,7 +119,8 @@ impl Model {
             .with_srdf(srdf)
             .with_friction(friction)
             .with_floor(floor)
-            .with_missing_meshes(missing_meshes);
+            .with_missing_meshes(missing_meshes)
+            .with_decompose(decompose);
         let imported = py.detach(|| match (&path, &text) {
             (Some(path), _) => load(path, &options),
             (None, text) => load_text(text.as_deref().unwrap_or_default(), format, &base_dir, &options),

@@ -28,6 +28,9 @@ pub struct ModelSource {
     /// Whether geoms whose mesh file was missing were left out.
     #[serde(default)]
     pub skip_missing_meshes: bool,
+    /// The largest concavity of the convex parts that meshes were taken apart into, if they were.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decompose: Option<f64>,
 }
 
 /// Numbers of one part of the model that are not those of its file.

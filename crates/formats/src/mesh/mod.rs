@@ -82,6 +82,11 @@ pub fn solid_inertia(mesh: &Mesh, density: f64) -> Option<Inertia> {
     Some(Inertia { mass: density * mass, center_of_mass, rotational: rotational * density })
 }
 
+/// Reads Wavefront OBJ.
+pub(crate) fn read_obj(bytes: &[u8]) -> Result<Mesh, String> {
+    read_mesh(bytes, MeshFormat::Obj)
+}
+
 /// Reads a mesh file; its extension says which format it is (`.stl`, `.obj`, `.msh`, `.dae`).
 ///
 /// # Errors

@@ -34,6 +34,12 @@ pub(super) fn paired_geoms<'t>(root: Element<'t>) -> HashSet<&'t str> {
     pairs.flat_map(|p| ["geom1", "geom2"].map(|end| p.attributes().text(end))).flatten().collect()
 }
 
+/// Names of geoms whose contacts or distances sensors measure.
+pub(super) fn measured_geoms<'t>(root: Element<'t>) -> HashSet<&'t str> {
+    let sensors = root.children_named("sensor").flat_map(|s| s.children());
+    sensors.flat_map(|s| ["geom1", "geom2"].map(|end| s.attributes().text(end))).flatten().collect()
+}
+
 fn read_pair<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<(), FormatError> {
     let a = importer.defaults.of(element, None, &["pair"])?;
     let (geom_a, geom_b) = (geom(importer, &a, "geom1")?, geom(importer, &a, "geom2")?);

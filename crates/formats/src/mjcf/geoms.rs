@@ -70,14 +70,37 @@ pub(super) fn read<'t>(
     read_belt(importer, &a, &mut geom)?;
     geom.grain = name.as_deref().and_then(|name| importer.grains.get(name)).map(|(grain, _)| *grain);
     geom.restitution = importer.restitution.of(name.as_deref());
-    importer.contact_properties.push(ContactProperties {
-        friction: geom.friction,
-        frictional: geom.frictional,
-        spin_resistance: geom.spin_resistance,
-        spinning_friction: geom.spinning_friction,
-        rolling_friction: geom.rolling_friction,
-    });
-    importer.parts.add_geom(element, name, body.id, geom).map(drop)
+    for (k, geometry) in touching_parts(importer, element, name.as_deref(), &geom).into_iter().enumerate() {
+        importer.contact_properties.push(ContactProperties {
+            friction: geom.friction,
+            frictional: geom.frictional,
+            spin_resistance: geom.spin_resistance,
+            spinning_friction: geom.spinning_friction,
+            rolling_friction: geom.rolling_friction,
+        });
+        let name = name.as_deref().map(|name| match k {
+            0 => name.to_owned(),
+            _ => importer.parts.unused_name(&format!("{name}_part{k}")),
+        });
+        let mut part = geom.clone();
+        part.geometry = geometry;
+        importer.parts.add_geom(element, name, body.id, part)?;
+    }
+    Ok(())
+}
+
+/// The shapes of a geom: the convex parts of its mesh, where these are asked for and nothing names the geom, which is one thing then.
+fn touching_parts(importer: &mut Importer, element: Element, name: Option<&str>, geom: &Geom) -> Vec<Geometry> {
+    let is_mesh = matches!(geom.geometry, Geometry::ConvexMesh(_));
+    if importer.parts.decomposer.is_none() || !is_mesh {
+        return vec![geom.geometry.clone()];
+    }
+    if name.is_some_and(|name| importer.paired.contains(name) || importer.measured.contains(name)) {
+        let what = "is not taken apart, because a pair or a sensor names it";
+        importer.report.motion(element.at(), "geom", what, "its convex hull is used");
+        return vec![geom.geometry.clone()];
+    }
+    importer.parts.convex_parts(&mut importer.report, element, geom.geometry.clone())
 }
 
 /// `surfacevel`: a belt.

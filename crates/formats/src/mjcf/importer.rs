@@ -55,6 +55,8 @@ pub(super) struct Importer<'t> {
     pub restitution: Restitution<'t>,
     /// Names of geoms that explicit pairs name.
     pub paired: HashSet<&'t str>,
+    /// Names of geoms that sensors name.
+    pub measured: HashSet<&'t str>,
     /// Names of tendons and actuators of the file that the model does not have.
     pub left_out_tendons: HashSet<&'t str>,
     pub left_out_actuators: HashSet<&'t str>,

@@ -42,6 +42,7 @@ use importer::Importer;
 use restitution::Restitution;
 
 use crate::coverage::explain;
+use crate::decompose::Decomposer;
 use crate::error::FormatError;
 use crate::options::{Imported, LoadOptions};
 use crate::parts::Parts;
@@ -58,13 +59,14 @@ pub(crate) fn import(
     include::expand(&mut tree, base, main)?;
     let folders = attach::expand(&mut tree, base)?;
     replicate::expand_references(&mut tree)?;
-    read(&tree, &folders, options).map_err(|error| explain(error, |report| coverage::audit(tree.root(), report)))
+    read(&tree, (base, &folders), options)
+        .map_err(|error| explain(error, |report| coverage::audit(tree.root(), report)))
 }
 
 /// Elements that would make parts with names.
 const MAKERS: [&str; 3] = ["flexcomp", "composite", "deformable"];
 
-fn read(tree: &Tree, folders: &[PathBuf], options: &LoadOptions) -> Result<Imported, FormatError> {
+fn read(tree: &Tree, (base, folders): (&Path, &[PathBuf]), options: &LoadOptions) -> Result<Imported, FormatError> {
     let root = tree.root();
     let names = tree.elements().filter_map(|e| e.raw("name")).map(|a| a.value.trim().to_owned());
     let reserved: HashSet<String> = names.collect();
@@ -83,6 +85,7 @@ fn read(tree: &Tree, folders: &[PathBuf], options: &LoadOptions) -> Result<Impor
         friction_loss_disabled: false,
         restitution: Restitution::read(root)?,
         paired: contacts::paired_geoms(root),
+        measured: contacts::measured_geoms(root),
         left_out_tendons: HashSet::new(),
         left_out_actuators: HashSet::new(),
         damping_ratios: Vec::new(),
@@ -95,6 +98,7 @@ fn read(tree: &Tree, folders: &[PathBuf], options: &LoadOptions) -> Result<Impor
         actuator_force_ranges: Vec::new(),
         parts_are_left_out: tree.elements().any(|e| MAKERS.contains(&e.name())),
     };
+    importer.parts.decomposer = Decomposer::asked_for(options, base);
     options::read(&mut importer, root)?;
     bodies::read(&mut importer, root)?;
     looks::finish_cameras(&mut importer)?;

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::urdf_model::turn_into_sdf;
 use crate::error::FormatError;
 use crate::mesh::read_file;
 use crate::packages;
@@ -41,6 +42,9 @@ pub(super) fn expand(tree: &mut Tree, base: &Path, package_dirs: &[PathBuf]) -> 
         let bytes = read_file(&path, MAX_BYTES).map_err(asset)?;
         let text = String::from_utf8(bytes).map_err(|_| asset("not UTF-8".into()))?;
         let mut included = parse(&text, &path.to_string_lossy())?;
+        if included.root().is("robot") {
+            turn_into_sdf(&mut included)?;
+        }
         let Some(model) = included.root().child("model").filter(|_| included.root().is("sdf")) else { continue };
         let (model, root) = (model.index(), included.root());
         versions.insert(root.at().file, version(root));

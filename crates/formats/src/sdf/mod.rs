@@ -11,6 +11,7 @@ mod include;
 mod joints;
 mod shapes;
 mod tree;
+mod urdf_model;
 mod values;
 
 use std::collections::{HashMap, HashSet};
@@ -19,6 +20,7 @@ use std::path::Path;
 use signorini_multibody::glam::DMat3;
 use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
 
+use crate::decompose::Decomposer;
 use crate::error::FormatError;
 use crate::inertia::nearest_physical;
 use crate::mesh_store::MeshStore;
@@ -54,6 +56,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
         pairs: 0,
         versions,
     };
+    importer.parts.decomposer = Decomposer::asked_for(options, base);
     if options.floor {
         importer.parts.add_floor(root)?;
     }
@@ -67,6 +70,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
         read_model(&mut importer, *model, &prefix)?;
     }
     coverage::audit(root, &mut importer.report);
+    importer.parts.arm_massless_joints(&mut importer.report);
     importer.report.notes(tree.take_notes());
     Ok(Imported { model: importer.parts.build()?, report: importer.report.finish() })
 }

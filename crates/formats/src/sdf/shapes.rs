@@ -36,8 +36,12 @@ pub(super) fn read<'t>(
             geom.friction = mu;
         }
         let given = collision.attributes().text("name").filter(|n| !n.is_empty());
-        let name = importer.parts.unused_geom_name(given.unwrap_or("collision"));
-        importer.parts.add_geom(collision, Some(name), body, geom)?;
+        for geometry in importer.parts.convex_parts(&mut importer.report, collision, geom.geometry.clone()) {
+            let name = importer.parts.unused_geom_name(given.unwrap_or("collision"));
+            let mut part = geom.clone();
+            part.geometry = geometry;
+            importer.parts.add_geom(collision, Some(name), body, part)?;
+        }
     }
     Ok(())
 }

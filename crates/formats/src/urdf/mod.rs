@@ -19,6 +19,7 @@ use std::path::Path;
 use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
 
 use crate::coverage::explain;
+use crate::decompose::Decomposer;
 use crate::error::FormatError;
 use crate::mesh_store::MeshStore;
 use crate::options::{Imported, LoadOptions};
@@ -46,6 +47,7 @@ fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, For
         meshes: MeshStore::new(base, options),
         merged: HashMap::new(),
     };
+    importer.parts.decomposer = Decomposer::asked_for(options, base);
     if options.floor {
         importer.parts.add_floor(root)?;
     }
@@ -54,7 +56,7 @@ fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, For
     transmissions::read(&mut importer, root)?;
     mimic::read(&mut importer, &kinematics)?;
     coverage::audit(root, &mut importer.report);
-    arm_massless_joints(&mut importer);
+    importer.parts.arm_massless_joints(&mut importer.report);
     importer.report.notes(tree.take_notes());
     let mut model = importer.parts.build()?;
     model.geoms.iter_mut().skip(usize::from(options.floor)).for_each(|geom| geom.friction = options.friction);
@@ -141,21 +143,6 @@ fn place_root<'t>(
         importer.parts.add_joint(element, Some(joint), body, &Pose::IDENTITY, Joint::new("", JointKind::Free))?;
     }
     Ok(Placed { body, ..world })
-}
-
-/// What a joint that moves no mass gets, kg of a prismatic joint and kg·m² of others: little against any link that somebody weighed, much
-/// against rounding.
-const ARMATURE: [f64; 2] = [1e-2, 1e-4];
-
-/// Files have frames that move and weigh nothing: a caster's fork, a sensor on a hinge.
-fn arm_massless_joints(importer: &mut Importer) {
-    let [mass, inertia] = ARMATURE;
-    for (name, at) in importer.parts.arm_massless_joints(mass, inertia) {
-        let what = format!("of the joint '{name}', which moves no mass");
-        let effect =
-            format!("it has an armature of {inertia} kg m² ({mass} kg if prismatic): give its link an <inertial>");
-        importer.report.motion(at, "link", what, effect);
-    }
 }
 
 fn warn_about_weight_of_the_world(importer: &mut Importer, element: Element) {

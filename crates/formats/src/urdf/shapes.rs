@@ -55,12 +55,15 @@ pub(super) fn read<'t>(
             continue;
         }
         geometry.check().map_err(|reason| collision.invalid(format!("{}: {reason}", geometry.kind_name())))?;
-        let mut geom = Geom::new("", geometry);
-        geom.placement = *offset * origin(collision)?;
-        geom.rgba = rgba.unwrap_or(geom.rgba);
+        let placement = *offset * origin(collision)?;
         let given = collision.attributes().text("name").filter(|n| !n.is_empty());
-        let name = importer.parts.unused_geom_name(given.unwrap_or(link_name));
-        importer.parts.add_geom(collision, Some(name), body, geom)?;
+        for geometry in importer.parts.convex_parts(&mut importer.report, collision, geometry) {
+            let mut geom = Geom::new("", geometry);
+            geom.placement = placement;
+            geom.rgba = rgba.unwrap_or(geom.rgba);
+            let name = importer.parts.unused_geom_name(given.unwrap_or(link_name));
+            importer.parts.add_geom(collision, Some(name), body, geom)?;
+        }
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! Integration tests of the readers.
 
+mod decompose;
 mod forgiven;
 mod mechanism;
 mod meshes;

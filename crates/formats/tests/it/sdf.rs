@@ -1,7 +1,7 @@
 //! SDF: against Drake's numbers (`testdata/make_sdf_reference.py`), conventions, and files that make no sense.
 
 use serde_json::Value;
-use signorini_formats::{Imported, LoadOptions, load, load_sdf_str};
+use signorini_formats::{Imported, LoadOptions, load, load_sdf_str, load_urdf_str};
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{Geometry, JointKind, Kinematics, Model, State, forward_kinematics_into, kinetic_energy};
 
@@ -227,6 +227,75 @@ fn included_models_take_their_place() {
         assert!(matches!(model.geoms[1].geometry, Geometry::ConvexMesh(_)), "a path begins in the folder of its file");
         let left_out: Vec<&str> = report.motion_warnings().map(|w| w.element.as_str()).collect();
         assert_eq!(left_out, ["include"], "{report}");
+    }
+}
+
+/// A URDF that an SDF includes moves as the URDF does: poses of links, axes, limits, masses.
+#[test]
+fn an_included_urdf_is_what_it_is_alone() {
+    let folder = std::env::temp_dir().join(format!("signorini-include-urdf-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let link = |name: &str, more: &str| {
+        format!(
+            "<link name='{name}'><inertial><origin xyz='0.1 0.2 0.3' rpy='0.3 0.2 0.1'/><mass value='2'/>\
+             <inertia ixx='0.4' iyy='0.5' izz='0.6' ixy='0.01' ixz='0.02' iyz='0.03'/></inertial>\
+             <collision><origin xyz='0 0 0.5' rpy='0 1 0'/><geometry>{more}</geometry></collision></link>"
+        )
+    };
+    let urdf = format!(
+        "<robot name='arm'>{}{}{}<link name='tool'/>\
+         <joint name='a' type='revolute'><origin xyz='1 2 3' rpy='0.1 0.2 0.3'/><parent link='base'/><child link='upper'/>\
+         <axis xyz='0 0.6 0.8'/><limit lower='-1' upper='2' effort='3' velocity='4'/><dynamics damping='0.5' friction='0.25'/></joint>\
+         <joint name='b' type='prismatic'><origin rpy='0 0.5 0'/><parent link='upper'/><child link='lower'/><axis xyz='0 0 1'/>\
+         <limit lower='0' upper='1' effort='3' velocity='4'/></joint>\
+         <joint name='c' type='continuous'><parent link='lower'/><child link='tool'/></joint></robot>",
+        link("base", "<box size='1 2 3'/>"),
+        link("upper", "<cylinder radius='0.5' length='2'/>"),
+        link("lower", "<sphere radius='0.25'/>"),
+    );
+    std::fs::write(folder.join("arm.urdf"), &urdf).unwrap();
+    let sdf = |merge: &str| {
+        format!(
+            "<sdf version='1.9'><model name='cell'><include{merge}><uri>arm.urdf</uri><pose>0 0 1 0 0 0</pose></include>\
+             <joint name='mount' type='fixed'><parent>world</parent><child>{}base</child></joint></model></sdf>",
+            if merge.is_empty() { "arm::" } else { "" }
+        )
+    };
+    let alone = load_urdf_str(&urdf, "", &LoadOptions::default()).unwrap().model;
+    let included = ["", " merge='true'"]
+        .map(|merge| signorini_formats::load_sdf_str(&sdf(merge), &folder, &LoadOptions::default()));
+    std::fs::remove_dir_all(&folder).unwrap();
+    for (prefix, imported) in ["arm::", ""].iter().zip(included) {
+        let Imported { model, report, .. } = imported.unwrap();
+        assert!(report.to_string().contains("moves no mass"), "{report}");
+        for name in ["base", "upper", "lower"] {
+            let place = |model: &Model, name: &str| {
+                let body = model.body_named(name).unwrap();
+                (model.reference_pose(body), model.bodies[body.index()].inertia)
+            };
+            let ((own, inertia), (other, expected)) = (place(&model, &format!("{prefix}{name}")), place(&alone, name));
+            assert!((own.position - other.position - DVec3::Z).length() < 1e-12, "{name}: {own:?}, {other:?}");
+            assert!(own.rotation.dot(other.rotation).abs() > 1.0 - 1e-12, "{name}");
+            assert!(
+                (inertia.rotational - expected.rotational).to_cols_array().iter().all(|x| x.abs() < 1e-12),
+                "{name}"
+            );
+            assert_eq!((inertia.mass, inertia.center_of_mass), (expected.mass, expected.center_of_mass));
+        }
+        for name in ["a", "b"] {
+            let [own, other] = [(&model, format!("{prefix}{name}")), (&alone, name.to_owned())]
+                .map(|(model, name)| model.joints[model.joint_named(&name).unwrap().index()].clone());
+            assert_eq!(
+                (own.limits, own.damping, own.friction_loss),
+                (other.limits, other.damping, other.friction_loss)
+            );
+            let axes = [own.kind, other.kind].map(|kind| match kind {
+                JointKind::Hinge { axis } | JointKind::Slide { axis } => axis,
+                _ => panic!("{kind:?}"),
+            });
+            assert!((axes[0] - axes[1]).length() < 1e-12 && own.kind.nv() == 1, "{axes:?}");
+        }
+        assert_eq!(model.geoms.len(), 3);
     }
 }
 

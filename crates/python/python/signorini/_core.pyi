@@ -248,6 +248,7 @@ class Model:
         friction: float = 1.0,
         floor: bool = False,
         missing_meshes: str = "stop",
+        decompose: Optional[float] = None,
         other: Optional[Model] = None,
     ) -> Self: ...
     @property

@@ -45,6 +45,7 @@ class Model(Strict, _core.Model):
         friction: float = 1.0,
         floor: bool = False,
         missing_meshes: Literal["stop", "skip"] = "stop",
+        decompose: Optional[float] = None,
     ) -> Model:
         """Reads a model file; its root element says whether it is MJCF, URDF or SDF.
 
@@ -61,11 +62,15 @@ class Model(Strict, _core.Model):
                 counts.
             missing_meshes: what becomes of a geom whose mesh file is not there: "stop" refuses the model, "skip" leaves the geom
                 out with a warning.
+            decompose: the largest concavity of a part, in (0, 1], where meshes that touch are to be taken apart into convex parts
+                instead of taking their hulls; 0.01 is a good one. The parts are kept in the folder ``signorini.parts`` beside the model.
 
         Raises:
             ModelError: the file cannot be read, with file and line.
         """
-        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes)
+        options = _options(
+            package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes, decompose
+        )
         return cls._load({"path": os.fspath(path)}, options)
 
     @classmethod
@@ -82,6 +87,7 @@ class Model(Strict, _core.Model):
         friction: float = 1.0,
         floor: bool = False,
         missing_meshes: Literal["stop", "skip"] = "stop",
+        decompose: Optional[float] = None,
         format: Literal["auto", "mjcf", "urdf", "sdf"] = "auto",
     ) -> Model:
         """Reads MJCF, URDF or SDF from text; files that it names are looked for in ``base_dir``; other arguments as in
@@ -91,14 +97,23 @@ class Model(Strict, _core.Model):
             ModelError: the text cannot become a model, with line.
         """
         source: Dict[str, Any] = {"text": text, "format": format, "base_dir": os.fspath(base_dir)}
-        return cls._load(source, _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes))
+        options = _options(
+            package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes, decompose
+        )
+        return cls._load(source, options)
 
     @classmethod
-    def from_mjcf(cls, source: PathLike, *, missing_meshes: Literal["stop", "skip"] = "stop") -> Model:
+    def from_mjcf(
+        cls,
+        source: PathLike,
+        *,
+        missing_meshes: Literal["stop", "skip"] = "stop",
+        decompose: Optional[float] = None,
+    ) -> Model:
         """Reads MJCF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
         if _is_text(source):
-            return cls.from_string(os.fspath(source), format="mjcf", missing_meshes=missing_meshes)
-        return cls.from_file(source, missing_meshes=missing_meshes)
+            return cls.from_string(os.fspath(source), format="mjcf", missing_meshes=missing_meshes, decompose=decompose)
+        return cls.from_file(source, missing_meshes=missing_meshes, decompose=decompose)
 
     @classmethod
     def from_urdf(
@@ -113,9 +128,12 @@ class Model(Strict, _core.Model):
         friction: float = 1.0,
         floor: bool = False,
         missing_meshes: Literal["stop", "skip"] = "stop",
+        decompose: Optional[float] = None,
     ) -> Model:
         """Reads URDF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
-        options = _options(package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes)
+        options = _options(
+            package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes, decompose
+        )
         if _is_text(source):
             return cls._load({"text": os.fspath(source), "format": "urdf", "base_dir": ""}, options)
         return cls._load({"path": os.fspath(source)}, options)
@@ -233,6 +251,7 @@ def _options(
     friction: float,
     floor: bool,
     missing_meshes: str,
+    decompose: Optional[float],
 ) -> Dict[str, Any]:
     return {
         "package_dirs": [os.fspath(folder) for folder in package_dirs],
@@ -243,6 +262,7 @@ def _options(
         "friction": friction,
         "floor": floor,
         "missing_meshes": missing_meshes,
+        "decompose": decompose,
     }
 
 

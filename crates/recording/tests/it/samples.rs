@@ -63,6 +63,7 @@ pub fn header() -> Header {
             srdf: Some("arm.srdf".into()),
             friction: 0.75,
             skip_missing_meshes: false,
+            decompose: Some(0.02),
             floor: true,
         }),
         ..Header::default()
