@@ -42,6 +42,7 @@ pub fn actuator_length_into(
         Transmission::Site { site, reference, wrench } => {
             site_length_into(model, kinematics, *site, *reference, wrench, out);
         }
+        Transmission::Body { .. } => {}
     }
     out.scale(actuator.gear);
 }

@@ -39,6 +39,7 @@
 mod activation;
 mod actuator_length;
 mod applied;
+mod camera;
 mod centroidal;
 mod cholesky;
 mod composite;
@@ -72,6 +73,7 @@ mod tendon;
 pub use activation::advance_activations_into;
 pub use actuator_length::actuator_length_into;
 pub use applied::applied_force_into;
+pub use camera::{camera_axes, camera_pose};
 pub use centroidal::{Centroidal, center_of_mass_jacobian_into, centroidal_momentum_matrix_into};
 pub use cholesky::{BlockCholesky, FEW_ROWS};
 pub use composite::{MassMatrix, mass_matrix_into};
@@ -101,11 +103,11 @@ pub use length::LengthRow;
 pub use mass::{BlockDiagonal, MassError};
 pub use math::{Pose, right_jacobian, rotation_exp, rotation_log, unit_rotation, unit_vector};
 pub use model::{
-    Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, Camera, CameraMode, ChangedRow,
-    Checker, ContactFilter, ContactReduction, ContactSensor, ContactSide, Effect, Equality, EqualityKind, FrameId,
-    Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Light, Look, Model, ModelBuilder,
-    ModelError, Muscle, NewBody, Parameter, ParameterChange, PathPart, Sensor, SensorKind, Shapes, Site, SiteId,
-    SpinResistance, Tendon, TendonId, Transmission,
+    Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, Camera, CameraId, CameraMode,
+    ChangedRow, Checker, ContactFilter, ContactReduction, ContactSensor, ContactSide, Effect, Equality, EqualityKind,
+    FrameId, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Light, Look, Model,
+    ModelBuilder, ModelError, Muscle, NewBody, Parameter, ParameterChange, PathPart, Sensor, SensorKind, Shapes, Site,
+    SiteId, SpinResistance, Tendon, TendonId, Transmission,
 };
 pub use operational::operational_space_inertia;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};

@@ -3,6 +3,7 @@
 use glamx::glam::{DQuat, DVec3};
 
 use crate::actuator_length::actuator_length_into;
+use crate::camera::project;
 use crate::frame::Frame;
 use crate::kinematics::Kinematics;
 use crate::length::LengthRow;
@@ -137,6 +138,10 @@ fn measure(
         SensorKind::SubtreeLinearVelocity(body) => vector(Subtree::of(model, kinematics, body).velocity, out),
         SensorKind::SubtreeAngularMomentum(body) => vector(angular_momentum(model, kinematics, body), out),
         SensorKind::Magnetometer(id) => vector(site(id).pose.rotation.conjugate() * model.magnetic, out),
+        SensorKind::CameraProjection(id, camera) => {
+            let camera = &model.cameras[camera.index()];
+            out.copy_from_slice(&project(model, kinematics, camera, site(id).pose.position));
+        }
         SensorKind::Clock => out[0] = state.time,
         SensorKind::JointActuatorForce(_)
         | SensorKind::ActuatorForce(_)

@@ -122,6 +122,8 @@ pub struct Actuator {
     tendon: Option<usize>,
     /// Index of the site it drives; `None` if it drives something else.
     site: Option<usize>,
+    /// Index of the body whose contacts it pulls together; `None` if it drives something else.
+    body: Option<usize>,
     /// Factor from actuator force to the force on what it drives.
     gear: f64,
     /// Range of the control value; `None` without one.
@@ -231,11 +233,12 @@ pub fn geom(geom: &mb::Geom, id: usize) -> Geom {
 }
 
 pub fn actuator(actuator: &mb::Actuator, id: usize) -> Actuator {
-    let (mut joint, mut tendon, mut site) = (None, None, None);
+    let (mut joint, mut tendon, mut site, mut body) = (None, None, None, None);
     match actuator.transmission {
         Transmission::Joint(driven) | Transmission::JointAxes { joint: driven, .. } => joint = Some(driven.index()),
         Transmission::Tendon(driven) => tendon = Some(driven.index()),
         Transmission::Site { site: driven, .. } => site = Some(driven.index()),
+        Transmission::Body { body: sticky, .. } => body = Some(sticky.index()),
     }
     Actuator {
         id,
@@ -244,6 +247,7 @@ pub fn actuator(actuator: &mb::Actuator, id: usize) -> Actuator {
         joint,
         tendon,
         site,
+        body,
         gear: actuator.gear,
         ctrlrange: actuator.control_range.map(row),
         forcerange: actuator.force_range.map(row),

@@ -46,6 +46,9 @@ def test_task(task):
     if not theirs or importlib.util.find_spec("mujoco") is None:
         return
     ((label, code),) = theirs
+    if label == "mujoco unrun":  # It draws with a graphics card.
+        compile(code, title, "exec")
+        return
     (setup,) = (code for label, code in blocks(TEXT, "python") if label == "mujoco-setup")
     expected = run(setup, code, f"{title}, MuJoCo's")
     tolerance = float(label.removeprefix("mujoco").strip() or 1e-9)

@@ -107,3 +107,86 @@ def test_contacts_bear_what_lies_on_them():
     slots = np.reshape(most, (5, 10))
     assert slots[:, 0].tolist() == [4, 4, 4, 4, 0] and np.all(np.diff(slots[:4, 1]) <= 1e-9)
     assert slots[:, 1].sum() == pytest.approx(weight, abs=1e-8) and np.all(slots[4] == 0)
+
+
+CAMERAS = """<mujoco><option gravity='0 0 0' timestep='1e-6'/><worldbody>
+  <camera name='fixed' pos='1 -2 3' xyaxes='0.8 0.6 0 0 0 1' resolution='640 480' fovy='50'/>
+  <body name='a' pos='0.1 0 0.2'><freejoint/><geom size='0.1' mass='1'/><geom size='0.05' pos='0.3 0.1 0' mass='2'/><site name='s' pos='0.05 0.02 0.1'/>
+    <camera name='carried' pos='0.3 0 0' euler='10 20 30' resolution='320 200' sensorsize='0.01 0.008' focal='0.012 0.013'/>
+    <camera name='track' mode='track' pos='0 -2 1' euler='60 0 0' resolution='100 100'/>
+    <camera name='trackcom' mode='trackcom' pos='0 -2 1' euler='60 0 0' resolution='100 100'/></body>
+  <body name='b' pos='1 1 1'><freejoint/><geom size='0.1' mass='1'/><site name='t'/>
+    <camera name='aimed' mode='targetbody' target='a' pos='0 0 1' resolution='64 64'/>
+    <camera name='aimedcom' mode='targetbodycom' target='a' pos='0 0 1' resolution='64 32' fovy='90'/></body></worldbody>
+  <sensor>""" + "".join(f"<camprojection site='{site}' camera='{camera}'/>" for site in "st"
+    for camera in ("fixed", "carried", "track", "trackcom", "aimed", "aimedcom")) + "</sensor></mujoco>"
+
+
+def test_cameras_see_sites_where_mujocos_do():
+    mujoco = pytest.importorskip("mujoco", reason="compared with MuJoCo, which is not installed")
+    theirs, model = mujoco.MjModel.from_xml_string(CAMERAS), signorini.Model.from_string(CAMERAS)
+    assert model.import_report == []
+    assert signorini.Model.from_string(signorini.Spec(model).to_mjcf()[0]).content_hash == model.content_hash
+    peer, data, rng = mujoco.MjData(theirs), signorini.Data(model), np.random.default_rng(5)
+    for _ in range(100):
+        q = np.concatenate([rng.uniform(-1, 1, 3), rng.normal(size=4), rng.uniform(-1, 1, 3), rng.normal(size=4)])
+        q[3:7] /= np.linalg.norm(q[3:7])
+        q[10:14] /= np.linalg.norm(q[10:14])
+        data.qpos, peer.qpos[:] = q, q
+        signorini.forward(model, data)
+        mujoco.mj_forward(theirs, peer)
+        # MuJoCo keeps focal lengths in single precision.
+        single = [k for k in range(24) if k // 2 in (1, 7)]
+        double = [k for k in range(24) if k not in single]
+        scale = 1.0 + np.abs(peer.sensordata)
+        off = np.abs(data.sensordata - peer.sensordata) / scale
+        assert off[double].max() < 1e-9 and off[single].max() < 1e-6
+
+
+def test_cameras_of_a_spec_stay_those_of_their_sensors():
+    spec = signorini.Spec(signorini.Model.from_string(CAMERAS))
+    before = signorini.Data(spec.compile())
+    signorini.forward(before.model, before)
+    spec.body("a").remove()
+    model = spec.compile()
+    after = signorini.Data(model)
+    signorini.forward(model, after)
+    assert model.nsensor == 1 and np.allclose(after.sensordata, before.sensordata[12:14], rtol=1e-12)
+
+
+ADHESION = """<mujoco><option timestep='0.001'/><worldbody>
+  <geom name='floor' type='plane' size='5 5 1' euler='4 -3 0'/><geom name='pole' type='capsule' size='0.1' fromto='1 -1 0.3 1 1 0.3'/>
+  <body name='arm' pos='0 0 0.5'><joint name='yaw' axis='0 0 1'/><joint name='pitch' axis='0 1 0'/>
+    <geom type='capsule' size='0.03' fromto='0 0 0 0.5 0 0' mass='1'/>
+    <body name='cup' pos='0.55 0 0'><joint name='wrist' axis='0 1 0.3'/><geom name='cup' size='0.06' mass='0.2'/><geom name='lip' size='0.05' pos='0.05 0 0' mass='0.2'/></body></body>
+  <body name='b' pos='0.7 0.3 0.5'><freejoint/><geom name='b' size='0.12' mass='2'/></body></worldbody>
+  <actuator><adhesion name='cup' body='cup' ctrlrange='0 2' gain='7'/><general name='b' body='b' gear='3' ctrlrange='0 1' gainprm='2'/>
+    <adhesion name='strong' body='b' ctrlrange='0 2' gain='7' forcerange='0 4'/></actuator>
+  <sensor><actuatorfrc actuator='cup'/><actuatorfrc actuator='b'/><actuatorfrc actuator='strong'/>
+    <jointactuatorfrc joint='yaw'/><jointactuatorfrc joint='pitch'/><jointactuatorfrc joint='wrist'/>
+    <actuatorpos actuator='cup'/><actuatorvel actuator='cup'/><actuatorvel actuator='b'/></sensor></mujoco>"""
+
+
+@pytest.mark.filterwarnings("ignore:shapes overlap")
+def test_what_sticks_pulls_as_mujocos_does():
+    mujoco = pytest.importorskip("mujoco", reason="compared with MuJoCo, which is not installed")
+    theirs, model = mujoco.MjModel.from_xml_string(ADHESION), signorini.Model.from_string(ADHESION)
+    assert model.import_report == [] and model.actuator("cup").body == model.body("cup").id
+    peer, data, rng = mujoco.MjData(theirs), signorini.Data(model), np.random.default_rng(3)
+    pulled = 0
+    for _ in range(300):
+        q = np.concatenate([rng.uniform((-0.5, 0.2, -1), (0.5, 0.9, 1)), rng.uniform((0.4, -0.2, 0), (0.9, 0.3, 0.3)), rng.normal(size=4)])
+        q[6:10] /= np.linalg.norm(q[6:10])
+        data.qpos, peer.qpos[:] = q, q
+        data.qvel, peer.qvel[:] = (v := rng.normal(size=9)), v
+        data.ctrl, peer.ctrl[:] = (u := rng.uniform(0, 2, 3)), u
+        mujoco.mj_forward(theirs, peer)
+        own = {theirs.body("cup").id, theirs.body("b").id}
+        near = [c.dist for c in peer.contact if own & {theirs.geom_bodyid[g] for g in c.geom}]
+        # What overlaps deeply has other points, and what is about to touch does so here and not there.
+        if not near or min(near) < -0.02 or max(near) > -1e-4:
+            continue
+        signorini.step(model, data)
+        pulled += 1
+        assert np.allclose(data.sensordata, peer.sensordata, rtol=1e-9, atol=1e-9), (data.sensordata, peer.sensordata, near)
+    assert pulled > 20

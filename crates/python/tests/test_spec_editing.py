@@ -206,3 +206,50 @@ def test_scene_helpers():
     data = signorini.Data(model)
     assert data.body("grid 11").xpos == pytest.approx([0.05, 0.05, 0.8])
     assert data.body("left upper").xpos == pytest.approx([2, 0, 1])
+
+
+def test_a_spatial_tendon_along_a_path_is_mujocos():
+    mujoco = pytest.importorskip("mujoco", reason="compared with MuJoCo, which is not installed")
+    spec = signorini.Spec()
+    spec.add_site(name="anchor", pos=(0, 0, 1))
+    spec.add_geom(name="drum", type="cylinder", size=(0.1, 0.1), pos=(0.3, 0, 1), quat=(0.7071, 0.7071, 0, 0), contype=0, conaffinity=0)
+    above = spec.add_site(name="above", pos=(0.3, 0, 1.2))
+    arm = spec.add_body("arm", pos=(0.6, 0, 0.6))
+    hinge = arm.add_joint("hinge", axis=(0, 1, 0))
+    arm.add_geom("capsule", fromto=(0, 0, 0, 0.3, 0, 0), size=0.02, mass=1)
+    tip = arm.add_site(name="tip", pos=(0.25, 0, 0.02))
+    cord = spec.add_tendon(path=["anchor", ("drum", above), tip, 2.0, "anchor", "tip"], stiffness=30, range=(0, 2))
+    plain = spec.add_tendon({"arm joint": 2.0}, name="plain")
+    spec.add_tendon(path=["anchor", spec.geom("drum"), "tip"], name="short")
+    spec.add_sensor("tendonpos", tendon=cord)
+    spec.add_sensor("tendonpos", tendon=plain)
+    spec.add_sensor("tendonpos", tendon="short")
+    model = spec.compile()
+    theirs = mujoco.MjModel.from_xml_string(spec.to_mjcf()[0])
+    data, peer = signorini.Data(model), mujoco.MjData(theirs)
+    assert hinge.name == "arm joint"
+    for angle in np.linspace(-1.5, 1.5, 13):
+        data.qpos, peer.qpos[:] = [angle], angle
+        signorini.forward(model, data)
+        mujoco.mj_forward(theirs, peer)
+        assert np.allclose(data.sensordata, peer.sensordata, rtol=1e-12, atol=1e-12)
+    with pytest.raises(signorini.ModelError, match="no site or geom 'tipp'"):
+        spec.add_tendon(path=["anchor", "tipp"])
+    with pytest.raises(signorini.ModelError, match="either joints"):
+        spec.add_tendon()
+    assert len(spec.names("tendon")) == 3
+
+
+def test_what_sticks_is_added_to_a_body():
+    spec = signorini.Spec.from_string(
+        "<mujoco><worldbody><geom type='box' size='1 1 .1' pos='0 0 1.1'/><body name='b' pos='0 0 .9'><freejoint/><geom name='b' size='.1' mass='1'/>"
+        "<site name='s'/></body><camera name='c' pos='0 -2 1' euler='90 0 0' resolution='100 100'/></worldbody></mujoco>"
+    )
+    spec.add_actuator("adhesion", body="b", ctrlrange=(0, 1), gain=20, name="hold")
+    spec.add_sensor("camprojection", site="s", camera="c", name="seen")
+    model = spec.compile()
+    data = signorini.Data(model)
+    data.ctrl[0] = 1.0
+    signorini.step(model, data, nstep=20)
+    assert abs(data.qpos[2] - 0.9) < 1e-9 and data.body("b").contact_force[2] == pytest.approx(-(20 - 9.81))
+    assert data.sensor("seen").shape == (2,)

@@ -30,7 +30,7 @@ def models() -> Model:
     joint: signorini.Joint = model.joint("hinge")
     geom: signorini.Geom = model.geom("skin")
     actuator: signorini.Actuator = model.actuator(0)
-    driven: Optional[int] = actuator.joint if actuator.tendon is None and actuator.site is None else None
+    driven: Optional[int] = actuator.joint if actuator.tendon is None and actuator.site is actuator.body is None else None
     assert driven == 0 and model.nsensor == len(model.sensor_names) == 0
     keyframe: signorini.Keyframe = model.keyframe("home")
     numbers: Tuple[float, float, float, float] = (body.mass, joint.damping, geom.friction, actuator.gear + keyframe.time)

@@ -1,9 +1,7 @@
 //! From where a picture is taken.
 
-use signorini_multibody::glam::{DMat3, DQuat, DVec3};
-use signorini_multibody::{
-    BodyId, Camera, CameraMode, Kinematics, Model, Pose, forward_kinematics_into, subtree_center_of_mass,
-};
+use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::{BodyId, Camera, Kinematics, Model, Pose, camera_axes, camera_pose};
 
 use crate::ray::Ray;
 
@@ -28,41 +26,21 @@ impl View {
 
     /// From a point to another one, m, with the world's z axis up and a field of view of 45°.
     pub fn looking(from: DVec3, to: DVec3) -> Self {
-        Self::new(Pose::new(from, looking_along(to - from)), FIELD_OF_VIEW)
+        Self::new(Pose::new(from, camera_axes(to - from)), FIELD_OF_VIEW)
     }
 
     /// At a distance (m) from a target (m), looking along `azimuth` (0: along x, 90: along y) and up by `elevation`, both in degrees:
     /// MuJoCo's free camera.
     pub fn orbit(target: DVec3, distance: f64, azimuth: f64, elevation: f64) -> Self {
         let ahead = direction(azimuth, elevation);
-        Self::new(Pose::new(target - distance * ahead, looking_along(ahead)), FIELD_OF_VIEW)
+        Self::new(Pose::new(target - distance * ahead, camera_axes(ahead)), FIELD_OF_VIEW)
     }
 
     /// Where a camera of a model is.
     ///
     /// - `kinematics`: of the configuration to be seen
     pub fn of_camera(model: &Model, kinematics: &Kinematics, camera: &Camera) -> Self {
-        let carried = kinematics.pose[camera.body.index()] * camera.placement;
-        let center = |kinematics: &Kinematics, body| subtree_center_of_mass(model, kinematics, body).1;
-        let at = |to: DVec3| Pose::new(carried.position, looking_along(to - carried.position));
-        let pose = match camera.mode {
-            CameraMode::Fixed => carried,
-            CameraMode::Track => {
-                let first = at_reference(model);
-                let start = first.pose[camera.body.index()] * camera.placement;
-                let moved = kinematics.pose[camera.body.index()].position - first.pose[camera.body.index()].position;
-                Pose::new(start.position + moved, start.rotation)
-            }
-            CameraMode::TrackCenterOfMass => {
-                let first = at_reference(model);
-                let start = first.pose[camera.body.index()] * camera.placement;
-                let moved = center(kinematics, camera.body) - center(&first, camera.body);
-                Pose::new(start.position + moved, start.rotation)
-            }
-            CameraMode::Target(body) => at(kinematics.pose[body.index()].position),
-            CameraMode::TargetCenterOfMass(body) => at(center(kinematics, body)),
-        };
-        Self::new(pose, camera.field_of_view)
+        Self::new(camera_pose(model, kinematics, camera), camera.field_of_view)
     }
 
     /// The same direction from where all points just fill the picture.
@@ -144,20 +122,6 @@ impl Lens {
 pub(crate) fn direction(azimuth: f64, elevation: f64) -> DVec3 {
     let (a, e) = (azimuth.to_radians(), elevation.to_radians());
     DVec3::new(e.cos() * a.cos(), e.cos() * a.sin(), e.sin())
-}
-
-/// Axes of a camera that looks along a vector with the world's z axis up, or y where it looks along z.
-fn looking_along(ahead: DVec3) -> DQuat {
-    let back = -ahead.normalize_or(DVec3::NEG_Z);
-    let across = DVec3::Z.cross(back);
-    let right = if across.length() > 1e-6 { across.normalize() } else { DVec3::X };
-    DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)).normalize()
-}
-
-fn at_reference(model: &Model) -> Kinematics {
-    let mut kinematics = Kinematics::new(model);
-    forward_kinematics_into(model, &model.reference_configuration(), &vec![0.0; model.nv], &mut kinematics);
-    kinematics
 }
 
 /// Whether a body cannot move.

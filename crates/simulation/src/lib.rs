@@ -41,6 +41,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod adhesion;
 mod assembly;
 mod batch;
 mod build;

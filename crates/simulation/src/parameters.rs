@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 
 use signorini_multibody::{ChangedRow, Effect, FreeMotion, Model, Parameter, ParameterChange};
 
+use crate::adhesion::Adhesion;
 use crate::overlaps;
 use crate::reach::BodyReach;
 use crate::settings::Settings;
@@ -58,6 +59,7 @@ impl Workspace {
         self.fixed_point.clear();
         self.moving_mass = moving_mass(&changed);
         self.builder.take_parameters(&changed, settings);
+        self.adhesion = Adhesion::new(&changed);
         self.smooth = FreeMotion::new(&changed);
         self.sensors = SensorWork::new(&changed);
         self.changed.extend(rows.into_iter().map(|row| ((row.parameter, row.index), row.values)));

@@ -56,6 +56,7 @@ impl Workspace {
         free_motion_into(model, &self.kinematics, state, input, dt, &mut self.smooth)?;
         self.builder.take_smooth(&mut self.smooth, dt);
         self.reach.start(model, &self.kinematics, &self.builder.problem.free_velocity, dt);
+        self.reach.widen(&self.adhesion.layers);
         Ok(())
     }
 
@@ -84,6 +85,7 @@ impl Workspace {
 
     /// Builds the step's problem with the points that are chosen.
     pub(crate) fn build_problem(&mut self, model: &Model, state: &State, input: &Input) {
+        self.adhere(model);
         self.candidates.write(&mut self.points);
         self.builder.build(model, state, input, &self.kinematics, &mut self.points);
     }
@@ -94,8 +96,13 @@ impl Workspace {
         if settings.restitution == RestitutionLaw::Poisson && self.builder.restores() {
             self.candidates.choose_all();
         } else {
-            let Self { candidates, kinematics, reach, builder, .. } = self;
-            candidates.choose(kinematics, &reach.free, dt);
+            let Self { candidates, kinematics, reach, builder, adhesion, .. } = self;
+            if adhesion.is_present() {
+                // What is pulled together closes against the velocities at hand.
+                candidates.choose_all();
+            } else {
+                candidates.choose(kinematics, &reach.free, dt);
+            }
             candidates.limit_patches(settings.contact_points, |point| builder.is_overlap(point));
         }
     }

@@ -31,6 +31,8 @@ pub(crate) struct BodyReach {
     pub end: Velocities,
     /// The bodies that can touch another one and move.
     bodies: Vec<u32>,
+    /// By how much farther each body is looked at than it moves, m; empty where none is.
+    layers: Vec<f64>,
     /// Whether pairs are looked at within their relative motion.
     pub by_pairs: bool,
 }
@@ -85,6 +87,13 @@ impl BodyReach {
         }
     }
 
+    /// Looks farther by the layers within which bodies stick, m each; none where nothing does.
+    pub fn widen(&mut self, layers: &[f64]) {
+        self.layers.clear();
+        self.layers.extend_from_slice(layers);
+        self.reach.iter_mut().zip(layers).for_each(|(reach, layer)| reach.linear += layer);
+    }
+
     /// How body B can move against body A, and its point at a place in world: with the relative velocity at the beginning or without contact,
     /// and besides what forces change of both, which contacts may have to take away from one body alone.
     pub fn of_pair(&self, kinematics: &Kinematics, [a, b]: [BodyId; 2], place: DVec3, dt: f64) -> RelativeMotion {
@@ -96,10 +105,12 @@ impl BodyReach {
         let between = |of: [DVec3; 2]| scale * (of[1] - of[0]);
         let forced =
             |now: [DVec3; 2], free: [DVec3; 2]| scale * ((free[0] - now[0]).length() + (free[1] - now[1]).length());
+        let mut besides = Reach { linear: forced(now, free), angular: forced(turn_now, turn_free) };
+        besides.linear += [a, b].iter().filter_map(|body| self.layers.get(body.index())).sum::<f64>();
         RelativeMotion {
             linear: [between(now), between(free)],
             angular: [between(turn_now), between(turn_free)],
-            besides: Reach { linear: forced(now, free), angular: forced(turn_now, turn_free) },
+            besides,
         }
     }
 

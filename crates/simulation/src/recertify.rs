@@ -148,6 +148,7 @@ impl Recertifier {
         smooth.map_err(|e| StepFault::Unusable(e.to_string()))?;
         ws.builder.take_smooth(&mut ws.smooth, dt);
         ws.reach.start(model, &ws.kinematics, &ws.builder.problem.free_velocity, dt);
+        ws.reach.widen(&ws.adhesion.layers);
         for (reach, [linear, angular]) in ws.reach.reach.iter_mut().zip(&solution.reach) {
             (reach.linear, reach.angular) = (reach.linear.max(*linear), reach.angular.max(*angular));
         }

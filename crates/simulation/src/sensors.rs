@@ -8,9 +8,10 @@ use signorini_collision::{Nearest, Queries, Ray};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
     BodyId, EqualityKind, FrameId, GeomId, Geometry, Model, Pose, SensorKind, Shapes, Site, SiteId, State,
-    inverse_dynamics_into, moving_frame, state_sensors_into,
+    Transmission, inverse_dynamics_into, moving_frame, point_column, state_sensors_into,
 };
 
+use crate::adhesion::Pull;
 use crate::contact_forces::{contact_force, contact_moments};
 use crate::contact_sensors::contact_sensor_into;
 use crate::source::FrictionSource;
@@ -37,6 +38,7 @@ pub fn sensors_into(model: &Model, state: &State, workspace: &mut Workspace, out
     let dt = workspace.problem().timestep;
     state_sensors_into(model, state, &workspace.kinematics, &mut workspace.sensors.row, out);
     shape_sensors_into(model, workspace, out);
+    closing_rates_into(model, workspace, out);
     if !model.sensors.iter().any(|sensor| sensor.kind.needs_step()) {
         return;
     }
@@ -139,7 +141,7 @@ fn measure(model: &Model, workspace: &Workspace, dt: f64, kind: SensorKind, out:
                 let own = row.dofs.iter().position(|&k| k == dof).map_or(0.0, |at| row.gradient[at]);
                 own * actuator_force(workspace, a, dt)
             };
-            out[0] = (0..model.actuators.len()).map(share).sum();
+            out[0] = (0..model.actuators.len()).map(share).sum::<f64>() + pull_along(model, workspace, dof);
         }
         SensorKind::Accelerometer(site) => {
             vector(in_site(site, acceleration(model, workspace, FrameId::Site(site)).1), out);
@@ -152,6 +154,33 @@ fn measure(model: &Model, workspace: &Workspace, dt: f64, kind: SensorKind, out:
         SensorKind::Contacts(sensor) => contact_sensor_into(model, workspace, dt, &sensor, out),
         _ => {}
     }
+}
+
+/// Numbers of the sensors that ask how fast what sticks closes, which contacts tell and no state.
+fn closing_rates_into(model: &Model, workspace: &Workspace, out: &mut [f64]) {
+    if !workspace.adhesion.is_present() {
+        return;
+    }
+    for sensor in &model.sensors {
+        if let SensorKind::ActuatorVelocity(id) = sensor.kind
+            && matches!(model.actuators[id.index()].transmission, Transmission::Body { .. })
+        {
+            let values = &mut out[sensor.address..=sensor.address];
+            values[0] = workspace.closing_rate(id.index());
+            sensor.cut_off(values);
+        }
+    }
+}
+
+/// Force of all that sticks in the coordinate of a degree of freedom, N or N·m.
+fn pull_along(model: &Model, workspace: &Workspace, dof: usize) -> f64 {
+    let of = |pull: &Pull| {
+        let Pull { point, force, .. } = pull;
+        let moves = |body: BodyId| f64::from(u8::from(model.dofs_moving(body).any(|k| k == dof)));
+        let column = point_column(model, &workspace.kinematics, dof, point.position);
+        (moves(point.body_a) - moves(point.body_b)) * force * point.normal.dot(column)
+    };
+    workspace.adhesion.pulls.iter().map(of).sum()
 }
 
 /// Force of an actuator with the velocity at the end of the step, and what a servo of speed adds to the middle of its range.
@@ -194,6 +223,11 @@ fn held(model: &Model, workspace: &Workspace, site: SiteId, dt: f64) -> (DVec3, 
     for (contact, turn) in contact_moments(workspace, dt) {
         let contact = &workspace.points[contact];
         moment -= turn * share([contact.body_a, contact.body_b]);
+    }
+    for Pull { point: contact, force: pull, .. } in &workspace.adhesion.pulls {
+        let push = contact.normal * (-pull * share([contact.body_a, contact.body_b]));
+        force -= push;
+        moment -= (contact.position - point).cross(push);
     }
     for (k, row) in workspace.builder.bilateral_source.iter().enumerate() {
         let push = DVec3::AXES[row.axis] * (workspace.bilateral_impulse(k) / dt);

@@ -10,6 +10,7 @@ use signorini_multibody::{
 };
 
 use crate::SimulationError;
+use crate::adhesion::Adhesion;
 use crate::assembly::Assembler;
 use crate::build::ProblemBuilder;
 use crate::candidates::Candidates;
@@ -31,6 +32,7 @@ pub struct Workspace {
     pub(crate) points: Vec<ContactPoint>,
     pub(crate) solution: ContactSolution,
     pub(crate) builder: ProblemBuilder,
+    pub(crate) adhesion: Adhesion,
     pub(crate) assembler: Assembler,
     pub(crate) decompression: Decompression,
     pub(crate) corrections: Corrections,
@@ -107,6 +109,7 @@ impl Workspace {
             best: ContactSolution::default(),
             moving_mass: moving_mass(model),
             builder: ProblemBuilder::new(model, problem, polygon, settings),
+            adhesion: Adhesion::new(model),
             assembler: Assembler::new(model, settings.assembly_tolerance),
             smooth: FreeMotion::new(model),
             sensors: SensorWork::new(model),

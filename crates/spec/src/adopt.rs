@@ -1,6 +1,6 @@
 //! Single parts of another spec whose parts have the names of this one's.
 
-use signorini_multibody::{ActuatorId, BodyId, GeomId, JointId, SiteId, TendonId};
+use signorini_multibody::{ActuatorId, BodyId, CameraId, GeomId, JointId, SiteId, TendonId};
 
 use crate::SpecError;
 use crate::parts::{Named, Parts};
@@ -62,6 +62,12 @@ impl Spec {
             sites: by_name(&other.sites, &self.sites, SiteId),
             tendons: by_name(&other.tendons, &self.tendons, TendonId),
             actuators: by_name(&other.actuators, &self.actuators, ActuatorId),
+            cameras: other.cameras.iter().map(|camera| self.camera_of_name(&camera.name)).collect(),
         }
+    }
+
+    fn camera_of_name(&self, name: &str) -> Option<CameraId> {
+        let place = self.cameras.iter().position(|camera| camera.name == name);
+        place.map(|place| CameraId(place as u32))
     }
 }

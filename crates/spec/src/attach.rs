@@ -1,6 +1,6 @@
 //! One spec put into another.
 
-use signorini_multibody::{ActuatorId, BodyId, GeomId, JointId, JointKind, Pose, SiteId, TendonId};
+use signorini_multibody::{ActuatorId, BodyId, CameraId, GeomId, JointId, JointKind, Pose, SiteId, TendonId};
 
 use crate::SpecError;
 use crate::parts::Named;
@@ -30,6 +30,7 @@ impl Spec {
             sites: vec![None; other.sites.places()],
             tendons: vec![None; other.tendons.places()],
             actuators: vec![None; other.actuators.places()],
+            cameras: (0..other.cameras.len()).map(|i| Some(CameraId((self.cameras.len() + i) as u32))).collect(),
         };
         places.bodies[0] = Some(target);
         for i in other.depth_first().into_iter().skip(1) {

@@ -1,6 +1,8 @@
 //! From a spec to a model.
 
-use signorini_multibody::{ActuatorId, BodyId, GeomId, JointId, Keyframe, Model, ModelBuilder, SiteId, TendonId};
+use signorini_multibody::{
+    ActuatorId, BodyId, CameraId, GeomId, JointId, Keyframe, Model, ModelBuilder, SiteId, TendonId,
+};
 
 use crate::SpecError;
 use crate::keyframe::KeyframeSpec;
@@ -37,7 +39,8 @@ impl Spec {
     pub fn compile(&self) -> Result<Compiled, SpecError> {
         let mut builder = ModelBuilder::new(self.name.clone());
         builder.gravity(self.gravity).magnetic(self.magnetic).timestep(self.timestep);
-        let mut places = Places::default();
+        let cameras = (0..self.cameras.len()).map(|i| Some(CameraId(i as u32))).collect();
+        let mut places = Places { cameras, ..Places::default() };
         self.build_bodies(&mut builder, &mut places)?;
         self.build_relations(&mut builder, &mut places)?;
         self.build_looks(&mut builder, &places)?;
@@ -49,7 +52,7 @@ impl Spec {
             }
         }
         let model = builder.build()?;
-        let Places { bodies, joints, geoms, sites, tendons, actuators } = places;
+        let Places { bodies, joints, geoms, sites, tendons, actuators, .. } = places;
         Ok(Compiled { model, bodies, joints, geoms, sites, tendons, actuators })
     }
 

@@ -87,6 +87,11 @@ impl<T: Named> Parts<T> {
         Ok(self.0.len() - 1)
     }
 
+    /// Changes all parts.
+    pub fn change(&mut self, change: impl FnMut(&mut T)) {
+        self.0.iter_mut().flatten().for_each(change);
+    }
+
     /// Removes the parts that are not wanted and lists them.
     pub fn retain(&mut self, wanted: impl Fn(usize, &T) -> bool, removed: &mut Vec<String>) {
         for (i, place) in self.0.iter_mut().enumerate() {

@@ -1,8 +1,8 @@
 //! What parts refer to.
 
 use signorini_multibody::{
-    Actuator, ActuatorId, BodyId, Camera, CameraMode, ContactSide, Equality, EqualityKind, FrameId, GeomId, JointId,
-    Light, PathPart, Sensor, SensorKind, Shapes, SiteId, Tendon, TendonId, Transmission,
+    Actuator, ActuatorId, BodyId, Camera, CameraId, CameraMode, ContactSide, Equality, EqualityKind, FrameId, GeomId,
+    JointId, Light, PathPart, Sensor, SensorKind, Shapes, SiteId, Tendon, TendonId, Transmission,
 };
 
 use crate::SpecError;
@@ -17,6 +17,7 @@ pub(crate) struct Places {
     pub sites: Vec<Option<SiteId>>,
     pub tendons: Vec<Option<TendonId>>,
     pub actuators: Vec<Option<ActuatorId>>,
+    pub cameras: Vec<Option<CameraId>>,
 }
 
 macro_rules! place_of {
@@ -36,6 +37,7 @@ place_of! {
     site, sites, SiteId, "site";
     tendon, tendons, TendonId, "tendon";
     actuator, actuators, ActuatorId, "actuator";
+    camera, cameras, CameraId, "camera";
 }
 
 /// A part that refers to others.
@@ -75,6 +77,7 @@ impl Refers for Actuator {
                 places.site(site)?;
                 reference.as_mut().map_or(Ok(()), |reference| places.site(reference))
             }
+            Transmission::Body { body, .. } => places.body(body),
         }
     }
 }
@@ -115,6 +118,10 @@ impl Refers for Sensor {
             K::TendonPosition(id) | K::TendonVelocity(id) => places.tendon(id),
             K::ActuatorPosition(id) | K::ActuatorVelocity(id) | K::ActuatorForce(id) => places.actuator(id),
             K::Magnetometer(id) | K::Rangefinder(id) => places.site(id),
+            K::CameraProjection(id, camera) => {
+                places.site(id)?;
+                places.camera(camera)
+            }
             K::Contacts(contacts) => contacts.sides.iter_mut().try_for_each(|side| match side {
                 ContactSide::Any => Ok(()),
                 ContactSide::Geom(id) => places.geom(id),

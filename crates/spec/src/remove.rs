@@ -1,6 +1,6 @@
 //! Parts taken away, with what refers to them.
 
-use signorini_multibody::{ActuatorId, BodyId, GeomId, JointId, SiteId, TendonId};
+use signorini_multibody::{ActuatorId, BodyId, CameraId, GeomId, JointId, SensorKind, SiteId, TendonId};
 
 use crate::SpecError;
 use crate::references::{Places, Refers};
@@ -63,13 +63,29 @@ impl Spec {
         places.tendons = self.present().tendons;
         self.actuators.retain(|_, actuator| actuator.moved(&places).is_ok(), removed);
         places.actuators = self.present().actuators;
+        places.cameras = self.keep_cameras(&places);
         self.sensors.retain(|_, sensor| sensor.moved(&places).is_ok(), removed);
+        self.sensors.change(|sensor| {
+            if let SensorKind::CameraProjection(_, camera) = &mut sensor.kind
+                && let Some(Some(place)) = places.cameras.get(camera.index())
+            {
+                *camera = *place;
+            }
+        });
         self.equalities.retain(|_, equality| equality.moved(&places).is_ok(), removed);
-        self.cameras.retain(|camera| camera.moved(&places).is_ok());
         self.lights.retain(|light| light.moved(&places).is_ok());
         let there = |id: GeomId| places.geom(&mut id.clone()).is_ok();
         self.pairs.retain(|pair| there(pair.geom_a) && there(pair.geom_b));
         self.excluded.retain(|(a, b)| reached.contains(&a.index()) && reached.contains(&b.index()));
+    }
+
+    /// Takes away cameras whose bodies are gone; where the others are now.
+    fn keep_cameras(&mut self, places: &Places) -> Vec<Option<CameraId>> {
+        let kept: Vec<bool> = self.cameras.iter().map(|camera| camera.moved(places).is_ok()).collect();
+        let mut next = 0..;
+        let mut own = kept.iter();
+        self.cameras.retain(|_| *own.next().unwrap_or(&true));
+        kept.iter().map(|kept| kept.then(|| next.next().map(CameraId)).flatten()).collect()
     }
 
     /// The parts that are there, each with its own identifier.
@@ -86,6 +102,7 @@ impl Spec {
             sites: own!(sites, SiteId),
             tendons: own!(tendons, TendonId),
             actuators: own!(actuators, ActuatorId),
+            cameras: (0..self.cameras.len()).map(|i| Some(CameraId(i as u32))).collect(),
         }
     }
 }

@@ -117,6 +117,7 @@ impl Inspection {
                 }
                 Transmission::Tendon(tendon) => format!("tendon {}", model.tendons[tendon.index()].name),
                 Transmission::Site { site, .. } => format!("site {}", model.sites[site.index()].name),
+                Transmission::Body { body, .. } => format!("contacts of {}", model.bodies[body.index()].name),
             },
         });
         Self {

@@ -1,4 +1,4 @@
-//! `<actuator>`: motors, servos, dampers, cylinders and general affine actuators on joints, tendons and sites.
+//! `<actuator>`: motors, servos, dampers, cylinders and general affine actuators on joints, tendons, sites and what bodies touch.
 
 use signorini_multibody::{
     Activation, Actuator, ActuatorId, ActuatorKind, JointId, JointKind, Kinematics, LengthRow, MassMatrix, Model,
@@ -9,14 +9,15 @@ use super::custom;
 use super::importer::Importer;
 use super::laws::{activation_count, law};
 use super::muscles::muscle_law;
-use super::sensors::{site, tendon};
+use super::sensors::{body, site, tendon};
 use crate::error::{FormatError, Location};
 use crate::parts::JointRecord;
 use crate::report::Reporter;
 use crate::xml::{Attributes, Element};
 
 /// Elements whose defaults apply to every actuator.
-const KINDS: [&str; 8] = ["general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle"];
+const KINDS: [&str; 9] =
+    ["general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion"];
 
 /// What an actuator acts on, and the joint if it is a hinge or slide.
 struct Target {
@@ -88,6 +89,7 @@ fn read_actuator<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Resul
                 .with_early(a.flag("actearly")?.unwrap_or(false) && element.is("general")),
         ),
     };
+    check_adhesion(importer, &a)?;
     let mut actuator = Actuator::new(String::new(), target.transmission, kind)
         .with_gear(target.gear)
         .with_activation(activation)
@@ -101,6 +103,18 @@ fn read_actuator<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Resul
         importer.damping_ratios.push((id, ratio));
     }
     Ok(None)
+}
+
+/// What sticks only pulls: the range of its control is given and not negative, as MuJoCo wants it.
+fn check_adhesion(importer: &Importer, a: &Attributes) -> Result<(), FormatError> {
+    if !a.element().is("adhesion") {
+        return Ok(());
+    }
+    match importer.range(a, "ctrlrange", "ctrllimited")? {
+        Some([low, _]) if low >= 0.0 => Ok(()),
+        Some(_) => Err(a.invalid("ctrlrange", "numbers that are not negative: it can only pull")),
+        None => Err(a.element().incomplete("attribute 'ctrlrange': the range of its control")),
+    }
 }
 
 fn name_of(element: Element) -> Option<String> {
@@ -131,9 +145,15 @@ fn target(importer: &Importer, a: &Attributes) -> Result<Result<Target, String>,
         let transmission = Transmission::Site { site: site(importer, a, "site")?, reference, wrench: gear };
         return Ok(Ok(Target { transmission, gear: 1.0, joint: None }));
     }
-    let others = ["body", "slidersite", "cranksite"];
+    if a.has("body") {
+        let body = body(importer, a, "body")?;
+        let layer = importer.layers.get(&body).copied().unwrap_or(0.0);
+        // In MuJoCo the gear does nothing here.
+        return Ok(Ok(Target { transmission: Transmission::Body { body, layer }, gear: 1.0, joint: None }));
+    }
+    let others = ["slidersite", "cranksite"];
     match others.iter().any(|other| a.has(other)) {
-        true => Ok(Err("acts on something other than a joint, tendon or site, which is not supported".into())),
+        true => Ok(Err("acts on something other than a joint, tendon, site or body, which is not supported".into())),
         false => Err(a.element().incomplete("attribute 'joint': the joint it drives")),
     }
 }
@@ -196,7 +216,7 @@ pub(super) fn bound_by_joints(model: &mut Model, ranges: &[(JointId, [f64; 2], L
     for (joint, [low, high], at) in ranges {
         let drives = |transmission: &Transmission| match transmission {
             Transmission::Joint(other) => other == joint,
-            Transmission::JointAxes { .. } => false,
+            Transmission::JointAxes { .. } | Transmission::Body { .. } => false,
             Transmission::Tendon(tendon) => {
                 // A path may be moved by any joint.
                 let tendon = &tendons[tendon.index()];

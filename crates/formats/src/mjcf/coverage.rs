@@ -120,6 +120,7 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("actuator" | "default", "damper") => Read(&DAMPER),
         ("actuator" | "default", "cylinder") => Read(&CYLINDER),
         ("actuator" | "default", "muscle") => Read(&MUSCLE),
+        ("actuator" | "default", "adhesion") => Read(&ADHESION),
         ("actuator", _) => ReportedElsewhere,
         ("keyframe", "key") => Read(&KEY),
         ("option", "flag") => Read(&FLAG),
@@ -229,10 +230,8 @@ const JOINT: Coverage = Coverage {
 
 const GEOM: Coverage = Coverage {
     read: "name class type size fromto pos quat axisangle xyaxes zaxis euler mesh hfield mass density group friction \
-           condim contype conaffinity rgba material margin priority surfacevel",
-    // In MuJoCo 4 `gap` lists contacts beyond the margin that do not act yet. Here every contact that could close within the step is
-    // in the problem, so that it has nothing left to say.
-    harmless: "user castshadow gap",
+           condim contype conaffinity rgba material margin gap priority surfacevel",
+    harmless: "user castshadow",
     ignored: &[
         ignored("solref", "0.02 1", SOFT),
         ignored("solimp", "0.9 0.95 0.001 0.5 2", SOFT),
@@ -258,8 +257,9 @@ const MATERIAL: Coverage = Coverage {
 };
 
 const CAMERA: Coverage = Coverage {
-    read: "name class mode target fovy sensorsize focal pos quat axisangle xyaxes zaxis euler orthographic projection",
-    harmless: "ipd resolution focalpixel principal principalpixel user output",
+    read: "name class mode target fovy sensorsize focal pos quat axisangle xyaxes zaxis euler orthographic projection \
+           resolution focalpixel",
+    harmless: "ipd principal principalpixel user output",
     ignored: &[],
 };
 
@@ -310,10 +310,10 @@ macro_rules! actuator {
     ($read:literal, [$($more:expr),*]) => {
         Coverage {
             read: concat!(
-                "name class joint jointinparent tendon site refsite gear ctrlrange ctrllimited forcerange forcelimited ",
+                "name class joint jointinparent tendon site refsite body gear ctrlrange ctrllimited forcerange forcelimited ",
                 $read
             ),
-            harmless: "group user lengthrange interp nsample body slidersite cranksite cranklength",
+            harmless: "group user lengthrange interp nsample slidersite cranksite cranklength",
             ignored: &[
                 ignored("armature", "0", "the actuator adds no inertia"),
                 ignored("damping", "0", "the actuator adds no damping"),
@@ -342,6 +342,7 @@ const MUSCLE: Coverage = actuator!(
     "timeconst tausmooth range force scale lmin lmax vmax fpmax fvmax actlimited actrange actearly actdim",
     []
 );
+const ADHESION: Coverage = actuator!("gain", []);
 const CYLINDER: Coverage = actuator!("timeconst area diameter bias", []);
 
 const SITE: Coverage = Coverage {
@@ -373,8 +374,8 @@ const TENDON_JOINT: Coverage = Coverage { read: "joint coef", harmless: "", igno
 /// The reader reports sensors that are left out; noise is none of a simulation's business here.
 const SENSOR: Coverage = Coverage {
     read: "name cutoff joint tendon actuator site body objtype objname reftype refname geom1 geom2 body1 body2 subtree1 \
-           subtree2 data reduce num",
-    harmless: "noise user nsample interp delay interval camera \
+           subtree2 data reduce num camera",
+    harmless: "noise user nsample interp delay interval \
                geom mesh dim datatype needstage rayhit",
     ignored: &[],
 };

@@ -65,6 +65,10 @@ pub(super) fn read<'t>(
     show_as_it_is(importer, name.as_deref(), &mut geom);
     (geom.rgba, geom.look) = looks::look(&importer.assets, &a, &geom.geometry, geom.rgba)?;
     geom.margin = a.non_negative("margin")?.unwrap_or(0.0);
+    if let Some(layer) = a.non_negative("gap")?.filter(|gap| *gap > 0.0) {
+        let own = importer.layers.entry(body.id).or_insert(layer);
+        *own = own.max(layer);
+    }
     let priority = a.integer("priority")?.unwrap_or(0);
     geom.priority = i32::try_from(priority).map_err(|_| a.invalid("priority", "a number of 32 bits"))?;
     read_belt(importer, &a, &mut geom)?;

@@ -48,6 +48,10 @@ pub(super) struct Importer<'t> {
     pub contact_properties: Vec<ContactProperties>,
     /// Cameras whose bodies are not all known yet.
     pub cameras: Vec<AimedCamera<'t>>,
+    /// Names of the model's cameras, in order.
+    pub camera_names: Vec<String>,
+    /// Largest `gap` of the geoms of bodies that have one, m: as far as adhesion acts.
+    pub layers: HashMap<BodyId, f64>,
     pub elements: usize,
     pub contacts_disabled: bool,
     pub equalities_disabled: bool,

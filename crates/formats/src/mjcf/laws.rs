@@ -132,6 +132,11 @@ fn affine(a: &Attributes) -> Result<Option<Affine>, FormatError> {
                 law = Affine { gain: [area, 0.0, 0.0], bias, dynamics: Dynamics::Filter, time_constant };
                 (gain_affine, bias_affine) = (false, true);
             }
+            "adhesion" => {
+                let gain = own.non_negative("gain")?.unwrap_or(law.gain[0]);
+                law = Affine { gain: [gain, 0.0, 0.0], bias: [0.0; 3], dynamics: Dynamics::None, ..law };
+                (gain_affine, bias_affine) = (false, false);
+            }
             "motor" => {
                 law = Affine { gain: [1.0, 0.0, 0.0], bias: [0.0; 3], dynamics: Dynamics::None, ..law };
                 (gain_affine, bias_affine) = (false, false);

@@ -43,6 +43,8 @@ pub(super) fn camera<'t>(
     let camera = Camera::new(name)
         .with_placement(Pose::new(placement.position, unit_rotation(placement.rotation)))
         .with_field_of_view(field_of_view(&a)?)
+        .with_resolution(resolution(&a)?)
+        .with_focal(focal(&a)?)
         .with_mode(mode);
     let com = matches!(mode, CameraMode::TargetCenterOfMass(_));
     importer.cameras.push(AimedCamera { camera, body, target, com });
@@ -58,16 +60,40 @@ fn field_of_view(a: &Attributes) -> Result<f64, FormatError> {
         a.element().note(a.element().at(), "orthographic cameras are not supported", "it sees 45 degrees", false);
         return Ok(45.0_f64.to_radians());
     }
-    if let (Some([_, height]), Some([_, focal])) = (a.vector::<2>("sensorsize")?, a.vector::<2>("focal")?)
-        && height > 0.0
-        && focal > 0.0
-    {
-        return Ok(2.0 * (0.5 * height / focal).atan());
+    if let Some([_, focal]) = focal(a)? {
+        return Ok(2.0 * (0.5 / focal).atan());
     }
     if degrees > 0.0 && degrees < 180.0 {
         return Ok(degrees.to_radians());
     }
     Err(a.invalid("fovy", "an angle between 0 and 180 degrees"))
+}
+
+/// `resolution`, in pixels.
+fn resolution(a: &Attributes) -> Result<[u32; 2], FormatError> {
+    let Some(given) = a.vector::<2>("resolution")? else { return Ok([1; 2]) };
+    let whole = |x: f64| x >= 1.0 && x <= f64::from(u32::MAX) && x.fract() == 0.0;
+    if given.into_iter().all(whole) {
+        Ok(given.map(|x| x as u32))
+    } else {
+        Err(a.invalid("resolution", "two numbers of pixels"))
+    }
+}
+
+/// Focal lengths by the width and height of the picture, where a sensor's size is given: in metres, or in pixels.
+fn focal(a: &Attributes) -> Result<Option<[f64; 2]>, FormatError> {
+    let Some([width, height]) = a.vector::<2>("sensorsize")?.filter(|size| size.iter().all(|x| *x > 0.0)) else {
+        return Ok(None);
+    };
+    let given = match (a.vector::<2>("focalpixel")?, a.vector::<2>("focal")?) {
+        (Some([x, y]), _) => {
+            let [columns, rows] = resolution(a)?.map(f64::from);
+            Some([x / columns, y / rows])
+        }
+        (None, Some([x, y])) => Some([x / width, y / height]),
+        (None, None) => None,
+    };
+    Ok(given.filter(|focal| focal.iter().all(|x| *x > 0.0)))
 }
 
 /// Gives the model its cameras, once all bodies are known.
@@ -78,6 +104,7 @@ pub(super) fn finish_cameras(importer: &mut Importer) -> Result<(), FormatError>
             let target = found.ok_or_else(|| a.unknown("target", "body", importer.parts.body_names()))?;
             camera.mode = if com { CameraMode::TargetCenterOfMass(target) } else { CameraMode::Target(target) };
         }
+        importer.camera_names.push(camera.name.clone());
         importer.parts.see(|builder| builder.add_camera(body, camera).map(drop))?;
     }
     Ok(())

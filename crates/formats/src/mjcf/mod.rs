@@ -32,7 +32,7 @@ mod sensors;
 mod sites;
 mod tendons;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use assets::Assets;
@@ -79,6 +79,8 @@ fn read(tree: &Tree, (base, folders): (&Path, &[PathBuf]), options: &LoadOptions
         report: Reporter::default(),
         contact_properties: Vec::new(),
         cameras: Vec::new(),
+        camera_names: Vec::new(),
+        layers: HashMap::new(),
         elements: 0,
         contacts_disabled: false,
         equalities_disabled: false,

@@ -1,8 +1,8 @@
 //! `<sensor>`: what is measured, in the order of the file.
 
 use signorini_multibody::{
-    ActuatorId, BodyId, ContactReduction, ContactSensor, ContactSide, FrameId, Sensor, SensorKind, Shapes, SiteId,
-    TendonId,
+    ActuatorId, BodyId, CameraId, ContactReduction, ContactSensor, ContactSide, FrameId, Sensor, SensorKind, Shapes,
+    SiteId, TendonId,
 };
 
 use super::importer::Importer;
@@ -100,6 +100,13 @@ fn kind(importer: &Importer, a: &Attributes) -> Result<Kind, FormatError> {
         "subtreelinvel" => of_subtree(SubtreeLinearVelocity),
         "subtreeangmom" => of_subtree(SubtreeAngularMomentum),
         "contact" => contacts(importer, a),
+        "camprojection" => {
+            let name = a.required("camera", "the name of a camera")?;
+            let camera = importer.camera_names.iter().position(|known| known == name);
+            let names = || importer.camera_names.iter().map(String::as_str);
+            let camera = camera.ok_or_else(|| a.unknown("camera", "camera", names()))?;
+            Ok(Ok(CameraProjection(site(importer, a, "site")?, CameraId(camera as u32))))
+        }
         "clock" => Ok(Ok(Clock)),
         _ => Ok(Err("this sort of sensor is not supported".into())),
     }
@@ -209,7 +216,7 @@ pub(super) fn site(importer: &Importer, a: &Attributes, attribute: &'static str)
     importer.parts.site(name).ok_or_else(|| a.unknown(attribute, "site", importer.parts.site_names()))
 }
 
-fn body(importer: &Importer, a: &Attributes, attribute: &'static str) -> Result<BodyId, FormatError> {
+pub(super) fn body(importer: &Importer, a: &Attributes, attribute: &'static str) -> Result<BodyId, FormatError> {
     let name = a.required(attribute, "the name of a body")?;
     importer.parts.body(name).ok_or_else(|| a.unknown(attribute, "body", importer.parts.body_names()))
 }

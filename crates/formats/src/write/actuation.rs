@@ -39,7 +39,10 @@ pub(super) fn tendon(model: &Model, tendon: &Tendon) -> Tag {
 }
 
 pub(super) fn actuator(model: &Model, actuator: &Actuator) -> Tag {
+    let sticks = matches!(actuator.transmission, Transmission::Body { .. });
     let tag = match (actuator.kind, &actuator.activation) {
+        // MJCF has other names only for what acts on joints, tendons and sites.
+        (kind, activation) if sticks => general(kind, activation.as_ref()),
         (ActuatorKind::Motor, None) => Tag::new("motor"),
         (ActuatorKind::Position { kp, kv }, None) => {
             Tag::new("position").numbers("kp", &[kp]).unless(&[0.0], "kv", &[kv])
@@ -68,6 +71,9 @@ pub(super) fn actuator(model: &Model, actuator: &Actuator) -> Tag {
                 Some(reference) => tag.with("refsite", &model.sites[reference.index()].name),
                 None => tag,
             }
+        }
+        Transmission::Body { body, .. } => {
+            tag.with("body", &model.bodies[body.index()].name).unless(&[1.0], "gear", &[actuator.gear])
         }
     };
     tag.range("ctrlrange", "ctrllimited", actuator.control_range).range(
@@ -208,6 +214,9 @@ pub(super) fn sensor(model: &Model, sensor: &Sensor) -> Tag {
         K::ShapeNormal(a, b) => shapes("normal", a, b),
         K::ShapePoints(a, b) => shapes("fromto", a, b),
         K::Contacts(sensor) => contacts(model, &sensor),
+        K::CameraProjection(id, camera) => {
+            site("camprojection", id.index()).with("camera", &model.cameras[camera.index()].name)
+        }
         K::Clock => Tag::new("clock"),
     };
     let tag = tag.with("name", &sensor.name);

@@ -64,7 +64,13 @@ fn material_name(k: usize) -> String {
 
 pub(super) fn camera(model: &Model, camera: &Camera) -> Tag {
     let tag = placed(Tag::new("camera").with("name", &camera.name), &camera.placement);
-    let tag = tag.numbers("fovy", &[camera.field_of_view.to_degrees()]);
+    let [columns, rows] = camera.resolution.map(f64::from);
+    let tag = tag.unless(&[1.0; 2], "resolution", &[columns, rows]);
+    let tag = match camera.focal {
+        // Of a sensor that is as wide and as high as one length unit each, as far as MJCF can say it.
+        Some(focal) => tag.numbers("sensorsize", &[1.0; 2]).numbers("focal", &focal),
+        None => tag.numbers("fovy", &[camera.field_of_view.to_degrees()]),
+    };
     let (mode, target) = match camera.mode {
         CameraMode::Fixed => return tag,
         CameraMode::Track => ("track", None),

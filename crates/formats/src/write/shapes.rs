@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::{HeightField, Mesh};
-use signorini_multibody::{BodyId, Geom, Geometry, Inertia, Joint, JointKind, Model, Site, SpinResistance};
+use signorini_multibody::{
+    BodyId, Geom, Geometry, Inertia, Joint, JointKind, Model, Site, SpinResistance, Transmission,
+};
 
 use super::element::{Tag, list, placed};
 use super::looks::{self, Materials};
@@ -118,7 +120,7 @@ fn own(model: &Model, id: BodyId, assets: &mut Assets) -> Tag {
     }
     model.joints_of(id).iter().for_each(|joint| tag.push(joint_tag(joint, &mut assets.left_out)));
     for geom in model.geoms.iter().filter(|geom| geom.body == id) {
-        if let Some(geom) = geom_tag(geom, assets) {
+        if let Some(geom) = geom_tag(model, geom, assets) {
             tag.push(geom);
         }
     }
@@ -170,7 +172,7 @@ fn simple(geometry: &Geometry) -> Option<(&'static str, Vec<f64>)> {
 }
 
 /// A geom; none where MJCF has nothing like its shape.
-fn geom_tag(geom: &Geom, assets: &mut Assets) -> Option<Tag> {
+fn geom_tag(model: &Model, geom: &Geom, assets: &mut Assets) -> Option<Tag> {
     let tag = Tag::new("geom").with("name", &geom.name);
     let mut placement = geom.placement;
     let touches = geom.contact_type != 0 || geom.contact_affinity != 0;
@@ -208,10 +210,20 @@ fn geom_tag(geom: &Geom, assets: &mut Assets) -> Option<Tag> {
             .unless(&[1.0], "contype", &[f64::from(geom.contact_type)])
             .unless(&[1.0], "conaffinity", &[f64::from(geom.contact_affinity)])
             .unless(&[0.0], "margin", &[geom.margin])
+            .unless(&[0.0], "gap", &[sticking_layer(model, geom)])
             .unless(&[0.0], "priority", &[f64::from(geom.priority)])
             .unless(&[0.0; 6], "surfacevel", &[x, y, z, 0.0, 0.0, 0.0])
             .with("rgba", &format!("{red} {green} {blue} {opacity}")),
     )
+}
+
+/// Gap within which a geom of a body that sticks is pulled, m.
+fn sticking_layer(model: &Model, geom: &Geom) -> f64 {
+    let layers = model.actuators.iter().filter_map(|actuator| match actuator.transmission {
+        Transmission::Body { body, layer } if body == geom.body => Some(layer),
+        _ => None,
+    });
+    layers.fold(0.0, f64::max)
 }
 
 /// MJCF's number for what contacts resist.

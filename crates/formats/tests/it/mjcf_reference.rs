@@ -195,6 +195,7 @@ fn compare_actuators(model: &Model, theirs: &Value) {
             Transmission::Joint(joint) | Transmission::JointAxes { joint, .. } => joint.0,
             Transmission::Tendon(tendon) => tendon.0,
             Transmission::Site { site, .. } => site.0,
+            Transmission::Body { body, .. } => body.0,
         };
         assert_eq!(u64::from(target), other["joint"].as_u64().unwrap(), "{what}");
         let gear = match actuator.transmission {

@@ -160,6 +160,7 @@ fn check_lengths(model: &Model) -> Result<(), Unsupported> {
             (_, Transmission::Tendon(tendon)) if turns(&model.tendons[tendon.index()]) => {
                 "the row of a spatial tendon turns with its path"
             }
+            (_, Transmission::Body { .. }) => "what sticks pulls where it touches",
             _ => continue,
         };
         return Err(Unsupported { part: format!("actuator '{}'", actuator.name), reason });

@@ -2,10 +2,10 @@
 
 use super::path::PathStep;
 use super::{
-    Actuator, Body, BodyId, Camera, ContactFilter, Equality, EqualityKind, Geom, GeomPair, Joint, JointId, JointKind,
-    Keyframe, Light, Model, Sensor, SensorKind, Site, Tendon, Transmission, tendon_path::walk,
+    Actuator, Body, BodyId, Camera, CameraMode, ContactFilter, Equality, EqualityKind, Geom, GeomPair, Joint, JointId,
+    JointKind, Keyframe, Light, Model, Sensor, SensorKind, Site, Tendon, Transmission, tendon_path::walk,
 };
-use crate::math::{unit_rotation, unit_vector};
+use crate::math::{Pose, unit_rotation, unit_vector};
 use glamx::glam::DVec3;
 
 /// What a builder has collected.
@@ -76,7 +76,7 @@ impl Parts {
         for actuator in &mut actuators {
             match &mut actuator.transmission {
                 Transmission::Joint(joint) | Transmission::JointAxes { joint, .. } => renumber(joint),
-                Transmission::Tendon(_) | Transmission::Site { .. } => {}
+                Transmission::Tendon(_) | Transmission::Site { .. } | Transmission::Body { .. } => {}
             }
         }
         let mut na = 0;
@@ -162,4 +162,29 @@ pub(super) fn measure_tendons(model: &mut Model) {
     };
     let lengths: Vec<f64> = model.tendons.iter().map(length).collect();
     model.tendons.iter_mut().zip(lengths).for_each(|(tendon, length)| tendon.reference_length = length);
+}
+
+/// Notes where cameras that follow something are from it at the reference configuration.
+pub(super) fn place_cameras(model: &mut Model) {
+    let start = |camera: &Camera| {
+        let carried = model.reference_pose(camera.body) * camera.placement;
+        let origin = match camera.mode {
+            CameraMode::TrackCenterOfMass => reference_center(model, camera.body),
+            _ => model.reference_pose(camera.body).position,
+        };
+        Pose::new(carried.position - origin, carried.rotation)
+    };
+    let starts: Vec<Pose> = model.cameras.iter().map(start).collect();
+    model.cameras.iter_mut().zip(starts).for_each(|(camera, start)| camera.start = start);
+}
+
+/// Centre of mass of a body's subtree at the reference configuration, as `subtree_center_of_mass` has it.
+fn reference_center(model: &Model, body: BodyId) -> DVec3 {
+    let (mut mass, mut moment) = (0.0, DVec3::ZERO);
+    for id in model.subtree(body).filter(|id| *id != BodyId::WORLD) {
+        let inertia = &model.bodies[id.index()].inertia;
+        mass += inertia.mass;
+        moment += model.reference_pose(id).transform_point(inertia.center_of_mass) * inertia.mass;
+    }
+    if mass > 0.0 { moment / mass } else { model.reference_pose(body).position }
 }

@@ -2,7 +2,7 @@
 
 use glamx::glam::DVec3;
 
-use super::assemble::{Parts, measure_tendons, normalise};
+use super::assemble::{Parts, measure_tendons, normalise, place_cameras};
 use super::check::{check_inertia, check_keyframes, moving_no_mass, number, unique};
 use super::check_sensing::{check_cameras, check_relations, check_sensors};
 use super::path::reference_pose;
@@ -294,6 +294,7 @@ impl ModelBuilder {
         check_cameras(&mut model.cameras, bodies)?;
         normalise(&mut model);
         measure_tendons(&mut model);
+        place_cameras(&mut model);
         Ok(model)
     }
 

@@ -260,6 +260,12 @@ pub(super) fn check_actuators(model: &Model) -> Result<(), ModelError> {
         let part = || format!("actuator '{}'", actuator.name);
         check_transmission(model, part, &actuator.transmission)?;
         number(part, "gear", "finite", actuator.gear, |_| true)?;
+        if let (Transmission::Body { .. }, ActuatorKind::Speed | ActuatorKind::Muscle(_)) =
+            (&actuator.transmission, actuator.kind)
+        {
+            let reason = "contacts have no length: their actuator is a motor or an affine one";
+            return Err(ModelError::InvalidPath { part: part(), reason: reason.into() });
+        }
         match actuator.kind {
             ActuatorKind::Motor => {}
             ActuatorKind::Position { kp, kv } => {
@@ -328,6 +334,10 @@ fn check_transmission(
                 known(part(), "site", site.index(), model.sites.len())?;
             }
             vector(wrench)
+        }
+        Transmission::Body { body, layer } => {
+            known(part(), "body", body.index(), model.bodies.len())?;
+            number(part, "layer", "finite and not negative", *layer, |x| x >= 0.0)
         }
     }
 }

@@ -129,6 +129,10 @@ pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {
             }
             Velocimeter(id) | Gyro(id) | Accelerometer(id) | Force(id) | Torque(id) | Touch(id) => site(id)?,
             Magnetometer(id) | Rangefinder(id) => site(id)?,
+            CameraProjection(id, camera) => {
+                site(id)?;
+                at("camera", camera.index(), model.cameras.len())?;
+            }
             Contacts(contacts) => {
                 number(part, "number of slots", "positive", f64::from(contacts.slots), |x| x > 0.0)?;
                 number(part, "numbers for each contact", "at least 1", contacts.slot_size() as f64, |x| x >= 1.0)?;
@@ -170,6 +174,12 @@ pub(super) fn check_cameras(cameras: &mut [Camera], bodies: usize) -> Result<(),
         let part = || format!("camera '{}'", camera.name);
         let inside = |angle: f64| angle > 0.0 && angle < std::f64::consts::PI;
         number(part, "field of view", "between 0 and 180 degrees", camera.field_of_view, inside)?;
+        for count in camera.resolution {
+            number(part, "resolution", "positive", f64::from(count), |n| n > 0.0)?;
+        }
+        for x in camera.focal.into_iter().flatten() {
+            number(part, "focal length", "positive and finite", x, |x| x > 0.0)?;
+        }
         if let CameraMode::Target(body) | CameraMode::TargetCenterOfMass(body) = camera.mode
             && body.index() >= bodies
         {

@@ -81,7 +81,7 @@ pub enum ModelError {
         /// The body.
         body: String,
     },
-    /// A path that no tendon can have.
+    /// A path that no tendon can have, or a law that what an actuator acts on cannot have.
     #[error("{part}: {reason}")]
     InvalidPath {
         /// The tendon.

@@ -375,6 +375,11 @@ impl Feed for Transmission {
                 reference.feed(hash);
                 wrench.feed(hash);
             }
+            Self::Body { body, layer } => {
+                4u8.feed(hash);
+                body.feed(hash);
+                layer.feed(hash);
+            }
         }
     }
 }

@@ -20,6 +20,7 @@ id!(GeomId, "geom");
 id!(SiteId, "site");
 id!(TendonId, "tendon");
 id!(ActuatorId, "actuator");
+id!(CameraId, "camera");
 
 impl BodyId {
     /// The world, body 0: it never moves.

@@ -60,6 +60,15 @@ pub struct Camera {
     pub field_of_view: f64,
     /// How it moves.
     pub mode: CameraMode,
+    /// Pixels of its picture, width and height, for sensors that measure in it.
+    pub resolution: [u32; 2],
+    /// Focal lengths in units of the picture's width and height, for sensors that measure in it; none: those of the field of view with
+    /// square pixels.
+    #[setters(into)]
+    pub focal: Option<[f64; 2]>,
+    /// `X_WC` at the reference configuration with the origin of what it tracks as origin; set by the builder.
+    #[setters(skip)]
+    pub(crate) start: Pose,
 }
 
 impl Camera {
@@ -71,6 +80,9 @@ impl Camera {
             placement: Pose::IDENTITY,
             field_of_view: 45.0_f64.to_radians(),
             mode: CameraMode::Fixed,
+            resolution: [1; 2],
+            focal: None,
+            start: Pose::IDENTITY,
         }
     }
 }

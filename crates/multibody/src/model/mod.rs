@@ -33,7 +33,7 @@ pub use equality::{Equality, EqualityKind};
 pub use error::ModelError;
 pub use filter::ContactFilter;
 pub use geometry::{Geometry, HeightField, Mesh};
-pub use ids::{ActuatorId, BodyId, GeomId, JointId, SiteId, TendonId};
+pub use ids::{ActuatorId, BodyId, CameraId, GeomId, JointId, SiteId, TendonId};
 pub use inertia::Inertia;
 pub use look::{Camera, CameraMode, Checker, Light, Look};
 pub use mechanism::Model;

@@ -2,7 +2,7 @@
 
 use derive_setters::Setters;
 
-use super::{ActuatorId, BodyId, ContactSensor, GeomId, Geometry, JointId, SiteId, TendonId};
+use super::{ActuatorId, BodyId, CameraId, ContactSensor, GeomId, Geometry, JointId, SiteId, TendonId};
 use crate::math::Pose;
 
 /// A frame fixed to a body, without mass and touching nothing: where sensors measure and actuators pull.
@@ -146,6 +146,9 @@ pub enum SensorKind {
     ShapeNormal(Shapes, Shapes),
     /// The nearest points of the first and of the second shape, world, m; zero beyond the cutoff (`fromto`).
     ShapePoints(Shapes, Shapes),
+    /// Where a camera sees the site: pixels from the left and from the upper edge of its picture, also outside of it and behind the camera
+    /// (`camprojection`).
+    CameraProjection(SiteId, CameraId),
     /// Contacts between two sides (`contact`).
     Contacts(ContactSensor),
     /// Time, s (`clock`).
@@ -168,6 +171,7 @@ impl SensorKind {
             | Self::Rangefinder(_)
             | Self::ShapeDistance(..)
             | Self::Clock => 1,
+            Self::CameraProjection(..) => 2,
             Self::BallQuaternion(_) | Self::FrameQuaternion(..) => 4,
             Self::ShapePoints(..) => 6,
             Self::Contacts(sensor) => usize::from(sensor.slots) * sensor.slot_size(),

@@ -1,6 +1,6 @@
-//! What actuators pull on: joints, tendons, sites.
+//! What actuators pull on: joints, tendons, sites, contacts.
 
-use super::{JointId, SiteId, TendonId};
+use super::{BodyId, JointId, SiteId, TendonId};
 
 /// What an actuator acts on. Its length is a function of `q`, its force acts on `v` through the gradient of the length
 /// (MuJoCo's transmissions), both times the actuator's gear.
@@ -28,6 +28,15 @@ pub enum Transmission {
         reference: Option<SiteId>,
         /// Force and moment per unit of actuator force.
         wrench: [f64; 6],
+    },
+    /// The contacts of a body (MuJoCo's adhesion): the force pulls the body and what it touches together, spread evenly over the contact
+    /// points of its own geoms and along their normals. The length is 0. Which points these are is known in a step: the row is empty, and
+    /// the smooth dynamics do not have the force.
+    Body {
+        /// The body that sticks.
+        body: BodyId,
+        /// Gap up to which a point is pulled, m, ≥ 0 (MJCF's `gap` of a geom).
+        layer: f64,
     },
 }
 

@@ -6,6 +6,7 @@ mod tree_file;
 
 mod closed_forms;
 mod derivatives;
+mod equations;
 mod frames;
 mod free_motion;
 mod free_rotation;

@@ -738,6 +738,9 @@ class Actuator:
     def site(self) -> Optional[int]:
         """Index of the site it drives; ``None`` if it drives something else."""
     @property
+    def body(self) -> Optional[int]:
+        """Index of the body whose contacts it pulls together; ``None`` if it drives something else."""
+    @property
     def gear(self) -> float:
         """Factor from actuator force to joint force."""
     @property

@@ -20,6 +20,10 @@ __all__ = ["Spec", "SpecPart"]
 PathLike = Union[str, "os.PathLike[str]"]
 
 
+PathPart = Union[str, "SpecPart", float, Tuple[Union[str, "SpecPart"], Union[str, "SpecPart"]]]
+"""A part of the path of a tendon: a site or a geom, a pulley's divisor, or a geom with the site on its side."""
+
+
 class SpecPart:
     """A part of a :class:`Spec` whose attributes can be read and set; they have MJCF's names: ``spec.geom("box").friction = 0.4``.
 
@@ -252,10 +256,10 @@ class Spec(_core.Spec):
         return self._added("site", name, _element("site", {"name": name, **attributes}), body)
 
     def add_actuator(self, type: str = "motor", name: Optional[str] = None, **attributes: Any) -> SpecPart:
-        """Adds an actuator ("motor", "position", "velocity", "general", …) with MJCF's attributes: ``joint``, ``tendon`` or ``site`` says what it
-        drives.
+        """Adds an actuator ("motor", "position", "velocity", "general", "muscle", "adhesion", …) with MJCF's attributes: ``joint``, ``tendon``,
+        ``site`` or ``body`` says what it drives.
         """
-        driven = next((attributes[word] for word in ("joint", "tendon", "site") if word in attributes), None)
+        driven = next((attributes[word] for word in ("joint", "tendon", "site", "body") if word in attributes), None)
         name = self._free_name("actuator", name, "" if driven is None else _name(driven))
         attributes = _limited(attributes, "ctrlrange", "forcerange")
         return self._related("actuator", name, _element(type, {"name": name, **attributes}))
@@ -270,12 +274,32 @@ class Spec(_core.Spec):
         name = self._free_name("equality", name, type)
         return self._related("equality", name, _element(type, {"name": name, **attributes}))
 
-    def add_tendon(self, joints: Mapping[str, float], name: Optional[str] = None, **attributes: Any) -> SpecPart:
-        """Adds a fixed tendon: its length is the sum of joint coordinates times these coefficients."""
+    def add_tendon(
+        self,
+        joints: Optional[Mapping[str, float]] = None,
+        name: Optional[str] = None,
+        *,
+        path: Optional[Sequence[PathPart]] = None,
+        **attributes: Any,
+    ) -> SpecPart:
+        """Adds a tendon with MJCF's attributes: a fixed one, whose length is the sum of joint coordinates times the coefficients ``joints``,
+        or a spatial one along a ``path``.
+
+        A path has sites and, between two of them, geoms (spheres and cylinders) that are in the way, by name or as parts; ``(geom, site)`` is a
+        geom with the site on the side where the tendon lies; a number is a pulley with this divisor, after which another branch begins.
+        A name that a site and a geom have is that of the site.
+
+        Raises:
+            ModelError: both or none of ``joints`` and ``path`` are given, or a part is wrong; nothing has changed then.
+        """
+        if (joints is None) == (path is None):
+            raise ModelError("a tendon has either joints (a fixed one) or a path (a spatial one)")
         name = self._free_name("tendon", name, "tendon")
-        element = _element("fixed", {"name": name, **_limited(attributes, "range")})
-        for joint, coefficient in joints.items():
+        element = _element("fixed" if path is None else "spatial", {"name": name, **_limited(attributes, "range")})
+        for joint, coefficient in (joints or {}).items():
             element.append(_element("joint", {"joint": _name(joint), "coef": coefficient}))
+        for part in path or ():
+            element.append(self._path_part(part))
         return self._related("tendon", name, element)
 
     def add_pair(self, geom1: Union[str, SpecPart], geom2: Union[str, SpecPart], **attributes: Any) -> None:
@@ -310,6 +334,18 @@ class Spec(_core.Spec):
         """
         model = self.compile()
         return model, _carried(data, model)
+
+    def _path_part(self, part: PathPart) -> ElementTree.Element:
+        if isinstance(part, (int, float)):
+            return _element("pulley", {"divisor": float(part)})
+        if isinstance(part, tuple):
+            geom, side = part
+            return _element("geom", {"geom": geom, "sidesite": side})
+        is_site = part.sort == "site" if isinstance(part, SpecPart) else part in self.names("site")
+        if not is_site and _name(part) not in self.names("geom"):
+            raise ModelError(f"path of a tendon: there is no site or geom '{_name(part)}'")
+        sort = "site" if is_site else "geom"
+        return _element(sort, {sort: part})
 
     def _free_name(self, sort: str, name: Optional[str], like: str = "") -> str:
         """A name that nobody has, where none is given."""

@@ -1,6 +1,7 @@
 //! Physics of whole simulations against closed forms and identities.
 
 mod activation;
+mod adhesion;
 mod batch;
 mod budget;
 mod candidates;
