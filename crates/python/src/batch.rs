@@ -142,7 +142,7 @@ impl Batch {
     fn theta<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
         let lanes = self.lock()?;
         let theta = |i| if lanes.stepped[i] { lanes.batch.report(i).theta } else { 1.0 };
-        Ok(PyArray1::from_iter(py, (0..self.count).map(theta)))
+        arrays::fixed(PyArray1::from_iter(py, (0..self.count).map(theta)))
     }
 
     /// Steps of each simulation that removed a part of them only, (nsim,): since it was made, or had its parameters varied.
@@ -150,7 +150,7 @@ impl Batch {
     fn limited_steps<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
         let lanes = self.lock()?;
         let limited = |i| lanes.batch.simulation(i).summary().limited_steps as i64;
-        Ok(PyArray1::from_iter(py, (0..self.count).map(limited)))
+        arrays::fixed(PyArray1::from_iter(py, (0..self.count).map(limited)))
     }
 
     /// Work of the impulses along the corrections of all steps of each simulation, (nsim,), J: since as `limited_steps`.
@@ -158,7 +158,7 @@ impl Batch {
     fn correction_energy<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
         let lanes = self.lock()?;
         let energy = |i| lanes.batch.simulation(i).summary().correction_energy;
-        Ok(PyArray1::from_iter(py, (0..self.count).map(energy)))
+        arrays::fixed(PyArray1::from_iter(py, (0..self.count).map(energy)))
     }
 
     /// Largest residual of each simulation's last step, (nsim,); 0 where there is none.
@@ -166,7 +166,7 @@ impl Batch {
     fn residual<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
         let lanes = self.lock()?;
         let worst = |i| if lanes.stepped[i] { lanes.batch.report(i).certificate.worst() } else { 0.0 };
-        Ok(PyArray1::from_iter(py, (0..self.count).map(worst)))
+        arrays::fixed(PyArray1::from_iter(py, (0..self.count).map(worst)))
     }
 
     /// Contacts and joint limits in each simulation's last step, (nsim,); 0 where there is none.
@@ -174,7 +174,7 @@ impl Batch {
     fn ncon<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
         let lanes = self.lock()?;
         let contacts = |i| if lanes.stepped[i] { lanes.batch.report(i).contacts as i32 } else { 0 };
-        Ok(PyArray1::from_iter(py, (0..self.count).map(contacts)))
+        arrays::fixed(PyArray1::from_iter(py, (0..self.count).map(contacts)))
     }
 
     /// Numbers of all sensors at the beginning of each simulation's last step, (nsim, nsensordata); 0 where there is none.
@@ -188,7 +188,7 @@ impl Batch {
                 numbers[i * size..(i + 1) * size].copy_from_slice(lanes.batch.sensors(i));
             }
         }
-        arrays::matrix(py, numbers, self.count, size)
+        arrays::fixed(arrays::matrix(py, numbers, self.count, size)?)
     }
 
     /// What the contacts of each simulation's last step do to its bodies, (nsim, nbody, 6).
@@ -202,7 +202,7 @@ impl Batch {
                 contact_wrenches_into(lanes.batch.simulation(i).workspace(), out);
             }
         }
-        arrays::cube(py, numbers, [self.count, bodies, 6])
+        arrays::fixed(arrays::cube(py, numbers, [self.count, bodies, 6])?)
     }
 
     /// Makes `nstep` steps of the simulations `ids`, or of all; the GIL is released meanwhile.

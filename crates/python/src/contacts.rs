@@ -142,34 +142,34 @@ impl Contacts {
 
     /// Signed distances at the beginning of the step, (ncon,), m; negative when penetrating.
     #[getter]
-    fn gap<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        self.each(py, |c| c.gap)
+    fn gap<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(self.each(py, |c| c.gap))
     }
 
     /// Contact points in world, midway between the surfaces, (ncon, 3), m.
     #[getter]
     fn point<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        self.rows(py, |c| c.point.to_array())
+        arrays::fixed(self.rows(py, |c| c.point.to_array())?)
     }
 
     /// Contact frames, (ncon, 3, 3): rows normal, first tangent, second tangent, in world.
     #[getter]
     fn frame<'py>(&self, py: Python<'py>) -> PyResult<Cube<'py>> {
         let axes = self.contacts.iter().flat_map(|c| c.axes.iter().flat_map(|a| a.to_array()));
-        arrays::cube(py, axes.collect(), [self.contacts.len(), 3, 3])
+        arrays::fixed(arrays::cube(py, axes.collect(), [self.contacts.len(), 3, 3])?)
     }
 
     /// Coefficients of friction, (ncon,).
     #[getter]
-    fn friction<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        self.each(py, |c| c.friction)
+    fn friction<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(self.each(py, |c| c.friction))
     }
 
     /// Impulses of the step along normal and tangents, (ncon, 3), N·s: all that acted on the bodies there, the drive of a moving
     /// surface and both phases of an impact included.
     #[getter]
     fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        self.rows(py, |c| c.impulse)
+        arrays::fixed(self.rows(py, |c| c.impulse)?)
     }
 
     /// The part of `impulse` that corrects penetrations and violated equality constraints, (ncon, 3), N·s: what it has beyond the
@@ -177,7 +177,7 @@ impl Contacts {
     #[getter]
     fn stabilization<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         let count = self.contacts.len();
-        match &self.stabilization {
+        let impulses = match &self.stabilization {
             Stabilization::Unknown => {
                 Err(PyRuntimeError::new_err("a recording does not hold it: take it from data.contact after the step"))
             }
@@ -190,61 +190,62 @@ impl Contacts {
                 }
                 arrays::rows(py, part.get().into_iter().flatten().copied().take(count))
             }
-        }
+        };
+        arrays::fixed(impulses?)
     }
 
     /// Mean forces over the step along normal and tangents, (ncon, 3), N.
     #[getter]
     fn force<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        self.rows(py, |c| c.impulse.map(|p| p / self.timestep))
+        arrays::fixed(self.rows(py, |c| c.impulse.map(|p| p / self.timestep))?)
     }
 
     /// Mean forces over the step on geom2 in world axes, (ncon, 3), N.
     #[getter]
     fn force_world<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        self.rows(py, |c| (c.impulse_world() / self.timestep).to_array())
+        arrays::fixed(self.rows(py, |c| (c.impulse_world() / self.timestep).to_array())?)
     }
 
     /// Velocities of geom2 relative to geom1 along the two tangents at the end of the step, (ncon, 2), m/s.
     #[getter]
     fn sliding_velocity<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        arrays::rows(py, self.contacts.iter().map(|c| c.sliding))
+        arrays::fixed(arrays::rows(py, self.contacts.iter().map(|c| c.sliding))?)
     }
 
     /// What each contact does, (ncon,): values of `signorini.ContactMode`.
     #[getter]
-    fn mode<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        self.each(py, |c| c.mode)
+    fn mode<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i8>>> {
+        arrays::fixed(self.each(py, |c| c.mode))
     }
 
     /// The friction directions that a sliding contact's impulse lies on, (ncon, 2); -1 where there is none.
     #[getter]
     fn direction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        directions_array(py, self.contacts.iter().map(|c| c.directions))
+        arrays::fixed(directions_array(py, self.contacts.iter().map(|c| c.directions))?)
     }
 
     /// First geoms, (ncon,).
     #[getter]
-    fn geom1<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        self.each(py, |c| c.geoms[0] as i32)
+    fn geom1<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(self.each(py, |c| c.geoms[0] as i32))
     }
 
     /// Second geoms, (ncon,).
     #[getter]
-    fn geom2<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        self.each(py, |c| c.geoms[1] as i32)
+    fn geom2<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(self.each(py, |c| c.geoms[1] as i32))
     }
 
     /// Bodies of the first geoms, (ncon,).
     #[getter]
-    fn body1<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        self.each(py, |c| c.bodies[0] as i32)
+    fn body1<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(self.each(py, |c| c.bodies[0] as i32))
     }
 
     /// Bodies of the second geoms, (ncon,).
     #[getter]
-    fn body2<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        self.each(py, |c| c.bodies[1] as i32)
+    fn body2<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(self.each(py, |c| c.bodies[1] as i32))
     }
 }
 
@@ -298,38 +299,38 @@ impl Limits {
 
     /// Joints, (nlimit,); -1 where it is the limit of a tendon.
     #[getter]
-    fn joint<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_slice(py, &self.joint)
+    fn joint<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(PyArray1::from_slice(py, &self.joint))
     }
 
     /// Tendons, (nlimit,); -1 where it is the limit of a joint.
     #[getter]
-    fn tendon<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i32>> {
-        PyArray1::from_slice(py, &self.tendon)
+    fn tendon<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i32>>> {
+        arrays::fixed(PyArray1::from_slice(py, &self.tendon))
     }
 
     /// Whether it is the upper limit, (nlimit,).
     #[getter]
-    fn upper<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        PyArray1::from_slice(py, &self.upper)
+    fn upper<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        arrays::fixed(PyArray1::from_slice(py, &self.upper))
     }
 
     /// Distance to the limit at the beginning of the step, (nlimit,), rad or m.
     #[getter]
-    fn gap<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.gap)
+    fn gap<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.gap))
     }
 
     /// Impulses away from the limit, (nlimit,), N·s or N·m·s.
     #[getter]
-    fn impulse<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.impulse)
+    fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.impulse))
     }
 
     /// Mean forces over the step away from the limit, (nlimit,), N or N·m.
     #[getter]
-    fn force<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        PyArray1::from_iter(py, self.impulse.iter().map(|p| p / self.timestep))
+    fn force<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(PyArray1::from_iter(py, self.impulse.iter().map(|p| p / self.timestep)))
     }
 }
 

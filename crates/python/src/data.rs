@@ -177,7 +177,7 @@ impl Data {
     /// forces with which it went on; zeros before the first step.
     #[getter]
     fn sensordata<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
-        Ok(PyArray1::from_vec(py, self.core()?.sensors()))
+        arrays::fixed(PyArray1::from_vec(py, self.core()?.sensors()))
     }
 
     /// Forces of the actuators in the last step, before the gear, (nu,), N or N·m; zeros before the first step.

@@ -107,19 +107,19 @@ impl ContactProblem {
     /// Mass matrix, (nv, nv), kg, kg·m, kg·m²; in a step the effective one, with implicit springs and dampers.
     #[getter(M)]
     fn mass<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        arrays::matrix(py, self.inner.mass.to_dense(), self.nv(), self.nv())
+        arrays::fixed(arrays::matrix(py, self.inner.mass.to_dense(), self.nv(), self.nv())?)
     }
 
     /// Normal Jacobian, (nc, nv).
     #[getter(Jn)]
     fn normal_jacobian<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        self.jacobian(py, &[0])
+        arrays::fixed(self.jacobian(py, &[0])?)
     }
 
     /// Tangential Jacobian, (2 nc, nv): rows 2i and 2i + 1 are those of contact i.
     #[getter(Jt)]
     fn tangential_jacobian<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        self.jacobian(py, &[1, 2])
+        arrays::fixed(self.jacobian(py, &[1, 2])?)
     }
 
     /// Jacobian of the bilateral rows, (nb, nv).
@@ -131,25 +131,25 @@ impl ContactProblem {
             let (columns, entries) = self.inner.bilateral_jacobian.group(k);
             columns.iter().zip(entries).for_each(|(&c, e)| dense[k * nv + c as usize] = e[0]);
         }
-        arrays::matrix(py, dense, nb, nv)
+        arrays::fixed(arrays::matrix(py, dense, nb, nv)?)
     }
 
     /// Violations of the bilateral rows, (nb,), m or rad.
     #[getter]
-    fn theta<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.inner.bilateral_violation)
+    fn theta<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.inner.bilateral_violation))
     }
 
     /// Gaps, (nc,), m.
     #[getter]
-    fn phi<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.inner.gap)
+    fn phi<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.inner.gap))
     }
 
     /// Coefficients of friction, (nc,).
     #[getter]
-    fn mu<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.inner.friction)
+    fn mu<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.inner.friction))
     }
 
     /// Time step, s.
@@ -160,20 +160,20 @@ impl ContactProblem {
 
     /// Velocity without contact, (nv,), m/s, rad/s.
     #[getter]
-    fn v_free<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.inner.free_velocity)
+    fn v_free<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.inner.free_velocity))
     }
 
     /// Friction directions of all contacts, (m, 2), contact after contact.
     #[getter(D)]
     fn all_directions<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        arrays::rows(py, self.inner.directions.iter().copied())
+        arrays::fixed(arrays::rows(py, self.inner.directions.iter().copied())?)
     }
 
     /// Where each contact's directions begin in `D`, (nc + 1,).
     #[getter]
-    fn direction_offsets<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        PyArray1::from_iter(py, self.inner.direction_offsets.iter().map(|&k| k as i64))
+    fn direction_offsets<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i64>>> {
+        arrays::fixed(PyArray1::from_iter(py, self.inner.direction_offsets.iter().map(|&k| k as i64)))
     }
 
     /// The standard LCP in z = (lambda_n, alpha, beta): (A, b).
@@ -302,56 +302,56 @@ pub struct ContactSolution(pub contact::ContactSolution);
 impl ContactSolution {
     /// Velocity at the end of the step, (nv,), m/s, rad/s.
     #[getter]
-    fn v<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.0.velocity)
+    fn v<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.0.velocity))
     }
 
     /// Normal impulses, (nc,), N·s.
     #[getter]
-    fn lambda_n<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.0.lambda_n)
+    fn lambda_n<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.0.lambda_n))
     }
 
     /// Impulses along the friction directions, (m,), N·s.
     #[getter]
-    fn alpha<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.0.alpha)
+    fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.0.alpha))
     }
 
     /// Multipliers of the friction bounds, (nc,), m/s.
     #[getter]
-    fn beta<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.0.beta)
+    fn beta<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.0.beta))
     }
 
     /// Impulses of the bilateral rows, (nb,), N·s or N·m·s.
     #[getter]
-    fn lambda_b<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.0.bilateral)
+    fn lambda_b<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(arrays::vector(py, &self.0.bilateral))
     }
 
     /// z = (lambda_n, alpha, beta) of the standard LCP.
     #[getter]
-    fn z<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        PyArray1::from_vec(py, self.0.z())
+    fn z<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
+        arrays::fixed(PyArray1::from_vec(py, self.0.z()))
     }
 
     /// Impulses along normal and tangents, (nc, 3), N·s.
     #[getter]
     fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        arrays::rows(py, self.0.impulse.iter().copied())
+        arrays::fixed(arrays::rows(py, self.0.impulse.iter().copied())?)
     }
 
     /// What each contact does, (nc,): values of `signorini.ContactMode`.
     #[getter]
-    fn mode<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i8>> {
-        PyArray1::from_iter(py, self.0.modes.iter().map(|&m| mode_code(m).0))
+    fn mode<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i8>>> {
+        arrays::fixed(PyArray1::from_iter(py, self.0.modes.iter().map(|&m| mode_code(m).0)))
     }
 
     /// The friction directions that a sliding contact's impulse lies on, (nc, 2); -1 where there is none.
     #[getter]
     fn direction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        directions_array(py, self.0.modes.iter().map(|&m| mode_code(m).1))
+        arrays::fixed(directions_array(py, self.0.modes.iter().map(|&m| mode_code(m).1))?)
     }
 
     /// "solved", "inaccurate", "unresolved", "infeasible", "iteration_limit".

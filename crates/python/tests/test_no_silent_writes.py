@@ -49,6 +49,29 @@ def test_results_of_a_data_are_read_only_and_go_on_changing(model):
     assert all(not np.array_equal(view, old) for view, old in zip(views, before))
 
 
+def test_whatever_can_be_written_to_is_what_it_belongs_to():
+    """Every array of every object: an array that is made when it is asked for would take what is written and forget it."""
+    model = Model.from_mjcf(ARM.replace('pos="0 0 1"', 'pos="0 0 0.45"'))
+    data, batch = Data(model), signorini.Batch(model, 2)
+    signorini.step(model, data, 3)
+    batch.step(3)
+    assert len(data.contact) > 0
+    things = [data, batch, data.contact, data.limit, data.problem, data.solution, data.body(1), data.joint(0), data.actuator(0)]
+    seen = 0
+    for thing in things:
+        for name in (name for name in dir(thing) if not name.startswith("_")):
+            array = getattr(thing, name)
+            if not isinstance(array, np.ndarray):
+                continue
+            seen += 1
+            if array.flags.writeable and array.size:
+                old = array.flat[0]
+                array.flat[0] = new = 0 if old == 1 else 1
+                assert getattr(thing, name).flat[0] == new, f"{type(thing).__name__}.{name} forgets what is written to it"
+                array.flat[0] = old
+    assert seen > 50
+
+
 def test_a_misspelt_attribute_is_named_with_the_nearest_one(model):
     data, batch = Data(model), signorini.Batch(model, 2)
     misspelt = [(data, "qps", "qpos"), (data, "crtl", "ctrl"), (batch, "qvell", "qvel"), (model, "gravty", "gravity"),

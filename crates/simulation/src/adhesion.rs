@@ -4,9 +4,10 @@
 //! a force of the step: with `f = −(F/n) Σ J_Nᵀ` the free velocity becomes `v^f + M̂⁻¹ Δt f`, and the laws of contact stay what they are. A
 //! contact that bears the pull has the normal force of the load and `F/n`, and friction in proportion.
 
-use signorini_multibody::{BodyId, ContactPoint, Geom, GeomId, Kinematics, Model, Transmission, add_wrench};
-
-use crate::workspace::Workspace;
+use signorini_contact::ContactProblem;
+use signorini_multibody::{
+    BodyId, ContactPoint, FreeMotion, Geom, GeomId, Kinematics, Model, Transmission, add_wrench,
+};
 
 /// Gap up to which a point touches, as a part of the size of the geom that sticks: what a step leaves of a contact that rolls or slides around
 /// a body of its size, and far below what anyone would call a distance.
@@ -66,6 +67,36 @@ impl Adhesion {
         !self.sticky.is_empty()
     }
 
+    /// Adds the pulls at the points that touch to the free motion of the step's problem.
+    ///
+    /// - `points`: all that were found
+    pub fn act(
+        &mut self,
+        model: &Model,
+        kinematics: &Kinematics,
+        points: &[ContactPoint],
+        smooth: &FreeMotion,
+        problem: &mut ContactProblem,
+    ) {
+        if !self.is_present() {
+            return;
+        }
+        self.pull(model, kinematics, points, &smooth.actuator_force, problem.timestep);
+        problem.mass_factor.solve_in_place(&mut self.impulse);
+        let free = smooth.free_velocity.iter().zip(&self.impulse);
+        problem.free_velocity.iter_mut().zip(free).for_each(|(v, (free, change))| *v = free + change);
+    }
+
+    /// Velocity of an actuator that pulls at contacts, in the last step: how fast they close on average, gear included (m/s).
+    pub fn closing_rate(&self, kinematics: &Kinematics, actuator: usize) -> f64 {
+        let own = self.pulls.iter().filter(|pull| pull.actuator == actuator);
+        own.map(|Pull { point, share, .. }| {
+            let [a, b] = [point.body_a, point.body_b].map(|body| kinematics.point_velocity(body, point.position));
+            -share * point.normal.dot(b - a)
+        })
+        .sum()
+    }
+
     /// Finds the points that are pulled and writes the impulse of the pulls.
     ///
     /// - `force`: of every actuator, before the gear, N
@@ -98,29 +129,4 @@ impl Adhesion {
 fn touching(geom: &Geom) -> f64 {
     let size = geom.geometry.bounding_radius();
     if size.is_finite() { TOUCHING * size } else { 0.0 }
-}
-
-impl Workspace {
-    /// Adds the pulls of what sticks to the free motion of the step's problem.
-    pub(crate) fn adhere(&mut self, model: &Model) {
-        if !self.adhesion.is_present() {
-            return;
-        }
-        let Self { adhesion, kinematics, candidates, smooth, builder, .. } = self;
-        let problem = &mut builder.problem;
-        adhesion.pull(model, kinematics, &candidates.all, &smooth.actuator_force, problem.timestep);
-        problem.mass_factor.solve_in_place(&mut adhesion.impulse);
-        let free = smooth.free_velocity.iter().zip(&adhesion.impulse);
-        problem.free_velocity.iter_mut().zip(free).for_each(|(v, (free, change))| *v = free + change);
-    }
-
-    /// Velocity of an actuator that pulls at contacts, in the last step: how fast they close on average, gear included (m/s).
-    pub(crate) fn closing_rate(&self, actuator: usize) -> f64 {
-        let own = self.adhesion.pulls.iter().filter(|pull| pull.actuator == actuator);
-        own.map(|Pull { point, share, .. }| {
-            let [a, b] = [point.body_a, point.body_b].map(|body| self.kinematics.point_velocity(body, point.position));
-            -share * point.normal.dot(b - a)
-        })
-        .sum()
-    }
 }

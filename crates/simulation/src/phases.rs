@@ -85,7 +85,8 @@ impl Workspace {
 
     /// Builds the step's problem with the points that are chosen.
     pub(crate) fn build_problem(&mut self, model: &Model, state: &State, input: &Input) {
-        self.adhere(model);
+        let Self { adhesion, kinematics, candidates, smooth, builder, .. } = self;
+        adhesion.act(model, kinematics, &candidates.all, smooth, &mut builder.problem);
         self.candidates.write(&mut self.points);
         self.builder.build(model, state, input, &self.kinematics, &mut self.points);
     }

@@ -106,7 +106,9 @@ impl BodyReach {
         let forced =
             |now: [DVec3; 2], free: [DVec3; 2]| scale * ((free[0] - now[0]).length() + (free[1] - now[1]).length());
         let mut besides = Reach { linear: forced(now, free), angular: forced(turn_now, turn_free) };
-        besides.linear += [a, b].iter().filter_map(|body| self.layers.get(body.index())).sum::<f64>();
+        if !self.layers.is_empty() {
+            besides.linear += self.layers[a.index()] + self.layers[b.index()];
+        }
         RelativeMotion {
             linear: [between(now), between(free)],
             angular: [between(turn_now), between(turn_free)],

@@ -166,7 +166,7 @@ fn closing_rates_into(model: &Model, workspace: &Workspace, out: &mut [f64]) {
             && matches!(model.actuators[id.index()].transmission, Transmission::Body { .. })
         {
             let values = &mut out[sensor.address..=sensor.address];
-            values[0] = workspace.closing_rate(id.index());
+            values[0] = workspace.adhesion.closing_rate(&workspace.kinematics, id.index());
             sensor.cut_off(values);
         }
     }

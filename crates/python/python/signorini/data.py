@@ -192,6 +192,7 @@ class BodyData(Strict):
         contact = self._data.contact
         force, on, against = contact.force_world, contact.body2 == self.id, contact.body1 == self.id
         total: Array = force[on].sum(axis=0) - force[against].sum(axis=0)
+        total.flags.writeable = False
         return total
 
     def __repr__(self) -> str:
