@@ -37,6 +37,7 @@ MJCF_WORDS = {
     **{word: ("motor name", f"general dyntype='integrator' {rest} name") for word, rest in {
         "dyntype": "", "actrange": "actlimited='true' actrange='-1 1'", "actearly": "actearly='true'"}.items()},
     "forcerange": ("motor name", "velocity kv='9' forcerange='-1 1' name"),
+    "<adhesion>": ('motor name="motor" joint="knee"', 'adhesion name="motor" body="foot" ctrlrange="0 1"'),
     "margin": ("<geom type=\"box\"", "<geom margin='.01' type=\"box\""),
 }
 

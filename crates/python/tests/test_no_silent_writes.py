@@ -51,7 +51,8 @@ def test_results_of_a_data_are_read_only_and_go_on_changing(model):
 
 def test_whatever_can_be_written_to_is_what_it_belongs_to():
     """Every array of every object: an array that is made when it is asked for would take what is written and forget it."""
-    model = Model.from_mjcf(ARM.replace('pos="0 0 1"', 'pos="0 0 0.45"'))
+    ball = '<body pos="1 0 0.1"><freejoint/><geom size=".1"/></body></worldbody>'
+    model = Model.from_mjcf(ARM.replace("</worldbody>", ball).replace('<keyframe><key name="home" qpos="0 1"/></keyframe>', ""))
     data, batch = Data(model), signorini.Batch(model, 2)
     signorini.step(model, data, 3)
     batch.step(3)

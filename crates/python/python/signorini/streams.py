@@ -119,16 +119,14 @@ class FoxgloveStream:
         self._time = 0.0
         self._shapes = self._messages.SceneUpdate(entities=self._entities(_geoms(model)))
 
-        def show(stream: FoxgloveStream = self) -> None:
-            stream._scene.log(stream._shapes, log_time=_nanoseconds(stream._time))
+        def on_subscribe(listener: Any, client: Any, channel: Any) -> None:
+            if channel.topic == "/scene":
+                self._scene.log(self._shapes, log_time=_nanoseconds(self._time))
 
-        class Listener(self._foxglove.ServerListener):  # type: ignore[misc, name-defined]
-            def on_subscribe(self, client: Any, channel: Any) -> None:
-                if channel.topic == "/scene":
-                    show()
-
+        # Foxglove's package may not be there, so that no class can be written down.
+        listener = type("Listener", (self._foxglove.ServerListener,), {"on_subscribe": on_subscribe})()
         self._server = self._foxglove.start_server(
-            name=f"signorini: {model.name}", host=host, port=port, context=context, server_listener=Listener()
+            name=f"signorini: {model.name}", host=host, port=port, context=context, server_listener=listener
         )
         self.url = f"ws://{host}:{self._server.port}"
 
