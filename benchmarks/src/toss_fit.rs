@@ -1,7 +1,7 @@
 //! Parameters of the tossed cube from recordings, by the derivatives of its steps.
 
 use clap::ValueEnum;
-use signorini::derivatives::Parameter;
+use signorini::derivatives::ScalarParameter;
 use signorini::derivatives::identification::{
     Identification, IdentificationError, IdentificationSettings, Recording, Unknown, identify,
 };
@@ -35,26 +35,26 @@ pub enum Quantity {
 /// The model's numbers for it, as unknowns.
 fn unknowns_of(quantity: Quantity) -> Vec<Unknown> {
     let (cube, geoms) = (BodyId(1), [GeomId(0), GeomId(1)]);
-    let both = |of: fn(GeomId) -> Parameter| geoms.map(|id| (of(id), 1.0)).to_vec();
+    let both = |of: fn(GeomId) -> ScalarParameter| geoms.map(|id| (of(id), 1.0)).to_vec();
     match quantity {
         Quantity::Friction => {
-            vec![Unknown::new("friction", both(Parameter::Friction)).with_bounds([0.02, 0.6])]
+            vec![Unknown::new("friction", both(ScalarParameter::Friction)).with_bounds([0.02, 0.6])]
         }
         Quantity::Restitution => {
-            vec![Unknown::new("restitution", both(Parameter::Restitution)).with_bounds([0.0, 0.5])]
+            vec![Unknown::new("restitution", both(ScalarParameter::Restitution)).with_bounds([0.0, 0.5])]
         }
         Quantity::Inertia => {
-            let entries = (0..3).map(|a| (Parameter::Inertia(cube, [a, a]), 1.0)).collect();
+            let entries = (0..3).map(|a| (ScalarParameter::Inertia(cube, [a, a]), 1.0)).collect();
             vec![Unknown::new("inertia", entries).with_bounds([0.0004, 0.0016])]
         }
         Quantity::Size => {
-            let sizes = (0..3).map(|a| (Parameter::GeomSize(geoms[0], a), 1.0)).collect();
+            let sizes = (0..3).map(|a| (ScalarParameter::GeomSize(geoms[0], a), 1.0)).collect();
             vec![Unknown::new("half side", sizes).with_bounds([0.9 * HALF_SIDE, 1.1 * HALF_SIDE])]
         }
         Quantity::Center => (0..3)
             .map(|a| {
                 let name = ["centre x", "centre y", "centre z"][a];
-                Unknown::new(name, vec![(Parameter::CenterOfMass(cube, a), 1.0)]).with_bounds([-0.005, 0.005])
+                Unknown::new(name, vec![(ScalarParameter::CenterOfMass(cube, a), 1.0)]).with_bounds([-0.005, 0.005])
             })
             .collect(),
     }

@@ -240,6 +240,98 @@ def cube_toss():
     save(figure, "cube_toss")
 
 
-ALL = {f.__name__: f for f in (creep, slide, orders, t_handle, cube_toss)}
+PUSHED = """<mujoco><option timestep="0.01"/><worldbody><geom type="plane" friction="0.5"/>
+  <body name="box" pos="0 0 0.1"><joint type="slide" axis="1 0 0"/><joint type="slide" axis="0 0 1"/>
+    <geom type="box" size="0.1 0.1 0.1" mass="2" friction="0.5"/></body></worldbody></mujoco>"""
+
+FLAGS = {"exact": "#2166ac", "one_sided": "#e08214", "refused": "#c0392b"}
+
+
+def relaxed(system, x, relaxation):
+    """The next state where z w = relaxation in place of 0 ≤ z ⟂ w ≥ 0."""
+    free = system.E @ x + system.c
+    z = w = np.full(len(free), np.sqrt(relaxation))
+    for _ in range(200):
+        rest, gap = system.F @ z + free - w, z * w - relaxation
+        if max(np.abs(rest).max(), np.abs(gap).max()) < 1e-9 * relaxation:
+            break
+        dz = np.linalg.solve(system.F + np.diag(w / z), -rest - gap / z)
+        dw = system.F @ dz + rest
+        length = min(1.0, 0.9 / max(np.max(-dz / z), np.max(-dw / w), 1e-9))
+        z, w = z + length * dz, w + length * dw
+    return system.A @ x + system.D @ z + system.d
+
+
+def derivatives():
+    """A push on a box that rests: the step, its derivatives and what relaxation makes of it."""
+    pushes = np.linspace(0, 20, 81)
+    figure, (left, right) = plt.subplots(1, 2, figsize=(8.4, 3.4), sharey=True)
+    fine = np.linspace(0, 20, 400)
+    for axes in (left, right):
+        axes.plot(fine, 0.005 * np.maximum(0, fine - GRAVITY) * 100, color=FORM, lw=1, label="closed form")
+        axes.set(xlabel="push, N")
+    # A box of 2 kg in 0.01 s: 0.5 cm/s for every newton beyond μ m g.
+    error, seen = 0.0, set()
+    for push in np.sort(np.r_[np.linspace(1, 19, 10), 0.5 * 2 * GRAVITY]):
+        model, data = start(PUSHED)
+        data.qfrc_applied[0] = push
+        signorini.step(model, data)
+        slopes = signorini.derivatives(model, data)
+        speed, color = 100 * data.qvel[0], FLAGS[slopes.validity]
+        error = max(error, abs(speed - 0.5 * max(0, push - GRAVITY)))
+        label = slopes.validity.replace("_", "-") if slopes.validity not in seen else None
+        seen.add(slopes.validity)
+        left.plot(push, speed, "o", color=color, ms=4, label=label)
+        for side in (-1.0, 1.0):
+            along = 100 * slopes.directional(dqfrc=[side, 0.0])[1][0]
+            left.plot([push, push + 0.7 * side], [speed, speed + 0.7 * along], color=color, lw=1.6)
+    left.set(ylabel="speed after the step, cm/s", title="the step and its slopes")
+    left.legend(loc="upper left")
+    for relaxation, shade in ((1e-6, 1.0), (1e-5, 0.7), (1e-4, 0.45)):
+        speeds = []
+        for push in pushes:
+            model, data = start(PUSHED)
+            data.qfrc_applied[0] = push
+            system = signorini.linearize(model, data)
+            speeds.append(100 * relaxed(system, system.x, relaxation)[2])
+        right.plot(pushes, speeds, color=OTHER, alpha=shade, lw=1.4, label=f"z w = {relaxation:.0e}")
+    right.set(title="relaxed")
+    right.legend()
+    print(f"derivatives: largest difference from the closed form {error:.0e} cm/s, flags {sorted(seen)}")
+    save(figure, "derivatives")
+
+
+CUBE = """<mujoco><option timestep="0.002"/><worldbody><geom type="plane" friction="0.4"/>
+  <body pos="0 0 0.3"><freejoint/><geom type="box" size="0.05 0.05 0.05" mass="0.4" friction="0.4"/></body></worldbody></mujoco>"""
+
+
+def flags():
+    """Where on the way of a tossed cube its steps have derivatives, and by what margin."""
+    model, data = start(CUBE)
+    data.qvel[:] = 0.6, 0.2, 0.0, 3.0, -5.0, 2.0
+    times, margins, validity, heights = [], [], [], []
+    for _ in range(175):
+        signorini.step(model, data)
+        slopes = signorini.derivatives(model, data)
+        times.append(data.time)
+        heights.append(data.qpos[2])
+        validity.append(slopes.validity)
+        margins.append(max(1e-18, min((abs(m.value) for m in slopes.margins), default=1.0)))
+    counts = {name: validity.count(name) for name in FLAGS}
+    print(f"flags: {counts}")
+    figure, (above, below) = plt.subplots(2, 1, figsize=(8.4, 4.0), sharex=True, height_ratios=(1, 1.4))
+    for name, color in FLAGS.items():
+        chosen = np.array([v == name for v in validity])
+        if chosen.any():
+            label = f"{name.replace('_', '-')}: {counts[name]} steps"
+            above.plot(np.array(times)[chosen], np.array(heights)[chosen], ".", color=color, ms=4, label=label)
+            below.semilogy(np.array(times)[chosen], np.array(margins)[chosen], ".", color=color, ms=4)
+    above.set(ylabel="height, m")
+    above.legend()
+    below.set(xlabel="time, s", ylabel="least margin")
+    save(figure, "flags")
+
+
+ALL = {f.__name__: f for f in (creep, slide, orders, t_handle, cube_toss, derivatives, flags)}
 for name in sys.argv[1:] or ALL:
     ALL[name]()

@@ -20,7 +20,7 @@
 //! bodies. Contacts may be redundant: then the impulses are not unique and `v⁺` is, and what is needed of the impulses is the same for all of
 //! them.
 //!
-//! [`StepDerivatives::with_parameters`] adds columns for numbers of the model, such as masses and coefficients of friction ([`Parameter`]).
+//! [`StepDerivatives::with_parameters`] adds columns for numbers of the model, such as masses and coefficients of friction ([`ScalarParameter`]).
 //!
 //! [`StepDerivatives::validity`] says what the result is worth. [`Validity::Exact`]: every inequality of the step holds by a margin, and the
 //! margins are there as numbers. [`Validity::OneSided`]: some are about to turn, and say which. [`Validity::Refused`]: the velocity is not
@@ -68,6 +68,6 @@ mod system;
 mod tie;
 mod validity;
 
-pub use parameter::{Direction, Parameter};
+pub use parameter::{Direction, ScalarParameter};
 pub use step::StepDerivatives;
 pub use validity::{InequalityKind, InequalitySource, Margin, Validity};

@@ -7,7 +7,7 @@ use signorini_multibody::{ActuatorId, BodyId, GeomId, Geometry, JointId, Model};
 /// A number of a model, or of a state beside `q` and `v`, by which a step is differentiated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
-pub enum Parameter {
+pub enum ScalarParameter {
     /// Δt, s.
     Timestep,
     /// Gravity along an axis of the world (0, 1, 2), m/s².
@@ -48,7 +48,7 @@ pub enum Parameter {
     Activation(ActuatorId),
 }
 
-impl Parameter {
+impl ScalarParameter {
     /// Its value; none where the model has no such number (and for an activation, which is in the state).
     pub fn value(self, model: &Model) -> Option<f64> {
         let joint = |id: JointId| model.joints.get(id.index());
@@ -145,15 +145,15 @@ fn size_of(geometry: &mut Geometry, k: usize) -> Option<&mut f64> {
 
 /// Numbers of a model that change together: each with its share. A box has its size, mass and inertia in common; two geoms that have
 /// the same friction, and of which a contact takes the larger, have a derivative together alone.
-pub type Direction = Vec<(Parameter, f64)>;
+pub type Direction = Vec<(ScalarParameter, f64)>;
 
 /// The sum of the shares of what `of` picks from a direction.
-pub(crate) fn share(direction: &[(Parameter, f64)], of: impl Fn(Parameter) -> bool) -> f64 {
+pub(crate) fn share(direction: &[(ScalarParameter, f64)], of: impl Fn(ScalarParameter) -> bool) -> f64 {
     direction.iter().filter(|(parameter, _)| of(*parameter)).map(|(_, weight)| weight).sum()
 }
 
 /// `∂E` along a direction, in all that is no contact, `[nv]`.
-pub(crate) fn add_smooth(at: &BalanceAt, direction: &[(Parameter, f64)], out: &mut [f64]) {
+pub(crate) fn add_smooth(at: &BalanceAt, direction: &[(ScalarParameter, f64)], out: &mut [f64]) {
     let unit = |axis: usize, weight: f64| DVec3::AXES[axis.min(2)] * weight;
     for &(parameter, weight) in direction {
         let by_inertia = |body: BodyId, change: InertiaChange, out: &mut [f64]| at.add_by_inertia(body, &change, out);
@@ -163,25 +163,27 @@ pub(crate) fn add_smooth(at: &BalanceAt, direction: &[(Parameter, f64)], out: &m
             }
         };
         match parameter {
-            Parameter::Timestep => at.add_by_timestep(weight, out),
-            Parameter::Gravity(axis) => at.add_by_gravity(unit(axis, weight), out),
-            Parameter::Mass(body) => by_inertia(body, InertiaChange { mass: weight, ..InertiaChange::ZERO }, out),
-            Parameter::CenterOfMass(body, axis) => {
+            ScalarParameter::Timestep => at.add_by_timestep(weight, out),
+            ScalarParameter::Gravity(axis) => at.add_by_gravity(unit(axis, weight), out),
+            ScalarParameter::Mass(body) => by_inertia(body, InertiaChange { mass: weight, ..InertiaChange::ZERO }, out),
+            ScalarParameter::CenterOfMass(body, axis) => {
                 by_inertia(body, InertiaChange { center_of_mass: unit(axis, weight), ..InertiaChange::ZERO }, out);
             }
-            Parameter::Inertia(body, [r, c]) => {
+            ScalarParameter::Inertia(body, [r, c]) => {
                 let mut entries = [[0.0; 3]; 3];
                 (entries[r][c], entries[c][r]) = (weight, weight);
                 let rotational = DMat3::from_cols_array_2d(&entries);
                 by_inertia(body, InertiaChange { rotational, ..InertiaChange::ZERO }, out);
             }
-            Parameter::Damping(id) => by_joint(id, JointChange { damping: weight, ..Default::default() }, out),
-            Parameter::Stiffness(id) => by_joint(id, JointChange { stiffness: weight, ..Default::default() }, out),
-            Parameter::Armature(id) => by_joint(id, JointChange { armature: weight, ..Default::default() }, out),
-            Parameter::SpringReference(id) => {
+            ScalarParameter::Damping(id) => by_joint(id, JointChange { damping: weight, ..Default::default() }, out),
+            ScalarParameter::Stiffness(id) => {
+                by_joint(id, JointChange { stiffness: weight, ..Default::default() }, out)
+            }
+            ScalarParameter::Armature(id) => by_joint(id, JointChange { armature: weight, ..Default::default() }, out),
+            ScalarParameter::SpringReference(id) => {
                 by_joint(id, JointChange { spring_reference: weight, ..Default::default() }, out);
             }
-            Parameter::Activation(id) => at.add_by_activation(id.index(), weight, out),
+            ScalarParameter::Activation(id) => at.add_by_activation(id.index(), weight, out),
             _ => {}
         }
     }

@@ -97,7 +97,7 @@ impl StepDerivatives {
     fn add_time(&self, top: &mut [f64]) {
         let width = self.directions.len();
         for (j, direction) in self.directions.iter().enumerate() {
-            let share = crate::parameter::share(direction, |p| p == crate::Parameter::Timestep);
+            let share = crate::parameter::share(direction, |p| p == crate::ScalarParameter::Timestep);
             self.velocity.iter().enumerate().for_each(|(r, v)| top[r * width + j] += share * v);
         }
     }
@@ -178,7 +178,7 @@ impl StepDerivatives {
         }
         for (j, x) in parameters.iter_mut().enumerate() {
             *x -= dot(rows.balance_by_parameter.row(j), &adjoint);
-            let share = crate::parameter::share(&self.directions[j], |p| p == crate::Parameter::Timestep);
+            let share = crate::parameter::share(&self.directions[j], |p| p == crate::ScalarParameter::Timestep);
             *x += share * dot(&self.velocity, &gradient[..nv]);
         }
         Some(out)

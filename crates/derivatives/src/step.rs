@@ -116,6 +116,13 @@ impl StepDerivatives {
         };
     }
 
+    /// Has no derivative.
+    pub(crate) fn refuse(&mut self, reason: String) {
+        self.margins.clear();
+        (self.has_matrices, self.columns.is_current) = (false, false);
+        self.validity = Validity::Refused { reason };
+    }
+
     fn differentiate(
         &mut self,
         model: &Model,

@@ -1,23 +1,27 @@
 //! `Batch`: many simulations of one model at once, on threads.
 
+mod views;
+
 use std::num::NonZeroUsize;
 use std::process;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 
-use numpy::{PyArray1, PyArray2, PyArray3, PyArrayDyn, PyArrayMethods};
+use numpy::{PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::exceptions::{PyIndexError, PyRuntimeError};
 use pyo3::prelude::*;
-use signorini::multibody::glam::{DQuat, DVec3};
-use signorini::multibody::{Input, Pose, State};
+use signorini::multibody::{Input, State};
 use signorini::{LaneStop, Variation, contact_wrenches_into};
 
 use crate::arrays::{self, Cube, Table, Vector};
 use crate::core::mocap_placements;
+use crate::derivatives::{StepDerivatives, step_batch};
+use crate::directions::directions_of;
 use crate::error::{BatchError, ProblemError, simulation_error};
 use crate::guard;
 use crate::model::Model;
 use crate::quantity::Quantity;
 use crate::settings::PySettings;
+use views::Views;
 
 /// Independent simulations of one model; each makes the steps that it would make alone, with the same bits.
 #[pyclass(frozen, subclass, module = "signorini._core")]
@@ -30,13 +34,7 @@ pub struct Batch {
     /// The process whose threads step the simulations, if there are such threads.
     threads_of: Option<u32>,
     count: usize,
-    time: Py<PyArray1<f64>>,
-    qpos: Py<PyArray2<f64>>,
-    qvel: Py<PyArray2<f64>>,
-    act: Py<PyArray2<f64>>,
-    ctrl: Py<PyArray2<f64>>,
-    mocap_pos: Py<PyArray3<f64>>,
-    mocap_quat: Py<PyArray3<f64>>,
+    views: Views,
 }
 
 /// The simulations.
@@ -67,26 +65,18 @@ impl Batch {
         let made = guard::detached(py, || signorini::Batch::new(inner, options, nsim, threads))?;
         let mut batch = made.map_err(simulation_error)?;
         (0..nsim).for_each(|i| batch.input_mut(i).mocap.clone_from(&placements));
-        let zeros = |columns| PyArray2::zeros(py, [nsim, columns], false).unbind();
-        let poses = |numbers| PyArray3::zeros(py, [nsim, placements.len(), numbers], false).unbind();
         let this = Self {
             model,
             settings,
             threads_of: (threads != 1 && nsim > 1).then(process::id),
             count: nsim,
-            time: PyArray1::zeros(py, nsim, false).unbind(),
-            qpos: zeros(nq),
-            qvel: zeros(nv),
-            act: zeros(na),
-            ctrl: zeros(nu),
-            mocap_pos: poses(3),
-            mocap_quat: poses(4),
+            views: Views::new(py, &batch),
             lanes: Mutex::new(Lanes { batch, stepped: vec![false; nsim] }),
         };
         {
             let mut lanes = this.lock()?;
-            this.publish(py, &lanes.batch)?;
-            (0..nsim).try_for_each(|i| this.publish_mocap(py, &mut lanes.batch, i))?;
+            this.views.publish(py, &lanes.batch)?;
+            (0..nsim).try_for_each(|i| this.views.publish_mocap(py, &mut lanes.batch, i))?;
         }
         Ok(this)
     }
@@ -98,43 +88,43 @@ impl Batch {
     /// Times, (nsim,), s: a live view.
     #[getter]
     fn time<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.time.bind(py).call_method0("view")
+        self.views.time.bind(py).call_method0("view")
     }
 
     /// Configurations, (nsim, nq): a live view; what is written to it is the state.
     #[getter]
     fn qpos<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.qpos.bind(py).call_method0("view")
+        self.views.qpos.bind(py).call_method0("view")
     }
 
     /// Velocities, (nsim, nv): a live view.
     #[getter]
     fn qvel<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.qvel.bind(py).call_method0("view")
+        self.views.qvel.bind(py).call_method0("view")
     }
 
     /// Activations of actuators, (nsim, na): a live view.
     #[getter]
     fn act<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.act.bind(py).call_method0("view")
+        self.views.act.bind(py).call_method0("view")
     }
 
     /// Control values, (nsim, nu): a live view.
     #[getter]
     fn ctrl<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.ctrl.bind(py).call_method0("view")
+        self.views.ctrl.bind(py).call_method0("view")
     }
 
     /// Positions of the bodies that are moved from outside, (nsim, nmocap, 3), m: a live view.
     #[getter]
     fn mocap_pos<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.mocap_pos.bind(py).call_method0("view")
+        self.views.mocap_pos.bind(py).call_method0("view")
     }
 
     /// Their orientations, (nsim, nmocap, 4), (w, x, y, z): a live view.
     #[getter]
     fn mocap_quat<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.mocap_quat.bind(py).call_method0("view")
+        self.views.mocap_quat.bind(py).call_method0("view")
     }
 
     /// Part θ of the overlaps and violations asked for that each simulation's last step removes, (nsim,); 1 where there is none.
@@ -216,7 +206,7 @@ impl Batch {
         }
         guard::detached(py, || batch.step_chosen(nstep, &chosen))?;
         stepped.iter_mut().zip(chosen).for_each(|(stepped, chosen)| *stepped |= chosen && nstep > 0);
-        self.publish(py, batch)?;
+        self.views.publish(py, batch)?;
         self.check(batch)
     }
 
@@ -258,13 +248,29 @@ impl Batch {
             })
         })?;
         stepped.iter_mut().for_each(|stepped| *stepped |= steps > 0);
-        self.publish(py, batch)?;
+        self.views.publish(py, batch)?;
         self.check(batch)?;
         let joined = quantities.iter().enumerate().map(|(j, quantity)| {
             let shape = [vec![self.count, steps], quantity.shape(&model)].concat();
             arrays::array(py, records.iter().flat_map(|record| record[j].iter().copied()).collect(), &shape)
         });
         joined.collect()
+    }
+
+    /// One step of every simulation with its derivative.
+    #[pyo3(signature = (parameters=None))]
+    fn step_with_derivatives(
+        &self,
+        py: Python<'_>,
+        parameters: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Vec<StepDerivatives>> {
+        let parameters = parameters.map(|given| directions_of(&self.model.get().inner, given)).transpose()?;
+        let mut lanes = self.loaded(py)?;
+        let Lanes { batch, stepped } = &mut *lanes;
+        let all = guard::detached(py, || step_batch(batch, parameters.unwrap_or_default()))?;
+        stepped.fill(true);
+        self.views.publish(py, batch)?;
+        Ok(all)
     }
 
     /// Gives a simulation parameters of its own, relative to those of the model.
@@ -303,10 +309,10 @@ impl Batch {
             batch.state_mut(i).clone_from(&state);
             *batch.input_mut(i) = Input::default().with_control(control.clone()).with_mocap(mocap.clone());
             batch.clear_warm_start(i);
-            self.ctrl.bind(py).try_readwrite()?.as_slice_mut()?[i * nu..(i + 1) * nu].copy_from_slice(&control);
-            self.publish_mocap(py, batch, i)?;
+            self.views.ctrl.bind(py).try_readwrite()?.as_slice_mut()?[i * nu..(i + 1) * nu].copy_from_slice(&control);
+            self.views.publish_mocap(py, batch, i)?;
         }
-        self.publish(py, batch)
+        self.views.publish(py, batch)
     }
 }
 
@@ -333,64 +339,8 @@ impl Batch {
     /// The Rust side with what Python may have written to the arrays.
     pub fn loaded(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Lanes>> {
         let mut lanes = self.lock()?;
-        let batch = &mut lanes.batch;
-        let (nq, nv) = (batch.model().nq, batch.model().nv);
-        let (na, nu) = (batch.model().na, batch.model().actuators.len());
-        let act = self.act.bind(py).try_readonly()?;
-        let act = act.as_slice()?;
-        let (time, qpos) = (self.time.bind(py).try_readonly()?, self.qpos.bind(py).try_readonly()?);
-        let (qvel, ctrl) = (self.qvel.bind(py).try_readonly()?, self.ctrl.bind(py).try_readonly()?);
-        let (time, qpos, qvel, ctrl) = (time.as_slice()?, qpos.as_slice()?, qvel.as_slice()?, ctrl.as_slice()?);
-        let (positions, rotations) =
-            (self.mocap_pos.bind(py).try_readonly()?, self.mocap_quat.bind(py).try_readonly()?);
-        let (positions, rotations) = (positions.as_slice()?, rotations.as_slice()?);
-        let nmocap = batch.model().mocap_bodies.len();
-        for i in 0..self.count {
-            let rows = positions.chunks_exact(3).zip(rotations.chunks_exact(4)).skip(i * nmocap);
-            for (pose, (p, r)) in batch.input_mut(i).mocap.iter_mut().zip(rows) {
-                *pose = Pose::new(DVec3::from_slice(p), DQuat::from_xyzw(r[1], r[2], r[3], r[0]));
-            }
-            let state = batch.state_mut(i);
-            state.time = time[i];
-            state.q.copy_from_slice(&qpos[i * nq..(i + 1) * nq]);
-            state.v.copy_from_slice(&qvel[i * nv..(i + 1) * nv]);
-            state.activation.copy_from_slice(&act[i * na..(i + 1) * na]);
-            let control = &mut batch.input_mut(i).control;
-            control.clear();
-            control.extend_from_slice(&ctrl[i * nu..(i + 1) * nu]);
-        }
+        self.views.load(py, &mut lanes.batch)?;
         Ok(lanes)
-    }
-
-    fn publish(&self, py: Python<'_>, batch: &signorini::Batch) -> PyResult<()> {
-        let (nq, nv, na) = (batch.model().nq, batch.model().nv, batch.model().na);
-        let mut act = self.act.bind(py).try_readwrite()?;
-        let act = act.as_slice_mut()?;
-        let mut time = self.time.bind(py).try_readwrite()?;
-        let mut qpos = self.qpos.bind(py).try_readwrite()?;
-        let mut qvel = self.qvel.bind(py).try_readwrite()?;
-        let (time, qpos, qvel) = (time.as_slice_mut()?, qpos.as_slice_mut()?, qvel.as_slice_mut()?);
-        for i in 0..self.count {
-            let state = batch.state(i);
-            time[i] = state.time;
-            qpos[i * nq..(i + 1) * nq].copy_from_slice(&state.q);
-            qvel[i * nv..(i + 1) * nv].copy_from_slice(&state.v);
-            act[i * na..(i + 1) * na].copy_from_slice(&state.activation);
-        }
-        Ok(())
-    }
-
-    /// Shows where the bodies stand that are moved from outside: only a reset changes that.
-    fn publish_mocap(&self, py: Python<'_>, batch: &mut signorini::Batch, i: usize) -> PyResult<()> {
-        let mut positions = self.mocap_pos.bind(py).try_readwrite()?;
-        let mut rotations = self.mocap_quat.bind(py).try_readwrite()?;
-        let poses = &batch.input_mut(i).mocap;
-        let rows = positions.as_slice_mut()?.chunks_exact_mut(3).zip(rotations.as_slice_mut()?.chunks_exact_mut(4));
-        for (Pose { position: p, rotation: r }, (position, rotation)) in poses.iter().zip(rows.skip(i * poses.len())) {
-            position.copy_from_slice(&p.to_array());
-            rotation.copy_from_slice(&[r.w, r.x, r.y, r.z]);
-        }
-        Ok(())
     }
 
     /// An error that lists the simulations that stopped.

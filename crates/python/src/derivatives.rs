@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use signorini::derivatives::{InequalitySource, Margin as RustMargin, StepDerivatives as Rust, Validity};
+use signorini::derivatives::{Direction, InequalitySource, Margin as RustMargin, StepDerivatives as Rust, Validity};
 use signorini::lcp::Matrix;
 
 use crate::arrays::{self, Table, Vector};
@@ -67,6 +67,14 @@ pub struct StepDerivatives {
     inner: Rust,
     nv: usize,
     nu: usize,
+}
+
+/// Steps every simulation of a batch and takes the derivatives.
+pub fn step_batch(batch: &mut signorini::Batch, parameters: Vec<Direction>) -> Vec<StepDerivatives> {
+    let (nv, nu) = (batch.model().nv, batch.model().actuators.len());
+    let mut all = vec![Rust::with_parameters(batch.model(), parameters); batch.len()];
+    Rust::step_batch(batch, &mut all);
+    all.into_iter().map(|inner| StepDerivatives { inner, nv, nu }).collect()
 }
 
 #[pymethods]

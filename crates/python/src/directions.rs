@@ -6,7 +6,7 @@ use pyo3::exceptions::{PyIndexError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyString, PyTuple};
 use signorini::derivatives::identification::Unknown;
-use signorini::derivatives::{Direction, Parameter};
+use signorini::derivatives::{Direction, ScalarParameter};
 use signorini::multibody::{ActuatorId, Model};
 
 use crate::arrays::{self, Vector};
@@ -76,7 +76,7 @@ fn add(model: &Model, given: &Bound<'_, PyAny>, share: f64, direction: &mut Dire
     Ok(())
 }
 
-fn number(model: &Model, name: &str, part: Option<&Bound<'_, PyAny>>, indices: &[usize]) -> PyResult<Parameter> {
+fn number(model: &Model, name: &str, part: Option<&Bound<'_, PyAny>>, indices: &[usize]) -> PyResult<ScalarParameter> {
     let missing = |sort: &str| PyValueError::new_err(format!("parameter '{name}' needs the name or index of a {sort}"));
     let key = |sort: &str| part.ok_or_else(|| missing(sort))?.extract::<Key>().map_err(|_| missing(sort));
     let index = |least: usize| {
@@ -87,33 +87,35 @@ fn number(model: &Model, name: &str, part: Option<&Bound<'_, PyAny>>, indices: &
     let joint = || key("joint").and_then(|k| part.map_or_else(|| Err(missing("joint")), |p| k.joint(p.py(), model)));
     let geom = || key("geom").and_then(|k| part.map_or_else(|| Err(missing("geom")), |p| k.geom(p.py(), model)));
     let parameter = match name {
-        "timestep" => Parameter::Timestep,
-        "gravity" => Parameter::Gravity(index(3)?),
-        "body_mass" => Parameter::Mass(body()?),
-        "body_ipos" => Parameter::CenterOfMass(body()?, index(3)?),
+        "timestep" => ScalarParameter::Timestep,
+        "gravity" => ScalarParameter::Gravity(index(3)?),
+        "body_mass" => ScalarParameter::Mass(body()?),
+        "body_ipos" => ScalarParameter::CenterOfMass(body()?, index(3)?),
         "body_inertia" => {
             let row = index(3)?;
-            Parameter::Inertia(body()?, [row, indices.get(1).copied().unwrap_or(row).min(2)])
+            ScalarParameter::Inertia(body()?, [row, indices.get(1).copied().unwrap_or(row).min(2)])
         }
-        "dof_damping" => Parameter::Damping(joint()?),
-        "jnt_stiffness" => Parameter::Stiffness(joint()?),
-        "qpos_spring" => Parameter::SpringReference(joint()?),
-        "dof_armature" => Parameter::Armature(joint()?),
-        "dof_frictionloss" => Parameter::FrictionLoss(joint()?),
+        "dof_damping" => ScalarParameter::Damping(joint()?),
+        "jnt_stiffness" => ScalarParameter::Stiffness(joint()?),
+        "qpos_spring" => ScalarParameter::SpringReference(joint()?),
+        "dof_armature" => ScalarParameter::Armature(joint()?),
+        "dof_frictionloss" => ScalarParameter::FrictionLoss(joint()?),
         "geom_friction" => match index(3)? {
-            0 => Parameter::Friction(geom()?),
-            1 => Parameter::SpinningFriction(geom()?),
-            _ => Parameter::RollingFriction(geom()?),
+            0 => ScalarParameter::Friction(geom()?),
+            1 => ScalarParameter::SpinningFriction(geom()?),
+            _ => ScalarParameter::RollingFriction(geom()?),
         },
-        "geom_restitution" => Parameter::Restitution(geom()?),
-        "geom_margin" => Parameter::Margin(geom()?),
-        "geom_pos" => Parameter::GeomPosition(geom()?, index(3)?),
-        "geom_size" => Parameter::GeomSize(geom()?, index(3)?),
-        "pair_friction" => Parameter::PairFriction(part.ok_or_else(|| missing("pair"))?.extract()?),
+        "geom_restitution" => ScalarParameter::Restitution(geom()?),
+        "geom_margin" => ScalarParameter::Margin(geom()?),
+        "geom_pos" => ScalarParameter::GeomPosition(geom()?, index(3)?),
+        "geom_size" => ScalarParameter::GeomSize(geom()?, index(3)?),
+        "pair_friction" => ScalarParameter::PairFriction(part.ok_or_else(|| missing("pair"))?.extract()?),
         "act" => {
             let part = part.ok_or_else(|| missing("actuator"))?;
             let names = model.actuators.iter().map(|actuator| actuator.name.as_str());
-            return Ok(Parameter::Activation(ActuatorId(key("actuator")?.among(part.py(), "actuator", names)? as u32)));
+            return Ok(ScalarParameter::Activation(ActuatorId(
+                key("actuator")?.among(part.py(), "actuator", names)? as u32
+            )));
         }
         _ => return Err(PyValueError::new_err(format!("there is no parameter '{name}'; there are {NAMES}"))),
     };

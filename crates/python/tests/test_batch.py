@@ -155,3 +155,32 @@ def test_bodies_moved_from_outside_and_what_corrections_leave():
     assert batch.mocap_quat[2, 0].tolist() == [0, 1, 0, 0]
     batch.reset()
     assert batch.mocap_pos[:, 0].tolist() == [[0, 0, 1]] * 3
+
+
+def test_derivatives_of_a_batch_are_those_of_each_alone(quadruped):
+    batch = signorini.Batch(quadruped, 4)
+    rng = np.random.default_rng(5)
+    batch.reset(keyframe=0)
+    batch.qvel[:] = 0.01 * rng.normal(size=batch.qvel.shape)
+    start = batch.qpos.copy(), batch.qvel.copy()
+    parameters = ["timestep", ("gravity", 2)]
+    found = batch.step_with_derivatives(parameters)
+    assert len(found) == 4
+    for i, slopes in enumerate(found):
+        data = signorini.Data(quadruped)
+        data.qpos[:], data.qvel[:], data.ctrl[:] = start[0][i], start[1][i], batch.ctrl[i]
+        signorini.step(quadruped, data)
+        alone = signorini.derivatives(quadruped, data, parameters)
+        assert slopes.validity == alone.validity
+        assert np.array_equal(batch.qpos[i], data.qpos)
+        if alone.validity != "refused":
+            assert np.array_equal(slopes.A, alone.A) and np.array_equal(slopes.B, alone.B) and np.array_equal(slopes.P, alone.P)
+    assert any(slopes.validity != "refused" for slopes in found)
+
+
+def test_a_simulation_that_stops_has_no_derivative(quadruped):
+    batch = signorini.Batch(quadruped, 2)
+    batch.qpos[1, 0] = np.nan
+    good, bad = batch.step_with_derivatives()
+    assert good.validity != "refused" or good.reason
+    assert bad.validity == "refused" and "not made" in bad.reason

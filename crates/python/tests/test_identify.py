@@ -50,3 +50,22 @@ def test_faults_are_named():
         signorini.identify(model, given, [signorini.Unknown(("body_mass", "box"), bounds=(0.0, 1e-3))], interval=0.02)
     with pytest.raises(ValueError, match="qvel"):
         signorini.identify(model, [(given[0][0], given[0][1][:-1])], [("body_mass", "box")], interval=0.02)
+
+
+def test_recordings_count_the_same_and_several_starts_are_looked_at():
+    given = recordings(signorini.Model.from_string(XML.format(mu=0.3)), 3, 0.02, 4)
+    # The first recording is of another friction, and short.
+    other = recordings(signorini.Model.from_string(XML.format(mu=0.6)), 1, 0.02, 4)
+    short = [(other[0][0][:20], other[0][1][:20])]
+    friction = signorini.Unknown([("geom_friction", ["box", "floor"])], bounds=(0.01, 1.0))
+    model = signorini.Model.from_string(XML.format(mu=0.9))
+
+    def found(**options):
+        return signorini.identify(model, short + given, [friction], interval=0.02, substeps=4, window=8, tolerance=1e-8, **options).values[0]
+
+    by_samples, by_recordings = found(), found(equal_recordings=True)
+    assert 0.3 < by_samples < by_recordings < 0.6
+    alone = signorini.identify(model, given, [friction], interval=0.02, substeps=4, window=8, tolerance=1e-10, starts=8)
+    assert alone.values == pytest.approx([0.3], abs=1e-5)
+    with pytest.raises(ValueError, match="bounds"):
+        signorini.identify(model, given, [("geom_friction", "box")], interval=0.02, starts=3)

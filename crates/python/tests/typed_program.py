@@ -141,6 +141,7 @@ def solving(model: Model, data: Data) -> None:
     system: signorini.LinearComplementaritySystem = signorini.linearize(model, data)
     following, _ = system.step()
     slopes: signorini.StepDerivatives = signorini.derivatives(model, data)
+    many: list[signorini.StepDerivatives] = signorini.Batch(model, 2).step_with_derivatives(["timestep"])
     margins: list[signorini.Margin] = slopes.margins
     assert slopes.validity in {"exact", "one_sided", "refused"} and all(margin.kind for margin in margins)
     gravity = ("gravity", 2)

@@ -10,7 +10,7 @@ use super::gaps::GapLaw;
 use super::system::{ModeRows, Modes, Mover, Push, Step};
 use crate::geometry::{PointMotion, size_motion};
 use crate::matrix::add_scaled;
-use crate::parameter::{Direction, Parameter, share};
+use crate::parameter::{Direction, ScalarParameter, share};
 
 /// How the numbers of a contact change along a direction.
 #[derive(Clone, Copy, Debug, Default)]
@@ -50,20 +50,21 @@ pub(super) fn add_contact(step: &Step, modes: &Modes, at: &At, directions: &[Dir
 
 fn change_of(step: &Step, at: &At, direction: &Direction) -> Result<Change, String> {
     let (model, a, b) = (step.model, at.point.geom_a, at.point.geom_b);
-    let mut change = Change { timestep: share(direction, |p| p == Parameter::Timestep), ..Change::default() };
-    change.friction = friction_change(model, [a, b], direction, "friction", |geom| geom.friction, Parameter::Friction)?;
+    let mut change = Change { timestep: share(direction, |p| p == ScalarParameter::Timestep), ..Change::default() };
+    change.friction =
+        friction_change(model, [a, b], direction, "friction", |geom| geom.friction, ScalarParameter::Friction)?;
     let pair = model.pairs.iter().position(|p| (p.geom_a, p.geom_b) == (a, b) || (p.geom_a, p.geom_b) == (b, a));
     if let Some(pair) = pair {
-        change.friction = share(direction, |p| p == Parameter::PairFriction(pair));
+        change.friction = share(direction, |p| p == ScalarParameter::PairFriction(pair));
     } else {
-        let (spinning, rolling) = (Parameter::SpinningFriction, Parameter::RollingFriction);
+        let (spinning, rolling) = (ScalarParameter::SpinningFriction, ScalarParameter::RollingFriction);
         change.spin = [
             friction_change(model, [a, b], direction, "friction against spinning", |g| g.spinning_friction, spinning)?,
             friction_change(model, [a, b], direction, "friction against rolling", |g| g.rolling_friction, rolling)?,
         ];
     }
     if pair.is_none_or(|pair| model.pairs[pair].restitution.is_none()) {
-        let own = [a, b].map(|id| share(direction, |p| p == Parameter::Restitution(id)));
+        let own = [a, b].map(|id| share(direction, |p| p == ScalarParameter::Restitution(id)));
         let values = [a, b].map(|id| model.geoms[id.index()].restitution);
         change.restitution = larger("restitution", values, own)?;
         if change.restitution != 0.0 && values[0].max(values[1]) == 0.0 {
@@ -71,7 +72,7 @@ fn change_of(step: &Step, at: &At, direction: &Direction) -> Result<Change, Stri
         }
     }
     if pair.is_none_or(|pair| model.pairs[pair].margin.is_none()) {
-        change.gap -= share(direction, |p| matches!(p, Parameter::Margin(id) if id == a || id == b));
+        change.gap -= share(direction, |p| matches!(p, ScalarParameter::Margin(id) if id == a || id == b));
     }
     for (side, id) in [a, b].into_iter().enumerate() {
         add_geometry(step, at, (side, id), direction, &mut change)?;
@@ -93,7 +94,7 @@ fn friction_change(
     direction: &Direction,
     name: &str,
     value: impl Fn(&signorini_multibody::Geom) -> f64,
-    parameter: impl Fn(GeomId) -> Parameter,
+    parameter: impl Fn(GeomId) -> ScalarParameter,
 ) -> Result<f64, String> {
     let geoms = pair.map(|id| &model.geoms[id.index()]);
     let changes = pair.map(|id| share(direction, |p| p == parameter(id)));
@@ -117,8 +118,10 @@ fn add_geometry(
     let mut shift = DVec3::ZERO;
     for &(parameter, weight) in direction {
         match parameter {
-            Parameter::GeomPosition(geom, axis) if geom == id => shift += turn * DVec3::AXES[axis.min(2)] * weight,
-            Parameter::GeomSize(geom, k) if geom == id => {
+            ScalarParameter::GeomPosition(geom, axis) if geom == id => {
+                shift += turn * DVec3::AXES[axis.min(2)] * weight
+            }
+            ScalarParameter::GeomSize(geom, k) if geom == id => {
                 let Some(size) = size_motion(step.model, kinematics, at.point, side, k) else {
                     return Err(format!(
                         "sizes of a {} have no closed form here",
@@ -217,13 +220,13 @@ pub(super) fn add_coordinates(step: &Step, modes: &Modes, directions: &[Directio
     let groups = &problem.friction_groups;
     let dt = problem.timestep;
     for (j, direction) in directions.iter().enumerate() {
-        let timestep = share(direction, |p| p == Parameter::Timestep);
+        let timestep = share(direction, |p| p == ScalarParameter::Timestep);
         for k in 0..groups.len() {
             let source = step.workspace.friction_source(k);
             let grown = match source {
                 Some(FrictionSource::Joint { joint, .. }) => {
                     let id = signorini_multibody::JointId(joint as u32);
-                    let loss = share(direction, |p| p == Parameter::FrictionLoss(id));
+                    let loss = share(direction, |p| p == ScalarParameter::FrictionLoss(id));
                     timestep / dt + loss / step.model.joints[joint].friction_loss
                 }
                 Some(FrictionSource::Servo { .. }) => timestep / dt,
@@ -245,7 +248,7 @@ pub(super) fn add_coordinates(step: &Step, modes: &Modes, directions: &[Directio
 /// Adds how the violation over Δt of rows `range` changes along each direction.
 pub(super) fn add_violation(row: usize, violation: f64, dt: f64, directions: &[Direction], rows: &mut ModeRows) {
     for (j, direction) in directions.iter().enumerate() {
-        let timestep = share(direction, |p| p == Parameter::Timestep);
+        let timestep = share(direction, |p| p == ScalarParameter::Timestep);
         add_scaled(&mut rows.by_parameter.row_mut(row)[j..=j], -violation / (dt * dt), &[timestep]);
     }
 }

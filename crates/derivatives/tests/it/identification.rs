@@ -1,6 +1,6 @@
 //! Parameters from motions that were made with known ones.
 
-use signorini_derivatives::Parameter;
+use signorini_derivatives::ScalarParameter;
 use signorini_derivatives::identification::{
     IdentificationError, IdentificationSettings, Recording, Unknown, identify,
 };
@@ -53,7 +53,7 @@ fn recorded(model: &Model, count: u64, noise: f64) -> Vec<Recording> {
 }
 
 fn friction() -> Unknown {
-    let both = vec![(Parameter::Friction(GeomId(0)), 1.0), (Parameter::Friction(GeomId(1)), 1.0)];
+    let both = vec![(ScalarParameter::Friction(GeomId(0)), 1.0), (ScalarParameter::Friction(GeomId(1)), 1.0)];
     Unknown::new("friction", both).with_bounds([0.01, 1.5])
 }
 
@@ -68,7 +68,7 @@ fn asked() -> IdentificationSettings {
 #[test]
 fn friction_and_the_place_of_a_shape_are_found_from_exact_motions() {
     let recordings = recorded(&thrown(BALL, 0.35, 0.01), 6, 0.0);
-    let unknowns = [friction(), Unknown::new("offset", vec![(Parameter::GeomPosition(GeomId(1), 0), 1.0)])];
+    let unknowns = [friction(), Unknown::new("offset", vec![(ScalarParameter::GeomPosition(GeomId(1), 0), 1.0)])];
     let start = thrown(BALL, 0.5, 0.0);
     let found = identify(&start, &Settings::default(), &recordings, &unknowns, &asked(), |_| true).expect("an answer");
     assert!(
@@ -87,10 +87,11 @@ fn what_the_data_leave_open_is_said() {
     let model = thrown(BOX, 0.4, 0.0);
     let recordings = recorded(&model, 4, 0.0);
     let body = signorini_multibody::BodyId(1);
-    let moments: Vec<_> =
-        (0..3).map(|k| (Parameter::Inertia(body, [k, k]), model.bodies[1].inertia.rotational.col(k)[k])).collect();
+    let moments: Vec<_> = (0..3)
+        .map(|k| (ScalarParameter::Inertia(body, [k, k]), model.bodies[1].inertia.rotational.col(k)[k]))
+        .collect();
     let scale = Unknown::new("inertia", moments).with_bounds([1e-4, 1.0]);
-    let mass = Unknown::new("mass", vec![(Parameter::Mass(body), 1.0)]).with_bounds([0.1, 10.0]);
+    let mass = Unknown::new("mass", vec![(ScalarParameter::Mass(body), 1.0)]).with_bounds([0.1, 10.0]);
     let unknowns = [friction(), mass, scale];
     let found = identify(&model, &Settings::default(), &recordings, &unknowns, &asked(), |_| true).expect("an answer");
     assert_eq!(found.determined, [true, false, false]);
@@ -134,7 +135,7 @@ fn faults_are_named() {
         identify(&model, &Settings::default(), recordings, &[unknown], &asked(), |_| true).expect_err("a fault")
     };
     let recordings = recorded(&model, 1, 0.0);
-    let missing = Unknown::new("no geom", vec![(Parameter::Friction(GeomId(9)), 1.0)]);
+    let missing = Unknown::new("no geom", vec![(ScalarParameter::Friction(GeomId(9)), 1.0)]);
     assert!(matches!(run(missing, &recordings), IdentificationError::NoSuchNumber(name) if name == "no geom"));
     assert!(matches!(run(friction().with_bounds([0.5, 1.0]), &recordings), IdentificationError::OutsideBounds { .. }));
     let cut = recordings[0].clone().with_inputs(vec![Input::default(); 3]);

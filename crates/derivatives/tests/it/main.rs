@@ -1,5 +1,6 @@
 //! Derivatives of steps, and what their flag says, against the steps themselves.
 
+mod batch;
 mod collisions;
 mod common;
 mod differences;

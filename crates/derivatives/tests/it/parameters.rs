@@ -1,7 +1,7 @@
 //! Derivatives by numbers of the model against extrapolated differences of steps of changed models.
 
 use crate::common::{Bench, Signature, disturbed, model_of};
-use signorini_derivatives::{Direction, Parameter, StepDerivatives};
+use signorini_derivatives::{Direction, ScalarParameter, StepDerivatives};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
     ActuatorId, BodyId, Geom, GeomId, Geometry, Input, JointId, Model, ModelBuilder, State, difference_into,
@@ -14,50 +14,56 @@ const TOLERANCE: f64 = 1e-7;
 
 /// Every number of a model, each alone.
 fn all_parameters(model: &Model) -> Vec<Direction> {
-    let mut all = vec![Parameter::Timestep];
-    all.extend((0..3).map(Parameter::Gravity));
+    let mut all = vec![ScalarParameter::Timestep];
+    all.extend((0..3).map(ScalarParameter::Gravity));
     for i in 1..model.bodies.len() {
         let body = BodyId(i as u32);
-        all.push(Parameter::Mass(body));
-        all.extend((0..3).map(|axis| Parameter::CenterOfMass(body, axis)));
-        all.extend([[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]].map(|entry| Parameter::Inertia(body, entry)));
+        all.push(ScalarParameter::Mass(body));
+        all.extend((0..3).map(|axis| ScalarParameter::CenterOfMass(body, axis)));
+        all.extend([[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]].map(|entry| ScalarParameter::Inertia(body, entry)));
     }
     for (k, joint) in model.joints.iter().enumerate() {
         let id = JointId(k as u32);
-        all.extend([Parameter::Damping(id), Parameter::Armature(id)].into_iter().filter(|_| joint.kind.nv() == 1));
+        all.extend(
+            [ScalarParameter::Damping(id), ScalarParameter::Armature(id)].into_iter().filter(|_| joint.kind.nv() == 1),
+        );
         if joint.stiffness > 0.0 {
-            all.extend([Parameter::Stiffness(id), Parameter::SpringReference(id)]);
+            all.extend([ScalarParameter::Stiffness(id), ScalarParameter::SpringReference(id)]);
         }
         if joint.friction_loss > 0.0 {
-            all.push(Parameter::FrictionLoss(id));
+            all.push(ScalarParameter::FrictionLoss(id));
         }
     }
     for k in 0..model.geoms.len() {
         let geom = GeomId(k as u32);
-        all.extend([Parameter::Friction(geom), Parameter::SpinningFriction(geom), Parameter::RollingFriction(geom)]);
-        all.extend([Parameter::Restitution(geom), Parameter::Margin(geom)]);
-        all.extend((0..3).map(|axis| Parameter::GeomPosition(geom, axis)));
-        all.extend((0..3).map(|size| Parameter::GeomSize(geom, size)));
+        all.extend([
+            ScalarParameter::Friction(geom),
+            ScalarParameter::SpinningFriction(geom),
+            ScalarParameter::RollingFriction(geom),
+        ]);
+        all.extend([ScalarParameter::Restitution(geom), ScalarParameter::Margin(geom)]);
+        all.extend((0..3).map(|axis| ScalarParameter::GeomPosition(geom, axis)));
+        all.extend((0..3).map(|size| ScalarParameter::GeomSize(geom, size)));
     }
-    all.extend((0..model.pairs.len()).map(Parameter::PairFriction));
+    all.extend((0..model.pairs.len()).map(ScalarParameter::PairFriction));
     let single = all.into_iter().filter(|parameter| parameter.value(model).is_some());
     let mut directions: Vec<Direction> = single.map(|parameter| vec![(parameter, 1.0)]).collect();
     for (a, _) in model.actuators.iter().enumerate().filter(|(_, actuator)| actuator.activation.is_some()) {
-        directions.push(vec![(Parameter::Activation(ActuatorId(a as u32)), 1.0)]);
+        directions.push(vec![(ScalarParameter::Activation(ActuatorId(a as u32)), 1.0)]);
     }
     directions
 }
 
 /// What a number is changed in parts of.
-fn unit_of(model: &Model, parameter: Parameter) -> f64 {
+fn unit_of(model: &Model, parameter: ScalarParameter) -> f64 {
     match parameter {
         // A fifth of the least moment leaves an inertia positive definite.
-        Parameter::Inertia(body, _) => {
+        ScalarParameter::Inertia(body, _) => {
             let moments = model.bodies[body.index()].inertia.rotational;
             0.2 * [moments.x_axis.x, moments.y_axis.y, moments.z_axis.z].into_iter().fold(f64::INFINITY, f64::min)
         }
-        Parameter::Armature(_) => 1e-3,
-        Parameter::Timestep | Parameter::Mass(_) => parameter.value(model).expect("a value"),
+        ScalarParameter::Armature(_) => 1e-3,
+        ScalarParameter::Timestep | ScalarParameter::Mass(_) => parameter.value(model).expect("a value"),
         _ => parameter.value(model).unwrap_or(0.1).abs().max(0.02),
     }
 }
@@ -73,7 +79,7 @@ fn end_at(
     let (mut model, mut state) = (bench.model.clone(), state.clone());
     for &(parameter, weight) in direction {
         match (parameter, parameter.value(&model)) {
-            (Parameter::Activation(actuator), _) => {
+            (ScalarParameter::Activation(actuator), _) => {
                 let activation = model.actuators[actuator.index()].activation.as_ref().expect("an activation");
                 state.activation[activation.index] += h * weight;
             }

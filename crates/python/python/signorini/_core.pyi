@@ -171,6 +171,15 @@ class Batch:
         Moments about the bodies' centres of mass, N·m, and mean forces over the step, N, in world axes. The row of body 0, the
         world, is that of fixed geoms, about the origin.
         """
+    def step_with_derivatives(self, parameters: Optional[Sequence[Any]] = None) -> list[StepDerivatives]:
+        """Makes one step of every simulation, and takes its derivative, on the batch's threads; the GIL is released meanwhile.
+
+        Args:
+            parameters: as for ``signorini.derivatives``.
+
+        Returns:
+            One for each simulation; "refused" with its reason where one stopped.
+        """
     def step(self, nstep: int = 1, ids: Optional[Sequence[int]] = None) -> None:
         """Makes ``nstep`` steps of the simulations ``ids``, or of all; the GIL is released meanwhile.
 
@@ -2177,6 +2186,8 @@ def identify_parameters(
     window: int,
     weights: Sequence[float],
     outlier: float,
+    equal_recordings: bool,
+    starts: int,
     iterations: int,
     tolerance: float,
     progress: Optional[Callable[[int, float, _Array], Any]],

@@ -129,6 +129,8 @@ def identify(
     window: Optional[int] = None,
     weights: Optional[Sequence[float]] = None,
     outlier: Optional[float] = None,
+    equal_recordings: bool = False,
+    starts: int = 0,
     iterations: int = 30,
     tolerance: float = 1e-4,
     settings: Optional[Settings] = None,
@@ -147,6 +149,9 @@ def identify(
         window: intervals after which the simulation begins again at a recorded state; ``None`` follows whole recordings.
         weights: factors on differences of qpos in tangent coordinates, (nv,).
         outlier: weighted difference of a sample from which on it counts by its size and not by its square; ``None`` for squares.
+        equal_recordings: whether recordings count the same, however long they are; otherwise samples do.
+        starts: places within the bounds, which have to be finite then, at which the objective is looked at before the method begins at the best of
+            them and of the model's own values: contact makes objectives with many valleys.
         iterations: steps of the method at most.
         tolerance: it ends where a step lowers the objective by less than this part.
         settings: of the simulation; its timestep is ``interval / substeps``.
@@ -157,9 +162,9 @@ def identify(
     """
     unknowns = [p if isinstance(p, Unknown) else Unknown(p) for p in parameters]
     specs = [unknown.parameter for unknown in unknowns]
-    starts = parameter_values(model, specs)
-    begin = [value if unknown.start is None else unknown.start for unknown, value in zip(unknowns, starts)]
-    if not np.array_equal(begin, starts):
+    present = parameter_values(model, specs)
+    begin = [value if unknown.start is None else unknown.start for unknown, value in zip(unknowns, present)]
+    if not np.array_equal(begin, present):
         model = with_parameters(model, specs, begin)
     given = [_samples(recording) for recording in recordings]
     asked = [(u.label, u.parameter, list(u.bounds), None if u.prior is None else list(u.prior)) for u in unknowns]
@@ -174,6 +179,8 @@ def identify(
         window or 0,
         [] if weights is None else [float(w) for w in weights],
         outlier or 0.0,
+        equal_recordings,
+        starts,
         iterations,
         tolerance,
         told,
