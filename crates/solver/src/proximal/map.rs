@@ -157,6 +157,18 @@ impl ProximalMap {
         true
     }
 
+    /// Puts the factorisation for the iterate's modes aside, which are about to change.
+    pub fn put_aside(&mut self) {
+        self.system.put_aside();
+        self.change_modes();
+    }
+
+    /// Takes the factorisation that was put aside last, for whose modes the iterate's were exchanged.
+    pub fn take_back(&mut self) {
+        self.system.take_back();
+        self.ready = Ready::Factored;
+    }
+
     /// Factorises for modes that a path has reached, whatever is known; `false` if the system is singular.
     pub fn refactor(&mut self, task: &Task, iterate: &Iterate) -> bool {
         self.effort.factorizations += 1;

@@ -81,11 +81,12 @@ impl ModeSearch {
             if violations == 0 || step == steps || !better || is_for_a_path(map, task, violations) {
                 break;
             }
+            map.put_aside();
             take_modes_of_trial(map, task, iterate);
         }
         if iterate.modes != self.best {
             iterate.modes.clone_from(&self.best);
-            map.change_modes();
+            map.take_back();
             return map.solve_modes(task, iterate).then_some(fewest);
         }
         Some(fewest)
@@ -113,5 +114,4 @@ fn take_modes_of_trial(map: &mut ProximalMap, task: &Task, iterate: &mut Iterate
         map.effort.mode_changes += u32::from(mode != iterate.modes[c]);
         iterate.modes[c] = mode;
     }
-    map.change_modes();
 }

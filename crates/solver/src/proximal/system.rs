@@ -38,6 +38,8 @@ pub struct ProximalSystem {
     /// `M` and the bilateral rows; the same for all modes.
     base: BlockLu,
     lu: BlockLu,
+    /// The factorisation that was [put aside](Self::put_aside).
+    aside: BlockLu,
     updates: Vec<Update>,
     /// `H⁻¹ J_cᵀ a` of each update, `n` entries each.
     columns: Vec<f64>,
@@ -140,6 +142,18 @@ impl ProximalSystem {
         self.lu.copy_from(&self.base);
         Arch::new().dispatch(Assembly { system: self, island, slope });
         self.lu.factor(&self.symbolic) > 0.0
+    }
+
+    /// Puts the factorisation aside: its modes may come back after others.
+    pub fn put_aside(&mut self) {
+        std::mem::swap(&mut self.lu, &mut self.aside);
+    }
+
+    /// Takes the factorisation that was put aside last.
+    pub fn take_back(&mut self) {
+        std::mem::swap(&mut self.lu, &mut self.aside);
+        self.updates.clear();
+        self.columns.clear();
     }
 
     /// The sign of the determinant of the matrix that was factorised last.
