@@ -95,7 +95,7 @@ impl IslandPool {
 impl Request<'_> {
     fn solve(&self, island: usize, workspace: &mut Workspace, result: &mut IslandResult) {
         let Self { problem, cones, islands, settings, look, given } = *self;
-        let is_warm = given.is_some();
+        let is_warm = given.is_some() && look != Look::Second;
         let task = Task { problem, cones, island: &islands[island], settings, look, is_warm };
         result.begin();
         match given {

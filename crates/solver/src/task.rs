@@ -72,7 +72,7 @@ pub(crate) struct Task<'a> {
     pub island: &'a Island,
     pub settings: &'a SolverSettings,
     pub look: Look,
-    /// Whether the caller gave a start.
+    /// Whether it begins at a start that the caller gave.
     pub is_warm: bool,
 }
 
@@ -85,6 +85,11 @@ impl Task<'_> {
     /// Whether it has so many that a factorisation costs more than a few mode changes.
     pub fn is_costly(&self) -> bool {
         self.island.units.len() >= SIZES.costly
+    }
+
+    /// Whether factorisations are to be spared: where they cost more than a few mode changes, and where a start leaves few modes to change.
+    pub fn spares_factorizations(&self) -> bool {
+        self.is_costly() || self.is_warm && self.is_large()
     }
 
     /// Whether so many proximal iterations are all that are made where they have come down to a residual.

@@ -73,12 +73,9 @@ impl ContactSweeps {
         history: &mut dyn FnMut(f64),
     ) -> Ended {
         let enough = task.enough();
-        self.made = 0;
-        self.system.begin(task);
-        self.system.start(task, iterate, &mut self.point);
+        self.begin(task, iterate, history);
         self.parts.begin();
         self.best.clear();
-        self.look(task, history);
         if self.lacking.worst <= SIZES.rough && enough < SIZES.rough {
             return Ended::Near;
         }
@@ -111,10 +108,7 @@ impl ContactSweeps {
         history: &mut dyn FnMut(f64),
     ) -> Ended {
         let enough = task.enough();
-        self.made = 0;
-        self.system.begin(task);
-        self.system.start(task, iterate, &mut self.point);
-        self.look(task, history);
+        self.begin(task, iterate, history);
         self.least.copy(&self.point);
         let mut least = (self.lacking.rms, self.lacking.worst);
         while self.lacking.worst > enough && self.made < budget {
@@ -130,17 +124,33 @@ impl ContactSweeps {
         if least.1 <= enough { Ended::Enough } else { Ended::OutOfBudget }
     }
 
-    /// Makes the sweeps of the first round: what they come to is where iterations of an island begin whose factorisations cost little.
+    /// Makes the sweeps of the first round, unless the iterate is [near](Ended::Near) its modes. They find most of these; where its factorisations
+    /// cost little more than sweeps, iterations find the others sooner.
     pub fn run_short(&mut self, task: &Task, iterate: &mut Iterate, history: &mut dyn FnMut(f64)) -> Ended {
-        match self.run_within(task, iterate, 2 * TUNING.sweeps_a_round, history) {
-            Ended::OutOfBudget => Ended::Slow,
-            ended => ended,
+        self.begin(task, iterate, history);
+        if self.lacking.worst <= RESIDUALS.far {
+            return Ended::Near;
         }
+        self.sweep(task, true, u32::MAX);
+        self.look(task, history);
+        if self.lacking.worst.is_nan() {
+            return Ended::Far;
+        }
+        self.give(iterate);
+        if self.lacking.worst <= task.enough() { Ended::Enough } else { Ended::Slow }
     }
 
     /// How many sweeps the last run made.
     pub fn made(&self) -> u32 {
         self.made
+    }
+
+    /// Takes an island and an iterate, and looks at what it lacks.
+    fn begin(&mut self, task: &Task, iterate: &Iterate, history: &mut dyn FnMut(f64)) {
+        self.made = 0;
+        self.system.begin(task);
+        self.system.start(task, iterate, &mut self.point);
+        self.look(task, history);
     }
 
     /// Makes the sweeps of a round, or as many as there may be.

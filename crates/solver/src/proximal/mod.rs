@@ -160,7 +160,7 @@ impl ProximalIterations {
             return None;
         }
         // What is accepted and does not get better is paid for with factorisations.
-        if task.is_costly() && best <= accepted_closely(task.island, settings) {
+        if task.spares_factorizations() && best <= accepted_closely(task.island, settings) {
             return Some(End::Accepted);
         }
         let most = settings.tolerance * map.velocity_scale;

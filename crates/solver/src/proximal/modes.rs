@@ -99,10 +99,10 @@ impl ModeSearch {
     }
 }
 
-/// Whether so few contacts of a very large island lie outside their modes, with an ε so small, that a path does better than a
+/// Whether so few contacts of a large island lie outside their modes, with an ε so small, that a path does better than a
 /// step on all modes at once, which then mostly throws out more contacts than it brings in.
 fn is_for_a_path(map: &ProximalMap, task: &Task, violations: usize) -> bool {
-    task.is_costly()
+    task.spares_factorizations()
         && map.epsilon < TUNING.easy
         && violations > TUNING.very_few
         && TUNING.few * violations <= task.island.units.len()

@@ -40,14 +40,15 @@ const CASCADE: [Stage; StageKind::ALL.len()] = [
     Stage { kind: StageKind::Impulses, applies: impulses::applies, run: |w, t, i| impulses::run(&mut w.impulses, &mut w.shared, t, i) },
     // cold and small: modes from projected Gauss–Seidel sweeps
     Stage { kind: StageKind::Sweeps, applies: sweeps::applies, run: |w, t, i| sweeps::run(&mut w.sweeps, &mut w.shared, t, i) },
-    // many contacts: accelerated sweeps of exact solutions contact by contact, in turn with exact solutions of what lags behind
+    // many contacts: accelerated sweeps of exact solutions contact by contact, in turn with exact solutions of what lags behind; some hundred, warm
+    // and far from their modes: a few sweeps, and iterations from there
     Stage { kind: StageKind::ContactSweeps, applies: contact_sweeps::applies, run: run_contact_sweeps },
     // cold and large: modes of what stands
     Stage { kind: StageKind::Standing, applies: standing::applies, run: |w, t, i| standing::run(&mut w.shared, t, i) },
     // proximal iterations: Newton steps on the modes, and paths from one to the next
     Stage { kind: StageKind::Proximal, applies: proximal::applies, run: |w, t, i| proximal::run(&mut w.shared, t, i) },
-    // large, warm and far from its modes: a few sweeps, and iterations from there; small, and the sweeps are counted: what iterations left
-    Stage { kind: StageKind::ContactSweeps, applies: contact_sweeps::applies_to_rest, run: |w, t, i| contact_sweeps::run_on_rest(&mut w.contact_sweeps, &mut w.shared, t, i) },
+    // small, and the sweeps are counted: what iterations left
+    Stage { kind: StageKind::ContactSweeps, applies: contact_sweeps::applies_to_rest, run: run_contact_sweeps },
     // large: modes from the end of the central path of Coulomb's law, then proximal iterations with a falling weight
     Stage { kind: StageKind::Interior, applies: interior::applies, run: |w, t, i| interior::run(&mut w.interior, &mut w.shared, t, i) },
     // the same from contacts that are all opened
