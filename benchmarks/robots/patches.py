@@ -36,11 +36,11 @@ def main():
         few, all_points = (run(options.program, model, options.duration, points) for points in (options.points, 0))
         ends = {row["end"] for row in (few, all_points)}
         if ends != {"finished"}:
-            print(f"| {model.name} | {', '.join(sorted(ends))} | | |", flush=True)
+            print(f"| {model.parent.name}/{model.name} | {', '.join(sorted(ends))} | | |", flush=True)
             continue
         places = [(few["poses"][name][:3], all_points["poses"][name][:3]) for name in few["poses"]]
         apart = max((sum((a - b) ** 2 for a, b in zip(p, q)) ** 0.5 for p, q in places), default=0.0)
-        print(f"| {model.name} | {apart:.1e} | {few['contacts_max']} | {all_points['contacts_max']} |", flush=True)
+        print(f"| {model.parent.name}/{model.name} | {apart:.1e} | {few['contacts_max']} | {all_points['contacts_max']} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -190,16 +190,21 @@ impl ImpulseNewton {
             self.begins.push(unknowns);
         }
         let system = self.system.start(unknowns);
+        // What sticks, or is closed without friction, has the rows of its block for unknowns.
+        let is_plain = |c: usize| matches!(self.modes[c], Mode::Stick | Mode::Closed);
         for &c in &self.active {
             let blocks = &self.delassus[c * island.units.len()..(c + 1) * island.units.len()];
-            for (own, held) in (self.begins[c]..self.begins[c + 1]).zip(&self.held[c]) {
-                let row = &mut system[own * unknowns..(own + 1) * unknowns];
+            for (r, own) in (self.begins[c]..self.begins[c + 1]).enumerate() {
+                let (row, velocity) = (&mut system[own * unknowns..(own + 1) * unknowns], self.held[c][r].velocity);
                 for &d in &self.active {
-                    let block = &blocks[d];
+                    let (block, columns) = (&blocks[d], &mut row[self.begins[d]..self.begins[d + 1]]);
+                    if is_plain(c) && is_plain(d) {
+                        columns.iter_mut().zip(block[r]).for_each(|(x, w)| *x = w);
+                        continue;
+                    }
                     let pulled: [f64; 3] = std::array::from_fn(|s| {
-                        held.velocity[0] * block[0][s] + held.velocity[1] * block[1][s] + held.velocity[2] * block[2][s]
+                        velocity[0] * block[0][s] + velocity[1] * block[1][s] + velocity[2] * block[2][s]
                     });
-                    let columns = &mut row[self.begins[d]..self.begins[d + 1]];
                     columns.iter_mut().zip(&self.held[d]).for_each(|(x, other)| *x = dot(pulled, other.impulse));
                 }
                 row[own] += TUNING.shared * island.scale[c];
