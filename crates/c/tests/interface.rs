@@ -1,36 +1,14 @@
 //! The C interface beside the Rust one: the same bits, no allocation in a step, and errors with a message where they belong.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
 use std::ffi::{CStr, CString};
 use std::ptr;
 
 use signorini::{Settings, Simulation};
 use signorini_c::*;
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-/// The system's allocator, counting the calls of each thread.
-struct Counting;
-
-// SAFETY: every call is handed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use signorini_testkit::{allocations, CountingAllocator};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 const SCENE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes/quadruped.xml");
 
@@ -96,7 +74,6 @@ fn a_step_and_what_is_read_of_it_allocate_nothing() {
     let (mut contact, mut certificate) = (signorini_contact::default(), signorini_certificate::default());
     let (mut sum, mut position, mut quaternion) = ([0.0; 3], [0.0; 3], [0.0; 4]);
     let mut round = |steps: usize| {
-        let before = ALLOCATIONS.with(Cell::get);
         for _ in 0..steps {
             // SAFETY: handle and places are valid.
             unsafe {
@@ -112,10 +89,9 @@ fn a_step_and_what_is_read_of_it_allocate_nothing() {
                 assert_eq!(signorini_step_certificate(handle, &mut certificate), SIGNORINI_OK);
             }
         }
-        ALLOCATIONS.with(Cell::get) - before
     };
-    round(300);
-    assert_eq!(round(200), 0);
+    assert!(allocations(|| round(300)) > 0, "the counter counts");
+    assert_eq!(allocations(|| round(200)), 0);
     // SAFETY: freed once.
     unsafe { signorini_simulation_free(handle) };
 }

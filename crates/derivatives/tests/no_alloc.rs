@@ -1,49 +1,15 @@
 //! Derivatives of a step allocate nothing once their buffers have grown to the scene, where contact points have closed forms: the search
 //! that others repeat with bodies displaced has memory of its own.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use signorini_derivatives::{StepDerivatives, Validity};
 use signorini_formats::load_mjcf_str;
 use signorini_lcp::Matrix;
 use signorini_multibody::{Input, Model, State};
 use signorini_simulation::{Settings, Workspace, step};
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-/// The system's allocator, counting the calls of each thread.
-struct Counting;
-
-fn count() {
-    ALLOCATIONS.with(|allocations| allocations.set(allocations.get() + 1));
-}
-
-#[allow(unsafe_code)]
-// SAFETY: every call is handed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: the caller keeps the contract of `realloc`.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use signorini_testkit::{CountingAllocator, allocations};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Allocations of the derivatives of 60 steps after 60 for warming up, and how many of the derivatives exist.
 fn allocations_of(model: Model) -> (usize, usize) {
@@ -61,10 +27,11 @@ fn allocations_of(model: Model) -> (usize, usize) {
     let (mut counted, mut given) = (0, 0);
     for n in 0..120 {
         let report = step(&model, &state, &input, &settings, &mut workspace, &mut next).expect("a step");
-        let before = ALLOCATIONS.with(Cell::get);
-        derivatives.compute(&model, (&state, &input), &settings, &report, &mut workspace);
-        let has_matrices = derivatives.matrices_into(&mut by_state, &mut by_control);
-        let own = ALLOCATIONS.with(Cell::get) - before;
+        let mut has_matrices = false;
+        let own = allocations(|| {
+            derivatives.compute(&model, (&state, &input), &settings, &report, &mut workspace);
+            has_matrices = derivatives.matrices_into(&mut by_state, &mut by_control);
+        });
         // What is refused says why, in a text.
         if n >= 60 && !matches!(derivatives.validity(), Validity::Refused { .. }) {
             (counted, given) = (counted + own, given + usize::from(has_matrices));
@@ -91,7 +58,5 @@ fn derivatives_allocate_nothing_once_warm() {
 
 #[test]
 fn the_counter_counts() {
-    let before = ALLOCATIONS.with(Cell::get);
-    drop(std::hint::black_box(vec![1.0; 10]));
-    assert!(ALLOCATIONS.with(Cell::get) > before);
+    assert!(allocations(|| drop(std::hint::black_box(vec![1.0; 10]))) > 0);
 }

@@ -1,46 +1,11 @@
 //! A warm solve with the circular cone allocates nothing once the buffers have grown to the problem.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
-
 use signorini_contact::{ConeSolution, ConeStatus, ConeWarmStart};
 use signorini_laws::CircularConeSolver;
-use signorini_testkit::{Motion, Parameters, Random, families};
-
-thread_local! {
-    static ALLOCATIONS: Cell<usize> = const { Cell::new(0) };
-}
-
-/// The system's allocator, counting the calls of each thread.
-struct Counting;
-
-fn count() {
-    ALLOCATIONS.with(|allocations| allocations.set(allocations.get() + 1));
-}
-
-#[allow(unsafe_code)]
-// SAFETY: every call is handed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        count();
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        count();
-        // SAFETY: the caller keeps the contract of `realloc`.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use signorini_testkit::{CountingAllocator, Motion, Parameters, Random, allocations, families};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 #[test]
 fn warm_solves_allocate_nothing() {
@@ -58,14 +23,14 @@ fn warm_solves_allocate_nothing() {
         })
         .collect();
     let mut rounds = [(0, 0); 2];
-    for (allocations, steps) in &mut rounds {
-        let before = ALLOCATIONS.with(Cell::get);
-        for (problem, start) in problems.iter().zip(&starts) {
-            solver.solve_into(problem, Some(start), &mut solution);
-            assert_eq!((&solution.status, solution.report.polygon_solves), (&ConeStatus::Solved, 0));
-            *steps += solution.report.newton_iterations;
-        }
-        *allocations = ALLOCATIONS.with(Cell::get) - before;
+    for (counted, steps) in &mut rounds {
+        *counted = allocations(|| {
+            for (problem, start) in problems.iter().zip(&starts) {
+                solver.solve_into(problem, Some(start), &mut solution);
+                assert_eq!((&solution.status, solution.report.polygon_solves), (&ConeStatus::Solved, 0));
+                *steps += solution.report.newton_iterations;
+            }
+        });
     }
     assert!(rounds[0].0 > 0, "the counter counts");
     assert_eq!(rounds[1].0, 0);

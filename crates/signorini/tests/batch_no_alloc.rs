@@ -1,44 +1,14 @@
 //! A step of a batch allocates nothing once the buffers have grown to the scene, on no thread.
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::sync::atomic::{AtomicUsize, Ordering};
-
 use signorini::{Batch, Settings};
-
-static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
-
-/// The system's allocator, counting the calls of all threads.
-struct Counting;
-
-#[allow(unsafe_code)]
-// SAFETY: every call is handed to the system's allocator unchanged.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract of `alloc`.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
-        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
-        // SAFETY: the caller keeps the contract of `realloc`.
-        unsafe { System.realloc(pointer, layout, size) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: the caller keeps the contract of `dealloc`.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
+use signorini_testkit::{CountingAllocator, allocations_of_all_threads};
 
 #[global_allocator]
-static ALLOCATOR: Counting = Counting;
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 /// Allocations of a call that makes so many steps of eight quadrupeds, after warming up.
 fn allocations(batch: &mut Batch, steps: u64) -> usize {
-    let before = ALLOCATIONS.load(Ordering::Relaxed);
-    assert!(batch.step(steps));
-    ALLOCATIONS.load(Ordering::Relaxed) - before
+    allocations_of_all_threads(|| assert!(batch.step(steps)))
 }
 
 /// One test alone in its program, so that nobody else allocates meanwhile. Handing work to a pool may take a block of the

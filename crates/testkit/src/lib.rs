@@ -7,8 +7,10 @@
 //! - [`Scene`]: free rigid bodies with point contacts, for problems made by hand
 //! - [`shared_data`]: where the data live that several projects share, with a message when they are absent
 //! - [`mod@reference`]: the formulation in dense matrices, and a judge of solutions that shares no code with the certificate
+//! - [`CountingAllocator`]: for tests of what must not allocate
 //! - [`Dense`]: plain matrices that share no code with the crates under test
 
+mod allocations;
 mod articulated;
 mod dense;
 pub mod families;
@@ -21,6 +23,7 @@ mod scene;
 mod shared;
 pub mod suite;
 
+pub use allocations::{CountingAllocator, allocations, allocations_of_all_threads};
 pub use articulated::articulated;
 pub use dense::{Dense, largest_difference};
 pub use families::Family;
