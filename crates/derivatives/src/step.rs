@@ -179,10 +179,19 @@ impl StepDerivatives {
         for (unit, &i) in self.ties.iter_mut().zip(&self.tie_rows.contacts) {
             unit.set(problem, &self.chosen, i, scales);
         }
-        self.smooth.clear(self.nv);
-        for _ in &self.directions {
-            self.smooth.push();
-        }
+        self.balance_at(velocity, model, (state, input), workspace)?;
+        self.integration.set(model, velocity, self.dt);
+        self.system.reduce(self.nv, &workspace.problem().mass_factor)
+    }
+
+    /// Derivatives of the balance of momentum at `v⁺` with the impulses of the rows, which are there already.
+    fn balance_at(
+        &mut self,
+        velocity: &[f64],
+        model: &Model,
+        (state, input): (&State, &Input),
+        workspace: &Workspace,
+    ) -> Result<(), String> {
         let kinematics = workspace.kinematics();
         let free = workspace.free_motion();
         let wrenches = &self.system.rows.wrenches;
@@ -208,14 +217,15 @@ impl StepDerivatives {
             impulses: &self.system.rows.wrenches,
             balance: &self.balance,
         };
+        self.smooth.clear(self.nv);
+        self.directions.iter().for_each(|_| self.smooth.push());
         for (j, direction) in self.directions.iter().enumerate() {
             add_smooth(&at, direction, self.smooth.row_mut(j));
         }
         for (column, smooth) in self.system.rows.balance_by_parameter.data.iter_mut().zip(&self.smooth.data) {
             *column += smooth;
         }
-        self.integration.set(model, velocity, self.dt);
-        self.system.reduce(self.nv, &workspace.problem().mass_factor)
+        Ok(())
     }
 
     /// The verdict on the margins at hand.

@@ -126,47 +126,10 @@ impl Recertifier {
 
     /// Builds the problem of a step from the model, the recorded state and input, and the recorded list of limits.
     fn rebuild(&mut self, frame: &Frame, first: &Impulses) -> Result<(), StepFault> {
+        self.take_state(frame, first)?;
+        self.find_recorded_contacts(frame)?;
         let Self { model, settings, workspace: ws, state, input, .. } = self;
         let solution = &frame.solution;
-        state.time = frame.time;
-        state.q.clone_from(&frame.q);
-        state.v.clone_from(&frame.v);
-        state.activation.clone_from(&frame.activation);
-        input.control.clone_from(&solution.control);
-        input.generalized_force.clone_from(&solution.generalized_force);
-        let moved = model.mocap_bodies.iter().filter_map(|body| frame.body_poses.get(body.index()));
-        input.mocap.clear();
-        input.mocap.extend(moved.map(array_pose));
-        ws.kinematics.place_mocap(model, input);
-        if first.velocity.len() != model.nv {
-            return Err(StepFault::Length { array: "v⁺", expected: model.nv, found: first.velocity.len() });
-        }
-        state.check(model).and_then(|()| input.check(model)).map_err(|e| StepFault::Unusable(e.to_string()))?;
-        let dt = settings.timestep.unwrap_or(model.timestep);
-        forward_kinematics_into(model, &state.q, &state.v, &mut ws.kinematics);
-        let smooth = free_motion_into(model, &ws.kinematics, state, input, dt, &mut ws.smooth);
-        smooth.map_err(|e| StepFault::Unusable(e.to_string()))?;
-        ws.builder.take_smooth(&mut ws.smooth, dt);
-        ws.reach.start(model, &ws.kinematics, &ws.builder.problem.free_velocity, dt);
-        ws.reach.widen(&ws.adhesion.layers);
-        for (reach, [linear, angular]) in ws.reach.reach.iter_mut().zip(&solution.reach) {
-            (reach.linear, reach.angular) = (reach.linear.max(*linear), reach.angular.max(*angular));
-        }
-        ws.reach.by_pairs = solution.reach.is_empty();
-        ws.candidates.begin();
-        ws.find_points(model);
-        let recorded = &frame.contacts;
-        let same = |i: usize, point: &ContactPoint| compare::is_same_point(&recorded[i], point);
-        let mut is_found = ws.candidates.choose_these(recorded.len(), same);
-        if !is_found && ws.reach.by_pairs {
-            // Recordings of before that looked at every pair within both travels.
-            ws.reach.by_pairs = false;
-            ws.find_points(model);
-            is_found = ws.candidates.choose_these(recorded.len(), same);
-        }
-        if !is_found {
-            return Err(StepFault::Contacts { recorded: recorded.len(), found: ws.candidates.count() });
-        }
         ws.build_problem(model, state, input);
         for limit in &solution.limits {
             let key = if limit.tendon { tendon_limit_key } else { joint_limit_key };
@@ -192,6 +155,60 @@ impl Recertifier {
             return Ok(());
         }
         take_directions(frame, &mut ws.builder.problem)
+    }
+
+    /// Takes the recorded state and input, and finds the free motion from there.
+    fn take_state(&mut self, frame: &Frame, first: &Impulses) -> Result<(), StepFault> {
+        let Self { model, settings, workspace: ws, state, input, .. } = self;
+        let solution = &frame.solution;
+        state.time = frame.time;
+        state.q.clone_from(&frame.q);
+        state.v.clone_from(&frame.v);
+        state.activation.clone_from(&frame.activation);
+        input.control.clone_from(&solution.control);
+        input.generalized_force.clone_from(&solution.generalized_force);
+        let moved = model.mocap_bodies.iter().filter_map(|body| frame.body_poses.get(body.index()));
+        input.mocap.clear();
+        input.mocap.extend(moved.map(array_pose));
+        ws.kinematics.place_mocap(model, input);
+        if first.velocity.len() != model.nv {
+            return Err(StepFault::Length { array: "v⁺", expected: model.nv, found: first.velocity.len() });
+        }
+        state.check(model).and_then(|()| input.check(model)).map_err(|e| StepFault::Unusable(e.to_string()))?;
+        let dt = settings.timestep.unwrap_or(model.timestep);
+        forward_kinematics_into(model, &state.q, &state.v, &mut ws.kinematics);
+        let smooth = free_motion_into(model, &ws.kinematics, state, input, dt, &mut ws.smooth);
+        smooth.map_err(|e| StepFault::Unusable(e.to_string()))?;
+        ws.builder.take_smooth(&mut ws.smooth, dt);
+        Ok(())
+    }
+
+    /// Searches as the step did, within the recorded reach, and chooses the recorded contacts among what is found.
+    fn find_recorded_contacts(&mut self, frame: &Frame) -> Result<(), StepFault> {
+        let Self { model, settings, workspace: ws, .. } = self;
+        let dt = settings.timestep.unwrap_or(model.timestep);
+        let solution = &frame.solution;
+        ws.reach.start(model, &ws.kinematics, &ws.builder.problem.free_velocity, dt);
+        ws.reach.widen(&ws.adhesion.layers);
+        for (reach, [linear, angular]) in ws.reach.reach.iter_mut().zip(&solution.reach) {
+            (reach.linear, reach.angular) = (reach.linear.max(*linear), reach.angular.max(*angular));
+        }
+        ws.reach.by_pairs = solution.reach.is_empty();
+        ws.candidates.begin();
+        ws.find_points(model);
+        let recorded = &frame.contacts;
+        let same = |i: usize, point: &ContactPoint| compare::is_same_point(&recorded[i], point);
+        let mut is_found = ws.candidates.choose_these(recorded.len(), same);
+        if !is_found && ws.reach.by_pairs {
+            // Recordings of before that looked at every pair within both travels.
+            ws.reach.by_pairs = false;
+            ws.find_points(model);
+            is_found = ws.candidates.choose_these(recorded.len(), same);
+        }
+        if !is_found {
+            return Err(StepFault::Contacts { recorded: recorded.len(), found: ws.candidates.count() });
+        }
+        Ok(())
     }
 
     /// The certificate of the first problem by the law of the run.

@@ -1,7 +1,7 @@
 //! Rows of equality constraints: points and frames that stay on each other, coupled joints.
 
-use signorini_multibody::glam::{DMat3, DVec3};
-use signorini_multibody::{BodyId, EqualityBlock, EqualityKind, JointKind, equality_block_into};
+use signorini_multibody::glam::{DMat3, DQuat, DVec3};
+use signorini_multibody::{BodyId, EqualityBlock, EqualityKind, JointId, JointKind, Pose, equality_block_into};
 use signorini_multibody::{SpatialVector, right_jacobian, rotation_log};
 
 use super::parameters::add_violation;
@@ -23,15 +23,13 @@ pub(super) fn add(
             return Err(format!("bilateral row {k} prescribes a velocity"));
         };
         let equality = &step.model.equalities[equality];
-        let kinematics = step.workspace.kinematics();
-        equality_block_into(step.model, kinematics, &step.state.q, &equality.kind, part, block);
-        check_pace(step, k, &equality.kind, part, block, margins)
-            .map_err(|reason| format!("constraint '{}': {reason}", equality.name))?;
+        let refuse = |reason: &str| format!("constraint '{}': {reason}", equality.name);
+        equality_block_into(step.model, step.workspace.kinematics(), &step.state.q, &equality.kind, part, block);
+        check_pace(step, k, &equality.kind, part, block, margins).map_err(refuse)?;
         let violation = problem.bilateral_violation[k];
         if (violation - step.settings.stabilization * block.violation[axis]).abs() > 1e-12 * (1.0 + violation.abs()) {
-            return Err(format!("constraint '{}': it is restored at a bounded speed", equality.name));
+            return Err(refuse("it is restored at a bounded speed"));
         }
-        let lambda = step.solution.bilateral[k];
         let (columns, entries) = problem.bilateral_jacobian.group(k);
         let part_of_dt = step.settings.stabilization / problem.timestep;
         let row = rows.push(InequalitySource::Bilateral(k));
@@ -41,51 +39,54 @@ pub(super) fn add(
             row.by_configuration[k] = part_of_dt * entry[0];
         }
         let slopes = row.by_configuration;
+        let lambda = step.solution.bilateral[k];
         match equality.kind {
-            EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
-                let ends = [(body_a, point_a), (body_b, point_b)];
-                let pair = Pair::new(step, ends, list);
-                pair.point_slopes(step, axis, list, slopes);
-                pair.act(step, axis, lambda, list, rows, turning);
-            }
-            EqualityKind::Weld { body_a, frame_a, body_b, frame_b } if part == 0 => {
-                let ends = [(body_a, frame_a.position), (body_b, frame_b.position)];
-                let pair = Pair::new(step, ends, list);
-                pair.point_slopes(step, axis, list, slopes);
-                pair.act(step, axis, lambda, list, rows, turning);
-            }
-            EqualityKind::Weld { body_a, frame_a, body_b, frame_b } => {
-                let pair = Pair::new(step, [(body_a, DVec3::ZERO), (body_b, DVec3::ZERO)], list);
-                let rotations = [frame_a.rotation, frame_b.rotation];
-                let placed = [0, 1].map(|s| kinematics.pose[pair.bodies[s].index()].rotation * rotations[s]);
-                let turn = rotation_log(placed[0].conjugate() * placed[1]);
-                let inverse = right_jacobian(turn).inverse();
-                let [a, b] = placed.map(DMat3::from_quat);
-                let by_relative = a * inverse * b.transpose();
-                pair.turn_slopes(step, axis, list, (a * turn, by_relative), part_of_dt, slopes);
-                pair.twist(step, axis, lambda, list, rows, turning);
-            }
-            EqualityKind::Tendon { .. } => {
-                return Err(format!("constraint '{}': it holds a tendon", equality.name));
-            }
+            EqualityKind::Tendon { .. } => return Err(refuse("it holds a tendon")),
             EqualityKind::Joint { driver, polynomial, .. } => {
-                if let Some(driver) = driver {
-                    let joint = &step.model.joints[driver.index()];
-                    let x = step.state.q[joint.q_index] - joint.reference;
-                    let [_, _, a_2, a_3, a_4] = polynomial;
-                    let bend = 2.0 * a_2 + x * (6.0 * a_3 + x * 12.0 * a_4);
-                    let k = joint.v_index;
-                    slopes[k] -= bend * step.solution.velocity[k];
-                    turning[k * step.model.nv + k] -= lambda * bend;
-                }
+                bend(step, driver, polynomial, lambda, (slopes, turning));
                 for (&column, entry) in columns.iter().zip(entries) {
                     rows.coordinate_impulse[column as usize] += lambda * entry[0];
                 }
+            }
+            EqualityKind::Weld { body_a, frame_a, body_b, frame_b } if part == 1 => {
+                let pair = Pair::new(step, [(body_a, DVec3::ZERO), (body_b, DVec3::ZERO)], list);
+                let turn = pair.relative_turn(step, [frame_a.rotation, frame_b.rotation]);
+                pair.turn_slopes(step, axis, list, turn, part_of_dt, slopes);
+                pair.twist(step, axis, lambda, list, rows, turning);
+            }
+            EqualityKind::Weld {
+                body_a,
+                frame_a: Pose { position: point_a, .. },
+                body_b,
+                frame_b: Pose { position: point_b, .. },
+            }
+            | EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
+                let pair = Pair::new(step, [(body_a, point_a), (body_b, point_b)], list);
+                pair.point_slopes(step, axis, list, slopes);
+                pair.act(step, axis, lambda, list, rows, turning);
             }
         }
         add_violation(rows.len() - 1, violation, problem.timestep, step.directions, rows);
     }
     Ok(())
+}
+
+/// A row of coupled joints turns with the driver's coordinate, by the second derivative of the polynomial.
+fn bend(
+    step: &Step,
+    driver: Option<JointId>,
+    polynomial: [f64; 5],
+    lambda: f64,
+    (slopes, turning): (&mut [f64], &mut [f64]),
+) {
+    let Some(driver) = driver else { return };
+    let joint = &step.model.joints[driver.index()];
+    let x = step.state.q[joint.q_index] - joint.reference;
+    let [_, _, a_2, a_3, a_4] = polynomial;
+    let bend = 2.0 * a_2 + x * (6.0 * a_3 + x * 12.0 * a_4);
+    let k = joint.v_index;
+    slopes[k] -= bend * step.solution.velocity[k];
+    turning[k * step.model.nv + k] -= lambda * bend;
 }
 
 /// Notes how far the violation is from what is removed in one step.
@@ -187,6 +188,15 @@ impl Pair {
                     SIGNS[s] * power(displacement(mover.dof), displacement(other.dof));
             }
         }
+    }
+
+    /// The rotation vector from a frame on A to one on B in world axes, and its change by a relative rotation in world axes. `frames`: in the
+    /// bodies' frames.
+    fn relative_turn(&self, step: &Step, frames: [DQuat; 2]) -> (DVec3, DMat3) {
+        let placed = [0, 1].map(|s| step.workspace.kinematics().pose[self.bodies[s].index()].rotation * frames[s]);
+        let turn = rotation_log(placed[0].conjugate() * placed[1]);
+        let [a, b] = placed.map(DMat3::from_quat);
+        (a * turn, a * right_jacobian(turn).inverse() * b.transpose())
     }
 
     /// Slopes of the relative angular velocity along an axis of the world, and of the violation, which is a rotation vector: `violation`

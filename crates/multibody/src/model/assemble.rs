@@ -32,62 +32,119 @@ pub(super) struct Parts {
     pub(super) lights: Vec<Light>,
 }
 
+/// Joints in the model's order, and what this order decides.
+struct Order {
+    joints: Vec<Joint>,
+    /// Per body, the index of its first joint.
+    first: Vec<usize>,
+    body_weld: Vec<BodyId>,
+    body_last_dof: Vec<Option<usize>>,
+    dof_parent: Vec<Option<usize>>,
+    dof_joint: Vec<JointId>,
+    nq: usize,
+    nv: usize,
+}
+
+impl Order {
+    /// Takes the joints of each body after those of its parent, and tells the bodies which are theirs.
+    fn of(bodies: &mut [Body], joints: Vec<Vec<Joint>>) -> Self {
+        let mut order = Self {
+            joints: Vec::new(),
+            first: vec![0; bodies.len()],
+            body_weld: vec![BodyId::WORLD; bodies.len()],
+            body_last_dof: vec![None; bodies.len()],
+            dof_parent: Vec::new(),
+            dof_joint: Vec::new(),
+            nq: 0,
+            nv: 0,
+        };
+        for (i, own) in joints.into_iter().enumerate() {
+            let parent = bodies[i].parent.index();
+            order.body_weld[i] = if own.is_empty() && i > 0 { order.body_weld[parent] } else { BodyId(i as u32) };
+            bodies[i].first_joint = order.joints.len();
+            bodies[i].joint_count = own.len();
+            order.first[i] = order.joints.len();
+            order.body_last_dof[i] = if i == 0 { None } else { order.body_last_dof[parent] };
+            own.into_iter().for_each(|joint| order.push(i, joint));
+        }
+        order
+    }
+
+    /// Adds the next joint of a body.
+    fn push(&mut self, body: usize, mut joint: Joint) {
+        (joint.q_index, joint.v_index) = (self.nq, self.nv);
+        let id = JointId(self.joints.len() as u32);
+        for _ in 0..joint.kind.nv() {
+            self.dof_parent.push(self.body_last_dof[body]);
+            self.dof_joint.push(id);
+            self.body_last_dof[body] = Some(self.nv);
+            self.nv += 1;
+        }
+        self.nq += joint.kind.nq();
+        self.joints.push(joint);
+    }
+}
+
 impl Parts {
     /// The model of these parts, not yet checked.
-    pub(super) fn assemble(self) -> Model {
-        let mut bodies = self.bodies;
-        let mut joints = Vec::new();
-        let mut body_weld = vec![BodyId::WORLD; bodies.len()];
-        let mut body_last_dof = vec![None; bodies.len()];
-        let (mut dof_parent, mut dof_joint) = (Vec::new(), Vec::new());
-        let (mut nq, mut nv) = (0, 0);
-        let mut first = vec![0; bodies.len()];
-        for (i, own) in self.joints.into_iter().enumerate() {
-            let parent = bodies[i].parent.index();
-            let mut last_dof: Option<usize> = if i == 0 { None } else { body_last_dof[parent] };
-            body_weld[i] = if own.is_empty() && i > 0 { body_weld[parent] } else { BodyId(i as u32) };
-            bodies[i].first_joint = joints.len();
-            bodies[i].joint_count = own.len();
-            first[i] = joints.len();
-            for mut joint in own {
-                (joint.q_index, joint.v_index) = (nq, nv);
-                let id = JointId(joints.len() as u32);
-                for _ in 0..joint.kind.nv() {
-                    dof_parent.push(last_dof);
-                    dof_joint.push(id);
-                    last_dof = Some(nv);
-                    nv += 1;
-                }
-                nq += joint.kind.nq();
-                joints.push(joint);
-            }
-            body_last_dof[i] = last_dof;
+    pub(super) fn assemble(mut self) -> Model {
+        let order = Order::of(&mut self.bodies, std::mem::take(&mut self.joints));
+        self.renumber_joints(&order.first);
+        let na = self.place_activations();
+        let sensor_size = self.place_sensors();
+        let weld = &order.body_weld;
+        let weld_parent = weld.iter().map(|w| weld[self.bodies[w.index()].parent.index()]).collect();
+        let contact_filter = ContactFilter::new(&self.pairs, &self.excluded, weld.clone(), weld_parent);
+        let path = PathStep::all(&self.bodies, &order.joints);
+        Model {
+            name: self.name,
+            gravity: self.gravity,
+            magnetic: self.magnetic,
+            timestep: self.timestep,
+            bodies: self.bodies,
+            joints: order.joints,
+            geoms: self.geoms,
+            pairs: self.pairs,
+            contact_filter,
+            equalities: self.equalities,
+            sites: self.sites,
+            tendons: self.tendons,
+            actuators: self.actuators,
+            sensors: self.sensors,
+            keyframes: self.keyframes,
+            mocap_bodies: self.mocap_bodies,
+            cameras: self.cameras,
+            lights: self.lights,
+            nq: order.nq,
+            nv: order.nv,
+            na,
+            sensor_size,
+            dof_parent: order.dof_parent,
+            dof_joint: order.dof_joint,
+            body_last_dof: order.body_last_dof,
+            body_weld: order.body_weld,
+            path,
         }
-        // Parts that name joints by the order in which these were added name them by their order in the model.
+    }
+
+    /// Parts that name joints by the order in which these were added name them by their order in the model, in which the joints of each body
+    /// begin at `first`.
+    fn renumber_joints(&mut self, first: &[usize]) {
+        let ids = &self.joint_ids;
         let renumber = |joint: &mut JointId| {
-            if let Some(&(body, k)) = self.joint_ids.get(joint.index()) {
+            if let Some(&(body, k)) = ids.get(joint.index()) {
                 *joint = JointId((first[body] + k) as u32);
             }
         };
-        let mut equalities = self.equalities;
-        equalities.iter_mut().flat_map(|e| e.kind.joints_mut()).for_each(renumber);
-        let (mut tendons, mut actuators, mut sensors) = (self.tendons, self.actuators, self.sensors);
-        tendons.iter_mut().flat_map(|t| &mut t.terms).for_each(|(joint, _)| renumber(joint));
-        for actuator in &mut actuators {
+        self.equalities.iter_mut().flat_map(|e| e.kind.joints_mut()).for_each(renumber);
+        self.tendons.iter_mut().flat_map(|t| &mut t.terms).for_each(|(joint, _)| renumber(joint));
+        for actuator in &mut self.actuators {
             match &mut actuator.transmission {
                 Transmission::Joint(joint) | Transmission::JointAxes { joint, .. } => renumber(joint),
                 Transmission::Tendon(_) | Transmission::Site { .. } | Transmission::Body { .. } => {}
             }
         }
-        let mut na = 0;
-        for activation in actuators.iter_mut().filter_map(|actuator| actuator.activation.as_mut()) {
-            activation.index = na;
-            na += 1;
-        }
-        let mut sensor_size = 0;
-        for sensor in &mut sensors {
-            sensor.address = sensor_size;
-            sensor_size += sensor.kind.size();
+        for sensor in &mut self.sensors {
             match &mut sensor.kind {
                 SensorKind::JointPosition(joint)
                 | SensorKind::JointVelocity(joint)
@@ -97,38 +154,26 @@ impl Parts {
                 _ => {}
             }
         }
-        let weld_parent = body_weld.iter().map(|w| body_weld[bodies[w.index()].parent.index()]).collect();
-        let contact_filter = ContactFilter::new(&self.pairs, &self.excluded, body_weld.clone(), weld_parent);
-        let path = PathStep::all(&bodies, &joints);
-        Model {
-            name: self.name,
-            gravity: self.gravity,
-            magnetic: self.magnetic,
-            timestep: self.timestep,
-            bodies,
-            joints,
-            geoms: self.geoms,
-            pairs: self.pairs,
-            contact_filter,
-            equalities,
-            sites: self.sites,
-            tendons,
-            actuators,
-            sensors,
-            keyframes: self.keyframes,
-            mocap_bodies: self.mocap_bodies,
-            cameras: self.cameras,
-            lights: self.lights,
-            nq,
-            nv,
-            na,
-            sensor_size,
-            dof_parent,
-            dof_joint,
-            body_last_dof,
-            body_weld,
-            path,
+    }
+
+    /// Gives the activations their places in the state; their number.
+    fn place_activations(&mut self) -> usize {
+        let mut na = 0;
+        for activation in self.actuators.iter_mut().filter_map(|actuator| actuator.activation.as_mut()) {
+            activation.index = na;
+            na += 1;
         }
+        na
+    }
+
+    /// Gives the sensors their places among the readings; the number of these.
+    fn place_sensors(&mut self) -> usize {
+        let mut size = 0;
+        for sensor in &mut self.sensors {
+            sensor.address = size;
+            size += sensor.kind.size();
+        }
+        size
     }
 }
 
