@@ -3,9 +3,11 @@
 //! Nothing here knows how the solution was found. Every residual is relative to the data's own scales, so that it does not
 //! change with the units of mass, length or time.
 
-use crate::residuals::{keep, natural};
+use crate::momentum::needs_terms;
+use crate::residuals::{keep, larger, natural};
 use crate::{ContactProblem, ContactSolution};
 
+pub use crate::momentum::Scratch;
 pub use crate::residuals::Certificate;
 
 /// The square of a smaller number is not a normal number.
@@ -23,26 +25,6 @@ fn carries(x: &[f64]) -> u64 {
 #[inline]
 fn smaller(a: f64, b: f64) -> f64 {
     if a < b { a } else { b }
-}
-
-/// The larger of two numbers, in one instruction; the second where one of them is none.
-#[inline]
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
-}
-
-/// Memory of the certificate.
-#[derive(Clone, Debug, Default)]
-pub struct Scratch {
-    force: Vec<f64>,
-    change: Vec<f64>,
-    momentum: Vec<f64>,
-    column: Vec<f64>,
-    /// The velocity that the impulses give and the claimed one, of each degree of freedom.
-    pub(crate) both: Vec<[f64; 2]>,
-    /// How far the velocity that the impulses of the last certified solution give is from the claimed one along any row, relative
-    /// to the velocity scale. The momentum residual is relative to the heaviest body; this is what it means to the rows.
-    pub carried: f64,
 }
 
 /// Certifies a claimed solution `(v⁺, λ_N, α, β, λ_B)` with the `α` and `β` of its friction groups; only these of `solution` are read.
@@ -86,7 +68,11 @@ pub fn certify_with(
     }
     scratch.resize(nv);
     scratch.add_polygon_forces(problem, solution);
-    let momentum = scratch.balance(problem, &solution.velocity);
+    let mut momentum = scratch.balance(problem, &solution.velocity, scales.velocity);
+    if needs_terms(momentum) {
+        scratch.add_polygon_terms(problem, solution);
+        momentum = scratch.balance_beside_terms(problem, scales.velocity);
+    }
     let mut certificate = Certificate { momentum, ..Default::default() };
     let mut carried = 0.0;
     for i in 0..nc {
@@ -138,15 +124,13 @@ pub struct Scales {
     pub(crate) delassus: f64,
     /// `s_v = max|b|`, m/s.
     pub velocity: f64,
-    /// `max|M|`, which is on the diagonal.
-    mass: f64,
 }
 
 impl Scales {
     /// The scales of a problem whose largest Delassus entry ([`ContactProblem::delassus_scale`]) and velocity scale
     /// ([`ContactProblem::velocity_scale`]) are known.
-    pub fn new(problem: &ContactProblem, delassus: f64, velocity: f64) -> Self {
-        Self { delassus: if delassus > 0.0 { delassus } else { 1.0 }, velocity, mass: problem.mass.largest_diagonal() }
+    pub fn new(delassus: f64, velocity: f64) -> Self {
+        Self { delassus: if delassus > 0.0 { delassus } else { 1.0 }, velocity }
     }
 
     /// What the last digits of a solution's impulses make in a velocity, relative to `s_v`. Friction is little more than what bounds it.
@@ -156,14 +140,7 @@ impl Scales {
         if self.velocity > 0.0 { f64::EPSILON * self.delassus * largest / self.velocity } else { 0.0 }
     }
 
-    /// `s_v`, but at least a millionth of the free velocity: `M(v⁺ − v^f)` is a difference of numbers of that size, and below
-    /// it the quotient would compare rounding with rounding (a limit at rest in a robot that falls).
-    fn momentum_velocity(&self, problem: &ContactProblem) -> f64 {
-        let fastest = problem.free_velocity.iter().fold(0.0, |a, v| larger(v.abs(), a));
-        self.velocity.max(1e-6 * fastest)
-    }
-
-    /// Divides the raw residuals by their scales; where the data are zero the solution is zero and so are the residuals. Zero is
+    /// Divides the raw residuals by their scales, but the momentum, which has its own of each body; where the data are zero the solution is zero and so are the residuals. Zero is
     /// what has no square: rest that is approached step by step ends there.
     pub(crate) fn normalise(&self, problem: &ContactProblem, velocity: &[f64], raw: Certificate) -> Certificate {
         if self.velocity < NO_SQUARE {
@@ -172,72 +149,39 @@ impl Scales {
             let r = if still { 0.0 } else { f64::INFINITY };
             return Certificate { momentum: r, natural_map: r, ..Default::default() };
         }
-        raw.relative_to(self.velocity, self.delassus, self.mass * self.momentum_velocity(problem))
+        raw.relative_to(self.velocity, self.delassus)
     }
 }
 
 impl Scratch {
-    /// Makes room, and the force zero.
-    pub(crate) fn resize(&mut self, nv: usize) {
-        self.force.clear();
-        self.force.resize(nv, 0.0);
-        self.change.resize(nv, 0.0);
-        self.momentum.resize(nv, 0.0);
-        self.both.resize(nv, [0.0; 2]);
-    }
-
     /// The scales of a problem whose velocity scale is known.
     pub(crate) fn scales(&mut self, problem: &ContactProblem, velocity: f64) -> Scales {
         self.column.clear();
         self.column.resize(problem.nv(), 0.0);
-        Scales::new(problem, problem.delassus_scale_with(&mut self.column), velocity)
+        Scales::new(problem.delassus_scale_with(&mut self.column), velocity)
     }
 
     fn add_polygon_forces(&mut self, problem: &ContactProblem, solution: &ContactSolution) {
-        let of_contact = |i: usize| {
-            let [t_1, t_2] = tangential_impulse(problem, solution, i);
-            [solution.lambda_n[i], t_1, t_2]
-        };
-        let of_group = |j: usize| problem.friction_groups.impulse(j, &solution.group_alpha);
+        let (of_contact, of_group) = polygon_impulses(problem, solution);
         self.add_forces(problem, of_contact, &solution.bilateral, of_group);
     }
 
-    /// `force = J_Nᵀλ_N + J_Tᵀλ_T + J_Bᵀλ_B + J_Fᵀλ_F`.
-    #[inline]
-    pub(crate) fn add_forces(
-        &mut self,
-        problem: &ContactProblem,
-        of_contact: impl Fn(usize) -> [f64; 3],
-        bilateral: &[f64],
-        of_group: impl Fn(usize) -> [f64; 2],
-    ) {
-        for i in 0..problem.contact_count() {
-            problem.jacobian.add_transposed(i, of_contact(i), &mut self.force);
-        }
-        for (k, p) in bilateral.iter().enumerate() {
-            problem.bilateral_jacobian.add_transposed(k, [*p], &mut self.force);
-        }
-        for j in 0..problem.friction_groups.len() {
-            problem.friction_groups.jacobian.add_transposed(j, of_group(j), &mut self.force);
-        }
+    fn add_polygon_terms(&mut self, problem: &ContactProblem, solution: &ContactSolution) {
+        let (of_contact, of_group) = polygon_impulses(problem, solution);
+        self.add_terms(problem, of_contact, &solution.bilateral, of_group);
     }
+}
 
-    /// `‖M(v⁺ − v^f) − force‖_∞`. Then the force is overwritten, and the velocity that it gives, `v^f + M⁻¹ force`, stands beside the
-    /// claimed one.
-    pub(crate) fn balance(&mut self, problem: &ContactProblem, velocity: &[f64]) -> f64 {
-        for ((d, v), f) in self.change.iter_mut().zip(velocity).zip(&problem.free_velocity) {
-            *d = v - f;
-        }
-        problem.mass.multiply_into(&self.change, &mut self.momentum);
-        let mut largest = 0.0;
-        self.momentum.iter().zip(&self.force).for_each(|(p, f)| keep(&mut largest, (p - f).abs()));
-        problem.mass_factor.solve_in_place(&mut self.force);
-        let changes = self.force.iter().zip(&problem.free_velocity);
-        for ((both, claimed), (change, free)) in self.both.iter_mut().zip(velocity).zip(changes) {
-            *both = [change + free, *claimed];
-        }
-        largest
-    }
+/// The impulses of each contact (normal, two tangents) and of each friction group.
+fn polygon_impulses<'a>(
+    problem: &'a ContactProblem,
+    solution: &'a ContactSolution,
+) -> (impl Fn(usize) -> [f64; 3] + 'a, impl Fn(usize) -> [f64; 2] + 'a) {
+    let of_contact = |i| {
+        let [t_1, t_2] = tangential_impulse(problem, solution, i);
+        [solution.lambda_n[i], t_1, t_2]
+    };
+    (of_contact, |j| problem.friction_groups.impulse(j, &solution.group_alpha))
 }
 
 /// `λ_T = D α` of contact `i`.

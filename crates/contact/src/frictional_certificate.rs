@@ -38,7 +38,7 @@ impl FrictionalProblem {
             // As in the certificate of a problem with velocities: one factor of the scale is `max(s_v, g r)`.
             raw.dissipation = raw.dissipation.max((power + bound * fastest) * scale / scale.max(g * bound));
         }
-        raw = raw.relative_to(scale, g, 1.0);
+        raw = raw.relative_to(scale, g);
         Certificate { natural_map, ..raw }
     }
 }

@@ -152,6 +152,14 @@ impl<const R: usize> SparseRows<R> {
         add_transposed(columns, entries, p, y);
     }
 
+    /// `y += |J_i|ᵀ |p|`: the magnitudes of what [`add_transposed`](Self::add_transposed) adds up.
+    pub fn add_terms_transposed(&self, i: usize, p: [f64; R], y: &mut [f64]) {
+        let (columns, entries) = self.group(i);
+        for (&column, entry) in columns.iter().zip(entries) {
+            y[column as usize] += entry.iter().zip(p).map(|(e, p)| (e * p).abs()).sum::<f64>();
+        }
+    }
+
     /// The first column index of any group that is not below `nv`, with its group.
     pub fn column_beyond(&self, nv: usize) -> Option<(usize, usize)> {
         let k = self.columns.iter().position(|&c| c as usize >= nv)?;

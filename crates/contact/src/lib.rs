@@ -42,6 +42,7 @@ mod jacobian;
 // Small change of the crates above; no part of the interface.
 #[doc(hidden)]
 pub mod lists;
+mod momentum;
 mod outcome;
 mod polygon;
 mod problem;

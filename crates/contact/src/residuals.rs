@@ -7,7 +7,8 @@
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub struct Certificate {
-    /// `r_dyn`: `‖M(v⁺ − v^f) − J_Nᵀλ_N − J_Tᵀλ_T − J_Bᵀλ_B − J_Fᵀλ_F‖_∞`, momentum balance of the claimed `v⁺` and impulses.
+    /// `r_dyn`: `‖M(v⁺ − v^f) − J_Nᵀλ_N − J_Tᵀλ_T − J_Bᵀλ_B − J_Fᵀλ_F‖_∞`, momentum balance of the claimed `v⁺` and impulses, of each kinematic
+    /// tree relative to its own mass.
     pub momentum: f64,
     /// `r_nat`: natural map of the standard LCP in one unit, `w` computed from `z` (and the free rows of bilateral
     /// constraints). Circular cone: `‖gλ − P_K(gλ − u − μ‖u_T‖n)‖` (formulation §9) with the velocities that the impulses give, which
@@ -66,10 +67,10 @@ impl Certificate {
         keep(&mut self.bilateral, other.bilateral);
     }
 
-    /// Raw residuals divided by their scales: velocities by `s_v`, impulses by `s_v/g`, the momentum by its own.
-    pub(crate) fn relative_to(self, velocity: f64, delassus: f64, momentum: f64) -> Self {
+    /// Raw residuals divided by their scales: velocities by `s_v`, impulses by `s_v/g`. The momentum's is relative already.
+    pub(crate) fn relative_to(self, velocity: f64, delassus: f64) -> Self {
         Self {
-            momentum: if self.momentum == 0.0 { 0.0 } else { self.momentum / momentum },
+            momentum: self.momentum,
             natural_map: self.natural_map / velocity,
             signorini: self.signorini / velocity,
             friction: self.friction * delassus / velocity,
@@ -101,6 +102,12 @@ pub struct ResidualSpread {
     pub worst: f64,
     /// Root mean square over all contacts, groups and rows.
     pub rms: f64,
+}
+
+/// The larger of two numbers, in one instruction; the second where one of them is none.
+#[inline]
+pub(crate) fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
 /// Keeps the larger value; NaN counts as infinite.

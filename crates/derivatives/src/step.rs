@@ -218,9 +218,8 @@ impl StepDerivatives {
             balance: &self.balance,
         };
         self.smooth.clear(self.nv);
-        self.directions.iter().for_each(|_| self.smooth.push());
-        for (j, direction) in self.directions.iter().enumerate() {
-            add_smooth(&at, direction, self.smooth.row_mut(j));
+        for direction in &self.directions {
+            add_smooth(&at, direction, self.smooth.push());
         }
         for (column, smooth) in self.system.rows.balance_by_parameter.data.iter_mut().zip(&self.smooth.data) {
             *column += smooth;

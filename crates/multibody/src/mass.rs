@@ -192,15 +192,17 @@ impl BlockDiagonal {
 
     /// The largest entry on the diagonal; 0 without rows. No other entry of a positive definite matrix exceeds it.
     pub fn largest_diagonal(&self) -> f64 {
-        let mut largest = 0.0;
-        for block in &self.layout.blocks {
-            let entries = &self.data[block.data_range()];
-            for i in 0..block.size {
-                let entry = entries[i * (block.size + 1)];
-                largest = if entry > largest { entry } else { largest };
-            }
-        }
-        largest
+        (0..self.blocks().len()).fold(0.0, |largest, block| self.largest_in_block(block).max(largest))
+    }
+
+    /// The largest entry of a block, which is on its diagonal as the matrix is positive definite.
+    pub fn largest_in_block(&self, block: usize) -> f64 {
+        let block = self.layout.blocks[block];
+        let entries = &self.data[block.data_range()];
+        entries
+            .iter()
+            .step_by(block.size + 1)
+            .fold(0.0, |largest, &entry| if entry > largest { entry } else { largest })
     }
 
     /// All entries row by row, `[nv, nv]`.

@@ -163,7 +163,7 @@ impl ContactSolver {
     /// Finds the islands and the scales of a problem.
     fn begin(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) {
         self.islands.find(problem);
-        self.verdict.begin(problem, &self.islands, self.settings.tolerance);
+        self.verdict.begin(&self.islands, self.settings.tolerance);
         solution.begin(problem);
         solution.report.islands = self.islands.all().len();
         self.residuals.clear();

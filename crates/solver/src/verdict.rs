@@ -32,9 +32,9 @@ pub(crate) struct Verdict {
 }
 
 impl Verdict {
-    /// Takes the scales of a problem.
-    pub fn begin(&mut self, problem: &ContactProblem, islands: &Islands, tolerance: f64) {
-        self.scales = Scales::new(problem, islands.delassus_scale(), islands.velocity_scale());
+    /// Takes the scales of a problem from its islands.
+    pub fn begin(&mut self, islands: &Islands, tolerance: f64) {
+        self.scales = Scales::new(islands.delassus_scale(), islands.velocity_scale());
         self.tolerance = tolerance;
     }
 

@@ -3,7 +3,7 @@
 use super::ConeSolution;
 use super::law::CoulombLaw;
 use crate::ContactProblem;
-use crate::certificate::Scratch;
+use crate::momentum::{Scratch, needs_terms};
 use crate::problem_file::FrictionalProblem;
 use crate::residuals::{Certificate, keep, natural};
 
@@ -33,7 +33,11 @@ pub fn certify_cone_with(problem: &ContactProblem, solution: &ConeSolution, scra
     let (g, s) = (scales.delassus, scales.velocity);
     scratch.resize(problem.nv());
     scratch.add_forces(problem, |i| solution.impulse[i], &solution.bilateral, |j| solution.group_impulse[j]);
-    let momentum = scratch.balance(problem, &solution.velocity);
+    let mut momentum = scratch.balance(problem, &solution.velocity, s);
+    if needs_terms(momentum) {
+        scratch.add_terms(problem, |i| solution.impulse[i], &solution.bilateral, |j| solution.group_impulse[j]);
+        momentum = scratch.balance_beside_terms(problem, s);
+    }
     let mut raw = Certificate { momentum, ..Default::default() };
     for (i, lambda) in solution.impulse.iter().enumerate() {
         let [n, t_1, t_2] = problem.jacobian.multiply_pairs(i, &scratch.both);
@@ -143,6 +147,6 @@ impl FrictionalProblem {
         if s == 0.0 {
             return if raw.natural_map == 0.0 { raw } else { Certificate::everything_violated() };
         }
-        raw.relative_to(s, g, 1.0)
+        raw.relative_to(s, g)
     }
 }

@@ -59,6 +59,35 @@ fn each_tampered_number_raises_its_own_residuals_by_a_known_amount() {
     tampered("beta", |s, d| s.beta[0] += d, [0.0, 1.0 / 3.0, 0.0, 0.0, 0.0, 0.0]);
 }
 
+/// A ton that stops on the floor, and a gram that flies by itself: the gram's velocity counts by the gram.
+#[test]
+fn a_light_body_is_not_judged_by_the_mass_of_a_heavy_one() {
+    let mass = BlockDiagonal::from_dense(2, &[1e3, 0.0, 0.0, 1e-3]).expect("symmetric");
+    let mut problem = ContactProblem::new(mass, vec![-2.0, 0.5], 0.01).expect("valid data");
+    problem.push_contact([(0, [1.0, 0.0, 0.0])], 0.0, 0.0, &FrictionPolygon::frictionless());
+    let mut solution = ContactSolution::default();
+    (solution.velocity, solution.lambda_n, solution.beta) = (vec![0.0, 0.5], vec![2e3], vec![0.0]);
+    assert_residuals(&certify(&problem, &solution), [0.0; 6], "exact");
+    solution.velocity[1] += 1e-3;
+    assert_residuals(&certify(&problem, &solution), [5e-4, 0.0, 0.0, 0.0, 0.0, 0.0], "the gram's velocity");
+}
+
+/// A gram that two contacts press from both sides with impulses whose difference keeps ten digits: what is left of them is rounding.
+#[test]
+fn impulses_that_cancel_are_judged_by_their_size() {
+    let mass = BlockDiagonal::from_dense(1, &[1e-3]).expect("symmetric");
+    let mut problem = ContactProblem::new(mass, vec![-1.0], 0.01).expect("valid data");
+    for side in [1.0, -1.0] {
+        problem.push_contact([(0, [side, 0.0, 0.0])], 0.0, 0.0, &FrictionPolygon::frictionless());
+    }
+    let mut solution = ContactSolution::default();
+    (solution.velocity, solution.lambda_n, solution.beta) = (vec![0.0], vec![1e6 + 1e-3, 1e6], vec![0.0; 2]);
+    // The velocity misses the impulses by 1e-6 m/s.
+    solution.velocity[0] = 1e-6;
+    let momentum = certify(&problem, &solution).momentum;
+    assert!((momentum - 1e-9 / 2.0).abs() < 1e-10, "{momentum:e}: 1e-9 N·s by 1e-6 of 2e6 N·s");
+}
+
 #[test]
 fn bilateral_row_has_a_residual_of_its_own() {
     // 2 v_x + 0.1/0.5 = 0 by λ_B: v_x = −0.1 from 3, so 2 λ_B = −3.1. No contact: s_v = |2·3 + 0.2| = 6.2.
@@ -230,7 +259,7 @@ fn residuals_do_not_depend_on_units() {
 }
 
 /// Another unit of length for free bodies, lever arms included: angular velocities keep their numbers, moments of inertia
-/// change with its square. Only the momentum residual may change, because the largest entry of `|M|` then is another: kg and
+/// change with its square. Only the momentum residual may change, because the largest entry of a body's `|M|` then is another: kg and
 /// kg·m² have no common scale.
 #[test]
 fn contact_laws_do_not_depend_on_the_unit_of_length() {
