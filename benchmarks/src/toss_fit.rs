@@ -9,13 +9,12 @@ use signorini::multibody::{BodyId, GeomId, Model, State};
 use signorini::{InfeasiblePolicy, Settings};
 use signorini_testkit::Random;
 
-use crate::tosses::{HALF_SIDE, Protocol, SAMPLE_RATE, Toss, start_state};
+use crate::tosses::{HALF_SIDE, INERTIA, Protocol, SAMPLE_RATE, Toss, start_state};
 
-/// Samples of a window in which the first stage predicts: long enough for an impact and the slide after it, short enough for slopes to
-/// lead somewhere.
-const WINDOW: usize = 16;
-/// Differences from which on they count by their size, as a part of the cube's width and in rad: the noise of the recording is a tenth.
-const OUTLIER: f64 = 0.02;
+/// The unit of differences, as a part of the cube's width and in rad: how far the best parameters leave a toss. Priors are weighed against it.
+const UNIT: f64 = 0.1;
+/// Differences from which on they count by their size, in that unit: the noise of the recording is a tenth of the unit.
+const OUTLIER: f64 = 0.2;
 
 /// What of the cube is looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -32,7 +31,7 @@ pub enum Quantity {
     Center,
 }
 
-/// The model's numbers for it, as unknowns.
+/// The model's numbers for it, as unknowns; what a ruler and a pair of scales tell is known before to about a percent.
 fn unknowns_of(quantity: Quantity) -> Vec<Unknown> {
     let (cube, geoms) = (BodyId(1), [GeomId(0), GeomId(1)]);
     let both = |of: fn(GeomId) -> ScalarParameter| geoms.map(|id| (of(id), 1.0)).to_vec();
@@ -45,16 +44,18 @@ fn unknowns_of(quantity: Quantity) -> Vec<Unknown> {
         }
         Quantity::Inertia => {
             let entries = (0..3).map(|a| (ScalarParameter::Inertia(cube, [a, a]), 1.0)).collect();
-            vec![Unknown::new("inertia", entries).with_bounds([0.0004, 0.0016])]
+            vec![Unknown::new("inertia", entries).with_bounds([0.0004, 0.0016]).with_prior(INERTIA, 0.05 * INERTIA)]
         }
         Quantity::Size => {
             let sizes = (0..3).map(|a| (ScalarParameter::GeomSize(geoms[0], a), 1.0)).collect();
-            vec![Unknown::new("half side", sizes).with_bounds([0.9 * HALF_SIDE, 1.1 * HALF_SIDE])]
+            let unknown = Unknown::new("half side", sizes).with_bounds([0.9 * HALF_SIDE, 1.1 * HALF_SIDE]);
+            vec![unknown.with_prior(HALF_SIDE, 0.01 * HALF_SIDE)]
         }
         Quantity::Center => (0..3)
             .map(|a| {
                 let name = ["centre x", "centre y", "centre z"][a];
-                Unknown::new(name, vec![(ScalarParameter::CenterOfMass(cube, a), 1.0)]).with_bounds([-0.005, 0.005])
+                let unknown = Unknown::new(name, vec![(ScalarParameter::CenterOfMass(cube, a), 1.0)]);
+                unknown.with_bounds([-0.005, 0.005]).with_prior(0.0, 0.01 * HALF_SIDE)
             })
             .collect(),
     }
@@ -73,20 +74,32 @@ pub struct Fit {
     pub protocol: Protocol,
     /// Starts within the bounds.
     pub starts: usize,
+    /// Samples of the windows in which trajectories are predicted, one for each stage; 0 for whole tosses.
+    pub windows: Vec<usize>,
+    /// Steps of the method in each stage at most.
+    pub iterations: usize,
+    /// Sets drawn for the covariance of the last stage; the spread of slopes where it is 0.
+    pub draws: usize,
+    /// Whether each step of the method is printed.
+    pub is_told: bool,
 }
 
 impl Fit {
-    /// Fits a model to tosses: first to short windows of them, whose slopes lead to a valley, then to the whole of them, which is what the
-    /// score is made of: means over the samples, and over the tosses, of distances and angles.
+    /// Fits a model to tosses, stage by stage.
     ///
     /// # Errors
-    /// [`IdentificationError`] of either.
+    /// [`IdentificationError`] of any.
     pub fn run(&self, model: &Model, tosses: &[Toss]) -> Result<Identification, IdentificationError> {
-        let near = self.stage(model, tosses, WINDOW, self.starts, 8)?;
-        self.stage(&near.model, tosses, 0, 0, 6)
+        let (last, others) = self.windows.split_last().unwrap_or((&0, &[]));
+        let (mut model, mut starts) = (model.clone(), self.starts);
+        for window in others {
+            model = self.stage(&model, tosses, *window, (starts, 0))?.model;
+            starts = 0;
+        }
+        self.stage(&model, tosses, *last, (starts, self.draws))
     }
 
-    /// The standard deviation of each unknown over `draws` sets of tosses drawn from those at hand, each fitted from `model` on.
+    /// The standard deviation of each unknown over `draws` sets of tosses drawn from those at hand, each fitted from `model` on by the last stage.
     ///
     /// # Errors
     /// [`IdentificationError`] of any.
@@ -95,7 +108,7 @@ impl Fit {
         let mut found = Vec::new();
         for _ in 0..draws {
             let drawn: Vec<Toss> = (0..tosses.len()).map(|_| tosses[random.below(tosses.len())].clone()).collect();
-            found.push(self.stage(model, &drawn, 0, 0, 6)?.values);
+            found.push(self.stage(model, &drawn, *self.windows.last().unwrap_or(&0), (0, 0))?.values);
         }
         let n = found.len() as f64;
         let mean = |i: usize| found.iter().map(|values| values[i]).sum::<f64>() / n;
@@ -108,18 +121,22 @@ impl Fit {
         model: &Model,
         tosses: &[Toss],
         window: usize,
-        starts: usize,
-        iterations: usize,
+        (starts, draws): (usize, usize),
     ) -> Result<Identification, IdentificationError> {
         let settings = Settings::default().with_directions(self.directions).with_infeasible(InfeasiblePolicy::ClipGaps);
         let recordings: Vec<Recording> = tosses.iter().map(|toss| self.recording(toss)).collect();
         let unknowns: Vec<Unknown> = self.quantities.iter().flat_map(|&quantity| unknowns_of(quantity)).collect();
         let mut asked = IdentificationSettings::new(1.0 / SAMPLE_RATE);
-        (asked.substeps, asked.window, asked.starts) = (self.substeps, window, starts);
-        (asked.outlier, asked.equal_recordings, asked.iterations) = (OUTLIER, true, iterations);
-        let per_width = 1.0 / (2.0 * HALF_SIDE);
-        asked.weights = vec![per_width, per_width, per_width, 1.0, 1.0, 1.0];
-        identify(model, &settings, &recordings, &unknowns, &asked, |_| true)
+        (asked.substeps, asked.window, asked.starts, asked.draws) = (self.substeps, window, starts, draws);
+        (asked.outlier, asked.equal_recordings, asked.iterations) = (OUTLIER, true, self.iterations);
+        let per_width = 1.0 / (2.0 * HALF_SIDE * UNIT);
+        asked.weights = [[per_width; 3], [1.0 / UNIT; 3]].concat();
+        identify(model, &settings, &recordings, &unknowns, &asked, |progress| {
+            if self.is_told {
+                println!("  {}: objective {:.5} at {:.6?}", progress.iteration, progress.objective, progress.values);
+            }
+            true
+        })
     }
 
     fn recording(&self, toss: &Toss) -> Recording {

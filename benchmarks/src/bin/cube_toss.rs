@@ -62,8 +62,26 @@ struct Options {
     #[arg(long, value_enum, value_delimiter = ',')]
     by_gradient: Vec<Quantity>,
     /// Steps between two samples while identifying by derivatives
-    #[arg(long, default_value_t = 2)]
+    #[arg(long, default_value_t = 1)]
     fit_substeps: usize,
+    /// Samples of the windows in which trajectories are predicted while identifying by derivatives, stage by stage; 0 for whole tosses
+    #[arg(long, value_delimiter = ',', default_value = "16,0")]
+    windows: Vec<usize>,
+    /// Steps of the method in each stage at most
+    #[arg(long, default_value_t = 6)]
+    iterations: usize,
+    /// Friction and restitution that the identification by derivatives begins with
+    #[arg(long, value_delimiter = ',', default_value = "0.4,0")]
+    begin: Vec<f64>,
+    /// Sets drawn for the covariance that the identification by derivatives reports; none for the spread of slopes
+    #[arg(long, default_value_t = 0)]
+    draws: usize,
+    /// Print every step of the identification by derivatives
+    #[arg(long)]
+    steps: bool,
+    /// Leave out the grid
+    #[arg(long)]
+    no_grid: bool,
     /// Places within the bounds that are looked at before slopes are followed
     #[arg(long, default_value_t = 0)]
     starts: usize,
@@ -112,6 +130,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     if !options.by_gradient.is_empty() {
         by_gradient(&options, &identification, &others)?;
     }
+    if options.no_grid {
+        return Ok(());
+    }
     let begin = ProcessTime::now();
     let surface = identify(&options, &identification)?;
     println!("grid: {:.1} s of processor", begin.elapsed().as_secs_f64());
@@ -137,9 +158,14 @@ fn by_gradient(options: &Options, identification: &[Toss], others: &[Toss]) -> R
         substeps: options.fit_substeps,
         protocol: options.protocol,
         starts: options.starts,
+        windows: options.windows.clone(),
+        iterations: options.iterations,
+        draws: options.draws,
+        is_told: options.steps,
     };
     let begin = ProcessTime::now();
-    let found = fit.run(&tosses::model(0.4, 0.0)?, identification)?;
+    let [mu, restitution] = options.begin[..] else { return Err("--begin takes two numbers".into()) };
+    let found = fit.run(&tosses::model(mu, restitution)?, identification)?;
     let seconds = begin.elapsed().as_secs_f64();
     let deviations = match options.bootstrap {
         0 => Vec::new(),

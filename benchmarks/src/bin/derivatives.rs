@@ -7,18 +7,26 @@ use std::error::Error;
 use clap::Parser;
 use signorini::contact::ContactMode;
 use signorini::derivatives::{StepDerivatives, Validity};
-use signorini::multibody::glam::DVec3;
-use signorini::multibody::{
-    ContactPoint, Geom, GeomId, Geometry, Input, Model, ModelBuilder, State, difference_into, integrate_into,
-};
+use signorini::multibody::{ContactPoint, GeomId, Input, Model, ModelError, Saturation, State};
+use signorini::multibody::{difference_into, integrate_into};
 use signorini::{Settings, Workspace, step};
+use signorini_benchmarks::derivative_scenes;
 use signorini_formats::load_mjcf_str;
 use signorini_testkit::Random;
 
-/// Differences narrow enough to stay in any mode whose margins are above the tie: parts of a change as large as a step makes.
-const WIDTHS: [f64; 5] = [1e-4, 1e-5, 1e-6, 1e-7, 1e-8];
-/// The best of them is this near to a derivative, relative to its largest entry.
+/// Widths of differences, as parts of a change as large as a step makes, in the order in which they are taken: the first is narrow enough to stay
+/// in nearly all modes and wide enough for the rounding of a step; wider and narrower ones are taken where it does not agree.
+const WIDTHS: [f64; 6] = [1e-6, 1e-7, 1e-5, 1e-8, 1e-4, 1e-3];
+/// Differences ahead and behind are both this near to a derivative at one width, relative to its largest entry.
 const AGREES: f64 = 1e-4;
+/// What the residual of a step, 1e-9, leaves open in its velocity, relative to the largest number of a derivative or 1.
+const RESIDUAL: f64 = 1e-7;
+
+type Scene = fn(&mut Random) -> Result<Model, ModelError>;
+
+/// Kinds of random scenes.
+const RANDOM: [(&str, Scene); 2] =
+    [("random bodies", derivative_scenes::bodies), ("mechanisms", derivative_scenes::mechanism)];
 
 /// Compares derivatives of steps that are called exact with differences of the steps.
 #[derive(Parser)]
@@ -26,7 +34,7 @@ struct Options {
     /// Steps of each bundled scene
     #[arg(long, default_value_t = 400)]
     steps: u32,
-    /// Random scenes, of 200 steps each
+    /// Random scenes of each kind, of 200 steps each and 50 beside them
     #[arg(long, default_value_t = 100)]
     scenes: u64,
     /// The first random scene
@@ -53,17 +61,22 @@ fn main() -> Result<(), Box<dyn Error>> {
         run.all(options.steps, &mut Random::new(1));
         wrong += run.counts.report(scene.name, options.why);
     }
-    let mut sum = Counts::default();
-    for seed in options.first..options.first + options.scenes {
-        let mut random = Random::new(seed);
-        let mut run = Run::new(random_scene(&mut random)?)?;
-        run.all(if options.smoke { 40 } else { 200 }, &mut random);
-        if run.counts.wrong + run.counts.unresolved > 0 {
-            println!("random scene {seed}: {} wrong, {} unresolved", run.counts.wrong, run.counts.unresolved);
+    for (name, scene) in RANDOM {
+        let mut sum = Counts::default();
+        for seed in options.first..options.first + options.scenes {
+            let mut random = Random::new(seed);
+            let mut run = Run::new(scene(&mut random)?)?;
+            run.all(if options.smoke { 40 } else { 200 }, &mut random);
+            if run.counts.wrong + run.counts.unresolved > 0 {
+                println!("{name} {seed}: {} wrong, {} unresolved", run.counts.wrong, run.counts.unresolved);
+            }
+            sum.add(run.counts);
+            if (seed + 1 - options.first).is_multiple_of(100) {
+                sum.report(name, false);
+            }
         }
-        sum.add(run.counts);
+        wrong += sum.report(name, options.why);
     }
-    wrong += sum.report("random", options.why);
     match wrong {
         0 => Ok(()),
         _ => Err(format!("{wrong} derivatives were called exact and are not").into()),
@@ -112,6 +125,14 @@ impl Counts {
         }
         self.wrong
     }
+}
+
+/// What a part of a step does, told to compare it with itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Unit {
+    Contact([u32; 3], ContactMode),
+    Group(ContactMode),
+    Servo(Saturation),
 }
 
 struct Run {
@@ -172,21 +193,17 @@ impl Run {
                 let change = self.change(random);
                 let product = self.derivatives.product(&change).unwrap_or_default();
                 self.counts.checked += 1;
-                let story = self.story();
                 let signature = self.signature();
-                let errors = WIDTHS.map(|h| self.error((state, input), (&next, &signature), &change, &product, h));
-                if errors.iter().all(|(error, _)| *error > AGREES) {
-                    let stays = errors.iter().any(|(_, stays)| *stays);
-                    let margins = self.derivatives.margins();
-                    let nearest = margins.iter().min_by(|a, b| a.value.total_cmp(&b.value));
-                    let verdict = if stays { "wrong" } else { "no width stays in the mode" };
-                    println!("{verdict}: {errors:?}, nearest {nearest:?}\n{story}");
-                    if stays {
-                        self.counts.wrong += 1;
-                    } else {
-                        self.counts.unresolved += 1;
+                let end = (&next, &signature[..]);
+                let mut errors = Vec::new();
+                for (beside, h) in [false, true].iter().flat_map(|beside| WIDTHS.map(|h| (*beside, h))) {
+                    let found = self.error((state, input), end, (&change, &product), h, beside);
+                    errors.push((h, found));
+                    if found.0 <= AGREES {
+                        return Some(0);
                     }
                 }
+                self.blame((state, input), end, &change, &errors);
                 Some(0)
             }
             Validity::OneSided { deciding } => {
@@ -204,6 +221,49 @@ impl Run {
         }
     }
 
+    /// Counts a derivative with which no difference agrees, and says along which coordinates.
+    fn blame(
+        &mut self,
+        given: (&State, &Input),
+        end: (&State, &[Unit]),
+        change: &[f64],
+        errors: &[(f64, (f64, bool))],
+    ) {
+        let stays = errors.iter().any(|(_, (_, stays))| *stays);
+        let nearest = self.derivatives.margins().iter().min_by(|a, b| a.value.total_cmp(&b.value)).copied();
+        let verdict = if stays { "wrong" } else { "no width stays in the mode" };
+        println!("{verdict}: {errors:?}, nearest {nearest:?}");
+        let (nv, nu) = (self.model.nv, self.model.actuators.len());
+        for k in 0..3 * nv + nu {
+            let mut change = vec![0.0; 3 * nv + nu];
+            change[k] = if k < nv { self.model.timestep } else { 1.0 };
+            let product = self.derivatives.product(&change).unwrap_or_default();
+            let found = WIDTHS.map(|h| self.error(given, end, (&change, &product), h, false).0);
+            let least = found.into_iter().fold(f64::INFINITY, f64::min);
+            if least > AGREES {
+                let kind = ["q", "v", "u", "τ"]
+                    [usize::from(k >= nv) + usize::from(k >= 2 * nv) + usize::from(k >= 2 * nv + nu)];
+                println!("    along {kind}, {k}: off by {least:.1e}");
+            }
+        }
+        let still = vec![0.0; 3 * nv + nu];
+        for (name, change) in [("the same step again", &still[..]), ("a step beside it", change)] {
+            let (state, input) = self.moved(given.0, given.1, change, WIDTHS[3]);
+            let Some((next, _)) = self.step(&state, &input) else { continue };
+            let off = next.v.iter().zip(&end.0.v).map(|(a, b)| (a - b).abs()).enumerate();
+            let (k, off) = off.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
+            println!("    {name}: velocity {k} is off by {off:.1e}, {:.3e} for {:.3e}", next.v[k], end.0.v[k]);
+        }
+        if self.step(given.0, given.1).is_some() {
+            println!("{}", self.story());
+        }
+        if stays {
+            self.counts.wrong += 1;
+        } else {
+            self.counts.unresolved += 1;
+        }
+    }
+
     /// What the contacts of the last step do.
     fn story(&self) -> String {
         let (problem, solution) = (self.workspace.problem(), self.workspace.solution());
@@ -216,38 +276,61 @@ impl Run {
         self.workspace.contact_points().iter().enumerate().map(of).collect::<Vec<_>>().join("\n")
     }
 
-    /// What contacts and friction groups do.
-    fn signature(&self) -> Vec<String> {
+    /// What contacts, friction groups and servos do.
+    fn signature(&self) -> Vec<Unit> {
         let solution = self.workspace.solution();
-        let points = self.workspace.contact_points().iter();
-        let closed = points.zip(&solution.modes).filter(|(_, mode)| **mode != ContactMode::Open);
-        let of_contacts = closed.map(|(p, mode)| format!("{} {} {} {mode:?}", p.geom_a.0, p.geom_b.0, p.feature));
-        of_contacts.chain(solution.group_modes.iter().map(|mode| format!("{mode:?}"))).collect()
+        let points = self.workspace.contact_points().iter().map(|p| [p.geom_a.0, p.geom_b.0, p.feature]);
+        // Limits come after the points.
+        let limits = (0..).map(|i| [u32::MAX, u32::MAX, i]);
+        let closed = points.chain(limits).zip(&solution.modes).filter(|(_, mode)| **mode != ContactMode::Open);
+        let of_contacts = closed.map(|(source, mode)| Unit::Contact(source, *mode));
+        let of_groups = solution.group_modes.iter().map(|mode| Unit::Group(*mode));
+        let of_servos = self.workspace.free_motion().saturation.iter().map(|side| Unit::Servo(*side));
+        of_contacts.chain(of_groups).chain(of_servos).collect()
     }
 
-    /// How far central differences of this width are from the product, relative to its largest entry, and whether both sides are in the mode.
+    /// How far differences of this width ahead and behind are from the product, relative to its largest entry, the larger of the two, and
+    /// whether both are in the mode. They are taken from the step itself or, `beside` it, from one at the width to one at twice the width, so that
+    /// the residual of the step itself, up to [`RESIDUAL`], is in none of them.
     fn error(
         &mut self,
         given: (&State, &Input),
-        (next, signature): (&State, &[String]),
-        change: &[f64],
-        product: &[f64],
+        (next, signature): (&State, &[Unit]),
+        (change, product): (&[f64], &[f64]),
         h: f64,
+        beside: bool,
     ) -> (f64, bool) {
-        let (nv, mut stays) = (self.model.nv, true);
-        let mut sides = [Vec::new(), Vec::new()];
-        for (sign, side) in [1.0, -1.0].into_iter().zip(&mut sides) {
-            let (state, input) = self.moved(given.0, given.1, change, sign * h);
-            let Some((end, _)) = self.step(&state, &input) else { return (f64::INFINITY, false) };
+        let size = product.iter().fold(f64::MIN_POSITIVE, |s, x| s.max(x.abs()));
+        let (mut worst, mut stays) = (0.0_f64, true);
+        for way in [h, -h] {
+            let Some(far) = self.end(given, next, change, if beside { 2.0 * way } else { way }) else {
+                return (f64::INFINITY, false);
+            };
             stays &= self.signature() == signature;
-            side.resize(nv, 0.0);
-            difference_into(&self.model, &end.q, &next.q, side);
-            side.extend(&end.v);
+            let mut near = vec![0.0; far.len()];
+            if beside {
+                let Some(found) = self.end(given, next, change, way) else { return (f64::INFINITY, false) };
+                stays &= self.signature() == signature;
+                let jump = found.iter().zip(product).fold(0.0, |s: f64, (x, y)| s.max((x - way * y).abs()));
+                if jump > RESIDUAL * size.max(1.0) {
+                    return (f64::INFINITY, stays);
+                }
+                near = found;
+            }
+            let off = far.iter().zip(&near).zip(product).map(|((far, near), x)| ((far - near) / way - x).abs());
+            worst = off.fold(worst, |s, x| if x <= s { s } else { x });
         }
-        let size = product.iter().fold(0.0, |s: f64, x| s.max(x.abs()));
-        let slope = sides[0].iter().zip(&sides[1]).map(|(a, b)| (a - b) / (2.0 * h));
-        let off = slope.zip(product).fold(0.0, |s: f64, (found, expected)| s.max((found - expected).abs()));
-        (off / size, stays)
+        (worst / size, stays)
+    }
+
+    /// The end of the step from a state a way `h` along a change, relative to `next`, `[2 nv]`.
+    fn end(&mut self, given: (&State, &Input), next: &State, change: &[f64], h: f64) -> Option<Vec<f64>> {
+        let (state, input) = self.moved(given.0, given.1, change, h);
+        let (end, _) = self.step(&state, &input)?;
+        let mut found = vec![0.0; self.model.nv];
+        difference_into(&self.model, &end.q, &next.q, &mut found);
+        found.extend(end.v.iter().zip(&next.v).map(|(end, own)| end - own));
+        Some(found)
     }
 
     /// A random `(δq, δv, δu, δτ)`.
@@ -267,32 +350,4 @@ impl Run {
         (0..nv).for_each(|k| input_out.generalized_force[k] += h * change[2 * nv + nu + k]);
         (state_out, input_out)
     }
-}
-
-/// One to eight bodies of all shapes over a floor, a ramp or a bowl of three planes, thrown at each other, some of them standing.
-fn random_scene(random: &mut Random) -> Result<Model, Box<dyn Error>> {
-    let mut world = ModelBuilder::new("random");
-    world.timestep(random.between(0.001, 0.01));
-    world.floor();
-    for i in 0..1 + random.below(8) {
-        let size = random.between(0.05, 0.15);
-        let second = size * random.between(0.4, 1.0);
-        let geometry = match random.below(6) {
-            0 => Geometry::Sphere { radius: size },
-            1 => Geometry::Capsule { radius: second, half_length: size },
-            2 | 3 => Geometry::Box { half_extents: DVec3::new(size, second, size * random.between(0.3, 1.0)) },
-            4 => Geometry::Cylinder { radius: second, half_length: size },
-            _ => Geometry::Ellipsoid { semi_axes: DVec3::new(size, second, size * random.between(0.4, 1.0)) },
-        };
-        let place = [random.between(-0.2, 0.2), random.between(-0.2, 0.2), 0.15 + 0.25 * i as f64];
-        let mut shape = Geom::from(geometry).with_friction(random.between(0.0, 1.2));
-        if random.below(2) == 0 {
-            shape = shape.with_placement([random.between(-0.05, 0.05), 0.0, random.between(-0.05, 0.05)]);
-        }
-        if random.below(3) == 0 {
-            shape = shape.with_restitution(random.between(0.0, 0.9));
-        }
-        world.body(format!("part{i}")).at(place).free().solid(shape, random.between(0.1, 5.0)).add()?;
-    }
-    Ok(world.build()?)
 }

@@ -26,7 +26,7 @@ impl VelocityColumns {
         let (nv, rows) = (balance.impulse.len(), &system.rows);
         let nu = balance.by_control.len().checked_div(nv).unwrap_or(0);
         let width = 2 * nv + nu;
-        self.velocity.reset(nv, width);
+        self.velocity.shape(nv, width);
         for (k, row) in self.velocity.data.chunks_exact_mut(width.max(1)).enumerate() {
             let (place, rest) = row.split_at_mut(nv);
             let (rate, control) = rest.split_at_mut(nv);
@@ -34,7 +34,7 @@ impl VelocityColumns {
             negate(rate, &balance.by_velocity[k * nv..(k + 1) * nv]);
             negate(control, &balance.by_control[k * nu..(k + 1) * nu]);
         }
-        self.slopes.reset(rows.len(), width);
+        self.slopes.shape(rows.len(), width);
         for (i, row) in self.slopes.data.chunks_exact_mut(width.max(1)).enumerate() {
             row[..nv].copy_from_slice(rows.by_configuration.row(i));
             row[nv..2 * nv].copy_from_slice(rows.by_velocity.row(i));

@@ -11,6 +11,8 @@
 //! no step is taken that does not lower the objective itself. Where a step has no derivative, its slopes are differences of the step
 //! itself, and the report counts such steps.
 
+mod check;
+mod draws;
 mod fit;
 mod rollout;
 
@@ -121,6 +123,9 @@ pub struct IdentificationSettings {
     /// Places within the bounds at which the objective is looked at before the method begins at the best of them and of the model's own
     /// values: contact makes objectives with many valleys. Needs bounds that are finite.
     pub starts: usize,
+    /// Sets of recordings to be drawn from those at hand and fitted, for the covariance; none where it is below 2. What slopes tell of the spread is
+    /// too little where trajectories are chaotic: their slopes are then those of single trajectories, and the objective is rough.
+    pub draws: usize,
     /// Steps of the method at most.
     pub iterations: usize,
     /// The method ends where a step lowers the objective by less than this part of it.
@@ -138,6 +143,7 @@ impl IdentificationSettings {
             outlier: 0.0,
             equal_recordings: false,
             starts: 0,
+            draws: 0,
             iterations: 30,
             tolerance: 1e-4,
         }
@@ -163,8 +169,8 @@ pub struct Identification {
     /// The unknowns, in their order.
     pub values: Vec<f64>,
     /// Their covariance, `[n, n]` row by row: what another set of recordings of the same kind would change, from the spread of the
-    /// recordings' gradients (`H⁻¹ Σ g gᵀ H⁻¹`), or from the residuals' size where there are few recordings. Infinite on the diagonal for
-    /// what the data leave open.
+    /// recordings' gradients (`H⁻¹ Σ g gᵀ H⁻¹`), or from the residuals' size where there are few recordings; from
+    /// [drawn sets](IdentificationSettings::draws) where these were asked for. Infinite on the diagonal for what the data leave open.
     pub covariance: Vec<f64>,
     /// Whether the data determine each unknown: it moves the trajectories, and no others undo what it does.
     pub determined: Vec<bool>,

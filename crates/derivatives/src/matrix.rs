@@ -32,6 +32,12 @@ impl Rows {
         self.data.resize(rows * width, 0.0);
     }
 
+    /// Holds so many rows of whatever is there, to be written.
+    pub fn shape(&mut self, rows: usize, width: usize) {
+        self.width = width;
+        self.data.resize(rows * width, 0.0);
+    }
+
     /// Adds multiples of the rows of another matrix to one of this.
     #[inline(always)]
     pub fn add_rows(&mut self, i: usize, others: impl Iterator<Item = (f64, usize)>, of: &Self) {

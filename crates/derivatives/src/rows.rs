@@ -7,6 +7,8 @@ mod frames;
 mod gaps;
 mod parameters;
 mod system;
+mod tendons;
+mod turning;
 
 use signorini_multibody::derivatives::BalanceDerivatives;
 
@@ -33,7 +35,7 @@ pub(crate) fn build(
     turning.clear();
     turning.resize(nv * nv, 0.0);
     contacts::add_points(step, modes, margins, (rows, ties), turning, scratch)?;
-    coordinates::add_limits(step, modes, margins, rows, turning)?;
+    coordinates::add_limits(step, modes, margins, rows, turning, scratch)?;
     coordinates::add_groups(step, modes, rows)?;
     equalities::add(step, margins, rows, turning, scratch)?;
     parameters::add_coordinates(step, modes, step.directions, rows);

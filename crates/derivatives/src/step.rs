@@ -279,18 +279,28 @@ impl StepDerivatives {
     fn note_parameters(&mut self) {
         let mut columns = VelocityColumns::default();
         columns.solve_parameters(self.nv, self.directions.len(), &self.system);
+        // Without contacts: what is less than the rounding of that is nothing.
+        let mut free = Vec::new();
+        let unheld: Vec<f64> = (0..self.directions.len())
+            .map(|j| {
+                free.clear();
+                free.extend_from_slice(self.system.rows.balance_by_parameter.row(j));
+                self.system.accelerate(&mut free);
+                largest(&free)
+            })
+            .collect();
         let (dropped, rows) = self.system.dropped_of();
         for &i in dropped {
             let held = rows.held.row(i);
             for (j, without) in rows.without_slope.iter_mut().enumerate() {
                 let column = columns.velocity.data.iter().skip(j).step_by(columns.velocity.width);
-                let (mut off, mut fastest) = (columns.slopes.row(i)[j], 0.0_f64);
+                let (mut off, mut fastest) = (columns.slopes.row(i)[j], unheld[j]);
                 for (held, velocity) in held.iter().zip(column) {
                     off += held * velocity;
                     fastest = fastest.max(velocity.abs());
                 }
                 let size = columns.slopes.row(i)[j].abs().max(fastest * largest(held));
-                if off.abs() > CONSISTENT * size.max(f64::EPSILON * fastest) {
+                if off.abs() > CONSISTENT * size {
                     *without = Some("redundant contacts part as soon as it changes".to_owned());
                 }
             }

@@ -76,7 +76,7 @@ impl ModeSystem {
     fn respond(&mut self, nv: usize, factor: &BlockCholesky) {
         let Self { rows, responses, size, .. } = self;
         let m = rows.len();
-        responses.reset(nv, m);
+        responses.shape(nv, m);
         for (i, impulse) in rows.impulse.data.chunks_exact(nv.max(1)).enumerate() {
             impulse.iter().enumerate().for_each(|(k, x)| responses.data[k * m + i] = *x);
         }

@@ -23,7 +23,7 @@ impl Activation {
             ActivationKind::Integrator => a + dt * u,
             ActivationKind::Filter { time_constant } => a + dt * (u - a) / time_constant,
             ActivationKind::ExactFilter { time_constant } => a - (-dt / time_constant).exp_m1() * (u - a),
-            ActivationKind::Muscle { times, smoothing } => a + dt * activation_rate(a, u, times, smoothing),
+            ActivationKind::Muscle { times, smoothing } => a + dt * activation_rate(a, u, times, smoothing)[0],
         };
         self.range.map_or(moved, |[lower, upper]| moved.clamp(lower, upper))
     }

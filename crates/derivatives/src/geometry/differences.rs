@@ -110,7 +110,7 @@ impl Search<'_> {
                 return Err(NoMotion::Rough);
             }
             for (factor, same) in NEAR {
-                let [ahead, behind] = self.slopes(workspace, e, step * factor)?;
+                let [ahead, behind] = self.slopes(workspace, twist(e), step * factor)?;
                 let is_near = |k: usize| (0.5 * (ahead[k] + behind[k]) - last[k]).abs() <= same * allowed[k];
                 let is_straight = |k: usize| (ahead[k] - behind[k]).abs() <= KINK * allowed[k];
                 if !(0..7).all(|k| is_near(k) && is_straight(k)) {
@@ -121,7 +121,37 @@ impl Search<'_> {
             out.normal[e] = DVec3::new(last[1], last[2], last[3]);
             out.position[e] = DVec3::new(last[4], last[5], last[6]);
         }
+        self.check_lead(workspace, &out, h)?;
         Ok(out)
+    }
+
+    /// Whether the slopes hold where the point leads: turned about it so that all other points of the two shapes come behind it or before it. Of
+    /// two faces that are parallel one or the other has the normal, by the direction of the turn, which the axes of the world may all miss.
+    fn check_lead(&mut self, workspace: &mut Workspace, motion: &PointMotion, h: f64) -> Result<(), NoMotion> {
+        let (own, n) = (self.point, self.point.normal);
+        let same = |p: &&ContactPoint| (p.geom_a, p.geom_b) == (own.geom_a, own.geom_b);
+        let others = workspace.contact_points().iter().filter(same);
+        let (sum, count) = others.fold((DVec3::ZERO, 0.0), |(sum, count), p| (sum + p.position, count + 1.0));
+        let Some(axis) = n.cross(own.position - sum / f64::max(count, 1.0)).try_normalize() else { return Ok(()) };
+        if count < 2.0 {
+            return Ok(());
+        }
+        let along = |columns: &[DVec3; 6]| (0..3).map(|e| columns[e] * axis[e]).sum::<DVec3>();
+        let (normal, place) = (along(&motion.normal), along(&motion.position));
+        let gap = (0..3).map(|e| motion.gap[e] * axis[e]).sum();
+        let expected = [gap, normal.x, normal.y, normal.z, place.x, place.y, place.z];
+        for (factor, _) in NEAR {
+            for slopes in self.slopes(workspace, [axis, DVec3::ZERO], h * factor)? {
+                let is_same = |k: usize| {
+                    let unit = if (1..4).contains(&k) { 1.0 } else { self.size };
+                    (slopes[k] - expected[k]).abs() <= KINK * unit.max(expected[k].abs())
+                };
+                if !(0..7).all(is_same) {
+                    return Err(NoMotion::Rough);
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Whether the gap grows with the distance of two planes, however B is displaced by `h`, at a point nearby.
@@ -155,29 +185,35 @@ impl Search<'_> {
 
     /// A central difference along the motion `e` of body B.
     fn central(&mut self, workspace: &mut Workspace, e: usize, step: f64) -> Result<Numbers, NoMotion> {
-        let ahead = self.at(workspace, e, step)?;
-        let behind = self.at(workspace, e, -step)?;
+        let ahead = self.at(workspace, twist(e), step)?;
+        let behind = self.at(workspace, twist(e), -step)?;
         Ok(std::array::from_fn(|k| (ahead[k] - behind[k]) / (2.0 * step)))
     }
 
     /// Differences ahead and behind from the point itself.
-    fn slopes(&mut self, workspace: &mut Workspace, e: usize, step: f64) -> Result<[Numbers; 2], NoMotion> {
+    fn slopes(&mut self, workspace: &mut Workspace, way: [DVec3; 2], step: f64) -> Result<[Numbers; 2], NoMotion> {
         let (n, gap) = (self.point.normal, self.point.gap);
         let own = [gap, n.x, n.y, n.z, 0.0, 0.0, 0.0];
-        let ahead = self.at(workspace, e, step)?;
-        let behind = self.at(workspace, e, -step)?;
+        let ahead = self.at(workspace, way, step)?;
+        let behind = self.at(workspace, way, -step)?;
         let slope = |from: &Numbers, to: &Numbers| std::array::from_fn(|k| (to[k] - from[k]) / step);
         Ok([slope(&own, &ahead), slope(&behind, &own)])
     }
 
-    fn at(&mut self, workspace: &mut Workspace, e: usize, step: f64) -> Result<Numbers, NoMotion> {
-        let (center, axis) = (self.point.position, DVec3::AXES[e % 3] * step);
-        let (turn, shift) = if e < 3 { (axis, DVec3::ZERO) } else { (DVec3::ZERO, axis) };
-        self.displace(workspace, turn, shift);
+    /// What is found with B turned about the point and shifted, `step` along a way.
+    fn at(&mut self, workspace: &mut Workspace, [turn, shift]: [DVec3; 2], step: f64) -> Result<Numbers, NoMotion> {
+        let center = self.point.position;
+        self.displace(workspace, turn * step, shift * step);
         let same = self.found.iter().filter(|found| found.feature == self.point.feature);
         let far = |found: &&ContactPoint| (found.position - center).length();
         let found = same.min_by(|x, y| far(x).total_cmp(&far(y))).ok_or(NoMotion::Changes)?;
         let (n, p) = (found.normal, found.position - center);
         Ok([found.gap, n.x, n.y, n.z, p.x, p.y, p.z])
     }
+}
+
+/// The motion `e` of body B: a unit of turn and of shift.
+fn twist(e: usize) -> [DVec3; 2] {
+    let axis = DVec3::AXES[e % 3];
+    if e < 3 { [axis, DVec3::ZERO] } else { [DVec3::ZERO, axis] }
 }

@@ -3,6 +3,8 @@
 use signorini_multibody::Model;
 use signorini_simulation::{Settings, SimulationError};
 
+use super::check::check;
+use super::draws::drawn_covariance;
 use super::rollout::{Rollouts, Sums};
 use super::{
     Identification, IdentificationError, IdentificationProgress, IdentificationSettings, Recording, Task, Unknown,
@@ -17,6 +19,8 @@ const MOST: f64 = 1e8;
 /// Neighbours of each unknown, as parts of its size, that are looked at where the method can go no further: contact makes the objective rough,
 /// and its slopes are those of the roughness.
 const NEIGHBOURS: [f64; 6] = [0.2, -0.2, 0.05, -0.05, 0.01, -0.01];
+/// The least size of an unknown, as a part of its bounds.
+const ROOM: f64 = 0.1;
 /// What is left of an unknown's curvature when the others answer, as a part of it: below, they undo what it does.
 const UNDETERMINED: f64 = 1e-8;
 /// Recordings per unknown from which on their spread is a covariance.
@@ -46,93 +50,84 @@ pub fn identify(
     let task = Task { settings, asked, unknowns };
     check(model, recordings, &task)?;
     let values = unknowns.iter().map(|unknown| unknown.value(model).unwrap_or_default()).collect();
-    let mut fit = Fit { task, recordings, model: model.clone(), values, tried: 0 };
+    let counts = vec![1; recordings.len()];
+    let mut fit = Fit { task, recordings, model: model.clone(), values, counts, tried: 0 };
     let first = fit.start()?;
-    let mut per_recording = fit.evaluate(&fit.values, true)?;
-    let mut whole = fit.sum(&per_recording);
-    let (mut damping, mut converged) = (DAMPING, false);
-    while fit.tried < asked.iterations {
-        fit.tried += 1;
-        let next = if damping <= MOST { fit.propose(&whole, damping) } else { None };
-        let is_stuck = next.is_none();
-        let better = match next {
-            Some(next) => fit.objective_at(&next)?.filter(|found| *found < whole.objective).map(|found| (found, next)),
-            None => fit.best_neighbour(whole.objective)?,
-        };
-        if let Some((objective, next)) = better {
-            converged = !is_stuck && whole.objective - objective <= asked.tolerance * whole.objective;
-            fit.values = next;
-            damping = if is_stuck { DAMPING } else { damping * LESS };
-            per_recording = fit.evaluate(&fit.values, true)?;
-            whole = fit.sum(&per_recording);
-        } else {
-            damping *= MORE;
-            converged = is_stuck;
-        }
-        // What gains no more by slopes may gain by its neighbours.
-        if converged && !is_stuck {
-            (converged, damping) = (false, 2.0 * MOST);
-        }
-        let objective = whole.objective / whole.count;
-        let news = IdentificationProgress { iteration: fit.tried, objective, values: fit.values.clone() };
-        if !progress(&news) || converged {
-            break;
-        }
+    let end = fit.search(&mut progress)?;
+    let mut found = fit.result(first, &end);
+    if asked.draws > 1 {
+        found.covariance = drawn_covariance(&fit, &found)?;
     }
-    Ok(fit.result(first, &whole, &per_recording, converged))
+    Ok(found)
 }
 
-fn check(model: &Model, recordings: &[Recording], task: &Task) -> Result<(), IdentificationError> {
-    for unknown in task.unknowns {
-        let Some(value) = unknown.value(model).filter(|_| unknown.set(&mut model.clone(), 1.0)) else {
-            return Err(IdentificationError::NoSuchNumber(unknown.name.clone()));
-        };
-        let [lower, upper] = unknown.bounds;
-        if !(lower <= value && value <= upper) {
-            return Err(IdentificationError::OutsideBounds { name: unknown.name.clone(), value, lower, upper });
-        }
-    }
-    let malformed = |text: String| Err(IdentificationError::Malformed(text));
-    let asked = task.asked;
-    let is_open = |unknown: &&Unknown| unknown.bounds.iter().any(|bound| !bound.is_finite());
-    if let Some(unknown) = task.unknowns.iter().filter(|_| asked.starts > 0).find(is_open) {
-        return malformed(format!("unknown '{}' needs finite bounds for several starts", unknown.name));
-    }
-    if task.unknowns.is_empty() || recordings.iter().all(|recording| recording.states.len() < 2) {
-        return malformed("nothing to identify: it takes an unknown and a recording of two samples".into());
-    }
-    if !(asked.interval > 0.0 && asked.interval.is_finite()) || asked.substeps == 0 {
-        return malformed("the interval must be positive and finite, and there must be a substep".into());
-    }
-    if !asked.weights.is_empty() && asked.weights.len() != model.nv {
-        return malformed(format!("{} weights are given for {} degrees of freedom", asked.weights.len(), model.nv));
-    }
-    for (i, recording) in recordings.iter().enumerate() {
-        if let Some(k) = recording.states.iter().position(|s| s.check(model).is_err()) {
-            return malformed(format!(
-                "recording {i}, sample {k}: it does not fit the model, or has a number that is not finite"
-            ));
-        }
-        if !recording.inputs.is_empty() && recording.inputs.len() + 1 != recording.states.len() {
-            return malformed(format!(
-                "recording {i} has {} samples and {} inputs: one for every interval is needed",
-                recording.states.len(),
-                recording.inputs.len()
-            ));
-        }
-    }
-    Ok(())
-}
-
-struct Fit<'a> {
+/// The method at some values.
+#[derive(Clone)]
+pub(super) struct Fit<'a> {
     task: Task<'a>,
-    recordings: &'a [Recording],
+    pub recordings: &'a [Recording],
     model: Model,
-    values: Vec<f64>,
-    tried: usize,
+    pub values: Vec<f64>,
+    /// How often each recording counts.
+    pub counts: Vec<usize>,
+    pub tried: usize,
+}
+
+/// Where the method ended: the sums there, those of each recording, and whether nothing more was to be gained.
+pub(super) struct End {
+    whole: Sums,
+    per_recording: Vec<Sums>,
+    converged: bool,
 }
 
 impl Fit<'_> {
+    /// Follows the slopes, and the neighbours where these lead no further.
+    pub fn search(
+        &mut self,
+        progress: &mut dyn FnMut(&IdentificationProgress) -> bool,
+    ) -> Result<End, SimulationError> {
+        let asked = self.task.asked;
+        let mut per_recording = self.evaluate(&self.values, true, f64::INFINITY)?;
+        let mut whole = self.sum(&per_recording);
+        let (mut damping, mut converged) = (DAMPING, false);
+        while self.tried < asked.iterations {
+            self.tried += 1;
+            let next = if damping <= MOST { self.propose(&whole, damping) } else { None };
+            let is_stuck = next.is_none();
+            let is_near = next.as_ref().is_some_and(|next| self.is_near(next));
+            let better = match next {
+                Some(next) => self.objective_below(whole.objective, &next)?.map(|found| (found, next)),
+                None => self.best_neighbour(whole.objective)?,
+            };
+            if let Some((objective, next)) = better {
+                converged = !is_stuck && whole.objective - objective <= asked.tolerance * whole.objective;
+                self.values = next;
+                damping = if is_stuck { DAMPING } else { damping * LESS };
+                per_recording = self.evaluate(&self.values, true, f64::INFINITY)?;
+                whole = self.sum(&per_recording);
+            } else {
+                // A step within the nearest neighbours that leads nowhere: the slopes are those of the roughness.
+                damping = if is_near { 2.0 * MOST } else { damping * MORE };
+                converged = is_stuck;
+            }
+            // What gains no more by slopes may gain by its neighbours.
+            if converged && !is_stuck {
+                (converged, damping) = (false, 2.0 * MOST);
+            }
+            let objective = whole.objective / whole.count;
+            let news = IdentificationProgress { iteration: self.tried, objective, values: self.values.clone() };
+            if !progress(&news) || converged {
+                break;
+            }
+        }
+        Ok(End { whole, per_recording, converged })
+    }
+
+    /// Sets of recordings to be drawn.
+    pub fn draws(&self) -> usize {
+        self.task.asked.draws
+    }
+
     fn model_at(&self, values: &[f64]) -> Model {
         let mut model = self.model.clone();
         for (unknown, value) in self.task.unknowns.iter().zip(values) {
@@ -141,14 +136,21 @@ impl Fit<'_> {
         model
     }
 
-    /// The sums of every recording, on all cores.
-    fn evaluate(&self, values: &[f64], with_slopes: bool) -> Result<Vec<Sums>, SimulationError> {
+    /// The sums of every recording, on all cores. What has no slopes ends where its objective is seen to be above `bound`.
+    fn evaluate(&self, values: &[f64], with_slopes: bool, bound: f64) -> Result<Vec<Sums>, SimulationError> {
         let threads = std::thread::available_parallelism().map_or(1, usize::from).min(self.recordings.len().max(1));
         let model = self.model_at(values);
         let part = |first: usize| -> Result<Vec<(usize, Sums)>, SimulationError> {
             let mut rollouts = Rollouts::new(self.task, model.clone(), values, with_slopes)?;
-            let own = (first..self.recordings.len()).step_by(threads);
-            own.map(|i| Ok((i, rollouts.run(&self.recordings[i])?))).collect()
+            let (mut own, mut sum) = (Vec::new(), 0.0);
+            for i in (first..self.recordings.len()).step_by(threads).filter(|&i| self.counts[i] > 0) {
+                own.push((i, rollouts.run(&self.recordings[i])?));
+                sum += own.last().map_or(0.0, |(_, sums)| self.counts[i] as f64 * sums.objective);
+                if !with_slopes && sum > bound {
+                    break;
+                }
+            }
+            Ok(own)
         };
         let parts = std::thread::scope(|scope| {
             let workers: Vec<_> = (0..threads).map(|first| scope.spawn(move || part(first))).collect();
@@ -164,15 +166,16 @@ impl Fit<'_> {
         Ok(sums)
     }
 
-    /// The objective with other values; nothing where it is no number.
-    fn objective_at(&self, values: &[f64]) -> Result<Option<f64>, SimulationError> {
-        let objective = self.sum_at(values, &self.evaluate(values, false)?).objective;
-        Ok(objective.is_finite().then_some(objective))
+    /// The objective with other values where it is below a bound.
+    fn objective_below(&self, bound: f64, values: &[f64]) -> Result<Option<f64>, SimulationError> {
+        // Every recording adds to it: a part that is above the bound decides, and one that is not, is the whole.
+        let objective = self.sum_at(values, &self.evaluate(values, false, bound)?).objective;
+        Ok((objective < bound).then_some(objective))
     }
 
     /// Goes to the best of some places within the bounds; returns the objective at the values of the model.
     fn start(&mut self) -> Result<f64, SimulationError> {
-        let own = self.sum_at(&self.values, &self.evaluate(&self.values, false)?).objective;
+        let own = self.sum_at(&self.values, &self.evaluate(&self.values, false, f64::INFINITY)?).objective;
         let mut least = if own.is_finite() { own } else { f64::INFINITY };
         for k in 1..=self.task.asked.starts {
             let within = |(i, unknown): (usize, &Unknown)| {
@@ -180,11 +183,24 @@ impl Fit<'_> {
                 lower + (upper - lower) * radical_inverse(k, i)
             };
             let values: Vec<f64> = self.task.unknowns.iter().enumerate().map(within).collect();
-            if let Some(found) = self.objective_at(&values)?.filter(|found| *found < least) {
+            if let Some(found) = self.objective_below(least, &values)? {
                 (least, self.values) = (found, values);
             }
         }
         Ok(own)
+    }
+
+    /// Whether values are nearer than the nearest neighbours.
+    fn is_near(&self, values: &[f64]) -> bool {
+        let least = NEIGHBOURS.iter().fold(f64::INFINITY, |least, part| least.min(part.abs()));
+        values.iter().zip(&self.values).enumerate().all(|(i, (next, own))| (next - own).abs() <= least * self.size(i))
+    }
+
+    /// What an unknown is changed in parts of: itself, or what its bounds leave it where that is more.
+    fn size(&self, i: usize) -> f64 {
+        let [lower, upper] = self.task.unknowns[i].bounds;
+        let room = if upper - lower < f64::INFINITY { ROOM * (upper - lower) } else { 0.0 };
+        self.values[i].abs().max(room)
     }
 
     /// The best of the values nearby that lower the objective.
@@ -194,10 +210,11 @@ impl Fit<'_> {
             for part in NEIGHBOURS {
                 let mut values = self.values.clone();
                 let [lower, upper] = unknown.bounds;
-                values[i] = (values[i] + part * values[i].abs().max(f64::MIN_POSITIVE)).clamp(lower, upper);
-                let found = if values == self.values { None } else { self.objective_at(&values)? };
+                values[i] = (values[i] + part * self.size(i)).clamp(lower, upper);
                 let least = best.as_ref().map_or(objective, |(least, _)| *least);
-                if let Some(found) = found.filter(|found| *found < least) {
+                if values != self.values
+                    && let Some(found) = self.objective_below(least, &values)?
+                {
                     best = Some((found, values));
                 }
             }
@@ -211,9 +228,9 @@ impl Fit<'_> {
     }
 
     fn sum_at(&self, values: &[f64], per_recording: &[Sums]) -> Sums {
-        let n = per_recording.first().map_or(0, |sums| sums.gradient.len());
+        let n = per_recording.iter().map(|sums| sums.gradient.len()).max().unwrap_or(0);
         let mut whole = Sums::new(n);
-        per_recording.iter().for_each(|sums| whole.add(sums));
+        per_recording.iter().zip(&self.counts).for_each(|(sums, &times)| whole.add(sums, times));
         for (i, unknown) in self.task.unknowns.iter().enumerate() {
             let Some([mean, deviation]) = unknown.prior else { continue };
             let off = (values[i] - mean) / deviation;
@@ -256,7 +273,8 @@ impl Fit<'_> {
         (self.values[i] <= lower && step < 0.0) || (self.values[i] >= upper && step > 0.0)
     }
 
-    fn result(&self, first: f64, whole: &Sums, per_recording: &[Sums], converged: bool) -> Identification {
+    fn result(&self, first: f64, end: &End) -> Identification {
+        let End { whole, per_recording, converged } = end;
         let n = self.values.len();
         let at_bound: Vec<bool> = (0..n).map(|i| self.pushes_out(i, -whole.gradient[i])).collect();
         let determined = determined(&whole.curvature, n);
@@ -268,7 +286,7 @@ impl Fit<'_> {
             objective: [first / count, whole.objective / count],
             deviation: (whole.squares / count).sqrt(),
             iterations: self.tried,
-            converged,
+            converged: *converged,
             steps: whole.steps,
             model: self.model_at(&self.values),
             values: self.values.clone(),

@@ -34,14 +34,16 @@ impl Sums {
         Self { gradient: vec![0.0; unknowns], curvature: vec![0.0; unknowns * unknowns], ..Self::default() }
     }
 
-    pub fn add(&mut self, other: &Self) {
-        self.objective += other.objective;
-        self.squares += other.squares;
-        self.samples += other.samples;
-        self.count += other.count;
-        add_scaled(&mut self.gradient, 1.0, &other.gradient);
-        add_scaled(&mut self.curvature, 1.0, &other.curvature);
-        (0..2).for_each(|k| self.steps[k] += other.steps[k]);
+    /// Adds the sums of a recording that counts so many times.
+    pub fn add(&mut self, other: &Self, times: usize) {
+        let weight = times as f64;
+        self.objective += weight * other.objective;
+        self.squares += weight * other.squares;
+        self.samples += times * other.samples;
+        self.count += weight * other.count;
+        add_scaled(&mut self.gradient, weight, &other.gradient);
+        add_scaled(&mut self.curvature, weight, &other.curvature);
+        (0..2).for_each(|k| self.steps[k] += times * other.steps[k]);
     }
 }
 

@@ -31,6 +31,7 @@ pub(super) fn add_points(
     let mut points = std::mem::take(&mut scratch.points);
     points.clear();
     points.extend_from_slice(step.workspace.contact_points());
+    scratch.turned.forget();
     let result = add_all(step, &points, modes, margins, (rows, ties), turning, scratch);
     scratch.points = points;
     note_candidates(step, margins);
@@ -67,6 +68,7 @@ fn add_all(
             add_unit(step, &UnitMode::WHOLE, i, gap, &scratch.list, &scratch.moved, &mut ties.rows);
         }
     }
+    scratch.turned.flush(step, turning);
     Ok(())
 }
 
@@ -83,7 +85,7 @@ fn add_point(
     if [point.geom_a, point.geom_b].iter().any(|id| step.model.geoms[id.index()].grain.is_some()) {
         return Err(about(step, point, "its friction depends on the direction"));
     }
-    let Scratch { list, moved, displaced, search, .. } = scratch;
+    let Scratch { list, moved, displaced, turned, search, .. } = scratch;
     movers(step.model, [point.body_a, point.body_b], list);
     let motion = point_motion(step.model, step.workspace, point, search).map_err(|why| match why {
         NoMotion::Changes => about(step, point, "its features change within the smallest differences"),
@@ -99,7 +101,7 @@ fn add_point(
     let push = push_of(step, i, point, &frame)?;
     push.act(step, point.body_b, 1.0, &mut rows.wrenches);
     push.act(step, point.body_a, -1.0, &mut rows.wrenches);
-    turn_impulse(step, i, &push, list, moved, turning);
+    turned.add(step, (i, point), &push, (list, moved), turning);
     let first_row = rows.len();
     add_unit(step, &modes.contacts[i], i, gap, list, moved, rows);
     add_group_pulls(step, modes, i, first_row, rows);
@@ -212,44 +214,6 @@ fn push_of(step: &Step, i: usize, point: &ContactPoint, frame: &ContactFrame) ->
         };
     }
     Ok(Push { point: point.position, force: frame.to_world(solution.impulse[i]), moment })
-}
-
-/// Adds `∂(Jᵀ p)/∂q` at fixed `p`, less the part in which the push turns with each body.
-fn turn_impulse(step: &Step, i: usize, push: &Push, list: &[Mover], moved: &[Moved], turning: &mut [f64]) {
-    let (nv, solution) = (step.model.nv, step.solution);
-    let mut about_axes = [0.0; 3];
-    for (j, source) in groups_of(step, i) {
-        let [x, y] = solution.group_impulse[j];
-        match source {
-            FrictionSource::Spinning { .. } => about_axes[0] = x,
-            _ => (about_axes[1], about_axes[2]) = (x, y),
-        }
-    }
-    if push.force == DVec3::ZERO && push.moment == DVec3::ZERO {
-        return;
-    }
-    for (mover, m) in list.iter().zip(moved) {
-        let force: DVec3 = (0..3).map(|r| m.axes[r] * solution.impulse[i][r]).sum();
-        let moment: DVec3 = (0..3).map(|r| m.axes[r] * about_axes[r]).sum();
-        let relative = |moves: bool| {
-            let s = f64::from(moves);
-            let arm = m.place - m.shift * s;
-            let moment = moment + arm.cross(push.force) - m.turn.cross(push.moment) * s;
-            (moment, force - m.turn.cross(push.force) * s)
-        };
-        let (of_a, of_b) = (relative(mover.of[0]), relative(mover.of[1]));
-        for (other, row) in list.iter().zip(moved) {
-            let power = |(moment, force): (DVec3, DVec3)| row.turn.dot(moment) + row.shift.dot(force);
-            let mut sum = 0.0;
-            if other.of[1] {
-                sum += power(of_b);
-            }
-            if other.of[0] {
-                sum -= power(of_a);
-            }
-            turning[other.dof * nv + mover.dof] += sum;
-        }
-    }
 }
 
 /// Notes what a contact between faces that lie on each other would do to the momenta if its place slid or its normal turned: they may do so

@@ -5,7 +5,8 @@ use signorini_multibody::{JointKind, right_jacobian, rotation_log};
 use signorini_simulation::{ContactSource, FrictionSource};
 
 use super::parameters::add_violation;
-use super::system::{ModeRows, Modes, Step};
+use super::system::{ModeRows, Modes, Scratch, Step};
+use super::tendons::add_turning;
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 
 /// Below this angle a ball joint has no axis, rad.
@@ -17,6 +18,7 @@ pub(super) fn add_limits(
     margins: &mut Vec<Margin>,
     rows: &mut ModeRows,
     turning: &mut [f64],
+    scratch: &mut Scratch,
 ) -> Result<(), String> {
     let problem = step.workspace.problem();
     let solution = step.solution;
@@ -59,6 +61,11 @@ pub(super) fn add_limits(
                 (0..3).for_each(|r| turning[(k + r) * step.model.nv + k + a] -= lambda * axis_slope.col(a)[r]);
             }
         }
+        if let Some(ContactSource::TendonLimit { tendon, upper }) = step.workspace.contact_source(i) {
+            let pull = (tendon, if upper { -1.0 } else { 1.0 }, InequalitySource::Contact(i));
+            add_turning(step, pull, lambda, margins, (by_configuration, turning), scratch)
+                .map_err(|reason| format!("{}: {reason}", limit_name(step, i)))?;
+        }
         for (&column, entry) in columns.iter().zip(entries) {
             rows.coordinate_impulse[column as usize] += lambda * entry[0];
         }
@@ -87,9 +94,6 @@ fn limit(step: &Step, i: usize) -> Result<(f64, f64), String> {
         Some(ContactSource::TendonLimit { tendon, upper }) => {
             let tendon = &model.tendons[tendon.index()];
             let [low, high] = tendon.limits.ok_or_else(missing)?;
-            if !tendon.path.is_empty() {
-                return Err(format!("{}: its row turns with its path", limit_name(step, i)));
-            }
             let length = tendon.length(model, step.workspace.kinematics(), q);
             Ok((if upper { high - length } else { length - low }, step.settings.correction_speed))
         }

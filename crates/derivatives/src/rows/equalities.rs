@@ -2,10 +2,11 @@
 
 use signorini_multibody::glam::{DMat3, DQuat, DVec3};
 use signorini_multibody::{BodyId, EqualityBlock, EqualityKind, JointId, JointKind, Pose, equality_block_into};
-use signorini_multibody::{SpatialVector, right_jacobian, rotation_log};
+use signorini_multibody::{SpatialVector, TendonId, right_jacobian, rotation_log};
 
 use super::parameters::add_violation;
 use super::system::{ModeRows, Mover, Push, Scratch, Step, movers};
+use super::tendons::{add_turning, measure};
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 
 pub(super) fn add(
@@ -15,9 +16,21 @@ pub(super) fn add(
     turning: &mut [f64],
     scratch: &mut Scratch,
 ) -> Result<(), String> {
+    let mut block = scratch.block.take().unwrap_or_else(|| EqualityBlock::new(step.model));
+    let result = add_rows(step, &mut block, margins, rows, turning, scratch);
+    scratch.block = Some(block);
+    result
+}
+
+fn add_rows(
+    step: &Step,
+    block: &mut EqualityBlock,
+    margins: &mut Vec<Margin>,
+    rows: &mut ModeRows,
+    turning: &mut [f64],
+    scratch: &mut Scratch,
+) -> Result<(), String> {
     let problem = step.workspace.problem();
-    let list = &mut scratch.list;
-    let block = scratch.block.get_or_insert_with(|| EqualityBlock::new(step.model));
     for k in 0..problem.bilateral_violation.len() {
         let Some([equality, part, axis]) = step.workspace.bilateral_row(k) else {
             return Err(format!("bilateral row {k} prescribes a velocity"));
@@ -41,7 +54,13 @@ pub(super) fn add(
         let slopes = row.by_configuration;
         let lambda = step.solution.bilateral[k];
         match equality.kind {
-            EqualityKind::Tendon { .. } => return Err(refuse("it holds a tendon")),
+            EqualityKind::Tendon { tendon, driver, polynomial } => {
+                let pull = Follower { tendon, driver, polynomial, source: InequalitySource::Bilateral(k) };
+                pull.turn(step, lambda, margins, (slopes, turning), scratch).map_err(refuse)?;
+                for (&column, entry) in columns.iter().zip(entries) {
+                    rows.coordinate_impulse[column as usize] += lambda * entry[0];
+                }
+            }
             EqualityKind::Joint { driver, polynomial, .. } => {
                 bend(step, driver, polynomial, lambda, (slopes, turning));
                 for (&column, entry) in columns.iter().zip(entries) {
@@ -49,7 +68,8 @@ pub(super) fn add(
                 }
             }
             EqualityKind::Weld { body_a, frame_a, body_b, frame_b } if part == 1 => {
-                let pair = Pair::new(step, [(body_a, DVec3::ZERO), (body_b, DVec3::ZERO)], list);
+                let pair = Pair::new(step, [(body_a, DVec3::ZERO), (body_b, DVec3::ZERO)], &mut scratch.list);
+                let list = &scratch.list;
                 let turn = pair.relative_turn(step, [frame_a.rotation, frame_b.rotation]);
                 pair.turn_slopes(step, axis, list, turn, part_of_dt, slopes);
                 pair.twist(step, axis, lambda, list, rows, turning);
@@ -61,7 +81,8 @@ pub(super) fn add(
                 frame_b: Pose { position: point_b, .. },
             }
             | EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
-                let pair = Pair::new(step, [(body_a, point_a), (body_b, point_b)], list);
+                let pair = Pair::new(step, [(body_a, point_a), (body_b, point_b)], &mut scratch.list);
+                let list = &scratch.list;
                 pair.point_slopes(step, axis, list, slopes);
                 pair.act(step, axis, lambda, list, rows, turning);
             }
@@ -87,6 +108,44 @@ fn bend(
     let k = joint.v_index;
     slopes[k] -= bend * step.solution.velocity[k];
     turning[k * step.model.nv + k] -= lambda * bend;
+}
+
+/// A tendon that follows another by a polynomial.
+struct Follower {
+    tendon: TendonId,
+    driver: Option<TendonId>,
+    polynomial: [f64; 5],
+    source: InequalitySource,
+}
+
+impl Follower {
+    /// Adds how its row `g − p′(x) g′` turns, with the driver's row `g′` and its length `x` from the reference.
+    fn turn(
+        &self,
+        step: &Step,
+        lambda: f64,
+        margins: &mut Vec<Margin>,
+        (slopes, turning): (&mut [f64], &mut [f64]),
+        scratch: &mut Scratch,
+    ) -> Result<(), &'static str> {
+        add_turning(step, (self.tendon, 1.0, self.source), lambda, margins, (slopes, turning), scratch)?;
+        let Some(driver) = self.driver else { return Ok(()) };
+        measure(step, driver, (&mut scratch.length, &mut scratch.turns));
+        let x = scratch.length.length - step.model.tendons[driver.index()].reference_length;
+        let [_, a_1, a_2, a_3, a_4] = self.polynomial;
+        let slope = a_1 + x * (2.0 * a_2 + x * (3.0 * a_3 + x * 4.0 * a_4));
+        let bend = 2.0 * a_2 + x * (6.0 * a_3 + x * 12.0 * a_4);
+        add_turning(step, (driver, -slope, self.source), lambda, margins, (slopes, turning), scratch)?;
+        let row = &scratch.length;
+        let rate = row.rate(&step.solution.velocity);
+        for (&l, other) in row.dofs.iter().zip(&row.gradient) {
+            slopes[l] -= bend * rate * other;
+            for (&k, g) in row.dofs.iter().zip(&row.gradient) {
+                turning[k * step.model.nv + l] -= lambda * bend * g * other;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Notes how far the violation is from what is removed in one step.

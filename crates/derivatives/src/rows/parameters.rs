@@ -2,7 +2,7 @@
 
 use signorini_contact::ContactFrame;
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{ContactPoint, GeomId, Model};
+use signorini_multibody::{ContactPoint, GeomId, Model, PathPart};
 use signorini_simulation::FrictionSource;
 
 use super::frames::{groups_of, turned_axes};
@@ -220,6 +220,9 @@ pub(super) fn add_coordinates(step: &Step, modes: &Modes, directions: &[Directio
     let groups = &problem.friction_groups;
     let dt = problem.timestep;
     for (j, direction) in directions.iter().enumerate() {
+        if moves_a_path(step.model, direction) {
+            rows.without_slope[j] = Some("a tendon runs around the geom".to_owned());
+        }
         let timestep = share(direction, |p| p == ScalarParameter::Timestep);
         for k in 0..groups.len() {
             let source = step.workspace.friction_source(k);
@@ -243,6 +246,18 @@ pub(super) fn add_coordinates(step: &Step, modes: &Modes, directions: &[Directio
             }
         }
     }
+}
+
+/// Whether a direction moves or grows a geom that a tendon runs around.
+fn moves_a_path(model: &Model, direction: &Direction) -> bool {
+    let runs_around = |own: GeomId| {
+        let is_own = |part: &PathPart| matches!(part, PathPart::Wrap { geom, .. } if *geom == own);
+        model.tendons.iter().any(|tendon| tendon.path.iter().any(is_own))
+    };
+    direction.iter().any(|(parameter, _)| match *parameter {
+        ScalarParameter::GeomPosition(geom, _) | ScalarParameter::GeomSize(geom, _) => runs_around(geom),
+        _ => false,
+    })
 }
 
 /// Adds how the violation over Δt of rows `range` changes along each direction.

@@ -1,11 +1,12 @@
 //! The linear system of a mode, and what its rows are made from.
 
 use signorini_contact::{ContactProblem, ContactSolution};
-use signorini_multibody::derivatives::MotionDerivatives;
+use signorini_multibody::derivatives::{LengthCurvature, MotionDerivatives};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{BodyId, ContactPoint, EqualityBlock, Input, Model, SpatialVector, State};
+use signorini_multibody::{BodyId, ContactPoint, EqualityBlock, Input, LengthRow, Model, SpatialVector, State};
 use signorini_simulation::{Settings, Workspace};
 
+use super::turning::TurnSum;
 use crate::geometry::SearchMemory;
 use crate::matrix::Rows;
 use crate::mode::{Scales, UnitMode, contact_mode, group_mode, is_tie};
@@ -130,7 +131,10 @@ pub(crate) struct Scratch {
     pub moved: Vec<Moved>,
     pub points: Vec<ContactPoint>,
     pub displaced: Vec<(Mover, DVec3, DVec3)>,
+    pub turned: TurnSum,
     pub block: Option<EqualityBlock>,
+    pub length: LengthRow,
+    pub turns: LengthCurvature,
     pub search: SearchMemory,
 }
 

@@ -36,6 +36,7 @@ impl Bench {
         if let Some(key) = self.model.keyframes.first() {
             state.q.clone_from(&key.q);
             state.v.clone_from(&key.v);
+            state.activation.clone_from(&key.activation);
             input.control.clone_from(&key.control);
             input.control.resize(self.model.actuators.len(), 0.0);
         }

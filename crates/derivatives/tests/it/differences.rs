@@ -90,6 +90,11 @@ fn loops_welds_and_coupled_joints() {
 }
 
 #[test]
+fn tendons_around_geoms_and_muscles() {
+    compare("tendons", model_of(include_str!("../../testdata/tendons.xml")), 0..6, [1e-4, 0.3, 0.1], 60);
+}
+
+#[test]
 fn a_pile_of_twenty() {
     for seed in 0..3 {
         compare("pile", pile(seed), seed..seed + 1, [1e-5, 0.05, 0.0], 3);

@@ -129,6 +129,33 @@ fn the_covariance_is_the_spread_of_repeated_data() {
 }
 
 #[test]
+fn drawn_sets_spread_as_the_gradients_of_smooth_motions_say() {
+    let mut random = Random::new(77);
+    let recordings: Vec<_> = recorded(&thrown(BALL, 0.4, 0.0), 16, 0.0)
+        .into_iter()
+        .map(|mut recording| {
+            for state in recording.states.iter_mut().skip(1) {
+                state.q[..3].iter_mut().for_each(|x| *x += 1e-3 * random.normal());
+            }
+            recording
+        })
+        .collect();
+    let mut drawn = asked();
+    drawn.tolerance = 1e-8;
+    let find = |asked: &IdentificationSettings| {
+        let model = thrown(BALL, 0.4, 0.0);
+        identify(&model, &Settings::default(), &recordings, &[friction()], asked, |_| true).expect("an answer")
+    };
+    let by_gradients = find(&drawn);
+    drawn.draws = 40;
+    let by_draws = find(&drawn);
+    assert_eq!(by_gradients.values, by_draws.values);
+    let ratio = (by_draws.covariance[0] / by_gradients.covariance[0]).sqrt();
+    // 40 draws of a spread are within 1.3 with 99 %.
+    assert!((0.6..1.6).contains(&ratio), "{ratio:.2}");
+}
+
+#[test]
 fn faults_are_named() {
     let model = thrown(BOX, 0.4, 0.0);
     let run = |unknown: Unknown, recordings: &[Recording]| {

@@ -207,3 +207,8 @@ fn a_quadruped_on_its_feet() {
 fn loops_welds_and_coupled_joints() {
     compare("four-bar", model_of(include_str!("../../testdata/four_bar.xml")), [1e-5, 0.02, 0.1], 40, 60);
 }
+
+#[test]
+fn tendons_around_geoms_and_muscles() {
+    compare("tendons", model_of(include_str!("../../testdata/tendons.xml")), [1e-4, 0.3, 0.1], 40, 60);
+}

@@ -1,6 +1,6 @@
 //! How what the force law of an actuator takes as its control changes.
 
-use crate::model::{Activation, ActivationKind, Actuator};
+use crate::model::{Activation, ActivationKind, Actuator, activation_rate};
 use crate::state::{Input, State};
 
 /// Which inequality of the smooth part decides how a force goes on.
@@ -14,6 +14,11 @@ pub enum MarginSource {
     Activation(usize),
     /// The length of a tendon, by index, against the range in which it is slack.
     Slack(usize),
+    /// The path of a tendon, by index, against another kind of way past a geom.
+    Path(usize),
+    /// The length and the speed of a muscle, by index of the actuator, against places where parts of its curves meet or its force begins to grow
+    /// as it gives way.
+    Curve(usize),
 }
 
 /// Slopes by the control of the input and by the activation; what is at a bound has no slope beyond it.
@@ -34,7 +39,12 @@ pub(super) fn drive_slopes(
     if !activation.early {
         return [0.0, 1.0];
     }
-    let moved = moved(activation, state.activation[activation.index], actuator.control(input, a), dt);
+    let (value, control) = (state.activation[activation.index], actuator.control(input, a));
+    if let ActivationKind::Muscle { smoothing, .. } = activation.kind {
+        let rests = if smoothing > 0.0 { f64::INFINITY } else { (control.clamp(0.0, 1.0) - value).abs() };
+        margins.push((MarginSource::Activation(a), distance_to(control, [0.0, 1.0]).min(rests)));
+    }
+    let moved = moved(activation, value, control, dt);
     let mut within = 1.0;
     if let Some(range) = activation.range {
         margins.push((MarginSource::Activation(a), distance_to(moved.value, range)));
@@ -73,8 +83,15 @@ fn moved(activation: &Activation, a: f64, u: f64, dt: f64) -> Moved {
         ActivationKind::ExactFilter { time_constant } => {
             of_share(-(-dt / time_constant).exp_m1(), (-dt / time_constant).exp() / time_constant)
         }
-        // Models with one have no derivatives.
-        ActivationKind::Muscle { .. } => of_share(0.0, 0.0),
+        ActivationKind::Muscle { times, smoothing } => {
+            let [rate, by_activation, by_control] = activation_rate(a, u, times, smoothing);
+            Moved {
+                value: a + dt * rate,
+                by_control: dt * by_control,
+                by_activation: 1.0 + dt * by_activation,
+                by_timestep: rate,
+            }
+        }
     }
 }
 

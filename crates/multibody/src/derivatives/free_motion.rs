@@ -2,14 +2,13 @@
 
 use glamx::glam::{DQuat, DVec3};
 
-use super::drive::{MarginSource, distance_to, drive_slopes};
+use super::curvature::LengthCurvature;
+use super::drive::MarginSource;
 use super::inverse_dynamics::{InverseDynamicsDerivatives, inverse_dynamics_derivatives_into};
-use crate::free_motion::{AffineForce, FreeMotion, Saturation};
-use crate::free_motion::{actuator_law, can_saturate, is_before, joint_spring, tendon_spring};
+use super::lengths::LengthStep;
+use crate::free_motion::{FreeMotion, joint_spring};
 use crate::kinematics::Kinematics;
-use crate::length::LengthRow;
-use crate::math::{read_quaternion, right_jacobian, rotation_log};
-use crate::model::{ActivationKind, Actuator, ActuatorKind, BodyId, Model, Tendon, Transmission};
+use crate::model::{Actuator, BodyId, Model, Transmission};
 use crate::spatial::SpatialVector;
 use crate::state::{Input, State};
 
@@ -45,6 +44,7 @@ pub struct BalanceDerivatives {
     pub dynamics: InverseDynamicsDerivatives,
     acceleration: Vec<f64>,
     wrenches: Vec<SpatialVector>,
+    lengths: LengthCurvature,
 }
 
 impl BalanceDerivatives {
@@ -62,10 +62,11 @@ impl BalanceDerivatives {
             dynamics: InverseDynamicsDerivatives::new(model),
             acceleration: vec![0.0; nv],
             wrenches: vec![SpatialVector::ZERO; model.bodies.len()],
+            lengths: LengthCurvature::default(),
         }
     }
 
-    fn add(matrix: &mut [f64], nv: usize, row: usize, column: usize, value: f64) {
+    pub(super) fn add(matrix: &mut [f64], nv: usize, row: usize, column: usize, value: f64) {
         matrix[row * nv + column] += value;
     }
 }
@@ -78,7 +79,7 @@ impl BalanceDerivatives {
 ///   and N·s
 ///
 /// # Errors
-/// [`Unsupported`] for actuators at sites that measure a length, for bodies that turn too fast for Δt.
+/// [`Unsupported`] for actuators at sites that measure a length, for adhesion, for bodies that turn too fast for Δt.
 ///
 /// # Panics
 /// If a length does not fit the model.
@@ -119,53 +120,24 @@ pub fn balance_derivatives_into(
     hold_applied_wrenches(model, kinematics, input, dt, out);
     add_free_rotations(model, kinematics, state, dt, free, out)?;
     add_joint_springs(model, state, dt, velocity, out);
-    check_lengths(model)?;
-    for (t, (tendon, row)) in model.tendons.iter().zip(&free.tendon_rows).enumerate() {
-        let force = tendon_spring(tendon, row.length);
-        let [lower, upper] = tendon.rest;
-        if tendon.stiffness > 0.0 {
-            let size = lower.abs().max(upper.abs()).max(row.length.abs()).max(f64::MIN_POSITIVE);
-            let distance = (row.length - lower).abs().min((row.length - upper).abs());
-            let is_switch = lower < upper;
-            out.margins.push((MarginSource::Slack(t), if is_switch { distance / size } else { f64::INFINITY }));
-        }
-        let law = LawSlopes { by_length: -force.elasticity, by_rate: force.rise(dt), ..LawSlopes::default() };
-        add_length(model, (force, law), (row, &row.gradient), (state, velocity, dt), None, out);
-    }
-    let nu = model.actuators.len();
-    for (a, actuator) in model.actuators.iter().enumerate() {
-        add_actuator(model, (a, actuator), (state, input), dt, free, velocity, out);
-        let [by_input, by_activation] = drive_slopes(actuator, (state, input), a, dt, &mut out.margins);
-        out.activation_share[a] = by_activation;
-        for &k in &free.actuator_rows[a].dofs {
-            out.by_control[k * nu + a] = by_input * out.by_drive[k * nu + a];
-        }
-    }
-    Ok(())
+    check_pulls(model)?;
+    let mut lengths = std::mem::take(&mut out.lengths);
+    let step = LengthStep { model, kinematics, state, input, velocity, dt, free };
+    let done = step.add_tendons(&mut lengths, out).and_then(|()| step.add_actuators(&mut lengths, out));
+    out.lengths = lengths;
+    done
 }
 
-/// Whether rows of lengths stay as they are when the configuration changes, and laws of forces are linear.
-fn check_lengths(model: &Model) -> Result<(), Unsupported> {
-    let pulls = |tendon: &Tendon| tendon.stiffness != 0.0 || tendon.damping != 0.0;
-    let turns = |tendon: &Tendon| !tendon.path.is_empty();
-    if let Some(tendon) = model.tendons.iter().find(|tendon| pulls(tendon) && turns(tendon)) {
-        let part = format!("tendon '{}'", tendon.name);
-        return Err(Unsupported { part, reason: "the row of a spatial tendon turns with its path" });
+/// Whether what pulls is known where the derivative is taken.
+fn check_pulls(model: &Model) -> Result<(), Unsupported> {
+    let sticks = |actuator: &&Actuator| matches!(actuator.transmission, Transmission::Body { .. });
+    match model.actuators.iter().find(sticks) {
+        None => Ok(()),
+        Some(actuator) => {
+            let part = format!("actuator '{}'", actuator.name);
+            Err(Unsupported { part, reason: "what sticks pulls where it touches" })
+        }
     }
-    for actuator in &model.actuators {
-        let remembers = actuator.activation.map(|activation| activation.kind);
-        let reason = match (actuator.kind, &actuator.transmission) {
-            _ if matches!(remembers, Some(ActivationKind::Muscle { .. })) => "the activation of a muscle is curved",
-            (ActuatorKind::Muscle(_), _) => "the law of a muscle is curved",
-            (_, Transmission::Tendon(tendon)) if turns(&model.tendons[tendon.index()]) => {
-                "the row of a spatial tendon turns with its path"
-            }
-            (_, Transmission::Body { .. }) => "what sticks pulls where it touches",
-            _ => continue,
-        };
-        return Err(Unsupported { part: format!("actuator '{}'", actuator.name), reason });
-    }
-    Ok(())
 }
 
 /// The wrenches of the input, at the bodies' origins.
@@ -267,147 +239,5 @@ fn add_joint_springs(model: &Model, state: &State, dt: f64, velocity: &[f64], ou
                 BalanceDerivatives::add(&mut out.by_configuration, model.nv, k, k, dt * joint.stiffness);
             }
         }
-    }
-}
-
-/// How an affine force changes with its own length, with its rate where that is explicit, and with its control: of its value, and of
-/// its fall with the velocity at the end.
-#[derive(Clone, Copy, Debug, Default)]
-struct LawSlopes {
-    by_length: f64,
-    by_rate: f64,
-    by_control: f64,
-    fall_by_control: f64,
-}
-
-fn add_actuator(
-    model: &Model,
-    (a, actuator): (usize, &Actuator),
-    (state, input): (&State, &Input),
-    dt: f64,
-    free: &FreeMotion,
-    velocity: &[f64],
-    out: &mut BalanceDerivatives,
-) {
-    let (row, law) = (&free.actuator_rows[a], free.laws[a]);
-    let drive = actuator.drive(state, input, a, dt);
-    let mut slopes = law_slopes(actuator, drive, row.length, row.rate(&state.v), dt);
-    if can_saturate(actuator)
-        && let Some([lower, upper]) = actuator.force_range
-    {
-        let unbounded = actuator_law(actuator, drive, row.length, row.rate(&state.v));
-        let rate = row.rate(&free.free_velocity);
-        let force = unbounded.at(rate, rate, dt);
-        let distance = (force - lower).abs().min((force - upper).abs());
-        out.margins.push((MarginSource::Force(a), distance / (upper - lower).max(f64::MIN_POSITIVE)));
-        if free.saturation[a] != Saturation::Within {
-            slopes = LawSlopes::default();
-        }
-    }
-    if let (ActuatorKind::Motor, Some(range)) = (actuator.kind, actuator.force_range) {
-        out.margins.push((MarginSource::Force(a), distance_to(drive, range)));
-    }
-    if let Transmission::Site { .. } = actuator.transmission {
-        // The force itself is among the wrenches.
-        for (&k, g) in row.dofs.iter().zip(&row.gradient) {
-            out.by_drive[k * model.actuators.len() + a] -= dt * slopes.by_control * g;
-        }
-        return;
-    }
-    let turning: [f64; 3];
-    let length_slope = match &actuator.transmission {
-        Transmission::JointAxes { joint, axes } => {
-            let joint = &model.joints[joint.index()];
-            turning = match joint.kind.nv() {
-                3 => {
-                    let turn = rotation_log(read_quaternion(&state.q[joint.q_index..]));
-                    (right_jacobian(turn).inverse().transpose() * DVec3::from_slice(axes) * actuator.gear).to_array()
-                }
-                _ => [0.0; 3],
-            };
-            &turning[..]
-        }
-        _ => &row.gradient[..],
-    };
-    add_length(model, (law, slopes), (row, length_slope), (state, velocity, dt), Some(a), out);
-}
-
-/// Adds a force along a length whose row does not change with the configuration.
-///
-/// - `length_slope`: of the length by the degrees of freedom of the row
-fn add_length(
-    model: &Model,
-    (force, slopes): (AffineForce, LawSlopes),
-    (row, length_slope): (&LengthRow, &[f64]),
-    (state, velocity, dt): (&State, &[f64], f64),
-    actuator: Option<usize>,
-    out: &mut BalanceDerivatives,
-) {
-    let (nv, nu) = (model.nv, model.actuators.len());
-    let (begin, end) = (row.rate(&state.v), row.rate(velocity));
-    let weight = dt * force.slope(dt);
-    let lumped = |k: usize, coupling: f64, out: &mut BalanceDerivatives| {
-        // The part of the implicit matrix that stands for couplings across branches acts on the change of velocity.
-        out.impulse[k] += weight * coupling * (velocity[k] - state.v[k]);
-        BalanceDerivatives::add(&mut out.by_velocity, nv, k, k, -weight * coupling);
-        if let Some(a) = actuator {
-            out.by_drive[k * nu + a] += dt * slopes.fall_by_control * coupling * (velocity[k] - state.v[k]);
-        }
-    };
-    for (i, (&k, &g)) in row.dofs.iter().zip(&row.gradient).enumerate() {
-        for (&l, &other) in row.dofs[..i].iter().zip(&row.gradient) {
-            if !is_before(model, l, k) {
-                let coupling = g * other;
-                lumped(k, coupling.abs(), out);
-                lumped(l, coupling.abs(), out);
-                // What is left out of the matrix on both sides of the diagonal.
-                for (r, c) in [(k, l), (l, k)] {
-                    out.impulse[r] -= weight * coupling * (velocity[c] - state.v[c]);
-                    BalanceDerivatives::add(&mut out.by_velocity, nv, r, c, weight * coupling);
-                    if let Some(a) = actuator {
-                        out.by_drive[r * nu + a] -= dt * slopes.fall_by_control * coupling * (velocity[c] - state.v[c]);
-                    }
-                }
-            }
-        }
-    }
-    for (&k, &g) in row.dofs.iter().zip(&row.gradient) {
-        out.impulse[k] -= dt * force.at(begin, end, dt) * g;
-        for (&l, slope) in row.dofs.iter().zip(length_slope) {
-            BalanceDerivatives::add(&mut out.by_configuration, nv, k, l, -dt * slopes.by_length * g * slope);
-        }
-        for (&l, &other) in row.dofs.iter().zip(&row.gradient) {
-            BalanceDerivatives::add(&mut out.by_velocity, nv, k, l, -dt * slopes.by_rate * g * other);
-        }
-        if let Some(a) = actuator {
-            out.by_drive[k * nu + a] -= dt * (slopes.by_control - slopes.fall_by_control * end) * g;
-        }
-    }
-}
-
-fn law_slopes(actuator: &Actuator, drive: f64, length: f64, rate: f64, dt: f64) -> LawSlopes {
-    let zero = LawSlopes::default();
-    match actuator.kind {
-        ActuatorKind::Motor => {
-            let within = actuator.force_range.is_none_or(|[lower, upper]| lower < drive && drive < upper);
-            LawSlopes { by_control: f64::from(within), ..zero }
-        }
-        ActuatorKind::Position { kp, .. } => LawSlopes { by_length: -kp, by_control: kp, ..zero },
-        ActuatorKind::Velocity { kv } => LawSlopes { by_control: kv, ..zero },
-        ActuatorKind::Affine { gain, bias } => {
-            let [_, by_length, by_rate] = [0, 1, 2].map(|k| gain[k] * drive + bias[k]);
-            let explicit = if by_rate > 0.0 { gain[2] * rate } else { 0.0 };
-            let stiffer = if by_length < 0.0 { -gain[1] } else { 0.0 };
-            let slower = if by_rate < 0.0 { -gain[2] } else { 0.0 };
-            LawSlopes {
-                by_length,
-                by_rate: by_rate.max(0.0),
-                by_control: gain[0] + gain[1] * length + explicit,
-                fall_by_control: slower + dt * stiffer,
-            }
-        }
-        // Refused before.
-        ActuatorKind::Muscle(_) => zero,
-        ActuatorKind::Speed => zero,
     }
 }

@@ -4,14 +4,17 @@
 //! from the right, so that `δ` has the axes of `v`. A unit of `δ_k` then displaces all bodies that degree of freedom `k` carries by the
 //! twist `S_k`, column `k` of their Jacobian, and everything follows from how twists move with twists.
 
+mod curvature;
 mod drive;
 mod free_motion;
 mod inverse_dynamics;
+mod lengths;
 mod links;
 mod motion;
 mod parameters;
 mod spatial;
 
+pub use curvature::LengthCurvature;
 pub use drive::MarginSource;
 pub use free_motion::{BalanceDerivatives, Unsupported, balance_derivatives_into};
 pub use inverse_dynamics::{InverseDynamicsDerivatives, inverse_dynamics_derivatives_into};

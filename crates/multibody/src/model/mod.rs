@@ -45,5 +45,5 @@ pub use parts::{Body, Geom, GeomPair, Joint, JointKind, Keyframe, SpinResistance
 pub(crate) use path::PathStep;
 pub use sensing::{FrameId, Sensor, SensorKind, Shapes, Site};
 pub use tendon::{PathPart, Tendon};
-pub(crate) use tendon_path::walk;
+pub(crate) use tendon_path::{Passage, Place, Segment, walk};
 pub use transmission::Transmission;

@@ -33,8 +33,19 @@ pub struct Muscle {
     pub lengthening: f64,
 }
 
-/// A number and its slope.
-type WithSlope = [f64; 2];
+/// A number, its slope and its curvature.
+type WithSlopes = [f64; 3];
+
+/// The force of a muscle as its curves have it: how they scale, and what they are.
+struct Curves {
+    per_length: f64,
+    per_rate: f64,
+    active: WithSlopes,
+    speed: WithSlopes,
+    passive: WithSlopes,
+    /// Distance of length and speed from where parts of the curves meet.
+    border: f64,
+}
 
 impl Muscle {
     /// A muscle with MuJoCo's default curves.
@@ -59,38 +70,68 @@ impl Muscle {
     /// - `activation`: 0 to 1
     /// - `length`, `rate`: of the actuator, m and m/s
     pub fn force_with_slopes(&self, activation: f64, length: f64, rate: f64) -> [f64; 4] {
-        let [low, high] = self.length_range;
-        let resting = (high - low) / (self.range[1] - self.range[0]).max(NOTHING);
-        let (per_length, per_rate) = (1.0 / resting.max(NOTHING), 1.0 / (resting * self.fastest).max(NOTHING));
-        let scaled = self.range[0] + (length - low) * per_length;
-        let [active, active_slope] = self.active(scaled);
-        let [speed, speed_slope] = self.by_speed(rate * per_rate);
-        let [passive, passive_slope] = self.passive_part(scaled);
-        let own = active * speed;
+        let Curves { per_length, per_rate, active, speed, passive, .. } = self.curves(length, rate);
+        let own = active[0] * speed[0];
         [
-            -self.force * (own * activation + passive),
-            -self.force * (active_slope * speed * activation + passive_slope) * per_length,
-            -self.force * active * speed_slope * activation * per_rate,
+            -self.force * (own * activation + passive[0]),
+            -self.force * (active[1] * speed[0] * activation + passive[1]) * per_length,
+            -self.force * active[0] * speed[1] * activation * per_rate,
             -self.force * own,
         ]
     }
 
+    /// How the slopes of its force by the length and by the rate change with the length, the rate and the activation.
+    pub(crate) fn curvature(&self, activation: f64, length: f64, rate: f64) -> [[f64; 3]; 2] {
+        let Curves { per_length, per_rate, active, speed, passive, .. } = self.curves(length, rate);
+        let mixed = -self.force * active[1] * speed[1] * activation * per_length * per_rate;
+        let by_length = -self.force * (active[2] * speed[0] * activation + passive[2]) * per_length * per_length;
+        let by_rate = -self.force * active[0] * speed[2] * activation * per_rate * per_rate;
+        [
+            [by_length, mixed, -self.force * active[1] * speed[0] * per_length],
+            [mixed, by_rate, -self.force * active[0] * speed[1] * per_rate],
+        ]
+    }
+
+    /// How far it is from where parts of its curves meet: its slopes are not smooth there. In units of the resting length and the largest speed.
+    pub(crate) fn border(&self, length: f64, rate: f64) -> f64 {
+        self.curves(length, rate).border
+    }
+
+    fn curves(&self, length: f64, rate: f64) -> Curves {
+        let [low, high] = self.length_range;
+        let resting = (high - low) / (self.range[1] - self.range[0]).max(NOTHING);
+        let (per_length, per_rate) = (1.0 / resting.max(NOTHING), 1.0 / (resting * self.fastest).max(NOTHING));
+        let l = self.range[0] + (length - low) * per_length;
+        let v = rate * per_rate;
+        let of_length = [self.shortest, 0.5 * (self.shortest + 1.0), 1.0, 0.5 * (1.0 + self.longest), self.longest];
+        let of_speed = [-1.0, 0.0, self.lengthening - 1.0];
+        let distances = of_length.iter().map(|border| l - border).chain(of_speed.iter().map(|border| v - border));
+        Curves {
+            per_length,
+            per_rate,
+            active: self.active(l),
+            speed: self.by_speed(v),
+            passive: self.passive_part(l),
+            border: distances.fold(f64::INFINITY, |least, d| least.min(d.abs())),
+        }
+    }
+
     /// `fl`: four parabolas that meet at half the height.
-    fn active(&self, l: f64) -> WithSlope {
+    fn active(&self, l: f64) -> WithSlopes {
         let (a, b) = (0.5 * (self.shortest + 1.0), 0.5 * (1.0 + self.longest));
         let rising = |from: f64, to: f64| {
             let width = (to - from).max(NOTHING);
             let x = (l - from) / width;
-            [0.5 * x * x, x / width]
+            [0.5 * x * x, x / width, 1.0 / (width * width)]
         };
         let falling = |from: f64, to: f64| {
             let width = (to - from).max(NOTHING);
             let x = (to - l) / width;
-            [0.5 * x * x, -x / width]
+            [0.5 * x * x, -x / width, 1.0 / (width * width)]
         };
-        let cap = |[value, slope]: WithSlope| [1.0 - value, -slope];
+        let cap = |[value, slope, curvature]: WithSlopes| [1.0 - value, -slope, -curvature];
         match l {
-            l if l < self.shortest || l > self.longest => [0.0; 2],
+            l if l < self.shortest || l > self.longest => [0.0; 3],
             l if l <= a => rising(self.shortest, a),
             l if l <= 1.0 => cap(falling(a, 1.0)),
             l if l <= b => cap(rising(1.0, b)),
@@ -99,60 +140,66 @@ impl Muscle {
     }
 
     /// `fv`.
-    fn by_speed(&self, v: f64) -> WithSlope {
+    fn by_speed(&self, v: f64) -> WithSlopes {
         let most = self.lengthening - 1.0;
         match v {
-            v if v <= -1.0 => [0.0; 2],
-            v if v <= 0.0 => [(v + 1.0) * (v + 1.0), 2.0 * (v + 1.0)],
+            v if v <= -1.0 => [0.0; 3],
+            v if v <= 0.0 => [(v + 1.0) * (v + 1.0), 2.0 * (v + 1.0), 2.0],
             v if v <= most => {
-                let rest = most - v;
-                [self.lengthening - rest * rest / most.max(NOTHING), 2.0 * rest / most.max(NOTHING)]
+                let (rest, unit) = (most - v, 1.0 / most.max(NOTHING));
+                [self.lengthening - rest * rest * unit, 2.0 * rest * unit, -2.0 * unit]
             }
-            _ => [self.lengthening, 0.0],
+            _ => [self.lengthening, 0.0, 0.0],
         }
     }
 
     /// `fp`: a parabola that goes on as a line.
-    fn passive_part(&self, l: f64) -> WithSlope {
+    fn passive_part(&self, l: f64) -> WithSlopes {
         let b = 0.5 * (1.0 + self.longest);
         let width = (b - 1.0).max(NOTHING);
         match l {
-            l if l <= 1.0 => [0.0; 2],
+            l if l <= 1.0 => [0.0; 3],
             l if l <= b => {
                 let x = (l - 1.0) / width;
-                [0.5 * self.passive * x * x, self.passive * x / width]
+                [0.5 * self.passive * x * x, self.passive * x / width, self.passive / (width * width)]
             }
-            _ => [self.passive * (0.5 + (l - b) / width), self.passive / width],
+            _ => [self.passive * (0.5 + (l - b) / width), self.passive / width, 0.0],
         }
     }
 }
 
-/// How fast a muscle's activation `a` follows its control `u`, 1/s.
+/// How fast a muscle's activation `a` follows its control `u`, 1/s, and how that changes with `a` and with `u`.
 ///
 /// - `times`: time constants of rising and of falling, s
 /// - `smoothing`: width of the difference `u − a` in which one goes over into the other
 ///
 /// # Source
 /// Millard et al. 2013, as in MuJoCo's documentation, "Muscle actuators".
-pub(crate) fn activation_rate(a: f64, u: f64, [rise, fall]: [f64; 2], smoothing: f64) -> f64 {
+pub(crate) fn activation_rate(a: f64, u: f64, [rise, fall]: [f64; 2], smoothing: f64) -> [f64; 3] {
     let change = u.clamp(0.0, 1.0) - a;
+    let by_control = f64::from(u8::from((0.0..=1.0).contains(&u)));
     let slowing = 0.5 + 1.5 * a.clamp(0.0, 1.0);
+    let slowed = if (0.0..=1.0).contains(&a) { 1.5 / slowing } else { 0.0 };
     let (rise, fall) = (rise * slowing, fall / slowing);
-    let time = match smoothing {
-        width if width < NOTHING => {
-            if change > 0.0 {
-                rise
-            } else {
-                fall
-            }
+    // What of the way from falling to rising is gone, and how that grows with the difference.
+    let [gone, growth] = match smoothing {
+        width if width < NOTHING => [f64::from(u8::from(change > 0.0)), 0.0],
+        width => {
+            let [gone, growth] = smooth_step(change / width + 0.5);
+            [gone, growth / width]
         }
-        width => fall + (rise - fall) * smooth_step(change / width + 0.5),
     };
-    change / time.max(NOTHING)
+    let time = fall + (rise - fall) * gone;
+    let by_change = (rise - fall) * growth;
+    let by_activation = (rise * gone - fall * (1.0 - gone)) * slowed - by_change;
+    let rate = change / time.max(NOTHING);
+    let slope = |change: f64, by_time: f64| (change - rate * by_time) / time.max(NOTHING);
+    [rate, slope(-1.0, by_activation), slope(by_control, by_change * by_control)]
 }
 
-/// From 0 to 1 with two continuous derivatives.
-fn smooth_step(x: f64) -> f64 {
-    let x = x.clamp(0.0, 1.0);
-    x * x * x * (3.0 * x * (2.0 * x - 5.0) + 10.0)
+/// From 0 to 1 with two continuous derivatives, and its slope.
+fn smooth_step(x: f64) -> [f64; 2] {
+    let inside = x.clamp(0.0, 1.0);
+    let value = inside * inside * inside * (3.0 * inside * (2.0 * inside - 5.0) + 10.0);
+    [value, 30.0 * (inside * (1.0 - inside)).powi(2)]
 }

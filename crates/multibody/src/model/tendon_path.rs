@@ -6,12 +6,31 @@ use super::wrapping::Obstacle;
 use super::{BodyId, GeomId, Geometry, Model, PathPart, SiteId};
 use crate::math::Pose;
 
+/// A point of the world, m, and the body that carries it.
+pub(crate) type Place = (BodyId, DVec3);
+
 /// A straight part of a tendon's path.
 pub(crate) struct Segment {
     /// Its ends: the body that carries each, and where it is in world, m.
-    pub ends: [(BodyId, DVec3); 2],
+    pub ends: [Place; 2],
     /// How much of its length counts.
     pub weight: f64,
+    /// The obstacle on its way, touched or not.
+    pub past: Option<Passage>,
+}
+
+/// An obstacle on the way between two sites.
+#[derive(Clone, Copy)]
+pub(crate) struct Passage {
+    pub obstacle: Obstacle,
+    /// The body that carries it.
+    pub carrier: BodyId,
+    /// The sites before and after.
+    pub sites: [Place; 2],
+    /// A site on the side where the string lies.
+    pub side: Option<Place>,
+    /// Which end of the segment slides on it: none where the string goes straight.
+    pub touches: Option<usize>,
 }
 
 impl Segment {
@@ -39,8 +58,8 @@ pub(crate) fn walk(
         (site.body, pose(site.body).transform_point(site.placement.position))
     };
     let (mut length, mut weight) = (0.0, 1.0);
-    let mut straight = |ends: [(BodyId, DVec3); 2], weight: f64| {
-        let segment = Segment { ends, weight };
+    let mut straight = |ends: [Place; 2], weight: f64, past: Option<Passage>| {
+        let segment = Segment { ends, weight, past };
         visit(&segment);
         segment.way().length()
     };
@@ -53,17 +72,24 @@ pub(crate) fn walk(
             PathPart::Site(site) => {
                 let to = place(site);
                 if let Some(from) = last {
-                    let touching = around.take().and_then(|(geom, side): (GeomId, Option<SiteId>)| {
-                        let side = side.map(|side| place(side).1);
-                        Some((geom, obstacle(model, &pose, geom)?.wrap([from, to].map(|(_, p)| p), side)?))
+                    let past = around.take().and_then(|(geom, side): (GeomId, Option<SiteId>)| {
+                        let (carrier, side) = (model.geoms[geom.index()].body, side.map(place));
+                        let obstacle = obstacle(model, &pose, geom)?;
+                        Some(Passage { obstacle, carrier, sites: [from, to], side, touches: None })
+                    });
+                    let touching = past.and_then(|past| {
+                        let touching = past.obstacle.wrap([from, to].map(|(_, p)| p), past.side.map(|side| side.1))?;
+                        Some((past, touching))
                     });
                     length += weight
                         * match touching {
-                            None => straight([from, to], weight),
-                            Some((geom, touching)) => {
-                                let body = model.geoms[geom.index()].body;
-                                let [first, second] = touching.points.map(|point| (body, point));
-                                straight([from, first], weight) + touching.length + straight([second, to], weight)
+                            None => straight([from, to], weight, past),
+                            Some((past, touching)) => {
+                                let [first, second] = touching.points.map(|point| (past.carrier, point));
+                                let at = |end| Some(Passage { touches: Some(end), ..past });
+                                straight([from, first], weight, at(1))
+                                    + touching.length
+                                    + straight([second, to], weight, at(0))
                             }
                         };
                 }

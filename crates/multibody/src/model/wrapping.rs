@@ -7,6 +7,8 @@
 //!
 //! Source: MuJoCo's documentation, "Tendon path"; the geometry is elementary.
 
+mod sliding;
+
 use glamx::glam::{DVec2, DVec3};
 
 use crate::math::Pose;
@@ -22,6 +24,17 @@ pub(crate) struct Obstacle {
     /// Its radius, m.
     pub radius: f64,
     pub is_cylinder: bool,
+}
+
+/// Where a string touches the circle that an obstacle is.
+#[derive(Clone, Copy, Debug)]
+struct Arc {
+    first: DVec2,
+    last: DVec2,
+    /// The way it turns, counter-clockwise or not; 0 where it is bent inwards at one point.
+    turn: f64,
+    /// Its length, m.
+    length: f64,
 }
 
 /// Where a string touches an obstacle.
@@ -46,24 +59,31 @@ impl Obstacle {
         }
         let [x, y] = self.plane(a, b);
         let flat = |p: DVec3| DVec2::new(p.dot(x), p.dot(y));
-        let side = side.map(|p| back.transform_point(p));
-        let (first, last, mut length) = match side {
-            Some(site) if site.length() < self.radius => {
-                let point = inside(flat(a), flat(b), self.radius)?;
-                (point, point, 0.0)
-            }
-            _ => outside(flat(a), flat(b), side.map(flat), self.radius)?,
-        };
-        let mut touched = [first, last].map(|p| x * p.x + y * p.y);
+        let arc = self.arc([a, b].map(flat), side.map(|p| back.transform_point(p)), flat)?;
+        let mut touched = [arc.first, arc.last].map(|p| x * p.x + y * p.y);
+        let mut length = arc.length;
         if self.is_cylinder {
             // A helix and its tangents have one slope: heights grow with the way as seen along the axis.
-            let straight = [(flat(a) - first).length(), (flat(b) - last).length()];
+            let straight = [(flat(a) - arc.first).length(), (flat(b) - arc.last).length()];
             let whole = straight[0] + length + straight[1];
             let height = |way: f64| a.z + (b.z - a.z) * way / whole;
             (touched[0].z, touched[1].z) = (height(straight[0]), height(straight[0] + length));
             length = length.hypot(touched[1].z - touched[0].z);
         }
         Some(Touching { points: touched.map(|p| self.pose.transform_point(p)), length })
+    }
+
+    /// What is seen of the string in the plane of the circle.
+    ///
+    /// - `side`: the side site in the obstacle's frame; `flat`: its place in the plane
+    fn arc(&self, [a, b]: [DVec2; 2], side: Option<DVec3>, flat: impl Fn(DVec3) -> DVec2) -> Option<Arc> {
+        match side {
+            Some(site) if site.length() < self.radius => {
+                let point = inside(a, b, self.radius)?;
+                Some(Arc { first: point, last: point, turn: 0.0, length: 0.0 })
+            }
+            _ => outside(a, b, side.map(flat), self.radius),
+        }
     }
 
     /// Axes of the plane in which the obstacle is a circle, in its frame.
@@ -82,7 +102,7 @@ impl Obstacle {
 ///
 /// - `side`: a point on the side where the string lies. It goes the long way around where the point is behind the centre as seen from both
 ///   ends, between the directions opposite to them; else the short way, which may be straight.
-fn outside(a: DVec2, b: DVec2, side: Option<DVec2>, radius: f64) -> Option<(DVec2, DVec2, f64)> {
+fn outside(a: DVec2, b: DVec2, side: Option<DVec2>, radius: f64) -> Option<Arc> {
     if a.length() < radius || b.length() < radius {
         return None;
     }
@@ -108,7 +128,7 @@ fn outside(a: DVec2, b: DVec2, side: Option<DVec2>, radius: f64) -> Option<(DVec
     let (first, last) = (tangent(a, turn), tangent(b, -turn));
     let between = first.angle_to(last) * turn;
     let swept = if between < 0.0 { between + std::f64::consts::TAU } else { between };
-    Some((first, last, radius * swept))
+    Some(Arc { first, last, turn, length: radius * swept })
 }
 
 /// The point of a circle about the origin at which a string from `a` to `b` is bent inwards: both its parts make the same angle with the
