@@ -2,14 +2,16 @@
 //! run. `benchmarks/robots/corpus.py` gives each file a process of its own. See `benchmarks/robots/README.md`.
 
 use std::error::Error;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Parser;
 use cpu_time::{ProcessTime, ThreadTime};
 use serde_json::{Map, Value, json};
-use signorini::contact::SolverSettings;
+use signorini::contact::{SolveStatus, SolverSettings};
 use signorini::multibody::{Body, Kinematics, Model, Pose, State, forward_kinematics_into};
-use signorini::{ContactMethod, RunEnd, Settings, Simulation, SimulationError};
+use signorini::{ContactMethod, RunEnd, Settings, Simulation, Snapshot, StepReport};
+use signorini_benchmarks::random_steps::Judge;
 use signorini_benchmarks::table::quantile;
 use signorini_formats::{Imported, LoadOptions, load};
 
@@ -51,7 +53,19 @@ struct Options {
     /// Points at which two convex shapes touch at most; 0: all
     #[arg(long)]
     contact_points: Option<usize>,
+    /// CSV file to write a line to for every step: what it took and what was done in it
+    #[arg(long)]
+    trace: Option<PathBuf>,
+    /// File with a saved state to begin with, where it exists; the state at the end is written to it
+    #[arg(long)]
+    snapshot: Option<PathBuf>,
+    /// Judge every step by a second writing of the laws, too, which shares no code with the certificate
+    #[arg(long)]
+    judge: bool,
 }
+
+/// A step called solved is called wrong where the second judge finds a residual above so many times its tolerance.
+const WRONG: f64 = 1e3;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let options = Options::parse();
@@ -110,7 +124,13 @@ fn run(options: &Options, simulation: &mut Simulation) -> Value {
     {
         return json!({ "end": "error", "message": error.to_string() });
     }
+    if let Some(Err(error)) =
+        options.snapshot.as_deref().filter(|file| file.exists()).map(|file| resume(file, simulation))
+    {
+        return json!({ "end": "error", "message": error.to_string() });
+    }
     let start = poses(simulation.model(), simulation.state());
+    let resident = resident_kib();
     let mut times = Times::default();
     let controls = match options.control.as_deref().map(read_controls).transpose() {
         Ok(controls) => controls.unwrap_or_default(),
@@ -123,6 +143,11 @@ fn run(options: &Options, simulation: &mut Simulation) -> Value {
         Ok(RunEnd::Finished) => ("finished", String::new()),
         Ok(RunEnd::NoSolution(report)) => ("no solution", format!("{:?}", report.status)),
         Ok(RunEnd::Stopped) => ("patience", String::new()),
+    };
+    let saved = options.snapshot.as_deref().map(|file| std::fs::write(file, simulation.save().to_bytes()));
+    let (end, message) = match saved {
+        Some(Err(error)) => ("error", error.to_string()),
+        _ => (end, message),
     };
     let summary = simulation.summary();
     json!({
@@ -151,6 +176,10 @@ fn run(options: &Options, simulation: &mut Simulation) -> Value {
         "limited_slowest_us": times.limited.iter().copied().fold(0.0, f64::max),
         "limited_median_us": quantile(&mut times.limited, 0.5),
         "full_median_us": quantile(&mut times.full, 0.5),
+        "correction_energy": summary.correction_energy,
+        "judged_worst": times.judged_worst,
+        "judged_wrong": times.judged_wrong,
+        "resident_kib": [resident, resident_kib()],
         "start": start,
         "poses": poses(simulation.model(), simulation.state()),
     })
@@ -167,6 +196,10 @@ struct Times {
     solves: u64,
     factorizations: u64,
     found: u64,
+    /// Worst residual that the second judge found in a step called solved, and in how many it found too much.
+    judge: Judge,
+    judged_worst: f64,
+    judged_wrong: u64,
 }
 
 impl Times {
@@ -174,6 +207,45 @@ impl Times {
         self.all.push(microseconds);
         if is_limited { &mut self.limited } else { &mut self.full }.push(microseconds);
     }
+}
+
+/// A table of the steps while it grows.
+struct Trace(std::io::BufWriter<std::fs::File>);
+
+impl Trace {
+    fn create(file: &Path) -> std::io::Result<Self> {
+        let mut out = std::io::BufWriter::new(std::fs::File::create(file)?);
+        writeln!(
+            out,
+            "step,us,theta,kept,contacts,solves,enlargements,factorizations,mode_changes,proximal,worst,stages"
+        )?;
+        Ok(Self(out))
+    }
+
+    fn step(&mut self, step: usize, microseconds: f64, report: &StepReport) -> std::io::Result<()> {
+        let StepReport { theta, kept, contacts, solves, enlargements, solver, .. } = report;
+        let (kept, worst) = (kept.len(), report.certificate.worst());
+        let (lu, changes, proximal) = (solver.factorizations, solver.mode_changes, solver.proximal_iterations);
+        let stages = solver.stages.iter().filter(|(_, count)| count.asked > 0);
+        let stages: Vec<_> = stages.map(|(stage, c)| format!("{}:{}/{}", stage.name(), c.ended, c.asked)).collect();
+        let stages = stages.join(" ");
+        writeln!(
+            self.0,
+            "{step},{microseconds:.1},{theta},{kept},{contacts},{solves},{enlargements},{lu},{changes},{proximal},{worst:.1e},{stages}"
+        )
+    }
+}
+
+/// Goes on from the saved state in a file.
+fn resume(file: &Path, simulation: &mut Simulation) -> Result<(), Box<dyn Error>> {
+    Ok(simulation.restore(&Snapshot::from_bytes(&std::fs::read(file)?)?)?)
+}
+
+/// Memory of this process that is in use, KiB; 0 where the system does not say.
+fn resident_kib() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    line.and_then(|line| line.trim().trim_end_matches(" kB").parse().ok()).unwrap_or(0)
 }
 
 fn read_controls(file: &Path) -> Result<Vec<Vec<f64>>, Box<dyn Error>> {
@@ -186,7 +258,8 @@ fn step_on(
     controls: &[Vec<f64>],
     simulation: &mut Simulation,
     times: &mut Times,
-) -> Result<RunEnd, SimulationError> {
+) -> Result<RunEnd, Box<dyn Error>> {
+    let mut trace = options.trace.as_deref().map(Trace::create).transpose()?;
     let begin = ThreadTime::now();
     let steps = (options.duration / simulation.timestep()).round() as u64;
     for step in 0..steps as usize {
@@ -202,6 +275,15 @@ fn step_on(
         times.found += simulation.workspace().candidate_points().count() as u64;
         times.factorizations += u64::from(report.solver.factorizations);
         times.note(1e6 * seconds, report.theta < 1.0);
+        if let Some(trace) = &mut trace {
+            trace.step(step, 1e6 * seconds, report)?;
+        }
+        if options.judge && report.status == SolveStatus::Solved {
+            let (problem, solution) = (simulation.workspace().problem(), simulation.workspace().solution());
+            let violation = times.judge.residual(problem, solution);
+            times.judged_worst = times.judged_worst.max(violation);
+            times.judged_wrong += u64::from(violation > WRONG * options.tolerance + times.judge.rounding());
+        }
         if !advanced {
             return Ok(RunEnd::NoSolution(Box::new(simulation.report().clone())));
         }

@@ -37,11 +37,11 @@
 use std::path::{Path, PathBuf};
 
 use signorini_contact::problem_file::{
-    self, FrictionalProblem, ProblemFile, is_cone_solution, is_contradiction, is_stability, read_cone_solution,
-    read_contact_solution, read_contradiction, read_plain_solution, read_stability,
+    self, FrictionalProblem, ProblemFile, is_cone_solution, is_contradiction, is_exclusion, is_stability,
+    read_cone_solution, read_contact_solution, read_contradiction, read_exclusion, read_plain_solution, read_stability,
 };
 use signorini_contact::statics::{Verdict, certify_stability, check_at_rest};
-use signorini_contact::{Certificate, ProblemError, certify, certify_cone};
+use signorini_contact::{Certificate, ContactProblem, ProblemError, certify, certify_cone};
 
 /// The law of friction that a solution was checked against.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,8 +66,28 @@ pub struct Checked {
     pub residuals: Vec<(&'static str, f64)>,
     /// The verdict of statics whose proof was checked.
     pub verdict: Option<Verdict>,
-    /// Whether the file holds a proof that there is no solution, in place of one.
-    pub is_infeasible: bool,
+    /// What the file claims where it holds a proof that there is no solution, in place of one.
+    pub denial: Option<Denial>,
+}
+
+/// Which proof there is that a problem has no solution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Denial {
+    /// The inequalities contradict each other.
+    Infeasible,
+    /// All complementary cases were excluded, one by one.
+    NoSolution,
+}
+
+impl Denial {
+    /// Its name, as in the field `kind` of the file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Infeasible => "infeasible",
+            Self::NoSolution => "no_solution",
+        }
+    }
 }
 
 impl Checked {
@@ -134,13 +154,16 @@ pub fn check(problem: &Path, solution: &Path, directions: Option<usize>) -> Resu
     if is_contradiction(solution).map_err(in_file(solution))? {
         return judge_contradiction(data, solution);
     }
+    if is_exclusion(solution).map_err(in_file(solution))? {
+        return judge_exclusion(data, (problem, solution), directions);
+    }
     let is_circular = is_cone_solution(solution).map_err(in_file(solution))?;
     let (law, residuals) = if is_circular {
         (Some(Law::Circular), circular(data, (problem, solution))?)
     } else {
         polygonal(data, (problem, solution), directions)?
     };
-    Ok(Checked { kind, law, residuals, verdict: None, is_infeasible: false })
+    Ok(Checked { kind, law, residuals, verdict: None, denial: None })
 }
 
 /// A proof that gaps and bilateral rows contradict each other, which no friction law mends.
@@ -151,7 +174,41 @@ fn judge_contradiction(data: ProblemFile, proof: &Path) -> Result<Checked, Check
     };
     let claimed = read_contradiction(proof, &data).map_err(in_file(proof))?;
     let residuals = vec![("contradiction", claimed.residual(&data))];
-    Ok(Checked { kind, law: Some(Law::Polygon), residuals, verdict: None, is_infeasible: true })
+    Ok(Checked { kind, law: Some(Law::Polygon), residuals, verdict: None, denial: Some(Denial::Infeasible) })
+}
+
+/// A proof that no case of the complementarity problem has a solution: of the problem itself, or of the polygon's law.
+fn judge_exclusion(
+    data: ProblemFile,
+    (problem, proof): (&Path, &Path),
+    directions: Option<usize>,
+) -> Result<Checked, CheckError> {
+    let kind = data.kind();
+    let (law, data) = match data {
+        ProblemFile::Lcp(data) => (None, data.into()),
+        ProblemFile::MixedLcp(data) => (None, data),
+        ProblemFile::Frictional(data) => {
+            let lcp = data.polygonal_lcp(directions.unwrap_or(FrictionalProblem::DEFAULT_DIRECTIONS));
+            (Some(Law::Polygon), lcp.map_err(in_file(problem))?.into())
+        }
+        ProblemFile::Contact(data) => {
+            let data = with_directions(data, directions).map_err(in_file(problem))?;
+            (Some(Law::Polygon), data.mixed_lcp().map_err(in_file(problem))?)
+        }
+        _ => return Err(CheckError::UnsupportedKind { path: problem.to_owned() }),
+    };
+    let claimed = read_exclusion(proof, &data).map_err(in_file(proof))?;
+    let residuals = vec![("exclusion", claimed.residual(&data))];
+    let denial = if claimed.is_infeasible() { Denial::Infeasible } else { Denial::NoSolution };
+    Ok(Checked { kind, law, residuals, verdict: None, denial: Some(denial) })
+}
+
+/// The contact problem with the directions asked for.
+fn with_directions(data: Box<ContactProblem>, directions: Option<usize>) -> Result<Box<ContactProblem>, ProblemError> {
+    Ok(match directions {
+        Some(count) => Box::new(data.with_directions(count)?),
+        None => data,
+    })
 }
 
 /// A verdict of statics with its proof.
@@ -163,7 +220,7 @@ fn judge_stability(data: ProblemFile, (problem, proof): (&Path, &Path)) -> Resul
     check_at_rest(&data).map_err(in_file(problem))?;
     let claimed = read_stability(proof, &data).map_err(in_file(proof))?;
     let residuals = certify_stability(&data, &claimed);
-    Ok(Checked { kind, law: Some(Law::Polygon), residuals, verdict: Some(claimed.verdict), is_infeasible: false })
+    Ok(Checked { kind, law: Some(Law::Polygon), residuals, verdict: Some(claimed.verdict), denial: None })
 }
 
 type Residuals = Vec<(&'static str, f64)>;
@@ -208,10 +265,7 @@ fn polygonal(
             Ok((Some(Law::Polygon), of_contacts(&data.certify(&lcp, &z), false, false)))
         }
         ProblemFile::Contact(data) => {
-            let data = match directions {
-                Some(count) => Box::new(data.with_directions(count).map_err(in_file(problem))?),
-                None => data,
-            };
+            let data = with_directions(data, directions).map_err(in_file(problem))?;
             let claimed = read_contact_solution(solution, &data).map_err(in_file(solution))?;
             let has_bilateral = !data.bilateral_violation.is_empty();
             Ok((Some(Law::Polygon), of_contacts(&certify(&data, &claimed), true, has_bilateral)))

@@ -3,6 +3,7 @@
 //!
 //! - [`Lcp`]: find `z` with `0 ≤ z ⟂ w = A z + b ≥ 0`; [`MixedLcp`]: the same with free variables on rows `w = 0`.
 //! - [`Residual`]: how far a point is from a solution, independent of units, computed from the original data.
+//! - [`Exclusion`]: a proof that a problem has no solution, judged by its data.
 //! - [`Scaling`]: the weights that put all variables in one unit.
 //!
 //! ```
@@ -16,12 +17,14 @@
 #![allow(non_snake_case)] // matrices keep the letters of the formulas
 
 mod error;
+mod exclusion;
 mod matrix;
 mod problem;
 mod refusal;
 mod residual;
 
 pub use error::LcpError;
+pub use exclusion::{ExcludedCase, Exclusion, PairCase};
 pub use matrix::{Matrix, dot};
 pub use problem::{Lcp, MixedLcp};
 pub use refusal::Refusal;

@@ -170,6 +170,13 @@ impl MixedLcp {
     }
 }
 
+impl From<Lcp> for MixedLcp {
+    /// The same problem, none of whose variables is free.
+    fn from(Lcp { A, b, scaling }: Lcp) -> Self {
+        Self { free: vec![false; b.len()], A, b, scaling }
+    }
+}
+
 fn affine(A: &Matrix, b: &[f64], z: &[f64]) -> Vec<f64> {
     assert_eq!(z.len(), b.len(), "z must have one entry per row of A");
     let mut w = vec![0.0; b.len()];

@@ -6,6 +6,7 @@
 mod arrays;
 mod cone_solutions;
 mod contradiction;
+mod exclusion;
 mod friction_groups;
 mod solutions;
 mod stability;
@@ -21,6 +22,7 @@ use arrays::{SparseBuilder, dense, fault, in_file, merge_rows, sparse_rows};
 
 pub use cone_solutions::{is_cone_solution, read_cone_solution, write_cone_solution};
 pub use contradiction::{is_contradiction, read_contradiction, write_contradiction};
+pub use exclusion::{is_exclusion, read_exclusion, write_exclusion};
 pub use solutions::{read_contact_solution, read_plain_solution, write_contact_solution, write_plain_solution};
 pub use stability::{is_stability, read_stability, write_stability};
 

@@ -93,14 +93,15 @@
 //! What "small" means is for the caller to say by a [`Scaling`]; where nothing is known, [`equilibrated`].
 #![allow(non_snake_case)] // matrices keep the letters of the formulas
 
+mod alternative;
 mod automatic;
 mod direction;
 mod enumeration;
 mod equilibrate;
+mod exclude;
 mod factored_basis;
 mod fingerprint;
 mod incumbent;
-mod infeasibility;
 mod lemke;
 pub mod linalg;
 mod method;
@@ -114,10 +115,11 @@ mod psor;
 mod setting;
 mod solution;
 
+pub use alternative::{Alternative, alternative};
 pub use automatic::Automatic;
 pub use enumeration::{Enumeration, EnumerationSettings, SolutionSet};
 pub use equilibrate::equilibrated;
-pub use infeasibility::infeasibility;
+pub use exclude::{Existence, decide, exclude, infeasibility, tractable_cases};
 pub use lemke::{Lemke, LemkeSettings};
 pub use method::Method;
 pub use method_kind::MethodKind;
@@ -127,4 +129,6 @@ pub use principal::{PrincipalPivoting, PrincipalPivotingSettings};
 pub use psor::{Psor, PsorSettings};
 pub use solution::{Attempt, Basis, Farkas, Outcome, Ray, Report, Solution, Start, Status};
 
-pub use signorini_complementarity::{Lcp, LcpError, Matrix, MixedLcp, Refusal, Residual, Scaling};
+pub use signorini_complementarity::{
+    ExcludedCase, Exclusion, Lcp, LcpError, Matrix, MixedLcp, PairCase, Refusal, Residual, Scaling,
+};

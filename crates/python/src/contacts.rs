@@ -15,6 +15,7 @@ use signorini::{ContactSource, Settings, StabilizedStep, Workspace};
 
 use crate::arrays::{self, Cube, Table, Vector};
 use crate::error::simulation_error;
+use crate::guard;
 
 pub use sums::ContactSum;
 
@@ -184,7 +185,7 @@ impl Contacts {
             Stabilization::Nothing => arrays::rows(py, std::iter::repeat_n([0.0; 3], count)),
             Stabilization::Step { step, settings, part } => {
                 if part.get().is_none() {
-                    let found = py.detach(|| step.impulses(settings)).map_err(simulation_error)?;
+                    let found = guard::detached(py, || step.impulses(settings))?.map_err(simulation_error)?;
                     // Another thread may have been first, with the same numbers.
                     let _ = part.set(found);
                 }

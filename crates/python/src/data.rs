@@ -13,6 +13,7 @@ use crate::arrays::{self, Vector};
 use crate::contacts::{Contacts, Limits};
 use crate::core::{Core, mocap_placements};
 use crate::error::{StateError, recording_error, simulation_error};
+use crate::guard;
 use crate::live::{Field, Live, force_first};
 use crate::model::Model;
 use crate::problem::{ContactProblem, ContactSolution};
@@ -105,7 +106,7 @@ impl Data {
         let inner = model.get().inner.clone();
         let options = settings.extract::<PySettings>(py)?.to_settings()?;
         let live = Live::new(py, &inner)?;
-        let core = py.detach(|| Core::new(inner, options)).map_err(simulation_error)?;
+        let core = guard::detached(py, || Core::new(inner, options))?.map_err(simulation_error)?;
         let data = Self { model, settings, core: Mutex::new(core), live };
         let core = data.core()?;
         data.write_all(py, &core)?;

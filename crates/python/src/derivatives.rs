@@ -8,6 +8,7 @@ use signorini::lcp::Matrix;
 use crate::arrays::{self, Table, Vector};
 use crate::data::{Data, need_step};
 use crate::directions::directions_of;
+use crate::guard;
 use crate::model::Model;
 use crate::stepping::check_model;
 
@@ -267,6 +268,6 @@ pub fn derivatives(
     let mut guard = data.get().core()?;
     need_step(&guard)?;
     let core = &mut *guard;
-    let inner = py.detach(|| core.derivatives(parameters));
+    let inner = guard::detached(py, || core.derivatives(parameters))?;
     Ok(StepDerivatives { inner, nv: core.model.nv, nu: core.model.actuators.len() })
 }

@@ -2,17 +2,20 @@
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use signorini::lcp::{Basis, Lcp, Lemke, Matrix, MethodKind, MixedLcp, Solution, Status, infeasibility, solve_mixed};
+use signorini::lcp::{
+    Basis, Exclusion, Lcp, LcpError, Matrix, MethodKind, MixedLcp, PairCase, Solution, Status, decide, solve_mixed,
+};
 
 use crate::arrays::{self, Vector};
 use crate::error::lcp_error;
+use crate::guard;
 use crate::report::name_of;
 
 /// The end of a run of a method on a complementarity problem.
 #[pyclass(frozen, module = "signorini")]
 pub struct LcpResult {
     solution: Solution,
-    farkas: Option<Vec<f64>>,
+    exclusion: Option<Exclusion>,
 }
 
 #[pymethods]
@@ -29,10 +32,14 @@ impl LcpResult {
         arrays::vector(py, &self.solution.w)
     }
 
-    /// "solved", "inaccurate", "ray", "infeasible", "no_solution", "iteration_limit", "inconsistent", "singular", "too_large".
+    /// "solved", "inaccurate", "unresolved", "infeasible", "no_solution", "iteration_limit", "inconsistent", "singular", "too_large".
     #[getter]
     fn status(&self) -> String {
-        name_of(&self.solution.status)
+        match &self.solution.status {
+            Status::Ray(_) => "unresolved".into(),
+            Status::NoSolution if self.exclusion.is_none() => "unresolved".into(),
+            status => name_of(status),
+        }
     }
 
     /// Whether the residual is within the method's tolerance.
@@ -71,12 +78,28 @@ impl LcpResult {
     /// A proof that no `z ≥ 0` has `A z + b ≥ 0`: `y ≥ 0`, `Aᵀ y ≤ 0`, `bᵀ y < 0`, (n,); `None` where none was found.
     #[getter]
     fn farkas<'py>(&self, py: Python<'py>) -> Option<Vector<'py>> {
-        self.farkas.as_ref().map(|y| arrays::vector(py, y))
+        match &self.solution.status {
+            Status::Infeasible(farkas) => Some(arrays::vector(py, &farkas.y)),
+            _ => None,
+        }
+    }
+
+    /// What was excluded, where there is a proof that there is no solution: cases that together are all, each as (pairs with z = 0, pairs
+    /// with w = 0, multipliers); `None` where there is none.
+    #[getter]
+    fn exclusion<'py>(&self, py: Python<'py>) -> Option<Vec<(Vec<usize>, Vec<usize>, Vector<'py>)>> {
+        let cases = &self.exclusion.as_ref()?.cases;
+        let decided = |pairs: &[PairCase], to| (0..pairs.len()).filter(|&i| pairs[i] == to).collect();
+        let case = |case: &signorini::lcp::ExcludedCase| {
+            let pairs = &case.pairs;
+            (decided(pairs, PairCase::NoZ), decided(pairs, PairCase::NoW), arrays::vector(py, &case.multipliers))
+        };
+        Some(cases.iter().map(case).collect())
     }
 
     fn __repr__(&self) -> String {
         let s = &self.solution;
-        let (status, n) = (name_of(&s.status), s.z.len());
+        let (status, n) = (self.status(), s.z.len());
         format!(
             "<signorini.LcpResult {status}: {n} pairs, residual {:.1e}, {} iterations>",
             s.residual.value, s.iterations
@@ -108,28 +131,21 @@ pub fn solve_lcp(
     let A = Matrix::new(rows, cols, entries).map_err(lcp_error)?;
     let mut method = method.parse::<MethodKind>().and_then(|kind| kind.build()).map_err(lcp_error)?;
     let warm = warm_start.map(|z_basic| Basis { z_basic });
-    py.detach(|| match free {
-        Some(free) => {
-            let problem = MixedLcp::new(A, b, free)?;
-            let solution = solve_mixed(&problem, method.as_mut(), warm.as_ref());
-            Ok(LcpResult { farkas: proof(&solution), solution })
-        }
-        None => {
-            let problem = Lcp::new(A, b)?;
-            let solution = method.solve(&problem, warm.as_ref());
-            let mut farkas = proof(&solution);
-            if explain && farkas.is_none() && !solution.status.is_solved() {
-                farkas = infeasibility(&problem, &mut Lemke::default()).map(|proof| proof.y);
+    guard::detached(py, || -> Result<LcpResult, LcpError> {
+        let (mixed, mut solution) = match free {
+            Some(free) => {
+                let problem = MixedLcp::new(A, b, free)?;
+                let solution = solve_mixed(&problem, method.as_mut(), warm.as_ref());
+                (problem, solution)
             }
-            Ok(LcpResult { farkas, solution })
-        }
-    })
+            None => {
+                let problem = Lcp::new(A, b)?;
+                let solution = method.solve(&problem, warm.as_ref());
+                (problem.into(), solution)
+            }
+        };
+        let exclusion = if explain { decide(&mixed, &mut solution) } else { None };
+        Ok(LcpResult { solution, exclusion })
+    })?
     .map_err(lcp_error)
-}
-
-fn proof(solution: &Solution) -> Option<Vec<f64>> {
-    match &solution.status {
-        Status::Infeasible(farkas) => Some(farkas.y.clone()),
-        _ => None,
-    }
 }

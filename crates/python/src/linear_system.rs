@@ -7,6 +7,7 @@ use signorini::{LinearComplementaritySystem as System, LinearizedContacts, linea
 use crate::arrays::{self, Table, Vector};
 use crate::data::Data;
 use crate::error::{SolveError, lcp_error, simulation_error};
+use crate::guard;
 use crate::model::Model;
 use crate::problem::ContactProblem;
 use crate::report::name_of;
@@ -93,7 +94,7 @@ impl LinearComplementaritySystem {
         };
         let (x, u) = (given("x", x, &system.x)?, given("u", u, &system.u)?);
         let mut method = method.parse::<MethodKind>().and_then(|kind| kind.build()).map_err(lcp_error)?;
-        let (next, lambda) = py.detach(|| -> PyResult<_> {
+        let (next, lambda) = guard::detached(py, || -> PyResult<_> {
             let lcp = system.lcp(&x, &u).map_err(lcp_error)?;
             let solution = method.solve(&lcp, None);
             if !solution.status.is_solved() {
@@ -103,7 +104,7 @@ impl LinearComplementaritySystem {
                 return Err(SolveError::new_err((message, status)));
             }
             Ok((system.next(&x, &u, &solution.z), solution.z))
-        })?;
+        })??;
         Ok((arrays::vector(py, &next), arrays::vector(py, &lambda)))
     }
 
@@ -135,6 +136,6 @@ pub fn linearize(
     let core = &*guard;
     let (model, state, input, settings) = (&core.model, &core.state, &core.input, &core.settings);
     let contacts = within.map_or(LinearizedContacts::OfStep, LinearizedContacts::Within);
-    let system = py.detach(|| linear_complementarity_system_with(model, state, input, settings, &contacts));
+    let system = guard::detached(py, || linear_complementarity_system_with(model, state, input, settings, &contacts))?;
     Ok(LinearComplementaritySystem(system.map_err(simulation_error)?))
 }

@@ -14,6 +14,7 @@ use signorini_replay::{model_source, read_model_source};
 
 use crate::arrays::{self, Table, Vector};
 use crate::error::format_error;
+use crate::guard;
 use crate::parts::{self, Actuator, Body, Geom, Joint, Keyframe};
 
 /// Something in a model file that the model does not have, or has in another form.
@@ -121,10 +122,10 @@ impl Model {
             .with_floor(floor)
             .with_missing_meshes(missing_meshes)
             .with_decompose(decompose);
-        let imported = py.detach(|| match (&path, &text) {
+        let imported = guard::detached(py, || match (&path, &text) {
             (Some(path), _) => load(path, &options),
             (None, text) => load_text(text.as_deref().unwrap_or_default(), format, &base_dir, &options),
-        });
+        })?;
         let Imported { model, report, .. } = imported.map_err(format_error)?;
         // A file that cannot be read a second time leaves recordings without their model's text, and nothing else.
         let source = match (path, text) {

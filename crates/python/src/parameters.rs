@@ -9,6 +9,7 @@ use crate::arrays;
 use crate::batch::Batch;
 use crate::data::Data;
 use crate::error::{ModelError, ProblemError, simulation_error};
+use crate::guard;
 use crate::model::Model;
 
 type Numbers<'py> = Bound<'py, PyArrayDyn<f64>>;
@@ -74,7 +75,7 @@ impl Data {
             ));
         }
         let core = &mut *core;
-        py.detach(|| core.change(&borrowed(&changes))).map_err(simulation_error)?;
+        guard::detached(py, || core.change(&borrowed(&changes)))?.map_err(simulation_error)?;
         self.write_all(py, core)
     }
 

@@ -15,6 +15,7 @@ use signorini::multibody::BlockDiagonal;
 use crate::arrays::{self, Table, Vector};
 use crate::contacts::{directions_array, mode_code};
 use crate::error::{ProblemError, problem_error};
+use crate::guard;
 use crate::report::{Certificate, StageRun, contacts_of, stages_dict, status_of};
 use crate::settings::contact_method;
 
@@ -207,13 +208,13 @@ impl ContactProblem {
             warm.set_bilateral(&earlier.bilateral);
             warm
         });
-        let solution = py.detach(|| match method {
+        let solution = guard::detached(py, || match method {
             ContactMethod::Lcp(kind) => solve_as_lcp(&self.inner, kind.build()?.as_mut(), tolerance),
             ContactMethod::Structured(settings) => {
                 let settings = settings.with_time_stages(true).with_record_history(record_history);
                 Ok(ContactSolver::new(settings)?.solve(&self.inner, warm.as_ref()))
             }
-        });
+        })?;
         Ok(ContactSolution(solution.map_err(problem_error)?))
     }
 
@@ -242,10 +243,12 @@ impl ContactProblem {
     }
 
     /// Multipliers that prove that no velocity satisfies the gap rows and bilateral rows together.
-    fn contradiction<'py>(&self, py: Python<'py>) -> Option<(Vector<'py>, Vector<'py>, f64)> {
-        let proof = py.detach(|| gap_contradiction(&self.inner, &[]))?;
-        let residual = proof.residual(&self.inner);
-        Some((arrays::vector(py, &proof.normal), arrays::vector(py, &proof.bilateral), residual))
+    fn contradiction<'py>(&self, py: Python<'py>) -> PyResult<Option<(Vector<'py>, Vector<'py>, f64)>> {
+        let proof = guard::detached(py, || gap_contradiction(&self.inner, &[]))?;
+        Ok(proof.map(|proof| {
+            let residual = proof.residual(&self.inner);
+            (arrays::vector(py, &proof.normal), arrays::vector(py, &proof.bilateral), residual)
+        }))
     }
 
     fn __repr__(&self) -> String {

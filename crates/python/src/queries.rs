@@ -10,6 +10,7 @@ use crate::arrays::{self, Table, Vector};
 use crate::core::Core;
 use crate::data::Data;
 use crate::error::{ProblemError, simulation_error};
+use crate::guard;
 use crate::model::Model;
 use crate::names::{Key, body_of};
 use crate::stepping::check_model;
@@ -246,10 +247,10 @@ pub fn cast_rays<'py>(
     let model = core.model.clone();
     let mut hits = vec![None; rays.len()];
     let queries = placed(&mut core);
-    py.detach(|| {
+    guard::detached(py, || {
         let wanted = |geom: GeomId| Some(model.geoms[geom.index()].body) != left_out;
         queries.rays_into(&rays, nthread, wanted, &mut hits);
-    });
+    })?;
     let distances: Vec<f64> = hits.iter().map(|hit| hit.map_or(f64::INFINITY, |hit| hit.distance)).collect();
     let geoms: Vec<i32> = hits.iter().map(|hit| hit.map_or(-1, |hit| hit.geom.0 as i32)).collect();
     let normals = hits.iter().map(|hit| hit.map_or([0.0; 3], |hit| hit.normal.to_array()));

@@ -17,6 +17,7 @@ use signorini_replay::{check, rebuild};
 use crate::arrays::{self, Cube, Table, Vector};
 use crate::contacts::Contacts;
 use crate::error::{recording_error, replay_error};
+use crate::guard;
 use crate::model::Model;
 use crate::report::name_of;
 
@@ -88,12 +89,12 @@ impl Recording {
     /// Reads a file with all its complete frames.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        py.detach(|| recording::Recording::read(path)).map(Self).map_err(recording_error)
+        guard::detached(py, || recording::Recording::read(path))?.map(Self).map_err(recording_error)
     }
 
     /// Writes a file for `load` and `load_recording`.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| self.0.write(path)).map_err(recording_error)
+        guard::detached(py, || self.0.write(path))?.map_err(recording_error)
     }
 
     /// One HTML page with the run in 3-D, contact forces, energies and residuals: written to `path`, or returned.
@@ -110,16 +111,16 @@ impl Recording {
             ReportSettings::default().with_title(title.to_owned()).with_notes(notes).with_max_frames(max_frames);
         let Some(path) = path else {
             let mut page = Vec::new();
-            py.detach(|| write_html_to(&self.0, &mut page, &settings)).map_err(recording_error)?;
+            guard::detached(py, || write_html_to(&self.0, &mut page, &settings))?.map_err(recording_error)?;
             return Ok(Some(String::from_utf8_lossy(&page).into_owned()));
         };
-        py.detach(|| write_html(&self.0, path, &settings)).map_err(recording_error)?;
+        guard::detached(py, || write_html(&self.0, path, &settings))?.map_err(recording_error)?;
         Ok(None)
     }
 
     fn _inline_html(&self, py: Python<'_>, title: &str, max_frames: usize, height: u32) -> PyResult<String> {
         let settings = ReportSettings::default().with_title(title.to_owned()).with_max_frames(max_frames);
-        py.detach(|| inline_html(&self.0, &settings, height)).map_err(recording_error)
+        guard::detached(py, || inline_html(&self.0, &settings, height))?.map_err(recording_error)
     }
 
     fn _repr_html_(&self, py: Python<'_>) -> PyResult<String> {
@@ -249,17 +250,17 @@ impl Recording {
 
     /// Writes every quantity as one array over all frames, for `numpy.load`.
     fn to_npz(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| write_npz(&mut &self.0, &path)).map_err(replay_error)
+        guard::detached(py, || write_npz(&mut &self.0, &path))?.map_err(replay_error)
     }
 
     /// Writes one row per frame, after a row of names with units.
     fn to_csv(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| write_csv(&mut &self.0, &path)).map_err(replay_error)
+        guard::detached(py, || write_csv(&mut &self.0, &path))?.map_err(replay_error)
     }
 
     /// Writes timed JSON messages for Foxglove and other readers of MCAP.
     fn to_mcap(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| write_mcap(&mut &self.0, &path)).map_err(replay_error)
+        guard::detached(py, || write_mcap(&mut &self.0, &path))?.map_err(replay_error)
     }
 
     /// Writes a recording of Rerun (needs the package rerun-sdk).
@@ -271,10 +272,10 @@ impl Recording {
     #[pyo3(signature = (model=None, *, tolerance=1e-8))]
     fn check(&self, py: Python<'_>, model: Option<Py<Model>>, tolerance: f64) -> PyResult<RecordingCheck> {
         let given = model.map(|model| model.get().inner.clone());
-        let found = py.detach(|| {
+        let found = guard::detached(py, || {
             let model = given.map_or_else(|| rebuild(self.0.header()).map(Into::into), Ok)?;
             check(&mut &self.0, model, tolerance)
-        });
+        })?;
         found.map(|found| RecordingCheck { found, tolerance }).map_err(replay_error)
     }
 
@@ -288,13 +289,13 @@ impl Recording {
                 _ => Ok(writer.into_output()),
             }
         };
-        py.detach(write).map_err(recording_error)
+        guard::detached(py, write)?.map_err(recording_error)
     }
 
     #[staticmethod]
     fn _from_bytes(py: Python<'_>, bytes: Vec<u8>) -> PyResult<Self> {
         let read = || recording::Recording::from_reader(&mut Reader::new("(bytes)", Cursor::new(bytes))?);
-        py.detach(read).map(Self).map_err(recording_error)
+        guard::detached(py, read)?.map(Self).map_err(recording_error)
     }
 
     fn __reduce__(slf: &Bound<'_, Self>) -> PyResult<(Py<PyAny>, (Py<PyAny>,))> {

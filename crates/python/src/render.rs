@@ -15,6 +15,7 @@ use signorini::render::{self, Background, Picture, RenderError, RenderSettings};
 use crate::arrays::{self, Vector};
 use crate::data::Data;
 use crate::error::ProblemError;
+use crate::guard;
 use crate::model::Model;
 use crate::stepping::check_model;
 
@@ -106,7 +107,7 @@ impl Renderer {
             .with_background(background)
             .with_groups(groups);
         let shared = model.get().inner.clone();
-        let inner = Mutex::new(py.detach(|| render::Renderer::new(shared, settings)));
+        let inner = Mutex::new(guard::detached(py, || render::Renderer::new(shared, settings))?);
         Ok(Self { model, width, height, inner })
     }
 
@@ -188,7 +189,7 @@ impl Renderer {
             Some(CameraKey::View(view)) => (None, Some(view.get().0)),
         };
         let (inner, aspect) = (&self.inner, self.aspect());
-        py.detach(|| {
+        guard::detached(py, || {
             let mut renderer = inner.lock().map_err(broken)?;
             renderer.place_bodies(&poses).map_err(render_error)?;
             let view = match (name, view) {
@@ -196,7 +197,7 @@ impl Renderer {
                 (None, view) => view.unwrap_or_else(|| renderer.framing(aspect)),
             };
             picture(&renderer, &view).map_err(render_error)
-        })
+        })?
     }
 
     fn table<'py, T: numpy::Element>(&self, py: Python<'py>, values: Vec<T>) -> PyResult<Bound<'py, PyArray2<T>>> {
@@ -221,7 +222,7 @@ impl Film {
     fn add(&self, py: Python<'_>, frame: PyReadonlyArray3<'_, u8>) -> PyResult<()> {
         let picture = picture_of(&frame)?;
         let film = &self.0;
-        py.detach(|| film.lock().map_err(broken)?.add(&picture).map_err(render_error))
+        guard::detached(py, || film.lock().map_err(broken)?.add(&picture).map_err(render_error))?
     }
 
     /// Writes the film; more frames can follow, and it can be written again.

@@ -127,7 +127,7 @@ pub fn settle(
     let mut guard = data.loaded(py)?;
     let core = &mut *guard;
     let mut signal = Ok(());
-    let settled = py.detach(|| {
+    let settled = guard::detached(py, || {
         core.settle(
             &SettleSettings::default().with_max_steps(max_steps).with_timestep(timestep).with_momentum(momentum),
             |_| {
@@ -135,7 +135,7 @@ pub fn settle(
                 if signal.is_ok() { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
             },
         )
-    });
+    })?;
     if matches!(settled, Ok(_) | Err(SimulationError::NotSettled { .. })) {
         data.live.write(py, |live| {
             live.state(core);
@@ -154,10 +154,10 @@ pub fn forward(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>)
     let data = data.get();
     let mut guard = data.loaded(py)?;
     let core = &mut *guard;
-    let end = py.detach(|| {
+    let end = guard::detached(py, || {
         core.update_kinematics();
         core.preview()
-    });
+    })?;
     end.map_err(simulation_error)?;
     data.live.write(py, |live| {
         live.kinematics(core);

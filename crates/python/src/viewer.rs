@@ -10,6 +10,7 @@ use signorini::viewer::{self as live, ViewerError, ViewerSettings};
 use crate::arrays::{self, Vector};
 use crate::data::Data;
 use crate::error::{SettingError, simulation_error};
+use crate::guard;
 
 /// Base of `signorini.viewer.Viewer`.
 #[pyclass(frozen, subclass, module = "signorini._core")]
@@ -41,7 +42,7 @@ impl Viewer {
             .with_notes(Vec::new())
             .with_running(running)
             .with_speed(speed);
-        let viewer = py.detach(|| live::Viewer::launch(simulation, &settings)).map_err(viewer_error)?;
+        let viewer = guard::detached(py, || live::Viewer::launch(simulation, &settings))?.map_err(viewer_error)?;
         Ok(Self { inner: Mutex::new(Some(viewer)) })
     }
 
@@ -67,9 +68,9 @@ impl Viewer {
     }
 
     /// Ends the simulation in the browser; closing twice is closing once.
-    fn close(&self, py: Python<'_>) {
+    fn close(&self, py: Python<'_>) -> PyResult<()> {
         let viewer = self.inner.lock().unwrap_or_else(PoisonError::into_inner).take();
-        py.detach(|| drop(viewer));
+        guard::detached(py, || drop(viewer))
     }
 }
 

@@ -46,6 +46,20 @@ def test_what_has_no_solution_comes_with_a_proof_or_a_ray():
     assert jammed.solved == (jammed.residual < 1e-9)
 
 
+def test_what_complementarity_excludes_comes_with_its_cases():
+    A, b = np.array([[0.0, 1.0], [0.0, 1.0]]), np.array([-1.0, 1.0])
+    result = solve_lcp(A, b)
+    assert result.status == "no_solution" and result.farkas is None and result.exclusion is not None
+    assert solve_lcp(A, b, "lemke", explain=False).status == "unresolved"
+    decided = set()
+    for z_zero, w_zero, y in result.exclusion:
+        decided.add((tuple(z_zero), tuple(w_zero)))
+        may_be_positive = [i for i in range(2) if i not in w_zero]
+        assert (y[may_be_positive] >= 0).all() and b @ y < 0
+        assert all((A.T @ y)[j] <= 1e-12 for j in range(2) if j not in z_zero)
+    assert decided == {((1,), ()), ((), (1,))}
+
+
 def test_stages_and_history():
     free = [0.3, -0.2, -1.0, 4.0, 1.0, -0.5]
     problem = ContactProblem(np.eye(6), np.eye(6)[[2, 5]], np.eye(6)[[0, 1, 3, 4]], [0.0, 0.0], 0.5, 0.01, free)

@@ -106,6 +106,10 @@ impl Workspace {
         if verdict.holds || is_open {
             return Ok(verdict);
         }
+        if self.solver.is_out_of_digits() {
+            // No other part of the corrections has a solution with more digits.
+            return self.attempt(Patience::Full, report);
+        }
         if self.limit_what_lacks() {
             for theta in [expected, 0.0] {
                 if theta < self.corrections.theta {

@@ -108,6 +108,11 @@ impl StepSolver {
         matches!(self.route, Route::Structured(_) | Route::Lcp(_))
     }
 
+    /// Whether the last solve missed the tolerance by rounding alone, where that is told.
+    pub fn is_out_of_digits(&self) -> bool {
+        matches!(&self.route, Route::Structured(solver) if solver.is_out_of_digits())
+    }
+
     /// Whether the last solve left contact `i` among others with laws that do not hold, where islands are told apart.
     pub fn contact_lacks(&self, i: usize) -> bool {
         if let Route::Structured(solver) = &self.route { solver.unit_lacks(i) } else { true }

@@ -47,6 +47,8 @@ pub struct ContactSolver {
     /// The solution before a second look.
     earlier: ContactSolution,
     lemke: Lemke,
+    /// Whether the last walk ended where rounding is all that is left.
+    is_out_of_digits: bool,
 }
 
 impl ContactSolver {
@@ -96,11 +98,17 @@ impl ContactSolver {
         self.solve_looking(problem, warm, patience, solution);
         let is_proved = matches!(solution.status, SolveStatus::Infeasible { .. });
         let may_go_on = patience == Patience::Full && self.settings.budget.is_none();
-        if may_go_on && solution.status != SolveStatus::Solved && !is_proved {
+        if may_go_on && solution.status != SolveStatus::Solved && !is_proved && !self.is_out_of_digits {
             continue_to(problem, solution, |problem, start, patience, solution| {
                 self.solve_looking(problem, start, patience, solution);
             });
         }
+    }
+
+    /// Whether the last solve missed the tolerance by no more than what the last digits of its impulses make in a velocity: a problem
+    /// whose solution is like that has none that would be certified.
+    pub fn is_out_of_digits(&self) -> bool {
+        self.is_out_of_digits
     }
 
     /// Whether the last solve left the island of a unit (a contact, or a friction group counted after the contacts) with laws that do
@@ -129,6 +137,7 @@ impl ContactSolver {
         solution: &mut ContactSolution,
     ) {
         self.patience = patience;
+        self.is_out_of_digits = false;
         if !has_rows(problem) {
             return take_free_velocity(problem, solution);
         }
@@ -156,6 +165,7 @@ impl ContactSolver {
             is_certified = self.look_again(problem, second_looks, solution);
         }
         if !(is_certified && self.verdict.is_resolved(problem, solution)) {
+            self.is_out_of_digits = self.verdict.is_out_of_digits(solution);
             self.conclude(problem, solution);
         }
     }

@@ -122,6 +122,13 @@ impl Verdict {
         self.violation(solution) <= most && self.scales.rounding(solution) <= most
     }
 
+    /// Whether what the solution that was certified last lacks is what the last digits of its impulses make in a velocity, and more than
+    /// the tolerance: no other solution of the problem will be told from it.
+    pub fn is_out_of_digits(&self, solution: &ContactSolution) -> bool {
+        let rounding = self.scales.rounding(solution);
+        rounding > self.tolerance && self.violation(solution) <= RESIDUALS.rounded * rounding
+    }
+
     /// Whether the velocity of the impulses is one number up to a few tolerances, in whatever order it is summed: with very large
     /// impulses a certificate can hold by the luck of one order.
     pub fn is_resolved(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {

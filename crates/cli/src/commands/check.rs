@@ -24,7 +24,8 @@ The solution file holds z, and for contact problems v, lambda_n, alpha, beta whe
 impulses where it is missing. A solution with the circular cone (`solve --method circular` or `refined`) says so in its
 field `law` and is checked against the circular cone's laws. Give --directions where the solution was made with them.
 
-A proof that there is no solution, which `solve --out` writes for an infeasible problem of kind contact, is checked the same way.
+A proof that there is no solution, which `solve --out` writes for what is infeasible or has no_solution, is checked the same way: every
+multiplier, and that no case is missing.
 
 A verdict of `signorini stability --out` is checked against the problem that `--problem` wrote: every part of its proof.
 

@@ -4,15 +4,17 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use signorini::contact::problem_file::{
-    self, ProblemFile, write_cone_solution, write_contact_solution, write_contradiction, write_plain_solution,
+    self, ProblemFile, write_cone_solution, write_contact_solution, write_contradiction, write_exclusion,
+    write_plain_solution,
 };
 
 use crate::args::{DEFAULT_CONE_TOLERANCE, MethodChoice, directions, fraction};
 use crate::error::CliError;
 use crate::exit::Exit;
-use crate::results::{ContradictionProof, SolveResult, StageHistory, StageLine};
+use crate::results::{DenialProof, SolveResult, StageHistory, StageLine};
 use crate::solving::{
-    Answer, Options, Point, SolverChoice, solve_contact, solve_frictional, solve_lcp, solve_mixed, with_directions,
+    Answer, Denial, Options, Point, SolverChoice, solve_contact, solve_frictional, solve_lcp, solve_mixed,
+    with_directions,
 };
 use crate::{output, text};
 
@@ -66,7 +68,7 @@ pub struct Arguments {
     /// Add to --json what every stage of the structured solver did on every island, residuals included.
     #[arg(long, requires = "json")]
     pub history: bool,
-    /// Write the solution (of a single problem), the proof that there is none (kind contact), or the best point found.
+    /// Write the solution (of a single problem), the proof that there is none, or the best point found.
     #[arg(long, value_name = "SOLUTION.npz")]
     pub out: Option<PathBuf>,
     /// Print one JSON object per problem, each on one line.
@@ -134,8 +136,9 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
     let kind = problem.kind();
     let answer = solve_problem(problem, kind, path, arguments)?;
     if let Some(out) = &arguments.out {
-        match (&answer.contradiction, &answer.point) {
-            (Some((proof, _)), _) => write_contradiction(out, proof),
+        match (&answer.denial, &answer.point) {
+            (Some((Denial::Gaps(proof), _)), _) => write_contradiction(out, proof),
+            (Some((Denial::Cases(proof), _)), _) => write_exclusion(out, proof),
             (None, Point::Contact(solution)) => write_contact_solution(out, solution),
             (None, Point::Cone(solution)) => write_cone_solution(out, solution),
             (None, Point::Plain(z)) => write_plain_solution(out, z),
@@ -144,11 +147,6 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
         .map_err(CliError::in_file(out))?;
     }
     let refined = arguments.method == Some(SolverChoice::Refined);
-    let contradiction = answer.contradiction.as_ref().map(|(proof, residual)| ContradictionProof {
-        normal: proof.normal.clone(),
-        bilateral: proof.bilateral.clone(),
-        residual: *residual,
-    });
     Ok(SolveResult {
         problem: path.to_owned(),
         kind,
@@ -170,7 +168,7 @@ fn solve_file(path: &Path, arguments: &Arguments) -> Result<SolveResult, CliErro
         least_norm: answer.least_norm,
         distributions: answer.distributions,
         involved: if answer.holds { Vec::new() } else { answer.ending.involved },
-        contradiction,
+        denial: answer.denial.as_ref().map(|(proof, residual)| DenialProof::of(proof, *residual)),
         solution: arguments.out.clone(),
     })
 }

@@ -16,7 +16,7 @@ pub use export::Exported;
 pub use inspection::{BodyLine, Inspection};
 pub use recording::{RecordingResult, ending};
 pub use run::{Budget, Miss, Range, RunResult, RunStatus, Unfinished};
-pub use solving::{CheckResult, ContradictionProof, Distributions, Ending, LeastNormResult, SolveResult, solve_status};
+pub use solving::{CheckResult, DenialProof, Distributions, Ending, LeastNormResult, SolveResult, solve_status};
 pub use stability::{CriticalLine, SafetyResult, StabilityResult};
 pub use stages::{StageHistory, StageLine};
 

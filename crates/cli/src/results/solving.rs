@@ -9,11 +9,11 @@ use signorini::contact::{
     ConeStatus, ContactProblem, ForceDistributions, GapContradiction, ImpulseRange, LeastNormOutcome, LeastNormReport,
     RelaxationStatus, SolveStatus, gap_contradiction,
 };
-use signorini::lcp::Status;
+use signorini::lcp::{ExcludedCase, Exclusion, PairCase, Status};
 use signorini_check::{Checked, Law};
 
 use super::{Laws, StageHistory, StageLine};
-use crate::solving::ContactLaw;
+use crate::solving::{ContactLaw, Denial};
 
 /// A solved (or refused) problem.
 #[derive(Clone, Debug, Serialize)]
@@ -69,12 +69,64 @@ pub struct SolveResult {
     /// Contacts (of a contact problem) or rows that wedge or contradict each other.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub involved: Vec<usize>,
-    /// Of an infeasible contact problem the multipliers that prove it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub contradiction: Option<ContradictionProof>,
+    /// Of a problem without solution the proof.
+    #[serde(skip_serializing_if = "Option::is_none", flatten)]
+    pub denial: Option<DenialProof>,
     /// Solution, or proof that there is none, written.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub solution: Option<PathBuf>,
+}
+
+/// A proof that there is no solution.
+#[derive(Clone, Debug, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum DenialProof {
+    /// Gaps and bilateral rows contradict each other.
+    Contradiction(ContradictionProof),
+    /// All cases of the complementarity problem were excluded.
+    Exclusion(ExclusionProof),
+}
+
+/// Cases that together are all there are, each with the multipliers that exclude it.
+#[derive(Clone, Debug, Serialize)]
+pub struct ExclusionProof {
+    /// The cases.
+    pub cases: Vec<CaseProof>,
+    /// What rounding leaves: 0 for an exact proof.
+    pub residual: f64,
+}
+
+/// One of them.
+#[derive(Clone, Debug, Serialize)]
+pub struct CaseProof {
+    /// Pairs decided to have `z = 0`.
+    pub z_zero: Vec<usize>,
+    /// Pairs decided to have `w = 0`.
+    pub w_zero: Vec<usize>,
+    /// A multiplier for each row.
+    pub multipliers: Vec<f64>,
+}
+
+impl DenialProof {
+    /// A proof in the form in which it is printed.
+    pub fn of(proof: &Denial, residual: f64) -> Self {
+        let decided =
+            |case: &ExcludedCase, as_: PairCase| (0..case.pairs.len()).filter(|&i| case.pairs[i] == as_).collect();
+        match proof {
+            Denial::Gaps(GapContradiction { normal, bilateral }) => {
+                let (normal, bilateral) = (normal.clone(), bilateral.clone());
+                Self::Contradiction(ContradictionProof { normal, bilateral, residual })
+            }
+            Denial::Cases(exclusion) => {
+                let case = |case: &ExcludedCase| CaseProof {
+                    z_zero: decided(case, PairCase::NoZ),
+                    w_zero: decided(case, PairCase::NoW),
+                    multipliers: case.multipliers.clone(),
+                };
+                Self::Exclusion(ExclusionProof { cases: exclusion.cases.iter().map(case).collect(), residual })
+            }
+        }
+    }
 }
 
 /// Multipliers of gap rows and bilateral rows that leave no velocity.
@@ -172,7 +224,7 @@ impl CheckResult {
     pub fn new([problem, solution]: [PathBuf; 2], tolerance: f64, checked: Checked) -> Self {
         let violated = checked.violated(tolerance);
         let law = checked.law.map(|law| if law == Law::Circular { ContactLaw::Circular } else { ContactLaw::Polygon });
-        let denial = checked.is_infeasible.then_some("infeasible");
+        let denial = checked.denial.map(signorini_check::Denial::name);
         let (kind, ok, verdict) = (checked.kind, violated.is_empty(), checked.verdict.map(Verdict::name).or(denial));
         let laws = verdict.is_none().then(|| Laws::named(&checked.residuals));
         let proof = verdict.map_or(BTreeMap::new(), |_| checked.residuals.iter().copied().collect());
@@ -213,10 +265,17 @@ impl Ending {
     }
 
     /// Of a solver of contact problems, with the proof that there is no solution where one was found.
-    pub fn of_contacts(status: &SolveStatus, proof: Option<&GapContradiction>) -> Self {
-        if let Some(proof) = proof {
-            return Self::about("infeasible", proof.contacts());
+    pub fn of_contacts(status: &SolveStatus, proof: Option<&Denial>) -> Self {
+        match (proof, status) {
+            (Some(Denial::Gaps(proof)), _) => Self::about("infeasible", proof.contacts()),
+            (Some(Denial::Cases(proof)), SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts }) => {
+                Self { reason: Some(excluded(proof)), ..Self::about("no_solution", contacts.clone()) }
+            }
+            _ => Self::without_proof(status),
         }
+    }
+
+    fn without_proof(status: &SolveStatus) -> Self {
         match status {
             SolveStatus::Solved => "solved".into(),
             SolveStatus::Ray { contacts } => {
@@ -236,7 +295,7 @@ impl Ending {
     }
 
     /// Of the solver for the circular cone.
-    pub fn of_cone(status: &ConeStatus, proof: Option<&GapContradiction>) -> Self {
+    pub fn of_cone(status: &ConeStatus, proof: Option<&Denial>) -> Self {
         match status {
             ConeStatus::Solved => "solved".into(),
             ConeStatus::Denied(status) => Self::of_contacts(status, proof),
@@ -259,14 +318,25 @@ impl Ending {
     }
 
     /// Of a method for LCPs; it speaks of rows.
-    pub fn of_lcp(status: &Status) -> Self {
+    pub fn of_lcp(status: &Status, proof: Option<&Denial>) -> Self {
+        if let (Status::NoSolution, Some(Denial::Cases(proof))) = (status, proof) {
+            return Self { reason: Some(excluded(proof)), ..Self::about("no_solution", proof.rows()) };
+        }
         match status {
             Status::Solved => "solved".into(),
-            Status::Ray(ray) => Self::about("ray", ray.support.clone()),
+            Status::Ray(ray) => {
+                let reason =
+                    "the method's path ended on a ray of these rows, which does not prove that there is no solution"
+                        .to_owned();
+                Self { reason: Some(reason), ..Self::about("unresolved", ray.support.clone()) }
+            }
             Status::Infeasible(farkas) => {
                 Self::about("infeasible", (0..farkas.y.len()).filter(|&i| farkas.y[i] != 0.0).collect())
             }
-            Status::NoSolution => "no_solution".into(),
+            Status::NoSolution => {
+                let reason = "no case was found to have a solution; rounding leaves no proof of that".to_owned();
+                Self { reason: Some(reason), ..Self::from("unresolved") }
+            }
             Status::IterationLimit => "iteration_limit".into(),
             Status::Inconsistent { row } => Self::about("inconsistent", vec![*row]),
             Status::Singular => "singular".into(),
@@ -281,11 +351,20 @@ impl Ending {
     }
 }
 
+/// What was excluded, in words.
+fn excluded(proof: &Exclusion) -> String {
+    let most = |case: &ExcludedCase| case.pairs.iter().filter(|pair| **pair != PairCase::Open).count();
+    let (count, pairs) = (proof.cases.len(), proof.cases.iter().map(most).max().unwrap_or(0));
+    format!(
+        "{count} cases, which decide at most {pairs} of the pairs and together are all, were excluded by multipliers"
+    )
+}
+
 /// A contact solver's status by name; `infeasible` where that is proved.
 pub fn solve_status(problem: &ContactProblem, status: &SolveStatus) -> &'static str {
     let proof = match status {
         SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts } => gap_contradiction(problem, contacts),
         _ => None,
     };
-    Ending::of_contacts(status, proof.as_ref()).name
+    Ending::of_contacts(status, proof.map(Denial::Gaps).as_ref()).name
 }

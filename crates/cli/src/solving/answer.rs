@@ -1,6 +1,7 @@
 //! What problems are solved with, and what comes of it.
 
 use signorini::contact::{ConeSolution, ContactSolution, GapContradiction, RelaxedSolution, StageCounts, StageRun};
+use signorini::lcp::Exclusion;
 
 use super::choice::ContactLaw;
 use crate::results::{Distributions, Ending, Laws, LeastNormResult};
@@ -49,9 +50,17 @@ pub struct Answer {
     /// The set of force distributions.
     pub distributions: Option<Distributions>,
     /// The proof that there is no solution, and what rounding leaves of it.
-    pub contradiction: Option<(GapContradiction, f64)>,
+    pub denial: Option<(Denial, f64)>,
     /// The point found.
     pub point: Point,
+}
+
+/// A proof that there is no solution.
+pub enum Denial {
+    /// Gaps and bilateral rows contradict each other.
+    Gaps(GapContradiction),
+    /// No case of the complementarity problem has a solution.
+    Cases(Exclusion),
 }
 
 /// The point that a method ends with.

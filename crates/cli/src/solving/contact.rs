@@ -7,8 +7,9 @@ use signorini::contact::{
     ConvexRelaxation, GapContradiction, LeastNorm, LeastNormOutcome, ProblemError, SolveStatus, SolverSettings,
     certify_cone, force_distributions, gap_contradiction, solve_as_lcp,
 };
+use signorini::lcp::{Existence, exclude, tractable_cases};
 
-use super::{Answer, ContactLaw, Options, Point, SolverChoice};
+use super::{Answer, ContactLaw, Denial, Options, Point, SolverChoice};
 use crate::args::MethodChoice;
 use crate::results::{Distributions, Ending, Laws, LeastNormResult};
 
@@ -91,16 +92,16 @@ fn polygon_answer(
     let holds = solution.certificate.holds(options.tolerance);
     let distributions =
         if options.ranges && holds { Some(Distributions::of(&force_distributions(problem, &solution)?)) } else { None };
-    let contradiction = contradiction_of(problem, &solution.status);
+    let denial = denial_of(problem, &solution.status)?;
     let circular = problem.check_circular().is_ok().then(|| certify_cone(problem, &as_cone(&solution)));
     Ok(Answer {
         n: problem.standard_layout().size,
         contacts: Some(problem.contact_count()),
         method,
         law: Some(ContactLaw::Polygon),
-        ending: Ending::of_contacts(&solution.status, contradiction.as_ref().map(|(proof, _)| proof)),
+        ending: Ending::of_contacts(&solution.status, denial.as_ref().map(|(proof, _)| proof)),
         holds,
-        contradiction,
+        denial,
         residual: Laws::of_contacts(&solution.certificate, bilateral),
         circular_laws: circular.map(|cone| Laws::of_contacts(&cone, bilateral)),
         contact_laws: None,
@@ -112,7 +113,26 @@ fn polygon_answer(
     })
 }
 
-/// The proof that a denied problem has no solution, and what rounding leaves of it.
+/// The proof that a denied problem has no solution with its polygon: of its gaps, or of all cases where these are few enough.
+fn denial_of(problem: &ContactProblem, status: &SolveStatus) -> Result<Option<(Denial, f64)>, ProblemError> {
+    if !matches!(status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. }) {
+        return Ok(None);
+    }
+    if let Some((proof, residual)) = contradiction_of(problem, status) {
+        return Ok(Some((Denial::Gaps(proof), residual)));
+    }
+    // The form whose entries are the data themselves: what is zero in them is zero, and no rounding of sums.
+    let lcp = problem.mixed_lcp()?;
+    Ok(match exclude(&lcp, tractable_cases(lcp.len())) {
+        Existence::Excluded(proof) => {
+            let residual = proof.residual(&lcp);
+            Some((Denial::Cases(proof), residual))
+        }
+        _ => None,
+    })
+}
+
+/// The proof that a denied problem's gaps contradict each other, and what rounding leaves of it.
 fn contradiction_of(problem: &ContactProblem, status: &SolveStatus) -> Option<(GapContradiction, f64)> {
     let (SolveStatus::Ray { contacts } | SolveStatus::Infeasible { contacts }) = status else { return None };
     let proof = gap_contradiction(problem, contacts)?;
@@ -156,8 +176,8 @@ fn cone_answer(problem: &ContactProblem, mut solution: ConeSolution, options: &O
     if solution.velocity.len() != problem.nv() {
         solution.certificate = certify_cone(problem, &solution);
     }
-    let contradiction = match &solution.status {
-        ConeStatus::Denied(status) => contradiction_of(problem, status),
+    let denial = match &solution.status {
+        ConeStatus::Denied(status) => contradiction_of(problem, status).map(|(proof, r)| (Denial::Gaps(proof), r)),
         _ => None,
     };
     let report = &solution.report;
@@ -166,7 +186,7 @@ fn cone_answer(problem: &ContactProblem, mut solution: ConeSolution, options: &O
         contacts: Some(problem.contact_count()),
         method: "circular".into(),
         law: Some(ContactLaw::Circular),
-        ending: Ending::of_cone(&solution.status, contradiction.as_ref().map(|(proof, _)| proof)),
+        ending: Ending::of_cone(&solution.status, denial.as_ref().map(|(proof, _)| proof)),
         holds: solution.certificate.holds(options.tolerance),
         residual: Laws::of_contacts(&solution.certificate, bilateral),
         circular_laws: None,
@@ -174,7 +194,7 @@ fn cone_answer(problem: &ContactProblem, mut solution: ConeSolution, options: &O
         iterations: u64::from(report.newton_iterations + report.sweeps),
         seconds,
         least_norm: None,
-        contradiction,
+        denial,
         distributions: None,
         point: Point::Cone(Box::new(solution)),
     }
@@ -198,7 +218,7 @@ fn relax(problem: &ContactProblem, options: &Options) -> Answer {
         iterations: u64::from(solution.report.iterations),
         seconds,
         least_norm: None,
-        contradiction: None,
+        denial: None,
         distributions: None,
         point: Point::Relaxed(Box::new(solution)),
     }

@@ -4,26 +4,35 @@ use std::time::Instant;
 
 use signorini::contact::problem_file::FrictionalProblem;
 use signorini::contact::{FrictionPolygon, ProblemError};
-use signorini::lcp::{self, Lcp, MethodKind, MixedLcp, Solution};
+use signorini::lcp::{self, Lcp, MethodKind, MixedLcp, Solution, decide};
 
 use super::contact::cone_solver;
-use super::{Answer, ContactLaw, Options, Point};
+use super::{Answer, ContactLaw, Denial, Options, Point};
 use crate::results::{Ending, Laws};
 
 /// Solves an LCP.
 pub fn solve_lcp(problem: &Lcp, kind: &MethodKind, options: &Options) -> Result<Answer, ProblemError> {
     let mut method = kind.build()?;
     let begin = Instant::now();
-    let solution = method.solve(problem, None);
-    Ok(answer(kind, solution, options, begin.elapsed().as_secs_f64()))
+    let mut solution = method.solve(problem, None);
+    let denial = if solution.status.is_solved() { None } else { denial_of(&problem.clone().into(), &mut solution) };
+    Ok(answer(kind, solution, denial, options, begin.elapsed().as_secs_f64()))
 }
 
 /// Solves a mixed LCP.
 pub fn solve_mixed(problem: &MixedLcp, kind: &MethodKind, options: &Options) -> Result<Answer, ProblemError> {
     let mut method = kind.build()?;
     let begin = Instant::now();
-    let solution = lcp::solve_mixed(problem, method.as_mut(), None);
-    Ok(answer(kind, solution, options, begin.elapsed().as_secs_f64()))
+    let mut solution = lcp::solve_mixed(problem, method.as_mut(), None);
+    let denial = denial_of(problem, &mut solution);
+    Ok(answer(kind, solution, denial, options, begin.elapsed().as_secs_f64()))
+}
+
+/// Looks for what a method left open through the problem's cases: the solution, or the proof that there is none.
+fn denial_of(problem: &MixedLcp, solution: &mut Solution) -> Option<(Denial, f64)> {
+    let proof = decide(problem, solution)?;
+    let residual = proof.residual(problem);
+    Some((Denial::Cases(proof), residual))
 }
 
 /// Solves a frictional problem: its polygonal LCP by a method, or with the circular cone where none is given.
@@ -64,7 +73,7 @@ fn solve_frictional_cone(problem: &FrictionalProblem, options: &Options) -> Resu
         iterations: u64::from(solution.report.newton_iterations + solution.report.sweeps),
         seconds,
         least_norm: None,
-        contradiction: None,
+        denial: None,
         distributions: None,
         point: Point::Cone(Box::new(solution)),
     })
@@ -83,14 +92,21 @@ pub fn frictional_impulses(problem: &FrictionalProblem, z: &[f64]) -> Vec<[f64; 
     (0..nc).map(impulse).collect()
 }
 
-fn answer(kind: &MethodKind, solution: Solution, options: &Options, seconds: f64) -> Answer {
+fn answer(
+    kind: &MethodKind,
+    solution: Solution,
+    denial: Option<(Denial, f64)>,
+    options: &Options,
+    seconds: f64,
+) -> Answer {
     let residual = Laws::natural_map(solution.residual.value);
+    let ending = Ending::of_lcp(&solution.status, denial.as_ref().map(|(proof, _)| proof));
     Answer {
         n: solution.z.len(),
         contacts: None,
         method: kind.to_string(),
         law: None,
-        ending: Ending::of_lcp(&solution.status),
+        ending,
         holds: residual.worst().1 <= options.tolerance,
         residual,
         circular_laws: None,
@@ -98,7 +114,7 @@ fn answer(kind: &MethodKind, solution: Solution, options: &Options, seconds: f64
         iterations: solution.iterations as u64,
         seconds,
         least_norm: None,
-        contradiction: None,
+        denial,
         distributions: None,
         point: Point::Plain(solution.z),
     }

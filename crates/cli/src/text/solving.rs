@@ -44,7 +44,11 @@ pub fn solve(result: &SolveResult) -> String {
         let _ = writeln!(out, "  involved   {what} {list}");
     }
     if let Some(path) = &result.solution {
-        let what = if result.status == "solved" { "solution  " } else { "best point" };
+        let what = match result.status {
+            "solved" => "solution  ",
+            _ if result.denial.is_some() => "proof     ",
+            _ => "best point",
+        };
         let _ = writeln!(out, "  {what} {}", path.display());
     }
     out

@@ -205,8 +205,36 @@ fn a_problem_without_solution_is_refused() {
     let folder = Folder::new("unsolvable");
     folder.save("p.npz", &lcp(&[-1.0], &[-1.0]));
     let solved = folder.run(&["solve", "p.npz", "--out", "s.npz", "--json"]).exits(2).json();
-    assert!(matches!(solved["status"].as_str(), Some("infeasible" | "unresolved")), "{solved}");
-    folder.run(&["check", "p.npz", "s.npz"]).exits(1);
+    assert_eq!(solved["status"], "infeasible");
+    assert_eq!(solved["exclusion"]["cases"][0]["multipliers"].as_array().map(Vec::len), Some(1));
+    let checked = folder.run(&["check", "p.npz", "s.npz", "--json"]).exits(0).json();
+    assert_eq!(checked["verdict"], "infeasible");
+    // The proof of one problem proves nothing of another.
+    folder.save("q.npz", &lcp(&[1.0], &[-1.0]));
+    folder.run(&["check", "q.npz", "s.npz"]).exits(1);
+}
+
+/// w₂ = z₂ + 1 > 0, so z₂ = 0, and w₁ = z₂ − 1 < 0: without complementarity z₂ = 1 would do.
+#[test]
+fn what_complementarity_excludes_has_a_list_of_cases() {
+    let folder = Folder::new("jammed");
+    folder.save("p.npz", &lcp(&[0.0, 1.0, 0.0, 1.0], &[-1.0, 1.0]));
+    folder.save("m.npz", &mixed(&[1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0], &[5.0, -1.0, 1.0], &[0, 1, 1]));
+    for file in ["p.npz", "m.npz"] {
+        let solved = folder.run(&["solve", file, "--out", "proof.npz", "--json"]).exits(2).json();
+        assert_eq!(solved["status"], "no_solution", "{solved}");
+        assert_eq!(solved["exclusion"]["cases"].as_array().map(Vec::len), Some(2), "{solved}");
+        let checked = folder.run(&["check", file, "proof.npz", "--json"]).exits(0).json();
+        assert_eq!(checked["verdict"], "no_solution");
+        let archive = Archive::read(folder.path("proof.npz")).unwrap();
+        let (cases, multipliers) = (archive.u8("cases").unwrap(), archive.f64("multipliers").unwrap());
+        let n = cases.len() / 2;
+        let mut half = ArchiveWriter::new();
+        half.string("kind", "no_solution").unwrap().u8("cases", &[1, n], &cases[..n]).unwrap();
+        half.f64("multipliers", &[1, n], &multipliers[..n]).unwrap();
+        folder.save("half.npz", &half);
+        folder.run(&["check", file, "half.npz"]).exits(1);
+    }
 }
 
 #[test]

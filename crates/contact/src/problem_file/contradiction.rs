@@ -10,13 +10,13 @@ use crate::{ContactProblem, GapContradiction, ProblemError};
 
 const KIND: &str = "infeasible";
 
-/// Whether a file holds a proof that there is no solution.
+/// Whether a file holds a proof that gaps and bilateral rows contradict each other.
 ///
 /// # Errors
 /// [`ProblemError::Archive`] for an unreadable file.
 pub fn is_contradiction(path: impl AsRef<Path>) -> Result<bool, ProblemError> {
     let archive = Archive::read(path)?;
-    Ok(archive.contains("kind") && archive.string("kind")? == KIND)
+    Ok(archive.contains("normal") && archive.contains("kind") && archive.string("kind")? == KIND)
 }
 
 /// Writes a proof: `kind` = "infeasible", `normal` (nc) and `bilateral` (nb), the multipliers of [`GapContradiction`].

@@ -1,12 +1,14 @@
 //! Proofs that gaps contradict each other: an independent linear program, and what must not pass for a proof.
 
 use microlp::{ComparisonOp, OptimizationDirection, Problem};
-use signorini_contact::problem_file::{is_contradiction, read_contradiction, write_contradiction};
+use signorini_contact::problem_file::{
+    is_contradiction, is_exclusion, read_contradiction, read_exclusion, write_contradiction, write_exclusion,
+};
 use signorini_contact::{ContactProblem, FrictionPolygon, GapContradiction};
 use signorini_laws::gap_contradiction;
+use signorini_lcp::{Enumeration, Exclusion, Existence, Method, MixedLcp, exclude, tractable_cases};
 use signorini_multibody::BlockDiagonal;
-use signorini_testkit::Random;
-use signorini_testkit::suite;
+use signorini_testkit::{Gap, Motion, Parameters, Random, families, suite};
 
 /// Whether a linear program finds a velocity that opens every gap and satisfies every bilateral row.
 fn has_velocity(problem: &ContactProblem) -> bool {
@@ -116,4 +118,45 @@ fn wrong_multipliers_are_no_proof_and_files_keep_them() {
     let error = read_contradiction(&path, &problem).unwrap_err().to_string();
     assert!(error.contains("normal"), "{error}");
     std::fs::remove_file(path).expect("removed");
+}
+
+/// Balls that jam in a groove, or do not: all complementary bases of the contact LCP, one after another.
+#[test]
+fn the_cases_of_a_contact_problem_without_solution_are_excluded() {
+    let (mut solved, mut excluded, mut undecided) = (0, 0, 0);
+    for seed in 0..60 {
+        let mut random = Random::new(seed);
+        let friction = random.choice(&[0.3, 1.0, 2.0]);
+        let parameters = Parameters { friction, gap: Gap::Negative, motion: Motion::Random, ..Parameters::default() };
+        let half_angle = random.between(0.15, 1.0);
+        let problem = families::wedge(&mut random, &parameters, half_angle, 1);
+        let exists = Enumeration::default().solve(&problem.standard_lcp().expect("finite"), None).status.is_solved();
+        let lcp = problem.mixed_lcp().expect("finite");
+        match exclude(&lcp, tractable_cases(lcp.len())) {
+            Existence::Solved(z) => {
+                assert!(exists && lcp.residual(&z).within(1e-9), "seed {seed}");
+                solved += 1;
+            }
+            Existence::Excluded(proof) => {
+                assert!(!exists && proof.residual(&lcp) < 1e-9, "seed {seed}");
+                assert_eq!(proof.is_infeasible(), gap_contradiction(&problem, &[]).is_some(), "seed {seed}");
+                files_keep(&proof, &lcp);
+                excluded += 1;
+            }
+            // Rounding hides some.
+            _ => undecided += 1,
+        }
+    }
+    println!("{solved} solved, {excluded} excluded, {undecided} undecided");
+    assert!(solved >= 20 && excluded >= 5 && undecided <= 15, "{solved}, {excluded}, {undecided}");
+}
+
+fn files_keep(proof: &Exclusion, lcp: &MixedLcp) {
+    let folder = std::env::temp_dir().join(format!("signorini-exclusion-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a folder for the test");
+    let file = folder.join("proof.npz");
+    write_exclusion(&file, proof).expect("a writable folder");
+    assert!(is_exclusion(&file).expect("readable") && !is_contradiction(&file).expect("readable"));
+    assert_eq!(&read_exclusion(&file, lcp).expect("readable"), proof);
+    std::fs::remove_dir_all(&folder).expect("the folder of the test");
 }

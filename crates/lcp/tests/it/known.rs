@@ -76,7 +76,7 @@ fn enumeration_finds_exactly_the_known_solutions() {
 fn infeasibility_is_proved_where_there_is_any() {
     let infeasible = ["zero matrix, negative b", "negative matrix, negative b", "squeezed"];
     for case in cases::all() {
-        let proof = infeasibility(&case.problem, &mut Lemke::default());
+        let proof = infeasibility(&case.problem.clone().into());
         assert_eq!(proof.is_some(), infeasible.contains(&case.name), "{}: {proof:?}", case.name);
         if let Some(proof) = proof {
             assert_proof(&case.problem, &proof, case.name);

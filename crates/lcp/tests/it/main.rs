@@ -3,6 +3,7 @@
 
 mod cases;
 mod contact_data;
+mod exclude;
 mod input;
 mod known;
 mod mixed;

@@ -137,7 +137,7 @@ fn every_semidefinite_problem_is_either_solved_or_proved_infeasible() {
         let problem = Lcp::new(gram(&random.matrix(n, rank)), random.vector(n)).unwrap();
         let mut lemke = Lemke::default();
         let solved = lemke.solve(&problem, None).status.is_solved();
-        let proof = infeasibility(&problem, &mut lemke);
+        let proof = infeasibility(&problem.clone().into());
         assert_ne!(solved, proof.is_some(), "seed {seed}");
         proof.iter().for_each(|proof| assert_proof(&problem, proof, &format!("seed {seed}")));
     }

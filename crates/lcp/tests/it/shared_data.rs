@@ -42,7 +42,7 @@ fn all_problems_with_a_solution_are_solved() {
             expect(&named.name, &named.expected, &solution);
             if matches!(solution.status, Status::Ray(_)) {
                 // Squeezed: provably infeasible. Jammed, or a game: only complementarity cannot be met.
-                let proof = infeasibility(&named.problem, &mut lemke);
+                let proof = infeasibility(&named.problem.clone().into());
                 assert_eq!(proof.is_some(), named.expected == "infeasible", "{}", named.name);
                 proof.iter().for_each(|proof| assert_proof(&named.problem, proof, &named.name));
             }

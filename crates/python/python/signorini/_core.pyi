@@ -1560,7 +1560,7 @@ class LcpResult:
         """w = A z + b, (n,)."""
     @property
     def status(self) -> str:
-        """"solved", "inaccurate", "ray", "infeasible", "no_solution", "iteration_limit", "inconsistent", "singular", "too_large"."""
+        """"solved", "inaccurate", "unresolved", "infeasible", "no_solution", "iteration_limit", "inconsistent", "singular", "too_large"."""
     @property
     def solved(self) -> bool:
         """Whether the residual is within the method's tolerance."""
@@ -1579,6 +1579,10 @@ class LcpResult:
     @property
     def farkas(self) -> Optional[_Array]:
         """A proof that no z ≥ 0 has A z + b ≥ 0: y ≥ 0, Aᵀ y ≤ 0, bᵀ y < 0, (n,); ``None`` where none was found."""
+    @property
+    def exclusion(self) -> Optional[list[tuple[list[int], list[int], _Array]]]:
+        """What was excluded, where there is a proof that there is no solution: cases that together are all, each as (pairs with z = 0, pairs
+        with w = 0, multipliers); ``None`` where there is none."""
 
 @final
 class Margin:
@@ -2229,8 +2233,8 @@ def solve_lcp(
         method: a name of ``lcp_methods()``.
         free: (n,); where it is true, w = 0 and z has any sign (a mixed problem).
         warm_start: (n,), the ``basis`` of a similar problem's result.
-        explain: whether to look for a proof of infeasibility where no solution was found, at the cost of an LCP with 2n + 1
-            pairs.
+        explain: whether to look through the problem's cases where the method ends without a solution: for one, or for the proof that there
+            is none (``farkas``, ``exclusion``). It takes some seconds at most.
 
     Raises:
         ProblemError: a shape does not fit or a number is not finite.

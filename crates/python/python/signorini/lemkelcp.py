@@ -31,7 +31,7 @@ def lemkelcp(M: ArrayLike, q: ArrayLike, maxIter: int = 100) -> Tuple[Optional[N
     result = solve_lcp(M, q, "lemke", explain=False)
     if result.solved and result.iterations <= maxIter:
         return result.z, 0, "Solution Found"
-    if result.status in ("ray", "infeasible"):
+    if result.ray is not None or result.status == "infeasible":
         return None, 1, "Secondary ray found"
     return None, 2, "Max Iterations Exceeded"
 

@@ -44,7 +44,11 @@ pub fn write_mcap(frames: &mut impl FrameSource, path: &Path) -> Result<(), Repl
         largest = forces.filter(|f| f.is_finite()).fold(largest, f64::max);
         Ok(())
     })?;
-    let fail = |source| ReplayError::Mcap { path: path.to_owned(), source: Box::new(source) };
+    let fail = |source| match source {
+        // Its own text keeps what the system says to itself.
+        McapError::Io(source) => ReplayError::Write { path: path.to_owned(), source },
+        source => ReplayError::Mcap { path: path.to_owned(), source: Box::new(source) },
+    };
     let scale = if largest > 0.0 { LONGEST_ARROW / largest } else { 0.0 };
     let mut messages = Messages::create(create(path)?, header, scale).map_err(fail)?;
     frames.visit(&mut |_, frame| messages.push(frame).map_err(fail))?;

@@ -9,6 +9,7 @@ mod contradiction;
 mod convergence;
 mod determinism;
 mod dry_friction;
+mod extremes;
 mod friction;
 mod friction_law;
 mod grain;
