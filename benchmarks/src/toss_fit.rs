@@ -16,6 +16,9 @@ const UNIT: f64 = 0.1;
 /// Differences from which on they count by their size, in that unit: the noise of the recording is a tenth of the unit.
 const OUTLIER: f64 = 0.2;
 
+/// Steps of the method from the best of several starts.
+const COARSE: usize = 2;
+
 /// What of the cube is looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Quantity {
@@ -85,18 +88,21 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Fits a model to tosses, stage by stage.
+    /// Fits a model to tosses, stage by stage; several starts are those of the friction alone, on which most depends.
     ///
     /// # Errors
     /// [`IdentificationError`] of any.
     pub fn run(&self, model: &Model, tosses: &[Toss]) -> Result<Identification, IdentificationError> {
         let (last, others) = self.windows.split_last().unwrap_or((&0, &[]));
-        let (mut model, mut starts) = (model.clone(), self.starts);
-        for window in others {
-            model = self.stage(&model, tosses, *window, (starts, 0))?.model;
-            starts = 0;
+        let mut model = model.clone();
+        if self.starts > 0 {
+            let coarse = Self { quantities: vec![Quantity::Friction], iterations: COARSE, ..self.clone() };
+            model = coarse.stage(&model, tosses, *last, (self.starts, 0))?.model;
         }
-        self.stage(&model, tosses, *last, (starts, self.draws))
+        for window in others {
+            model = self.stage(&model, tosses, *window, (0, 0))?.model;
+        }
+        self.stage(&model, tosses, *last, (0, self.draws))
     }
 
     /// The standard deviation of each unknown over `draws` sets of tosses drawn from those at hand, each fitted from `model` on by the last stage.

@@ -82,7 +82,7 @@ struct Options {
     /// Leave out the grid
     #[arg(long)]
     no_grid: bool,
-    /// Places within the bounds that are looked at before slopes are followed
+    /// Frictions within the bounds that are looked at before slopes are followed
     #[arg(long, default_value_t = 0)]
     starts: usize,
     /// Sets drawn from the tosses of the identification, each fitted, beside the covariance of the fit by derivatives

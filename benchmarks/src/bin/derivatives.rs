@@ -252,7 +252,8 @@ impl Run {
             let Some((next, _)) = self.step(&state, &input) else { continue };
             let off = next.v.iter().zip(&end.0.v).map(|(a, b)| (a - b).abs()).enumerate();
             let (k, off) = off.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
-            println!("    {name}: velocity {k} is off by {off:.1e}, {:.3e} for {:.3e}", next.v[k], end.0.v[k]);
+            let [begin, found, own] = [given.0.v[k], next.v[k], end.0.v[k]];
+            println!("    {name}: velocity {k} of {begin:.3e} becomes {found:.3e}, was {own:.3e}, off by {off:.1e}");
         }
         if self.step(given.0, given.1).is_some() {
             println!("{}", self.story());
