@@ -1,13 +1,13 @@
 //! How long a verdict takes: a pallet of boxes in shifted layers, or a wall of bricks, on a table that is tilted by some degrees; or candidates for
-//! the place of one more box on a pallet, one after the other on one core.
+//! the place of one more box on a pallet, one after the other on one core; or how far cans and a tray are from collapse.
 //!
-//! `cargo run --release -p signorini-statics --example large -- pallet|wall|candidates [bodies] [degrees]`
+//! `cargo run --release -p signorini-statics --example large -- pallet|wall|candidates|cans [bodies] [degrees]`
 
 use std::time::Instant;
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{Geom, Geometry, Input, Model, ModelBuilder, State};
-use signorini_statics::{StabilitySettings, Verdict, stability};
+use signorini_statics::{Configuration, Sideload, StabilitySettings, Verdict, stability};
 
 /// Boxes of 0.2 m side by side, `across` in a layer's width and depth; every second layer is shifted.
 fn stack(
@@ -61,10 +61,48 @@ fn candidates(bodies: usize, degrees: f64) -> Result<(), Box<dyn std::error::Err
     Ok(())
 }
 
+/// How far a tray on cans and cans on the tray are from collapse, in the worst of all directions, and which of them bears least.
+fn cans(count: usize) -> Result<(), Box<dyn std::error::Error>> {
+    let mut world = ModelBuilder::new("cans");
+    world.floor();
+    let can = || Geom::new("", Geometry::Cylinder { radius: 0.1, half_length: 0.1 }).with_friction(0.4);
+    let across = count.div_ceil(2);
+    for k in 0..count {
+        let at = [0.25 * (k % across) as f64, 0.25 * (k / across) as f64, 0.1];
+        world.body(format!("below {k}")).at(at).free().solid(can(), 3.0).add()?;
+    }
+    let middle = 0.125 * (across - 1) as f64;
+    let tray = Geometry::Box { half_extents: DVec3::new(middle + 0.125, 0.25, 0.02) };
+    let place = [middle, 0.125, 0.22];
+    world.body("tray").at(place).free().solid(Geom::new("", tray).with_friction(0.5), 5.0).add()?;
+    for k in 0..across {
+        world.body(format!("above {k}")).at([0.25 * k as f64, 0.125, 0.34]).free().solid(can(), 3.0).add()?;
+    }
+    let model = world.build()?;
+    let configuration = Configuration::new(&model, &State::new(&model), &Input::default());
+    let settings = StabilitySettings::default();
+    let start = Instant::now();
+    let worst = configuration.worst_direction(&settings, Sideload::Tilt)?;
+    let [holds, at_least] = [worst.limit.holds, worst.at_least].map(f64::to_degrees);
+    let seconds = start.elapsed().as_secs_f64();
+    println!(
+        "{} cans and a tray: tilted by {holds:.9}°, in no direction less than {at_least:.9}°, in {seconds:.2} s",
+        count + across
+    );
+    let start = Instant::now();
+    let bodies = configuration.critical_bodies(&settings)?;
+    let least = bodies.iter().map(|body| body.force / body.weight).fold(f64::INFINITY, f64::min);
+    println!("  the least push is {least:.6} of the weight, in {:.2} s", start.elapsed().as_secs_f64());
+    Ok(())
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |k: usize, default: f64| arguments.get(k).and_then(|n| n.parse().ok()).unwrap_or(default);
     let (bodies, degrees) = (number(1, 1000.0), number(2, 0.0));
+    if arguments.first().is_some_and(|kind| kind == "cans") {
+        return cans(number(1, 8.0) as usize);
+    }
     if arguments.first().is_some_and(|kind| kind == "candidates") {
         return candidates(bodies as usize, degrees);
     }

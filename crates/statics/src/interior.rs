@@ -55,6 +55,8 @@ pub(crate) struct ForceSearch {
     b: Vec<f64>,
     /// Unit of `b`.
     size: f64,
+    /// Whether a mechanism is enough, and not followed to the collapse.
+    ends_at_proof: bool,
 }
 
 /// A point of the method: forces and what they lack, with multipliers.
@@ -71,8 +73,19 @@ pub(crate) fn has_contacts_alone(problem: &ContactProblem) -> bool {
 }
 
 impl ForceSearch {
-    /// Looks for forces and mechanisms of a problem that has contacts alone.
+    /// Looks for forces and mechanisms of a problem that has contacts alone; a mechanism comes with the collapse.
     pub fn find(&mut self, problem: &ContactProblem, settings: &StabilitySettings) -> Forces {
+        self.ends_at_proof = false;
+        self.find_either(problem, settings)
+    }
+
+    /// The same, but it ends where either is proved: the collapse is any mechanism.
+    pub fn find_proof(&mut self, problem: &ContactProblem, settings: &StabilitySettings) -> Forces {
+        self.ends_at_proof = true;
+        self.find_either(problem, settings)
+    }
+
+    fn find_either(&mut self, problem: &ContactProblem, settings: &StabilitySettings) -> Forces {
         if !has_contacts_alone(problem) {
             return Forces::Unknown;
         }
@@ -105,6 +118,13 @@ impl ForceSearch {
                 }
             } else if self.dot_load(&point.x) > 0.0 {
                 proof = self.mechanism(problem, &point.x, settings);
+                if proof.is_some() && self.ends_at_proof {
+                    break;
+                }
+                if proof.is_none() && self.contacts.len() < problem.contact_count() && self.opens_all(&point.x) {
+                    // The chosen contacts have no balance; whether all have one is another question.
+                    break;
+                }
             }
             if !self.factor(&point) {
                 break;
@@ -187,6 +207,13 @@ impl ForceSearch {
                 f(k, g[0] * c[0] + g[1] * c[1] + g[2] * c[2]);
             }
         }
+    }
+
+    /// Whether a motion opens all chosen contacts faster than friction resists.
+    fn opens_all(&self, x: &[f64]) -> bool {
+        let mut opens = true;
+        self.along_rays(x, |_, a| opens &= a <= 0.0);
+        opens
     }
 
     fn dot_load(&self, x: &[f64]) -> f64 {

@@ -183,7 +183,7 @@ impl Search {
         settings: &StabilitySettings,
     ) -> Option<ContactSolution> {
         let reduced = without_contact_friction(problem);
-        match self.forces(&reduced, settings) {
+        match self.forces.find_proof(&reduced, settings) {
             Forces::Balance(balance) => return Some(*balance),
             Forces::Mechanism(_) => return None,
             Forces::Unknown => {}

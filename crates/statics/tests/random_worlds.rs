@@ -13,7 +13,7 @@ use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{Geom, Geometry, Input, Model, ModelBuilder, Pose, State};
 use signorini_simulation::{Settings, Simulation};
 use signorini_solver::ContactSolver;
-use signorini_statics::{StabilitySettings, Verdict, stability};
+use signorini_statics::{ModelStability, StabilitySettings, Verdict, stability};
 
 const WORLDS: u64 = 200;
 /// What the program must miss at least where a mechanism is proved, and may miss at most where a balance is: it knows its optimum to 1e-8
@@ -200,31 +200,48 @@ fn imbalance(problem: &ContactProblem) -> f64 {
     solver.solution.obj_val
 }
 
-/// What contradicts a verdict, if anything; with the verdict.
-fn judged(seed: u64) -> (String, Option<String>) {
+/// A verdict on a world.
+struct Judged {
+    verdict: &'static str,
+    /// Where the search for a moving solution started when it found one beside a balance.
+    moves_from: Option<&'static str>,
+    contradicted: Option<String>,
+}
+
+fn judged(seed: u64) -> Judged {
     let model = world(seed);
     let settings = StabilitySettings::default().with_perturbations(2).with_enumeration_programs(20);
     let state = State::new(&model);
     let found = match stability(&model, &state, &Input::default(), &settings) {
         Ok(found) => found,
-        Err(error) => return ("refused".into(), Some(format!("seed {seed}: {error}"))),
+        Err(error) => {
+            let contradicted = Some(format!("seed {seed}: {error}"));
+            return Judged { verdict: "refused", moves_from: None, contradicted };
+        }
     };
     let verdict = found.stability.verdict();
-    let name = verdict.name().to_owned();
-    let contradicted = |reason: String| (name.clone(), Some(format!("seed {seed}: {name}, but {reason}")));
-    if found.stability.worst() > settings.tolerance {
-        return contradicted(format!("its proof lacks {:?}", found.stability.residuals));
+    let is_open = verdict == Verdict::MayDoEither;
+    let moves_from = found.stability.search.iter().find(|run| is_open && run.end == "moves").map(|run| run.start);
+    let reason = contradiction(model, &found, settings.tolerance);
+    let contradicted = reason.map(|reason| format!("seed {seed}: {}, but {reason}", verdict.name()));
+    Judged { verdict: verdict.name(), moves_from, contradicted }
+}
+
+/// What contradicts a verdict, if anything.
+fn contradiction(model: Model, found: &ModelStability, tolerance: f64) -> Option<String> {
+    let (verdict, problem) = (found.stability.verdict(), &found.rest.problem);
+    if found.stability.worst() > tolerance {
+        return Some(format!("its proof lacks {:?}", found.stability.residuals));
     }
-    let missing = imbalance(&found.rest.problem);
+    let missing = imbalance(problem);
     let agrees = if verdict == Verdict::MustMove { missing > MISSES } else { missing < MISSES_NONE };
     if !agrees {
-        return contradicted(format!("a program misses {missing:e} of a balance"));
+        return Some(format!("a program misses {missing:e} of a balance"));
     }
     let mut simulation = Simulation::new(model, Settings::default()).expect("a simulation");
     if let Err(error) = simulation.step() {
-        return contradicted(format!("the step ends: {error}"));
+        return Some(format!("the step ends: {error}"));
     }
-    let problem = &found.rest.problem;
     // A step takes a disc by 8 points of its rim and a verdict by 96: what stands on the latter may tip over the former.
     let has_disc = simulation.model().geoms.iter().any(|geom| matches!(geom.geometry, Geometry::Cylinder { .. }));
     let moved = match has_disc {
@@ -232,14 +249,10 @@ fn judged(seed: u64) -> (String, Option<String>) {
         false => energy_part(problem, &simulation.state().v),
     };
     match verdict {
-        Verdict::MustMove if moved < MOVES => {
-            contradicted(format!("the step has {moved:e} of the free motion's energy"))
-        }
-        Verdict::Stays if moved > RESTS => contradicted(format!("the step has {moved:e} of the free motion's energy")),
-        Verdict::Stands if moved > RESTS => {
-            contradicted(format!("the step moves with {moved:e}: the search missed it"))
-        }
-        _ => (name, None),
+        Verdict::MustMove if moved < MOVES => Some(format!("the step has {moved:e} of the free motion's energy")),
+        Verdict::Stays if moved > RESTS => Some(format!("the step has {moved:e} of the free motion's energy")),
+        Verdict::Stands if moved > RESTS => Some(format!("the step moves with {moved:e}: the search missed it")),
+        _ => None,
     }
 }
 
@@ -248,11 +261,13 @@ fn no_verdict_is_contradicted() {
     let read = |name: &str| std::env::var(name).ok().and_then(|text| text.parse().ok());
     let (worlds, first): (u64, u64) =
         (read("SIGNORINI_WORLDS").unwrap_or(WORLDS), read("SIGNORINI_FIRST").unwrap_or(0));
-    let all: Vec<(String, Option<String>)> = (first..first + worlds).into_par_iter().map(judged).collect();
-    let mut counts = BTreeMap::<String, usize>::new();
-    all.iter().for_each(|(verdict, _)| *counts.entry(verdict.clone()).or_default() += 1);
-    println!("{worlds} worlds: {counts:?}");
-    let contradicted: Vec<&String> = all.iter().filter_map(|(_, reason)| reason.as_ref()).collect();
+    let all: Vec<Judged> = (first..first + worlds).into_par_iter().map(judged).collect();
+    let mut counts = BTreeMap::<&str, usize>::new();
+    let mut starts = BTreeMap::<&str, usize>::new();
+    all.iter().for_each(|world| *counts.entry(world.verdict).or_default() += 1);
+    all.iter().filter_map(|world| world.moves_from).for_each(|start| *starts.entry(start).or_default() += 1);
+    println!("{worlds} worlds: {counts:?}; moving solutions first found from {starts:?}");
+    let contradicted: Vec<&String> = all.iter().filter_map(|world| world.contradicted.as_ref()).collect();
     contradicted.iter().for_each(|reason| println!("{reason}"));
     assert!(contradicted.is_empty(), "{} verdicts of {worlds} are contradicted", contradicted.len());
     // A few worlds need not have all verdicts.
