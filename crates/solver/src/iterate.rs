@@ -56,7 +56,7 @@ impl Iterate {
     /// nothing mends it.
     pub fn is_out_of_digits(&self, island: &Island, tolerance: f64) -> bool {
         let rounding = f64::EPSILON * self.largest_impulse(island);
-        rounding > tolerance && self.residual <= RESIDUALS.rounded * rounding
+        rounding > tolerance && self.residual <= RESIDUALS.far.min(RESIDUALS.rounded * rounding)
     }
 
     /// The largest impulse in units of the one that changes the lightest contact's velocity by the velocity scale.

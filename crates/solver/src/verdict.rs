@@ -126,7 +126,7 @@ impl Verdict {
     /// the tolerance: no other solution of the problem will be told from it.
     pub fn is_out_of_digits(&self, solution: &ContactSolution) -> bool {
         let rounding = self.scales.rounding(solution);
-        rounding > self.tolerance && self.violation(solution) <= RESIDUALS.rounded * rounding
+        rounding > self.tolerance && self.violation(solution) <= RESIDUALS.far.min(RESIDUALS.rounded * rounding)
     }
 
     /// Whether the velocity of the impulses is one number up to a few tolerances, in whatever order it is summed: with very large
