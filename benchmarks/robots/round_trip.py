@@ -42,12 +42,19 @@ def main():
 
 def in_a_process(path, patience):
     here, there = multiprocessing.Pipe(duplex=False)
-    process = multiprocessing.Process(target=lambda: there.send(compare(path)), daemon=True)
+    process = multiprocessing.Process(target=lambda: there.send(guarded(path)), daemon=True)
     process.start()
     outcome = here.recv() if here.poll(patience) else "out of patience"
     process.kill()
     process.join()
     return outcome
+
+
+def guarded(path):
+    try:
+        return compare(path)
+    except Exception as error:
+        return f"stopped: {str(error).splitlines()[0]}"
 
 
 def compare(path):

@@ -23,6 +23,46 @@ export interface Geom {
   /** x, y, z, qw, qx, qy, qz in the body's frame */
   pose: number[];
   rgba: [number, number, number, number] | null;
+  /** what else its surface looks like; grey plastic where it is not there */
+  look?: Look;
+}
+
+/** What a surface looks like beside its colour; the shares are 0 to 1. */
+export interface Look {
+  /** 0 to 2 are shown where nothing else is asked for */
+  group: number;
+  specular: number;
+  shininess: number;
+  emission: number;
+  checker?: Checker;
+  texture?: { image: number; spread: Spread };
+}
+
+/** Squares in the x-y plane of a geom, one corner of four at its origin. */
+export interface Checker {
+  colors: [Vec3, Vec3];
+  square: [number, number];
+}
+
+/** Where an image is: by the mesh, or with lengths along the axes. */
+export type Spread = { corners: [] } | { plane: [number, number] } | { cube: Vec3 };
+
+export interface Light {
+  body: number;
+  position: Vec3;
+  direction: Vec3;
+  directional: boolean;
+  color: Vec3;
+  shadows: boolean;
+}
+
+export interface Camera {
+  name: string;
+  body: number;
+  /** x, y, z, qw, qx, qy, qz in the body's frame; it looks along -z */
+  pose: number[];
+  /** rad, from the lower to the upper edge */
+  field_of_view: number;
 }
 
 export interface Header {
@@ -38,6 +78,10 @@ export interface Header {
   tolerance: number;
   bodies: string[];
   geoms: Geom[];
+  /** JPEG files as base64 text */
+  images?: string[];
+  lights?: Light[];
+  cameras?: Camera[];
   /** names of the solver's stages */
   stages: string[];
 }

@@ -1,8 +1,9 @@
 // Where the action is: a ball that the camera, the light and the sizes of arrows are fitted to.
 
-import { Quaternion, Vector3 } from "three";
+import { Box3, Quaternion, Vector3 } from "three";
 import type { BufferGeometry } from "three";
 import type { RunData } from "./data.js";
+import { isShown } from "./looks.js";
 
 export interface Extent {
   centre: Vector3;
@@ -11,6 +12,8 @@ export interface Extent {
   bottom: number;
   /** a length that suits a single body: between 0.15 and 1 times the radius */
   unit: number;
+  /** diagonal of the box around what a picture is of at the start, as the renderer has it */
+  length: number;
 }
 
 const SAMPLED_FRAMES = 60;
@@ -20,12 +23,12 @@ const WIDEST = 2.5;
 /** The ball around everything that moves (or around everything, where nothing does). */
 export function extentOf(run: RunData, geometries: (BufferGeometry | null)[]): Extent {
   const { geoms } = run.about.header;
-  const visible = geoms.map((_, i) => i).filter((i) => geometries[i] !== null);
+  const visible = geoms.map((_, i) => i).filter((i) => geometries[i] !== null && isShown(geoms[i]));
   const moving = visible.filter((i) => geoms[i].body !== 0);
   const chosen = moving.length > 0 ? moving : visible;
   const balls = (frame: number) => chosen.map((i) => ballOf(run, i, geometries[i] as BufferGeometry, frame));
   if (chosen.length === 0 || run.frames === 0) {
-    return { centre: new Vector3(), radius: 1, bottom: 0, unit: 1 };
+    return { centre: new Vector3(), radius: 1, bottom: 0, unit: 1, length: 1 };
   }
   const start = balls(0);
   const first = enclose(start);
@@ -39,7 +42,31 @@ export function extentOf(run: RunData, geometries: (BufferGeometry | null)[]): E
   const sizes = start.map((ball) => ball.radius).sort((a, b) => a - b);
   const median = sizes[Math.floor(sizes.length / 2)];
   const unit = Math.min(Math.max(5 * median, 0.15 * whole.radius), whole.radius);
-  return { ...whole, bottom, unit };
+  return { ...whole, bottom, unit, length: lengthOf(run, geometries) };
+}
+
+/** Everything that moves, and what stands around it, but for tables and grounds that are much larger. */
+function lengthOf(run: RunData, geometries: (BufferGeometry | null)[]): number {
+  const { geoms } = run.about.header;
+  const poses = run.poses(0);
+  const corners = (i: number) => {
+    const geometry = geometries[i]!;
+    geometry.computeBoundingBox();
+    const { min, max } = geometry.boundingBox!;
+    return Array.from({ length: 8 }, (_, k) => {
+      const corner = new Vector3(k & 1 ? max.x : min.x, k & 2 ? max.y : min.y, k & 4 ? max.z : min.z);
+      return transform(poses, 7 * geoms[i].body, transform(geoms[i].pose, 0, corner));
+    });
+  };
+  const box = new Box3();
+  const bounded = geoms.map((_, i) => i).filter((i) => geometries[i] && isShown(geoms[i]));
+  const moving = bounded.filter((i) => geoms[i].body !== 0);
+  (moving.length > 0 ? moving : bounded).forEach((i) => corners(i).forEach((corner) => box.expandByPoint(corner)));
+  const near = box.clone().expandByScalar(0.75 * box.getSize(new Vector3()).length());
+  const around = moving.length > 0 ? bounded.filter((i) => geoms[i].body === 0).map(corners) : [];
+  around.filter((eight) => eight.every((corner) => near.containsPoint(corner))).flat().forEach((corner) => box.expandByPoint(corner));
+  const length = box.getSize(new Vector3()).length();
+  return Number.isFinite(length) && length > 0 ? length : 1;
 }
 
 interface Ball {

@@ -1,78 +1,34 @@
-// Planes: a grid that fades with distance and catches shadows.
+// Planes, which have no end: as wide as one sees, with squares where they have nothing of their own.
 
-import {
-  Color, DoubleSide, Group, Mesh, PlaneGeometry, ShaderMaterial, ShadowMaterial, Vector2,
-} from "three";
-import type { Theme } from "./theme.js";
+import { Group, Mesh, PlaneGeometry } from "three";
+import type { Texture } from "three";
+import type { Checker, Geom } from "./data.js";
+import type { Extent } from "./extent.js";
+import { lookOf, materialOf } from "./looks.js";
+import { spreadOn } from "./shapes.js";
 
-const VERTEX = `
-varying vec2 place;
-void main() {
-  place = position.xy;
-  gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0);
-}`;
-
-const FRAGMENT = `
-uniform vec3 ground;
-uniform vec3 grid;
-uniform float spacing;
-uniform float reach;
-uniform vec2 centre;
-varying vec2 place;
-
-float lines(vec2 p, float width) {
-  vec2 slope = fwidth(p);
-  vec2 distance = abs(fract(p - 0.5) - 0.5) / slope;
-  float line = 1.0 - clamp(min(distance.x, distance.y) - width, 0.0, 1.0);
-  return line * (1.0 - smoothstep(0.15, 0.5, max(slope.x, slope.y)));
-}
-
-void main() {
-  float fade = 1.0 - smoothstep(0.25, 1.0, length(place - centre) / reach);
-  float line = max(0.28 * lines(place / spacing, 0.0), 0.7 * lines(place / (5.0 * spacing), 0.2));
-  gl_FragColor = vec4(mix(ground, grid, line), fade);
-  #include <colorspace_fragment>
-}`;
+/** Beyond this many radii of the scene a plane is the sky. */
+const REACH = 150;
 
 /** The plane z = 0 of its frame, drawn around a centre. */
 export class Ground extends Group {
-  private readonly paint: ShaderMaterial;
-  private readonly shade = new ShadowMaterial({ opacity: 0.2 });
+  readonly mesh: Mesh<PlaneGeometry, ReturnType<typeof materialOf>>;
 
-  constructor(sceneRadius: number, centre: [number, number]) {
+  constructor(geom: Geom, images: Texture[], extent: Extent, [x, y]: [number, number]) {
     super();
-    const reach = 7 * sceneRadius;
-    const spacing = 10 ** Math.floor(Math.log10(sceneRadius * 0.9)) * (sceneRadius < 0.5 ? 0.5 : 1);
-    this.paint = new ShaderMaterial({
-      vertexShader: VERTEX,
-      fragmentShader: FRAGMENT,
-      side: DoubleSide,
-      transparent: true,
-      depthWrite: false,
-      polygonOffset: true,
-      polygonOffsetFactor: 1,
-      polygonOffsetUnits: 1,
-      uniforms: {
-        ground: { value: new Color() },
-        grid: { value: new Color() },
-        spacing: { value: spacing },
-        reach: { value: reach },
-        centre: { value: new Vector2(...centre) },
-      },
-    });
-    const geometry = new PlaneGeometry(2 * reach, 2 * reach).translate(centre[0], centre[1], 0);
-    const painted = new Mesh(geometry, this.paint);
-    painted.renderOrder = -2;
-    const shaded = new Mesh(geometry, this.shade);
-    shaded.receiveShadow = true;
-    shaded.renderOrder = -1;
-    this.shade.depthWrite = false;
-    this.add(painted, shaded);
+    const look = lookOf(geom);
+    const side = 2 * REACH * extent.radius;
+    let plane = new PlaneGeometry(side, side).translate(x, y, 0) as PlaneGeometry;
+    if (look.texture) plane = spreadOn(plane, look.texture.spread) as PlaneGeometry;
+    const checker = look.checker ?? (look.texture ? undefined : squares(extent));
+    this.mesh = new Mesh(plane, materialOf(geom, images, checker, extent));
+    this.mesh.receiveShadow = true;
+    this.add(this.mesh);
   }
+}
 
-  setTheme(theme: Theme): void {
-    this.paint.uniforms.ground.value.set(theme.ground);
-    this.paint.uniforms.grid.value.set(theme.grid);
-    this.shade.opacity = theme.dark ? 0.45 : 0.2;
-  }
+/** Squares of a power of ten of metres, about ten of them along the scene. */
+function squares({ length }: Extent): Checker {
+  const side = 10 ** Math.floor(Math.log10(length / 3));
+  return { colors: [[1, 1, 1], [0.92, 0.92, 0.92]], square: [side, side] };
 }

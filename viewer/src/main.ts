@@ -1,22 +1,26 @@
 // Puts the page together.
 
+import type { Texture } from "three";
 import { StoredRun, frameAt, readAbout } from "./data.js";
 import type { RunData } from "./data.js";
 import { byId, element } from "./dom.js";
 import { pullBodies } from "./drag.js";
 import { LivePlayer, LiveRun } from "./live.js";
 import { ReplayPlayer } from "./player.js";
+import { readImages } from "./looks.js";
 import { readMeshes } from "./meshes.js";
 import type { Triangles } from "./meshes.js";
 import { Plot, plotsOf } from "./plots.js";
 import { SceneView } from "./scene.js";
-import type { SceneOptions } from "./scene.js";
+import type { SceneOptions, Sight } from "./scene.js";
 import { showSummary } from "./summary.js";
 import { currentTheme, setTheme } from "./theme.js";
 import { Controls } from "./ui.js";
 
 const OPTIONS: SceneOptions = {
   bodies: true,
+  touching: false,
+  edges: false,
   points: true,
   forces: true,
   polygons: true,
@@ -31,16 +35,24 @@ const OPTIONS: SceneOptions = {
 /** Plots and figures of a live run are brought up to date this often, ms. */
 const REFRESH = 250;
 
-/** Shows a run; every view reads it through `RunData`. */
-function open(run: RunData, meshes: (Triangles | null)[]): void {
+/**
+ * Shows a run; every view reads it through `RunData`. An address can end in #t=TIME, camera=NAME or view=x,y,z,qw,qx,qy,qz,angle, and picture, which
+ * leaves the scene alone, joined by &.
+ */
+function open(run: RunData, meshes: (Triangles | null)[], images: Texture[]): void {
   const options = { ...OPTIONS };
+  const asked = new URLSearchParams(location.hash.slice(1));
+  if (asked.has("picture")) {
+    document.body.classList.add("picture");
+    Object.assign(options, { points: false, forces: false, polygons: false });
+  }
   const preferred = matchMedia("(prefers-color-scheme: dark)");
   let dark = preferred.matches;
   setTheme(dark);
 
   const player = run instanceof LiveRun ? new LivePlayer(run, () => update()) : new ReplayPlayer(run, () => update());
   const seek = (frame: number) => player.seek(frame);
-  const scene = new SceneView(byId("scene"), byId("axes"), run, options, meshes);
+  const scene = new SceneView(byId("scene"), byId("axes"), run, options, meshes, images);
   const plots = plotsOf(run).map((spec) => new Plot(byId("plots"), spec, run, seek));
   const applyTheme = () => {
     setTheme(dark);
@@ -52,6 +64,7 @@ function open(run: RunData, meshes: (Triangles | null)[]): void {
     optionsChanged: () => scene.show(player.frame),
     fit: () => scene.fit(),
     look: (view) => scene.look(view),
+    lookThrough: (camera) => scene.lookThrough(camera),
     toggleTheme: () => {
       dark = !dark;
       applyTheme();
@@ -66,7 +79,11 @@ function open(run: RunData, meshes: (Triangles | null)[]): void {
 
   showSummary(run, seek);
   applyTheme();
-  player.seek(frameAt(run, timeInAddress()));
+  player.seek(frameAt(run, Number(asked.get("t")) || 0));
+  const camera = (run.about.header.cameras ?? []).findIndex(({ name }) => name === asked.get("camera"));
+  const sight = sightOf(asked.get("view"));
+  if (camera >= 0) scene.lookThrough(camera);
+  else if (sight) scene.lookFrom(sight);
   showNames(scene);
   preferred.addEventListener("change", (event) => {
     dark = event.matches;
@@ -98,9 +115,10 @@ function refresher(run: LiveRun, refresh: () => void): (clock: number) => void {
   };
 }
 
-/** The time asked for by an address that ends in #t=1.5, in s. */
-function timeInAddress(): number {
-  return Number(new URLSearchParams(location.hash.slice(1)).get("t")) || 0;
+/** A place to look from, as an address has it: x,y,z,qw,qx,qy,qz,angle. */
+function sightOf(text: string | null): Sight | null {
+  const numbers = (text ?? "").split(",").map(Number);
+  return numbers.length === 8 && numbers.every(Number.isFinite) ? (numbers as Sight) : null;
 }
 
 /** Says what is under the pointer. */
@@ -121,7 +139,8 @@ const about = readAbout(document);
 // A browser asks a server for an icon unless the page has one.
 if (about.live) document.head.append(element("link", { rel: "icon", href: "data:," }));
 const loading: Promise<RunData> = about.live ? LiveRun.connect(about) : StoredRun.load(about, document);
-Promise.all([loading, readMeshes(about.meshes, document)]).then(([run, meshes]) => open(run, meshes)).catch((error: unknown) => {
+const reading = Promise.all([loading, readMeshes(about.meshes, document), readImages(about.header)]);
+reading.then(([run, meshes, images]) => open(run, meshes, images)).catch((error: unknown) => {
   const failure = byId("failure");
   failure.hidden = false;
   failure.textContent = `This run cannot be shown: ${error instanceof Error ? error.message : error}`;

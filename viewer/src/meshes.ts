@@ -9,6 +9,8 @@ interface MeshPlace {
   triangles: number;
   low: [number, number, number];
   unit: number;
+  /** the same of places on an image */
+  places?: [[number, number], number];
 }
 
 export interface MeshPlaces {
@@ -20,6 +22,8 @@ export interface MeshPlaces {
 export interface Triangles {
   /** three coordinates per vertex */
   positions: Float32Array;
+  /** two image coordinates per vertex */
+  places: Float32Array | null;
   /** three indices per triangle */
   indices: Uint32Array;
 }
@@ -32,9 +36,14 @@ export async function readMeshes({ of_geom, places }: MeshPlaces, page: Document
   return of_geom.map((number) => (number === null ? null : meshes[number]));
 }
 
-function readMesh(block: Uint8Array, { offset, vertices, triangles, low, unit }: MeshPlace): Triangles {
-  const [coordinates, corners] = [3 * vertices, 3 * triangles];
-  const whole = fromDifferences(block.subarray(offset), coordinates, 3);
-  const positions = Float32Array.from(whole, (x, i) => low[i % 3] + unit * x);
-  return { positions, indices: indicesFrom(block.subarray(offset + 2 * coordinates), corners) };
+function readMesh(block: Uint8Array, { offset, vertices, triangles, low, unit, places }: MeshPlace): Triangles {
+  let at = offset;
+  const read = (row: number, low: number[], unit: number) => {
+    const whole = fromDifferences(block.subarray(at), row * vertices, row);
+    at += 2 * row * vertices;
+    return Float32Array.from(whole, (x, i) => low[i % row] + unit * x);
+  };
+  const positions = read(3, low, unit);
+  const onImage = places ? read(2, ...places) : null;
+  return { positions, places: onImage, indices: indicesFrom(block.subarray(at), 3 * triangles) };
 }

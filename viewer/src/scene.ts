@@ -1,9 +1,8 @@
 // The scene in 3-D: bodies, ground, light, camera; contacts are in contacts.ts.
 
 import {
-  BufferGeometry, Color, DirectionalLight, EdgesGeometry, Group, HemisphereLight, LineBasicMaterial, LineSegments, Mesh,
-  MeshStandardMaterial, NeutralToneMapping, Object3D, PCFShadowMap, PerspectiveCamera, Ray, Raycaster, Scene,
-  Vector2, Vector3, WebGLRenderer,
+  BufferGeometry, Color, DirectionalLight, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh, MeshPhongMaterial,
+  Object3D, PCFShadowMap, PerspectiveCamera, Ray, Raycaster, Scene, Texture, Vector2, Vector3, WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { Axes } from "./axes.js";
@@ -13,13 +12,17 @@ import type { Geom, RunData } from "./data.js";
 import { extentOf } from "./extent.js";
 import type { Extent } from "./extent.js";
 import { Ground } from "./ground.js";
+import { isShown, lightsOf, lookOf, materialOf, setTones, sky } from "./looks.js";
 import type { Triangles } from "./meshes.js";
 import { PullView } from "./pull.js";
-import { geometryOf } from "./shapes.js";
+import { geometryOf, spreadOn } from "./shapes.js";
 import type { Theme } from "./theme.js";
 
 export interface SceneOptions extends ContactOptions {
   bodies: boolean;
+  /** whether shapes are shown that only touch */
+  touching: boolean;
+  edges: boolean;
   seeThrough: boolean;
   follow: boolean;
   /** index of the body that is followed; 0 follows the middle of all that move */
@@ -34,7 +37,9 @@ export const VIEWS = {
   top: new Vector3(0, -1e-4, 1).normalize(),
 };
 
-const LIGHT_DIRECTION = new Vector3(0.35, -0.45, 1).normalize();
+/** A place to look from: x, y, z, qw, qx, qy, qz, and the angle between the lower and the upper edge, rad. */
+export type Sight = [number, number, number, number, number, number, number, number];
+
 const FIELD_OF_VIEW = 32;
 /** Edges are drawn where faces meet at more than this angle, degrees. */
 const EDGE_ANGLE = 35;
@@ -43,7 +48,7 @@ const PICK_PIXELS = 8;
 
 interface Visual {
   geom: Geom;
-  mesh: Mesh<any, MeshStandardMaterial>;
+  mesh: Mesh<any, MeshPhongMaterial>;
   edges: LineSegments<EdgesGeometry, LineBasicMaterial>;
 }
 
@@ -54,11 +59,13 @@ export class SceneView {
   private readonly controls: OrbitControls;
   private readonly bodies: Group[];
   private readonly visuals: Visual[] = [];
-  private readonly grounds: Ground[] = [];
+  private readonly grounds: { ground: Ground; geom: Geom }[] = [];
   private readonly contacts: ContactView;
   private readonly axes: Axes;
-  private readonly sun = new DirectionalLight(0xffffff, 1.7);
-  private readonly sky = new HemisphereLight(0xffffff, 0xb4b6c4, 2.2);
+  private readonly suns: DirectionalLight[];
+  private readonly sky = sky();
+  /** where the page was asked to look from, once */
+  private sight: Sight | null = null;
   private readonly pull: PullView;
   private readonly geometries: (BufferGeometry | null)[];
   private readonly extent: Extent;
@@ -73,10 +80,11 @@ export class SceneView {
     private readonly run: RunData,
     private readonly options: SceneOptions,
     meshes: (Triangles | null)[],
+    private readonly images: Texture[],
   ) {
     this.axes = new Axes(corner, run.about.header.gravity);
     this.renderer = new WebGLRenderer({ canvas, antialias: true });
-    this.renderer.toneMapping = NeutralToneMapping;
+    setTones(this.renderer);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = PCFShadowMap;
     this.camera.up.set(0, 0, 1);
@@ -94,11 +102,11 @@ export class SceneView {
       if (geometry) this.addVisual(geom, geometry);
       else this.addGround(geom);
     });
-    if (this.grounds.length === 0) this.addFloor();
     this.contacts = new ContactView(run, this.extent.unit);
     this.pull = new PullView(this.extent.unit);
-    this.addLight();
-    this.scene.add(...this.bodies, this.contacts, this.pull);
+    const lights = lightsOf(header, this.bodies, this.camera, this.extent);
+    this.suns = lights.suns;
+    this.scene.add(this.sky, ...lights.scene, ...this.bodies, this.contacts, this.pull);
     this.placeBodies();
     this.followed.copy(this.middle());
     this.fit();
@@ -111,7 +119,8 @@ export class SceneView {
     this.pull.update();
     this.contacts.show(frame, this.options);
     for (const { mesh, edges, geom } of this.visuals) {
-      mesh.visible = edges.visible = this.options.bodies;
+      mesh.visible = this.options.bodies && (isShown(geom) || this.options.touching);
+      edges.visible = mesh.visible && this.options.edges;
       const opacity = (geom.rgba?.[3] ?? 1) * (this.options.seeThrough ? 0.25 : 1);
       mesh.material.opacity = opacity;
       mesh.material.depthWrite = opacity > 0.99;
@@ -128,14 +137,20 @@ export class SceneView {
 
   setTheme(theme: Theme): void {
     this.scene.background = new Color(theme.background);
-    this.sky.intensity = theme.dark ? 1.5 : 2.2;
+    this.sky.visible = !theme.dark;
     for (const { geom, mesh, edges } of this.visuals) {
       const chosen = geom.body === 0 ? theme.neutral : theme.bodies[(geom.body - 1) % theme.bodies.length];
       if (geom.rgba) mesh.material.color.setRGB(geom.rgba[0], geom.rgba[1], geom.rgba[2], "srgb");
       else mesh.material.color.set(chosen);
+      mesh.material.emissive.copy(mesh.material.color).multiplyScalar(lookOf(geom).emission);
       edges.material.color.copy(mesh.material.color).multiplyScalar(theme.dark ? 0.35 : 0.45);
     }
-    this.grounds.forEach((ground) => ground.setTheme(theme));
+    for (const { ground, geom } of this.grounds) {
+      const { color } = ground.mesh.material;
+      if (geom.rgba) color.setRGB(geom.rgba[0], geom.rgba[1], geom.rgba[2], "srgb");
+      else color.set(theme.ground);
+      if (theme.dark) color.multiplyScalar(0.25);
+    }
     this.contacts.setTheme(theme);
     this.pull.setTheme(theme);
     this.axes.setTheme(theme);
@@ -148,6 +163,33 @@ export class SceneView {
     this.fit();
   }
 
+  /** Looks from a place, with the whole canvas as the picture. */
+  lookFrom(sight: Sight): void {
+    this.sight = sight;
+    place(this.camera, sight, 0);
+    this.camera.fov = (sight[7] * 180) / Math.PI;
+    this.camera.clearViewOffset();
+    const ahead = this.camera.getWorldDirection(new Vector3());
+    const distance = Math.max(this.extent.centre.clone().sub(this.camera.position).dot(ahead), 0.1 * this.extent.radius);
+    this.controls.target.copy(this.camera.position).addScaledVector(ahead, distance);
+    this.camera.near = distance / 200;
+    this.camera.far = distance + 300 * this.extent.radius;
+    this.camera.updateProjectionMatrix();
+    this.changed = true;
+  }
+
+  /** Looks from where a camera of the model is now. */
+  lookThrough(index: number): void {
+    const camera = (this.run.about.header.cameras ?? [])[index];
+    const eye = new Object3D();
+    place(eye, camera.pose, 0);
+    this.bodies[camera.body].add(eye);
+    this.bodies[camera.body].updateWorldMatrix(true, true);
+    const [at, turn] = [eye.getWorldPosition(new Vector3()), eye.getWorldQuaternion(this.camera.quaternion.clone())];
+    this.bodies[camera.body].remove(eye);
+    this.lookFrom([at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z, camera.field_of_view]);
+  }
+
   /** Fits what depends on the whole run to the frames that there are now. */
   rescale(): void {
     this.contacts.rescale();
@@ -155,6 +197,11 @@ export class SceneView {
 
   /** Brings everything into view. */
   fit(): void {
+    if (this.sight) {
+      this.sight = null;
+      this.camera.fov = FIELD_OF_VIEW;
+      this.offset();
+    }
     const extent = extentOf(this.run, this.geometries);
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const [left, top, bottom] = this.covered();
@@ -166,9 +213,16 @@ export class SceneView {
     this.controls.target.copy(centre);
     this.camera.position.copy(centre).addScaledVector(VIEWS[this.view], distance);
     this.camera.near = distance / 200;
-    this.camera.far = distance * 40;
+    this.camera.far = distance + 300 * extent.radius;
     this.camera.updateProjectionMatrix();
     this.changed = true;
+  }
+
+  /** Moves the picture's middle to that of what no panel covers. */
+  private offset(): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const [left, top, bottom] = this.covered();
+    this.camera.setViewOffset(width, height, -left / 2, (bottom - top) / 2, width, height);
   }
 
   /** Draws if something has changed. */
@@ -263,16 +317,19 @@ export class SceneView {
     this.renderer.setPixelRatio(ratio);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / Math.max(height, 1);
-    const [left, top, bottom] = this.covered();
-    this.camera.setViewOffset(width, height, -left / 2, (bottom - top) / 2, width, height);
-    if (firstTime) this.fit();
+    if (this.sight) this.lookFrom(this.sight);
+    else {
+      this.offset();
+      if (firstTime) this.fit();
+    }
     this.changed = true;
   }
 
   private addVisual(geom: Geom, geometry: ReturnType<typeof geometryOf> & object): void {
-    const material = new MeshStandardMaterial({ roughness: 0.62, metalness: 0.02 });
-    const mesh = new Mesh(geometry, material);
-    mesh.castShadow = true;
+    const look = lookOf(geom);
+    const spread = look.texture ? spreadOn(geometry, look.texture.spread) : geometry;
+    const mesh = new Mesh(spread, materialOf(geom, this.images, look.checker, this.extent));
+    mesh.castShadow = (geom.rgba?.[3] ?? 1) > 0.99;
     mesh.receiveShadow = true;
     const edges = new LineSegments(
       new EdgesGeometry(geometry, EDGE_ANGLE),
@@ -290,35 +347,11 @@ export class SceneView {
     place(holder, geom.pose, 0);
     holder.updateMatrixWorld();
     const centre = holder.worldToLocal(this.extent.centre.clone());
-    const ground = new Ground(this.extent.radius, [centre.x, centre.y]);
+    const ground = new Ground(geom, this.images, this.extent, [centre.x, centre.y]);
+    ground.visible = isShown(geom);
     holder.add(ground);
-    this.grounds.push(ground);
+    this.grounds.push({ ground, geom });
     this.bodies[geom.body].add(holder);
-  }
-
-  /** A grid below a scene that has no plane of its own. */
-  private addFloor(): void {
-    const { centre, bottom, radius } = this.extent;
-    const floor = new Ground(radius, [centre.x, centre.y]);
-    floor.position.z = bottom - 0.02 * radius;
-    this.grounds.push(floor);
-    this.scene.add(floor);
-  }
-
-  private addLight(): void {
-    const { centre, radius } = this.extent;
-    const reach = 1.5 * radius;
-    this.sun.castShadow = true;
-    this.sun.shadow.mapSize.set(2048, 2048);
-    this.sun.shadow.radius = 3;
-    this.sun.shadow.normalBias = 0.004 * radius;
-    Object.assign(this.sun.shadow.camera, {
-      left: -reach, right: reach, bottom: -reach, top: reach, near: 0.1 * radius, far: 12 * radius,
-    });
-    this.sun.target.position.copy(centre);
-    this.sun.position.copy(centre).addScaledVector(LIGHT_DIRECTION, 5 * radius);
-    this.sky.position.set(0, 0, 1);
-    this.scene.add(this.sun, this.sun.target, this.sky);
   }
 
   private placeBodies(): void {
@@ -337,7 +370,7 @@ export class SceneView {
 
   private shift(by: Vector3): void {
     if (!Number.isFinite(by.lengthSq())) return;
-    for (const part of [this.camera, this.sun, this.sun.target]) part.position.add(by);
+    for (const part of [this.camera, ...this.suns.flatMap((sun) => [sun, sun.target])]) part.position.add(by);
     this.controls.target.add(by);
   }
 }

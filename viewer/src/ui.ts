@@ -30,6 +30,8 @@ const SWITCHES: [keyof SceneOptions & string, string, string][] = [
   ["polygons", "Friction polygons", "4"],
   ["colors", "Colour by mode", "M"],
   ["open", "Open contacts", "5"],
+  ["touching", "Collision shapes", "6"],
+  ["edges", "Edges", "E"],
   ["seeThrough", "See through", "X"],
   ["follow", "Follow", "C"],
 ];
@@ -39,6 +41,8 @@ export interface Actions {
   fit: () => void;
   /** Looks from a place of `VIEWS`. */
   look: (view: keyof typeof VIEWS) => void;
+  /** Looks through a camera of the model. */
+  lookThrough: (camera: number) => void;
   toggleTheme: () => void;
 }
 
@@ -184,12 +188,16 @@ export class Controls {
     const bodies = this.run.about.header.bodies.slice(1).map(
       (name, i) => element("option", { value: `body ${i + 1}` }, `with ${name}`),
     );
-    const select = element("select", { id: "camera" }, ...views, ...bodies);
+    const cameras = (this.run.about.header.cameras ?? []).map(
+      ({ name }, i) => element("option", { value: `camera ${i}` }, `camera ${name}`),
+    );
+    const select = element("select", { id: "camera" }, ...views, ...cameras, ...bodies);
     select.addEventListener("change", () => {
       const [sort, value] = select.value.split(" ");
       this.options.followed = sort === "body" ? Number(value) : 0;
       this.setOption("follow", sort === "body");
-      if (sort === "view") this.actions.look(value as keyof typeof VIEWS);
+      if (sort === "camera") this.actions.lookThrough(Number(value));
+      else if (sort === "view") this.actions.look(value as keyof typeof VIEWS);
       else this.actions.fit();
     });
     return select;

@@ -75,3 +75,31 @@ export async function pixelsOfColor(page, color, closeness = 24, inside = page) 
     return { count, x: x / count, y: y / count };
   }, [png, color, closeness]);
 }
+
+/**
+ * How two PNG files of the same size differ: the mean over pixels of the largest difference of red, green and blue, of 255, and the share of the
+ * pixels where it is more than `limit`.
+ */
+export async function pictureDifference(page, one, other, limit = 24) {
+  const texts = [one, other].map((png) => Buffer.from(png).toString("base64"));
+  return page.evaluate(async ([texts, limit]) => {
+    const [a, b] = await Promise.all(texts.map(async (text) => {
+      const image = new Image();
+      image.src = `data:image/png;base64,${text}`;
+      await image.decode();
+      const canvas = document.createElement("canvas");
+      [canvas.width, canvas.height] = [image.width, image.height];
+      const pen = canvas.getContext("2d");
+      pen.drawImage(image, 0, 0);
+      return pen.getImageData(0, 0, image.width, image.height).data;
+    }));
+    if (a.length !== b.length) throw new Error("the pictures are not of one size");
+    let [sum, far] = [0, 0];
+    for (let i = 0; i < a.length; i += 4) {
+      const most = Math.max(...[0, 1, 2].map((k) => Math.abs(a[i + k] - b[i + k])));
+      sum += most;
+      far += most > limit ? 1 : 0;
+    }
+    return { mean: (4 * sum) / a.length, far: (4 * far) / a.length };
+  }, [texts, limit]);
+}

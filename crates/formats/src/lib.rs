@@ -35,6 +35,7 @@ mod report;
 mod sdf;
 mod shapes;
 mod urdf;
+mod visuals;
 mod write;
 mod xml;
 

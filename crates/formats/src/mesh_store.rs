@@ -9,6 +9,7 @@ use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
 
 use crate::error::{FormatError, Location};
+use crate::mesh::Painted;
 use crate::options::{LoadOptions, MissingMeshes};
 use crate::report::Reporter;
 use crate::shapes::leave_out_if_missing;
@@ -17,6 +18,7 @@ use crate::{mesh, packages};
 
 /// Meshes of a file, and where it looks for them.
 pub(crate) struct MeshStore {
+    files: HashMap<PathBuf, Arc<Painted>>,
     meshes: HashMap<(PathBuf, [u64; 3]), Arc<Mesh>>,
     base: PathBuf,
     package_dirs: Vec<PathBuf>,
@@ -26,7 +28,7 @@ pub(crate) struct MeshStore {
 impl MeshStore {
     pub fn new(base: &Path, options: &LoadOptions) -> Self {
         let LoadOptions { package_dirs, missing_meshes, .. } = options.clone();
-        Self { meshes: HashMap::new(), base: base.to_owned(), package_dirs, missing_meshes }
+        Self { files: HashMap::new(), meshes: HashMap::new(), base: base.to_owned(), package_dirs, missing_meshes }
     }
 
     /// The convex hull of a mesh; none where its format is not supported or it is to be left out, which the report tells.
@@ -48,16 +50,31 @@ impl MeshStore {
             report.motion(at, "mesh", what, effect);
             return Ok(None);
         }
-        let key = (path, scale.to_array().map(f64::to_bits));
-        if let Some(mesh) = self.meshes.get(&key) {
-            return Ok(Some(Geometry::ConvexMesh(mesh.clone())));
-        }
-        if leave_out_if_missing(report, element, &key.0, self.missing_meshes) {
+        if leave_out_if_missing(report, element, &path, self.missing_meshes) {
             return Ok(None);
         }
-        let asset = |reason| FormatError::Asset { at, element: "mesh".into(), path: key.0.clone(), reason };
-        let mesh = Arc::new(mesh::scaled(mesh::load(&key.0).map_err(asset)?, scale));
+        let asset = |reason| FormatError::Asset { at, element: "mesh".into(), path: path.clone(), reason };
+        self.scaled(&path, scale).map(|mesh| Some(Geometry::ConvexMesh(mesh))).map_err(asset)
+    }
+
+    /// All triangles of a file in the size that a model gives them.
+    pub fn scaled(&mut self, path: &Path, scale: DVec3) -> Result<Arc<Mesh>, String> {
+        let key = (path.to_owned(), scale.to_array().map(f64::to_bits));
+        if let Some(mesh) = self.meshes.get(&key) {
+            return Ok(mesh.clone());
+        }
+        let mesh = Arc::new(mesh::scaled(self.painted(path)?.mesh.clone(), scale));
         self.meshes.insert(key, mesh.clone());
-        Ok(Some(Geometry::ConvexMesh(mesh)))
+        Ok(mesh)
+    }
+
+    /// What is in a file.
+    pub fn painted(&mut self, path: &Path) -> Result<Arc<Painted>, String> {
+        if let Some(file) = self.files.get(path) {
+            return Ok(file.clone());
+        }
+        let file = Arc::new(mesh::load_painted(path)?);
+        self.files.insert(path.to_owned(), file.clone());
+        Ok(file)
     }
 }

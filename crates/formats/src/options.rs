@@ -31,6 +31,10 @@ pub struct LoadOptions {
     /// Whether the world gets a floor (URDF, SDF): the plane z = 0, the first geom, called "floor". Its own friction is 0, so that
     /// the friction of what stands on it counts. Default: false.
     pub floor: bool,
+    /// Whether the `<visual>` shapes of a URDF or SDF become geoms that touch nothing, with the colours and images of their files (STL, OBJ
+    /// with MTL, COLLADA, glTF); loading without them is quicker. They stand in visibility group 2 after all others, and what touches of a
+    /// link that they show in group 3. Default: true.
+    pub visuals: bool,
     /// What becomes of a geom whose mesh file is not there. Default: the file is refused.
     pub missing_meshes: MissingMeshes,
     /// The largest concavity of a part, in (0, 1], where meshes that touch are to be taken apart into convex parts: the volume that a part's
@@ -88,6 +92,7 @@ impl Default for LoadOptions {
             srdf: None,
             friction: 1.0,
             floor: false,
+            visuals: true,
             missing_meshes: MissingMeshes::Stop,
             decompose: None,
         }

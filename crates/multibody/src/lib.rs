@@ -105,9 +105,9 @@ pub use math::{Pose, right_jacobian, rotation_exp, rotation_log, unit_rotation, 
 pub use model::{
     Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, Body, BodyId, Camera, CameraId, CameraMode,
     ChangedRow, Checker, ContactFilter, ContactReduction, ContactSensor, ContactSide, Effect, Equality, EqualityKind,
-    FrameId, Geom, GeomId, GeomPair, Geometry, Inertia, Joint, JointId, JointKind, Keyframe, Light, Look, Model,
+    FrameId, Geom, GeomId, GeomPair, Geometry, Image, Inertia, Joint, JointId, JointKind, Keyframe, Light, Look, Model,
     ModelBuilder, ModelError, Muscle, NewBody, Parameter, ParameterChange, PathPart, Sensor, SensorKind, Shapes, Site,
-    SiteId, SpinResistance, Tendon, TendonId, Transmission,
+    SiteId, SpinResistance, Spread, Tendon, TendonId, Texture, Transmission,
 };
 pub use operational::operational_space_inertia;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};

@@ -195,18 +195,52 @@ pub fn center_of_mass_jacobian<'py>(
     Ok((arrays::matrix(py, jacobian, 3, model.nv)?, arrays::matrix(py, rate, 3, model.nv)?))
 }
 
-/// Operational-space inertia `(J M⁻¹ Jᵀ)⁻¹` of the rows of a Jacobian, (k, nv), at the present qpos: (k, k).
+/// Operational-space inertia `(J M⁻¹ Jᵀ)⁻¹` at the present qpos: of the rows of a Jacobian, (k, nv), (k, k), or of a body, geom or site (name
+/// or index), (6, 6), linear before angular, world axes.
 #[pyfunction]
+#[pyo3(signature = (model, data, jacobian=None, *, body=None, geom=None, site=None, point=None))]
+#[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn operational_space_inertia<'py>(
     py: Python<'py>,
     model: &Bound<'py, Model>,
     data: &Bound<'py, Data>,
-    jacobian: &Bound<'py, PyAny>,
+    jacobian: Option<&Bound<'py, PyAny>>,
+    body: Option<Key>,
+    geom: Option<Key>,
+    site: Option<Key>,
+    point: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Table<'py>> {
     check_model(model, data)?;
     let mut core = data.get().loaded(py)?;
     core.update_kinematics();
-    let (rows, _, jacobian) = arrays::read_matrix("jacobian", jacobian, [None, Some(core.model.nv)])?;
+    // A body may stand in the Jacobian's place, as everywhere else.
+    let named = jacobian.and_then(|given| given.extract::<Key>().ok());
+    let (body, matrix) = if named.is_some() { (named, None) } else { (body, jacobian) };
+    let framed = body.is_some() || geom.is_some() || site.is_some();
+    if matrix.is_some() == framed {
+        let message = "operational_space_inertia needs either a Jacobian or one of body, geom and site";
+        return Err(pyo3::exceptions::PyTypeError::new_err(message));
+    }
+    let nv = core.model.nv;
+    let (rows, jacobian) = match matrix {
+        Some(matrix) => {
+            let (rows, _, jacobian) = arrays::read_matrix("jacobian", matrix, [None, Some(nv)])?;
+            (rows, jacobian)
+        }
+        None => {
+            let frame = task_frame(py, &mut core, (body.as_ref(), geom.as_ref(), site.as_ref()), point)?;
+            let mut both = vec![0.0; 6 * nv];
+            mb::frame_jacobian_into(
+                &core.model,
+                &core.kinematics,
+                &frame,
+                ReferenceFrame::LocalWorldAligned,
+                &mut both,
+            );
+            both.rotate_left(3 * nv);
+            (6, both)
+        }
+    };
     let mut mass = MassMatrix::new(&core.model);
     mb::mass_matrix_into(&core.model, &core.kinematics, &mut mass);
     let factor = mass.matrix.factor().map_err(|error| SolveError::new_err(error.to_string()))?;

@@ -72,6 +72,11 @@ impl Model {
     pub fn of(inner: Arc<mb::Model>) -> Self {
         Self { inner, source: None, report: Vec::new() }
     }
+
+    /// Another model from the same file.
+    pub fn with_inner(&self, inner: Arc<mb::Model>) -> Self {
+        Self { inner, source: self.source.clone(), report: self.report.clone() }
+    }
 }
 
 #[pymethods]
@@ -81,7 +86,7 @@ impl Model {
     #[pyo3(signature = (
         *, path=None, text=None, format="auto", base_dir=PathBuf::new(), package_dirs=Vec::new(), floating_base=false,
         merge_fixed_joints=false, self_collision=true, srdf=None, friction=1.0, floor=false, missing_meshes="stop", decompose=None,
-        other=None,
+        visuals=true, other=None,
     ))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
     fn new(
@@ -99,10 +104,11 @@ impl Model {
         floor: bool,
         missing_meshes: &str,
         decompose: Option<f64>,
+        visuals: bool,
         other: Option<&Self>,
     ) -> PyResult<Self> {
         if let Some(other) = other {
-            return Ok(Self::of(other.inner.clone()));
+            return Ok(other.with_inner(other.inner.clone()));
         }
         let missing_meshes = match missing_meshes {
             "stop" => MissingMeshes::Stop,
@@ -121,7 +127,8 @@ impl Model {
             .with_friction(friction)
             .with_floor(floor)
             .with_missing_meshes(missing_meshes)
-            .with_decompose(decompose);
+            .with_decompose(decompose)
+            .with_visuals(visuals);
         let imported = guard::detached(py, || match (&path, &text) {
             (Some(path), _) => load(path, &options),
             (None, text) => load_text(text.as_deref().unwrap_or_default(), format, &base_dir, &options),

@@ -45,6 +45,19 @@ impl View {
     fn position<'py>(&self, py: Python<'py>) -> Vector<'py> {
         arrays::vector3(py, self.0.pose.position)
     }
+
+    /// How it is turned, (4,), w, x, y, z: its x axis to the right of the picture, y up, −z into the scene.
+    #[getter]
+    fn quat<'py>(&self, py: Python<'py>) -> Vector<'py> {
+        let r = self.0.pose.rotation;
+        arrays::vector(py, &[r.w, r.x, r.y, r.z])
+    }
+
+    /// Angle between the lower and the upper edge of the picture, degrees.
+    #[getter]
+    fn fovy(&self) -> f64 {
+        self.0.field_of_view.to_degrees()
+    }
 }
 
 impl View {

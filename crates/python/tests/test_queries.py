@@ -172,6 +172,28 @@ def test_the_operational_space_inertia_is_what_a_force_feels(model):
         signorini.operational_space_inertia(model, data, np.vstack([linear, linear[:1]]))
 
 
+def test_the_operational_space_inertia_of_a_body_is_that_of_its_jacobians():
+    rotor = "<body name='{0}' pos='{1}'><freejoint/><geom size='0.1 0.05 0.02' type='box'/></body>"
+    model = Model.from_mjcf("<mujoco><worldbody>" + rotor.format("a", "0 0 1") + rotor.format("b", "1 0 1") + "</worldbody></mujoco>")
+    for data, _ in states(model, 3):
+        both = np.vstack(signorini.jacobian(model, data, "b"))
+        asked = [
+            signorini.operational_space_inertia(model, data, "b"),
+            signorini.operational_space_inertia(model, data, body=2),
+            signorini.operational_space_inertia(model, data, both),
+        ]
+        # A body alone feels its own inertia: mass, and rotational inertia about its centre, turned.
+        turn, size = signorini.frame_pose(model, data, body="b")[1], np.array([0.2, 0.1, 0.04])
+        mass = 1000.0 * size.prod()
+        rotational = turn @ np.diag(mass / 12.0 * (np.sum(size**2) - size**2)) @ turn.T
+        expected = np.block([[mass * np.eye(3), np.zeros((3, 3))], [np.zeros((3, 3)), rotational]])
+        assert all(np.allclose(one, expected, rtol=1e-9, atol=1e-12) for one in asked)
+    with pytest.raises(KeyError, match="no body 'c'"):
+        signorini.operational_space_inertia(model, data, "c")
+    with pytest.raises(TypeError, match="either a Jacobian or one of body, geom and site"):
+        signorini.operational_space_inertia(model, data)
+
+
 def test_inverse_kinematics_puts_a_site_where_it_is_wanted(model):
     for data, random in states(model, 4):
         goal = Data(model)

@@ -253,3 +253,34 @@ def test_what_sticks_is_added_to_a_body():
     signorini.step(model, data, nstep=20)
     assert abs(data.qpos[2] - 0.9) < 1e-9 and data.body("b").contact_force[2] == pytest.approx(-(20 - 9.81))
     assert data.sensor("seen").shape == (2,)
+
+
+def test_numbers_that_no_model_has_are_refused_at_once():
+    spec = signorini.Spec()
+    ball = spec.add_body("ball")
+    joint = ball.add_joint("hinge", name="turn")
+    geom = ball.add_geom("sphere", name="skin", size=0.1)
+    for part, attribute, value in [
+        (geom, "friction", -0.1),
+        (geom, "size", -1.0),
+        (geom, "restitution", 1.5),
+        (geom, "margin", float("nan")),
+        (joint, "damping", -1.0),
+        (joint, "range", (1.0, -1.0)),
+        (ball, "mass", -2.0),
+    ]:
+        before = getattr(part, attribute)
+        with pytest.raises(signorini.ProblemError, match=f"^{attribute} of {part.sort} '{part.name}': "):
+            setattr(part, attribute, value)
+        assert getattr(part, attribute) == before
+    spec.compile()
+
+
+def test_a_body_that_is_not_there_is_the_first_thing_to_say():
+    spec = signorini.Spec()
+    spec.add_body("ball")
+    for add in (spec.add_geom, spec.add_joint):
+        with pytest.raises(signorini.ModelError, match="there is no body 'bal'; did you mean 'ball'"):
+            add("bal", "no such type")
+    with pytest.raises(signorini.ModelError, match="there is no body 'bal'; did you mean 'ball'"):
+        spec.add_geom("bal", "sphere", size="wide", frction=1)

@@ -8,7 +8,7 @@ use std::f64::consts::{FRAC_PI_8, TAU};
 
 use signorini_recording::report::{ReportSettings, inline_html, write_html};
 use signorini_recording::{
-    ContactModeCode, Energy, Frame, GeomVisual, Header, PolygonCode, PoseArray, RecordedContact, Recording,
+    ContactModeCode, Energy, Frame, GeomVisual, Header, LookVisual, PolygonCode, PoseArray, RecordedContact, Recording,
     RecordingError, Residuals, ShapeVisual, StageFrame, StepStatus,
 };
 
@@ -63,7 +63,14 @@ fn header() -> Header {
     let boxes = (0..TOWER).map(|_| ShapeVisual::Box { half_extents: [HALF; 3] });
     let moving = [block, ShapeVisual::Sphere { radius: BALL_RADIUS }].into_iter().chain(boxes);
     let tower = (1..=TOWER).map(|i| format!("box {i}"));
-    let geom = |body: usize, shape| GeomVisual { name: String::new(), body, shape, pose: at([0.0; 3]), rgba: None };
+    let geom = |body: usize, shape| GeomVisual {
+        name: String::new(),
+        body,
+        shape,
+        pose: at([0.0; 3]),
+        rgba: None,
+        look: LookVisual::default(),
+    };
     let mut geoms = vec![geom(0, ShapeVisual::Plane)];
     geoms.extend(moving.enumerate().map(|(i, shape)| geom(i + 1, shape)));
     geoms.extend(backdrop());
@@ -101,6 +108,7 @@ fn backdrop() -> Vec<GeomVisual> {
         shape,
         pose: at([-0.9 + 0.36 * i as f64, 0.6, height]),
         rgba: None,
+        look: LookVisual::default(),
     };
     shapes.into_iter().enumerate().map(place).collect()
 }

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::RecordingError;
 use crate::frame::PoseArray;
+use crate::looks::{CameraVisual, ImageFile, LightVisual, LookVisual, SpreadVisual};
 use crate::provenance::{ModelSource, RecordedChange, StepLaws};
 
 /// Version of the format that this crate writes.
@@ -42,6 +43,15 @@ pub struct Header {
     pub joints: Vec<JointLabel>,
     /// What the bodies look like.
     pub geoms: Vec<GeomVisual>,
+    /// Images on surfaces, each once.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub images: Vec<ImageFile>,
+    /// What lights the bodies; where there are none, whoever shows them has lights of his own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lights: Vec<LightVisual>,
+    /// The model's cameras that are part of a body.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub cameras: Vec<CameraVisual>,
     /// Names of the solver's stages, which frames count; empty before schema version 4.
     #[serde(default)]
     pub stages: Vec<String>,
@@ -74,6 +84,9 @@ impl Default for Header {
             bodies: vec!["world".into()],
             joints: Vec::new(),
             geoms: Vec::new(),
+            images: Vec::new(),
+            lights: Vec::new(),
+            cameras: Vec::new(),
             stages: Vec::new(),
             laws: None,
             changes: Vec::new(),
@@ -111,6 +124,9 @@ pub struct GeomVisual {
     pub pose: PoseArray,
     /// Red, green, blue, opacity, each 0 to 1; `None` leaves the colour to whoever shows it.
     pub rgba: Option<[f32; 4]>,
+    /// What else its surface looks like.
+    #[serde(default, skip_serializing_if = "LookVisual::is_plain")]
+    pub look: LookVisual,
 }
 
 /// Shapes, centred at the origin of their frame; lengths in m.
@@ -205,6 +221,16 @@ impl Header {
             check(geom.pose.iter().all(|x| x.is_finite()), field("pose"), "must be finite")?;
             check(geom.rgba.iter().flatten().all(|x| x.is_finite()), field("rgba"), "must be finite")?;
             geom.shape.validate(field("shape"))?;
+            let Some(texture) = &geom.look.texture else { continue };
+            check(texture.image < self.images.len(), field("look.texture"), "is outside images")?;
+            if let (SpreadVisual::Corners(corners), ShapeVisual::Mesh { faces, .. }) = (&texture.spread, &geom.shape) {
+                check(corners.len() == faces.len(), field("look.texture"), "must have corners for every face")?;
+            }
+        }
+        let carried =
+            self.lights.iter().map(|l| ("lights", l.body)).chain(self.cameras.iter().map(|c| ("cameras", c.body)));
+        for (field, body) in carried {
+            check(body < self.bodies.len(), field, "a body is outside bodies")?;
         }
         Ok(())
     }

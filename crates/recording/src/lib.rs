@@ -101,6 +101,7 @@ mod fields;
 mod frame;
 mod header;
 mod layout;
+mod looks;
 mod provenance;
 mod reader;
 mod recording;
@@ -114,6 +115,7 @@ pub use frame::{
     ContactModeCode, Energy, Frame, PolygonCode, PoseArray, RecordedContact, Residuals, StageFrame, StepStatus,
 };
 pub use header::{GeomVisual, Header, JointLabel, SCHEMA_VERSION, ShapeVisual};
+pub use looks::{CameraVisual, CheckerVisual, ImageFile, LightVisual, LookVisual, SpreadVisual, TextureVisual};
 pub use provenance::{FrictionCode, ModelSource, RecordedChange, RestitutionCode, StepLaws};
 pub use reader::{Ending, Reader, is_recording};
 pub use recording::Recording;

@@ -31,6 +31,9 @@ pub struct ModelSource {
     /// The largest concavity of the convex parts that meshes were taken apart into, if they were.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decompose: Option<f64>,
+    /// Whether what is only seen (URDF, SDF) is part of the model; not in older recordings, whose models had none.
+    #[serde(default)]
+    pub visuals: bool,
 }
 
 /// Numbers of one part of the model that are not those of its file.

@@ -1,7 +1,8 @@
 //! Pictures of a model without a window and without a graphics card.
 //!
 //! Rays are followed on all cores through a tree over the shapes: spheres, boxes, capsules, cylinders, cones and ellipsoids as they are,
-//! meshes and height fields by their triangles, with normals that are smooth where the surface is. What the picture shows is decided by
+//! meshes and height fields by their triangles, with normals that are smooth where the surface is, in their colours and with images on
+//! them. What the picture shows is decided by
 //! the scene alone, to the last bit, on any number of threads.
 //!
 //! [`Renderer`] gives pictures, depth and segmentation; [`write_png`] and [`write_animated_png`] write them, [`Film`] makes an MP4.
@@ -35,6 +36,8 @@ mod ray;
 mod renderer;
 mod shade;
 mod shapes;
+mod texture;
+mod tone;
 mod tree;
 mod triangles;
 mod view;

@@ -4,7 +4,8 @@ use rayon::prelude::*;
 use signorini_multibody::glam::{DVec2, Vec3};
 
 use crate::error::RenderError;
-use crate::shade::{Lighting, Sample, bytes};
+use crate::shade::{Lighting, Sample};
+use crate::tone::bytes;
 use crate::view::{Lens, View};
 use crate::world::World;
 

@@ -24,10 +24,12 @@ pub(crate) struct Hit {
     pub face: DVec3,
     /// Unit normal for the light; another one where flat triangles stand for something smooth.
     pub normal: DVec3,
+    /// Of a mesh: the triangle, and the weights of its second and third corner.
+    pub on_triangle: Option<(u32, [f32; 2])>,
 }
 
 impl Hit {
     pub fn smooth(distance: f64, normal: DVec3) -> Self {
-        Self { distance, face: normal, normal }
+        Self { distance, face: normal, normal, on_triangle: None }
     }
 }

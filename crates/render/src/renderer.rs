@@ -44,7 +44,7 @@ pub struct Renderer {
     kinematics: Kinematics,
     world: World,
     light: Lighting,
-    /// The things whose squares are the renderer's own: floors without a texture.
+    /// The things whose squares are the renderer's own: floors without squares or an image of their own.
     tiled: Vec<usize>,
 }
 
@@ -55,7 +55,7 @@ impl Renderer {
         let world = World::new(&model, |group| shown.contains(&group));
         let plain = |k: &usize| {
             let geom = &model.geoms[world.things[*k].geom as usize];
-            matches!(geom.geometry, Geometry::Plane) && geom.look.checker.is_none()
+            matches!(geom.geometry, Geometry::Plane) && geom.look.checker.is_none() && geom.look.texture.is_none()
         };
         let tiled = (0..world.things.len()).filter(plain).collect();
         let kinematics = Kinematics::new(&model);

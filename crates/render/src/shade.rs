@@ -3,7 +3,8 @@
 use signorini_multibody::glam::{DVec2, DVec3, Vec3};
 use signorini_multibody::{Checker, Kinematics, Model};
 
-use crate::ray::Ray;
+use crate::ray::{Hit, Ray};
+use crate::tone::linear;
 use crate::world::{Met, Thing, World};
 
 /// A light in world.
@@ -144,7 +145,7 @@ impl Lighting {
         let (face, normal) = (toward(hit.face), toward(hit.normal));
         let point = ray.at(hit.distance) + self.room(hit.distance) * face;
         let look = &thing.look;
-        let own = albedo(thing, ray, hit.distance, pixel);
+        let own = albedo(thing, ray, hit, pixel);
         let sky = 0.5 + 0.5 * normal.z as f32;
         let open = if sample.fine { self.openness(world, point, face, normal, sample) } else { 1.0 };
         let mut color = own * (AMBIENT[1].lerp(AMBIENT[0], sky) * open + Vec3::splat(look.emission));
@@ -207,15 +208,24 @@ impl Lamp {
 }
 
 /// Colour of a surface, linear RGB.
-fn albedo(thing: &Thing, ray: &Ray, distance: f64, pixel: f64) -> Vec3 {
+fn albedo(thing: &Thing, ray: &Ray, hit: &Hit, pixel: f64) -> Vec3 {
     let [r, g, b, _] = thing.rgba;
-    let own = Vec3::new(linear(r), linear(g), linear(b));
-    let Some(checker) = &thing.look.checker else { return own };
-    let local = thing.local_point(ray.at(distance));
+    let mut own = Vec3::new(linear(r), linear(g), linear(b));
+    if thing.look.checker.is_none() && thing.covering.is_none() {
+        return own;
+    }
+    let local = thing.local_point(ray.at(hit.distance));
     // Width of the pixel on the surface, at its slant.
-    let along = thing.local_point(ray.at(distance) + ray.direction) - local;
-    let slant = along.z.abs().max(1e-3);
-    own * checkered(checker, local, pixel * distance / slant)
+    let width = |slant: f64| pixel * hit.distance / slant.abs().max(1e-3);
+    if let Some(checker) = &thing.look.checker {
+        own *= checkered(checker, local, width(thing.local_direction(ray.direction).z));
+    }
+    if let Some(covering) = &thing.covering {
+        // Between the widths along and across, so that nothing is blurred much that is seen at a slant.
+        let width = (width(1.0) * width(ray.direction.dot(hit.face))).sqrt() as f32;
+        own *= covering.color(local, thing.local_direction(hit.face), hit.on_triangle, width);
+    }
+    own
 }
 
 /// The colour of squares averaged over a pixel (Quilez, "Filtering the checkerboard pattern").
@@ -228,22 +238,4 @@ fn checkered(checker: &Checker, p: DVec3, width: f64) -> Vec3 {
     };
     let share = 0.5 - 0.5 * wave(p.x, checker.square[0]) * wave(p.y, checker.square[1]);
     first.lerp(second, share.clamp(0.0, 1.0) as f32)
-}
-
-/// From sRGB to linear light.
-fn linear(x: f32) -> f32 {
-    let x = x.clamp(0.0, 1.0);
-    if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) }
-}
-
-/// From linear light to sRGB in bytes; what is brighter than white keeps its hue as long as it can.
-pub(crate) fn bytes(color: Vec3) -> [u8; 3] {
-    let peak = color.max_element();
-    // A shoulder from 0.8 on, as film has it: 1 at infinity.
-    let shoulder = |x: f32| if x <= 0.8 { x } else { 1.0 - 0.04 / (x - 0.6) };
-    let color = if peak > 0.8 { color * (shoulder(peak) / peak) } else { color };
-    color.to_array().map(|x| {
-        let s = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-        (255.0 * s + 0.5).clamp(0.0, 255.0) as u8
-    })
 }

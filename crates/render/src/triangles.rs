@@ -82,7 +82,7 @@ impl Triangles {
         let [a, b, c] = self.normals[place];
         let face = e1.as_dvec3().cross(e2.as_dvec3()).normalize_or(-ray.direction);
         let normal = (a + u * (b - a) + v * (c - a)).as_dvec3().normalize_or(face);
-        Some(Hit { distance: start + distance, face, normal })
+        Some(Hit { distance: start + distance, face, normal, on_triangle: Some((self.tree.order[place], [u, v])) })
     }
 
     /// Whether anything is in the ray's way before `limit`.

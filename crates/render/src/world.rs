@@ -6,10 +6,11 @@ use std::sync::Arc;
 use signorini_collision::convex_hull;
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::model::Mesh;
-use signorini_multibody::{Geometry, Look, Model, Pose};
+use signorini_multibody::{Geometry, Image, Look, Model, Pose};
 
 use crate::ray::{Hit, Ray};
 use crate::shapes;
+use crate::texture::{Covering, Levels};
 use crate::tree::{Bounds, BoxRay, Tree};
 use crate::triangles::Triangles;
 
@@ -36,6 +37,7 @@ pub(crate) struct Thing {
     solid: Solid,
     pub rgba: [f32; 4],
     pub look: Look,
+    pub covering: Option<Covering>,
     axes: DMat3,
     position: DVec3,
 }
@@ -63,6 +65,7 @@ impl World {
     /// The geoms of a model whose group is visible, with every body at the world's origin.
     pub fn new(model: &Model, visible: impl Fn(u8) -> bool) -> Self {
         let mut known: HashMap<*const Mesh, Arc<Triangles>> = HashMap::new();
+        let mut images: HashMap<*const Image, Arc<Levels>> = HashMap::new();
         let mut things = Vec::new();
         for (i, geom) in model.geoms.iter().enumerate() {
             if !visible(geom.look.group) || geom.rgba[3] < INVISIBLE {
@@ -74,7 +77,12 @@ impl World {
                 placement: geom.placement,
                 solid: solid(&geom.geometry, &mut known),
                 rgba: geom.rgba,
-                look: geom.look,
+                look: geom.look.clone(),
+                covering: geom.look.texture.as_ref().and_then(|texture| {
+                    let levels = images.entry(Arc::as_ptr(&texture.image));
+                    let levels = levels.or_insert_with(|| Arc::new(Levels::new(&texture.image))).clone();
+                    Covering::new(texture, &geom.geometry, levels)
+                }),
                 axes: DMat3::IDENTITY,
                 position: DVec3::ZERO,
             });
@@ -148,6 +156,11 @@ impl Thing {
     /// A point of the world in the geom's frame.
     pub fn local_point(&self, p: DVec3) -> DVec3 {
         self.axes.transpose() * (p - self.position)
+    }
+
+    /// A direction of the world in the geom's frame.
+    pub fn local_direction(&self, d: DVec3) -> DVec3 {
+        self.axes.transpose() * d
     }
 
     fn hit(&self, ray: &Ray, limit: f64) -> Option<Hit> {

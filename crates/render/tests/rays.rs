@@ -5,7 +5,10 @@ use std::sync::Arc;
 use signorini_collision::{Queries, Ray};
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::model::{HeightField, Mesh};
-use signorini_multibody::{Camera, Geometry, Inertia, Kinematics, Model, ModelBuilder, Pose, forward_kinematics_into};
+use signorini_multibody::{
+    BodyId, Camera, Geom, Geometry, Image, Inertia, Kinematics, Model, ModelBuilder, Pose, Spread, Texture,
+    forward_kinematics_into,
+};
 use signorini_render::{RenderError, RenderSettings, Renderer, View};
 
 /// Numbers in [0, 1) from SplitMix64.
@@ -188,4 +191,60 @@ fn framing_holds_every_body_and_cameras_follow() {
     let error = renderer.camera("abvoe").expect_err("no such camera");
     assert!(matches!(&error, RenderError::UnknownCamera { cameras, .. } if cameras[..] == ["above"]), "{error}");
     assert!(renderer.place(&[0.0; 3]).is_err() && renderer.picture(&view, [0, 4]).is_err());
+}
+
+/// An image of four colours on a square seen straight on: each quarter has its colour, by all three ways to spread it.
+#[test]
+fn images_are_where_their_coordinates_say() {
+    let quarters = [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]];
+    let rgb = (0..64 * 64).flat_map(|k| quarters[usize::from(k / 64 >= 32) * 2 + usize::from(k % 64 >= 32)]).collect();
+    let image = Arc::new(Image::new(64, 64, rgb).expect("a square"));
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let vertices = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, 0.1)).to_vec();
+    let mesh = Arc::new(Mesh { vertices, triangles: vec![[0, 1, 2], [0, 2, 3]] });
+    let placed = Spread::Corners(Arc::new(vec![[0, 1, 2].map(|k| corners[k]), [0, 2, 3].map(|k| corners[k])]));
+    let slab = Geometry::Box { half_extents: DVec3::new(1.0, 1.0, 0.1) };
+    for (geometry, spread) in [
+        (Geometry::TriangleMesh(mesh), placed),
+        (slab.clone(), Spread::Plane([2.0, 2.0])),
+        (slab, Spread::Cube([2.0, 2.0, 0.2])),
+    ] {
+        let mut world = ModelBuilder::new("an image");
+        let mut geom = Geom::new("square", geometry);
+        geom.rgba = [1.0; 4];
+        geom.look.texture = Some(Texture { image: image.clone(), spread });
+        world.add_geom(BodyId::WORLD, geom).expect("a geom");
+        let mut renderer = Renderer::new(Arc::new(world.build().expect("a world")), RenderSettings::default());
+        renderer.place(&[]).expect("nothing moves");
+        let above = View::new(Pose::from_position(DVec3::new(0.0, 0.0, 4.0)), 0.6);
+        let picture = renderer.picture(&above, [64, 64]).expect("a picture");
+        let brightest = |x: usize, y: usize| {
+            let pixel = &picture.rgb[3 * (64 * y + x)..][..3];
+            [0, 1, 2].map(|k| u8::from(pixel[k] > 128))
+        };
+        // A quarter of the way from the middle, in picture rows from above.
+        let seen = [(24, 24), (40, 24), (24, 40), (40, 40)].map(|(x, y)| brightest(x, y));
+        assert_eq!(seen, quarters.map(|quarter| quarter.map(|x| x / 255)));
+    }
+}
+
+/// From afar a checkered image is the mean of its colours, in linear light.
+#[test]
+fn fine_images_are_averaged_from_afar() {
+    let rgb = (0..256 * 256).flat_map(|k| [255 * u8::from((k / 256 + k % 256) % 2 == 0); 3]).collect();
+    let image = Arc::new(Image::new(256, 256, rgb).expect("a square"));
+    let plain = |texture: Option<Texture>, grey: f32| {
+        let mut world = ModelBuilder::new("an image");
+        let mut geom = Geom::new("slab", Geometry::Box { half_extents: DVec3::new(1.0, 1.0, 0.1) });
+        geom.rgba = [grey, grey, grey, 1.0];
+        geom.look.texture = texture;
+        world.add_geom(BodyId::WORLD, geom).expect("a geom");
+        let renderer = Renderer::new(Arc::new(world.build().expect("a world")), RenderSettings::default());
+        let above = View::new(Pose::from_position(DVec3::new(0.0, 0.0, 8.0)), 0.1);
+        renderer.picture(&above, [16, 16]).expect("a picture").rgb
+    };
+    let checkered = plain(Some(Texture { image, spread: Spread::Plane([0.1, 0.1]) }), 1.0);
+    // Half the light: 0.735 in sRGB.
+    let half = plain(None, 0.7354);
+    assert!(checkered.iter().zip(&half).all(|(a, b)| a.abs_diff(*b) <= 2), "{:?} {:?}", &checkered[..6], &half[..6]);
 }

@@ -33,6 +33,7 @@ pub fn model_source(file: &str, text: &str, base_dir: &Path, options: &LoadOptio
         floor: options.floor,
         skip_missing_meshes: options.missing_meshes == MissingMeshes::Skip,
         decompose: options.decompose,
+        visuals: options.visuals,
     }
 }
 
@@ -64,7 +65,8 @@ pub fn rebuild(header: &Header) -> Result<Model, ReplayError> {
         .with_friction(source.friction)
         .with_floor(source.floor)
         .with_missing_meshes(if source.skip_missing_meshes { MissingMeshes::Skip } else { MissingMeshes::Stop })
-        .with_decompose(source.decompose);
+        .with_decompose(source.decompose)
+        .with_visuals(source.visuals);
     let imported = load_text(&source.text, Path::new(&source.base_dir), &options);
     let model = imported.map(|imported| imported.model).map_err(|error| ReplayError::Model(Box::new(error)))?;
     Ok(Arc::unwrap_or_clone(recorded_model(model, header)?))

@@ -1,9 +1,13 @@
 //! From a simulation to the frames of a recording.
 
 mod changes;
+mod looks;
 mod run;
 mod solution;
 
+use std::sync::Arc;
+
+use signorini_collision::convex_hull;
 use signorini_contact::{ContactMode, SolveStatus, StageKind};
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{
@@ -28,6 +32,7 @@ use crate::workspace::Workspace;
 ///
 /// - `workspace`: that of the run
 pub fn recording_header(model: &Model, settings: &Settings, workspace: &Workspace) -> Header {
+    let mut looks = looks::Looks::of(model);
     Header {
         schema_version: SCHEMA_VERSION,
         model_name: model.name.clone(),
@@ -41,7 +46,14 @@ pub fn recording_header(model: &Model, settings: &Settings, workspace: &Workspac
         tolerance: settings.tolerance,
         bodies: model.bodies.iter().map(|b| b.name.clone()).collect(),
         joints: model.joints.iter().map(joint_label).collect(),
-        geoms: model.geoms.iter().map(geom_visual).collect(),
+        geoms: model.geoms.iter().map(|geom| geom_visual(geom, &mut looks)).collect(),
+        lights: model.lights.iter().map(looks::light_visual).collect(),
+        cameras: model
+            .cameras
+            .iter()
+            .filter_map(|camera| looks::camera_visual(camera, pose_array(&camera.placement)))
+            .collect(),
+        images: looks.images(),
         stages: StageKind::ALL.iter().map(|stage| stage.name().into()).collect(),
         laws: Some(step_laws(settings, workspace)),
         changes: recorded_changes(workspace),
@@ -80,13 +92,14 @@ fn joint_label(joint: &signorini_multibody::Joint) -> JointLabel {
     }
 }
 
-fn geom_visual(geom: &signorini_multibody::Geom) -> GeomVisual {
+fn geom_visual(geom: &signorini_multibody::Geom, looks: &mut looks::Looks) -> GeomVisual {
     GeomVisual {
         name: geom.name.clone(),
         body: geom.body.index(),
         shape: shape_visual(&geom.geometry),
         pose: pose_array(&geom.placement),
         rgba: Some(geom.rgba),
+        look: looks.visual(geom),
     }
 }
 
@@ -99,6 +112,11 @@ fn shape_visual(geometry: &Geometry) -> ShapeVisual {
         &Geometry::Cylinder { radius, half_length } => ShapeVisual::Cylinder { radius, half_length },
         &Geometry::Cone { radius, half_length } => ShapeVisual::Cone { radius, half_height: half_length },
         Geometry::Ellipsoid { semi_axes } => ShapeVisual::Ellipsoid { radii: semi_axes.to_array() },
+        // Points alone stand for their hull.
+        Geometry::ConvexMesh(mesh) if mesh.triangles.is_empty() => match convex_hull(&mesh.vertices) {
+            Ok(hull) => shape_visual(&Geometry::TriangleMesh(Arc::new(hull))),
+            Err(_) => ShapeVisual::Mesh { vertices: Vec::new(), faces: Vec::new() },
+        },
         Geometry::ConvexMesh(mesh) | Geometry::TriangleMesh(mesh) => ShapeVisual::Mesh {
             vertices: mesh.vertices.iter().map(|p| p.to_array().map(|x| x as f32)).collect(),
             faces: mesh.triangles.clone(),

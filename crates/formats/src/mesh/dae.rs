@@ -1,13 +1,17 @@
-//! COLLADA: the triangles of the scene, in metres and with z up. Materials, normals, animation, skins are passed over.
+//! COLLADA: the triangles of the scene in metres, and their colours. Normals, animation, skins are passed over, and so is `<up_axis>`, as in Gazebo
+//! and RViz: of published robots those whose links touch with an STL mesh beside a COLLADA file with y up have both along the same axes.
 //!
 //! # Source
 //! COLLADA 1.4.1 specification, ch. 5 (core elements and geometry).
 
 use std::collections::HashMap;
+use std::path::Path;
 
-use signorini_multibody::glam::{DMat3, DMat4, DQuat, DVec3};
-use signorini_multibody::model::Mesh;
+use signorini_multibody::glam::{DMat4, DQuat, DVec3};
 
+use super::dae_effects::paint;
+use super::dae_xml::{attribute, child, children, line, numbers};
+use super::painted::{Corners, NOWHERE, Painted};
 use crate::xml::{Element, parse};
 
 /// Scenes nested deeper than this are refused, as are those that contain themselves.
@@ -16,7 +20,9 @@ const MAX_DEPTH: usize = 64;
 const MAX_CORNERS: usize = 30_000_000;
 
 /// Reads all geometries that the scene shows, each where its nodes place it; without a scene each where it is.
-pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
+///
+/// - `folder`: that of the file, in which its images lie
+pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Painted, String> {
     let text = std::str::from_utf8(bytes).map_err(|_| "not UTF-8 text")?;
     let tree = parse(text, "COLLADA").map_err(|e| e.to_string())?;
     let root = tree.root();
@@ -24,8 +30,8 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
         return Err(format!("the root element is <{}>, expected <COLLADA>", root.name()));
     }
     let by_id = tree.elements().filter_map(|n| Some((attribute(n, "id")?, n))).collect();
-    let mut scene = Scene { by_id, mesh: Mesh::default(), shapes: HashMap::new() };
-    let axes = to_metres_and_z_up(root)?;
+    let mut scene = Scene { by_id, folder, painted: Painted::default(), shapes: HashMap::new(), known: HashMap::new() };
+    let axes = to_metres(root)?;
     match child(root, "scene").and_then(|s| child(s, "instance_visual_scene")) {
         Some(instance) => {
             let visual = scene.target(instance, "url")?;
@@ -34,40 +40,50 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
         None => {
             let libraries = children(root, "library_geometries");
             let geometries: Vec<Element> = libraries.flat_map(|l| children(l, "geometry")).collect();
-            geometries.into_iter().try_for_each(|geometry| scene.add_geometry(geometry, axes))?;
+            geometries.into_iter().try_for_each(|geometry| scene.add_geometry(geometry, axes, None))?;
         }
     }
-    Ok(scene.mesh)
+    Ok(scene.painted)
 }
 
-/// `<unit meter>` and `<up_axis>` as one map.
-fn to_metres_and_z_up(root: Element) -> Result<DMat4, String> {
+/// `<unit meter>` as a map.
+fn to_metres(root: Element) -> Result<DMat4, String> {
     let asset = child(root, "asset");
     let unit = asset.and_then(|a| child(a, "unit")).and_then(|u| attribute(u, "meter"));
     let unit: f64 = unit.map_or(Ok(1.0), |m| m.trim().parse().map_err(|_| "<unit meter> is not a number"))?;
-    if !(unit.is_finite() && unit > 0.0) {
-        return Err(format!("<unit meter=\"{unit}\"> is not positive"));
+    if unit.is_finite() && unit > 0.0 {
+        Ok(DMat4::from_scale(DVec3::splat(unit)))
+    } else {
+        Err(format!("<unit meter=\"{unit}\"> is not positive"))
     }
-    let up = asset.and_then(|a| child(a, "up_axis")).map(|u| u.text()).filter(|t| !t.is_empty()).unwrap_or("Y_UP");
-    let turn = match up {
-        "Z_UP" => DMat3::IDENTITY,
-        "Y_UP" => DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y),
-        "X_UP" => DMat3::from_cols(DVec3::Z, -DVec3::Y, DVec3::X),
-        other => return Err(format!("<up_axis> is {other}, expected X_UP, Y_UP or Z_UP")),
-    };
-    Ok(DMat4::from_mat3(turn * unit))
 }
 
-/// A geometry in its own frame: points and triangles on them.
-type Shape = std::rc::Rc<(Vec<DVec3>, Vec<[u32; 3]>)>;
+/// A geometry in its own frame.
+#[derive(Default)]
+struct Shape<'d> {
+    points: Vec<DVec3>,
+    faces: Vec<Faces<'d>>,
+}
 
-struct Scene<'d> {
+/// Triangles of a geometry that are of one material.
+struct Faces<'d> {
+    /// The name that whoever shows the geometry gives a material for.
+    symbol: Option<&'d str>,
+    triangles: Vec<[u32; 3]>,
+    /// One for each triangle.
+    corners: Vec<Corners>,
+}
+
+struct Scene<'d, 'f> {
     by_id: HashMap<&'d str, Element<'d>>,
-    mesh: Mesh,
-    shapes: HashMap<usize, Shape>,
+    folder: &'f Path,
+    painted: Painted,
+    shapes: HashMap<usize, std::rc::Rc<Shape<'d>>>,
+    /// Materials met so far, by their element, and their index.
+    known: HashMap<usize, u32>,
 }
 
-impl<'d> Scene<'d> {
+impl<'d> Scene<'d, '_> {
     /// The element that an attribute such as `url="#id"` refers to.
     fn target(&self, node: Element<'d>, name: &str) -> Result<Element<'d>, String> {
         let place = || format!("line {}: <{}>", line(node), node.name());
@@ -85,7 +101,7 @@ impl<'d> Scene<'d> {
             match node.name() {
                 "node" => self.add_node(node, frame, depth)?,
                 "instance_node" => self.add_node(self.target(node, "url")?, frame, depth)?,
-                "instance_geometry" => self.add_geometry(self.target(node, "url")?, frame)?,
+                "instance_geometry" => self.add_geometry(self.target(node, "url")?, frame, Some(node))?,
                 _ => {}
             }
         }
@@ -96,61 +112,147 @@ impl<'d> Scene<'d> {
         self.add_children(node, frame * local_transform(node)?, depth + 1)
     }
 
-    fn add_geometry(&mut self, geometry: Element<'d>, frame: DMat4) -> Result<(), String> {
+    /// Adds a geometry.
+    ///
+    /// - `shown_by`: says which materials its faces have
+    fn add_geometry(
+        &mut self,
+        geometry: Element<'d>,
+        frame: DMat4,
+        shown_by: Option<Element<'d>>,
+    ) -> Result<(), String> {
         // Splines and convex hulls of other geometries have no triangles.
         let Some(mesh) = child(geometry, "mesh") else { return Ok(()) };
         let shape = match self.shapes.get(&geometry.index()) {
             Some(shape) => shape.clone(),
             None => {
-                let shape = Shape::new(self.read_mesh(mesh)?);
+                let shape = std::rc::Rc::new(self.read_mesh(mesh)?);
                 self.shapes.insert(geometry.index(), shape.clone());
                 shape
             }
         };
-        let (points, triangles) = &*shape;
-        let first = self.mesh.vertices.len();
-        if first + points.len() > MAX_CORNERS || 3 * (self.mesh.triangles.len() + triangles.len()) > MAX_CORNERS {
+        let first = self.painted.mesh.vertices.len();
+        let triangles: usize = shape.faces.iter().map(|faces| faces.triangles.len()).sum();
+        let known = self.painted.mesh.triangles.len();
+        if first + shape.points.len() > MAX_CORNERS || 3 * (known + triangles) > MAX_CORNERS {
             return Err(format!("more than {MAX_CORNERS} corners"));
         }
-        for p in points {
+        for p in &shape.points {
             let p = frame.transform_point3(*p);
             if !p.is_finite() {
                 return Err(format!("line {}: a vertex is not finite", line(geometry)));
             }
-            self.mesh.vertices.push(p);
+            self.painted.mesh.vertices.push(p);
         }
         let mirrored = frame.determinant() < 0.0;
-        self.mesh.triangles.extend(triangles.iter().map(|t| {
-            let [a, b, c] = t.map(|k| k + first as u32);
-            if mirrored { [a, c, b] } else { [a, b, c] }
-        }));
+        for faces in &shape.faces {
+            let paint = self.paint_of(faces.symbol, shown_by);
+            for (triangle, corners) in faces.triangles.iter().zip(&faces.corners) {
+                let [a, b, c] = triangle.map(|k| k + first as u32);
+                let [u, v, w] = *corners;
+                self.painted.mesh.triangles.push(if mirrored { [a, c, b] } else { [a, b, c] });
+                self.painted.corners.push(if mirrored { [u, w, v] } else { [u, v, w] });
+                self.painted.paint_of.push(paint);
+            }
+        }
         Ok(())
     }
 
-    fn read_mesh(&self, mesh: Element<'d>) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), String> {
-        let Some(vertices) = child(mesh, "vertices") else { return Ok(Default::default()) };
+    /// The index of the material that whoever shows a geometry gives for a symbol.
+    fn paint_of(&mut self, symbol: Option<&str>, shown_by: Option<Element<'d>>) -> u32 {
+        let bound = shown_by.and_then(|node| child(node, "bind_material")).and_then(|b| child(b, "technique_common"));
+        let mut bindings = bound.into_iter().flat_map(|b| children(b, "instance_material"));
+        let binding = bindings.find(|b| attribute(*b, "symbol") == symbol);
+        // Some files name the material itself.
+        let material = match binding {
+            Some(binding) => self.target(binding, "target").ok(),
+            None => symbol.and_then(|id| self.by_id.get(id)).copied(),
+        };
+        let Some(material) = material.filter(|m| m.is("material")) else { return u32::MAX };
+        if let Some(&known) = self.known.get(&material.index()) {
+            return known;
+        }
+        let index = self.painted.paints.len() as u32;
+        self.painted.paints.push(paint(&self.by_id, material, self.folder));
+        self.known.insert(material.index(), index);
+        index
+    }
+
+    fn read_mesh(&self, mesh: Element<'d>) -> Result<Shape<'d>, String> {
+        let Some(vertices) = child(mesh, "vertices") else { return Ok(Shape::default()) };
         let input = children(vertices, "input").find(|i| attribute(*i, "semantic") == Some("POSITION"));
         let input = input.ok_or_else(|| format!("line {}: <vertices> without positions", line(vertices)))?;
         let points = self.read_points(self.target(input, "source")?)?;
-        let mut triangles = Vec::new();
+        let mut faces = Vec::new();
         for primitive in mesh.children() {
-            match primitive.name() {
-                "triangles" => read_faces(primitive, points.len(), |_| Some(3), &mut triangles)?,
-                "polylist" => {
-                    let counts: Vec<usize> = numbers(child(primitive, "vcount"))?;
-                    read_faces(primitive, points.len(), |face| counts.get(face).copied(), &mut triangles)?;
+            let counts: Vec<usize> = match primitive.name() {
+                "polylist" => numbers(child(primitive, "vcount"))?,
+                "triangles" | "polygons" => Vec::new(),
+                _ => continue,
+            };
+            let corners_of = |face: usize| match primitive.name() {
+                "triangles" => Some(3),
+                "polylist" => counts.get(face).copied(),
+                _ => None,
+            };
+            faces.push(self.read_faces(primitive, points.len(), corners_of)?);
+        }
+        Ok(Shape { points, faces })
+    }
+
+    /// The faces of a primitive as fans of triangles. `corners`: number of corners of each face; none where each `<p>` is one face.
+    fn read_faces(
+        &self,
+        primitive: Element<'d>,
+        vertices: usize,
+        corners: impl Fn(usize) -> Option<usize>,
+    ) -> Result<Faces<'d>, String> {
+        let mut faces = Faces { symbol: attribute(primitive, "material"), triangles: Vec::new(), corners: Vec::new() };
+        let offset =
+            |input: &Element| attribute(*input, "offset").and_then(|o| o.trim().parse::<usize>().ok()).unwrap_or(0);
+        let inputs: Vec<Element> = children(primitive, "input").collect();
+        let stride = inputs.iter().map(offset).max().unwrap_or(0).saturating_add(1);
+        let of = |semantic: &str| inputs.iter().find(|i| attribute(**i, "semantic") == Some(semantic));
+        let Some(own) = of("VERTEX").map(offset) else { return Ok(faces) };
+        let places = of("TEXCOORD").and_then(|input| Some((offset(input), self.read_places(*input)?)));
+        let place = |corner: &[usize]| {
+            let found = places.as_ref().and_then(|(offset, places)| places.get(corner[*offset]));
+            found.copied().unwrap_or([f32::NAN; 2])
+        };
+        for list in children(primitive, "p") {
+            let indices: Vec<usize> = numbers(Some(list))?;
+            let indices: Vec<&[usize]> = indices.chunks_exact(stride).collect();
+            if let Some(k) = indices.iter().map(|corner| corner[own]).find(|&k| k >= vertices) {
+                return Err(format!("line {}: a face names vertex {k} of {vertices}", line(list)));
+            }
+            let (mut start, mut face) = (0, 0);
+            while start < indices.len() {
+                let count = corners(face).unwrap_or(indices.len()).max(1);
+                let polygon = &indices[start..indices.len().min(start.saturating_add(count))];
+                for pair in polygon.get(1..).unwrap_or_default().windows(2) {
+                    let triangle = [polygon[0], pair[0], pair[1]];
+                    faces.triangles.push(triangle.map(|corner| corner[own] as u32));
+                    faces.corners.push(if places.is_some() { triangle.map(place) } else { NOWHERE });
                 }
-                "polygons" => read_faces(primitive, points.len(), |_| None, &mut triangles)?,
-                _ => {}
+                start = start.saturating_add(count);
+                face += 1;
             }
         }
-        Ok((points, triangles))
+        Ok(faces)
+    }
+
+    /// Image coordinates; none where they cannot be read.
+    fn read_places(&self, input: Element<'d>) -> Option<Vec<[f32; 2]>> {
+        let source = self.target(input, "source").ok()?;
+        let (stride, offset) = layout(source);
+        let floats: Vec<f32> = numbers(child(source, "float_array")).ok()?;
+        let rest = floats.get(offset..)?;
+        (stride.unwrap_or(2) >= 2).then(|| rest.chunks_exact(stride.unwrap_or(2)).map(|p| [p[0], p[1]]).collect())
     }
 
     fn read_points(&self, source: Element<'d>) -> Result<Vec<DVec3>, String> {
-        let accessor = child(source, "technique_common").and_then(|t| child(t, "accessor"));
-        let own = |name| accessor.and_then(|a| attribute(a, name)).and_then(|s| s.trim().parse::<usize>().ok());
-        let (stride, offset) = (own("stride").unwrap_or(3), own("offset").unwrap_or(0));
+        let (stride, offset) = layout(source);
+        let stride = stride.unwrap_or(3);
         if stride < 3 {
             return Err(format!("line {}: positions with {stride} coordinates", line(source)));
         }
@@ -160,38 +262,11 @@ impl<'d> Scene<'d> {
     }
 }
 
-/// Adds the faces of a primitive as fans of triangles. `corners`: number of corners of each face; none where each `<p>` is
-/// one face.
-fn read_faces(
-    primitive: Element,
-    vertices: usize,
-    corners: impl Fn(usize) -> Option<usize>,
-    out: &mut Vec<[u32; 3]>,
-) -> Result<(), String> {
-    let offset =
-        |input: &Element| attribute(*input, "offset").and_then(|o| o.trim().parse::<usize>().ok()).unwrap_or(0);
-    let inputs: Vec<Element> = children(primitive, "input").collect();
-    let stride = inputs.iter().map(offset).max().unwrap_or(0).saturating_add(1);
-    let own = inputs.iter().find(|i| attribute(**i, "semantic") == Some("VERTEX")).map(offset);
-    let Some(own) = own else { return Ok(()) };
-    for list in children(primitive, "p") {
-        let indices: Vec<usize> = numbers(Some(list))?;
-        let indices: Vec<usize> = indices.chunks_exact(stride).map(|corner| corner[own]).collect();
-        if let Some(k) = indices.iter().find(|&&k| k >= vertices) {
-            return Err(format!("line {}: a face names vertex {k} of {vertices}", line(list)));
-        }
-        let (mut start, mut face) = (0, 0);
-        while start < indices.len() {
-            let count = corners(face).unwrap_or(indices.len()).max(1);
-            let polygon = &indices[start..indices.len().min(start.saturating_add(count))];
-            for pair in polygon.get(1..).unwrap_or_default().windows(2) {
-                out.push([polygon[0] as u32, pair[0] as u32, pair[1] as u32]);
-            }
-            start = start.saturating_add(count);
-            face += 1;
-        }
-    }
-    Ok(())
+/// How many numbers of a source belong together, if it says so, and where the first are.
+fn layout(source: Element) -> (Option<usize>, usize) {
+    let accessor = child(source, "technique_common").and_then(|t| child(t, "accessor"));
+    let own = |name| accessor.and_then(|a| attribute(a, name)).and_then(|s| s.trim().parse::<usize>().ok());
+    (own("stride"), own("offset").unwrap_or(0))
 }
 
 /// The product of the transformations of a node, in their order.
@@ -220,27 +295,4 @@ fn local_transform(node: Element) -> Result<DMat4, String> {
         };
     }
     Ok(transform)
-}
-
-fn child<'d>(node: Element<'d>, name: &'static str) -> Option<Element<'d>> {
-    children(node, name).next()
-}
-
-fn children<'d>(node: Element<'d>, name: &'static str) -> impl Iterator<Item = Element<'d>> {
-    node.children_named(name)
-}
-
-fn attribute<'d>(node: Element<'d>, name: &str) -> Option<&'d str> {
-    node.raw(name).map(|a| a.value.as_str())
-}
-
-/// The numbers of an element's text.
-fn numbers<T: std::str::FromStr>(element: Option<Element>) -> Result<Vec<T>, String> {
-    let Some(element) = element else { return Ok(Vec::new()) };
-    let parsed: Result<Vec<T>, T::Err> = element.text().split_ascii_whitespace().map(str::parse).collect();
-    parsed.map_err(|_| format!("line {}: <{}> holds something that is not a number", line(element), element.name()))
-}
-
-fn line(node: Element) -> u32 {
-    node.at().line
 }

@@ -1,16 +1,25 @@
 //! Meshes from files and from numbers in a model, and what they weigh.
 
 mod builtin;
+mod bytes;
 mod dae;
+mod dae_effects;
+mod dae_xml;
+mod gltf_file;
 pub(crate) mod heights;
 mod hull;
 mod msh;
+mod mtl;
 mod obj;
+pub(crate) mod painted;
+pub(crate) mod picture;
 mod stl;
 mod volume;
 
 pub(crate) use builtin::builtin;
+pub(crate) use bytes::read_file;
 pub(crate) use hull::convex_hull;
+pub(crate) use painted::Painted;
 pub(crate) use volume::{Orientation, shell, solid};
 
 use std::path::Path;
@@ -34,8 +43,10 @@ pub enum MeshFormat {
     Obj,
     /// MuJoCo's binary format.
     Msh,
-    /// COLLADA: the geometry of its scene, in metres and with z up.
+    /// COLLADA: the geometry of its scene, in metres, along the axes of the file.
     Dae,
+    /// glTF 2.0, as text or as GLB: the geometry of its scene, along the axes of the file.
+    Gltf,
 }
 
 impl MeshFormat {
@@ -46,6 +57,7 @@ impl MeshFormat {
             "obj" => Some(Self::Obj),
             "msh" => Some(Self::Msh),
             "dae" => Some(Self::Dae),
+            "gltf" | "glb" => Some(Self::Gltf),
             _ => None,
         }
     }
@@ -61,8 +73,13 @@ pub fn read_mesh(bytes: &[u8], format: MeshFormat) -> Result<Mesh, String> {
         MeshFormat::Stl => stl::read(bytes)?,
         MeshFormat::Obj => obj::read(bytes)?,
         MeshFormat::Msh => msh::read(bytes)?,
-        MeshFormat::Dae => dae::read(bytes)?,
+        MeshFormat::Dae => dae::read(bytes, Path::new(""))?.mesh,
+        MeshFormat::Gltf => gltf_file::read(bytes)?.mesh,
     };
+    checked(mesh)
+}
+
+fn checked(mesh: Mesh) -> Result<Mesh, String> {
     if mesh.vertices.len() < 3 {
         return Err(format!("holds {} vertices, a mesh needs at least 3", mesh.vertices.len()));
     }
@@ -87,12 +104,14 @@ pub(crate) fn read_obj(bytes: &[u8]) -> Result<Mesh, String> {
     read_mesh(bytes, MeshFormat::Obj)
 }
 
-/// Reads a mesh file; its extension says which format it is (`.stl`, `.obj`, `.msh`, `.dae`).
+/// Reads a mesh file; its extension says which format it is (`.stl`, `.obj`, `.msh`, `.dae`, `.gltf`, `.glb`).
 ///
 /// # Errors
 /// [`FormatError::Unreadable`] with what is wrong.
 pub fn read_mesh_file(path: &Path) -> Result<Mesh, FormatError> {
-    load(path).map_err(|reason| FormatError::Unreadable { path: path.to_owned(), reason })
+    load_painted(path)
+        .map(|painted| painted.mesh)
+        .map_err(|reason| FormatError::Unreadable { path: path.to_owned(), reason })
 }
 
 /// Whether the extension of a file is that of a mesh format that can be read.
@@ -100,10 +119,23 @@ pub(crate) fn is_supported(path: &Path) -> bool {
     MeshFormat::of(path).is_some()
 }
 
-/// Reads a mesh file; its extension says which format it is.
-pub(crate) fn load(path: &Path) -> Result<Mesh, String> {
-    let format = MeshFormat::of(path).ok_or("unknown mesh format: convert it to STL, OBJ or COLLADA")?;
-    read_mesh(&read_file(path, MAX_BYTES)?, format)
+/// Reads a mesh file with what it says of its surfaces.
+pub(crate) fn load_painted(path: &Path) -> Result<Painted, String> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let bytes = || read_file(path, MAX_BYTES);
+    let mut painted = match format_of(path)? {
+        MeshFormat::Gltf => gltf_file::load(path)?,
+        MeshFormat::Dae => dae::read(&bytes()?, folder)?,
+        MeshFormat::Obj => obj::read_painted(&bytes()?, folder)?,
+        MeshFormat::Msh => msh::read_painted(&bytes()?)?,
+        MeshFormat::Stl => stl::read(&bytes()?)?.into(),
+    };
+    painted.mesh = checked(painted.mesh)?;
+    Ok(painted.tidy())
+}
+
+fn format_of(path: &Path) -> Result<MeshFormat, String> {
+    MeshFormat::of(path).ok_or_else(|| "unknown mesh format: convert it to STL, OBJ, COLLADA or glTF".into())
 }
 
 /// The mesh with its coordinates multiplied; a mirrored one keeps its faces looking outwards.
@@ -113,16 +145,4 @@ pub(crate) fn scaled(mut mesh: Mesh, scale: DVec3) -> Mesh {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
     }
     mesh
-}
-
-/// All bytes of a regular file of at most `limit` bytes.
-pub(crate) fn read_file(path: &Path, limit: u64) -> Result<Vec<u8>, String> {
-    let metadata = std::fs::metadata(path).map_err(|e| e.to_string())?;
-    if !metadata.is_file() {
-        return Err("not a regular file".into());
-    }
-    if metadata.len() > limit {
-        return Err(format!("larger than {limit} bytes"));
-    }
-    std::fs::read(path).map_err(|e| e.to_string())
 }

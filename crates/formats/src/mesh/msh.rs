@@ -3,10 +3,17 @@
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
 
+use super::painted::Painted;
+
 const HEADER: usize = 16;
 
 /// Four counts (vertices, normals, texture coordinates, faces), then the numbers in that order, all 32-bit little-endian.
 pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
+    read_painted(bytes).map(|painted| painted.mesh)
+}
+
+/// The same with image coordinates, whose v leads down in the file.
+pub(super) fn read_painted(bytes: &[u8]) -> Result<Painted, String> {
     let word = |k: usize| bytes.get(4 * k..4 * k + 4).map(|b| [b[0], b[1], b[2], b[3]]);
     let header: Option<Vec<i32>> = (0..HEADER / 4).map(|k| word(k).map(i32::from_le_bytes)).collect();
     let header = header.ok_or("too short for an MSH file")?;
@@ -28,8 +35,14 @@ pub(super) fn read(bytes: &[u8]) -> Result<Mesh, String> {
     if mesh.triangles.iter().flatten().any(|&k| k as usize >= vertices) {
         return Err("a face names a vertex that is not there".into());
     }
-    match mesh.vertices.iter().position(|p| !p.is_finite()) {
-        Some(k) => Err(format!("vertex {k} is not finite")),
-        None => Ok(mesh),
+    if let Some(k) = mesh.vertices.iter().position(|p| !p.is_finite()) {
+        return Err(format!("vertex {k} is not finite"));
     }
+    let place = |k: u32| {
+        let at = 3 * vertices + 3 * normals + 2 * k as usize;
+        [number(at) as f32, 1.0 - number(at + 1) as f32]
+    };
+    let with_places = textures == vertices && textures > 0;
+    let corners = if with_places { mesh.triangles.iter().map(|t| t.map(place)).collect() } else { Vec::new() };
+    Ok(Painted { mesh, corners, ..Painted::default() })
 }

@@ -13,7 +13,8 @@ use super::compiler::{Compilers, portable};
 use super::defaults::Defaults;
 use crate::error::FormatError;
 use crate::mesh::heights::{self, Grid};
-use crate::mesh::{self, Orientation};
+use crate::mesh::painted::Corners;
+use crate::mesh::{self, Orientation, Painted};
 use crate::options::MissingMeshes;
 use crate::xml::{Attributes, Element, most_similar};
 
@@ -32,6 +33,8 @@ enum MeshInertia {
 /// A mesh as geoms use it: offset, turned and scaled as its asset says.
 pub(super) struct MeshAsset {
     pub mesh: Arc<Mesh>,
+    /// Where on it images are.
+    pub corners: Option<Arc<Vec<Corners>>>,
     inertia: MeshInertia,
 }
 
@@ -65,8 +68,7 @@ pub(super) struct Material {
     pub shininess: f32,
     pub reflectance: f32,
     pub emission: f32,
-    /// Two colours, from a checkered texture.
-    pub checker: Option<[[f32; 3]; 2]>,
+    pub texture: Option<String>,
     pub repeat: [f64; 2],
     pub uniform: bool,
 }
@@ -87,7 +89,6 @@ impl<'t> Assets<'t> {
             materials: HashMap::new(),
             loaded: RefCell::default(),
         };
-        let checkers = checkers(root, defaults)?;
         for element in root.children_named("asset").flat_map(|a| a.children()) {
             match element.name() {
                 "mesh" => {
@@ -106,7 +107,7 @@ impl<'t> Assets<'t> {
                 "material" => {
                     let attributes = defaults.of(element, None, &["material"])?;
                     let name = element.attributes().required("name", "geoms refer to the material by it")?;
-                    assets.materials.insert(name, material(&attributes, &checkers)?);
+                    assets.materials.insert(name, material(&attributes)?);
                 }
                 _ => {}
             }
@@ -202,27 +203,30 @@ fn elevation(a: &Attributes) -> Result<Grid, FormatError> {
 }
 
 fn load_mesh(a: &Attributes, compilers: &Compilers) -> Result<MeshAsset, FormatError> {
-    let mut mesh = match a.text("file") {
+    let painted = match a.text("file") {
         Some(file) => {
             let path = compilers.of(a.element()).asset_path(file);
             let asset =
                 |reason| FormatError::Asset { at: a.at("file"), element: "mesh".into(), path: path.clone(), reason };
-            mesh::load(&path).map_err(asset)?
+            mesh::load_painted(&path).map_err(asset)?
         }
         None => match a.text("builtin").filter(|kind| *kind != "none") {
             Some(kind) => {
                 let parameters = a.numbers("params")?.unwrap_or_default();
-                mesh::builtin(kind, &parameters).map_err(|expected| a.invalid("params", expected))?
+                mesh::builtin(kind, &parameters).map_err(|expected| a.invalid("params", expected))?.into()
             }
             None => inline_mesh(a)?,
         },
     };
+    let mut corners = painted.whole_corners();
+    let mut mesh = painted.mesh;
     let offset = a.vec3("refpos")?.unwrap_or(DVec3::ZERO);
     let turn = a.quaternion("refquat")?.unwrap_or(DQuat::IDENTITY).conjugate();
     let scale = a.scale("scale")?.unwrap_or(DVec3::ONE);
     mesh.vertices.iter_mut().for_each(|p| *p = turn * (*p - offset) * scale);
     if scale.x * scale.y * scale.z < 0.0 {
         mesh.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+        corners.iter_mut().flatten().for_each(|c| c.swap(1, 2));
     }
     let kinds = [
         ("convex", MeshInertia::Convex),
@@ -231,25 +235,10 @@ fn load_mesh(a: &Attributes, compilers: &Compilers) -> Result<MeshAsset, FormatE
         ("shell", MeshInertia::Shell),
     ];
     let inertia = a.choice("inertia", &kinds)?.unwrap_or(MeshInertia::Legacy);
-    Ok(MeshAsset { mesh: Arc::new(mesh), inertia })
+    Ok(MeshAsset { mesh: Arc::new(mesh), corners: corners.map(Arc::new), inertia })
 }
 
-/// The colours of checkered textures, by name.
-fn checkers<'t>(root: Element<'t>, defaults: &Defaults<'t>) -> Result<HashMap<&'t str, [[f32; 3]; 2]>, FormatError> {
-    let mut checkers = HashMap::new();
-    for element in root.children_named("asset").flat_map(|a| a.children_named("texture")) {
-        let a = defaults.of(element, None, &["texture"])?;
-        if a.text("builtin") == Some("checker")
-            && let Some(name) = a.text("name")
-        {
-            let color = |name, initial| a.overlay::<3>(name, initial).map(|(rgb, _)| rgb.map(|x| x as f32));
-            checkers.insert(name, [color("rgb1", [0.8; 3])?, color("rgb2", [0.5; 3])?]);
-        }
-    }
-    Ok(checkers)
-}
-
-fn material(a: &Attributes, checkers: &HashMap<&str, [[f32; 3]; 2]>) -> Result<Material, FormatError> {
+fn material(a: &Attributes) -> Result<Material, FormatError> {
     let share = |name, default: f64| a.number_or(name, default).map(|x| x.clamp(0.0, 1.0) as f32);
     let layers = a.element().children_named("layer").find_map(|layer| layer.attributes().text("texture"));
     Ok(Material {
@@ -258,7 +247,7 @@ fn material(a: &Attributes, checkers: &HashMap<&str, [[f32; 3]; 2]>) -> Result<M
         shininess: share("shininess", 0.5)?,
         reflectance: share("reflectance", 0.0)?,
         emission: share("emission", 0.0)?,
-        checker: a.text("texture").or(layers).and_then(|name| checkers.get(name)).copied(),
+        texture: a.text("texture").or(layers).map(str::to_owned),
         repeat: a.overlay::<2>("texrepeat", [1.0; 2])?.0,
         uniform: a.flag("texuniform")?.unwrap_or(false),
     })
@@ -272,7 +261,7 @@ fn grid(a: &Attributes, name: &'static str) -> Result<usize, FormatError> {
 }
 
 /// Vertices and faces given in the model file.
-fn inline_mesh(a: &Attributes) -> Result<Mesh, FormatError> {
+fn inline_mesh(a: &Attributes) -> Result<Painted, FormatError> {
     let numbers = match a.numbers("vertex")? {
         Some(numbers) if numbers.len() >= 9 && numbers.len() % 3 == 0 => numbers,
         Some(n) => {
@@ -285,8 +274,12 @@ fn inline_mesh(a: &Attributes) -> Result<Mesh, FormatError> {
     if faces.len() % 3 != 0 || faces.iter().any(|&k| k < 0 || k as usize >= vertices.len()) {
         return Err(a.invalid("face", format!("3 vertex numbers for each face, 0 to {}", vertices.len() - 1)));
     }
-    let triangles = faces.chunks_exact(3).map(|t| [t[0] as u32, t[1] as u32, t[2] as u32]).collect();
-    Ok(Mesh { vertices, triangles })
+    let triangles: Vec<[u32; 3]> = faces.chunks_exact(3).map(|t| [t[0] as u32, t[1] as u32, t[2] as u32]).collect();
+    // Two for each vertex, with v downwards.
+    let places = a.numbers("texcoord")?.filter(|places| places.len() == 2 * vertices.len()).unwrap_or_default();
+    let place = |k: u32| [places[2 * k as usize] as f32, 1.0 - places[2 * k as usize + 1] as f32];
+    let corners = if places.is_empty() { Vec::new() } else { triangles.iter().map(|t| t.map(place)).collect() };
+    Ok(Painted { mesh: Mesh { vertices, triangles }, corners, ..Painted::default() })
 }
 
 /// The asset's name, or that of its file without folder and extension.

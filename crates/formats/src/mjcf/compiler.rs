@@ -61,6 +61,7 @@ pub(super) struct Compiler {
     /// The folder of the document.
     folder: PathBuf,
     mesh_dir: PathBuf,
+    texture_dir: PathBuf,
     strip_path: bool,
 }
 
@@ -78,17 +79,20 @@ impl Compiler {
             total_mass: None,
             folder: folder.to_owned(),
             mesh_dir: PathBuf::new(),
+            texture_dir: PathBuf::new(),
             strip_path: false,
         };
-        let (mut mesh_dir, mut asset_dir) = (None, None);
+        let (mut mesh_dir, mut texture_dir, mut asset_dir) = (None, None, None);
         for element in root.children_named("compiler").filter(|e| e.origin() == origin) {
             let a = element.attributes();
             compiler.read_conventions(&a)?;
             compiler.read_inertia(&a)?;
             mesh_dir = a.text("meshdir").or(mesh_dir);
+            texture_dir = a.text("texturedir").or(texture_dir);
             asset_dir = a.text("assetdir").or(asset_dir);
             compiler.strip_path = a.flag("strippath")?.unwrap_or(compiler.strip_path);
         }
+        compiler.texture_dir = texture_dir.or(asset_dir).map(portable).unwrap_or_default();
         compiler.mesh_dir = mesh_dir.or(asset_dir).map(portable).unwrap_or_default();
         Ok(compiler)
     }
@@ -130,9 +134,18 @@ impl Compiler {
 
     /// Where a mesh or height field file is.
     pub fn asset_path(&self, file: &str) -> PathBuf {
+        self.path_in(&self.mesh_dir, file)
+    }
+
+    /// Where the file of a texture is.
+    pub fn texture_path(&self, file: &str) -> PathBuf {
+        self.path_in(&self.texture_dir, file)
+    }
+
+    fn path_in(&self, folder: &Path, file: &str) -> PathBuf {
         let file = portable(file);
         let name = if self.strip_path { file.file_name().map(PathBuf::from).unwrap_or(file) } else { file };
-        self.folder.join(&self.mesh_dir).join(name)
+        self.folder.join(folder).join(name)
     }
 
     /// `pos` and orientation of an element.

@@ -29,8 +29,7 @@ pub(super) fn audit(root: Element, report: &mut Reporter) {
     ROOT.audit(root, report);
     let mut open: Vec<(Element, &'static str)> = root.children().rev().map(|c| (c, "mujoco")).collect();
     while let Some((element, parent)) = open.pop() {
-        // Of textures those are taken over that need no file and no place on a mesh.
-        if element.name() == "texture" && element.attributes().text("builtin") == Some("checker") {
+        if element.name() == "texture" && super::textures::is_read(element) {
             continue;
         }
         match treatment(parent, element.name()) {
@@ -142,8 +141,8 @@ const FLUID: &str = "bodies move as in a vacuum";
 
 const COMPILER: Coverage = Coverage {
     read: "angle eulerseq autolimits inertiafromgeom inertiagrouprange boundmass boundinertia balanceinertia \
-           settotalmass meshdir assetdir strippath coordinate",
-    harmless: "texturedir usethread saveinertial savecompiled savecanonical discardvisual fusestatic conflict passthrough",
+           settotalmass meshdir texturedir assetdir strippath coordinate",
+    harmless: "usethread saveinertial savecompiled savecanonical discardvisual fusestatic conflict passthrough",
     ignored: &[
         ignored(
             "alignfree",
@@ -245,8 +244,8 @@ const GEOM: Coverage = Coverage {
 };
 
 const MESH: Coverage = Coverage {
-    read: "name class file vertex face scale refpos refquat inertia builtin params",
-    harmless: "normal texcoord material smoothnormal content_type",
+    read: "name class file vertex face texcoord scale refpos refquat inertia builtin params",
+    harmless: "normal material smoothnormal content_type",
     ignored: &[ignored("maxhullvert", "-1", "the hull has all its vertices")],
 };
 

@@ -63,7 +63,7 @@ pub(super) fn read<'t>(
     read_contact(importer, &a, &mut geom)?;
     let name = scope.name(element);
     show_as_it_is(importer, name.as_deref(), &mut geom);
-    (geom.rgba, geom.look) = looks::look(&importer.assets, &a, &geom.geometry, geom.rgba)?;
+    (geom.rgba, geom.look) = looks::look(importer, &a, &geom.geometry, shape.mesh.as_deref(), geom.rgba)?;
     geom.margin = a.non_negative("margin")?.unwrap_or(0.0);
     if let Some(layer) = a.non_negative("gap")?.filter(|gap| *gap > 0.0) {
         let own = importer.layers.entry(body.id).or_insert(layer);
@@ -87,6 +87,10 @@ pub(super) fn read<'t>(
             _ => importer.parts.unused_name(&format!("{name}_part{k}")),
         });
         let mut part = geom.clone();
+        if part.geometry != geometry {
+            // Parts of a mesh have other triangles than the image was made for.
+            part.look.texture = None;
+        }
         part.geometry = geometry;
         importer.parts.add_geom(element, name, body.id, part)?;
     }

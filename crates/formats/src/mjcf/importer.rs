@@ -9,6 +9,7 @@ use super::compiler::{Compiler, Compilers};
 use super::defaults::Defaults;
 use super::muscles::UnscaledMuscle;
 use super::restitution::Restitution;
+use super::textures::Textures;
 use crate::error::{FormatError, Location};
 use crate::options::MissingMeshes;
 use crate::parts::Parts;
@@ -42,6 +43,7 @@ pub(super) struct Importer<'t> {
     pub compilers: Compilers,
     pub defaults: Defaults<'t>,
     pub assets: Assets<'t>,
+    pub textures: Textures<'t>,
     pub parts: Parts,
     pub report: Reporter,
     /// By geom.

@@ -1,9 +1,9 @@
 //! What pictures need: `<camera>`, `<light>`, and how the materials of geoms look.
 
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{BodyId, Camera, CameraMode, Checker, Geometry, Light, Look, Pose, unit_rotation};
+use signorini_multibody::{BodyId, Camera, CameraMode, Geometry, Light, Look, Pose, unit_rotation};
 
-use super::assets::{Assets, Material};
+use super::assets::MeshAsset;
 use super::importer::{AimedCamera, Importer};
 use super::scope::Scope;
 use crate::error::FormatError;
@@ -131,13 +131,16 @@ pub(super) fn light<'t>(
 }
 
 /// Colour and look of a geom: those of its material, over which its own `rgba` is written.
+///
+/// - `mesh`: that of the geom
 pub(super) fn look(
-    assets: &Assets,
+    importer: &Importer,
     a: &Attributes,
     geometry: &Geometry,
+    mesh: Option<&MeshAsset>,
     initial: [f32; 4],
 ) -> Result<([f32; 4], Look), FormatError> {
-    let material = assets.material(a)?;
+    let material = importer.assets.material(a)?;
     let mut look = Look::default();
     look.group = u8::try_from(a.integer("group")?.unwrap_or(0).clamp(0, 255)).unwrap_or(0);
     let Some(material) = material else { return Ok((super::assets::colour(a, initial)?, look)) };
@@ -146,23 +149,7 @@ pub(super) fn look(
     look.shininess = material.shininess;
     look.reflectance = material.reflectance;
     look.emission = material.emission;
-    look.checker = checker(material, a, geometry)?;
-    Ok((rgba, look))
-}
-
-/// The squares of a material's checkered texture: a picture of two by two of them is repeated `texrepeat` times, per metre or per geom.
-fn checker(material: &Material, a: &Attributes, geometry: &Geometry) -> Result<Option<Checker>, FormatError> {
-    let Some(colors) = material.checker else { return Ok(None) };
     let ([x, y, _], _) = a.overlay::<3>("size", [0.0; 3])?;
-    let extents = match geometry {
-        Geometry::Plane => [x, y],
-        Geometry::Box { half_extents } => [half_extents.x, half_extents.y],
-        Geometry::HeightField(field) => field.half_extents,
-        _ => [0.0; 2],
-    };
-    let square = [0, 1].map(|k| {
-        let repeat = material.repeat[k].max(1e-6);
-        if material.uniform || extents[k] <= 0.0 { 0.5 / repeat } else { extents[k] / repeat }
-    });
-    Ok(Some(Checker { colors, square }))
+    importer.textures.put_on(&mut look, material, (geometry, [x, y]), mesh, &importer.compilers);
+    Ok((rgba, look))
 }

@@ -31,6 +31,7 @@ mod scope;
 mod sensors;
 mod sites;
 mod tendons;
+mod textures;
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -40,6 +41,7 @@ use compiler::Compilers;
 use defaults::Defaults;
 use importer::Importer;
 use restitution::Restitution;
+use textures::Textures;
 
 use crate::coverage::explain;
 use crate::decompose::Decomposer;
@@ -74,6 +76,7 @@ fn read(tree: &Tree, (base, folders): (&Path, &[PathBuf]), options: &LoadOptions
     let mut importer = Importer {
         compilers: Compilers::read(root, folders)?,
         assets: Assets::read(root, &defaults)?,
+        textures: Textures::read(root, &defaults, options.visuals)?,
         defaults,
         parts: Parts::new(root.attributes().text("model").unwrap_or("MuJoCo Model"), root, reserved),
         report: Reporter::default(),

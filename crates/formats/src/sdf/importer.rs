@@ -1,9 +1,12 @@
 //! What the readers of the parts share.
 
+use signorini_multibody::GeomId;
+
 use super::include::{NEWEST, Versions};
 use crate::mesh_store::MeshStore;
 use crate::parts::Parts;
 use crate::report::Reporter;
+use crate::visuals::Visuals;
 use crate::xml::Element;
 
 /// What the readers of the parts share.
@@ -11,6 +14,9 @@ pub(super) struct Importer {
     pub parts: Parts,
     pub report: Reporter,
     pub meshes: MeshStore,
+    pub visuals: Visuals,
+    /// What only touches of links that are seen otherwise.
+    pub hidden: Vec<GeomId>,
     /// Pairs of links kept apart so far.
     pub pairs: usize,
     pub versions: Versions,

@@ -9,10 +9,12 @@ mod frames;
 mod importer;
 mod include;
 mod joints;
+mod scripts;
 mod shapes;
 mod tree;
 mod urdf_model;
 mod values;
+mod visuals;
 
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
@@ -27,10 +29,12 @@ use crate::mesh_store::MeshStore;
 use crate::options::{Imported, LoadOptions};
 use crate::parts::Parts;
 use crate::report::Reporter;
+use crate::visuals::{TOUCHED, Visuals};
 use crate::xml::{Element, Tree};
 use frames::Frames;
 use importer::Importer;
 use tree::KinematicTree;
+use visuals::Link;
 
 /// More pairs of links that are kept apart than this are refused.
 const MAX_PAIRS: usize = 1_000_000;
@@ -53,6 +57,8 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
         parts: Parts::new(name, root, reserved),
         report: Reporter::default(),
         meshes: MeshStore::new(base, options),
+        visuals: Visuals::new(base, options),
+        hidden: Vec::new(),
         pairs: 0,
         versions,
     };
@@ -72,7 +78,9 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
     coverage::audit(root, &mut importer.report);
     importer.parts.arm_massless_joints(&mut importer.report);
     importer.report.notes(tree.take_notes());
-    Ok(Imported { model: importer.parts.build()?, report: importer.report.finish() })
+    let mut model = importer.parts.build()?;
+    importer.hidden.iter().for_each(|geom| model.geoms[geom.index()].look.group = TOUCHED);
+    Ok(Imported { model, report: importer.report.finish() })
 }
 
 fn read_world(importer: &mut Importer, world: Element) -> Result<(), FormatError> {
@@ -94,11 +102,13 @@ fn read_model<'t>(importer: &mut Importer, model: Element<'t>, prefix: &str) -> 
     let placed_model = values::pose(model)?;
     let fixed = values::flag(model, "static")?.unwrap_or(false);
     let mut bodies: HashMap<usize, BodyId> = HashMap::new();
+    let mut links: Vec<Link> = Vec::new();
     for placed in &tree.order {
         let entity = &frames.entities[placed.link];
         if frames.is_world(placed.link) {
             let offset = placed_model * frames.pose(placed.link);
-            shapes::read(importer, &frames, placed.link, BodyId::WORLD, &offset)?;
+            let touching = shapes::read(importer, &frames, placed.link, BodyId::WORLD, &offset)?;
+            links.push(Link { entity: placed.link, body: BodyId::WORLD, offset, touching, fixed: true });
             continue;
         }
         let here = placed_model * frames.pose(placed.link);
@@ -125,8 +135,10 @@ fn read_model<'t>(importer: &mut Importer, model: Element<'t>, prefix: &str) -> 
         }
         let inertia = inertia(importer, entity.element)?;
         importer.parts.set_inertia(body, inertia)?;
-        shapes::read(importer, &frames, placed.link, body, &Pose::IDENTITY)?;
+        let touching = shapes::read(importer, &frames, placed.link, body, &Pose::IDENTITY)?;
+        links.push(Link { entity: placed.link, body, offset: Pose::IDENTITY, touching, fixed });
     }
+    visuals::read(importer, &frames, links, prefix)?;
     for edge in tree.edges.iter().filter(|edge| !edge.in_tree && !fixed) {
         let (what, effect) = match tree::couples(edge.element) {
             true => ("of type 'gearbox' is not supported", "the joints that it couples move by themselves"),

@@ -1,7 +1,7 @@
 //! `<collision>` shapes, coloured as the link's `<visual>`.
 
 use signorini_multibody::glam::{DQuat, DVec3};
-use signorini_multibody::{BodyId, Geom, Geometry, Pose};
+use signorini_multibody::{BodyId, Geom, GeomId, Geometry, Pose};
 
 use super::frames::Frames;
 use super::importer::Importer;
@@ -10,16 +10,17 @@ use crate::error::FormatError;
 use crate::shapes::leave_out_if_flat;
 use crate::xml::Element;
 
-/// Adds the collision shapes of a link to its body, in which the link stands at `offset`.
+/// Adds the collision shapes of a link to its body, in which the link stands at `offset`; gives the geoms.
 pub(super) fn read<'t>(
     importer: &mut Importer,
     frames: &Frames<'t>,
     entity: usize,
     body: BodyId,
     offset: &Pose,
-) -> Result<(), FormatError> {
+) -> Result<Vec<GeomId>, FormatError> {
     let link = frames.entities[entity].element;
     let rgba = colour(link);
+    let mut touching = Vec::new();
     for collision in link.children_named("collision") {
         let Some((geometry, turn)) = geometry(importer, collision)? else { continue };
         if leave_out_if_flat(&mut importer.report, collision, &geometry) {
@@ -40,10 +41,10 @@ pub(super) fn read<'t>(
             let name = importer.parts.unused_geom_name(given.unwrap_or("collision"));
             let mut part = geom.clone();
             part.geometry = geometry;
-            importer.parts.add_geom(collision, Some(name), body, part)?;
+            touching.push(importer.parts.add_geom(collision, Some(name), body, part)?);
         }
     }
-    Ok(())
+    Ok(touching)
 }
 
 /// `<mu>`. A negative one, which Gazebo takes for a bound that is never reached, is reported and does not count.
@@ -56,8 +57,8 @@ fn friction(importer: &mut Importer, ode: Element) -> Result<Option<f64>, Format
     Ok(None)
 }
 
-/// The frame, in the link, that the pose of a collision is relative to.
-fn base_of<'t>(frames: &Frames<'t>, link: usize, collision: Element<'t>) -> Result<Pose, FormatError> {
+/// The frame, in the link, that the pose of a collision or visual is relative to.
+pub(super) fn base_of<'t>(frames: &Frames<'t>, link: usize, collision: Element<'t>) -> Result<Pose, FormatError> {
     let pose = collision.child("pose").map(|pose| pose.attributes());
     let given = pose.and_then(|a| a.text("relative_to").or(a.text("frame"))).filter(|n| !n.is_empty());
     if given.is_none() || frames.entities[link].element.attributes().text("name") == given {
@@ -71,6 +72,22 @@ fn base_of<'t>(frames: &Frames<'t>, link: usize, collision: Element<'t>) -> Resu
 fn geometry(importer: &mut Importer, collision: Element) -> Result<Option<(Geometry, DQuat)>, FormatError> {
     let shape = collision.child("geometry").and_then(|g| g.children().next());
     let shape = shape.ok_or_else(|| collision.incomplete("<geometry> with a shape"))?;
+    match shape.name() {
+        "mesh" => Ok(mesh_geometry(importer, shape)?.map(|geometry| (geometry, DQuat::IDENTITY))),
+        "empty" => Ok(None),
+        name => {
+            let found = primitive(shape)?;
+            if found.is_none() {
+                let what = format!("shape '{}' is not supported", name.chars().take(40).collect::<String>());
+                importer.report.motion(shape.at(), "geometry", what, "the shape is left out: nothing touches it");
+            }
+            Ok(found)
+        }
+    }
+}
+
+/// A shape that is no mesh, and how it is turned; none if it is of a sort that is not supported.
+pub(super) fn primitive(shape: Element) -> Result<Option<(Geometry, DQuat)>, FormatError> {
     // The specification's defaults.
     let radius = if shape.is("capsule") || shape.is("cone") { 0.5 } else { 1.0 };
     let size = |name: &'static str| {
@@ -90,13 +107,7 @@ fn geometry(importer: &mut Importer, collision: Element) -> Result<Option<(Geome
             let normal = values::direction(shape, "normal", DVec3::Z)?;
             Ok(Some((Geometry::Plane, DQuat::from_rotation_arc(DVec3::Z, normal))))
         }
-        "mesh" => Ok(mesh_geometry(importer, shape)?.map(|geometry| (geometry, DQuat::IDENTITY))),
-        "empty" => Ok(None),
-        other => {
-            let what = format!("shape '{}' is not supported", other.chars().take(40).collect::<String>());
-            importer.report.motion(shape.at(), "geometry", what, "the shape is left out: nothing touches it");
-            Ok(None)
-        }
+        _ => Ok(None),
     }
 }
 
@@ -107,10 +118,14 @@ fn mesh_geometry(importer: &mut Importer, shape: Element) -> Result<Option<Geome
     importer.meshes.hull(&mut importer.report, shape, (uri.text(), uri.at()), scale)
 }
 
-/// The diffuse colour of the link's first visual that has one. Only pictures depend on it: one that cannot be read is noted.
+/// The diffuse colour of the link's first visual that has one.
 fn colour(link: Element) -> Option<[f32; 4]> {
     let materials = link.children_named("visual").filter_map(|v| v.child("material"));
-    let diffuse = materials.filter_map(|m| m.child("diffuse")).next()?;
+    rgba(materials.filter_map(|m| m.child("diffuse")).next()?)
+}
+
+/// A colour. Only pictures depend on it: one that cannot be read is noted.
+pub(super) fn rgba(diffuse: Element) -> Option<[f32; 4]> {
     let numbers: Vec<f32> = diffuse.text().split_ascii_whitespace().filter_map(|w| w.parse().ok()).collect();
     match numbers[..] {
         [r, g, b] => Some([r, g, b, 1.0]),

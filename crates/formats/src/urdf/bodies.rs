@@ -48,7 +48,7 @@ pub(super) struct Child {
 
 /// Adds the body of `link` with its joint, or makes it a part of its parent's body if the joint is fixed and `merge` holds.
 pub(super) fn add_child<'t>(
-    importer: &mut Importer<'t>,
+    importer: &mut Importer,
     (name, link): (&'t str, Element<'t>),
     joint: Element<'t>,
     parent: &Placed,

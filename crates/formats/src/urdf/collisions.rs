@@ -19,7 +19,7 @@ const MAX_BYTES: u64 = 64 << 20;
 
 /// Keeps links apart: neighbours of the base, those that the SRDF lists and, if asked, all.
 pub(super) fn exclude<'t>(
-    importer: &mut Importer<'t>,
+    importer: &mut Importer,
     root: Element<'t>,
     kinematics: &KinematicTree<'t>,
     placed: &HashMap<usize, Placed>,

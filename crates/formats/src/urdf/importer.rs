@@ -3,21 +3,25 @@
 use std::collections::HashMap;
 
 use signorini_multibody::glam::{DQuat, DVec3};
-use signorini_multibody::{BodyId, Pose};
+use signorini_multibody::{BodyId, GeomId, Pose};
 
+use super::materials::Materials;
 use crate::error::FormatError;
 use crate::mesh_store::MeshStore;
 use crate::parts::Parts;
 use crate::report::Reporter;
+use crate::visuals::Visuals;
 use crate::xml::Element;
 
 /// What the readers of links and joints share.
-pub(super) struct Importer<'t> {
+pub(super) struct Importer {
     pub parts: Parts,
     pub report: Reporter,
-    /// Colours by name.
-    pub materials: HashMap<&'t str, [f32; 4]>,
+    pub materials: Materials,
     pub meshes: MeshStore,
+    pub visuals: Visuals,
+    /// What touches, with the link that it belongs to.
+    pub touching: Vec<(usize, GeomId)>,
     /// Links that are part of the body of another one.
     pub merged: HashMap<String, BodyId>,
 }
@@ -33,7 +37,7 @@ pub(super) struct Placed {
     pub weld: Option<usize>,
 }
 
-impl Importer<'_> {
+impl Importer {
     /// The body of a link, merged or not.
     pub fn link_body(&self, link: &str) -> Option<BodyId> {
         self.parts.body(link).or_else(|| self.merged.get(link).copied())

@@ -8,10 +8,12 @@ mod bodies;
 mod collisions;
 mod coverage;
 mod importer;
+mod materials;
 mod mimic;
 mod shapes;
 mod transmissions;
 mod tree;
+mod visuals;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
@@ -25,6 +27,7 @@ use crate::mesh_store::MeshStore;
 use crate::options::{Imported, LoadOptions};
 use crate::parts::Parts;
 use crate::report::Reporter;
+use crate::visuals::{TOUCHED, Visuals};
 use crate::xml::{Element, Tree};
 use importer::{Importer, Placed};
 use tree::KinematicTree;
@@ -43,8 +46,10 @@ fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, For
     let mut importer = Importer {
         parts: Parts::new(name, root, reserved),
         report: Reporter::default(),
-        materials: shapes::materials(root),
+        materials: materials::Materials::read(root),
         meshes: MeshStore::new(base, options),
+        visuals: Visuals::new(base, options),
+        touching: Vec::new(),
         merged: HashMap::new(),
     };
     importer.parts.decomposer = Decomposer::asked_for(options, base);
@@ -52,21 +57,25 @@ fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, For
         importer.parts.add_floor(root)?;
     }
     let placed = place_links(&mut importer, &kinematics, options)?;
+    let seen = visuals::read(&mut importer, &kinematics, &placed)?;
     collisions::exclude(&mut importer, root, &kinematics, &placed, options)?;
     transmissions::read(&mut importer, root)?;
     mimic::read(&mut importer, &kinematics)?;
     coverage::audit(root, &mut importer.report);
     importer.parts.arm_massless_joints(&mut importer.report);
     importer.report.notes(tree.take_notes());
+    let hidden = importer.touching.iter().filter(|(link, _)| seen.contains(link)).map(|(_, geom)| geom.index());
+    let hidden: Vec<usize> = hidden.collect();
     let mut model = importer.parts.build()?;
+    hidden.into_iter().for_each(|geom| model.geoms[geom].look.group = TOUCHED);
     model.geoms.iter_mut().skip(usize::from(options.floor)).for_each(|geom| geom.friction = options.friction);
     Ok(Imported { model, report: importer.report.finish() })
 }
 
 /// Adds all links in the order of the tree, each with its joint, inertia and shapes.
-fn place_links<'t>(
-    importer: &mut Importer<'t>,
-    kinematics: &KinematicTree<'t>,
+fn place_links(
+    importer: &mut Importer,
+    kinematics: &KinematicTree,
     options: &LoadOptions,
 ) -> Result<HashMap<usize, Placed>, FormatError> {
     let mut placed: HashMap<usize, Placed> = HashMap::new();
@@ -93,7 +102,7 @@ fn place_links<'t>(
             let inertia = bodies::inertia(importer, element)?.placed(&here.offset);
             inertias.entry(here.body).or_default().push(inertia);
         }
-        shapes::read(importer, (name, element), here.body, &here.offset)?;
+        shapes::read(importer, (link, name, element), here.body, &here.offset)?;
         if joint.is_none() && floats && here.body != BodyId::WORLD {
             here.weld = Some(link);
         }
@@ -125,7 +134,7 @@ fn has_mass(importer: &mut Importer, kinematics: &KinematicTree) -> Result<bool,
 
 /// The root link: the world if it is called so, else a body that is welded to the world or floats.
 fn place_root<'t>(
-    importer: &mut Importer<'t>,
+    importer: &mut Importer,
     (name, element): (&'t str, Element<'t>),
     floats: bool,
 ) -> Result<Placed, FormatError> {

@@ -11,7 +11,7 @@ use crate::xml::Element;
 /// Adds motors with their joints' names: for the joints that transmissions name, in that order, then for all other joints with an
 /// `effort` in the order of the file, but for those that mimic another. The effort bounds the motor's force. What ROS commands is
 /// the force at the joint: the reduction of the gear is inside it.
-pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
+pub(super) fn read<'t>(importer: &mut Importer, root: Element<'t>) -> Result<(), FormatError> {
     let named = root.children_named("joint").filter_map(|j| Some((j.attributes().text("name")?, j)));
     let joints: HashMap<&str, Element<'t>> = named.collect();
     let mut driven: HashSet<&str> = HashSet::new();
@@ -37,7 +37,7 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
 
 /// A motor for a joint that the model has and that has one degree of freedom; fixed joints have none.
 fn add_motor<'t>(
-    importer: &mut Importer<'t>,
+    importer: &mut Importer,
     element: Element<'t>,
     name: &str,
     bound: Option<f64>,

@@ -11,10 +11,10 @@ pub(super) struct Materials {
 }
 
 impl Materials {
-    /// Adds to a geom how it looks, beside its colour.
+    /// Adds to a geom how it looks, beside its colour and an image on it, which would be a file.
     pub fn dress(&mut self, geom: Tag, look: &Look) -> Tag {
         let geom = geom.unless(&[0.0], "group", &[f64::from(look.group)]);
-        let surface = look.with_group(0);
+        let surface = look.clone().with_group(0).with_texture(None);
         if surface == Look::default() {
             return geom;
         }

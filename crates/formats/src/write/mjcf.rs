@@ -15,6 +15,8 @@ pub struct Written {
     pub text: String,
     /// What the format cannot say, part by part, and what became of it.
     pub left_out: Vec<String>,
+    /// The same of what only pictures show.
+    pub unseen: Vec<String>,
     /// Files that the text names, with their text: meshes of URDF.
     pub files: Vec<(String, String)>,
 }
@@ -43,7 +45,7 @@ pub fn write_mjcf(model: &Model) -> Written {
     root.push_filled(section("actuator", model.actuators.iter().map(|a| actuation::actuator(model, a)).collect()));
     root.push_filled(section("sensor", model.sensors.iter().map(|s| actuation::sensor(model, s)).collect()));
     root.push_filled(section("keyframe", model.keyframes.iter().map(keyframe).collect()));
-    Written { text: root.text(), left_out: assets.left_out, files: Vec::new() }
+    Written { text: root.text(), left_out: assets.left_out, unseen: assets.unseen, files: Vec::new() }
 }
 
 /// What MJCF has no element for.

@@ -18,6 +18,7 @@ pub(super) struct Assets {
     fields: Vec<Arc<HeightField>>,
     materials: Materials,
     pub left_out: Vec<String>,
+    pub unseen: Vec<String>,
 }
 
 impl Assets {
@@ -192,10 +193,14 @@ fn geom_tag(model: &Model, geom: &Geom, assets: &mut Assets) -> Option<Tag> {
         }
         (other, _) => {
             let what = format!("is a {}, which MJCF does not have: it is left out", other.kind_name());
-            assets.left_out.push(format!("geom '{}' {what}", geom.name));
+            let list = if touches { &mut assets.left_out } else { &mut assets.unseen };
+            list.push(format!("geom '{}' {what}", geom.name));
             return None;
         }
     };
+    if geom.look.texture.is_some() {
+        assets.unseen.push(format!("geom '{}' has an image on it, which MJCF keeps in a file", geom.name));
+    }
     let condim = condim(geom.frictional, geom.spin_resistance);
     let friction = [geom.friction, geom.spinning_friction, geom.rolling_friction];
     let [x, y, z] = geom.surface_velocity.to_array();

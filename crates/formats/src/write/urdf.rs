@@ -9,6 +9,7 @@ use signorini_multibody::{
 
 use super::element::Tag;
 use super::mjcf::Written;
+use crate::visuals::TOUCHED;
 
 /// Writes a model as URDF: links, joints with limits, damping and dry friction, inertias, shapes, motors, joints that follow others. Read again,
 /// it has the same coordinates, mass matrix and motion as far as URDF has words; the rest is listed. The root is the link "world". Meshes
@@ -90,7 +91,14 @@ impl Writer<'_> {
             let [r, g, b, a] = geom.rgba.map(f64::from);
             let mut material = Tag::new("material").with("name", &format!("{} colour", geom.name));
             material.push(Tag::new("color").numbers("rgba", &[r, g, b, a]));
-            for (element, material) in [("visual", Some(material)), ("collision", None)] {
+            if geom.look.texture.is_some() {
+                self.written.unseen.push(format!("the image on geom '{}', which URDF keeps in a file", geom.name));
+            }
+            let touches = geom.contact_type != 0 || geom.contact_affinity != 0;
+            let is_seen = geom.look.group != TOUCHED || !touches;
+            let elements =
+                [Some(("visual", Some(material))).filter(|_| is_seen), Some(("collision", None)).filter(|_| touches)];
+            for (element, material) in elements.into_iter().flatten() {
                 let mut tag = Tag::new(element).with("name", &geom.name);
                 tag.push(placed(&placement));
                 let mut geometry = Tag::new("geometry");
@@ -185,7 +193,10 @@ impl Writer<'_> {
             Geometry::Ellipsoid { semi_axes } => Some(numbers("ellipsoid", &[("radii", &semi_axes.to_array())])),
             Geometry::ConvexMesh(hull) => Some(mesh(self, hull)),
             Geometry::TriangleMesh(triangles) => {
-                self.left_out(format!("geom '{}' is a triangle mesh, which readers take for its hull", geom.name));
+                // What only is seen is no hull.
+                if geom.contact_type != 0 || geom.contact_affinity != 0 {
+                    self.left_out(format!("geom '{}' is a triangle mesh, which readers take for its hull", geom.name));
+                }
                 Some(mesh(self, triangles))
             }
             Geometry::Cone { .. } | Geometry::Plane | Geometry::HeightField(_) => {

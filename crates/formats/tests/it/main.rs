@@ -12,3 +12,4 @@ mod robustness;
 mod sdf;
 mod tendons;
 mod urdf;
+mod visuals;

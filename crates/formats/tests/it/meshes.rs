@@ -71,7 +71,7 @@ fn damaged_files_are_refused_with_a_reason() {
     }
 }
 
-/// A unit triangle and a quad above it, in centimetres with y up; the triangle shown twice, once mirrored, once turned.
+/// A unit triangle and a quad above it, in centimetres; the triangle shown twice, once mirrored, once turned.
 const COLLADA: &str = r##"<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
   <asset><unit meter="0.01" name="cm"/><up_axis>Y_UP</up_axis></asset>
@@ -98,17 +98,17 @@ const COLLADA: &str = r##"<?xml version="1.0"?>
 </COLLADA>"##;
 
 #[test]
-fn collada_is_placed_in_metres_with_z_up() {
+fn collada_is_placed_in_metres_along_the_axes_of_its_file() {
     let mesh = read_mesh(COLLADA.as_bytes(), MeshFormat::Dae).unwrap();
     let corners = |k: usize| mesh.triangles[k].map(|i| mesh.vertices[i as usize]);
     assert_eq!((mesh.vertices.len(), mesh.triangles.len()), (10, 4));
     let close = |ours: [DVec3; 3], theirs: [[f64; 3]; 3]| {
         ours.iter().zip(theirs).for_each(|(a, b)| assert!((*a - DVec3::from(b)).length() < 1e-12, "{ours:?}"));
     };
-    // File (x, y, z) is (x, -z, y) here; the mirrored triangle keeps the side it looks to.
-    close(corners(0), [[0.0, -2.0, 0.0], [0.0, -2.0, 1.0], [-1.0, -2.0, 0.0]]);
-    close(corners(1), [[0.0, 0.0, 0.1], [0.0, 0.0, 1.1], [-1.0, 0.0, 0.1]]);
-    close(corners(2), [[0.0, 0.0, 0.1], [0.0, 0.0, 0.11], [-0.01, 0.0, 0.11]]);
+    // `<up_axis>` changes nothing; the mirrored triangle keeps the side it looks to.
+    close(corners(0), [[0.0, 0.0, 2.0], [0.0, 1.0, 2.0], [-1.0, 0.0, 2.0]]);
+    close(corners(1), [[0.0, 0.1, 0.0], [0.0, 1.1, 0.0], [-1.0, 0.1, 0.0]]);
+    close(corners(2), [[0.0, 0.1, 0.0], [0.0, 0.11, 0.0], [-0.01, 0.11, 0.0]]);
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! What pictures need to know of a model. Nothing of the motion depends on it, and neither does the model's hash.
 
+use std::sync::Arc;
+
 use derive_setters::Setters;
 use glamx::glam::DVec3;
 
@@ -7,7 +9,7 @@ use super::BodyId;
 use crate::math::Pose;
 
 /// How the surface of a geom looks, beside its colour.
-#[derive(Clone, Copy, Debug, PartialEq, Setters)]
+#[derive(Clone, Debug, PartialEq, Setters)]
 #[setters(prefix = "with_")]
 #[non_exhaustive]
 pub struct Look {
@@ -24,12 +26,15 @@ pub struct Look {
     /// Squares of two colours instead of one colour.
     #[setters(into)]
     pub checker: Option<Checker>,
+    /// An image whose colours multiply the geom's.
+    #[setters(into)]
+    pub texture: Option<Texture>,
 }
 
 impl Default for Look {
     /// MuJoCo's defaults for a geom without material.
     fn default() -> Self {
-        Self { group: 0, specular: 0.5, shininess: 0.5, reflectance: 0.0, emission: 0.0, checker: None }
+        Self { group: 0, specular: 0.5, shininess: 0.5, reflectance: 0.0, emission: 0.0, checker: None, texture: None }
     }
 }
 
@@ -40,6 +45,48 @@ pub struct Checker {
     pub colors: [[f32; 3]; 2],
     /// Lengths of a square along x and y, m, > 0.
     pub square: [f64; 2],
+}
+
+/// An image on a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// The image, which surfaces share.
+    pub image: Arc<Image>,
+    /// Where on the surface it is.
+    pub spread: Spread,
+}
+
+/// Pixels, rows from the upper one on.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Image {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Number of rows.
+    pub height: u32,
+    /// Red, green, blue in sRGB, `[height × width × 3]`.
+    pub rgb: Vec<u8>,
+}
+
+/// Where on a surface an image is. Image coordinates (u, v) lead from its lower left corner, (0, 0), to the upper right one, (1, 1);
+/// beyond them the image repeats.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Spread {
+    /// The image coordinates of the corners of every triangle of a mesh, as many as it has triangles.
+    Corners(Arc<Vec<[[f32; 2]; 3]>>),
+    /// Along the geom's x and y axes with the image's middle at the origin: lengths of the image along them, m, > 0.
+    Plane([f64; 2]),
+    /// On the six sides of a box about the origin: lengths of the image along x, y and z, m, > 0.
+    Cube([f64; 3]),
+}
+
+impl Image {
+    /// An image of given pixels; none where their number is not that of its size.
+    ///
+    /// - `rgb`: `[height × width × 3]`
+    pub fn new(width: u32, height: u32, rgb: Vec<u8>) -> Option<Self> {
+        let bytes = (width as usize).checked_mul(height as usize)?.checked_mul(3)?;
+        (bytes > 0 && rgb.len() == bytes).then_some(Self { width, height, rgb })
+    }
 }
 
 /// A camera of the model.

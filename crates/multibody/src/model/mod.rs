@@ -35,7 +35,7 @@ pub use filter::ContactFilter;
 pub use geometry::{Geometry, HeightField, Mesh};
 pub use ids::{ActuatorId, BodyId, CameraId, GeomId, JointId, SiteId, TendonId};
 pub use inertia::Inertia;
-pub use look::{Camera, CameraMode, Checker, Light, Look};
+pub use look::{Camera, CameraMode, Checker, Image, Light, Look, Spread, Texture};
 pub use mechanism::Model;
 pub use muscle::Muscle;
 pub(crate) use muscle::activation_rate;

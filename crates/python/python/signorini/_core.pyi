@@ -258,6 +258,7 @@ class Model:
         floor: bool = False,
         missing_meshes: str = "stop",
         decompose: Optional[float] = None,
+        visuals: bool = True,
         other: Optional[Model] = None,
     ) -> Self: ...
     @property
@@ -423,6 +424,8 @@ class Spec:
         Raises:
             ModelError: the parts are no mechanism; the message names the part.
         """
+    def _mechanism(self) -> tuple[str, list[str]]: ...
+    def _dress(self, model: Model) -> Model | None: ...
     def to_urdf(self) -> tuple[str, list[str], list[tuple[str, str]]]:
         """The compiled model as URDF, what URDF cannot say, and the files (meshes) that it names, with their text.
 
@@ -449,6 +452,12 @@ class View:
     @property
     def position(self) -> _Array:
         """Position of the camera, (3,), world, m."""
+    @property
+    def quat(self) -> _Array:
+        """How it is turned, (4,), w, x, y, z: its x axis to the right of the picture, y up, -z into the scene."""
+    @property
+    def fovy(self) -> float:
+        """Angle between the lower and the upper edge of the picture, degrees."""
 
 @final
 class Renderer:
@@ -2048,8 +2057,12 @@ def center_of_mass(model: Model, data: Data, body: Optional[_Key] = None) -> _Ar
 def center_of_mass_jacobian(model: Model, data: Data, body: Optional[_Key] = None) -> Tuple[_Array, _Array]:
     """Jacobian of :func:`center_of_mass`, (3, nv), and its rate along the motion, (3, nv), world axes."""
 
-def operational_space_inertia(model: Model, data: Data, jacobian: _MatrixLike) -> _Array:
-    """Operational-space inertia (J M⁻¹ Jᵀ)⁻¹ of the rows of a Jacobian, (k, nv), at the present qpos: (k, k).
+def operational_space_inertia(
+    model: Model, data: Data, jacobian: Union[_MatrixLike, _Key, None] = None, *, body: Optional[_Key] = None, geom: Optional[_Key] = None,
+    site: Optional[_Key] = None, point: Optional[ArrayLike] = None
+) -> _Array:
+    """Operational-space inertia (J M⁻¹ Jᵀ)⁻¹ at the present qpos: of the rows of a Jacobian, (k, nv), as (k, k), or of a body, geom or site
+    (name or index; of a body at a ``point`` in world) as (6, 6), linear before angular, world axes. A body may stand in the Jacobian's place.
 
     Raises:
         SolveError: the rows depend on each other.

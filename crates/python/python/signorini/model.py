@@ -46,6 +46,7 @@ class Model(Strict, _core.Model):
         floor: bool = False,
         missing_meshes: Literal["stop", "skip"] = "stop",
         decompose: Optional[float] = None,
+        visuals: bool = True,
     ) -> Model:
         """Reads a model file; its root element says whether it is MJCF, URDF or SDF.
 
@@ -64,12 +65,16 @@ class Model(Strict, _core.Model):
                 out with a warning.
             decompose: the largest concavity of a part, in (0, 1], where meshes that touch are to be taken apart into convex parts
                 instead of taking their hulls; 0.01 is a good one. The parts are kept in the folder ``signorini.parts`` beside the model.
+            visuals: whether what is only seen is read: the ``<visual>`` shapes of URDF and SDF become geoms that touch nothing (group
+                2; what touches of a link that they show is in group 3), with colours and images of STL, OBJ with MTL, COLLADA and
+                glTF files; and images on surfaces of MJCF. Loading without them is quicker.
 
         Raises:
             ModelError: the file cannot be read, with file and line.
         """
         options = _options(
-            package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes, decompose
+            package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes, decompose,
+            visuals,
         )
         return cls._load({"path": os.fspath(path)}, options)
 
@@ -88,6 +93,7 @@ class Model(Strict, _core.Model):
         floor: bool = False,
         missing_meshes: Literal["stop", "skip"] = "stop",
         decompose: Optional[float] = None,
+        visuals: bool = True,
         format: Literal["auto", "mjcf", "urdf", "sdf"] = "auto",
     ) -> Model:
         """Reads MJCF, URDF or SDF from text; files that it names are looked for in ``base_dir``; other arguments as in
@@ -98,7 +104,8 @@ class Model(Strict, _core.Model):
         """
         source: Dict[str, Any] = {"text": text, "format": format, "base_dir": os.fspath(base_dir)}
         options = _options(
-            package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes, decompose
+            package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes, decompose,
+            visuals,
         )
         return cls._load(source, options)
 
@@ -109,11 +116,14 @@ class Model(Strict, _core.Model):
         *,
         missing_meshes: Literal["stop", "skip"] = "stop",
         decompose: Optional[float] = None,
+        visuals: bool = True,
     ) -> Model:
         """Reads MJCF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
         if _is_text(source):
-            return cls.from_string(os.fspath(source), format="mjcf", missing_meshes=missing_meshes, decompose=decompose)
-        return cls.from_file(source, missing_meshes=missing_meshes, decompose=decompose)
+            return cls.from_string(
+                os.fspath(source), format="mjcf", missing_meshes=missing_meshes, decompose=decompose, visuals=visuals
+            )
+        return cls.from_file(source, missing_meshes=missing_meshes, decompose=decompose, visuals=visuals)
 
     @classmethod
     def from_urdf(
@@ -129,10 +139,12 @@ class Model(Strict, _core.Model):
         floor: bool = False,
         missing_meshes: Literal["stop", "skip"] = "stop",
         decompose: Optional[float] = None,
+        visuals: bool = True,
     ) -> Model:
         """Reads URDF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
         options = _options(
-            package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes, decompose
+            package_dirs, floating_base, merge_fixed_joints, self_collision, srdf, friction, floor, missing_meshes, decompose,
+            visuals,
         )
         if _is_text(source):
             return cls._load({"text": os.fspath(source), "format": "urdf", "base_dir": ""}, options)
@@ -159,6 +171,14 @@ class Model(Strict, _core.Model):
         """This model with other numbers, of which a pickle keeps the recipe."""
         model = type(self)(other=core)
         model._recipe = dict(self._recipe, changes=[*self._recipe.get("changes", []), change])
+        return model
+
+    def _in_other_looks(self, core: Optional[_core.Model]) -> Model:
+        """This model as another one that differs in looks alone, where there is one."""
+        if core is None:
+            return self
+        model = type(self)(other=core)
+        model._recipe = self._recipe
         return model
 
     def body(self, key: Key) -> _core.Body:
@@ -252,6 +272,7 @@ def _options(
     floor: bool,
     missing_meshes: str,
     decompose: Optional[float],
+    visuals: bool,
 ) -> Dict[str, Any]:
     return {
         "package_dirs": [os.fspath(folder) for folder in package_dirs],
@@ -263,6 +284,7 @@ def _options(
         "floor": floor,
         "missing_meshes": missing_meshes,
         "decompose": decompose,
+        "visuals": visuals,
     }
 
 

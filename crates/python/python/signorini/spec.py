@@ -313,15 +313,16 @@ class Spec(_core.Spec):
         return self._related("keyframe", name, _element("key", {"name": name, **attributes}))
 
     def compile(self) -> Model:
-        """The model: what :meth:`to_mjcf` writes, read again.
+        """The model: what :meth:`to_mjcf` writes, read again, with the images on its surfaces (which pickles and recordings do not keep).
 
         Raises:
             ModelError: the parts are no mechanism, or MJCF cannot say all of it; the message names the part.
         """
-        text, left_out = self.to_mjcf()
+        text, left_out = self._mechanism()
         if left_out:
             raise ModelError("MJCF cannot say all of this model: " + "; ".join(left_out))
-        return Model.from_string(text, format="mjcf")
+        model = Model.from_string(text, format="mjcf")
+        return model._in_other_looks(self._dress(model))
 
     def recompile(self, data: Data) -> Tuple[Model, Data]:
         """The model as it is now, and a data of it that goes on from ``data`` (of the model before).

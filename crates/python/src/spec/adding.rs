@@ -41,6 +41,8 @@ pub(super) struct Place<'a> {
 
 /// Adds a body with all that is in it, a joint, a geom or a site to a body.
 pub(super) fn add_to_body(spec: &mut Spec, sort: &str, element: &str, place: &Place<'_>) -> PyResult<()> {
+    // Before anything that the element may have: a body that is not there is the first thing to say.
+    spec.body(place.body).map_err(spec_error)?;
     let heavy = if place.body == "world" { "" } else { "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>" };
     match sort {
         "body" => {

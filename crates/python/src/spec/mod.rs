@@ -2,18 +2,20 @@
 
 mod adding;
 mod attributes;
+mod checking;
 
-use std::collections::BTreeSet;
-use std::sync::{Mutex, MutexGuard};
+use std::collections::{BTreeSet, HashMap};
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
-use signorini::formats::{write_mjcf, write_urdf};
+use signorini::formats::{Written, write_mjcf, write_urdf};
 use signorini::multibody::Pose;
 use signorini::multibody::glam::{DQuat, DVec3};
 
 use self::adding::{Place, add_relation, add_to_body};
 use self::attributes::Attributes;
+use self::checking::Checked;
 use crate::error::{ProblemError, spec_error};
 use crate::model::Model;
 
@@ -156,10 +158,20 @@ impl Spec {
         with_part!(edited.spec, sort, name, part => part.show(py, attribute).transpose())?
     }
 
-    /// Sets an attribute; whether there is one of this name.
+    /// Sets an attribute; whether there is one of this name. A value that no model can have is refused, and nothing has changed.
     fn _set(&self, sort: &str, name: &str, attribute: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
         let mut edited = self.lock()?;
-        let taken = with_part!(edited.spec, sort, name, part => part.take(attribute, value))?;
+        let taken = with_part!(edited.spec, sort, name, part => {
+            let before = part.clone();
+            let taken = part.take(attribute, value);
+            match part.check() {
+                Err(error) if matches!(taken, Some(Ok(()))) => {
+                    *part = before;
+                    Some(Err(ProblemError::new_err(error.to_string())))
+                }
+                _ => taken,
+            }
+        })?;
         taken.transpose().map(|taken| taken.is_some())
     }
 
@@ -209,15 +221,39 @@ impl Spec {
     /// The compiled model as MJCF, and what MJCF cannot say.
     fn to_mjcf(&self) -> PyResult<(String, Vec<String>)> {
         let compiled = self.lock()?.spec.compile().map_err(spec_error)?;
+        let Written { text, mut left_out, unseen, .. } = write_mjcf(&compiled.model);
+        left_out.extend(unseen);
+        Ok((text, left_out))
+    }
+
+    /// The compiled model as MJCF, and what of its mechanics MJCF cannot say.
+    fn _mechanism(&self) -> PyResult<(String, Vec<String>)> {
+        let compiled = self.lock()?.spec.compile().map_err(spec_error)?;
         let written = write_mjcf(&compiled.model);
         Ok((written.text, written.left_out))
+    }
+
+    /// A model with the images on its geoms that the geoms of the same names have here; nothing where none has one.
+    fn _dress(&self, model: &Bound<'_, Model>) -> PyResult<Option<Model>> {
+        let compiled = self.lock()?.spec.compile().map_err(spec_error)?;
+        let looks = compiled.model.geoms.into_iter().map(|geom| (geom.name, geom.look.texture));
+        let mut images: HashMap<String, _> = looks.filter_map(|(name, texture)| Some((name, texture?))).collect();
+        if images.is_empty() {
+            return Ok(None);
+        }
+        let mut dressed = (*model.get().inner).clone();
+        for geom in &mut dressed.geoms {
+            geom.look.texture = images.remove(&geom.name);
+        }
+        Ok(Some(model.get().with_inner(Arc::new(dressed))))
     }
 
     /// The compiled model as URDF, what URDF cannot say, and files that it names (meshes) with their text.
     fn to_urdf(&self) -> PyResult<Urdf> {
         let compiled = self.lock()?.spec.compile().map_err(spec_error)?;
-        let written = write_urdf(&compiled.model);
-        Ok((written.text, written.left_out, written.files))
+        let Written { text, mut left_out, unseen, files, .. } = write_urdf(&compiled.model);
+        left_out.extend(unseen);
+        Ok((text, left_out, files))
     }
 }
 

@@ -2,14 +2,14 @@
 
 use serde_json::Value;
 use signorini_recording::report::LiveFeed;
-use signorini_recording::{Frame, GeomVisual, Header, RecordedContact, RecordingError, ShapeVisual};
+use signorini_recording::{Frame, GeomVisual, Header, LookVisual, RecordedContact, RecordingError, ShapeVisual};
 
 fn header() -> Header {
     let (pose, shape) = ([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0], ShapeVisual::Sphere { radius: 0.1 });
     Header {
         model_name: "a </script> b".into(),
         bodies: vec!["world".into(), "ball".into()],
-        geoms: vec![GeomVisual { name: String::new(), body: 1, shape, pose, rgba: None }],
+        geoms: vec![GeomVisual { name: String::new(), body: 1, shape, pose, rgba: None, look: LookVisual::default() }],
         ..Header::default()
     }
 }

@@ -7,7 +7,8 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 use signorini_recording::report::{ReportBuilder, ReportSettings, write_html, write_html_to};
 use signorini_recording::{
-    ContactModeCode, Ending, Energy, Frame, GeomVisual, PolygonCode, RecordedContact, Recording, ShapeVisual,
+    ContactModeCode, Ending, Energy, Frame, GeomVisual, ImageFile, LookVisual, PolygonCode, RecordedContact, Recording,
+    ShapeVisual, SpreadVisual, TextureVisual,
 };
 
 use crate::samples;
@@ -202,11 +203,15 @@ fn ball(rings: u32) -> ShapeVisual {
 /// Vertices and triangles.
 type Triangles = (Vec<[f64; 3]>, Vec<[u32; 3]>);
 
-/// The page's meshes, read as their description says.
-fn meshes(page: &Page) -> Vec<Triangles> {
+fn mesh_block(page: &Page) -> Vec<u8> {
     let (_, after) = page.html.split_once("id=\"meshes\">").unwrap();
     let packed = STANDARD.decode(after.split_once("</script>").unwrap().0).unwrap();
-    let block = miniz_oxide::inflate::decompress_to_vec_zlib(&packed).unwrap();
+    miniz_oxide::inflate::decompress_to_vec_zlib(&packed).unwrap()
+}
+
+/// The page's meshes, read as their description says.
+fn meshes(page: &Page) -> Vec<Triangles> {
+    let block = mesh_block(page);
     let mesh = |place: &Value| {
         let at = |key: &str| place[key].as_u64().unwrap() as usize;
         let (offset, n, corners) = (at("offset"), 3 * at("vertices"), 3 * at("triangles"));
@@ -330,4 +335,49 @@ fn a_killed_run_is_called_so() {
     builder.write(&mut html, &Ending::Interrupted { leftover: 0 }).unwrap();
     let unfinished = Page::parse(html);
     assert_eq!(unfinished.about["ending"], Value::Null);
+}
+
+/// Vertices of several places on an image become several, each with its place; the image comes along.
+#[test]
+fn places_on_an_image_come_with_the_mesh() {
+    let mut header = samples::header();
+    let geom = header.geoms[0].clone();
+    // Two squares that share an edge, each with the whole image.
+    let vertices = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [2.0, 0.0], [2.0, 1.0]].map(|[x, y]| [x, y, 0.0]);
+    let faces = vec![[0, 1, 2], [0, 2, 3], [1, 4, 5], [1, 5, 2]];
+    let (a, b, c, d) = ([0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]);
+    let corners = vec![[a, b, c], [a, c, d], [a, b, c], [a, c, d]];
+    let texture = TextureVisual { image: 0, spread: SpreadVisual::Corners(corners) };
+    let look = LookVisual { texture: Some(texture), ..LookVisual::default() };
+    header.images = vec![ImageFile::new(4, 4, &[200; 48], 512).unwrap()];
+    header.geoms = vec![GeomVisual { shape: ShapeVisual::Mesh { vertices: vertices.to_vec(), faces }, look, ..geom }];
+    let mut html = Vec::new();
+    let builder = ReportBuilder::new(header, ReportSettings::default()).unwrap();
+    builder.write(&mut html, &Ending::Interrupted { leftover: 0 }).unwrap();
+    let page = Page::parse(html);
+    assert_eq!(page.about["header"]["images"].as_array().unwrap().len(), 1);
+    let place = &page.about["meshes"]["places"][0];
+    let count = place["vertices"].as_u64().unwrap() as usize;
+    assert!(count >= 4);
+    let block = mesh_block(&page);
+    let whole = |at: usize, row: usize| {
+        let mut rows = vec![0_u16; row * count];
+        for i in 0..row * count {
+            let low = block[at + i];
+            let high = block[at + row * count + i];
+            let before = if i < row { 0 } else { rows[i - row] };
+            rows[i] = before.wrapping_add(u16::from_le_bytes([low, high]));
+        }
+        rows
+    };
+    let number = |value: &serde_json::Value| value.as_f64().unwrap();
+    let (space, image) = (whole(0, 3), whole(6 * count, 2));
+    for k in 0..count {
+        let x = number(&place["low"][0]) + number(&place["unit"]) * f64::from(space[3 * k]);
+        let y = number(&place["low"][1]) + number(&place["unit"]) * f64::from(space[3 * k + 1]);
+        let u = number(&place["places"][0][0]) + number(&place["places"][1]) * f64::from(image[2 * k]);
+        let v = number(&place["places"][0][1]) + number(&place["places"][1]) * f64::from(image[2 * k + 1]);
+        assert!((y - v).abs() < 1e-4, "{y} {v}");
+        assert!((x - u).abs() < 1e-4 || (x - 1.0 - u).abs() < 1e-4, "{x} {u}");
+    }
 }

@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 use signorini_recording::{
-    ContactModeCode, Energy, Frame, FrictionCode, GeomVisual, Header, Impulses, JointLabel, LimitFrame, ModelSource,
-    PolygonCode, RecordedContact, Residuals, RestitutionCode, ShapeVisual, StageFrame, StepLaws, StepSolution,
-    StepStatus,
+    ContactModeCode, Energy, Frame, FrictionCode, GeomVisual, Header, Impulses, JointLabel, LimitFrame, LookVisual,
+    ModelSource, PolygonCode, RecordedContact, Residuals, RestitutionCode, ShapeVisual, StageFrame, StepLaws,
+    StepSolution, StepStatus,
 };
 
 /// A world, two bodies, one geom of every shape.
@@ -31,6 +31,7 @@ pub fn header() -> Header {
         shape,
         pose: [0.1, 0.2, 0.3, 1.0, 0.0, 0.0, 0.0],
         rgba: (i % 2 == 0).then_some([0.2, 0.4, 0.6, 1.0]),
+        look: LookVisual::default(),
     };
     Header {
         model_name: "all shapes <\"&'> ü".into(),
@@ -64,6 +65,7 @@ pub fn header() -> Header {
             friction: 0.75,
             skip_missing_meshes: false,
             decompose: Some(0.02),
+            visuals: true,
             floor: true,
         }),
         ..Header::default()
