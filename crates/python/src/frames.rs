@@ -2,7 +2,7 @@
 
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use signorini::multibody::glam::{DQuat, DVec3};
+use signorini::multibody::glam::{DMat3, DQuat, DVec3};
 use signorini::multibody::{
     self as mb, AxisRates, BodyId, Frame, FrameId, FrameTarget, InverseKinematicsSettings, MassMatrix, Pose,
     ReferenceFrame,
@@ -249,6 +249,16 @@ pub fn operational_space_inertia<'py>(
     arrays::matrix(py, inertia.ok_or_else(|| SolveError::new_err(singular))?, rows, rows)
 }
 
+/// A rotation as a quaternion (w, x, y, z) or as a matrix, (3, 3), as [`frame_pose`] gives it.
+fn rotation_of(value: &Bound<'_, PyAny>) -> PyResult<DQuat> {
+    if let Ok((_, _, rows)) = arrays::read_matrix("quat", value, [Some(3), Some(3)]) {
+        let columns: [f64; 9] = rows.try_into().map_err(|_| ProblemError::new_err("a matrix must be (3, 3)"))?;
+        return Ok(DQuat::from_mat3(&DMat3::from_cols_array(&columns).transpose()));
+    }
+    let r = arrays::read_vector("quat", value, Some(4))?;
+    Ok(DQuat::from_xyzw(r[1], r[2], r[3], r[0]))
+}
+
 /// A configuration at which a body, geom or site is at `pos` (3,), m, turned as `quat` (w, x, y, z) or the matrix says, from the present
 /// qpos on; `data` stays what it is.
 #[pyfunction]
@@ -274,9 +284,8 @@ pub fn inverse_kinematics(
     core.update_kinematics();
     let Core { model, kinematics, state, .. } = &mut *core;
     let position = pos.map(|pos| arrays::read_vector("pos", pos, Some(3))).transpose()?;
-    let turn = quat.map(|quat| arrays::read_vector("quat", quat, Some(4))).transpose()?;
-    let finite = position.iter().chain(&turn).flatten().all(|x| x.is_finite());
-    let turn = turn.map(|r| DQuat::from_xyzw(r[1], r[2], r[3], r[0]));
+    let turn = quat.map(rotation_of).transpose()?;
+    let finite = position.iter().flatten().all(|x| x.is_finite()) && turn.is_none_or(DQuat::is_finite);
     if !finite || turn.is_some_and(|turn| turn.length() < 1e-12) || (position.is_none() && turn.is_none()) {
         return Err(ProblemError::new_err("give pos, quat or both, of finite numbers, quat not zero"));
     }

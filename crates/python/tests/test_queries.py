@@ -206,6 +206,9 @@ def test_inverse_kinematics_puts_a_site_where_it_is_wanted(model):
         assert np.allclose(signorini.frame_pose(model, found, site="toe")[0], place, atol=1e-9)
         only = signorini.inverse_kinematics(model, data, place, site="toe", joints=["hip", "knee"])
         assert np.array_equal(np.delete(only.qpos, range(7, 12)), np.delete(data.qpos, range(7, 12)))
+        turned = signorini.inverse_kinematics(model, data, place, turn, site="toe")
+        data.qpos = turned.qpos
+        assert turned.converged and np.allclose(signorini.frame_pose(model, data, site="toe")[1], turn, atol=1e-8)
     with pytest.raises(ValueError, match="one of body, geom and site"):
         signorini.inverse_kinematics(model, data, place)
     with pytest.raises(KeyError, match="no site 'tow'; valid names: 'toe'"):

@@ -142,7 +142,11 @@ fn paint(material: &gltf::Material, images: &[Option<Arc<Image>>]) -> Paint {
     let image =
         metal.base_color_texture().and_then(|info| images.get(info.texture().source().index()).cloned().flatten());
     // Factors are in linear light, colours elsewhere in sRGB.
-    let encoded = |x: f32| if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
+    let encoded = |x: f32| match x {
+        x if x <= 0.003_130_8 => 12.92 * x,
+        x if x < 1.0 => 1.055 * x.powf(1.0 / 2.4) - 0.055,
+        _ => 1.0,
+    };
     Paint { rgba: Some([encoded(r), encoded(g), encoded(b), opacity]), image: image.map(Source::Here) }
 }
 

@@ -2081,7 +2081,7 @@ def inverse_kinematics(
     tolerance: float = 1e-9,
     max_iterations: int = 200,
 ) -> InverseKinematics:
-    """A configuration at which a body, geom or site is at ``pos``, turned as ``quat`` (w, x, y, z) says: damped least squares from the present
+    """A configuration at which a body, geom or site is at ``pos``, turned as ``quat`` (w, x, y, z, or a matrix, (3, 3)) says: damped least squares from the present
     qpos on, within the joints' limits. ``data`` stays what it is.
 
     ``joints``: those that may move, all without it. Where the answer has not converged it is the nearest configuration that was found; another
