@@ -8,7 +8,7 @@ use libfuzzer_sys::fuzz_target;
 use signorini_formats::{MeshFormat, read_mesh};
 
 fuzz_target!(|bytes: &[u8]| {
-    for format in [MeshFormat::Stl, MeshFormat::Obj, MeshFormat::Msh, MeshFormat::Dae] {
+    for format in [MeshFormat::Stl, MeshFormat::Obj, MeshFormat::Msh, MeshFormat::Dae, MeshFormat::Gltf] {
         if let Ok(mesh) = read_mesh(bytes, format) {
             let count = mesh.vertices.len() as u32;
             assert!(mesh.vertices.iter().all(|p| p.is_finite()));

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use signorini_formats::{Imported, LoadOptions, load, load_sdf_str, load_urdf_str};
+use signorini_formats::{Imported, LoadOptions, MeshFormat, load, load_sdf_str, load_urdf_str, read_mesh};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{Geom, Geometry, Spread};
 
@@ -247,4 +247,30 @@ fn mjcf_has_images_on_meshes_boxes_and_planes() {
     assert_eq!(spread(1), Some(Spread::Cube([2.0, 4.0, 6.0])));
     // Half of this mesh has no image coordinates: what MuJoCo then does is the plane's rule.
     assert_eq!(spread(2), Some(Spread::Plane([0.5, 0.25])));
+}
+
+/// Counts, offsets and indices that are others than those of the data.
+#[test]
+fn damaged_gltf_is_refused_and_nothing_worse() {
+    let image = r#""textures":[{"source":0}],"images":[{"uri":"squares.png"}],"#;
+    let texture = r#""baseColorTexture":{"index":0}"#;
+    let whole = gltf().replace(image, "").replace(texture, "");
+    assert_eq!(read_mesh(whole.as_bytes(), MeshFormat::Gltf).unwrap().triangles.len(), 4);
+    let digits: Vec<usize> = whole.bytes().enumerate().filter(|(_, b)| b.is_ascii_digit()).map(|(i, _)| i).collect();
+    let (mut state, mut refused) = (7_u64, 0);
+    let mut next = |below: usize| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as usize % below
+    };
+    for _ in 0..3000 {
+        let mut damaged = whole.clone().into_bytes();
+        for _ in 0..1 + next(3) {
+            damaged[digits[next(digits.len())]] = b'0' + next(10) as u8;
+        }
+        match read_mesh(&damaged, MeshFormat::Gltf) {
+            Ok(mesh) => assert!(mesh.triangles.iter().flatten().all(|&k| (k as usize) < mesh.vertices.len())),
+            Err(_) => refused += 1,
+        }
+    }
+    assert!(refused > 300, "{refused}");
 }
