@@ -5,11 +5,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use gltf::image::{Data, Format};
-use gltf::mesh::Mode;
+use gltf::mesh::{Mode, Semantic};
 use signorini_multibody::Image;
 use signorini_multibody::glam::{DMat4, DVec3};
 use signorini_multibody::model::Mesh;
 
+use super::bytes::read_file;
 use super::painted::{Corners, NOWHERE, Paint, Painted, Source};
 use super::picture;
 
@@ -18,6 +19,9 @@ const MAX_DEPTH: usize = 64;
 /// More corners than this, copies counted, are refused.
 const MAX_CORNERS: usize = 30_000_000;
 
+/// Files larger than this are refused.
+const MAX_BYTES: u64 = 512 << 20;
+
 struct Scene {
     buffers: Vec<gltf::buffer::Data>,
     painted: Painted,
@@ -25,12 +29,14 @@ struct Scene {
 
 /// Reads a file that stands for itself (GLB, or text with its data in it).
 pub(super) fn read(bytes: &[u8]) -> Result<Painted, String> {
+    check_attributes(bytes)?;
     let (document, buffers, images) = gltf::import_slice(bytes).map_err(|e| e.to_string())?;
     of(&document, buffers, images)
 }
 
 /// Reads a file with those that it names.
 pub(super) fn load(path: &Path) -> Result<Painted, String> {
+    check_attributes(&read_file(path, MAX_BYTES)?)?;
     let (document, buffers, images) = gltf::import(path).map_err(|e| e.to_string())?;
     of(&document, buffers, images)
 }
@@ -49,6 +55,29 @@ fn of(document: &gltf::Document, buffers: Vec<gltf::buffer::Data>, images: Vec<D
     Ok(scene.painted)
 }
 
+/// Whether the attributes of every primitive are there: the crate's own check takes that for granted.
+fn check_attributes(bytes: &[u8]) -> Result<(), String> {
+    let file = gltf::Gltf::from_slice_without_validation(bytes).map_err(|e| e.to_string())?;
+    let root = file.document.as_json();
+    let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    match primitives.flat_map(|p| p.attributes.values()).any(|index| index.value() >= root.accessors.len()) {
+        true => Err("a primitive names an accessor that is not there".into()),
+        false => Ok(()),
+    }
+}
+
+/// Whether the numbers of a primitive are of the types that the specification gives them, which the crate's readers take for granted.
+fn has_usual_types(primitive: &gltf::Primitive) -> bool {
+    use gltf::accessor::{DataType, Dimensions};
+    let sort = |accessor: gltf::Accessor| (accessor.data_type(), accessor.dimensions());
+    let positions = primitive.get(&Semantic::Positions).map(sort);
+    let places = primitive.get(&Semantic::TexCoords(0)).map(sort);
+    let indices = primitive.indices().map(sort);
+    matches!(positions, None | Some((DataType::F32, Dimensions::Vec3)))
+        && matches!(places, None | Some((DataType::F32 | DataType::U8 | DataType::U16, Dimensions::Vec2)))
+        && matches!(indices, None | Some((DataType::U8 | DataType::U16 | DataType::U32, Dimensions::Scalar)))
+}
+
 /// Whether every accessor lies within its buffer: the crate's readers take that for granted.
 fn check_accessors(document: &gltf::Document, buffers: &[gltf::buffer::Data]) -> Result<(), String> {
     let fits = |view: &gltf::buffer::View, offset: usize, count: usize, size: usize| {
@@ -59,6 +88,9 @@ fn check_accessors(document: &gltf::Document, buffers: &[gltf::buffer::Data]) ->
     };
     for accessor in document.accessors() {
         let own = accessor.view().map(|view| fits(&view, accessor.offset(), accessor.count(), accessor.size()));
+        if accessor.count() == 0 {
+            return Err(format!("accessor {} holds nothing", accessor.index()));
+        }
         if accessor.sparse().is_some() {
             return Err("sparse accessors are not supported".into());
         }
@@ -86,6 +118,9 @@ impl Scene {
         for primitive in mesh.primitives() {
             if primitive.mode() != Mode::Triangles {
                 continue;
+            }
+            if !has_usual_types(&primitive) {
+                return Err("numbers of other types than glTF gives them".into());
             }
             let reader = primitive.reader(|buffer| self.buffers.get(buffer.index()).map(|data| &data.0[..]));
             let Some(positions) = reader.read_positions() else { continue };
