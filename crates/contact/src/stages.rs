@@ -22,15 +22,13 @@ pub enum StageKind {
     Proximal,
     /// Modes from the central path of Coulomb's law, then proximal iterations.
     Interior,
-    /// Modes from the central path that begins with opened contacts, then proximal iterations.
-    Opened,
     /// Lexicographic Lemke.
     Lemke,
 }
 
 impl StageKind {
     /// All stages, in their order.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 9] = [
         Self::Hold,
         Self::Sleep,
         Self::Impulses,
@@ -39,7 +37,6 @@ impl StageKind {
         Self::Standing,
         Self::Proximal,
         Self::Interior,
-        Self::Opened,
         Self::Lemke,
     ];
 
@@ -54,7 +51,6 @@ impl StageKind {
             Self::Standing => "standing",
             Self::Proximal => "proximal",
             Self::Interior => "interior",
-            Self::Opened => "opened",
             Self::Lemke => "lemke",
         }
     }

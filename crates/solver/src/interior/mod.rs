@@ -10,4 +10,4 @@ mod step;
 mod unit;
 
 pub(crate) use point::Ground;
-pub(crate) use start::{InteriorLaw, InteriorStart};
+pub(crate) use start::InteriorStart;

@@ -8,8 +8,7 @@
 //! A path needs a point to begin at. That of the associated law, whose velocity along the normal is `u_N − Σ γ μ h` with the multipliers `γ`
 //! of the edges, is one of a convex problem: it has no folds, and Newton's method finds every point of it. From a point with large
 //! products a first leg takes the law to Coulomb's, `u_N − (1 − θ) Σ γ μ h` with `θ` from 0 to 1, and a second one the products to
-//! zero. Where the associated law has no solution its impulses are huge, and the first leg is lost; another one begins at Coulomb's law
-//! with all contacts opened, `u_N + (1 − θ) z`, which is Lemke's covering vector.
+//! zero. Where the associated law has no solution its impulses are huge, and the first leg is lost.
 //!
 //! A second leg that comes back to the products from which it went down goes on with a first one, back towards `θ = 0` until that turns,
 //! and so forth: both are one path, whose only other end is the point at `θ = 0`. As in Lemke's method there is then one way to go at
@@ -237,12 +236,9 @@ impl InteriorPoint {
             (unit.normal_residual, unit.tangential_residual) = (0.0, [0.0; 2]);
             for edge in &mut self.edges[unit.edges.0..unit.edges.1] {
                 edge.correction = lack - edge.distance * edge.multiplier;
-                if lack > 0.0 && self.opening == 0.0 {
+                if lack > 0.0 {
                     unit.normal_residual += SERIES.share_unit * edge.multiplier * edge.reach;
                 }
-            }
-            if lack > 0.0 {
-                unit.normal_residual -= SERIES.share_unit * self.opening;
             }
         }
         self.find_rates(ground, product, true);

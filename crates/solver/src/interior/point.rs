@@ -19,8 +19,6 @@ pub(super) struct Tuning {
     pub fraction: f64,
     /// The mean product, relative to the first one, above which a path that folds is followed around its folds, as far as to this one.
     pub folded: f64,
-    /// By how much a path opens all contacts where it does not begin at the associated law, relative to the velocity scale.
-    pub opening: f64,
     /// Compliance of every contact around its present impulse, relative to its Delassus block: redundant contacts have a regular
     /// system with it, and at the end nothing depends on it. What the equations lack falls with it, and what rounding leaves in the
     /// momentum balance grows: one refinement leaves about a thousandth of that, at 1e-10 a tenth.
@@ -29,7 +27,7 @@ pub(super) struct Tuning {
     pub bilateral_weight: f64,
 }
 
-/// Chosen by: `contact_lcp --seeds 74..76 --directions 4,8,16 --no-growth --no-shared`, 23 November 2026; `compliance`, `opening` and
+/// Chosen by: `contact_lcp --seeds 74..76 --directions 4,8,16 --no-growth --no-shared`, 23 November 2026; `compliance` and
 /// `bilateral_weight` by no command on record, since 22 November 2026.
 pub(super) const INTERIOR: Tuning = Tuning {
     steps: 50,
@@ -37,7 +35,6 @@ pub(super) const INTERIOR: Tuning = Tuning {
     path_target: 1e-11,
     fraction: 0.99,
     folded: 1e-4,
-    opening: 10.0,
     compliance: 1e-8,
     bilateral_weight: 1e-4,
 };
@@ -66,7 +63,4 @@ pub(super) struct InteriorPoint {
     pub velocity_rate: Vec<f64>,
     /// How much of the law is Coulomb's: 1, but on the way there from the associated law.
     pub share: f64,
-    /// What the normal velocities are larger by, in the part of the law that is not Coulomb's; where this is not zero, that part is
-    /// Coulomb's as well.
-    pub opening: f64,
 }

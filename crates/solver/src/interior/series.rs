@@ -254,7 +254,7 @@ impl InteriorPoint {
                 let edge = &mut self.edges[e];
                 let products: f64 = pairs().map(|(a, b)| a.edges[e][0] * b.edges[e][1]).sum();
                 edge.correction = products - edge.distance * edge.multiplier;
-                if matches!(parameter, Parameter::Law { .. }) && self.opening == 0.0 {
+                if matches!(parameter, Parameter::Law { .. }) {
                     let products: f64 = pairs().map(|(a, b)| a.parameter * b.edges[e][1]).sum();
                     unit.normal_residual += SERIES.share_unit * edge.reach * products;
                 }

@@ -25,15 +25,6 @@ use super::point::{Ground, INTERIOR, InteriorPoint};
 use crate::islands::Island;
 use crate::residual::RESIDUALS;
 
-/// The law that an interior start begins with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum InteriorLaw {
-    /// Coulomb's, as long as its path goes on; where that turns back early, from the associated law, which is convex, around its folds.
-    Coulomb,
-    /// Coulomb's with all contacts opened, from there around the folds.
-    Opened,
-}
-
 /// Memory of the interior start.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct InteriorStart {
@@ -43,35 +34,29 @@ pub(crate) struct InteriorStart {
 
 impl InteriorStart {
     /// Moves the impulses near a solution and reads the modes off there. `false` if the path did not arrive, or a system is singular.
-    pub fn run(&mut self, ground: &mut Ground, law: InteriorLaw) -> bool {
-        self.point.start(ground, law, &mut self.path)
+    pub fn run(&mut self, ground: &mut Ground) -> bool {
+        self.point.start(ground, &mut self.path)
     }
 }
 
 impl InteriorPoint {
-    fn start(&mut self, ground: &mut Ground, law: InteriorLaw, path: &mut PathSteps) -> bool {
-        let mut arrived = false;
-        if law == InteriorLaw::Coulomb {
-            self.begin(ground);
-            let Some(fold) = self.go_on(ground) else { return false };
-            arrived = fold <= INTERIOR.folded || !is_contacts_alone(ground.task.island);
+    fn start(&mut self, ground: &mut Ground, path: &mut PathSteps) -> bool {
+        self.begin(ground);
+        let Some(fold) = self.go_on(ground) else { return false };
+        let follows = fold > INTERIOR.folded && is_contacts_alone(ground.task.island) && !ground.task.is_warm;
+        if follows && !self.come_along_path(ground, path) {
+            return false;
         }
-        if !arrived {
-            let opening = if law == InteriorLaw::Opened { INTERIOR.opening * ground.map.velocity_scale } else { 0.0 };
-            arrived = self.come_along_path(ground, opening, path);
-        }
-        if arrived {
-            self.leave(ground);
-        }
-        arrived
+        self.leave(ground);
+        true
     }
 
-    /// Goes along the [central path](super::path) from a point of the associated law's, or from one of Coulomb's with the normal
-    /// velocities larger by `opening`; whether its products become as small as those of a path that does not fold early.
-    pub(super) fn come_along_path(&mut self, ground: &mut Ground, opening: f64, path: &mut PathSteps) -> bool {
+    /// Goes along the [central path](super::path) from a point of the associated law's; whether its products become as small as those of a
+    /// path that does not fold early.
+    pub(super) fn come_along_path(&mut self, ground: &mut Ground, path: &mut PathSteps) -> bool {
         self.begin(ground);
         let square = ground.map.velocity_scale.powi(2);
-        (self.share, self.opening) = (0.0, opening);
+        self.share = 0.0;
         for _ in 0..INTERIOR.steps {
             let (product, missing) = self.find_residuals(ground);
             if product <= square && missing <= RESIDUALS.far * ground.map.velocity_scale {
@@ -133,7 +118,7 @@ impl InteriorPoint {
         ground.map.prepare(ground.task);
         ground.iterate.velocity.clone_from(&ground.map.free_velocity);
         ground.iterate.bilateral.fill(0.0);
-        (self.share, self.opening) = (1.0, 0.0);
+        self.share = 1.0;
         self.units.clear();
         self.edges.clear();
         for c in 0..island.units.len() {

@@ -29,7 +29,7 @@ impl InteriorPoint {
     pub(super) fn find_residuals(&mut self, ground: &Ground) -> (f64, f64) {
         let Task { problem, cones, island, .. } = *ground.task;
         let (mut sum, mut count, mut missing) = (0.0, 0, 0.0_f64);
-        let share = self.coulomb_share();
+        let share = self.share;
         self.velocity_rate.clear();
         self.velocity_rate.extend(ground.iterate.velocity.iter().zip(&ground.map.free_velocity).map(|(v, f)| v - f));
         self.momentum_residual.clear();
@@ -40,7 +40,7 @@ impl InteriorPoint {
             let (u, g) = (island.slack(c, &ground.iterate.velocity), island.scale[c]);
             let edges = &self.edges[unit.edges.0..unit.edges.1];
             if unit.has_normal {
-                unit.normal_residual = u[0] - unit.slack + (1.0 - self.share) * self.opening;
+                unit.normal_residual = u[0] - unit.slack;
                 if share < 1.0 {
                     let taken: f64 = edges.iter().map(|edge| edge.multiplier * edge.reach).sum();
                     unit.normal_residual -= (1.0 - share) * taken;
@@ -72,7 +72,7 @@ impl InteriorPoint {
     /// Eliminates all numbers of each unit but its velocity.
     pub(super) fn find_slopes(&mut self, island: &Island) {
         self.systems.resize(self.units.len(), UnitSystem::default());
-        let share = self.coulomb_share();
+        let share = self.share;
         for (c, (system, g)) in self.systems.iter_mut().zip(&island.scale).enumerate() {
             let stiffness = normal_stiffness(&self.units, c);
             let unit = &mut self.units[c];
@@ -80,11 +80,6 @@ impl InteriorPoint {
             system.factor(unit, edges, *g, stiffness, share);
             unit.slope = system.slope().map(|row| row.map(|s| s / g));
         }
-    }
-
-    /// How much of the law that a step is made for is Coulomb's.
-    fn coulomb_share(&self) -> f64 {
-        if self.opening > 0.0 { 1.0 } else { self.share }
     }
 
     /// Newton's direction towards products that equal `target` (in units of a squared velocity), less the corrections;
@@ -139,7 +134,7 @@ impl InteriorPoint {
             let stiffness = normal_stiffness(&self.units, c);
             stiffness.zip(unit.bounded_by).map_or(0.0, |(stiffness, by)| stiffness * self.units[by].drive[0])
         };
-        let rest = if unit.has_normal { 1.0 - self.coulomb_share() } else { 0.0 };
+        let rest = if unit.has_normal { 1.0 - self.share } else { 0.0 };
         let mut drive = [0.0; ROWS];
         (drive[0], drive[1], drive[2]) = (normal, -a, -b);
         for edge in &self.edges[unit.edges.0..unit.edges.1] {
@@ -199,7 +194,7 @@ impl InteriorPoint {
     /// The rate of a contact's slack: from the product where that is the smaller number of the pair, as the velocity would leave
     /// nothing but its rounding.
     fn find_slack_rate(&mut self, island: &Island, c: usize, target: f64) {
-        let share = self.coulomb_share();
+        let share = self.share;
         let (unit, g) = (&mut self.units[c], island.scale[c]);
         if !unit.has_normal {
             return;

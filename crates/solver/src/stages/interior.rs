@@ -3,7 +3,7 @@
 use signorini_contact::StageOutcome;
 
 use super::shared::{Outcome, Shared};
-use crate::interior::{Ground, InteriorLaw, InteriorStart};
+use crate::interior::{Ground, InteriorStart};
 use crate::iterate::Iterate;
 use crate::proximal::ProximalWeight;
 use crate::residual::RESIDUALS;
@@ -20,26 +20,12 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     task.is_large() && iterate.residual > RESIDUALS.far && !matches!(task.look, Look::Short | Look::Part)
 }
 
-/// From the path of Coulomb's law, around its folds where it turns back early.
+/// From the path of Coulomb's law; where it turns back early around its folds, unless the island is warm: that may take thousands of
+/// factorisations, and an island that had a solution a step before has it only at a second look.
 pub(super) fn run(memory: &mut Memory, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
-    begin_and_iterate(memory, shared, task, iterate, InteriorLaw::Coulomb)
-}
-
-/// From the path that begins with all contacts opened.
-pub(super) fn run_opened(memory: &mut Memory, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
-    begin_and_iterate(memory, shared, task, iterate, InteriorLaw::Opened)
-}
-
-fn begin_and_iterate(
-    memory: &mut Memory,
-    shared: &mut Shared,
-    task: &Task,
-    iterate: &mut Iterate,
-    law: InteriorLaw,
-) -> Outcome {
     let Memory { start, ahead } = memory;
     ahead.clear(task.problem, task.island);
-    if !start.run(&mut Ground { map: &mut shared.map, iterate: &mut *ahead, task }, law) {
+    if !start.run(&mut Ground { map: &mut shared.map, iterate: &mut *ahead, task }) {
         return StageOutcome::Lost.into();
     }
     let outcome = shared.iterate(task, ahead, ProximalWeight::falling(task.settings));

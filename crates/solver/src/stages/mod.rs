@@ -51,8 +51,6 @@ const CASCADE: [Stage; StageKind::ALL.len()] = [
     Stage { kind: StageKind::ContactSweeps, applies: contact_sweeps::applies_to_rest, run: run_contact_sweeps },
     // large: modes from the end of the central path of Coulomb's law, then proximal iterations with a falling weight
     Stage { kind: StageKind::Interior, applies: interior::applies, run: |w, t, i| interior::run(&mut w.interior, &mut w.shared, t, i) },
-    // the same from contacts that are all opened
-    Stage { kind: StageKind::Opened, applies: interior::applies, run: |w, t, i| interior::run_opened(&mut w.interior, &mut w.shared, t, i) },
     // lexicographic Lemke on the island's LCP, which finds a solution or a ray
     Stage { kind: StageKind::Lemke, applies: lemke::applies, run: |w, t, i| lemke::run(&mut w.lemke, &mut w.shared, t, i) },
 ];

@@ -1,6 +1,5 @@
 use signorini_multibody::BlockDiagonal;
 
-use super::super::point::INTERIOR;
 use super::super::series::Ahead;
 use super::*;
 use crate::testing::on_ground_of;
@@ -30,11 +29,11 @@ fn tangle(seed: u32) -> ContactProblem {
     problem
 }
 
-/// Where Newton's steps to smaller products come to an end because the path turns back, a path around its folds still arrives, from
-/// the associated law or from contacts that are all opened, and all laws hold there.
+/// Where Newton's steps to smaller products come to an end because the path turns back, a path around its folds still arrives as often as not
+/// although the associated law that it begins with may have no solution here, and all laws hold there.
 #[test]
 fn paths_arrive_around_their_folds() {
-    let (mut folded, mut arrived, mut either) = (0, [0; 2], 0);
+    let (mut folded, mut arrived) = (0, 0);
     for seed in 0..300 {
         on_ground_of(&tangle(seed), |ground| {
             let mut interior = InteriorPoint::default();
@@ -45,18 +44,13 @@ fn paths_arrive_around_their_folds() {
             }
             folded += 1;
             let scale = ground.map.velocity_scale;
-            let ends = [0.0, INTERIOR.opening].map(|opening| {
-                interior.come_along_path(ground, opening * scale, &mut PathSteps::default());
-                let (product, missing) = interior.find_residuals(ground);
-                interior.share == 1.0 && product < 2e-9 * scale * scale && missing < 1e-8 * scale
-            });
-            arrived.iter_mut().zip(ends).for_each(|(count, end)| *count += u32::from(end));
-            either += u32::from(ends.contains(&true));
+            interior.come_along_path(ground, &mut PathSteps::default());
+            let (product, missing) = interior.find_residuals(ground);
+            let holds = interior.share == 1.0 && product < 2e-9 * scale * scale && missing < 1e-8 * scale;
+            arrived += u32::from(holds);
         });
     }
-    let most = |count: u32, part: f64| f64::from(count) >= part * f64::from(folded);
-    let enough = most(either, 0.97) && arrived.into_iter().all(|count| most(count, 0.5));
-    assert!(folded >= 20 && enough, "{arrived:?}, {either} of {folded}");
+    assert!(folded >= 20 && 2 * arrived >= folded, "{arrived} of {folded}");
 }
 
 /// The products of all pairs are the same along a series, with an error that falls with the ninth power of the length.
