@@ -15,13 +15,14 @@ mod check;
 mod draws;
 mod fit;
 mod rollout;
+mod search;
 
 use signorini_multibody::{Input, Model, State};
 use signorini_simulation::{Settings, SimulationError};
 
 use crate::parameter::Direction;
 
-pub use fit::identify;
+pub use search::identify;
 
 /// A motion that was recorded at equal intervals.
 #[derive(Clone, Debug, Default)]

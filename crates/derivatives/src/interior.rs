@@ -23,7 +23,7 @@ use signorini_contact::projection::Cones;
 use signorini_contact::recovery::recover_into;
 use signorini_contact::{ContactProblem, ContactSolution};
 
-use centre::{Centre, Edge, Group, Set};
+use centre::{Centre, Edge, Group, Owner, Set};
 
 use crate::matrix::{Rows, Work, add_scaled, dot, wide};
 use crate::mode::Scales;
@@ -49,12 +49,6 @@ pub(crate) struct Interior {
     whole: Vec<f64>,
     set: Set,
     cones: Cones,
-}
-
-#[derive(Clone, Copy, Debug)]
-enum Owner {
-    Contact(usize, [f64; 3]),
-    Bilateral(usize),
 }
 
 impl Interior {

@@ -6,6 +6,7 @@ mod equalities;
 mod frames;
 mod gaps;
 mod parameters;
+mod scratch;
 mod system;
 mod tendons;
 mod turning;
@@ -14,7 +15,8 @@ use signorini_multibody::derivatives::BalanceDerivatives;
 
 use crate::validity::Margin;
 
-pub(crate) use system::{ModeRows, Modes, Scratch, Step, TieRows};
+pub(crate) use scratch::Scratch;
+pub(crate) use system::{ModeRows, Modes, Step, TieRows};
 
 /// Builds the rows of the mode, and takes the turning of the impulses into the balance.
 ///

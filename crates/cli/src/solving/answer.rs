@@ -1,9 +1,9 @@
 //! What problems are solved with, and what comes of it.
 
-use signorini::contact::{ConeSolution, ContactSolution, GapContradiction, RelaxedSolution, StageCounts, StageRun};
-use signorini::lcp::Exclusion;
+use signorini::contact::{ConeSolution, ContactSolution, RelaxedSolution, StageCounts, StageRun};
 
 use super::choice::ContactLaw;
+use super::denial::Denial;
 use crate::results::{Distributions, Ending, Laws, LeastNormResult};
 
 /// How problems are solved.
@@ -53,14 +53,6 @@ pub struct Answer {
     pub denial: Option<(Denial, f64)>,
     /// The point found.
     pub point: Point,
-}
-
-/// A proof that there is no solution.
-pub enum Denial {
-    /// Gaps and bilateral rows contradict each other.
-    Gaps(GapContradiction),
-    /// No case of the complementarity problem has a solution.
-    Cases(Exclusion),
 }
 
 /// The point that a method ends with.

@@ -3,12 +3,8 @@
 use signorini_multibody::Model;
 use signorini_simulation::{Settings, SimulationError};
 
-use super::check::check;
-use super::draws::drawn_covariance;
 use super::rollout::{Rollouts, Sums};
-use super::{
-    Identification, IdentificationError, IdentificationProgress, IdentificationSettings, Recording, Task, Unknown,
-};
+use super::{Identification, IdentificationProgress, Recording, Task, Unknown};
 use crate::matrix::{cholesky, cholesky_solve};
 
 /// Damping at the beginning, as a part of the curvature; it goes down and up by these factors, and the method ends beyond the last.
@@ -26,47 +22,12 @@ const UNDETERMINED: f64 = 1e-8;
 /// Recordings per unknown from which on their spread is a covariance.
 const ENOUGH: usize = 3;
 
-/// Looks for parameters of a model that make it move as recorded.
-///
-/// - `settings`: of the simulation; Δt is the samples' interval over the substeps
-/// - `unknowns`: begin at their values in `model`
-/// - `progress`: called after every step of the method, which it ends with `false`
-///
-/// # Errors
-/// [`IdentificationError`] for unknowns that the model does not have, bounds that exclude their beginning, recordings that do not fit, and
-/// settings of the simulation out of range.
-///
-/// # Source
-/// J. Nocedal, S. Wright, *Numerical Optimization* (2006), chapter 10; P. Huber, *Robust Statistics* (1981); the covariance:
-/// H. White, *Maximum likelihood estimation of misspecified models*, Econometrica 50 (1982).
-pub fn identify(
-    model: &Model,
-    settings: &Settings,
-    recordings: &[Recording],
-    unknowns: &[Unknown],
-    asked: &IdentificationSettings,
-    mut progress: impl FnMut(&IdentificationProgress) -> bool,
-) -> Result<Identification, IdentificationError> {
-    let task = Task { settings, asked, unknowns };
-    check(model, recordings, &task)?;
-    let values = unknowns.iter().map(|unknown| unknown.value(model).unwrap_or_default()).collect();
-    let counts = vec![1; recordings.len()];
-    let mut fit = Fit { task, recordings, model: model.clone(), values, counts, tried: 0 };
-    let first = fit.start()?;
-    let end = fit.search(&mut progress)?;
-    let mut found = fit.result(first, &end);
-    if asked.draws > 1 {
-        found.covariance = drawn_covariance(&fit, &found)?;
-    }
-    Ok(found)
-}
-
 /// The method at some values.
 #[derive(Clone)]
 pub(super) struct Fit<'a> {
-    task: Task<'a>,
+    pub task: Task<'a>,
     pub recordings: &'a [Recording],
-    model: Model,
+    pub model: Model,
     pub values: Vec<f64>,
     /// How often each recording counts.
     pub counts: Vec<usize>,
@@ -174,7 +135,7 @@ impl Fit<'_> {
     }
 
     /// Goes to the best of some places within the bounds; returns the objective at the values of the model.
-    fn start(&mut self) -> Result<f64, SimulationError> {
+    pub fn start(&mut self) -> Result<f64, SimulationError> {
         let own = self.sum_at(&self.values, &self.evaluate(&self.values, false, f64::INFINITY)?).objective;
         let mut least = if own.is_finite() { own } else { f64::INFINITY };
         for k in 1..=self.task.asked.starts {
@@ -273,7 +234,7 @@ impl Fit<'_> {
         (self.values[i] <= lower && step < 0.0) || (self.values[i] >= upper && step > 0.0)
     }
 
-    fn result(&self, first: f64, end: &End) -> Identification {
+    pub fn result(&self, first: f64, end: &End) -> Identification {
         let End { whole, per_recording, converged } = end;
         let n = self.values.len();
         let at_bound: Vec<bool> = (0..n).map(|i| self.pushes_out(i, -whole.gradient[i])).collect();

@@ -1,6 +1,5 @@
 //! The centre of a set of impulses.
 
-use super::Owner;
 use crate::matrix::{Rows, Work, add_scaled, cholesky, cholesky_solve, dot, largest};
 
 /// Momentum may be missed by this part times the square root of what the balance costs: what bounds impulses that have to be zero.
@@ -11,6 +10,13 @@ const ITERATIONS: usize = 40;
 const CENTRED: f64 = 0.5;
 /// The balance of the impulses found, relative to the momentum.
 const BALANCED: f64 = 1e-11;
+
+/// Whose impulse an edge is: a contact's, along this direction of its frame, or a bilateral row's.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Owner {
+    Contact(usize, [f64; 3]),
+    Bilateral(usize),
+}
 
 /// An edge of a contact's cone, or a bilateral row.
 #[derive(Clone, Copy, Debug)]

@@ -5,7 +5,8 @@ use signorini_multibody::{JointKind, right_jacobian, rotation_log};
 use signorini_simulation::{ContactSource, FrictionSource};
 
 use super::parameters::add_violation;
-use super::system::{ModeRows, Modes, Scratch, Step};
+use super::scratch::Scratch;
+use super::system::{ModeRows, Modes, Step};
 use super::tendons::add_turning;
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 

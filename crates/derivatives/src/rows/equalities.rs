@@ -5,7 +5,8 @@ use signorini_multibody::{BodyId, EqualityBlock, EqualityKind, JointId, JointKin
 use signorini_multibody::{SpatialVector, TendonId, right_jacobian, rotation_log};
 
 use super::parameters::add_violation;
-use super::system::{ModeRows, Mover, Push, Scratch, Step, movers};
+use super::scratch::Scratch;
+use super::system::{ModeRows, Mover, Push, Step, movers};
 use super::tendons::{add_turning, measure};
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 

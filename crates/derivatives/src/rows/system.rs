@@ -6,8 +6,6 @@ use signorini_multibody::glam::DVec3;
 use signorini_multibody::{BodyId, ContactPoint, EqualityBlock, Input, LengthRow, Model, SpatialVector, State};
 use signorini_simulation::{Settings, Workspace};
 
-use super::turning::TurnSum;
-use crate::geometry::SearchMemory;
 use crate::matrix::Rows;
 use crate::mode::{Scales, UnitMode, contact_mode, group_mode, is_tie};
 use crate::parameter::Direction;
@@ -122,20 +120,6 @@ pub(crate) struct Step<'a> {
     pub scales: Scales,
     /// Of the parameters to differentiate by.
     pub directions: &'a [Direction],
-}
-
-/// Memory that building rows needs.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Scratch {
-    pub list: Vec<Mover>,
-    pub moved: Vec<Moved>,
-    pub points: Vec<ContactPoint>,
-    pub displaced: Vec<(Mover, DVec3, DVec3)>,
-    pub turned: TurnSum,
-    pub block: Option<EqualityBlock>,
-    pub length: LengthRow,
-    pub turns: LengthCurvature,
-    pub search: SearchMemory,
 }
 
 /// How a contact moves with one degree of freedom.

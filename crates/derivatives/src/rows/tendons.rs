@@ -3,7 +3,8 @@
 use signorini_multibody::derivatives::LengthCurvature;
 use signorini_multibody::{LengthRow, TendonId, tendon_length_into};
 
-use super::system::{Scratch, Step};
+use super::scratch::Scratch;
+use super::system::Step;
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 
 /// Adds how a row along a tendon turns, and its impulse with it.

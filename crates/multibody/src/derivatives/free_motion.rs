@@ -2,74 +2,14 @@
 
 use glamx::glam::{DQuat, DVec3};
 
-use super::curvature::LengthCurvature;
-use super::drive::MarginSource;
-use super::inverse_dynamics::{InverseDynamicsDerivatives, inverse_dynamics_derivatives_into};
+use super::balance::{BalanceDerivatives, Unsupported};
+use super::inverse_dynamics::inverse_dynamics_derivatives_into;
 use super::lengths::LengthStep;
 use crate::free_motion::{FreeMotion, joint_spring};
 use crate::kinematics::Kinematics;
 use crate::model::{Actuator, BodyId, Model, Transmission};
 use crate::spatial::SpatialVector;
 use crate::state::{Input, State};
-
-/// A part of a model without derivatives.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("{part} has no derivative: {reason}")]
-pub struct Unsupported {
-    /// Which part.
-    pub part: String,
-    /// Why.
-    pub reason: &'static str,
-}
-
-/// `E(v⁺; q, v, u) = M̂ (v⁺ − v) − Δt (…)`, the impulse that contacts and constraints have to give for a step to end with `v⁺`, and its
-/// derivatives at fixed `v⁺`. That by `v⁺` is `M̂`, that by the applied force `−Δt`.
-#[derive(Clone, Debug)]
-pub struct BalanceDerivatives {
-    /// `E`, `[nv]`, N·s, N·m·s, less the impulses from outside.
-    pub impulse: Vec<f64>,
-    /// `∂E/∂q` in tangent coordinates, where the impulses from outside turn with their bodies, `[nv, nv]` row by row.
-    pub by_configuration: Vec<f64>,
-    /// `∂E/∂v`, `[nv, nv]` row by row.
-    pub by_velocity: Vec<f64>,
-    /// `∂E/∂u`, `[nv, nu]` row by row.
-    pub by_control: Vec<f64>,
-    /// `∂E` by what the force laws of actuators take as their control, `[nv, nu]` row by row.
-    pub(super) by_drive: Vec<f64>,
-    /// How that changes with the activation of each actuator, `[nu]`; 0 for one without.
-    pub(super) activation_share: Vec<f64>,
-    /// How far each inequality is from turning, relative to its range: what is 0 has two one-sided derivatives.
-    pub margins: Vec<(MarginSource, f64)>,
-    /// Inverse dynamics of the step's mean acceleration.
-    pub dynamics: InverseDynamicsDerivatives,
-    acceleration: Vec<f64>,
-    wrenches: Vec<SpatialVector>,
-    lengths: LengthCurvature,
-}
-
-impl BalanceDerivatives {
-    /// Storage for a model.
-    pub fn new(model: &Model) -> Self {
-        let (nv, nu) = (model.nv, model.actuators.len());
-        Self {
-            impulse: vec![0.0; nv],
-            by_configuration: vec![0.0; nv * nv],
-            by_velocity: vec![0.0; nv * nv],
-            by_control: vec![0.0; nv * nu],
-            by_drive: vec![0.0; nv * nu],
-            activation_share: vec![0.0; nu],
-            margins: Vec::new(),
-            dynamics: InverseDynamicsDerivatives::new(model),
-            acceleration: vec![0.0; nv],
-            wrenches: vec![SpatialVector::ZERO; model.bodies.len()],
-            lengths: LengthCurvature::default(),
-        }
-    }
-
-    pub(super) fn add(matrix: &mut [f64], nv: usize, row: usize, column: usize, value: f64) {
-        matrix[row * nv + column] += value;
-    }
-}
 
 /// Derivatives of the momentum balance of a step (formulation §1 with the implicit terms of [`free_motion_into`](crate::free_motion_into)).
 ///

@@ -2,9 +2,9 @@
 
 use glamx::glam::DVec3;
 
+use super::balance::{BalanceDerivatives, Unsupported};
 use super::curvature::LengthCurvature;
 use super::drive::{MarginSource, distance_to, drive_slopes};
-use super::free_motion::{BalanceDerivatives, Unsupported};
 use crate::free_motion::{AffineForce, FreeMotion, Saturation};
 use crate::free_motion::{actuator_law, can_saturate, is_before, tendon_spring};
 use crate::kinematics::Kinematics;

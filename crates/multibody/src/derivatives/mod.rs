@@ -4,6 +4,7 @@
 //! from the right, so that `δ` has the axes of `v`. A unit of `δ_k` then displaces all bodies that degree of freedom `k` carries by the
 //! twist `S_k`, column `k` of their Jacobian, and everything follows from how twists move with twists.
 
+mod balance;
 mod curvature;
 mod drive;
 mod free_motion;
@@ -14,9 +15,10 @@ mod motion;
 mod parameters;
 mod spatial;
 
+pub use balance::{BalanceDerivatives, Unsupported};
 pub use curvature::LengthCurvature;
 pub use drive::MarginSource;
-pub use free_motion::{BalanceDerivatives, Unsupported, balance_derivatives_into};
+pub use free_motion::balance_derivatives_into;
 pub use inverse_dynamics::{InverseDynamicsDerivatives, inverse_dynamics_derivatives_into};
 pub use motion::MotionDerivatives;
 pub use parameters::{BalanceAt, InertiaChange, JointChange};

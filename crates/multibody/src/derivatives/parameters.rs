@@ -2,8 +2,8 @@
 
 use glamx::glam::{DMat3, DVec3};
 
+use super::balance::BalanceDerivatives;
 use super::drive::drive_by_timestep;
-use super::free_motion::BalanceDerivatives;
 use super::spatial::momentum;
 use crate::composite::RigidInertia;
 use crate::free_motion::{AffineForce, FreeMotion, is_before, joint_spring, tendon_spring};
