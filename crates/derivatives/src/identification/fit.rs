@@ -1,7 +1,7 @@
 //! Levenberg and Marquardt's method over trajectories.
 
 use signorini_multibody::Model;
-use signorini_simulation::{Settings, SimulationError};
+use signorini_simulation::SimulationError;
 
 use super::rollout::{Rollouts, Sums};
 use super::{Identification, IdentificationProgress, Recording, Task, Unknown};

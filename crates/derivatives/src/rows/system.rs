@@ -1,9 +1,9 @@
 //! The linear system of a mode, and what its rows are made from.
 
 use signorini_contact::{ContactProblem, ContactSolution};
-use signorini_multibody::derivatives::{LengthCurvature, MotionDerivatives};
+use signorini_multibody::derivatives::MotionDerivatives;
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{BodyId, ContactPoint, EqualityBlock, Input, LengthRow, Model, SpatialVector, State};
+use signorini_multibody::{BodyId, Input, Model, SpatialVector, State};
 use signorini_simulation::{Settings, Workspace};
 
 use crate::matrix::Rows;
