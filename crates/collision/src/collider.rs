@@ -6,13 +6,13 @@ use glamx::glam::DVec3;
 use signorini_multibody::{BodyId, ContactPoint, GeomId, Geometry, Model, Pose};
 
 use crate::CollisionError;
-use crate::apart::{Apart, shows_apart};
+use crate::apart::{Apart, Two};
 use crate::bvh::Aabb;
 use crate::feature::order_features;
 use crate::laws::Laws;
 use crate::manifold::Touch;
 use crate::narrow::Narrow;
-use crate::partners::{Partners, that_can_meet};
+use crate::partners::{Partners, geoms_of, pair_of, that_can_meet};
 use crate::placing::{GeomPose, half_space, place, place_set, rank};
 use crate::reach::{PairReach, PairReaches, Reach, RelativeMotion, Within};
 use crate::shape::{KnownHulls, Prepared, Shape};
@@ -157,8 +157,8 @@ impl Collider {
         out.clear();
         self.place(body_pose, reach);
         self.collect_pairs(model, wanted);
+        self.apart.leave_out(&mut self.pairs, (&self.geoms, &self.placed), &self.travel);
         self.closer.known.clear();
-        self.apart.begin();
         self.touch_pairs(model, out);
     }
 
@@ -181,8 +181,8 @@ impl Collider {
         out.clear();
         self.place(body_pose, reach);
         self.collect_pairs(model, |_, _| true);
+        self.apart.leave_out(&mut self.pairs, (&self.geoms, &self.placed), &self.travel);
         self.bound_pairs(relative);
-        self.apart.begin();
         self.touch_pairs(model, out);
     }
 
@@ -195,7 +195,7 @@ impl Collider {
         self.closer.known.clear();
         self.closer.is_directed = true;
         for &pair in &self.pairs {
-            let (i, j) = ((pair >> 32) as usize, pair as u32 as usize);
+            let (i, j) = geoms_of(pair);
             // A half-space has no size.
             let size = |k: usize| if self.geoms[k].size > 0.0 { self.geoms[k].size } else { f64::INFINITY };
             let smaller = if size(i) < size(j) { i } else { j };
@@ -226,9 +226,10 @@ impl Collider {
     /// Appends the contact points of the pairs at hand.
     fn touch_pairs(&mut self, model: &Model, out: &mut Vec<ContactPoint>) {
         for k in 0..self.pairs.len() {
-            let (i, j) = ((self.pairs[k] >> 32) as u32, self.pairs[k] as u32);
+            let (i, j) = geoms_of(self.pairs[k]);
             self.touches.clear();
-            let origin = self.touch(i as usize, j as usize);
+            let origin = self.touch(i, j);
+            let (i, j) = (i as u32, j as u32);
             let start = out.len();
             let [friction, margin] = self.laws.of_pair(model, i, j);
             let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
@@ -358,21 +359,19 @@ impl Collider {
             (Shape::Convex(shape_a), Shape::Convex(shape_b)) => {
                 let placed_a = place(&self.geoms[a], shape_a, &self.placed[a], origin);
                 let placed_b = place(&self.geoms[b], shape_b, &self.placed[b], origin);
-                let pair = pair_of(i as u32, j as u32);
-                if let Some(direction) = self.apart.direction(pair)
-                    && shows_apart(direction, &placed_a, &placed_b, margin)
-                {
-                    self.apart.keep(pair, direction);
+                let (pair, shapes) = (pair_of(i as u32, j as u32), (&placed_a, &placed_b));
+                let two = Two::new(&self.geoms, &self.placed, pair);
+                if self.apart.is_still(&two, margin) || self.apart.shows_apart(&two, shapes, margin) {
                     return origin;
                 }
-                narrow.search.within = if flip { within.swapped() } else { within };
+                narrow.search.within = within;
                 (narrow.search.apart, narrow.search.excluded) = (None, None);
                 narrow.convex(&placed_a, &placed_b, margin, touches);
-                if let (Some(closer), Some((normal, gap))) = (self.closer.of(pair), narrow.search.excluded) {
-                    closer.apart = Some((if flip { -normal } else { normal }, gap));
+                if let (Some(closer), Some(excluded)) = (self.closer.of(pair), narrow.search.excluded) {
+                    closer.apart = Some(excluded);
                 }
-                if let Some(direction) = narrow.search.apart {
-                    self.apart.keep(pair, direction);
+                if touches.is_empty() {
+                    self.apart.keep(&two, shapes, margin, narrow.search.apart);
                 }
             }
             (Shape::HalfSpace, Shape::Triangles(set)) => {
@@ -402,9 +401,4 @@ impl Collider {
         }
         origin
     }
-}
-
-/// Two geoms as one number, the smaller index first.
-fn pair_of(i: u32, j: u32) -> u64 {
-    u64::from(i.min(j)) << 32 | u64::from(i.max(j))
 }

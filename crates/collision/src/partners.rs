@@ -89,3 +89,13 @@ fn filter_allows(model: &Model, i: u32, j: u32) -> bool {
     let (a, b) = (&model.geoms[i.min(j) as usize], &model.geoms[i.max(j) as usize]);
     model.contact_filter.allows((GeomId(i.min(j)), GeomId(i.max(j))), (a, b))
 }
+
+/// Two geoms as one number, the smaller index first.
+pub(crate) fn pair_of(i: u32, j: u32) -> u64 {
+    u64::from(i.min(j)) << 32 | u64::from(i.max(j))
+}
+
+/// The geoms of a pair.
+pub(crate) fn geoms_of(pair: u64) -> (usize, usize) {
+    ((pair >> 32) as usize, pair as u32 as usize)
+}

@@ -109,14 +109,6 @@ pub(crate) struct Within {
 }
 
 impl Within {
-    /// For the shapes in the other order.
-    pub fn swapped(mut self) -> Self {
-        if let Some((motion, ..)) = &mut self.moving {
-            motion.linear = motion.linear.map(|way| -way);
-        }
-        self
-    }
-
     /// What is left of the gap (m) of shapes along a unit normal from A to B, where they cannot come together.
     pub fn excluded(&self, normal: DVec3, gap: f64) -> Option<f64> {
         let (motion, radius, own) = self.moving.as_ref()?;
