@@ -125,13 +125,18 @@ impl ContactProblem {
         entries: &[[f64; R]],
         scratch: &mut [f64],
     ) -> [f64; R] {
+        let (Some(&first), Some(&last)) = (columns.first(), columns.last()) else { return [0.0; R] };
+        let (first, rows) = (first as usize - range.start, range.start..last as usize + 1);
         std::array::from_fn(|r| {
+            // Limits and the friction of joints have one row alone.
+            if entries.iter().all(|entry| entry[r] == 0.0) {
+                return 0.0;
+            }
             for (&column, entry) in columns.iter().zip(entries) {
                 scratch[column as usize] = entry[r];
             }
-            let x = &mut scratch[range.clone()];
-            self.mass_factor.half_solve_block_in_place(block, x);
-            let square = x.iter().map(|x| x * x).sum();
+            let x = &mut scratch[rows.clone()];
+            let square = self.mass_factor.inverse_square(block, first, x);
             x.fill(0.0);
             square
         })

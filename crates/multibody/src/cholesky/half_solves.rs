@@ -1,6 +1,7 @@
 //! Half solves: `L⁻ᵀ` on sparse columns along the ways to the root, and the squares that they give the Delassus operator.
 
 use super::{BlockCholesky, FEW_ROWS, SMALL};
+use crate::dot::dot;
 use crate::layout::Block;
 
 impl BlockCholesky {
@@ -76,6 +77,37 @@ impl BlockCholesky {
             (0..N).for_each(|n| squares[n] += y[k][n] * y[k][n]);
         }
         squares
+    }
+
+    /// `xᵀ A_b⁻¹ x` for a sparse column of one block of any size.
+    /// - `first`: before this row the column is zero
+    /// - `x`: its rows up to the last one that is not zero, `[at most size]`; they are changed
+    ///
+    /// # Panics
+    /// If there are more rows than the block has.
+    ///
+    /// # Cost
+    /// The rows on the ways to the root, each times the length of the column.
+    pub fn inverse_square(&self, block: usize, first: usize, x: &mut [f64]) -> f64 {
+        let is_diagonal = self.diagonal[block];
+        let block = &self.layout.blocks[block];
+        let (u, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
+        if is_diagonal {
+            return x.iter().zip(inverse).map(|(x, inverse)| (x * inverse).powi(2)).sum();
+        }
+        let mut square = 0.0;
+        for k in (0..x.len()).rev() {
+            let end = (self.layout.end(block.start + k) - block.start).min(x.len());
+            // What hangs on this row has no part in the column.
+            if end <= first {
+                continue;
+            }
+            let (head, tail) = x.split_at_mut(k + 1);
+            let carried = end - k - 1;
+            head[k] = (head[k] - dot(&tail[..carried], &u[k * block.size + k + 1..][..carried])) * inverse[k];
+            square += head[k] * head[k];
+        }
+        square
     }
 
     /// `Y ← L⁻ᵀ Y` for `N` sparse columns in the same rows of one block of at most [`FEW_ROWS`] rows, so that `YᵀY` is the product

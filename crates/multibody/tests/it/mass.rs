@@ -67,6 +67,14 @@ fn half_solves_of_the_first_rows_of_a_block_give_the_product_with_its_inverse() 
                 let size: f64 = rows.iter().zip(&column).map(|(row, x)| (row[r] * x).abs()).sum();
                 assert!((product - expected).abs() <= 1e-10 * size, "{product} {expected}");
             }
+            let first = count / 2;
+            let mut sparse: Vec<f64> = (0..count).map(|k| if k < first { 0.0 } else { rows[k][1] }).collect();
+            let mut solved = [sparse.clone(), vec![0.0; block.range().len() - count]].concat();
+            factor.solve_block_in_place(b, &mut solved);
+            let expected: f64 = sparse.iter().zip(&solved).map(|(x, y)| x * y).sum();
+            let size: f64 = sparse.iter().zip(&solved).map(|(x, y)| (x * y).abs()).sum();
+            let square = factor.inverse_square(b, first, &mut sparse);
+            assert!((square - expected).abs() <= 1e-10 * size, "{square} {expected}");
             if block.range().len() > FEW_ROWS {
                 continue;
             }
