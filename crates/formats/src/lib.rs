@@ -22,6 +22,7 @@
 
 mod coverage;
 mod decompose;
+mod dependent;
 mod error;
 mod inertia;
 mod load;

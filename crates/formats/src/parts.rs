@@ -336,8 +336,7 @@ impl Parts {
     pub fn arm_massless_joints(&mut self, report: &mut Reporter) {
         let [mass, inertia] = ARMATURE;
         for name in self.builder.arm_massless_joints(mass, inertia) {
-            let place = self.places.get(&(Sort::Joint, name.clone()));
-            let at = place.map_or_else(|| self.root.clone(), |place| place.at.clone());
+            let at = self.joint_place(&name);
             let what = format!("of the joint '{name}', which moves no mass");
             let effect =
                 format!("it has an armature of {inertia} kg m² ({mass} kg if prismatic): give its link an <inertial>");
@@ -345,8 +344,13 @@ impl Parts {
         }
     }
 
+    /// Where a joint stands in the file.
+    pub fn joint_place(&self, name: &str) -> Location {
+        self.places.get(&(Sort::Joint, name.to_owned())).map_or_else(|| self.root.clone(), |place| place.at.clone())
+    }
+
     /// Builds the model; an error stands where the part to blame stands.
-    pub fn build(mut self) -> Result<Model, FormatError> {
+    pub fn build(&mut self) -> Result<Model, FormatError> {
         let builder = std::mem::replace(&mut self.builder, ModelBuilder::new(""));
         builder.build().map_err(|e| self.blame(e))
     }

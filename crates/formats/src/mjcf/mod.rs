@@ -45,6 +45,7 @@ use textures::Textures;
 
 use crate::coverage::explain;
 use crate::decompose::Decomposer;
+use crate::dependent::arm_dependent_joints;
 use crate::error::FormatError;
 use crate::options::{Imported, LoadOptions};
 use crate::parts::Parts;
@@ -117,6 +118,7 @@ fn read(tree: &Tree, (base, folders): (&Path, &[PathBuf]), options: &LoadOptions
     coverage::audit(root, &mut importer.report);
     importer.report.notes(tree.take_notes());
     let mut model = importer.parts.build()?;
+    arm_dependent_joints(&mut model, &importer.parts, &mut importer.report);
     actuators::bound_by_joints(&mut model, &importer.actuator_force_ranges, &mut importer.report);
     tendons::rest_with_joints(&mut model, &importer.resting_tendons);
     muscles::finish(&mut model, &importer.muscles, &mut importer.report);

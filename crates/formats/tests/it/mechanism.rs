@@ -3,7 +3,10 @@
 use signorini_formats::{LoadOptions, load_mjcf_str, load_urdf_str};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{ActuatorKind, EqualityKind, JointKind, Kinematics, Model, SpinResistance, State};
-use signorini_multibody::{EqualityBlock, equality_block_into, equality_violations, forward_kinematics_into};
+use signorini_multibody::{
+    EqualityBlock, FreeMotion, Input, equality_block_into, equality_violations, forward_kinematics_into,
+    free_motion_into,
+};
 
 fn mjcf(inner: &str) -> Model {
     let imported = load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "").unwrap();
@@ -223,4 +226,29 @@ fn urdf_joints_follow_one_another() {
     let [warning] = &dangling.report.warnings[..] else { panic!("{}", dangling.report) };
     assert!(dangling.model.equalities.is_empty() && warning.changes_motion && warning.what.contains("'l'"));
     assert!(model("<mimic joint='j'/>").unwrap_err().to_string().contains("another joint"));
+}
+
+/// Four slides of one body: it falls as the world's gravity says, whatever the share of each.
+#[test]
+fn joints_that_move_nothing_of_their_own() {
+    let slide = |name, axis| format!("<joint name='{name}' type='slide' axis='{axis}'/>\n");
+    let slides = slide("x", "1 0 0") + &slide("y", "0 1 0") + &slide("z", "0 0 1") + &slide("more", "1 1 0");
+    let text = format!(
+        "<mujoco><option gravity='1 2 -3'/><worldbody><body>\n{slides}<geom size='1' mass='2'/></body></worldbody></mujoco>"
+    );
+    let imported = load_mjcf_str(&text, "").unwrap();
+    let [found] = &imported.report.warnings[..] else { panic!("{}", imported.report) };
+    assert!(found.changes_motion && (2..=5).contains(&found.line), "{found}");
+    assert!(found.what.contains("moves nothing that other joints do not move"), "{found}");
+    let mut state = State::new(&imported.model);
+    let mut motion = FreeMotion::new(&imported.model);
+    let mut kinematics = Kinematics::new(&imported.model);
+    forward_kinematics_into(&imported.model, &state.q, &state.v, &mut kinematics);
+    free_motion_into(&imported.model, &kinematics, &state, &Input::default(), 1.0, &mut motion).unwrap();
+    state.v.copy_from_slice(&motion.free_velocity);
+    let [x, y, z, more] = state.v[..] else { panic!("{:?}", state.v) };
+    let along = more / f64::sqrt(2.0);
+    for (found, expected) in [(x + along, 1.0), (y + along, 2.0), (z, -3.0)] {
+        assert!((found - expected).abs() < 1e-9, "{:?}", state.v);
+    }
 }
