@@ -151,11 +151,25 @@ class Model(Strict, _core.Model):
         return cls._load({"path": os.fspath(source)}, options)
 
     @classmethod
-    def from_sdf(cls, source: PathLike, *, package_dirs: Sequence[PathLike] = (), floor: bool = False) -> Model:
+    def from_sdf(
+        cls,
+        source: PathLike,
+        *,
+        package_dirs: Sequence[PathLike] = (),
+        floor: bool = False,
+        missing_meshes: Literal["stop", "skip"] = "stop",
+        decompose: Optional[float] = None,
+    ) -> Model:
         """Reads SDF from a file, or from text that begins with ``<``; other arguments as in :meth:`from_file`."""
+        given: Dict[str, Any] = {
+            "package_dirs": package_dirs,
+            "floor": floor,
+            "missing_meshes": missing_meshes,
+            "decompose": decompose,
+        }
         if _is_text(source):
-            return cls.from_string(os.fspath(source), format="sdf", package_dirs=package_dirs, floor=floor)
-        return cls.from_file(source, package_dirs=package_dirs, floor=floor)
+            return cls.from_string(os.fspath(source), format="sdf", **given)
+        return cls.from_file(source, **given)
 
     @classmethod
     def _load(cls, source: Dict[str, Any], options: Dict[str, Any]) -> Model:
