@@ -1,6 +1,7 @@
 //! Contact points, limits, constraints and further friction become a contact problem.
 
 mod builder;
+mod dependent;
 mod limits;
 pub(crate) mod mechanism;
 mod pace;

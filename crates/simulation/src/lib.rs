@@ -43,12 +43,14 @@
 
 mod adhesion;
 mod assembly;
+mod attempt;
 mod batch;
 mod build;
 mod candidates;
 mod contact_forces;
 mod contact_sensors;
 mod corrections;
+mod energy_bound;
 mod error;
 mod forces;
 mod inverse;

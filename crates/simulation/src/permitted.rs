@@ -1,11 +1,10 @@
 //! Solving the step's problem with the corrections that the laws permit.
 
 use signorini_contact::SolveStatus;
-use signorini_multibody::{Model, kinetic_energy};
+use signorini_multibody::Model;
 use signorini_solver::Patience;
 
 use crate::SimulationError;
-use crate::corrections::energy;
 use crate::report::{KeptRow, StepReport};
 use crate::settings::{InfeasiblePolicy, Settings};
 use crate::solver::Verdict;
@@ -18,13 +17,6 @@ const NEARLY: f64 = 0.9;
 const LOWEST: f64 = 0.25;
 /// Fewer contacts than this are in no island whose factorisations are dear.
 const SMALL: usize = 64;
-/// Problems that are solved to bring the energy of corrections below its bound, and the part of the bound that is aimed at.
-const REDUCTIONS: u32 = 4;
-const AIM: f64 = 0.9;
-/// Corrections may put in the energy that all bodies have at so many times the speed of corrections, and this part of the
-/// kinetic energy.
-const SPEEDS: f64 = 2.0;
-const PART_OF_ENERGY: f64 = 0.01;
 
 /// Between a θ for which a solution was found and one for which none was.
 struct Bracket {
@@ -202,98 +194,9 @@ impl Workspace {
         if self.corrections.theta == bracket.solved { Ok(best) } else { self.take_best(bracket.solved, best, report) }
     }
 
-    /// Reduces θ where corrections put in more energy than they may.
-    fn bound_energy(
-        &mut self,
-        model: &Model,
-        settings: &Settings,
-        v: &[f64],
-        mut verdict: Verdict,
-        report: &mut StepReport,
-    ) -> Result<Verdict, SimulationError> {
-        if self.correction_energy() <= 0.0 || !settings.correction_speed.is_finite() {
-            return Ok(verdict);
-        }
-        let speed = SPEEDS * settings.correction_speed;
-        let mut bound = 0.5 * self.moving_mass * speed * speed;
-        let mut put_in = self.energy_left(model, bound);
-        if put_in > bound {
-            bound += PART_OF_ENERGY * kinetic_energy(model, &self.kinematics, v);
-        }
-        for reduction in 0..=REDUCTIONS {
-            if put_in <= bound {
-                break;
-            }
-            self.warm.keep(&self.builder.keys, &self.builder.group_keys, &self.solution);
-            let theta = self.corrections.theta * (AIM * bound / put_in).sqrt().min(AIM);
-            let theta = if reduction == REDUCTIONS { 0.0 } else { theta };
-            self.corrections.limit(|_| true, |_| true);
-            verdict = self.attempt_part(theta, Patience::Full, report)?;
-            put_in = self.energy_left(model, bound);
-        }
-        Ok(verdict)
-    }
-
-    /// The work of the corrections, J; where that is above the bound, what can be left of it in the motion: what the step's implicit forces
-    /// take at the velocity of its end, `v⁺ᵀ (M̂ − M) v⁺`, is not, as with dampers that hold a mechanism back, and it is no more than the
-    /// kinetic energy after the step, as where friction takes the rest.
-    fn energy_left(&mut self, model: &Model, bound: f64) -> f64 {
-        let work = self.correction_energy();
-        if work <= bound {
-            return work;
-        }
-        let Self { builder, solution, kinematics, reach, best, .. } = self;
-        let v = &solution.velocity;
-        let momentum = &mut best.velocity;
-        momentum.resize(v.len(), 0.0);
-        builder.problem.mass.multiply_into(v, momentum);
-        let with_implicit: f64 = v.iter().zip(momentum).map(|(v, p)| v * *p).sum();
-        let rigid = 2.0 * reach.end.kinetic_energy(model, kinematics, v);
-        (work - (with_implicit - rigid).max(0.0)).min(0.5 * rigid)
-    }
-
     /// Whether velocities are prescribed, which may be impossible.
     pub(crate) fn is_driven(&self) -> bool {
         self.builder.problem.bilateral_violation.len() > self.builder.bilateral_source.len()
-    }
-
-    fn correction_energy(&self) -> f64 {
-        let constraints = self.builder.bilateral_source.len();
-        energy(&self.builder.problem, &self.solution, &self.builder.impacts, constraints)
-    }
-
-    fn attempt_part(
-        &mut self,
-        theta: f64,
-        patience: Patience,
-        report: &mut StepReport,
-    ) -> Result<Verdict, SimulationError> {
-        self.corrections.set(theta, &mut self.builder.problem);
-        self.attempt(patience, report)
-    }
-
-    fn attempt(&mut self, patience: Patience, report: &mut StepReport) -> Result<Verdict, SimulationError> {
-        let start = self.warm.start_for(&self.builder.keys, &self.builder.group_keys);
-        let verdict = self.solver.solve_into(&mut self.builder.problem, Some(start), patience, &mut self.solution);
-        report.solver.accumulate(&self.solution.report);
-        report.solves += 1;
-        verdict
-    }
-
-    /// Keeps the solution at hand, from which the next ones start.
-    fn keep_best(&mut self) {
-        self.warm.keep(&self.builder.keys, &self.builder.group_keys, &self.solution);
-        self.best.clone_from(&self.solution);
-    }
-
-    /// Gives the problem the part θ that has a solution, and that solution.
-    fn take_best(&mut self, theta: f64, verdict: Verdict, report: &mut StepReport) -> Result<Verdict, SimulationError> {
-        if !self.solver.keeps_directions() {
-            return self.attempt_part(theta, Patience::Full, report);
-        }
-        self.corrections.set(theta, &mut self.builder.problem);
-        std::mem::swap(&mut self.solution, &mut self.best);
-        Ok(verdict)
     }
 
     /// Writes what was corrected, and what was kept, to the report.

@@ -15,6 +15,7 @@ use crate::assembly::Assembler;
 use crate::build::ProblemBuilder;
 use crate::candidates::Candidates;
 use crate::corrections::Corrections;
+use crate::energy_bound::SmallestChange;
 use crate::overlaps;
 use crate::reach::BodyReach;
 use crate::rest::FixedPoint;
@@ -36,6 +37,7 @@ pub struct Workspace {
     pub(crate) assembler: Assembler,
     pub(crate) decompression: Decompression,
     pub(crate) corrections: Corrections,
+    pub(crate) smallest: SmallestChange,
     /// The solution with the largest θ so far, while it is looked for.
     pub(crate) best: ContactSolution,
     /// Mass of all bodies that move, kg.
@@ -106,6 +108,7 @@ impl Workspace {
                 solution: ContactSolution::default(),
             },
             corrections: Corrections::default(),
+            smallest: SmallestChange::default(),
             best: ContactSolution::default(),
             moving_mass: moving_mass(model),
             builder: ProblemBuilder::new(model, problem, polygon, settings),

@@ -2,7 +2,7 @@
 
 use signorini::multibody::glam::{DMat3, DQuat, DVec3};
 use signorini::multibody::{BodyId, EqualityKind, Inertia, Joint, JointKind, ModelBuilder, Pose};
-use signorini::{InfeasiblePolicy, Settings, Simulation, SimulationError};
+use signorini::{InfeasiblePolicy, RunEnd, Settings, Simulation, SimulationError};
 
 use crate::support::{G, World, run_certified};
 
@@ -32,6 +32,10 @@ fn along(v: DVec3) -> DQuat {
 /// Crank, coupler and rocker that turn about `axis`, closed to the world by a ball joint: one row more than the plane needs, and
 /// in axes that are not those of the world.
 fn four_bar(tilt: DQuat) -> Simulation {
+    four_bar_of(tilt, [DVec3::Y; 3], Settings::default().with_position_iterations(3))
+}
+
+fn four_bar_of(tilt: DQuat, axes: [DVec3; 3], settings: Settings) -> Simulation {
     let mut b = builder();
     let points = [DVec3::ZERO, DVec3::new(0.0, 0.0, 0.4), DVec3::new(1.0, 0.0, 0.9), DVec3::new(1.2, 0.0, 0.0)];
     let (mut parent, mut pose) = (BodyId::WORLD, Pose::IDENTITY);
@@ -39,7 +43,7 @@ fn four_bar(tilt: DQuat) -> Simulation {
         let link = points[k + 1] - points[k];
         let world = Pose::new(tilt * points[k], tilt * along(link));
         let body = b.add_body(format!("link{k}"), parent, pose.inverse() * world, rod(link.length())).unwrap();
-        let axis = world.rotation.conjugate() * (tilt * DVec3::Y);
+        let axis = world.rotation.conjugate() * (tilt * axes[k].normalize());
         b.add_joint(body, hinge(&format!("hinge{k}"), axis)).unwrap();
         (parent, pose) = (body, world);
     }
@@ -51,7 +55,28 @@ fn four_bar(tilt: DQuat) -> Simulation {
         point_b: DVec3::X * length,
     };
     b.add_equality("loop", end);
-    Simulation::new(b.build().unwrap(), Settings::default().with_position_iterations(3)).unwrap()
+    Simulation::new(b.build().unwrap(), settings).unwrap()
+}
+
+/// Hinges that are parallel to the digits of a file move as parallel ones do, with impulses of the usual size and no step limited.
+#[test]
+fn hinges_that_are_parallel_to_seven_digits_do_not_lock() {
+    let run = |off: f64| {
+        let axes = [[1.0, 0.0], [0.0, -1.0], [-0.5, 1.0]].map(|[x, z]| DVec3::new(off * x, 1.0, off * z));
+        let mut simulation =
+            four_bar_of(DQuat::from_scaled_axis(DVec3::new(0.3, -0.2, 0.9)), axes, Settings::default());
+        let end = simulation.run(1.0, |now, report| {
+            let largest = now.workspace().solution().bilateral.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+            assert!(report.theta == 1.0 && report.solves == 1 && largest < 1.0, "{largest} N s, {report:?}");
+            report.certificate.holds(1e-9)
+        });
+        assert_eq!(end.unwrap(), RunEnd::Finished, "{off}: {:?}", simulation.report());
+        simulation.state().q.clone()
+    };
+    let parallel = run(0.0);
+    for off in [1e-9, 1e-8, 1e-7] {
+        assert!(parallel.iter().zip(run(off)).all(|(a, b)| (a - b).abs() < 100.0 * off), "{off}: {parallel:?}");
+    }
 }
 
 /// Base and platform of six legs, each two bodies on a universal joint and a slide, closed by a ball joint at the platform.

@@ -4,6 +4,7 @@ use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{ContactPoint, EqualityBlock, FreeMotion, JacobianRows, LengthRow, Model, SpinResistance};
 
+use super::dependent::DependentRows;
 use super::pace::CorrectionPace;
 use crate::settings::{RestitutionLaw, Settings};
 use crate::source::{BilateralSource, FrictionSource};
@@ -71,6 +72,7 @@ pub(crate) struct ProblemBuilder {
     pub(super) frictionless: FrictionPolygon,
     pub(super) features: SurfaceFeatures,
     pub(super) pace: CorrectionPace,
+    pub(super) dependent: DependentRows,
     pub(super) assembly_tolerance: f64,
     pub(super) law: RestitutionLaw,
 }
@@ -96,6 +98,7 @@ impl ProblemBuilder {
             frictionless: FrictionPolygon::frictionless(),
             features: SurfaceFeatures::of(model),
             pace: CorrectionPace::new(model, settings),
+            dependent: DependentRows::new(model, settings.assembly_tolerance),
             assembly_tolerance: settings.assembly_tolerance,
             law: settings.restitution,
         }

@@ -31,7 +31,7 @@ pub(crate) fn push_rows(block: &EqualityBlock, tolerance: f64, mut push: impl Fn
 pub(crate) type Columns<'a> = dyn Iterator<Item = (u32, [f64; 1])> + 'a;
 
 impl ProblemBuilder {
-    /// Bilateral rows of all equality constraints.
+    /// Bilateral rows of all equality constraints, but for those that follow from others.
     pub(super) fn push_equalities(&mut self, model: &Model, kinematics: &Kinematics, state: &State) {
         (self.constraint_error, self.corrects_constraints) = (0.0, true);
         let dt = self.problem.timestep;
@@ -49,6 +49,7 @@ impl ProblemBuilder {
                 });
             }
         }
+        self.dependent.leave_out(&mut self.problem, &mut self.bilateral_source, self.assembly_tolerance);
     }
 
     /// Friction groups of joints with dry friction, one for each degree of freedom.

@@ -1,0 +1,150 @@
+//! The bound on the energy that the corrections of a step put into its motion.
+//!
+//! It is at most the work of their impulses, less what implicit forces take, and at most all kinetic energy: where these are within the bound nothing
+//! else is asked. Otherwise the smallest change of velocity that makes the corrections, in the metric of the step's matrix, is taken out of the
+//! motion, and what kinetic energy is gone with it is what they put in. That is a quadratic polynomial in θ, whose root is the next θ.
+
+use signorini_contact::SparseRows;
+use signorini_multibody::{Model, kinetic_energy};
+use signorini_solver::{BilateralBasis, Patience};
+
+use crate::SimulationError;
+use crate::corrections::energy;
+use crate::report::StepReport;
+use crate::settings::Settings;
+use crate::solver::Verdict;
+use crate::workspace::Workspace;
+
+/// Corrections may put in the energy that all bodies have at so many times the speed of corrections, and this part of the
+/// kinetic energy.
+const SPEEDS: f64 = 2.0;
+const PART_OF_ENERGY: f64 = 0.01;
+
+/// The part of the bound that is aimed at.
+const AIM: f64 = 0.9;
+
+/// Problems that are solved to meet the bound, as modes change with θ.
+const REDUCTIONS: u32 = 3;
+
+/// With more rows than this all kinetic energy is taken for that of corrections: what the smallest change takes grows with their square.
+const MOST: usize = 128;
+
+/// The smallest change of velocity that makes corrections, and storage for it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SmallestChange {
+    rows: SparseRows<1>,
+    rates: Vec<f64>,
+    basis: BilateralBasis,
+    change: Vec<f64>,
+    without: Vec<f64>,
+}
+
+impl Workspace {
+    /// Reduces θ where corrections put in more energy than they may.
+    pub(crate) fn bound_energy(
+        &mut self,
+        model: &Model,
+        settings: &Settings,
+        v: &[f64],
+        mut verdict: Verdict,
+        report: &mut StepReport,
+    ) -> Result<Verdict, SimulationError> {
+        if self.correction_energy() <= 0.0 || !settings.correction_speed.is_finite() {
+            return Ok(verdict);
+        }
+        let speed = SPEEDS * settings.correction_speed;
+        let mut bound = 0.5 * self.moving_mass * speed * speed;
+        let most = self.most_energy_left(model, bound);
+        if most > bound {
+            bound += PART_OF_ENERGY * kinetic_energy(model, &self.kinematics, v);
+        }
+        if most <= bound {
+            return Ok(verdict);
+        }
+        for _ in 0..REDUCTIONS {
+            let part = self.part_within(model, bound);
+            if part >= 1.0 {
+                return Ok(verdict);
+            }
+            self.warm.keep(&self.builder.keys, &self.builder.group_keys, &self.solution);
+            self.corrections.limit(|_| true, |_| true);
+            verdict = self.attempt_part(self.corrections.theta * part.min(AIM), Patience::Full, report)?;
+            if !verdict.holds {
+                break;
+            }
+        }
+        if verdict.holds && self.part_within(model, bound) >= 1.0 {
+            return Ok(verdict);
+        }
+        self.attempt_part(0.0, Patience::Full, report)
+    }
+
+    /// The part of the corrections of the solution at hand with which they would put in somewhat less energy than the bound (J); 1 where they put
+    /// in no more than that.
+    fn part_within(&mut self, model: &Model, bound: f64) -> f64 {
+        self.find_smallest_change();
+        let Self { solution, smallest, kinematics, reach, .. } = self;
+        let mut energy = |v: &[f64]| reach.end.kinetic_energy(model, kinematics, v);
+        let v = &solution.velocity;
+        smallest.without.clear();
+        smallest.without.extend(v.iter().zip(&smallest.change).map(|(v, change)| v - change));
+        let put_in = energy(v) - energy(&smallest.without);
+        if put_in <= bound {
+            return 1.0;
+        }
+        // What the part p of the change puts in is p b + p² a.
+        let a = energy(&smallest.change);
+        let b = put_in - a;
+        let aim = AIM * bound;
+        2.0 * aim / (b + (b * b + 4.0 * a * aim).sqrt())
+    }
+
+    /// Finds the smallest change of velocity that makes the corrections of the solution at hand: of all constraints, and of the contacts that
+    /// push. It is the velocity itself where they have too many rows.
+    fn find_smallest_change(&mut self) {
+        let Self { builder, solution, smallest, .. } = self;
+        let SmallestChange { rows, rates, basis, change, .. } = smallest;
+        let problem = &builder.problem;
+        rows.clear();
+        rates.clear();
+        for k in 0..builder.bilateral_source.len() {
+            let (columns, entries) = problem.bilateral_jacobian.group(k);
+            rows.push(columns.iter().copied().zip(entries.iter().copied()));
+            rates.push(problem.bilateral_violation[k] / problem.timestep);
+        }
+        for i in (0..problem.contact_count()).filter(|&i| solution.lambda_n[i] > 0.0) {
+            let (columns, entries) = problem.jacobian.group(i);
+            rows.push(columns.iter().zip(entries).map(|(column, entry)| (*column, [entry[0]])));
+            rates.push(problem.gap[i].min(0.0) / problem.timestep);
+        }
+        change.clone_from(&solution.velocity);
+        if rows.len() <= MOST {
+            basis.factor(rows, &problem.mass_factor, problem.nv());
+            basis.solve_into(rates, change);
+        }
+    }
+
+    /// The most that corrections can leave in the motion, J: their work, less what the step's implicit forces take at the velocity of its end,
+    /// `v⁺ᵀ (M̂ − M) v⁺`, as dampers do that hold a mechanism back, and no more than the kinetic energy after the step, as where friction takes
+    /// the rest. The work alone where that is within the bound.
+    fn most_energy_left(&mut self, model: &Model, bound: f64) -> f64 {
+        let work = self.correction_energy();
+        if work <= bound {
+            return work;
+        }
+        let Self { builder, solution, kinematics, reach, smallest, .. } = self;
+        let v = &solution.velocity;
+        let momentum = &mut smallest.change;
+        momentum.resize(v.len(), 0.0);
+        builder.problem.mass.multiply_into(v, momentum);
+        let with_implicit: f64 = v.iter().zip(momentum).map(|(v, p)| v * *p).sum();
+        let rigid = 2.0 * reach.end.kinetic_energy(model, kinematics, v);
+        (work - (with_implicit - rigid).max(0.0)).min(0.5 * rigid)
+    }
+
+    /// Work of the impulses along the corrections, J.
+    pub(crate) fn correction_energy(&self) -> f64 {
+        let constraints = self.builder.bilateral_source.len();
+        energy(&self.builder.problem, &self.solution, &self.builder.impacts, constraints)
+    }
+}
