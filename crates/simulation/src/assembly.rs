@@ -8,7 +8,7 @@ use signorini_multibody::{
 use signorini_solver::BilateralBasis;
 
 use crate::SimulationError;
-use crate::build::mechanism::push_rows;
+use crate::build::rows::push_rows;
 
 /// Violations below this are rounding, m or rad.
 const ASSEMBLED: f64 = 1e-13;

@@ -3,8 +3,9 @@
 mod builder;
 mod dependent;
 mod limits;
-pub(crate) mod mechanism;
+mod mechanism;
 mod pace;
+pub(crate) mod rows;
 mod surfaces;
 
 use signorini_multibody::{ContactPoint, Input, Kinematics, Model, State};

@@ -19,13 +19,15 @@ pub(crate) struct Corrections {
     pub theta: f64,
     /// Contacts, then constraints' rows, that θ applies to; the others are asked for in full.
     is_limited: Vec<bool>,
+    /// Whether it applies to all of them because their energy is bounded.
+    by_energy: bool,
 }
 
 impl Corrections {
     /// Takes over what a problem asks for that was built anew. Bilateral rows after those of the model are no violations.
     pub fn ask(&mut self, builder: &ProblemBuilder) {
         self.theta = 1.0;
-        self.is_limited.clear();
+        self.limit_nothing();
         self.gap.clone_from(&builder.problem.gap);
         self.violation.clear();
         self.violation.extend_from_slice(&builder.problem.bilateral_violation[..builder.bilateral_source.len()]);
@@ -34,7 +36,7 @@ impl Corrections {
     /// The same where contacts were added since: those that were there are asked for in full again.
     pub fn ask_again(&mut self, problem: &mut ContactProblem) {
         self.set(1.0, problem);
-        self.is_limited.clear();
+        self.limit_nothing();
         self.gap.extend_from_slice(&problem.gap[self.gap.len()..]);
     }
 
@@ -53,14 +55,21 @@ impl Corrections {
         self.limited().next().is_some()
     }
 
-    /// Whether all are limited.
+    /// Limits all, because their energy is bounded.
+    pub fn limit_all(&mut self) {
+        self.limit(|_| true, |_| true);
+        self.by_energy = true;
+    }
+
+    /// Whether all are limited because their energy is bounded.
     pub fn limits_all(&self) -> bool {
-        !self.is_limited.is_empty() && self.is_limited.iter().all(|limited| *limited)
+        self.by_energy
     }
 
     /// Limits nothing.
     pub fn limit_nothing(&mut self) {
         self.is_limited.clear();
+        self.by_energy = false;
     }
 
     /// Gives the problem this part of the limited corrections, and the others in full.

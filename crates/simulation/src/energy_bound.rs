@@ -67,7 +67,7 @@ impl Workspace {
                 return Ok(verdict);
             }
             self.warm.keep(&self.builder.keys, &self.builder.group_keys, &self.solution);
-            self.corrections.limit(|_| true, |_| true);
+            self.corrections.limit_all();
             verdict = self.attempt_part(self.corrections.theta * part.min(AIM), Patience::Full, report)?;
             if !verdict.holds {
                 break;

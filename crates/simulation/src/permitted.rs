@@ -90,7 +90,7 @@ impl Workspace {
         }
         let expected = self.withheld.theta();
         let is_small = self.builder.problem.contact_count() < SMALL;
-        let is_short = (expected < 1.0 || is_small) && !self.solver.is_counted();
+        let is_short = (expected < 1.0 || is_small) && !self.withheld.is_by_energy() && !self.solver.is_counted();
         let patience = if is_short { Patience::Short } else { Patience::Brief };
         let verdict = self.attempt(patience, report)?;
         // Sweeps that leave something open say nothing about what the laws permit; a proof that there is no solution does.
@@ -132,8 +132,12 @@ impl Workspace {
     /// What the last step was permitted, of the same rows, where that has a solution and they are still violated.
     fn repeat_permitted(&mut self, report: &mut StepReport) -> Result<Option<Verdict>, SimulationError> {
         let Self { withheld, builder, corrections, .. } = self;
+        if withheld.is_by_energy() {
+            corrections.limit_all();
+        }
         if corrections.limit(|i| withheld.has_contact(&builder.keys[i]), |k| withheld.has_row(k)) {
-            let verdict = self.attempt_part(self.withheld.theta(), Patience::Short, report)?;
+            let patience = if self.withheld.is_by_energy() { Patience::Full } else { Patience::Short };
+            let verdict = self.attempt_part(self.withheld.theta(), patience, report)?;
             if verdict.holds {
                 return Ok(Some(verdict));
             }

@@ -45,6 +45,11 @@ impl Withheld {
         self.repeats
     }
 
+    /// Whether that was by the energy of corrections: the laws permit more, and have a solution for every part.
+    pub fn is_by_energy(&self) -> bool {
+        self.all
+    }
+
     /// It did not go well.
     pub fn search_again(&mut self) {
         (self.repeats, self.before) = (false, None);
@@ -83,6 +88,8 @@ impl Withheld {
         if !self.repeats {
             self.interval = self.before.map_or(0, |before| (2 * before + 1).min(LONGEST));
             self.left = self.interval;
+            // Where contacts are found anew the step goes on from what it was permitted before.
+            self.repeats = true;
         }
     }
 

@@ -14,11 +14,19 @@ use signorini_multibody::{
 };
 use signorini_solver::BilateralBasis;
 
-use super::mechanism::push_rows;
+use super::rows::push_rows;
+use crate::assembly::Assembler;
 use crate::source::BilateralSource;
 
 /// More rows than this that share trees are not looked at: what that takes grows with their square.
 const MOST: usize = 128;
+
+/// A row that asks for something else than the others leave by less than this, m or rad, follows from them: loops are open by what steps leave.
+const OFF: f64 = 1e-6;
+
+/// How far each degree of freedom of the other configuration is from the reference, at least, rad or m, and Newton steps that close loops there.
+const NEARBY: f64 = 0.05;
+const ROUNDS: u32 = 50;
 
 /// Multiples of it, modulo 1, are like no other numbers.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -39,15 +47,17 @@ pub(super) struct DependentRows {
 }
 
 impl DependentRows {
-    /// Finds the constraints that have to be looked at in every step: those that depend on each other in the reference configuration, where
-    /// loops are closed, or in one that is like no other.
+    /// Finds the constraints that have to be looked at in every step: those that depend on each other in the reference configuration, or in one
+    /// nearby that is like no other, with closed loops.
     pub fn new(model: &Model, assembly_tolerance: f64) -> Self {
         let mut search = Self::default();
         if !model.equalities.is_empty() {
             let reference = model.reference_configuration();
-            let somewhere: Vec<f64> = (0..model.nv).map(|k| 0.3 + 0.4 * (k as f64 * GOLDEN).fract()).collect();
+            let way: Vec<f64> = (0..model.nv).map(|k| NEARBY * (1.0 + (k as f64 * GOLDEN).fract())).collect();
             let mut elsewhere = reference.clone();
-            integrate_into(model, &reference, &somewhere, 1.0, &mut elsewhere);
+            integrate_into(model, &reference, &way, 1.0, &mut elsewhere);
+            // What cannot be closed there has no more dependent rows than it has in the reference configuration.
+            let _ = Assembler::new(model, assembly_tolerance).assemble(model, &mut elsewhere, ROUNDS);
             for q in [reference, elsewhere] {
                 search.look_at(model, &q, assembly_tolerance);
             }
@@ -83,15 +93,15 @@ impl DependentRows {
         }
     }
 
-    /// Leaves out the rows of a problem that follow from others, where all of a group ask for what the others leave, to `tolerance` (m or rad).
-    pub fn leave_out(&mut self, problem: &mut ContactProblem, source: &mut Vec<BilateralSource>, tolerance: f64) {
+    /// Leaves out the rows of a problem that follow from others, where all of a group ask for what the others leave.
+    pub fn leave_out(&mut self, problem: &mut ContactProblem, source: &mut Vec<BilateralSource>) {
         if self.groups.is_empty() {
             return;
         }
         self.is_left_out.clear();
         self.is_left_out.resize(source.len(), false);
         for group in 0..self.groups.len() {
-            self.find_in_group(group, problem, source, tolerance);
+            self.find_in_group(group, problem, source);
         }
         if !self.is_left_out.contains(&true) {
             return;
@@ -109,7 +119,7 @@ impl DependentRows {
         source.retain(|_| row.next().is_some_and(|k: usize| !self.is_left_out[k]));
     }
 
-    fn find_in_group(&mut self, group: usize, problem: &ContactProblem, source: &[BilateralSource], tolerance: f64) {
+    fn find_in_group(&mut self, group: usize, problem: &ContactProblem, source: &[BilateralSource]) {
         let Self { groups, basis, rows, places, rates, is_left_out, .. } = self;
         let (all, dt) = (&problem.bilateral_jacobian, problem.timestep);
         rows.clear();
@@ -124,7 +134,7 @@ impl DependentRows {
             }
         }
         basis.factor(rows, &problem.mass_factor, problem.nv());
-        if basis.rank() < places.len() && basis.contradiction(rates, tolerance / dt).is_empty() {
+        if basis.rank() < places.len() && basis.contradiction(rates, OFF / dt).is_empty() {
             places.iter().for_each(|&k| is_left_out[k] = true);
             basis.independent().iter().for_each(|&row| is_left_out[places[row]] = false);
         }

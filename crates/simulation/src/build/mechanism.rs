@@ -1,34 +1,11 @@
 //! Rows of the mechanism itself: equality constraints, dry friction in joints, servos of speed (formulation §5).
 
 use signorini_contact::FrictionBound;
-use signorini_multibody::{
-    ActuatorKind, EqualityBlock, Input, Kinematics, Model, State, actuator_length_into, equality_block_into,
-};
+use signorini_multibody::{ActuatorKind, Input, Kinematics, Model, State, actuator_length_into, equality_block_into};
 
 use super::builder::ProblemBuilder;
+use super::rows::push_rows;
 use crate::source::{BilateralSource, FrictionSource};
-
-/// Entries of a block below this, relative to its largest one, are rounding.
-const ROUNDING: f64 = 1e-13;
-
-/// Calls `push(row, columns, Θ)` for the rows of a block.
-///
-/// Entries that are rounding are zero. A row without entries, which no degree of freedom moves (the direction out of the plane
-/// of a planar loop), is left out where its violation is within `tolerance`; else it has no columns and the problem no solution.
-pub(crate) fn push_rows(block: &EqualityBlock, tolerance: f64, mut push: impl FnMut(usize, &mut Columns<'_>, f64)) {
-    let largest = block.rows.columns.iter().flatten().fold(0.0, |a: f64, x| a.max(x.abs()));
-    let counts = |x: f64| x.abs() > ROUNDING * largest;
-    for r in 0..block.count {
-        let entries = block.rows.dofs.iter().zip(&block.rows.columns);
-        let mut columns = entries.filter(|(_, c)| counts(c[r])).map(|(&k, c)| (k as u32, [c[r]])).peekable();
-        if columns.peek().is_some() || block.violation[r].abs() > tolerance {
-            push(r, &mut columns, block.violation[r]);
-        }
-    }
-}
-
-/// The columns of a row with their entries.
-pub(crate) type Columns<'a> = dyn Iterator<Item = (u32, [f64; 1])> + 'a;
 
 impl ProblemBuilder {
     /// Bilateral rows of all equality constraints, but for those that follow from others.
@@ -49,7 +26,7 @@ impl ProblemBuilder {
                 });
             }
         }
-        self.dependent.leave_out(&mut self.problem, &mut self.bilateral_source, self.assembly_tolerance);
+        self.dependent.leave_out(&mut self.problem, &mut self.bilateral_source);
     }
 
     /// Friction groups of joints with dry friction, one for each degree of freedom.
