@@ -4,14 +4,14 @@
 //! else is asked. Otherwise the smallest change of velocity that makes the corrections, in the metric of the step's matrix, is taken out of the
 //! motion, and what kinetic energy is gone with it is what they put in. That is a quadratic polynomial in θ, whose root is the next θ.
 
-use signorini_contact::SparseRows;
 use signorini_multibody::{Model, kinetic_energy};
-use signorini_solver::{BilateralBasis, Patience};
+use signorini_solver::Patience;
 
 use crate::SimulationError;
 use crate::corrections::energy;
 use crate::report::StepReport;
 use crate::settings::Settings;
+use crate::smallest_change::SmallestChange;
 use crate::solver::Verdict;
 use crate::workspace::Workspace;
 
@@ -28,16 +28,6 @@ const REDUCTIONS: u32 = 3;
 
 /// With more rows than this all kinetic energy is taken for that of corrections: what the smallest change takes grows with their square.
 const MOST: usize = 128;
-
-/// The smallest change of velocity that makes corrections, and storage for it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct SmallestChange {
-    rows: SparseRows<1>,
-    rates: Vec<f64>,
-    basis: BilateralBasis,
-    change: Vec<f64>,
-    without: Vec<f64>,
-}
 
 impl Workspace {
     /// Reduces θ where corrections put in more energy than they may.

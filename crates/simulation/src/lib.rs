@@ -72,6 +72,7 @@ mod sensors;
 mod settings;
 mod settle;
 mod simulation;
+mod smallest_change;
 mod snapshot;
 mod solver;
 mod source;
