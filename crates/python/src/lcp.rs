@@ -11,6 +11,9 @@ use crate::error::lcp_error;
 use crate::guard;
 use crate::report::name_of;
 
+/// An excluded case: pairs with z = 0, pairs with w = 0, multipliers.
+type Case<'py> = (Vec<usize>, Vec<usize>, Vector<'py>);
+
 /// The end of a run of a method on a complementarity problem.
 #[pyclass(frozen, module = "signorini")]
 pub struct LcpResult {
@@ -87,7 +90,7 @@ impl LcpResult {
     /// What was excluded, where there is a proof that there is no solution: cases that together are all, each as (pairs with z = 0, pairs
     /// with w = 0, multipliers); `None` where there is none.
     #[getter]
-    fn exclusion<'py>(&self, py: Python<'py>) -> Option<Vec<(Vec<usize>, Vec<usize>, Vector<'py>)>> {
+    fn exclusion<'py>(&self, py: Python<'py>) -> Option<Vec<Case<'py>>> {
         let cases = &self.exclusion.as_ref()?.cases;
         let decided = |pairs: &[PairCase], to| (0..pairs.len()).filter(|&i| pairs[i] == to).collect();
         let case = |case: &signorini::lcp::ExcludedCase| {
