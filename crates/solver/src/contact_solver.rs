@@ -105,8 +105,8 @@ impl ContactSolver {
         }
     }
 
-    /// Whether the last solve missed the tolerance by no more than what the last digits of its impulses make in a velocity: a problem
-    /// whose solution is like that has none that would be certified.
+    /// Whether the last solve missed the tolerance by no more than what the last digits of its impulses make in a velocity, after all stages of
+    /// the cascade: continuation and smaller corrections would end there, too, at many times the work.
     pub fn is_out_of_digits(&self) -> bool {
         self.is_out_of_digits
     }

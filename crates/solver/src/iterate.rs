@@ -4,7 +4,6 @@ use signorini_contact::ContactProblem;
 use signorini_contact::projection::Mode;
 
 use crate::islands::Island;
-use crate::residual::RESIDUALS;
 
 /// Impulses of an island, and what is known of them.
 #[derive(Clone, Debug, Default)]
@@ -50,13 +49,6 @@ impl Iterate {
         self.bilateral.clone_from(&other.bilateral);
         self.modes.clone_from(&other.modes);
         self.residual = other.residual;
-    }
-
-    /// Whether all that the laws lack is what the last digits of the impulses make in a velocity, where that is more than the tolerance:
-    /// nothing mends it.
-    pub fn is_out_of_digits(&self, island: &Island, tolerance: f64) -> bool {
-        let rounding = f64::EPSILON * self.largest_impulse(island);
-        rounding > tolerance && self.residual <= RESIDUALS.far.min(RESIDUALS.rounded * rounding)
     }
 
     /// The largest impulse in units of the one that changes the lightest contact's velocity by the velocity scale.

@@ -123,7 +123,7 @@ impl Verdict {
     }
 
     /// Whether what the solution that was certified last lacks is what the last digits of its impulses make in a velocity, and more than
-    /// the tolerance: no other solution of the problem will be told from it.
+    /// the tolerance.
     pub fn is_out_of_digits(&self, solution: &ContactSolution) -> bool {
         let rounding = self.scales.rounding(solution);
         rounding > self.tolerance && self.violation(solution) <= RESIDUALS.far.min(RESIDUALS.rounded * rounding)

@@ -121,9 +121,6 @@ fn run_contact_sweeps(workspace: &mut Workspace, task: &Task, iterate: &mut Iter
 pub(crate) fn solve_island(workspace: &mut Workspace, task: &Task, result: &mut IslandResult) {
     workspace.shared.map.begin(task);
     for stage in &CASCADE {
-        if result.iterate.is_out_of_digits(task.island, task.settings.tolerance) {
-            break;
-        }
         if !(stage.applies)(task, &result.iterate) {
             continue;
         }
