@@ -11,6 +11,9 @@ const STEPS: u32 = 60;
 const DT: f64 = 0.002;
 const HALF: f64 = 0.1;
 
+/// The mass of each box, from the lowest, kg.
+type Masses = Box<dyn Fn(usize) -> f64>;
+
 /// What ten boxes of these masses, from the lowest, come to.
 struct Stack {
     /// Factorisations of all steps, each counted once more for the work that a step has anyway.
@@ -46,7 +49,7 @@ fn stacks_of_ten_of_any_mass_ratio_stand_at_bounded_cost() {
     assert_eq!(even.missed, 0);
     for exponent in [3, 6, 9] {
         let r = 10_f64.powi(exponent);
-        let kinds: [(&str, Box<dyn Fn(usize) -> f64>); 5] = [
+        let kinds: [(&str, Masses); 5] = [
             ("heavy on top", Box::new(move |k| if k == 9 { r } else { 1.0 })),
             ("heavy below", Box::new(move |k| if k == 0 { r } else { 1.0 })),
             ("in turn", Box::new(move |k| if k % 2 == 1 { r } else { 1.0 })),
