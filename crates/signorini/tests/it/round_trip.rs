@@ -56,7 +56,7 @@ fn compare(name: &str, model: &Model, again: &Model, can_say_all: bool) {
         near(name, "mass matrix", &mass, &other_mass);
         near(name, "bias", &bias, &other_bias);
         if can_say_all {
-            compare_contacts(name, model, &points, &other_points);
+            compare_contacts(name, [model, again], &points, &other_points);
         }
         v.iter_mut().for_each(|v| *v *= 0.7);
         let from = q.clone();
@@ -78,11 +78,17 @@ fn compare(name: &str, model: &Model, again: &Model, can_say_all: bool) {
     }
 }
 
-fn compare_contacts(name: &str, model: &Model, points: &[ContactPoint], others: &[ContactPoint]) {
+/// The same contacts of the same geoms of the same bodies, by name: geoms that are only looked at come after all others of a URDF file, and
+/// in MJCF with their bodies.
+fn compare_contacts(name: &str, [model, again]: [&Model; 2], points: &[ContactPoint], others: &[ContactPoint]) {
     assert_eq!(points.len(), others.len(), "{name}: contacts");
     for (a, b) in points.iter().zip(others) {
         let pair = || format!("'{}' and '{}'", model.geoms[a.geom_a.index()].name, model.geoms[a.geom_b.index()].name);
-        assert_eq!((a.geom_a, a.geom_b, a.feature, a.friction), (b.geom_a, b.geom_b, b.feature, b.friction), "{name}");
+        let parts = |model: &Model, of: &ContactPoint| {
+            [of.geom_a, of.geom_b].map(|geom| (model.geoms[geom.index()].body, model.geoms[geom.index()].name.clone()))
+        };
+        assert_eq!(parts(model, a), parts(again, b), "{name}");
+        assert_eq!((a.feature, a.friction), (b.feature, b.friction), "{name}: {}", pair());
         let off = (a.position - b.position).length().max((a.normal - b.normal).length()).max((a.gap - b.gap).abs());
         assert!(off <= ROUNDING * (1.0 + a.position.length()), "{name}: {} are {off:e} off", pair());
     }
