@@ -99,7 +99,7 @@ impl Workspace {
             return Ok(verdict);
         }
         if self.solver.is_out_of_digits() {
-            // No other part of the corrections has a solution with more digits.
+            // Smaller corrections have impulses of the same size, and so no more digits.
             return self.attempt(Patience::Full, report);
         }
         if self.limit_what_lacks() {

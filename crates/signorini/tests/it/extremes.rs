@@ -1,5 +1,5 @@
-//! Mass ratios up to 1e9: what is not solved says so, nothing is denied, and no step tries everything there is where only the last digits of
-//! impulses are missing.
+//! Mass ratios up to 1e9: what is not solved says so, nothing is denied, and no step goes on to continuation where only the last
+//! digits of impulses are missing.
 
 use signorini::Settings;
 use signorini::contact::SolveStatus;
