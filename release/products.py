@@ -1,10 +1,12 @@
 """What a release consists of, one function a product: each gets the clone and the folder for its files."""
 
+import functools
 import shutil
 import sys
 
 LINUX = "x86_64-unknown-linux-gnu"
-WHEELS = (LINUX, "aarch64-unknown-linux-gnu", "x86_64-unknown-linux-musl")
+# The GNU ones for every Linux since 2014.
+WHEELS = {"x86-64": LINUX, "aarch64": "aarch64-unknown-linux-gnu", "musl": "x86_64-unknown-linux-musl"}
 # The oldest C library that programs run with, as the wheels' manylinux_2_17 has it.
 GLIBC = "2.17"
 # What is given to users with code of others linked in.
@@ -104,14 +106,21 @@ def sdist(tree, out):
     tree.pack(folder, out / archive.name)
 
 
-def wheels(tree, out):
-    """Python's wheels for every Linux since 2014 on x86-64 and aarch64, and for musl; each for every Python from 3.10 on"""
+def wheel(tree, out, target):
+    """Python's wheel for a target and every Python from 3.10 on"""
     shutil.copy(notices_of(tree), tree.path / "crates/python/LICENSE-THIRD-PARTY.txt")
-    for target in WHEELS:
-        tree.need_target(target)
-        tree.run("python3", ".ci/wheels", target)
-    for wheel in sorted((tree.path / "build" / "wheels").glob("*.whl")):
-        shutil.copy(wheel, out)
+    tree.need_target(target)
+    tree.run("python3", ".ci/wheels", target)
+    for made in sorted((tree.path / "build" / "wheels").glob("*.whl")):
+        shutil.copy(made, out)
 
 
-PRODUCTS = {make.__name__: make for make in (changes, notices, sbom, crates, command, sdist, wheels)}
+def wheels():
+    """A product for the wheel of every Linux target, by a short name."""
+    for name, target in WHEELS.items():
+        make = functools.partial(wheel, target=target)
+        make.__doc__ = f"Python's wheel for {target} and every Python from 3.10 on"
+        yield f"wheel-{name}", make
+
+
+PRODUCTS = {make.__name__: make for make in (changes, notices, sbom, crates, command, sdist)} | dict(wheels())

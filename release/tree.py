@@ -76,8 +76,8 @@ class Tree:
 
     def need_target(self, target):
         """Ends the release where the compiler has no standard library for a target."""
-        installed = subprocess.run(["rustup", "target", "list", "--installed"], capture_output=True, text=True).stdout.split()
-        if target not in installed:
+        place = self.output("rustc", "--print", "target-libdir", "--target", target).strip()
+        if not any(pathlib.Path(place).glob("libstd-*.rlib")):
             sys.exit(f"the standard library for {target} is not installed: rustup target add {target}")
 
     def pack(self, folder, archive):
