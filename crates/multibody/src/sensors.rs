@@ -144,6 +144,7 @@ fn measure(
         }
         SensorKind::Clock => out[0] = state.time,
         SensorKind::JointActuatorForce(_)
+        | SensorKind::TendonActuatorForce(_)
         | SensorKind::ActuatorForce(_)
         | SensorKind::Accelerometer(_)
         | SensorKind::Force(_)

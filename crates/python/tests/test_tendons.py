@@ -134,3 +134,31 @@ def test_coupled_tendons():
     peer.qpos[:] = data.qpos
     mujoco.mj_forward(theirs, peer)
     assert abs(peer.efc_pos[0]) < 1e-4
+
+
+def test_what_actuators_pull_tendons_with_is_mujocos():
+    """Motors, a servo and a damper with gears on a spatial and a fixed tendon, and one on a joint, which pulls no tendon."""
+    world = """<mujoco><option timestep='1e-9'/><worldbody><site name='root' pos='0 0.1 0.3'/>
+      <body><joint name='a' axis='0 1 0'/><geom size='0.1' pos='0 0 -0.2'/><site name='end' pos='0.05 0 -0.2'/>
+        <body pos='0 0 -0.4'><joint name='b' axis='0 1 0'/><geom size='0.1' pos='0 0 -0.2'/></body></body></worldbody>
+      <tendon><spatial name='string'><site site='root'/><site site='end'/></spatial>
+        <fixed name='sum'><joint joint='a' coef='0.3'/><joint joint='b' coef='-0.7'/></fixed></tendon>
+      <actuator><motor tendon='string' gear='3'/><motor tendon='sum' gear='-2'/><position tendon='string' kp='40' gear='0.5'/>
+        <motor joint='a' gear='5'/><velocity tendon='sum' kv='7'/></actuator>
+      <sensor><tendonactuatorfrc tendon='string'/><tendonactuatorfrc tendon='sum' cutoff='2'/></sensor></mujoco>"""
+    theirs, model = mujoco.MjModel.from_xml_string(world), signorini.Model.from_string(world)
+    assert model.import_report == [] and model.nsensor == 2
+    again = signorini.Model.from_string(signorini.Spec(model).to_mjcf()[0])
+    rng, peer, cut = np.random.default_rng(0), mujoco.MjData(theirs), 0
+    for _ in range(30):
+        q, v, u = rng.uniform(-1, 1, 2), rng.normal(size=2), rng.normal(size=5)
+        peer.qpos[:], peer.qvel[:], peer.ctrl[:] = q, v, u
+        mujoco.mj_forward(theirs, peer)
+        cut += abs(peer.sensordata[1]) == 2
+        for own in (model, again):
+            data = signorini.Data(own)
+            data.qpos, data.qvel, data.ctrl = q, v, u
+            signorini.step(own, data)
+            # The servo and the damper act with the velocity at the end of the step of a nanosecond.
+            assert np.allclose(data.sensordata, peer.sensordata, rtol=1e-6, atol=1e-6)
+    assert 0 < cut < 30

@@ -143,6 +143,10 @@ fn measure(model: &Model, workspace: &Workspace, dt: f64, kind: SensorKind, out:
             };
             out[0] = (0..model.actuators.len()).map(share).sum::<f64>() + pull_along(model, workspace, dof);
         }
+        SensorKind::TendonActuatorForce(tendon) => {
+            let drives = |a: &usize| model.actuators[*a].transmission == Transmission::Tendon(tendon);
+            out[0] = (0..model.actuators.len()).filter(drives).map(|a| actuator_force(workspace, a, dt)).sum();
+        }
         SensorKind::Accelerometer(site) => {
             vector(in_site(site, acceleration(model, workspace, FrameId::Site(site)).1), out);
         }

@@ -115,7 +115,7 @@ impl Refers for Sensor {
             | K::JointActuatorForce(id)
             | K::BallQuaternion(id)
             | K::BallAngularVelocity(id) => places.joint(id),
-            K::TendonPosition(id) | K::TendonVelocity(id) => places.tendon(id),
+            K::TendonPosition(id) | K::TendonVelocity(id) | K::TendonActuatorForce(id) => places.tendon(id),
             K::ActuatorPosition(id) | K::ActuatorVelocity(id) | K::ActuatorForce(id) => places.actuator(id),
             K::Magnetometer(id) | K::Rangefinder(id) => places.site(id),
             K::CameraProjection(id, camera) => {

@@ -66,6 +66,7 @@ fn kind(importer: &Importer, a: &Attributes) -> Result<Kind, FormatError> {
         "ballangvel" => ball(BallAngularVelocity),
         "tendonpos" => of_tendon(TendonPosition),
         "tendonvel" => of_tendon(TendonVelocity),
+        "tendonactuatorfrc" => of_tendon(TendonActuatorForce),
         "actuatorpos" => of_actuator(ActuatorPosition),
         "actuatorvel" => of_actuator(ActuatorVelocity),
         "actuatorfrc" => of_actuator(ActuatorForce),

@@ -187,6 +187,7 @@ pub(super) fn sensor(model: &Model, sensor: &Sensor) -> Tag {
         K::BallAngularVelocity(id) => joint("ballangvel", id.index()),
         K::TendonPosition(id) => tendon("tendonpos", id.index()),
         K::TendonVelocity(id) => tendon("tendonvel", id.index()),
+        K::TendonActuatorForce(id) => tendon("tendonactuatorfrc", id.index()),
         K::ActuatorPosition(id) => actuator("actuatorpos", id.index()),
         K::ActuatorVelocity(id) => actuator("actuatorvel", id.index()),
         K::ActuatorForce(id) => actuator("actuatorfrc", id.index()),

@@ -123,7 +123,9 @@ pub(super) fn check_sensors(model: &Model) -> Result<(), ModelError> {
                     return Err(ModelError::InvalidJoint { joint: joint.name.clone(), body, reason });
                 }
             }
-            TendonPosition(tendon) | TendonVelocity(tendon) => at("tendon", tendon.index(), model.tendons.len())?,
+            TendonPosition(tendon) | TendonVelocity(tendon) | TendonActuatorForce(tendon) => {
+                at("tendon", tendon.index(), model.tendons.len())?;
+            }
             ActuatorPosition(actuator) | ActuatorVelocity(actuator) | ActuatorForce(actuator) => {
                 at("actuator", actuator.index(), model.actuators.len())?;
             }

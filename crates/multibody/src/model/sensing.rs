@@ -88,6 +88,8 @@ pub enum SensorKind {
     JointVelocity(JointId),
     /// Force of all actuators in the coordinate of a hinge or slide, N·m or N (`jointactuatorfrc`).
     JointActuatorForce(JointId),
+    /// Force of all actuators that drive a tendon, before their gears, N or N·m (`tendonactuatorfrc`).
+    TendonActuatorForce(TendonId),
     /// Quaternion of a ball joint (`ballquat`).
     BallQuaternion(JointId),
     /// Angular velocity of a ball joint in the axes after it, rad/s (`ballangvel`).
@@ -162,6 +164,7 @@ impl SensorKind {
             Self::JointPosition(_)
             | Self::JointVelocity(_)
             | Self::JointActuatorForce(_)
+            | Self::TendonActuatorForce(_)
             | Self::TendonPosition(_)
             | Self::TendonVelocity(_)
             | Self::ActuatorPosition(_)
@@ -184,6 +187,7 @@ impl SensorKind {
         matches!(
             self,
             Self::JointActuatorForce(_)
+                | Self::TendonActuatorForce(_)
                 | Self::ActuatorForce(_)
                 | Self::Accelerometer(_)
                 | Self::Force(_)
