@@ -7,10 +7,10 @@ use std::sync::Arc;
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{BodyId, Geom, Geometry, Image, Look, Pose, Spread, Texture};
 
-use crate::error::{FormatError, Location};
+use crate::error::FormatError;
 use crate::mesh::painted::{Corners, Paint, Source, Surface};
 use crate::mesh::{self, picture};
-use crate::mesh_store::MeshStore;
+use crate::mesh_store::{FileKey, MeshKey, MeshStore, Named};
 use crate::options::LoadOptions;
 use crate::packages;
 use crate::parts::Parts;
@@ -62,7 +62,7 @@ pub(crate) struct Place {
 pub(crate) struct Visuals {
     /// Whether they are asked for.
     pub wanted: bool,
-    meshes: HashMap<(PathBuf, [u64; 3]), Vec<Shown>>,
+    meshes: HashMap<MeshKey, Vec<Shown>>,
     images: HashMap<PathBuf, Option<Arc<Image>>>,
     base: PathBuf,
     package_dirs: Vec<PathBuf>,
@@ -90,19 +90,14 @@ impl Visuals {
     }
 
     /// The parts of a mesh by colour; nothing, which is noted, where the file cannot be read.
-    pub fn mesh(
-        &mut self,
-        meshes: &mut MeshStore,
-        element: Element,
-        (uri, at): (&str, Location),
-        scale: DVec3,
-    ) -> Vec<Shown> {
-        let key = (self.path(uri), scale.to_array().map(f64::to_bits));
+    pub fn mesh(&mut self, meshes: &mut MeshStore, element: Element, named: Named) -> Vec<Shown> {
+        let Named { uri: (uri, at), part, scale } = named;
+        let key = ((self.path(uri), part), scale.to_array().map(f64::to_bits));
         if let Some(known) = self.meshes.get(&key) {
             return known.clone();
         }
         let shown = self.parts_of(meshes, element, &key.0, scale).unwrap_or_else(|reason| {
-            let what = format!("'{}' cannot be shown: {reason}", key.0.display());
+            let what = format!("'{}' cannot be shown: {reason}", key.0.0.display());
             element.note(at, what, "pictures show what the link touches with", false);
             Vec::new()
         });
@@ -114,15 +109,15 @@ impl Visuals {
         &mut self,
         meshes: &mut MeshStore,
         element: Element,
-        path: &Path,
+        file: &FileKey,
         scale: DVec3,
     ) -> Result<Vec<Shown>, String> {
-        let painted = meshes.painted(path)?;
+        let painted = meshes.painted(file)?;
         if painted.paint_of.is_empty() && painted.corners.is_empty() {
             // One mesh, which may be what touches, too.
-            return Ok(vec![Shown::new(Geometry::TriangleMesh(meshes.scaled(path, scale)?))]);
+            return Ok(vec![Shown::new(Geometry::TriangleMesh(meshes.scaled(file, scale)?))]);
         }
-        let folder = path.parent().unwrap_or(Path::new(""));
+        let folder = file.0.parent().unwrap_or(Path::new(""));
         Ok(painted.surfaces().into_iter().map(|surface| self.shown(element, surface, scale, folder)).collect())
     }
 

@@ -30,7 +30,8 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Painted, String> {
         return Err(format!("the root element is <{}>, expected <COLLADA>", root.name()));
     }
     let by_id = tree.elements().filter_map(|n| Some((attribute(n, "id")?, n))).collect();
-    let mut scene = Scene { by_id, folder, painted: Painted::default(), shapes: HashMap::new(), known: HashMap::new() };
+    let mut scene =
+        Scene { by_id, folder, painted: Painted::default(), shapes: HashMap::new(), known: HashMap::new(), name: "" };
     let axes = to_metres(root)?;
     match child(root, "scene").and_then(|s| child(s, "instance_visual_scene")) {
         Some(instance) => {
@@ -40,7 +41,10 @@ pub(super) fn read(bytes: &[u8], folder: &Path) -> Result<Painted, String> {
         None => {
             let libraries = children(root, "library_geometries");
             let geometries: Vec<Element> = libraries.flat_map(|l| children(l, "geometry")).collect();
-            geometries.into_iter().try_for_each(|geometry| scene.add_geometry(geometry, axes, None))?;
+            for geometry in geometries {
+                scene.name = attribute(geometry, "name").unwrap_or("");
+                scene.add_geometry(geometry, axes, None)?;
+            }
         }
     }
     Ok(scene.painted)
@@ -81,6 +85,8 @@ struct Scene<'d, 'f> {
     shapes: HashMap<usize, std::rc::Rc<Shape<'d>>>,
     /// Materials met so far, by their element, and their index.
     known: HashMap<usize, u32>,
+    /// The name of the nearest node around that has one.
+    name: &'d str,
 }
 
 impl<'d> Scene<'d, '_> {
@@ -109,7 +115,11 @@ impl<'d> Scene<'d, '_> {
     }
 
     fn add_node(&mut self, node: Element<'d>, frame: DMat4, depth: usize) -> Result<(), String> {
-        self.add_children(node, frame * local_transform(node)?, depth + 1)
+        let around = self.name;
+        self.name = attribute(node, "name").unwrap_or(around);
+        self.add_children(node, frame * local_transform(node)?, depth + 1)?;
+        self.name = around;
+        Ok(())
     }
 
     /// Adds a geometry.
@@ -144,6 +154,7 @@ impl<'d> Scene<'d, '_> {
             }
             self.painted.mesh.vertices.push(p);
         }
+        self.painted.begin_part(self.name);
         let mirrored = frame.determinant() < 0.0;
         for faces in &shape.faces {
             let paint = self.paint_of(faces.symbol, shown_by);

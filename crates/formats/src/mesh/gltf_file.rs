@@ -109,6 +109,7 @@ impl Scene {
         let own = node.transform().matrix().map(|column| column.map(f64::from));
         let frame = frame * DMat4::from_cols_array_2d(&own);
         if let Some(mesh) = node.mesh() {
+            self.painted.begin_part(node.name().or(mesh.name()).unwrap_or(""));
             self.add_mesh(&mesh, frame)?;
         }
         node.children().try_for_each(|child| self.add_node(&child, frame, depth + 1))

@@ -19,7 +19,7 @@ mod volume;
 pub(crate) use builtin::builtin;
 pub(crate) use bytes::read_file;
 pub(crate) use hull::convex_hull;
-pub(crate) use painted::Painted;
+pub(crate) use painted::{Painted, Part};
 pub(crate) use volume::{Orientation, shell, solid};
 
 use std::path::Path;

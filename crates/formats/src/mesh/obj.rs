@@ -25,6 +25,8 @@ struct Reading<'a> {
     known: HashMap<&'a str, u32>,
     paint_of: Vec<u32>,
     paint: u32,
+    /// Objects: the first triangle and the name.
+    objects: Vec<(usize, String)>,
 }
 
 /// Reads the triangles.
@@ -47,7 +49,7 @@ pub(super) fn read_painted(bytes: &[u8], folder: &Path) -> Result<Painted, Strin
     let paints = reading.materials.iter().map(|name| named.get(*name).cloned().unwrap_or_default()).collect();
     let place = |k: u32| reading.places.get(k as usize).copied().unwrap_or([f32::NAN; 2]);
     let corners: Vec<Corners> = reading.places_of.iter().map(|of| of.map_or(NOWHERE, |of| of.map(place))).collect();
-    Ok(Painted { mesh: reading.mesh, corners, paint_of: reading.paint_of, paints })
+    Ok(Painted { mesh: reading.mesh, corners, paint_of: reading.paint_of, paints, parts: reading.objects })
 }
 
 impl<'a> Reading<'a> {
@@ -67,6 +69,10 @@ impl<'a> Reading<'a> {
                 Some("f") => reading.face(words),
                 Some("mtllib") => {
                     reading.libraries.push(line.trim()["mtllib".len()..].trim());
+                    Ok(())
+                }
+                Some("o") => {
+                    reading.objects.push((reading.mesh.triangles.len(), line.trim()["o".len()..].trim().to_owned()));
                     Ok(())
                 }
                 Some("usemtl") => {

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use signorini_multibody::Image;
+use signorini_multibody::glam::DVec3;
 use signorini_multibody::model::Mesh;
 
 /// Image coordinates of the corners of a triangle, as [`Spread::Corners`](signorini_multibody::Spread) has them.
@@ -36,6 +37,16 @@ pub(crate) struct Painted {
     /// Index into `paints` for each triangle; empty, or one for each.
     pub paint_of: Vec<u32>,
     pub paints: Vec<Paint>,
+    /// Parts that the file names: the first triangle of each, in order; a part goes on until the next one.
+    pub parts: Vec<(usize, String)>,
+}
+
+/// A part of a mesh file (SDF's `<submesh>`).
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(crate) struct Part {
+    pub name: String,
+    /// Whether the middle of its bounding box is moved to the origin.
+    pub centered: bool,
 }
 
 /// The triangles of a mesh that have the same paint.
@@ -66,6 +77,46 @@ impl Painted {
             self.corners.clear();
         }
         self
+    }
+
+    /// Lets the triangles that follow belong to the part of this name.
+    pub fn begin_part(&mut self, name: &str) {
+        if self.parts.last().is_none_or(|(_, last)| last != name) {
+            self.parts.push((self.mesh.triangles.len(), name.to_owned()));
+        }
+    }
+
+    /// What belongs to a part, with the vertices that it needs.
+    ///
+    /// # Errors
+    /// There is none of this name, with those that there are.
+    pub fn part(&self, Part { name, centered }: &Part) -> Result<Self, String> {
+        let ends = self.parts.iter().skip(1).map(|(first, _)| *first).chain([self.mesh.triangles.len()]);
+        let own = self.parts.iter().zip(ends).filter(|((_, part), _)| part == name);
+        let chosen: Vec<usize> = own.flat_map(|((first, _), end)| *first..end).collect();
+        if chosen.is_empty() {
+            let mut known: Vec<&str> = self.parts.iter().map(|(_, name)| name.as_str()).collect();
+            known.dedup();
+            return Err(format!("has no part '{name}'; parts: {}", known.join(", ")));
+        }
+        let mut part = Self { paints: self.paints.clone(), ..Self::default() };
+        let mut places = HashMap::new();
+        for i in chosen {
+            part.mesh.triangles.push(self.mesh.triangles[i].map(|k| {
+                *places.entry(k).or_insert_with(|| {
+                    part.mesh.vertices.push(self.mesh.vertices[k as usize]);
+                    part.mesh.vertices.len() as u32 - 1
+                })
+            }));
+            part.corners.extend(self.corners.get(i));
+            part.paint_of.extend(self.paint_of.get(i));
+        }
+        if *centered {
+            let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+            let (low, high) = part.mesh.vertices.iter().fold(start, |(low, high), p| (low.min(*p), high.max(*p)));
+            part.mesh.vertices.iter_mut().for_each(|p| *p -= 0.5 * (low + high));
+        }
+        Ok(part.tidy())
     }
 
     /// Image coordinates of all triangles; none where one of them has none.

@@ -4,7 +4,7 @@ use crate::report::Reporter;
 use crate::xml::Element;
 
 /// What is read: an element's name with the names of those inside it that are read.
-const READ: [(&str, &str); 20] = [
+const READ: [(&str, &str); 21] = [
     ("sdf", "world model"),
     ("world", "model gravity physics"),
     ("physics", "max_step_size"),
@@ -15,7 +15,8 @@ const READ: [(&str, &str); 20] = [
     ("inertia", "ixx iyy izz ixy ixz iyz"),
     ("collision", "pose geometry surface"),
     ("geometry", "box sphere cylinder capsule cone ellipsoid plane mesh empty"),
-    ("mesh", "uri scale"),
+    ("mesh", "uri scale submesh"),
+    ("submesh", "name center"),
     ("box", "size"),
     ("plane", "normal size"),
     ("surface", "friction"),
@@ -30,7 +31,7 @@ const READ: [(&str, &str); 20] = [
 /// What has no influence on the motion.
 const HARMLESS: &str = "visual material light scene atmosphere gui audio allow_auto_disable sensor real_time_factor \
                         real_time_update_rate spherical_coordinates magnetic_field state road population laser_retro \
-                        max_contacts collide_without_contact contact battery particle_emitter projector submesh";
+                        max_contacts collide_without_contact contact battery particle_emitter projector";
 
 /// Elements with a reason of their own.
 const MISSING: [(&str, &str); 13] = [

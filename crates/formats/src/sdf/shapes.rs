@@ -7,6 +7,8 @@ use super::frames::Frames;
 use super::importer::Importer;
 use super::values;
 use crate::error::FormatError;
+use crate::mesh::Part;
+use crate::mesh_store::Named;
 use crate::shapes::leave_out_if_flat;
 use crate::xml::Element;
 
@@ -115,7 +117,16 @@ pub(super) fn primitive(shape: Element) -> Result<Option<(Geometry, DQuat)>, For
 fn mesh_geometry(importer: &mut Importer, shape: Element) -> Result<Option<Geometry>, FormatError> {
     let uri = shape.child("uri").ok_or_else(|| shape.incomplete("<uri>: the mesh file"))?;
     let scale = values::scale(shape, "scale")?;
-    importer.meshes.hull(&mut importer.report, shape, (uri.text(), uri.at()), scale)
+    let named = Named { uri: (uri.text(), uri.at()), part: part(shape)?, scale };
+    importer.meshes.hull(&mut importer.report, shape, named)
+}
+
+/// The part of a mesh that is meant, where not all of it is.
+pub(super) fn part(mesh: Element) -> Result<Option<Part>, FormatError> {
+    let Some(submesh) = mesh.child("submesh") else { return Ok(None) };
+    let name = submesh.child("name").ok_or_else(|| submesh.incomplete("<name>: the part of the mesh"))?;
+    let centered = values::flag(submesh, "center")?.unwrap_or(false);
+    Ok(Some(Part { name: name.text().to_owned(), centered }))
 }
 
 /// The diffuse colour of the link's first visual that has one.

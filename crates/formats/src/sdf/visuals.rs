@@ -6,9 +6,10 @@ use signorini_multibody::{BodyId, GeomId, Geometry, Pose};
 use super::frames::Frames;
 use super::importer::Importer;
 use super::scripts;
-use super::shapes::{base_of, primitive, rgba};
+use super::shapes::{base_of, part, primitive, rgba};
 use super::values;
 use crate::error::FormatError;
+use crate::mesh_store::Named;
 use crate::visuals::{Place, Shown};
 use crate::xml::Element;
 
@@ -67,7 +68,8 @@ fn shown(importer: &mut Importer, visual: Element, fixed: bool) -> Option<Vec<Sh
         "mesh" => {
             let uri = shape.child("uri")?;
             let scale = values::scale(shape, "scale").unwrap_or(DVec3::ONE);
-            importer.visuals.mesh(&mut importer.meshes, shape, (uri.text(), uri.at()), scale)
+            let named = Named { uri: (uri.text(), uri.at()), part: part(shape).ok().flatten(), scale };
+            importer.visuals.mesh(&mut importer.meshes, shape, named)
         }
         _ => match primitive(shape) {
             Ok(Some((geometry, turn))) => vec![solid(shape, geometry, turn, fixed)],

@@ -6,6 +6,7 @@ use signorini_multibody::{BodyId, Geom, Geometry, Pose};
 use super::importer::{Importer, origin};
 use super::materials::Materials;
 use crate::error::FormatError;
+use crate::mesh_store::Named;
 use crate::shapes::leave_out_if_flat;
 use crate::xml::{Attributes, Element};
 
@@ -89,5 +90,6 @@ pub(super) fn primitive(shape: Element) -> Result<Option<Geometry>, FormatError>
 fn mesh_geometry(importer: &mut Importer, a: &Attributes) -> Result<Option<Geometry>, FormatError> {
     let uri = a.required("filename", "the mesh file")?;
     let scale = a.scale("scale")?.unwrap_or(DVec3::ONE);
-    importer.meshes.hull(&mut importer.report, a.element(), (uri, a.at("filename")), scale)
+    let named = Named { uri: (uri, a.at("filename")), part: None, scale };
+    importer.meshes.hull(&mut importer.report, a.element(), named)
 }

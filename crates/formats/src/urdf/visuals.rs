@@ -8,6 +8,7 @@ use super::importer::{Importer, Placed, origin};
 use super::shapes::primitive;
 use super::tree::{KinematicTree, Link};
 use crate::error::FormatError;
+use crate::mesh_store::Named;
 use crate::visuals::{Place, Shown};
 use crate::xml::Element;
 
@@ -50,7 +51,8 @@ fn shown(importer: &mut Importer, visual: Element) -> Option<Vec<Shown>> {
     let mut shown = if shape.is("mesh") {
         let a = shape.attributes();
         let scale = a.scale("scale").ok().flatten().unwrap_or(DVec3::ONE);
-        importer.visuals.mesh(&mut importer.meshes, shape, (a.text("filename")?, a.at("filename")), scale)
+        let named = Named { uri: (a.text("filename")?, a.at("filename")), part: None, scale };
+        importer.visuals.mesh(&mut importer.meshes, shape, named)
     } else {
         match primitive(shape) {
             Ok(Some(geometry)) => vec![Shown::new(geometry)],

@@ -274,3 +274,71 @@ fn damaged_gltf_is_refused_and_nothing_worse() {
     }
     assert!(refused > 300, "{refused}");
 }
+
+/// A part of a mesh file is shown and touches alone, in its place or about its middle: SDF's `<submesh>`.
+#[test]
+fn sdf_takes_a_part_of_a_mesh() {
+    let (_kept, path) = folder();
+    let cubes = ["left", "right"].map(|name| {
+        let shift = if name == "left" { -3.0 } else { 5.0 };
+        let corner = |k: usize| [0, 1, 2].map(|axis| (k >> axis & 1) as f64 + if axis == 0 { shift } else { 0.0 });
+        let vertices: String = (0..8).map(|k| corner(k).map(|x| format!("{x} ")).concat()).collect();
+        (name, vertices)
+    });
+    const FACES: &str = "0 2 1 1 2 3 4 5 6 5 7 6 0 1 4 1 5 4 2 6 3 3 6 7 0 4 2 2 4 6 1 3 5 3 7 5";
+    let geometry = |(name, vertices): &(&str, String)| {
+        format!(
+            r##"<geometry id="{name}-mesh" name="other"><mesh><source id="{name}-p"><float_array>{vertices}</float_array></source>
+            <vertices id="{name}-v"><input semantic="POSITION" source="#{name}-p"/></vertices>
+            <triangles count="12"><input semantic="VERTEX" source="#{name}-v" offset="0"/><p>{FACES}</p></triangles></mesh></geometry>"##
+        )
+    };
+    // A node without a name belongs to the one around it.
+    let node = |(name, _): &(&str, String)| {
+        format!(r##"<node name="{name}"><node><instance_geometry url="#{name}-mesh"/></node></node>"##)
+    };
+    let dae = format!(
+        r##"<COLLADA><library_geometries>{}</library_geometries><library_visual_scenes><visual_scene id="s">{}</visual_scene>
+        </library_visual_scenes><scene><instance_visual_scene url="#s"/></scene></COLLADA>"##,
+        cubes.each_ref().map(geometry).concat(),
+        cubes.each_ref().map(node).concat()
+    );
+    std::fs::write(path.join("cubes.dae"), dae).unwrap();
+    let objects = cubes.each_ref().map(|(name, vertices)| {
+        let numbers: Vec<&str> = vertices.split_ascii_whitespace().collect();
+        let vertices: String = numbers.chunks(3).map(|p| format!("v {}\n", p.join(" "))).collect();
+        let faces: Vec<i32> = FACES.split(' ').map(|k| k.parse::<i32>().unwrap() - 8).collect();
+        let faces: String = faces.chunks(3).map(|f| format!("f {} {} {}\n", f[0], f[1], f[2])).collect();
+        format!("o {name}\n{vertices}{faces}")
+    });
+    std::fs::write(path.join("cubes.obj"), objects.concat()).unwrap();
+    let text = |file: &str, part: &str| {
+        let mesh = format!("<geometry><mesh><uri>{file}</uri><scale>2 1 1</scale>{part}</mesh></geometry>");
+        format!(
+            r#"<sdf version="1.7"><model name="m"><link name="l"><visual name="v">{mesh}</visual>
+            <collision name="c">{mesh}</collision></link></model></sdf>"#
+        )
+    };
+    let extent = |geometry: &Geometry| {
+        let (Geometry::ConvexMesh(mesh) | Geometry::TriangleMesh(mesh)) = geometry else { panic!("no mesh") };
+        assert_eq!(mesh.triangles.len() % 12, 0);
+        let x = || mesh.vertices.iter().map(|p| p.x);
+        (x().fold(f64::INFINITY, f64::min), x().fold(f64::NEG_INFINITY, f64::max))
+    };
+    for file in ["cubes.dae", "cubes.obj"] {
+        for (part, expected) in [
+            ("", (-6.0, 12.0)),
+            ("<submesh><name>left</name></submesh>", (-6.0, -4.0)),
+            ("<submesh><name>right</name><center>false</center></submesh>", (10.0, 12.0)),
+            ("<submesh><name>right</name><center>true</center></submesh>", (-1.0, 1.0)),
+        ] {
+            let imported = load_sdf_str(&text(file, part), &path, &LoadOptions::default()).unwrap();
+            assert!(imported.report.warnings.is_empty(), "{}", imported.report);
+            assert_eq!(imported.model.geoms.len(), 2);
+            assert!(imported.model.geoms.iter().all(|geom| extent(&geom.geometry) == expected), "{file} {part}");
+        }
+        let unknown = text(file, "<submesh><name>middle</name></submesh>");
+        let error = load_sdf_str(&unknown, &path, &LoadOptions::default()).unwrap_err().to_string();
+        assert!(error.contains("no part 'middle'; parts: left, right"), "{error}");
+    }
+}
