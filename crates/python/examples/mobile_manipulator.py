@@ -51,7 +51,7 @@ def build(folder: Union[str, pathlib.Path], seed: int = 0) -> signorini.Model:
 
 def run(model: signorini.Model, seconds: float, film: Optional[signorini.Film] = None) -> Tuple[signorini.Data, float, bool]:
     """Drives up to the shelf; the data, the seconds that took, and whether every step was certified."""
-    data, renderer = signorini.Data(model), signorini.Renderer(model, 640, 360) if film else None
+    data, renderer = signorini.Data(model), signorini.Renderer(model, 640, 360) if film is not None else None
     data.ctrl[:] = model.keyframe("start").ctrl
     data.qpos[3:10] = data.ctrl[3:10]
     certified, spent = True, 0.0
@@ -61,7 +61,7 @@ def run(model: signorini.Model, seconds: float, film: Optional[signorini.Film] =
         signorini.step(model, data, nstep=round(1 / 30 / model.timestep))
         spent += time.perf_counter() - begin
         certified &= data.missed_steps == 0
-        if film and renderer:
+        if film is not None and renderer is not None:
             film.add(renderer.render(data, signorini.View.orbit([0.6, -0.5, 0.5], 3.6, 35, -20)))
     return data, spent, certified
 
@@ -74,5 +74,5 @@ if __name__ == "__main__":
     film = signorini.Film(640, 360, fps=30) if len(sys.argv) > 1 else None
     data, spent, certified = run(model, 3.0, film)
     print(f"{model.nbody} bodies, {data.time:.1f} s in {spent:.2f} s of one core: {data.time / spent:.1f} times real time, certified: {certified}")
-    if film:
+    if film is not None:
         film.save(sys.argv[1])

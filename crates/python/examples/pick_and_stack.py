@@ -37,7 +37,7 @@ class Arm:
 
     def __init__(self, model: signorini.Model, data: signorini.Data, film: Optional[signorini.Film] = None) -> None:
         self.model, self.data, self.film = model, data, film
-        self.renderer = signorini.Renderer(model, 640, 360) if film else None
+        self.renderer = signorini.Renderer(model, 640, 360) if film is not None else None
         self.joints = [f"arm joint{k}" for k in range(1, 8)]
         data.ctrl[:] = [*HOME, 0.04]
         data.qpos[:7] = HOME
@@ -45,7 +45,7 @@ class Arm:
     def wait(self, seconds: float) -> None:
         for _ in range(max(1, round(30 * seconds))):
             signorini.step(self.model, self.data, nstep=round(1 / 30 / self.model.timestep))
-            if self.film and self.renderer:
+            if self.film is not None and self.renderer is not None:
                 self.film.add(self.renderer.render(self.data, signorini.View.orbit([0.4, 0, 0.2], 1.6, 150, -20)))
 
     def move(self, goal: ArrayLike, seconds: float) -> None:
@@ -91,5 +91,5 @@ if __name__ == "__main__":
     stack(model, data, film)
     heights = [float(data.body(f"cube {k}").xpos[2]) for k in (1, 0, 2)]
     print(f"after {data.time:.1f} s the cubes are at {np.round(heights, 4)} m; steps that missed the tolerance: {data.missed_steps}")
-    if film:
+    if film is not None:
         film.save(sys.argv[1])

@@ -22,6 +22,7 @@ mod lcp;
 mod limits;
 mod linear_system;
 mod live;
+mod looks;
 mod model;
 mod names;
 mod parameters;
@@ -76,6 +77,8 @@ mod _core {
     use crate::limits::{Safety, critical_bodies, safety};
     #[pymodule_export]
     use crate::linear_system::{LinearComplementaritySystem, linearize};
+    #[pymodule_export]
+    use crate::looks::with_images;
     #[pymodule_export]
     use crate::model::{ImportWarning, Model};
     #[pymodule_export]

@@ -248,6 +248,11 @@ impl Film {
     fn __len__(&self) -> PyResult<usize> {
         Ok(self.0.lock().map_err(broken)?.len())
     }
+
+    /// A film is there before its first frame.
+    fn __bool__(&self) -> bool {
+        true
+    }
 }
 
 fn broken<T>(_: PoisonError<T>) -> PyErr {

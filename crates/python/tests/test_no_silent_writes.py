@@ -36,6 +36,14 @@ def test_numbers_of_parts_are_tuples(model):
     assert not [value for value in kept if isinstance(value, list)] and sum(isinstance(v, tuple) for v in kept) >= 12
 
 
+def test_numbers_of_a_spec_are_tuples(model):
+    spec = signorini.Spec(model)
+    parts = [spec.body(1), spec.joint(0), spec.geom(1), spec.site(0), spec.actuator(0), spec.part("keyframe", 0)]
+    kept = [spec.gravity, *(getattr(part, name) for part in parts for name in spec._attributes(part.sort))]
+    assert not [value for value in kept if isinstance(value, (list, np.ndarray))] and sum(isinstance(v, tuple) for v in kept) >= 15
+    assert all(isinstance(row, tuple) for row in spec.body(1).inertia)
+
+
 def test_results_of_a_data_are_read_only_and_go_on_changing(model):
     data = Data(model)
     results = ["qacc", "xpos", "xquat", "xmat", "xipos", "linear_velocity", "angular_velocity"]
@@ -75,7 +83,7 @@ def test_whatever_can_be_written_to_is_what_it_belongs_to():
 
 def test_a_misspelt_attribute_is_named_with_the_nearest_one(model):
     data, batch = Data(model), signorini.Batch(model, 2)
-    misspelt = [(data, "qps", "qpos"), (data, "crtl", "ctrl"), (batch, "qvell", "qvel"), (model, "gravty", "gravity"),
+    misspelt = [(signorini.Spec(model), "gravty", "gravity"), (signorini.scene(), "timestp", "timestep"), (data, "qps", "qpos"), (data, "crtl", "ctrl"), (batch, "qvell", "qvel"), (model, "gravty", "gravity"),
                 (data.joint("elbow"), "qpost", "qpos"), (data.actuator("motor"), "control", "ctrl"), (data.body(1), "xposs", "xpos")]
     for thing, name, near in misspelt:
         with pytest.raises(AttributeError, match=f"no attribute '{name}'.*'{near}'"):

@@ -1,6 +1,7 @@
 """Pictures: what is where, beside rays and formulas."""
 
 import os
+import pickle
 import struct
 import subprocess
 import zlib
@@ -123,3 +124,53 @@ def read_png(path):
             paeth = min((a, b, c), key=lambda q: abs(p - q))
             out[y, x] = (value + [0, a, b, (a + b) // 2, paeth][row[0]]) % 256
     return out.reshape(height, width, 3).astype(np.uint8)
+
+
+def checkered(path, seed):
+    """A picture file of random colours."""
+    signorini.save_png(path, np.random.default_rng(seed).integers(0, 256, (8, 8, 3), dtype=np.uint8))
+
+
+def test_images_stay_on_what_is_compiled_pickled_and_recorded(tmp_path):
+    """Of a plane, a box and a mesh, from files that are gone when the pickle is read."""
+    for k in range(2):
+        checkered(tmp_path / f"{k}.png", k)
+    (tmp_path / "roof.obj").write_text(
+        "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0.5 1\n"
+        + "".join(f"f {a}/1 {b}/2 5/3\n" for a, b in [(1, 2), (2, 3), (3, 4), (4, 1)])
+        + "f 4/1 3/2 2/3\nf 4/1 2/2 1/3\n"
+    )
+    (tmp_path / "world.xml").write_text(
+        """<mujoco><asset><texture name="a" type="2d" file="0.png"/><texture name="b" type="2d" file="1.png"/>
+        <material name="a" texture="a" texrepeat="2 2"/><material name="b" texture="b"/><mesh name="roof" file="roof.obj"/></asset>
+        <worldbody><geom type="plane" size="2 2 1" material="a"/>
+        <body pos="0 0 .5"><freejoint/><geom type="box" size=".5 .5 .4" material="b"/></body>
+        <body pos="0 0 1"><freejoint/><geom type="mesh" mesh="roof" material="a"/></body></worldbody></mujoco>"""
+    )
+
+    def seen(model):
+        return signorini.Renderer(model, 96, 72).render(signorini.Data(model), signorini.View.orbit([0, 0, 0.8], 6.0))
+
+    model = signorini.Model.from_file(tmp_path / "world.xml")
+    picture = seen(model)
+    plain = seen(signorini.Model.from_file(tmp_path / "world.xml", visuals=False))
+    assert np.mean(picture != plain) > 0.1
+    compiled = signorini.Spec(model).compile()
+    pickled, spec = pickle.dumps(compiled), pickle.dumps(signorini.Spec(model))
+    for file in tmp_path.iterdir():
+        file.unlink()
+    assert (seen(compiled) == picture).all()
+    again = pickle.loads(pickled)
+    assert (seen(again) == picture).all() and (seen(pickle.loads(pickle.dumps(again))) == picture).all()
+    assert (seen(pickle.loads(spec).compile()) == picture).all()
+    data = signorini.Data(again)
+    with data.record() as recorder:
+        signorini.step(again, data, 2)
+    assert recorder.recording.check()
+    page = recorder.recording.to_html()
+    assert isinstance(page, str) and page.count("data:image/jpeg") + page.count("/9j/") >= 2
+
+
+def test_a_film_is_there_before_its_first_frame():
+    film = signorini.Film(64, 48)
+    assert film and len(film) == 0

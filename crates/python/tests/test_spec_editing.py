@@ -1,5 +1,8 @@
 """Specs edited part by part: beside models that were written by hand, and beside MuJoCo's reading of them."""
 
+import copy
+import pickle
+
 import numpy as np
 import pytest
 
@@ -284,3 +287,51 @@ def test_a_body_that_is_not_there_is_the_first_thing_to_say():
             add("bal", "no such type")
     with pytest.raises(signorini.ModelError, match="there is no body 'bal'; did you mean 'ball'"):
         spec.add_geom("bal", "sphere", size="wide", frction=1)
+
+
+def test_keyframes_are_read_and_changed_in_their_place():
+    world = by_hand()
+    place = np.array(world.compile().qpos0)
+    place[:3] += 0.1
+    world.add_keyframe("late", qpos=place, time=2)
+    world.add_keyframe("last", ctrl=[0.3, 0.4])
+    late = world.part("keyframe", "late")
+    assert late.time == 2 and np.allclose(late.qpos, place, atol=1e-15)
+    late.qpos, late.ctrl = world.compile().qpos0, (0.5, -0.5)
+    model = world.compile()
+    assert list(model.keyframe_names)[-2:] == ["late", "last"]
+    assert model.keyframe("late").ctrl == (0.5, -0.5) and np.allclose(model.keyframe("late").qpos, model.qpos0, atol=1e-15)
+    assert (model.keyframe("late").time, model.keyframe("last").ctrl) == (2, (0.3, 0.4))
+    before = world.to_mjcf()
+    with pytest.raises(signorini.SignoriniError, match="ctrl"):
+        late.ctrl = (1, 2, 3)
+    with pytest.raises(AttributeError, match="it has time, qpos"):
+        late.qposs = (1, 2)
+    with pytest.raises(AttributeError, match="remove the part and add another"):
+        world.part("equality", 0).solref = 1
+    assert world.to_mjcf() == before
+
+
+def test_what_is_kept_from_touching_is_listed_and_may_touch_again():
+    world = by_hand()
+    before = world.excludes
+    world.add_body("stone", pos=(2, 0, 1)).add_freejoint()
+    world.body("stone").add_geom("sphere", size=0.1)
+    world.add_exclude("stone", "box")
+    assert world.excludes == [*before, ("stone", "box")]
+    assert {frozenset(pair) for pair in signorini.Spec(world.compile()).excludes} == {frozenset(pair) for pair in world.excludes}
+    world.remove_exclude("box", "stone")
+    assert world.excludes == before
+    with pytest.raises(signorini.ModelError, match="not kept from touching"):
+        world.remove_exclude("box", "stone")
+    with pytest.raises(signorini.ModelError, match="stnoe"):
+        world.remove_exclude("box", "stnoe")
+
+
+def test_a_copy_is_edited_alone():
+    world = by_hand()
+    for other in (copy.deepcopy(world), pickle.loads(pickle.dumps(world))):
+        assert other.compile() == world.compile()
+        other.geom("box").friction = 0.123
+        assert world.geom("box").friction == 0.4
+    assert isinstance(copy.copy(signorini.scene()), type(signorini.scene()))

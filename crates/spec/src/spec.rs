@@ -233,6 +233,12 @@ impl Spec {
         self.equalities.iter().map(|(_, part)| part.name.as_str())
     }
 
+    /// Names of the bodies that are kept from touching, pair by pair, in the order of [`Spec::excluded`].
+    pub fn excluded_names(&self) -> impl Iterator<Item = (&str, &str)> {
+        let name = |id: BodyId| self.bodies.get(id.index()).map(|body| body.name.as_str());
+        self.excluded.iter().filter_map(move |&(a, b)| Some((name(a)?, name(b)?)))
+    }
+
     /// Names of all keyframes, in their order.
     pub fn keyframe_names(&self) -> impl Iterator<Item = &str> {
         self.keyframes.iter().map(|(_, part)| part.name.as_str())

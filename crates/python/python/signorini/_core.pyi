@@ -97,6 +97,7 @@ __all__ = [
     "stability",
     "step",
     "support_polygon",
+    "with_images",
     "with_parameters",
     "zero_moment_point",
 ]
@@ -375,6 +376,7 @@ class Model:
     def _activation_names(self) -> list[str]: ...
     def _parameter(self, name: str) -> _Array: ...
     def _parameter_parts(self, name: str) -> list[str]: ...
+    def _images(self) -> Any: ...
 
 @disjoint_base
 class Spec:
@@ -382,8 +384,8 @@ class Spec:
 
     def __new__(cls, model: Optional[Model] = None, name: str = "world") -> Self: ...
     @property
-    def gravity(self) -> list[float]:
-        """Gravity in world, (3), m/s²; a copy: set it as a whole."""
+    def gravity(self) -> Tuple[float, float, float]:
+        """Gravity in world, (3), m/s²; set it as a whole."""
     @gravity.setter
     def gravity(self, gravity: Sequence[float]) -> None: ...
     @property
@@ -405,6 +407,15 @@ class Spec:
 
         Raises:
             ModelError: there is no such body.
+        """
+    @property
+    def excludes(self) -> list[tuple[str, str]]:
+        """Pairs of names of bodies that are kept from touching; a copy."""
+    def remove_exclude(self, bodyname1: str, bodyname2: str) -> None:
+        """Lets two bodies touch again.
+
+        Raises:
+            ModelError: there is no such body, or they are not kept from touching.
         """
     def names(self, sort: str) -> list[str]:
         """Names of all parts of a sort ("body", "joint", "geom", "site", "tendon", "actuator", "sensor", "equality", "keyframe"), in order.
@@ -526,6 +537,7 @@ class Film:
     def save(self, path: Union[str, os.PathLike[str]]) -> None:
         """Writes the film; more frames can follow, and it can be written again."""
     def __len__(self) -> int: ...
+    def __bool__(self) -> bool: ...
 
 def make_heap(count: int, shapes: str, radius: float, friction: float, bin: bool, seed: int) -> str: ...
 def make_stack(count: int, size: float, offset: float, friction: float, seed: int) -> str: ...
@@ -2166,6 +2178,9 @@ def derivatives(model: Model, data: Data, parameters: Optional[Sequence[Any]] = 
 
 def parameter_values(model: Model, parameters: Sequence[Any]) -> _Array:
     """The values of parameters as for ``derivatives``, each that of its first number, (n,)."""
+
+def with_images(model: Model, images: Any) -> Model:
+    """The model with images that ``Model._images`` gave, and no others."""
 
 def with_parameters(model: Model, parameters: Sequence[Any], values: ArrayLike) -> Model:
     """``signorini.with_parameters`` without what Python adds to a model."""

@@ -192,7 +192,7 @@ class Model(Strict, _core.Model):
         if core is None:
             return self
         model = type(self)(other=core)
-        model._recipe = self._recipe
+        model._recipe = dict(self._recipe, dressed=True)
         return model
 
     def body(self, key: Key) -> _core.Body:
@@ -233,7 +233,8 @@ class Model(Strict, _core.Model):
         return self
 
     def __reduce__(self) -> Tuple[Any, ...]:
-        return _unpickle, (type(self), self._recipe, self.content_hash)
+        images = self._images() if self._recipe.get("dressed") else None
+        return _unpickle, (type(self), self._recipe, self.content_hash, images)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Model) and self.content_hash == other.content_hash
@@ -310,10 +311,12 @@ def _text_of(source: Dict[str, Any]) -> Dict[str, Any]:
     return {"text": path.read_text(encoding="utf-8"), "format": "auto", "base_dir": str(path.parent.resolve())}
 
 
-def _unpickle(cls: type[Model], recipe: Dict[str, Any], content_hash: int) -> Model:
+def _unpickle(cls: type[Model], recipe: Dict[str, Any], content_hash: int, images: Any = None) -> Model:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ModelWarning)  # They were issued when the model was made.
         model = cls._load(recipe["source"], recipe["options"])
+        if images is not None:
+            model = model._in_other_looks(_core.with_images(model, images))
         for parameters, values in recipe.get("changes", []):
             model = model._changed(_core.with_parameters(model, parameters, values), (parameters, values))
     if model.content_hash != content_hash:

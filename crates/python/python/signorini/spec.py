@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from signorini import _core
-from signorini._names import index_of
+from signorini._names import Strict, index_of
 from signorini.data import Data
 from signorini.errors import ModelError, ProblemError
 from signorini.model import Model
@@ -64,7 +64,7 @@ class SpecPart:
             raise ProblemError(f"{attribute} of {self.sort} '{self.name}': {error}") from None
 
     def _unknown(self, attribute: str) -> AttributeError:
-        known = ", ".join(self.spec._attributes(self.sort))
+        known = ", ".join(self.spec._attributes(self.sort)) or "none that can be changed: remove the part and add another"
         return AttributeError(f"a {self.sort} has no attribute '{attribute}'; it has {known}")
 
     def remove(self) -> List[str]:
@@ -101,7 +101,7 @@ class SpecPart:
         return f"<signorini.SpecPart {self.sort} '{self.name}'>"
 
 
-class Spec(_core.Spec):
+class Spec(Strict, _core.Spec):
     """A model that can be edited: parts found, added, changed, removed, others attached to it, compiled into a :class:`Model`.
 
     >>> from signorini import Spec
@@ -313,7 +313,7 @@ class Spec(_core.Spec):
         return self._related("keyframe", name, _element("key", {"name": name, **attributes}))
 
     def compile(self) -> Model:
-        """The model: what :meth:`to_mjcf` writes, read again, with the images on its surfaces (which pickles and recordings do not keep).
+        """The model: what :meth:`to_mjcf` writes, read again, with the images on its surfaces, which its pickles keep.
 
         Raises:
             ModelError: the parts are no mechanism, or MJCF cannot say all of it; the message names the part.
@@ -335,6 +335,9 @@ class Spec(_core.Spec):
         """
         model = self.compile()
         return model, _carried(data, model)
+
+    def __reduce__(self) -> Tuple[Any, ...]:
+        return type(self), (self.compile(),)
 
     def _path_part(self, part: PathPart) -> ElementTree.Element:
         if isinstance(part, (int, float)):

@@ -31,10 +31,10 @@ macro_rules! plain {
         })*
     };
 }
-plain!(f64, u32, i32, (f64, f64), [f32; 4], Option<f64>);
+plain!(f64, u32, i32, (f64, f64), Option<f64>);
 
 /// A tuple of numbers: writing to a copy would be lost.
-fn tuple<'py>(py: Python<'py>, numbers: &[f64]) -> Shown<'py> {
+pub(super) fn tuple<'py>(py: Python<'py>, numbers: &[f64]) -> Shown<'py> {
     Ok(pyo3::types::PyTuple::new(py, numbers)?.into_any())
 }
 
@@ -69,12 +69,23 @@ impl Attribute for DQuat {
 impl Attribute for DMat3 {
     fn show<'py>(&self, py: Python<'py>) -> Shown<'py> {
         let rows = self.transpose().to_cols_array_2d().map(|row| (row[0], row[1], row[2]));
-        rows.into_pyobject(py).map(|rows| rows.into_any())
+        Ok(pyo3::types::PyTuple::new(py, rows)?.into_any())
     }
 
     fn take(&mut self, value: &Bound<'_, PyAny>) -> PyResult<()> {
         let rows: [[f64; 3]; 3] = value.extract()?;
         *self = Self::from_cols_array_2d(&rows).transpose();
+        Ok(())
+    }
+}
+
+impl Attribute for [f32; 4] {
+    fn show<'py>(&self, py: Python<'py>) -> Shown<'py> {
+        tuple(py, &self.map(f64::from))
+    }
+
+    fn take(&mut self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        *self = value.extract()?;
         Ok(())
     }
 }

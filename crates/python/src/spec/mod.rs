@@ -3,10 +3,12 @@
 mod adding;
 mod attributes;
 mod checking;
+mod keyframes;
 
 use std::collections::{BTreeSet, HashMap};
 use std::sync::{Arc, Mutex, MutexGuard};
 
+use pyo3::IntoPyObjectExt;
 use pyo3::exceptions::PyRuntimeError;
 use pyo3::prelude::*;
 use signorini::formats::{Written, write_mjcf, write_urdf};
@@ -14,9 +16,9 @@ use signorini::multibody::Pose;
 use signorini::multibody::glam::{DQuat, DVec3};
 
 use self::adding::{Place, add_relation, add_to_body};
-use self::attributes::Attributes;
+use self::attributes::{Attributes, tuple};
 use self::checking::Checked;
-use crate::error::{ProblemError, spec_error};
+use crate::error::{ModelError, ProblemError, spec_error};
 use crate::model::Model;
 
 /// Text, what it leaves out, and files that it names with their text.
@@ -111,6 +113,24 @@ impl Spec {
         self.lock()?.spec.exclude(bodyname1, bodyname2).map_err(spec_error)
     }
 
+    /// Pairs of names of bodies that are kept from touching.
+    #[getter]
+    fn excludes(&self) -> PyResult<Vec<(String, String)>> {
+        Ok(self.lock()?.spec.excluded_names().map(|(a, b)| (a.to_owned(), b.to_owned())).collect())
+    }
+
+    /// Lets two bodies touch again.
+    fn remove_exclude(&self, bodyname1: &str, bodyname2: &str) -> PyResult<()> {
+        let spec = &mut self.lock()?.spec;
+        let (a, b) = (spec.body(bodyname1).map_err(spec_error)?, spec.body(bodyname2).map_err(spec_error)?);
+        let before = spec.excluded.len();
+        spec.excluded.retain(|&pair| pair != (a, b) && pair != (b, a));
+        if spec.excluded.len() == before {
+            return Err(ModelError::new_err(format!("'{bodyname1}' and '{bodyname2}' are not kept from touching")));
+        }
+        Ok(())
+    }
+
     /// Names of all parts of a sort, in order.
     fn names(&self, sort: &str) -> PyResult<Vec<String>> {
         let edited = self.lock()?;
@@ -141,6 +161,7 @@ impl Spec {
             "tendon" => mb::Tendon::NAMES,
             "actuator" => mb::Actuator::NAMES,
             "sensor" => mb::Sensor::NAMES,
+            "keyframe" => keyframes::NAMES,
             _ => &[],
         }
         .to_vec()
@@ -155,12 +176,23 @@ impl Spec {
         attribute: &str,
     ) -> PyResult<Option<Bound<'py, PyAny>>> {
         let mut edited = self.lock()?;
+        if sort == "keyframe" {
+            let numbers = keyframes::read(&edited.spec, name, attribute)?;
+            return if attribute == "time" { numbers[0].into_bound_py_any(py) } else { tuple(py, &numbers) }.map(Some);
+        }
         with_part!(edited.spec, sort, name, part => part.show(py, attribute).transpose())?
     }
 
     /// Sets an attribute; whether there is one of this name. A value that no model can have is refused, and nothing has changed.
     fn _set(&self, sort: &str, name: &str, attribute: &str, value: &Bound<'_, PyAny>) -> PyResult<bool> {
+        if !self._attributes(sort).contains(&attribute) {
+            return Ok(false);
+        }
         let mut edited = self.lock()?;
+        if sort == "keyframe" {
+            let values = value.extract::<f64>().map_or_else(|_| value.extract(), |one| Ok(vec![one]))?;
+            return keyframes::write(&mut edited.spec, name, attribute, &values).map(|()| true);
+        }
         let taken = with_part!(edited.spec, sort, name, part => {
             let before = part.clone();
             let taken = part.take(attribute, value);
@@ -177,8 +209,8 @@ impl Spec {
 
     /// Gravity in world, (3,), m/s².
     #[getter]
-    fn gravity(&self) -> PyResult<[f64; 3]> {
-        Ok(self.lock()?.spec.gravity.to_array())
+    fn gravity(&self) -> PyResult<(f64, f64, f64)> {
+        Ok(self.lock()?.spec.gravity.into())
     }
 
     #[setter]
