@@ -27,14 +27,14 @@ pub struct PackArguments {
 
 const ENDINGS: [&str; 3] = ["obj", "stl", "dae"];
 
-/// Reads the blocks of a folder. `floor`: whether there is one at z = 0.
+/// Reads the blocks of a folder; also the height of the floor that they stand on, m, if there is one. `floor`: whether there is one at z = 0.
 pub fn read(
     folder: &Path,
     arguments: &PackArguments,
     friction: f64,
     floor: bool,
     tolerance: f64,
-) -> Result<Assembly, CliError> {
+) -> Result<(Assembly, Option<f64>), CliError> {
     let unreadable = |path: &Path, reason: String| FormatError::Unreadable { path: path.to_owned(), reason };
     let entries = std::fs::read_dir(folder).map_err(|e| unreadable(folder, e.to_string()))?;
     let ending = |path: &Path| path.extension().and_then(|e| e.to_str()).map(str::to_ascii_lowercase);
@@ -49,7 +49,11 @@ pub fn read(
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
         let mesh = read_mesh_file(path)?;
         let Some(inertia) = solid_inertia(&mesh, arguments.density) else {
-            return Err(unreadable(path, "its faces enclose no volume; a block is a closed mesh".into()).into());
+            return Err(unreadable(
+                path,
+                "its faces are not a closed surface that looks to one side, or enclose no volume".into(),
+            )
+            .into());
         };
         let is_fixed = arguments.fixed.contains(&name);
         blocks.push(Block { name, mesh, inertia, friction, is_fixed });
@@ -59,9 +63,6 @@ pub fn read(
     }
     let lowest = blocks.iter().flat_map(|block| &block.mesh.vertices).map(|p| p.z).fold(f64::INFINITY, f64::min);
     let height = if floor { Some(0.0) } else { arguments.fixed.is_empty().then_some(lowest) };
-    if let Some(height) = height.filter(|_| !floor) {
-        eprintln!("note: the blocks stand on a floor at z = {height}");
-    }
     let assembly = Assembly::new(&blocks, height.map(|height| [height, friction]), tolerance);
-    Ok(assembly.map_err(|error| unreadable(folder, error.to_string()))?)
+    Ok((assembly.map_err(|error| unreadable(folder, error.to_string()))?, height))
 }

@@ -2,23 +2,27 @@
 
 python compas.py assembly.json --supports 0,1 --friction 0.9 --density 1 --touching 1e-3
 
-Without a file an arch of 15 voussoirs is judged.
+Where no supports are named they are the blocks that the file marks (is_support), and the first one where it marks none. Without a file an arch of 15 voussoirs is judged.
 """
 
 import argparse
 import json
 import math
-from typing import Iterator, List, Tuple
+from typing import Any, Dict, Iterator, List, Tuple
 
 import signorini
 
 Surface = Tuple[str, List[List[float]], List[List[int]]]
 
 
-def blocks_of(path: str) -> Iterator[Surface]:
-    """Name, vertices and faces of every block in a JSON file of COMPAS."""
+def nodes_of(path: str) -> Dict[str, Any]:
+    """The nodes of a JSON file of COMPAS by their names."""
     with open(path, encoding="utf-8") as file:
-        nodes = json.load(file)["data"]["graph"]["data"]["node"]
+        return dict(json.load(file)["data"]["graph"]["data"]["node"])
+
+
+def blocks_of(nodes: Dict[str, Any]) -> Iterator[Surface]:
+    """Name, vertices and faces of every block."""
     for name, node in nodes.items():
         block = node["block"]["data"]
         places = {key: k for k, key in enumerate(block["vertex"])}
@@ -45,13 +49,16 @@ def main() -> None:
     arguments.add_argument("--density", type=float, default=1000.0)
     arguments.add_argument("--touching", type=float, default=1e-6)
     given = arguments.parse_args()
-    blocks = list(blocks_of(given.file) if given.file else arch())
-    supports = (given.supports or ("0" if given.file else "-1,15")).split(",")
+    nodes = nodes_of(given.file) if given.file else {}
+    blocks = list(blocks_of(nodes) if given.file else arch())
+    marked = [name for name, node in nodes.items() if node.get("is_support")]
+    default = (marked or [min(nodes)]) if given.file else ["-1", "15"]
+    supports = given.supports.split(",") if given.supports else default
     assembly = signorini.Assembly(touching=given.touching)
     for name, vertices, faces in blocks:
         assembly.add(name, vertices, faces, density=given.density, friction=given.friction, fixed=name in supports)
     found = assembly.stability()
-    print(f"{len(assembly)} blocks, {len(found.points)} contact points: {found.verdict}")
+    print(f"{len(assembly)} blocks on {', '.join(supports)}, {len(found.points)} contact points: {found.verdict}")
     print(f"  residuals of the proof: {found.residuals}")
     if found.verdict == "must_move":
         print(f"  {len(found.motion)} blocks move in the collapse: {', '.join(found.motion)}")

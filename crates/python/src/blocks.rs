@@ -77,7 +77,7 @@ impl Assembly {
             return wrong("a face names a vertex that is not there");
         };
         let Some(inertia) = solid_inertia(&mesh, density) else {
-            return wrong("its faces enclose no volume; they have to be closed and to look to one side");
+            return wrong("its faces are not a closed surface that looks to one side, or enclose no volume");
         };
         self.blocks.push(Block { name, mesh, inertia, friction, is_fixed: fixed });
         Ok(())

@@ -34,7 +34,7 @@ pub fn simulation_error(error: SimulationError) -> PyErr {
     use SimulationError as E;
     let message = error.to_string();
     match error {
-        E::Setting { .. } => SettingError::new_err(message),
+        E::Setting { .. } | E::UnboundedMotor { .. } => SettingError::new_err(message),
         E::Collision(_) | E::Model(_) => ModelError::new_err(message),
         E::State(_) | E::FreeMotion(FreeMotionError::State(_)) | E::WarmStart { .. } => StateError::new_err(message),
         E::FreeMotion(_) => SolveError::new_err(message),

@@ -89,7 +89,7 @@ impl Safety {
     }
 
     fn __repr__(&self) -> String {
-        format!("<signorini.Safety holds: {}, falls: {}>", self.limit.holds, self.limit.falls)
+        format!("<signorini.Safety holds: {:?}, falls: {:?}>", self.limit.holds, self.limit.falls)
     }
 }
 

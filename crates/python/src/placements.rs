@@ -4,6 +4,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
+use signorini::SimulationError;
+use signorini::contact::ProblemError;
 use signorini::statics::{self, Placement, StabilitySettings};
 
 use crate::arrays::{self, Vector};
@@ -17,40 +19,48 @@ use crate::statics::judged;
 /// What became of placements.
 #[pyclass(frozen, module = "signorini")]
 pub struct Placements {
-    all: Vec<Placement>,
+    /// Nothing where neither forces nor a mechanism were found to the accuracy asked for.
+    all: Vec<Option<Placement>>,
     tolerance: f64,
+}
+
+impl Placements {
+    fn of<'py>(&self, py: Python<'py>, number: impl Fn(&Placement) -> f64) -> Vector<'py> {
+        let of = |placement: &Option<Placement>| placement.as_ref().map_or(f64::NAN, &number);
+        arrays::vector(py, &self.all.iter().map(of).collect::<Vec<f64>>())
+    }
 }
 
 #[pymethods]
 impl Placements {
-    /// The verdicts, as of `stability`.
+    /// The verdicts, as of `stability`; "unknown" where neither forces nor a mechanism were found to the accuracy asked for.
     #[getter]
     fn verdict(&self) -> Vec<&'static str> {
-        self.all.iter().map(|p| p.verdict.name()).collect()
+        self.all.iter().map(|p| p.as_ref().map_or("unknown", |p| p.verdict.name())).collect()
     }
 
-    /// Whether every proof holds within the tolerance.
+    /// Whether every proof is there and holds within the tolerance.
     #[getter]
     fn proved(&self) -> bool {
-        self.all.iter().all(|p| p.residual <= self.tolerance)
+        self.all.iter().all(|p| p.as_ref().is_some_and(|p| p.residual <= self.tolerance))
     }
 
     /// Worst residual of each proof, (n,).
     #[getter]
     fn residual<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.all.iter().map(|p| p.residual).collect::<Vec<f64>>())
+        self.of(py, |p| p.residual)
     }
 
     /// The deepest overlap that was taken as touching, (n,), m or rad.
     #[getter]
     fn overlap<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.all.iter().map(|p| p.deepest_overlap).collect::<Vec<f64>>())
+        self.of(py, |p| p.deepest_overlap)
     }
 
     /// The limit that was asked for, (n,); not a number where it must move or none was asked for.
     #[getter]
     fn margin<'py>(&self, py: Python<'py>) -> Vector<'py> {
-        arrays::vector(py, &self.all.iter().map(|p| p.margin).collect::<Vec<f64>>())
+        self.of(py, |p| p.margin)
     }
 
     fn __len__(&self) -> usize {
@@ -109,6 +119,11 @@ pub fn placements(
     let found =
         guard::detached(py, || statics::placements(&inner, &states, &input, &settings, question.as_ref(), tell))?;
     told.into_inner().unwrap_or_else(PoisonError::into_inner)?;
-    let all = found.into_iter().collect::<Result<Vec<_>, _>>().map_err(simulation_error)?;
+    let judged = |found| match found {
+        Ok(placement) => Ok(Some(placement)),
+        Err(SimulationError::Problem(ProblemError::NotASolution { .. })) => Ok(None),
+        Err(error) => Err(simulation_error(error)),
+    };
+    let all = found.into_iter().map(judged).collect::<PyResult<Vec<_>>>()?;
     Ok(Placements { all, tolerance })
 }

@@ -90,3 +90,12 @@ def test_a_signal_ends_it(slope):
     finally:
         signal.signal(signal.SIGINT, before)
     assert data.qpos[0] > 0.001 and data.qvel[0] > 0 and data.steps == 0
+
+
+def test_what_hangs_from_constraints_alone_rests():
+    model = signorini.Model.from_string(
+        "<mujoco><worldbody><body name='lamp' pos='0 0 1'><freejoint/><geom size='.1' mass='2'/></body></worldbody>"
+        "<equality><weld body1='lamp'/></equality></mujoco>")
+    data = signorini.Data(model)
+    signorini.settle(model, data)
+    assert not data.qvel.any() and data.qpos[2] == pytest.approx(1, abs=1e-9)

@@ -19,6 +19,12 @@ pub enum SimulationError {
         /// What it is.
         found: f64,
     },
+    /// A motor that is asked to hold and whose force has no bounds.
+    #[error("actuator '{name}' would hold anything: give it a force range (forcerange, for a motor ctrlrange)")]
+    UnboundedMotor {
+        /// The actuator.
+        name: String,
+    },
     /// Two settings that exclude each other.
     #[error("settings {} and {} exclude each other: {reason}", settings[0], settings[1])]
     Incompatible {

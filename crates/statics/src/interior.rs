@@ -93,8 +93,11 @@ impl ForceSearch {
         let pressed = if problem.friction.iter().all(|mu| *mu == 0.0) { pressed(problem) } else { Vec::new() };
         if !pressed.is_empty() && pressed.len() < problem.contact_count() {
             self.contacts = pressed;
-            if let Forces::Balance(balance) = self.find_among(problem, settings) {
-                return Forces::Balance(balance);
+            match self.find_among(problem, settings) {
+                Forces::Balance(balance) => return Forces::Balance(balance),
+                // It is judged against all contacts, but the collapse of these alone may close others.
+                Forces::Mechanism(proof) if self.ends_at_proof => return Forces::Mechanism(proof),
+                _ => {}
             }
         }
         self.contacts = (0..problem.contact_count()).collect();

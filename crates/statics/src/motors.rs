@@ -11,13 +11,12 @@ use signorini_simulation::SimulationError;
 /// ([`SafetyQuestion::Motors`](crate::SafetyQuestion::Motors) is the torque margin). Controls and activations do not count.
 ///
 /// # Errors
-/// [`SimulationError::Setting`] with the index of an actuator whose force has no bounds.
+/// [`SimulationError::UnboundedMotor`] with the name of an actuator whose force has no bounds.
 pub fn held_by_motors(model: &Model) -> Result<Model, SimulationError> {
     let mut held = model.clone();
-    for (index, actuator) in held.actuators.iter_mut().enumerate() {
+    for actuator in &mut held.actuators {
         let Some(range) = force_range(actuator) else {
-            let expected = "the index of an actuator with a force range (forcerange, or ctrlrange of a motor)";
-            return Err(SimulationError::Setting { setting: "motors", expected, found: index as f64 });
+            return Err(SimulationError::UnboundedMotor { name: actuator.name.clone() });
         };
         (actuator.kind, actuator.force_range) = (ActuatorKind::Speed, Some(range));
         (actuator.control_range, actuator.activation) = (Some([0.0; 2]), None);

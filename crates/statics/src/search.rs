@@ -13,6 +13,10 @@ use crate::settings::StabilitySettings;
 
 /// A solution with less than this part of the free motion's energy counts as one at rest that is not known exactly.
 const MOVES: f64 = 1e-12;
+/// Accuracy of the solves that say whether a start leads to rest, where a balance is known already.
+const ROUGH: f64 = 1e-6;
+/// Such a solve rests with less than this part of the free motion's energy: velocities are ten times those that it leaves open.
+const RESTS: f64 = 1e-10;
 /// Perturbations of loads, relative to the free velocity.
 const PERTURBATION: f64 = 1e-2;
 /// Parts of the friction on the way from none to all of it.
@@ -36,6 +40,8 @@ pub struct SearchRun {
 #[derive(Default)]
 pub(crate) struct Search {
     solver: ContactSolver,
+    /// Asks what a start leads to, to a few digits.
+    rough: ContactSolver,
     forces: ForceSearch,
     pub runs: Vec<SearchRun>,
     pub balance: Option<ContactSolution>,
@@ -45,7 +51,9 @@ pub(crate) struct Search {
 impl Search {
     pub fn new() -> Self {
         let settings = SolverSettings::default().with_tolerance(1e-11).with_accept(1e-11);
-        Self { solver: ContactSolver::new(settings).unwrap_or_default(), ..Self::default() }
+        let solver = ContactSolver::new(settings).unwrap_or_default();
+        let rough = ContactSolver::new(SolverSettings::default().for_tolerance(ROUGH)).unwrap_or_default();
+        Self { solver, rough, ..Self::default() }
     }
 
     pub fn solver(&mut self) -> &mut ContactSolver {
@@ -88,13 +96,35 @@ impl Search {
         "nothing"
     }
 
+    /// Solves from a start, and takes note of what that ended with. Where a balance is known, a start that leads to rest to a few digits is not followed to the last ones.
+    fn try_from(
+        &mut self,
+        problem: &ContactProblem,
+        name: &'static str,
+        near: Option<&ContactSolution>,
+        settings: &StabilitySettings,
+    ) {
+        let mut near = near.map(WarmStart::from_solution);
+        if self.balance.is_some() {
+            let rough = self.rough.solve(problem, near.as_ref());
+            if rests(problem, &rough) {
+                self.runs.push(SearchRun { start: name, end: "rests" });
+                return;
+            }
+            if rough.certificate.holds(ROUGH) {
+                near = Some(WarmStart::from_solution(&rough));
+            }
+        }
+        let solution = self.solver.solve(problem, near.as_ref());
+        self.note(problem, name, solution, settings);
+    }
+
     /// What the solver finds from nothing, unless that is known.
     pub fn cold(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
         if self.runs.iter().any(|run| run.start == "cold") {
             return;
         }
-        let solution = self.solver.solve(problem, None);
-        self.note(problem, "cold", solution, settings);
+        self.try_from(problem, "cold", None, settings);
     }
 
     /// Looks for a moving solution until one is found or every start was tried.
@@ -113,8 +143,7 @@ impl Search {
 
     /// From a moving solution of a nearby problem.
     pub fn start_near(&mut self, problem: &ContactProblem, near: &ContactSolution, settings: &StabilitySettings) {
-        let solution = self.solver.solve(problem, Some(&WarmStart::from_solution(near)));
-        self.note(problem, "near", solution, settings);
+        self.try_from(problem, "near", Some(near), settings);
     }
 
     /// The path from all contacts open.
@@ -122,23 +151,25 @@ impl Search {
         let mut open = ContactSolution::default();
         open.prepare(problem);
         open.solver_modes.fill(Mode::Open);
-        let solution = self.solver.solve(problem, Some(&WarmStart::from_solution(&open)));
-        self.note(problem, "open", solution, settings);
+        self.try_from(problem, "open", Some(&open), settings);
     }
 
-    /// From the motion without friction, with more and more of it.
+    /// From the motion without friction, with more and more of it, as far as that moves: what rests with less friction rests with more.
     fn with_more_friction(&mut self, problem: &ContactProblem, settings: &StabilitySettings) {
         let mut weaker = problem.clone();
         let mut solution: Option<ContactSolution> = None;
-        for step in 0..=FRICTION_STEPS {
+        for step in 0..FRICTION_STEPS {
             let part = f64::from(step) / f64::from(FRICTION_STEPS);
             weaker.friction.iter_mut().zip(&problem.friction).for_each(|(mu, full)| *mu = part * full);
             let start = solution.as_ref().map(WarmStart::from_solution);
-            solution = Some(self.solver.solve(&weaker, start.as_ref()));
+            let found = self.rough.solve(&weaker, start.as_ref());
+            if self.balance.is_some() && rests(&weaker, &found) {
+                self.runs.push(SearchRun { start: "more_friction", end: "rests" });
+                return;
+            }
+            solution = Some(found);
         }
-        if let Some(solution) = solution {
-            self.note(problem, "more_friction", solution, settings);
-        }
+        self.try_from(problem, "more_friction", solution.as_ref(), settings);
     }
 
     /// Lemke's method on the LCP, which follows another path.
@@ -166,9 +197,8 @@ impl Search {
             let by_lemke = (small && round % 2 == 1)
                 .then(|| solve_as_lcp(&perturbed, &mut Lemke::default(), settings.tolerance).ok())
                 .flatten();
-            let near = by_lemke.unwrap_or_else(|| self.solver.solve(&perturbed, None));
-            let solution = self.solver.solve(problem, Some(&WarmStart::from_solution(&near)));
-            self.note(problem, "perturbed", solution, settings);
+            let near = by_lemke.unwrap_or_else(|| self.rough.solve(&perturbed, None));
+            self.try_from(problem, "perturbed", Some(&near), settings);
             if self.moving.is_some() {
                 return;
             }
@@ -195,6 +225,11 @@ impl Search {
             polished(&reduced, &answer.impulses, &mut self.solver, settings)
         })
     }
+}
+
+/// Whether a solution to a few digits is one at rest.
+fn rests(problem: &ContactProblem, rough: &ContactSolution) -> bool {
+    rough.certificate.holds(ROUGH) && energy_part(problem, &rough.velocity) <= RESTS
 }
 
 /// Numbers between −1 and 1, the same ones every time (xorshift; G. Marsaglia 2003).

@@ -121,7 +121,8 @@ fn motors_hold_an_arm_by_their_torque() {
     assert_eq!(ask(&weak).verdict(), Verdict::MustMove);
     weak.actuators[1].force_range = None;
     weak.actuators[1].kind = ActuatorKind::Position { kp: 100.0, kv: 1.0 };
-    assert!(held_by_motors(&weak).is_err(), "a servo without bounds");
+    let error = held_by_motors(&weak).expect_err("a servo without bounds").to_string();
+    assert!(error.contains("'motor 1'"), "{error}");
 }
 
 /// Placements are judged as one by one.

@@ -13,7 +13,7 @@ use signorini::multibody::{BodyId, Input, Model, State};
 use signorini::statics::{
     Assembly, Attraction, Configuration, ModelStability, StabilitySettings, Verdict, held_by_motors,
 };
-use signorini::{Settings, Simulation, SimulationError};
+use signorini::{Settings, Simulation, SimulationError, rest_problem};
 
 use crate::args::{ModelArguments, StartArguments, directions, fraction, positive};
 use crate::error::CliError;
@@ -99,6 +99,9 @@ pub struct Arguments {
     pub json: bool,
 }
 
+/// The gap within which shapes of what must move nearly touch, m: the mistake of a drawing, and no distance.
+const NEARLY: f64 = 1e-3;
+
 /// What is asked: a model in a state, or an assembly of blocks.
 enum Subject {
     /// With the model that is judged, whose motors may hold.
@@ -109,8 +112,12 @@ enum Subject {
 impl Subject {
     fn new(arguments: &Arguments, settings: &Settings) -> Result<Self, CliError> {
         if let Some(folder) = &arguments.pack.pack {
-            let (friction, floor) = (arguments.model.friction, arguments.model.floor);
-            let assembly = pack::read(folder, &arguments.pack, friction, floor, arguments.touching)?;
+            let floor = arguments.model.floor;
+            let (assembly, height) =
+                pack::read(folder, &arguments.pack, arguments.model.friction, floor, arguments.touching)?;
+            if let Some(height) = height.filter(|_| !floor) {
+                eprintln!("note: the blocks stand on a floor at z = {height}");
+            }
             return Ok(Self::Blocks(Box::new(assembly), folder.display().to_string()));
         }
         let loaded = load_model(&arguments.model)?;
@@ -142,6 +149,20 @@ impl Subject {
             Self::Model(_, s, _) => (s.state().clone(), s.input.clone()),
             Self::Blocks(assembly, _) => (State::new(&assembly.model), Input::default()),
         }
+    }
+
+    /// Contacts if shapes touched up to another gap, m.
+    fn contacts_within(&self, gap: f64, arguments: &Arguments, settings: &Settings) -> Result<usize, CliError> {
+        let ModelArguments { friction, floor, .. } = arguments.model;
+        Ok(match (self, &arguments.pack.pack) {
+            (Self::Model(_, s, model), _) => {
+                rest_problem(model, s.state(), &s.input, settings, gap)?.problem.contact_count()
+            }
+            (Self::Blocks(..), Some(folder)) => {
+                pack::read(folder, &arguments.pack, friction, floor, gap)?.0.points.len()
+            }
+            (Self::Blocks(assembly, _), None) => assembly.points.len(),
+        })
     }
 
     fn result(&self, found: &ModelStability, tolerance: f64) -> StabilityResult {
@@ -188,6 +209,13 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
     }
     if let Some(path) = &arguments.out {
         write_stability(path, &found.stability.proof).map_err(CliError::in_file(path))?;
+    }
+    if found.stability.verdict() == Verdict::MustMove && arguments.touching < NEARLY {
+        let touching = found.rest.problem.contact_count();
+        let more = subject.contacts_within(NEARLY, arguments, &settings.simulation)?.saturating_sub(touching);
+        if more > 0 {
+            eprintln!("note: {} points touch; {more} more would with --touching {NEARLY:e}", touching);
+        }
     }
     let mut result = subject.result(&found, settings.tolerance);
     result.safety = arguments.limits.find(&configuration, subject.model(), &settings)?;

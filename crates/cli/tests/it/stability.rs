@@ -87,6 +87,33 @@ fn a_folder_of_blocks_is_judged() {
     assert!((limit - (0.1_f64 / 0.25).atan().to_degrees()).abs() < 1e-6, "{limit}");
     let wrong = folder.run(&["stability", "--pack", "stones", "--fixed", "middle"]);
     assert!(wrong.code != 0 && wrong.stderr.contains("'middle'"), "{}", wrong.stderr);
+    // Neither a side that is missing nor one that looks inward is taken for a solid.
+    let whole = brick(0.4, 0.5);
+    for other in ["", "f 2 6 8 4\n"] {
+        folder.write("stones/upper.obj", &whole.replace("f 2 4 8 6\n", other));
+        let open = folder.run(&["stability", "--pack", "stones"]);
+        assert!(open.code != 0 && open.stderr.contains("closed surface"), "{}", open.stderr);
+    }
+}
+
+/// What must move because of a gap that hardly anyone meant is told so, and the gap is no more than a word.
+#[test]
+fn a_gap_that_must_close_is_named() {
+    let folder = Folder::new("stability-gap");
+    let above = |gap: f64| {
+        format!(
+            "<mujoco><worldbody><geom type='plane'/><body pos='0 0 {}'><freejoint/><geom type='box' size='1 1 1'/></body>\
+            </worldbody></mujoco>",
+            1.0 + gap
+        )
+    };
+    folder.write("near.xml", &above(2e-4));
+    folder.write("far.xml", &above(0.1));
+    let near = folder.run(&["stability", "near.xml"]);
+    assert!(near.stderr.contains("0 points touch; 4 more would with --touching 1e-3"), "{}", near.stderr);
+    assert!(near.stdout.contains("must move"), "{}", near.stdout);
+    assert!(folder.run(&["stability", "near.xml", "--touching", "1e-3"]).stdout.contains("stays"));
+    assert!(folder.run(&["stability", "far.xml"]).stderr.is_empty());
 }
 
 /// An arm held level: m g l = 2 · 9.81 · 0.5 N·m.

@@ -86,10 +86,28 @@ fn checked(mesh: Mesh) -> Result<Mesh, String> {
     Ok(mesh)
 }
 
-/// Mass properties of the solid inside a closed mesh whose faces all look to one side, in the mesh's frame; none where it encloses no volume.
+/// The area vectors of a closed surface add up to zero; this part of its area may be rounding of coordinates in single precision.
+const CLOSED: f64 = 1e-4;
+
+/// Whether a mesh is closed and its faces all look to one side, as far as the areas of its faces tell.
+fn is_closed(mesh: &Mesh) -> bool {
+    let area = |&[a, b, c]: &[u32; 3]| {
+        let [a, b, c] = [a, b, c].map(|k| mesh.vertices[k as usize]);
+        (b - a).cross(c - a)
+    };
+    let areas = mesh.triangles.iter().map(area);
+    let (sum, size) = areas.fold((DVec3::ZERO, 0.0), |(sum, size), area| (sum + area, size + area.length()));
+    sum.length() <= CLOSED * size
+}
+
+/// Mass properties of the solid inside a closed mesh whose faces all look to one side, in the mesh's frame; none where it is not closed, some
+/// faces look to the other side, or it encloses no volume.
 ///
 /// - `density`: kg/m³
 pub fn solid_inertia(mesh: &Mesh, density: f64) -> Option<Inertia> {
+    if !is_closed(mesh) {
+        return None;
+    }
     let turned = || {
         let triangles = mesh.triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
         Mesh { vertices: mesh.vertices.clone(), triangles }

@@ -78,7 +78,8 @@ impl Descent {
         let (mut whole, mut factorizations) = (false, 0);
         for _ in 0..newton_steps {
             self.evaluate(problem, island, cones);
-            let same = self.pieces == self.factored;
+            // An island of equality constraints alone has no pieces, and is factorised once all the same.
+            let same = factorizations > 0 && self.pieces == self.factored;
             if same && whole {
                 return factorizations;
             }

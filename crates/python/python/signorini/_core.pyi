@@ -1289,13 +1289,13 @@ class Placements:
 
     @property
     def verdict(self) -> List[str]:
-        """The verdicts, as of :func:`stability`."""
+        """The verdicts, as of :func:`stability`; "unknown" where neither forces nor a mechanism were found to the accuracy asked for."""
     @property
     def proved(self) -> bool:
-        """Whether every proof holds within the tolerance."""
+        """Whether every proof is there and holds within the tolerance."""
     @property
     def residual(self) -> NDArray[np.float64]:
-        """Worst residual of each proof, (n,)."""
+        """Worst residual of each proof, (n,); not a number where the verdict is unknown, as the numbers below."""
     @property
     def overlap(self) -> NDArray[np.float64]:
         """The deepest overlap that was taken as touching, (n,), m or rad."""
@@ -1920,7 +1920,7 @@ def placements(
         progress: called with the number of configurations judged so far, from any thread.
 
     Raises:
-        ProblemError, SettingError, StateError: as in :func:`stability`, of the first configuration that cannot be judged.
+        SettingError, StateError: as in :func:`stability`, of the first such configuration.
     """
 
 def safety(
