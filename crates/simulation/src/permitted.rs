@@ -141,6 +141,13 @@ impl Workspace {
             if verdict.holds {
                 return Ok(Some(verdict));
             }
+            // What came in beside them since may ask for too much.
+            if !self.withheld.is_by_energy() && self.limit_what_lacks() {
+                let verdict = self.attempt_part(self.withheld.theta(), Patience::Brief, report)?;
+                if verdict.holds {
+                    return Ok(Some(verdict));
+                }
+            }
         }
         self.corrections.set(1.0, &mut self.builder.problem);
         self.corrections.limit_nothing();

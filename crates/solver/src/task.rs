@@ -88,8 +88,9 @@ impl Task<'_> {
     }
 
     /// Whether factorisations are to be spared: where they cost more than a few mode changes, and where a start leaves few modes to change.
+    /// A cold start is solved to the last digits: the next steps begin there.
     pub fn spares_factorizations(&self) -> bool {
-        self.is_costly() || self.is_warm && self.is_large()
+        self.is_costly() || self.is_warm
     }
 
     /// Whether so many proximal iterations are all that are made where they have come down to a residual.
