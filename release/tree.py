@@ -99,11 +99,12 @@ class Tree:
         subprocess.run(["gzip", "-9nf", str(raw)], check=True)
 
 
-def checked_out(root, work):
-    """A new clone of the last commit of `root` below `work`; what was built there before is kept."""
+def checked_out(root, work, commit):
+    """A new clone of a commit of `root` below `work`; what was built there before is kept."""
     path = work / "tree"
     shutil.rmtree(path, ignore_errors=True)
     work.mkdir(parents=True, exist_ok=True)
-    subprocess.run(["git", "clone", "--quiet", str(root), str(path)], check=True)
+    subprocess.run(["git", "clone", "--quiet", "--no-checkout", str(root), str(path)], check=True)
+    subprocess.run(["git", "checkout", "--quiet", "--detach", commit], cwd=path, check=True)
     time = subprocess.run(["git", "log", "-1", "--format=%ct"], cwd=path, check=True, capture_output=True, text=True).stdout
     return Tree(path, work / "target", root / "build" / "tools", Tree.version_of(path), int(time))
