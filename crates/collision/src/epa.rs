@@ -13,10 +13,20 @@ use crate::separation::Separation;
 #[derive(Clone, Copy, Debug)]
 struct Face {
     v: [usize; 3],
+    /// The faces beyond the edges from each corner to the next.
+    beyond: [usize; 3],
     /// Outward unit normal.
     normal: DVec3,
-    /// Signed distance of the plane from the origin.
+    /// Signed distance of the plane from the origin; infinite where the face is gone, and its place free.
     distance: f64,
+}
+
+/// An edge between what a vertex sees and what it does not, with the face that stays and the place of the edge in it.
+#[derive(Clone, Copy, Debug)]
+struct Rim {
+    from: usize,
+    to: usize,
+    stays: (usize, usize),
 }
 
 /// The face nearest to the origin and how far it may still be from the boundary.
@@ -32,7 +42,8 @@ struct Nearest {
 pub(crate) struct Epa {
     vertices: Vec<Vertex>,
     faces: Vec<Face>,
-    edges: Vec<[usize; 2]>,
+    free: Vec<usize>,
+    rim: Vec<Rim>,
     seen: Vec<usize>,
     inflation: f64,
 }
@@ -119,6 +130,7 @@ impl Epa {
     fn start(&mut self, a: &Placed, b: &Placed, axes: &[DVec3], size: f64, full: bool) -> Option<()> {
         self.vertices.clear();
         self.faces.clear();
+        self.free.clear();
         let own = [a.rotation.x_axis, a.rotation.y_axis, a.rotation.z_axis];
         for d in own.iter().chain(axes) {
             let vertex = self.difference(a, b, *d);
@@ -143,8 +155,10 @@ impl Epa {
         }
         let [first, second, third, fourth] = corners;
         let [p, q, r, s] = if side < 0.0 { [first, second, third, fourth] } else { [first, third, second, fourth] };
-        for v in [[p, q, r], [p, s, q], [q, s, r], [r, s, p]] {
-            self.add_face(v);
+        for (v, beyond) in
+            [([p, q, r], [1, 2, 3]), ([p, s, q], [3, 2, 0]), ([q, s, r], [1, 3, 0]), ([r, s, p], [2, 1, 0])]
+        {
+            self.add_face(v, beyond)?;
         }
         for i in 0..if full { self.vertices.len() } else { 0 } {
             if ![p, q, r, s].contains(&i) {
@@ -187,50 +201,80 @@ impl Epa {
         best.0
     }
 
-    fn add_face(&mut self, v: [usize; 3]) -> bool {
+    /// Adds a face, at a place that is free; `None` if it has no area.
+    fn add_face(&mut self, v: [usize; 3], beyond: [usize; 3]) -> Option<usize> {
         let [a, b, c] = v.map(|i| self.vertices[i].w);
-        let Some(normal) = (b - a).cross(c - a).try_normalize() else { return false };
-        self.faces.push(Face { v, normal, distance: normal.dot(a) });
-        true
+        let normal = (b - a).cross(c - a).try_normalize()?;
+        let face = Face { v, beyond, normal, distance: normal.dot(a) };
+        let place = self.free.pop().unwrap_or(self.faces.len());
+        if place == self.faces.len() {
+            self.faces.push(face);
+        } else {
+            self.faces[place] = face;
+        }
+        Some(place)
     }
 
     /// Adds a vertex that lies beyond some face by more than `tolerance`; `false` if it lies beyond none or if rounding
     /// spoils the polytope.
     fn insert(&mut self, vertex: Vertex, tolerance: f64) -> bool {
-        let height = |f: &Face| f.normal.dot(vertex.w) - f.distance;
-        let highest = (0..self.faces.len()).max_by(|&i, &j| height(&self.faces[i]).total_cmp(&height(&self.faces[j])));
-        let Some(seed) = highest.filter(|&i| height(&self.faces[i]) > tolerance) else { return false };
-        self.edges.clear();
+        let above = self.faces.iter().map(|face| face.height(vertex.w)).enumerate();
+        let highest = above.max_by(|(_, f), (_, g)| f.total_cmp(g));
+        let Some((seed, _)) = highest.filter(|&(_, height)| height > tolerance) else { return false };
+        self.see(vertex.w, seed, tolerance);
+        let new = self.vertices.len();
+        self.vertices.push(vertex);
+        // What is seen gives up its places to what takes them.
+        self.free.extend_from_slice(&self.seen);
+        let rim = std::mem::take(&mut self.rim);
+        let whole = self.close(&rim, new);
+        self.rim = rim;
+        whole
+    }
+
+    /// Finds the faces that a point beyond one of them sees, which go, and their rim.
+    fn see(&mut self, point: DVec3, seed: usize, tolerance: f64) {
+        self.rim.clear();
         self.seen.clear();
         self.seen.push(seed);
+        self.faces[seed].distance = f64::INFINITY;
         let mut next = 0;
         while next < self.seen.len() {
-            let v = self.faces[self.seen[next]].v;
+            let (place, face) = (self.seen[next], self.faces[self.seen[next]]);
             next += 1;
-            for edge in [[v[0], v[1]], [v[1], v[2]], [v[2], v[0]]] {
-                match self.faces.iter().position(|f| f.has_edge([edge[1], edge[0]])) {
-                    Some(i) if self.seen.contains(&i) => {}
-                    Some(i) if height(&self.faces[i]) > tolerance => self.seen.push(i),
-                    _ => self.edges.push(edge),
+            for (k, &other) in face.beyond.iter().enumerate() {
+                if self.faces[other].height(point) > tolerance {
+                    self.faces[other].distance = f64::INFINITY;
+                    self.seen.push(other);
+                } else if self.faces[other].distance < f64::INFINITY {
+                    let edge = self.faces[other].beyond.iter().position(|&f| f == place).unwrap_or(0);
+                    self.rim.push(Rim { from: face.v[k], to: face.v[(k + 1) % 3], stays: (other, edge) });
                 }
             }
         }
-        self.seen.sort_unstable();
-        while let Some(i) = self.seen.pop() {
-            self.faces.swap_remove(i);
+    }
+
+    /// Joins a vertex to all edges of a rim; `false` if that is not one closed line, or a face has no area.
+    fn close(&mut self, rim: &[Rim], new: usize) -> bool {
+        self.seen.clear();
+        for edge in rim {
+            let Some(place) = self.add_face([edge.from, edge.to, new], [edge.stays.0, 0, 0]) else { return false };
+            self.faces[edge.stays.0].beyond[edge.stays.1] = place;
+            self.seen.push(place);
         }
-        let new = self.vertices.len();
-        self.vertices.push(vertex);
-        let edges = std::mem::take(&mut self.edges);
-        let whole = edges.iter().all(|e| self.add_face([e[0], e[1], new]));
-        self.edges = edges;
-        whole
+        for (edge, &place) in rim.iter().zip(&self.seen) {
+            let Some(next) = rim.iter().position(|other| other.from == edge.to) else { return false };
+            let next = self.seen[next];
+            self.faces[place].beyond[1] = next;
+            self.faces[next].beyond[2] = place;
+        }
+        true
     }
 }
 
 impl Face {
-    fn has_edge(&self, e: [usize; 2]) -> bool {
-        let [a, b, c] = self.v;
-        e == [a, b] || e == [b, c] || e == [c, a]
+    /// How far a point lies beyond its plane; of one that is gone nothing does.
+    fn height(&self, point: DVec3) -> f64 {
+        self.normal.dot(point) - self.distance
     }
 }
