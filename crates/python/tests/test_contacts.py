@@ -164,3 +164,19 @@ def test_energy_of_a_fall(ball):
     data = signorini.Data(ball)
     data.qvel[2] = 2.0
     assert data.energy == pytest.approx((2.0, 0.981))
+
+
+@pytest.mark.parametrize("is_struck", [False, True])
+def test_what_a_pair_finds_does_not_depend_on_what_is_struck_elsewhere(is_struck):
+    # A box falls past the corner of another one, 1.2 mm beside it; far away a ball strikes one that rests and outruns its reach.
+    model = signorini.Model.from_string(
+        "<mujoco><option timestep='0.004' gravity='0 0 0'/><worldbody><geom type='box' size='.1 .1 .1'/>"
+        "<body name='box' pos='0.2012 0 0.2007'><freejoint/><geom type='box' size='.1 .1 .1'/></body>"
+        "<body name='left' pos='5 0 0'><freejoint/><geom size='.1'/></body>"
+        "<body name='right' pos='5.2005 0 0'><freejoint/><geom size='.1'/></body></worldbody></mujoco>")
+    data = signorini.Data(model)
+    data.qvel[2] = -2.8
+    data.qvel[6] = 1.0 if is_struck else 0.0
+    signorini.step(model, data)
+    assert (data.qvel[12] > 0.4) == is_struck
+    assert data.qvel[:6] == pytest.approx([0, 0, -2.8, 0, 0, 0], abs=1e-12)

@@ -77,10 +77,8 @@ impl Workspace {
     pub(crate) fn enlarge_reach(&mut self) -> bool {
         let Self { collider, kinematics, reach, builder, .. } = self;
         let dt = builder.problem.timestep;
-        let outrun = reach.by_pairs && reach.outruns_pairs(kinematics, collider.pair_reaches(), dt);
-        let enlarged = reach.enlarge(dt) || outrun;
-        reach.by_pairs &= !enlarged;
-        enlarged
+        let outrun = reach.by_pairs && reach.note_outrun(kinematics, collider.pair_reaches(), dt);
+        reach.enlarge(dt) || outrun
     }
 
     /// Builds the step's problem with the points that are chosen.

@@ -5,7 +5,8 @@
 //! body outran its reach (one that was struck, say) the step is found and solved again with more.
 //!
 //! Bodies that travel together can move against each other by less than either of them travels: pairs are looked at within a bound of
-//! their relative motion, made and compared in the same way. Where that is exceeded, the step is found again within both travels.
+//! their relative motion, made and compared in the same way. A pair that exceeded it is looked at within both travels when the step is found
+//! again; the others keep theirs, so that what they find does not depend on what is struck elsewhere.
 
 use signorini_collision::{Collider, PairReach, Reach, RelativeMotion};
 use signorini_multibody::glam::DVec3;
@@ -35,6 +36,10 @@ pub(crate) struct BodyReach {
     layers: Vec<f64>,
     /// Whether pairs are looked at within their relative motion.
     pub by_pairs: bool,
+    /// Those that outran it in this step.
+    outrun: Vec<[BodyId; 2]>,
+    /// Whether bodies outran theirs in this step.
+    is_enlarged: bool,
 }
 
 /// Velocities of all bodies; empty where none touches another one.
@@ -60,6 +65,20 @@ impl Velocities {
         let i = body.index();
         self.linear[i] + self.angular[i].cross(place - kinematics.pose[i].position)
     }
+
+    /// Whether these velocities move the bodies of a pair farther against each other than they were searched for.
+    fn outruns(&self, kinematics: &Kinematics, pair: &PairReach, dt: f64) -> bool {
+        let [a, b] = pair.bodies;
+        let moved = dt * (self.at(b, kinematics, pair.place) - self.at(a, kinematics, pair.place));
+        let turned = dt * (self.angular[b.index()] - self.angular[a.index()]);
+        let exceeds = |found: f64, allowed: f64| found > allowed * (1.0 + ROUNDING) + NEGLIGIBLE;
+        if let Some((normal, gap)) = pair.apart {
+            return exceeds(normal.cross(turned).length() * pair.radius - normal.dot(moved), gap);
+        }
+        let travel = |linear: f64, angular: f64| linear + angular * pair.radius;
+        exceeds(turned.length(), pair.reach.angular)
+            || exceeds(travel(moved.length(), turned.length()), travel(pair.reach.linear, pair.reach.angular))
+    }
 }
 
 impl BodyReach {
@@ -67,7 +86,8 @@ impl BodyReach {
     pub fn new(model: &Model, collider: &Collider) -> Self {
         let moves = |body: &BodyId| model.body_weld[body.index()] != BodyId::WORLD;
         let bodies = collider.touching_bodies().filter(moves).map(|body| body.0).collect();
-        Self { reach: vec![Reach::default(); model.bodies.len()], bodies, ..Self::default() }
+        let reach = vec![Reach::default(); model.bodies.len()];
+        Self { outrun: Vec::with_capacity(reach.len()), reach, bodies, ..Self::default() }
     }
 
     /// The reach for the velocity at the beginning of the step, that of `kinematics`, and for another one.
@@ -78,6 +98,8 @@ impl BodyReach {
         }
         self.free.take(model, kinematics, v_free);
         self.by_pairs = true;
+        self.outrun.clear();
+        self.is_enlarged = false;
         for i in self.bodies.iter().map(|&i| i as usize) {
             let faster = |a: DVec3, b: DVec3| MARGIN * dt * a.length_squared().max(b.length_squared()).sqrt();
             self.reach[i] = Reach {
@@ -109,27 +131,46 @@ impl BodyReach {
         if !self.layers.is_empty() {
             besides.linear += self.layers[a.index()] + self.layers[b.index()];
         }
-        RelativeMotion {
+        let motion = RelativeMotion {
             linear: [between(now), between(free)],
             angular: [between(turn_now), between(turn_free)],
             besides,
+        };
+        if self.outrun.contains(&[a, b]) || self.is_enlarged && self.end_exceeds(kinematics, [a, b], place, dt, &motion)
+        {
+            let besides = Reach { linear: f64::INFINITY, angular: f64::INFINITY };
+            return RelativeMotion { besides, ..RelativeMotion::default() };
         }
+        motion
     }
 
-    /// Whether the velocity at the end of the step moves the bodies of a pair farther against each other than they were searched for.
-    pub fn outruns_pairs(&self, kinematics: &Kinematics, pairs: &[PairReach], dt: f64) -> bool {
-        pairs.iter().any(|pair| {
-            let [a, b] = pair.bodies;
-            let moved = dt * (self.end.at(b, kinematics, pair.place) - self.end.at(a, kinematics, pair.place));
-            let turned = dt * (self.end.angular[b.index()] - self.end.angular[a.index()]);
-            let exceeds = |found: f64, allowed: f64| found > allowed * (1.0 + ROUNDING) + NEGLIGIBLE;
-            if let Some((normal, gap)) = pair.apart {
-                return exceeds(normal.cross(turned).length() * pair.radius - normal.dot(moved), gap);
+    /// Whether a pair that came within reach by what the bodies were seen to do is known to move farther than that.
+    fn end_exceeds(
+        &self,
+        kinematics: &Kinematics,
+        [a, b]: [BodyId; 2],
+        place: DVec3,
+        dt: f64,
+        motion: &RelativeMotion,
+    ) -> bool {
+        let moved = dt * (self.end.at(b, kinematics, place) - self.end.at(a, kinematics, place));
+        let turned = dt * (self.end.angular[b.index()] - self.end.angular[a.index()]);
+        let longest = |[x, y]: [DVec3; 2]| x.length().max(y.length());
+        moved.length() > longest(motion.linear) + motion.besides.linear
+            || turned.length() > longest(motion.angular) + motion.besides.angular
+    }
+
+    /// Takes note of the pairs that the velocity at the end of the step moves farther against each other than they were searched for; whether there
+    /// are any.
+    pub fn note_outrun(&mut self, kinematics: &Kinematics, pairs: &[PairReach], dt: f64) -> bool {
+        let before = self.outrun.len();
+        for pair in pairs.iter().filter(|pair| self.end.outruns(kinematics, pair, dt)) {
+            // Several geoms of two bodies are several pairs.
+            if !self.outrun[before..].contains(&pair.bodies) {
+                self.outrun.push(pair.bodies);
             }
-            let travel = |linear: f64, angular: f64| linear + angular * pair.radius;
-            exceeds(turned.length(), pair.reach.angular)
-                || exceeds(travel(moved.length(), turned.length()), travel(pair.reach.linear, pair.reach.angular))
-        })
+        }
+        self.outrun.len() > before
     }
 
     /// Takes over the velocity at the end of the step.
@@ -152,6 +193,7 @@ impl BodyReach {
                 }
             }
         }
+        self.is_enlarged |= exceeded;
         exceeded
     }
 }

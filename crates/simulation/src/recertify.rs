@@ -127,7 +127,7 @@ impl Recertifier {
     /// Builds the problem of a step from the model, the recorded state and input, and the recorded list of limits.
     fn rebuild(&mut self, frame: &Frame, first: &Impulses) -> Result<(), StepFault> {
         self.take_state(frame, first)?;
-        self.find_recorded_contacts(frame)?;
+        self.find_recorded_contacts(frame, first)?;
         let Self { model, settings, workspace: ws, state, input, .. } = self;
         let solution = &frame.solution;
         ws.build_problem(model, state, input);
@@ -184,7 +184,7 @@ impl Recertifier {
     }
 
     /// Searches as the step did, within the recorded reach, and chooses the recorded contacts among what is found.
-    fn find_recorded_contacts(&mut self, frame: &Frame) -> Result<(), StepFault> {
+    fn find_recorded_contacts(&mut self, frame: &Frame, first: &Impulses) -> Result<(), StepFault> {
         let Self { model, settings, workspace: ws, .. } = self;
         let dt = settings.timestep.unwrap_or(model.timestep);
         let solution = &frame.solution;
@@ -193,14 +193,17 @@ impl Recertifier {
         for (reach, [linear, angular]) in ws.reach.reach.iter_mut().zip(&solution.reach) {
             (reach.linear, reach.angular) = (reach.linear.max(*linear), reach.angular.max(*angular));
         }
-        ws.reach.by_pairs = solution.reach.is_empty();
+        ws.reach.end_with(model, &ws.kinematics, &first.velocity);
         ws.candidates.begin();
         ws.find_points(model);
+        if !solution.reach.is_empty() && ws.enlarge_reach() {
+            ws.find_points(model);
+        }
         let recorded = &frame.contacts;
         let same = |i: usize, point: &ContactPoint| compare::is_same_point(&recorded[i], point);
         let mut is_found = ws.candidates.choose_these(recorded.len(), same);
         if !is_found && ws.reach.by_pairs {
-            // Recordings of before that looked at every pair within both travels.
+            // Pairs that only a solution on the way outran, and recordings of before that looked at every pair within both travels.
             ws.reach.by_pairs = false;
             ws.find_points(model);
             is_found = ws.candidates.choose_these(recorded.len(), same);
