@@ -88,21 +88,22 @@ pub struct Fit {
 }
 
 impl Fit {
-    /// Fits a model to tosses, stage by stage; several starts are those of the friction alone, on which most depends.
+    /// Fits a model to tosses, stage by stage; several starts are those of the friction, on which most depends, alone before anything else.
     ///
     /// # Errors
     /// [`IdentificationError`] of any.
     pub fn run(&self, model: &Model, tosses: &[Toss]) -> Result<Identification, IdentificationError> {
         let (last, others) = self.windows.split_last().unwrap_or((&0, &[]));
         let mut model = model.clone();
-        if self.starts > 0 {
+        let is_one_stage = self.quantities == [Quantity::Friction] && others.is_empty();
+        if self.starts > 0 && !is_one_stage {
             let coarse = Self { quantities: vec![Quantity::Friction], iterations: COARSE, ..self.clone() };
             model = coarse.stage(&model, tosses, *last, (self.starts, 0))?.model;
         }
         for window in others {
             model = self.stage(&model, tosses, *window, (0, 0))?.model;
         }
-        self.stage(&model, tosses, *last, (0, self.draws))
+        self.stage(&model, tosses, *last, (if is_one_stage { self.starts } else { 0 }, self.draws))
     }
 
     /// The standard deviation of each unknown over `draws` sets of tosses drawn from those at hand, each fitted from `model` on by the last stage.

@@ -135,7 +135,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let begin = ProcessTime::now();
     let surface = identify(&options, &identification)?;
-    println!("grid: {:.1} s of processor", begin.elapsed().as_secs_f64());
+    println!("grid: {:.2} s of processor", begin.elapsed().as_secs_f64());
     let Surface { mu, restitution } = surface;
     let train = score(&options, surface, &identification)?;
     println!(
@@ -171,7 +171,7 @@ fn by_gradient(options: &Options, identification: &[Toss], others: &[Toss]) -> R
         0 => Vec::new(),
         draws => fit.bootstrap(&found.model, identification, draws)?,
     };
-    println!("by derivatives: {seconds:.1} s of processor, {} of {} steps without one", found.steps[1], found.steps[0]);
+    println!("by derivatives: {seconds:.2} s of processor, {} of {} steps without one", found.steps[1], found.steps[0]);
     let n = found.values.len();
     for (i, value) in found.values.iter().enumerate() {
         let reported = found.covariance[i * n + i].sqrt();

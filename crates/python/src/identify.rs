@@ -76,7 +76,7 @@ impl IdentifiedValues {
 
 /// Looks for parameters; `progress` gets iteration, objective and values, and ends it with `False`.
 #[pyfunction]
-#[pyo3(signature = (model, recordings, unknowns, settings, interval, substeps, window, weights, outlier, equal_recordings, starts, iterations, tolerance, progress))]
+#[pyo3(signature = (model, recordings, unknowns, settings, interval, substeps, window, weights, outlier, equal_recordings, starts, draws, iterations, tolerance, progress))]
 #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
 pub fn identify_parameters(
     py: Python<'_>,
@@ -91,6 +91,7 @@ pub fn identify_parameters(
     outlier: f64,
     equal_recordings: bool,
     starts: usize,
+    draws: usize,
     iterations: usize,
     tolerance: f64,
     progress: Option<Py<PyAny>>,
@@ -101,7 +102,7 @@ pub fn identify_parameters(
     let mut asked = IdentificationSettings::new(interval);
     (asked.substeps, asked.window, asked.weights) = (substeps, window, weights);
     (asked.outlier, asked.iterations, asked.tolerance) = (outlier, iterations, tolerance);
-    (asked.equal_recordings, asked.starts) = (equal_recordings, starts);
+    (asked.equal_recordings, asked.starts, asked.draws) = (equal_recordings, starts, draws);
     let unknown = |(name, parameter, bounds, prior): &Asked<'_>| -> PyResult<Unknown> {
         let unknown = Unknown::new(name, direction_of(&inner, parameter)?).with_bounds(*bounds);
         Ok(prior.map_or(unknown.clone(), |[value, deviation]| unknown.with_prior(value, deviation)))

@@ -14,7 +14,7 @@ use crate::error::simulation_error;
 use crate::guard;
 use crate::limits::question;
 use crate::model::Model;
-use crate::statics::judged;
+use crate::statics::{attractions, held, judged};
 
 /// What became of placements.
 #[pyclass(frozen, module = "signorini")]
@@ -74,7 +74,7 @@ impl Placements {
 
 /// Judges many configurations of a model, on all cores.
 #[pyfunction]
-#[pyo3(signature = (model, qpos, data=None, *, what=None, direction=None, body=None, touching=1e-6, tolerance=1e-9, enumeration=0, progress=None))]
+#[pyo3(signature = (model, qpos, data=None, *, what=None, direction=None, body=None, hold=false, attraction=None, touching=1e-6, tolerance=1e-9, enumeration=0, search=true, progress=None))]
 #[allow(clippy::too_many_arguments)] // Python's keywords
 pub fn placements(
     py: Python<'_>,
@@ -84,9 +84,12 @@ pub fn placements(
     what: Option<&str>,
     direction: Option<&Bound<'_, PyAny>>,
     body: Option<&str>,
+    hold: bool,
+    attraction: Option<&Bound<'_, PyAny>>,
     touching: f64,
     tolerance: f64,
     enumeration: usize,
+    search: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Placements> {
     let settings = StabilitySettings::default()
@@ -94,6 +97,9 @@ pub fn placements(
         .with_tolerance(tolerance)
         .with_enumeration_programs(enumeration);
     let (inner, state, input, settings) = judged(py, model, data, settings)?;
+    let inner = if hold { held(&inner)? } else { inner };
+    let settings = settings.with_attraction(attractions(&inner, attraction)?);
+    let settings = if search { settings } else { settings.with_search_contacts(0) };
     let question = what.map(|what| question(&inner, what, direction, None, body)).transpose()?;
     let (_, _, rows) = arrays::read_matrix("qpos", qpos, [None, Some(inner.nq)])?;
     let placed = |row: &[f64]| {

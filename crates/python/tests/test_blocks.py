@@ -91,3 +91,26 @@ def test_motors_hold_a_posture():
     assert signorini.stability(model, hold=True).verdict == "stays"
     margin = signorini.safety(model, what="motors", hold=True)
     assert margin.holds == pytest.approx(9.81 / 12, rel=1e-7)
+
+
+def test_places_of_a_grasp_are_judged_with_motors_that_hold():
+    finger = ("<body pos='{x} 0 1'><joint type='slide' axis='{a} 0 0'/><geom type='box' size='.01 .02 .02' mass='.1' friction='.5'/></body>")
+    model = signorini.Model.from_string(
+        f"<mujoco><worldbody>{finger.format(x=-0.06, a=1)}{finger.format(x=0.06, a=-1)}"
+        "<body name='box' pos='0 0 1'><freejoint/><geom type='box' size='.05 .05 .1' mass='.4' friction='.5'/></body></worldbody>"
+        "<actuator><motor joint='joint0' forcerange='-9 9'/><motor joint='joint1' forcerange='-9 9'/></actuator></mujoco>")
+    low = np.zeros((3, model.nq))
+    low[:] = signorini.Data(model).qpos
+    # In the middle, at the edge of the fingers, and beside them.
+    low[1, 3] += 0.0701
+    low[2, 3] += 0.0901
+    held = signorini.placements(model, low, what="weight", body="box", hold=True, search=False)
+    # Two fingers of 9 N with a friction of 0.5.
+    assert held.margin[0] == pytest.approx(9 / 9.81 - 0.4, rel=1e-6)
+    # What holds still need not press: the box may fall between fingers that do not.
+    assert held.verdict[0] == "may_do_either" and held.proved
+    for row, verdict in zip(low, held.verdict):
+        data = signorini.Data(model)
+        data.qpos[:] = row
+        assert (signorini.stability(model, data, hold=True).verdict == "must_move") == (verdict == "must_move")
+    assert signorini.placements(model, low).verdict == ["must_move"] * 3

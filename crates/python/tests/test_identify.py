@@ -69,3 +69,19 @@ def test_recordings_count_the_same_and_several_starts_are_looked_at():
     assert alone.values == pytest.approx([0.3], abs=1e-5)
     with pytest.raises(ValueError, match="bounds"):
         signorini.identify(model, given, [("geom_friction", "box")], interval=0.02, starts=3)
+
+
+def test_drawn_sets_spread_as_the_gradients_say():
+    rng = np.random.default_rng(1)
+    given = []
+    for q, v in recordings(signorini.Model.from_string(XML.format(mu=0.3)), 12, 0.02, 4):
+        q[1:, :3] += 1e-3 * rng.normal(size=(len(q) - 1, 3))
+        given.append((q, v))
+    model = signorini.Model.from_string(XML.format(mu=0.3))
+    friction = signorini.Unknown([("geom_friction", ["box", "floor"])], bounds=(0.01, 1.0))
+    asked = dict(interval=0.02, substeps=4, window=8, tolerance=1e-8)
+    by_gradients = signorini.identify(model, given, [friction], **asked)
+    by_draws = signorini.identify(model, given, [friction], draws=40, **asked)
+    assert by_gradients.values == by_draws.values
+    # 40 draws of a spread are within 1.3 with 99 %, twelve recordings make a covariance of as few.
+    assert 0.5 < by_draws.standard_errors[0] / by_gradients.standard_errors[0] < 2.0

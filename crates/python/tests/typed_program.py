@@ -124,7 +124,7 @@ def settling() -> None:
     assert worst.polygons is None and worst.motion is None and verdict.force_ranges().shape[1] == 2
     for _, (push, towards) in signorini.critical_bodies(model, data, attraction=0.0).items():
         assert (push >= 0 or verdict.verdict == "must_move") and towards.shape == (3,)
-    candidates: signorini.Placements = signorini.placements(model, np.tile(data.qpos, (2, 1)), data)
+    candidates: signorini.Placements = signorini.placements(model, np.tile(data.qpos, (2, 1)), data, hold=False, search=False)
     assert candidates.verdict == [verdict.verdict] * 2 and candidates.proved and candidates.residual.shape == (2,)
     blocks = signorini.Assembly(floor=0.0)
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], dtype=np.float64)

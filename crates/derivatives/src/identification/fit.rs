@@ -1,5 +1,7 @@
 //! Levenberg and Marquardt's method over trajectories.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use signorini_multibody::Model;
 use signorini_simulation::SimulationError;
 
@@ -19,6 +21,8 @@ const NEIGHBOURS: [f64; 6] = [0.2, -0.2, 0.05, -0.05, 0.01, -0.01];
 const ROOM: f64 = 0.1;
 /// What is left of an unknown's curvature when the others answer, as a part of it: below, they undo what it does.
 const UNDETERMINED: f64 = 1e-8;
+/// By which part of a bound an objective has to exceed it to be left early.
+const ROUNDING: f64 = 1e-12;
 /// Recordings per unknown from which on their spread is a covariance.
 const ENOUGH: usize = 3;
 
@@ -101,13 +105,19 @@ impl Fit<'_> {
     fn evaluate(&self, values: &[f64], with_slopes: bool, bound: f64) -> Result<Vec<Sums>, SimulationError> {
         let threads = std::thread::available_parallelism().map_or(1, usize::from).min(self.recordings.len().max(1));
         let model = self.model_at(values);
+        // All objectives so far, of all cores. Sums in another order, as those that decide are, differ by rounding.
+        let spent = AtomicU64::new(0.0_f64.to_bits());
+        let bound = bound * (1.0 + ROUNDING);
         let part = |first: usize| -> Result<Vec<(usize, Sums)>, SimulationError> {
             let mut rollouts = Rollouts::new(self.task, model.clone(), values, with_slopes)?;
-            let (mut own, mut sum) = (Vec::new(), 0.0);
+            let mut own = Vec::new();
             for i in (first..self.recordings.len()).step_by(threads).filter(|&i| self.counts[i] > 0) {
-                own.push((i, rollouts.run(&self.recordings[i])?));
-                sum += own.last().map_or(0.0, |(_, sums)| self.counts[i] as f64 * sums.objective);
-                if !with_slopes && sum > bound {
+                let sums = rollouts.run(&self.recordings[i])?;
+                let more = self.counts[i] as f64 * sums.objective;
+                own.push((i, sums));
+                let add = |sum: u64| Some((f64::from_bits(sum) + more).to_bits());
+                let before = spent.fetch_update(Ordering::Relaxed, Ordering::Relaxed, add).unwrap_or_default();
+                if !with_slopes && f64::from_bits(before) + more > bound {
                     break;
                 }
             }

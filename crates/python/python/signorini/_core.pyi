@@ -1905,9 +1905,12 @@ def placements(
     what: Optional[str] = None,
     direction: Optional[ArrayLike] = None,
     body: Optional[str] = None,
+    hold: bool = False,
+    attraction: Optional[Union[float, Dict[Tuple[str, str], float]]] = None,
     touching: float = 1e-6,
     tolerance: float = 1e-9,
     enumeration: int = 0,
+    search: bool = True,
     progress: Optional[Callable[[int], object]] = None,
 ) -> Placements:
     """Judges many configurations of a model at rest on all cores, each as :func:`stability` does.
@@ -1916,7 +1919,9 @@ def placements(
         qpos: (n, nq), a configuration each.
         data: input and settings.
         what, direction, body: the margin that is wanted of those that need not move, as in :func:`safety`.
-        touching, tolerance, enumeration: as in :func:`stability`.
+        hold, attraction, touching, tolerance, enumeration: as in :func:`stability`.
+        search: whether moving solutions are searched for where forces balance the loads and nothing is proved; without, such placements
+            stand, and are judged several times as fast.
         progress: called with the number of configurations judged so far, from any thread.
 
     Raises:
@@ -2220,6 +2225,7 @@ def identify_parameters(
     outlier: float,
     equal_recordings: bool,
     starts: int,
+    draws: int,
     iterations: int,
     tolerance: float,
     progress: Optional[Callable[[int, float, _Array], Any]],

@@ -69,7 +69,8 @@ class Identification:
 
     Attributes:
         names, values: of the unknowns.
-        covariance: of the values, (n, n): how far another set of such recordings would move them; infinite for what the data leave open.
+        covariance: of the values, (n, n): how far another set of such recordings would move them, from the spread of the recordings' gradients, robust to a model that
+            is not true and to samples that hang together, or from drawn sets (``draws``); infinite for what the data leave open.
         determined: whether the data determine each of them.
         at_bound: whether each ended at a bound.
         objective: per sample, at the beginning and at the end.
@@ -131,6 +132,7 @@ def identify(
     outlier: Optional[float] = None,
     equal_recordings: bool = False,
     starts: int = 0,
+    draws: int = 0,
     iterations: int = 30,
     tolerance: float = 1e-4,
     settings: Optional[Settings] = None,
@@ -152,6 +154,8 @@ def identify(
         equal_recordings: whether recordings count the same, however long they are; otherwise samples do.
         starts: places within the bounds, which have to be finite then, at which the objective is looked at before the method begins at the best of
             them and of the model's own values: contact makes objectives with many valleys.
+        draws: sets of recordings to be drawn from those at hand and fitted, for the covariance (B. Efron's bootstrap); below 2 it comes from the spread of
+            the recordings' gradients, which tell too little where trajectories are chaotic: their slopes are then those of single trajectories.
         iterations: steps of the method at most.
         tolerance: it ends where a step lowers the objective by less than this part.
         settings: of the simulation; its timestep is ``interval / substeps``.
@@ -181,6 +185,7 @@ def identify(
         outlier or 0.0,
         equal_recordings,
         starts,
+        draws,
         iterations,
         tolerance,
         told,
