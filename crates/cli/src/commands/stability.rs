@@ -214,7 +214,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, CliError> {
         let touching = found.rest.problem.contact_count();
         let more = subject.contacts_within(NEARLY, arguments, &settings.simulation)?.saturating_sub(touching);
         if more > 0 {
-            eprintln!("note: {} points touch; {more} more would with --touching {NEARLY:e}", touching);
+            eprintln!("note: {touching} points touch; {more} more would with --touching {NEARLY:e}");
         }
     }
     let mut result = subject.result(&found, settings.tolerance);
