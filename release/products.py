@@ -42,6 +42,9 @@ def sbom(tree, out):
     for crate in SHIPPED:
         text = (tree.path / "crates" / crate / f"{name}.json").read_text(encoding="utf-8").replace(str(tree.path), "")
         (out / f"signorini-{crate}-{tree.version}.cdx.json").write_text(text, encoding="utf-8")
+    # One was written beside every crate, with this machine's folders in it: no other product may find them.
+    for written in tree.path.rglob(name + ".json"):
+        written.unlink()
 
 
 def changes(tree, out):
