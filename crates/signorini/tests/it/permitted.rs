@@ -46,6 +46,38 @@ fn limited_steps_solve_few_problems() {
     assert!(mean <= FEW, "{mean} problems in each of {limited} steps");
 }
 
+/// A box that is too wide for its slot is stuck for good. Balls that rain on it and settle there bring overlaps of their own into its island, step after
+/// step; most steps ask for what the one before was permitted, of these, too, and solve one problem or two.
+#[test]
+fn a_jam_that_others_join_costs_little() {
+    const FEW: f64 = 2.5;
+    let mut world = World::upright(0.002, 0.6);
+    world.floor();
+    for side in [-1.0, 1.0] {
+        let across = Geometry::Box { half_extents: DVec3::new(0.05, 0.5, 0.8) };
+        world.fixed(across, Pose::from_position(DVec3::new(side * 0.14, 0.0, 0.8)));
+        let along = Geometry::Box { half_extents: DVec3::new(0.2, 0.05, 0.8) };
+        world.fixed(along, Pose::from_position(DVec3::new(0.0, side * 0.2, 0.8)));
+    }
+    world.free_box(DVec3::splat(0.1), 1.0, DVec3::Z * 0.11);
+    for k in 0..30 {
+        let turn = 2.4 * f64::from(k);
+        let place = DVec3::new(0.04 * turn.sin(), 0.1 * turn.cos(), 0.25 + 0.05 * f64::from(k));
+        world.free_ball(0.025 + 0.001 * f64::from(k % 5), 0.1, place);
+    }
+    let mut simulation = world.simulation(Settings::default());
+    let (mut limited, mut solves) = (0, 0);
+    let end = simulation.run(1.2, |_, report| {
+        if report.theta < 1.0 {
+            (limited, solves) = (limited + 1, solves + report.solves);
+        }
+        report.certificate.holds(1e-9)
+    });
+    assert_eq!(end.unwrap(), RunEnd::Finished, "{:?}", simulation.report());
+    let mean = f64::from(solves) / f64::from(limited);
+    assert!(mean <= FEW, "{mean} problems a step");
+}
+
 /// Bodies that do not touch what is stuck get out of the floor as if it were not there.
 #[test]
 fn only_what_is_stuck_keeps_its_overlap() {
