@@ -71,17 +71,34 @@ def test_recordings_count_the_same_and_several_starts_are_looked_at():
         signorini.identify(model, given, [("geom_friction", "box")], interval=0.02, starts=3)
 
 
-def test_drawn_sets_spread_as_the_gradients_say():
-    rng = np.random.default_rng(1)
-    given = []
-    for q, v in recordings(signorini.Model.from_string(XML.format(mu=0.3)), 12, 0.02, 4):
-        q[1:, :3] += 1e-3 * rng.normal(size=(len(q) - 1, 3))
-        given.append((q, v))
-    model = signorini.Model.from_string(XML.format(mu=0.3))
-    friction = signorini.Unknown([("geom_friction", ["box", "floor"])], bounds=(0.01, 1.0))
+PENDULUM = """<mujoco><worldbody><body pos='0 0 1'><joint name='hinge' type='hinge' axis='0 1 0' damping='{damping}'/>
+  <geom type='capsule' fromto='0 0 0 0 0 -0.4' size='0.03' mass='1'/></body></worldbody></mujoco>"""
+
+
+def swings(rng, count, interval, substeps):
+    """Recordings of pendulums whose dampers differ, seen with noise."""
+    out = []
+    for _ in range(count):
+        model = signorini.Model.from_string(PENDULUM.format(damping=0.05 + rng.uniform(-0.03, 0.03)))
+        data = signorini.Data(model, signorini.Settings(timestep=interval / substeps))
+        data.qpos[:], data.qvel[:] = rng.normal(size=1), rng.normal(size=1)
+        q, v = [data.qpos.copy()], [data.qvel.copy()]
+        for _ in range(25):
+            signorini.step(model, data, nstep=substeps)
+            q.append(data.qpos.copy())
+            v.append(data.qvel.copy())
+        out.append((np.array(q) + 1e-3 * rng.normal(size=(26, 1)), np.array(v)))
+    return out
+
+
+@pytest.mark.parametrize("seed", range(1, 5))
+def test_drawn_sets_spread_as_the_gradients_say(seed):
+    given = swings(np.random.default_rng(seed), 12, 0.02, 4)
+    damping = signorini.Unknown(("dof_damping", "hinge"), bounds=(0.0, 1.0))
+    model = signorini.Model.from_string(PENDULUM.format(damping=0.05))
     asked = dict(interval=0.02, substeps=4, window=8, tolerance=1e-8)
-    by_gradients = signorini.identify(model, given, [friction], **asked)
-    by_draws = signorini.identify(model, given, [friction], draws=40, **asked)
+    by_gradients = signorini.identify(model, given, [damping], **asked)
+    by_draws = signorini.identify(model, given, [damping], draws=40, **asked)
     assert by_gradients.values == by_draws.values
-    # 40 draws of a spread are within 1.3 with 99 %, twelve recordings make a covariance of as few.
-    assert 0.5 < by_draws.standard_errors[0] / by_gradients.standard_errors[0] < 2.0
+    # Both errors come of twelve recordings, one of them of forty draws: each is known to some 15 %.
+    assert 0.6 < by_draws.standard_errors[0] / by_gradients.standard_errors[0] < 1.6
