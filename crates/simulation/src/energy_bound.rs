@@ -8,6 +8,7 @@ use signorini_multibody::{Model, kinetic_energy};
 use signorini_solver::Patience;
 
 use crate::SimulationError;
+use crate::build::rows::MOST_DENSE_ROWS;
 use crate::corrections::energy;
 use crate::report::StepReport;
 use crate::settings::Settings;
@@ -25,9 +26,6 @@ const AIM: f64 = 0.9;
 
 /// Problems that are solved to meet the bound, as modes change with θ.
 const REDUCTIONS: u32 = 3;
-
-/// With more rows than this all kinetic energy is taken for that of corrections: what the smallest change takes grows with their square.
-const MOST: usize = 128;
 
 impl Workspace {
     /// Reduces θ where corrections put in more energy than they may.
@@ -90,7 +88,7 @@ impl Workspace {
     }
 
     /// Finds the smallest change of velocity that makes the corrections of the solution at hand: of all constraints, and of the contacts that
-    /// push. It is the velocity itself where they have too many rows.
+    /// push. It is the velocity itself, all kinetic energy, where they have too many rows.
     fn find_smallest_change(&mut self) {
         let Self { builder, solution, smallest, .. } = self;
         let SmallestChange { rows, rates, basis, change, .. } = smallest;
@@ -99,7 +97,7 @@ impl Workspace {
         rates.clear();
         for k in 0..builder.bilateral_source.len() {
             let (columns, entries) = problem.bilateral_jacobian.group(k);
-            rows.push(columns.iter().copied().zip(entries.iter().copied()));
+            rows.push_renumbered(columns.iter().copied(), entries);
             rates.push(problem.bilateral_violation[k] / problem.timestep);
         }
         for i in (0..problem.contact_count()).filter(|&i| solution.lambda_n[i] > 0.0) {
@@ -108,7 +106,7 @@ impl Workspace {
             rates.push(problem.gap[i].min(0.0) / problem.timestep);
         }
         change.clone_from(&solution.velocity);
-        if rows.len() <= MOST {
+        if rows.len() <= MOST_DENSE_ROWS {
             basis.factor(rows, &problem.mass_factor, problem.nv());
             basis.solve_into(rates, change);
         }

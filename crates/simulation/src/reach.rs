@@ -66,11 +66,15 @@ impl Velocities {
         self.linear[i] + self.angular[i].cross(place - kinematics.pose[i].position)
     }
 
+    /// How far the second body moves against the first one at a place in world, m, and turns, rad, in a time.
+    fn between(&self, kinematics: &Kinematics, [a, b]: [BodyId; 2], place: DVec3, dt: f64) -> [DVec3; 2] {
+        let moved = dt * (self.at(b, kinematics, place) - self.at(a, kinematics, place));
+        [moved, dt * (self.angular[b.index()] - self.angular[a.index()])]
+    }
+
     /// Whether these velocities move the bodies of a pair farther against each other than they were searched for.
     fn outruns(&self, kinematics: &Kinematics, pair: &PairReach, dt: f64) -> bool {
-        let [a, b] = pair.bodies;
-        let moved = dt * (self.at(b, kinematics, pair.place) - self.at(a, kinematics, pair.place));
-        let turned = dt * (self.angular[b.index()] - self.angular[a.index()]);
+        let [moved, turned] = self.between(kinematics, pair.bodies, pair.place, dt);
         let exceeds = |found: f64, allowed: f64| found > allowed * (1.0 + ROUNDING) + NEGLIGIBLE;
         if let Some((normal, gap)) = pair.apart {
             return exceeds(normal.cross(turned).length() * pair.radius - normal.dot(moved), gap);
@@ -148,13 +152,12 @@ impl BodyReach {
     fn end_exceeds(
         &self,
         kinematics: &Kinematics,
-        [a, b]: [BodyId; 2],
+        bodies: [BodyId; 2],
         place: DVec3,
         dt: f64,
         motion: &RelativeMotion,
     ) -> bool {
-        let moved = dt * (self.end.at(b, kinematics, place) - self.end.at(a, kinematics, place));
-        let turned = dt * (self.end.angular[b.index()] - self.end.angular[a.index()]);
+        let [moved, turned] = self.end.between(kinematics, bodies, place, dt);
         let longest = |[x, y]: [DVec3; 2]| x.length().max(y.length());
         moved.length() > longest(motion.linear) + motion.besides.linear
             || turned.length() > longest(motion.angular) + motion.besides.angular

@@ -12,11 +12,14 @@ pub(super) const NAMES: &[&str] = &["time", "qpos", "qvel", "act", "ctrl", "mpos
 
 /// The numbers of an attribute, which is one of [`NAMES`].
 pub(super) fn read(spec: &Spec, name: &str, attribute: &str) -> PyResult<Vec<f64>> {
-    let model = spec.compile().map_err(spec_error)?.model;
-    let found = model.keyframes.iter().find(|keyframe| keyframe.name == name);
-    found
-        .map(|keyframe| numbers(keyframe, attribute))
-        .ok_or_else(|| ProblemError::new_err(format!("there is no keyframe '{name}'")))
+    Ok(numbers(&compiled(spec, name)?, attribute))
+}
+
+/// A keyframe as the model has it that the spec compiles to.
+fn compiled(spec: &Spec, name: &str) -> PyResult<Keyframe> {
+    let mut keyframes = spec.compile().map_err(spec_error)?.model.keyframes.into_iter();
+    let found = keyframes.find(|keyframe| keyframe.name == name);
+    found.ok_or_else(|| ProblemError::new_err(format!("there is no keyframe '{name}'")))
 }
 
 fn numbers(keyframe: &Keyframe, attribute: &str) -> Vec<f64> {
@@ -34,8 +37,9 @@ fn numbers(keyframe: &Keyframe, attribute: &str) -> Vec<f64> {
 /// Sets an attribute; the keyframe keeps its place.
 pub(super) fn write(spec: &mut Spec, name: &str, attribute: &str, values: &[f64]) -> PyResult<()> {
     let mut element = attribute_text("name", name);
+    let before = compiled(spec, name)?;
     for word in NAMES {
-        let kept = if *word == attribute { values.to_vec() } else { read(spec, name, word)? };
+        let kept = if *word == attribute { values.to_vec() } else { numbers(&before, word) };
         if !kept.is_empty() {
             let text: Vec<String> = kept.iter().map(f64::to_string).collect();
             element += &attribute_text(word, &text.join(" "));

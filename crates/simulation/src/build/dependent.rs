@@ -14,12 +14,9 @@ use signorini_multibody::{
 };
 use signorini_solver::BilateralBasis;
 
-use super::rows::push_rows;
+use super::rows::{MOST_DENSE_ROWS, push_rows};
 use crate::assembly::Assembler;
 use crate::source::BilateralSource;
-
-/// More rows than this that share trees are not looked at: what that takes grows with their square.
-const MOST: usize = 128;
 
 /// A row that asks for something else than the others leave by less than this, m or rad, follows from them: loops are open by what steps leave.
 const OFF: f64 = 1e-6;
@@ -81,7 +78,8 @@ impl DependentRows {
             }
             equality_of.resize(all.len(), e);
         }
-        for rows in rows_that_share_trees(&all, &equality_of, &mass.matrix).filter(|rows| rows.len() <= MOST) {
+        for rows in rows_that_share_trees(&all, &equality_of, &mass.matrix).filter(|rows| rows.len() <= MOST_DENSE_ROWS)
+        {
             self.rows.clear();
             rows.iter().for_each(|&k| copy_row(&all, k, &mut self.rows));
             self.basis.factor(&self.rows, &factor, model.nv);
@@ -143,7 +141,7 @@ impl DependentRows {
 
 fn copy_row(from: &SparseRows<1>, k: usize, to: &mut SparseRows<1>) {
     let (columns, entries) = from.group(k);
-    to.push(columns.iter().copied().zip(entries.iter().copied()));
+    to.push_renumbered(columns.iter().copied(), entries);
 }
 
 /// Sets of rows that are tied together by trees and by their constraints, each ascending.

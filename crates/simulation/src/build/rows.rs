@@ -2,6 +2,9 @@
 
 use signorini_multibody::EqualityBlock;
 
+/// More rows than this are not looked at together as one dense system: what that takes grows with their square.
+pub(crate) const MOST_DENSE_ROWS: usize = 128;
+
 /// Entries of a block below this, relative to its largest one, are rounding.
 const ROUNDING: f64 = 1e-13;
 
