@@ -1,7 +1,7 @@
 //! The search for solutions of both kinds: those that rest and those that move.
 
 use signorini_contact::projection::Mode;
-use signorini_contact::statics::{energy_part, without_contact_friction};
+use signorini_contact::statics::{beside_motion, energy_part, without_contact_friction};
 use signorini_contact::{ContactProblem, ContactSolution, WarmStart};
 use signorini_lcp::Lemke;
 use signorini_solver::{ContactSolver, SolverSettings, solve_as_lcp};
@@ -90,7 +90,7 @@ impl Search {
             return "rests";
         }
         let part = energy_part(problem, &solution.velocity);
-        if part > MOVES && solution.certificate.holds(settings.tolerance * part.sqrt().min(1.0)) {
+        if part > MOVES && beside_motion(solution.certificate.worst(), part) <= settings.tolerance {
             self.moving.get_or_insert(solution);
             return "moves";
         }

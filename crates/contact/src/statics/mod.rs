@@ -19,7 +19,7 @@ mod units;
 pub use mechanism::{MechanismCertificate, certify_mechanism};
 pub use modes::{ModeBounds, ModeTree, certify_modes};
 pub use proof::{
-    StabilityProof, StaysProof, Verdict, certify_stability, check_at_rest, energy_part, friction_only_resists,
-    without_contact_friction,
+    StabilityProof, StaysProof, Verdict, beside_motion, certify_stability, check_at_rest, energy_part,
+    friction_only_resists, without_contact_friction,
 };
 pub use units::{FrictionUnit, UnitSource, friction_units};

@@ -4,6 +4,9 @@ use super::mechanism::certify_mechanism;
 use super::modes::{ModeTree, certify_modes};
 use crate::{ContactProblem, ContactSolution, FrictionBound, FrictionPolygon, ProblemError, certify};
 
+/// What a residual is compared with: this part of a motion's velocity.
+const MOTION: f64 = 1e-3;
+
 /// What becomes of a configuration at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Verdict {
@@ -128,7 +131,7 @@ pub fn friction_only_resists(problem: &ContactProblem) -> bool {
 /// | `balance` | all but `must_move` | certificate of the solution with velocity zero |
 /// | `mechanism` | `must_move` | [`MechanismCertificate::residual`](super::MechanismCertificate::residual) |
 /// | `moving` | `may_do_either` | certificate of the moving solution |
-/// | `rest` | `may_do_either` | its residual by the part of the free motion's energy that it has |
+/// | `rest` | `may_do_either` | its residual beside its motion ([`beside_motion`]) |
 /// | `without_friction` | `stays` | certificate of the balance without friction of contacts |
 /// | `modes` | `stays` | [`certify_modes`] |
 pub fn certify_stability(problem: &ContactProblem, proof: &StabilityProof) -> Vec<(&'static str, f64)> {
@@ -146,7 +149,7 @@ pub fn certify_stability(problem: &ContactProblem, proof: &StabilityProof) -> Ve
             let residual = moving.map_or(f64::INFINITY, |s| certify(problem, s).worst());
             let part = moving.map_or(0.0, |s| energy_part(problem, &s.velocity));
             residuals.push(("moving", residual));
-            residuals.push(("rest", if part > 0.0 { residual / part.sqrt() } else { f64::INFINITY }));
+            residuals.push(("rest", beside_motion(residual, part)));
         }
         Verdict::Stays => residuals.push(match &proof.stays {
             Some(StaysProof::WithoutFriction(s)) => {
@@ -159,6 +162,16 @@ pub fn certify_stability(problem: &ContactProblem, proof: &StabilityProof) -> Ve
         Verdict::MustMove | Verdict::Stands => {}
     }
     residuals
+}
+
+/// How far a solution's residual is from telling its motion from rest: a thousandth of the residual as a part of the velocity, both in
+/// units of the free motion, and not below the residual. At a tolerance of 1e-9 a motion is one whose velocity is a million times what it leaves
+/// open; nine digits of a motion that is slower than 1e-6 would be beyond rounding. `∞` without motion.
+///
+/// - `residual`: the worst of the solution's [`Certificate`](crate::Certificate)
+/// - `part`: its part of the free motion's energy ([`energy_part`])
+pub fn beside_motion(residual: f64, part: f64) -> f64 {
+    if part > 0.0 { residual * (MOTION / part.sqrt()).max(1.0) } else { f64::INFINITY }
 }
 
 fn of_balance(problem: &ContactProblem, solution: &ContactSolution) -> f64 {
