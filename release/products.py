@@ -79,7 +79,10 @@ def command(tree, out):
     shutil.rmtree(libraries, ignore_errors=True)
     libraries.mkdir()
     shutil.copy(built / "libsignorini_c.so", libraries)
-    shutil.copy(plain / "release" / "libsignorini_c.a", libraries)
+    # Without the bitcode that Rust's own link keeps: it is half of the library, of no use to other linkers, and not the same twice.
+    static = "libsignorini_c.a"
+    bitcode = ("--remove-section=.llvmbc", "--remove-section=.llvmcmd")
+    tree.run("objcopy", "--enable-deterministic-archives", *bitcode, plain / "release" / static, libraries / static)
     name = f"signorini-{tree.version}-{LINUX}"
     folder = tree.target / name
     shutil.rmtree(folder, ignore_errors=True)

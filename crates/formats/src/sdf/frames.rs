@@ -71,8 +71,11 @@ impl<'t> Frames<'t> {
         Ok(frames)
     }
 
-    /// The entity of that name.
+    /// The entity of that name; `model::__model__` is the frame of a model inside.
     fn named(&self, name: &str) -> Option<usize> {
+        if let Some(model) = name.strip_suffix("::__model__") {
+            return self.model(model);
+        }
         self.by_name.get(name)?.iter().flatten().next().copied()
     }
 
@@ -191,7 +194,8 @@ impl<'t> Frames<'t> {
     }
 
     fn unknown(&self, at: Element, scope: &str, name: &str) -> FormatError {
-        let known = self.entities.iter().filter_map(|e| e.name.strip_prefix(scope));
+        // What has the name itself cannot be meant: it refers to itself.
+        let known = self.entities.iter().filter_map(|e| e.name.strip_prefix(scope)).filter(|known| *known != name);
         let similar = crate::xml::most_similar(name, known);
         let (at, element) = (at.at(), at.name().to_owned());
         FormatError::UnknownName { at, element, sort: "frame", name: name.chars().take(60).collect(), similar }

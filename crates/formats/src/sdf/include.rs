@@ -147,14 +147,17 @@ fn file_in(folder: &Path) -> Option<PathBuf> {
     file.is_file().then_some(file)
 }
 
-/// Relative paths of an included file begin in its own folder.
+/// Relative paths of an included file begin in its own folder; what is not there is looked for from the first file's, as a model that stands
+/// beside it.
 fn name_files_from(included: &mut Tree, folder: &Path) {
     let uris: Vec<(usize, String)> = included
         .elements()
         .filter(|e| {
             e.is("uri") && !e.text().is_empty() && !e.text().contains("://") && !Path::new(e.text()).is_absolute()
         })
-        .map(|e| (e.index(), folder.join(e.text()).to_string_lossy().into_owned()))
+        .map(|e| (e.index(), folder.join(e.text())))
+        .filter(|(_, path)| path.exists())
+        .map(|(index, path)| (index, path.to_string_lossy().into_owned()))
         .collect();
     uris.into_iter().for_each(|(index, path)| included.set_text(index, path));
 }

@@ -50,9 +50,17 @@ pub(super) fn add<'t>(
     // The first axis is fixed to the parent, the second to the child; seen from the other side they change places.
     let ordered: Vec<&'static str> = if reversed { axes.iter().rev().copied().collect() } else { axes.to_vec() };
     for axis_name in ordered {
-        let Some(axis) = element.child(axis_name) else {
-            return Err(element.incomplete(format!("<{axis_name}>")));
-        };
+        let axis = element.child(axis_name);
+        if axis.is_none() {
+            let (what, is_first) = (format!("has no <{axis_name}>"), axis_name == "axis");
+            let effect =
+                if is_first { "it is the z axis of the joint, as SDFormat's default" } else { "it has one axis" };
+            importer.report.motion(element.at(), "joint", what, effect);
+            // The default would be the first one's, and two hinges about one axis no mechanism.
+            if !is_first {
+                continue;
+            }
+        }
         let direction = to_body.rotation * direction(importer, frames, edge, axis)?;
         let direction = if reversed { -direction } else { direction }.normalize();
         let kind = match sort {
@@ -60,10 +68,10 @@ pub(super) fn add<'t>(
             _ => JointKind::Hinge { axis: direction },
         };
         let mut joint = Joint::new("", kind).with_anchor(anchor);
-        if sort != "continuous" {
+        if let Some(axis) = axis.filter(|_| sort != "continuous") {
             joint.limits = limits(axis)?;
         }
-        if let Some(dynamics) = axis.child("dynamics") {
+        if let Some(dynamics) = axis.and_then(|axis| axis.child("dynamics")) {
             read_dynamics(dynamics, &mut joint)?;
         }
         let own = if axis_name == "axis2" { format!("{name}_2") } else { name.clone() };
@@ -73,13 +81,14 @@ pub(super) fn add<'t>(
 }
 
 /// The axis in the top-level model's frame. `expressed_in` names its frame since 1.7; before, the joint's frame or, where
-/// it is said and up to 1.4 always, the model's.
+/// it is said and up to 1.4 always, the model's. The joint's z axis where there is none.
 fn direction<'t>(
     importer: &Importer,
     frames: &Frames<'t>,
     edge: &Edge<'t>,
-    axis: Element<'t>,
+    axis: Option<Element<'t>>,
 ) -> Result<DVec3, FormatError> {
+    let Some(axis) = axis else { return Ok(frames.pose(edge.entity).rotation * DVec3::Z) };
     let xyz = values::direction(axis, "xyz", DVec3::Z)?;
     let scope = &frames.entities[edge.entity].scope;
     let in_model = importer.version_at(axis) <= 4 || values::flag(axis, "use_parent_model_frame")?.unwrap_or(false);

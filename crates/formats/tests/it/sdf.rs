@@ -116,6 +116,37 @@ fn a_joint_can_lead_towards_the_root() {
 }
 
 #[test]
+fn a_joint_without_an_axis_turns_about_its_own_z() {
+    let text = format!(
+        "<model name='m'>{LINKS}{}\n<joint name='j' type='revolute'><pose>0 0 0 1.5707963267948966 0 0</pose><parent>a</parent><child>b</child></joint></model>",
+        joint("w", "fixed", "world", "a")
+    );
+    let Imported { model, report, .. } = import(&text);
+    let JointKind::Hinge { axis } = model.joints[0].kind else { panic!("{:?}", model.joints[0].kind) };
+    assert!((axis - DVec3::NEG_Y).length() < 1e-15, "{axis}");
+    let said: Vec<_> = report.motion_warnings().map(|w| (w.line, w.what.as_str())).collect();
+    assert_eq!(said, [(3, "has no <axis>")], "{report}");
+    let both = import(&text.replace("'revolute'", "'universal'"));
+    let said: Vec<_> = both.report.motion_warnings().map(|w| (w.line, w.what.as_str())).collect();
+    assert_eq!((both.model.joints.len(), said.len()), (model.joints.len(), 2), "one of its two: {}", both.report);
+}
+
+#[test]
+fn the_frame_of_a_model_inside_has_a_name() {
+    let inside = "<model name='inner'><pose>0 0 3 0 0 0</pose><link name='l'/></model>";
+    let text = format!(
+        "<model name='m'>{LINKS}{inside}<frame name='f'><pose relative_to='inner::__model__'>1 0 0 0 0 0</pose></frame>\n{}{}</model>",
+        joint("j", "revolute", "inner::__model__", "a"),
+        "<joint name='k' type='revolute'><pose relative_to='f'/><parent>a</parent><child>b</child><axis><xyz>0 1 0</xyz></axis></joint>"
+    );
+    let model = import(&text).model;
+    let parent = |name: &str| &model.bodies[model.bodies[model.body_named(name).unwrap().index()].parent.index()].name;
+    assert_eq!(parent("a"), "inner::l");
+    // Of the link b at (0, 0, 1), where the frame is at (1, 0, 3).
+    assert_eq!(model.joints.last().unwrap().anchor, DVec3::new(1.0, 0.0, 2.0));
+}
+
+#[test]
 fn loops_and_what_is_not_read_are_reported() {
     let text = format!(
         "<model name='m'>\n{LINKS}\n{}{}\n{}\n<plugin name='p'/></model>",
@@ -167,6 +198,9 @@ fn nonsense_is_refused_with_its_place() {
     assert_refused(twice, &["text):3:1", "'a'", "2:17"]);
     let unknown = format!("<model name='m'>{LINKS}\n{}</model>", joint("j", "revolute", "a", "bb"));
     assert_refused(&unknown, &["text):3:", "'bb'", "did you mean"]);
+    // Its own name is no remedy.
+    let own = format!("<model name='m'>{LINKS}\n{}</model>", joint("own", "revolute", "a", "own"));
+    assert_refused(&own, &["text):3:", "'own', which is not defined"]);
     let circle = "<model name='m'><frame name='f' attached_to='g'/>\n<frame name='g' attached_to='f'/></model>";
     assert_refused(circle, &["relative to itself"]);
     let number = "<model name='m'><link name='l'>\n<pose>0 0 zero 0 0 0</pose></link></model>";
@@ -205,7 +239,7 @@ fn included_models_take_their_place() {
     write(
         "board/model.sdf",
         &format!(
-            "<sdf version='1.9'><model name='board'><static>1</static>{}</model></sdf>",
+            "<sdf version='1.9'><model name='board'><static>1</static>{}<include><uri>rim</uri></include></model></sdf>",
             shape("base", "<box><size>1 1 1</size></box>")
         ),
     );
@@ -213,17 +247,23 @@ fn included_models_take_their_place() {
         <include><name>peg</name><uri>model://peg</uri><pose>0 2 0 0 0 0</pose></include>\
         <joint name='slot' type='fixed'><parent>board::base</parent><child>peg::link</child></joint>\
         <include><uri>model://nowhere</uri></include></model></sdf>";
+    // The board's own part stands beside it, as seen from the first file.
+    write(
+        "both/rim/model.sdf",
+        "<sdf version='1.9'><model name='rim'><static>1</static><link name='edge'/></model></sdf>",
+    );
     write("both/model.sdf", world);
     let imported = signorini_formats::load(folder.join("both/model.sdf"), &LoadOptions::default());
     let from_elsewhere = LoadOptions::default().with_package_dirs(vec![folder.clone()]);
     let from_text = signorini_formats::load_sdf_str(world, "", &from_elsewhere);
     std::fs::remove_dir_all(&folder).unwrap();
-    for Imported { model, report, .. } in [imported.unwrap(), from_text.unwrap()] {
+    for (Imported { model, report, .. }, of_board) in [(imported.unwrap(), 2), (from_text.unwrap(), 1)] {
         let [board, peg] = ["board::base", "peg::link"].map(|name| model.body_named(name).unwrap());
         assert_eq!(model.bodies[peg.index()].parent, board, "the joint between them holds");
         // The pose of the include takes the place of the model's own.
         assert_eq!(model.bodies[peg.index()].placement.position, DVec3::new(-1.0, 2.0, 0.0));
-        assert_eq!(model.bodies.len(), 3);
+        let board = |body: &&signorini_multibody::Body| body.name.starts_with("board::");
+        assert_eq!(model.bodies.iter().filter(board).count(), of_board, "what stands beside the first file is found");
         assert!(matches!(model.geoms[1].geometry, Geometry::ConvexMesh(_)), "a path begins in the folder of its file");
         let left_out: Vec<&str> = report.motion_warnings().map(|w| w.element.as_str()).collect();
         assert_eq!(left_out, ["include"], "{report}");
