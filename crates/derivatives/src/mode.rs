@@ -46,14 +46,15 @@ pub(crate) struct Scales {
 
 impl Scales {
     /// - `velocities`: of the step, whose terms along the contacts are what margins are a difference of
+    /// - `at_rest`: the speed that margins are compared with where nothing moves along any row, > 0
     /// - `scratch`: memory
-    pub fn of(problem: &ContactProblem, velocities: [&[f64]; 2], scratch: &mut Vec<f64>) -> Self {
+    pub fn of(problem: &ContactProblem, velocities: [&[f64]; 2], at_rest: f64, scratch: &mut Vec<f64>) -> Self {
         scratch.clear();
         scratch.resize(problem.nv(), 0.0);
         let terms = |i: usize, v: &[f64]| problem.jacobian.multiply_with_terms(i, v).1;
         let of_contact = |i| velocities.iter().fold(terms(i, &problem.free_velocity), |s, v| s.max(terms(i, v)));
         let speed = (0..problem.contact_count()).map(of_contact).fold(problem.velocity_scale(), f64::max);
-        Self { velocity: speed.max(f64::MIN_POSITIVE), delassus: problem.delassus_scale_with(scratch) }
+        Self { velocity: if speed > 0.0 { speed } else { at_rest }, delassus: problem.delassus_scale_with(scratch) }
     }
 
     pub fn velocity(&self, v: f64) -> f64 {

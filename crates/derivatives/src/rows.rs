@@ -5,6 +5,7 @@ mod coordinates;
 mod equalities;
 mod frames;
 mod gaps;
+mod others;
 mod parameters;
 mod scratch;
 mod system;
@@ -39,6 +40,7 @@ pub(crate) fn build(
     contacts::add_points(step, modes, margins, (rows, ties), turning, scratch)?;
     coordinates::add_limits(step, modes, margins, rows, turning, scratch)?;
     coordinates::add_groups(step, modes, rows)?;
+    others::note_others(step, margins);
     equalities::add(step, margins, rows, turning, scratch)?;
     parameters::add_coordinates(step, modes, step.directions, rows);
     Ok(())

@@ -151,7 +151,8 @@ impl StepDerivatives {
     ) -> Result<(), String> {
         self.end.set(model, workspace.kinematics(), velocity);
         self.balance.dynamics.motion.set(model, workspace.kinematics(), &state.v);
-        let scales = Scales::of(workspace.problem(), [&state.v, velocity], &mut self.work);
+        let at_rest = rest_speed(model, self.dt);
+        let scales = Scales::of(workspace.problem(), [&state.v, velocity], at_rest, &mut self.work);
         let begin = &self.balance.dynamics.motion;
         copy_solution(workspace.solution(), &mut self.chosen);
         self.modes.set(workspace.problem(), &self.chosen, scales, &mut self.margins);
@@ -336,6 +337,12 @@ fn refuse(model: &Model, settings: &Settings, report: &StepReport, workspace: &W
         return Ok(());
     };
     Err(reason.into())
+}
+
+/// The speed that gravity gives in a step, or 1 m/s where there is none.
+fn rest_speed(model: &Model, dt: f64) -> f64 {
+    let speed = model.gravity.length() * dt;
+    if speed > 0.0 { speed } else { 1.0 }
 }
 
 /// The size of the momenta of a step, N·s and N·m·s.

@@ -1,7 +1,7 @@
 //! What a derivative is worth: whether it exists, and how far the nearest place is where it does not.
 
-use signorini_multibody::GeomId;
 use signorini_multibody::derivatives::MarginSource;
+use signorini_multibody::{GeomId, JointId, TendonId};
 
 /// Whether a step has a derivative.
 #[derive(Clone, Debug, PartialEq)]
@@ -44,6 +44,10 @@ pub enum InequalitySource {
     FrictionGroup(usize),
     /// Two geoms that could touch and are not in the step's problem.
     Candidate([GeomId; 2]),
+    /// A limit of a joint that is not in the step's problem.
+    JointLimit(JointId),
+    /// A limit of a tendon that is not in the step's problem.
+    TendonLimit(TendonId),
     /// A bilateral row of the step's problem, by index.
     Bilateral(usize),
     /// A range in the smooth part.

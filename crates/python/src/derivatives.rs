@@ -18,7 +18,7 @@ pub struct Margin {
     /// What it belongs to.
     #[pyo3(get)]
     source: String,
-    /// Index of the contact, group, row or part it belongs to; none for points that are not in the step's problem.
+    /// Index of the contact, group, row, joint or tendon it belongs to; none for points that are not in the step's problem.
     #[pyo3(get)]
     index: Option<usize>,
     /// Which of its inequalities.
@@ -44,6 +44,8 @@ impl From<&RustMargin> for Margin {
             InequalitySource::FrictionGroup(j) => ("friction group", Some(j)),
             InequalitySource::Bilateral(k) => ("bilateral row", Some(k)),
             InequalitySource::Candidate(_) => ("candidate", None),
+            InequalitySource::JointLimit(joint) => ("joint limit", Some(joint.index())),
+            InequalitySource::TendonLimit(tendon) => ("tendon limit", Some(tendon.index())),
             _ => ("range", None),
         };
         Self { source: source.into(), index, kind: snake_case(&format!("{:?}", margin.kind)), value: margin.value }

@@ -6,7 +6,7 @@ use signorini_collision::{Collider, OwnOverlap, Queries};
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
 use signorini_multibody::{
     BlockDiagonal, Body, BodyId, ChangedRow, ContactPoint, FreeMotion, GeomId, Kinematics, LengthRow, Model,
-    NewtonEuler, Parameter, Pose,
+    NewtonEuler, Parameter, Pose, State,
 };
 
 use crate::SimulationError;
@@ -22,7 +22,7 @@ use crate::settings::Settings;
 use crate::smallest_change::SmallestChange;
 use crate::solver::StepSolver;
 use crate::source::{ContactSource, FrictionSource};
-use crate::warm::{WarmCache, limit_of};
+use crate::warm::{ContactKey, WarmCache, limit_of};
 use crate::withheld::Withheld;
 
 /// Everything a step needs besides model and state; made once, so that a step allocates nothing.
@@ -203,6 +203,16 @@ impl Workspace {
     /// All points that could touch within the last step, those that its problem leaves out among them.
     pub fn candidate_points(&self) -> impl Iterator<Item = &ContactPoint> {
         self.candidates.all.iter()
+    }
+
+    /// Visits the limits of joints and tendons that the last step's problem leaves out, with the distance to each at the end of the step, rad
+    /// or m.
+    ///
+    /// - `model`, `state`: of the step, at its beginning
+    pub fn visit_other_limits(&mut self, model: &Model, state: &State, mut visit: impl FnMut(ContactSource, f64)) {
+        let Self { builder, kinematics, solution, .. } = self;
+        let by_source = |key: &ContactKey, distance: f64| visit(limit_of(key), distance);
+        builder.visit_others(model, kinematics, state, &solution.velocity, by_source);
     }
 
     /// The contact points of a pair of geoms where their bodies stand at other poses, within the reach of the last step.

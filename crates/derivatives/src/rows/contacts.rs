@@ -35,7 +35,6 @@ pub(super) fn add_points(
     scratch.turned.forget();
     let result = add_all(step, &points, modes, margins, (rows, ties), turning, scratch);
     scratch.points = points;
-    note_candidates(step, margins);
     result
 }
 
@@ -318,24 +317,6 @@ fn add_spin_groups(step: &Step, modes: &Modes, i: usize, list: &[Mover], moved: 
                 let second = if first == 0 { 0.0 } else { m.spin[2] };
                 row.by_configuration[mover.dof] = held[1] * m.spin[first] + held[2] * second;
             }
-        }
-    }
-}
-
-/// Points that are not in the problem and all but close.
-fn note_candidates(step: &Step, margins: &mut Vec<Margin>) {
-    let problem = step.workspace.problem();
-    let in_problem = step.workspace.contact_points();
-    for point in step.workspace.candidate_points() {
-        let relative =
-            step.end.velocity(point.body_b, point.position) - step.end.velocity(point.body_a, point.position);
-        let value = step.scales.velocity(point.gap / problem.timestep + point.normal.dot(relative.linear));
-        let is_same = |other: &ContactPoint| {
-            (other.geom_a, other.geom_b, other.feature) == (point.geom_a, point.geom_b, point.feature)
-        };
-        if value < 1e-3 && !in_problem.iter().any(is_same) {
-            let source = InequalitySource::Candidate([point.geom_a, point.geom_b]);
-            margins.push(Margin { source, kind: InequalityKind::Gap, value });
         }
     }
 }

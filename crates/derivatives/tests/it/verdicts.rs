@@ -75,6 +75,40 @@ fn a_contact_that_touches_without_impulse_is_a_tie() {
     assert!(deciding.iter().any(|m| matches!(m.kind, InequalityKind::Gap | InequalityKind::NormalImpulse)));
 }
 
+/// A joint that dry friction holds, and one of its limits: its own, or that of a tendon along it.
+fn held_joint(gravity: &str, range: &str, tendon_range: &str) -> String {
+    format!(
+        "<mujoco><compiler angle='radian'/><option gravity='{gravity}'/><worldbody><body><joint name='turn' axis='0 0 1' frictionloss='0.1' {range}/>
+           <geom type='box' size='0.1 0.02 0.02' mass='1'/></body></worldbody>
+           <tendon><fixed name='cord' {tendon_range}><joint joint='turn' coef='1'/></fixed></tendon></mujoco>"
+    )
+}
+
+#[test]
+fn a_joint_that_stands_at_its_limit_is_at_a_tie_though_the_limit_is_not_in_the_problem() {
+    let limits = ["limited='true' range='-0.6 0.6'", ""];
+    let cases = ["0 0 -9.81", "0 0 0"].into_iter().flat_map(|g| [[g, limits[0], limits[1]], [g, limits[1], limits[0]]]);
+    for [gravity, joint, tendon] in cases {
+        let mut bench = Bench::new(model_of(&held_joint(gravity, joint, tendon)), Settings::default());
+        let (mut state, input) = bench.start();
+        // So far from the limit that a joint at rest does not reach it, and as near to it as rounding.
+        state.q[0] = -0.6 + 3e-16;
+        let mut slopes = [1e-7, -1e-7].map(|h| {
+            let (near, with) = bench.moved(&state, &input, &[1.0, 0.0, 0.0], h);
+            bench.end(&near, &with).1[0] / h
+        });
+        slopes.sort_by(f64::total_cmp);
+        assert!(slopes[0] < -1.0 && slopes[1].abs() < 1e-6, "two slopes {slopes:?}");
+        bench.differentiate(&state, &input).expect("a step");
+        assert_eq!(bench.workspace.problem().contact_count(), 0);
+        let Validity::OneSided { deciding } = bench.derivatives.validity() else {
+            panic!("{:?}", bench.derivatives.validity())
+        };
+        let is_limit = |source| matches!(source, InequalitySource::JointLimit(_) | InequalitySource::TendonLimit(_));
+        assert!(deciding.iter().all(|margin| is_limit(margin.source) && margin.kind == InequalityKind::Gap));
+    }
+}
+
 #[test]
 fn another_law_of_friction_is_refused() {
     let settings = Settings::default().with_friction_law(FrictionLaw::Circular);

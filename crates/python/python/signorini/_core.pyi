@@ -1612,10 +1612,10 @@ class Margin:
     @property
     def source(self) -> str:
         """What it belongs to: "contact" (limits are among them), "friction group", "bilateral row", "candidate" (a point that is not in the
-        step's problem) or "range" (of a control, force or length)."""
+        step's problem), "joint limit" and "tendon limit" (those that are not in it), or "range" (of a control, force or length)."""
     @property
     def index(self) -> Optional[int]:
-        """Index of the contact, group or row in the step's problem."""
+        """Index of the contact, group or row in the step's problem, or of the joint or tendon in the model."""
     @property
     def kind(self) -> str:
         """Which inequality: "gap", "normal_impulse", "friction_bound", "sliding_speed", "direction", "share", "feature", "threshold",

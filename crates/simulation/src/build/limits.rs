@@ -70,6 +70,33 @@ impl ProblemBuilder {
         self.keys.len() > before
     }
 
+    /// Visits the limits that are not in the problem: their keys, and the distances to them at the end of the step, rad or m.
+    pub fn visit_others(
+        &mut self,
+        model: &Model,
+        kinematics: &Kinematics,
+        state: &State,
+        v: &[f64],
+        mut visit: impl FnMut(&ContactKey, f64),
+    ) {
+        let dt = self.problem.timestep;
+        for_each_limit(model, state, v, |limit| {
+            if !self.keys.contains(&limit.key) {
+                visit(&limit.key, limit.gap + dt * limit.rate(v));
+            }
+        });
+        for (t, limits) in limited_tendons(model) {
+            self.measure_tendon(model, kinematics, state, t);
+            let rate = self.length.rate(v);
+            for (side, (gap, sign)) in gaps(self.length.length, limits).into_iter().enumerate() {
+                let key = tendon_limit_key(t, side as u32);
+                if !self.keys.contains(&key) {
+                    visit(&key, gap + sign * dt * rate);
+                }
+            }
+        }
+    }
+
     fn push_limit(&mut self, model: &Model, state: &State, limit: &Limit) {
         let gap = self.pace.joint_limit(model, state, limit.joint, limit.gap, self.problem.timestep);
         self.problem.push_contact(limit.columns(), gap, 0.0, &self.frictionless);
