@@ -11,10 +11,23 @@ use signorini_testkit::Random;
 /// # Errors
 /// [`ModelError`] if a model is not valid, which none is expected to be.
 pub fn bodies(random: &mut Random) -> Result<Model, ModelError> {
+    let timestep = random.between(0.001, 0.01);
+    let count = 1 + random.below(8);
+    thrown(random, count, timestep)
+}
+
+/// So many of them over a floor, with a time step of 4 ms.
+///
+/// # Errors
+/// [`ModelError`] if a model is not valid, which none is expected to be.
+pub fn pile(random: &mut Random, count: usize) -> Result<Model, ModelError> {
+    thrown(random, count, 0.004)
+}
+
+fn thrown(random: &mut Random, count: usize, timestep: f64) -> Result<Model, ModelError> {
     let mut world = ModelBuilder::new("random");
-    world.timestep(random.between(0.001, 0.01));
-    world.floor();
-    for i in 0..1 + random.below(8) {
+    world.timestep(timestep).floor();
+    for i in 0..count {
         let size = random.between(0.05, 0.15);
         let second = size * random.between(0.4, 1.0);
         let geometry = match random.below(6) {

@@ -62,7 +62,14 @@ pub fn load_above_floor(
 /// # Errors
 /// [`CollisionError`] if a shape cannot be prepared.
 pub fn state_above_floor(model: &Model, clearance: f64) -> Result<State, CollisionError> {
-    let mut state = State::new(model);
+    placed_above_floor(model, clearance, State::new(model))
+}
+
+/// The same in another posture.
+///
+/// # Errors
+/// [`CollisionError`] if a shape cannot be prepared.
+pub fn placed_above_floor(model: &Model, clearance: f64, mut state: State) -> Result<State, CollisionError> {
     clamp_to_limits(model, &mut state);
     if let Some(base) = model.joints.iter().find(|j| j.kind == JointKind::Free) {
         state.q[base.q_index + 2] += clearance - lowest_point(model, &state)?;

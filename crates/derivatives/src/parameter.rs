@@ -2,7 +2,7 @@
 
 use signorini_multibody::derivatives::{BalanceAt, InertiaChange, JointChange};
 use signorini_multibody::glam::{DMat3, DVec3};
-use signorini_multibody::{ActuatorId, BodyId, GeomId, Geometry, JointId, Model};
+use signorini_multibody::{ActuatorId, BodyId, GeomId, Geometry, Joint, JointId, Model};
 
 /// A number of a model, or of a state beside `q` and `v`, by which a step is differentiated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -49,6 +49,41 @@ pub enum ScalarParameter {
 }
 
 impl ScalarParameter {
+    /// Every number that a model has, activations among them: all by which its steps can be differentiated, whether they feel them or not.
+    pub fn all(model: &Model) -> Vec<Self> {
+        let mut all = vec![Self::Timestep];
+        all.extend((0..3).map(Self::Gravity));
+        for body in (1..model.bodies.len()).map(|i| BodyId(i as u32)) {
+            all.push(Self::Mass(body));
+            all.extend((0..3).map(|axis| Self::CenterOfMass(body, axis)));
+            let entries = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
+            all.extend(entries.map(|entry| Self::Inertia(body, entry)));
+        }
+        for (k, joint) in model.joints.iter().enumerate() {
+            all.extend(Self::all_of_joint(JointId(k as u32), joint));
+        }
+        for geom in (0..model.geoms.len()).map(|k| GeomId(k as u32)) {
+            all.extend([Self::Friction(geom), Self::SpinningFriction(geom), Self::RollingFriction(geom)]);
+            all.extend([Self::Restitution(geom), Self::Margin(geom)]);
+            all.extend((0..3).map(|axis| Self::GeomPosition(geom, axis)));
+            all.extend((0..3).map(|size| Self::GeomSize(geom, size)));
+        }
+        all.extend((0..model.pairs.len()).map(Self::PairFriction));
+        all.retain(|parameter| parameter.value(model).is_some());
+        let activated = model.actuators.iter().enumerate().filter(|(_, actuator)| actuator.activation.is_some());
+        all.extend(activated.map(|(a, _)| Self::Activation(ActuatorId(a as u32))));
+        all
+    }
+
+    /// Springs and dry friction are numbers of the joints that have them.
+    fn all_of_joint(id: JointId, joint: &Joint) -> impl Iterator<Item = Self> {
+        let (has_spring, has_friction) = (joint.stiffness > 0.0, joint.friction_loss > 0.0);
+        let turns = joint.kind.nv() == 1;
+        let along = [Self::Damping(id), Self::Armature(id)].into_iter().filter(move |_| turns);
+        let spring = [Self::Stiffness(id), Self::SpringReference(id)].into_iter().filter(move |_| has_spring);
+        along.chain(spring).chain(has_friction.then_some(Self::FrictionLoss(id)))
+    }
+
     /// Its value; none where the model has no such number (and for an activation, which is in the state).
     pub fn value(self, model: &Model) -> Option<f64> {
         let joint = |id: JointId| model.joints.get(id.index());

@@ -16,8 +16,9 @@ use crate::system::ModeSystem;
 use crate::tie::TieUnit;
 use crate::validity::{InequalityKind, InequalitySource, Margin, Validity};
 
-/// Redundant contacts hold the same motion where the derivatives of their rows agree to this part of their size.
-const CONSISTENT: f64 = 1e-7;
+/// Redundant contacts hold the same motion where the derivatives of their rows agree to this part of their size. What they differ by is what the
+/// derivative is off by, of which a tenth of 1e-7 is let through.
+const CONSISTENT: f64 = 1e-8;
 
 /// The derivative of one step, `(q⁺, v⁺)` by `(q, v)`, by the control `u` and by the applied generalized force `τ`, and the storage to compute
 /// it.

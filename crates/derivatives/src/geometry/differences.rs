@@ -30,6 +30,11 @@ const NEARBY: f64 = 30.0;
 /// Gap, normal and position as one list.
 type Numbers = [f64; 7];
 
+fn numbers(gap: f64, normal: DVec3, position: DVec3) -> Numbers {
+    let (n, p) = (normal, position);
+    [gap, n.x, n.y, n.z, p.x, p.y, p.z]
+}
+
 /// Memory of the search with displaced bodies.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SearchMemory {
@@ -37,10 +42,14 @@ pub(crate) struct SearchMemory {
     found: Vec<ContactPoint>,
 }
 
+/// The motion of a point by differences.
+///
+/// - `guess`: what it is in closed form, if its features are what they seem to be
 pub(super) fn motion(
     model: &Model,
     workspace: &mut Workspace,
     point: &ContactPoint,
+    guess: Option<&PointMotion>,
     memory: &mut SearchMemory,
 ) -> Result<PointMotion, NoMotion> {
     let SearchMemory { poses, found } = memory;
@@ -49,13 +58,16 @@ pub(super) fn motion(
     let size = radius(point.geom_a).min(radius(point.geom_b));
     let mut search = Search { model, point, size, poses, found };
     let mut failure = NoMotion::Changes;
-    let mut h = LARGEST;
-    for _ in 0..TRIES {
-        match search.differences(workspace, h, size) {
-            Ok(motion) => return Ok(motion),
-            Err(why) => failure = why,
+    // Without the guess where differences do not confirm it.
+    for guess in guess.into_iter().map(Some).chain([None]) {
+        let mut h = LARGEST;
+        for _ in 0..TRIES {
+            match search.differences(workspace, guess, h) {
+                Ok(motion) => return Ok(motion),
+                Err(why) => failure = why,
+            }
+            h *= SMALLER;
         }
-        h *= SMALLER;
     }
     if search.lies_flat(workspace, FLAT * size) { Ok(flat(point)) } else { Err(failure) }
 }
@@ -81,48 +93,61 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    fn differences(&mut self, workspace: &mut Workspace, h: f64, size: f64) -> Result<PointMotion, NoMotion> {
-        let mut out = PointMotion {
-            gap: [0.0; 6],
-            normal: [DVec3::ZERO; 6],
-            position: [DVec3::ZERO; 6],
-            is_tie: false,
-            is_loose: false,
-        };
+    /// The motion as guessed or extrapolated from differences of width `h`, where narrower ones are the same ahead and behind.
+    fn differences(
+        &mut self,
+        workspace: &mut Workspace,
+        guess: Option<&PointMotion>,
+        h: f64,
+    ) -> Result<PointMotion, NoMotion> {
+        let mut out = PointMotion::of_rest();
         for e in 0..6 {
-            let step = if e < 3 { h } else { h * size };
-            let mut estimates = [[0.0; 7]; 3];
-            for (level, estimate) in estimates.iter_mut().enumerate() {
-                *estimate = self.central(workspace, e, step * 0.5_f64.powi(level as i32))?;
-            }
-            let extrapolate = |fine: Numbers, coarse: Numbers, order: f64| -> Numbers {
-                std::array::from_fn(|k| fine[k] + (fine[k] - coarse[k]) / (order - 1.0))
+            let step = if e < 3 { h } else { h * self.size };
+            let slope = match guess {
+                Some(guess) => numbers(guess.gap[e], guess.normal[e], guess.position[e]),
+                None => self.extrapolated(workspace, e, step)?,
             };
-            let first = extrapolate(estimates[1], estimates[0], 4.0);
-            let second = extrapolate(estimates[2], estimates[1], 4.0);
-            let last = extrapolate(second, first, 16.0);
-            let unit = if e < 3 { size } else { 1.0 };
-            let allowed: Numbers = std::array::from_fn(|k| {
-                let scale = if (1..4).contains(&k) { unit / size } else { unit };
-                scale.max(last[k].abs())
-            });
-            if (0..7).any(|k| (last[k] - second[k]).abs() > SMOOTH * allowed[k]) {
-                return Err(NoMotion::Rough);
-            }
+            let allowed = self.allowed(e, &slope);
             for (factor, same) in NEAR {
                 let [ahead, behind] = self.slopes(workspace, twist(e), step * factor)?;
-                let is_near = |k: usize| (0.5 * (ahead[k] + behind[k]) - last[k]).abs() <= same * allowed[k];
+                let is_near = |k: usize| (0.5 * (ahead[k] + behind[k]) - slope[k]).abs() <= same * allowed[k];
                 let is_straight = |k: usize| (ahead[k] - behind[k]).abs() <= KINK * allowed[k];
                 if !(0..7).all(|k| is_near(k) && is_straight(k)) {
                     return Err(NoMotion::Rough);
                 }
             }
-            out.gap[e] = last[0];
-            out.normal[e] = DVec3::new(last[1], last[2], last[3]);
-            out.position[e] = DVec3::new(last[4], last[5], last[6]);
+            out.gap[e] = slope[0];
+            out.normal[e] = DVec3::new(slope[1], slope[2], slope[3]);
+            out.position[e] = DVec3::new(slope[4], slope[5], slope[6]);
         }
         self.check_lead(workspace, &out, h)?;
         Ok(out)
+    }
+
+    /// What differences along the motion `e` are relative to.
+    fn allowed(&self, e: usize, slope: &Numbers) -> Numbers {
+        let unit = if e < 3 { self.size } else { 1.0 };
+        std::array::from_fn(|k| {
+            let scale = if (1..4).contains(&k) { unit / self.size } else { unit };
+            scale.max(slope[k].abs())
+        })
+    }
+
+    /// Central differences along the motion `e`, extrapolated twice.
+    fn extrapolated(&mut self, workspace: &mut Workspace, e: usize, step: f64) -> Result<Numbers, NoMotion> {
+        let mut estimates = [[0.0; 7]; 3];
+        for (level, estimate) in estimates.iter_mut().enumerate() {
+            *estimate = self.central(workspace, e, step * 0.5_f64.powi(level as i32))?;
+        }
+        let extrapolate = |fine: Numbers, coarse: Numbers, order: f64| -> Numbers {
+            std::array::from_fn(|k| fine[k] + (fine[k] - coarse[k]) / (order - 1.0))
+        };
+        let first = extrapolate(estimates[1], estimates[0], 4.0);
+        let second = extrapolate(estimates[2], estimates[1], 4.0);
+        let last = extrapolate(second, first, 16.0);
+        let allowed = self.allowed(e, &last);
+        let is_smooth = (0..7).all(|k| (last[k] - second[k]).abs() <= SMOOTH * allowed[k]);
+        if is_smooth { Ok(last) } else { Err(NoMotion::Rough) }
     }
 
     /// Whether the slopes hold where the point leads: turned about it so that all other points of the two shapes come behind it or before it. Of
@@ -139,7 +164,7 @@ impl Search<'_> {
         let along = |columns: &[DVec3; 6]| (0..3).map(|e| columns[e] * axis[e]).sum::<DVec3>();
         let (normal, place) = (along(&motion.normal), along(&motion.position));
         let gap = (0..3).map(|e| motion.gap[e] * axis[e]).sum();
-        let expected = [gap, normal.x, normal.y, normal.z, place.x, place.y, place.z];
+        let expected = numbers(gap, normal, place);
         for (factor, _) in NEAR {
             for slopes in self.slopes(workspace, [axis, DVec3::ZERO], h * factor)? {
                 let is_same = |k: usize| {
@@ -192,8 +217,7 @@ impl Search<'_> {
 
     /// Differences ahead and behind from the point itself.
     fn slopes(&mut self, workspace: &mut Workspace, way: [DVec3; 2], step: f64) -> Result<[Numbers; 2], NoMotion> {
-        let (n, gap) = (self.point.normal, self.point.gap);
-        let own = [gap, n.x, n.y, n.z, 0.0, 0.0, 0.0];
+        let own = numbers(self.point.gap, self.point.normal, DVec3::ZERO);
         let ahead = self.at(workspace, way, step)?;
         let behind = self.at(workspace, way, -step)?;
         let slope = |from: &Numbers, to: &Numbers| std::array::from_fn(|k| (to[k] - from[k]) / step);
@@ -207,8 +231,7 @@ impl Search<'_> {
         let same = self.found.iter().filter(|found| found.feature == self.point.feature);
         let far = |found: &&ContactPoint| (found.position - center).length();
         let found = same.min_by(|x, y| far(x).total_cmp(&far(y))).ok_or(NoMotion::Changes)?;
-        let (n, p) = (found.normal, found.position - center);
-        Ok([found.gap, n.x, n.y, n.z, p.x, p.y, p.z])
+        Ok(numbers(found.gap, found.normal, found.position - center))
     }
 }
 

@@ -16,6 +16,14 @@ pub(crate) struct PointMotion {
     pub is_loose: bool,
 }
 
+impl PointMotion {
+    /// A point that does not move.
+    pub fn of_rest() -> Self {
+        let still = [DVec3::ZERO; 6];
+        Self { gap: [0.0; 6], normal: still, position: still, is_tie: false, is_loose: false }
+    }
+}
+
 /// Why a contact point has no derivative.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum NoMotion {

@@ -22,13 +22,7 @@ struct Twist {
 
 /// The motion of the contact point of two features; nothing where they are not those of the point.
 pub(super) fn motion(point: &ContactPoint, gap: f64, features: [Feature; 2]) -> Option<PointMotion> {
-    let mut out = PointMotion {
-        gap: [0.0; 6],
-        normal: [DVec3::ZERO; 6],
-        position: [DVec3::ZERO; 6],
-        is_tie: false,
-        is_loose: false,
-    };
+    let mut out = PointMotion::of_rest();
     let law = law_of(point, gap, features)?;
     out.is_tie = features.iter().any(|f| matches!(f, Feature::Point { is_tie: true, .. }));
     for e in 0..6 {

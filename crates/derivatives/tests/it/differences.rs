@@ -2,7 +2,7 @@
 
 use crate::common::{Bench, disturbed, model_of};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{Geom, Geometry, Model, ModelBuilder, SpatialVector};
+use signorini_multibody::{Geom, Geometry, Model, ModelBuilder, SpatialVector, integrate_into};
 use signorini_simulation::Settings;
 use signorini_testkit::Random;
 
@@ -99,6 +99,59 @@ fn a_pile_of_twenty() {
     for seed in 0..3 {
         compare("pile", pile(seed), seed..seed + 1, [1e-5, 0.05, 0.0], 3);
     }
+}
+
+/// Two contacts along a line that is tilted a little: the friction of one follows from that of the other, but for the tilt. A body that
+/// sticks at both and may roll about the line.
+#[test]
+fn a_capsule_that_lies_all_but_flat() {
+    let text = "<mujoco><option timestep='0.004'/><worldbody><geom type='plane' friction='1'/>
+      <body pos='0 0 0.02'><freejoint/><geom type='capsule' size='0.02 0.1' euler='0 90 0' pos='0.02 0 0' mass='1' friction='1'/></body></worldbody></mujoco>";
+    let settings = Settings::default().with_tolerance(1e-12);
+    let mut bench = Bench::new(model_of(text), settings);
+    let mut random = Random::new(4);
+    let (mut exact, mut others) = (0, 0);
+    for power in 0..80 {
+        let (mut state, input) = bench.start();
+        let tilt = 1e-12 * 10.0_f64.powf(0.1 * f64::from(power));
+        let start = state.q.clone();
+        integrate_into(&bench.model, &start, &[0.0, 0.0, 0.0, 0.0, tilt, 0.0], 1.0, &mut state.q);
+        // It rolls, and comes down on both ends.
+        state.v[..].copy_from_slice(&[0.0, 0.02, -0.01, -1.0, 0.0, 0.0]);
+        bench.workspace.clear_warm_start();
+        let next = bench.differentiate(&state, &input).expect("a step");
+        if !bench.is_exact() {
+            others += 1;
+            continue;
+        }
+        let change = bench.random_change(&mut random);
+        if let Some(error) = bench.error_along(&state, &input, &change, &next) {
+            assert!(error < TOLERANCE, "tilt {tilt:.1e}: {error:.1e}");
+            exact += 1;
+        }
+    }
+    println!("{exact} exact, {others} not");
+    assert!(exact >= 5 && others >= 5);
+}
+
+#[test]
+fn ellipsoids_and_cylinders_on_a_floor_and_boxes_on_boxes() {
+    let mut world = ModelBuilder::new("shapes");
+    world.floor().timestep(0.004);
+    let shapes = [
+        Geometry::Ellipsoid { semi_axes: DVec3::new(0.08, 0.05, 0.06) },
+        Geometry::Cylinder { radius: 0.06, half_length: 0.05 },
+        Geometry::Cylinder { radius: 0.03, half_length: 0.09 },
+        Geometry::Box { half_extents: DVec3::new(0.09, 0.09, 0.04) },
+    ];
+    for (i, geometry) in shapes.into_iter().enumerate() {
+        let body = world.body(format!("part{i}")).at([0.3 * i as f64, 0.0, 0.1]).free();
+        body.solid(Geom::from(geometry).with_friction(0.6), 0.5).add().expect("a body");
+    }
+    let upper = world.body("upper").at([0.92, 0.01, 0.2]).free();
+    let shape = Geometry::Box { half_extents: DVec3::new(0.05, 0.04, 0.06) };
+    upper.solid(Geom::from(shape).with_friction(0.7), 0.4).add().expect("a body");
+    compare("shapes", world.build().expect("a model"), 0..6, [1e-4, 0.3, 0.0], 40);
 }
 
 /// Spheres, capsules, boxes and a few other shapes above each other, with their own masses and centres.

@@ -3,56 +3,12 @@
 use crate::common::{Bench, Signature, disturbed, model_of};
 use signorini_derivatives::{Direction, ScalarParameter, StepDerivatives};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{
-    ActuatorId, BodyId, Geom, GeomId, Geometry, Input, JointId, Model, ModelBuilder, State, difference_into,
-};
+use signorini_multibody::{Geom, Geometry, Input, Model, ModelBuilder, State, difference_into};
 use signorini_simulation::Settings;
 use signorini_testkit::Random;
 
 /// Relative error inside modes, as the differences resolve it.
 const TOLERANCE: f64 = 1e-7;
-
-/// Every number of a model, each alone.
-fn all_parameters(model: &Model) -> Vec<Direction> {
-    let mut all = vec![ScalarParameter::Timestep];
-    all.extend((0..3).map(ScalarParameter::Gravity));
-    for i in 1..model.bodies.len() {
-        let body = BodyId(i as u32);
-        all.push(ScalarParameter::Mass(body));
-        all.extend((0..3).map(|axis| ScalarParameter::CenterOfMass(body, axis)));
-        all.extend([[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]].map(|entry| ScalarParameter::Inertia(body, entry)));
-    }
-    for (k, joint) in model.joints.iter().enumerate() {
-        let id = JointId(k as u32);
-        all.extend(
-            [ScalarParameter::Damping(id), ScalarParameter::Armature(id)].into_iter().filter(|_| joint.kind.nv() == 1),
-        );
-        if joint.stiffness > 0.0 {
-            all.extend([ScalarParameter::Stiffness(id), ScalarParameter::SpringReference(id)]);
-        }
-        if joint.friction_loss > 0.0 {
-            all.push(ScalarParameter::FrictionLoss(id));
-        }
-    }
-    for k in 0..model.geoms.len() {
-        let geom = GeomId(k as u32);
-        all.extend([
-            ScalarParameter::Friction(geom),
-            ScalarParameter::SpinningFriction(geom),
-            ScalarParameter::RollingFriction(geom),
-        ]);
-        all.extend([ScalarParameter::Restitution(geom), ScalarParameter::Margin(geom)]);
-        all.extend((0..3).map(|axis| ScalarParameter::GeomPosition(geom, axis)));
-        all.extend((0..3).map(|size| ScalarParameter::GeomSize(geom, size)));
-    }
-    all.extend((0..model.pairs.len()).map(ScalarParameter::PairFriction));
-    let single = all.into_iter().filter(|parameter| parameter.value(model).is_some());
-    let mut directions: Vec<Direction> = single.map(|parameter| vec![(parameter, 1.0)]).collect();
-    for (a, _) in model.actuators.iter().enumerate().filter(|(_, actuator)| actuator.activation.is_some()) {
-        directions.push(vec![(ScalarParameter::Activation(ActuatorId(a as u32)), 1.0)]);
-    }
-    directions
-}
 
 /// What a number is changed in parts of.
 fn unit_of(model: &Model, parameter: ScalarParameter) -> f64 {
@@ -112,7 +68,8 @@ fn difference(bench: &Bench, given: (&State, &Input), direction: &Direction, h: 
 
 /// Runs a model and compares all its columns at a few disturbed states.
 fn compare(name: &str, model: Model, sizes: [f64; 3], steps: u32, least: usize) {
-    let directions = all_parameters(&model);
+    let directions = ScalarParameter::all(&model).into_iter().map(|parameter| vec![(parameter, 1.0)]);
+    let directions: Vec<Direction> = directions.collect();
     let mut bench = Bench::new(model, Settings::default());
     let mut random = Random::new(7);
     let (mut state, mut input) = bench.start();

@@ -1,18 +1,16 @@
-//! What the derivatives of steps are worth: how often they exist, on the bundled scenes and on random ones, and whether one that is called
-//! exact was ever wrong. Fails where one was.
+//! How often derivatives of steps exist, on the bundled scenes and on random ones, and whether one that is called exact was ever wrong.
 
 use std::collections::BTreeMap;
 use std::error::Error;
 
-use clap::Parser;
-use signorini::contact::ContactMode;
-use signorini::derivatives::{StepDerivatives, Validity};
-use signorini::multibody::{ContactPoint, GeomId, Input, Model, ModelError, Saturation, State};
-use signorini::multibody::{difference_into, integrate_into};
-use signorini::{Settings, Workspace, step};
+use signorini::derivatives::Validity;
+use signorini::multibody::{ContactPoint, GeomId, Input, Model, ModelError, State};
 use signorini_benchmarks::derivative_scenes;
 use signorini_formats::load_mjcf_str;
 use signorini_testkit::Random;
+
+use crate::Options;
+use crate::bench::{Bench, Unit};
 
 /// Widths of differences, as parts of a change as large as a step makes, in the order in which they are taken: the first is narrow enough to stay
 /// in nearly all modes and wide enough for the rounding of a step; wider and narrower ones are taken where it does not agree.
@@ -28,31 +26,8 @@ type Scene = fn(&mut Random) -> Result<Model, ModelError>;
 const RANDOM: [(&str, Scene); 2] =
     [("random bodies", derivative_scenes::bodies), ("mechanisms", derivative_scenes::mechanism)];
 
-/// Compares derivatives of steps that are called exact with differences of the steps.
-#[derive(Parser)]
-struct Options {
-    /// Steps of each bundled scene
-    #[arg(long, default_value_t = 400)]
-    steps: u32,
-    /// Random scenes of each kind, of 200 steps each and 50 beside them
-    #[arg(long, default_value_t = 100)]
-    scenes: u64,
-    /// The first random scene
-    #[arg(long, default_value_t = 0)]
-    first: u64,
-    /// A few steps of everything
-    #[arg(long)]
-    smoke: bool,
-    /// Say why derivatives are refused or one-sided
-    #[arg(long)]
-    why: bool,
-}
-
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut options = Options::parse();
-    if options.smoke {
-        (options.steps, options.scenes) = (12, 4);
-    }
+/// Counts the verdicts of all scenes; how many that said exact were wrong.
+pub fn count(options: &Options) -> Result<u64, Box<dyn Error>> {
     let head = ["own run: exact/one/ref.", "disturbed"];
     println!("{:<16} {:>24}   {:>24}   checked  wrong unresolved", "", head[0], head[1]);
     let mut wrong = 0;
@@ -77,10 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         wrong += sum.report(name, options.why);
     }
-    match wrong {
-        0 => Ok(()),
-        _ => Err(format!("{wrong} derivatives were called exact and are not").into()),
-    }
+    Ok(wrong)
 }
 
 /// Shares of exact, one-sided and refused derivatives, in the run itself and disturbed.
@@ -127,51 +99,24 @@ impl Counts {
     }
 }
 
-/// What a part of a step does, told to compare it with itself.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Unit {
-    Contact([u32; 3], ContactMode),
-    Group(ContactMode),
-    Servo(Saturation),
-}
-
 struct Run {
-    model: Model,
-    settings: Settings,
-    workspace: Workspace,
-    derivatives: StepDerivatives,
+    bench: Bench,
     counts: Counts,
 }
 
 impl Run {
     fn new(model: Model) -> Result<Self, Box<dyn Error>> {
-        let settings = Settings::default();
-        let workspace = Workspace::new(&model, &settings)?;
-        let derivatives = StepDerivatives::new(&model);
-        Ok(Self { model, settings, workspace, derivatives, counts: Counts::default() })
-    }
-
-    fn step(&mut self, state: &State, input: &Input) -> Option<(State, signorini::StepReport)> {
-        let mut next = state.clone();
-        let report = step(&self.model, state, input, &self.settings, &mut self.workspace, &mut next).ok()?;
-        Some((next, report))
+        Ok(Self { bench: Bench::new(model)?, counts: Counts::default() })
     }
 
     /// Every step of a run, and every fourth beside it.
     fn all(&mut self, steps: u32, random: &mut Random) {
-        let mut state = State::new(&self.model);
-        let mut input = Input::of_control(vec![0.0; self.model.actuators.len()]);
-        if let Some(key) = self.model.keyframes.first() {
-            state.q.clone_from(&key.q);
-            state.v.clone_from(&key.v);
-            input.control.clone_from(&key.control);
-            input.control.resize(self.model.actuators.len(), 0.0);
-        }
+        let (mut state, input) = self.bench.start();
         for n in 0..steps {
             if n % 4 == 3 {
-                let change = self.change(random);
+                let change = self.bench.change(random);
                 let part = random.between(0.0, 0.1);
-                let (near, with) = self.moved(&state, &input, &change, part);
+                let (near, with) = self.bench.moved(&state, &input, &change, part);
                 if let Some(counts) = self.judge(&near, &with, random) {
                     self.counts.disturbed[counts] += 1;
                 }
@@ -179,21 +124,20 @@ impl Run {
             if let Some(counts) = self.judge(&state, &input, random) {
                 self.counts.own[counts] += 1;
             }
-            let Some((next, _)) = self.step(&state, &input) else { return };
+            let Some((next, _)) = self.bench.step(&state, &input) else { return };
             state = next;
         }
     }
 
     /// Whether the derivative is exact (0), one-sided (1), refused (2); compares exact ones with differences.
     fn judge(&mut self, state: &State, input: &Input, random: &mut Random) -> Option<usize> {
-        let (next, report) = self.step(state, input)?;
-        self.derivatives.compute(&self.model, (state, input), &self.settings, &report, &mut self.workspace);
-        match self.derivatives.validity() {
+        let next = self.bench.differentiate(state, input)?;
+        match self.bench.derivatives.validity() {
             Validity::Exact => {
-                let change = self.change(random);
-                let product = self.derivatives.product(&change).unwrap_or_default();
+                let change = self.bench.change(random);
+                let product = self.bench.derivatives.product(&change).unwrap_or_default();
                 self.counts.checked += 1;
-                let signature = self.signature();
+                let signature = self.bench.signature();
                 let end = (&next, &signature[..]);
                 let mut errors = Vec::new();
                 for (beside, h) in [false, true].iter().flat_map(|beside| WIDTHS.map(|h| (*beside, h))) {
@@ -230,14 +174,14 @@ impl Run {
         errors: &[(f64, (f64, bool))],
     ) {
         let stays = errors.iter().any(|(_, (_, stays))| *stays);
-        let nearest = self.derivatives.margins().iter().min_by(|a, b| a.value.total_cmp(&b.value)).copied();
+        let nearest = self.bench.derivatives.margins().iter().min_by(|a, b| a.value.total_cmp(&b.value)).copied();
         let verdict = if stays { "wrong" } else { "no width stays in the mode" };
         println!("{verdict}: {errors:?}, nearest {nearest:?}");
-        let (nv, nu) = (self.model.nv, self.model.actuators.len());
+        let (nv, nu) = (self.bench.model.nv, self.bench.model.actuators.len());
         for k in 0..3 * nv + nu {
             let mut change = vec![0.0; 3 * nv + nu];
-            change[k] = if k < nv { self.model.timestep } else { 1.0 };
-            let product = self.derivatives.product(&change).unwrap_or_default();
+            change[k] = if k < nv { self.bench.model.timestep } else { 1.0 };
+            let product = self.bench.derivatives.product(&change).unwrap_or_default();
             let found = WIDTHS.map(|h| self.error(given, end, (&change, &product), h, false).0);
             let least = found.into_iter().fold(f64::INFINITY, f64::min);
             if least > AGREES {
@@ -248,14 +192,14 @@ impl Run {
         }
         let still = vec![0.0; 3 * nv + nu];
         for (name, change) in [("the same step again", &still[..]), ("a step beside it", change)] {
-            let (state, input) = self.moved(given.0, given.1, change, WIDTHS[3]);
-            let Some((next, _)) = self.step(&state, &input) else { continue };
+            let (state, input) = self.bench.moved(given.0, given.1, change, WIDTHS[3]);
+            let Some((next, _)) = self.bench.step(&state, &input) else { continue };
             let off = next.v.iter().zip(&end.0.v).map(|(a, b)| (a - b).abs()).enumerate();
             let (k, off) = off.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
             let [begin, found, own] = [given.0.v[k], next.v[k], end.0.v[k]];
             println!("    {name}: velocity {k} of {begin:.3e} becomes {found:.3e}, was {own:.3e}, off by {off:.1e}");
         }
-        if self.step(given.0, given.1).is_some() {
+        if self.bench.step(given.0, given.1).is_some() {
             println!("{}", self.story());
         }
         if stays {
@@ -267,27 +211,14 @@ impl Run {
 
     /// What the contacts of the last step do.
     fn story(&self) -> String {
-        let (problem, solution) = (self.workspace.problem(), self.workspace.solution());
-        let kind = |id: GeomId| self.model.geoms[id.index()].geometry.kind_name();
+        let (problem, solution) = (self.bench.workspace.problem(), self.bench.workspace.solution());
+        let kind = |id: GeomId| self.bench.model.geoms[id.index()].geometry.kind_name();
         let of = |(i, point): (usize, &ContactPoint)| {
             let [a, b] = [point.geom_a, point.geom_b].map(kind);
             let (mode, gap, impulse) = (solution.modes[i], problem.gap[i], solution.lambda_n[i]);
             format!("    {i} {a} on {b}: {mode:?}, gap {:.1e} taken as {gap:.1e}, impulse {impulse:.1e}", point.gap)
         };
-        self.workspace.contact_points().iter().enumerate().map(of).collect::<Vec<_>>().join("\n")
-    }
-
-    /// What contacts, friction groups and servos do.
-    fn signature(&self) -> Vec<Unit> {
-        let solution = self.workspace.solution();
-        let points = self.workspace.contact_points().iter().map(|p| [p.geom_a.0, p.geom_b.0, p.feature]);
-        // Limits come after the points.
-        let limits = (0..).map(|i| [u32::MAX, u32::MAX, i]);
-        let closed = points.chain(limits).zip(&solution.modes).filter(|(_, mode)| **mode != ContactMode::Open);
-        let of_contacts = closed.map(|(source, mode)| Unit::Contact(source, *mode));
-        let of_groups = solution.group_modes.iter().map(|mode| Unit::Group(*mode));
-        let of_servos = self.workspace.free_motion().saturation.iter().map(|side| Unit::Servo(*side));
-        of_contacts.chain(of_groups).chain(of_servos).collect()
+        self.bench.workspace.contact_points().iter().enumerate().map(of).collect::<Vec<_>>().join("\n")
     }
 
     /// How far differences of this width ahead and behind are from the product, relative to its largest entry, the larger of the two, and
@@ -304,14 +235,14 @@ impl Run {
         let size = product.iter().fold(f64::MIN_POSITIVE, |s, x| s.max(x.abs()));
         let (mut worst, mut stays) = (0.0_f64, true);
         for way in [h, -h] {
-            let Some(far) = self.end(given, next, change, if beside { 2.0 * way } else { way }) else {
+            let Some(far) = self.bench.end(given, next, change, if beside { 2.0 * way } else { way }) else {
                 return (f64::INFINITY, false);
             };
-            stays &= self.signature() == signature;
+            stays &= self.bench.signature() == signature;
             let mut near = vec![0.0; far.len()];
             if beside {
-                let Some(found) = self.end(given, next, change, way) else { return (f64::INFINITY, false) };
-                stays &= self.signature() == signature;
+                let Some(found) = self.bench.end(given, next, change, way) else { return (f64::INFINITY, false) };
+                stays &= self.bench.signature() == signature;
                 let jump = found.iter().zip(product).fold(0.0, |s: f64, (x, y)| s.max((x - way * y).abs()));
                 if jump > RESIDUAL * size.max(1.0) {
                     return (f64::INFINITY, stays);
@@ -322,33 +253,5 @@ impl Run {
             worst = off.fold(worst, |s, x| if x <= s { s } else { x });
         }
         (worst / size, stays)
-    }
-
-    /// The end of the step from a state a way `h` along a change, relative to `next`, `[2 nv]`.
-    fn end(&mut self, given: (&State, &Input), next: &State, change: &[f64], h: f64) -> Option<Vec<f64>> {
-        let (state, input) = self.moved(given.0, given.1, change, h);
-        let (end, _) = self.step(&state, &input)?;
-        let mut found = vec![0.0; self.model.nv];
-        difference_into(&self.model, &end.q, &next.q, &mut found);
-        found.extend(end.v.iter().zip(&next.v).map(|(end, own)| end - own));
-        Some(found)
-    }
-
-    /// A random `(δq, δv, δu, δτ)`.
-    fn change(&self, random: &mut Random) -> Vec<f64> {
-        let (nv, nu, dt) = (self.model.nv, self.model.actuators.len(), self.model.timestep);
-        let sizes = [(nv, dt), (nv, 1.0), (nu, 1.0), (nv, 1.0)];
-        sizes.iter().flat_map(|&(n, size)| vec![size; n]).map(|size| size * random.normal()).collect()
-    }
-
-    fn moved(&self, state: &State, input: &Input, change: &[f64], h: f64) -> (State, Input) {
-        let (nv, nu) = (self.model.nv, self.model.actuators.len());
-        let (mut state_out, mut input_out) = (state.clone(), input.clone());
-        input_out.generalized_force.resize(nv, 0.0);
-        integrate_into(&self.model, &state.q, &change[..nv], h, &mut state_out.q);
-        (0..nv).for_each(|k| state_out.v[k] += h * change[nv + k]);
-        (0..nu).for_each(|a| input_out.control[a] += h * change[2 * nv + a]);
-        (0..nv).for_each(|k| input_out.generalized_force[k] += h * change[2 * nv + nu + k]);
-        (state_out, input_out)
     }
 }
