@@ -1,9 +1,13 @@
 //! Robots from URDF files above a floor.
 
+use std::error::Error;
 use std::path::Path;
 
 use signorini::collision::{Collider, CollisionError, Reach};
-use signorini::multibody::{BodyId, Geom, Geometry, JointKind, Kinematics, Model, State, forward_kinematics_into};
+use signorini::multibody::{
+    ActuatorKind, BodyId, Geom, Geometry, JointKind, Keyframe, Kinematics, Model, State, Transmission,
+    forward_kinematics_into,
+};
 use signorini_formats::{FormatError, ImportReport, LoadOptions, load};
 
 /// A robot that is published as a URDF file.
@@ -75,6 +79,47 @@ pub fn placed_above_floor(model: &Model, clearance: f64, mut state: State) -> Re
         state.q[base.q_index + 2] += clearance - lowest_point(model, &state)?;
     }
     Ok(state)
+}
+
+/// The A1 over a floor, crouched on its feet, with servos that hold it there: its only keyframe.
+///
+/// # Errors
+/// If its file cannot be read, or is not that of an A1.
+pub fn a1_on_its_feet(folder: &Path) -> Result<Model, Box<dyn Error>> {
+    let robot = ROBOTS.iter().find(|robot| robot.name == "a1").ok_or("there is no A1")?;
+    let model = load_above_floor(folder, robot, 0.8, false)?.0;
+    let mut state = State::new(&model);
+    for joint in &model.joints {
+        let is_of = |names: [&str; 2]| names.iter().any(|name| joint.name.contains(name));
+        if is_of(["thigh", "upper"]) {
+            state.q[joint.q_index] = 0.8;
+        } else if is_of(["calf", "lower"]) {
+            state.q[joint.q_index] = -1.6;
+        }
+    }
+    let state = placed_above_floor(&model, 0.0, state)?;
+    held(model, state, [60.0, 2.0])
+}
+
+/// A robot whose motors are servos that hold a posture, its only keyframe.
+///
+/// - `gains`: kp (N/m or N·m/rad) and kv (N·s/m or N·m·s/rad) of all
+///
+/// # Errors
+/// If a motor drives something else than a joint.
+pub fn held(mut model: Model, posture: State, [kp, kv]: [f64; 2]) -> Result<Model, Box<dyn Error>> {
+    let mut control = Vec::new();
+    for actuator in &mut model.actuators {
+        let Transmission::Joint(joint) = actuator.transmission else {
+            return Err(format!("motor '{}' drives no joint", actuator.name).into());
+        };
+        actuator.kind = ActuatorKind::Position { kp, kv };
+        control.push(posture.q[model.joints[joint.index()].q_index]);
+    }
+    let mut held = Keyframe::new("held", posture.q);
+    (held.v, held.control) = (posture.v, control);
+    model.keyframes = vec![held];
+    Ok(model)
 }
 
 /// Puts every joint inside its limits.

@@ -10,7 +10,7 @@ use signorini::derivatives::{StepDerivatives, Validity};
 use signorini::lcp::Matrix;
 use signorini::multibody::{Input, Model, State, difference_into, integrate_into};
 use signorini::{Settings, StepReport, Workspace, step};
-use signorini_benchmarks::robots::{ROBOTS, load_above_floor};
+use signorini_benchmarks::robots::a1_on_its_feet;
 use signorini_formats::load_mjcf_str;
 use signorini_testkit::Random;
 
@@ -50,8 +50,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("humanoid", bundled(include_str!("../../derivatives/humanoid.xml"))?),
     ];
     if let Some(folder) = &options.robots {
-        let a1 = ROBOTS.iter().find(|robot| robot.name == "a1").ok_or("there is no A1")?;
-        models.push(("a1", load_above_floor(folder, a1, 0.8, false)?.0));
+        models.push(("a1", a1_on_its_feet(folder)?));
     }
     println!("model       nv  nu rows   step µs   A, B µs    differences µs   times quicker   validity");
     for (name, model) in models {

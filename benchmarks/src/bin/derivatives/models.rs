@@ -5,11 +5,10 @@ use std::path::Path;
 
 use signorini::multibody::glam::DVec3;
 use signorini::multibody::{
-    ActuatorKind, BodyId, Geom, Geometry, Input, Kinematics, Model, ModelBuilder, ModelError, Pose, State,
-    Transmission, forward_kinematics_into,
+    BodyId, Geom, Geometry, Input, Kinematics, Model, ModelBuilder, ModelError, Pose, State, forward_kinematics_into,
 };
 use signorini_benchmarks::derivative_scenes;
-use signorini_benchmarks::robots::{ROBOTS, load_above_floor, placed_above_floor};
+use signorini_benchmarks::robots::{ROBOTS, a1_on_its_feet, held, load_above_floor};
 use signorini_formats::load_mjcf_str;
 use signorini_testkit::Random;
 
@@ -36,25 +35,6 @@ impl Subject {
         let (state, input) = bench.start();
         Ok(Self { name, bench, state, input, sizes })
     }
-
-    /// A robot whose motors are servos that hold where it begins.
-    fn held(
-        name: &'static str,
-        mut model: Model,
-        (state, [kp, kv]): (State, [f64; 2]),
-        sizes: [f64; 3],
-    ) -> Result<Self, Box<dyn Error>> {
-        tell_geoms_apart(&mut model);
-        let mut input = Input::default();
-        for actuator in &mut model.actuators {
-            actuator.kind = ActuatorKind::Position { kp, kv };
-            let Transmission::Joint(joint) = actuator.transmission else {
-                return Err("a motor that drives no joint".into());
-            };
-            input.control.push(state.q[model.joints[joint.index()].q_index]);
-        }
-        Ok(Self { name, bench: Bench::new(model)?, state, input, sizes })
-    }
 }
 
 /// The subjects that there are: those of published robots where their folder is given.
@@ -69,7 +49,7 @@ pub fn all(robots: Option<&Path>) -> Result<Vec<Subject>, Box<dyn Error>> {
         pile()?,
     ];
     if let Some(folder) = robots {
-        subjects.push(a1(folder)?);
+        subjects.push(Subject::new("A1", a1_on_its_feet(folder)?, [1e-4, 0.05, 0.05])?);
         subjects.push(panda(folder)?);
     }
     Ok(subjects)
@@ -94,25 +74,6 @@ fn pile() -> Result<Subject, Box<dyn Error>> {
         pile.state = pile.bench.step(&pile.state, &pile.input).ok_or("a pile that cannot go on")?.0;
     }
     Ok(pile)
-}
-
-fn a1(folder: &Path) -> Result<Subject, Box<dyn Error>> {
-    let robot = ROBOTS.iter().find(|robot| robot.name == "a1").ok_or("there is no A1")?;
-    let model = load_above_floor(folder, robot, 0.8, false)?.0;
-    let mut state = State::new(&model);
-    for joint in &model.joints {
-        // A crouch in which the feet are under the hips.
-        let angle = if joint.name.contains("thigh") || joint.name.contains("upper") {
-            0.8
-        } else if joint.name.contains("calf") || joint.name.contains("lower") {
-            -1.6
-        } else {
-            continue;
-        };
-        state.q[joint.q_index] = angle;
-    }
-    let on_floor = placed_above_floor(&model, 0.0, state)?;
-    Subject::held("A1", model, (on_floor, [60.0, 2.0]), [1e-4, 0.05, 0.05])
 }
 
 /// A Panda that holds a box between its fingers.
@@ -140,7 +101,7 @@ fn panda(folder: &Path) -> Result<Subject, Box<dyn Error>> {
     let model = world.build()?;
     let mut with_box = State::new(&model);
     with_box.q[..state.q.len()].copy_from_slice(&state.q);
-    let mut subject = Subject::held("Panda with a box", model, (with_box, [400.0, 40.0]), [1e-5, 0.01, 0.002])?;
+    let mut subject = Subject::new("Panda with a box", held(model, with_box, [400.0, 40.0])?, [1e-5, 0.01, 0.002])?;
     // The fingers close, with some 10 N each.
     let fingers = subject.bench.model.actuators.iter().zip(&mut subject.input.control);
     fingers.filter(|(actuator, _)| actuator.name.contains("finger")).for_each(|(_, target)| *target -= 0.025);
