@@ -9,16 +9,16 @@ use crate::columns::VelocityColumns;
 use crate::integration::Integration;
 use crate::interior::Interior;
 use crate::matrix::{Rows, largest};
-use crate::mode::{Scales, is_tie};
+use crate::mode::{Scales, TIE, is_tie};
 use crate::parameter::{Direction, add_smooth};
 use crate::rows::{Modes, Scratch, Step, TieRows, balances, build};
 use crate::system::ModeSystem;
 use crate::tie::TieUnit;
 use crate::validity::{InequalityKind, InequalitySource, Margin, Validity};
 
-/// Redundant contacts hold the same motion where the derivatives of their rows agree to this part of their size. What they differ by is what the
-/// derivative is off by, of which a tenth of 1e-7 is let through.
-const CONSISTENT: f64 = 1e-8;
+/// Redundant contacts hold the same motion where the derivatives of their rows agree to this part of their size. What they differ by is missing in the
+/// derivative, up to a hundred times: to 1e-8 some of a pile's were off by 6e-7.
+const CONSISTENT: f64 = 1e-9;
 
 /// The derivative of one step, `(q⁺, v⁺)` by `(q, v)`, by the control `u` and by the applied generalized force `τ`, and the storage to compute
 /// it.
@@ -31,6 +31,7 @@ pub struct StepDerivatives {
     pub(crate) nu: usize,
     pub(crate) dt: f64,
     pub(crate) directions: Vec<Direction>,
+    asks_twice: bool,
     validity: Validity,
     margins: Vec<Margin>,
     pub(crate) has_matrices: bool,
@@ -63,6 +64,7 @@ impl StepDerivatives {
             nv: model.nv,
             nu: model.actuators.len(),
             dt: model.timestep,
+            asks_twice: false,
             validity: Validity::Refused { reason: "no step was given".into() },
             margins: Vec::new(),
             has_matrices: false,
@@ -89,6 +91,14 @@ impl StepDerivatives {
     /// The same with columns for numbers of the model, a column for each direction ([`parameter_matrix`](Self::parameter_matrix)).
     pub fn with_parameters(model: &Model, directions: Vec<Direction>) -> Self {
         Self { directions, ..Self::new(model) }
+    }
+
+    /// The same with a second look, which costs another solution of the step's problem: it is solved without the start that the step had from the one
+    /// before, and where that leads to another velocity the derivative is refused, as `v⁺` is not unique. Friction admits several solutions now and
+    /// then, each with a derivative of its own; that a second one is not found this way does not mean that there is none.
+    pub fn asking_twice(mut self) -> Self {
+        self.asks_twice = true;
+        self
     }
 
     /// Takes the step that `workspace` has just made.
@@ -154,6 +164,11 @@ impl StepDerivatives {
         self.balance.dynamics.motion.set(model, workspace.kinematics(), &state.v);
         let at_rest = rest_speed(model, self.dt);
         let scales = Scales::of(workspace.problem(), [&state.v, velocity], at_rest, &mut self.work);
+        if self.asks_twice && ends_elsewhere(workspace, velocity, scales) {
+            return Err(
+                "the velocity is not unique: without the start of the step its problem has another solution".into()
+            );
+        }
         let begin = &self.balance.dynamics.motion;
         copy_solution(workspace.solution(), &mut self.chosen);
         self.modes.set(workspace.problem(), &self.chosen, scales, &mut self.margins);
@@ -338,6 +353,16 @@ fn refuse(model: &Model, settings: &Settings, report: &StepReport, workspace: &W
         return Ok(());
     };
     Err(reason.into())
+}
+
+/// Whether the step's problem has a solution, found without a start, that moves the contacts otherwise than `velocity`.
+fn ends_elsewhere(workspace: &mut Workspace, velocity: &[f64], scales: Scales) -> bool {
+    let Some(other) = workspace.solve_without_start().map(|other| other.velocity.clone()) else { return false };
+    let problem = workspace.problem();
+    (0..problem.contact_count()).any(|i| {
+        let [own, found] = [velocity, &other].map(|v| problem.contact_velocity(i, v));
+        own.iter().zip(found).any(|(x, y)| scales.velocity((x - y).abs()) > TIE)
+    })
 }
 
 /// The speed that gravity gives in a step, or 1 m/s where there is none.

@@ -206,9 +206,12 @@ impl Core {
         numbers
     }
 
-    /// The derivative of the step in the workspace, with columns for parameters.
-    pub fn derivatives(&mut self, parameters: Vec<Direction>) -> StepDerivatives {
+    /// The derivative of the step in the workspace, with columns for parameters, and with a second look for another solution where `twice`.
+    pub fn derivatives(&mut self, parameters: Vec<Direction>, twice: bool) -> StepDerivatives {
         let mut derivatives = StepDerivatives::with_parameters(&self.model, parameters);
+        if twice {
+            derivatives = derivatives.asking_twice();
+        }
         let begin = self.previewed.as_ref().unwrap_or(&self.other);
         let given = (begin, &self.given);
         derivatives.compute(&self.model, given, &self.settings, &self.report, &mut self.workspace);

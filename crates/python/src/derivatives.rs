@@ -258,18 +258,19 @@ impl StepDerivatives {
 
 /// The derivative of the step just made.
 #[pyfunction]
-#[pyo3(signature = (model, data, parameters=None))]
+#[pyo3(signature = (model, data, parameters=None, *, twice=false))]
 pub fn derivatives(
     py: Python<'_>,
     model: &Bound<'_, Model>,
     data: &Bound<'_, Data>,
     parameters: Option<&Bound<'_, PyAny>>,
+    twice: bool,
 ) -> PyResult<StepDerivatives> {
     check_model(model, data)?;
     let parameters = parameters.map(|given| directions_of(&model.get().inner, given)).transpose()?.unwrap_or_default();
     let mut guard = data.get().core()?;
     need_step(&guard)?;
     let core = &mut *guard;
-    let inner = guard::detached(py, || core.derivatives(parameters))?;
+    let inner = guard::detached(py, || core.derivatives(parameters, twice))?;
     Ok(StepDerivatives { inner, nv: core.model.nv, nu: core.model.actuators.len() })
 }

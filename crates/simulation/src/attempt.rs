@@ -1,5 +1,6 @@
 //! One problem of a step, and the best solution so far.
 
+use signorini_contact::ContactSolution;
 use signorini_solver::Patience;
 
 use crate::SimulationError;
@@ -26,6 +27,14 @@ impl Workspace {
         report.solver.accumulate(&self.solution.report);
         report.solves += 1;
         verdict
+    }
+
+    /// The solution of the last step's problem that is found without a start, where one is: it is another one than the step's where its laws have
+    /// several and the start of the step decided. The step's own solution stays what it is.
+    pub fn solve_without_start(&mut self) -> Option<&ContactSolution> {
+        let Self { solver, builder, best, .. } = self;
+        let verdict = solver.solve_into(&mut builder.problem, None, Patience::Full, best).ok()?;
+        verdict.holds.then_some(&*best)
     }
 
     /// Keeps the solution at hand, from which the next ones start.

@@ -32,7 +32,7 @@ pub fn count(options: &Options) -> Result<u64, Box<dyn Error>> {
     println!("{:<16} {:>24}   {:>24}   checked  wrong unresolved", "", head[0], head[1]);
     let mut wrong = 0;
     for scene in &signorini_scenes::SCENES {
-        let mut run = Run::new(load_mjcf_str(scene.text, ".")?.model)?;
+        let mut run = Run::new(load_mjcf_str(scene.text, ".")?.model, options.twice)?;
         run.all(options.steps, &mut Random::new(1));
         wrong += run.counts.report(scene.name, options.why);
     }
@@ -40,7 +40,7 @@ pub fn count(options: &Options) -> Result<u64, Box<dyn Error>> {
         let mut sum = Counts::default();
         for seed in options.first..options.first + options.scenes {
             let mut random = Random::new(seed);
-            let mut run = Run::new(scene(&mut random)?)?;
+            let mut run = Run::new(scene(&mut random)?, options.twice)?;
             run.all(if options.smoke { 40 } else { 200 }, &mut random);
             if run.counts.wrong + run.counts.unresolved > 0 {
                 println!("{name} {seed}: {} wrong, {} unresolved", run.counts.wrong, run.counts.unresolved);
@@ -105,8 +105,12 @@ struct Run {
 }
 
 impl Run {
-    fn new(model: Model) -> Result<Self, Box<dyn Error>> {
-        Ok(Self { bench: Bench::new(model)?, counts: Counts::default() })
+    fn new(model: Model, twice: bool) -> Result<Self, Box<dyn Error>> {
+        let mut bench = Bench::new(model)?;
+        if twice {
+            bench.derivatives = bench.derivatives.asking_twice();
+        }
+        Ok(Self { bench, counts: Counts::default() })
     }
 
     /// Every step of a run, and every fourth beside it.

@@ -29,6 +29,9 @@ struct Options {
     /// Say why derivatives are refused or one-sided
     #[arg(long)]
     why: bool,
+    /// Refuse steps whose problem has another solution without their start
+    #[arg(long)]
+    twice: bool,
     /// Compare the derivatives of so many random states of each robot and mechanism with extrapolated differences instead, by parameters, too
     #[arg(long)]
     accuracy: Option<usize>,

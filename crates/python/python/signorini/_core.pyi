@@ -2164,7 +2164,9 @@ def critical_bodies(
         SettingError, ProblemError, StateError: as in :func:`safety`.
     """
 
-def derivatives(model: Model, data: Data, parameters: Optional[Sequence[Any]] = None) -> StepDerivatives:
+def derivatives(
+    model: Model, data: Data, parameters: Optional[Sequence[Any]] = None, *, twice: bool = False
+) -> StepDerivatives:
     """The derivative of the step just made (``step``, ``forward``): of (q⁺, v⁺) by (q, v), ctrl and qfrc_applied.
 
     Args:
@@ -2175,6 +2177,8 @@ def derivatives(model: Model, data: Data, parameters: Optional[Sequence[Any]] = 
             ("geom_restitution", geom), ("geom_margin", geom), ("geom_pos", geom, axis) in the body's axes, ("geom_size", geom, index);
             ("pair_friction", index). A list of parts in place of one, a list of tuples, or a dictionary of them with their shares, are
             numbers that change together.
+        twice: solves the step's problem again, without the start that it had from the step before, and refuses where that ends at
+            another velocity: friction admits several solutions now and then, each with its own derivative. It costs another solution.
 
     Raises:
         RuntimeError: there is no step yet.
