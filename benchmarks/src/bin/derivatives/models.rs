@@ -128,7 +128,7 @@ fn rebuilt(model: &Model) -> Result<ModelBuilder, ModelError> {
         world.add_geom(geom.body, geom.clone())?;
     }
     for equality in &model.equalities {
-        world.add_equality(&*equality.name, equality.kind.clone());
+        world.add_equality(&*equality.name, equality.kind);
     }
     for actuator in &model.actuators {
         world.add_actuator(actuator.clone());
