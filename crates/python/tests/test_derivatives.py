@@ -100,3 +100,39 @@ def test_what_has_no_derivative_says_why():
     assert found.validity == "refused" and "bounded speed" in found.reason
     with pytest.raises(ValueError, match="bounded speed"):
         found.A
+
+
+ROD = """<mujoco><option timestep='0.001'/><worldbody><geom type='plane' friction='3'/>
+  <body><joint type='slide' axis='1 0 0'/><joint type='slide' axis='0 0 1'/><joint type='hinge' axis='0 1 0'/>
+  <geom type='capsule' size='0.001 0.5' mass='1' friction='3'/></body></worldbody></mujoco>"""
+
+
+def test_a_second_look_finds_that_a_sliding_rod_may_go_on_or_be_caught():
+    model = signorini.Model.from_string(ROD)
+    data = signorini.Data(model)
+    angle = 0.62
+
+    def slide(turn):
+        data.qpos[:] = [0.0, 0.5 * np.cos(angle) + 0.001, angle]
+        data.qvel[:] = [-10.0, 0.5 * np.sin(angle) * turn, turn]
+        signorini.step(model, data)
+
+    # One that comes down fast is caught, and the next one starts from there.
+    slide(-1.0)
+    slide(1.0)
+    assert data.qvel[0] > -9.0
+    assert signorini.derivatives(model, data).validity == "exact"
+    found = signorini.derivatives(model, data, twice=True)
+    assert found.validity == "refused" and "not unique" in found.reason
+
+
+def test_a_joint_at_its_limit_that_nothing_moves_is_at_a_tie():
+    model = signorini.Model.from_string(
+        "<mujoco><compiler angle='radian'/><worldbody><body><joint axis='0 0 1' frictionloss='0.1' limited='true' range='-0.6 0.6'/>"
+        "<geom size='0.1' mass='1'/></body></worldbody></mujoco>"
+    )
+    data = signorini.Data(model)
+    data.qpos[0] = -0.6 + 3e-16
+    signorini.step(model, data)
+    found = signorini.derivatives(model, data)
+    assert [(margin.source, margin.index, margin.kind) for margin in found.deciding] == [("joint limit", 0, "gap")]
