@@ -96,7 +96,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     if options.stages {
         for (stage, count) in simulation.summary().stages.iter().filter(|(_, count)| count.asked > 0) {
             let seconds = 1e-9 * count.nanoseconds as f64;
-            eprintln!("{:16} asked {:8} ended {:8} {seconds:9.3} s", stage.name(), count.asked, count.ended);
+            eprintln!("{:16} asked {:8} ended {:8} {seconds:11.5} s", stage.name(), count.asked, count.ended);
         }
     }
     Ok(())

@@ -1,7 +1,8 @@
 //! Warm starts that solve islands already.
 
 use signorini_contact::{
-    ContactProblem, ContactSolution, FrictionPolygon, SolveStatus, SparseRows, WarmStart, certify,
+    ContactProblem, ContactSolution, FrictionBound, FrictionPolygon, SolveStatus, SparseRows, StageKind, WarmStart,
+    certify,
 };
 use signorini_multibody::BlockDiagonal;
 use signorini_solver::ContactSolver;
@@ -102,6 +103,52 @@ fn robots_are_solved_in_impulses() {
     }
     println!("{in_impulses} of 100 in impulses, {moved} with other modes, {alone} with one factorisation");
     assert!(in_impulses >= 80 && moved >= 20 && alone >= 20, "{in_impulses} {moved} {alone}");
+}
+
+/// Robots whose joints have dry friction or servos, and whose links are tied together, that were pushed a little: joints stick, slip and turn
+/// back, the velocity is that of a cold solve, and another writing of the laws finds nothing wrong.
+#[test]
+fn dry_friction_and_constraints_are_solved_in_impulses() {
+    let mut solver = ContactSolver::default();
+    let (mut ended, mut turned) = (0, 0);
+    for seed in 0..60 {
+        let mut random = Random::new(8_000 + seed);
+        let parameters = Parameters { friction: 0.4, copies: 1, ..Parameters::random(&mut random) };
+        let n = 12 + seed as usize % 12;
+        let mut problem = articulated(&mut random, &parameters, n, 1);
+        for k in (6..n as u32).step_by(2) {
+            let target = if random.below(4) == 0 { random.normal() } else { 0.0 };
+            let bound = FrictionBound::Impulse(10.0_f64.powf(random.between(-4.0, 0.0)));
+            problem.push_friction_row([(k, 1.0)], target, bound);
+        }
+        if random.below(2) == 0 {
+            problem.push_friction(
+                [(0, [1.0, 0.0]), (1, [0.0, 1.0])],
+                [0.0; 2],
+                FrictionBound::Impulse(0.01),
+                &FrictionPolygon::regular(6, 0.0).unwrap(),
+            );
+        }
+        let tied = 7 + random.below(n - 8) as u32;
+        problem.push_bilateral([(6, [1.0]), (tied, [random.normal()])], 0.0);
+        let before = solver.solve(&problem, None);
+        let size = 10.0_f64.powi(-(seed as i32 % 4));
+        problem.free_velocity.iter_mut().for_each(|v| *v += size * random.normal());
+        let cold = solver.solve(&problem, None);
+        let warm = solver.solve(&problem, Some(&WarmStart::from_solution(&before)));
+        assert_eq!(warm.status, SolveStatus::Solved, "seed {seed}: {:?}", warm.certificate);
+        assert_eq!(warm.certificate, certify(&problem, &warm));
+        let violation = worst_violation(&problem, &warm);
+        assert!(violation <= 1e-9, "seed {seed}: {violation:e}");
+        let scale = problem.free_velocity.iter().fold(problem.velocity_scale(), |a, v| a.max(v.abs()));
+        let difference = warm.velocity.iter().zip(&cold.velocity).fold(0.0, |d: f64, (a, b)| d.max((a - b).abs()));
+        assert!(difference <= 1e-9 * scale, "seed {seed}: {difference:e}");
+        let in_impulses = warm.report.stages[StageKind::Impulses].ended > 0;
+        ended += u32::from(in_impulses);
+        turned += u32::from(in_impulses && warm.report.mode_changes > 0);
+    }
+    println!("{ended} of 60 in impulses, {turned} with other modes");
+    assert!(ended >= 50 && turned >= 10, "{ended} {turned}");
 }
 
 /// Contacts that share a load go on sharing it: what is indeterminate among the impulses does not grow from the rounding of many steps.
