@@ -187,3 +187,23 @@ fn a_basis_tells_independent_redundant_and_contradicting_rows() {
         assert_eq!(basis.contradiction(&rate, 1e-6), expected, "seed {seed}");
     }
 }
+
+/// Rows that are others to the digits of a file, a millionth as large and the first of all: what has digits stays.
+#[test]
+fn of_rows_that_follow_from_each_other_the_large_ones_stay() {
+    let factor = identity(4, 1.0).factor().expect("positive definite");
+    let mut basis = BilateralBasis::default();
+    for seed in 0..50 {
+        let mut random = Random::new(90_000 + seed);
+        let large: Vec<Vec<f64>> = (0..2).map(|_| (0..4).map(|_| random.normal()).collect()).collect();
+        let mut rows = SparseRows::<1>::default();
+        let mut push = |row: &dyn Fn(usize) -> f64| rows.push((0..4).map(|k| (k as u32, [row(k)])));
+        let (a, b, noise) = (random.normal(), random.normal(), random.normal());
+        push(&|k| 1e-6 * (a * large[0][k] + b * large[1][k]) + 1e-15 * noise);
+        large.iter().for_each(|own| push(&|k| own[k]));
+        basis.factor(&rows, &factor, 4);
+        let mut stay = basis.independent().to_vec();
+        stay.sort_unstable();
+        assert_eq!(stay, [1, 2], "seed {seed}");
+    }
+}

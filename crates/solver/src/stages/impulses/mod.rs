@@ -19,7 +19,8 @@ use signorini_multibody::{BlockCholesky, FEW_ROWS};
 
 use super::shared::{Outcome, Shared};
 use crate::islands::Island;
-use crate::iterate::{Effort, Iterate};
+use crate::iterate::Iterate;
+use crate::proximal::ProximalMap;
 use crate::residual::{RESIDUALS, is_exact, law_residual};
 use crate::task::Task;
 use delassus::{Delassus, Part};
@@ -74,7 +75,7 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
 
 /// Solves the island, or leaves the iterate as it is.
 pub(super) fn run(newton: &mut ImpulseNewton, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
-    let residual = newton.iterate(task, iterate, &mut shared.map.effort);
+    let residual = newton.iterate(task, iterate, &mut shared.map);
     let is_enough = |residual: &f64| *residual <= task.settings.polish;
     let Some(residual) = residual.filter(is_enough).filter(|_| newton.holds_as_summed(task, &shared.map.free_velocity))
     else {
@@ -90,8 +91,9 @@ pub(super) fn run(newton: &mut ImpulseNewton, shared: &mut Shared, task: &Task, 
 
 impl ImpulseNewton {
     /// Newton steps from the iterate; the residual, if they ended with laws that hold to rounding, or came no further.
-    fn iterate(&mut self, task: &Task, start: &Iterate, effort: &mut Effort) -> Option<f64> {
+    fn iterate(&mut self, task: &Task, start: &Iterate, map: &mut ProximalMap) -> Option<f64> {
         let (cones, island, factor) = (task.cones, task.island, &task.problem.mass_factor);
+        let effort = &mut map.effort;
         self.impulse.clone_from(&start.impulse);
         self.bilateral.clone_from(&start.bilateral);
         self.modes.clone_from(&start.modes);
@@ -109,7 +111,12 @@ impl ImpulseNewton {
             if !factored {
                 return None;
             }
-            self.take_step(factor, cones, island);
+            if self.take_step(cones, island) {
+                self.add_velocity(factor, island);
+            } else {
+                self.sum_velocity(task, &map.free_velocity);
+                std::mem::swap(&mut self.velocity, &mut self.work);
+            }
             self.find_slack(island);
             let (residual, largest) = self.measure(cones, island, island.velocity_scale.value());
             if is_exact(residual, largest) {
@@ -132,17 +139,23 @@ impl ImpulseNewton {
         if f64::EPSILON * scale.terms <= task.settings.polish * scale.value() {
             return true;
         }
-        self.work.clear();
-        self.work.resize(island.nv(), 0.0);
-        self.impulse.iter().enumerate().for_each(|(c, p)| island.add_impulse(c, *p, &mut self.work));
-        let rows = self.bilateral.iter().enumerate();
-        rows.for_each(|(k, p)| island.bilateral_jacobian.add_transposed(k, [*p], &mut self.work));
-        island.solve_mass(&task.problem.mass_factor, &mut self.work);
-        self.work.iter_mut().zip(free_velocity).for_each(|(v, f)| *v += f);
+        self.sum_velocity(task, free_velocity);
         std::mem::swap(&mut self.velocity, &mut self.work);
         self.find_slack(island);
         std::mem::swap(&mut self.velocity, &mut self.work);
         self.measure(task.cones, island, scale.value()).0 <= task.settings.polish
+    }
+
+    /// Writes `v^f + M⁻¹Jᵀλ` to the work vector.
+    fn sum_velocity(&mut self, task: &Task, free_velocity: &[f64]) {
+        let (island, v) = (task.island, &mut self.work);
+        v.clear();
+        v.resize(island.nv(), 0.0);
+        self.impulse.iter().enumerate().for_each(|(c, p)| island.add_impulse(c, *p, v));
+        let rows = self.bilateral.iter().enumerate();
+        rows.for_each(|(k, p)| island.bilateral_jacobian.add_transposed(k, [*p], v));
+        island.solve_mass(&task.problem.mass_factor, v);
+        v.iter_mut().zip(free_velocity).for_each(|(v, f)| *v += f);
     }
 
     /// Takes the modes of `λ − u/g`; how many changed.
@@ -230,9 +243,10 @@ impl ImpulseNewton {
         }
     }
 
-    /// Solves with the modes fixed, `R (u + W (r + A z)) = 0`, where `r` brings the impulses to where their modes have them, and takes
-    /// impulses and velocity there.
-    fn take_step(&mut self, factor: &BlockCholesky, cones: &Cones, island: &Island) {
+    /// Solves with the modes fixed, `R (u + W (r + A z)) = 0`, where `r` brings the impulses to where their modes have them, and takes the
+    /// impulses there. Whether the change is known to the digits that are asked for of the velocity: between rows that contradict each other in
+    /// modes that are not the solution's impulses are enormous, and what they leave when they are taken back is rounding.
+    fn take_step(&mut self, cones: &Cones, island: &Island) -> bool {
         self.change.clear();
         self.change.resize(self.delassus.len(), 0.0);
         for part in self.delassus.parts().iter().filter(|part| part.part < island.units.len()) {
@@ -245,8 +259,10 @@ impl ImpulseNewton {
         for _ in 0..2 {
             self.add_solution();
         }
+        let mut largest = 0.0;
         for part in self.delassus.parts() {
             let (c, change) = (part.part, &mut self.change[part.rows()]);
+            change.iter().for_each(|p| raise(&mut largest, p.abs() * scale(island, c)));
             let Some(&i) = island.units.get(c) else {
                 self.bilateral[c - island.units.len()] += change[0];
                 continue;
@@ -257,7 +273,7 @@ impl ImpulseNewton {
             change.iter_mut().zip(part.first..).for_each(|(change, r)| *change = p[r] - before[r]);
             self.impulse[c] = if c < island.contact_count { p } else { [before[0], p[1], p[2]] };
         }
-        self.add_velocity(factor, island);
+        f64::EPSILON * largest <= RESIDUALS.exact * island.velocity_scale.value()
     }
 
     /// Adds `A z` to the change of the impulses, with which `R (u + W p)` vanishes but for what is shared.
