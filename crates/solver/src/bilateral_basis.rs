@@ -9,13 +9,15 @@ struct Tuning {
     /// A row is dependent where the square of its part outside the span of the rows chosen is below this, relative to the row, in the
     /// metric of M⁻¹. Rounding of the factorisation leaves about 1e-15. Of a combination of rows, parts below its root are rounding.
     dependent: f64,
+    /// Pivots of this part of the largest one are about as independent.
+    as_good: f64,
 }
 
-/// Chosen by: no command on record, since 21 November 2026.
-const TUNING: Tuning = Tuning { dependent: 1e-12 };
+/// Chosen by: `dependent` by no command on record, since 21 November 2026; `as_good` by reasoning: two rows of a basis at right angles are, and a
+/// pivot of half the largest costs no digits.
+const TUNING: Tuning = Tuning { dependent: 1e-12, as_good: 0.5 };
 
-/// A largest set of independent rows of `B`, by Cholesky factorisation of `B M⁻¹ Bᵀ` with nearly complete pivoting: among pivots within a
-/// factor of two the row that moves most; memory is reused.
+/// A largest set of independent rows of `B`, by Cholesky factorisation of `B M⁻¹ Bᵀ` with complete pivoting; memory is reused.
 ///
 /// # Source
 /// N. Higham, *Accuracy and Stability of Numerical Algorithms*, 2nd ed. (2002), §10.3.
@@ -42,6 +44,16 @@ impl BilateralBasis {
     /// # Cost
     /// `nb` solves with M, O(nb² nv) for the products and O(nb² rank) for the factor. No allocation after warm-up.
     pub fn factor(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky, nv: usize) {
+        self.factor_scaled(rows, mass, nv, false);
+    }
+
+    /// The same, but of rows that are about as independent the basis has the one that moves most: a row of a millionth of another one is rounding
+    /// where it follows from that, and what is left out has to follow from rows with digits.
+    pub fn factor_preferring_large(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky, nv: usize) {
+        self.factor_scaled(rows, mass, nv, true);
+    }
+
+    fn factor_scaled(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky, nv: usize, prefers_large: bool) {
         let nb = rows.len();
         self.inverse_rows.clear();
         self.inverse_rows.resize(nb * nv, 0.0);
@@ -65,11 +77,11 @@ impl BilateralBasis {
         }
         self.order.clear();
         self.order.extend(0..nb);
-        self.eliminate(nb);
+        self.eliminate(nb, prefers_large);
     }
 
     /// Cholesky with pivoting, in place; the rows and columns of `factor` follow `order`.
-    fn eliminate(&mut self, nb: usize) {
+    fn eliminate(&mut self, nb: usize, prefers_large: bool) {
         self.rank = 0;
         for k in 0..nb {
             let diagonal = |i: usize| self.factor[i * nb + i];
@@ -77,12 +89,10 @@ impl BilateralBasis {
             if largest <= TUNING.dependent {
                 return;
             }
-            // Of rows that are about as independent the one that moves most: a row of a millionth of another one is rounding where it follows from
-            // that, and what is left out has to follow from rows with digits.
-            let is_as_good = |i: &usize| 2.0 * diagonal(*i) >= largest;
             let scale = |i: usize| self.scale[self.order[i]];
-            let smaller = |a: usize, b: usize| if scale(b) < scale(a) { b } else { a };
-            let pivot = (k..nb).filter(is_as_good).reduce(smaller).unwrap_or(k);
+            let smaller = |a: usize, b: usize| if prefers_large && scale(b) < scale(a) { b } else { a };
+            let least = if prefers_large { TUNING.as_good * largest } else { largest };
+            let pivot = (k..nb).filter(|&i| diagonal(i) >= least).reduce(smaller).unwrap_or(k);
             self.swap(k, pivot, nb);
             let root = self.factor[k * nb + k].sqrt();
             for i in k..nb {

@@ -131,7 +131,7 @@ impl DependentRows {
                 rates.push(rate + problem.bilateral_violation[k] / dt);
             }
         }
-        basis.factor(rows, &problem.mass_factor, problem.nv());
+        basis.factor_preferring_large(rows, &problem.mass_factor, problem.nv());
         if basis.rank() < places.len() && basis.contradiction(rates, OFF / dt).is_empty() {
             places.iter().for_each(|&k| is_left_out[k] = true);
             basis.independent().iter().for_each(|&row| is_left_out[places[row]] = false);

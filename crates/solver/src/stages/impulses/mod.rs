@@ -1,4 +1,4 @@
-//! Newton's method in the space of impulses: the first attempt on robots, which have fewer rows than degrees of freedom.
+//! Newton's method in the space of impulses: the first attempt on robots, which have few rows beside their degrees of freedom.
 //!
 //! With the modes fixed the impulses are `λ = A z`, and the laws ask for `R u = 0`: three unknowns where a contact sticks, two on an edge
 //! of its polygon, one at a vertex or without friction, none where it is open; one where a joint with dry friction sticks, none where it
@@ -57,28 +57,28 @@ pub(super) struct ImpulseNewton {
     slack: Vec<[f64; 3]>,
 }
 
-/// A warm start whose velocity is that of its impulses, friction whose bounds are given apart from that of contacts, and not more unknowns
-/// than degrees of freedom. Contacts with friction count as if they stuck where no bilateral rows are: proximal iterations are few there, and
-/// exact where contacts are redundant, as under a body that slides.
+/// A warm start whose velocity is that of its impulses, friction whose bounds are given apart from that of contacts, and a system that is not
+/// much larger than the mass matrix. Where there are contacts alone they have to have fewer rows than that, stuck or not: proximal iterations
+/// are few there, and more exact where contacts are redundant, as under a body that slides.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     let (island, cones) = (task.island, task.cones);
     let groups = island.contact_count..island.units.len();
+    let are_alone = island.bilateral.is_empty() && groups.is_empty();
     let rows = |(c, &mode): (usize, &Mode)| {
-        let may_stick = c < island.contact_count && cones.friction(island.units[c] as usize) > 0.0;
-        if may_stick && island.bilateral.is_empty() { 3 } else { held(cones, island, c, mode).0 }
+        let may_stick = are_alone && cones.friction(island.units[c] as usize) > 0.0;
+        if may_stick { 3 } else { held(cones, island, c, mode).0 }
     };
+    let most = if are_alone { island.nv() } else { 2 * island.nv() };
     !iterate.velocity.is_empty()
         && island.nv() <= FEW_ROWS
         && groups.zip(&island.bounded_by).all(|(c, &by)| by as usize == c)
-        && iterate.modes.iter().enumerate().map(rows).sum::<usize>() + island.bilateral.len() <= island.nv()
+        && iterate.modes.iter().enumerate().map(rows).sum::<usize>() + island.bilateral.len() <= most
 }
 
 /// Solves the island, or leaves the iterate as it is.
 pub(super) fn run(newton: &mut ImpulseNewton, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
     let residual = newton.iterate(task, iterate, &mut shared.map);
-    let is_enough = |residual: &f64| *residual <= task.settings.polish;
-    let Some(residual) = residual.filter(is_enough).filter(|_| newton.holds_as_summed(task, &shared.map.free_velocity))
-    else {
+    let Some(residual) = residual.filter(|residual| *residual <= task.settings.polish) else {
         return StageOutcome::Lost.into();
     };
     iterate.impulse.clone_from(&newton.impulse);
@@ -87,6 +87,12 @@ pub(super) fn run(newton: &mut ImpulseNewton, shared: &mut Shared, task: &Task, 
     iterate.velocity.clone_from(&newton.velocity);
     iterate.residual = residual;
     StageOutcome::Solved.into()
+}
+
+/// Whether the last digits of velocities along rows are more than is asked for.
+fn rounding_matters(task: &Task) -> bool {
+    let scale = task.island.velocity_scale;
+    f64::EPSILON * scale.terms > task.settings.polish * scale.value()
 }
 
 impl ImpulseNewton {
@@ -100,7 +106,7 @@ impl ImpulseNewton {
         self.velocity.clone_from(&start.velocity);
         self.find_slack(island);
         self.delassus.forget(island);
-        let (mut last, mut factored) = (f64::INFINITY, false);
+        let (mut last, mut factored, mut is_rough) = (f64::INFINITY, false, false);
         for _ in 0..task.settings.newton_iterations {
             if !factored {
                 effort.factorizations += 1;
@@ -111,39 +117,38 @@ impl ImpulseNewton {
             if !factored {
                 return None;
             }
-            if self.take_step(cones, island) {
-                self.add_velocity(factor, island);
-            } else {
-                self.sum_velocity(task, &map.free_velocity);
-                std::mem::swap(&mut self.velocity, &mut self.work);
-            }
+            is_rough |= self.take_step(task);
+            self.add_velocity(factor, island);
             self.find_slack(island);
             let (residual, largest) = self.measure(cones, island, island.velocity_scale.value());
-            if is_exact(residual, largest) {
-                return Some(residual);
-            }
-            let changes = self.take_next_modes(cones, island);
-            if changes == 0 && residual > RESIDUALS.slow * last {
-                return Some(residual);
-            }
+            let is_exact = is_exact(residual, largest);
+            let changes = if is_exact { 0 } else { self.take_next_modes(cones, island) };
             effort.mode_changes += changes;
-            (last, factored) = (residual, changes == 0);
+            (factored, last) = if is_exact || changes == 0 && residual > RESIDUALS.slow * last {
+                if !is_rough && !rounding_matters(task) || self.holds_as_summed(task, &map.free_velocity) {
+                    return Some(residual);
+                }
+                is_rough = false;
+                (true, f64::INFINITY)
+            } else {
+                (changes == 0, residual)
+            };
         }
         None
     }
 
-    /// Whether the laws hold with `v^f + M⁻¹Jᵀλ`, too, where the last digits of velocities are more than what is asked for: the velocity that
-    /// the steps led to is another one by these.
+    /// Whether the laws hold with `v^f + M⁻¹Jᵀλ`, too, from which the velocity that the steps led to differs by the last digits of all that was
+    /// added to it. Otherwise the iterate goes on with that velocity.
     fn holds_as_summed(&mut self, task: &Task, free_velocity: &[f64]) -> bool {
-        let (island, scale) = (task.island, task.island.velocity_scale);
-        if f64::EPSILON * scale.terms <= task.settings.polish * scale.value() {
-            return true;
-        }
+        let (island, scale) = (task.island, task.island.velocity_scale.value());
         self.sum_velocity(task, free_velocity);
         std::mem::swap(&mut self.velocity, &mut self.work);
         self.find_slack(island);
-        std::mem::swap(&mut self.velocity, &mut self.work);
-        self.measure(task.cones, island, scale.value()).0 <= task.settings.polish
+        let holds = self.measure(task.cones, island, scale).0 <= task.settings.polish;
+        if holds {
+            std::mem::swap(&mut self.velocity, &mut self.work);
+        }
+        holds
     }
 
     /// Writes `v^f + M⁻¹Jᵀλ` to the work vector.
@@ -244,9 +249,10 @@ impl ImpulseNewton {
     }
 
     /// Solves with the modes fixed, `R (u + W (r + A z)) = 0`, where `r` brings the impulses to where their modes have them, and takes the
-    /// impulses there. Whether the change is known to the digits that are asked for of the velocity: between rows that contradict each other in
-    /// modes that are not the solution's impulses are enormous, and what they leave when they are taken back is rounding.
-    fn take_step(&mut self, cones: &Cones, island: &Island) -> bool {
+    /// impulses there. Whether the last digits of the change are more of a velocity than is asked for: between rows that contradict each other in
+    /// modes that are not the solution's impulses are enormous, and leave rounding when they are taken back.
+    fn take_step(&mut self, task: &Task) -> bool {
+        let (cones, island) = (task.cones, task.island);
         self.change.clear();
         self.change.resize(self.delassus.len(), 0.0);
         for part in self.delassus.parts().iter().filter(|part| part.part < island.units.len()) {
@@ -273,7 +279,7 @@ impl ImpulseNewton {
             change.iter_mut().zip(part.first..).for_each(|(change, r)| *change = p[r] - before[r]);
             self.impulse[c] = if c < island.contact_count { p } else { [before[0], p[1], p[2]] };
         }
-        f64::EPSILON * largest <= RESIDUALS.exact * island.velocity_scale.value()
+        f64::EPSILON * largest > task.settings.polish * island.velocity_scale.value()
     }
 
     /// Adds `A z` to the change of the impulses, with which `R (u + W p)` vanishes but for what is shared.
