@@ -79,8 +79,11 @@ pub(super) fn primitive(shape: Element) -> Result<Option<Geometry>, FormatError>
         "cylinder" => Geometry::Cylinder { radius: size("radius")?, half_length: size("length")? / 2.0 },
         "capsule" => Geometry::Capsule { radius: size("radius")?, half_length: size("length")? / 2.0 },
         "ellipsoid" => {
-            let radii = a.vec3("radii")?.ok_or_else(|| shape.incomplete("attribute 'radii': three semi-axes, m"))?;
-            Geometry::Ellipsoid { semi_axes: radii }
+            // Drake's <drake:ellipsoid> has an attribute for each.
+            let lacks = || shape.incomplete("attribute 'radii': three semi-axes, m, or 'a', 'b' and 'c'");
+            let each = [a.number("a")?, a.number("b")?, a.number("c")?];
+            let each = each.into_iter().collect::<Option<Vec<f64>>>().map(|axes| DVec3::from_slice(&axes));
+            Geometry::Ellipsoid { semi_axes: a.vec3("radii")?.or(each).ok_or_else(lacks)? }
         }
         _ => return Ok(None),
     }))

@@ -88,14 +88,19 @@ fn neighbours_do_not_touch_even_on_a_fixed_base() {
 fn shapes_are_halved_and_coloured() {
     let collision = |shape: &str| format!("<collision name='c'><geometry>{shape}</geometry></collision>");
     let text = format!(
-        "<material name='blue'><color rgba='0 0 1 1'/></material><link name='l'>{}{}\
+        "<material name='blue'><color rgba='0 0 1 1'/></material><link name='l'>{}{}{}{}\
          <visual><geometry><box size='1 1 1'/></geometry><material name='blue'/></visual></link>",
         collision("<box size='.2 .4 .6'/>"),
-        collision("<cylinder radius='.1' length='.8'/>")
+        collision("<cylinder radius='.1' length='.8'/>"),
+        collision("<ellipsoid radii='.1 .2 .3'/>"),
+        collision("<drake:ellipsoid a='.1' b='.2' c='.3'/>")
     );
     let model = import(&text, &LoadOptions::default()).model;
     assert_eq!(model.geoms[0].geometry, Geometry::Box { half_extents: DVec3::new(0.1, 0.2, 0.3) });
     assert_eq!(model.geoms[1].geometry, Geometry::Cylinder { radius: 0.1, half_length: 0.4 });
+    for geom in &model.geoms[2..4] {
+        assert_eq!(geom.geometry, Geometry::Ellipsoid { semi_axes: DVec3::new(0.1, 0.2, 0.3) });
+    }
     assert_eq!(model.geoms[0].rgba, [0.0, 0.0, 1.0, 1.0]);
     assert_eq!((model.geom_named("c"), model.geom_named("c_2")), (Some(GeomId(0)), Some(GeomId(1))));
 }
@@ -281,6 +286,8 @@ fn bad_values_are_refused() {
     let mesh =
         "<link name='l'><collision><geometry>\n<mesh filename='package://p/m.stl'/></geometry></collision></link>";
     assert_refused(mesh, &["text):3:7", "p/m.stl", "No such file"]);
+    let half = "<link name='l'><collision><geometry>\n<ellipsoid a='1' b='1'/></geometry></collision></link>";
+    assert_refused(half, &["text):3:1", "'radii'", "'a', 'b' and 'c'"]);
     let misspelt = "<joint name='j' type='revolut'><parent link='a'/><child link='b'/></joint>";
     assert_refused(&format!("{}{}\n{misspelt}", link("a"), link("b")), &["text):3:17", "revolut", "'revolute'"]);
 }
