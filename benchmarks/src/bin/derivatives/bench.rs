@@ -14,6 +14,8 @@ pub enum Unit {
     Contact([u32; 3], ContactMode),
     Group(ContactMode),
     Servo(Saturation),
+    /// The laws permitted only a part of the corrections.
+    Limited,
 }
 
 pub struct Bench {
@@ -21,6 +23,8 @@ pub struct Bench {
     pub settings: Settings,
     pub workspace: Workspace,
     pub derivatives: StepDerivatives,
+    /// Whether the last step was permitted only a part of its corrections.
+    is_limited: bool,
 }
 
 impl Bench {
@@ -28,7 +32,7 @@ impl Bench {
         let settings = Settings::default();
         let workspace = Workspace::new(&model, &settings)?;
         let derivatives = StepDerivatives::new(&model);
-        Ok(Self { model, settings, workspace, derivatives })
+        Ok(Self { model, settings, workspace, derivatives, is_limited: false })
     }
 
     /// The first keyframe, or the reference configuration.
@@ -47,6 +51,7 @@ impl Bench {
     pub fn step(&mut self, state: &State, input: &Input) -> Option<(State, StepReport)> {
         let mut next = state.clone();
         let report = step(&self.model, state, input, &self.settings, &mut self.workspace, &mut next).ok()?;
+        self.is_limited = report.theta < 1.0 || report.clipped_gaps;
         Some((next, report))
     }
 
@@ -57,7 +62,7 @@ impl Bench {
         Some(next)
     }
 
-    /// What contacts, friction groups and servos do.
+    /// What contacts, friction groups and servos do, and whether corrections are limited.
     pub fn signature(&self) -> Vec<Unit> {
         let solution = self.workspace.solution();
         let points = self.workspace.contact_points().iter().map(|p| [p.geom_a.0, p.geom_b.0, p.feature]);
@@ -67,7 +72,7 @@ impl Bench {
         let of_contacts = closed.map(|(source, mode)| Unit::Contact(source, *mode));
         let of_groups = solution.group_modes.iter().map(|mode| Unit::Group(*mode));
         let of_servos = self.workspace.free_motion().saturation.iter().map(|side| Unit::Servo(*side));
-        of_contacts.chain(of_groups).chain(of_servos).collect()
+        of_contacts.chain(of_groups).chain(of_servos).chain(self.is_limited.then_some(Unit::Limited)).collect()
     }
 
     /// The end of the step from a state a way `h` along a change, relative to `next`, `[2 nv]`.
