@@ -53,11 +53,16 @@ impl Iterate {
 
     /// The largest impulse in units of the one that changes the lightest contact's velocity by the velocity scale.
     pub fn largest_impulse(&self, island: &Island) -> f64 {
-        let size = self.impulse.iter().map(|p| p[0].max(p[1].abs()).max(p[2].abs())).fold(0.0, f64::max);
-        let scale = island.scale.iter().copied().fold(0.0, f64::max);
-        let velocity = island.velocity_scale.value();
-        if velocity > 0.0 { size * scale / velocity } else { 0.0 }
+        relative_impulse(&self.impulse, island)
     }
+}
+
+/// The largest of some impulses of an island's units, in units of the one that changes the lightest contact's velocity by the velocity scale.
+pub(crate) fn relative_impulse(impulses: &[[f64; 3]], island: &Island) -> f64 {
+    let size = impulses.iter().flatten().fold(0.0, |most: f64, p| most.max(p.abs()));
+    let scale = island.scale.iter().copied().fold(0.0, f64::max);
+    let velocity = island.velocity_scale.value();
+    if velocity > 0.0 { size * scale / velocity } else { 0.0 }
 }
 
 /// Counters of one island's solve.

@@ -61,6 +61,21 @@ impl Growth {
         }
     }
 
+    /// The last change of every unit's impulse, if there was one.
+    pub fn change(&self, island: &Island) -> Option<&[[f64; 3]]> {
+        (self.change.len() == island.units.len()).then_some(&*self.change)
+    }
+
+    /// Makes the last change so many times more.
+    pub fn go_on(&self, island: &Island, iterate: &mut Iterate, times: f64) {
+        for (p, change) in iterate.impulse.iter_mut().zip(&self.change) {
+            p.iter_mut().zip(change).for_each(|(p, d)| *p += times * d);
+        }
+        iterate.bilateral.iter_mut().zip(&self.bilateral_change).for_each(|(p, d)| *p += times * d);
+        island.bind(&mut iterate.impulse);
+        iterate.velocity.clear();
+    }
+
     /// Whether the last change proves that the rows contradict each other by more than `most` (m/s): rows that contradict each other
     /// by less have points that count as solutions.
     pub fn is_contradiction(&mut self, island: &Island, most: f64) -> bool {

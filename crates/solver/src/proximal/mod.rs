@@ -13,12 +13,14 @@ mod weight;
 
 use signorini_contact::projection::Mode;
 
-use crate::iterate::Iterate;
+use crate::iterate::{Iterate, relative_impulse};
 use crate::residual::{RESIDUALS, is_exact};
 use crate::task::{Task, accepted_closely};
+use breakpoint::first_crossing;
 use growth::Growth;
 pub(crate) use map::ProximalMap;
 use modes::ModeSearch;
+use motion::Motion;
 pub use system::ProximalSystem;
 pub(crate) use weight::ProximalWeight;
 
@@ -44,6 +46,8 @@ pub(crate) enum End {
 pub(crate) struct ProximalIterations {
     search: ModeSearch,
     growth: Growth,
+    /// How the trial impulses move in a stride.
+    motion: Motion,
     best: Iterate,
     /// The modes before a proximal problem.
     earlier_modes: Vec<Mode>,
@@ -52,6 +56,10 @@ pub(crate) struct ProximalIterations {
 /// How the residual falls.
 struct Progress {
     last: f64,
+    /// What the last iteration left of the residual.
+    ratio: f64,
+    /// Below this residual another stride is worth it.
+    stride_below: f64,
     /// Slow iterations in a row.
     slow: u32,
 }
@@ -94,7 +102,7 @@ impl ProximalIterations {
         weight: &mut ProximalWeight,
         history: &mut dyn FnMut(f64),
     ) -> End {
-        let mut progress = Progress { last: f64::INFINITY, slow: 0 };
+        let mut progress = Progress { last: f64::INFINITY, ratio: 0.0, stride_below: f64::INFINITY, slow: 0 };
         let mut solved = 0;
         for iteration in 0..task.settings.max_proximal_iterations * if task.is_large() { 2 } else { 1 } {
             let residual = map.evaluate_centre(task, iterate);
@@ -110,7 +118,9 @@ impl ProximalIterations {
             // The first one may be slow for a change of its modes.
             if progress.slow == 2 {
                 progress.slow = 0;
-                if !weight.change(self.best.residual, progress.last) {
+                if self.stride(map, task, iterate, &mut progress) {
+                    progress.last = f64::INFINITY;
+                } else if !weight.change(self.best.residual, progress.last) {
                     return End::Slow;
                 }
                 map.set_weights(task.island, weight.epsilon);
@@ -138,6 +148,31 @@ impl ProximalIterations {
             }
         }
         End::Limit
+    }
+
+    /// Where iterations are slow, because each adds nearly the same impulses, which nearly balance each other: what all that follow would add, in
+    /// one stride, as the sum of a geometric series (Aitken 1926), and no farther than until a contact leaves its mode. Whether that was
+    /// worth it: after a stride that met no contact's facet another one is, if that one has paid.
+    fn stride(&mut self, map: &ProximalMap, task: &Task, iterate: &mut Iterate, progress: &mut Progress) -> bool {
+        let best = self.best.residual;
+        let Some(change) = self.growth.change(task.island) else { return false };
+        if best <= RESIDUALS.noise || best > progress.stride_below {
+            return false;
+        }
+        let most = if progress.ratio < 1.0 { progress.ratio / (1.0 - progress.ratio) } else { f64::INFINITY };
+        self.motion.rate.clear();
+        self.motion.rate.extend_from_slice(change);
+        self.motion.begin();
+        let (cones, units, motion) = (task.cones, &task.island.units, &mut self.motion);
+        let (times, crossing) = first_crossing(cones, units, &iterate.modes, &map.trial, motion, 1.0, most);
+        // Impulses that grow for ever contradict each other, and very large ones have no digits left for the velocity.
+        let largest = relative_impulse(change, task.island);
+        if !(times > 1.0 && times * largest <= RESIDUALS.noise / f64::EPSILON) {
+            return false;
+        }
+        progress.stride_below = if crossing.is_some() { f64::INFINITY } else { RESIDUALS.less * best };
+        self.growth.go_on(task.island, iterate, times);
+        true
     }
 
     fn keep_best(&mut self, iterate: &mut Iterate, residual: f64) {
@@ -193,7 +228,7 @@ impl ProximalIterations {
 impl Progress {
     fn note(&mut self, residual: f64, weight: &ProximalWeight) {
         self.slow = if residual > RESIDUALS.slow * self.last && !weight.is_falling() { self.slow + 1 } else { 0 };
-        self.last = residual;
+        (self.last, self.ratio) = (residual, residual / self.last);
     }
 }
 

@@ -2,6 +2,7 @@
 //! with that of the contacts.
 
 use signorini_contact::{ContactProblem, ContactSolution, FrictionBound, FrictionPolygon, SolveStatus};
+use signorini_multibody::BlockDiagonal;
 use signorini_solver::{ContactSolver, SolverSettings};
 use signorini_testkit::{Gap, Motion, Parameters, Random, families};
 
@@ -31,6 +32,30 @@ fn piles_of_free_bodies_are_solved_cold() {
             let worst = worst_violation(&problem, &solution);
             assert!(worst <= 1e-8, "{worst:e}");
         }
+    }
+}
+
+/// A slab that sticks to the floor at many points, and a servo that moves it very slowly and is weaker than their friction. Every proximal iteration adds
+/// the little that the speed is short of; what is missing to the servo's limit comes in one stride.
+#[test]
+fn impulses_that_balance_each_other_grow_in_strides() {
+    let mass = BlockDiagonal::from_dense(3, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]).expect("symmetric");
+    for speed in [2e-9, -5e-9, 1e-8] {
+        let mut problem = ContactProblem::new(mass.clone(), vec![0.0, 0.0, -1.0], 0.01).expect("valid data");
+        let polygon = FrictionPolygon::regular(8, 0.1).expect("even");
+        for _ in 0..80 {
+            problem.push_contact(
+                [(0, [0.0, 1.0, 0.0]), (1, [0.0, 0.0, 1.0]), (2, [1.0, 0.0, 0.0])],
+                0.0,
+                0.5,
+                &polygon,
+            );
+        }
+        problem.push_friction_row([(0, 1.0)], speed, FrictionBound::Impulse(0.3));
+        let solution = solve(&problem, &format!("slab at {speed}"));
+        assert!((solution.group_impulse[0][0] - 0.3_f64.copysign(speed)).abs() < 1e-12, "{:?}", solution.group_impulse);
+        // Without strides they are 78 and more.
+        assert!(solution.report.proximal_iterations < 30, "{:?}", solution.report);
     }
 }
 
