@@ -171,16 +171,14 @@ const OPTION: Coverage = Coverage {
 };
 
 const FLAG: Coverage = Coverage {
-    read: "gravity contact equality frictionloss",
+    read: "constraint contact equality frictionloss gravity limit",
     harmless: "autoreset diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd refsafe \
                sensor sleep speculative warmstart",
     ignored: &[
         ignored("actuation", "enable", "actuators work"),
         ignored("clampctrl", "enable", "controls are clamped to their range"),
-        ignored("constraint", "enable", "contacts, limits and friction work"),
         ignored("damper", "enable", "dampers work"),
         ignored("filterparent", "enable", "a body does not touch its parent"),
-        ignored("limit", "enable", "joint limits work"),
         ignored("override", "disable", SOLVER),
         ignored("spring", "enable", "springs work"),
     ],

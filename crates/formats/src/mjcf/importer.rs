@@ -58,6 +58,7 @@ pub(super) struct Importer<'t> {
     pub contacts_disabled: bool,
     pub equalities_disabled: bool,
     pub friction_loss_disabled: bool,
+    pub limits_disabled: bool,
     pub restitution: Restitution<'t>,
     /// Names of geoms that explicit pairs name.
     pub paired: HashSet<&'t str>,

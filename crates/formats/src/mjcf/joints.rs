@@ -31,6 +31,9 @@ pub(super) fn read<'t>(
     let mut joint = read_joint(importer, &attributes, scope)?;
     let range = joint.limits;
     draw_in_limits(importer, &attributes, &mut joint)?;
+    if importer.limits_disabled {
+        joint.limits = None;
+    }
     let bounded = matches!(joint.kind, JointKind::Hinge { .. } | JointKind::Slide { .. });
     let id = importer.parts.add_joint(element, name, body.id, &body.pose, joint)?;
     if let Some(record) = importer.parts.joints.last_mut() {

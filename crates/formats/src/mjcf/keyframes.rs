@@ -16,8 +16,9 @@ pub(super) fn read<'t>(
 ) -> Result<(), FormatError> {
     for key in root.children_named("keyframe").flat_map(|k| k.children_named("key")) {
         let a = key.attributes();
-        let q = list(&a, "qpos", "numbers in q (nq)", &importer.parts.reference)?;
-        let v = list(&a, "qvel", "numbers in v (nv)", &vec![0.0; importer.parts.nv])?;
+        let (reference, rest) = (importer.parts.reference.clone(), vec![0.0; importer.parts.nv]);
+        let q = beginning(importer, &a, "qpos", "numbers in q (nq)", &reference)?;
+        let v = beginning(importer, &a, "qvel", "numbers in v (nv)", &rest)?;
         let control = list(&a, "ctrl", "actuators", &vec![0.0; actuators.len()])?;
         let control = control.into_iter().zip(actuators).filter(|(_, a)| a.kept).map(|(c, _)| c).collect();
         let count = actuators.iter().map(|actuator| actuator.activations).sum();
@@ -58,6 +59,22 @@ fn mocap_poses(a: &Attributes, placements: &[Pose]) -> Result<Vec<Pose>, FormatE
         Pose::new(DVec3::from_slice(p), rotation)
     });
     Ok(poses.collect())
+}
+
+/// A list that may end early, as in MuJoCo: the rest is the default's.
+fn beginning(
+    importer: &mut Importer,
+    a: &Attributes,
+    name: &'static str,
+    what: &str,
+    default: &[f64],
+) -> Result<Vec<f64>, FormatError> {
+    let Some(numbers) = a.numbers(name)?.filter(|numbers| numbers.len() < default.len()) else {
+        return list(a, name, what, default);
+    };
+    let found = format!("'{name}' has {} of {} {what}", numbers.len(), default.len());
+    importer.report.motion(a.at(name), "key", found, "the others are as in the reference configuration at rest");
+    Ok(numbers.iter().chain(&default[numbers.len()..]).copied().collect())
 }
 
 fn list(a: &Attributes, name: &'static str, what: &str, default: &[f64]) -> Result<Vec<f64>, FormatError> {

@@ -89,6 +89,7 @@ fn read(tree: &Tree, (base, folders): (&Path, &[PathBuf]), options: &LoadOptions
         contacts_disabled: false,
         equalities_disabled: false,
         friction_loss_disabled: false,
+        limits_disabled: false,
         restitution: Restitution::read(root)?,
         paired: contacts::paired_geoms(root),
         measured: contacts::measured_geoms(root),

@@ -24,10 +24,17 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
         }
         for flag in option.children_named("flag") {
             weightless = disabled(flag, "gravity")?.unwrap_or(weightless);
-            importer.contacts_disabled = disabled(flag, "contact")?.unwrap_or(importer.contacts_disabled);
-            importer.equalities_disabled = disabled(flag, "equality")?.unwrap_or(importer.equalities_disabled);
-            importer.friction_loss_disabled =
-                disabled(flag, "frictionloss")?.unwrap_or(importer.friction_loss_disabled);
+            // Without constraints there is none of any kind.
+            let none = disabled(flag, "constraint")?.unwrap_or(false);
+            let kinds = [
+                ("contact", &mut importer.contacts_disabled),
+                ("equality", &mut importer.equalities_disabled),
+                ("frictionloss", &mut importer.friction_loss_disabled),
+                ("limit", &mut importer.limits_disabled),
+            ];
+            for (kind, is_off) in kinds {
+                *is_off = none || disabled(flag, kind)?.unwrap_or(*is_off);
+            }
         }
     }
     importer.parts.builder.gravity(if weightless { DVec3::ZERO } else { gravity });

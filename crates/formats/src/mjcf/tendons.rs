@@ -91,7 +91,7 @@ fn add<'t>(
     a: &Attributes<'t>,
     mut tendon: Tendon,
 ) -> Result<TendonId, FormatError> {
-    tendon.limits = importer.range(a, "range", "limited")?;
+    tendon.limits = importer.range(a, "range", "limited")?.filter(|_| !importer.limits_disabled);
     tendon.stiffness = linear(importer, a, "stiffness")?;
     tendon.damping = linear(importer, a, "damping")?;
     let name = element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty());

@@ -54,6 +54,20 @@ fn declarations_after_comments_and_text_after_the_root() {
     assert_eq!((warning(&second, "second root").line, second.model.bodies.len()), (2, 2));
 }
 
+/// MuJoCo 4.0 has `key_qpos` 1 2 3 1 0 0 0 and `key_qvel` 4 0 0 0 0 0 of this file.
+#[test]
+fn keyframes_that_end_early() {
+    let text = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody>\n<keyframe><key qpos='1 2 3' qvel='4'/></keyframe></mujoco>";
+    let imported = load_mjcf_str(text, "").unwrap();
+    let key = &imported.model.keyframes[0];
+    assert_eq!(
+        (key.q.as_slice(), key.v.as_slice()),
+        (&[1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0][..], &[4.0, 0.0, 0.0, 0.0, 0.0, 0.0][..])
+    );
+    assert_eq!(warning(&imported, "'qpos' has 3 of 7").line, 2);
+    assert!(warning(&imported, "'qvel' has 1 of 6").changes_motion);
+}
+
 #[test]
 fn attributes_given_twice_and_unknown_entities() {
     let twice = "<mujoco><worldbody>\n<geom size='1' size='2' name='a&b&unknown;'/></worldbody></mujoco>";

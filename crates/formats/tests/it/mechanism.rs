@@ -91,6 +91,15 @@ fn constraints_that_are_off_are_left_out() {
     let rods = RODS.replace("name='ja'", "name='ja' frictionloss='3'");
     let model = mjcf(&format!("{flag}{rods}<equality><weld body1='a' body2='b'/></equality>"));
     assert_eq!((model.equalities.len(), model.joints[0].friction_loss), (0, 0.0));
+    let limited = rods.replace("name='ja'", "name='ja' limited='true' range='-1 1'");
+    for (flag, limits) in [("limit", None), ("constraint", None), ("equality", Some([-1.0, 1.0]))] {
+        let text = format!(
+            "<option><flag {flag}='disable'/></option>{limited}<equality><weld body1='a' body2='b'/></equality>"
+        );
+        let model = mjcf(&format!("<compiler angle='radian'/>{text}"));
+        assert_eq!((model.joints[0].limits, model.equalities.len()), (limits, usize::from(flag == "limit")), "{flag}");
+        assert_eq!(model.joints[0].friction_loss, if flag == "constraint" { 0.0 } else { 3.0 }, "{flag}");
+    }
 }
 
 #[test]

@@ -75,8 +75,8 @@ fn second_use_of_a_name_is_placed() {
 fn wrong_counts_of_numbers_are_placed() {
     assert_says("<worldbody>\n<body pos='1 2'/></worldbody>", &[":3:7", "3 numbers, found 2"]);
     assert_says("<worldbody>\n<geom size='1 2 3 4'/></worldbody>", &["1 to 3 numbers, found 4"]);
-    let key = format!("<worldbody>{BALL}</worldbody>\n<keyframe><key qpos='1 2 3'/></keyframe>");
-    assert_says(&key, &[":3:16", "7 numbers in q", "found 3"]);
+    let key = format!("<worldbody>{BALL}</worldbody>\n<keyframe><key qpos='1 2 3 4 5 6 7 8'/></keyframe>");
+    assert_says(&key, &[":3:16", "7 numbers in q", "found 8"]);
 }
 
 #[test]
