@@ -14,15 +14,6 @@ use signorini_contact::{ContactProblem, ContactSolution, ResidualSpread};
 use crate::islands::Islands;
 use crate::residual::RESIDUALS;
 
-/// What is tuned in the verdict.
-struct Tuning {
-    /// How far, in tolerances, two ways to sum the velocity of the impulses may differ.
-    resolved: f64,
-}
-
-/// Chosen by: no command on record, since 22 November 2026.
-const TUNING: Tuning = Tuning { resolved: 5.0 };
-
 /// What is needed to judge solutions of a problem.
 #[derive(Debug, Default)]
 pub(crate) struct Verdict {
@@ -139,7 +130,7 @@ impl Verdict {
         let claimed = std::mem::replace(&mut solution.velocity, other);
         certify_with(problem, solution, &self.scales, &mut self.scratch);
         solution.velocity = claimed;
-        self.scratch.carried <= TUNING.resolved * self.tolerance
+        self.scratch.carried <= RESIDUALS.rounded * self.tolerance
     }
 
     /// No impulses at all have the residual 1: what was found may be worse and of no use to anyone.

@@ -8,30 +8,14 @@ struct Tuning {
     /// The largest relative change of a number along the tangent in the first step, and where steps have become too small.
     first_reach: f64,
     least_reach: f64,
-    /// The distance from the path, in parts of the reach, at which a step along it is made; and what it is at most, usually and where a
-    /// step had to be corrected or failed.
-    close: f64,
-    most_distance: [f64; 2],
+    /// The distance from the path at most at which a step along it is made, if the reach is more than twice that.
+    most_distance: f64,
     /// Newton steps back to the path at most; none of them goes farther than the first reach.
     correctors: u32,
-    /// Cosine of the angle between the tangent and the direction in which the path came, where a step has jumped off it.
-    jumped: f64,
-    /// How the reach changes after a step that needed no correction, and after one that needed several or failed.
-    longer: f64,
-    shorter: f64,
 }
 
-/// Chosen by: `contact_lcp --seeds 74..76 --directions 4,8,16 --no-growth --no-shared`, 23 November 2026.
-const TUNING: Tuning = Tuning {
-    first_reach: 0.5,
-    least_reach: 1e-5,
-    close: 0.4,
-    most_distance: [0.2, 0.06],
-    correctors: 5,
-    jumped: 0.7,
-    longer: 1.5,
-    shorter: 0.5,
-};
+/// Chosen by: `contact_lcp --seeds 74..76 --directions 4,8,16 --no-growth --no-shared`, 23 November 2026; `most_distance` by the same and `random_steps`, 26 November 2026.
+const TUNING: Tuning = Tuning { first_reach: 0.5, least_reach: 1e-5, most_distance: 0.1, correctors: 5 };
 
 /// What controls the steps.
 #[derive(Clone, Copy, Debug)]
@@ -96,15 +80,12 @@ impl Control {
     /// tangent. `most`: Newton steps to the first point at most.
     pub fn decide(&mut self, point: &Point, direction: &mut Vec<f64>, most: u32) -> Move {
         let view = self.view(point, direction);
-        let [usual, landed] = TUNING.most_distance;
-        let wary = self.correctors > 0 || self.careful;
-        let most_distance = if wary || !view.started { landed } else { usual };
-        let is_close = view.distance <= (TUNING.close * self.reach).clamp(TUNING.least_reach, most_distance);
+        let is_close = view.distance <= (0.5 * self.reach).clamp(TUNING.least_reach, TUNING.most_distance);
         let is_lost = self.correctors >= TUNING.correctors || (is_close && !self.is_landing && view.jumped);
         if view.started && is_lost || self.correctors >= most {
             return Move::Back;
         }
-        if self.is_landing && view.distance <= landed {
+        if self.is_landing && view.distance <= TUNING.most_distance {
             return Move::Land;
         }
         if self.is_landing || !is_close {
@@ -119,18 +100,17 @@ impl Control {
         let (correction, tangent) = (&point.correction.relative, &point.tangent.relative);
         let (size, started) = (inner(tangent, tangent).sqrt(), !direction.is_empty());
         let onward = if started { inner(tangent, direction) } else { point.ahead };
-        let turned = started && onward.abs() < TUNING.jumped * size;
         // The correction is made across the path's direction, the first one without leaving the parameter.
         let along = if started && !self.is_landing { -inner(direction, correction) / onward } else { 0.0 };
         let distance = correction.iter().zip(tangent).fold(0.0, |m: f64, (c, t)| m.max((c + along * t).abs()));
-        View { started, size, onward, along, distance, jumped: turned || onward * point.orientation < 0.0 }
+        View { started, size, onward, along, distance, jumped: onward * point.orientation < 0.0 }
     }
 
     fn advance(&mut self, point: &Point, view: &View, direction: &mut Vec<f64>) -> Move {
         self.reach *= match self.correctors {
-            0 if !self.careful => TUNING.longer,
+            0 if !self.careful => 2.0,
             0 | 1 => 1.0,
-            _ => TUNING.shorter,
+            _ => 0.5,
         };
         (self.correctors, self.careful) = (0, false);
         let tangent = &point.tangent.relative;
@@ -148,7 +128,7 @@ impl Control {
 
     /// Before a step is made again; `false` if steps have become too small.
     pub fn go_back(&mut self) -> bool {
-        self.reach *= TUNING.shorter;
+        self.reach *= 0.5;
         (self.correctors, self.careful, self.is_landing) = (0, true, false);
         self.reach >= TUNING.least_reach
     }

@@ -13,14 +13,12 @@ use super::parts::{Edge, Unit};
 
 /// What is tuned in units.
 struct Tuning {
-    /// An edge is near if its distance is below this part of what it is without a tangential impulse.
-    near_edge: f64,
-    /// So many edges count as near at most: the nearest ones.
+    /// So many edges count as near: the nearest ones.
     most_near: usize,
 }
 
 /// Chosen by: no command on record, since 22 November 2026.
-const TUNING: Tuning = Tuning { near_edge: 0.1, most_near: 4 };
+const TUNING: Tuning = Tuning { most_near: 4 };
 
 const MOST_NEAR: usize = TUNING.most_near;
 /// The three rows of the velocity and one for each edge that is near.
@@ -63,7 +61,7 @@ impl UnitSystem {
     /// - `normal`: `s/λ_N` and the compliance of the contact that bounds the friction; none where the bound is constant.
     /// - `share`: how much of the law is Coulomb's, 1 or less; in the rest the multipliers act on the normal velocity, too.
     pub fn factor(&mut self, unit: &Unit, edges: &mut [Edge], g: f64, normal: Option<f64>, share: f64) {
-        self.size = 3 + find_near(edges, unit.impulse[0]);
+        self.size = 3 + find_near(edges);
         self.has_normal = normal.is_some();
         self.friction = match edges {
             [] => Friction::None,
@@ -216,14 +214,11 @@ fn minus<const M: usize>(x: [f64; M], factor: f64, y: [f64; M]) -> [f64; M] {
 }
 
 /// Gives the edges that are near a unit's impulse their places; returns how many there are.
-fn find_near(edges: &mut [Edge], bound: f64) -> usize {
+fn find_near(edges: &mut [Edge]) -> usize {
     let (mut near, mut count) = ([0; MOST_NEAR], 0);
     for k in 0..edges.len() {
         let edge = &mut edges[k];
         edge.place = None;
-        if edge.distance > TUNING.near_edge * edge.reach * bound {
-            continue;
-        }
         if count < MOST_NEAR {
             edge.place = Some(count);
             near[count] = k;

@@ -20,13 +20,11 @@ struct Tuning {
     few: usize,
     /// ε from which Newton's steps find the modes of a large island by themselves.
     easy: f64,
-    /// So many contacts outside their modes are worth another step with any ε.
-    very_few: usize,
 }
 
-/// Chosen by: `few` by no command on record, before 22 November 2026; without `easy` and `very_few` `sim S4_pile300 --tolerance 1e-8` takes
-/// twice its time (23 November 2026).
-const TUNING: Tuning = Tuning { few: 16, easy: 1e-2, very_few: 3 };
+/// Chosen by: `few` by no command on record, before 22 November 2026; without `easy` `sim S4_pile300 --tolerance 1e-8` takes twice its time (23
+/// November 2026).
+const TUNING: Tuning = Tuning { few: 16, easy: 1e-2 };
 
 /// Memory of the search.
 #[derive(Clone, Debug, Default)]
@@ -102,10 +100,7 @@ impl ModeSearch {
 /// Whether so few contacts of a large island lie outside their modes, with an ε so small, that a path does better than a
 /// step on all modes at once, which then mostly throws out more contacts than it brings in.
 fn is_for_a_path(map: &ProximalMap, task: &Task, violations: usize) -> bool {
-    task.spares_factorizations()
-        && map.epsilon < TUNING.easy
-        && violations > TUNING.very_few
-        && TUNING.few * violations <= task.island.units.len()
+    task.spares_factorizations() && map.epsilon < TUNING.easy && TUNING.few * violations <= task.island.units.len()
 }
 
 fn take_modes_of_trial(map: &mut ProximalMap, task: &Task, iterate: &mut Iterate) {

@@ -10,22 +10,20 @@ use crate::iterate::Iterate;
 use crate::lcp_route::{self, solve_corrected};
 use crate::residual::RESIDUALS;
 use crate::settings::SolverSettings;
-use crate::task::{Look, Task};
+use crate::task::{Look, SIZES, Task};
 
 /// What is tuned in this stage.
 struct Tuning {
     /// What counts as zero at the second look, relative to the largest entry of a column: almost equal contacts have pivots that are
     /// no larger than what is otherwise rounding.
     smallest_pivot: f64,
-    /// Rows up to which a problem is small.
-    small_rows: usize,
-    /// Covering vectors there: where gaps are violated one path may end on a ray and another one at a solution. Each path finds fewer
+    /// Covering vectors of islands that are not large: where gaps are violated one path may end on a ray and another one at a solution. Each path finds fewer
     /// of the solutions that are left, the ninth those of about one problem in a thousand.
     covering_vectors: u32,
 }
 
 /// Chosen by: `random_steps --seeds 0..300000`, 21 November 2026; `smallest_pivot` by the stored cases 2157082_1 and 613293_0.
-const TUNING: Tuning = Tuning { smallest_pivot: 1e-14, small_rows: 64, covering_vectors: 13 };
+const TUNING: Tuning = Tuning { smallest_pivot: 1e-14, covering_vectors: 13 };
 
 /// What the laws lack by more than the tolerance, in an island that is not too large.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
@@ -123,7 +121,7 @@ fn take_solution(task: &Task, found: &ContactSolution, iterate: &mut Iterate) {
 }
 
 fn covering_vectors(size: usize) -> u32 {
-    if size <= TUNING.small_rows { TUNING.covering_vectors } else { LemkeSettings::default().covering_vectors }
+    if size <= SIZES.large { TUNING.covering_vectors } else { LemkeSettings::default().covering_vectors }
 }
 
 /// The velocity scale relative to the largest entry of the LCP's right-hand side, which the method's tolerance is relative to: that
