@@ -199,7 +199,7 @@ impl InteriorPoint {
     /// How much the parameter may grow to where the leg ends.
     fn way_to_end(&self, parameter: Parameter, product: f64) -> f64 {
         match parameter {
-            Parameter::Law { .. } => (1.0 - self.share) / SERIES.share_unit,
+            Parameter::Law { .. } => 1.0 - self.share,
             Parameter::Product { most, .. } => most / product - 1.0,
         }
     }
@@ -218,7 +218,7 @@ impl InteriorPoint {
         self.advance(ground, 1.0);
         match parameter {
             Parameter::Law { .. } => {
-                self.share += SERIES.share_unit * path.step.parameter;
+                self.share += path.step.parameter;
                 product
             }
             Parameter::Product { .. } => product * (1.0 + path.step.parameter).max(SERIES.least_left),
@@ -237,7 +237,7 @@ impl InteriorPoint {
             for edge in &mut self.edges[unit.edges.0..unit.edges.1] {
                 edge.correction = lack - edge.distance * edge.multiplier;
                 if lack > 0.0 {
-                    unit.normal_residual += SERIES.share_unit * edge.multiplier * edge.reach;
+                    unit.normal_residual += edge.multiplier * edge.reach;
                 }
             }
         }

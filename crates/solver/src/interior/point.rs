@@ -13,6 +13,8 @@ pub(super) struct Tuning {
     /// The mean product at which the steps end, relative to the first one. Further steps would save changes of modes that take less
     /// time than they.
     pub target: f64,
+    /// The same of a path around folds.
+    pub path_target: f64,
     /// Part of the way to the boundary that a step goes at most.
     pub fraction: f64,
     /// The mean product, relative to the first one, above which a path that folds is followed around its folds, as far as to this one.
@@ -27,8 +29,15 @@ pub(super) struct Tuning {
 
 /// Chosen by: `contact_lcp --seeds 74..76 --directions 4,8,16 --no-growth --no-shared`, 23 November 2026; `compliance` and
 /// `bilateral_weight` by no command on record, since 22 November 2026.
-pub(super) const INTERIOR: Tuning =
-    Tuning { steps: 50, target: 1e-7, fraction: 0.99, folded: 1e-4, compliance: 1e-8, bilateral_weight: 1e-4 };
+pub(super) const INTERIOR: Tuning = Tuning {
+    steps: 50,
+    target: 1e-7,
+    path_target: 1e-11,
+    fraction: 0.99,
+    folded: 1e-4,
+    compliance: 1e-8,
+    bilateral_weight: 1e-4,
+};
 
 /// What the interior point stands on: its velocity and bilateral impulses in an iterate, the system of the proximal map, and the island.
 pub(crate) struct Ground<'a> {

@@ -17,12 +17,10 @@ pub(super) struct Tuning {
     accurate: f64,
     /// What is left of a number at the end of a step at least.
     pub least_left: f64,
-    /// A change of the law by this much counts as one of the products by a factor of e.
-    pub share_unit: f64,
 }
 
 /// Chosen by: no command on record, since 22 November 2026.
-pub(super) const SERIES: Tuning = Tuning { order: 8, accurate: 0.005, least_left: 0.02, share_unit: 0.3 };
+pub(super) const SERIES: Tuning = Tuning { order: 8, accurate: 0.005, least_left: 0.02 };
 
 const ORDER: usize = SERIES.order;
 
@@ -256,7 +254,7 @@ impl InteriorPoint {
                 edge.correction = products - edge.distance * edge.multiplier;
                 if matches!(parameter, Parameter::Law { .. }) {
                     let products: f64 = pairs().map(|(a, b)| a.parameter * b.edges[e][1]).sum();
-                    unit.normal_residual += SERIES.share_unit * edge.reach * products;
+                    unit.normal_residual += edge.reach * products;
                 }
             }
         }

@@ -68,7 +68,7 @@ impl InteriorPoint {
             let step = self.longest_step(INTERIOR.fraction);
             self.advance(ground, step);
         }
-        self.follow(ground, (square, INTERIOR.target * square), path);
+        self.follow(ground, (square, INTERIOR.path_target * square), path);
         self.share >= 1.0 && self.find_residuals(ground).0 <= INTERIOR.folded * square
     }
 

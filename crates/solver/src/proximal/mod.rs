@@ -156,7 +156,7 @@ impl ProximalIterations {
     fn stride(&mut self, map: &ProximalMap, task: &Task, iterate: &mut Iterate, progress: &mut Progress) -> bool {
         let best = self.best.residual;
         let Some(change) = self.growth.change(task.island) else { return false };
-        if best <= RESIDUALS.noise || best > progress.stride_below {
+        if best <= task.enough() || best > progress.stride_below {
             return false;
         }
         let most = if progress.ratio < 1.0 { progress.ratio / (1.0 - progress.ratio) } else { f64::INFINITY };
