@@ -5,6 +5,7 @@
 //! - [`suite`]: the list of problems that solvers are compared on, seed for seed the same as in other programs
 //! - [`Parts`]: a problem taken apart, to be changed
 //! - [`Scene`]: free rigid bodies with point contacts, for problems made by hand
+//! - [`start_of`]: the state and the controls that a model begins with
 //! - [`shared_data`]: where the data live that several projects share, with a message when they are absent
 //! - [`mod@reference`]: the formulation in dense matrices, and a judge of solutions that shares no code with the certificate
 //! - [`CountingAllocator`]: for tests of what must not allocate
@@ -21,6 +22,7 @@ mod random;
 pub mod reference;
 mod scene;
 mod shared;
+mod start;
 pub mod suite;
 
 pub use allocations::{CountingAllocator, allocations, allocations_of_all_threads};
@@ -33,3 +35,4 @@ pub use parts::{BilateralPart, ContactPart, GroupPart, Parts};
 pub use random::Random;
 pub use scene::{PointContact, RigidBody, Scene, tangents};
 pub use shared::{files_in, shared_data};
+pub use start::start_of;

@@ -6,7 +6,7 @@ use signorini::contact::ContactMode;
 use signorini::derivatives::StepDerivatives;
 use signorini::multibody::{Input, Model, Saturation, State, difference_into, integrate_into};
 use signorini::{Settings, StepReport, Workspace, step};
-use signorini_testkit::Random;
+use signorini_testkit::{Random, start_of};
 
 /// What a part of a step does, told to compare it with itself.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,15 +37,7 @@ impl Bench {
 
     /// The first keyframe, or the reference configuration.
     pub fn start(&self) -> (State, Input) {
-        let mut state = State::new(&self.model);
-        let mut input = Input::of_control(vec![0.0; self.model.actuators.len()]);
-        if let Some(key) = self.model.keyframes.first() {
-            state.q.clone_from(&key.q);
-            state.v.clone_from(&key.v);
-            input.control.clone_from(&key.control);
-            input.control.resize(self.model.actuators.len(), 0.0);
-        }
-        (state, input)
+        start_of(&self.model)
     }
 
     pub fn step(&mut self, state: &State, input: &Input) -> Option<(State, StepReport)> {

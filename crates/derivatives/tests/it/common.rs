@@ -5,7 +5,7 @@ use signorini_derivatives::{StepDerivatives, Validity};
 use signorini_formats::load_mjcf_str;
 use signorini_multibody::{Input, Model, State, difference_into, integrate_into};
 use signorini_simulation::{ContactSource, Settings, Workspace, step};
-use signorini_testkit::Random;
+use signorini_testkit::{Random, start_of};
 
 pub fn model_of(text: &str) -> Model {
     load_mjcf_str(text, ".").expect("a model").model
@@ -31,15 +31,7 @@ impl Bench {
 
     /// The first keyframe, or the reference configuration.
     pub fn start(&self) -> (State, Input) {
-        let mut state = State::new(&self.model);
-        let mut input = Input::of_control(vec![0.0; self.model.actuators.len()]);
-        if let Some(key) = self.model.keyframes.first() {
-            state.q.clone_from(&key.q);
-            state.v.clone_from(&key.v);
-            state.activation.clone_from(&key.activation);
-            input.control.clone_from(&key.control);
-            input.control.resize(self.model.actuators.len(), 0.0);
-        }
+        let (state, mut input) = start_of(&self.model);
         input.generalized_force = vec![0.0; self.model.nv];
         (state, input)
     }

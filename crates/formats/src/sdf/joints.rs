@@ -51,15 +51,8 @@ pub(super) fn add<'t>(
     let ordered: Vec<&'static str> = if reversed { axes.iter().rev().copied().collect() } else { axes.to_vec() };
     for axis_name in ordered {
         let axis = element.child(axis_name);
-        if axis.is_none() {
-            let (what, is_first) = (format!("has no <{axis_name}>"), axis_name == "axis");
-            let effect =
-                if is_first { "it is the z axis of the joint, as SDFormat's default" } else { "it has one axis" };
-            importer.report.motion(element.at(), "joint", what, effect);
-            // The default would be the first one's, and two hinges about one axis no mechanism.
-            if !is_first {
-                continue;
-            }
+        if axis.is_none() && !has_default(importer, element, axis_name) {
+            continue;
         }
         let direction = to_body.rotation * direction(importer, frames, edge, axis)?;
         let direction = if reversed { -direction } else { direction }.normalize();
@@ -78,6 +71,15 @@ pub(super) fn add<'t>(
         importer.parts.add_joint(element, Some(own), body, here, joint)?;
     }
     Ok(())
+}
+
+/// Whether an axis that is not there is the default's, as is reported: that of a second one would be the first one's, and two hinges
+/// about one axis are no mechanism.
+fn has_default(importer: &mut Importer, joint: Element, axis_name: &str) -> bool {
+    let is_first = axis_name == "axis";
+    let effect = if is_first { "it is the z axis of the joint, as SDFormat's default" } else { "it has one axis" };
+    importer.report.motion(joint.at(), "joint", format!("has no <{axis_name}>"), effect);
+    is_first
 }
 
 /// The axis in the top-level model's frame. `expressed_in` names its frame since 1.7; before, the joint's frame or, where

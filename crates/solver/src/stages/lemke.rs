@@ -17,8 +17,8 @@ struct Tuning {
     /// What counts as zero at the second look, relative to the largest entry of a column: almost equal contacts have pivots that are
     /// no larger than what is otherwise rounding.
     smallest_pivot: f64,
-    /// Covering vectors of islands that are not large: where gaps are violated one path may end on a ray and another one at a solution. Each path finds fewer
-    /// of the solutions that are left, the ninth those of about one problem in a thousand.
+    /// Covering vectors of LCPs with no more rows than a large island has units: where gaps are violated one path may end on a ray and
+    /// another one at a solution. Each path finds fewer of the solutions that are left, the ninth those of about one problem in a thousand.
     covering_vectors: u32,
 }
 

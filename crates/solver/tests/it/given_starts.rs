@@ -75,6 +75,24 @@ fn slow_is_not_at_rest() {
     assert!((warm.velocity[0] - 3e-9).abs() < 1e-20, "{:e}", warm.velocity[0]);
 }
 
+/// The solution of a problem whose bodies are pushed a little, from that without the push: judged by another writing of the laws, with the
+/// velocity of a cold solve.
+fn pushed(solver: &mut ContactSolver, problem: &mut ContactProblem, random: &mut Random, seed: u64) -> ContactSolution {
+    let before = solver.solve(problem, None);
+    let size = 10.0_f64.powi(-(seed as i32 % 4));
+    problem.free_velocity.iter_mut().for_each(|v| *v += size * random.normal());
+    let cold = solver.solve(problem, None);
+    let warm = solver.solve(problem, Some(&WarmStart::from_solution(&before)));
+    assert_eq!(warm.status, SolveStatus::Solved, "seed {seed}: {:?}", warm.certificate);
+    assert_eq!(warm.certificate, certify(problem, &warm));
+    let violation = worst_violation(problem, &warm);
+    assert!(violation <= 1e-9, "seed {seed}: {violation:e}");
+    let scale = problem.free_velocity.iter().fold(problem.velocity_scale(), |a, v| a.max(v.abs()));
+    let difference = warm.velocity.iter().zip(&cold.velocity).fold(0.0, |d: f64, (a, b)| d.max((a - b).abs()));
+    assert!(difference <= 1e-9 * scale, "seed {seed}: {difference:e}");
+    warm
+}
+
 /// Robots with fewer rows than degrees of freedom that were pushed a little, sliding, lifted and standing feet among them: one small
 /// system for each change of the modes, no proximal iterations, and the velocity of a cold solve.
 #[test]
@@ -85,18 +103,7 @@ fn robots_are_solved_in_impulses() {
         let mut random = Random::new(4_000 + seed);
         let parameters = Parameters { friction: 0.4, copies: 1, ..Parameters::random(&mut random) };
         let mut problem = articulated(&mut random, &parameters, 12 + seed as usize % 12, 1 + seed as usize % 4);
-        let before = solver.solve(&problem, None);
-        let size = 10.0_f64.powi(-(seed as i32 % 4));
-        problem.free_velocity.iter_mut().for_each(|v| *v += size * random.normal());
-        let cold = solver.solve(&problem, None);
-        let warm = solver.solve(&problem, Some(&WarmStart::from_solution(&before)));
-        assert_eq!(warm.status, SolveStatus::Solved, "seed {seed}: {:?}", warm.certificate);
-        assert_eq!(warm.certificate, certify(&problem, &warm));
-        let violation = worst_violation(&problem, &warm);
-        assert!(violation <= 1e-9, "seed {seed}: {violation:e}");
-        let scale = problem.free_velocity.iter().fold(problem.velocity_scale(), |a, v| a.max(v.abs()));
-        let difference = warm.velocity.iter().zip(&cold.velocity).fold(0.0, |d: f64, (a, b)| d.max((a - b).abs()));
-        assert!(difference <= 1e-9 * scale, "seed {seed}: {difference:e}");
+        let warm = pushed(&mut solver, &mut problem, &mut random, seed);
         moved += u32::from(warm.report.mode_changes > 0);
         in_impulses += u32::from(warm.report.proximal_iterations == 0 && warm.report.factorizations > 0);
         alone += u32::from(warm.report.factorizations == 1);
@@ -131,18 +138,7 @@ fn dry_friction_and_constraints_are_solved_in_impulses() {
         }
         let tied = 7 + random.below(n - 8) as u32;
         problem.push_bilateral([(6, [1.0]), (tied, [random.normal()])], 0.0);
-        let before = solver.solve(&problem, None);
-        let size = 10.0_f64.powi(-(seed as i32 % 4));
-        problem.free_velocity.iter_mut().for_each(|v| *v += size * random.normal());
-        let cold = solver.solve(&problem, None);
-        let warm = solver.solve(&problem, Some(&WarmStart::from_solution(&before)));
-        assert_eq!(warm.status, SolveStatus::Solved, "seed {seed}: {:?}", warm.certificate);
-        assert_eq!(warm.certificate, certify(&problem, &warm));
-        let violation = worst_violation(&problem, &warm);
-        assert!(violation <= 1e-9, "seed {seed}: {violation:e}");
-        let scale = problem.free_velocity.iter().fold(problem.velocity_scale(), |a, v| a.max(v.abs()));
-        let difference = warm.velocity.iter().zip(&cold.velocity).fold(0.0, |d: f64, (a, b)| d.max((a - b).abs()));
-        assert!(difference <= 1e-9 * scale, "seed {seed}: {difference:e}");
+        let warm = pushed(&mut solver, &mut problem, &mut random, seed);
         let in_impulses = warm.report.stages[StageKind::Impulses].ended > 0;
         ended += u32::from(in_impulses);
         turned += u32::from(in_impulses && warm.report.mode_changes > 0);
