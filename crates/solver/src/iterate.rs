@@ -4,6 +4,7 @@ use signorini_contact::ContactProblem;
 use signorini_contact::projection::Mode;
 
 use crate::islands::Island;
+use crate::residual::RESIDUALS;
 
 /// Impulses of an island, and what is known of them.
 #[derive(Clone, Debug, Default)]
@@ -49,6 +50,35 @@ impl Iterate {
         self.bilateral.clone_from(&other.bilateral);
         self.modes.clone_from(&other.modes);
         self.residual = other.residual;
+    }
+
+    /// Whether all that the laws lack is what the last digits of any impulses that give this velocity make in it, more than the tolerance allows.
+    pub fn is_out_of_digits(&self, problem: &ContactProblem, island: &Island, tolerance: f64) -> bool {
+        if self.residual > RESIDUALS.far || self.velocity.len() != island.nv() {
+            return false;
+        }
+        let digits = self.least_rounding(problem, island);
+        digits > RESIDUALS.rounded * tolerance && self.residual <= RESIDUALS.rounded * digits
+    }
+
+    /// What rounding of the impulses makes at least in the velocity of a contact, relative to the velocity scale, whichever impulses give this
+    /// velocity.
+    ///
+    /// On the change `Δv` from the free velocity they do the work `Δvᵀ M Δv = Σ λ·JΔv`, however they balance each other: for some of them
+    /// `g λ` is at least this work over `Σ |JΔv|/g`, with `g` of the contact's own bodies.
+    fn least_rounding(&self, problem: &ContactProblem, island: &Island) -> f64 {
+        let (mut change, mut momentum) = (Vec::new(), vec![0.0; island.nv()]);
+        island.gather(&problem.free_velocity, &mut change);
+        change.iter_mut().zip(&self.velocity).for_each(|(free, v)| *free = v - *free);
+        island.multiply_mass(&problem.mass, &change, &mut momentum);
+        let work: f64 = change.iter().zip(momentum).map(|(v, p)| v * p).sum();
+        let unit =
+            |c: usize| island.pushing(c, island.jacobian.multiply(c, &change)).iter().map(|u| u.abs()).sum::<f64>();
+        let row = |k: usize| island.bilateral_jacobian.multiply(k, &change)[0].abs();
+        let units: f64 = island.scale.iter().enumerate().map(|(c, g)| unit(c) / g).sum();
+        let rows: f64 = island.bilateral_scale.iter().enumerate().map(|(k, g)| row(k) / g).sum();
+        let size = (units + rows) * island.velocity_scale.value();
+        if size > 0.0 { f64::EPSILON * work / size } else { 0.0 }
     }
 
     /// The largest impulse in units of the one that changes the lightest contact's velocity by the velocity scale.

@@ -25,7 +25,7 @@ struct Tuning {
 /// Chosen by: `random_steps --seeds 0..300000`, 21 November 2026; `smallest_pivot` by the stored cases 2157082_1 and 613293_0.
 const TUNING: Tuning = Tuning { smallest_pivot: 1e-14, covering_vectors: 13 };
 
-/// What the laws lack by more than the tolerance, in an island that is not too large.
+/// What the laws lack by more than the tolerance, in an island that is not too large, and where more digits can be had.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     let is_enough = match task.look {
         Look::Only | Look::Short | Look::Part => return false,
@@ -33,7 +33,10 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
         Look::First => task.settings.tolerance.max(task.settings.accept),
         Look::Second => task.accept(),
     };
-    task.settings.budget.is_none() && iterate.residual > is_enough && rows(task) <= task.settings.lemke_max_rows
+    task.settings.budget.is_none()
+        && iterate.residual > is_enough
+        && rows(task) <= task.settings.lemke_max_rows
+        && !iterate.is_out_of_digits(task.problem, task.island, task.settings.tolerance)
 }
 
 /// Takes what Lemke's method finds if it is better, or its denial.
