@@ -47,11 +47,11 @@ impl Workspace {
         report.clipped_gaps = false;
         self.corrections.ask_again(&mut self.builder.problem);
         let mut verdict = self.solve_permitted(settings, report)?;
-        if verdict.holds && self.corrections.any() {
+        // What misses the tolerance moves the bodies, too.
+        if self.corrections.any() && !self.is_denied() {
             verdict = self.bound_energy(model, settings, v, verdict, report)?;
         }
-        let denied = matches!(self.solution.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
-        if denied && settings.infeasible == InfeasiblePolicy::GoOn && !self.is_driven() {
+        if self.is_denied() && settings.infeasible == InfeasiblePolicy::GoOn && !self.is_driven() {
             // There is a solution that was not found: the step goes on with the best point.
             self.solution.status = SolveStatus::Inaccurate;
         }
@@ -72,8 +72,7 @@ impl Workspace {
             return self.search_permitted(report);
         }
         let verdict = self.attempt(Patience::Full, report)?;
-        let unsolvable = matches!(self.solution.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. });
-        if unsolvable && settings.infeasible == InfeasiblePolicy::ClipGaps && self.builder.clip_gaps() {
+        if self.is_denied() && settings.infeasible == InfeasiblePolicy::ClipGaps && self.builder.clip_gaps() {
             report.clipped_gaps = true;
             return self.attempt(Patience::Full, report);
         }
@@ -203,6 +202,11 @@ impl Workspace {
             self.keep_best();
         }
         if self.corrections.theta == bracket.solved { Ok(best) } else { self.take_best(bracket.solved, best, report) }
+    }
+
+    /// Whether the solution at hand is none: the problem was denied one.
+    fn is_denied(&self) -> bool {
+        matches!(self.solution.status, SolveStatus::Ray { .. } | SolveStatus::Infeasible { .. })
     }
 
     /// Whether velocities are prescribed, which may be impossible.

@@ -142,3 +142,27 @@ fn a_rollout_is_observed_after_every_step() {
         assert!(record.iter().zip(expected).all(|(r, t)| (r.1 - t).abs() < 1e-12 && r.2 > 0));
     }
 }
+
+/// What a panic of the caller's own code leaves behind: simulations that begin anew as if nothing had been.
+#[test]
+fn a_panic_in_between_leaves_a_batch_that_can_be_reset() {
+    let model = quadruped();
+    for threads in [1, 2] {
+        let mut batch = Batch::new(model.clone(), Settings::default(), 3, threads).unwrap();
+        let mut seen = vec![0; 3];
+        let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+            batch.rollout_observed(20, &[], &mut seen, |k, _, seen| {
+                assert!(k < 7, "the observer ends here");
+                *seen = k;
+            })
+        }));
+        assert!(ended.is_err());
+        let mut other = Batch::new(model.clone(), Settings::default(), 3, threads).unwrap();
+        for i in 0..3 {
+            batch.reset(i);
+            (*batch.state_mut(i), *other.state_mut(i)) = (start(&model, i), start(&model, i));
+        }
+        assert!(batch.step(30) && other.step(30));
+        (0..3).for_each(|i| assert_eq!(batch.state(i), other.state(i), "{threads} threads, simulation {i}"));
+    }
+}

@@ -95,3 +95,32 @@ fn an_overlap_that_no_motion_opens_is_named_and_harmless() {
     let end = folding.run(1.0, |now, _| now.state().v.iter().all(|v| v.abs() < 100.0)).unwrap();
     assert_eq!(end, RunEnd::Finished, "{:?}", folding.state());
 }
+
+/// Swimmers and pushers move in a plane: what their bodies reach into the floor, by a rounding or by millimetres, no joint can take out, and it
+/// stops nobody; a wall in their way is a contact as ever.
+#[test]
+fn what_moves_in_a_plane_may_reach_into_the_floor() {
+    for depth in [1.1e-16, 1e-9, 3e-3] {
+        let text = format!(
+            "<mujoco><option timestep='0.01'/><worldbody><geom name='floor' type='plane'/>
+            <geom name='wall' type='box' size='0.1 1 1' pos='1.1 0 0'/><body name='torso' pos='0 0 {}'>
+            <joint type='slide' axis='1 0 0'/><joint type='slide' axis='0 1 0'/><joint axis='0 0 1'/>
+            <geom name='front' type='capsule' fromto='0.5 0 0 0 0 0' size='0.1'/>
+            <body><joint axis='0 0 1' range='-100 100'/><geom name='back' type='capsule' fromto='0 0 0 -0.5 0 0' size='0.1'/>
+            </body></body></worldbody></mujoco>",
+            0.1 - depth
+        );
+        let model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
+        let mut simulation =
+            Simulation::new(model, Settings::default().with_infeasible(InfeasiblePolicy::Stop)).unwrap();
+        let mut state = simulation.state().clone();
+        state.v[0] = 1.0;
+        simulation.set_state(&state).unwrap();
+        let end = simulation.run(1.0, |_, report| report.certificate.holds(1e-9)).unwrap();
+        assert_eq!(end, RunEnd::Finished, "{depth}: {:?}", simulation.report());
+        assert!(simulation.summary().left_out_max > 0, "{depth}");
+        // Head-on: it stops where its front meets the wall.
+        let state = simulation.state();
+        assert!((state.q[0] - 0.4).abs() < 1e-9 && state.v[0].abs() < 1e-9, "{depth}: {:?}", state.q);
+    }
+}

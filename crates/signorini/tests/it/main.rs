@@ -7,6 +7,7 @@ mod budget;
 mod candidates;
 mod contradiction;
 mod convergence;
+mod corrections;
 mod determinism;
 mod dry_friction;
 mod extremes;

@@ -3,6 +3,7 @@
 use signorini::multibody::glam::{DQuat, DVec3};
 use signorini::multibody::{Geometry, Joint, JointKind, Pose};
 use signorini::{KeptRow, RunEnd, Settings, Simulation};
+use signorini_testkit::{files_in, shared_data};
 
 use crate::support::{World, position};
 
@@ -133,4 +134,20 @@ fn a_held_base_is_pushed_out_at_the_speed_of_corrections() {
     simulation.step().unwrap();
     let left = Settings::default().correction_speed * 10.0 / (10.0 + 0.002 * 1e9);
     assert!((simulation.state().v[0] - left).abs() < 1e-6 * left, "{}", simulation.state().v[0]);
+}
+
+/// Scenes of others in which a step was once denied although it has a solution: they run on, and every step is certified.
+#[test]
+fn scenes_that_were_denied_run_on() {
+    let Some(folder) = shared_data("false_denials") else { return };
+    let mut count = 0;
+    for path in files_in(&folder, "xml") {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
+        let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+        let end = simulation.run(2.0, |_, report| report.certificate.holds(1e-9)).unwrap();
+        assert_eq!(end, RunEnd::Finished, "{}: {:?}", path.display(), simulation.report());
+        count += 1;
+    }
+    assert!(count >= 4, "{count} scenes");
 }
