@@ -40,16 +40,38 @@ impl<const R: usize> SparseRows<R> {
         self.entries.clear();
     }
 
-    /// Adds a group from its columns (strictly ascending) and, for each column, its `R` entries.
+    /// Adds a group from its columns and, for each column, its `R` entries. Columns in any order are put in ascending order; what comes
+    /// twice for one column is added up.
     pub fn push(&mut self, group: impl IntoIterator<Item = (u32, [f64; R])>) {
         // Both lists grow in one go where the length is known.
         let mut both = (std::mem::take(&mut self.columns), std::mem::take(&mut self.entries));
+        let start = both.0.len();
         both.extend(group);
         (self.columns, self.entries) = both;
+        if !self.columns[start..].is_sorted_by(|a, b| a < b) {
+            self.put_in_order(start);
+        }
         self.offsets.push(self.columns.len());
     }
 
-    /// Adds a group with these entries in columns that are numbered otherwise.
+    /// Makes the columns from `start` on strictly ascending.
+    #[cold]
+    fn put_in_order(&mut self, start: usize) {
+        let entries = self.entries.drain(start..);
+        let mut group: Vec<(u32, [f64; R])> = self.columns.drain(start..).zip(entries).collect();
+        group.sort_by_key(|(column, _)| *column);
+        for (column, entry) in group {
+            if self.columns[start..].last() == Some(&column) {
+                let known = &mut self.entries[self.columns.len() - 1];
+                known.iter_mut().zip(entry).for_each(|(sum, e)| *sum += e);
+            } else {
+                self.columns.push(column);
+                self.entries.push(entry);
+            }
+        }
+    }
+
+    /// Adds a group with these entries in columns that are numbered otherwise, in the order in which they are given.
     pub fn push_renumbered(&mut self, columns: impl Iterator<Item = u32>, entries: &[[f64; R]]) {
         self.columns.extend(columns);
         self.entries.extend_from_slice(entries);

@@ -103,7 +103,9 @@ impl ContactProblem {
         self.friction_groups.clear();
     }
 
-    /// Adds a contact: its Jacobian columns with entries (normal, tangent 1, tangent 2), gap φ (m), friction μ, directions.
+    /// Adds a contact: its Jacobian columns, in any order, with entries (normal, tangent 1, tangent 2), gap φ (m), friction μ, directions.
+    ///
+    /// Nothing is checked here; [`check`](Self::check) names what does not fit.
     pub fn push_contact(
         &mut self,
         columns: impl IntoIterator<Item = (u32, [f64; 3])>,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use signorini_contact::problem_file::{
     ProblemFile, read, read_contact_solution, write_contact, write_contact_solution, write_plain_solution,
 };
-use signorini_contact::{ContactProblem, ProblemError, certify};
+use signorini_contact::{ContactProblem, FrictionBound, ProblemError, certify};
 use signorini_npz::{Archive, ArchiveWriter, Array, ArrayData};
 use signorini_solver::ContactSolver;
 use signorini_testkit::{Family, Gap, Motion, Parameters, Random, families};
@@ -255,12 +255,35 @@ fn plain_and_frictional_kinds_are_read() {
 }
 
 #[test]
-fn columns_out_of_order_are_refused() {
-    for columns in [[(2, [1.0; 3]), (1, [1.0; 3])], [(1, [1.0; 3]), (1, [1.0; 3])]] {
+fn columns_come_in_any_order() {
+    let polygon = signorini_contact::FrictionPolygon::regular(8, 0.1).expect("even");
+    let entries = [[0.3, -1.0, 0.5], [2.0, 0.25, 0.0], [1.0, 0.5, -4.0]];
+    let pushed = |order: &[(u32, [f64; 3])]| {
         let mut problem = signorini_testkit::particle(-1.0, [0.0; 2], 0.1, 0.0, 0.5);
-        problem.push_contact(columns, 0.0, 0.5, &signorini_contact::FrictionPolygon::frictionless());
-        assert!(matches!(problem.check(), Err(ProblemError::ColumnOrder { row: 1, column: 1 })));
+        problem.push_contact(order.iter().copied(), 0.0, 0.5, &polygon);
+        problem.push_bilateral(order.iter().map(|(column, e)| (*column, [e[1]])), 0.0);
+        problem.push_friction_row(order.iter().map(|(column, e)| (*column, e[2])), 0.0, FrictionBound::Impulse(1.0));
+        problem
+    };
+    let ordered = pushed(&[(0, entries[0]), (1, entries[1]), (2, entries[2])]);
+    let half = entries[1].map(|e| 0.5 * e);
+    for order in [
+        vec![(2, entries[2]), (0, entries[0]), (1, entries[1])],
+        vec![(1, half), (2, entries[2]), (1, half), (0, entries[0])],
+    ] {
+        let problem = pushed(&order);
+        problem.check().expect("strictly ascending");
+        assert_eq!(problem.jacobian, ordered.jacobian);
+        assert_eq!(problem.bilateral_jacobian, ordered.bilateral_jacobian);
+        assert_eq!(problem.friction_groups.jacobian, ordered.friction_groups.jacobian);
     }
+    // Where a column is numbered otherwise, that is what `check` looks at.
+    let mut problem = ordered;
+    problem.jacobian.push_renumbered([1, 0, 2].into_iter(), &entries);
+    problem.gap.push(0.0);
+    problem.friction.push(0.5);
+    problem.direction_offsets.push(problem.directions.len());
+    assert!(matches!(problem.check(), Err(ProblemError::ColumnOrder { row: 2, column: 0 })));
     let mut problem = signorini_testkit::particle(-1.0, [0.0; 2], 0.1, 0.0, 0.5);
     problem.push_bilateral([(3, [1.0])], 0.0);
     assert!(matches!(problem.check(), Err(ProblemError::Column { row: 0, column: 3, nv: 3 })));
