@@ -55,8 +55,19 @@ fn of(document: &gltf::Document, buffers: Vec<gltf::buffer::Data>, images: Vec<D
     Ok(scene.painted)
 }
 
+/// Whether a binary file is as long as it says: the crate subtracts the length of the header from that, and asks for so much memory.
+fn check_length(bytes: &[u8]) -> Result<(), String> {
+    let Some((b"glTF", rest)) = bytes.split_first_chunk() else { return Ok(()) };
+    let said = rest.get(4..8).and_then(|length| length.try_into().ok()).map_or(0, u32::from_le_bytes) as usize;
+    match (12..=bytes.len()).contains(&said) {
+        true => Ok(()),
+        false => Err(format!("its header speaks of {said} bytes, there are {}", bytes.len())),
+    }
+}
+
 /// Whether the attributes of every primitive are there: the crate's own check takes that for granted.
 fn check_attributes(bytes: &[u8]) -> Result<(), String> {
+    check_length(bytes)?;
     let file = gltf::Gltf::from_slice_without_validation(bytes).map_err(|e| e.to_string())?;
     let root = file.document.as_json();
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);

@@ -273,6 +273,17 @@ fn damaged_gltf_is_refused_and_nothing_worse() {
         }
     }
     assert!(refused > 300, "{refused}");
+    // The header of a binary file, with lengths that are not its own.
+    let chunk = |kind: &[u8], bytes: &[u8]| [&(bytes.len() as u32).to_le_bytes(), kind, bytes].concat();
+    let padded = whole.clone() + &" ".repeat(whole.len().wrapping_neg() % 4);
+    let body = chunk(b"JSON", padded.as_bytes());
+    let binary = |length: usize| [b"glTF", &2_u32.to_le_bytes()[..], &(length as u32).to_le_bytes(), &body].concat();
+    let right = 12 + body.len();
+    assert_eq!(read_mesh(&binary(right), MeshFormat::Gltf).unwrap().triangles.len(), 4);
+    for length in [0, 1, 11, right + 1, u32::MAX as usize] {
+        assert!(read_mesh(&binary(length), MeshFormat::Gltf).is_err(), "{length}");
+    }
+    (0..12).for_each(|end| assert!(read_mesh(&binary(right)[..end], MeshFormat::Gltf).is_err(), "{end}"));
 }
 
 /// A part of a mesh file is shown and touches alone, in its place or about its middle: SDF's `<submesh>`.
