@@ -1,8 +1,6 @@
 //! `Renderer`, `View` and `Film`: pictures without a window.
 
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use numpy::ndarray::{Array2, Array3};
@@ -242,7 +240,7 @@ impl Film {
     fn save(&self, path: PathBuf) -> PyResult<()> {
         let mut bytes = Vec::new();
         self.0.lock().map_err(broken)?.write(&mut bytes).map_err(render_error)?;
-        Ok(std::fs::write(path, bytes)?)
+        written(&path, &bytes)
     }
 
     fn __len__(&self) -> PyResult<usize> {
@@ -263,7 +261,17 @@ fn broken<T>(_: PoisonError<T>) -> PyErr {
 #[pyfunction]
 pub fn save_png(path: PathBuf, picture: PyReadonlyArray3<'_, u8>) -> PyResult<()> {
     let picture = picture_of(&picture)?;
-    render::write_png(&picture, BufWriter::new(File::create(path)?)).map_err(render_error)
+    let mut bytes = Vec::new();
+    render::write_png(&picture, &mut bytes).map_err(render_error)?;
+    written(&path, &bytes)
+}
+
+/// Writes a file, whole or not at all.
+fn written(path: &Path, bytes: &[u8]) -> PyResult<()> {
+    signorini_files::write(path, bytes).map_err(|error| match error.raw_os_error() {
+        Some(code) => PyOSError::new_err((code, error.to_string(), path.to_owned())),
+        None => PyOSError::new_err(format!("{error}: '{}'", path.display())),
+    })
 }
 
 fn picture_of(array: &PyReadonlyArray3<'_, u8>) -> PyResult<Picture> {

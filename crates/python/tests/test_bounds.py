@@ -53,6 +53,44 @@ sys.exit(os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]))
     assert ended.returncode == 0
 
 
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="a full disk is a device of Linux")
+def test_a_full_disk_is_an_error_that_names_the_file(tmp_path):
+    model = Model.from_string(BALL)
+    data = signorini.Data(model)
+    with data.record() as recorder:
+        signorini.step(model, data, 3)
+    recording, problem = recorder.recording, data.problem()
+    picture, film = np.zeros((16, 16, 3), np.uint8), signorini.Film(16, 16)
+    film.add(picture)
+    stability = signorini.stability(model)
+    limit = signorini.safety(model, what="tilt")
+
+    def record(path):
+        with data.record(path):
+            signorini.step(model, data)
+
+    outputs = [
+        (recording.save, ".rec"), (recording.to_html, ".html"), (recording.to_npz, ".npz"), (recording.to_csv, ".csv"),
+        (recording.to_mcap, ".mcap"), (problem.save, ".npz"), (stability.save, ".npz"), (film.save, ".mp4"),
+        (lambda path: signorini.save_png(path, picture), ".png"), (record, ".rec"),
+    ]
+    for write, ending in outputs:
+        old, full = tmp_path / f"old{ending}", tmp_path / f"full{ending}"
+        write(old)
+        size = old.stat().st_size
+        assert size > 0
+        if not full.exists():
+            full.symlink_to("/dev/full")
+        with pytest.raises((OSError, signorini.SignoriniError), match=f"full{ending}") as error:
+            write(full)
+        assert "No space left" in str(error.value)
+        with pytest.raises((OSError, signorini.SignoriniError), match="nowhere"):
+            write(tmp_path / "nowhere" / "a")
+    (tmp_path / "limit-falls.npz").symlink_to("/dev/full")
+    with pytest.raises((OSError, signorini.SignoriniError), match="limit-falls.npz"):
+        limit.save(tmp_path / "limit")
+
+
 def test_a_header_with_impossible_sizes_is_refused(tmp_path):
     model = Model.from_string(BALL)
     data = signorini.Data(model)

@@ -46,19 +46,22 @@ impl Recording {
         Ok(Self { header: reader.header().clone(), frames, ending: reader.ending().clone() })
     }
 
-    /// Writes a file; it is marked as finished if this recording is.
+    /// Writes a file, whole or not at all; it is marked as finished if this recording is.
     ///
     /// # Errors
-    /// As [`Writer::create`] and [`Writer::append`].
+    /// As [`Writer::create`] and [`Writer::append`]; what was there before then stays.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), RecordingError> {
-        let mut writer = Writer::create(path, self.header.clone())?;
+        let file = path.as_ref();
+        let io = |source| RecordingError::Io { file: file.to_owned(), source };
+        let mut writer = Writer::whole(file, self.header.clone())?;
         for frame in &self.frames {
             writer.append(frame)?;
         }
-        if let Ending::Finished { reason } = &self.ending {
-            writer.finish(reason)?;
-        }
-        Ok(())
+        let output = match &self.ending {
+            Ending::Finished { reason } => writer.finish(reason)?,
+            Ending::Interrupted { .. } | Ending::Damaged { .. } => writer.into_output(),
+        };
+        output.finish().map_err(io)
     }
 
     /// Appends a frame.

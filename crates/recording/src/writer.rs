@@ -4,6 +4,8 @@ use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use signorini_files::WholeFile;
+
 use crate::error::RecordingError;
 use crate::frame::Frame;
 use crate::header::{Header, SCHEMA_VERSION};
@@ -36,6 +38,18 @@ impl Writer<File> {
         header.validate()?;
         let file = path.as_ref().to_path_buf();
         match File::create(&file) {
+            Ok(output) => Self::start(file, output, header),
+            Err(source) => Err(RecordingError::Io { file, source }),
+        }
+    }
+}
+
+impl Writer<WholeFile> {
+    /// Begins a file that takes its place when the output is finished.
+    pub(crate) fn whole(path: &Path, header: Header) -> Result<Self, RecordingError> {
+        header.validate()?;
+        let file = path.to_path_buf();
+        match WholeFile::create(&file) {
             Ok(output) => Self::start(file, output, header),
             Err(source) => Err(RecordingError::Io { file, source }),
         }
