@@ -63,7 +63,7 @@ def test_a_full_disk_is_an_error_that_names_the_file(tmp_path):
     picture, film = np.zeros((16, 16, 3), np.uint8), signorini.Film(16, 16)
     film.add(picture)
     stability = signorini.stability(model)
-    limit = signorini.safety(model, what="tilt")
+    limit = signorini.safety(model, what="tilt", direction=(1, 0, 0))
 
     def record(path):
         with data.record(path):
