@@ -3,7 +3,7 @@
 use signorini_multibody::glam::{DQuat, DVec3};
 use signorini_multibody::{
     Activation, ActivationKind, Actuator, ActuatorKind, BodyId, EqualityBlock, EqualityKind, Geometry, Input, Joint,
-    JointId, JointKind, LengthRow, Model, ModelBuilder, Pose, Site, State, Transmission, actuator_length_into,
+    JointId, JointKind, LengthRow, Model, ModelBuilder, Pose, Site, State, Tendon, Transmission, actuator_length_into,
     advance_activations_into, equality_block_into, integrate_into, potential_energy,
 };
 
@@ -217,5 +217,93 @@ fn a_wrench_at_a_site_acts_in_its_axes_or_in_those_of_its_reference() {
             }
         };
         assert!((row.length - length).abs() < 1e-13, "{a}: {} instead of {length}", row.length);
+    }
+}
+
+/// What takes the opposite wrench is the body of the reference, at its site.
+#[test]
+fn a_wrench_between_two_bodies_acts_on_both() {
+    let wrench = [0.7, -1.1, 0.4, 0.3, 0.6, -0.9];
+    let places = [DVec3::new(0.2, -0.1, 0.3), DVec3::new(-0.4, 0.5, 0.1)];
+    let turns = [DVec3::new(0.4, -0.3, 0.8), DVec3::new(-0.5, 0.2, 0.1)].map(DQuat::from_scaled_axis);
+    let mut builder = ModelBuilder::new("tugs");
+    let mut sites = Vec::new();
+    for (k, name) in ["tug", "barge"].into_iter().enumerate() {
+        let body = builder.body(name).free().solid(Geometry::Sphere { radius: 0.1 }, 1.0).add().unwrap();
+        let site = Site::new(name).with_placement(Pose::new(places[k], turns[k]));
+        sites.push(builder.add_site(body, site).unwrap());
+    }
+    let transmission = Transmission::Site { site: sites[0], reference: Some(sites[1]), wrench };
+    builder.add_actuator(Actuator::new("tow", transmission, ActuatorKind::Motor));
+    let model = builder.build().unwrap();
+    let q = random_q(&mut Random(5));
+    let state = State::at(q.clone(), vec![0.0; 12]);
+    let mut row = LengthRow::new(&model);
+    actuator_length_into(&model, &kinematics(&model, &state), &q, &model.actuators[0], &mut row);
+    let axes = pose(&q[7..]).rotation * turns[1];
+    let (force, moment) = (axes * DVec3::from_slice(&wrench), axes * DVec3::from_slice(&wrench[3..]));
+    for (k, sign) in [1.0, -1.0].into_iter().enumerate() {
+        let rotation = pose(&q[7 * k..]).rotation;
+        let about = rotation.conjugate() * (moment + (rotation * places[k]).cross(force));
+        for (i, x) in [force.to_array(), about.to_array()].concat().into_iter().enumerate() {
+            let found = row.dofs.iter().position(|&dof| dof == 6 * k + i).map_or(0.0, |at| row.gradient[at]);
+            assert!((found - sign * x).abs() < 1e-13, "body {k}: {:?}", row.gradient);
+        }
+    }
+}
+
+/// Energy is what was put into the springs against their forces: half the stiffness times the square of each stretch, the slack part left out.
+#[test]
+fn springs_of_joints_and_tendons_hold_energy() {
+    for (own, cross) in [(1.0, 1.0), (3.0, 7.0), (0.0, 5.0), (2.0, 0.0)] {
+        let mut builder = ModelBuilder::new("springs");
+        builder.gravity(DVec3::ZERO);
+        let mut joints = Vec::new();
+        for name in ["a", "b"] {
+            let joint =
+                Joint::new(name, JointKind::Slide { axis: DVec3::X }).with_stiffness(own).with_spring_reference(0.2);
+            builder.body(name).joint(joint).solid(Geometry::Sphere { radius: 0.1 }, 1.0).add().unwrap();
+            joints.push(JointId(joints.len() as u32));
+        }
+        let terms = vec![(joints[0], 1.0), (joints[1], -2.0)];
+        builder.add_tendon(Tendon::new("cross", terms).with_stiffness(cross).with_rest([-0.1, 0.3]));
+        let model = builder.build().unwrap();
+        for q in [[0.7, -0.4], [-0.9, 0.1], [0.1, 0.0]] {
+            let state = State::at(q.to_vec(), vec![0.0; 2]);
+            let length: f64 = q[0] - 2.0 * q[1];
+            let stretch = (length - 0.3).max(0.0) + (length + 0.1).min(0.0);
+            let of_joints: f64 = q.iter().map(|q| 0.5 * own * (q - 0.2) * (q - 0.2)).sum();
+            let expected = of_joints + 0.5 * cross * stretch * stretch;
+            let found = potential_energy(&model, &kinematics(&model, &state), &state.q);
+            assert!((found - expected).abs() < 1e-14, "{own} {cross} {q:?}: {found} instead of {expected}");
+        }
+    }
+}
+
+/// Storage that held one row of a gear holds the three rows of a point afterwards, and the other way round.
+#[test]
+fn storage_of_one_equation_serves_another() {
+    let mut builder = ModelBuilder::new("both");
+    for name in ["leader", "follower"] {
+        let joint = Joint::new(name, JointKind::Hinge { axis: DVec3::Z });
+        builder.body(name).joint(joint).solid(Geometry::Box { half_extents: DVec3::ONE }, 1.0).add().unwrap();
+    }
+    let polynomial = [0.1, 2.0, -0.5, 0.25, 0.125];
+    builder.add_equality("gear", EqualityKind::Joint { joint: JointId(1), driver: Some(JointId(0)), polynomial });
+    let (body_a, body_b) = (BodyId(1), BodyId(2));
+    let (point_a, point_b) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(1.0, -0.5, 0.0));
+    builder.add_equality("point", EqualityKind::Connect { body_a, point_a, body_b, point_b });
+    let frame_a = Pose::new(point_a, DQuat::from_rotation_z(0.3));
+    builder.add_equality("weld", EqualityKind::Weld { body_a, frame_a, body_b, frame_b: Pose::IDENTITY });
+    let model = builder.build().unwrap();
+    let q = [0.4, -0.9];
+    let kinematics = kinematics(&model, &State::at(q.to_vec(), vec![0.0; 2]));
+    let mut used = EqualityBlock::new(&model);
+    for (equality, part, count) in [(0, 0, 1), (1, 0, 3), (0, 0, 1), (2, 0, 3), (0, 0, 1), (2, 1, 3)] {
+        let mut fresh = EqualityBlock::new(&model);
+        let kind = &model.equalities[equality].kind;
+        equality_block_into(&model, &kinematics, &q, kind, part, &mut used);
+        equality_block_into(&model, &kinematics, &q, kind, part, &mut fresh);
+        assert_eq!((used.count, used.violation, &used.rows), (count, fresh.violation, &fresh.rows));
     }
 }

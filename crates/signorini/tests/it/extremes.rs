@@ -112,15 +112,9 @@ fn chain(end: f64) -> String {
 #[test]
 fn chains_of_a_hundred_with_a_heavy_end_swing_at_bounded_cost() {
     let even = run(&chain(1.0), STEPS, "even");
-    for end in [1e6] {
-        let found = run(&chain(end), STEPS, "chain");
-        println!("end {end:e}: work {} of {}, {:.1e}", found.work, even.work, found.worst);
-        assert!(
-            found.missed == 0 && found.worst < 1e-8 && found.work <= 100 * even.work,
-            "end {end:e}: {}",
-            found.work
-        );
-    }
+    let found = run(&chain(1e6), STEPS, "heavy end");
+    println!("work {} of {}, {:.1e}", found.work, even.work, found.worst);
+    assert!(found.missed == 0 && found.worst < 1e-8 && found.work <= 100 * even.work, "{}", found.work);
 }
 
 /// Capsules of 0.4 m that fall on each other, `thinness` times as long as they are wide: their least moment of inertia falls with its square.
