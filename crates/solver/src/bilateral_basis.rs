@@ -98,14 +98,24 @@ impl BilateralBasis {
             for i in k..nb {
                 self.factor[i * nb + k] /= root;
             }
-            for i in k + 1..nb {
-                for j in k + 1..=i {
-                    let change = self.factor[i * nb + k] * self.factor[j * nb + k];
-                    self.factor[i * nb + j] -= change;
-                    self.factor[j * nb + i] = self.factor[i * nb + j];
-                }
+            if k == 0 {
+                self.mirror(nb);
+            }
+            // Row by row, the part above the diagonal with it: it is symmetric, and memory is read in its order.
+            let Self { solution: column, factor, .. } = self;
+            column.clear();
+            column.extend((k + 1..nb).map(|i| factor[i * nb + k]));
+            for (row, own) in factor.chunks_exact_mut(nb).skip(k + 1).zip(&*column) {
+                row[k + 1..].iter_mut().zip(&*column).for_each(|(x, other)| *x -= own * other);
             }
             self.rank = k + 1;
+        }
+    }
+
+    /// Makes the part above the diagonal that below it.
+    fn mirror(&mut self, nb: usize) {
+        for i in 0..nb {
+            (0..i).for_each(|j| self.factor[j * nb + i] = self.factor[i * nb + j]);
         }
     }
 
