@@ -122,9 +122,56 @@ fn coupled_joints_count_from_their_references() {
     let wanted = 0.1 + 2.0 * x - 0.5 * x.powi(2) + 0.25 * x.powi(3) + 0.125 * x.powi(4);
     let slope = 2.0 - x + 0.75 * x.powi(2) + 0.5 * x.powi(3);
     let found = block(&model, &[0.9, 0.7], 0);
-    assert_eq!(found.count, 1);
+    assert_eq!((found.count, &found.violation[1..]), (1, &[0.0; 2][..]));
     assert!((found.violation[0] - ((0.7 + 0.2) - wanted)).abs() < 1e-14);
     assert!((rate(&found, &[1.0, 0.0])[0] + slope).abs() < 1e-14 && rate(&found, &[0.0, 1.0])[0] == 1.0);
+}
+
+/// Lengths count from those at the reference configuration, here q = (0.3, −0.2).
+#[test]
+fn coupled_tendons_count_from_their_reference_lengths() {
+    let mut builder = ModelBuilder::new("pulleys");
+    for (name, reference) in [("a", 0.3), ("b", -0.2)] {
+        let joint = Joint::new(name, JointKind::Slide { axis: DVec3::Z }).with_reference(reference);
+        builder.body(name).joint(joint).solid(Geometry::Sphere { radius: 0.1 }, 1.0).add().unwrap();
+    }
+    let (a, b) = (JointId(0), JointId(1));
+    let driver = builder.add_tendon(Tendon::new("driver", vec![(a, 2.0), (b, 0.5)]));
+    let tendon = builder.add_tendon(Tendon::new("follower", vec![(a, -1.0), (b, 3.0)]));
+    let polynomial = [0.1, 2.0, -0.5, 0.25, 0.125];
+    let coupled = |driver| {
+        let mut builder = builder.clone();
+        builder.add_equality("pulley", EqualityKind::Tendon { tendon, driver, polynomial });
+        builder.build().unwrap()
+    };
+    let q: [f64; 2] = [0.9, 0.7];
+    let (x, y) = (2.0 * (q[0] - 0.3) + 0.5 * (q[1] + 0.2), 3.0 * (q[1] + 0.2) - (q[0] - 0.3));
+    let wanted = 0.1 + 2.0 * x - 0.5 * x.powi(2) + 0.25 * x.powi(3) + 0.125 * x.powi(4);
+    let slope = 2.0 - x + 0.75 * x.powi(2) + 0.5 * x.powi(3);
+    let found = block(&coupled(Some(driver)), &q, 0);
+    assert!(found.count == 1 && (found.violation[0] - (y - wanted)).abs() < 1e-13, "{:?}", found.violation);
+    assert_eq!(found.violation[1..], [0.0; 2]);
+    let rates = [[1.0, 0.0], [0.0, 1.0]].map(|v| rate(&found, &v)[0]);
+    assert!(
+        (rates[0] - (-1.0 - 2.0 * slope)).abs() < 1e-13 && (rates[1] - (3.0 - 0.5 * slope)).abs() < 1e-13,
+        "{rates:?}"
+    );
+    let alone = block(&coupled(None), &q, 0);
+    assert!((alone.violation[0] - (y - 0.1)).abs() < 1e-13, "{:?}", alone.violation);
+    assert_eq!([[1.0, 0.0], [0.0, 1.0]].map(|v| rate(&alone, &v)[0]), [-1.0, 3.0]);
+    assert_eq!(rate(&found, &[1.0, 1.0])[1..], [0.0; 2]);
+    // Storage that held three rows, or a row with a driver, holds the one without.
+    let mut both = builder.clone();
+    both.add_equality("with", EqualityKind::Tendon { tendon, driver: Some(driver), polynomial });
+    both.add_equality("without", EqualityKind::Tendon { tendon, driver: None, polynomial });
+    let model = both.build().unwrap();
+    let kinematics = kinematics(&model, &State::at(q.to_vec(), vec![0.0; 2]));
+    let mut used = EqualityBlock::new(&model);
+    used.count = 3;
+    for (equality, fresh) in [(0, &found), (1, &alone)] {
+        equality_block_into(&model, &kinematics, &q, &model.equalities[equality].kind, 0, &mut used);
+        assert_eq!((used.count, used.violation, &used.rows), (1, fresh.violation, &fresh.rows));
+    }
 }
 
 #[test]
