@@ -116,6 +116,10 @@ fn coupled_joints_count_from_their_references() {
         builder.body(name).joint(joint).solid(Geometry::Sphere { radius: 0.1 }, 1.0).add().unwrap();
     }
     let polynomial = [0.1, 2.0, -0.5, 0.25, 0.125];
+    let mut alone = builder.clone();
+    alone.add_equality("held", EqualityKind::Joint { joint: JointId(1), driver: None, polynomial });
+    let held = block(&alone.build().unwrap(), &[0.9, 0.7], 0);
+    assert!((held.violation[0] - ((0.7 + 0.2) - 0.1)).abs() < 1e-14 && rate(&held, &[1.0, 0.0]) == [0.0; 3]);
     builder.add_equality("gear", EqualityKind::Joint { joint: JointId(1), driver: Some(JointId(0)), polynomial });
     let model = builder.build().unwrap();
     let x: f64 = 0.9 - 0.3;
