@@ -1,21 +1,23 @@
 //! The search for contact points of a whole model.
 
+mod touching;
+
 use std::collections::BTreeSet;
 
 use glamx::glam::DVec3;
 use signorini_multibody::{BodyId, ContactPoint, GeomId, Geometry, Model, Pose};
 
 use crate::CollisionError;
-use crate::apart::{Apart, Two};
+use crate::apart::Apart;
 use crate::bvh::Aabb;
-use crate::feature::order_features;
 use crate::laws::Laws;
 use crate::manifold::Touch;
 use crate::narrow::Narrow;
-use crate::partners::{Partners, geoms_of, pair_of, that_can_meet};
-use crate::placing::{GeomPose, half_space, place, place_set, rank};
-use crate::reach::{PairReach, PairReaches, Reach, RelativeMotion, Within};
-use crate::shape::{KnownHulls, Prepared, Shape};
+use crate::partners::{Partners, pair_of, that_can_meet};
+use crate::placing::GeomPose;
+use crate::reach::{PairReach, PairReaches, Reach, RelativeMotion};
+use crate::shape::{KnownHulls, Prepared};
+use crate::still::Still;
 use crate::surface::Surface;
 use crate::sweep::Sweep;
 
@@ -44,6 +46,7 @@ pub struct Collider {
     closer: PairReaches,
     sweep: Sweep,
     apart: Apart,
+    still: Still,
     narrow: Narrow,
     surface: Surface,
     touches: Vec<Touch>,
@@ -54,6 +57,7 @@ impl Collider {
     /// statics, in which a corner that is left out is support that is not there.
     pub fn keep_outlines_whole(&mut self) {
         self.narrow.keep_outlines_whole();
+        self.still.forget();
     }
 
     /// Prepares the shapes of a model.
@@ -76,6 +80,7 @@ impl Collider {
     /// Takes over friction and margins of a model with the same parts, sizes and poses.
     pub fn take_laws(&mut self, model: &Model) {
         self.laws = Laws::new(model);
+        self.still.forget();
     }
 
     /// - `known`: geoms of a model with the same parts, or none
@@ -107,6 +112,7 @@ impl Collider {
             boxes: vec![Aabb { low: DVec3::ZERO, high: DVec3::ZERO }; geoms.len()],
             travel: vec![0.0; geoms.len()],
             turn: vec![0.0; geoms.len()],
+            still: Still::new(geoms.len()),
             geoms,
             active,
             half_spaces,
@@ -191,59 +197,6 @@ impl Collider {
         &self.closer.known
     }
 
-    fn bound_pairs(&mut self, relative: impl Fn([BodyId; 2], DVec3) -> RelativeMotion) {
-        self.closer.known.clear();
-        self.closer.is_directed = true;
-        for &pair in &self.pairs {
-            let (i, j) = geoms_of(pair);
-            // A half-space has no size.
-            let size = |k: usize| if self.geoms[k].size > 0.0 { self.geoms[k].size } else { f64::INFINITY };
-            let smaller = if size(i) < size(j) { i } else { j };
-            let (place, radius) = (self.placed[smaller].center, self.geoms[smaller].size);
-            if PairReaches::is_worth_it(self.travel[i] + self.travel[j], radius) {
-                let bodies = [i, j].map(|k| BodyId(self.geoms[k].body as u32));
-                let motion = relative(bodies, place);
-                self.closer.known.push(PairReach::new(pair, bodies, (place, radius), motion));
-            }
-        }
-    }
-
-    /// Up to which gap a pair is looked at, and the largest angle by which its geoms can turn against each other, rad.
-    fn within(&mut self, i: usize, j: usize) -> (Within, f64) {
-        let (margin, turn) = (self.travel[i] + self.travel[j], self.turn[i] + self.turn[j]);
-        let own = self.laws.reach(i) + self.laws.reach(j);
-        let is_directed = self.closer.is_directed;
-        match self.closer.of(pair_of(i as u32, j as u32)) {
-            Some(closer) => {
-                let margin = margin.min(closer.travel() + own);
-                let moving = is_directed.then_some((closer.motion, closer.radius, own));
-                (Within { margin, moving }, turn.min(closer.reach.angular))
-            }
-            None => (Within { margin, moving: None }, turn),
-        }
-    }
-
-    /// Appends the contact points of the pairs at hand.
-    fn touch_pairs(&mut self, model: &Model, out: &mut Vec<ContactPoint>) {
-        for k in 0..self.pairs.len() {
-            let (i, j) = geoms_of(self.pairs[k]);
-            self.touches.clear();
-            let origin = self.touch(i, j);
-            let (i, j) = (i as u32, j as u32);
-            let start = out.len();
-            let [friction, margin] = self.laws.of_pair(model, i, j);
-            let (a, b) = (&model.geoms[i as usize], &model.geoms[j as usize]);
-            let (geoms, bodies) = ([GeomId(i), GeomId(j)], [a.body, b.body]);
-            out.extend(self.touches.iter().map(|t| {
-                ContactPoint::new(geoms, bodies, t.position + origin, t.normal)
-                    .with_gap(t.gap - margin)
-                    .with_friction(friction)
-                    .with_feature(t.feature.code())
-            }));
-            order_features(&mut out[start..]);
-        }
-    }
-
     /// The contact points of one pair of geoms, as [`find`](Self::find) has them.
     ///
     /// - `pair`: two geoms that can touch, in any order
@@ -259,6 +212,7 @@ impl Collider {
         out: &mut Vec<ContactPoint>,
     ) {
         out.clear();
+        self.still.begin();
         self.place_one(pair[0].index(), body_pose, reach);
         self.place_one(pair[1].index(), body_pose, reach);
         self.pairs.clear();
@@ -291,6 +245,7 @@ impl Collider {
 
     /// World poses, travels and the boxes around all that the geoms can reach.
     fn place(&mut self, body_pose: &[Pose], reach: &[Reach]) {
+        self.still.begin();
         for at in 0..self.active.len() {
             self.place_one(self.active[at] as usize, body_pose, reach);
         }
@@ -308,7 +263,11 @@ impl Collider {
             let half = rotation.abs() * geom.half + DVec3::splat(travel);
             self.boxes[k] = Aabb { low: center - half, high: center + half };
         }
-        self.placed[k] = GeomPose { rotation, position: pose.position, center };
+        let placed = GeomPose { rotation, position: pose.position, center };
+        if placed != self.placed[k] || travel != self.travel[k] || reach.angular != self.turn[k] {
+            self.still.note_moved(k);
+        }
+        self.placed[k] = placed;
         self.travel[k] = travel;
         self.turn[k] = reach.angular;
     }
@@ -337,68 +296,5 @@ impl Collider {
             }
         });
         pairs.sort_unstable();
-    }
-
-    /// Contact points of geoms `i < j` relative to the returned origin, normals from `i` to `j`.
-    fn touch(&mut self, i: usize, j: usize) -> DVec3 {
-        let (within, turn) = self.within(i, j);
-        let margin = within.margin;
-        let flip = rank(&self.geoms[i].shape) > rank(&self.geoms[j].shape);
-        let (a, b) = if flip { (j, i) } else { (i, j) };
-        let origin = self.placed[b].center;
-        let (narrow, touches) = (&mut self.narrow, &mut self.touches);
-        narrow.search.within = Within::default();
-        narrow.reducer.turn = turn;
-        match (&self.geoms[a].shape, &self.geoms[b].shape) {
-            (Shape::HalfSpace, Shape::Convex(shape)) => {
-                let placed = place(&self.geoms[b], shape, &self.placed[b], origin);
-                let half_space = half_space(&self.placed[a], origin);
-                half_space.touch(&placed, margin, narrow, touches);
-                narrow.reducer.limit(touches, self.geoms[b].size);
-            }
-            (Shape::Convex(shape_a), Shape::Convex(shape_b)) => {
-                let placed_a = place(&self.geoms[a], shape_a, &self.placed[a], origin);
-                let placed_b = place(&self.geoms[b], shape_b, &self.placed[b], origin);
-                let (pair, shapes) = (pair_of(i as u32, j as u32), (&placed_a, &placed_b));
-                let two = Two::new(&self.geoms, &self.placed, pair);
-                if self.apart.is_still(&two, margin) || self.apart.shows_apart(&two, shapes, margin) {
-                    return origin;
-                }
-                narrow.search.within = within;
-                (narrow.search.apart, narrow.search.excluded) = (None, None);
-                narrow.convex(&placed_a, &placed_b, margin, touches);
-                if let (Some(closer), Some(excluded)) = (self.closer.of(pair), narrow.search.excluded) {
-                    closer.apart = Some(excluded);
-                }
-                if touches.is_empty() {
-                    self.apart.keep(&two, shapes, margin, narrow.search.apart);
-                }
-            }
-            (Shape::HalfSpace, Shape::Triangles(set)) => {
-                let placed = place_set(set, &self.placed[b], origin);
-                let half_space = half_space(&self.placed[a], origin);
-                self.surface.half_space(&half_space, &placed, self.geoms[b].size, margin, narrow, touches);
-            }
-            (Shape::Triangles(set), Shape::Convex(shape)) => {
-                let placed_a = place_set(set, &self.placed[a], origin);
-                let placed_b = place(&self.geoms[b], shape, &self.placed[b], origin);
-                self.surface.convex(&placed_a, &placed_b, self.geoms[b].half, margin, narrow, touches);
-            }
-            (Shape::Triangles(set_a), Shape::Triangles(set_b)) => {
-                let placed_a = place_set(set_a, &self.placed[a], origin);
-                let placed_b = place_set(set_b, &self.placed[b], origin);
-                let size = self.geoms[a].size.min(self.geoms[b].size);
-                self.surface.surfaces(&placed_a, &placed_b, size, margin, narrow, touches);
-            }
-            // Two half-spaces never move against each other.
-            _ => {}
-        }
-        if flip {
-            for touch in touches {
-                touch.normal = -touch.normal;
-                touch.feature = touch.feature.swapped();
-            }
-        }
-        origin
     }
 }

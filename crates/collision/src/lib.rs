@@ -81,6 +81,7 @@ mod reduce;
 mod search;
 mod separation;
 mod shape;
+mod still;
 mod surface;
 mod sweep;
 mod triangles;

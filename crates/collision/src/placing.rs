@@ -8,7 +8,7 @@ use crate::mesh::{PlacedSet, TriangleSet};
 use crate::shape::{Prepared, Shape};
 
 /// A geom in world.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct GeomPose {
     pub rotation: DMat3,
     pub position: DVec3,

@@ -21,7 +21,7 @@ pub struct Reach {
 }
 
 /// What is known of how body B can move against body A within the step: by one of several motions, and beside that by so much in any direction.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RelativeMotion {
     /// Displacements of B's point at the place against A, m, world axes.
     pub linear: [DVec3; 2],
@@ -100,7 +100,7 @@ impl PairReaches {
 }
 
 /// Up to which gap a pair of shapes is looked at.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Within {
     /// m.
     pub margin: f64,

@@ -18,6 +18,8 @@ pub(crate) struct Reducer {
     /// Those of which the outline is made.
     outer: Vec<(DVec2, usize)>,
     outline: Vec<(DVec2, usize)>,
+    /// What the loss of each corner of the outline costs.
+    bluntness: Vec<f64>,
     /// Place and gap of the outline's corners.
     corners: Vec<(DVec2, f64)>,
     kept: Vec<Touch>,
@@ -63,9 +65,8 @@ impl Reducer {
         if self.outline.len() == own.len() && own.len() <= self.most() {
             return; // Nothing to leave out; the order of the points means nothing.
         }
-        while self.outline.len() > self.most() {
-            drop_bluntest(&mut self.outline, deepest);
-        }
+        let most = self.most();
+        drop_bluntest(&mut self.outline, &mut self.bluntness, most, deepest);
         self.kept.clear();
         self.kept.extend(self.outline.iter().map(|&(_, i)| touches[from + i]));
         let lowest = touches[from + deepest];
@@ -100,18 +101,26 @@ impl Reducer {
     }
 }
 
-/// Whether three or four points, in the order given, are the corners of a convex polygon, each farther than `tolerance` from the
-/// line through its neighbours. (Five such points can make a star.)
+/// Whether three or four points, in the order given, are the corners of a convex polygon.
 fn is_corner_everywhere(flat: &[(DVec2, usize)], tolerance: f64) -> bool {
+    (3..=4).contains(&flat.len()) && is_ring(flat, tolerance)
+}
+
+/// Whether points, in the order given, are the corners of a convex polygon, each farther than `tolerance` from the line through its neighbours.
+fn is_ring(flat: &[(DVec2, usize)], tolerance: f64) -> bool {
     let count = flat.len();
+    let next = |k: usize| flat[if k < count { k } else { k - count }].0;
     let turns = |sign: f64| {
         (0..count).all(|k| {
-            let (a, b, c) = (flat[k].0, flat[(k + 1) % count].0, flat[(k + 2) % count].0);
+            let (a, b, c) = (next(k), next(k + 1), next(k + 2));
             let chord = c - a;
             sign * (b - a).perp_dot(chord) > tolerance * chord.length()
         })
     };
-    (3..=4).contains(&count) && (turns(1.0) || turns(-1.0))
+    // What turns everywhere may go round more than once, as a star does: once round it goes up and down once.
+    let rises = |k: usize| next(k + 1).y > next(k).y;
+    let turnings = || (0..count).filter(|&k| rises(k) != rises(k + 1)).count();
+    count >= 3 && (turns(1.0) || turns(-1.0)) && turnings() == 2
 }
 
 /// The gap at `p` that the kept points guarantee: interpolated on the triangles between the deepest point and the sides of
@@ -183,12 +192,15 @@ fn merge(flat: &mut Vec<(DVec2, usize)>, touches: &[Touch], tolerance: f64) {
     flat.truncate(end);
 }
 
-/// Corners of the convex outline, counter-clockwise, without points within `tolerance` of its sides: two points far from
-/// each other, then ever the point farthest beyond a side (quickhull; Eddy 1977).
+/// Corners of the convex outline, counter-clockwise, without points within `tolerance` of its sides: the points as they are, where they go round
+/// it; otherwise two points far from each other, then ever the point farthest beyond a side (quickhull; Eddy 1977).
 fn convex_outline(flat: &[(DVec2, usize)], out: &mut Vec<(DVec2, usize)>, tolerance: f64) {
     out.clear();
-    if flat.len() < 3 {
+    if flat.len() < 3 || is_ring(flat, tolerance) {
         out.extend_from_slice(flat);
+        if flat.len() >= 3 && (flat[1].0 - flat[0].0).perp_dot(flat[2].0 - flat[1].0) < 0.0 {
+            out.reverse();
+        }
         return;
     }
     let farthest_from = |p: DVec2| {
@@ -222,15 +234,26 @@ fn convex_outline(flat: &[(DVec2, usize)], out: &mut Vec<(DVec2, usize)>, tolera
     }
 }
 
-/// Removes the corner whose loss costs the least area, never `spared`.
-fn drop_bluntest(outline: &mut Vec<(DVec2, usize)>, spared: usize) {
-    let count = outline.len();
-    let area = |k: usize| {
+/// Removes the corner whose loss costs the least area, never `spared`, until there are `most`.
+/// - `areas`: a buffer
+fn drop_bluntest(outline: &mut Vec<(DVec2, usize)>, areas: &mut Vec<f64>, most: usize, spared: usize) {
+    if outline.len() <= most {
+        return;
+    }
+    let area = |outline: &[(DVec2, usize)], k: usize| {
+        let count = outline.len();
         let (a, b, c) = (outline[(k + count - 1) % count].0, outline[k].0, outline[(k + 1) % count].0);
-        (b - a).perp_dot(c - b)
+        if outline[k].1 == spared { f64::INFINITY } else { (b - a).perp_dot(c - b) }
     };
-    let candidates = (0..count).filter(|&k| outline[k].1 != spared);
-    if let Some(k) = candidates.min_by(|&i, &j| area(i).total_cmp(&area(j))) {
+    areas.clear();
+    areas.extend((0..outline.len()).map(|k| area(outline, k)));
+    while outline.len() > most {
+        let Some(k) = (0..areas.len()).min_by(|&i, &j| areas[i].total_cmp(&areas[j])) else { return };
         outline.remove(k);
+        areas.remove(k);
+        let count = outline.len();
+        for neighbour in [(k + count - 1) % count, k % count] {
+            areas[neighbour] = area(outline, neighbour);
+        }
     }
 }

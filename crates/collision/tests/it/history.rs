@@ -1,8 +1,8 @@
 //! A search knows nothing of the searches before it, although it keeps their order.
 
 use glamx::glam::{DQuat, DVec3};
-use signorini_collision::Collider;
-use signorini_multibody::{ContactPoint, Geometry, Pose};
+use signorini_collision::{Collider, Reach};
+use signorini_multibody::{ContactPoint, GeomId, Geometry, Pose};
 
 use crate::random::{Random, rock};
 use crate::scene::{Scene, contacts, cuboid};
@@ -59,6 +59,44 @@ fn the_answer_depends_on_the_poses_alone() {
         most = most.max(found.len());
     }
     assert!(most > 20, "the scene should be crowded, but had {most} points");
+}
+
+/// Pairs that stand still for a while, between some that move; margins, friction and single pairs in between.
+#[test]
+fn what_stands_still_is_found_as_by_a_collider_that_never_saw_it() {
+    let mut random = Random(5);
+    let mut scene = Scene::new(&shapes(&mut random));
+    let mut poses = vec![Pose::IDENTITY; COUNT + 1];
+    walk(&mut random, &mut poses, 0);
+    let (mut stood, mut most) = (0, 0);
+    let mut before = Vec::new();
+    for step in 1..300 {
+        for pose in poses.iter_mut().skip(1) {
+            if random.unit() < 0.05 {
+                pose.position += random.vector() * 0.02;
+            }
+        }
+        let margin = if step % 40 < 30 { 0.05 } else { 0.1 };
+        if step % 31 == 0 {
+            scene.model.geoms[3].friction += 0.1;
+            scene.collider.take_laws(&scene.model);
+        }
+        if step % 7 == 0 {
+            let elsewhere: Vec<Pose> = scene.model.bodies.iter().map(|_| Pose::IDENTITY).collect();
+            let reach = vec![Reach::default(); elsewhere.len()];
+            let pair = [GeomId(2), GeomId(3)];
+            scene.collider.find_pair(&scene.model, &elsewhere, &reach, pair, &mut Vec::new());
+        }
+        let found = scene.find(&poses, margin);
+        let experienced = std::mem::replace(&mut scene.collider, Collider::new(&scene.model).unwrap());
+        let afresh = scene.find(&poses, margin);
+        scene.collider = experienced;
+        assert!(same_bits(&found, &afresh), "step {step}: {} and {} points", found.len(), afresh.len());
+        stood += found.iter().filter(|point| before.contains(*point)).count();
+        most = most.max(found.len());
+        before = found;
+    }
+    assert!(most > 20 && stood > 1000, "{stood} of at most {most} points a step stood still");
 }
 
 #[test]
