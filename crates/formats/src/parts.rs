@@ -81,6 +81,8 @@ pub(crate) struct Parts {
     reserved: HashSet<String>,
     places: HashMap<(Sort, String), Place>,
     counts: HashMap<Sort, usize>,
+    /// The number that made each wanted name of a geom new, the last time that it was wanted: the smaller ones stay taken.
+    numbers: HashMap<String, u64>,
 }
 
 impl Parts {
@@ -97,6 +99,7 @@ impl Parts {
             reserved,
             places: HashMap::new(),
             counts: HashMap::new(),
+            numbers: HashMap::new(),
         }
     }
 
@@ -324,12 +327,15 @@ impl Parts {
 
     /// `wanted`, or with a number if something in the file has that name.
     pub fn unused_name(&self, wanted: &str) -> String {
-        unused(wanted, |name| self.reserved.contains(name))
+        unused(wanted, 2, |name| self.reserved.contains(name)).0
     }
 
     /// `wanted`, or with a number if a geom has that name.
-    pub fn unused_geom_name(&self, wanted: &str) -> String {
-        unused(wanted, |name| self.geom(name).is_some())
+    pub fn unused_geom_name(&mut self, wanted: &str) -> String {
+        let first = self.numbers.get(wanted).copied().unwrap_or(2);
+        let (name, number) = unused(wanted, first, |name| self.geom(name).is_some());
+        self.numbers.insert(wanted.to_owned(), number);
+        name
     }
 
     /// Gives joints that move no mass an armature: files have frames that move and weigh nothing, a caster's fork, a sensor on a hinge.
@@ -413,10 +419,11 @@ impl Parts {
     }
 }
 
-/// The name, or the name with an underscore and the first number that makes it new.
-fn unused(name: &str, taken: impl Fn(&str) -> bool) -> String {
+/// The name, or the name with an underscore and the first number from `first` on that makes it new; and that number.
+fn unused(name: &str, first: u64, taken: impl Fn(&str) -> bool) -> (String, u64) {
     if !taken(name) {
-        return name.to_owned();
+        return (name.to_owned(), first);
     }
-    (2..u64::MAX).map(|k| format!("{name}_{k}")).find(|n| !taken(n)).unwrap_or_default()
+    let mut numbered = (first..u64::MAX).map(|k| (format!("{name}_{k}"), k));
+    numbered.find(|(name, _)| !taken(name)).unwrap_or_default()
 }

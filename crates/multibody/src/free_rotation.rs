@@ -58,22 +58,24 @@ pub(crate) struct Correction {
 impl FreeRotation {
     /// All of a model's: bodies whose free or ball joint has a tree of its own.
     pub fn all(model: &Model) -> Vec<Self> {
-        let alone = |first: usize, last: usize| {
-            model.dof_parent[first].is_none() && !model.dof_parent[last + 1..].contains(&Some(last))
-        };
+        let mut carries = vec![false; model.nv];
+        model.dof_parent.iter().flatten().for_each(|&parent| carries[parent] = true);
+        let alone = |first: usize, last: usize| model.dof_parent[first].is_none() && !carries[last];
+        let mut welded = vec![Vec::new(); model.bodies.len()];
+        (0..).zip(&model.body_weld).for_each(|(i, body)| welded[body.index()].push(i));
         let of_joint = |joint: &Joint| {
             let k = joint.v_index;
             match joint.kind {
                 // Rotor inertia on the translations of a free joint is no mass that has a centre.
                 JointKind::Free if joint.armature == 0.0 && alone(k, k + 5) => {
-                    let whole = welded_inertia(model, joint.body, DVec3::ZERO);
+                    let whole = welded_inertia(model, joint.body, &welded, DVec3::ZERO);
                     let center = whole.first_moment / whole.mass;
                     let shift = scalar(center.length_squared()) - outer(center, center);
                     let about_center = whole.rotational - shift * whole.mass;
                     Some(Self::new(joint.body, k + 3, Some(k), whole.mass, center, about_center))
                 }
                 JointKind::Ball if alone(k, k + 2) => {
-                    let whole = welded_inertia(model, joint.body, joint.anchor);
+                    let whole = welded_inertia(model, joint.body, &welded, joint.anchor);
                     let inertia = whole.rotational + scalar(joint.armature);
                     Some(Self::new(joint.body, k, None, whole.mass, DVec3::ZERO, inertia))
                 }
@@ -265,9 +267,10 @@ impl FreeRotation {
 }
 
 /// The inertia of a body and all that is welded to it, about `point` (body axes).
-fn welded_inertia(model: &Model, body: BodyId, point: DVec3) -> RigidInertia {
+/// - `welded`: of each body those that are welded to it, itself among them
+fn welded_inertia(model: &Model, body: BodyId, welded: &[Vec<usize>], point: DVec3) -> RigidInertia {
     let mut whole = RigidInertia::ZERO;
-    for i in (0..model.bodies.len()).filter(|&i| model.body_weld[i] == body) {
+    for &i in &welded[body.index()] {
         let (mut pose, mut b) = (Pose::IDENTITY, i);
         while b != body.index() {
             pose = model.bodies[b].placement * pose;

@@ -73,7 +73,7 @@ fn read_actuator<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Resul
             .with_gear(target.gear)
             .with_activation(activation)
             .with_control_range(importer.range(&a, "ctrlrange", "ctrllimited")?)
-            .with_force_range(importer.range(&a, "forcerange", "forcelimited")?);
+            .with_force_range(force_range(importer, &a)?);
         let id = importer.parts.add_actuator(element, name_of(element), actuator)?;
         importer.muscles.extend(law.unscaled(id, element.at()));
         return Ok(None);
@@ -94,7 +94,7 @@ fn read_actuator<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Resul
         .with_gear(target.gear)
         .with_activation(activation)
         .with_control_range(control_range(importer, &a, target.joint)?)
-        .with_force_range(importer.range(&a, "forcerange", "forcelimited")?);
+        .with_force_range(force_range(importer, &a)?);
     let name = name_of(element);
     custom::hold_speed(importer, &mut actuator, name.as_deref())?;
     let id = importer.parts.add_actuator(element, name, actuator)?;
@@ -172,6 +172,12 @@ fn control_range(
         None => importer.range(a, "ctrlrange", "ctrllimited"),
         inherited => Ok(inherited),
     }
+}
+
+/// What the force is limited to: nothing, where the flag `actuation` says so.
+fn force_range(importer: &Importer, a: &Attributes) -> Result<Option<[f64; 2]>, FormatError> {
+    let given = importer.range(a, "forcerange", "forcelimited")?;
+    Ok(if importer.actuation_disabled { Some([0.0; 2]) } else { given })
 }
 
 fn activation_range(

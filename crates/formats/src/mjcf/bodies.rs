@@ -4,6 +4,7 @@ use signorini_multibody::{BodyId, Inertia, Pose, unit_rotation};
 
 use super::compiler::InertiaSource;
 use super::importer::Importer;
+use super::joints::acts;
 use super::replicate::suffixes;
 use super::scope::{OpenBody, Scope};
 use crate::error::FormatError;
@@ -54,7 +55,9 @@ fn read_body<'t>(
     if attributes.flag("mocap")?.unwrap_or(false) {
         read_mocap(importer, element, id, parent)?;
     }
-    let compensation = attributes.number_or("gravcomp", 0.0)?;
+    // Without springs and dampers there is no passive force at all, as in MuJoCo.
+    let is_passive = importer.springs_disabled && importer.dampers_disabled;
+    let compensation = acts(is_passive) * attributes.number_or("gravcomp", 0.0)?;
     importer.parts.set_gravity_compensation(id, compensation)?;
     let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
     let inner = Scope { frame: Pose::IDENTITY, class, suffix: scope.suffix };

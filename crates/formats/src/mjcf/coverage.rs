@@ -171,16 +171,13 @@ const OPTION: Coverage = Coverage {
 };
 
 const FLAG: Coverage = Coverage {
-    read: "constraint contact equality frictionloss gravity limit",
+    read: "actuation constraint contact damper equality frictionloss gravity limit spring",
     harmless: "autoreset diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd refsafe \
                sensor sleep speculative warmstart",
     ignored: &[
-        ignored("actuation", "enable", "actuators work"),
         ignored("clampctrl", "enable", "controls are clamped to their range"),
-        ignored("damper", "enable", "dampers work"),
         ignored("filterparent", "enable", "a body does not touch its parent"),
         ignored("override", "disable", SOLVER),
-        ignored("spring", "enable", "springs work"),
     ],
 };
 

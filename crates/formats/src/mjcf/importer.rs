@@ -59,6 +59,9 @@ pub(super) struct Importer<'t> {
     pub equalities_disabled: bool,
     pub friction_loss_disabled: bool,
     pub limits_disabled: bool,
+    pub actuation_disabled: bool,
+    pub dampers_disabled: bool,
+    pub springs_disabled: bool,
     pub restitution: Restitution<'t>,
     /// Names of geoms that explicit pairs name.
     pub paired: HashSet<&'t str>,

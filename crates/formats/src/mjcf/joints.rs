@@ -72,9 +72,9 @@ fn read_joint(importer: &mut Importer, a: &Attributes, scope: &Scope) -> Result<
     joint.damping = linear(importer, a, "damping")?;
     joint.armature = a.non_negative("armature")?.unwrap_or(0.0);
     joint.friction_loss = a.non_negative("frictionloss")?.unwrap_or(0.0);
-    if importer.friction_loss_disabled {
-        joint.friction_loss = 0.0;
-    }
+    joint.friction_loss *= acts(importer.friction_loss_disabled);
+    joint.stiffness *= acts(importer.springs_disabled);
+    joint.damping *= acts(importer.dampers_disabled);
     Ok(joint)
 }
 
@@ -94,6 +94,11 @@ fn limits(importer: &mut Importer, a: &Attributes, sort: Type, unit: f64) -> Res
         Type::Ball => ball_limits(importer, a, range),
         Type::Slide | Type::Hinge => Ok(Some(range.map(|x| unit * x))),
     }
+}
+
+/// Factor of a coefficient that a flag may switch off.
+pub(super) fn acts(disabled: bool) -> f64 {
+    f64::from(!disabled)
 }
 
 /// `margin`: the limits act that much before their range ends, as in MuJoCo, where the force begins there.

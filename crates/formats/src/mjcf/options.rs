@@ -1,4 +1,4 @@
-//! `<option>`: gravity, magnetic field, time step, and whether there are contacts, equality constraints and joint friction.
+//! `<option>`: gravity, magnetic field, time step, and whether there are contacts, other constraints, springs, dampers and forces of actuators.
 
 use signorini_multibody::glam::DVec3;
 
@@ -34,6 +34,14 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
             ];
             for (kind, is_off) in kinds {
                 *is_off = none || disabled(flag, kind)?.unwrap_or(*is_off);
+            }
+            let forces = [
+                ("actuation", &mut importer.actuation_disabled),
+                ("damper", &mut importer.dampers_disabled),
+                ("spring", &mut importer.springs_disabled),
+            ];
+            for (kind, is_off) in forces {
+                *is_off = disabled(flag, kind)?.unwrap_or(*is_off);
             }
         }
     }

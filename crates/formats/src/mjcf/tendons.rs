@@ -3,7 +3,7 @@
 use signorini_multibody::{Kinematics, Model, PathPart, Tendon, TendonId, forward_kinematics_into};
 
 use super::importer::Importer;
-use super::joints::linear;
+use super::joints::{acts, linear};
 use super::sensors::site;
 use crate::error::FormatError;
 use crate::xml::{Attributes, Element};
@@ -92,8 +92,8 @@ fn add<'t>(
     mut tendon: Tendon,
 ) -> Result<TendonId, FormatError> {
     tendon.limits = importer.range(a, "range", "limited")?.filter(|_| !importer.limits_disabled);
-    tendon.stiffness = linear(importer, a, "stiffness")?;
-    tendon.damping = linear(importer, a, "damping")?;
+    tendon.stiffness = acts(importer.springs_disabled) * linear(importer, a, "stiffness")?;
+    tendon.damping = acts(importer.dampers_disabled) * linear(importer, a, "damping")?;
     let name = element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty());
     importer.parts.add_tendon(element, name, tendon)
 }

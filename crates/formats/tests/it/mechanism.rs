@@ -102,6 +102,28 @@ fn constraints_that_are_off_are_left_out() {
     }
 }
 
+/// What MuJoCo 4.0 has of each: `qfrc_spring`, `qfrc_damper`, `qfrc_gravcomp` (which goes with the other two) and `qfrc_actuator`.
+#[test]
+fn forces_that_are_off_do_not_act() {
+    let text = "<worldbody><body gravcomp='0.5'><joint name='j' stiffness='3' damping='2'/><geom size='.1'/></body></worldbody>\
+        <tendon><fixed name='t' stiffness='5' damping='7'><joint joint='j' coef='1'/></fixed></tendon>\
+        <actuator><motor joint='j' forcerange='-1 1'/></actuator>";
+    for (off, spring, damper, compensation, force) in [
+        ("", 1.0, 1.0, 0.5, 1.0),
+        ("spring='disable'", 0.0, 1.0, 0.5, 1.0),
+        ("damper='disable'", 1.0, 0.0, 0.5, 1.0),
+        ("spring='disable' damper='disable'", 0.0, 0.0, 0.0, 1.0),
+        ("actuation='disable'", 1.0, 1.0, 0.5, 0.0),
+    ] {
+        let model = mjcf(&format!("<option><flag {off}/></option>{text}"));
+        let (joint, tendon) = (&model.joints[0], &model.tendons[0]);
+        assert_eq!((joint.stiffness, tendon.stiffness), (3.0 * spring, 5.0 * spring), "{off}");
+        assert_eq!((joint.damping, tendon.damping), (2.0 * damper, 7.0 * damper), "{off}");
+        assert_eq!(model.bodies[1].gravity_compensation, compensation, "{off}");
+        assert_eq!(model.actuators[0].force_range, Some([-force, force]), "{off}");
+    }
+}
+
 #[test]
 fn wrong_constraints_are_named_with_their_place() {
     for (constraint, part) in [
