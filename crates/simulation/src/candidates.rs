@@ -23,6 +23,8 @@ pub(crate) struct Candidates {
     chosen: Vec<bool>,
     /// Those that the velocity found brought in, by geoms and feature: they stay for the step.
     brought: Vec<[u32; 3]>,
+    /// Those of the problem at hand, by geoms and feature.
+    written: Vec<[u32; 3]>,
     patches: Patches,
 }
 
@@ -52,7 +54,7 @@ impl Candidates {
     /// Leaves at most `most` of the chosen points to a patch, beside those that were brought in; 0: all. Points that overlap stay: what they are
     /// corrected by does not follow from the others.
     pub fn limit_patches(&mut self, most: usize, overlaps: impl Fn(&ContactPoint) -> bool) {
-        let Self { all, chosen, brought, patches } = self;
+        let Self { all, chosen, brought, patches, .. } = self;
         patches.limit(all, chosen, most, |point| brought.contains(&identity(point)) || overlaps(point));
     }
 
@@ -78,10 +80,21 @@ impl Candidates {
         self.chosen.iter().filter(|chosen| **chosen).count()
     }
 
-    /// Writes the points that are chosen.
-    pub fn write(&self, out: &mut Vec<ContactPoint>) {
+    fn chosen_points(&self) -> impl Iterator<Item = &ContactPoint> {
+        self.all.iter().zip(&self.chosen).filter(|(_, chosen)| **chosen).map(|(point, _)| point)
+    }
+
+    /// Writes the points that are chosen, for a problem.
+    pub fn write(&mut self, out: &mut Vec<ContactPoint>) {
         out.clear();
-        out.extend(self.all.iter().zip(&self.chosen).filter(|(_, chosen)| **chosen).map(|(point, _)| *point));
+        out.extend(self.chosen_points());
+        self.written.clear();
+        self.written.extend(out.iter().map(identity));
+    }
+
+    /// Whether the points that are chosen are those that were written.
+    pub fn are_written(&self) -> bool {
+        self.chosen_points().map(identity).eq(self.written.iter().copied())
     }
 
     /// Chooses the points left out that close faster than `tolerance` after the step, `φ/Δt + c_N < -tolerance` (m/s); whether there are

@@ -75,15 +75,13 @@ pub(crate) fn step_driven(
     ws.find_points(model);
     loop {
         ws.choose_points(settings, dt);
-        ws.build_problem(model, state, input);
-        for drive in driven {
-            ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
-        }
-        let in_full = report.theta == 1.0 && !report.clipped_gaps;
-        let unchanged = || in_full && ws.solver.keeps_directions() && ws.warm.holds(&ws.builder.keys);
-        ws.corrections.ask(&ws.builder);
-        // Where a larger reach has no new contacts the solution at hand is that of the step.
-        if report.enlargements == 0 || !unchanged() {
+        // Where a larger reach has no new points the solution at hand is that of the step, with the part of its corrections that is permitted.
+        if report.solves == 0 || !ws.candidates.are_written() {
+            ws.build_problem(model, state, input);
+            for drive in driven {
+                ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
+            }
+            ws.corrections.ask(&ws.builder);
             ws.solve(model, settings, &state.v, &mut report)?;
             ws.name_contradiction(model, settings)?;
             while report.advanced()

@@ -74,11 +74,6 @@ impl WarmCache {
         self.solution.clear_warm_part();
     }
 
-    /// Whether the solution kept is one of exactly these contacts.
-    pub fn holds(&self, keys: &[ContactKey]) -> bool {
-        self.keys == keys
-    }
-
     /// The start for contacts and friction groups with these keys, ascending.
     pub fn start_for(&mut self, keys: &[ContactKey], group_keys: &[GroupKey]) -> &WarmStart {
         let Self { start, solution, .. } = self;
