@@ -84,7 +84,12 @@ impl ContactProblem {
             let squares = if range.len() <= FREE_ROWS && range.len() == own.len() {
                 self.mass_factor.inverse_squares_of_block(index, own_entries)
             } else if range.len() <= FEW_ROWS {
-                self.squares_on_paths(index, range.start, own, own_entries)
+                // What holds the columns is zeroed each time.
+                if own.len() <= FEW_ROWS / 4 {
+                    self.squares_on_paths::<R, { FEW_ROWS / 4 }>(index, range.start, own, own_entries)
+                } else {
+                    self.squares_on_paths::<R, FEW_ROWS>(index, range.start, own, own_entries)
+                }
             } else {
                 self.squares_one_by_one(index, range, own, own_entries, scratch)
             };
@@ -94,20 +99,20 @@ impl ContactProblem {
         diagonal
     }
 
-    /// The part of one block of the mass matrix, on the ways to the root.
-    fn squares_on_paths<const R: usize>(
+    /// The part of one block of the mass matrix, on the ways to the root; of at most `MOST` columns.
+    fn squares_on_paths<const R: usize, const MOST: usize>(
         &self,
         block: usize,
         start: usize,
         columns: &[u32],
         entries: &[[f64; R]],
     ) -> [f64; R] {
-        let mut rows = [0; FEW_ROWS];
+        let mut rows = [0; MOST];
         let rows = &mut rows[..columns.len()];
         rows.iter_mut().zip(columns).for_each(|(row, &column)| *row = column as usize - start);
         // The limit of a joint has a normal alone.
         if entries.iter().all(|entry| entry[1..].iter().all(|x| *x == 0.0)) {
-            let mut normal = [[0.0]; FEW_ROWS];
+            let mut normal = [[0.0]; MOST];
             let normal = &mut normal[..columns.len()];
             normal.iter_mut().zip(entries).for_each(|(x, entry)| x[0] = entry[0]);
             let [square] = self.mass_factor.inverse_squares(block, rows, normal);

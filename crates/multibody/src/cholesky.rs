@@ -35,7 +35,7 @@ pub struct BlockCholesky {
 }
 
 /// Rows up to which a block's sparse columns are solved on the stack: free bodies and robots.
-pub const FEW_ROWS: usize = 32;
+pub const FEW_ROWS: usize = 64;
 
 /// Comparing a block with the last one is cheap beside factorising it up to this many rows.
 const SMALL: usize = 6;

@@ -1,11 +1,13 @@
-//! Dense kernels: compensated dot products and an LU factorisation with partial pivoting.
+//! Dense kernels: compensated dot products, an LU factorisation with partial pivoting and a Cholesky factorisation.
 //!
 //! Everything is row-major, sequential and allocation-free once its buffers have grown.
 
+mod cholesky;
 mod kernels;
 mod lu;
 mod vectors;
 
+pub use cholesky::{Cholesky, dot_lanes, whole_lanes};
 pub(crate) use kernels::{DoubleSum, add_product, add_scaled, power_of_two};
 pub use lu::Lu;
 pub(crate) use signorini_complementarity::dot;

@@ -68,11 +68,25 @@ impl BlockCholesky {
     /// # Cost
     /// Half a solve on the rows' ways to the root.
     pub fn inverse_squares<const N: usize>(&self, block: usize, rows: &[usize], entries: &[[f64; N]]) -> [f64; N] {
-        let mut y = [[0.0; N]; FEW_ROWS];
+        // Most blocks are small, and what holds all their rows is zeroed each time.
+        if self.layout.blocks[block].size <= FEW_ROWS / 4 {
+            return self.squares_within::<N, { FEW_ROWS / 4 }>(block, rows, entries);
+        }
+        self.squares_within::<N, FEW_ROWS>(block, rows, entries)
+    }
+
+    /// The same in a block of at most `MOST` rows.
+    fn squares_within<const N: usize, const MOST: usize>(
+        &self,
+        block: usize,
+        rows: &[usize],
+        entries: &[[f64; N]],
+    ) -> [f64; N] {
+        let mut y = [[0.0; N]; MOST];
         let mut active = self.half_solve_on_ways(block, rows, entries, &mut y);
         let mut squares = [0.0; N];
         while active != 0 {
-            let k = 31 - active.leading_zeros() as usize;
+            let k = 63 - active.leading_zeros() as usize;
             active &= !(1 << k);
             (0..N).for_each(|n| squares[n] += y[k][n] * y[k][n]);
         }
@@ -123,7 +137,7 @@ impl BlockCholesky {
         rows: &[usize],
         entries: &[[f64; N]],
         y: &mut [[f64; N]],
-    ) -> u32 {
+    ) -> u64 {
         let is_diagonal = self.diagonal[block];
         let block = &self.layout.blocks[block];
         let (u, inverse) = (&self.data[block.data_range()], &self.inverse_diagonal[block.range()]);
@@ -136,7 +150,7 @@ impl BlockCholesky {
             return half_solve_on_way(u, inverse, rows, entries, y);
         }
         // All rows on the ways to the root: a bit and, from the last one on, what the solve gives each.
-        let mut active = 0_u32;
+        let mut active = 0_u64;
         for (&k, entry) in rows.iter().zip(entries) {
             let mut next = Some(block.start + k);
             while let Some(row) = next.filter(|row| active & (1 << (row - block.start)) == 0) {
@@ -148,11 +162,11 @@ impl BlockCholesky {
         }
         let mut to_do = active;
         while to_do != 0 {
-            let k = 31 - to_do.leading_zeros() as usize;
+            let k = 63 - to_do.leading_zeros() as usize;
             to_do &= !(1 << k);
             let (own, mut row) = (&u[k * block.size..][..block.size], y[k]);
             // The rows that this one carries, in runs of neighbours.
-            let below = |end: usize| u32::MAX >> (FEW_ROWS - end);
+            let below = |end: usize| u64::MAX >> (FEW_ROWS - end);
             let mut rest = active & below(self.layout.end(block.start + k) - block.start) & !below(k + 1);
             while rest != 0 {
                 let first = rest.trailing_zeros() as usize;
@@ -247,7 +261,7 @@ fn half_solve_on_way<const N: usize>(
     rows: &[usize],
     entries: &[[f64; N]],
     y: &mut [[f64; N]],
-) -> u32 {
+) -> u64 {
     let n = y.len();
     let mut active = 0;
     for (i, (&k, entry)) in rows.iter().zip(entries).enumerate().rev() {

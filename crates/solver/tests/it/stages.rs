@@ -1,9 +1,10 @@
 //! Every stage of the cascade is reached, and the report says what it did.
 
 use signorini_contact::{
-    ContactProblem, ContactSolution, SolveReport, SolveStatus, StageKind, StageOutcome, WarmStart,
+    ContactProblem, ContactSolution, FrictionBound, SolveReport, SolveStatus, StageKind, StageOutcome, WarmStart,
 };
 use signorini_solver::{ContactSolver, SolverSettings};
+use signorini_testkit::reference::worst_violation;
 use signorini_testkit::{Gap, Motion, Parameters, Random, articulated, families};
 
 fn solve(settings: &SolverSettings, problem: &ContactProblem, start: Option<&ContactSolution>) -> ContactSolution {
@@ -77,6 +78,31 @@ fn robots_are_ended_in_the_space_of_impulses() {
         ended += count(&solve(&SolverSettings::default(), &problem, Some(&before)).report, StageKind::Impulses).1;
     }
     assert!(ended >= 10, "{ended} of 20");
+}
+
+/// Robots of 12 and of 40 degrees of freedom on contacts that resist spinning, too; judged by dense matrices as well.
+#[test]
+fn friction_that_contacts_bound_is_solved_in_the_space_of_impulses() {
+    let mut ended = [0; 2];
+    for (ended, joints) in ended.iter_mut().zip([12, 40]) {
+        for seed in 0..20 {
+            let mut random = Random::new(5_000 + seed);
+            let parameters = Parameters { friction: 0.4, copies: 1, ..Parameters::random(&mut random) };
+            let mut problem = articulated(&mut random, &parameters, joints, 1);
+            for contact in 0..problem.contact_count() {
+                let (columns, _) = problem.jacobian.group(contact);
+                let row: Vec<_> = columns.iter().map(|&c| (c, random.normal())).collect();
+                problem.push_friction_row(row, 0.0, FrictionBound::Normal { contact, coefficient: 0.1 });
+            }
+            let before = solve(&SolverSettings::default(), &problem, None);
+            problem.free_velocity.iter_mut().for_each(|v| *v += 0.1 * random.normal());
+            let after = solve(&SolverSettings::default(), &problem, Some(&before));
+            let is_solved = after.status == SolveStatus::Solved;
+            assert!(!is_solved || worst_violation(&problem, &after) <= 1e-8, "seed {seed}");
+            *ended += u64::from(is_solved) * count(&after.report, StageKind::Impulses).1;
+        }
+    }
+    assert!(ended.iter().all(|ended| *ended >= 10), "{ended:?} of 20 each");
 }
 
 /// Wedges with negative gaps are for Lemke's method: some it solves, others it denies, and both end the island.

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use signorini_multibody::{BlockCholesky, FEW_ROWS};
+use pulp::{Arch, Simd, WithSimd};
+use signorini_lcp::linalg::{dot_lanes, whole_lanes};
+use signorini_multibody::BlockCholesky;
 
 use crate::islands::Island;
 
@@ -12,13 +14,18 @@ pub(super) struct Delassus {
     parts: Vec<Part>,
     /// Which parts of the island these are.
     is_known: Vec<bool>,
-    /// `L⁻ᵀ Jᵀ` of each part, `[nv, rows]`; written on its ways.
+    /// `L⁻ᵀ Jᵀ` of each known row, `[rows, nv]` with whole lanes for each; zero beside its ways.
     half: Vec<f64>,
     /// `[rows, rows]` in a square of `stride` rows.
     data: Vec<f64>,
     stride: usize,
-    nv: usize,
+    /// Numbers to a row of `half`.
+    width: usize,
+    scratch: Scratch,
 }
+
+/// Rows up to this length are two of the widest vectors.
+const SHORT: usize = 16;
 
 /// A known part.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +37,7 @@ pub(super) struct Part {
     size: usize,
     begin: usize,
     /// The degrees of freedom on the ways from it to the roots, as bits.
-    way: u32,
+    way: u64,
 }
 
 impl Part {
@@ -44,11 +51,11 @@ impl Delassus {
     /// Makes room for an island of which nothing is known.
     pub fn forget(&mut self, island: &Island) {
         let (units, bilateral) = (island.units.len(), island.bilateral.len());
-        (self.nv, self.stride) = (island.nv(), 3 * units + bilateral);
+        (self.width, self.stride) = (whole_lanes(island.nv()), 3 * units + bilateral);
         self.parts.clear();
         self.is_known.clear();
         self.is_known.resize(units + bilateral, false);
-        self.half.resize(self.stride * self.nv, 0.0);
+        self.half.resize(self.stride * self.width, 0.0);
         self.data.resize(self.stride * self.stride, 0.0);
     }
 
@@ -67,108 +74,120 @@ impl Delassus {
         &self.data[r * self.stride..][..self.len()]
     }
 
-    /// Makes a part known, by the rows of those components that have one: one component, or all three.
+    /// Makes a part known, by the rows of those components that have one: one, two or all three.
     pub fn learn(&mut self, factor: &BlockCholesky, island: &Island, part: usize, components: Range<usize>) {
         if std::mem::replace(&mut self.is_known[part], true) {
             return;
         }
         let begin = self.len();
         self.parts.push(Part { part, first: components.start, size: components.len(), begin, way: 0 });
-        if components.len() == 1 { self.add::<1>(factor, island) } else { self.add::<3>(factor, island) }
+        match components.len() {
+            1 => self.add::<1>(factor, island),
+            2 => self.add::<2>(factor, island),
+            _ => self.add::<3>(factor, island),
+        }
     }
 
     /// `L⁻ᵀ Jᵀ` and `W` of the last part, which has `N` rows.
     fn add<const N: usize>(&mut self, factor: &BlockCholesky, island: &Island) {
-        let Self { parts, half, data, stride, nv, .. } = self;
-        let Some((own, before)) = parts.split_last_mut() else { return };
-        let (half_before, rest) = half.split_at_mut(own.begin * *nv);
-        let half = &mut rest.as_chunks_mut::<N>().0[..*nv];
-        own.way = half_solve(factor, island, own, half);
-        for other in before {
-            let (rows, shared) = (other.rows(), own.way & other.way);
-            let other_half = &half_before[rows.start * *nv..rows.end * *nv];
-            if other.size == 1 {
-                let block = multiply_shared::<N, 1>(half, other_half.as_chunks().0, shared);
-                write(data, *stride, own.begin, rows.start, block);
-            } else {
-                let block = multiply_shared::<N, 3>(half, other_half.as_chunks().0, shared);
-                write(data, *stride, own.begin, rows.start, block);
+        let Some(own) = self.parts.last_mut() else { return };
+        let nv = island.nv();
+        self.scratch.fit(nv);
+        own.way = self.scratch.half_solve::<N>(factor, island, own);
+        let half = self.scratch.half.as_chunks::<N>().0;
+        let rows = &mut self.half[own.begin * self.width..][..N * self.width];
+        rows.fill(0.0);
+        for_each_bit(own.way, |k| (0..N).for_each(|r| rows[r * self.width + k] = half[k][r]));
+        // Short rows are done before wide vectors have begun.
+        if nv <= SHORT { self.find_products() } else { Arch::new().dispatch(Products(self)) }
+    }
+
+    /// `W` between the last part and all that are known.
+    #[inline(always)]
+    fn find_products(&mut self) {
+        let Self { parts, half, data, stride, width, .. } = self;
+        let Some(own) = parts.last() else { return };
+        for other in &*parts {
+            // Beside the ways that both have one of them is zero.
+            let shared = own.way & other.way;
+            let end = whole_lanes((u64::BITS - shared.leading_zeros()) as usize);
+            for r in own.rows() {
+                for s in other.rows() {
+                    let product = dot_lanes(&half[r * *width..][..end], &half[s * *width..][..end]);
+                    (data[r * *stride + s], data[s * *stride + r]) = (product, product);
+                }
             }
         }
-        write(data, *stride, own.begin, own.begin, multiply_shared::<N, N>(half, half, own.way));
     }
 
     /// `y += L⁻ᵀ Jᵀ p` for impulses of the known rows.
     pub fn add_half(&self, p: &[f64], y: &mut [f64]) {
-        for part in &self.parts {
-            let (rows, p) = (part.rows(), &p[part.rows()]);
-            let half = &self.half[rows.start * self.nv..rows.end * self.nv];
-            if let [p] = p {
-                for_each_bit(part.way, |k| y[k] += half[k] * p);
-            } else {
-                let half = half.as_chunks::<3>().0;
-                for_each_bit(part.way, |k| y[k] += half[k][0] * p[0] + half[k][1] * p[1] + half[k][2] * p[2]);
+        for (p, half) in p.iter().zip(self.half.chunks_exact(self.width.max(1))).filter(|(p, _)| **p != 0.0) {
+            y.iter_mut().zip(half).for_each(|(y, half)| *y += half * p);
+        }
+    }
+}
+
+struct Products<'a>(&'a mut Delassus);
+
+impl WithSimd for Products<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.find_products();
+    }
+}
+
+/// What a half solve needs, for as many degrees of freedom as there are.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    entries: Vec<f64>,
+    rows: Vec<usize>,
+    half: Vec<f64>,
+}
+
+impl Scratch {
+    fn fit(&mut self, nv: usize) {
+        if self.rows.len() < nv {
+            self.rows.resize(nv, 0);
+            self.entries.resize(3 * nv, 0.0);
+            self.half.resize(3 * nv, 0.0);
+        }
+    }
+
+    /// `L⁻ᵀ Jᵀ` of a part over the degrees of freedom of the island, `[nv, N]` in `half`; returns those on its ways to the roots as bits.
+    fn half_solve<const N: usize>(&mut self, factor: &BlockCholesky, island: &Island, part: &Part) -> u64 {
+        let entries = self.entries.as_chunks_mut::<N>().0;
+        let half = self.half.as_chunks_mut::<N>().0;
+        let columns = if let Some(k) = part.part.checked_sub(island.units.len()) {
+            let (columns, own) = island.bilateral_jacobian.group(k);
+            entries.iter_mut().zip(own).for_each(|(entry, own)| entry[0] = own[0]);
+            columns
+        } else {
+            let (columns, own) = island.jacobian.group(part.part);
+            let components = part.first..part.first + N;
+            entries.iter_mut().zip(own).for_each(|(entry, own)| entry.copy_from_slice(&own[components.clone()]));
+            columns
+        };
+        let (mut first, mut way) = (0, 0);
+        while first < columns.len() {
+            let k = island.block_of(columns[first] as usize);
+            let (start, end) = (island.starts[k], island.starts[k + 1]);
+            let mut last = first;
+            while last < columns.len() && (columns[last] as usize) < end {
+                self.rows[last - first] = columns[last] as usize - start;
+                last += 1;
             }
+            let (rows, own) = (&self.rows[..last - first], &mut half[start..end]);
+            way |= factor.half_solve_on_ways(island.blocks[k] as usize, rows, &entries[first..last], own) << start;
+            first = last;
         }
+        way
     }
 }
 
-/// Writes a block of `W`, and its transpose.
-fn write<const A: usize, const B: usize>(data: &mut [f64], stride: usize, a: usize, b: usize, block: [[f64; B]; A]) {
-    for (r, row) in block.iter().enumerate() {
-        data[(a + r) * stride + b..][..B].copy_from_slice(row);
-        (0..B).for_each(|s| data[(b + s) * stride + a + r] = row[s]);
-    }
-}
-
-/// `L⁻ᵀ Jᵀ` of a part over the degrees of freedom of the island; returns those on its ways to the roots as bits.
-fn half_solve<const N: usize>(factor: &BlockCholesky, island: &Island, part: &Part, half: &mut [[f64; N]]) -> u32 {
-    let mut entries = [[0.0; N]; FEW_ROWS];
-    let columns = if let Some(k) = part.part.checked_sub(island.units.len()) {
-        let (columns, own) = island.bilateral_jacobian.group(k);
-        entries.iter_mut().zip(own).for_each(|(entry, own)| entry[0] = own[0]);
-        columns
-    } else {
-        let (columns, own) = island.jacobian.group(part.part);
-        let components = part.first..part.first + N;
-        entries.iter_mut().zip(own).for_each(|(entry, own)| entry.copy_from_slice(&own[components.clone()]));
-        columns
-    };
-    let (mut first, mut way) = (0, 0);
-    while first < columns.len() {
-        let k = island.block_of(columns[first] as usize);
-        let (start, end) = (island.starts[k], island.starts[k + 1]);
-        let (mut rows, mut last) = ([0; FEW_ROWS], first);
-        while last < columns.len() && (columns[last] as usize) < end {
-            rows[last - first] = columns[last] as usize - start;
-            last += 1;
-        }
-        let own = &mut half[start..end];
-        let rows = &rows[..last - first];
-        way |= factor.half_solve_on_ways(island.blocks[k] as usize, rows, &entries[first..last], own) << start;
-        first = last;
-    }
-    way
-}
-
-/// `Aᵀ B` over the rows whose bits are set.
-fn multiply_shared<const A: usize, const B: usize>(a: &[[f64; A]], b: &[[f64; B]], rows: u32) -> [[f64; B]; A] {
-    let (mut product, mut left) = ([[0.0; B]; A], rows);
-    while left != 0 {
-        let first = left.trailing_zeros();
-        let run = first as usize..(first + (left >> first).trailing_ones()) as usize;
-        for (a, b) in a[run.clone()].iter().zip(&b[run]) {
-            for r in 0..A {
-                (0..B).for_each(|s| product[r][s] += a[r] * b[s]);
-            }
-        }
-        // A carry out of the run clears it.
-        left &= left.wrapping_add(1 << first);
-    }
-    product
-}
-
-fn for_each_bit(mut bits: u32, mut visit: impl FnMut(usize)) {
+fn for_each_bit(mut bits: u64, mut visit: impl FnMut(usize)) {
     while bits != 0 {
         visit(bits.trailing_zeros() as usize);
         bits &= bits - 1;
