@@ -124,8 +124,8 @@ impl ImpulseNewton {
                 }
                 (is_rough, is_summed) = (false, true);
                 (true, f64::INFINITY)
-            } else if residual > 1.0 && last.is_finite() {
-                // No impulses at all lack no more than this: the modes are far from the solution's, and steps go back and forth.
+            } else if residual * RESIDUALS.far > last.max(1.0) {
+                // So much farther from the laws than before, and than no impulses at all: modes that contradict each other go back and forth.
                 return None;
             } else {
                 (changes == 0, residual)
