@@ -124,8 +124,9 @@ impl Workspace {
             return self.search_above(verdict, Patience::Brief, report);
         }
         // No solution is found where there must be one: perhaps one is found where there may be none.
-        let verdict = self.attempt_part(1.0, Patience::Full, report)?;
-        if verdict.holds { Ok(verdict) } else { self.attempt_part(0.0, Patience::Full, report) }
+        self.best.clone_from(&self.solution);
+        let whole = self.attempt_part(1.0, Patience::Full, report)?;
+        if whole.holds { Ok(whole) } else { self.take_best(0.0, verdict, report) }
     }
 
     /// What the last step was permitted, of the same rows, where that has a solution and they are still violated.

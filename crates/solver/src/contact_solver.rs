@@ -99,7 +99,8 @@ impl ContactSolver {
         let is_proved = matches!(solution.status, SolveStatus::Infeasible { .. });
         let may_go_on = patience == Patience::Full && self.settings.budget.is_none();
         if may_go_on && solution.status != SolveStatus::Solved && !is_proved && !self.is_out_of_digits {
-            continue_to(problem, solution, |problem, start, patience, solution| {
+            let is_near = self.verdict.violation(solution) <= RESIDUALS.far;
+            continue_to(problem, is_near, solution, |problem, start, patience, solution| {
                 self.solve_looking(problem, start, patience, solution);
             });
         }
@@ -271,7 +272,10 @@ impl ContactSolver {
             if self.verdict.is_certified(solution) {
                 return true;
             }
-            let goes_on = after <= RESIDUALS.less * before || self.verdict.is_rounded(solution, RESIDUALS.rounded);
+            // Where rounding is all that lacks other last digits may do; in a large island, whose factorisations are dear, while they help.
+            let is_worth = after < before || self.islands.all().iter().all(|island| island.units.len() < SIZES.large);
+            let goes_on =
+                after <= RESIDUALS.less * before || is_worth && self.verdict.is_rounded(solution, RESIDUALS.rounded);
             if self.is_denied() || !goes_on {
                 break;
             }

@@ -32,6 +32,7 @@ enum Grows {
 /// A problem on its way to the one that was asked for.
 struct Way<'a> {
     asked: &'a ContactProblem,
+    shortest_step: f64,
     problem: ContactProblem,
     solution: ContactSolution,
 }
@@ -56,9 +57,17 @@ pub(crate) trait Solve: FnMut(&ContactProblem, Option<&WarmStart>, Patience, &mu
 
 impl<F: FnMut(&ContactProblem, Option<&WarmStart>, Patience, &mut ContactSolution)> Solve for F {}
 
-/// Looks for a solution along ways from easier problems; writes it to `solution` and returns `true` where one of them arrives.
-pub(crate) fn continue_to(asked: &ContactProblem, solution: &mut ContactSolution, mut solve: impl Solve) -> bool {
-    let mut way = Way { asked, problem: asked.clone(), solution: ContactSolution::default() };
+/// Looks for a solution along ways from easier problems; writes it to `solution` and returns `true` where one of them arrives. Where what
+/// was found lacks but a few modes (`is_near`), the easier problem's solution is no more than another start: it is not followed in shorter
+/// steps, each of which would lack as much.
+pub(crate) fn continue_to(
+    asked: &ContactProblem,
+    is_near: bool,
+    solution: &mut ContactSolution,
+    mut solve: impl Solve,
+) -> bool {
+    let shortest_step = if is_near { 1.0 } else { TUNING.shortest_step };
+    let mut way = Way { asked, shortest_step, problem: asked.clone(), solution: ContactSolution::default() };
     let violated = asked.gap.iter().any(|phi| *phi < 0.0) || asked.bilateral_violation.iter().any(|t| *t != 0.0);
     let rubs = asked.friction.iter().any(|mu| *mu > 0.0);
     let mut goes = |first: Grows, last: Option<Grows>| {
@@ -100,7 +109,7 @@ impl Way<'_> {
                 (part, step) = (next, 2.0 * step);
             } else {
                 step *= 0.5;
-                if step < TUNING.shortest_step {
+                if step < self.shortest_step {
                     return false;
                 }
             }

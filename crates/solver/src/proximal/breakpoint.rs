@@ -48,6 +48,27 @@ pub(super) fn first_crossing(
     (step, crossing)
 }
 
+/// The steps after which contacts with trial impulses `y` and these rates leave their modes; infinite for those that never do.
+pub(super) fn crossings(
+    cones: &Cones,
+    units: &[u32],
+    modes: &[Mode],
+    y: &[[f64; 3]],
+    rate: &[[f64; 3]],
+    steps: &mut Vec<f64>,
+) {
+    steps.clear();
+    steps.resize(units.len(), f64::INFINITY);
+    for (c, step) in steps.iter_mut().enumerate() {
+        cones.facets(units[c] as usize, modes[c], |facet| {
+            let speed = -dot(facet.normal, rate[c]);
+            if speed > 0.0 {
+                *step = step.min(dot(facet.normal, y[c]).max(0.0) / speed);
+            }
+        });
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use signorini_multibody::BlockDiagonal;
@@ -111,6 +132,12 @@ mod tests {
                 let before = motion.clearance.clone();
                 let units: Vec<u32> = (0..count as u32).collect();
                 let (step, crossing) = first_crossing(&cones, &units, &modes, &y, &mut motion, direction, most);
+                if direction > 0.0 {
+                    let mut steps = Vec::new();
+                    crossings(&cones, &units, &modes, &y, &motion.rate, &mut steps);
+                    let first = steps.iter().copied().fold(most, f64::min);
+                    assert!((first - step).abs() <= 1e-12 * step, "{first} and {step}");
+                }
                 let place = |crossing: Option<(usize, Facet)>| crossing.map(|(c, facet)| (c, facet.next, facet.normal));
                 assert_eq!((step, place(crossing)), (wanted.0, place(wanted.1)));
                 passed_over += before.iter().zip(&motion.clearance).filter(|(a, b)| a == b).count();

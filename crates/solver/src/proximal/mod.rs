@@ -16,11 +16,10 @@ use signorini_contact::projection::Mode;
 use crate::iterate::{Iterate, relative_impulse};
 use crate::residual::{RESIDUALS, is_exact};
 use crate::task::{Task, accepted_closely};
-use breakpoint::first_crossing;
+use breakpoint::crossings;
 use growth::Growth;
 pub(crate) use map::ProximalMap;
 use modes::ModeSearch;
-use motion::Motion;
 pub use system::ProximalSystem;
 pub(crate) use weight::ProximalWeight;
 
@@ -46,8 +45,8 @@ pub(crate) enum End {
 pub(crate) struct ProximalIterations {
     search: ModeSearch,
     growth: Growth,
-    /// How the trial impulses move in a stride.
-    motion: Motion,
+    /// After how many iterations contacts leave their modes.
+    crossings: Vec<f64>,
     best: Iterate,
     /// The modes before a proximal problem.
     earlier_modes: Vec<Mode>,
@@ -60,6 +59,8 @@ struct Progress {
     ratio: f64,
     /// Below this residual another stride is worth it.
     stride_below: f64,
+    /// So many contacts may leave their modes in a stride, which ends where the next one would.
+    may_leave: usize,
     /// Slow iterations in a row.
     slow: u32,
 }
@@ -102,7 +103,9 @@ impl ProximalIterations {
         weight: &mut ProximalWeight,
         history: &mut dyn FnMut(f64),
     ) -> End {
-        let mut progress = Progress { last: f64::INFINITY, ratio: 0.0, stride_below: f64::INFINITY, slow: 0 };
+        let may_leave = if weight.strides_far { task.island.units.len() / modes::FEW } else { 0 };
+        let mut progress =
+            Progress { last: f64::INFINITY, ratio: 0.0, stride_below: f64::INFINITY, may_leave, slow: 0 };
         let mut solved = 0;
         for iteration in 0..task.settings.max_proximal_iterations * if task.is_large() { 2 } else { 1 } {
             let residual = map.evaluate_centre(task, iterate);
@@ -151,8 +154,8 @@ impl ProximalIterations {
     }
 
     /// Where iterations are slow, because each adds nearly the same impulses, which nearly balance each other: what all that follow would add, in
-    /// one stride, as the sum of a geometric series (Aitken 1926), and no farther than until a contact leaves its mode. Whether that was
-    /// worth it: after a stride that met no contact's facet another one is, if that one has paid.
+    /// one stride, as the sum of a geometric series (Aitken 1926), and no farther than until more contacts than may would leave their modes. Whether
+    /// that was worth it: after a stride that ended at no facet another one is, if that one has paid.
     fn stride(&mut self, map: &ProximalMap, task: &Task, iterate: &mut Iterate, progress: &mut Progress) -> bool {
         let best = self.best.residual;
         let Some(change) = self.growth.change(task.island) else { return false };
@@ -160,17 +163,16 @@ impl ProximalIterations {
             return false;
         }
         let most = if progress.ratio < 1.0 { progress.ratio / (1.0 - progress.ratio) } else { f64::INFINITY };
-        self.motion.rate.clear();
-        self.motion.rate.extend_from_slice(change);
-        self.motion.begin();
-        let (cones, units, motion) = (task.cones, &task.island.units, &mut self.motion);
-        let (times, crossing) = first_crossing(cones, units, &iterate.modes, &map.trial, motion, 1.0, most);
+        let (cones, units) = (task.cones, &task.island.units);
+        crossings(cones, units, &iterate.modes, &map.trial, change, &mut self.crossings);
+        let (_, leaving, _) = self.crossings.select_nth_unstable_by(progress.may_leave, f64::total_cmp);
+        let times = leaving.min(most);
         // Impulses that grow for ever contradict each other, and very large ones have no digits left for the velocity.
         let largest = relative_impulse(change, task.island);
         if !(times > 1.0 && times * largest <= RESIDUALS.noise / f64::EPSILON) {
             return false;
         }
-        progress.stride_below = if crossing.is_some() { f64::INFINITY } else { RESIDUALS.less * best };
+        progress.stride_below = if times < most { f64::INFINITY } else { RESIDUALS.less * best };
         self.growth.go_on(task.island, iterate, times);
         true
     }

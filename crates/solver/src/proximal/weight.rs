@@ -32,6 +32,8 @@ const TUNING: Tuning = Tuning { largest: 10.0, fall: 0.3, slow_step: 10.0, round
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct ProximalWeight {
     pub epsilon: f64,
+    /// Whether a stride goes on until as many contacts have left their modes as a path brings back.
+    pub strides_far: bool,
     /// How often it may still rise.
     rises: u32,
     usual: f64,
@@ -49,6 +51,7 @@ impl ProximalWeight {
         let (usual, smallest) = (settings.proximal_weight, settings.smallest_proximal_weight);
         Self {
             epsilon: usual,
+            strides_far: false,
             rises: u32::MAX,
             usual,
             smallest,
@@ -62,6 +65,11 @@ impl ProximalWeight {
     /// ε = 1, as much as the Delassus diagonal, which falls to the usual one: what is far from its modes, or lacks a few of them.
     pub fn falling(settings: &SolverSettings) -> Self {
         Self { epsilon: 1.0, ..Self::new(settings, true) }
+    }
+
+    /// The same with strides beyond the first facet: for impulses that are far from the solution's, though the velocity is not.
+    pub fn far(settings: &SolverSettings) -> Self {
+        Self { strides_far: true, ..Self::falling(settings) }
     }
 
     /// One that falls from where sweeps left an island, and rises once.

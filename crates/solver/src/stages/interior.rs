@@ -14,6 +14,8 @@ use crate::task::{Look, Task};
 pub(super) struct Memory {
     start: InteriorStart,
     ahead: Iterate,
+    /// Where it led, for another try.
+    again: Iterate,
 }
 
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
@@ -21,14 +23,24 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
 }
 
 /// From the path of Coulomb's law; where it turns back early around its folds, unless the island is warm: that may take thousands of
-/// factorisations, and an island that had a solution a step before has it only at a second look.
+/// factorisations, and an island that had a solution a step before has it only at a second look. Where iterations from there end close to a
+/// solution and come no nearer, they begin there once more and [go far](ProximalWeight::far) in a stride.
 pub(super) fn run(memory: &mut Memory, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
-    let Memory { start, ahead } = memory;
+    let Memory { start, ahead, again } = memory;
     ahead.clear(task.problem, task.island);
     if !start.run(&mut Ground { map: &mut shared.map, iterate: &mut *ahead, task }) {
         return StageOutcome::Lost.into();
     }
-    let outcome = shared.iterate(task, ahead, ProximalWeight::falling(task.settings));
+    again.clone_from(ahead);
+    let mut outcome = shared.iterate(task, ahead, ProximalWeight::falling(task.settings));
+    let is_stuck = outcome.why == StageOutcome::Slow && ahead.residual > task.enough();
+    if is_stuck && ahead.residual < RESIDUALS.far {
+        let other = shared.iterate(task, again, ProximalWeight::far(task.settings));
+        if again.residual < ahead.residual {
+            std::mem::swap(again, ahead);
+            outcome = other;
+        }
+    }
     if ahead.residual < iterate.residual {
         std::mem::swap(ahead, iterate);
     }
