@@ -165,6 +165,8 @@ impl ProximalIterations {
         let most = if progress.ratio < 1.0 { progress.ratio / (1.0 - progress.ratio) } else { f64::INFINITY };
         let (cones, units) = (task.cones, &task.island.units);
         crossings(cones, units, &iterate.modes, &map.trial, change, &mut self.crossings);
+        // Bilateral rows alone have no modes to leave.
+        self.crossings.push(f64::INFINITY);
         let (_, leaving, _) = self.crossings.select_nth_unstable_by(progress.may_leave, f64::total_cmp);
         let times = leaving.min(most);
         // Impulses that grow for ever contradict each other, and very large ones have no digits left for the velocity.
