@@ -119,9 +119,14 @@ impl Workspace {
             self.corrections.limit_nothing();
             self.limit_what_lacks();
         }
-        let verdict = self.attempt_part(0.0, Patience::Full, report)?;
+        // Everything was tried already where the same step, with fewer contacts, has missed its tolerance.
+        let patience = if report.missed_tolerance { Patience::Brief } else { Patience::Full };
+        let verdict = self.attempt_part(0.0, patience, report)?;
         if verdict.holds {
             return self.search_above(verdict, Patience::Brief, report);
+        }
+        if report.missed_tolerance {
+            return Ok(verdict);
         }
         // No solution is found where there must be one: perhaps one is found where there may be none.
         self.best.clone_from(&self.solution);
