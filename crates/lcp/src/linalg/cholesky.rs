@@ -19,6 +19,14 @@ pub struct Cholesky {
 }
 
 impl Cholesky {
+    /// Allocates what matrices of up to `n`×`n` need.
+    pub fn reserve(&mut self, n: usize) {
+        self.data.reserve((n * whole_lanes(n)).saturating_sub(self.data.len()));
+        for list in [&mut self.row, &mut self.inverse_diagonal] {
+            list.reserve(n.saturating_sub(list.len()));
+        }
+    }
+
     /// Makes room for an `n`×`n` matrix and returns it, zeroed, to be filled up to the diagonal: what stands beyond is not read. The second
     /// number is where the next row begins.
     pub fn start(&mut self, n: usize) -> (&mut [f64], usize) {

@@ -21,6 +21,15 @@ pub struct Lu {
 }
 
 impl Lu {
+    /// Allocates what matrices of up to `n`×`n` need.
+    pub fn reserve(&mut self, n: usize) {
+        self.data.reserve((n * n).saturating_sub(self.data.len()));
+        self.column_scale.reserve(n.saturating_sub(self.column_scale.len()));
+        for list in [&mut self.swaps, &mut self.first, &mut self.last] {
+            list.reserve(n.saturating_sub(list.len()));
+        }
+    }
+
     /// Makes room for an `n`×`n` matrix and returns it, zeroed, to be filled.
     pub fn start(&mut self, n: usize) -> &mut [f64] {
         self.n = n;

@@ -79,6 +79,10 @@ impl ModeSystem {
     pub fn factorize(&mut self, delassus: &Delassus, island: &Island) -> bool {
         let n = self.active.last().map_or(0, |one| one.end);
         let Self { active, carried, runs, pulled, general, symmetric, .. } = self;
+        // Which of the two a later step needs, and how large, does not decide about memory.
+        general.reserve(delassus.len());
+        symmetric.reserve(delassus.len());
+        pulled.reserve(delassus.len().saturating_sub(pulled.len()));
         let (data, stride) = if self.is_symmetric { symmetric.start(n) } else { (general.start(n), n) };
         for one in &*active {
             let (rows, first) = (one.part.rows(), one.part.first);
