@@ -5,7 +5,7 @@ mod touching;
 use std::collections::BTreeSet;
 
 use glamx::glam::DVec3;
-use signorini_multibody::{BodyId, ContactPoint, GeomId, Geometry, Model, Pose};
+use signorini_multibody::{BodyId, GeomId, Geometry, Model, Pose};
 
 use crate::CollisionError;
 use crate::apart::Apart;
@@ -15,7 +15,7 @@ use crate::manifold::Touch;
 use crate::narrow::Narrow;
 use crate::partners::{Partners, pair_of, that_can_meet};
 use crate::placing::GeomPose;
-use crate::reach::{PairReach, PairReaches, Reach, RelativeMotion};
+use crate::reach::{PairReaches, Reach};
 use crate::shape::{KnownHulls, Prepared};
 use crate::still::Still;
 use crate::surface::Surface;
@@ -128,98 +128,6 @@ impl Collider {
             surface: Surface::default(),
             touches: Vec::new(),
         })
-    }
-
-    /// Every point at which two geoms could touch within the step.
-    ///
-    /// A geom of a body with [`Reach`] `r` travels at most `r.linear + r.angular · (distance of its farthest point from
-    /// the body's origin)`; a point is returned when its gap is at most the sum of both geoms' travels (somewhat more where a pair's own
-    /// margin is not the sum of its geoms'). Points are
-    /// ordered by `(geom_a, geom_b, feature)`, `geom_a < geom_b`; the result depends on nothing but the arguments.
-    /// Geoms whose pose is not a number touch nothing. A body at rest still needs the reach of a step of free fall: with
-    /// no reach at all a gap of one rounding error is too far.
-    /// - `model`: the model this collider was made for;
-    /// - `body_pose`: `X_WB`, `[bodies]`; `reach`: `[bodies]`;
-    /// - `out`: cleared, then filled.
-    ///
-    /// # Cost
-    /// No allocation once the buffers have grown to the scene.
-    ///
-    /// # Panics
-    /// If `body_pose` or `reach` is shorter than the model's list of bodies.
-    pub fn find(&mut self, model: &Model, body_pose: &[Pose], reach: &[Reach], out: &mut Vec<ContactPoint>) {
-        self.find_among(model, body_pose, reach, |_, _| true, out);
-    }
-
-    /// As [`find`](Self::find), of the pairs that are wanted.
-    pub(crate) fn find_among(
-        &mut self,
-        model: &Model,
-        body_pose: &[Pose],
-        reach: &[Reach],
-        wanted: impl Fn(GeomId, GeomId) -> bool,
-        out: &mut Vec<ContactPoint>,
-    ) {
-        out.clear();
-        self.place(body_pose, reach);
-        self.collect_pairs(model, wanted);
-        self.apart.leave_out(&mut self.pairs, (&self.geoms, &self.placed), &self.travel);
-        self.closer.known.clear();
-        self.touch_pairs(model, out);
-    }
-
-    /// As [`find`](Self::find), where of bodies that travel together is known how they can move against each other: what these motions cannot
-    /// bring together is left out.
-    ///
-    /// - `relative`: told two bodies and a place in world (m), how the second one can move against the first one, and its point there; not
-    ///   asked for pairs that travel next to nothing
-    ///
-    /// # Panics
-    /// As [`find`](Self::find).
-    pub fn find_moving(
-        &mut self,
-        model: &Model,
-        body_pose: &[Pose],
-        reach: &[Reach],
-        relative: impl Fn([BodyId; 2], DVec3) -> RelativeMotion,
-        out: &mut Vec<ContactPoint>,
-    ) {
-        out.clear();
-        self.place(body_pose, reach);
-        self.collect_pairs(model, |_, _| true);
-        self.apart.leave_out(&mut self.pairs, (&self.geoms, &self.placed), &self.travel);
-        self.bound_pairs(relative);
-        self.touch_pairs(model, out);
-    }
-
-    /// The pairs of the last [`find_moving`](Self::find_moving) that were searched within less than both can travel.
-    pub fn pair_reaches(&self) -> &[PairReach] {
-        &self.closer.known
-    }
-
-    /// The contact points of one pair of geoms, as [`find`](Self::find) has them.
-    ///
-    /// - `pair`: two geoms that can touch, in any order
-    ///
-    /// # Panics
-    /// If `body_pose` or `reach` is shorter than the model's list of bodies.
-    pub fn find_pair(
-        &mut self,
-        model: &Model,
-        body_pose: &[Pose],
-        reach: &[Reach],
-        pair: [GeomId; 2],
-        out: &mut Vec<ContactPoint>,
-    ) {
-        out.clear();
-        self.still.begin();
-        self.place_one(pair[0].index(), body_pose, reach);
-        self.place_one(pair[1].index(), body_pose, reach);
-        self.pairs.clear();
-        self.pairs.push(pair_of(pair[0].0, pair[1].0));
-        self.closer.is_directed = false;
-        self.apart.begin();
-        self.touch_pairs(model, out);
     }
 
     /// Lets these pairs of geoms touch no more.

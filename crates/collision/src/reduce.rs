@@ -180,7 +180,7 @@ fn merge(flat: &mut Vec<(DVec2, usize)>, touches: &[Touch], tolerance: f64) {
     let mut end = 0;
     for k in 0..flat.len() {
         let (p, i) = flat[k];
-        match (0..end).find(|&m| (flat[m].0 - p).length_squared() <= tolerance * tolerance) {
+        match (0..end).position(|m| (flat[m].0 - p).length_squared() <= tolerance * tolerance) {
             Some(m) if touches[i].gap < touches[flat[m].1].gap => flat[m].1 = i,
             Some(_) => {}
             None => {

@@ -3,8 +3,8 @@ use pulp::{Arch, Simd, WithSimd};
 /// Numbers that are added side by side.
 const LANES: usize = 8;
 
-/// Rows up to this length are two of the widest vectors.
-const SHORT: usize = 2 * LANES;
+/// Rows up to this length are two of the widest vectors, and done before these have begun.
+pub const SHORT: usize = 2 * LANES;
 
 /// Factorisation of a symmetric positive definite matrix, `K = L Lᵀ`, row-major, in place.
 #[derive(Clone, Debug, Default)]

@@ -7,7 +7,7 @@ mod kernels;
 mod lu;
 mod vectors;
 
-pub use cholesky::{Cholesky, dot_lanes, whole_lanes};
+pub use cholesky::{Cholesky, SHORT, dot_lanes, whole_lanes};
 pub(crate) use kernels::{DoubleSum, add_product, add_scaled, power_of_two};
 pub use lu::Lu;
 pub(crate) use signorini_complementarity::dot;

@@ -14,18 +14,17 @@ use super::path::{Path, Shift};
 use crate::iterate::Iterate;
 use crate::task::{Look, Task};
 
-/// In a large island a path is followed if at most one in so many contacts lies outside its mode.
-pub(super) const FEW: usize = 16;
-
 /// What is tuned in the search for modes.
-struct Tuning {
+pub(super) struct Tuning {
+    /// In a large island a path is followed if at most one in so many contacts lies outside its mode.
+    pub few: usize,
     /// ε from which Newton's steps find the modes of a large island by themselves.
     easy: f64,
 }
 
 /// Chosen by: `few` by no command on record, before 22 November 2026; without `easy` `sim S4_pile300 --tolerance 1e-8` takes twice its time (23
 /// November 2026).
-const TUNING: Tuning = Tuning { easy: 1e-2 };
+pub(super) const TUNING: Tuning = Tuning { few: 16, easy: 1e-2 };
 
 /// Memory of the search.
 #[derive(Clone, Debug, Default)]
@@ -45,7 +44,7 @@ impl ModeSearch {
             if violations == 0 {
                 return true;
             }
-            if large && (round > 0 || FEW * violations > task.island.units.len()) {
+            if large && (round > 0 || TUNING.few * violations > task.island.units.len()) {
                 return false;
             }
             let is_found = self.path.follow(map, task, iterate, Shift::Violated, round)
@@ -101,7 +100,7 @@ impl ModeSearch {
 /// Whether so few contacts of a large island lie outside their modes, with an ε so small, that a path does better than a
 /// step on all modes at once, which then mostly throws out more contacts than it brings in.
 fn is_for_a_path(map: &ProximalMap, task: &Task, violations: usize) -> bool {
-    task.spares_factorizations() && map.epsilon < TUNING.easy && FEW * violations <= task.island.units.len()
+    task.spares_factorizations() && map.epsilon < TUNING.easy && TUNING.few * violations <= task.island.units.len()
 }
 
 fn take_modes_of_trial(map: &mut ProximalMap, task: &Task, iterate: &mut Iterate) {

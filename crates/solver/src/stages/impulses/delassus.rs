@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
-use signorini_lcp::linalg::{dot_lanes, whole_lanes};
+use signorini_lcp::linalg::{SHORT, dot_lanes, whole_lanes};
 use signorini_multibody::BlockCholesky;
 
 use crate::islands::Island;
@@ -23,9 +23,6 @@ pub(super) struct Delassus {
     width: usize,
     scratch: Scratch,
 }
-
-/// Rows up to this length are two of the widest vectors.
-const SHORT: usize = 16;
 
 /// A known part.
 #[derive(Clone, Copy, Debug)]
