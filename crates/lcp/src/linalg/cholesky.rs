@@ -1,7 +1,5 @@
-use pulp::{Arch, Simd, WithSimd};
-
-/// Numbers that are added side by side.
-const LANES: usize = 8;
+use super::vectors::{LANES, widest};
+use super::{add_scaled, dot};
 
 /// Rows up to this length are two of the widest vectors, and done before these have begun.
 pub const SHORT: usize = 2 * LANES;
@@ -39,7 +37,7 @@ impl Cholesky {
     /// Factorises what [`Cholesky::start`] returned; whether it is positive definite. Otherwise no solve may follow.
     pub fn factorize(&mut self) -> bool {
         // Short rows are done before wide vectors have begun.
-        if self.n <= SHORT { self.factorize_inlined() } else { Arch::new().dispatch(Factorisation(self)) }
+        if self.n <= SHORT { self.factorize_inlined() } else { factorize_widely(self) }
     }
 
     #[inline(always)]
@@ -55,10 +53,10 @@ impl Cholesky {
             for (j, other) in above.chunks_exact(*stride).enumerate() {
                 // Beyond column j one of the two rows is zero.
                 let known = whole_lanes(j);
-                own[j] = (row[j] - dot_lanes(&own[..known], &other[..known])) * inverse_diagonal[j];
+                own[j] = (row[j] - dot(&own[..known], &other[..known])) * inverse_diagonal[j];
             }
             let known = whole_lanes(i);
-            let pivot = row[i] - dot_lanes(&own[..known], &own[..known]);
+            let pivot = row[i] - dot(&own[..known], &own[..known]);
             // Not a number is not positive either.
             if !(pivot > 0.0 && pivot.is_finite()) {
                 return false;
@@ -74,61 +72,38 @@ impl Cholesky {
     /// # Panics
     /// If `x` is shorter than the matrix.
     pub fn solve(&self, x: &mut [f64]) {
-        if self.n <= SHORT { self.solve_inlined(x) } else { Arch::new().dispatch(Solution(self, x)) }
+        if self.n <= SHORT { self.solve_inlined(x) } else { solve_widely(self, x) }
     }
 
     #[inline(always)]
     fn solve_inlined(&self, x: &mut [f64]) {
         for i in 0..self.n {
             let row = &self.data[i * self.stride..][..i];
-            let sum: f64 = super::dot(row, &x[..i]);
+            let sum: f64 = dot(row, &x[..i]);
             x[i] = (x[i] - sum) * self.inverse_diagonal[i];
         }
         for i in (0..self.n).rev() {
             let (before, own) = x.split_at_mut(i);
             own[0] *= self.inverse_diagonal[i];
-            super::add_scaled(before, -own[0], &self.data[i * self.stride..][..i]);
+            add_scaled(before, -own[0], &self.data[i * self.stride..][..i]);
         }
     }
 }
 
-/// The least number of whole lanes that holds so many numbers.
+/// The least number of whole lanes that holds so many numbers: rows of that length have no rest.
 pub fn whole_lanes(n: usize) -> usize {
     n.next_multiple_of(LANES)
 }
 
-/// The scalar product of two rows of the same length, which [whole lanes](whole_lanes) fill. To be inlined into what is compiled for wide vectors.
-#[inline(always)]
-pub fn dot_lanes(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; LANES];
-    for (a, b) in a.as_chunks::<LANES>().0.iter().zip(b.as_chunks::<LANES>().0) {
-        for k in 0..LANES {
-            sums[k] += a[k] * b[k];
-        }
-    }
-    let half = [sums[0] + sums[4], sums[1] + sums[5], sums[2] + sums[6], sums[3] + sums[7]];
-    (half[0] + half[2]) + (half[1] + half[3])
-}
-
-struct Factorisation<'a>(&'a mut Cholesky);
-
-impl WithSimd for Factorisation<'_> {
-    type Output = bool;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> bool {
-        self.0.factorize_inlined()
+widest! {
+    fn factorize_widely(cholesky: &'a mut Cholesky) -> bool {
+        cholesky.factorize_inlined()
     }
 }
 
-struct Solution<'a>(&'a Cholesky, &'a mut [f64]);
-
-impl WithSimd for Solution<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.0.solve_inlined(self.1);
+widest! {
+    fn solve_widely(cholesky: &'a Cholesky, x: &'a mut [f64]) -> () {
+        cholesky.solve_inlined(x);
     }
 }
 

@@ -1,7 +1,6 @@
-use pulp::{Arch, Simd, WithSimd};
-
 use super::dot;
 use super::kernels::{add_scaled, subtract_four};
+use super::vectors::widest;
 
 /// Columns factorised together before the trailing matrix is updated.
 const PANEL: usize = 32;
@@ -43,7 +42,7 @@ impl Lu {
     /// Returns the smallest pivot relative to the largest entry of its column before elimination;
     /// 0 means exactly singular, and then no solve may follow.
     pub fn factorize(&mut self) -> f64 {
-        Arch::new().dispatch(Factorisation(self))
+        factorize_widely(self)
     }
 
     #[inline(always)]
@@ -153,7 +152,7 @@ impl Lu {
 
     /// Solves `K x = rhs` in place.
     pub fn solve(&self, x: &mut [f64]) {
-        Arch::new().dispatch(Solution(self, x));
+        solve_widely(self, x);
     }
 
     #[inline(always)]
@@ -177,25 +176,15 @@ impl Lu {
     }
 }
 
-struct Factorisation<'a>(&'a mut Lu);
-
-impl WithSimd for Factorisation<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> f64 {
-        self.0.factorize_inlined()
+widest! {
+    fn factorize_widely(lu: &'a mut Lu) -> f64 {
+        lu.factorize_inlined()
     }
 }
 
-struct Solution<'a>(&'a Lu, &'a mut [f64]);
-
-impl WithSimd for Solution<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        self.0.solve_inlined(self.1);
+widest! {
+    fn solve_widely(lu: &'a Lu, x: &'a mut [f64]) -> () {
+        lu.solve_inlined(x);
     }
 }
 

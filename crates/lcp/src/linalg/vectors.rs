@@ -7,8 +7,8 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::kernels::add_product;
 
-/// Numbers that are reduced side by side.
-const LANES: usize = 8;
+/// Numbers that are reduced, or added, side by side.
+pub(super) const LANES: usize = 8;
 
 /// Compiles a function for several widths of vectors. Everything it calls has to be inlined.
 macro_rules! widest {
@@ -18,21 +18,22 @@ macro_rules! widest {
             struct Work<'a> {
                 $($argument: $type),*
             }
-            impl<'a> WithSimd for Work<'a> {
+            impl<'a> pulp::WithSimd for Work<'a> {
                 type Output = $output;
 
                 #[inline(always)]
-                fn with_simd<S: Simd>(self, _: S) -> $output {
+                fn with_simd<S: pulp::Simd>(self, _: S) -> $output {
                     // References know more as arguments than as fields.
                     #[inline(always)]
                     fn run<'a>($($argument: $type),*) -> $output $body
                     run($(self.$argument),*)
                 }
             }
-            Arch::new().dispatch(Work { $($argument),* })
+            pulp::Arch::new().dispatch(Work { $($argument),* })
         }
     };
 }
+pub(super) use widest;
 
 /// The larger of two numbers, in one instruction; the first where one is no number.
 #[inline(always)]

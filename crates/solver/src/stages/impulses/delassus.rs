@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
-use signorini_lcp::linalg::{SHORT, dot_lanes, whole_lanes};
+use signorini_lcp::linalg::{SHORT, dot, whole_lanes};
 use signorini_multibody::BlockCholesky;
 
 use crate::islands::Island;
@@ -110,7 +110,7 @@ impl Delassus {
             let end = whole_lanes((u64::BITS - shared.leading_zeros()) as usize);
             for r in own.rows() {
                 for s in other.rows() {
-                    let product = dot_lanes(&half[r * *width..][..end], &half[s * *width..][..end]);
+                    let product = dot(&half[r * *width..][..end], &half[s * *width..][..end]);
                     (data[r * *stride + s], data[s * *stride + r]) = (product, product);
                 }
             }
