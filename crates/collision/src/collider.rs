@@ -3,6 +3,7 @@
 mod touching;
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 use glamx::glam::DVec3;
 use signorini_multibody::{BodyId, GeomId, Geometry, Model, Pose};
@@ -10,6 +11,7 @@ use signorini_multibody::{BodyId, GeomId, Geometry, Model, Pose};
 use crate::CollisionError;
 use crate::apart::Apart;
 use crate::bvh::Aabb;
+use crate::fixed::{FixedGeoms, is_fixed};
 use crate::laws::Laws;
 use crate::manifold::Touch;
 use crate::narrow::Narrow;
@@ -28,10 +30,14 @@ pub struct Collider {
     /// Geoms that can meet another one, half-spaces included; the others have no place.
     active: Vec<u32>,
     half_spaces: Vec<u32>,
-    /// Bounded geoms that can meet another bounded geom; the others need not be swept.
+    /// Bounded geoms that can meet another bounded geom and that can move; the others need not be swept.
     swept: Vec<u32>,
+    /// ... and those that cannot move.
+    fixed: FixedGeoms,
     /// Bounded geoms that can meet a half-space.
     over_half_spaces: Vec<u32>,
+    /// The active geoms of one body after another, as they were placed last.
+    runs: Vec<Run>,
     partners: Partners,
     laws: Laws,
     placed: Vec<GeomPose>,
@@ -81,23 +87,29 @@ impl Collider {
     pub fn take_laws(&mut self, model: &Model) {
         self.laws = Laws::new(model);
         self.still.forget();
+        self.place_all_anew();
     }
 
     /// - `known`: geoms of a model with the same parts, or none
     fn prepare(model: &Model, known: &[Prepared]) -> Result<Self, CollisionError> {
         let is_half_space = |i: &u32| matches!(model.geoms[*i as usize].geometry, Geometry::Plane);
         let (half_spaces, bounded): (Vec<u32>, Vec<u32>) = (0..model.geoms.len() as u32).partition(is_half_space);
-        let mut swept = that_can_meet(model, &bounded, &bounded);
-        if swept.len() == 1 {
-            swept.clear();
+        let moves = |i: &u32| !is_fixed(model, *i);
+        let (mut swept, mut fixed): (Vec<u32>, Vec<u32>) =
+            that_can_meet(model, &bounded, &bounded).into_iter().partition(moves);
+        if swept.is_empty() || swept.len() == 1 && fixed.is_empty() {
+            (swept, fixed) = (Vec::new(), Vec::new());
         }
         let mut over_half_spaces = that_can_meet(model, &bounded, &half_spaces);
+        if !half_spaces.iter().any(moves) {
+            over_half_spaces.retain(moves);
+        }
         let mut half_spaces = that_can_meet(model, &half_spaces, &bounded);
-        let mut active = [&half_spaces[..], &swept, &over_half_spaces].concat();
+        let mut active = [&half_spaces[..], &swept, &fixed, &over_half_spaces].concat();
         active.sort_unstable();
         active.dedup();
         let partners = Partners::new(model, &active);
-        for list in [&mut half_spaces, &mut swept, &mut over_half_spaces, &mut active] {
+        for list in [&mut half_spaces, &mut swept, &mut fixed, &mut over_half_spaces, &mut active] {
             list.retain(|&i| partners.has_any(i));
         }
         let mut hulls = KnownHulls::default();
@@ -108,6 +120,7 @@ impl Collider {
         });
         let geoms = geoms.collect::<Result<Vec<_>, _>>()?;
         Ok(Self {
+            runs: runs(&geoms, &active),
             placed: vec![GeomPose::default(); geoms.len()],
             boxes: vec![Aabb { low: DVec3::ZERO, high: DVec3::ZERO }; geoms.len()],
             travel: vec![0.0; geoms.len()],
@@ -117,6 +130,7 @@ impl Collider {
             active,
             half_spaces,
             swept,
+            fixed: FixedGeoms::new(fixed),
             over_half_spaces,
             partners,
             laws: Laws::new(model),
@@ -137,6 +151,8 @@ impl Collider {
         for list in [&mut self.half_spaces, &mut self.swept, &mut self.over_half_spaces, &mut self.active] {
             list.retain(|&i| partners.has_any(i));
         }
+        self.fixed.retain(|i| partners.has_any(i));
+        self.runs = runs(&self.geoms, &self.active);
     }
 
     /// The bodies of geoms that can touch another one, ascending; the reach of the others is not looked at.
@@ -154,9 +170,20 @@ impl Collider {
     /// World poses, travels and the boxes around all that the geoms can reach.
     fn place(&mut self, body_pose: &[Pose], reach: &[Reach]) {
         self.still.begin();
-        for at in 0..self.active.len() {
-            self.place_one(self.active[at] as usize, body_pose, reach);
+        for k in 0..self.runs.len() {
+            let (body, run) = (self.runs[k].body, &mut self.runs[k]);
+            let now = (body_pose[body], reach[body]);
+            if run.placed != Some(now) {
+                run.placed = Some(now);
+                run.geoms.clone().for_each(|at| self.place_one(self.active[at] as usize, body_pose, reach));
+            }
         }
+        self.fixed.refresh(&self.boxes);
+    }
+
+    /// Takes no geom for placed.
+    fn place_all_anew(&mut self) {
+        self.runs.iter_mut().for_each(|run| run.placed = None);
     }
 
     fn place_one(&mut self, k: usize, body_pose: &[Pose], reach: &[Reach]) {
@@ -168,6 +195,7 @@ impl Collider {
         let reach = reach[geom.body];
         let travel = reach.linear + reach.angular * geom.arm + self.laws.reach(k);
         if !self.swept.is_empty() {
+            self.fixed.note_moved(k as u32);
             let half = rotation.abs() * geom.half + DVec3::splat(travel);
             self.boxes[k] = Aabb { low: center - half, high: center + half };
         }
@@ -203,6 +231,36 @@ impl Collider {
                 pairs.push(pair_of(i, j));
             }
         });
+        for &i in &self.swept {
+            self.fixed.overlapping(&self.boxes, &self.boxes[i as usize], |j| {
+                if allowed(i.min(j), i.max(j)) {
+                    pairs.push(pair_of(i, j));
+                }
+            });
+        }
         pairs.sort_unstable();
     }
+}
+
+/// Active geoms in a row that belong to one body.
+#[derive(Clone, Debug)]
+struct Run {
+    body: usize,
+    /// Places in the list of active geoms.
+    geoms: Range<usize>,
+    /// Pose and reach of the body with which they were placed last.
+    placed: Option<(Pose, Reach)>,
+}
+
+/// The runs of bodies among active geoms.
+fn runs(geoms: &[Prepared], active: &[u32]) -> Vec<Run> {
+    let body = |at: usize| geoms[active[at] as usize].body;
+    let mut runs: Vec<Run> = Vec::new();
+    for at in 0..active.len() {
+        match runs.last_mut().filter(|run| run.body == body(at)) {
+            Some(run) => run.geoms.end = at + 1,
+            None => runs.push(Run { body: body(at), geoms: at..at + 1, placed: None }),
+        }
+    }
+    runs
 }

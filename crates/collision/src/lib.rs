@@ -63,6 +63,7 @@ mod distance;
 mod epa;
 mod error;
 mod feature;
+mod fixed;
 mod gjk;
 mod halfspace;
 mod hull;

@@ -95,6 +95,7 @@ impl Collider {
     ) {
         out.clear();
         self.still.begin();
+        self.place_all_anew();
         self.place_one(pair[0].index(), body_pose, reach);
         self.place_one(pair[1].index(), body_pose, reach);
         self.pairs.clear();

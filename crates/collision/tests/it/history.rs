@@ -1,8 +1,10 @@
 //! A search knows nothing of the searches before it, although it keeps their order.
 
-use glamx::glam::{DQuat, DVec3};
+use glamx::glam::{DMat3, DQuat, DVec3};
 use signorini_collision::{Collider, Reach};
-use signorini_multibody::{ContactPoint, GeomId, Geometry, Pose};
+use signorini_multibody::{
+    BodyId, ContactPoint, Geom, GeomId, Geometry, Inertia, Joint, JointKind, ModelBuilder, Pose,
+};
 
 use crate::random::{Random, rock};
 use crate::scene::{Scene, contacts, cuboid};
@@ -117,4 +119,60 @@ fn every_pair_is_found_that_touches_when_it_is_alone() {
         }
         assert_eq!(places(&found), expected, "step {step}");
     }
+}
+
+/// A terrain of fixed shapes, some on the world and some on bodies welded to it, one of which is set aside now and then.
+#[test]
+fn a_terrain_meets_what_each_of_its_parts_would_meet_alone() {
+    let mut random = Random(9);
+    let mut builder = ModelBuilder::new("terrain");
+    let geom = |random: &mut Random, k: usize| {
+        let mut geom = Geom::new(format!("g{k}"), shapes(random)[k % COUNT + 1].clone());
+        geom.placement = Pose::new(random.vector(), random.rotation());
+        geom
+    };
+    for k in 0..80 {
+        let body = if k % 3 > 0 {
+            BodyId::WORLD
+        } else {
+            builder
+                .add_body(
+                    format!("b{k}"),
+                    BodyId::WORLD,
+                    Pose::IDENTITY,
+                    Inertia { mass: 0.0, center_of_mass: DVec3::ZERO, rotational: DMat3::ZERO },
+                )
+                .unwrap()
+        };
+        builder.add_geom(body, geom(&mut random, k)).unwrap();
+    }
+    let inertia = Inertia { mass: 1.0, center_of_mass: DVec3::ZERO, rotational: DMat3::IDENTITY };
+    for k in 80..92 {
+        let body = builder.add_body(format!("b{k}"), BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
+        builder.add_joint(body, Joint::new(format!("j{k}"), JointKind::Free)).unwrap();
+        builder.add_geom(body, geom(&mut random, k)).unwrap();
+    }
+    let model = builder.build().unwrap();
+    let mut collider = Collider::new(&model).unwrap();
+    let reach = vec![Reach { linear: 0.02, angular: 0.0 }; model.bodies.len()];
+    let mut poses = vec![Pose::IDENTITY; model.bodies.len()];
+    let (mut found, mut alone, mut most) = (Vec::new(), Vec::new(), 0);
+    for step in 0..30 {
+        for (pose, weld) in poses.iter_mut().zip(&model.body_weld) {
+            if *weld != BodyId::WORLD && random.unit() < 0.7 {
+                *pose = Pose::new(0.8 * random.vector(), random.rotation());
+            }
+        }
+        poses[1].position.x = f64::from(step / 10);
+        collider.find(&model, &poses, &reach, &mut found);
+        let mut expected = Vec::new();
+        for (i, j) in (0..92).flat_map(|i| (i.max(79) + 1..92).map(move |j| (i, j))) {
+            let mut afresh = Collider::new(&model).unwrap();
+            afresh.find_pair(&model, &poses, &reach, [GeomId(i), GeomId(j)], &mut alone);
+            expected.append(&mut alone);
+        }
+        assert!(same_bits(&found, &expected), "step {step}: {} and {} points", found.len(), expected.len());
+        most = most.max(found.len());
+    }
+    assert!(most > 50, "the terrain should be touched, but was in at most {most} points");
 }

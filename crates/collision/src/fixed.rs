@@ -1,0 +1,52 @@
+//! Geoms that are fixed to the world: a terrain of thousands costs a step what the moving geoms near it cost.
+
+use signorini_multibody::{BodyId, Model};
+
+use crate::bvh::{Aabb, Bvh};
+
+/// The bounded geoms of bodies that are welded to the world, which never meet each other, in a tree that stays while they do.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct FixedGeoms {
+    geoms: Vec<u32>,
+    tree: Bvh,
+    is_stale: bool,
+}
+
+/// Whether a geom's body is welded to the world.
+pub(crate) fn is_fixed(model: &Model, geom: u32) -> bool {
+    model.body_weld[model.geoms[geom as usize].body.index()] == BodyId::WORLD
+}
+
+impl FixedGeoms {
+    /// - `geoms`: those that are fixed, ascending
+    pub fn new(geoms: Vec<u32>) -> Self {
+        Self { geoms, tree: Bvh::default(), is_stale: true }
+    }
+
+    pub fn retain(&mut self, keep: impl Fn(u32) -> bool) {
+        self.geoms.retain(|&i| keep(i));
+        self.is_stale = true;
+    }
+
+    /// Takes note of a box that is not what it was.
+    pub fn note_moved(&mut self, geom: u32) {
+        self.is_stale |= self.geoms.binary_search(&geom).is_ok();
+    }
+
+    /// Makes the tree anew where a box is another one.
+    pub fn refresh(&mut self, boxes: &[Aabb]) {
+        if std::mem::take(&mut self.is_stale) {
+            let known = self.geoms.iter().copied().filter(|&i| !boxes[i as usize].is_nan());
+            self.tree.build(boxes, known);
+        }
+    }
+
+    /// Calls `visit` for every fixed geom whose box overlaps `query`.
+    pub fn overlapping(&self, boxes: &[Aabb], query: &Aabb, mut visit: impl FnMut(u32)) {
+        self.tree.overlapping(query, |i| {
+            if boxes[i as usize].overlaps(query) {
+                visit(i);
+            }
+        });
+    }
+}
