@@ -114,9 +114,13 @@ impl TriangleSet {
         }
         for k in 0..3 {
             let [p, q] = [face.ids[k], face.ids[(k + 1) % 3]].map(|i| self.vertices[i as usize]);
-            let out = (q - p).cross(face.normal).normalize_or_zero();
-            let lean = n.dot(out).atan2(n.dot(side));
-            let fold = if front || face.fold[k] == std::f64::consts::PI { face.fold[k] } else { -face.fold[k] };
+            let out = (q - p).cross(face.normal);
+            // It leans away from the edge, or may lean as far as it likes.
+            if n.dot(out) < 0.0 || face.fold[k] == std::f64::consts::PI {
+                continue;
+            }
+            let lean = n.dot(out.normalize_or_zero()).atan2(n.dot(side));
+            let fold = if front { face.fold[k] } else { -face.fold[k] };
             if lean > fold.max(0.0) + LEAN {
                 return (side, false);
             }

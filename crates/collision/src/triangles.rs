@@ -186,9 +186,10 @@ impl Axes {
     /// - `allows`: whether the surface of A, and that of B, does
     fn best(&mut self, flush: f64, lowest: f64, allows: impl Fn(DVec3) -> [bool; 2]) -> Option<(f64, DVec3)> {
         let is_flush = |gap: f64| gap.abs() <= flush;
+        self.keep(|gap| gap >= lowest || is_flush(gap));
         let mut of_neighbour = false;
         while let Some((gap, n)) = self.take_farthest(flush) {
-            if !is_flush(gap) && (of_neighbour || gap < lowest) {
+            if !is_flush(gap) && of_neighbour {
                 return None;
             }
             match allows(n) {
@@ -198,6 +199,16 @@ impl Axes {
             }
         }
         None
+    }
+
+    /// Leaves out the axes with other gaps.
+    fn keep(&mut self, wanted: impl Fn(f64) -> bool) {
+        let mut kept = 0;
+        for k in 0..self.count {
+            self.all[kept] = self.all[k];
+            kept += usize::from(wanted(self.all[k].0));
+        }
+        self.count = kept;
     }
 
     /// Takes out the axis with the largest gap, those within `flush` before all others; of equals the first, so that faces come before edges.

@@ -9,6 +9,7 @@ mod contradiction;
 mod convergence;
 mod corrections;
 mod determinism;
+mod drum;
 mod dry_friction;
 mod extremes;
 mod friction;
