@@ -30,7 +30,7 @@ LARGE = ("1000", "3000", "3038", "10000")
 MIDDLING = ("300", "306")
 
 
-def variants(engine, name, scene):
+def variants(engine, name, scene, budgets=()):
     """What of an engine makes sense on a scene."""
     large, pile = name.endswith(LARGE), name.startswith(("S4", "S5", "S13"))
     if "robot" in scene and engine not in ROBOT_PEERS:
@@ -38,7 +38,7 @@ def variants(engine, name, scene):
     if "urdf" not in scene and "robot" in scene and engine not in ("signorini", "mujoco"):
         return []  # the humanoid is an MJCF file with parts that URDF has no words for
     if engine == "signorini":
-        return ["default"]
+        return [f"{sweeps} sweeps" for sweeps in budgets] or ["default"]
     if engine == "mujoco":
         return ["cg"] if large else (["default", "cg"] if pile else ["default", "elliptic", "stiff"])
     if engine == "drake":
@@ -58,7 +58,8 @@ def command(engine, variant, name, out, options):
     if engine == "signorini":
         settles = name.startswith(("S4_pile", "S4s_pile")) and not name.endswith("pile100")
         tolerance = PILES_TOLERANCE if settles else 1e-9
-        return [options.sim, name, "--raw", out, "--cap", cap, "--tolerance", tolerance, "--data", SCENES, "--robots", ROBOTS]
+        counted = [] if variant == "default" else ["--budget", variant.split()[0]]
+        return [options.sim, name, "--raw", out, "--cap", cap, "--tolerance", tolerance, "--data", SCENES, "--robots", ROBOTS, *counted]
     if engine in PYTHON_PEERS:
         script = HERE / "peers" / "protocol.py"
         return [sys.executable, script, engine, variant, name, out, "--scenes", SCENES, "--robots", ROBOTS, "--cap", cap]
@@ -94,14 +95,14 @@ def run_all(scenes, options):
     for repetition in range(options.repetitions):
         for name, scene in scenes.items():
             for engine in engines:
-                for variant in variants(engine, name, scene):
+                for variant in variants(engine, name, scene, options.budget):
                     if (name, engine, variant) not in cut and not run_one(engine, variant, name, repetition, options):
                         cut.add((name, engine, variant))
 
 
 def run_one(engine, variant, name, repetition, options):
     """Runs once; whether it is worth repeating."""
-    out = RAW / f"{name}__{engine}__{variant}__{repetition}.json"
+    out = RAW / f"{name}__{engine}__{variant.replace(' ', '-')}__{repetition}.json"
     out.unlink(missing_ok=True)
     arguments = list(map(str, command(engine, variant, name, out, options)))
     wall = 60 + 12 * (options.own_cap if engine == "signorini" else options.cap)  # a single step can take minutes; the machine may be busy
@@ -138,6 +139,7 @@ def main():
     options.add_argument("--own-cap", type=float, default=20.0, help="the same for our own runs")
     options.add_argument("--repetitions", type=int, default=3)
     options.add_argument("--sim", default="target/release/sim", help="the program `sim`")
+    options.add_argument("--budget", type=int, nargs="+", default=[], help="contact sweeps of a step of ours, one run for each; the table is printed, the results stay")
     options.add_argument("--judge", action="store_true", help="run nothing")
     options = options.parse_args()
     scenes = json.loads(SCENES.read_text())
@@ -148,6 +150,9 @@ def main():
     RAW.mkdir(parents=True, exist_ok=True)
     if not options.judge:
         run_all(chosen, options)
+    if options.budget:
+        judge.judge_all(RAW, chosen, RAW / "judged", machine())
+        return print(report.budget_table(RAW / "judged", RAW, chosen, options.budget))
     judge.judge_all(RAW, scenes, HERE / "results", machine())
     report.write(HERE / "results")
 

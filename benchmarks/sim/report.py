@@ -70,6 +70,30 @@ def laws(row):
     return text if found.get("momentum", 0) < 0.01 else f"({text})"
 
 
+def budget_table(judged, raw, scenes, budgets):
+    """Every engine over the steps that all of them have made: mean CPU time of these, and what the judge found; ours with so many sweeps."""
+    lines = ["| scene | engine | steps | ms a step | over the quickest other | penetration mm | dissipation mm/s | cone | momentum |", "|" + "---|" * 9]
+    ours = [f"{sweeps} sweeps" for sweeps in budgets]
+    for name in scenes:
+        runs = {}
+        for path in sorted(raw.glob(f"{name}__*__0.json")):
+            run = json.loads(path.read_text())
+            if run["step_ns"] and (run["engine"] != OWN or run["variant"] in ours):
+                runs[run["engine"], run["variant"]] = run["step_ns"]
+        if not runs:
+            continue
+        steps = min(map(len, runs.values()))
+        mean = {key: sum(times[:steps]) / steps / 1e6 for key, times in runs.items()}
+        quickest = min((time for (engine, _), time in mean.items() if engine != OWN), default=math.nan)
+        rows = {(row["engine"], row["variant"]): row for row in json.loads((judged / f"{name}.json").read_text())["rows"]}
+        for (engine, variant), time in sorted(mean.items(), key=lambda item: (item[0][0] != OWN, item[0])):
+            row = rows[engine, variant]
+            found = row.get("laws") or {}
+            cells = [short(row.get("penetration_max_mm"))] + [short(found.get(key)) for key in ("dissipation", "cone", "momentum")]
+            lines.append(" | ".join([f"| {name}", f"{engine} {variant}", str(steps), short(time), short(time / quickest), *cells]) + " |")
+    return "\n".join(lines)
+
+
 def table(result):
     own = next((row for row in result["rows"] if row["engine"] == OWN and row.get("us_step")), None)
     special = SPECIAL[result["scene"]]

@@ -83,6 +83,7 @@ pub(crate) struct PairReaches {
     pub known: Vec<PairReach>,
     /// Whether pairs that cannot come together along a direction are left out.
     pub is_directed: bool,
+    next: usize,
 }
 
 impl PairReaches {
@@ -93,9 +94,17 @@ impl PairReaches {
         travel > WORTH * radius
     }
 
-    /// The bound of a pair.
+    /// Begins to look up pairs in their order.
+    pub fn begin(&mut self) {
+        self.next = 0;
+    }
+
+    /// The bound of a pair that does not come before those asked for.
     pub fn of(&mut self, pair: u64) -> Option<&mut PairReach> {
-        self.known.binary_search_by_key(&pair, |known| known.pair).ok().map(|k| &mut self.known[k])
+        while self.known.get(self.next).is_some_and(|known| known.pair < pair) {
+            self.next += 1;
+        }
+        self.known.get_mut(self.next).filter(|known| known.pair == pair)
     }
 }
 

@@ -4,7 +4,7 @@
 //! change with the units of mass, length or time.
 
 use crate::momentum::needs_terms;
-use crate::residuals::{keep, larger, natural};
+use crate::residuals::{LackingRow, keep, larger, natural};
 use crate::{ContactProblem, ContactSolution};
 
 pub use crate::momentum::Scratch;
@@ -51,6 +51,18 @@ pub fn certify_with(
     scales: &Scales,
     scratch: &mut Scratch,
 ) -> Certificate {
+    certify_rows(problem, solution, scales, scratch, |_, _| {})
+}
+
+/// The same; `visit` is told every row and what its natural map lacks, m/s.
+#[inline]
+pub(crate) fn certify_rows(
+    problem: &ContactProblem,
+    solution: &ContactSolution,
+    scales: &Scales,
+    scratch: &mut Scratch,
+    mut visit: impl FnMut(LackingRow, f64),
+) -> Certificate {
     let (nv, nc) = (problem.nv(), problem.contact_count());
     let sizes_fit = solution.velocity.len() == nv
         && solution.lambda_n.len() == nc
@@ -74,16 +86,27 @@ pub fn certify_with(
         momentum = scratch.balance_beside_terms(problem, scales.velocity);
     }
     let mut certificate = Certificate { momentum, ..Default::default() };
-    let mut carried = 0.0;
+    let (mut carried, mut largest) = (0.0, 0.0);
+    let mut take = |row: LackingRow, apart: f64, certificate: &mut Certificate| {
+        carried = larger(apart, carried);
+        // Until here the natural map is that of this row alone.
+        let own = std::mem::take(&mut certificate.natural_map);
+        visit(row, own);
+        largest = larger(own, largest);
+    };
     for i in 0..nc {
-        carried = larger(contact_laws(problem, solution, i, &scratch.both, scales, &mut certificate), carried);
+        let apart = contact_laws(problem, solution, i, &scratch.both, scales, &mut certificate);
+        take(LackingRow::Contact(i), apart, &mut certificate);
     }
     for j in 0..problem.friction_groups.len() {
-        carried = larger(group_laws(problem, solution, j, &scratch.both, scales, &mut certificate), carried);
+        let apart = group_laws(problem, solution, j, &scratch.both, scales, &mut certificate);
+        take(LackingRow::FrictionGroup(j), apart, &mut certificate);
     }
     for k in 0..solution.bilateral.len() {
-        carried = larger(bilateral_law(problem, k, &scratch.both, &mut certificate), carried);
+        let apart = bilateral_law(problem, k, &scratch.both, &mut certificate);
+        take(LackingRow::Bilateral(k), apart, &mut certificate);
     }
+    certificate.natural_map = largest;
     scratch.carried = if scales.velocity < NO_SQUARE { 0.0 } else { carried / scales.velocity };
     scales.normalise(problem, &solution.velocity, certificate)
 }
@@ -98,7 +121,17 @@ pub fn velocity_from_impulses(problem: &ContactProblem, solution: &ContactSoluti
     scratch.force
 }
 
-/// The same velocity, its impulses summed in the reverse order.
+/// Writes the velocity that the impulses of contacts, groups and bilateral rows give, before `α` is known.
+pub fn take_velocity_of_impulses(problem: &ContactProblem, solution: &mut ContactSolution, scratch: &mut Scratch) {
+    scratch.resize(problem.nv());
+    let ContactSolution { impulse, group_impulse, bilateral, velocity, .. } = solution;
+    scratch.add_forces(problem, |i| impulse[i], bilateral, |j| group_impulse[j]);
+    problem.mass_factor.solve_in_place(&mut scratch.force);
+    velocity.clear();
+    velocity.extend(scratch.force.iter().zip(&problem.free_velocity).map(|(change, free)| change + free));
+}
+
+/// The [velocity from impulses](velocity_from_impulses), these summed in the reverse order.
 pub fn velocity_summed_backwards(problem: &ContactProblem, solution: &ContactSolution) -> Vec<f64> {
     let mut force = vec![0.0; problem.nv()];
     for j in (0..problem.friction_groups.len()).rev() {

@@ -1,7 +1,7 @@
 //! How what a solution lacks is spread over the rows of its problem.
 
-use crate::certificate::{Scales, Scratch, bilateral_law, certify_with, contact_laws, group_laws};
-use crate::residuals::{LackingRow, ResidualSpread};
+use crate::certificate::{Scales, Scratch, certify_rows};
+use crate::residuals::ResidualSpread;
 use crate::{Certificate, ContactProblem, ContactSolution};
 
 /// How the residual of a claimed solution is spread, from the data alone; none where the problem has no rows, or what is claimed has not its
@@ -19,34 +19,17 @@ pub fn certify_and_spread(
     scales: &Scales,
     scratch: &mut Scratch,
 ) -> (Certificate, Option<ResidualSpread>) {
-    let certificate = certify_with(problem, solution, scales, scratch);
-    if !certificate.natural_map.is_finite() || scales.velocity <= 0.0 {
-        return (certificate, None);
-    }
     let (mut worst, mut worst_row, mut squares, mut rows) = (-1.0, None, 0.0, 0);
-    let mut take = |row: LackingRow, raw: f64| {
+    let certificate = certify_rows(problem, solution, scales, scratch, |row, raw| {
         let residual = raw / scales.velocity;
         if residual > worst {
             (worst, worst_row) = (residual, Some(row));
         }
         squares += residual * residual;
         rows += 1;
-    };
-    let both = &scratch.both;
-    for i in 0..problem.contact_count() {
-        let mut raw = Certificate::default();
-        contact_laws(problem, solution, i, both, scales, &mut raw);
-        take(LackingRow::Contact(i), raw.natural_map);
-    }
-    for j in 0..problem.friction_groups.len() {
-        let mut raw = Certificate::default();
-        group_laws(problem, solution, j, both, scales, &mut raw);
-        take(LackingRow::FrictionGroup(j), raw.natural_map);
-    }
-    for k in 0..solution.bilateral.len() {
-        let mut raw = Certificate::default();
-        bilateral_law(problem, k, both, &mut raw);
-        take(LackingRow::Bilateral(k), raw.natural_map);
+    });
+    if !certificate.natural_map.is_finite() || scales.velocity <= 0.0 {
+        return (certificate, None);
     }
     let spread = worst_row.map(|worst_row| {
         let rms = (squares / f64::from(rows)).sqrt();

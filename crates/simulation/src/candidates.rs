@@ -21,7 +21,7 @@ pub(crate) struct Candidates {
     pub all: Vec<ContactPoint>,
     /// For each whether the problem has it.
     chosen: Vec<bool>,
-    /// Those that the velocity found brought in, by geoms and feature: they stay for the step.
+    /// Those that the velocity found brought in, by geoms and feature, in order: they stay for the step.
     brought: Vec<[u32; 3]>,
     /// Those of the problem at hand, by geoms and feature.
     written: Vec<[u32; 3]>,
@@ -47,7 +47,7 @@ impl Candidates {
         let Self { all, chosen, brought, .. } = self;
         chosen.clear();
         chosen.extend(all.iter().map(|point| {
-            point.gap <= MARGIN * dt * closing_speed(point, kinematics, free) || brought.contains(&identity(point))
+            point.gap <= MARGIN * dt * closing_speed(point, kinematics, free) || is_among(brought, point)
         }));
     }
 
@@ -55,7 +55,7 @@ impl Candidates {
     /// corrected by does not follow from the others.
     pub fn limit_patches(&mut self, most: usize, overlaps: impl Fn(&ContactPoint) -> bool) {
         let Self { all, chosen, brought, patches, .. } = self;
-        patches.limit(all, chosen, most, |point| brought.contains(&identity(point)) || overlaps(point));
+        patches.limit(all, chosen, most, |point| is_among(brought, point) || overlaps(point));
     }
 
     /// Chooses these, which are some of all in their order; whether they are all there.
@@ -72,7 +72,7 @@ impl Candidates {
 
     /// Those that were brought in since the step began.
     pub fn brought(&self) -> impl Iterator<Item = &ContactPoint> {
-        self.all.iter().filter(|point| self.brought.contains(&identity(point)))
+        self.all.iter().filter(|point| is_among(&self.brought, point))
     }
 
     /// How many are chosen.
@@ -109,13 +109,19 @@ impl Candidates {
                 self.brought.push(identity(point));
             }
         }
-        self.brought.len() > before
+        let is_more = self.brought.len() > before;
+        self.brought.sort_unstable();
+        is_more
     }
 }
 
 /// What a point is known by, as long as the configuration is the same.
 fn identity(point: &ContactPoint) -> [u32; 3] {
     [point.geom_a.0, point.geom_b.0, point.feature]
+}
+
+fn is_among(brought: &[[u32; 3]], point: &ContactPoint) -> bool {
+    brought.binary_search(&identity(point)).is_ok()
 }
 
 /// Velocity of B relative to A along the normal, m/s.

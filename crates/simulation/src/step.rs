@@ -73,11 +73,13 @@ pub(crate) fn step_driven(
     ws.begin(model, state, input, dt)?;
     let mut report = StepReport { unresolved_rotations: ws.smooth.unresolved_rotations, ..StepReport::default() };
     ws.find_points(model);
+    let (mut is_solved, mut is_further) = (false, false);
     loop {
         ws.choose_points(settings, dt);
         // Where a larger reach has no new points the solution at hand is that of the step, with the part of its corrections that is permitted.
-        if report.solves == 0 || !ws.candidates.are_written() {
+        if !is_solved || !ws.candidates.are_written() {
             ws.build_problem(model, state, input);
+            is_further = std::mem::replace(&mut is_solved, true);
             for drive in driven {
                 ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
             }
@@ -96,10 +98,16 @@ pub(crate) fn step_driven(
         ws.warm.keep(&ws.builder.keys, &ws.builder.group_keys, &ws.solution);
         ws.remember_withheld();
         ws.reach.end_with(model, &ws.kinematics, &ws.solution.velocity);
-        if ws.brings_in(LEFT_OPEN * settings.tolerance) {
+        // Where sweeps are counted there is one further solve; what would come in after that the next step has.
+        if is_further && ws.solver.is_counted() {
+            break;
+        }
+        // Where sweeps leave rows open, what is not in the problem may be as open as these are.
+        let open = report.spread.map_or(0.0, |spread| spread.rms);
+        if ws.brings_in(open.max(LEFT_OPEN * settings.tolerance)) {
             continue;
         }
-        if report.enlargements == MAX_ENLARGEMENTS || !ws.enlarge_reach() {
+        if report.enlargements == MAX_ENLARGEMENTS || !ws.enlarge_reach(open) {
             break;
         }
         report.enlargements += 1;

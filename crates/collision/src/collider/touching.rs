@@ -140,6 +140,7 @@ impl Collider {
 
     /// Appends the contact points of the pairs at hand.
     fn touch_pairs(&mut self, model: &Model, out: &mut Vec<ContactPoint>) {
+        self.closer.begin();
         for k in 0..self.pairs.len() {
             let pair = self.pairs[k];
             let (i, j) = geoms_of(pair);
@@ -150,9 +151,8 @@ impl Collider {
             }
             let start = out.len();
             self.touch_pair(model, [i, j], within, out);
-            if stands {
-                self.still.keep(pair, within, &out[start..]);
-            }
+            // A further search of the same step mostly finds them where they are.
+            self.still.keep(pair, within, &out[start..]);
         }
         self.still.reserve(self.pairs.len(), out.len());
     }
@@ -161,6 +161,9 @@ impl Collider {
     fn touch_pair(&mut self, model: &Model, [i, j]: [usize; 2], within: (Within, f64), out: &mut Vec<ContactPoint>) {
         self.touches.clear();
         let origin = self.touch(i, j, within);
+        if self.touches.is_empty() {
+            return;
+        }
         let start = out.len();
         let [friction, margin] = self.laws.of_pair(model, i as u32, j as u32);
         let geoms = [GeomId(i as u32), GeomId(j as u32)];

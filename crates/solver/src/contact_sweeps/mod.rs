@@ -120,6 +120,7 @@ impl ContactSweeps {
             }
         }
         std::mem::swap(&mut self.point, &mut self.least);
+        (self.lacking.rms, self.lacking.worst) = least;
         self.give(iterate);
         if least.1 <= enough { Ended::Enough } else { Ended::OutOfBudget }
     }
@@ -138,6 +139,11 @@ impl ContactSweeps {
         }
         self.give(iterate);
         if self.lacking.worst <= task.enough() { Ended::Enough } else { Ended::Slow }
+    }
+
+    /// What the point of the last run lacks.
+    pub fn lacks(&self) -> f64 {
+        self.lacking.worst
     }
 
     /// How many sweeps the last run made.

@@ -58,10 +58,16 @@ pub(super) fn run(
     };
     shared.map.effort.sweeps += sweeps.made();
     match ended {
-        Ended::Enough | Ended::OutOfBudget => {
+        Ended::OutOfBudget => {
+            // The velocity of what is left unfinished is that of its impulses, which the verdict finds.
+            iterate.velocity.clone_from(&shared.map.free_velocity);
+            iterate.residual = sweeps.lacks();
+            StageOutcome::OutOfBudget.into()
+        }
+        Ended::Enough => {
             shared.map.set_weights(task.island, task.settings.proximal_weight);
             iterate.residual = shared.map.evaluate_centre(task, iterate);
-            let is_solved = ended == Ended::Enough && (task.budget().is_none() || iterate.residual <= task.accept());
+            let is_solved = task.budget().is_none() || iterate.residual <= task.accept();
             if is_solved { StageOutcome::Solved.into() } else { StageOutcome::OutOfBudget.into() }
         }
         Ended::Near => StageOutcome::Prepared.into(),
