@@ -114,7 +114,8 @@ def run_one(engine, variant, name, repetition, options):
     if not out.exists() or trouble:
         failed = dict(engine=engine, variant=variant, scene=name, error=trouble or "no result", step_ns=[], samples=[], done=0)
         out.write_text(json.dumps(failed))
-    run = json.loads(out.read_text())
+    run = json.loads(out.read_text()) | dict(variant=variant)
+    out.write_text(json.dumps(run))
     times = sorted(run["step_ns"][len(run["step_ns"]) * 3 // 4 :]) or [0]
     note = run.get("error") or ""
     print(f"{repetition} {name:15} {engine:10} {variant:10} {run['done']:5} steps {times[len(times) // 2] / 1e3:12.1f} us {note}", flush=True)
