@@ -12,7 +12,7 @@ use std::sync::Arc;
 use signorini_contact::{Certificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone};
 use signorini_multibody::{ContactPoint, Input, Model, State, forward_kinematics_into, free_motion_into};
 use signorini_recording::{
-    Frame, FrictionCode, Header, Impulses, PolygonCode, RestitutionCode, StepLaws, StepSolution,
+    Frame, FrictionCode, Header, Impulses, PolygonCode, RestitutionCode, StepLaws, StepSolution, StepStatus,
 };
 
 pub use fault::StepFault;
@@ -146,9 +146,9 @@ impl Recertifier {
             take_directions(frame, &mut ws.builder.problem)?;
         }
         take_solution(&ws.builder.problem, first, &mut ws.solution)?;
-        // What is not in the problem of a step that misses its tolerance, as one whose sweeps are counted, is left to the next ones.
-        let is_polygon = settings.friction_law == FrictionLaw::Polygon;
-        if is_polygon && !certify(&ws.builder.problem, &ws.solution).holds(settings.tolerance) {
+        // What is not in the problem of a step whose sweeps were used up is left to the next ones.
+        let is_unfinished = frame.status == StepStatus::Inaccurate && settings.friction_law == FrictionLaw::Polygon;
+        if is_unfinished && !certify(&ws.builder.problem, &ws.solution).holds(settings.tolerance) {
             return Ok(());
         }
         ws.reach.end_with(model, &ws.kinematics, &first.velocity);
