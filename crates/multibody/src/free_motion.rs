@@ -308,9 +308,14 @@ fn add_implicit(
             continue;
         }
         matrix.add_to_diagonal(k, weight * g * g);
-        for (&l, &other) in row.dofs[..i].iter().zip(&row.gradient) {
+        // One walk to the root tells of all others: those that do not lie on it are in another branch.
+        let mut way = model.dof_parent[k];
+        for (&l, &other) in row.dofs[..i].iter().zip(&row.gradient[..i]).rev() {
             let coupling = weight * g * other;
-            if is_before(model, l, k) {
+            while let Some(on_way) = way.filter(|&on_way| on_way > l) {
+                way = model.dof_parent[on_way];
+            }
+            if way == Some(l) {
                 matrix.add_off_diagonal(k, l, coupling);
             } else {
                 matrix.add_to_diagonal(k, coupling.abs());
