@@ -32,9 +32,32 @@ pub(crate) struct PlacedSet<'a> {
 struct Face {
     ids: [u32; 3],
     normal: DVec3,
-    /// For the edge from vertex k to vertex k + 1: the angle from this normal to the neighbour's, positive across a
-    /// ridge, negative across a valley, rad; π where there is no neighbour.
-    fold: [f64; 3],
+    /// The edges from vertex k to vertex k + 1.
+    edges: [Edge; 3],
+}
+
+/// An edge of a face.
+#[derive(Clone, Copy, Debug)]
+struct Edge {
+    /// Unit vector in the face's plane, out of the face across the edge.
+    out: DVec3,
+    /// How far normals of the front, and of the back, may lean over the edge: cosine and sine.
+    lean: [[f64; 2]; 2],
+}
+
+impl Edge {
+    /// - `fold`: the angle from the face's normal to the neighbour's, positive across a ridge, negative across a valley, rad; none where
+    ///   there is no neighbour
+    fn new(out: DVec3, fold: Option<f64>) -> Self {
+        let bound = |fold: f64| fold.max(0.0) + LEAN;
+        // Whatever leans has a sine that is not negative: this bound no angle exceeds.
+        let free = [-1.0, 0.0];
+        let of = |side: f64| match fold.map(|fold| bound(side * fold)) {
+            Some(bound) if bound < std::f64::consts::PI => [bound.cos(), bound.sin()],
+            _ => free,
+        };
+        Self { out, lean: [of(1.0), of(-1.0)] }
+    }
 }
 
 /// Leaning over an edge by less than this angle (rad) beyond what it allows is rounding.
@@ -72,10 +95,12 @@ impl TriangleSet {
                 let longest = (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared());
                 let thin = area.length() <= 1e-12 * longest;
                 let normal = area.try_normalize().filter(|_| !thin)?;
-                Some(Face { ids, normal, fold: [std::f64::consts::PI; 3] })
+                let out = |p: DVec3, q: DVec3| (q - p).cross(normal).normalize_or_zero();
+                let edges = [out(a, b), out(b, c), out(c, a)].map(|out| Edge::new(out, None));
+                Some(Face { ids, normal, edges })
             })
             .collect();
-        let closed = find_folds(&vertices, &mut faces);
+        let closed = find_folds(&mut faces);
         let boxes: Vec<Aabb> = faces
             .iter()
             .map(|f| {
@@ -112,16 +137,11 @@ impl TriangleSet {
         if self.solid_below && n.dot(face.normal) <= 0.0 {
             return (side, false);
         }
-        for k in 0..3 {
-            let [p, q] = [face.ids[k], face.ids[(k + 1) % 3]].map(|i| self.vertices[i as usize]);
-            let out = (q - p).cross(face.normal);
-            // It leans away from the edge, or may lean as far as it likes.
-            if n.dot(out) < 0.0 || face.fold[k] == std::f64::consts::PI {
-                continue;
-            }
-            let lean = n.dot(out.normalize_or_zero()).atan2(n.dot(side));
-            let fold = if front { face.fold[k] } else { -face.fold[k] };
-            if lean > fold.max(0.0) + LEAN {
+        let upright = n.dot(side);
+        for edge in &face.edges {
+            let (across, [cosine, sine]) = (n.dot(edge.out), edge.lean[usize::from(!front)]);
+            // The sine of the angle by which it leans farther than it may.
+            if across >= 0.0 && across * cosine > upright * sine {
                 return (side, false);
             }
         }
@@ -151,9 +171,9 @@ fn signed_volume(vertices: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
     triangles.iter().map(|&[a, b, c]| corner(a).dot(corner(b).cross(corner(c)))).sum()
 }
 
-/// Fills in the folds of edges that two triangles share; edges of more than two stay free. Whether every edge is shared by two triangles that
+/// Fills in how far edges let lean that two triangles share; edges of more than two stay free. Whether every edge is shared by two triangles that
 /// run along it in opposite directions: the surface of a solid.
-fn find_folds(vertices: &[DVec3], faces: &mut [Face]) -> bool {
+fn find_folds(faces: &mut [Face]) -> bool {
     let mut closed = true;
     let mut edges: Vec<(u32, u32, u32, u32)> = Vec::with_capacity(3 * faces.len());
     for (i, face) in faces.iter().enumerate() {
@@ -176,8 +196,9 @@ fn find_folds(vertices: &[DVec3], faces: &mut [Face]) -> bool {
             let aligned = neighbour.ids[l] == b && neighbour.ids[(l + 1) % 3] == a;
             closed &= aligned;
             let normal = if aligned { neighbour.normal } else { -neighbour.normal };
-            let out = (vertices[b as usize] - vertices[a as usize]).cross(face.normal).normalize_or_zero();
-            faces[own.2 as usize].fold[k] = normal.dot(out).atan2(normal.dot(face.normal));
+            let out = face.edges[k].out;
+            let fold = normal.dot(out).atan2(normal.dot(face.normal));
+            faces[own.2 as usize].edges[k] = Edge::new(out, Some(fold));
         }
     }
     closed

@@ -60,8 +60,9 @@ impl Triangles {
                 }
             });
             self.near_a.sort_unstable();
+            let of_b = Stood::new(b, j);
             for &i in &self.near_a {
-                touch_pair((a, i), (b, j), margin, narrow, out);
+                touch_pair((a, i), (b, &of_b), margin, narrow, out);
             }
         }
     }
@@ -103,33 +104,49 @@ impl Corners {
     }
 }
 
-/// Appends the contacts of triangle `i` of A and `j` of B.
+/// A triangle of a surface where it stands.
+struct Stood {
+    index: u32,
+    triangle: Triangle,
+    corners: Corners,
+    size: f64,
+    center: DVec3,
+}
+
+impl Stood {
+    fn new(set: &PlacedSet, index: u32) -> Self {
+        let triangle = set.set.triangle(index);
+        let corners = Corners::new(set, &triangle);
+        let (size, center) = corners.ball();
+        Self { index, triangle, corners, size, center }
+    }
+}
+
+/// Appends the contacts of triangle `i` of A and one of B.
 fn touch_pair(
     (a, i): (&PlacedSet, u32),
-    (b, j): (&PlacedSet, u32),
+    (b, of_b): (&PlacedSet, &Stood),
     margin: f64,
     narrow: &mut Narrow,
     out: &mut Vec<Touch>,
 ) {
-    let (of_a, of_b) = (a.set.triangle(i), b.set.triangle(j));
-    let (in_a, in_b) = (Corners::new(a, &of_a), Corners::new(b, &of_b));
-    let ((size_a, center_a), (size_b, center_b)) = (in_a.ball(), in_b.ball());
-    let between = center_b - center_a;
-    if between.length() > size_a + size_b + margin {
+    let of_a = &Stood::new(a, i);
+    if (of_b.center - of_a.center).length() > of_a.size + of_b.size + margin {
         return;
     }
-    let allows = |n: DVec3| [a.set.allows(i, a.rotation.transpose() * n), b.set.allows(j, b.rotation.transpose() * -n)];
-    let size = size_a.min(size_b);
-    let Some(mut axes) = Axes::within(&in_a, &in_b, margin) else { return };
+    let allows =
+        |n: DVec3| [a.set.allows(i, a.rotation.transpose() * n), b.set.allows(of_b.index, b.rotation.transpose() * -n)];
+    let size = of_a.size.min(of_b.size);
+    let Some(mut axes) = Axes::within(&of_a.corners, &of_b.corners, margin) else { return };
     let inside = if axes.most > APART * size { 0.0 } else { DEEPEST * axes.most };
     let Some((gap, normal)) = axes.best(FLUSH * size, inside - APART * size, allows) else { return };
     let from = out.len();
-    let [shape_a, shape_b] = [of_a, of_b].map(Convex::Triangle);
-    let place = |set: &PlacedSet, center: DVec3, size: f64| (set.rotation, set.position, center, size);
-    let (rotation, position, center, size) = place(a, center_a, size_a);
-    let placed_a = Placed { shape: &shape_a, rotation, position, center, size };
-    let (rotation, position, center, size) = place(b, center_b, size_b);
-    let placed_b = Placed { shape: &shape_b, rotation, position, center, size };
+    let [shape_a, shape_b] = [of_a, of_b].map(|of| Convex::Triangle(of.triangle));
+    let place = |set: &PlacedSet, shape, of: &Stood| {
+        let (rotation, position, center, size) = (set.rotation, set.position, of.center, of.size);
+        Placed { shape, rotation, position, center, size }
+    };
+    let (placed_a, placed_b) = (place(a, &shape_a, of_a), place(b, &shape_b, of_b));
     let size = scale(&placed_a, &placed_b);
     narrow.patches(&placed_a, &placed_b, &Separation { normal, gap, midpoint: None }, size, out);
     narrow.reducer.outline(out, from, margin, size);
