@@ -226,17 +226,14 @@ impl Collider {
                 }
             }
         }
-        self.sweep.overlapping(&self.boxes, &self.swept, |i, j| {
-            if allowed(i.min(j), i.max(j)) {
+        let mut meet = |i: u32, j: u32| {
+            if allowed(i, j) {
                 pairs.push(pair_of(i, j));
             }
-        });
+        };
+        self.sweep.overlapping(&self.boxes, &self.swept, &mut meet);
         for &i in &self.swept {
-            self.fixed.overlapping(&self.boxes, &self.boxes[i as usize], |j| {
-                if allowed(i.min(j), i.max(j)) {
-                    pairs.push(pair_of(i, j));
-                }
-            });
+            self.fixed.overlapping(&self.boxes, &self.boxes[i as usize], |j| meet(i, j));
         }
         pairs.sort_unstable();
     }

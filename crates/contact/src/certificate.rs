@@ -116,19 +116,17 @@ pub fn velocity_from_impulses(problem: &ContactProblem, solution: &ContactSoluti
     let mut scratch = Scratch::default();
     scratch.resize(problem.nv());
     scratch.add_polygon_forces(problem, solution);
-    problem.mass_factor.solve_in_place(&mut scratch.force);
-    scratch.force.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    take_velocity(problem, &mut scratch.force);
     scratch.force
 }
 
 /// Writes the velocity that the impulses of contacts, groups and bilateral rows give, before `α` is known.
-pub fn take_velocity_of_impulses(problem: &ContactProblem, solution: &mut ContactSolution, scratch: &mut Scratch) {
+pub fn take_velocity_before_recovery(problem: &ContactProblem, solution: &mut ContactSolution, scratch: &mut Scratch) {
     scratch.resize(problem.nv());
     let ContactSolution { impulse, group_impulse, bilateral, velocity, .. } = solution;
     scratch.add_forces(problem, |i| impulse[i], bilateral, |j| group_impulse[j]);
-    problem.mass_factor.solve_in_place(&mut scratch.force);
-    velocity.clear();
-    velocity.extend(scratch.force.iter().zip(&problem.free_velocity).map(|(change, free)| change + free));
+    take_velocity(problem, &mut scratch.force);
+    velocity.clone_from(&scratch.force);
 }
 
 /// The [velocity from impulses](velocity_from_impulses), these summed in the reverse order.
@@ -145,9 +143,14 @@ pub fn velocity_summed_backwards(problem: &ContactProblem, solution: &ContactSol
         let [t_1, t_2] = tangential_impulse(problem, solution, i);
         problem.jacobian.add_transposed(i, [solution.lambda_n[i], t_1, t_2], &mut force);
     }
-    problem.mass_factor.solve_in_place(&mut force);
-    force.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
+    take_velocity(problem, &mut force);
     force
+}
+
+/// Turns the sum of impulses in generalized coordinates into the velocity that they give.
+fn take_velocity(problem: &ContactProblem, force: &mut [f64]) {
+    problem.mass_factor.solve_in_place(force);
+    force.iter_mut().zip(&problem.free_velocity).for_each(|(v, f)| *v += f);
 }
 
 /// The scales of the data.

@@ -73,24 +73,13 @@ pub(crate) fn step_driven(
     ws.begin(model, state, input, dt)?;
     let mut report = StepReport { unresolved_rotations: ws.smooth.unresolved_rotations, ..StepReport::default() };
     ws.find_points(model);
-    let (mut is_solved, mut is_further) = (false, false);
+    let mut problems = 0;
     loop {
         ws.choose_points(settings, dt);
         // Where a larger reach has no new points the solution at hand is that of the step, with the part of its corrections that is permitted.
-        if !is_solved || !ws.candidates.are_written() {
-            ws.build_problem(model, state, input);
-            is_further = std::mem::replace(&mut is_solved, true);
-            for drive in driven {
-                ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
-            }
-            ws.corrections.ask(&ws.builder);
-            ws.solve(model, settings, &state.v, &mut report)?;
-            ws.name_contradiction(model, settings)?;
-            while report.advanced()
-                && ws.builder.add_crossed_limits(model, &ws.kinematics, state, &ws.solution.velocity)
-            {
-                ws.solve(model, settings, &state.v, &mut report)?;
-            }
+        if problems == 0 || !ws.candidates.are_written() {
+            problems += 1;
+            solve_chosen(model, state, input, settings, driven, ws, &mut report)?;
         }
         if !report.advanced() {
             break;
@@ -99,7 +88,7 @@ pub(crate) fn step_driven(
         ws.remember_withheld();
         ws.reach.end_with(model, &ws.kinematics, &ws.solution.velocity);
         // Where sweeps are counted there is one further solve; what would come in after that the next step has.
-        if is_further && ws.solver.is_counted() {
+        if problems > 1 && ws.solver.is_counted() {
             break;
         }
         // Where sweeps leave rows open, what is not in the problem may be as open as these are.
@@ -122,4 +111,28 @@ pub(crate) fn step_driven(
         ws.advance_into(model, state, input, settings, next);
     }
     Ok(report)
+}
+
+/// Builds the problem with the points that are chosen, and solves it, again with every limit that its solution crosses.
+fn solve_chosen(
+    model: &Model,
+    state: &State,
+    input: &Input,
+    settings: &Settings,
+    driven: &[DrivenVelocity],
+    ws: &mut Workspace,
+    report: &mut StepReport,
+) -> Result<(), SimulationError> {
+    ws.build_problem(model, state, input);
+    let dt = ws.builder.problem.timestep;
+    for drive in driven {
+        ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
+    }
+    ws.corrections.ask(&ws.builder);
+    ws.solve(model, settings, &state.v, report)?;
+    ws.name_contradiction(model, settings)?;
+    while report.advanced() && ws.builder.add_crossed_limits(model, &ws.kinematics, state, &ws.solution.velocity) {
+        ws.solve(model, settings, &state.v, report)?;
+    }
+    Ok(())
 }

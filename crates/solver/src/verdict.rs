@@ -4,7 +4,7 @@
 //! every row, and, where impulses are so large that their last digits are velocities, the latter with the same sums in another order.
 
 use signorini_contact::certificate::{
-    Certificate, Scales, Scratch, certify_afresh, certify_with, take_velocity_of_impulses, velocity_from_impulses,
+    Certificate, Scales, Scratch, certify_afresh, certify_with, take_velocity_before_recovery, velocity_from_impulses,
     velocity_summed_backwards,
 };
 use signorini_contact::projection::Cones;
@@ -81,7 +81,7 @@ impl Verdict {
         cones: &Cones,
         solution: &mut ContactSolution,
     ) -> bool {
-        take_velocity_of_impulses(problem, solution, &mut self.scratch);
+        take_velocity_before_recovery(problem, solution, &mut self.scratch);
         recover_into(problem, cones, self.scales.velocity, solution);
         (solution.certificate, solution.spread) =
             certify_and_spread(problem, solution, &self.scales, &mut self.scratch);
