@@ -42,6 +42,8 @@ pub struct Collider {
     laws: Laws,
     placed: Vec<GeomPose>,
     boxes: Vec<Aabb>,
+    /// By how much the box of every geom is smaller on all sides for what shares a common motion, m; empty where nothing is known of one.
+    less: Vec<f64>,
     /// How far every geom's contacts reach: its travel and its margin, m.
     travel: Vec<f64>,
     /// Largest angle every geom can turn within the step, rad.
@@ -123,6 +125,7 @@ impl Collider {
             runs: runs(&geoms, &active),
             placed: vec![GeomPose::default(); geoms.len()],
             boxes: vec![Aabb { low: DVec3::ZERO, high: DVec3::ZERO }; geoms.len()],
+            less: Vec::with_capacity(geoms.len()),
             travel: vec![0.0; geoms.len()],
             turn: vec![0.0; geoms.len()],
             still: Still::new(geoms.len()),
@@ -231,7 +234,7 @@ impl Collider {
                 pairs.push(pair_of(i, j));
             }
         };
-        self.sweep.overlapping(&self.boxes, &self.swept, &mut meet);
+        self.sweep.overlapping((&self.boxes, &self.less), &self.swept, &mut meet);
         for &i in &self.swept {
             self.fixed.overlapping(&self.boxes, &self.boxes[i as usize], |j| meet(i, j));
         }

@@ -2,6 +2,8 @@
 //!
 //! The order is kept from search to search, because bodies move little in a step; what is found does not depend on it.
 
+use glamx::glam::DVec3;
+
 use crate::bvh::Aabb;
 
 /// The axis is chosen anew after so many searches.
@@ -28,17 +30,20 @@ struct Entry {
 }
 
 impl Entry {
-    fn new(boxes: &[Aabb], item: u32, axis: usize) -> Self {
-        let (low, high) = (boxes[item as usize].low.to_array(), boxes[item as usize].high.to_array());
-        let turned = |x: [f64; 3]| std::array::from_fn(|k| x[(axis + k) % 3]);
-        Self { low: turned(low), high: turned(high), item }
+    fn new((boxes, less): (&[Aabb], &[f64]), item: u32, axis: usize) -> Self {
+        let Aabb { low, high } = boxes[item as usize];
+        let less = DVec3::splat(less.get(item as usize).copied().unwrap_or(0.0));
+        let turned = |x: DVec3| std::array::from_fn(|k| x[(axis + k) % 3]);
+        Self { low: turned(low + less), high: turned(high - less), item }
     }
 }
 
 impl Sweep {
     /// Calls `visit` for every two of `items` whose boxes overlap, in no particular order. Boxes that are not numbers overlap
     /// nothing.
-    pub fn overlapping(&mut self, boxes: &[Aabb], items: &[u32], mut visit: impl FnMut(u32, u32)) {
+    ///
+    /// - `boxes`: with how much smaller each is on all sides, m; nothing for what they are
+    pub fn overlapping(&mut self, boxes: (&[Aabb], &[f64]), items: &[u32], mut visit: impl FnMut(u32, u32)) {
         self.take(boxes, items);
         self.sort();
         for (k, a) in self.sorted.iter().enumerate() {
@@ -54,11 +59,11 @@ impl Sweep {
     }
 
     /// Takes over the boxes, in the order of the last search if that had the same items.
-    fn take(&mut self, boxes: &[Aabb], items: &[u32]) {
-        let known = |i: &u32| !boxes[*i as usize].is_nan();
+    fn take(&mut self, boxes: (&[Aabb], &[f64]), items: &[u32]) {
+        let known = |i: &u32| !boxes.0[*i as usize].is_nan();
         let complete = self.sorted.len() == items.len() && items.iter().all(known);
         if !complete || self.age >= CHOICE {
-            let axis = widest_axis(boxes, items.iter().copied().filter(known));
+            let axis = widest_axis(boxes.0, items.iter().copied().filter(known));
             if !complete || axis != self.axis {
                 self.sorted.clear();
                 self.sorted.extend(items.iter().filter(|i| known(i)).map(|&i| Entry::new(boxes, i, axis)));

@@ -66,7 +66,8 @@ impl Workspace {
         let dt = builder.problem.timestep;
         if reach.by_pairs {
             let relative = |bodies, place| reach.of_pair(kinematics, bodies, place, dt);
-            collider.find_moving(model, &kinematics.pose, &reach.reach, relative, &mut candidates.all);
+            let travels = (&reach.reach[..], &reach.beside[..]);
+            collider.find_moving(model, &kinematics.pose, travels, relative, &mut candidates.all);
         } else {
             collider.find(model, &kinematics.pose, &reach.reach, &mut candidates.all);
         }

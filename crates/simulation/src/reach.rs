@@ -5,8 +5,9 @@
 //! body outran its reach (one that was struck, say) the step is found and solved again with more.
 //!
 //! Bodies that travel together can move against each other by less than either of them travels: pairs are looked at within a bound of
-//! their relative motion, made and compared in the same way. A pair that exceeded it is looked at within both travels when the step is found
-//! again; the others keep theirs, so that what they find does not depend on what is struck elsewhere.
+//! their relative motion, made and compared in the same way, and all of them, where they fall together, say, within what each does beside
+//! the mean motion. A pair that exceeded its bound is looked at within both travels when the step is found again; the others keep theirs, so
+//! that what they find does not depend on what is struck elsewhere.
 
 use signorini_collision::{Collider, PairReach, Reach, RelativeMotion};
 use signorini_multibody::glam::DVec3;
@@ -32,6 +33,10 @@ pub(crate) struct BodyReach {
     pub end: Velocities,
     /// The bodies that can touch another one and move.
     bodies: Vec<u32>,
+    /// How far every body's origin can move beside the mean motion of all, m; empty where that is not much less than they can move.
+    pub beside: Vec<f64>,
+    /// Their mean velocity, m/s.
+    mean: DVec3,
     /// By how much farther each body is looked at than it moves, m; empty where none is.
     layers: Vec<f64>,
     /// Whether pairs are looked at within their relative motion.
@@ -111,6 +116,29 @@ impl BodyReach {
                 angular: faster(self.free.angular[i], kinematics.angular_velocity[i]),
             };
         }
+        self.bound_beside_mean(kinematics, dt);
+    }
+
+    /// Bounds how far bodies can move beside their mean velocity without contact: two of them by no more than that against each other
+    /// ([`of_pair`](Self::of_pair)).
+    fn bound_beside_mean(&mut self, kinematics: &Kinematics, dt: f64) {
+        let Self { beside, bodies, free, reach, .. } = self;
+        let mean = bodies.iter().map(|&i| free.linear[i as usize]).sum::<DVec3>() / bodies.len() as f64;
+        beside.clear();
+        beside.resize(reach.len(), 0.0);
+        let (mut all, mut aside_of_all) = (0.0, 0.0);
+        for i in bodies.iter().map(|&i| i as usize) {
+            let (now, free) = (kinematics.linear_velocity[i], free.linear[i]);
+            let aside = (now - mean).length_squared().max((free - mean).length_squared()).sqrt();
+            beside[i] = MARGIN * dt * (aside + (free - now).length());
+            (all, aside_of_all) = (all + reach[i].linear, aside_of_all + beside[i]);
+        }
+        self.mean = mean;
+        // A body that is stopped outruns this bound sooner, and makes a further search.
+        let is_worth_it = 2.0 * aside_of_all < all;
+        if !is_worth_it {
+            beside.clear();
+        }
     }
 
     /// Looks farther by the layers within which bodies stick, m each; none where nothing does.
@@ -118,6 +146,7 @@ impl BodyReach {
         self.layers.clear();
         self.layers.extend_from_slice(layers);
         self.reach.iter_mut().zip(layers).for_each(|(reach, layer)| reach.linear += layer);
+        self.beside.iter_mut().zip(layers).for_each(|(beside, layer)| *beside += layer);
     }
 
     /// How body B can move against body A, and its point at a place in world: with the relative velocity at the beginning or without contact,
@@ -190,14 +219,18 @@ impl BodyReach {
     /// - `open`: speed at which what is left open may close, m/s
     pub fn enlarge(&mut self, dt: f64, open: f64) -> bool {
         let mut exceeded = false;
+        let mut raise = |speed: DVec3, limit: &mut f64| {
+            let allowed = *limit * (1.0 + ROUNDING) + NEGLIGIBLE + dt * open;
+            if dt * dt * speed.length_squared() > allowed * allowed {
+                *limit = MARGIN * dt * speed.length();
+                exceeded = true;
+            }
+        };
         for i in self.bodies.iter().map(|&i| i as usize) {
-            let reach = &mut self.reach[i];
-            for (speed, limit) in [(self.end.linear[i], &mut reach.linear), (self.end.angular[i], &mut reach.angular)] {
-                let allowed = *limit * (1.0 + ROUNDING) + NEGLIGIBLE + dt * open;
-                if dt * dt * speed.length_squared() > allowed * allowed {
-                    *limit = MARGIN * dt * speed.length();
-                    exceeded = true;
-                }
+            raise(self.end.linear[i], &mut self.reach[i].linear);
+            raise(self.end.angular[i], &mut self.reach[i].angular);
+            if let Some(beside) = self.beside.get_mut(i) {
+                raise(self.end.linear[i] - self.mean, beside);
             }
         }
         self.is_enlarged |= exceeded;

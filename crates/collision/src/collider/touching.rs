@@ -44,6 +44,7 @@ impl Collider {
     ) {
         out.clear();
         self.place(body_pose, reach);
+        self.shrink_boxes(reach, &[]);
         self.collect_pairs(model, wanted);
         self.apart.leave_out(&mut self.pairs, (&self.geoms, &self.placed), &self.travel);
         self.closer.known.clear();
@@ -53,6 +54,8 @@ impl Collider {
     /// As [`find`](Self::find), where of bodies that travel together is known how they can move against each other: what these motions cannot
     /// bring together is left out.
     ///
+    /// - `reach`: `[bodies]`, and how far the origin of every body can move beside a common motion, m, `[bodies]`, where less than that can bring
+    ///   two of them together, else empty;
     /// - `relative`: told two bodies and a place in world (m), how the second one can move against the first one, and its point there; not
     ///   asked for pairs that travel next to nothing
     ///
@@ -62,12 +65,13 @@ impl Collider {
         &mut self,
         model: &Model,
         body_pose: &[Pose],
-        reach: &[Reach],
+        (reach, beside): (&[Reach], &[f64]),
         relative: impl Fn([BodyId; 2], DVec3) -> RelativeMotion,
         out: &mut Vec<ContactPoint>,
     ) {
         out.clear();
         self.place(body_pose, reach);
+        self.shrink_boxes(reach, beside);
         self.collect_pairs(model, |_, _| true);
         self.apart.leave_out(&mut self.pairs, (&self.geoms, &self.placed), &self.travel);
         self.bound_pairs(relative);
@@ -103,6 +107,14 @@ impl Collider {
         self.closer.is_directed = false;
         self.apart.begin();
         self.touch_pairs(model, out);
+    }
+
+    /// Finds by how much smaller the boxes of geoms are beside a common motion.
+    fn shrink_boxes(&mut self, reach: &[Reach], beside: &[f64]) {
+        self.less.clear();
+        if !beside.is_empty() && !self.swept.is_empty() {
+            self.less.extend(self.geoms.iter().map(|geom| reach[geom.body].linear - beside[geom.body]));
+        }
     }
 
     /// Finds the bounds of pairs that have one of their own.

@@ -13,7 +13,7 @@ fn find(scene: &mut Scene, poses: [Pose; 2], travel: f64, way: DVec3) -> Vec<Con
     let reach = [Reach { linear: travel, angular: 0.0 }; 3];
     let relative = |_, _| RelativeMotion { linear: [way, DVec3::ZERO], ..RelativeMotion::default() };
     let mut out = Vec::new();
-    scene.collider.find_moving(&scene.model, &body_pose, &reach, relative, &mut out);
+    scene.collider.find_moving(&scene.model, &body_pose, (&reach, &[]), relative, &mut out);
     out
 }
 
@@ -36,6 +36,20 @@ fn bodies_that_travel_together_find_nothing() {
             assert!(!scene.find(&both, 10.0).is_empty());
             assert!(find(&mut scene, both, 5.0, DVec3::ZERO).is_empty());
         }
+    }
+}
+
+/// Balls half a metre apart that fly by metres, and come nearer by no more than they move beside their common motion.
+#[test]
+fn what_moves_beside_a_common_motion_is_looked_for_there() {
+    let mut scene = Scene::of_moving(&[Geometry::Sphere { radius: 0.2 }, Geometry::Sphere { radius: 0.2 }]);
+    let body_pose = [at(0.0, 0.0, 0.0), at(0.0, 0.0, 0.0), at(0.9, 0.0, 0.0)];
+    let reach = [Reach { linear: 5.0, angular: 0.1 }; 3];
+    for (beside, expected) in [([].as_slice(), 1), (&[0.0, 0.2, 0.2], 0), (&[0.0, 0.2, 0.4], 1), (&[9.0; 3], 1)] {
+        let relative = |_, _| RelativeMotion { linear: [-9.0 * DVec3::X; 2], ..RelativeMotion::default() };
+        let mut out = Vec::new();
+        scene.collider.find_moving(&scene.model, &body_pose, (&reach, beside), relative, &mut out);
+        assert_eq!(out.len(), expected, "{beside:?}");
     }
 }
 
