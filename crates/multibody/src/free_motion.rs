@@ -44,12 +44,13 @@ use crate::applied::applied_force_into;
 use crate::cholesky::BlockCholesky;
 use crate::composite::{MassMatrix, mass_matrix_into};
 use crate::free_rotation::FreeRotation;
+use crate::implicit::ImplicitLengths;
 use crate::inverse_dynamics::{NewtonEuler, bias_force_into};
 use crate::jacobian::point_column;
 use crate::kinematics::Kinematics;
 use crate::length::LengthRow;
 use crate::mass::{BlockDiagonal, MassError};
-use crate::model::{Actuator, ActuatorKind, BodyId, Joint, JointKind, Model, Tendon};
+use crate::model::{Actuator, ActuatorKind, BodyId, Joint, JointKind, Model, Tendon, Transmission};
 use crate::state::{Input, State, StateError};
 use crate::tendon::tendon_length_into;
 
@@ -98,6 +99,7 @@ pub struct FreeMotion {
     /// Force of every actuator as it acts in the step.
     pub(crate) laws: Vec<AffineForce>,
     pub(crate) tendon_rows: Vec<LengthRow>,
+    lengths: ImplicitLengths,
 }
 
 /// Whether an actuator is at an end of its force range.
@@ -133,6 +135,7 @@ impl FreeMotion {
             actuator_rows: vec![LengthRow::new(model); model.actuators.len()],
             laws: vec![AffineForce::constant(0.0); model.actuators.len()],
             tendon_rows: vec![LengthRow::new(model); model.tendons.len()],
+            lengths: ImplicitLengths::new(model),
         }
     }
 
@@ -180,12 +183,7 @@ pub fn free_motion_into(
     if out.can_saturate {
         out.rigid.copy_from(&out.mass.matrix);
     }
-    for (actuator, row) in model.actuators.iter().zip(&mut out.actuator_rows) {
-        actuator_length_into(model, kinematics, &state.q, actuator, row);
-    }
-    for (tendon, row) in model.tendons.iter().zip(&mut out.tendon_rows) {
-        tendon_length_into(model, kinematics, &state.q, tendon, row);
-    }
+    measure_lengths(model, kinematics, state, out);
     smooth_impulse(model, kinematics, state, input, dt, out);
     out.saturation.fill(Saturation::Within);
     loop {
@@ -200,6 +198,21 @@ pub fn free_motion_into(
             return Ok(());
         }
         out.mass.matrix.copy_from(&out.rigid);
+    }
+}
+
+/// Lengths of all tendons and actuators; an actuator along a tendon takes over what is known of that.
+fn measure_lengths(model: &Model, kinematics: &Kinematics, state: &State, out: &mut FreeMotion) {
+    for (tendon, row) in model.tendons.iter().zip(&mut out.tendon_rows) {
+        tendon_length_into(model, kinematics, &state.q, tendon, row);
+    }
+    for (actuator, row) in model.actuators.iter().zip(&mut out.actuator_rows) {
+        if let Transmission::Tendon(tendon) = actuator.transmission {
+            row.clone_from(&out.tendon_rows[tendon.index()]);
+            row.scale(actuator.gear);
+        } else {
+            actuator_length_into(model, kinematics, &state.q, actuator, row);
+        }
     }
 }
 
@@ -236,17 +249,20 @@ fn assemble(model: &Model, state: &State, input: &Input, dt: f64, out: &mut Free
         }
     }
     for (tendon, row) in model.tendons.iter().zip(&out.tendon_rows) {
-        add_implicit(model, tendon_spring(tendon, row.length), row, state, dt, &mut out.mass.matrix, &mut out.rhs);
+        let force = (tendon_spring(tendon, row.length), row.rate(&state.v));
+        out.lengths.add(model, force, row, dt, &mut out.mass.matrix, &mut out.rhs);
     }
     for (a, actuator) in model.actuators.iter().enumerate() {
         let row = &out.actuator_rows[a];
+        let rate = row.rate(&state.v);
         out.laws[a] = match (out.saturation[a], actuator.force_range) {
             (Saturation::Lower, Some([lower, _])) => AffineForce::constant(lower),
             (Saturation::Upper, Some([_, upper])) => AffineForce::constant(upper),
-            _ => actuator_law(actuator, actuator.drive(state, input, a, dt), row.length, row.rate(&state.v)),
+            _ => actuator_law(actuator, actuator.drive(state, input, a, dt), row.length, rate),
         };
-        add_implicit(model, out.laws[a], row, state, dt, &mut out.mass.matrix, &mut out.rhs);
+        out.lengths.add(model, (out.laws[a], rate), row, dt, &mut out.mass.matrix, &mut out.rhs);
     }
+    out.lengths.finish(&mut out.mass.matrix);
 }
 
 /// The forces that hold up bodies with gravity compensation, at their centres of mass.
@@ -287,41 +303,6 @@ impl AffineForce {
     /// The force of a step of length `dt` that begins with velocity `v` and ends with `end`.
     pub fn at(self, v: f64, end: f64, dt: f64) -> f64 {
         self.value - self.slope(dt) * end + self.rise(dt) * v
-    }
-}
-
-/// Adds a force along a length to the right-hand side and its implicit part to the matrix.
-fn add_implicit(
-    model: &Model,
-    force: AffineForce,
-    row: &LengthRow,
-    state: &State,
-    dt: f64,
-    matrix: &mut BlockDiagonal,
-    rhs: &mut [f64],
-) {
-    let rate = row.rate(&state.v);
-    let (impulse, weight) = (dt * force.at(rate, rate, dt), dt * force.slope(dt));
-    for (i, (&k, &g)) in row.dofs.iter().zip(&row.gradient).enumerate() {
-        rhs[k] += impulse * g;
-        if weight == 0.0 {
-            continue;
-        }
-        matrix.add_to_diagonal(k, weight * g * g);
-        // One walk to the root tells of all others: those that do not lie on it are in another branch.
-        let mut way = model.dof_parent[k];
-        for (&l, &other) in row.dofs[..i].iter().zip(&row.gradient[..i]).rev() {
-            let coupling = weight * g * other;
-            while let Some(on_way) = way.filter(|&on_way| on_way > l) {
-                way = model.dof_parent[on_way];
-            }
-            if way == Some(l) {
-                matrix.add_off_diagonal(k, l, coupling);
-            } else {
-                matrix.add_to_diagonal(k, coupling.abs());
-                matrix.add_to_diagonal(l, coupling.abs());
-            }
-        }
     }
 }
 

@@ -7,7 +7,7 @@ use crate::kinematics::Kinematics;
 use crate::model::{BodyId, Model};
 
 /// A length with its rate's row: `l̇ = Σ gradient[k] v[dofs[k]]`. Storage that is reused.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub struct LengthRow {
     /// The length, m or rad.
     pub length: f64,
@@ -15,6 +15,19 @@ pub struct LengthRow {
     pub dofs: Vec<usize>,
     /// For each of `dofs` its entry.
     pub gradient: Vec<f64>,
+}
+
+impl Clone for LengthRow {
+    fn clone(&self) -> Self {
+        Self { length: self.length, dofs: self.dofs.clone(), gradient: self.gradient.clone() }
+    }
+
+    /// Keeps the memory at hand.
+    fn clone_from(&mut self, other: &Self) {
+        self.length = other.length;
+        self.dofs.clone_from(&other.dofs);
+        self.gradient.clone_from(&other.gradient);
+    }
 }
 
 impl LengthRow {
@@ -58,19 +71,33 @@ impl LengthRow {
         let entry = |k: usize, at: DVec3| {
             force.dot(point_column(model, kinematics, k, at)) + moment.dot(kinematics.dof_angular[k])
         };
+        // They come in descending order.
+        let is_first = self.dofs.is_empty();
+        let mut add = |k: usize, entry: f64| {
+            if is_first {
+                self.dofs.push(k);
+                self.gradient.push(entry);
+            } else {
+                self.add(k, entry);
+            }
+        };
         // The later of two degrees of freedom cannot move both bodies; those that do cancel.
         while own != other {
             if own > other {
                 own = own.and_then(|k| {
-                    self.add(k, entry(k, point));
+                    add(k, entry(k, point));
                     model.dof_parent[k]
                 });
             } else {
                 other = other.and_then(|k| {
-                    self.add(k, -entry(k, reference));
+                    add(k, -entry(k, reference));
                     model.dof_parent[k]
                 });
             }
+        }
+        if is_first {
+            self.dofs.reverse();
+            self.gradient.reverse();
         }
     }
 

@@ -53,6 +53,7 @@ mod forward_dynamics;
 mod frame;
 mod free_motion;
 mod free_rotation;
+mod implicit;
 mod inverse_dynamics;
 mod inverse_kinematics;
 mod jacobian;

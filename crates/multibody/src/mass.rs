@@ -176,12 +176,28 @@ impl BlockDiagonal {
         self.data[block.offset + (dof - block.start) * (block.size + 1)] += value;
     }
 
-    /// Adds to the entries at (row, column) and (column, row), which must be in one block and not on the diagonal.
-    pub(crate) fn add_off_diagonal(&mut self, row: usize, column: usize, value: f64) {
+    /// Adds `factor` times these values to the entries of a row from a column on, which must be in the row's block.
+    pub(crate) fn add_to_row(&mut self, row: usize, column: usize, factor: f64, values: &[f64]) {
         let block = self.layout.blocks[self.layout.block_of[row]];
-        let (i, j) = (row - block.start, column - block.start);
-        self.data[block.offset + i * block.size + j] += value;
-        self.data[block.offset + j * block.size + i] += value;
+        let first = block.offset + (row - block.start) * block.size + column - block.start;
+        self.data[first..].iter_mut().zip(values).for_each(|(entry, x)| *entry += factor * x);
+    }
+
+    /// Takes the entries above a block's diagonal from those below it.
+    pub(crate) fn mirror_lower(&mut self, block: usize) {
+        let Self { layout, data } = self;
+        let block = layout.blocks[block];
+        let (n, data) = (block.size, &mut data[block.data_range()]);
+        for row in 0..n {
+            let mut next = layout.previous(block.start + row);
+            while let Some(last) = next {
+                let first = layout.run_start(last);
+                for column in first - block.start..=last - block.start {
+                    data[column * n + row] = data[row * n + column];
+                }
+                next = layout.previous(first);
+            }
+        }
     }
 
     /// A block and its entries.

@@ -269,6 +269,39 @@ fn a_stiff_tendon_between_two_trees_is_stable() {
     assert!((state.q[0] - state.q[1]).abs() < 1e-9 && (state.v[0] - 2.0).abs() < 1e-9, "{state:?}");
 }
 
+/// What damped tendons add to the mass matrix is `Δt d ∇l ∇lᵀ` where degrees of freedom lie on one way to the root; what is between branches adds its
+/// size to both diagonal entries.
+#[test]
+fn tendons_couple_ways_and_bound_branches() {
+    for_random_models(43, FIXED, |model, state, random| {
+        let mut model = model.clone();
+        let dt = 5e-3;
+        let straight: Vec<usize> = (0..model.joints.len()).filter(|&i| model.joints[i].kind.nv() == 1).collect();
+        let mut expected = vec![0.0; model.nv * model.nv];
+        for _ in 0..3 {
+            let mut terms: Vec<_> = straight.iter().map(|&i| (JointId(i as u32), random.uniform(-2.0, 2.0))).collect();
+            terms.retain(|_| random.below(3) > 0);
+            let damping = random.uniform(0.0, 5.0);
+            model.tendons.push(Tendon::new("tie", terms.clone()).with_damping(damping));
+            for &(a, x) in &terms {
+                for &(b, y) in &terms {
+                    let [k, l] = [a, b].map(|joint| model.joints[joint.index()].v_index);
+                    let entry = dt * damping * x * y;
+                    let (first, second) = (k.min(l), k.max(l));
+                    let is_before = std::iter::successors(Some(second), |&m| model.dof_parent[m]).any(|m| m == first);
+                    expected[k * model.nv + if is_before { l } else { k }] +=
+                        if is_before { entry } else { entry.abs() };
+                }
+            }
+        }
+        let rigid = mass_matrix(&model, &kinematics(&model, state)).matrix.to_dense();
+        let free = free_motion(&model, state, &Input::default(), dt).mass.matrix.to_dense();
+        let added: Vec<f64> = free.iter().zip(&rigid).map(|(a, b)| a - b).collect();
+        let apart = added.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-12 * (1.0 + rigid.iter().fold(0.0, |a: f64, b| a.max(b.abs()))), "{apart}");
+    });
+}
+
 /// The same servo as a general actuator, and one with a bias of its own: at rest `kp (u − q) + b₀ = 0`.
 #[test]
 fn a_stiff_affine_actuator_settles_at_its_target() {
