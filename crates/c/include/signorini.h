@@ -252,7 +252,7 @@ typedef struct signorini_settings {
    */
   bool poisson;
   /**
-   * Whether islands at rest are left alone.
+   * Whether islands at rest are left alone even where the model does not ask for it.
    */
   bool sleeping;
   /**

@@ -34,7 +34,7 @@ pub struct signorini_settings {
     pub circular_cone: bool,
     /// Whether impacts follow Poisson's hypothesis; otherwise Newton's law.
     pub poisson: bool,
-    /// Whether islands at rest are left alone.
+    /// Whether islands at rest are left alone even where the model does not ask for it.
     pub sleeping: bool,
     /// Whether all negative gaps count as zero where contacts contradict each other.
     pub clip_gaps: bool,
@@ -95,7 +95,7 @@ pub extern "C" fn signorini_settings_default() -> signorini_settings {
         directions: usual.directions as u32,
         circular_cone: usual.friction_law == FrictionLaw::Circular,
         poisson: usual.restitution == RestitutionLaw::Poisson,
-        sleeping: usual.sleeping,
+        sleeping: usual.sleeping.unwrap_or(false),
         clip_gaps: usual.infeasible == InfeasiblePolicy::ClipGaps,
         stop_at_contradiction: usual.infeasible == InfeasiblePolicy::Stop,
         keep_overlaps: usual.overlaps == OverlapPolicy::Keep,
@@ -109,7 +109,7 @@ impl signorini_settings {
     fn write(&self, settings: &mut Settings) {
         settings.timestep = (self.timestep != 0.0).then_some(self.timestep);
         settings.directions = self.directions as usize;
-        settings.sleeping = self.sleeping;
+        settings.sleeping = self.sleeping.then_some(true);
         settings.stabilization = self.stabilization;
         settings.tolerance = self.tolerance;
         if self.circular_cone {

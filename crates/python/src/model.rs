@@ -248,6 +248,12 @@ impl Model {
         self.inner.timestep
     }
 
+    /// Whether the file asks for what rests to be left alone.
+    #[getter]
+    fn sleeping(&self) -> bool {
+        self.inner.sleeping
+    }
+
     /// Gravity in world, (3,), m/s².
     #[getter]
     fn gravity<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {

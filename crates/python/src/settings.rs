@@ -28,7 +28,7 @@ pub struct PySettings {
     restitution: String,
     position_iterations: u32,
     assembly_tolerance: f64,
-    sleeping: bool,
+    sleeping: Option<bool>,
     solver: PySolverSettings,
 }
 

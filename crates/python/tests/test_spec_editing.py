@@ -82,9 +82,11 @@ def test_attributes_are_read_and_set():
     world.actuator("servo").kp = 20
     world.gravity = (0, 0, -1.62)
     world.timestep = 0.005
+    world.sleeping = True
     model = world.compile()
     assert model.parameter("geom_friction")[model.geom("box").id, 0] == 0.9
     assert model.parameter("geom_surface_velocity")[model.geom("box").id].tolist() == [1, 0, 0]
+    assert model.sleeping and world.sleeping
     assert (model.joint("elbow").damping, model.timestep, model.gravity[2]) == (0.3, 0.005, -1.62)
     assert model.joint("elbow").axis == (0.0, 1.0, 0.0)
     assert model.parameter("actuator_kp").tolist() == [20, 0]

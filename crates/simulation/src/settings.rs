@@ -138,8 +138,9 @@ pub struct Settings {
     pub method: ContactMethod,
     /// Whether what rests is left alone: islands that the impulses of the last step hold still end the step at velocity
     /// zero without being solved, and a step that ended where it began is made again as it was until something changes. Every
-    /// step has its certificate, and the motion is the same to rounding. Default false.
-    pub sleeping: bool,
+    /// step has its certificate, and the motion is the same to rounding; the model's own where it is not given.
+    #[setters(into)]
+    pub sleeping: Option<bool>,
     /// What to do where there is no solution.
     pub infeasible: InfeasiblePolicy,
     /// What becomes of parts of one mechanism that overlap in its reference configuration. Default: they do not touch each other.
@@ -164,7 +165,7 @@ impl Default for Settings {
             friction_law: FrictionLaw::Polygon,
             impulses: ImpulseChoice::Solver,
             method: ContactMethod::default(),
-            sleeping: false,
+            sleeping: None,
             infeasible: InfeasiblePolicy::GoOn,
             overlaps: OverlapPolicy::Exclude,
         }

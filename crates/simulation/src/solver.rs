@@ -66,13 +66,15 @@ struct Circular {
 impl StepSolver {
     /// The solver for these settings.
     ///
+    /// - `sleeping`: whether islands at rest are left alone, as the settings or the model say
+    ///
     /// # Errors
     /// [`SimulationError::Problem`] for a solver setting out of its range.
-    pub fn new(settings: &Settings) -> Result<Self, SimulationError> {
+    pub fn new(settings: &Settings, sleeping: bool) -> Result<Self, SimulationError> {
         let mut budget = None;
         let route = match (&settings.friction_law, &settings.method) {
             (FrictionLaw::Polygon, ContactMethod::Structured(solver)) => {
-                let solver = solver.clone().with_sleeping(solver.sleeping || settings.sleeping);
+                let solver = solver.clone().with_sleeping(solver.sleeping || sleeping);
                 let solver = solver.for_tolerance(settings.tolerance);
                 budget = settings.budget.or(solver.budget);
                 let solver = solver.with_budget(budget);

@@ -57,7 +57,7 @@ impl StabilizedStep {
     pub fn impulses(&self, settings: &Settings) -> Result<Vec<[f64; 3]>, SimulationError> {
         let (mut problem, mut other) = (self.without.clone(), ContactSolution::default());
         let start = WarmStart::from_solution(&self.solution);
-        StepSolver::new(settings)?.solve_into(&mut problem, Some(&start), Patience::Full, &mut other)?;
+        StepSolver::new(settings, false)?.solve_into(&mut problem, Some(&start), Patience::Full, &mut other)?;
         let count = self.solution.impulse.len();
         let sum = |solution: &ContactSolution, i: usize| {
             let [n, t_1, t_2] = solution.impulse[i];

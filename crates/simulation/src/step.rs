@@ -44,13 +44,12 @@ pub fn step(
     next: &mut State,
 ) -> Result<StepReport, SimulationError> {
     let dt = settings.timestep.unwrap_or(model.timestep);
-    if settings.sleeping
-        && let Some(report) = workspace.stay(state, input, settings, dt, next)
-    {
+    let sleeping = settings.sleeping.unwrap_or(model.sleeping);
+    if sleeping && let Some(report) = workspace.stay(state, input, settings, dt, next) {
         return Ok(report);
     }
     let report = step_driven(model, state, input, settings, &[], workspace, next)?;
-    if settings.sleeping {
+    if sleeping {
         workspace.fixed_point.observe(state, input, next, dt, &report);
     }
     Ok(report)

@@ -154,6 +154,7 @@ impl ContactSolver {
         if any_held && !is_certified && !is_left(solution) {
             // What was solved would come out the same.
             self.given.let_go(&mut self.residuals);
+            solution.report.sleeping_islands = 0;
             is_certified = self.look(problem, is_given, false, solution);
         }
         if !is_certified && is_left(solution) {
@@ -186,14 +187,14 @@ impl ContactSolver {
     /// Takes the islands that the start solves already; whether there are any.
     fn hold(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
         let Self { given, cones, islands, settings, residuals, .. } = self;
-        if settings.sleeping {
-            return false;
-        }
         let begin = settings.time_stages.then(Instant::now);
         let held = given.hold(problem, cones, islands, settings, solution, residuals);
         let count = &mut solution.report.stages[StageKind::Hold];
         (count.asked, count.ended) = (residuals.len() as u64, u64::from(held));
         count.nanoseconds = begin.map_or(0, |begin| begin.elapsed().as_nanos() as u64);
+        if settings.sleeping {
+            solution.report.sleeping_islands = given.resting();
+        }
         held > 0
     }
 

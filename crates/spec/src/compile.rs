@@ -38,7 +38,7 @@ impl Spec {
     /// the part.
     pub fn compile(&self) -> Result<Compiled, SpecError> {
         let mut builder = ModelBuilder::new(self.name.clone());
-        builder.gravity(self.gravity).magnetic(self.magnetic).timestep(self.timestep);
+        builder.gravity(self.gravity).magnetic(self.magnetic).timestep(self.timestep).sleeping(self.sleeping);
         let cameras = (0..self.cameras.len()).map(|i| Some(CameraId(i as u32))).collect();
         let mut places = Places { cameras, ..Places::default() };
         self.build_bodies(&mut builder, &mut places)?;

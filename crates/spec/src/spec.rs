@@ -22,6 +22,8 @@ pub struct Spec {
     pub magnetic: DVec3,
     /// Suggested time step, s.
     pub timestep: f64,
+    /// Whether simulations leave alone what rests, where they are not told otherwise.
+    pub sleeping: bool,
     /// Pairs of geoms with a friction of their own.
     pub pairs: Vec<GeomPair>,
     /// Pairs of bodies that are kept from touching.
@@ -56,6 +58,7 @@ impl Spec {
             gravity: model.gravity,
             magnetic: model.magnetic,
             timestep: model.timestep,
+            sleeping: model.sleeping,
             pairs: model.pairs.clone(),
             excluded: model.contact_filter.excluded_bodies().copied().collect(),
             bodies: Parts::of(model.bodies.iter().cloned()),

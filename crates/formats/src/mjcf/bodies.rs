@@ -55,6 +55,11 @@ fn read_body<'t>(
     if attributes.flag("mocap")?.unwrap_or(false) {
         read_mocap(importer, element, id, parent)?;
     }
+    let policies = [("auto", false), ("never", false), ("allowed", false), ("init", true)];
+    if attributes.choice("sleep", &policies)?.unwrap_or(false) {
+        let effect = "it begins awake, and what holds it still is found by the first step";
+        importer.report.motion(attributes.at("sleep"), "body", "sleep='init' is not supported", effect);
+    }
     // Without springs and dampers there is no passive force at all, as in MuJoCo.
     let is_passive = importer.springs_disabled && importer.dampers_disabled;
     let compensation = acts(is_passive) * attributes.number_or("gravcomp", 0.0)?;

@@ -171,9 +171,9 @@ const OPTION: Coverage = Coverage {
 };
 
 const FLAG: Coverage = Coverage {
-    read: "actuation constraint contact damper equality frictionloss gravity limit spring",
+    read: "actuation constraint contact damper equality frictionloss gravity limit sleep spring",
     harmless: "autoreset diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd refsafe \
-               sensor sleep speculative warmstart",
+               sensor speculative warmstart",
     ignored: &[
         ignored("clampctrl", "enable", "controls are clamped to their range"),
         ignored("filterparent", "enable", "a body does not touch its parent"),
@@ -186,8 +186,8 @@ const WORLDBODY: Coverage = Coverage { read: "childclass", harmless: "name", ign
 const EXCLUDE: Coverage = Coverage { read: "body1 body2", harmless: "name", ignored: &[] };
 
 const BODY: Coverage = Coverage {
-    read: "name childclass pos quat axisangle xyaxes zaxis euler gravcomp mocap",
-    harmless: "user fuse simple sleep",
+    read: "name childclass pos quat axisangle xyaxes zaxis euler gravcomp mocap sleep",
+    harmless: "user fuse simple",
     ignored: &[],
 };
 

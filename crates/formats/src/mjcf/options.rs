@@ -1,4 +1,5 @@
-//! `<option>`: gravity, magnetic field, time step, and whether there are contacts, other constraints, springs, dampers and forces of actuators.
+//! `<option>`: gravity, magnetic field, time step, whether there are contacts, other constraints, springs, dampers and forces of actuators, and
+//! whether what rests sleeps.
 
 use signorini_multibody::glam::DVec3;
 
@@ -24,6 +25,9 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
         }
         for flag in option.children_named("flag") {
             weightless = disabled(flag, "gravity")?.unwrap_or(weightless);
+            if let Some(awake) = disabled(flag, "sleep")? {
+                importer.parts.builder.sleeping(!awake);
+            }
             // Without constraints there is none of any kind.
             let none = disabled(flag, "constraint")?.unwrap_or(false);
             let kinds = [

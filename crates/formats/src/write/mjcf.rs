@@ -28,7 +28,11 @@ pub fn write_mjcf(model: &Model) -> Written {
     root.push(Tag::new("compiler").with("angle", "radian").with("inertiafromgeom", "false"));
     let option = Tag::new("option").numbers("timestep", &[model.timestep]);
     let option = option.unless(&[0.0, -0.5, 0.0], "magnetic", &model.magnetic.to_array());
-    root.push(option.numbers("gravity", &model.gravity.to_array()));
+    let mut option = option.numbers("gravity", &model.gravity.to_array());
+    if model.sleeping {
+        option.push(Tag::new("flag").with("sleep", "enable"));
+    }
+    root.push(option);
     let mut assets = Assets::default();
     let bodies = tree(model, &mut assets);
     root.push_filled(custom(model));

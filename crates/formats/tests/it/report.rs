@@ -1,6 +1,6 @@
 //! What is left out is said.
 
-use signorini_formats::{Imported, load_mjcf_str};
+use signorini_formats::{Imported, load_mjcf_str, write_mjcf};
 
 fn import(inner: &str) -> Imported {
     load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "").unwrap()
@@ -30,6 +30,21 @@ fn unsupported_sections_are_listed() {
     assert_eq!(other, ["insidesite"]);
     // The control of the actuator that is left out is left out of the keyframe too.
     assert_eq!((model.actuators[0].name.as_str(), model.keyframes[0].control.as_slice()), ("m", &[4.0][..]));
+}
+
+/// The flag asks simulations to sleep; who sleeps decides no motion, but for trees that would be held up by their sleep.
+#[test]
+fn a_file_asks_for_sleep() {
+    let bodies = "<worldbody><body sleep='never'><freejoint/><geom size='.1'/></body>\n\
+                  <body sleep='init'><freejoint/><geom size='.1'/></body></worldbody>";
+    assert!(!import(bodies).model.sleeping);
+    let Imported { model, report, .. } =
+        import(&format!("<option sleep_tolerance='1e-2'><flag sleep='enable'/></option>{bodies}"));
+    let warnings: Vec<_> = report.warnings.iter().map(|w| (w.line, w.what.as_str(), w.changes_motion)).collect();
+    assert_eq!(warnings, [(3, "sleep='init' is not supported", true)]);
+    assert!(model.sleeping && load_mjcf_str(&write_mjcf(&model).text, "").unwrap().model.sleeping);
+    assert_ne!(model.content_hash(), import(bodies).model.content_hash());
+    assert!(load_mjcf_str("<mujoco><worldbody><body sleep='deeply'/></worldbody></mujoco>", "").is_err());
 }
 
 #[test]

@@ -39,6 +39,7 @@ impl ModelBuilder {
             gravity: DVec3::new(0.0, 0.0, -9.81),
             magnetic: MAGNETIC,
             timestep: 0.002,
+            sleeping: false,
             bodies: vec![world],
             joints: vec![Vec::new()],
             joint_ids: Vec::new(),
@@ -73,6 +74,12 @@ impl ModelBuilder {
     /// Sets the suggested time step, s.
     pub fn timestep(&mut self, timestep: f64) -> &mut Self {
         self.parts.timestep = timestep;
+        self
+    }
+
+    /// Sets whether simulations leave alone what rests; without it, they do not.
+    pub fn sleeping(&mut self, sleeping: bool) -> &mut Self {
+        self.parts.sleeping = sleeping;
         self
     }
 

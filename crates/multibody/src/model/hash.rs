@@ -21,6 +21,7 @@ impl Model {
             gravity,
             magnetic,
             timestep,
+            sleeping,
             bodies,
             joints,
             geoms,
@@ -61,6 +62,9 @@ impl Model {
         keyframes.feed(&mut hash);
         if *magnetic != MAGNETIC {
             magnetic.feed(&mut hash);
+        }
+        if *sleeping {
+            hash.bytes(b"sleeping");
         }
         hash.0
     }

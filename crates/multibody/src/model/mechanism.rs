@@ -21,6 +21,8 @@ pub struct Model {
     pub magnetic: DVec3,
     /// Suggested time step Δt, s.
     pub timestep: f64,
+    /// Whether simulations leave alone what rests, where they are not told otherwise.
+    pub sleeping: bool,
     /// Bodies, parents before children; body 0 is the world.
     pub bodies: Vec<Body>,
     /// Joints, in the order of their bodies.

@@ -311,6 +311,9 @@ class Model:
     def timestep(self) -> float:
         """Time step that the file suggests, s."""
     @property
+    def sleeping(self) -> bool:
+        """Whether the file asks for what rests to be left alone."""
+    @property
     def gravity(self) -> _Array:
         """Gravity in world, (3,), m/s²."""
     @property
@@ -393,6 +396,11 @@ class Spec:
         """Suggested time step, s."""
     @timestep.setter
     def timestep(self, timestep: float) -> None: ...
+    @property
+    def sleeping(self) -> bool:
+        """Whether simulations leave alone what rests, where they are not told otherwise."""
+    @sleeping.setter
+    def sleeping(self, sleeping: bool) -> None: ...
     def _attach(
         self, other: Spec, body: str = "world", *, pos: Sequence[float] = ..., quat: Sequence[float] = ..., prefix: str = ""
     ) -> None: ...

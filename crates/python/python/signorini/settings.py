@@ -85,7 +85,7 @@ class Settings:
         position_iterations: Newton steps, at most, that bring the configuration onto the equality constraints after a step;
             with 0 the stabilization alone holds them.
         assembly_tolerance: violation of an equality constraint with which a simulation may begin, m or rad.
-        sleeping: whether islands at rest are left unsolved; they are certified all the same.
+        sleeping: whether islands at rest are left unsolved; they are certified all the same. ``None`` takes the model's.
         solver: settings of the structured solver.
     """
 
@@ -107,5 +107,5 @@ class Settings:
     restitution: Literal["newton", "poisson"] = "newton"
     position_iterations: int = 0
     assembly_tolerance: float = 1e-6
-    sleeping: bool = False
+    sleeping: Optional[bool] = None
     solver: SolverSettings = SolverSettings()

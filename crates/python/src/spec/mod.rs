@@ -231,6 +231,18 @@ impl Spec {
         Ok(())
     }
 
+    /// Whether simulations leave alone what rests, where they are not told otherwise.
+    #[getter]
+    fn sleeping(&self) -> PyResult<bool> {
+        Ok(self.lock()?.spec.sleeping)
+    }
+
+    #[setter]
+    fn set_sleeping(&self, sleeping: bool) -> PyResult<()> {
+        self.lock()?.spec.sleeping = sleeping;
+        Ok(())
+    }
+
     /// Removes a part with all that refers to it; lists what went.
     fn remove(&self, sort: &str, name: &str) -> PyResult<Vec<String>> {
         let mut edited = self.lock()?;

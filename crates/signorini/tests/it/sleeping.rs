@@ -70,6 +70,23 @@ fn an_island_sleeps_beside_one_that_moves() {
     assert_eq!(bits(asleep.state()), rest);
 }
 
+/// A model can ask for it, and the settings have the last word.
+#[test]
+fn a_model_asks_for_sleep() {
+    for (asked, settings, sleeps) in
+        [(false, None, false), (true, None, true), (true, Some(false), false), (false, Some(true), true)]
+    {
+        let mut world = World::upright(0.004, 0.5);
+        world.floor();
+        world.free_box(DVec3::splat(0.1), 1.0, DVec3::new(0.0, 0.0, 0.1));
+        world.builder.sleeping(asked);
+        let mut simulation = world.simulation(Settings::default().with_sleeping(settings));
+        run_certified(&mut simulation, 0.1);
+        let slept = simulation.step().unwrap().solver.sleeping_islands;
+        assert_eq!(slept, usize::from(sleeps), "asked {asked}, settings {settings:?}");
+    }
+}
+
 /// An input, a struck neighbour, a changed state and its end: each wakes what it touches.
 #[test]
 fn every_change_wakes() {

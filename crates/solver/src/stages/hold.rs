@@ -138,6 +138,11 @@ impl GivenStart {
         count
     }
 
+    /// How many islands [hold](Self::hold) at rest.
+    pub fn resting(&self) -> usize {
+        self.islands.iter().filter(|held| held.holds && held.rests).count()
+    }
+
     /// Makes the residuals of the islands that [hold](Self::hold) unknown, so that they are solved.
     pub fn let_go(&self, residuals: &mut [f64]) {
         let held = residuals.iter_mut().zip(&self.islands).filter(|(_, held)| held.holds);
