@@ -249,8 +249,8 @@ fn assemble(model: &Model, state: &State, input: &Input, dt: f64, out: &mut Free
         }
     }
     for (tendon, row) in model.tendons.iter().zip(&out.tendon_rows) {
-        let force = (tendon_spring(tendon, row.length), row.rate(&state.v));
-        out.lengths.add(model, force, row, dt, &mut out.mass.matrix, &mut out.rhs);
+        let parts = tendon_spring(tendon, row.length).parts(row.rate(&state.v), dt);
+        out.lengths.add(model, parts, row, &mut out.mass.matrix, &mut out.rhs);
     }
     for (a, actuator) in model.actuators.iter().enumerate() {
         let row = &out.actuator_rows[a];
@@ -260,7 +260,7 @@ fn assemble(model: &Model, state: &State, input: &Input, dt: f64, out: &mut Free
             (Saturation::Upper, Some([_, upper])) => AffineForce::constant(upper),
             _ => actuator_law(actuator, actuator.drive(state, input, a, dt), row.length, rate),
         };
-        out.lengths.add(model, (out.laws[a], rate), row, dt, &mut out.mass.matrix, &mut out.rhs);
+        out.lengths.add(model, out.laws[a].parts(rate, dt), row, &mut out.mass.matrix, &mut out.rhs);
     }
     out.lengths.finish(&mut out.mass.matrix);
 }
@@ -288,6 +288,11 @@ pub(crate) struct AffineForce {
 impl AffineForce {
     fn constant(value: f64) -> Self {
         Self { value, stiffness: 0.0, damping: 0.0, elasticity: 0.0 }
+    }
+
+    /// The impulse of a step of length `dt` in which the velocity stays `v`, and by how much it falls per unit of velocity at the end.
+    fn parts(self, v: f64, dt: f64) -> (f64, f64) {
+        (dt * self.at(v, v, dt), dt * self.slope(dt))
     }
 
     /// Fall of the force of a step of length `dt` per unit of velocity at its end.

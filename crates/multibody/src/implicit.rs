@@ -1,6 +1,5 @@
 //! What forces along lengths add to the step without contact, taken implicitly (the scheme is derived in `free_motion.rs`).
 
-use crate::free_motion::AffineForce;
 use crate::length::LengthRow;
 use crate::mass::BlockDiagonal;
 use crate::model::Model;
@@ -31,17 +30,15 @@ impl ImplicitLengths {
     /// Adds a force along a length to the right-hand side and its implicit part to the matrix, in which entries above the diagonal wait for
     /// [`finish`](Self::finish).
     ///
-    /// - `rate`: of the length, m/s
+    /// - `impulse`: of the force in the step, N·s; `weight`: its fall per unit of the length's rate at the end, kg
     pub fn add(
         &mut self,
         model: &Model,
-        (force, rate): (AffineForce, f64),
+        (impulse, weight): (f64, f64),
         row: &LengthRow,
-        dt: f64,
         matrix: &mut BlockDiagonal,
         rhs: &mut [f64],
     ) {
-        let (impulse, weight) = (dt * force.at(rate, rate, dt), dt * force.slope(dt));
         row.dofs.iter().zip(&row.gradient).for_each(|(&k, g)| rhs[k] += impulse * g);
         if weight == 0.0 {
             return;
