@@ -15,7 +15,6 @@ import subprocess
 import sys
 import time
 
-import judge
 import report
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -53,30 +52,34 @@ def variants(engine, name, scene, budgets=()):
     return ["default", "it16"] + ([] if pile else ["it64-hz60"])
 
 
-def command(engine, variant, name, out, options):
+def command(engine, variant, name, out, options, scenes=SCENES):
+    """What runs a scene of the file `scenes`; variants of ours are the default, a number of sweeps, or a tolerance."""
     cap = options.cap if engine != "signorini" else options.own_cap
     if engine == "signorini":
         settles = name.startswith(("S4_pile", "S4s_pile")) and not name.endswith("pile100")
-        tolerance = PILES_TOLERANCE if settles else 1e-9
-        counted = [] if variant == "default" else ["--budget", variant.split()[0]]
-        return [options.sim, name, "--raw", out, "--cap", cap, "--tolerance", tolerance, "--data", SCENES, "--robots", ROBOTS, *counted]
+        asked = ["--tolerance", PILES_TOLERANCE if settles else 1e-9]
+        if variant.endswith("sweeps"):
+            asked += ["--budget", variant.split()[0]]
+        elif variant != "default":
+            asked = ["--tolerance", variant]
+        return [options.sim, name, "--raw", out, "--cap", cap, "--data", scenes, "--robots", ROBOTS, *asked]
     if engine in PYTHON_PEERS:
         script = HERE / "peers" / "protocol.py"
-        return [sys.executable, script, engine, variant, name, out, "--scenes", SCENES, "--robots", ROBOTS, "--cap", cap]
+        return [sys.executable, script, engine, variant, name, out, "--scenes", scenes, "--robots", ROBOTS, "--cap", cap]
     if engine == "ode":
-        return [BUILD / "ode_peer", flat_scene(name), out, name, variant, cap]
-    return [BUILD / "rapier_peer", SCENES, out, name, variant, cap]
+        return [BUILD / "ode_peer", flat_scene(name, scenes), out, name, variant, cap]
+    return [BUILD / "rapier_peer", scenes, out, name, variant, cap]
 
 
-def flat_scene(name):
+def flat_scene(name, scenes):
     """The scene as numbers in the order in which ode.cpp reads them."""
-    scene, path = json.loads(SCENES.read_text())[name], BUILD / "sim" / f"{name}.txt"
+    scene, path = json.loads(scenes.read_text())[name], BUILD / "sim" / f"{name}.txt"
     rows = [[scene["dt"], scene["duration"], *scene["gravity"], scene["mu"], int(scene["collide"]), scene["sample_every"]]]
-    rows.append([len(scene[key]) for key in ("planes", "bodies", "joints", "forces")])
+    rows.append([len(scene.get(key, [])) for key in ("planes", "bodies", "joints", "forces", "velocities")])
     rows += scene["planes"]
     rows += [["bs".index(row[0]), *row[1:]] for row in scene["bodies"]]
     rows += [[["hinge", "slider"].index(j["type"]), j["a"], j["b"], *j["anchor"], *j["axis"]] for j in scene["joints"]]
-    rows += scene["forces"]
+    rows += scene["forces"] + scene.get("velocities", [])
     path.write_text("\n".join(" ".join(f"{x:.17g}" for x in row) for row in rows) + "\n")
     return path
 
@@ -143,6 +146,8 @@ def main():
     options.add_argument("--budget", type=int, nargs="+", default=[], help="contact sweeps of a step of ours, one run for each; the table is printed, the results stay")
     options.add_argument("--judge", action="store_true", help="run nothing")
     options = options.parse_args()
+    import judge  # needs NumPy and SciPy, what is above does not
+
     scenes = json.loads(SCENES.read_text())
     begins = tuple(options.scenes) or ("S",)
     named = [name for name in begins if name in scenes]

@@ -1,19 +1,23 @@
 """PyBullet. Variants:
 
 default   rigid bodies in maximal coordinates (robots and chains: multibodies), 50 iterations of sequential impulses
-iter500   500 iterations without early exit
+iterN     N iterations without early exit
 boxfloor  as default, the floor a thick box: Bullet's plane gives a sliding box one point per step
 dantzig   as default with the direct boxed LCP of Bullet
 """
 
 import numpy as np
 import pybullet as p
-from protocol import bodies, inertia, joint_of, relative, rotation, row
+from protocol import bodies, inertia, joint_of, relative, rotation, row, velocities
 
-SOLVER = {
-    "iter500": dict(numSolverIterations=500, solverResidualThreshold=0),
-    "dantzig": dict(constraintSolverType=p.CONSTRAINT_SOLVER_LCP_DANTZIG, globalCFM=1e-6),
-}
+
+
+def solver(variant):
+    if variant == "dantzig":
+        return dict(constraintSolverType=p.CONSTRAINT_SOLVER_LCP_DANTZIG, globalCFM=1e-6)
+    if variant.startswith("iter"):
+        return dict(numSolverIterations=int(variant.removeprefix("iter")), solverResidualThreshold=0)
+    return {}
 
 
 def version():
@@ -33,7 +37,7 @@ class Peer:
         p.connect(p.DIRECT)
         p.setGravity(*scene["gravity"])
         p.setTimeStep(scene["dt"])
-        p.setPhysicsEngineParameter(deterministicOverlappingPairs=1, **SOLVER.get(variant, {}))
+        p.setPhysicsEngineParameter(deterministicOverlappingPairs=1, **solver(variant))
         self.scene, self.place = scene, []
         # Bullet multiplies the coefficients of two bodies.
         self.surface = dict(lateralFriction=float(np.sqrt(scene["mu"])), spinningFriction=0, rollingFriction=0, restitution=0,
@@ -53,6 +57,9 @@ class Peer:
         if not scene["collide"]:
             for body, link in self.place:
                 p.setCollisionFilterGroupMask(body, link, 0, 0)
+        if "velocities" in scene:
+            for (body, _), twist in zip(self.place, velocities(scene).tolist()):
+                p.resetBaseVelocity(body, twist[:3], twist[3:])
         self.index = {place: i for i, place in enumerate(self.place)}
 
     def add_plane(self, plane, thick):
@@ -169,5 +176,7 @@ class Peer:
             force = c[9] * normal + c[10] * np.array(c[11]) + c[12] * np.array(c[13])
             if i < 0:
                 i, j, normal, force = j, i, -normal, -force
-            rows.append(row(i, j, (np.array(c[5]) + np.array(c[6])) / 2, normal, force, self.scene["mu"]))
+            # Between two bodies each of its two friction directions has a bound of its own, against planes they share a circle.
+            corner = np.array(c[11]) + np.array(c[13]) if j >= 0 else np.zeros(3)
+            rows.append(row(i, j, (np.array(c[5]) + np.array(c[6])) / 2, normal, force, self.scene["mu"], c[8], corner))
         return rows

@@ -2,6 +2,7 @@
 
 default   its defaults: Newton, pyramidal cone, solref .02 1, Euler; only the time step is set
 cg        as default with conjugate gradients, its choice for thousands of contacts
+cg-N      this with N iterations and no early exit; newton-N the same of Newton's method
 elliptic  Newton, elliptic cone, impratio 10
 stiff     elliptic, impratio 100, solref 2 dt, solimp .99 .999 .001, ten noslip iterations
 """
@@ -10,7 +11,7 @@ import os
 
 import mujoco
 import numpy as np
-from protocol import bodies, inertia, joint_of, relative, rotation
+from protocol import bodies, inertia, joint_of, relative, rotation, velocities
 
 ELLIPTIC = {"elliptic": 10, "stiff": 100}
 
@@ -70,8 +71,11 @@ class Peer:
         option, geom = f'timestep="{scene["dt"]}" gravity="{numbers(scene["gravity"])}"', ""
         if variant in ELLIPTIC:
             option += f' cone="elliptic" impratio="{ELLIPTIC[variant]}"'
-        if variant == "cg":
+        method, _, iterations = variant.partition("-")
+        if method == "cg":
             option += ' solver="CG"'
+        if iterations:
+            option += f' iterations="{iterations}" tolerance="0"'
         if variant == "stiff":
             option += ' noslip_iterations="10"'
             geom = f'solref="{2 * scene["dt"]} 1" solimp=".99 .999 .001"'
@@ -87,6 +91,10 @@ class Peer:
         for i, *force in scene["forces"]:
             self.data.xfrc_applied[self.body[i], :3] = force
         self.floats = not scene["joints"]
+        if "velocities" in scene:
+            for body, turn, twist in zip(self.body, bodies(scene)[4], velocities(scene)):
+                first = 6 * (body - 1)  # of a free joint: linear in world axes, angular in those of the body
+                self.data.qvel[first : first + 6] = [*twist[:3], *(rotation(turn).T @ twist[3:])]
         mujoco.mj_forward(self.model, self.data)
 
     def load_robot(self, scene, variant):
@@ -139,6 +147,7 @@ class Peer:
             frame = np.array(contact.frame).reshape(3, 3)  # normal from the first geom to the second, two tangents
             j, i = (self.scene_body[self.model.geom_bodyid[g]] for g in (contact.geom1, contact.geom2))
             tangential = force[1] * frame[1] + force[2] * frame[2]
+            corner = frame[1] if self.model.opt.cone == mujoco.mjtCone.mjCONE_PYRAMIDAL else np.zeros(3)
             rows.append([int(i), int(j), *map(float, contact.pos), *map(float, frame[0]), float(force[0]),
-                         *map(float, tangential), float(contact.friction[0])])  # fmt: skip
+                         *map(float, tangential), float(contact.friction[0]), float(contact.dist), *map(float, corner)])  # fmt: skip
         return rows

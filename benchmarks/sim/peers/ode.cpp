@@ -1,6 +1,6 @@
 // ODE, double precision. Arguments: scene as numbers (scenes.py), output, scene's name, variant, seconds of CPU time.
 //   quick     dWorldQuickStep, its default of 20 iterations
-//   quick100  100 iterations
+//   quickN    N iterations
 //   step      dWorldStep, the direct boxed LCP
 // World ERP 0.2 and CFM 1e-10 are ODE's defaults; contacts have no softness of their own. Writes what `protocol.py` describes.
 #include <ode/ode.h>
@@ -92,7 +92,12 @@ static std::string forces(const World& w) {
     for (int d = 0; d < 3; d++) normal[d] = sign * c.geom.normal[d], along += f[d] * normal[d];
     for (int d = 0; d < 3; d++) tangential[d] = f[d] - along * normal[d];
     out += (out.size() > 1 ? ",[" : "[") + std::to_string(i) + "," + std::to_string(j) + "," + text(c.geom.pos, 3) + ",";
-    out += text(normal, 3) + "," + text(&along, 1) + "," + text(tangential, 3) + "," + text(&w.friction, 1) + "]";
+    double gap = -c.geom.depth, corner[3];
+    dVector3 across[2];
+    dPlaneSpace(c.geom.normal, across[0], across[1]);  // each of the two friction directions has a bound of its own
+    for (int d = 0; d < 3; d++) corner[d] = across[0][d] + across[1][d];
+    out += text(normal, 3) + "," + text(&along, 1) + "," + text(tangential, 3) + "," + text(&w.friction, 1) + ",";
+    out += text(&gap, 1) + "," + text(corner, 3) + "]";
   }
   return out + "]";
 }
@@ -114,10 +119,10 @@ int main(int argc, char** argv) {
   double dt = read(), duration = read(), gravity[3] = {read(), read(), read()};
   w.friction = read();
   w.collide = read() != 0;
-  int every = int(read()), planes = int(read()), bodies = int(read()), joints = int(read()), loads = int(read());
+  int every = int(read()), planes = int(read()), bodies = int(read()), joints = int(read()), loads = int(read()), moving = int(read());
   dWorldSetGravity(w.world, gravity[0], gravity[1], gravity[2]);
   dWorldSetAutoDisableFlag(w.world, 0);
-  if (variant == "quick100") dWorldSetQuickStepNumIterations(w.world, 100);
+  if (variant.size() > 5 && variant.compare(0, 5, "quick") == 0) dWorldSetQuickStepNumIterations(w.world, atoi(variant.c_str() + 5));
   for (int k = 0; k < planes; k++) {
     double p[4] = {read(), read(), read(), read()};
     dCreatePlane(w.space, p[0], p[1], p[2], p[3]);
@@ -151,6 +156,11 @@ int main(int argc, char** argv) {
   }
   std::vector<std::array<double, 4>> load(loads);
   for (auto& row : load) row = {read(), read(), read(), read()};
+  for (int k = 0; k < moving; k++) {
+    double v[3] = {read(), read(), read()}, spin[3] = {read(), read(), read()};
+    dBodySetLinearVel(w.bodies[k], v[0], v[1], v[2]);
+    dBodySetAngularVel(w.bodies[k], spin[0], spin[1], spin[2]);
+  }
 
   int steps = int(std::lround(duration / dt)), done = 0;
   std::string samples = "[0," + state(w) + "]", counts = "0", snapshots, times, error = "null";

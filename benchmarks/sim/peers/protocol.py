@@ -6,7 +6,9 @@ A peer is a module `NAME_peer.py` with `version()` and a class `Peer(scene, vari
     state()      array [bodies, 13]: position, quaternion wxyz, linear velocity, angular velocity, world axes
     contacts()   number of contact points of the last step
     forces()     optional, rows [i, j, point, normal, normal force, tangential force, mu] of the last step: the force (N) acts on
-                 body i, the normal points from j to i, -1 is the world
+                 body i, the normal points from j to i, -1 is the world. Engines that `curves.py` runs add the gap at the beginning of the
+                 step (m, negative in an overlap) and a corner of the polygon that bounds friction where the normal force times mu is one
+                 (zeros where friction is bounded by a circle)
     joints()     robots: angles and rates in the order of the scene; torque(values): what the motors give in the next step
 
     python peers/protocol.py NAME VARIANT SCENE OUT --scenes FILE --cap SECONDS
@@ -66,11 +68,17 @@ def joint_of(scene):
     return {joint["b"]: joint for joint in scene["joints"]}
 
 
-def row(i, j, point, normal, force, mu):
+def velocities(scene):
+    """Linear and angular velocities at the beginning, world axes [n, 6]; zero where the scene has none."""
+    return np.array(scene.get("velocities") or np.zeros((len(scene["bodies"]), 6)), float)
+
+
+def row(i, j, point, normal, force, mu, gap=None, corner=()):
     """A row of `forces()` from the total force on i."""
     normal, force = np.asarray(normal, float), np.asarray(force, float)
     along = float(force @ normal)
-    return [int(i), int(j), *map(float, point), *map(float, normal), along, *map(float, force - along * normal), float(mu)]
+    more = [] if gap is None else [float(gap), *map(float, corner)]
+    return [int(i), int(j), *map(float, point), *map(float, normal), along, *map(float, force - along * normal), float(mu), *more]
 
 
 def motor_targets(scene, t):

@@ -13,8 +13,9 @@ use super::{Motors, Scene, build};
 /// Position, quaternion wxyz, linear and angular velocity of a body, world axes.
 type BodyRow = [f64; 13];
 
-/// Bodies `i` and `j` (−1 is the world), point, normal from `j` to `i`, normal force (N), tangential force on `i`, μ.
-pub type Contact = (i64, i64, [f64; 11]);
+/// Bodies `i` and `j` (−1 is the world), point, normal from `j` to `i`, normal force (N), tangential force on `i`, μ, gap at the
+/// beginning of the step (m), first direction of the friction polygon.
+pub type Contact = (i64, i64, [f64; 15]);
 
 /// One step with the forces in it.
 #[derive(Clone, Debug, Serialize)]
@@ -79,11 +80,16 @@ pub fn drive(
     settings: &Settings,
     cap: f64,
 ) -> Result<Run, String> {
-    let Scene { model, input, duration } = build(name, scene, robots)?;
+    let Scene { model, input, duration, velocity } = build(name, scene, robots)?;
     let free_bodies = scene["bodies"].is_array();
     let text = |e: SimulationError| format!("{name}: {e}");
     let mut simulation = Simulation::new(model, settings.clone()).map_err(text)?;
     simulation.input = input;
+    if let Some(velocity) = velocity {
+        let mut state = simulation.state().clone();
+        state.v = velocity;
+        simulation.set_state(&state).map_err(text)?;
+    }
     let motors = if scene["motors"].is_array() { Some(Motors::new(scene, simulation.model())?) } else { None };
     if let Some(motors) = &motors {
         let mut state = simulation.state().clone();
@@ -218,7 +224,8 @@ fn forces(workspace: &Workspace, dt: f64) -> Vec<Contact> {
             (i, j, sign) = (j, i, -1.0);
         }
         let (p, n, f) = (point.position, sign * frame.normal, sign * frame.to_world([0.0, t_1, t_2]));
-        (i, j, [p.x, p.y, p.z, n.x, n.y, n.z, normal_force, f.x, f.y, f.z, point.friction])
+        let (gap, d) = (point.gap, frame.to_world([0.0, 1.0, 0.0]));
+        (i, j, [p.x, p.y, p.z, n.x, n.y, n.z, normal_force, f.x, f.y, f.z, point.friction, gap, d.x, d.y, d.z])
     };
     points.enumerate().map(row).collect()
 }

@@ -3,7 +3,8 @@
 //!
 //! A scene has `gravity`, `mu`, `dt`, `duration`, `planes` as `[nx, ny, nz, offset]`, `bodies` as `["b" or "s", three
 //! half-sizes, mass, position, quaternion wxyz]`, `joints` (`hinge` or `slider` with bodies `a`, `b`, world `anchor`, `axis`),
-//! constant world `forces` as `[body, fx, fy, fz]`, and `collide`. Instead of bodies a robot's scene has the name of an MJCF file.
+//! constant world `forces` as `[body, fx, fy, fz]`, `collide`, and where bodies move at the beginning their `velocities`, linear and
+//! angular in world axes. Instead of bodies a robot's scene has the name of an MJCF file.
 
 use std::path::Path;
 
@@ -22,6 +23,8 @@ pub struct Scene {
     pub input: Input,
     /// Length of the run, s.
     pub duration: f64,
+    /// Velocity at the beginning [nv], where it is not zero.
+    pub velocity: Option<Vec<f64>>,
 }
 
 /// Builds a scene; `robots` is the folder with the model files that scenes name.
@@ -60,7 +63,11 @@ pub fn build(name: &str, scene: &Value, robots: &Path) -> Result<Scene, String> 
     }
     let model = builder.build().map_err(text)?;
     let input = forces(&model, scene, &joints)?;
-    Ok(Scene { model, input, duration: number(&scene["duration"])? })
+    let velocity = scene["velocities"].as_array().map(|rows| velocity(bodies, rows)).transpose()?;
+    if velocity.as_ref().is_some_and(|v| v.len() != model.nv) {
+        return Err(format!("{name}: velocities are of free bodies, one row for each"));
+    }
+    Ok(Scene { model, input, duration: number(&scene["duration"])?, velocity })
 }
 
 fn load_robot(name: &str, scene: &Value, file: &Path) -> Result<Scene, String> {
@@ -68,7 +75,18 @@ fn load_robot(name: &str, scene: &Value, file: &Path) -> Result<Scene, String> {
     model.timestep = number(&scene["dt"])?;
     let input =
         Input::default().with_control(vec![0.0; model.actuators.len()]).with_generalized_force(vec![0.0; model.nv]);
-    Ok(Scene { model, input, duration: number(&scene["duration"])? })
+    Ok(Scene { model, input, duration: number(&scene["duration"])?, velocity: None })
+}
+
+/// Velocity of free bodies from rows in world axes: the angular one in the body's.
+fn velocity(bodies: &[Value], rows: &[Value]) -> Result<Vec<f64>, String> {
+    let mut velocity = Vec::with_capacity(6 * rows.len());
+    for (body, row) in bodies.iter().zip(rows) {
+        let at = |k: usize| number(&row[k]);
+        let spin = pose(body)?.rotation.inverse() * DVec3::new(at(3)?, at(4)?, at(5)?);
+        velocity.extend([at(0)?, at(1)?, at(2)?, spin.x, spin.y, spin.z]);
+    }
+    Ok(velocity)
 }
 
 /// A field of stacks on a plane, far enough apart to be islands of their own: `stacks` of `height` cubes of 0.2 m and 1 kg,

@@ -1,11 +1,13 @@
 //! Rapier. Arguments: scenes file, output, scene's name, variant, seconds of CPU time. Writes what `protocol.py` describes.
 //!
 //! Variants: `default` (4 iterations, simplified friction), or tokens joined by `-`: `itN` (N iterations), `hz60` (contact
-//! frequency 60 Hz, against fixed bodies 120 Hz). No sleeping, no continuous collision detection, one thread.
+//! frequency 60 Hz, against fixed bodies 120 Hz), `coulomb` (friction point by point, of which alone it tells the impulses of a whole
+//! step). No sleeping, no continuous collision detection, one thread.
 
 use std::collections::HashMap;
 
 use rapier3d_f64::prelude::*;
+use rapier3d_f64::utils::OrthonormalBasis;
 use serde_json::{Value, json};
 
 /// CPU seconds of this thread.
@@ -46,6 +48,7 @@ fn parameters(variant: &str, dt: f64) -> IntegrationParameters {
                 parameters.contact_softness.natural_frequency = 60.0;
                 parameters.static_contact_softness.natural_frequency = 120.0;
             }
+            "coulomb" => parameters.friction_model = FrictionModel::Coulomb,
             _ => parameters.num_solver_iterations = token.trim_start_matches("it").parse().expect("itN"),
         }
     }
@@ -67,6 +70,8 @@ struct World {
     soft: SoftBodySet,
     handles: Vec<RigidBodyHandle>,
     index: HashMap<RigidBodyHandle, i64>,
+    /// Poses at the beginning of the step.
+    before: Vec<Pose>,
 }
 
 impl World {
@@ -86,6 +91,7 @@ impl World {
             soft: SoftBodySet::new(),
             handles: Vec::new(),
             index: HashMap::new(),
+            before: Vec::new(),
         };
         let friction = number(&scene["mu"]);
         let fixed = world.bodies.insert(RigidBodyBuilder::fixed());
@@ -97,6 +103,11 @@ impl World {
         }
         for row in list(&scene["bodies"]) {
             world.add_body(row, friction, scene["collide"].as_bool().unwrap_or(true));
+        }
+        for (handle, row) in world.handles.iter().zip(list(&scene["velocities"])) {
+            let body = &mut world.bodies[*handle];
+            body.set_linvel(vector(row, 0), true);
+            body.set_angvel(vector(row, 3), true);
         }
         for joint in list(&scene["joints"]) {
             world.add_joint(joint, fixed);
@@ -189,7 +200,21 @@ impl World {
         pairs.map(|p| p.solver_manifolds().iter().map(|m| m.data.solver_contacts.len()).sum::<usize>()).sum()
     }
 
-    /// Impulses of the last substep over Δt; its friction is not that of the whole step.
+    /// Where a contact's point on a body was at the beginning of the step.
+    fn point(&self, body: i64, anchor: Vector) -> Vector {
+        if body < 0 { anchor } else { self.before[body as usize] * anchor }
+    }
+
+    /// Friction impulse on the second body of a pair: of the whole step in Coulomb's model, else what is left for the next warm start.
+    fn friction(&self, data: &ContactData, normal: Vector) -> Vector {
+        if self.parameters.friction_model != FrictionModel::Coulomb {
+            return data.warmstart_tangent_world;
+        }
+        let first = (-normal).orthonormal_vector();
+        -(first * data.tangent_impulse.x + (-normal).cross(first) * data.tangent_impulse.y)
+    }
+
+    /// Impulses over Δt, gaps and points of the beginning of the step.
     fn forces(&self) -> Vec<Value> {
         let mut rows = Vec::new();
         for manifold in self.narrow_phase.contact_pairs().flat_map(|p| p.solver_manifolds()) {
@@ -201,11 +226,13 @@ impl World {
             }
             for contact in &manifold.data.solver_contacts {
                 let data = &manifold.points[(contact.contact_id[0] & 0x7fff_ffff) as usize].data;
-                let (p_1, p_2) = manifold.data.solver_contact_world_points(contact, &self.bodies);
+                let (first, second) = if sign < 0.0 { (i, j) } else { (j, i) };
+                let (p_1, p_2) = (self.point(first, contact.anchor1), self.point(second, contact.anchor2));
                 let (p, n) = ((p_1 + p_2) * 0.5, manifold.data.normal * sign);
-                let f = data.warmstart_tangent_world * (sign / self.parameters.dt);
-                let normal = data.impulse / self.parameters.dt;
-                rows.push(json!([i, j, p.x, p.y, p.z, n.x, n.y, n.z, normal, f.x, f.y, f.z, manifold.data.friction]));
+                let f = self.friction(data, manifold.data.normal) * (sign / self.parameters.dt);
+                let (normal, gap) = (data.impulse / self.parameters.dt, (p_2 - p_1).dot(manifold.data.normal));
+                let friction = manifold.data.friction;
+                rows.push(json!([i, j, p.x, p.y, p.z, n.x, n.y, n.z, normal, f.x, f.y, f.z, friction, gap, 0.0, 0.0, 0.0]));
             }
         }
         rows
@@ -229,6 +256,7 @@ fn main() {
     for k in 0..steps {
         let snapshot = k + 3 >= steps || (steps > 20 && k % (steps / 4) == steps / 8);
         let before = if snapshot { world.state() } else { Value::Null };
+        world.before = world.handles.iter().map(|handle| *world.bodies[*handle].position()).collect();
         let start = cpu_seconds();
         world.step();
         times.push(((cpu_seconds() - start) * 1e9) as u64);

@@ -1,0 +1,155 @@
+"""Draws what curves.py found, and writes its table on docs/performance.md (between its markers). Needs nothing but results/curves.json.
+
+    python3 benchmarks/sim/curves_plot.py
+"""
+
+import json
+import math
+import pathlib
+
+from report import COLORS, OWN, short
+
+HERE = pathlib.Path(__file__).resolve().parent
+PAGE = HERE.parents[1] / "docs" / "performance.md"
+BEGIN, END = "<!-- curves: written by curves_plot.py -->", "<!-- end of curves -->"
+BUDGETS = (5, 10, 20, 50, 100, 1000)  # ms a step
+WIDTH, HEIGHT, LEFT, BOTTOM, TOP, COLUMNS = 290, 250, 44, 36, 24, 4
+STYLE = """<style>
+svg { font: 10px sans-serif } text { fill: #24292f } .ground { fill: #ffffff } .grid { stroke: #d8dee4 } .title { font-weight: bold }
+@media (prefers-color-scheme: dark) { text { fill: #d1d7e0 } .ground { fill: #161b22 } .grid { stroke: #30363d } }
+</style>"""
+# Names of the lines: those of MuJoCo's two methods differ.
+DASHES = {"Newton": "5 3", "stiff": "1 2"}
+
+
+def line_of(point):
+    """What belongs to one line: an engine, a method of it, or ours with and without a budget."""
+    if point["engine"] == OWN:
+        return (OWN, "sweeps" if point["variant"].endswith("sweeps") else "exact")
+    methods = {"cg": "CG", "default": "Newton", "newton": "Newton"}
+    return (point["engine"], methods.get(point["variant"].split("-")[0], point["variant"]) if point["engine"] == "mujoco" else "")
+
+
+def is_default(point):
+    return point["variant"] in ("cg", "default", "quick", "it4-coulomb")
+
+
+def measured(moment):
+    return [point for point in moment["points"] if point.get("ms")]
+
+
+def pareto(points, key="worst"):
+    """The points of which no quicker one is as good, from quick to slow."""
+    best, found = math.inf, []
+    for point in sorted(points, key=lambda point: point["ms"]):
+        if (point[key] if point[key] is not None else math.inf) < best:
+            best = point[key]
+            found.append(point)
+    return found
+
+
+class Axis:
+    """A logarithmic axis between two powers of ten on some pixels."""
+
+    def __init__(self, values, first, last, least=-12):
+        logs = [math.log10(value) for value in values if value and value > 10.0**least]
+        self.low, self.high = math.floor(min(logs)), max(math.ceil(max(logs)), math.floor(min(logs)) + 1)
+        self.first, self.last = first, last
+
+    def __call__(self, value):
+        power = max(math.log10(value) if value else -math.inf, self.low)
+        return self.first + (power - self.low) / (self.high - self.low) * (self.last - self.first)
+
+    def powers(self):
+        return range(self.low, self.high + 1)
+
+
+def panel(name, moment, key, label, across, up):
+    points = [point for point in measured(moment) if point.get(key) is not None]
+    out = [f'<text class="title" x="{LEFT}" y="14">{name.replace("_", " ")}</text>']
+    for power in across.powers():
+        x = across(10.0**power)
+        out.append(f'<line class="grid" x1="{x:.1f}" x2="{x:.1f}" y1="{up.first}" y2="{up.last}"/>')
+        out.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 12}" text-anchor="middle">{10.0**power:g}</text>')
+    for power in up.powers():
+        y = up(10.0**power)
+        out.append(f'<line class="grid" x1="{across.first}" x2="{across.last}" y1="{y:.1f}" y2="{y:.1f}"/>')
+        out.append(f'<text x="{LEFT - 4}" y="{y + 3:.1f}" text-anchor="end">1e{power}</text>')
+    out.append(f'<text x="{(LEFT + WIDTH) / 2}" y="{HEIGHT - 8}" text-anchor="middle">ms a step</text>')
+    out.append(f'<text transform="translate(10,{HEIGHT / 2}) rotate(-90)" text-anchor="middle">{label}</text>')
+    for engine, method in dict.fromkeys(map(line_of, points)):
+        row = [point for point in points if line_of(point) == (engine, method)]
+        own, color = engine == OWN, COLORS[engine]
+        order = sorted(row, key=lambda point: point["ms"])
+        path = " ".join(f"{across(point['ms']):.1f},{up(point[key]):.1f}" for point in order)
+        dash = f' stroke-dasharray="{DASHES[method]}"' if method in DASHES else ""
+        out.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="{2 if own else 1}"{dash}/>')
+        for point in row:
+            out.append(mark(point, across(point["ms"]), up(point[key]), color, key, method))
+    return "".join(out)
+
+
+def mark(point, x, y, color, key, method):
+    title = f"<title>{point['engine']} {point['variant']}: {point['ms']:.3g} ms, {point[key]:.2g}</title>"
+    if method == "exact":
+        return f'<rect x="{x - 3:.1f}" y="{y - 3:.1f}" width="6" height="6" fill="{color}">{title}</rect>'
+    ring = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="none" stroke="{color}"/>' if is_default(point) else ""
+    return f'{ring}<circle cx="{x:.1f}" cy="{y:.1f}" r="{3 if point["engine"] == OWN else 2.2}" fill="{color}">{title}</circle>'
+
+
+def draw(moments, key="worst", label="worst residual"):
+    """One panel for each moment, all with the same axes, as SVG."""
+    points = [point for moment in moments.values() for point in measured(moment)]
+    across = Axis([point["ms"] for point in points], LEFT, WIDTH - 12)
+    up = Axis([point[key] for point in points if point.get(key)], HEIGHT - BOTTOM, TOP)
+    rows = math.ceil(len(moments) / COLUMNS)
+    out = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{COLUMNS * WIDTH}" height="{rows * HEIGHT + 26}">{STYLE}',
+           '<rect class="ground" width="100%" height="100%"/>']  # fmt: skip
+    for k, (name, moment) in enumerate(moments.items()):
+        place = f"translate({k % COLUMNS * WIDTH},{k // COLUMNS * HEIGHT + 26})"
+        out.append(f'<g transform="{place}">{panel(name, moment, key, label, across, up)}</g>')
+    lines = dict.fromkeys(map(line_of, points))
+    for k, (engine, method) in enumerate(lines):
+        at, dash = 14 + 150 * k, f' stroke-dasharray="{DASHES[method]}"' if method in DASHES else ""
+        name = f"{engine} {method}".strip()
+        out.append(f'<line x1="{at}" x2="{at + 18}" y1="13" y2="13" stroke="{COLORS[engine]}" stroke-width="2"{dash}/><text x="{at + 23}" y="17">{name}</text>')
+    return "\n".join([*out, "</svg>\n"])
+
+
+def best(points, budget, key):
+    """The point with the lowest residual among those that take at most so many ms."""
+    return min((point for point in points if point["ms"] <= budget and point.get(key) is not None), key=lambda point: point[key], default=None)
+
+
+def table(moments, key="worst"):
+    """What the best of ours and the best of all others leave in a time."""
+    lines = ["| at most | " + " | ".join(f"{budget} ms" for budget in BUDGETS) + " |", "|" + "---|" * (len(BUDGETS) + 1)]
+    for name, moment in moments.items():
+        cells = []
+        for budget in BUDGETS:
+            own = best([point for point in measured(moment) if point["engine"] == OWN], budget, key)
+            other = best([point for point in measured(moment) if point["engine"] != OWN], budget, key)
+            text = short(own[key]) if own else "–"
+            wins = own and (not other or own[key] < other[key])
+            text = f"**{text}**" if wins else text
+            cells.append(f"{text} / " + (f"{short(other[key])} {other['engine']}" if other else "–"))
+        lines.append(f"| {name.replace('_', ' ')} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def write(results, folder):
+    moments, machine = results["moments"], results["machine"]
+    (folder / "results" / "curves.svg").write_text(draw(moments))
+    (folder / "results" / "curves_rms.svg").write_text(draw(moments, "rms", "root mean square"))
+    (folder / "results" / "curves_depth.svg").write_text(draw(moments, "penetration_mm", "deepest overlap, mm"))
+    if BEGIN not in PAGE.read_text():
+        return
+    before, rest = PAGE.read_text().split(BEGIN)
+    versions = sorted({f"{point['engine']} {point['version']}" for moment in moments.values() for point in moment["points"]})
+    head = f"Measured {machine['date']} on {machine['processor']} ({machine['cores']} cores shared with others, load {machine['load_at_the_end']} at the end): {', '.join(versions)}.\n"
+    text = "\n".join([BEGIN, head, "The worst residual, ours / the best other's:\n", table(moments), "\nThe root mean square:\n", table(moments, "rms"), ""])
+    PAGE.write_text(before + text + END + rest.split(END)[1])
+
+
+if __name__ == "__main__":
+    write(json.loads((HERE / "results" / "curves.json").read_text()), HERE)
