@@ -12,40 +12,26 @@ from report import COLORS, OWN, short
 HERE = pathlib.Path(__file__).resolve().parent
 PAGE = HERE.parents[1] / "docs" / "performance.md"
 BEGIN, END = "<!-- curves: written by curves_plot.py -->", "<!-- end of curves -->"
-BUDGETS = (5, 10, 20, 50, 100, 1000)  # ms a step
+BUDGETS = (10, 20, 35, 50, 100, 1000)  # ms a step
 WIDTH, HEIGHT, LEFT, BOTTOM, TOP, COLUMNS = 290, 250, 44, 36, 24, 4
 STYLE = """<style>
 svg { font: 10px sans-serif } text { fill: #24292f } .ground { fill: #ffffff } .grid { stroke: #d8dee4 } .title { font-weight: bold }
 @media (prefers-color-scheme: dark) { text { fill: #d1d7e0 } .ground { fill: #161b22 } .grid { stroke: #30363d } }
 </style>"""
-# Names of the lines: those of MuJoCo's two methods differ.
-DASHES = {"Newton": "5 3", "stiff": "1 2"}
 
 
-def line_of(point):
-    """What belongs to one line: an engine, a method of it, or ours with and without a budget."""
-    if point["engine"] == OWN:
-        return (OWN, "sweeps" if point["variant"].endswith("sweeps") else "exact")
-    methods = {"cg": "CG", "default": "Newton", "newton": "Newton"}
-    return (point["engine"], methods.get(point["variant"].split("-")[0], point["variant"]) if point["engine"] == "mujoco" else "")
+def line_of(engine, variant):
+    """What belongs to one line of the plot: an engine, of ours budgets or tolerances."""
+    return f"{engine}, a budget" if variant.endswith("sweeps") else f"{engine}, a tolerance" if engine == OWN else engine
 
 
 def is_default(point):
+    """Whether an engine does so many iterations where nothing is said."""
     return point["variant"] in ("cg", "default", "quick", "it4-coulomb")
 
 
 def measured(moment):
     return [point for point in moment["points"] if point.get("ms")]
-
-
-def pareto(points, key="worst"):
-    """The points of which no quicker one is as good, from quick to slow."""
-    best, found = math.inf, []
-    for point in sorted(points, key=lambda point: point["ms"]):
-        if (point[key] if point[key] is not None else math.inf) < best:
-            best = point[key]
-            found.append(point)
-    return found
 
 
 class Axis:
@@ -77,21 +63,26 @@ def panel(name, moment, key, label, across, up):
         out.append(f'<text x="{LEFT - 4}" y="{y + 3:.1f}" text-anchor="end">1e{power}</text>')
     out.append(f'<text x="{(LEFT + WIDTH) / 2}" y="{HEIGHT - 8}" text-anchor="middle">ms a step</text>')
     out.append(f'<text transform="translate(10,{HEIGHT / 2}) rotate(-90)" text-anchor="middle">{label}</text>')
-    for engine, method in dict.fromkeys(map(line_of, points)):
-        row = [point for point in points if line_of(point) == (engine, method)]
-        own, color = engine == OWN, COLORS[engine]
+    for row in lines(points).values():
+        color, width = COLORS[row[0]["engine"]], 2 if row[0]["engine"] == OWN else 1
         order = sorted(row, key=lambda point: point["ms"])
         path = " ".join(f"{across(point['ms']):.1f},{up(point[key]):.1f}" for point in order)
-        dash = f' stroke-dasharray="{DASHES[method]}"' if method in DASHES else ""
-        out.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="{2 if own else 1}"{dash}/>')
-        for point in row:
-            out.append(mark(point, across(point["ms"]), up(point[key]), color, key, method))
+        out.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="{width}"/>')
+        out += [mark(point, across(point["ms"]), up(point[key]), color, key) for point in row]
     return "".join(out)
 
 
-def mark(point, x, y, color, key, method):
+def lines(points):
+    """The points of every line."""
+    found = {}
+    for point in points:
+        found.setdefault(line_of(point["engine"], point["variant"]), []).append(point)
+    return found
+
+
+def mark(point, x, y, color, key):
     title = f"<title>{point['engine']} {point['variant']}: {point['ms']:.3g} ms, {point[key]:.2g}</title>"
-    if method == "exact":
+    if point["engine"] == OWN and not point["variant"].endswith("sweeps"):
         return f'<rect x="{x - 3:.1f}" y="{y - 3:.1f}" width="6" height="6" fill="{color}">{title}</rect>'
     ring = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="6" fill="none" stroke="{color}"/>' if is_default(point) else ""
     return f'{ring}<circle cx="{x:.1f}" cy="{y:.1f}" r="{3 if point["engine"] == OWN else 2.2}" fill="{color}">{title}</circle>'
@@ -108,11 +99,11 @@ def draw(moments, key="worst", label="worst residual"):
     for k, (name, moment) in enumerate(moments.items()):
         place = f"translate({k % COLUMNS * WIDTH},{k // COLUMNS * HEIGHT + 26})"
         out.append(f'<g transform="{place}">{panel(name, moment, key, label, across, up)}</g>')
-    lines = dict.fromkeys(map(line_of, points))
-    for k, (engine, method) in enumerate(lines):
-        at, dash = 14 + 150 * k, f' stroke-dasharray="{DASHES[method]}"' if method in DASHES else ""
-        name = f"{engine} {method}".strip()
-        out.append(f'<line x1="{at}" x2="{at + 18}" y1="13" y2="13" stroke="{COLORS[engine]}" stroke-width="2"{dash}/><text x="{at + 23}" y="17">{name}</text>')
+    for k, (name, row) in enumerate(lines(points).items()):
+        shape, color = f'transform="translate({20 + 150 * k},13)"', COLORS[row[0]["engine"]]
+        mark_of = f'<rect {shape} x="-3" y="-3" width="6" height="6" fill="{color}"/>' if "tolerance" in name else f'<circle {shape} r="3" fill="{color}"/>'
+        out.append(f'{mark_of}<text x="{29 + 150 * k}" y="17">{name}</text>')
+    out.append(f'<text x="{COLUMNS * WIDTH - 12}" y="17" text-anchor="end">rings: defaults</text>')
     return "\n".join([*out, "</svg>\n"])
 
 
@@ -140,7 +131,6 @@ def table(moments, key="worst"):
 def write(results, folder):
     moments, machine = results["moments"], results["machine"]
     (folder / "results" / "curves.svg").write_text(draw(moments))
-    (folder / "results" / "curves_rms.svg").write_text(draw(moments, "rms", "root mean square"))
     (folder / "results" / "curves_depth.svg").write_text(draw(moments, "penetration_mm", "deepest overlap, mm"))
     if BEGIN not in PAGE.read_text():
         return

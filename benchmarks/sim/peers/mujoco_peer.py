@@ -2,7 +2,7 @@
 
 default   its defaults: Newton, pyramidal cone, solref .02 1, Euler; only the time step is set
 cg        as default with conjugate gradients, its choice for thousands of contacts
-cg-N      this with N iterations and no early exit; newton-N the same of Newton's method
+cg-N      the same with N iterations and no early exit
 elliptic  Newton, elliptic cone, impratio 10
 stiff     elliptic, impratio 100, solref 2 dt, solimp .99 .999 .001, ten noslip iterations
 """
