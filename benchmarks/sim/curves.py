@@ -10,6 +10,7 @@ quickest of the repetitions, in which the engines take turns) and judged (`resid
 import argparse
 import json
 import pathlib
+import re
 import subprocess
 import tempfile
 
@@ -115,36 +116,51 @@ def run_one(name, engine, variant, repetition, options):
     return len(times) == STEPS
 
 
-def judge_all(moments):
-    """One point for each engine, variant and moment."""
-    from judge import MM, Judge, strict
-    from residual import BOUNDS, residuals, velocity_scale
-
-    results = {}
-    for name, scene in moments.items():
-        judge, scale, points = Judge(name, scene), velocity_scale(scene), []
-        for engine, variants in VARIANTS.items():
-            for variant in variants:
-                runs = [json.loads(path.read_text()) for path in sorted(FOLDER.glob(raw(name, engine, variant, "*").name))]
-                if not runs:
-                    continue
-                head = dict(engine=engine, variant=variant, version=runs[0]["version"])
-                if len(runs[0]["step_ns"]) < STEPS:
-                    points.append(head | dict(cut_off=len(runs[0]["step_ns"])))
-                    continue
-                times = [min(times) for times in zip(*(run["step_ns"][-JUDGED:] for run in runs if len(run["step_ns"]) == STEPS))]
-                steps = [residuals(judge, snapshot, BOUNDS[engine], scale) for snapshot in runs[0]["snapshots"][-JUDGED:]]
-                depths = [judge.penetrations(judge_state(snapshot)).max(initial=0.0) for snapshot in runs[0]["snapshots"][-JUDGED:]]
-                point = head | dict(ms=sum(times) / JUDGED / 1e6, contacts=runs[0]["contacts"][-1], penetration_mm=float(max(depths)) * MM)
-                points.append(point | {key: max(step[key] for step in steps) for key in steps[0]})
-        results[name] = dict(what=scene["what"], velocity_scale=scale, points=points)
-    return strict(results)
+def step_times(path):
+    """CPU time of every step, ns, without reading the states."""
+    return json.loads(re.search(r'"step_ns":\s*(\[[^\]]*\])', path.read_text())[1])
 
 
-def judge_state(snapshot):
+def judge_variant(judge, scale, name, engine, variant):
+    """The point of one variant; none where it was not run."""
     import numpy as np
+    from judge import MM
+    from residual import BOUNDS, residuals
 
-    return np.array(snapshot["after"], float)
+    first = raw(name, engine, variant, 0)
+    if not first.exists():
+        return None
+    run, times = json.loads(first.read_text()), [step_times(path) for path in FOLDER.glob(raw(name, engine, variant, "*").name)]
+    point = dict(engine=engine, variant=variant, version=run["version"])
+    if len(run["step_ns"]) < STEPS:
+        return point | dict(cut_off=len(run["step_ns"]))
+    quickest = [min(step) for step in zip(*(row[-JUDGED:] for row in times if len(row) == STEPS))]
+    snapshots = run["snapshots"][-JUDGED:]
+    steps = [residuals(judge, snapshot, BOUNDS[engine], scale) for snapshot in snapshots]
+    depth = max(judge.penetrations(np.array(snapshot["after"], float)).max(initial=0.0) for snapshot in snapshots)
+    point |= dict(ms=sum(quickest) / JUDGED / 1e6, contacts=run["contacts"][-1], penetration_mm=float(depth) * MM)
+    return point | {key: max(step[key] for step in steps) for key in steps[0]}
+
+
+def judge_moment(name, scene):
+    """One point for each engine and variant."""
+    from judge import Judge, strict
+    from residual import velocity_scale
+
+    judge, scale = Judge(name, scene), velocity_scale(scene)
+    points = [judge_variant(judge, scale, name, engine, variant) for engine, variants in VARIANTS.items() for variant in variants]
+    return strict(dict(what=scene["what"], velocity_scale=scale, points=[point for point in points if point]))
+
+
+def text_of(results):
+    """The results as JSON, each point in a line of its own, numbers with four digits."""
+    rounded = json.loads(json.dumps(results), parse_float=lambda text: float(f"{float(text):.4g}"))
+    moments = rounded.pop("moments")
+    lines = []
+    for name, moment in moments.items():
+        points = ",\n".join(json.dumps(point) for point in moment.pop("points"))
+        lines.append(f'{json.dumps(name)}: {json.dumps(moment)[:-1]}, "points": [\n{points}\n]}}')
+    return json.dumps(rounded)[:-1] + ', "moments": {\n' + ",\n".join(lines) + "\n}}\n"
 
 
 def smoke(sim):
@@ -184,9 +200,10 @@ def main():
     moments = json.loads(MOMENTS_FILE.read_text())
     if not options.judge:
         run_all(options.moments or list(moments), options)
-    results = dict(machine=compare.machine(), moments=judge_all(moments))
-    (HERE / "results" / "curves.json").write_text(json.dumps(results, indent=1) + "\n")
-    curves_plot.write(results, HERE)
+    judged = {name: judge_moment(name, scene) for name, scene in moments.items()}
+    text = text_of(dict(machine=compare.machine(), moments=judged))
+    (HERE / "results" / "curves.json").write_text(text)
+    curves_plot.write(json.loads(text), HERE)
 
 
 if __name__ == "__main__":

@@ -65,15 +65,15 @@ def panel(name, moment, key, label, across, up):
     out.append(f'<text transform="translate(10,{HEIGHT / 2}) rotate(-90)" text-anchor="middle">{label}</text>')
     for row in lines(points).values():
         color, width = COLORS[row[0]["engine"]], 2 if row[0]["engine"] == OWN else 1
-        order = sorted(row, key=lambda point: point["ms"])
-        path = " ".join(f"{across(point['ms']):.1f},{up(point[key]):.1f}" for point in order)
+        counted = [point for point in row if point["variant"] != "cg"]  # it stops early, between the counts
+        path = " ".join(f"{across(point['ms']):.1f},{up(point[key]):.1f}" for point in counted)
         out.append(f'<polyline points="{path}" fill="none" stroke="{color}" stroke-width="{width}"/>')
         out += [mark(point, across(point["ms"]), up(point[key]), color, key) for point in row]
     return "".join(out)
 
 
 def lines(points):
-    """The points of every line."""
+    """The points of every line, in the order of their iterations."""
     found = {}
     for point in points:
         found.setdefault(line_of(point["engine"], point["variant"]), []).append(point)
