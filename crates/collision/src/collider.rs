@@ -23,6 +23,9 @@ use crate::still::Still;
 use crate::surface::Surface;
 use crate::sweep::Sweep;
 
+/// Squares of distances are compared with this factor, which is more than rounding.
+const BEYOND_DOUBT: f64 = 1.0 + 1e-9;
+
 /// Finds the contact points of one model; holds its prepared shapes and all buffers.
 #[derive(Clone, Debug)]
 pub struct Collider {
@@ -229,8 +232,9 @@ impl Collider {
                 }
             }
         }
+        let (placed, travel) = (&self.placed, &self.travel);
         let mut meet = |i: u32, j: u32| {
-            if allowed(i, j) {
+            if !are_far(geoms, placed, travel, [i, j].map(|k| k as usize)) && allowed(i, j) {
                 pairs.push(pair_of(i, j));
             }
         };
@@ -240,6 +244,12 @@ impl Collider {
         }
         pairs.sort_unstable();
     }
+}
+
+/// Whether the balls around two geoms are farther apart than these can travel: the boxes of balls overlap twice as often.
+fn are_far(geoms: &[Prepared], placed: &[GeomPose], travel: &[f64], [i, j]: [usize; 2]) -> bool {
+    let reach = geoms[i].size + geoms[j].size + travel[i] + travel[j];
+    (placed[i].center - placed[j].center).length_squared() > BEYOND_DOUBT * reach * reach
 }
 
 /// Active geoms in a row that belong to one body.

@@ -75,14 +75,11 @@ impl Workspace {
 
     /// Enlarges the reach where the velocity at the end of the step moves bodies beyond it, or the bodies of a pair farther against each other
     /// than was looked for; whether there was one.
-    ///
-    /// - `open`: what rows of the problem are left open by, relative to the velocity scale
-    pub(crate) fn enlarge_reach(&mut self, open: f64) -> bool {
+    pub(crate) fn enlarge_reach(&mut self) -> bool {
         let Self { collider, kinematics, reach, builder, .. } = self;
         let dt = builder.problem.timestep;
-        let open = if open > 0.0 { open * builder.problem.velocity_scale() } else { 0.0 };
-        let outrun = reach.by_pairs && reach.note_outrun(kinematics, collider.pair_reaches(), dt, open);
-        reach.enlarge(dt, open) || outrun
+        let outrun = reach.by_pairs && reach.note_outrun(kinematics, collider.pair_reaches(), dt);
+        reach.enlarge(dt) || outrun
     }
 
     /// Builds the step's problem with the points that are chosen.
@@ -94,7 +91,7 @@ impl Workspace {
     }
 
     /// Chooses the points that the problem is to have. The second half of an impact knows those of the first alone: where there may
-    /// be one these are all; and where sweeps are counted, of which a further solve takes more than some rows more.
+    /// be one these are all; and where sweeps are counted, which mostly end the step.
     pub(crate) fn choose_points(&mut self, settings: &Settings, dt: f64) {
         if settings.restitution == RestitutionLaw::Poisson && self.builder.restores() {
             self.candidates.choose_all();

@@ -78,9 +78,9 @@ impl Velocities {
     }
 
     /// Whether these velocities move the bodies of a pair farther against each other than they were searched for.
-    fn outruns(&self, kinematics: &Kinematics, pair: &PairReach, dt: f64, open: f64) -> bool {
+    fn outruns(&self, kinematics: &Kinematics, pair: &PairReach, dt: f64) -> bool {
         let [moved, turned] = self.between(kinematics, pair.bodies, pair.place, dt);
-        let exceeds = |found: f64, allowed: f64| found > allowed * (1.0 + ROUNDING) + NEGLIGIBLE + dt * open;
+        let exceeds = |found: f64, allowed: f64| found > allowed * (1.0 + ROUNDING) + NEGLIGIBLE;
         if let Some((normal, gap)) = pair.apart {
             return exceeds(normal.cross(turned).length() * pair.radius - normal.dot(moved), gap);
         }
@@ -194,11 +194,9 @@ impl BodyReach {
 
     /// Takes note of the pairs that the velocity at the end of the step moves farther against each other than they were searched for; whether there
     /// are any.
-    ///
-    /// - `open`: speed at which what is left open may close, m/s
-    pub fn note_outrun(&mut self, kinematics: &Kinematics, pairs: &[PairReach], dt: f64, open: f64) -> bool {
+    pub fn note_outrun(&mut self, kinematics: &Kinematics, pairs: &[PairReach], dt: f64) -> bool {
         let before = self.outrun.len();
-        for pair in pairs.iter().filter(|pair| self.end.outruns(kinematics, pair, dt, open)) {
+        for pair in pairs.iter().filter(|pair| self.end.outruns(kinematics, pair, dt)) {
             // Several geoms of two bodies are several pairs.
             if !self.outrun[before..].contains(&pair.bodies) {
                 self.outrun.push(pair.bodies);
@@ -215,12 +213,10 @@ impl BodyReach {
     }
 
     /// Enlarges the reach of every body that the velocity at the end of the step moves beyond it; whether there was one.
-    ///
-    /// - `open`: speed at which what is left open may close, m/s
-    pub fn enlarge(&mut self, dt: f64, open: f64) -> bool {
+    pub fn enlarge(&mut self, dt: f64) -> bool {
         let mut exceeded = false;
         let mut raise = |speed: DVec3, limit: &mut f64| {
-            let allowed = *limit * (1.0 + ROUNDING) + NEGLIGIBLE + dt * open;
+            let allowed = *limit * (1.0 + ROUNDING) + NEGLIGIBLE;
             if dt * dt * speed.length_squared() > allowed * allowed {
                 *limit = MARGIN * dt * speed.length();
                 exceeded = true;

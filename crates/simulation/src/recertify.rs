@@ -152,7 +152,7 @@ impl Recertifier {
             return Ok(());
         }
         ws.reach.end_with(model, &ws.kinematics, &first.velocity);
-        if ws.enlarge_reach(0.0) {
+        if ws.enlarge_reach() {
             return Err(StepFault::Reach);
         }
         if ws.closes_more(model, settings.tolerance) {
@@ -200,7 +200,7 @@ impl Recertifier {
         ws.reach.end_with(model, &ws.kinematics, &first.velocity);
         ws.candidates.begin();
         ws.find_points(model);
-        if !solution.reach.is_empty() && ws.enlarge_reach(0.0) {
+        if !solution.reach.is_empty() && ws.enlarge_reach() {
             ws.find_points(model);
         }
         let recorded = &frame.contacts;

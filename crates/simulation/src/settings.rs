@@ -124,9 +124,8 @@ pub struct Settings {
     pub tolerance: f64,
     /// Contact sweeps a step may make, at least 1; none for steps as exact as can be. Where they are used up, the step is made with the best point
     /// found: [`Inaccurate`](signorini_contact::SolveStatus::Inaccurate), with its true certificate, and its momentum balance and friction bounds hold to
-    /// rounding. What it leaves open the next steps close. Where contacts have to be found anew within the step, because they would close faster than
-    /// its rows are left open in the root mean square, one further solve gets what is left, and at least a quarter; what comes within reach by
-    /// that one is found in the next step. For the polygon's law, the structured solver, Newton's restitution and the solver's impulses;
+    /// rounding. What it leaves open the next steps close, and so do they with contacts that come within reach by the velocity found. Further solves of a
+    /// step, as where a joint's limit is crossed, get what is left, and at least a quarter. For the polygon's law, the structured solver, Newton's restitution and the solver's impulses;
     /// see [`SolverSettings::budget`]. Default none.
     #[setters(into)]
     pub budget: Option<u32>,

@@ -85,17 +85,15 @@ pub(crate) fn step_driven(
         }
         ws.warm.keep(&ws.builder.keys, &ws.builder.group_keys, &ws.solution);
         ws.remember_withheld();
-        ws.reach.end_with(model, &ws.kinematics, &ws.solution.velocity);
-        // Where sweeps are counted there is one further solve; what would come in after that the next step has.
-        if problems > 1 && ws.solver.is_counted() {
+        // Where the sweeps were used up, what else would close is left to the next step, as what they left open is.
+        if report.spread.is_some() {
             break;
         }
-        // Where sweeps leave rows open, what is not in the problem may be as open as these are.
-        let open = report.spread.map_or(0.0, |spread| spread.rms);
-        if ws.brings_in(open.max(LEFT_OPEN * settings.tolerance)) {
+        ws.reach.end_with(model, &ws.kinematics, &ws.solution.velocity);
+        if ws.brings_in(LEFT_OPEN * settings.tolerance) {
             continue;
         }
-        if report.enlargements == MAX_ENLARGEMENTS || !ws.enlarge_reach(open) {
+        if report.enlargements == MAX_ENLARGEMENTS || !ws.enlarge_reach() {
             break;
         }
         report.enlargements += 1;
