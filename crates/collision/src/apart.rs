@@ -7,7 +7,7 @@
 
 use glamx::glam::{DMat3, DVec3};
 
-use crate::convex::{Placed, separation_along};
+use crate::convex::{Convex, Placed, separation_along};
 use crate::partners::geoms_of;
 use crate::placing::GeomPose;
 use crate::shape::Prepared;
@@ -154,7 +154,11 @@ impl Apart {
     }
 
     /// Keeps a direction along which a pair is farther apart than `margin` (m) for the next search: what a search found, or that of the centres.
+    /// Two spheres are searched as quickly as that is looked up.
     pub fn keep(&mut self, two: &Two, (a, b): (&Placed, &Placed), margin: f64, found: Option<DVec3>) {
+        if let (Convex::Sphere { .. }, Convex::Sphere { .. }) = (a.shape, b.shape) {
+            return;
+        }
         let Some(direction) = found.or_else(|| (b.center - a.center).try_normalize()) else { return };
         let (pair, gap) = (two.pair, separation_along(a, b, direction));
         if gap > margin + two.doubt() {

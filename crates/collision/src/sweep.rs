@@ -1,10 +1,11 @@
-//! Pairs of boxes that overlap, by sorting them along an axis and sweeping (Baraff 1992).
+//! Pairs of boxes that overlap, by sorting them along an axis and sweeping (Baraff 1992), many of them in columns along that axis.
 //!
 //! The order is kept from search to search, because bodies move little in a step; what is found does not depend on it.
 
-use glamx::glam::DVec3;
+mod columns;
 
 use crate::bvh::Aabb;
+use columns::{Columns, Entry};
 
 /// The axis is chosen anew after so many searches.
 const CHOICE: u32 = 64;
@@ -19,23 +20,7 @@ pub(crate) struct Sweep {
     sorted: Vec<Entry>,
     axis: usize,
     age: u32,
-}
-
-/// The axes of the bounds are those after the sweep's, with the sweep's own first.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    low: [f64; 3],
-    high: [f64; 3],
-    item: u32,
-}
-
-impl Entry {
-    fn new((boxes, less): (&[Aabb], &[f64]), item: u32, axis: usize) -> Self {
-        let Aabb { low, high } = boxes[item as usize];
-        let less = DVec3::splat(less.get(item as usize).copied().unwrap_or(0.0));
-        let turned = |x: DVec3| std::array::from_fn(|k| x[(axis + k) % 3]);
-        Self { low: turned(low + less), high: turned(high - less), item }
-    }
+    columns: Columns,
 }
 
 impl Sweep {
@@ -46,16 +31,8 @@ impl Sweep {
     pub fn overlapping(&mut self, boxes: (&[Aabb], &[f64]), items: &[u32], mut visit: impl FnMut(u32, u32)) {
         self.take(boxes, items);
         self.sort();
-        for (k, a) in self.sorted.iter().enumerate() {
-            for b in &self.sorted[k + 1..] {
-                if b.low[0] > a.high[0] {
-                    break;
-                }
-                if (1..3).all(|r| a.low[r] <= b.high[r] && b.low[r] <= a.high[r]) {
-                    visit(a.item, b.item);
-                }
-            }
-        }
+        self.columns.fill(&self.sorted);
+        self.columns.overlapping(&self.sorted, |a, b| visit(a.item, b.item));
     }
 
     /// Takes over the boxes, in the order of the last search if that had the same items.
