@@ -179,7 +179,10 @@ impl Grid {
     /// First and last column of a box among so many.
     fn range(&self, entry: &Entry, count: usize, scale: f64) -> [u32; 2] {
         let width = (self.width * scale).max(self.span / count as f64);
-        [entry.low[self.axis], entry.high[self.axis]].map(|x| (((x - self.low) / width) as usize).min(count - 1) as u32)
+        let place = |x: f64| (((x - self.low) / width) as usize).min(count - 1) as u32;
+        let first = place(entry.low[self.axis]);
+        // Rounding may turn a box around that has no width.
+        [first, place(entry.high[self.axis]).max(first)]
     }
 }
 
