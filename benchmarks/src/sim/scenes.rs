@@ -23,7 +23,7 @@ pub struct Scene {
     pub input: Input,
     /// Length of the run, s.
     pub duration: f64,
-    /// Velocity at the beginning [nv], where it is not zero.
+    /// Velocity at the beginning `[nv]`, where it is not zero.
     pub velocity: Option<Vec<f64>>,
 }
 
