@@ -103,20 +103,26 @@ def run_all(scenes, options):
                         cut.add((name, engine, variant))
 
 
-def run_one(engine, variant, name, repetition, options):
-    """Runs once; whether it is worth repeating."""
-    out = RAW / f"{name}__{engine}__{variant.replace(' ', '-')}__{repetition}.json"
+def execute(command, out, cap, failed):
+    """Runs an engine, which writes `out`; where it does not, that gets `failed` with what went wrong, which comes back."""
     out.unlink(missing_ok=True)
-    arguments = list(map(str, command(engine, variant, name, out, options)))
-    wall = 60 + 12 * (options.own_cap if engine == "signorini" else options.cap)  # a single step can take minutes; the machine may be busy
+    wall = 60 + 12 * cap  # a single step can take minutes; the machine may be busy
     try:
-        answer = subprocess.run(arguments, capture_output=True, text=True, timeout=wall)
+        answer = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=wall)
         trouble = answer.stderr.strip()[-300:] if answer.returncode else ""
     except subprocess.TimeoutExpired:
         trouble = f"no answer within {wall:.0f} s"
     if not out.exists() or trouble:
-        failed = dict(engine=engine, variant=variant, scene=name, error=trouble or "no result", step_ns=[], samples=[], done=0)
-        out.write_text(json.dumps(failed))
+        out.write_text(json.dumps(failed | dict(error=trouble or "no result")))
+    return trouble
+
+
+def run_one(engine, variant, name, repetition, options):
+    """Runs once; whether it is worth repeating."""
+    out = RAW / f"{name}__{engine}__{variant.replace(' ', '-')}__{repetition}.json"
+    cap = options.own_cap if engine == "signorini" else options.cap
+    failed = dict(engine=engine, variant=variant, scene=name, step_ns=[], samples=[], done=0)
+    execute(command(engine, variant, name, out, options), out, cap, failed)
     run = json.loads(out.read_text()) | dict(variant=variant)
     out.write_text(json.dumps(run))
     times = sorted(run["step_ns"][len(run["step_ns"]) * 3 // 4 :]) or [0]

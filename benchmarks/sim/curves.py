@@ -103,14 +103,8 @@ def run_one(name, engine, variant, repetition, options):
         times = json.loads(raw(name, engine, variant, 0).read_text())["step_ns"]
         if len(times) < STEPS or sum(times) > options.once * 1e9:
             return len(times) == STEPS
-    arguments = list(map(str, compare.command(engine, variant, name, out, options, MOMENTS_FILE)))
-    try:
-        answer = subprocess.run(arguments, capture_output=True, text=True, timeout=60 + 12 * options.cap)
-        trouble = answer.stderr.strip()[-300:] if answer.returncode else ""
-    except subprocess.TimeoutExpired:
-        trouble = "no answer in time"
-    if not out.exists() or trouble:
-        out.write_text(json.dumps(dict(engine=engine, variant=variant, version="", step_ns=[], error=trouble or "no result")))
+    command = compare.command(engine, variant, name, out, options, MOMENTS_FILE)
+    trouble = compare.execute(command, out, options.cap, dict(engine=engine, variant=variant, version="", step_ns=[]))
     times = json.loads(out.read_text())["step_ns"]
     print(f"{repetition} {name:18} {engine:10} {variant:12} {len(times):3} steps {sum(times[-JUDGED:]) / JUDGED / 1e6:9.2f} ms {trouble}", flush=True)
     return len(times) == STEPS

@@ -3,6 +3,7 @@
 use derive_setters::Setters;
 use signorini_contact::{FrictionPolygon, MOST_DIRECTIONS};
 use signorini_lcp::MethodKind;
+use signorini_multibody::Model;
 use signorini_solver::SolverSettings;
 
 use crate::SimulationError;
@@ -172,6 +173,11 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Whether what rests is left alone: as these settings say, or else the model.
+    pub(crate) fn sleeps(&self, model: &Model) -> bool {
+        self.sleeping.unwrap_or(model.sleeping)
+    }
+
     /// Checks the ranges and makes the friction polygon.
     ///
     /// # Errors

@@ -44,7 +44,7 @@ pub fn step(
     next: &mut State,
 ) -> Result<StepReport, SimulationError> {
     let dt = settings.timestep.unwrap_or(model.timestep);
-    let sleeping = settings.sleeping.unwrap_or(model.sleeping);
+    let sleeping = settings.sleeps(model);
     if sleeping && let Some(report) = workspace.stay(state, input, settings, dt, next) {
         return Ok(report);
     }

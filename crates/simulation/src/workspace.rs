@@ -120,7 +120,7 @@ impl Workspace {
             collider,
             queries: shapes_of_sensors(model),
             own_overlaps,
-            solver: StepSolver::new(settings, settings.sleeping.unwrap_or(model.sleeping))?,
+            solver: StepSolver::new(settings, settings.sleeps(model))?,
             warm: WarmCache::default(),
             withheld: Withheld::default(),
             fixed_point: FixedPoint::default(),

