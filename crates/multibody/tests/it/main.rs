@@ -15,4 +15,6 @@ mod mass;
 mod model;
 mod motion;
 mod mujoco;
+mod muscles;
 mod peers;
+mod tendons;

@@ -99,7 +99,12 @@ fn wrenches_do_the_work_of_their_generalized_force() {
         let wrench: Vec<SpatialVector> = model
             .bodies
             .iter()
-            .map(|_| SpatialVector { angular: random.vector(3.0), linear: random.vector(3.0) })
+            // Forces alone and moments alone, too.
+            .map(|_| match random.below(3) {
+                0 => SpatialVector { angular: DVec3::ZERO, linear: random.vector(3.0) },
+                1 => SpatialVector { angular: random.vector(3.0), linear: DVec3::ZERO },
+                _ => SpatialVector { angular: random.vector(3.0), linear: random.vector(3.0) },
+            })
             .collect();
         let own = random.list(model.nv, 1.0);
         let input = Input::of_force(own.clone()).with_wrench(wrench.clone());
