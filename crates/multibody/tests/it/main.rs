@@ -17,4 +17,5 @@ mod motion;
 mod mujoco;
 mod muscles;
 mod peers;
+mod sensors;
 mod tendons;

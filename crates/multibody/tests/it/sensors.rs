@@ -1,0 +1,284 @@
+//! Sensors of the state: poses beside products of transforms, velocities beside differences of what is measured.
+
+use signorini_multibody::glam::{DMat3, DQuat, DVec3};
+use signorini_multibody::{
+    Actuator, ActuatorKind, BodyId, Camera, CameraId, Centroidal, FrameId, Geom, Geometry, Joint, JointId, JointKind,
+    LengthRow, Model, ModelBuilder, Pose, Sensor, SensorKind, Site, SiteId, State, Tendon, TendonId,
+    centroidal_momentum_matrix_into, integrate_into, state_sensors_into,
+};
+
+use crate::identities::kinematics;
+use crate::random_model::Random;
+
+const PLACES: [[f64; 6]; 3] =
+    [[0.1, -0.2, 0.3, 0.4, 0.5, -0.6], [-0.3, 0.1, 0.2, -0.7, 0.2, 0.1], [0.2, 0.2, -0.1, 0.3, -0.4, 0.8]];
+
+fn place(k: usize) -> Pose {
+    Pose::new(DVec3::from_slice(&PLACES[k]), DQuat::from_scaled_axis(DVec3::from_slice(&PLACES[k][3..])))
+}
+
+/// A free body that carries one on a ball joint that carries one on a hinge, with these sensors.
+fn chain(sensors: &[SensorKind]) -> Model {
+    let mut builder = ModelBuilder::new("chain");
+    let shape = |k: usize| {
+        let half_extents = DVec3::new(0.1, 0.15, 0.2) * (1.0 + k as f64);
+        Geom::new(format!("geom {k}"), Geometry::Box { half_extents }).with_placement(place(k))
+    };
+    let base = builder.body("base").free().solid(shape(0), 1.0).add().unwrap();
+    let ball = builder.body("middle").on(base).at([0.1, 0.3, 0.2]).joint(Joint::new("ball", JointKind::Ball));
+    let middle = ball.solid(shape(1), 2.0).add().unwrap();
+    let hinge = Joint::new("hinge", JointKind::Hinge { axis: DVec3::new(1.0, 2.0, -1.0).normalize() });
+    let tip = builder.body("tip").on(middle).at([0.0, 0.2, 0.4]).joint(hinge).solid(shape(2), 0.7).add().unwrap();
+    for (k, body) in [base, middle, tip].into_iter().enumerate() {
+        let site = Site::new(format!("site {k}")).with_placement(place((k + 1) % 3));
+        builder.add_site(body, site).unwrap();
+    }
+    let camera = Camera::new("camera").with_placement(place(2)).with_resolution([640, 480]);
+    builder.add_camera(middle, camera.clone()).unwrap();
+    builder.add_camera(base, camera.with_name("focal").with_focal([1.2, 0.8])).unwrap();
+    builder.add_tendon(Tendon::new("tendon", vec![(JointId(2), 0.3)]));
+    builder.add_actuator(Actuator::new("motor", JointId(2), ActuatorKind::Motor).with_gear(3.0));
+    for (k, &kind) in sensors.iter().enumerate() {
+        builder.add_sensor(Sensor::new(format!("sensor {k}"), kind));
+    }
+    builder.build().unwrap()
+}
+
+fn random_state(model: &Model, random: &mut Random) -> State {
+    let mut q = random.vector(1.0).to_array().to_vec();
+    for _ in 0..2 {
+        let turn = DQuat::from_scaled_axis(random.vector(1.5));
+        q.extend([turn.w, turn.x, turn.y, turn.z]);
+    }
+    q.push(random.uniform(-1.0, 1.0));
+    State::at(q, random.list(model.nv, 1.0)).with_time(random.uniform(0.0, 9.0))
+}
+
+/// What the sensors measure, one after the other.
+fn measured(model: &Model, state: &State) -> Vec<Vec<f64>> {
+    let mut out = vec![f64::NAN; model.sensor_size];
+    state_sensors_into(model, state, &kinematics(model, state), &mut LengthRow::new(model), &mut out);
+    let own = |sensor: &Sensor| out[sensor.address..sensor.address + sensor.kind.size()].to_vec();
+    model.sensors.iter().map(own).collect()
+}
+
+/// What they measure a little later and a little earlier at the same velocity.
+fn beside(model: &Model, state: &State) -> [Vec<Vec<f64>>; 2] {
+    [STEP, -STEP].map(|dt| {
+        let mut moved = state.clone();
+        integrate_into(model, &state.q, &state.v, dt, &mut moved.q);
+        measured(model, &moved)
+    })
+}
+
+const STEP: f64 = 1e-5;
+
+fn vector(values: &[f64]) -> DVec3 {
+    DVec3::from_slice(values)
+}
+
+fn rotation(values: &[f64]) -> DQuat {
+    DQuat::from_xyzw(values[1], values[2], values[3], values[0])
+}
+
+/// The slope of what a sensor of a position measures.
+fn slope([after, before]: [&[f64]; 2]) -> DVec3 {
+    (vector(after) - vector(before)) / (2.0 * STEP)
+}
+
+/// Angular velocity in the axes that the rotation leads to.
+fn turning([after, before]: [&[f64]; 2]) -> DVec3 {
+    (rotation(after) * rotation(before).conjugate()).to_scaled_axis() / (2.0 * STEP)
+}
+
+#[track_caller]
+fn assert_near(found: DVec3, expected: DVec3, tolerance: f64) {
+    assert!((found - expected).length() < tolerance, "{found} instead of {expected}");
+}
+
+#[test]
+fn frames_are_measured_beside_each_other() {
+    use SensorKind::{FrameAngularVelocity, FrameAxis, FrameLinearVelocity, FramePosition, FrameQuaternion};
+    let frames: Vec<FrameId> = (0..3)
+        .flat_map(|k| {
+            let body = BodyId(k + 1);
+            [FrameId::Body(body), FrameId::CenterOfMass(body), FrameId::Site(SiteId(k))]
+        })
+        .collect();
+    let mut random = Random(21);
+    for &own in &frames {
+        for reference in [None, Some(frames[0]), Some(frames[4]), Some(frames[8])] {
+            let axes = [0, 1, 2].map(|axis| FrameAxis(own, reference, axis));
+            let kinds = [
+                FramePosition(own, reference),
+                FrameQuaternion(own, reference),
+                FrameLinearVelocity(own, reference),
+                FrameAngularVelocity(own, reference),
+            ];
+            let model = chain(&[&kinds[..], &axes[..]].concat());
+            let state = random_state(&model, &mut random);
+            let (now, [after, before]) = (measured(&model, &state), beside(&model, &state));
+            let at = kinematics(&model, &state);
+            let pose = |frame| match frame {
+                FrameId::Body(body) => at.pose[body.index()],
+                FrameId::CenterOfMass(body) => {
+                    Pose::new(at.center_of_mass[body.index()], at.pose[body.index()].rotation)
+                }
+                FrameId::Geom(geom) => {
+                    at.pose[model.geoms[geom.index()].body.index()] * model.geoms[geom.index()].placement
+                }
+                FrameId::Site(SiteId(k)) => at.pose[k as usize + 1] * place((k as usize + 1) % 3),
+            };
+            let expected = reference.map_or(Pose::IDENTITY, pose).inverse() * pose(own);
+            assert_near(vector(&now[0]), expected.position, 1e-13);
+            assert!(rotation(&now[1]).dot(expected.rotation).abs() > 1.0 - 1e-14);
+            assert_near(vector(&now[2]), slope([&after[0], &before[0]]), 1e-8);
+            assert_near(vector(&now[3]), turning([&after[1], &before[1]]), 1e-8);
+            for (k, axis) in DVec3::AXES.into_iter().enumerate() {
+                assert_near(vector(&now[4 + k]), rotation(&now[1]) * axis, 1e-14);
+            }
+        }
+    }
+}
+
+#[test]
+fn sites_measure_in_their_own_axes() {
+    use SensorKind::{FramePosition, FrameQuaternion, Gyro, Magnetometer, Velocimeter};
+    let mut random = Random(22);
+    for site in [0, 1, 2].map(SiteId) {
+        let frame = FrameId::Site(site);
+        let kinds = [
+            FramePosition(frame, None),
+            FrameQuaternion(frame, None),
+            Velocimeter(site),
+            Gyro(site),
+            Magnetometer(site),
+        ];
+        let model = chain(&kinds);
+        let state = random_state(&model, &mut random);
+        let (now, [after, before]) = (measured(&model, &state), beside(&model, &state));
+        let back = rotation(&now[1]).conjugate();
+        assert_near(vector(&now[2]), back * slope([&after[0], &before[0]]), 1e-8);
+        assert_near(vector(&now[3]), back * turning([&after[1], &before[1]]), 1e-8);
+        // MuJoCo's default field.
+        assert_near(vector(&now[4]), back * DVec3::new(0.0, -0.5, 0.0), 1e-14);
+    }
+}
+
+#[test]
+fn subtrees_are_measured_as_their_bodies_are() {
+    use SensorKind::{SubtreeAngularMomentum, SubtreeCenterOfMass, SubtreeLinearVelocity};
+    let mut random = Random(23);
+    for root in 1..4 {
+        let body = BodyId(root as u32);
+        let kinds = [SubtreeCenterOfMass(body), SubtreeLinearVelocity(body), SubtreeAngularMomentum(body)];
+        let model = chain(&kinds);
+        let state = random_state(&model, &mut random);
+        let (now, [after, before]) = (measured(&model, &state), beside(&model, &state));
+        let at = kinematics(&model, &state);
+        let inertia = |i: usize| &model.bodies[i].inertia;
+        let mass: f64 = (root..4).map(|i| inertia(i).mass).sum();
+        let center: DVec3 = (root..4).map(|i| inertia(i).mass * at.center_of_mass[i]).sum::<DVec3>() / mass;
+        assert_near(vector(&now[0]), center, 1e-13);
+        assert_near(vector(&now[1]), slope([&after[0], &before[0]]), 1e-8);
+        let momentum = match root {
+            1 => {
+                let mut whole = Centroidal::new(&model);
+                centroidal_momentum_matrix_into(&model, &at, &mut whole);
+                whole.momentum(&state.v).angular
+            }
+            _ => (root..4)
+                .map(|i| {
+                    let turned = DMat3::from_quat(at.pose[i].rotation);
+                    let spin = turned * inertia(i).rotational * turned.transpose() * at.angular_velocity[i];
+                    let velocity = at.point_velocity(BodyId(i as u32), at.center_of_mass[i]);
+                    // About a point that moves with the whole, the whole's own momentum has no moment.
+                    spin + (at.center_of_mass[i] - center).cross(inertia(i).mass * velocity)
+                })
+                .sum(),
+        };
+        assert_near(vector(&now[2]), momentum, 1e-13);
+    }
+}
+
+#[test]
+fn coordinates_are_measured_as_they_are() {
+    use SensorKind::{
+        ActuatorPosition, ActuatorVelocity, BallAngularVelocity, BallQuaternion, Clock, JointPosition, JointVelocity,
+        TendonPosition, TendonVelocity,
+    };
+    let (hinge, ball) = (JointId(2), JointId(1));
+    let (tendon, actuator) = (TendonId(0), signorini_multibody::ActuatorId(0));
+    let model = chain(&[
+        JointPosition(hinge),
+        JointVelocity(hinge),
+        BallQuaternion(ball),
+        BallAngularVelocity(ball),
+        TendonPosition(tendon),
+        TendonVelocity(tendon),
+        ActuatorPosition(actuator),
+        ActuatorVelocity(actuator),
+        Clock,
+    ]);
+    let state = random_state(&model, &mut Random(24));
+    let (q, v) = (state.q[11], state.v[9]);
+    let expected = [
+        vec![q],
+        vec![v],
+        state.q[7..11].to_vec(),
+        state.v[6..9].to_vec(),
+        vec![0.3 * q],
+        vec![0.3 * v],
+        vec![3.0 * q],
+        vec![3.0 * v],
+        vec![state.time],
+    ];
+    assert_eq!(measured(&model, &state), expected);
+}
+
+/// A point straight ahead is in the middle of the picture, and a point at half the field of view above that on its upper edge.
+#[test]
+fn cameras_see_points_where_their_lines_meet_the_picture() {
+    let mut random = Random(25);
+    let kinds = [0, 1].map(|camera| SensorKind::CameraProjection(SiteId(2), CameraId(camera)));
+    let model = chain(&kinds);
+    for _ in 0..20 {
+        let state = random_state(&model, &mut random);
+        let at = kinematics(&model, &state);
+        let point = (at.pose[3] * place(0)).position;
+        let now = measured(&model, &state);
+        for (k, body) in [2, 1].into_iter().enumerate() {
+            let seen = (at.pose[body] * place(2)).inverse().transform_point(point);
+            let ahead = -seen.z;
+            // Tangents of the angles to the right and upwards, in units of the half picture.
+            let half = (0.5 * 45.0_f64.to_radians()).tan();
+            let pixels = match k {
+                0 => [320.0 + 240.0 * seen.x / ahead / half, 240.0 - 240.0 * seen.y / ahead / half],
+                _ => [320.0 + 1.2 * 640.0 * seen.x / ahead, 240.0 - 0.8 * 480.0 * seen.y / ahead],
+            };
+            for (found, expected) in now[k].iter().zip(pixels) {
+                assert!((found - expected).abs() < 1e-9 * (1.0 + expected.abs()), "{found} instead of {expected}");
+            }
+        }
+    }
+}
+
+/// A cutoff bounds numbers either way, and directions not at all.
+#[test]
+fn a_cutoff_bounds_what_is_measured() {
+    let frame = FrameId::Body(BodyId(3));
+    let kinds = [SensorKind::FrameLinearVelocity(frame, None), SensorKind::FrameQuaternion(frame, None)];
+    let mut model = chain(&kinds);
+    let mut random = Random(26);
+    let states: Vec<State> = (0..20).map(|_| random_state(&model, &mut random)).collect();
+    let whole: Vec<_> = states.iter().map(|state| measured(&model, state)).collect();
+    model.sensors.iter_mut().for_each(|sensor| sensor.cutoff = Some(0.2));
+    for (state, whole) in states.iter().zip(whole) {
+        let bounded: Vec<f64> = whole[0].iter().map(|x| x.signum() * x.abs().min(0.2)).collect();
+        assert_eq!(measured(&model, state), [bounded, whole[1].clone()]);
+    }
+    let ray = Sensor::new("ray", SensorKind::Rangefinder(SiteId(0))).with_cutoff(0.2);
+    let mut values = [-1.0, 0.1, 0.5];
+    ray.cut_off(&mut values);
+    assert_eq!(values, [-1.0, 0.1, 0.2]);
+}
