@@ -2,9 +2,9 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    Actuator, ActuatorKind, BodyId, Equality, EqualityKind, Geom, Geometry, Joint, JointId, JointKind, Model,
-    ModelBuilder, ModelError, Pose, Sensor, SensorKind, Site, SiteId, State, StateError, Tendon, TendonId,
-    Transmission,
+    Actuator, ActuatorKind, BodyId, Equality, EqualityKind, Geom, GeomId, GeomPair, Geometry, Joint, JointId,
+    JointKind, Model, ModelBuilder, ModelError, Pose, Sensor, SensorKind, Site, SiteId, State, StateError, Tendon,
+    TendonId, Transmission,
 };
 
 use crate::random_model::{Random, Recipe, random_model};
@@ -126,4 +126,81 @@ fn state_check_names_the_joint() {
     wrong.v.pop();
     let expected = StateError::WrongLength { quantity: "v", expected: 10, found: 9 };
     assert_eq!(wrong.check(&model), Err(expected));
+}
+
+/// A table fixed to the world, a robot whose hand is fixed to its arm, and a rock: who can touch whom by MuJoCo's rules.
+#[test]
+fn geoms_touch_by_the_rules_of_masks_joints_and_pairs() {
+    let mut builder = ModelBuilder::new("filter");
+    let ball = |name: &str| Geom::new(name, Geometry::Sphere { radius: 0.1 });
+    let hinge = |name: &str| Joint::new(name, JointKind::Hinge { axis: DVec3::Z });
+    builder.add_geom(BodyId::WORLD, ball("ground")).unwrap();
+    builder.body("table").shape(ball("table")).add().unwrap();
+    let base = builder.body("base").free().solid(ball("base"), 1.0).add().unwrap();
+    let arm = builder.body("arm").on(base).joint(hinge("shoulder")).solid(ball("arm"), 1.0).add().unwrap();
+    let hand = builder.body("hand").on(arm).solid(ball("hand"), 1.0).add().unwrap();
+    builder.body("tool").on(hand).joint(hinge("wrist")).solid(ball("tool"), 1.0).add().unwrap();
+    let rock = builder.body("rock").free().solid(ball("rock"), 1.0).add().unwrap();
+    // Of other types; affinity decides from either side.
+    for (name, contact_type, contact_affinity) in [("ghost", 2, 0), ("seer", 0, 3), ("mute", 0, 0)] {
+        let mut geom = ball(name);
+        (geom.contact_type, geom.contact_affinity) = (contact_type, contact_affinity);
+        builder.body(name).free().solid(geom, 1.0).add().unwrap();
+    }
+    builder.exclude(rock, hand);
+    let id = |name: &str, model: &Model| {
+        GeomId(model.geoms.iter().position(|geom| geom.name == name).expect("a geom") as u32)
+    };
+    let plain = builder.clone().build().unwrap();
+    for (a, b) in [("base", "arm"), ("arm", "hand"), ("mute", "ghost")] {
+        builder.add_pair(GeomPair::new(id(b, &plain), id(a, &plain), 0.5));
+    }
+    let paired = builder.build().unwrap();
+    let touching = |model: &Model| {
+        let allows = |a: &str, b: &str| {
+            let ids = (id(a, model), id(b, model));
+            model.contact_filter.allows(ids, (&model.geoms[ids.0.index()], &model.geoms[ids.1.index()]))
+        };
+        let names: Vec<_> = model.geoms.iter().map(|geom| geom.name.as_str()).collect();
+        let mut found = Vec::new();
+        for (k, a) in names.iter().enumerate() {
+            for b in &names[k + 1..] {
+                assert_eq!(allows(a, b), allows(b, a), "{a} {b}");
+                if allows(a, b) {
+                    found.push(format!("{a}-{b}"));
+                }
+            }
+        }
+        found
+    };
+    let expected = [
+        "ground-base",
+        "ground-arm",
+        "ground-hand",
+        "ground-tool",
+        "ground-rock",
+        "ground-seer",
+        "table-base",
+        "table-arm",
+        "table-hand",
+        "table-tool",
+        "table-rock",
+        "table-seer",
+        "base-tool",
+        "base-rock",
+        "base-seer",
+        "arm-rock",
+        "arm-seer",
+        "hand-seer",
+        "tool-rock",
+        "tool-seer",
+        "rock-seer",
+        "ghost-seer",
+    ];
+    assert_eq!(touching(&plain), expected);
+    let mut with_pairs = [&expected[..], &["base-arm", "ghost-mute"]].concat();
+    let mut found = touching(&paired);
+    (with_pairs.sort_unstable(), found.sort_unstable());
+    assert_eq!(found, with_pairs);
+    assert_eq!(paired.contact_filter.excluded_bodies().collect::<Vec<_>>(), [&(hand, rock)]);
 }
