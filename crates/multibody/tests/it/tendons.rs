@@ -1,5 +1,6 @@
 //! Lengths of tendons beside closed forms, and their rows, rates and bounds beside differences.
 
+use signorini_multibody::derivatives::{LengthCurvature, MotionDerivatives};
 use signorini_multibody::glam::{DQuat, DVec2, DVec3};
 use signorini_multibody::{
     Actuator, ActuatorKind, BodyId, Geom, Geometry, Joint, JointId, JointKind, LengthRow, Model, ModelBuilder,
@@ -177,6 +178,50 @@ fn rows_and_rates_are_the_slopes_of_lengths() {
             assert_eq!(model.tendons[tendon].length(model, &moving, &q), own.length);
         }
     }
+}
+
+#[test]
+fn curvatures_are_the_slopes_of_rows() {
+    let random = &mut Random(13);
+    let (mut turns, mut seen) = (LengthCurvature::default(), 0);
+    for k in 0..60 {
+        let strings = strings(random, k % 2 == 1);
+        let model = &strings.model;
+        let q = [random.uniform(-2.0, 2.0), random.uniform(-2.0, 2.0)];
+        let at = kinematics(model, &State::at(q.to_vec(), vec![0.0; 2]));
+        let mut motion = MotionDerivatives::new(model);
+        motion.set(model, &at, &[0.0; 2]);
+        for (t, tendon) in model.tendons.iter().enumerate() {
+            let own = row(model, t, &q);
+            turns.set(model, &at, &motion, tendon, &own);
+            // Nearby the string may begin to touch, or let go.
+            if turns.clearance < 1e-3 {
+                continue;
+            }
+            seen += 1;
+            for j in 0..2 {
+                let h = 1e-6;
+                let [ahead, behind] = [h, -h].map(|h| {
+                    let mut q = q;
+                    q[own.dofs[j]] += h;
+                    row(model, t, &q)
+                });
+                let x = [0.7, -1.3];
+                let mut turned = 0.0;
+                for i in 0..2 {
+                    let expected = (ahead.gradient[i] - behind.gradient[i]) / (2.0 * h);
+                    let found = turns.by_configuration[2 * i + j];
+                    assert!(
+                        (found - expected).abs() < 1e-6 * (1.0 + expected.abs()),
+                        "{k} {t}: {found}, not {expected}"
+                    );
+                    turned += found * x[own.dofs[i]];
+                }
+                assert!((turns.turned(&own, j, &x) - turned).abs() < 1e-12 * (1.0 + turned.abs()));
+            }
+        }
+    }
+    assert!(seen > 150, "{seen}");
 }
 
 /// A weight on a rope of length r about the origin, and a string from a point at the distance d from it to another point: with `v̇ = 0` the
