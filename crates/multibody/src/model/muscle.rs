@@ -203,3 +203,56 @@ fn smooth_step(x: f64) -> [f64; 2] {
     let value = inside * inside * inside * (3.0 * inside * (2.0 * inside - 5.0) + 10.0);
     [value, 30.0 * (inside * (1.0 - inside)).powi(2)]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Muscle;
+
+    #[test]
+    fn border_is_the_distance_to_the_next_part_of_a_curve() {
+        let muscle = Muscle::new(300.0, [1.0, 2.0]);
+        let resting = 1.0 / 0.3;
+        // Parts meet at lengths of 0.5, 0.75, 1, 1.3 and 1.6 and at speeds of −1, 0 and 0.2.
+        let cases = [
+            ([0.45, 0.5], 0.05),
+            ([0.72, 0.5], 0.03),
+            ([1.02, -0.5], 0.02),
+            ([1.36, 0.1], 0.06),
+            ([1.64, 0.5], 0.04),
+            ([0.9, 0.07], 0.07),
+            ([1.15, 0.21], 0.01),
+            ([0.9, -1.03], 0.03),
+        ];
+        for ([length, speed], expected) in cases {
+            let border = muscle.border(1.0 + (length - 0.75) * resting, speed * resting * 1.5);
+            assert!((border - expected).abs() < 1e-12, "{length} {speed}: {border}");
+        }
+    }
+
+    #[test]
+    fn curvature_is_how_slopes_change() {
+        let muscle = Muscle::new(300.0, [0.3, 0.6]).with_range([0.7, 1.1]).with_fastest(3.0).with_lengthening(1.3);
+        // On each part of the three curves.
+        for (length, rate) in
+            [(0.2, -0.4), (0.3, 0.1), (0.45, -0.3), (0.55, 0.15), (0.7, -0.7), (0.85, 0.5), (1.1, 0.1)]
+        {
+            let activation = 0.6;
+            let slopes = |h: [f64; 3]| {
+                let [_, by_length, by_rate, _] =
+                    muscle.force_with_slopes(activation + h[2], length + h[0], rate + h[1]);
+                [by_length, by_rate]
+            };
+            let found = muscle.curvature(activation, length, rate);
+            for k in 0..3 {
+                let mut step = [0.0; 3];
+                step[k] = 1e-6;
+                let (ahead, behind) = (slopes(step), slopes(step.map(|h| -h)));
+                for (slope, curvature) in found.iter().enumerate() {
+                    let expected = (ahead[slope] - behind[slope]) / 2e-6;
+                    let off = (curvature[k] - expected).abs();
+                    assert!(off < 1e-5 * (1.0 + expected.abs()), "{length} {rate}: {} for {expected}", curvature[k]);
+                }
+            }
+        }
+    }
+}

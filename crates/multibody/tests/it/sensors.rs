@@ -1,10 +1,10 @@
-//! Sensors of the state: poses beside products of transforms, velocities beside differences of what is measured.
+//! Sensors of the state and cameras: poses beside products of transforms, velocities beside differences of what is measured.
 
 use signorini_multibody::glam::{DMat3, DQuat, DVec3};
 use signorini_multibody::{
-    Actuator, ActuatorKind, BodyId, Camera, CameraId, Centroidal, FrameId, Geom, Geometry, Joint, JointId, JointKind,
-    LengthRow, Model, ModelBuilder, Pose, Sensor, SensorKind, Site, SiteId, State, Tendon, TendonId,
-    centroidal_momentum_matrix_into, integrate_into, state_sensors_into,
+    Actuator, ActuatorKind, BodyId, Camera, CameraId, CameraMode, Centroidal, FrameId, Geom, Geometry, Joint, JointId,
+    JointKind, Kinematics, LengthRow, Model, ModelBuilder, Pose, Sensor, SensorKind, Site, SiteId, State, Tendon,
+    TendonId, camera_pose, centroidal_momentum_matrix_into, integrate_into, state_sensors_into,
 };
 
 use crate::identities::kinematics;
@@ -16,6 +16,15 @@ const PLACES: [[f64; 6]; 3] =
 fn place(k: usize) -> Pose {
     Pose::new(DVec3::from_slice(&PLACES[k]), DQuat::from_scaled_axis(DVec3::from_slice(&PLACES[k][3..])))
 }
+
+/// Of cameras on the middle body.
+const MODES: [CameraMode; 5] = [
+    CameraMode::Fixed,
+    CameraMode::Track,
+    CameraMode::TrackCenterOfMass,
+    CameraMode::Target(BodyId(3)),
+    CameraMode::TargetCenterOfMass(BodyId(3)),
+];
 
 /// A free body that carries one on a ball joint that carries one on a hinge, with these sensors.
 fn chain(sensors: &[SensorKind]) -> Model {
@@ -35,7 +44,10 @@ fn chain(sensors: &[SensorKind]) -> Model {
     }
     let camera = Camera::new("camera").with_placement(place(2)).with_resolution([640, 480]);
     builder.add_camera(middle, camera.clone()).unwrap();
-    builder.add_camera(base, camera.with_name("focal").with_focal([1.2, 0.8])).unwrap();
+    builder.add_camera(base, camera.clone().with_name("focal").with_focal([1.2, 0.8])).unwrap();
+    for mode in MODES {
+        builder.add_camera(middle, camera.clone().with_name(format!("{mode:?}")).with_mode(mode)).unwrap();
+    }
     builder.add_tendon(Tendon::new("tendon", vec![(JointId(2), 0.3)]));
     builder.add_actuator(Actuator::new("motor", JointId(2), ActuatorKind::Motor).with_gear(3.0));
     for (k, &kind) in sensors.iter().enumerate() {
@@ -258,6 +270,43 @@ fn cameras_see_points_where_their_lines_meet_the_picture() {
             };
             for (found, expected) in now[k].iter().zip(pixels) {
                 assert!((found - expected).abs() < 1e-9 * (1.0 + expected.abs()), "{found} instead of {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn cameras_follow_and_look_as_their_modes_say() {
+    let [middle, tip] = [BodyId(2), BodyId(3)];
+    let model = chain(&[]);
+    let mut random = Random(27);
+    let reference = State::new(&model);
+    for state in [reference.clone(), random_state(&model, &mut random)] {
+        let [start, at] = [&reference, &state].map(|state| kinematics(&model, state));
+        let [before, carried] = [&start, &at].map(|at| at.pose[middle.index()] * place(2));
+        let center = |at: &Kinematics| {
+            let bodies =
+                [middle, tip].map(|body| (model.bodies[body.index()].inertia.mass, at.center_of_mass[body.index()]));
+            bodies.iter().map(|(m, c)| *m * *c).sum::<DVec3>() / bodies.iter().map(|(m, _)| m).sum::<f64>()
+        };
+        let origin = |at: &Kinematics| at.pose[middle.index()].position;
+        let followed = [DVec3::ZERO, origin(&at) - origin(&start), center(&at) - center(&start)];
+        let targets = [at.pose[tip.index()].position, at.center_of_mass[tip.index()]];
+        for (k, camera) in model.cameras[2..].iter().enumerate() {
+            let found = camera_pose(&model, &at, camera);
+            if (1..3).contains(&k) {
+                assert_near(found.position, before.position + followed[k], 1e-13);
+                assert!(found.rotation.dot(before.rotation).abs() > 1.0 - 1e-14, "{}", camera.name);
+                continue;
+            }
+            assert_near(found.position, carried.position, 1e-13);
+            if k == 0 {
+                assert!(found.rotation.dot(carried.rotation).abs() > 1.0 - 1e-14);
+            } else {
+                let ahead = (targets[k - 3] - carried.position).normalize();
+                assert_near(found.rotation * DVec3::NEG_Z, ahead, 1e-13);
+                // Upright: its x axis is level, and up is up.
+                assert!((found.rotation * DVec3::X).z.abs() < 1e-13 && (found.rotation * DVec3::Y).z > 0.0);
             }
         }
     }
