@@ -206,7 +206,7 @@ fn smooth_step(x: f64) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use super::Muscle;
+    use super::{Muscle, activation_rate};
 
     #[test]
     fn border_is_the_distance_to_the_next_part_of_a_curve() {
@@ -252,6 +252,31 @@ mod tests {
                     let off = (curvature[k] - expected).abs();
                     assert!(off < 1e-5 * (1.0 + expected.abs()), "{length} {rate}: {} for {expected}", curvature[k]);
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn rates_of_activation_have_the_slopes_of_their_differences() {
+        let times = [0.01, 0.04];
+        // Rising, falling and between, and where the activation or the control is out of its range.
+        let cases = [
+            (0.3, 0.6, 0.2),
+            (0.8, 0.3, 0.2),
+            (0.5, 0.53, 0.2),
+            (0.5, 0.44, 0.3),
+            (1.2, 0.9, 0.9),
+            (0.4, 1.3, 1.5),
+            (0.2, 0.7, 0.0),
+        ];
+        for (a, u, smoothing) in cases {
+            let rate = |a: f64, u: f64| activation_rate(a, u, times, smoothing)[0];
+            let [_, by_activation, by_control] = activation_rate(a, u, times, smoothing);
+            let h = 1e-7;
+            let expected =
+                [(rate(a + h, u) - rate(a - h, u)) / (2.0 * h), (rate(a, u + h) - rate(a, u - h)) / (2.0 * h)];
+            for (found, expected) in [by_activation, by_control].into_iter().zip(expected) {
+                assert!((found - expected).abs() < 1e-5 * (1.0 + expected.abs()), "{a} {u}: {found} for {expected}");
             }
         }
     }

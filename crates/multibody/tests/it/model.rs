@@ -200,7 +200,8 @@ fn geoms_touch_by_the_rules_of_masks_joints_and_pairs() {
     assert_eq!(touching(&plain), expected);
     let mut with_pairs = [&expected[..], &["base-arm", "ghost-mute"]].concat();
     let mut found = touching(&paired);
-    (with_pairs.sort_unstable(), found.sort_unstable());
+    with_pairs.sort_unstable();
+    found.sort_unstable();
     assert_eq!(found, with_pairs);
     assert_eq!(paired.contact_filter.excluded_bodies().collect::<Vec<_>>(), [&(hand, rock)]);
 }
