@@ -2,9 +2,9 @@
 
 use signorini_multibody::glam::{DMat3, DQuat, DVec3};
 use signorini_multibody::{
-    Actuator, ActuatorKind, BodyId, Camera, CameraId, CameraMode, Centroidal, FrameId, Geom, Geometry, Joint, JointId,
-    JointKind, Kinematics, LengthRow, Model, ModelBuilder, Pose, Sensor, SensorKind, Site, SiteId, State, Tendon,
-    TendonId, camera_pose, centroidal_momentum_matrix_into, integrate_into, state_sensors_into,
+    Actuator, ActuatorId, ActuatorKind, BodyId, Camera, CameraId, CameraMode, Centroidal, FrameId, Geom, Geometry,
+    Joint, JointId, JointKind, Kinematics, LengthRow, Model, ModelBuilder, Pose, Sensor, SensorKind, Site, SiteId,
+    State, Tendon, TendonId, camera_pose, centroidal_momentum_matrix_into, integrate_into, state_sensors_into,
 };
 
 use crate::identities::kinematics;
@@ -220,7 +220,7 @@ fn coordinates_are_measured_as_they_are() {
         TendonPosition, TendonVelocity,
     };
     let (hinge, ball) = (JointId(2), JointId(1));
-    let (tendon, actuator) = (TendonId(0), signorini_multibody::ActuatorId(0));
+    let (tendon, actuator) = (TendonId(0), ActuatorId(0));
     let model = chain(&[
         JointPosition(hinge),
         JointVelocity(hinge),
@@ -326,6 +326,13 @@ fn a_cutoff_bounds_what_is_measured() {
         let bounded: Vec<f64> = whole[0].iter().map(|x| x.signum() * x.abs().min(0.2)).collect();
         assert_eq!(measured(&model, state), [bounded, whole[1].clone()]);
     }
+    // Numbers that a step or shapes have to give are left as they are.
+    let force = SensorKind::ActuatorForce(ActuatorId(0));
+    let mut model = chain(&[SensorKind::Clock, force, SensorKind::Rangefinder(SiteId(0))]);
+    model.sensors.iter_mut().for_each(|sensor| sensor.cutoff = Some(0.2));
+    let (state, mut out) = (random_state(&model, &mut random), vec![7.0; 3]);
+    state_sensors_into(&model, &state, &kinematics(&model, &state), &mut LengthRow::new(&model), &mut out);
+    assert_eq!(out, [0.2, 7.0, 7.0]);
     let ray = Sensor::new("ray", SensorKind::Rangefinder(SiteId(0))).with_cutoff(0.2);
     let mut values = [-1.0, 0.1, 0.5];
     ray.cut_off(&mut values);
