@@ -213,6 +213,26 @@ fn subtrees_are_measured_as_their_bodies_are() {
     }
 }
 
+/// Where nothing has mass the origin of the body stands for the centre of mass.
+#[test]
+fn a_subtree_without_mass_is_where_its_body_is() {
+    let mut builder = ModelBuilder::new("pointer");
+    let shape = Geometry::Sphere { radius: 0.1 };
+    let hand = builder.body("hand").free().solid(shape, 1.0).add().unwrap();
+    let pointer = builder.body("pointer").on(hand).at([0.1, 0.3, -0.2]).add().unwrap();
+    builder.add_sensor(Sensor::new("place", SensorKind::SubtreeCenterOfMass(pointer)));
+    builder.add_sensor(Sensor::new("velocity", SensorKind::SubtreeLinearVelocity(pointer)));
+    let model = builder.build().unwrap();
+    let turn = DQuat::from_rotation_z(0.7);
+    let q = vec![1.0, 2.0, 3.0, turn.w, turn.x, turn.y, turn.z];
+    let state = State::at(q, vec![0.4, 0.5, 0.6, 0.7, -0.8, 0.9]);
+    let now = measured(&model, &state);
+    let arm = turn * DVec3::new(0.1, 0.3, -0.2);
+    assert_near(vector(&now[0]), DVec3::new(1.0, 2.0, 3.0) + arm, 1e-14);
+    let omega = turn * DVec3::new(0.7, -0.8, 0.9);
+    assert_near(vector(&now[1]), DVec3::new(0.4, 0.5, 0.6) + omega.cross(arm), 1e-14);
+}
+
 #[test]
 fn coordinates_are_measured_as_they_are() {
     use SensorKind::{

@@ -224,35 +224,38 @@ fn curvatures_are_the_slopes_of_rows() {
     assert!(seen > 150, "{seen}");
 }
 
-/// A weight on a rope of length r about the origin, and a string from a point at the distance d from it to another point: with `v̇ = 0` the
-/// end has the acceleration `r ω²`, and the way of length l turns with the velocity `r ω`.
+/// A string between two weights that turn about the y axis: with `v̇ = 0` a point at `p` has the acceleration `ω × (ω × p)`, and the way of
+/// length l turns with the difference of the velocities `ω × p`.
 #[test]
 fn swing_bounds_how_the_rate_of_a_string_changes() {
-    let (r, omega, divisor) = (0.7, 1.3, 2.0);
+    let (rates, divisor) = ([1.3, -0.8], 2.0);
+    let places = [DVec3::new(0.0, 0.0, -0.7), DVec3::new(0.5, 0.3, 0.2)];
     let mut builder = ModelBuilder::new("swing");
-    let joint = Joint::new("hinge", JointKind::Hinge { axis: DVec3::Y });
-    let body = builder.body("weight").joint(joint).solid(Geometry::Sphere { radius: 0.1 }, 1.0).add().unwrap();
-    let mut site = |name: &str, body, position| {
-        builder.add_site(body, Site::new(name).with_placement(Pose::from_position(position))).unwrap()
-    };
-    let to = site("end", body, DVec3::new(0.0, 0.0, -r));
-    let nail = DVec3::new(0.4, 0.3, 0.5);
-    let from = site("nail", BodyId::WORLD, nail);
-    let way = [PathPart::Site(from), PathPart::Site(to)];
-    builder.add_tendon(Tendon::along("string", way.to_vec()));
-    builder.add_tendon(Tendon::along("halved", [vec![PathPart::Pulley { divisor }], way.to_vec()].concat()));
+    let ends = [0, 1].map(|k| {
+        let joint = Joint::new(format!("hinge {k}"), JointKind::Hinge { axis: DVec3::Y });
+        let body = builder.body(format!("weight {k}")).joint(joint).solid(Geometry::Sphere { radius: 0.1 }, 1.0);
+        let body = body.add().unwrap();
+        let site = Site::new(format!("end {k}")).with_placement(Pose::from_position(places[k]));
+        builder.add_site(body, site).unwrap()
+    });
+    let way = ends.map(PathPart::Site).to_vec();
+    builder.add_tendon(Tendon::along("string", way.clone()));
+    builder.add_tendon(Tendon::along("halved", [vec![PathPart::Pulley { divisor }], way].concat()));
     let model = builder.build().unwrap();
-    for q in [-1.0, 0.2, 2.5] {
-        let length = |tendon: usize, at: f64| row(&model, tendon, &[at]).length;
-        let moving = kinematics(&model, &State::at(vec![q], vec![omega]));
+    for q in [[-1.0, 0.4], [0.2, 2.0], [2.5, -0.3]] {
+        let moving = kinematics(&model, &State::at(q.to_vec(), rates.to_vec()));
+        let [a, b] = [0, 1].map(|k| {
+            let omega = DVec3::Y * rates[k];
+            let point = DQuat::from_rotation_y(q[k]) * places[k];
+            (point, omega.cross(point), omega.cross(omega.cross(point)))
+        });
+        let whole = (b.2 - a.2).length() + (b.1 - a.1).length_squared() / (b.0 - a.0).length();
         for (tendon, weight) in [(0, 1.0), (1, 1.0 / divisor)] {
-            let way = length(0, q);
-            let expected = weight * (r * omega * omega + (r * omega).powi(2) / way);
             let bound = model.tendons[tendon].swing(&model, &moving);
-            assert!((bound - expected).abs() < 1e-12, "{q}: {bound} instead of {expected}");
+            assert!((bound - weight * whole).abs() < 1e-12, "{q:?}: {bound} instead of {}", weight * whole);
             let h = 1e-4;
-            let [before, here, after] = [q - h * omega, q, q + h * omega].map(|q| length(tendon, q));
-            assert!(((after - 2.0 * here + before) / (h * h)).abs() <= bound, "{q}");
+            let length = |t: f64| row(&model, tendon, &[q[0] + t * rates[0], q[1] + t * rates[1]]).length;
+            assert!(((length(h) - 2.0 * length(0.0) + length(-h)) / (h * h)).abs() <= bound, "{q:?}");
         }
     }
 }
