@@ -1,4 +1,4 @@
-//! Muscles beside numbers of MuJoCo 4.0.0 (`mju_muscleGain`, `mju_muscleBias`, `mju_muscleDynamics`), and slopes beside differences.
+//! Muscles beside numbers of MuJoCo 3.3 and 4.0.0 (`mju_muscleGain`, `mju_muscleBias`, `mju_muscleDynamics`), and slopes beside differences.
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
@@ -17,7 +17,7 @@ fn muscle() -> Muscle {
 }
 
 /// Length, rate and activation, and the force: every part of each curve.
-const FORCES: [([f64; 3], f64); 12] = [
+const FORCES: [([f64; 3], f64); 18] = [
     ([0.075, -2.7, 0.66], 0.0),
     ([0.165, -1.35, 0.91], -1.415087603305779),
     ([0.285, -0.45, 0.8], -53.72191735537188),
@@ -30,6 +30,12 @@ const FORCES: [([f64; 3], f64); 12] = [
     ([0.975, 0.45, 0.52], -627.0000000000005),
     ([0.473, -2.7, 0.66], 0.0),
     ([0.675, -3.1, 0.5], -105.60000000000018),
+    ([0.35, -0.1, 0.4], -70.12906166037476),
+    ([0.45, 0.02, 0.9], -256.5649954086317),
+    ([0.52, 0.3, 0.2], -72.42315682073259),
+    ([0.62, -2.0, 1.0], -45.58564609053498),
+    ([0.7, 0.9, 0.5], -253.80000000000004),
+    ([0.2, 0.0, 0.7], -18.898071625344347),
 ];
 
 #[test]
