@@ -7,7 +7,7 @@ use signorini_multibody::{
     advance_activations_into, equality_block_into, integrate_into, potential_energy,
 };
 
-use crate::identities::kinematics;
+use crate::identities::{entry, kinematics};
 use crate::random_model::Random;
 
 /// Two free boxes.
@@ -255,7 +255,7 @@ fn a_wrench_at_a_site_acts_in_its_axes_or_in_those_of_its_reference() {
         let about = rotation.conjugate() * (moment + (rotation * at).cross(force));
         let expected = [force.to_array(), about.to_array()].concat();
         for (k, x) in expected.iter().enumerate() {
-            let found = row.dofs.iter().position(|&dof| dof == k).map_or(0.0, |at| row.gradient[at]);
+            let found = entry(&row, k);
             assert!((found - x).abs() < 1e-13, "{a}: {:?}, not {expected:?}", row.gradient);
         }
         let length = match a {
@@ -297,7 +297,7 @@ fn a_wrench_between_two_bodies_acts_on_both() {
         let rotation = pose(&q[7 * k..]).rotation;
         let about = rotation.conjugate() * (moment + (rotation * places[k]).cross(force));
         for (i, x) in [force.to_array(), about.to_array()].concat().into_iter().enumerate() {
-            let found = row.dofs.iter().position(|&dof| dof == 6 * k + i).map_or(0.0, |at| row.gradient[at]);
+            let found = entry(&row, 6 * k + i);
             assert!((found - sign * x).abs() < 1e-13, "body {k}: {:?}", row.gradient);
         }
     }

@@ -2,7 +2,7 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    ArticulatedBodies, BodyId, Kinematics, MassMatrix, Model, NewtonEuler, State, angular_jacobian_into,
+    ArticulatedBodies, BodyId, Kinematics, LengthRow, MassMatrix, Model, NewtonEuler, State, angular_jacobian_into,
     bias_force_into, forward_dynamics_into, forward_kinematics_into, inverse_dynamics_into, kinetic_energy,
     mass_matrix_into, point_jacobian_into,
 };
@@ -15,6 +15,11 @@ pub fn kinematics(model: &Model, state: &State) -> Kinematics {
     let mut kinematics = Kinematics::new(model);
     forward_kinematics_into(model, &state.q, &state.v, &mut kinematics);
     kinematics
+}
+
+/// What a row has at a degree of freedom.
+pub fn entry(row: &LengthRow, dof: usize) -> f64 {
+    row.dofs.iter().position(|&d| d == dof).map_or(0.0, |at| row.gradient[at])
 }
 
 pub fn mass_matrix(model: &Model, kinematics: &Kinematics) -> MassMatrix {

@@ -7,7 +7,7 @@ use signorini_multibody::{
     PathPart, Pose, Site, State, Tendon, Transmission, actuator_length_into, tendon_length_into,
 };
 
-use crate::identities::kinematics;
+use crate::identities::{entry, kinematics};
 use crate::random_model::Random;
 
 /// An arm of two links that pulls strings: the first carries an obstacle and the second the far end of each string.
@@ -168,8 +168,7 @@ fn rows_and_rates_are_the_slopes_of_lengths() {
             let difference = |x: [f64; 2]| (length(x) - length(x.map(|x| -x))) / (2.0 * h);
             let own = row(model, tendon, &q);
             for (dof, step) in [[h, 0.0], [0.0, h]].into_iter().enumerate() {
-                let entry = own.dofs.iter().position(|&d| d == dof).map_or(0.0, |at| own.gradient[at]);
-                assert!((entry - difference(step)).abs() < 1e-7, "{k}, tendon {tendon}, dof {dof}");
+                assert!((entry(&own, dof) - difference(step)).abs() < 1e-7, "{k}, tendon {tendon}, dof {dof}");
             }
             let rate = difference([h * v[0], h * v[1]]);
             for found in [own.rate(&v), model.tendons[tendon].rate(model, &moving, &v)] {
