@@ -38,7 +38,7 @@ pub(super) struct Path {
 
 impl Path {
     /// Follows the path from the modes of the iterate, whose solution is in `map.y` and whose system is factorised, to those of the
-    /// true problem. `false` if it ran back beyond its start, or met a singular system or its limit.
+    /// true problem. `false` if it ran back for ever, in a large island beyond its start, or met a singular system or its limit.
     pub fn follow(
         &mut self,
         map: &mut ProximalMap,
@@ -53,6 +53,10 @@ impl Path {
         for _ in 0..self.most_changes(task, which) {
             let Some((step, crossing)) = self.next_breakpoint(map, task, iterate, direction, t) else { return false };
             t += direction * step;
+            // Most paths of a large island that come back past their start go to and fro until their limit.
+            if t < 0.0 && task.is_large() {
+                return false;
+            }
             self.motion.advance(&mut map.y, direction * step);
             let Some((c, facet)) = crossing else { return true };
             let Some(ratio) = self.cross(map, task, iterate, c, &facet) else { return false };
