@@ -61,7 +61,7 @@ impl UnitSystem {
     /// - `normal`: `s/λ_N` and the compliance of the contact that bounds the friction; none where the bound is constant.
     /// - `share`: how much of the law is Coulomb's, 1 or less; in the rest the multipliers act on the normal velocity, too.
     pub fn factor(&mut self, unit: &Unit, edges: &mut [Edge], g: f64, normal: Option<f64>, share: f64) {
-        self.size = 3 + find_near(edges);
+        self.size = 3 + find_near(edges, unit.impulse[0]);
         self.has_normal = normal.is_some();
         self.friction = match edges {
             [] => Friction::None,
@@ -213,12 +213,18 @@ fn minus<const M: usize>(x: [f64; M], factor: f64, y: [f64; M]) -> [f64; M] {
     std::array::from_fn(|c| x[c] - factor * y[c])
 }
 
+/// An edge that is farther from the impulse than this share of the bound leaves the rate of its multiplier three quarters of the digits.
+const NEAR: f64 = 1e-4;
+
 /// Gives the edges that are near a unit's impulse their places; returns how many there are.
-fn find_near(edges: &mut [Edge]) -> usize {
+fn find_near(edges: &mut [Edge], bound: f64) -> usize {
     let (mut near, mut count) = ([0; MOST_NEAR], 0);
     for k in 0..edges.len() {
         let edge = &mut edges[k];
         edge.place = None;
+        if edge.distance > NEAR * edge.reach * bound {
+            continue;
+        }
         if count < MOST_NEAR {
             edge.place = Some(count);
             near[count] = k;
