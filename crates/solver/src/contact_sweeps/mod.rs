@@ -125,14 +125,18 @@ impl ContactSweeps {
         if least.1 <= enough { Ended::Enough } else { Ended::OutOfBudget }
     }
 
-    /// Makes the sweeps of the first round, unless the iterate is [near](Ended::Near) its modes. They find most of these; where its factorisations
-    /// cost little more than sweeps, iterations find the others sooner.
+    /// Makes a few sweeps, unless the iterate is [near](Ended::Near) its modes. They find most of these; where its factorisations cost little
+    /// more than sweeps, iterations find the others sooner. What a contact changes comes to all others in the fewer sweeps the fewer contacts there
+    /// are.
     pub fn run_short(&mut self, task: &Task, iterate: &mut Iterate, history: &mut dyn FnMut(f64)) -> Ended {
         self.begin(task, iterate, history);
         if self.lacking.worst <= RESIDUALS.far {
             return Ended::Near;
         }
-        self.sweep(task, true, u32::MAX);
+        let breadth = (task.island.units.len() as f64 / SIZES.large as f64).sqrt();
+        let sweeps = (f64::from(TUNING.sweeps_a_round) * breadth) as u32;
+        self.acceleration.sweep(&self.system, task, &mut self.point, sweeps, false);
+        self.made += sweeps;
         self.look(task, history);
         if self.lacking.worst.is_nan() {
             return Ended::Far;

@@ -2,8 +2,8 @@
 
 /// How sweeps and exact solutions of parts take turns.
 pub(super) struct Tuning {
-    /// Sweeps between two looks at what is left: at first twice as many and all forward, which opens contacts quickest, then in pairs forward and backward, since
-    /// forward alone one or two contacts may go round in circles.
+    /// Sweeps between two looks at what is left: at first twice as many and all forward, which opens contacts quickest, then in pairs forward
+    /// and backward, since forward alone one or two contacts may go round in circles. So many before iterations in the smallest large island.
     pub sweeps_a_round: u32,
     /// The largest part of a change that is extrapolated. Without a limit the extrapolation oscillates.
     pub momentum: f64,

@@ -213,16 +213,15 @@ fn minus<const M: usize>(x: [f64; M], factor: f64, y: [f64; M]) -> [f64; M] {
     std::array::from_fn(|c| x[c] - factor * y[c])
 }
 
-/// An edge that is farther from the impulse than this share of the bound leaves the rate of its multiplier three quarters of the digits.
-const NEAR: f64 = 1e-4;
-
-/// Gives the edges that are near a unit's impulse their places; returns how many there are.
+/// Gives the edges that are near a unit's impulse their places; returns how many there are. The distances of the others are so large that
+/// eliminating their multipliers costs no more than a quarter of the digits.
 fn find_near(edges: &mut [Edge], bound: f64) -> usize {
+    let quarter = f64::EPSILON.sqrt().sqrt();
     let (mut near, mut count) = ([0; MOST_NEAR], 0);
     for k in 0..edges.len() {
         let edge = &mut edges[k];
         edge.place = None;
-        if edge.distance > NEAR * edge.reach * bound {
+        if edge.distance > quarter * edge.reach * bound {
             continue;
         }
         if count < MOST_NEAR {
