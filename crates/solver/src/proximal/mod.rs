@@ -50,6 +50,8 @@ pub(crate) struct ProximalIterations {
     best: Iterate,
     /// The modes before a proximal problem.
     earlier_modes: Vec<Mode>,
+    /// `M v`.
+    momentum: Vec<f64>,
 }
 
 /// How the residual falls.
@@ -115,7 +117,7 @@ impl ProximalIterations {
                 return End::Limit;
             }
             progress.note(residual, weight);
-            if let Some(end) = self.reason_to_end(map, task, &progress) {
+            if let Some(end) = self.reason_to_end(map, task, iterate, &progress) {
                 return end;
             }
             // The first one may be slow for a change of its modes.
@@ -186,13 +188,24 @@ impl ProximalIterations {
         }
     }
 
-    fn reason_to_end(&mut self, map: &mut ProximalMap, task: &Task, progress: &Progress) -> Option<End> {
+    fn reason_to_end(
+        &mut self,
+        map: &mut ProximalMap,
+        task: &Task,
+        iterate: &Iterate,
+        progress: &Progress,
+    ) -> Option<End> {
         let (best, settings) = (self.best.residual, task.settings);
         if best <= settings.polish {
             return Some(End::Polished);
         }
         // Rest is approached to the last digit, but no closer than a tolerance that does not tell it from motion.
         if task.is_costly() && task.is_rough() && best <= task.enough() {
+            return Some(End::Accepted);
+        }
+        // What moves needs no more digits than were asked for; what comes to rest shall not creep.
+        let is_enough = task.is_large() && task.is_warm && progress.last <= task.enough();
+        if is_enough && self.moves(map, task, iterate) {
             return Some(End::Accepted);
         }
         if progress.slow == 0 {
@@ -204,6 +217,17 @@ impl ProximalIterations {
         }
         let most = settings.tolerance * map.velocity_scale;
         (best > RESIDUALS.noise && self.growth.is_contradiction(task.island, most)).then_some(End::Contradiction)
+    }
+
+    /// Whether the island keeps more than a part of the energy that its free motion has.
+    fn moves(&mut self, map: &ProximalMap, task: &Task, iterate: &Iterate) -> bool {
+        let mut energy = |v: &[f64]| {
+            self.momentum.clear();
+            self.momentum.resize(v.len(), 0.0);
+            task.island.multiply_mass(&task.problem.mass, v, &mut self.momentum);
+            self.momentum.iter().zip(v).map(|(p, v)| p * v).sum::<f64>()
+        };
+        energy(&iterate.velocity) > RESIDUALS.less * energy(&map.free_velocity)
     }
 
     /// Goes back to the best point, and refines its velocity where that is worth it.
