@@ -16,6 +16,7 @@ use signorini_contact::StageOutcome;
 use signorini_contact::projection::{Cones, Mode};
 use signorini_contact::scales::raise;
 use signorini_multibody::{BlockCholesky, FEW_ROWS};
+use signorini_sparse::FREE;
 
 use super::shared::{Outcome, Shared};
 use crate::islands::Island;
@@ -45,7 +46,7 @@ pub(super) struct ImpulseNewton {
     slack: Vec<[f64; 3]>,
 }
 
-/// A warm start whose velocity is that of its impulses, and rows that are half as many again as degrees of freedom at most: with more of them a step costs
+/// A warm start whose velocity is that of its impulses, and few more rows than degrees of freedom, as many as a body has: with more of them a step costs
 /// more than all of the proximal iterations, and most attempts fail. Where there are contacts alone they have to have fewer rows than degrees of freedom, stuck
 /// or not: proximal iterations are few there, and more exact where contacts are redundant, as under a body that slides.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
@@ -56,7 +57,7 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
         let may_stick = are_alone && cones.friction(island.units[c] as usize) > 0.0;
         if may_stick { 3 } else { held(cones, island, c, mode).0 }
     };
-    let most = if are_alone { island.nv() } else { 3 * island.nv() / 2 };
+    let most = if are_alone { island.nv() } else { island.nv() + FREE };
     !iterate.velocity.is_empty()
         && island.nv() <= FEW_ROWS
         && iterate.modes.iter().enumerate().map(rows).sum::<usize>() + island.bilateral.len() <= most
@@ -96,8 +97,7 @@ impl ImpulseNewton {
         self.delassus.forget(island);
         let (mut last, mut factored, mut is_rough) = (f64::INFINITY, false, false);
         let (enough, mut is_summed) = (enough(task), false);
-        let (most, mut spent) = (f64::from(task.settings.newton_iterations), 0.0);
-        while spent < most {
+        for _ in 0..task.settings.newton_iterations {
             if !factored {
                 effort.factorizations += 1;
                 self.find_delassus(factor, cones, island);
@@ -107,9 +107,6 @@ impl ImpulseNewton {
             if !factored {
                 return None;
             }
-            // More rows than degrees of freedom depend on each other: such steps are dear, and attempts that need many mostly fail.
-            let excess = self.delassus.len() as f64 / island.nv() as f64;
-            spent += excess.powi(2).max(1.0);
             is_rough |= self.take_step(task);
             self.add_velocity(factor, island);
             self.find_slack(island);
