@@ -45,8 +45,6 @@ def test_rerun_shows_every_step(world, tmp_path):
         viewer = subprocess.Popen(
             [sys.executable, "-m", "rerun", "--port", "auto", "--save", str(path), stream.url],
             env=env, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-            # What runs in the background of a shell ignores the signal that ends the viewer.
-            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
         )
         try:
             poses = run(*world, stream)
