@@ -105,7 +105,7 @@ impl ProximalIterations {
         weight: &mut ProximalWeight,
         history: &mut dyn FnMut(f64),
     ) -> End {
-        let may_leave = if weight.strides_far { task.island.units.len() / modes::TUNING.few } else { 0 };
+        let may_leave = if weight.strides_far { task.island.units.len() / modes::few(task) } else { 0 };
         let mut progress =
             Progress { last: f64::INFINITY, ratio: 0.0, stride_below: f64::INFINITY, may_leave, slow: 0 };
         let mut solved = 0;

@@ -16,8 +16,8 @@ use crate::task::{Look, Task};
 
 /// What is tuned in the search for modes.
 pub(super) struct Tuning {
-    /// In a large island a path is followed if at most one in so many contacts lies outside its mode.
-    pub few: usize,
+    /// In a large island that is warm, and not costly, a path is followed if at most one in so many contacts lies outside its mode.
+    few: usize,
     /// ε from which Newton's steps find the modes of a large island by themselves.
     easy: f64,
 }
@@ -45,7 +45,7 @@ impl ModeSearch {
             if violations == 0 {
                 return true;
             }
-            if large && (round > 0 || TUNING.few * violations > task.island.units.len()) {
+            if large && (round > 0 || few(task) * violations > task.island.units.len()) {
                 return false;
             }
             let is_found = self.path.follow(map, task, iterate, Shift::Violated, round)
@@ -98,10 +98,16 @@ impl ModeSearch {
     }
 }
 
+/// One in so many contacts of a large island may lie outside its mode where a path is followed. Of one that is cold, whose modes are guesses, or so large
+/// that a path may change hundreds, the square of the number of others: a heap of 91 boxes that begins at rest would take ten times the work.
+pub(super) fn few(task: &Task) -> usize {
+    if task.is_warm && !task.is_costly() { TUNING.few } else { TUNING.few * TUNING.few }
+}
+
 /// Whether so few contacts of a large island lie outside their modes, with an ε so small, that a path does better than a
 /// step on all modes at once, which then mostly throws out more contacts than it brings in.
 fn is_for_a_path(map: &ProximalMap, task: &Task, violations: usize) -> bool {
-    task.spares_factorizations() && map.epsilon < TUNING.easy && TUNING.few * violations <= task.island.units.len()
+    task.spares_factorizations() && map.epsilon < TUNING.easy && few(task) * violations <= task.island.units.len()
 }
 
 fn take_modes_of_trial(map: &mut ProximalMap, task: &Task, iterate: &mut Iterate) {
