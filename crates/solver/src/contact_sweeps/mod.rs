@@ -87,7 +87,7 @@ impl ContactSweeps {
                 }
                 self.solve_parts(task, enough, &mut solve_part);
             }
-            self.sweep(task, is_first, u32::MAX);
+            self.sweep(task, round(is_first), is_first);
             is_first = false;
             self.look(task, history);
         }
@@ -112,7 +112,8 @@ impl ContactSweeps {
         self.least.copy(&self.point);
         let mut least = (self.lacking.rms, self.lacking.worst);
         while self.lacking.worst > enough && self.made < budget {
-            self.sweep(task, self.made == 0, budget - self.made);
+            let is_first = self.made == 0;
+            self.sweep(task, round(is_first).min(budget - self.made), is_first);
             self.look(task, history);
             if self.lacking.rms <= least.0 {
                 least = (self.lacking.rms, self.lacking.worst);
@@ -134,9 +135,7 @@ impl ContactSweeps {
             return Ended::Near;
         }
         let breadth = (task.island.units.len() as f64 / SIZES.large as f64).sqrt();
-        let sweeps = (f64::from(TUNING.sweeps_a_round) * breadth) as u32;
-        self.acceleration.sweep(&self.system, task, &mut self.point, sweeps, false);
-        self.made += sweeps;
+        self.sweep(task, (f64::from(TUNING.sweeps_a_round) * breadth) as u32, true);
         self.look(task, history);
         if self.lacking.worst.is_nan() {
             return Ended::Far;
@@ -163,9 +162,8 @@ impl ContactSweeps {
         self.look(task, history);
     }
 
-    /// Makes the sweeps of a round, or as many as there may be.
-    fn sweep(&mut self, task: &Task, is_first: bool, most: u32) {
-        let sweeps = (if is_first { 2 } else { 1 } * TUNING.sweeps_a_round).min(most);
+    /// Makes so many sweeps, the first ones all forward.
+    fn sweep(&mut self, task: &Task, sweeps: u32, is_first: bool) {
         self.acceleration.sweep(&self.system, task, &mut self.point, sweeps, !is_first);
         self.made += sweeps;
     }
@@ -226,6 +224,11 @@ impl ContactSweeps {
         iterate.velocity.clear();
         iterate.residual = f64::INFINITY;
     }
+}
+
+/// Sweeps of a round.
+fn round(is_first: bool) -> u32 {
+    if is_first { 2 * TUNING.sweeps_a_round } else { TUNING.sweeps_a_round }
 }
 
 impl System {

@@ -45,7 +45,7 @@ impl ModeSearch {
             if violations == 0 {
                 return true;
             }
-            if large && (round > 0 || few(task) * violations > task.island.units.len()) {
+            if large && (round > 0 || !are_few(task, violations)) {
                 return false;
             }
             let is_found = self.path.follow(map, task, iterate, Shift::Violated, round)
@@ -104,10 +104,14 @@ pub(super) fn few(task: &Task) -> usize {
     if task.is_warm && !task.is_costly() { TUNING.few } else { TUNING.few * TUNING.few }
 }
 
+fn are_few(task: &Task, violations: usize) -> bool {
+    few(task) * violations <= task.island.units.len()
+}
+
 /// Whether so few contacts of a large island lie outside their modes, with an ε so small, that a path does better than a
 /// step on all modes at once, which then mostly throws out more contacts than it brings in.
 fn is_for_a_path(map: &ProximalMap, task: &Task, violations: usize) -> bool {
-    task.spares_factorizations() && map.epsilon < TUNING.easy && few(task) * violations <= task.island.units.len()
+    task.spares_factorizations() && map.epsilon < TUNING.easy && are_few(task, violations)
 }
 
 fn take_modes_of_trial(map: &mut ProximalMap, task: &Task, iterate: &mut Iterate) {
