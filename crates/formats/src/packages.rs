@@ -27,7 +27,9 @@ pub(crate) fn resolve_where(
     let folders = package_dirs.iter().map(PathBuf::as_path).chain(above.ancestors());
     let mut candidates = Vec::new();
     for folder in folders {
-        candidates.push(folder.join(package).join(rest));
+        let whole = folder.join(package);
+        // Joined to nothing a path would end in a slash, as no file's does.
+        candidates.push(if rest.is_empty() { whole } else { whole.join(rest) });
         if folder.file_name().is_some_and(|name| name == package) {
             candidates.push(folder.join(rest));
         }

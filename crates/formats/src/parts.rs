@@ -19,6 +19,9 @@ const MAX_PARTS: usize = 1_000_000;
 /// against rounding.
 const ARMATURE: [f64; 2] = [1e-2, 1e-4];
 
+/// So many joints are named in one warning.
+const NAMED: usize = 5;
+
 /// A sort of named part, as [`ModelError`] calls it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Sort {
@@ -341,13 +344,16 @@ impl Parts {
     /// Gives joints that move no mass an armature: files have frames that move and weigh nothing, a caster's fork, a sensor on a hinge.
     pub fn arm_massless_joints(&mut self, report: &mut Reporter) {
         let [mass, inertia] = ARMATURE;
-        for name in self.builder.arm_massless_joints(mass, inertia) {
-            let at = self.joint_place(&name);
-            let what = format!("of the joint '{name}', which moves no mass");
-            let effect =
-                format!("it has an armature of {inertia} kg m² ({mass} kg if prismatic): give its link an <inertial>");
-            report.motion(at, "link", what, effect);
+        let names = self.builder.arm_massless_joints(mass, inertia);
+        let Some(first) = names.first() else { return };
+        let mut what = names.iter().take(NAMED).map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
+        match (names.len(), names.len().saturating_sub(NAMED)) {
+            (1, _) => what.push_str(" moves no mass"),
+            (_, 0) => what.push_str(" move no mass"),
+            (_, more) => what.push_str(&format!(" and {more} more move no mass")),
         }
+        let effect = format!("armature of {inertia} kg m² ({mass} kg if prismatic): give their links an <inertial>");
+        report.motion(self.joint_place(first), "joint", what, effect);
     }
 
     /// Where a joint stands in the file.

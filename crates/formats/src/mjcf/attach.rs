@@ -103,7 +103,9 @@ fn attach(
     folders: &mut Vec<PathBuf>,
 ) -> Result<(), FormatError> {
     let a = tree.element(index).attributes();
-    let prefix = a.required("prefix", "what comes before the names of the parts")?.to_owned();
+    let Some(prefix) = a.text("prefix").map(str::to_owned) else {
+        return Err(a.element().incomplete("attribute 'prefix': what comes before the names of the parts, or nothing"));
+    };
     let other = match a.text("model") {
         None => None,
         Some(name) => {

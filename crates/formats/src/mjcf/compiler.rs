@@ -132,20 +132,26 @@ impl Compiler {
         x * self.radians_per_unit
     }
 
-    /// Where a mesh or height field file is.
-    pub fn asset_path(&self, file: &str) -> PathBuf {
-        self.path_in(&self.mesh_dir, file)
+    /// Where the mesh or height field file of an element is.
+    pub fn asset_path(&self, element: Element, file: &str) -> PathBuf {
+        self.path_in(element, &self.mesh_dir, file)
     }
 
     /// Where the file of a texture is.
-    pub fn texture_path(&self, file: &str) -> PathBuf {
-        self.path_in(&self.texture_dir, file)
+    pub fn texture_path(&self, element: Element, file: &str) -> PathBuf {
+        self.path_in(element, &self.texture_dir, file)
     }
 
-    fn path_in(&self, folder: &Path, file: &str) -> PathBuf {
+    /// From the folder of the main file, or where there is no such file from that of the included one that names it, as in MuJoCo.
+    fn path_in(&self, element: Element, folder: &Path, file: &str) -> PathBuf {
         let file = portable(file);
         let name = if self.strip_path { file.file_name().map(PathBuf::from).unwrap_or(file) } else { file };
-        self.folder.join(folder).join(name)
+        let path = self.folder.join(folder).join(&name);
+        if path.exists() {
+            return path;
+        }
+        let beside = Path::new(&*element.at().file).parent().map(|included| included.join(folder).join(name));
+        beside.filter(|beside| beside.exists()).unwrap_or(path)
     }
 
     /// `pos` and orientation of an element.

@@ -20,8 +20,9 @@ enum Treatment {
     Missing(&'static str),
     /// Its reader reports it.
     ReportedElsewhere,
+    Unknown,
 }
-use Treatment::{Harmless, Missing, Read, ReportedElsewhere};
+use Treatment::{Harmless, Missing, Read, ReportedElsewhere, Unknown};
 
 /// Reports everything in the file that the importer does not take over.
 pub(super) fn audit(root: Element, report: &mut Reporter) {
@@ -39,6 +40,14 @@ pub(super) fn audit(root: Element, report: &mut Reporter) {
                 open.extend(element.children().rev().map(|c| (c, section)));
             }
             ReportedElsewhere => {}
+            Unknown => {
+                report.motion(
+                    element.at(),
+                    element.name(),
+                    "is not a known element here",
+                    "it is ignored; is it misspelt?",
+                );
+            }
             Harmless(effect) => report.other(element.at(), element.name(), "is not taken over", effect),
             Missing(effect) => report.motion(element.at(), element.name(), "is not supported", effect),
         }
@@ -132,7 +141,7 @@ fn treatment(section: &str, name: &str) -> Treatment {
         ("equality", _) => Missing("the constraint is left out"),
         ("tendon", _) => Missing("the tendon is left out, with its spring, friction and limits"),
         ("default", _) => Harmless("default of something that is not read"),
-        _ => Missing("not a known element here: it is ignored; is it misspelt?"),
+        _ => Unknown,
     }
 }
 

@@ -1,7 +1,7 @@
 //! `<keyframe>`: named states.
 
 use signorini_multibody::glam::{DQuat, DVec3};
-use signorini_multibody::{Keyframe, Pose};
+use signorini_multibody::{JointKind, Keyframe, Pose};
 
 use super::actuators::Listed;
 use super::importer::Importer;
@@ -17,7 +17,8 @@ pub(super) fn read<'t>(
     for key in root.children_named("keyframe").flat_map(|k| k.children_named("key")) {
         let a = key.attributes();
         let (reference, rest) = (importer.parts.reference.clone(), vec![0.0; importer.parts.nv]);
-        let q = beginning(importer, &a, "qpos", "numbers in q (nq)", &reference)?;
+        let mut q = beginning(importer, &a, "qpos", "numbers in q (nq)", &reference)?;
+        turn_none(importer, &mut q);
         let v = beginning(importer, &a, "qvel", "numbers in v (nv)", &rest)?;
         let control = list(&a, "ctrl", "actuators", &vec![0.0; actuators.len()])?;
         let control = control.into_iter().zip(actuators).filter(|(_, a)| a.kept).map(|(c, _)| c).collect();
@@ -40,6 +41,22 @@ pub(super) fn read<'t>(
         )?;
     }
     Ok(())
+}
+
+/// Takes quaternions of zeros for none: those of free and ball joints become the identity, as in MuJoCo.
+fn turn_none(importer: &Importer, q: &mut [f64]) {
+    let mut rest = q;
+    for joint in &importer.parts.joints {
+        let own = rest.split_off_mut(..joint.kind.nq()).unwrap_or_default();
+        let quaternion = match joint.kind {
+            JointKind::Free => &mut own[3..],
+            JointKind::Ball => own,
+            _ => continue,
+        };
+        if quaternion.iter().all(|x| *x == 0.0) {
+            quaternion[0] = 1.0;
+        }
+    }
 }
 
 /// `mpos` and `mquat`: where the bodies stand that are moved from outside; nothing where neither is given.

@@ -147,7 +147,7 @@ fn axis(joint: Element) -> Result<DVec3, FormatError> {
 /// say that there are none).
 fn limits(joint: Element) -> Result<Option<[f64; 2]>, FormatError> {
     let Some(limit) = joint.child("limit") else {
-        let effect = "it has none: give <limit lower=\"…\" upper=\"…\"/>, or the type 'continuous'";
+        let effect = "the joint moves without end: give <limit lower=\"…\" upper=\"…\"/>, or the type 'continuous'";
         joint.note(joint.at(), "has no <limit>", effect, true);
         return Ok(None);
     };

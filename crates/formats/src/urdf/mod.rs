@@ -22,6 +22,7 @@ use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
 
 use crate::coverage::explain;
 use crate::decompose::Decomposer;
+use crate::dependent::arm_dependent_joints;
 use crate::error::FormatError;
 use crate::mesh_store::MeshStore;
 use crate::options::{Imported, LoadOptions};
@@ -67,6 +68,7 @@ fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, For
     let hidden = importer.touching.iter().filter(|(link, _)| seen.contains(link)).map(|(_, geom)| geom.index());
     let hidden: Vec<usize> = hidden.collect();
     let mut model = importer.parts.build()?;
+    arm_dependent_joints(&mut model, &importer.parts, &mut importer.report);
     hidden.into_iter().for_each(|geom| model.geoms[geom].look.group = TOUCHED);
     model.geoms.iter_mut().skip(usize::from(options.floor)).for_each(|geom| geom.friction = options.friction);
     Ok(Imported { model, report: importer.report.finish() })

@@ -28,6 +28,10 @@ pub(super) fn read<'t>(importer: &mut Importer, root: Element<'t>) -> Result<(),
     }
     for joint in root.children_named("joint").filter(|joint| joint.child("mimic").is_none()) {
         let Some(name) = joint.attributes().text("name") else { continue };
+        if let Some(limit) = joint.child("limit").filter(|limit| has_no_bound(*limit)) {
+            let effect = "its motor, if a transmission names one, has no bound (as in Gazebo)";
+            importer.report.other(limit.at(), "limit", "has a negative effort", effect);
+        }
         if let (Some(bound), false) = (effort(joint)?, driven.contains(name)) {
             add_motor(importer, joint, name, Some(bound))?;
         }
@@ -48,8 +52,12 @@ fn add_motor<'t>(
     importer.parts.add_actuator(element, Some(name.to_owned()), actuator).map(drop)
 }
 
-/// The bound of a joint's force, if it has one that is not 0.
+/// The bound of a joint's force, if it has one that is neither 0 nor negative.
 fn effort(joint: Element) -> Result<Option<f64>, FormatError> {
     let Some(limit) = joint.child("limit") else { return Ok(None) };
-    Ok(limit.attributes().non_negative("effort")?.filter(|bound| *bound > 0.0))
+    Ok(limit.attributes().number("effort")?.filter(|bound| *bound > 0.0))
+}
+
+fn has_no_bound(limit: Element) -> bool {
+    limit.attributes().number("effort").is_ok_and(|effort| effort.is_some_and(|bound| bound < 0.0))
 }

@@ -277,12 +277,22 @@ fn shortened(text: &str) -> String {
     if text.chars().count() <= 60 { text.to_owned() } else { text.chars().take(57).chain("...".chars()).collect() }
 }
 
-/// The defined name with the smallest edit distance, if that is small.
+/// The defined name of the same letters in another order, or else that with the smallest edit distance, if that is small.
 pub(crate) fn most_similar<'n>(name: &str, defined: impl Iterator<Item = &'n str>) -> Option<String> {
     let name: Vec<char> = name.chars().take(100).collect();
-    let near = |other: &str| edit_distance(&name, &other.chars().take(100).collect::<Vec<_>>());
+    let letters = sorted(&name);
+    let near = |other: &str| {
+        let other: Vec<char> = other.chars().take(100).collect();
+        if sorted(&other) == letters { 0 } else { edit_distance(&name, &other) }
+    };
     let (distance, best) = defined.take(10_000).map(|other| (near(other), other)).min()?;
     (distance <= 1 + name.len() / 4).then(|| best.to_owned())
+}
+
+fn sorted(letters: &[char]) -> Vec<char> {
+    let mut sorted = letters.to_vec();
+    sorted.sort_unstable();
+    sorted
 }
 
 /// Levenshtein's distance, by rows.

@@ -6,6 +6,7 @@ mod mechanism;
 mod meshes;
 mod mjcf_errors;
 mod mjcf_reference;
+mod places;
 mod report;
 mod robots;
 mod robustness;

@@ -291,3 +291,48 @@ fn bad_values_are_refused() {
     let misspelt = "<joint name='j' type='revolut'><parent link='a'/><child link='b'/></joint>";
     assert_refused(&format!("{}{}\n{misspelt}", link("a"), link("b")), &["text):3:17", "revolut", "'revolute'"]);
 }
+
+/// As Gazebo reads it: −1 for no bound.
+#[test]
+fn negative_efforts_bound_nothing() {
+    let turning = joint("j", "revolute", "a", "b").replace("effort='0'", "effort='-1'");
+    let inner = format!("{}{}\n{turning}", link("a"), link("b"));
+    let imported = import(&inner, &LoadOptions::default());
+    let text = imported.report.to_string();
+    assert!(text.contains(":3: <limit> has a negative effort"), "{text}");
+    assert!(imported.model.actuators.is_empty());
+    let driven = import(&format!("{inner}<transmission><joint name='j'/></transmission>"), &LoadOptions::default());
+    assert_eq!(driven.model.actuators[0].force_range, None);
+}
+
+/// Three parallel hinges of one link in a plane: two of them and nothing else move its centre anywhere that the third one does.
+#[test]
+fn hinges_that_move_nothing_of_their_own_get_an_armature() {
+    let hinge = |name: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name='{name}' type='continuous'><parent link='{parent}'/><child link='{child}'/><origin xyz='.05 0 0'/><axis xyz='0 0 1'/></joint>\n"
+        )
+    };
+    let small =
+        "<inertial><origin xyz='.007 0 0'/><mass value='.02'/><inertia ixx='1e-5' iyy='2e-5' izz='2e-5'/></inertial>";
+    let inner = format!(
+        "<link name='base'/><link name='a'/><link name='b'/><link name='c'>{small}</link>\n{}{}{}",
+        hinge("j", "base", "a"),
+        hinge("k", "a", "b"),
+        hinge("l", "b", "c")
+    );
+    let Imported { model, report, .. } = import(&inner, &LoadOptions::default());
+    assert!(report.to_string().contains("moves nothing that other joints do not move"), "{report}");
+    let mut kinematics = Kinematics::new(&model);
+    forward_kinematics_into(&model, &model.reference_configuration(), &[0.0; 3], &mut kinematics);
+    let mut mass = MassMatrix::new(&model);
+    mass_matrix_into(&model, &kinematics, &mut mass);
+    assert!(mass.matrix.factor().is_ok());
+}
+
+#[test]
+fn letters_in_another_order_are_taken_for_a_slip() {
+    let swapped = link("a").replace("izz='1'", "izz='1' iyx='0'");
+    let text = import(&swapped, &LoadOptions::default()).report.to_string();
+    assert!(text.contains("did you mean 'ixy'?"), "{text}");
+}

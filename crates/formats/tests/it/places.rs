@@ -1,0 +1,97 @@
+//! Where the files are found that a model names, and the parts that are put in from them.
+
+use std::path::{Path, PathBuf};
+
+use signorini_formats::{LoadOptions, load, load_mjcf_str};
+use signorini_multibody::{Geometry, Model};
+
+/// Files in a folder of their own, which goes with them.
+struct Files(PathBuf);
+
+impl Files {
+    fn new(test: &str, files: &[(&str, &str)]) -> Self {
+        let folder = std::env::temp_dir().join(format!("signorini-{test}-{}", std::process::id()));
+        for (name, text) in files {
+            let path = folder.join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        }
+        Self(folder)
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.join(name)
+    }
+}
+
+impl Drop for Files {
+    fn drop(&mut self) {
+        std::fs::remove_dir_all(&self.0).ok();
+    }
+}
+
+/// A tetrahedron with edges of this length along the axes.
+fn tetrahedron(edge: f64) -> String {
+    format!("v 0 0 0\nv {edge} 0 0\nv 0 {edge} 0\nv 0 0 {edge}\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n")
+}
+
+fn mjcf(path: &Path) -> Model {
+    load(path, &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).model
+}
+
+fn mass(model: &Model) -> f64 {
+    model.bodies.iter().map(|body| body.inertia.mass).sum()
+}
+
+/// A tetrahedron's volume is a sixth of the cube's, and the density 1000 kg/m³. MuJoCo 4.0 finds both files.
+#[test]
+fn assets_of_included_files_lie_beside_the_main_file_or_beside_theirs() {
+    let assets = "<mujocoinclude><asset><mesh name='a' file='../meshes/a.obj'/></asset></mujocoinclude>";
+    let main = "<mujoco><include file='assets/a.xml'/><worldbody><body><freejoint/><geom type='mesh' mesh='a'/></body></worldbody></mujoco>";
+    let beside = tetrahedron(0.6);
+    let files = Files::new(
+        "assets",
+        &[("robot/main.xml", main), ("robot/assets/a.xml", assets), ("robot/meshes/a.obj", &beside)],
+    );
+    let expected = |edge: f64| 1000.0 * edge.powi(3) / 6.0;
+    assert!((mass(&mjcf(&files.path("robot/main.xml"))) - expected(0.6)).abs() < 1e-4);
+    // `../meshes` of the main file is there, too, and comes first.
+    std::fs::create_dir_all(files.path("meshes")).unwrap();
+    std::fs::write(files.path("meshes/a.obj"), tetrahedron(0.3)).unwrap();
+    assert!((mass(&mjcf(&files.path("robot/main.xml"))) - expected(0.3)).abs() < 1e-4);
+}
+
+/// MuJoCo 4.0 keeps the names as they are.
+#[test]
+fn parts_are_attached_without_a_prefix() {
+    let part = "<mujoco><worldbody><body name='hand'><geom size='.1'/></body></worldbody></mujoco>";
+    let main = "<mujoco><asset><model name='part' file='part.xml'/></asset>\
+                <worldbody><body name='arm'><geom size='.1'/><attach model='part' prefix=''/></body></worldbody></mujoco>";
+    let files = Files::new("prefix", &[("main.xml", main), ("part.xml", part)]);
+    let model = mjcf(&files.path("main.xml"));
+    let names: Vec<&str> = model.bodies.iter().map(|body| body.name.as_str()).collect();
+    assert_eq!(names, ["world", "arm", "hand"]);
+    let nothing = main.replace(" prefix=''", "");
+    let error = load_mjcf_str(&nothing, &files.0).unwrap_err().to_string();
+    assert!(error.contains("'prefix'") && error.contains(":1:"), "{error}");
+}
+
+#[test]
+fn packages_that_are_files() {
+    let mesh = tetrahedron(0.5);
+    let urdf = "<robot name='r'><link name='a'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>\
+                <collision><geometry><mesh filename='package://wheel.obj'/></geometry></collision></link></robot>";
+    let files = Files::new("package", &[("wheel.urdf", urdf), ("wheel.obj", &mesh)]);
+    let model = load(files.path("wheel.urdf"), &LoadOptions::default()).unwrap_or_else(|e| panic!("{e}")).model;
+    assert!(model.geoms.iter().any(|geom| matches!(&geom.geometry, Geometry::ConvexMesh { .. })), "{:?}", model.geoms);
+}
+
+/// As MuJoCo 4.0 reads it.
+#[test]
+fn keyframes_with_quaternions_of_zeros() {
+    let bodies = "<body><joint/><geom size='1'/><body><joint type='ball'/><geom size='1'/></body></body><body><freejoint/><geom size='1'/></body>";
+    let key = "qpos='7 0 0 0 0 1 2 3 0 0 0 0'";
+    let text = format!("<mujoco><worldbody>{bodies}</worldbody><keyframe><key {key}/></keyframe></mujoco>");
+    let q = &load_mjcf_str(&text, "").unwrap().model.keyframes[0].q;
+    assert_eq!(*q, [7.0, 1.0, 0.0, 0.0, 0.0, 1.0, 2.0, 3.0, 1.0, 0.0, 0.0, 0.0]);
+}
