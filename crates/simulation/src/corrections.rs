@@ -21,6 +21,9 @@ pub(crate) struct Corrections {
     is_limited: Vec<bool>,
     /// Whether it applies to all of them because their energy is bounded.
     by_energy: bool,
+    /// Rows of constraints that no degree of freedom moves, and whether nothing of them is asked for.
+    immovable: Vec<usize>,
+    leaves_immovable: bool,
 }
 
 impl Corrections {
@@ -31,6 +34,16 @@ impl Corrections {
         self.gap.clone_from(&builder.problem.gap);
         self.violation.clear();
         self.violation.extend_from_slice(&builder.problem.bilateral_violation[..builder.bilateral_source.len()]);
+        let is_immovable = |k: &usize| builder.problem.bilateral_jacobian.group(*k).0.is_empty();
+        self.immovable.clear();
+        self.immovable.extend((0..self.violation.len()).filter(|k| self.violation[*k] != 0.0).filter(is_immovable));
+        self.leaves_immovable = false;
+    }
+
+    /// Asks for nothing of the rows that no degree of freedom moves.
+    pub fn leave_immovable(&mut self, problem: &mut ContactProblem) {
+        self.leaves_immovable = true;
+        self.immovable.iter().for_each(|&k| problem.bilateral_violation[k] = 0.0);
     }
 
     /// The same where contacts were added since: those that were there are asked for in full again.
@@ -83,6 +96,18 @@ impl Corrections {
                 KeptRow::Bilateral(k) => problem.bilateral_violation[k] *= theta,
             }
         }
+        if self.leaves_immovable {
+            self.leave_immovable(problem);
+        }
+    }
+
+    /// Asks for all of a row again, or not.
+    pub fn release(&mut self, row: KeptRow, is_released: bool) {
+        let at = match row {
+            KeptRow::Contact(i) => i,
+            KeptRow::Bilateral(k) => self.gap.len() + k,
+        };
+        self.is_limited[at] = !is_released;
     }
 
     /// The limited rows that have something to correct, with its size.
@@ -95,10 +120,18 @@ impl Corrections {
         contacts.chain(rows).filter(move |(at, ..)| is_limited(*at)).map(|(_, row, size)| (row, size))
     }
 
+    /// The rows that θ applies to.
+    pub fn limited_rows(&self) -> impl Iterator<Item = KeptRow> + '_ {
+        self.limited().map(|(row, _)| row)
+    }
+
     /// The rows that are not asked for in full, with what is left of them.
     pub fn kept(&self) -> impl Iterator<Item = Kept> + '_ {
         let left = 1.0 - self.theta;
-        self.limited().filter(move |_| left > 0.0).map(move |(row, size)| Kept { row, size: left * size })
+        let limited =
+            self.limited().filter(move |_| left > 0.0).map(move |(row, size)| Kept { row, size: left * size });
+        let immovable = self.immovable.iter().filter(|_| self.leaves_immovable);
+        limited.chain(immovable.map(|&k| Kept { row: KeptRow::Bilateral(k), size: self.violation[k].abs() }))
     }
 }
 

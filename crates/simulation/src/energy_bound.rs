@@ -16,7 +16,7 @@ use crate::smallest_change::SmallestChange;
 use crate::solver::Verdict;
 use crate::workspace::Workspace;
 
-/// Corrections may put in the energy that all bodies have at so many times the speed of corrections, and this part of the
+/// Corrections may put in the energy that all bodies and rotors have at so many times the speed of corrections, and this part of the
 /// kinetic energy.
 const SPEEDS: f64 = 2.0;
 const PART_OF_ENERGY: f64 = 0.01;
@@ -40,8 +40,12 @@ impl Workspace {
         if self.correction_energy() <= 0.0 || !settings.correction_speed.is_finite() {
             return Ok(verdict);
         }
-        let speed = SPEEDS * settings.correction_speed;
-        let mut bound = 0.5 * self.moving_mass * speed * speed;
+        let [mass, inertia] = self.moving_mass;
+        let [speed, turn] = [settings.correction_speed, settings.correction_angular_speed].map(|speed| SPEEDS * speed);
+        let mut bound = 0.5 * mass * speed * speed;
+        if inertia > 0.0 {
+            bound += 0.5 * inertia * turn * turn;
+        }
         let most = self.most_energy_left(model, bound);
         if most > bound {
             bound += PART_OF_ENERGY * kinetic_energy(model, &self.kinematics, v);

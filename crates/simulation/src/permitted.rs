@@ -17,6 +17,8 @@ const NEARLY: f64 = 0.9;
 const LOWEST: f64 = 0.25;
 /// Fewer contacts than this are in no island whose factorisations are dear.
 const SMALL: usize = 64;
+/// So many rows at most are looked at one by one, whether they have to be limited at all.
+const FEW: usize = 8;
 
 /// Between a θ for which a solution was found and one for which none was.
 struct Bracket {
@@ -69,7 +71,15 @@ impl Workspace {
 
     fn solve_permitted(&mut self, settings: &Settings, report: &mut StepReport) -> Result<Verdict, SimulationError> {
         if settings.infeasible == InfeasiblePolicy::GoOn && self.corrections.any() {
-            return self.search_permitted(report);
+            self.corrections.leave_immovable(&mut self.builder.problem);
+            // A step after one that was limited is mostly limited in the same way.
+            if self.withheld.repeats()
+                && let Some(verdict) = self.repeat_permitted(report)?
+            {
+                return Ok(verdict);
+            }
+            let verdict = self.search_permitted(report)?;
+            return if verdict.holds { self.release_others(verdict, report) } else { Ok(verdict) };
         }
         let verdict = self.attempt(Patience::Full, report)?;
         if self.is_denied() && settings.infeasible == InfeasiblePolicy::ClipGaps && self.builder.clip_gaps() {
@@ -79,14 +89,8 @@ impl Workspace {
         Ok(verdict)
     }
 
-    /// All that is asked for where a solution of that is found soon, otherwise the largest part of it for which one is. A step after one that
-    /// was limited is mostly limited in the same way: solutions near the last one are looked for first.
+    /// All that is asked for where a solution of that is found soon, otherwise the largest part of it for which one is.
     fn search_permitted(&mut self, report: &mut StepReport) -> Result<Verdict, SimulationError> {
-        if self.withheld.repeats()
-            && let Some(verdict) = self.repeat_permitted(report)?
-        {
-            return Ok(verdict);
-        }
         let expected = self.withheld.theta();
         let is_small = self.builder.problem.contact_count() < SMALL;
         let is_short = (expected < 1.0 || is_small) && !self.withheld.is_by_energy() && !self.solver.is_counted();
@@ -158,6 +162,38 @@ impl Workspace {
         self.corrections.limit_nothing();
         self.withheld.search_again();
         Ok(None)
+    }
+
+    /// Asks for all of the few limited rows that need not be limited beside the others, one after the other: at a dead centre a mechanism may be unable to
+    /// make one of its corrections at all, and no other one.
+    fn release_others(&mut self, verdict: Verdict, report: &mut StepReport) -> Result<Verdict, SimulationError> {
+        let theta = self.corrections.theta;
+        let mut rows = [KeptRow::Contact(0); FEW];
+        let mut count = 0;
+        for kept in self.corrections.limited_rows() {
+            if count == FEW {
+                return Ok(verdict);
+            }
+            rows[count] = kept;
+            count += 1;
+        }
+        if count < 2 || theta == 1.0 {
+            return Ok(verdict);
+        }
+        let (mut best, mut is_at_hand) = (verdict, true);
+        self.keep_best();
+        for &row in &rows[..count] {
+            self.corrections.release(row, true);
+            let verdict = self.attempt_part(theta, Patience::Short, report)?;
+            is_at_hand = verdict.holds;
+            if verdict.holds {
+                best = verdict;
+                self.keep_best();
+            } else {
+                self.corrections.release(row, false);
+            }
+        }
+        if is_at_hand { Ok(best) } else { self.take_best(theta, best, report) }
     }
 
     /// Takes note of what the step was not permitted.

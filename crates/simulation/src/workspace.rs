@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use signorini_collision::{Collider, OwnOverlap, Queries};
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
 use signorini_multibody::{
-    BlockDiagonal, Body, BodyId, ChangedRow, ContactPoint, FreeMotion, GeomId, Kinematics, LengthRow, Model,
+    BlockDiagonal, Body, BodyId, ChangedRow, ContactPoint, FreeMotion, GeomId, JointKind, Kinematics, LengthRow, Model,
     NewtonEuler, Parameter, Pose, State,
 };
 
@@ -40,8 +40,8 @@ pub struct Workspace {
     pub(crate) smallest: SmallestChange,
     /// The solution with the largest θ so far, while it is looked for.
     pub(crate) best: ContactSolution,
-    /// Mass of all bodies that move, kg.
-    pub(crate) moving_mass: f64,
+    /// Mass of all that moves along, kg, and inertia of what turns in joints, kg m².
+    pub(crate) moving_mass: [f64; 2],
     pub(crate) smooth: FreeMotion,
     pub(crate) sensors: SensorWork,
     pub(crate) collider: Collider,
@@ -325,7 +325,15 @@ pub(crate) fn shapes_of_sensors(model: &Model) -> Option<Queries> {
     model.sensors.iter().any(|sensor| sensor.kind.needs_shapes()).then(|| Queries::new(model))
 }
 
-pub(crate) fn moving_mass(model: &Model) -> f64 {
+/// Mass of all bodies that move and of what armatures add to it along slides, kg, and the armatures of other joints, kg m²: some robots have no
+/// other inertia.
+pub(crate) fn moving_mass(model: &Model) -> [f64; 2] {
     let moves = |(i, _): &(usize, &Body)| model.body_weld[*i] != BodyId::WORLD;
-    model.bodies.iter().enumerate().filter(moves).map(|(_, body)| body.inertia.mass).sum()
+    let bodies: f64 = model.bodies.iter().enumerate().filter(moves).map(|(_, body)| body.inertia.mass).sum();
+    let (mut mass, mut inertia) = (bodies, 0.0);
+    for joint in &model.joints {
+        let sum = if matches!(joint.kind, JointKind::Slide { .. }) { &mut mass } else { &mut inertia };
+        *sum += joint.armature;
+    }
+    [mass, inertia]
 }

@@ -69,3 +69,51 @@ fn a_hand_welded_far_away_is_drawn_there_gently() {
     }
     assert!(arrived >= 4, "{arrived}");
 }
+
+/// Two limits of one arm are violated, and a constraint locks the first joint: the second one comes to its limit at the speed of corrections all the
+/// same, while the first one stays where it is.
+#[test]
+fn a_limit_that_cannot_be_reached_stops_no_other_one() {
+    let text = "<mujoco><option timestep='0.002' gravity='0 0 0'/><compiler angle='radian'/>
+        <default><geom type='capsule' size='.05' contype='0' conaffinity='0'/></default><worldbody>
+        <body><joint name='locked' axis='0 0 1' range='0.2 1'/><geom fromto='0 0 0 .5 0 0'/>
+        <body pos='.5 0 0'><joint name='loose' axis='0 0 1' range='0.3 1'/><geom fromto='0 0 0 .5 0 0'/></body></body>
+        </worldbody><equality><joint joint1='locked' polycoef='0 0 0 0 0'/></equality></mujoco>";
+    let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
+    let mut simulation = Simulation::new(model, Settings::default().with_correction_angular_speed(1.0)).unwrap();
+    let mut time = 0.0_f64;
+    let end = simulation.run(0.29, |now, report| {
+        time += 0.002;
+        let [locked, loose] = [0, 1].map(|k| now.state().q[k]);
+        let is_on_its_way = (loose - time).abs() < 0.004;
+        !report.missed_tolerance && report.kept.len() == 1 && locked.abs() < 1e-9 && is_on_its_way
+    });
+    assert_eq!(end.unwrap(), RunEnd::Finished, "{:?} {:?}", simulation.state(), simulation.report());
+}
+
+/// A weld that asks a hinge to move along its axis, which nothing moves: the rest of the weld is held, every step is certified, and says what it kept.
+#[test]
+fn what_no_joint_moves_is_kept_and_told() {
+    let text =
+        "<mujoco><worldbody><body name='b'><joint axis='0 1 0'/><geom size='.1' pos='0 0 -.5'/></body></worldbody>
+        <equality><weld body1='b' relpose='1 1 1 1 0 0 0'/></equality></mujoco>";
+    let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    let end = simulation
+        .run(0.2, |now, report| !report.missed_tolerance && !report.kept.is_empty() && now.state().q[0].abs() < 1e-6);
+    assert_eq!(end.unwrap(), RunEnd::Finished, "{:?} {:?}", simulation.state(), simulation.report());
+}
+
+/// The only inertia of a joint is its armature, as of robots whose links nobody weighed.
+#[test]
+fn a_joint_without_mass_comes_to_its_limit() {
+    let text = "<robot name='r'><link name='base'/><link name='a'/><joint name='j' type='revolute'><parent link='base'/><child link='a'/>
+        <axis xyz='0 0 1'/><limit lower='0.2' upper='1' effort='1' velocity='1'/></joint></robot>";
+    let model = signorini_formats::load_urdf_str(text, "", &Default::default()).unwrap().model;
+    let mut simulation = Simulation::new(model, Settings::default().with_timestep(0.002)).unwrap();
+    for way in [0.1, 0.2] {
+        let end = simulation.run(0.1, |_, report| report.theta == 1.0 && !report.missed_tolerance).unwrap();
+        assert_eq!(end, RunEnd::Finished, "{:?}", simulation.report());
+        assert!((simulation.state().q[0] - way).abs() < 0.003, "{:?}", simulation.state());
+    }
+}
