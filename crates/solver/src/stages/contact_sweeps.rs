@@ -8,13 +8,19 @@ use crate::iterate::Iterate;
 use crate::proximal::ProximalWeight;
 use crate::task::{Look, Task};
 
-/// Islands of many contacts, and warm ones of some hundred; where the sweeps are counted, all large ones.
+/// Islands of many contacts, and warm ones of some hundred that are not crowded; where the sweeps are counted, all large ones.
 pub(super) fn applies(task: &Task, _: &Iterate) -> bool {
     if task.budget().is_some() {
         return task.is_large();
     }
-    let is_warm = task.is_warm && task.is_large() && !task.is_costly();
+    let is_warm = task.is_warm && task.is_large() && !task.is_costly() && !is_crowded(task);
     (is_many(task) || is_warm) && matches!(task.look, Look::First | Look::Only)
+}
+
+/// Whether contacts and groups outnumber the degrees of freedom, as those of a single robot do, where each moves all of them: a sweep costs
+/// half a factorisation there, and what a contact changes the others undo.
+fn is_crowded(task: &Task) -> bool {
+    task.island.units.len() > task.island.nv()
 }
 
 /// Whether contacts are so many, or the tolerance is so rough, that factorising the island is the last resort.
