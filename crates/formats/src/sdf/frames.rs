@@ -1,10 +1,11 @@
-//! Frames of a model and of the models inside it, by name, and where they are.
+//! Frames of a world, of its models and of the models inside these, by name, and where they are.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use signorini_multibody::Pose;
 
-use super::values::pose;
+use super::values::{self, pose};
 use crate::error::FormatError;
 use crate::xml::Element;
 
@@ -20,68 +21,105 @@ pub(super) enum Sort {
     Model,
 }
 
-/// Something with a pose. `scope` is what its names are looked up in: `""` or `"outer::inner::"`.
+/// Something with a pose.
 pub(super) struct Entity<'t> {
     pub element: Element<'t>,
+    /// In the world, with `::` after the models that it is in.
     pub name: String,
+    /// What its names are looked up in: `""` for the world, or `"outer::inner::"`.
     pub scope: String,
     pub sort: Sort,
-    /// In the top-level model's frame, once it is known.
-    pose: Option<Pose>,
+    /// The model that it is a part of; none for what stands in the world.
+    pub model: Option<usize>,
+    /// The outermost model that it is a part of, or that it is; none for frames and joints of the world.
+    pub top: Option<usize>,
+    /// Whether that model is static.
+    pub fixed: bool,
+    /// What is in it, as a model.
+    inside: Range<usize>,
+    /// In the frame of its model, once it is known.
+    local: Option<Pose>,
+    /// In the world, once all are known.
+    pose: Pose,
 }
 
-/// All entities of one top-level model. Names are those inside it, with `::` for models inside.
+/// All entities of a world.
 pub(super) struct Frames<'t> {
     pub entities: Vec<Entity<'t>>,
     /// By name; elements of different kinds may share one.
     by_name: HashMap<String, [Option<usize>; 4]>,
+    /// The model of a world that has only one.
+    only: Option<usize>,
 }
 
 impl<'t> Frames<'t> {
-    pub fn read(model: Element<'t>) -> Result<Self, FormatError> {
-        let mut frames = Self { entities: Vec::new(), by_name: HashMap::new() };
-        let mut open = vec![(model, String::new(), 0)];
-        while let Some((container, scope, depth)) = open.pop() {
+    pub fn read(world: Element<'t>) -> Result<Self, FormatError> {
+        let mut frames = Self { entities: Vec::new(), by_name: HashMap::new(), only: None };
+        let mut open = vec![(world, None, 0)];
+        while let Some((container, model, depth)) = open.pop() {
             if depth > MAX_DEPTH {
                 return Err(container.invalid(format!("models nested more than {MAX_DEPTH} deep")));
             }
-            for element in container.children() {
-                let sort = match element.name() {
-                    "model" => Sort::Model,
-                    "link" => Sort::Link,
-                    "joint" => Sort::Joint,
-                    "frame" => Sort::Frame,
-                    _ => continue,
-                };
-                let own = element.attributes().required("name", "other elements refer to it by its name")?;
-                let name = format!("{scope}{own}");
-                if sort == Sort::Model {
-                    open.push((element, format!("{name}::"), depth + 1));
-                }
-                let index = frames.entities.len();
-                let of_name = frames.by_name.entry(name.clone()).or_default();
-                if let Some(first) = of_name[sort as usize].replace(index) {
-                    let first = Box::new(frames.entities[first].element.at());
-                    return Err(FormatError::DuplicateName { at: element.at(), sort: "element", name, first });
-                }
-                frames.entities.push(Entity { element, name, scope: scope.clone(), sort, pose: None });
-            }
+            let inside = frames.read_inside(container, model)?;
+            // Depth first, in the order of the document.
+            let models = inside.rev().filter(|&k| frames.entities[k].sort == Sort::Model);
+            open.extend(models.map(|k| (frames.entities[k].element, Some(k), depth + 1)));
         }
         (0..frames.entities.len()).try_for_each(|k| frames.resolve(k, 0).map(drop))?;
+        frames.place();
+        let models: Vec<usize> = frames.of(Sort::Model).filter(|&k| frames.entities[k].model.is_none()).collect();
+        frames.only = models.first().copied().filter(|_| models.len() == 1);
         Ok(frames)
+    }
+
+    /// Adds what is in a model, or in the world, without what is in the models there.
+    fn read_inside(&mut self, container: Element<'t>, model: Option<usize>) -> Result<Range<usize>, FormatError> {
+        let first = self.entities.len();
+        let scope = model.map_or(String::new(), |k| format!("{}::", self.entities[k].name));
+        for element in container.children() {
+            let sort = match element.name() {
+                "model" => Sort::Model,
+                "link" if model.is_some() => Sort::Link,
+                "joint" if model.is_some() => Sort::Joint,
+                "frame" => Sort::Frame,
+                _ => continue,
+            };
+            let own = element.attributes().required("name", "other elements refer to it by its name")?;
+            let (name, index) = (format!("{scope}{own}"), self.entities.len());
+            let of_name = self.by_name.entry(name.clone()).or_default();
+            if let Some(first) = of_name[sort as usize].replace(index) {
+                let (first, name) = (Box::new(self.entities[first].element.at()), own.to_owned());
+                return Err(FormatError::DuplicateName { at: element.at(), sort: "element", name, first });
+            }
+            let (top, fixed) = match model {
+                Some(model) => (self.entities[model].top, self.entities[model].fixed),
+                None if sort == Sort::Model => (Some(index), values::flag(element, "static")?.unwrap_or(false)),
+                None => (None, false),
+            };
+            let (scope, inside, local, pose) = (scope.clone(), 0..0, None, Pose::IDENTITY);
+            self.entities.push(Entity { element, name, scope, sort, model, top, fixed, inside, local, pose });
+        }
+        let inside = first..self.entities.len();
+        if let Some(model) = model {
+            self.entities[model].inside = inside.clone();
+        }
+        Ok(inside)
     }
 
     /// The entity of that name; `model::__model__` is the frame of a model inside.
     fn named(&self, name: &str) -> Option<usize> {
         if let Some(model) = name.strip_suffix("::__model__") {
-            return self.model(model);
+            return self.by_name.get(model)?[Sort::Model as usize];
         }
         self.by_name.get(name)?.iter().flatten().next().copied()
     }
 
-    /// The model of that name.
-    fn model(&self, name: &str) -> Option<usize> {
-        self.by_name.get(name)?[Sort::Model as usize]
+    /// The entity that a name in a scope stands for; none for the world.
+    fn lookup(&self, at: Element<'t>, scope: &str, name: &str) -> Result<Option<usize>, FormatError> {
+        if name == "world" || (scope.is_empty() && name == "__model__") {
+            return Ok(None);
+        }
+        self.named(&format!("{scope}{name}")).map(Some).ok_or_else(|| self.unknown(at, scope, name))
     }
 
     /// Whether an entity is a link called `world`, which stands for the world (as in Bullet).
@@ -90,44 +128,43 @@ impl<'t> Frames<'t> {
         *sort == Sort::Link && element.attributes().text("name") == Some("world")
     }
 
-    /// Entities of a sort, in the order of the document within each model.
+    /// Entities of a sort, those of a model before those of the models inside it, otherwise in the order of the document.
     pub fn of(&self, sort: Sort) -> impl Iterator<Item = usize> + '_ {
         (0..self.entities.len()).filter(move |&k| self.entities[k].sort == sort)
     }
 
-    /// The pose of an entity in the frame of the top-level model.
+    /// The name of what an entity becomes. Where the world has one model, the names of its parts do not begin with its own.
+    pub fn label(&self, entity: usize) -> &str {
+        let Entity { name, model, top, .. } = &self.entities[entity];
+        let Some(only) = self.only.filter(|_| model.is_some() && *top == self.only) else { return name };
+        name.strip_prefix(&self.entities[only].name).and_then(|name| name.strip_prefix("::")).unwrap_or(name)
+    }
+
+    /// The pose of an entity in the world.
     pub fn pose(&self, entity: usize) -> Pose {
-        self.entities[entity].pose.unwrap_or(Pose::IDENTITY)
+        self.entities[entity].pose
     }
 
     /// The link that a name in a scope stands for: a link, or the one that a frame or model is fixed to; none for the world.
     pub fn link(&self, at: Element<'t>, scope: &str, name: &str) -> Result<Option<usize>, FormatError> {
-        let (mut at, mut scope, mut name) = (at, scope.to_owned(), name.to_owned());
+        let mut found = self.lookup(at, scope, name)?;
         for _ in 0..MAX_DEPTH {
-            if name == "world" {
-                return Ok(None);
-            }
-            let found = match name.as_str() {
-                "__model__" => self.canonical_link(&scope),
-                _ => self.named(&format!("{scope}{name}")),
+            let Some(entity) = found else { return Ok(None) };
+            let Entity { element, scope, sort, model, .. } = &self.entities[entity];
+            found = match sort {
+                Sort::Link => return Ok(found),
+                Sort::Model => Some(self.canonical(entity)?),
+                Sort::Joint => self.lookup(*element, scope, &text_of(*element, "child"))?,
+                Sort::Frame => match attribute(*element, "attached_to") {
+                    Some(to) => self.lookup(*element, scope, to)?,
+                    None => *model,
+                },
             };
-            let entity = found.ok_or_else(|| self.unknown(at, &scope, &name))?;
-            let Entity { element, name: own, scope: inside, sort, .. } = &self.entities[entity];
-            (name, scope) = match sort {
-                Sort::Link => return Ok(Some(entity)),
-                Sort::Model => ("__model__".into(), format!("{own}::")),
-                Sort::Joint => (text_of(*element, "child"), inside.clone()),
-                Sort::Frame => {
-                    let attached = element.attributes().text("attached_to").filter(|n| !n.is_empty());
-                    (attached.unwrap_or("__model__").to_owned(), inside.clone())
-                }
-            };
-            at = *element;
         }
         Err(at.invalid("is attached to itself"))
     }
 
-    /// The rotation of a frame that an element names, in the top-level model; `default` if it names none.
+    /// The pose of a frame that an element names, in the world; `default` if it names none.
     pub fn named_pose(
         &self,
         at: Element<'t>,
@@ -135,62 +172,76 @@ impl<'t> Frames<'t> {
         name: Option<&str>,
         default: Pose,
     ) -> Result<Pose, FormatError> {
-        match name.filter(|n| !n.is_empty()) {
-            None => Ok(default),
-            Some("__model__") => Ok(self.scope_pose(scope)),
-            Some(name) => match self.named(&format!("{scope}{name}")) {
-                Some(entity) => Ok(self.pose(entity)),
-                None => Err(self.unknown(at, scope, name)),
-            },
-        }
+        let Some(name) = name.filter(|n| !n.is_empty()) else { return Ok(default) };
+        Ok(self.lookup(at, scope, name)?.map_or(Pose::IDENTITY, |k| self.pose(k)))
     }
 
-    /// The frame of the model that a scope belongs to.
-    pub fn scope_pose(&self, scope: &str) -> Pose {
-        let model = scope.strip_suffix("::").and_then(|name| self.model(name));
-        model.map_or(Pose::IDENTITY, |k| self.pose(k))
+    /// The frame of the model that an entity is a part of.
+    pub fn model_pose(&self, entity: usize) -> Pose {
+        self.entities[entity].model.map_or(Pose::IDENTITY, |k| self.pose(k))
     }
 
-    /// The first link of a model.
-    fn canonical_link(&self, scope: &str) -> Option<usize> {
-        self.of(Sort::Link).find(|&k| self.entities[k].name.starts_with(scope))
+    /// The link that stands for a model.
+    fn canonical(&self, model: usize) -> Result<usize, FormatError> {
+        let Entity { element, name, .. } = &self.entities[model];
+        let scope = format!("{name}::");
+        let first = self.of(Sort::Link).find(|&k| self.entities[k].name.starts_with(&scope));
+        first.ok_or_else(|| self.unknown(*element, &scope, "__model__"))
     }
 
+    /// The pose of an entity in the frame of its model.
     fn resolve(&mut self, entity: usize, depth: usize) -> Result<Pose, FormatError> {
-        if let Some(pose) = self.entities[entity].pose {
+        let Entity { element, model, local, .. } = self.entities[entity];
+        if let Some(pose) = local {
             return Ok(pose);
         }
-        let Entity { element, ref scope, sort, .. } = self.entities[entity];
-        let scope = scope.clone();
         if depth > MAX_DEPTH {
             return Err(element.invalid("its pose is relative to itself, or at the end of a very long chain"));
         }
-        let own = pose(element)?;
-        let given = element.child("pose").and_then(|p| {
-            let a = p.attributes();
-            // Before SDF 1.7 the attribute was called 'frame'.
-            a.text("relative_to").or(a.text("frame")).filter(|n| !n.is_empty()).map(str::to_owned)
-        });
+        let base = self.base(entity)?.map_or(Ok(Pose::IDENTITY), |base| self.in_model(base, model, depth + 1))?;
+        let pose = base * pose(element)?;
+        self.entities[entity].local = Some(pose);
+        Ok(pose)
+    }
+
+    /// What the pose of an entity is relative to; none for the model that it is a part of.
+    fn base(&self, entity: usize) -> Result<Option<usize>, FormatError> {
+        let Entity { element, ref scope, sort, .. } = self.entities[entity];
+        // Before SDF 1.7 the attribute was called 'frame'.
+        let given =
+            element.child("pose").and_then(|p| p.attributes().text("relative_to").or(p.attributes().text("frame")));
         let default = match sort {
-            Sort::Joint => Some(text_of(element, "child")),
-            Sort::Frame => element.attributes().text("attached_to").filter(|n| !n.is_empty()).map(str::to_owned),
+            Sort::Joint => element.child("child").map(|c| c.text()),
+            Sort::Frame => attribute(element, "attached_to"),
             Sort::Link | Sort::Model => None,
         };
-        let base = match given.or(default).as_deref() {
-            None | Some("__model__" | "world") => match scope.strip_suffix("::").and_then(|n| self.model(n)) {
-                Some(model) => self.resolve(model, depth + 1)?,
-                None => Pose::IDENTITY,
+        match given.filter(|n| !n.is_empty()).or(default) {
+            None | Some("__model__" | "world") => Ok(None),
+            // A joint may have the name of the link that it moves.
+            Some(name) => match self.named(&format!("{scope}{name}")).filter(|&base| base != entity) {
+                Some(base) => Ok(Some(base)),
+                None => Err(self.unknown(element, scope, name)),
             },
-            Some(name) => match self.named(&format!("{scope}{name}")) {
-                // A joint may have the name of the link that it moves.
-                Some(other) if other == entity => return Err(self.unknown(element, &scope, name)),
-                Some(other) => self.resolve(other, depth + 1)?,
-                None => return Err(self.unknown(element, &scope, name)),
-            },
-        };
-        let pose = base * own;
-        self.entities[entity].pose = Some(pose);
+        }
+    }
+
+    /// The pose of an entity in the frame of a model around it, or in the world.
+    fn in_model(&mut self, entity: usize, model: Option<usize>, depth: usize) -> Result<Pose, FormatError> {
+        let mut pose = self.resolve(entity, depth)?;
+        let mut around = self.entities[entity].model;
+        while let Some(inner) = around.filter(|_| around != model) {
+            pose = self.resolve(inner, depth)? * pose;
+            around = self.entities[inner].model;
+        }
         Ok(pose)
+    }
+
+    /// Places all entities in the world.
+    fn place(&mut self) {
+        for k in 0..self.entities.len() {
+            let local = self.entities[k].local.unwrap_or(Pose::IDENTITY);
+            self.entities[k].pose = self.model_pose(k) * local;
+        }
     }
 
     fn unknown(&self, at: Element, scope: &str, name: &str) -> FormatError {
@@ -204,4 +255,8 @@ impl<'t> Frames<'t> {
 
 fn text_of(element: Element, name: &'static str) -> String {
     element.child(name).map_or(String::new(), |c| c.text().to_owned())
+}
+
+fn attribute<'t>(element: Element<'t>, name: &'static str) -> Option<&'t str> {
+    element.attributes().text(name).filter(|text| !text.is_empty())
 }

@@ -17,8 +17,6 @@ pub(super) struct Importer {
     pub visuals: Visuals,
     /// What only touches of links that are seen otherwise.
     pub hidden: Vec<GeomId>,
-    /// Pairs of links kept apart so far.
-    pub pairs: usize,
     pub versions: Versions,
 }
 

@@ -21,12 +21,11 @@ pub(super) fn add<'t>(
     placed: &Placed,
     body: BodyId,
     here: &Pose,
-    prefix: &str,
 ) -> Result<(), FormatError> {
     let element = edge.element;
     let sort = element.attributes().required("type", "revolute, continuous, prismatic, ball, universal or fixed")?;
     let reversed = edge.child != Some(placed.link);
-    let name = format!("{prefix}{}", frames.entities[edge.entity].name);
+    let name = frames.label(edge.entity).to_owned();
     let to_body = frames.pose(placed.link).inverse();
     let anchor = (to_body * frames.pose(edge.entity)).position;
     let axes: &[&'static str] = match sort {
@@ -82,7 +81,7 @@ fn has_default(importer: &mut Importer, joint: Element, axis_name: &str) -> bool
     is_first
 }
 
-/// The axis in the top-level model's frame. `expressed_in` names its frame since 1.7; before, the joint's frame or, where
+/// The axis in world. `expressed_in` names its frame since 1.7; before, the joint's frame or, where
 /// it is said and up to 1.4 always, the model's. The joint's z axis where there is none.
 fn direction<'t>(
     importer: &Importer,
@@ -94,7 +93,7 @@ fn direction<'t>(
     let xyz = values::direction(axis, "xyz", DVec3::Z)?;
     let scope = &frames.entities[edge.entity].scope;
     let in_model = importer.version_at(axis) <= 4 || values::flag(axis, "use_parent_model_frame")?.unwrap_or(false);
-    let default = if in_model { frames.scope_pose(scope) } else { frames.pose(edge.entity) };
+    let default = if in_model { frames.model_pose(edge.entity) } else { frames.pose(edge.entity) };
     let expressed = axis.child("xyz").and_then(|xyz| xyz.attributes().text("expressed_in"));
     Ok(frames.named_pose(axis, scope, expressed, default)?.rotation * xyz)
 }

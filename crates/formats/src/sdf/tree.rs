@@ -28,7 +28,7 @@ pub(super) struct Placed {
 
 pub(super) struct KinematicTree<'t> {
     pub edges: Vec<Edge<'t>>,
-    /// Parents before children, depth first, children in the order of their joints.
+    /// Parents before children, depth first, children in the order of their joints, models in the order of the document.
     pub order: Vec<Placed>,
 }
 
@@ -85,6 +85,21 @@ impl<'t> KinematicTree<'t> {
                 self.walk(link, &of_link, &mut reached);
             }
         }
+        self.sort_by_model(frames);
+    }
+
+    /// Puts what hangs on each root in the order of the models that the roots are in.
+    fn sort_by_model(&mut self, frames: &Frames) {
+        let mut model = None;
+        let mut order: Vec<(Option<usize>, Placed)> = Vec::new();
+        for placed in std::mem::take(&mut self.order) {
+            if placed.towards_root.is_none() {
+                model = frames.entities[placed.link].top;
+            }
+            order.push((model, placed));
+        }
+        order.sort_by_key(|(model, _)| *model);
+        self.order = order.into_iter().map(|(_, placed)| placed).collect();
     }
 
     /// Adds everything that hangs on `start`.

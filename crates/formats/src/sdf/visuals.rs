@@ -29,12 +29,7 @@ pub(super) struct Link {
 const SHEET: f64 = 1e-3;
 
 /// Adds what links look like; what touches of links that are shown so is hidden.
-pub(super) fn read(
-    importer: &mut Importer,
-    frames: &Frames,
-    links: Vec<Link>,
-    prefix: &str,
-) -> Result<(), FormatError> {
+pub(super) fn read(importer: &mut Importer, frames: &Frames, links: Vec<Link>) -> Result<(), FormatError> {
     if !importer.visuals.wanted {
         return Ok(());
     }
@@ -49,7 +44,7 @@ pub(super) fn read(
                 continue;
             };
             let given = visual.attributes().text("name").filter(|n| !n.is_empty());
-            let name = format!("{prefix}{}::{}", link.name, given.unwrap_or("visual"));
+            let name = format!("{}::{}", frames.label(entity), given.unwrap_or("visual"));
             let place = Place { name, body, placement: offset * own };
             seen |= importer.visuals.add(&mut importer.parts, visual, &place, shown)?;
         }

@@ -11,6 +11,7 @@ mod report;
 mod robots;
 mod robustness;
 mod sdf;
+mod sdf_frames;
 mod tendons;
 mod urdf;
 mod visuals;

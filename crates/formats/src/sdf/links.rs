@@ -1,0 +1,101 @@
+//! `<link>`: bodies, with the joints that move them.
+
+use std::collections::HashMap;
+
+use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
+
+use super::apart;
+use super::frames::Frames;
+use super::importer::Importer;
+use super::tree::{self, KinematicTree, Placed};
+use super::visuals::{self, Link};
+use super::{joints, shapes, values};
+use crate::error::FormatError;
+use crate::inertia::nearest_physical;
+use crate::xml::Element;
+
+/// Adds the links of all models of a world, and what connects them.
+pub(super) fn read<'t>(importer: &mut Importer, world: Element<'t>) -> Result<(), FormatError> {
+    let frames = Frames::read(world)?;
+    let tree = KinematicTree::read(&frames)?;
+    let mut bodies: HashMap<usize, BodyId> = HashMap::new();
+    let top = |placed: &Placed| frames.entities[placed.link].top;
+    for of_model in tree.order.chunk_by(|a, b| top(a) == top(b)) {
+        let links = of_model.iter().map(|placed| add(importer, &frames, &tree, placed, &mut bodies));
+        let links: Vec<Link> = links.collect::<Result<_, FormatError>>()?;
+        visuals::read(importer, &frames, links)?;
+    }
+    report_left_out(importer, &frames, &tree);
+    apart::keep_apart(importer, &frames, &tree, &bodies)
+}
+
+/// Adds a link as a body, with the joint that moves it.
+fn add<'t>(
+    importer: &mut Importer,
+    frames: &Frames<'t>,
+    tree: &KinematicTree<'t>,
+    placed: &Placed,
+    bodies: &mut HashMap<usize, BodyId>,
+) -> Result<Link, FormatError> {
+    let link = &frames.entities[placed.link];
+    let here = frames.pose(placed.link);
+    let here = Pose::new(here.position, here.rotation.normalize());
+    if frames.is_world(placed.link) {
+        let touching = shapes::read(importer, frames, placed.link, BodyId::WORLD, &here)?;
+        return Ok(Link { entity: placed.link, body: BodyId::WORLD, offset: here, touching, fixed: true });
+    }
+    let parent = placed.towards_root.map_or(BodyId::WORLD, |link| bodies[&link]);
+    let from = placed.towards_root.map_or(Pose::IDENTITY, |link| frames.pose(link));
+    let placement = from.inverse() * here;
+    let placement = Pose::new(placement.position, placement.rotation.normalize());
+    let name = frames.label(placed.link).to_owned();
+    let body = importer.parts.add_body(link.element, Some(name.clone()), parent, placement)?;
+    bodies.insert(placed.link, body);
+    match placed.edge.map(|e| &tree.edges[e]) {
+        _ if link.fixed => {}
+        Some(edge) => joints::add(importer, frames, edge, placed, body, &here)?,
+        None => {
+            let joint = importer.parts.unused_name(&format!("{name}_free"));
+            importer.parts.add_joint(link.element, Some(joint), body, &here, Joint::new("", JointKind::Free))?;
+        }
+    }
+    let inertia = inertia(importer, link.element)?;
+    importer.parts.set_inertia(body, inertia)?;
+    let touching = shapes::read(importer, frames, placed.link, body, &Pose::IDENTITY)?;
+    Ok(Link { entity: placed.link, body, offset: Pose::IDENTITY, touching, fixed: link.fixed })
+}
+
+/// Reports the joints that are in no tree.
+fn report_left_out(importer: &mut Importer, frames: &Frames, tree: &KinematicTree) {
+    for edge in tree.edges.iter().filter(|edge| !edge.in_tree && !frames.entities[edge.entity].fixed) {
+        let (what, effect) = match tree::couples(edge.element) {
+            true => ("of type 'gearbox' is not supported", "the joints that it couples move by themselves"),
+            false => ("closes a loop, which is not supported", "it is left out: the loop is open"),
+        };
+        importer.report.motion(edge.element.at(), "joint", what, effect);
+    }
+}
+
+/// `<inertial>` of a link in the link's frame; 1 kg and 1 kg·m² about every axis where nothing is said, as SDF defines.
+fn inertia(importer: &mut Importer, link: Element) -> Result<Inertia, FormatError> {
+    let inertial = link.child("inertial");
+    let mass = inertial.map_or(Ok(None), |i| values::non_negative(i, "mass"))?.unwrap_or(1.0);
+    let matrix = inertial.and_then(|i| i.child("inertia"));
+    let entry = |name, default| {
+        Ok::<f64, FormatError>(match matrix {
+            Some(matrix) => values::number(matrix, name)?.unwrap_or(default),
+            None => default,
+        })
+    };
+    let (xx, yy, zz) = (entry("ixx", 1.0)?, entry("iyy", 1.0)?, entry("izz", 1.0)?);
+    let (xy, xz, yz) = (entry("ixy", 0.0)?, entry("ixz", 0.0)?, entry("iyz", 0.0)?);
+    let mut rotational = DMat3::from_cols_array_2d(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]);
+    if let (Some(possible), Some(matrix)) = (nearest_physical(rotational), matrix) {
+        let what = "is not that of a rigid body (a principal moment is negative or exceeds the sum of the others)";
+        importer.report.motion(matrix.at(), "inertia", what, "it is replaced by the nearest possible one");
+        rotational = possible;
+    }
+    let placement = inertial.map_or(Ok(Pose::IDENTITY), values::pose)?;
+    Ok(Inertia { mass, center_of_mass: DVec3::ZERO, rotational }.placed(&placement))
+}

@@ -1,0 +1,54 @@
+//! SDF: where frames, models and links are, against poses worked out by hand.
+
+use std::f64::consts::FRAC_PI_2;
+
+use signorini_formats::{Imported, LoadOptions, load_sdf_str};
+use signorini_multibody::Model;
+use signorini_multibody::glam::DVec3;
+
+fn import(inner: &str) -> Imported {
+    load_sdf_str(&format!("<sdf version='1.11'>\n{inner}\n</sdf>"), "", &LoadOptions::default()).unwrap()
+}
+
+#[track_caller]
+fn assert_refused(inner: &str, parts: &[&str]) {
+    let text = format!("<sdf version='1.11'>\n{inner}\n</sdf>");
+    let message = load_sdf_str(&text, "no such folder", &LoadOptions::default()).expect_err("refused").to_string();
+    for part in parts {
+        assert!(message.contains(part), "'{part}' is not in: {message}");
+    }
+}
+
+#[track_caller]
+fn assert_stands_at(model: &Model, body: &str, place: [f64; 3]) {
+    let found = model.reference_pose(model.body_named(body).unwrap_or_else(|| panic!("no {body}"))).position;
+    assert!((found - DVec3::from_array(place)).length() < 1e-12, "{body}: {found}, not {place:?}");
+}
+
+/// A quarter turn about z takes x to y.
+#[test]
+fn models_stand_in_frames_of_the_world_and_of_each_other() {
+    let text = format!(
+        "<world name='w'>\
+         <model name='last'><pose relative_to='first::arm'>0 0 1 0 0 0</pose><link name='l'/></model>\
+         <model name='beside'><pose relative_to='first'>1 0 0 0 0 0</pose><link name='l'/></model>\
+         <model name='framed'><pose relative_to='corner'>0 1 0 0 0 0</pose><link name='l'/></model>\
+         <model name='plain'><pose relative_to='world'>7 0 0 0 0 0</pose><link name='l'/></model>\
+         <model name='first'><pose>0 0 5 0 0 {FRAC_PI_2}</pose><link name='l'/>\
+         <link name='arm'><pose>2 0 0 0 0 0</pose></link></model>\
+         <frame name='corner' attached_to='first::arm'><pose relative_to='table'>3 0 0 0 0 0</pose></frame>\
+         <frame name='table'><pose>0 0 1 0 0 {FRAC_PI_2}</pose></frame></world>"
+    );
+    let Imported { model, report, .. } = import(&text);
+    assert_stands_at(&model, "last::l", [0.0, 2.0, 6.0]);
+    assert_stands_at(&model, "beside::l", [0.0, 1.0, 5.0]);
+    assert_stands_at(&model, "framed::l", [-1.0, 3.0, 1.0]);
+    assert_stands_at(&model, "plain::l", [7.0, 0.0, 0.0]);
+    assert!(report.warnings.is_empty(), "{report}");
+    let bodies: Vec<&str> = model.bodies.iter().map(|b| b.name.as_str()).collect();
+    assert_eq!(bodies[1..], ["last::l", "beside::l", "framed::l", "plain::l", "first::l", "first::arm"]);
+    let missing = "<world name='w'><model name='a'>\n<pose relative_to='bb'/><link name='l'/></model><model name='b'><link name='l'/></model></world>";
+    assert_refused(missing, &["text):2:", "<model>", "'bb'"]);
+    let circle = "<world name='w'><model name='a'><pose relative_to='b'/></model><model name='b'><pose relative_to='a'/></model></world>";
+    assert_refused(circle, &["relative to itself"]);
+}
