@@ -53,14 +53,25 @@ pub(super) struct Frames<'t> {
 }
 
 impl<'t> Frames<'t> {
+    /// Reads what is in a world.
     pub fn read(world: Element<'t>) -> Result<Self, FormatError> {
+        Self::read_from(world, true)
+    }
+
+    /// The pose of a frame of a model in that model; the model's own name and pose do not count.
+    pub fn pose_in_model(model: Element<'t>, frame: &str) -> Result<Pose, FormatError> {
+        Self::read_from(model, false)?.named_pose(model, "", Some(frame), Pose::IDENTITY)
+    }
+
+    /// Reads what is in a world, or in a model as if that were the world.
+    fn read_from(world: Element<'t>, is_world: bool) -> Result<Self, FormatError> {
         let mut frames = Self { entities: Vec::new(), by_name: HashMap::new(), only: None };
         let mut open = vec![(world, None, 0)];
         while let Some((container, model, depth)) = open.pop() {
             if depth > MAX_DEPTH {
                 return Err(container.invalid(format!("models nested more than {MAX_DEPTH} deep")));
             }
-            let inside = frames.read_inside(container, model)?;
+            let inside = frames.read_inside(container, model, is_world && model.is_none())?;
             // Depth first, in the order of the document.
             let models = inside.rev().filter(|&k| frames.entities[k].sort == Sort::Model);
             open.extend(models.map(|k| (frames.entities[k].element, Some(k), depth + 1)));
@@ -73,14 +84,19 @@ impl<'t> Frames<'t> {
     }
 
     /// Adds what is in a model, or in the world, without what is in the models there.
-    fn read_inside(&mut self, container: Element<'t>, model: Option<usize>) -> Result<Range<usize>, FormatError> {
+    fn read_inside(
+        &mut self,
+        container: Element<'t>,
+        model: Option<usize>,
+        is_world: bool,
+    ) -> Result<Range<usize>, FormatError> {
         let first = self.entities.len();
         let scope = model.map_or(String::new(), |k| format!("{}::", self.entities[k].name));
         for element in container.children() {
             let sort = match element.name() {
                 "model" => Sort::Model,
-                "link" if model.is_some() => Sort::Link,
-                "joint" if model.is_some() => Sort::Joint,
+                "link" if !is_world => Sort::Link,
+                "joint" if !is_world => Sort::Joint,
                 "frame" => Sort::Frame,
                 _ => continue,
             };
@@ -199,7 +215,10 @@ impl<'t> Frames<'t> {
             return Err(element.invalid("its pose is relative to itself, or at the end of a very long chain"));
         }
         let base = self.base(entity)?.map_or(Ok(Pose::IDENTITY), |base| self.in_model(base, model, depth + 1))?;
-        let pose = base * pose(element)?;
+        let mut pose = base * pose(element)?;
+        if let Some(frame) = self.placement_frame(entity)? {
+            pose = pose * self.in_model(frame, Some(entity), depth + 1)?.inverse();
+        }
         self.entities[entity].local = Some(pose);
         Ok(pose)
     }
@@ -223,6 +242,13 @@ impl<'t> Frames<'t> {
                 None => Err(self.unknown(element, scope, name)),
             },
         }
+    }
+
+    /// What stands where the pose of a model says; none for the model's own frame.
+    fn placement_frame(&self, entity: usize) -> Result<Option<usize>, FormatError> {
+        let Entity { element, ref name, sort, .. } = self.entities[entity];
+        let placed = attribute(element, "placement_frame").filter(|&f| sort == Sort::Model && f != "__model__");
+        placed.map_or(Ok(None), |frame| self.lookup(element, &format!("{name}::"), frame))
     }
 
     /// The pose of an entity in the frame of a model around it, or in the world.

@@ -4,7 +4,9 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use super::frames::Frames;
 use super::urdf_model::turn_into_sdf;
+use super::values;
 use crate::error::FormatError;
 use crate::mesh::read_file;
 use crate::packages;
@@ -21,8 +23,8 @@ pub(super) const NEWEST: u32 = 12;
 /// The minor versions of SDF 1.x of the files that a document consists of.
 pub(super) type Versions = HashMap<Arc<str>, u32>;
 
-/// Replaces every `<include>` whose model is there by that model, with the name, the pose and the word on `<static>` that the include
-/// gives it. The others stay, for the report to tell.
+/// Replaces every `<include>` whose model is there by that model, with the name, the pose, the placement frame and the word on `<static>` that
+/// the include gives it. The others stay, for the report to tell.
 pub(super) fn expand(tree: &mut Tree, base: &Path, package_dirs: &[PathBuf]) -> Result<Versions, FormatError> {
     let root = tree.root();
     let mut versions = Versions::from([(root.at().file, version(root))]);
@@ -58,32 +60,52 @@ pub(super) fn expand(tree: &mut Tree, base: &Path, package_dirs: &[PathBuf]) -> 
 /// Puts a model in the place of the include at `index`.
 fn put_in(tree: &mut Tree, index: usize, included: Tree, model: usize) -> Result<(), FormatError> {
     let include = tree.elements().nth(index).unwrap_or(tree.root());
-    let name = include.child("name").map(|name| name.text().to_owned()).filter(|name| !name.is_empty());
+    let text = |child: &'static str| include.child(child).map(|c| c.text().to_owned()).filter(|text| !text.is_empty());
+    let (name, placement_frame) = (text("name"), text("placement_frame"));
     let given: Vec<usize> =
         ["pose", "static"].iter().filter_map(|&given| Some(include.child(given)?.index())).collect();
     if include.attributes().text("merge") == Some("true") {
-        let pose = include.child("pose").map(Pose::of);
+        let pose = pose_of_merged(include, included.element(model), placement_frame.as_deref())?;
         return merge(tree, index, included, model, pose);
     }
     let model = tree.graft(index, included, model)?;
     if let Some(name) = name {
         tree.set_attribute(model, "name", &name);
     }
+    if let Some(frame) = placement_frame {
+        tree.set_attribute(model, "placement_frame", &frame);
+    }
     given.into_iter().for_each(|child| tree.move_child(child, model));
     Ok(())
 }
 
 /// A `<pose>`: its text and its attributes.
-struct Pose {
+struct WrittenPose {
     text: String,
     attributes: Vec<(String, String)>,
 }
 
-impl Pose {
-    fn of(element: Element) -> Self {
-        let attributes = element.raw_attributes().iter().map(|a| (a.name.clone(), a.value.clone())).collect();
-        Self { text: element.text().to_owned(), attributes }
-    }
+/// The pose of the frame that stands for a merged model: the include's or the model's own, by which the placement frame is placed if there
+/// is one.
+fn pose_of_merged(
+    include: Element,
+    model: Element,
+    placement_frame: Option<&str>,
+) -> Result<Option<WrittenPose>, FormatError> {
+    let Some((of, pose)) = [include, model].into_iter().find_map(|e| Some((e, e.child("pose")?))) else {
+        return Ok(None);
+    };
+    let mut attributes: Vec<(String, String)> =
+        pose.raw_attributes().iter().map(|a| (a.name.clone(), a.value.clone())).collect();
+    let own = model.attributes().text("placement_frame");
+    let Some(frame) = placement_frame.or(own).filter(|frame| !frame.is_empty()) else {
+        return Ok(Some(WrittenPose { text: pose.text().to_owned(), attributes }));
+    };
+    let placed = values::pose(of)? * Frames::pose_in_model(model, frame)?.inverse();
+    let (p, r) = (placed.position, placed.rotation);
+    attributes.retain(|(name, _)| !["degrees", "rotation_format"].contains(&name.as_str()));
+    attributes.push(("rotation_format".into(), "quat_xyzw".into()));
+    Ok(Some(WrittenPose { text: format!("{} {} {} {} {} {} {}", p.x, p.y, p.z, r.x, r.y, r.z, r.w), attributes }))
 }
 
 /// Puts the parts of a model in the place of the include at `index`. They stand in a frame of the include's pose, which has the name that
@@ -93,11 +115,10 @@ fn merge(
     index: usize,
     mut included: Tree,
     model: usize,
-    pose: Option<Pose>,
+    pose: Option<WrittenPose>,
 ) -> Result<(), FormatError> {
     let own = included.element(model);
     let frame = format!("_merged__{}__model__", own.raw("name").map_or("", |a| a.value.trim()));
-    let pose = pose.or_else(|| own.child("pose").map(Pose::of));
     let inside = own.children().filter(|e| ["link", "frame", "model"].contains(&e.name())).filter(|e| {
         // A frame that is attached to another one is placed in that.
         e.raw("attached_to").is_none_or(|a| a.value.trim().is_empty())

@@ -52,3 +52,56 @@ fn models_stand_in_frames_of_the_world_and_of_each_other() {
     let circle = "<world name='w'><model name='a'><pose relative_to='b'/></model><model name='b'><pose relative_to='a'/></model></world>";
     assert_refused(circle, &["relative to itself"]);
 }
+
+/// The tip is at (2, 0, 1) in its model, turned by a quarter about z.
+#[test]
+fn the_pose_of_a_model_is_that_of_its_placement_frame() {
+    let tip = format!(
+        "<link name='l'/><frame name='side'><pose>2 0 0 0 0 {FRAC_PI_2}</pose></frame><link name='tip'><pose relative_to='side'>0 0 1 0 0 0</pose></link>"
+    );
+    let placed = |pose: &str| format!("<model name='m' placement_frame='tip'>{pose}{tip}</model>");
+    let model = import(&placed("<pose>5 5 5 0 0 0</pose>")).model;
+    assert_stands_at(&model, "tip", [5.0, 5.0, 5.0]);
+    // The tip's axes are those of the world: in them the model's origin is at -(0, -2, 1).
+    assert_stands_at(&model, "l", [5.0, 7.0, 4.0]);
+    let inside = format!(
+        "<model name='outer' placement_frame='m::l'><pose>0 0 9 0 0 0</pose>{}</model>",
+        placed("<pose>1 0 0 0 0 0</pose>")
+    );
+    let model = import(&inside).model;
+    assert_stands_at(&model, "m::l", [0.0, 0.0, 9.0]);
+    // The model m is turned back by a quarter about z in the outer one, which is turned by one.
+    assert_stands_at(&model, "m::tip", [2.0, 0.0, 10.0]);
+    assert_refused(
+        "<model name='m' placement_frame='top'>\n<link name='tip'/></model>",
+        &["text):2:", "<model>", "'top'", "'tip'"],
+    );
+}
+
+#[test]
+fn includes_have_placement_frames() {
+    let folder = std::env::temp_dir().join(format!("signorini-placement-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let tool = format!(
+        "<sdf version='1.9'><model name='tool'><link name='grip'/><link name='tip'><pose>0 0 1 0 {FRAC_PI_2} 0</pose></link></model></sdf>"
+    );
+    std::fs::write(folder.join("tool.sdf"), tool).unwrap();
+    let include = |merge: &str| {
+        format!(
+            "<model name='m'><link name='base'/><frame name='table'><pose>0 3 0 0 0 0</pose></frame><include{merge}><uri>tool.sdf</uri>\
+            <pose relative_to='table'>1 0 0 0 0 0</pose><placement_frame>tip</placement_frame></include></model>"
+        )
+    };
+    let load = |merge: &str| {
+        load_sdf_str(&format!("<sdf version='1.9'>{}</sdf>", include(merge)), &folder, &LoadOptions::default())
+    };
+    let loaded = [("tool::", load("")), ("", load(" merge='true'"))];
+    std::fs::remove_dir_all(&folder).unwrap();
+    for (prefix, imported) in loaded {
+        let Imported { model, report, .. } = imported.unwrap();
+        assert_stands_at(&model, &format!("{prefix}tip"), [1.0, 3.0, 0.0]);
+        // The grip is a metre from the tip along the tip's x.
+        assert_stands_at(&model, &format!("{prefix}grip"), [2.0, 3.0, 0.0]);
+        assert!(report.warnings.is_empty(), "{report}");
+    }
+}
