@@ -197,12 +197,16 @@ impl<'t> Frames<'t> {
         self.entities[entity].model.map_or(Pose::IDENTITY, |k| self.pose(k))
     }
 
-    /// The link that stands for a model.
+    /// What stands for a model: what it names as `canonical_link`, its first link, or its first model.
     fn canonical(&self, model: usize) -> Result<usize, FormatError> {
-        let Entity { element, name, .. } = &self.entities[model];
-        let scope = format!("{name}::");
-        let first = self.of(Sort::Link).find(|&k| self.entities[k].name.starts_with(&scope));
-        first.ok_or_else(|| self.unknown(*element, &scope, "__model__"))
+        let Entity { element, name, inside, .. } = &self.entities[model];
+        if let Some(named) = attribute(*element, "canonical_link") {
+            let scope = format!("{name}::");
+            return self.lookup(*element, &scope, named)?.ok_or_else(|| self.unknown(*element, &scope, named));
+        }
+        let first = |sort| inside.clone().find(|&k| self.entities[k].sort == sort);
+        let without = "has no link, so that nothing can be attached to it: name a link instead, or give it one";
+        first(Sort::Link).or_else(|| first(Sort::Model)).ok_or_else(|| element.invalid(without))
     }
 
     /// The pose of an entity in the frame of its model.

@@ -137,8 +137,8 @@ fn merge(
     included.retain_children(model, |e| !own_poses.contains(&e.index()));
     let made = included.add_child(model, "frame");
     included.set_attribute(made, "name", &frame);
-    let first_link = included.element(model).child("link").and_then(|e| Some(e.raw("name")?.value.clone()));
-    first_link.iter().for_each(|link| included.set_attribute(made, "attached_to", link));
+    let canonical = canonical_of(included.element(model));
+    canonical.iter().for_each(|part| included.set_attribute(made, "attached_to", part));
     let placed = included.add_child(made, "pose");
     included.set_attribute(placed, "relative_to", "__model__");
     if let Some(pose) = pose {
@@ -146,6 +146,13 @@ fn merge(
         included.set_text(placed, pose.text);
     }
     tree.graft_children(index, included, model)
+}
+
+/// The name of what stands for a model: its canonical link, its first link, or its first model.
+fn canonical_of(model: Element) -> Option<String> {
+    let named = model.attributes().text("canonical_link").filter(|link| !link.is_empty());
+    let first = ["link", "model"].iter().find_map(|&sort| model.child(sort)?.attributes().text("name"));
+    named.or(first).map(str::to_owned)
 }
 
 /// The file of an include's model, if it is there and can be put in.

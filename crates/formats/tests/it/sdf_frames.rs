@@ -105,3 +105,64 @@ fn includes_have_placement_frames() {
         assert!(report.warnings.is_empty(), "{report}");
     }
 }
+
+/// The link to which `__model__` of `model` is fixed, as the parent of a body that is welded to it.
+fn canonical(attribute: &str, inside: &str, model: &str) -> String {
+    let text = format!(
+        "<model name='m'{attribute}>{inside}<frame name='f' attached_to='{model}'/><link name='end'/>\
+         <joint name='j' type='fixed'><parent>f</parent><child>end</child></joint></model>"
+    );
+    let model = import(&text).model;
+    let end = &model.bodies[model.body_named("end").unwrap().index()];
+    model.bodies[end.parent.index()].name.clone()
+}
+
+#[test]
+fn the_first_link_of_a_model_stands_for_it_unless_it_names_one() {
+    let part = |name: &str| format!("<model name='{name}'><link name='a'/><link name='b'/></model>");
+    let parts = part("first") + &part("second");
+    let nested = format!("<model name='n'>{parts}</model>");
+    let choosing = format!("<model name='n' canonical_link='second::b'>{parts}</model>");
+    assert_eq!(canonical("", &format!("{nested}<link name='own'/>"), "__model__"), "own");
+    assert_eq!(canonical("", &nested, "n"), "n::first::a");
+    assert_eq!(canonical("", &choosing, "n"), "n::second::b");
+    assert_eq!(canonical(" canonical_link='n::second::a'", &nested, "__model__"), "n::second::a");
+    // Both in the models inside.
+    let text = format!(
+        "<model name='m'>{parts}<frame name='f'/><frame name='g' attached_to='second'/>\
+        <joint name='j' type='fixed'><parent>f</parent><child>g</child></joint></model>"
+    );
+    let model = import(&text).model;
+    let parent =
+        |name: &str| model.bodies[model.bodies[model.body_named(name).unwrap().index()].parent.index()].name.as_str();
+    assert_eq!(parent("second::a"), "first::a");
+    let empty = "<model name='m'><link name='l'/>\n<model name='empty'/><frame name='f' attached_to='empty'/>\
+        <joint name='j' type='fixed'><parent>f</parent><child>l</child></joint></model>";
+    assert_refused(empty, &["text):3:", "<model>", "has no link"]);
+    let other = "<model name='m'>\n<model name='n' canonical_link='c'><link name='l'/></model><link name='k'/>\
+        <joint name='j' type='fixed'><parent>n</parent><child>k</child></joint></model>";
+    assert_refused(other, &["text):3:", "<model>", "'c'"]);
+}
+
+#[test]
+fn a_merged_model_keeps_its_canonical_link() {
+    let folder = std::env::temp_dir().join(format!("signorini-canonical-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let write = |name: &str, attribute: &str, inside: &str| {
+        let text = format!(
+            "<sdf version='1.9'><model name='{name}'{attribute}>{inside}\
+            <link name='{name}_end'/><joint name='{name}_j' type='fixed'><parent>__model__</parent><child>{name}_end</child></joint></model></sdf>"
+        );
+        std::fs::write(folder.join(format!("{name}.sdf")), text).unwrap();
+    };
+    write("x", " canonical_link='x2'", "<link name='x1'/><link name='x2'/>");
+    write("y", "", "<link name='y1'/>");
+    let text = "<sdf version='1.9'><model name='m'><link name='base'/><include merge='true'><uri>x.sdf</uri></include>\
+        <include merge='true'><uri>y.sdf</uri></include></model></sdf>";
+    let loaded = load_sdf_str(text, &folder, &LoadOptions::default());
+    std::fs::remove_dir_all(&folder).unwrap();
+    let model = loaded.unwrap().model;
+    let parent =
+        |name: &str| model.bodies[model.bodies[model.body_named(name).unwrap().index()].parent.index()].name.as_str();
+    assert_eq!((parent("x_end"), parent("y_end")), ("x2", "y1"));
+}
