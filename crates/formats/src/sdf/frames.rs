@@ -122,12 +122,12 @@ impl<'t> Frames<'t> {
         Ok(inside)
     }
 
-    /// The entity of that name; `model::__model__` is the frame of a model inside.
+    /// The entity of that name; `model::__model__` is the frame of a model inside, unless a frame is called so, as where the models inside
+    /// were written as parts of the outer one.
     fn named(&self, name: &str) -> Option<usize> {
-        if let Some(model) = name.strip_suffix("::__model__") {
-            return self.by_name.get(model)?[Sort::Model as usize];
-        }
-        self.by_name.get(name)?.iter().flatten().next().copied()
+        let literal = self.by_name.get(name).and_then(|of_name| of_name.iter().flatten().next().copied());
+        let model = || self.by_name.get(name.strip_suffix("::__model__")?)?[Sort::Model as usize];
+        literal.or_else(model)
     }
 
     /// The entity that a name in a scope stands for; none for the world.

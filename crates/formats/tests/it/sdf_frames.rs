@@ -166,3 +166,16 @@ fn a_merged_model_keeps_its_canonical_link() {
         |name: &str| model.bodies[model.bodies[model.body_named(name).unwrap().index()].parent.index()].name.as_str();
     assert_eq!((parent("x_end"), parent("y_end")), ("x2", "y1"));
 }
+
+/// As SDFormat 10 writes a model M1 that is inside P: its parts are P's, and a frame stands for it.
+#[test]
+fn a_flattened_model_has_a_frame_of_its_name() {
+    let text = format!(
+        "<model name='P'><frame name='M1::__model__' attached_to='M1::L1'><pose relative_to='__model__'>10 0 0 0 0 {FRAC_PI_2}</pose></frame>\
+         <link name='M1::L1'><pose relative_to='M1::__model__'>2 0 1 0 0 0</pose></link><link name='L2'/>\
+         <joint name='j' type='fixed'><parent>M1::__model__</parent><child>L2</child></joint></model>"
+    );
+    let model = import(&text).model;
+    assert_stands_at(&model, "M1::L1", [10.0, 2.0, 1.0]);
+    assert_eq!(model.bodies[model.body_named("L2").unwrap().index()].parent, model.body_named("M1::L1").unwrap());
+}
