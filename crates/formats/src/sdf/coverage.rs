@@ -6,7 +6,7 @@ use crate::xml::Element;
 /// What is read: an element's name with the names of those inside it that are read.
 const READ: [(&str, &str); 21] = [
     ("sdf", "world model"),
-    ("world", "model frame gravity physics"),
+    ("world", "model frame joint gravity physics"),
     ("physics", "max_step_size"),
     ("model", "pose static self_collide link joint frame model"),
     ("frame", "pose"),

@@ -96,7 +96,7 @@ impl<'t> Frames<'t> {
             let sort = match element.name() {
                 "model" => Sort::Model,
                 "link" if !is_world => Sort::Link,
-                "joint" if !is_world => Sort::Joint,
+                "joint" => Sort::Joint,
                 "frame" => Sort::Frame,
                 _ => continue,
             };

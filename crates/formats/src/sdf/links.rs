@@ -53,8 +53,8 @@ fn add<'t>(
     let body = importer.parts.add_body(link.element, Some(name.clone()), parent, placement)?;
     bodies.insert(placed.link, body);
     match placed.edge.map(|e| &tree.edges[e]) {
-        _ if link.fixed => {}
         Some(edge) => joints::add(importer, frames, edge, placed, body, &here)?,
+        None if link.fixed => {}
         None => {
             let joint = importer.parts.unused_name(&format!("{name}_free"));
             importer.parts.add_joint(link.element, Some(joint), body, &here, Joint::new("", JointKind::Free))?;
@@ -66,9 +66,10 @@ fn add<'t>(
     Ok(Link { entity: placed.link, body, offset: Pose::IDENTITY, touching, fixed: link.fixed })
 }
 
-/// Reports the joints that are in no tree.
+/// Reports the joints that are in no tree, except those of what cannot move.
 fn report_left_out(importer: &mut Importer, frames: &Frames, tree: &KinematicTree) {
-    for edge in tree.edges.iter().filter(|edge| !edge.in_tree && !frames.entities[edge.entity].fixed) {
+    let moves = |link: Option<usize>| link.is_some_and(|link| !frames.entities[link].fixed);
+    for edge in tree.edges.iter().filter(|edge| !edge.in_tree && (moves(edge.parent) || moves(edge.child))) {
         let (what, effect) = match tree::couples(edge.element) {
             true => ("of type 'gearbox' is not supported", "the joints that it couples move by themselves"),
             false => ("closes a loop, which is not supported", "it is left out: the loop is open"),

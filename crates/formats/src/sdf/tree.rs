@@ -35,7 +35,10 @@ pub(super) struct KinematicTree<'t> {
 impl<'t> KinematicTree<'t> {
     pub fn read(frames: &Frames<'t>) -> Result<Self, FormatError> {
         let mut edges = Vec::new();
-        for entity in frames.of(Sort::Joint) {
+        // Where joints of the world close a loop, it is one of them that is left out.
+        let (of_models, of_world): (Vec<usize>, Vec<usize>) =
+            frames.of(Sort::Joint).partition(|&joint| frames.entities[joint].model.is_some());
+        for entity in of_models.into_iter().chain(of_world) {
             let (element, scope) = (frames.entities[entity].element, frames.entities[entity].scope.as_str());
             let end = |name: &'static str| {
                 let end = element.child(name).filter(|c| !c.text().is_empty());
@@ -49,15 +52,16 @@ impl<'t> KinematicTree<'t> {
             edges.push(Edge { element, entity, parent, child, in_tree: false });
         }
         let mut tree = Self { edges, order: Vec::new() };
-        tree.mark_tree(frames.entities.len());
+        tree.mark_tree(frames);
         tree.find_order(frames);
         Ok(tree)
     }
 
-    /// Marks the joints that, taken in their order, join what no earlier ones have joined.
-    fn mark_tree(&mut self, count: usize) {
-        let world = count;
-        let mut root: Vec<usize> = (0..=count).collect();
+    /// Marks the joints that, taken in their order, join what no earlier ones have joined. Links of static models are joined to the world.
+    fn mark_tree(&mut self, frames: &Frames) {
+        let world = frames.entities.len();
+        let mut root: Vec<usize> = (0..=world).collect();
+        frames.of(Sort::Link).filter(|&link| frames.entities[link].fixed).for_each(|link| root[link] = world);
         for edge in self.edges.iter_mut().filter(|edge| !couples(edge.element)) {
             let [a, b] = [edge.parent, edge.child].map(|link| find(&mut root, link.unwrap_or(world)));
             edge.in_tree = a != b;
@@ -77,9 +81,9 @@ impl<'t> KinematicTree<'t> {
         let children: HashSet<usize> = self.edges.iter().filter(|e| e.in_tree).filter_map(|e| e.child).collect();
         let is_child = |link: usize| children.contains(&link);
         // A tree that does not hang on the world starts at a link that is nobody's child, if there is one.
-        let (mut roots, others): (Vec<usize>, Vec<usize>) = frames.of(Sort::Link).partition(|&link| !is_child(link));
-        roots.extend(others);
-        for link in roots {
+        let (fixed, free): (Vec<usize>, Vec<usize>) = frames.of(Sort::Link).partition(|&k| frames.entities[k].fixed);
+        let (first, others): (Vec<usize>, Vec<usize>) = free.into_iter().partition(|&link| !is_child(link));
+        for link in fixed.into_iter().chain(first).chain(others) {
             if !reached[link] {
                 self.order.push(Placed { link, edge: None, towards_root: None });
                 self.walk(link, &of_link, &mut reached);

@@ -179,3 +179,72 @@ fn a_flattened_model_has_a_frame_of_its_name() {
     assert_stands_at(&model, "M1::L1", [10.0, 2.0, 1.0]);
     assert_eq!(model.bodies[model.body_named("L2").unwrap().index()].parent, model.body_named("M1::L1").unwrap());
 }
+
+const WORLD: &str = "<frame name='hook'><pose>0 0 3 0 0 0</pose></frame>\
+    <model name='ground'><static>1</static><pose>1 0 0 0 0 0</pose><link name='post'><pose>0 0 1 0 0 0</pose></link><link name='slab'/>\
+    <joint name='screwed' type='fixed'><parent>post</parent><child>slab</child></joint></model>\
+    <model name='gate'><pose>1 0 2 0 0 0</pose><link name='leaf'/></model>\
+    <model name='lamp'><pose>0 2 0 0 0 0</pose><link name='cord'/><link name='bulb'><pose>0 0 -1 0 0 0</pose></link>\
+    <joint name='socket' type='fixed'><parent>cord</parent><child>bulb</child></joint></model>";
+
+fn of_world(name: &str, kind: &str, ends: [&str; 2], pose: &str) -> String {
+    let [parent, child] = ends;
+    format!(
+        "<joint name='{name}' type='{kind}'>{pose}<parent>{parent}</parent><child>{child}</child><axis><xyz>0 1 0</xyz></axis></joint>"
+    )
+}
+
+#[test]
+fn joints_of_the_world_connect_models() {
+    let hinge = of_world("hinge", "revolute", ["ground::post", "gate"], "<pose>0 0 0.5 0 0 0</pose>");
+    let hang = of_world("hang", "revolute", ["gate::leaf", "lamp::bulb"], "<pose relative_to='hook'/>");
+    let Imported { model, report, .. } = import(&format!("<world name='w'>{hang}{hinge}{WORLD}</world>"));
+    assert!(report.warnings.is_empty(), "{report}");
+    let body = |name: &str| &model.bodies[model.body_named(name).unwrap().index()];
+    let parent = |name: &str| model.bodies[body(name).parent.index()].name.as_str();
+    assert_eq!(
+        ["ground::slab", "gate::leaf", "lamp::bulb", "lamp::cord"].map(parent),
+        ["world", "ground::post", "gate::leaf", "lamp::bulb"]
+    );
+    for (name, place) in [
+        ("ground::post", [1.0, 0.0, 1.0]),
+        ("gate::leaf", [1.0, 0.0, 2.0]),
+        ("lamp::bulb", [0.0, 2.0, -1.0]),
+        ("lamp::cord", [0.0, 2.0, 0.0]),
+    ] {
+        assert_stands_at(&model, name, place);
+    }
+    // Half a metre above the leaf; and the hook at (0, 0, 3) in the bulb at (0, 2, -1).
+    let joints: Vec<_> = model
+        .joints
+        .iter()
+        .map(|j| (j.name.as_str(), model.bodies[j.body.index()].name.as_str(), j.anchor.to_array()))
+        .collect();
+    assert_eq!(joints, [("hinge", "gate::leaf", [0.0, 0.0, 0.5]), ("hang", "lamp::bulb", [0.0, -2.0, 4.0])]);
+}
+
+#[test]
+fn joints_of_the_world_fix_models_to_it() {
+    let fixed = of_world("f", "fixed", ["world", "gate"], "") + &of_world("g", "fixed", ["hook", "lamp::cord"], "");
+    let Imported { model, report, .. } = import(&format!("<world name='w'>{WORLD}{fixed}</world>"));
+    assert!(report.warnings.is_empty(), "{report}");
+    assert_eq!((model.nv, model.bodies.len()), (0, 6));
+    let again =
+        format!("<world name='w'>{WORLD}{fixed}\n{}</world>", of_world("h", "fixed", ["ground::slab", "gate"], ""));
+    let loops: Vec<_> = import(&again).report.warnings.iter().map(|w| (w.line, w.what.clone())).collect();
+    assert_eq!(loops, [(3, "closes a loop, which is not supported".to_owned())]);
+    let unknown = format!("<world name='w'>{WORLD}\n{}</world>", of_world("h", "fixed", ["world", "gat"], ""));
+    assert_refused(&unknown, &["text):3:", "'gat'", "did you mean 'gate'"]);
+}
+
+/// Where the world has one model, joints of the world keep their names, as those of the model do.
+#[test]
+fn a_lone_model_can_hang_on_the_world() {
+    let text = format!(
+        "<world name='w'><model name='m'><pose>0 0 4 0 0 0</pose><link name='l'/></model>{}</world>",
+        of_world("pin", "revolute", ["world", "m"], "")
+    );
+    let model = import(&text).model;
+    assert_eq!(model.joints[model.joint_named("pin").unwrap().index()].anchor, DVec3::ZERO);
+    assert_stands_at(&model, "l", [0.0, 0.0, 4.0]);
+}
