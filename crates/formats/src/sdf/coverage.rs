@@ -10,7 +10,7 @@ const READ: [(&str, &str); 21] = [
     ("physics", "max_step_size"),
     ("model", "pose static self_collide link joint frame model"),
     ("frame", "pose"),
-    ("link", "pose inertial collision"),
+    ("link", "pose inertial collision gravity"),
     ("inertial", "pose mass inertia"),
     ("inertia", "ixx iyy izz ixy ixz iyz"),
     ("collision", "pose geometry surface"),
@@ -34,7 +34,7 @@ const HARMLESS: &str = "visual material light scene atmosphere gui audio allow_a
                         max_contacts collide_without_contact contact battery particle_emitter projector";
 
 /// Elements with a reason of their own.
-const MISSING: [(&str, &str); 13] = [
+const MISSING: [(&str, &str); 12] = [
     (
         "include",
         "its model is not found and left out; say in which folder its own lies (--package-dir), or put its elements in its place",
@@ -43,7 +43,6 @@ const MISSING: [(&str, &str); 13] = [
     ("effort", "there are no actuators to bound; bound your own controls"),
     ("velocity", "the joint can move as fast as it will"),
     ("mimic", "the joint moves by itself, not with the joint it should follow"),
-    ("gravity", "gravity acts on the link all the same"),
     ("kinematic", "the link moves by forces all the same"),
     ("mu2", "friction is the same in all directions"),
     ("fdir1", "friction is the same in all directions"),
@@ -76,7 +75,6 @@ pub(super) fn audit<'t>(root: Element<'t>, report: &mut Reporter) {
 /// Whether an element says what holds anyway.
 fn neutral(element: Element) -> bool {
     match element.name() {
-        "gravity" => matches!(element.text(), "true" | "1"),
         "kinematic" | "enable_wind" => matches!(element.text(), "false" | "0"),
         "provide_feedback" => true,
         "effort" | "velocity" => element.text().starts_with('-') || element.text().ends_with("inf"),

@@ -62,6 +62,9 @@ fn add<'t>(
     }
     let inertia = inertia(importer, link.element)?;
     importer.parts.set_inertia(body, inertia)?;
+    if values::flag(link.element, "gravity")? == Some(false) {
+        importer.parts.set_gravity_compensation(body, 1.0)?;
+    }
     let touching = shapes::read(importer, frames, placed.link, body, &Pose::IDENTITY)?;
     Ok(Link { entity: placed.link, body, offset: Pose::IDENTITY, touching, fixed: link.fixed })
 }

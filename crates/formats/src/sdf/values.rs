@@ -36,7 +36,7 @@ pub(super) fn direction(parent: Element, name: &'static str, default: DVec3) -> 
 /// Whether the child of that name says yes.
 pub(super) fn flag(parent: Element, name: &'static str) -> Result<Option<bool>, FormatError> {
     let Some(element) = parent.child(name) else { return Ok(None) };
-    match element.text() {
+    match element.text().to_ascii_lowercase().as_str() {
         "true" | "1" => Ok(Some(true)),
         "false" | "0" => Ok(Some(false)),
         _ => Err(element.invalid("expected 'true' or 'false'")),

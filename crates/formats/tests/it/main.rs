@@ -12,6 +12,7 @@ mod robots;
 mod robustness;
 mod sdf;
 mod sdf_frames;
+mod sdf_links;
 mod tendons;
 mod urdf;
 mod visuals;
