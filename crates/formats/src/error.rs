@@ -147,6 +147,19 @@ pub enum FormatError {
         /// What is wrong with the file where the attribute is passed over.
         consequence: Box<FormatError>,
     },
+    /// An included model that is not found, in a file that refers to it.
+    #[error(
+        "{at}: the model '{uri}' that <include> asks for is not found: say in which folder its own lies (--package-dir); \
+         without it: {consequence}"
+    )]
+    MissingInclude {
+        /// Where the include stands.
+        at: Location,
+        /// What it asks for.
+        uri: String,
+        /// What is wrong with the file without the model.
+        consequence: Box<FormatError>,
+    },
     /// The friction asked for is none.
     #[error("the friction asked for is {found}: it must be finite and at least 0")]
     InvalidFriction {
@@ -174,7 +187,8 @@ impl FormatError {
             | Self::InvalidElement { at, .. }
             | Self::Asset { at, .. }
             | Self::Model { at, .. }
-            | Self::UnknownAttribute { at, .. } => Some(at),
+            | Self::UnknownAttribute { at, .. }
+            | Self::MissingInclude { at, .. } => Some(at),
             Self::Unreadable { .. } | Self::InvalidFriction { .. } | Self::InvalidConcavity { .. } => None,
         }
     }

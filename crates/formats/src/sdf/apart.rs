@@ -15,25 +15,24 @@ const MAX_PAIRS: usize = 1_000_000;
 /// More links of a model none of which touch each other than this are refused.
 const MAX_LINKS: usize = 1000;
 
-/// Keeps the links of every model from touching: all of them, unless it says that they do; else those that a joint connects.
+/// Keeps links of a model from touching where neither says that it does, and links that a joint connects.
 pub(super) fn keep_apart(
     importer: &mut Importer,
     frames: &Frames,
     tree: &KinematicTree,
     bodies: &HashMap<usize, BodyId>,
 ) -> Result<(), FormatError> {
+    let mut aloof: HashSet<usize> = HashSet::new();
     let mut of_model: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for placed in tree.order.iter().filter(|placed| bodies.contains_key(&placed.link)) {
-        of_model.entry(frames.entities[placed.link].top.unwrap_or_default()).or_default().push(placed.link);
+    for link in tree.order.iter().map(|placed| placed.link).filter(|link| bodies.contains_key(link)) {
+        if let (Some(top), false) = (frames.entities[link].top, touches_its_model(frames, link)?) {
+            aloof.insert(link);
+            of_model.entry(top).or_default().push(link);
+        }
     }
     let mut pairs: Vec<(usize, usize)> = Vec::new();
-    let mut meeting: HashSet<usize> = HashSet::new();
     for (top, links) in of_model {
         let model = frames.entities[top].element;
-        if values::flag(model, "self_collide")?.unwrap_or(false) {
-            meeting.insert(top);
-            continue;
-        }
         if links.len() > MAX_LINKS {
             return Err(model.invalid(format!("more than {MAX_LINKS} links without <self_collide>")));
         }
@@ -42,10 +41,25 @@ pub(super) fn keep_apart(
             return Err(model.invalid(format!("more than {MAX_PAIRS} pairs of links that do not touch")));
         }
     }
+    let known = |a: usize, b: usize| {
+        frames.entities[a].top == frames.entities[b].top && aloof.contains(&a) && aloof.contains(&b)
+    };
     let joined = tree.edges.iter().filter_map(|e| Some((e.parent?, e.child?)));
-    pairs.extend(joined.filter(|&(a, _)| frames.entities[a].top.is_some_and(|top| meeting.contains(&top))));
+    pairs.extend(joined.filter(|&(a, b)| !known(a, b)));
     for (a, b) in pairs {
         importer.parts.builder.exclude(bodies[&a], bodies[&b]);
     }
     Ok(())
+}
+
+/// Whether a link touches all others of its model: it says so, or else the innermost model around it that says something.
+fn touches_its_model(frames: &Frames, link: usize) -> Result<bool, FormatError> {
+    let mut here = Some(link);
+    while let Some(entity) = here {
+        if let Some(says) = values::flag(frames.entities[entity].element, "self_collide")? {
+            return Ok(says);
+        }
+        here = frames.entities[entity].model;
+    }
+    Ok(false)
 }

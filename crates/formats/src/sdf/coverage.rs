@@ -10,7 +10,7 @@ const READ: [(&str, &str); 21] = [
     ("physics", "max_step_size"),
     ("model", "pose static self_collide link joint frame model"),
     ("frame", "pose"),
-    ("link", "pose inertial collision gravity"),
+    ("link", "pose inertial collision gravity self_collide"),
     ("inertial", "pose mass inertia"),
     ("inertia", "ixx iyy izz ixy ixz iyz"),
     ("collision", "pose geometry surface"),
@@ -31,25 +31,51 @@ const READ: [(&str, &str); 21] = [
 /// What has no influence on the motion.
 const HARMLESS: &str = "visual material light scene atmosphere gui audio allow_auto_disable sensor real_time_factor \
                         real_time_update_rate spherical_coordinates magnetic_field state road population laser_retro \
-                        max_contacts collide_without_contact contact battery particle_emitter projector";
+                        max_contacts collide_without_contact contact battery particle_emitter projector \
+                        must_be_base_link thread_pitch screw_thread_pitch audio_source audio_sink";
 
-/// Elements with a reason of their own.
-const MISSING: [(&str, &str); 12] = [
+/// Numbers for the solvers of other engines.
+const SETTINGS: &str = "ode bullet dart simbody physics max_vel min_depth";
+
+/// Elements whose absence has an effect of its own.
+const MISSING: [(&str, &str); 31] = [
     (
         "include",
         "its model is not found and left out; say in which folder its own lies (--package-dir), or put its elements in its place",
     ),
     ("plugin", "what the plugin does is missing"),
+    ("actor", "it is left out: nobody walks or stands there"),
     ("effort", "there are no actuators to bound; bound your own controls"),
     ("velocity", "the joint can move as fast as it will"),
+    ("stiffness", "it is left out: the joint's limit is a hard stop"),
+    ("dissipation", "it is left out: the joint's limit is a hard stop"),
+    ("initial_position", "it is left out: the joint begins at 0"),
     ("mimic", "the joint moves by itself, not with the joint it should follow"),
+    ("transmission", "it is left out: the joint has no actuator"),
+    ("gravity", "it is left out: gravity is that of <world>, by default 0 0 -9.8; write it there"),
     ("kinematic", "the link moves by forces all the same"),
+    ("velocity_decay", "it is left out: nothing slows the link down but what touches it"),
+    ("fluid_added_mass", "it is left out: the fluid around the link weighs nothing"),
+    ("density", "it is left out: the mass is that of <inertial>"),
     ("mu2", "friction is the same in all directions"),
     ("fdir1", "friction is the same in all directions"),
+    ("slip1", "it is left out: what is pushed by less than friction does not creep"),
+    ("slip2", "it is left out: what is pushed by less than friction does not creep"),
+    ("bullet", "its friction is left out: that of <ode> counts"),
+    ("dart", "its friction is left out: that of <ode> counts"),
+    ("torsional", "it is left out: contacts do not resist turning on the spot"),
     ("wind", "bodies move as in a vacuum"),
+    ("enable_wind", "it is left out: no wind acts"),
     ("bounce", "impacts are without rebound"),
+    ("soft_contact", "it is left out: contacts are rigid"),
+    (
+        "convex_decomposition",
+        "it is left out: the mesh's convex hull is used, or its parts where the options ask for them",
+    ),
     ("gearbox_reference_body", "the joints move by themselves"),
     ("gearbox_ratio", "the joints move by themselves"),
+    ("gripper", "it is left out: what is gripped is held by friction alone"),
+    ("static", "it is left out: models inside and links are static where the outermost model is"),
 ];
 
 /// Reports every element of the file that the importer does not take over, in the order of the file.
@@ -64,12 +90,26 @@ pub(super) fn audit<'t>(root: Element<'t>, report: &mut Reporter) {
     while let Some((read, element)) = open.pop() {
         if listed(read, element.name()) {
             open.extend(children(element));
-        } else if !listed(HARMLESS, element.name()) && !neutral(element) {
+        } else if listed(SETTINGS, element.name()) && !is_friction(element) {
+            let effect = "it is left out: it is for the solver of another engine";
+            report.other(element.at(), element.name(), "is not supported", effect);
+        } else if !listed(HARMLESS, element.name()) && !neutral(element) && !is_shape(element) {
             let effect = MISSING.iter().find(|(name, _)| element.is(name)).map(|(_, effect)| *effect);
             let effect = effect.unwrap_or("it is ignored; is it misspelt?");
             report.motion(element.at(), element.name(), "is not supported", effect);
         }
     }
+}
+
+/// Whether an element holds coefficients of friction, which change the motion.
+fn is_friction(element: Element) -> bool {
+    element.parent().is_some_and(|parent| parent.is("friction"))
+}
+
+/// Whether an element is the shape of a collision, of which the reader of shapes tells whether it is supported.
+fn is_shape(element: Element) -> bool {
+    let first = element.parent().filter(|parent| parent.is("geometry")).and_then(|geometry| geometry.children().next());
+    first.is_some_and(|first| first.index() == element.index())
 }
 
 /// Whether an element says what holds anyway.
@@ -79,6 +119,8 @@ fn neutral(element: Element) -> bool {
         "provide_feedback" => true,
         "effort" | "velocity" => element.text().starts_with('-') || element.text().ends_with("inf"),
         "slip1" | "slip2" => element.text().parse() == Ok(0.0),
+        // Its numbers are zero by default.
+        "velocity_decay" => element.children().all(|number| number.text().parse() == Ok(0.0)),
         _ => false,
     }
 }

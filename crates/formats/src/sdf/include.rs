@@ -166,6 +166,26 @@ fn file_of(include: Element, base: &Path, package_dirs: &[PathBuf]) -> Option<Pa
     if place.is_dir() { file_in(&place) } else { Some(place).filter(|file| file.is_file()) }
 }
 
+/// An error about a name, with the include whose model is not there where the name is one of its parts'.
+pub(super) fn blame(root: Element, error: FormatError) -> FormatError {
+    let FormatError::UnknownName { name, .. } = &error else { return error };
+    let model = name.split("::").next().unwrap_or_default();
+    let has_it = |include: &Element| {
+        let text = |child| include.child(child).map_or("", |c| c.text());
+        let merged = include.attributes().text("merge") == Some("true");
+        let of_uri = |part: &str| part == model || part.rsplit_once('.').is_some_and(|(stem, _)| stem == model);
+        merged || text("name") == model || text("uri").split('/').any(of_uri)
+    };
+    match root.descendants().into_iter().filter(|e| e.is("include")).find(has_it) {
+        None => error,
+        Some(include) => FormatError::MissingInclude {
+            at: include.at(),
+            uri: include.child("uri").map_or(String::new(), |uri| uri.text().chars().take(200).collect()),
+            consequence: Box::new(error),
+        },
+    }
+}
+
 /// The newest SDF file that a model's folder tells of in its `model.config`; without one, `model.sdf`.
 fn file_in(folder: &Path) -> Option<PathBuf> {
     let config = ["model.config", "manifest.xml"].iter().find_map(|name| read_file(&folder.join(name), MAX_BYTES).ok());

@@ -39,7 +39,8 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
     let world = root.child("world");
     let container = world.unwrap_or(root);
     let models: Vec<Element> = container.children_named("model").collect();
-    if models.is_empty() {
+    // Of an include that is not found there is a word already.
+    if models.is_empty() && container.child("include").is_none() {
         let effect = "the world is empty";
         container.note(container.at(), "has no <model>", effect, true);
     }
@@ -61,7 +62,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
     if let Some(world) = world {
         read_world(&mut importer, world)?;
     }
-    links::read(&mut importer, container)?;
+    links::read(&mut importer, container).map_err(|error| include::blame(root, error))?;
     coverage::audit(root, &mut importer.report);
     importer.parts.arm_massless_joints(&mut importer.report);
     importer.report.notes(tree.take_notes());

@@ -174,24 +174,6 @@ fn models_of_a_world_have_their_names_and_places() {
 }
 
 #[test]
-fn links_of_a_model_meet_only_where_it_says_so() {
-    let link = |name: &str| {
-        format!(
-            "<link name='{name}'><collision name='{name}'><geometry><sphere><radius>1</radius></sphere></geometry></collision></link>"
-        )
-    };
-    for (word, meets) in [("", false), ("<self_collide>true</self_collide>", true)] {
-        let inner = format!("{word}{}{}{}{}", link("a"), link("b"), link("c"), joint("j", "revolute", "a", "b"));
-        let model = import(&format!("<model name='m'>{inner}</model>")).model;
-        let touching = |a: &str, b: &str| {
-            let [a, b] = [a, b].map(|name| model.geom_named(name).unwrap());
-            model.contact_filter.allows((a, b), (&model.geoms[a.index()], &model.geoms[b.index()]))
-        };
-        assert_eq!((touching("a", "b"), touching("a", "c")), (false, meets));
-    }
-}
-
-#[test]
 fn nonsense_is_refused_with_its_place() {
     assert_refused("<model name='m'><link/></model>", &["text):2:17", "attribute 'name'"]);
     let twice = "<model name='m'><link name='a'/>\n<link name='a'/></model>";
