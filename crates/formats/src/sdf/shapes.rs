@@ -70,10 +70,14 @@ pub(super) fn base_of<'t>(frames: &Frames<'t>, link: usize, collision: Element<'
     Ok(here.inverse() * frames.named_pose(collision, &frames.entities[link].scope, given, here)?)
 }
 
-/// The shape and how it is turned in the collision's frame; none if it is of a sort that is not supported.
+/// The shape and how it is turned in the collision's frame; none if it has none or one of a sort that is not supported.
 fn geometry(importer: &mut Importer, collision: Element) -> Result<Option<(Geometry, DQuat)>, FormatError> {
     let shape = collision.child("geometry").and_then(|g| g.children().next());
-    let shape = shape.ok_or_else(|| collision.incomplete("<geometry> with a shape"))?;
+    let Some(shape) = shape else {
+        let effect = "nothing touches it: give it a <geometry> with a shape, or <empty/> if that is meant";
+        importer.report.motion(collision.at(), "collision", "has no shape", effect);
+        return Ok(None);
+    };
     match shape.name() {
         "mesh" => Ok(mesh_geometry(importer, shape)?.map(|geometry| (geometry, DQuat::IDENTITY))),
         "empty" => Ok(None),

@@ -136,3 +136,14 @@ fn an_include_that_is_not_found_is_told_once_and_first() {
     let other = refused(include, "plane::base_link");
     assert!(!other.contains("iris") && other.contains("'plane::base_link', which is not defined"), "{other}");
 }
+
+#[test]
+fn a_collision_without_a_shape_is_told_and_touches_nothing() {
+    let text = "<model name='m'><link name='l'>\n<collision name='a'><pose>0 1 0 0 0 0</pose></collision>\n\
+        <collision name='b'><geometry/></collision><collision name='c'><geometry><empty/></geometry></collision>\
+        <collision name='d'><geometry><sphere><radius>1</radius></sphere></geometry></collision></link></model>";
+    let Imported { model, report, .. } = import(text);
+    assert_eq!(model.geoms.iter().map(|g| g.name.as_str()).collect::<Vec<_>>(), ["d"]);
+    let told: Vec<_> = report.warnings.iter().map(|w| (w.element.as_str(), w.line, w.count, w.what.as_str())).collect();
+    assert_eq!(told, [("collision", 3, 2, "has no shape")], "{report}");
+}
