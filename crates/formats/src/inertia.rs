@@ -13,6 +13,7 @@ pub(crate) fn solid(geometry: &Geometry) -> Option<Inertia> {
         Geometry::Box { half_extents: e } => 8.0 * e.x * e.y * e.z,
         Geometry::Ellipsoid { semi_axes: e } => 4.0 / 3.0 * PI * e.x * e.y * e.z,
         Geometry::Cylinder { radius: r, half_length: h } => 2.0 * PI * r * r * h,
+        Geometry::Cone { radius: r, half_length: h } => 2.0 / 3.0 * PI * r * r * h,
         Geometry::Capsule { radius: r, half_length: h } => 2.0 * PI * r * r * h + 4.0 / 3.0 * PI * r.powi(3),
         _ => return None,
     };

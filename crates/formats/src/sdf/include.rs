@@ -64,7 +64,7 @@ fn put_in(tree: &mut Tree, index: usize, included: Tree, model: usize) -> Result
     let (name, placement_frame) = (text("name"), text("placement_frame"));
     let given: Vec<usize> =
         ["pose", "static"].iter().filter_map(|&given| Some(include.child(given)?.index())).collect();
-    if include.attributes().text("merge") == Some("true") {
+    if values::attribute_flag(include, "merge")? {
         let pose = pose_of_merged(include, included.element(model), placement_frame.as_deref())?;
         return merge(tree, index, included, model, pose);
     }
@@ -172,7 +172,7 @@ pub(super) fn blame(root: Element, error: FormatError) -> FormatError {
     let model = name.split("::").next().unwrap_or_default();
     let has_it = |include: &Element| {
         let text = |child| include.child(child).map_or("", |c| c.text());
-        let merged = include.attributes().text("merge") == Some("true");
+        let merged = values::attribute_flag(*include, "merge").unwrap_or(false);
         let of_uri = |part: &str| part == model || part.rsplit_once('.').is_some_and(|(stem, _)| stem == model);
         merged || text("name") == model || text("uri").split('/').any(of_uri)
     };

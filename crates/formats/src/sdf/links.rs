@@ -2,17 +2,15 @@
 
 use std::collections::HashMap;
 
-use signorini_multibody::glam::{DMat3, DVec3};
-use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
+use signorini_multibody::{BodyId, Joint, JointKind, Pose};
 
 use super::apart;
 use super::frames::Frames;
 use super::importer::Importer;
 use super::tree::{self, KinematicTree, Placed};
 use super::visuals::{self, Link};
-use super::{joints, shapes, values};
+use super::{inertial, joints, shapes, values};
 use crate::error::FormatError;
-use crate::inertia::nearest_physical;
 use crate::xml::Element;
 
 /// Adds the links of all models of a world, and what connects them.
@@ -42,7 +40,7 @@ fn add<'t>(
     let here = frames.pose(placed.link);
     let here = Pose::new(here.position, here.rotation.normalize());
     if frames.is_world(placed.link) {
-        let touching = shapes::read(importer, frames, placed.link, BodyId::WORLD, &here)?;
+        let touching = shapes::read(importer, frames, placed.link, BodyId::WORLD, &here)?.touching;
         return Ok(Link { entity: placed.link, body: BodyId::WORLD, offset: here, touching, fixed: true });
     }
     let parent = placed.towards_root.map_or(BodyId::WORLD, |link| bodies[&link]);
@@ -60,12 +58,13 @@ fn add<'t>(
             importer.parts.add_joint(link.element, Some(joint), body, &here, Joint::new("", JointKind::Free))?;
         }
     }
-    let inertia = inertia(importer, link.element)?;
-    importer.parts.set_inertia(body, inertia)?;
     if values::flag(link.element, "gravity")? == Some(false) {
         importer.parts.set_gravity_compensation(body, 1.0)?;
     }
-    let touching = shapes::read(importer, frames, placed.link, body, &Pose::IDENTITY)?;
+    let shapes = shapes::read(importer, frames, placed.link, body, &Pose::IDENTITY)?;
+    let inertia = inertial::read(importer, link.element, &shapes.solids)?;
+    importer.parts.set_inertia(body, inertia)?;
+    let touching = shapes.touching;
     Ok(Link { entity: placed.link, body, offset: Pose::IDENTITY, touching, fixed: link.fixed })
 }
 
@@ -79,27 +78,4 @@ fn report_left_out(importer: &mut Importer, frames: &Frames, tree: &KinematicTre
         };
         importer.report.motion(edge.element.at(), "joint", what, effect);
     }
-}
-
-/// `<inertial>` of a link in the link's frame; 1 kg and 1 kg·m² about every axis where nothing is said, as SDF defines.
-fn inertia(importer: &mut Importer, link: Element) -> Result<Inertia, FormatError> {
-    let inertial = link.child("inertial");
-    let mass = inertial.map_or(Ok(None), |i| values::non_negative(i, "mass"))?.unwrap_or(1.0);
-    let matrix = inertial.and_then(|i| i.child("inertia"));
-    let entry = |name, default| {
-        Ok::<f64, FormatError>(match matrix {
-            Some(matrix) => values::number(matrix, name)?.unwrap_or(default),
-            None => default,
-        })
-    };
-    let (xx, yy, zz) = (entry("ixx", 1.0)?, entry("iyy", 1.0)?, entry("izz", 1.0)?);
-    let (xy, xz, yz) = (entry("ixy", 0.0)?, entry("ixz", 0.0)?, entry("iyz", 0.0)?);
-    let mut rotational = DMat3::from_cols_array_2d(&[[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]);
-    if let (Some(possible), Some(matrix)) = (nearest_physical(rotational), matrix) {
-        let what = "is not that of a rigid body (a principal moment is negative or exceeds the sum of the others)";
-        importer.report.motion(matrix.at(), "inertia", what, "it is replaced by the nearest possible one");
-        rotational = possible;
-    }
-    let placement = inertial.map_or(Ok(Pose::IDENTITY), values::pose)?;
-    Ok(Inertia { mass, center_of_mass: DVec3::ZERO, rotational }.placed(&placement))
 }

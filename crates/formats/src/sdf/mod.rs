@@ -10,6 +10,7 @@ mod coverage;
 mod frames;
 mod importer;
 mod include;
+mod inertial;
 mod joints;
 mod links;
 mod scripts;

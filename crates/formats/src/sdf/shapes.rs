@@ -12,17 +12,31 @@ use crate::mesh_store::Named;
 use crate::shapes::leave_out_if_flat;
 use crate::xml::Element;
 
-/// Adds the collision shapes of a link to its body, in which the link stands at `offset`; gives the geoms.
+/// A collision shape before meshes are taken apart.
+pub(super) struct Solid<'t> {
+    pub collision: Element<'t>,
+    pub geometry: Geometry,
+    /// In the body of the link.
+    pub placement: Pose,
+}
+
+/// What the collision shapes of a link have become.
+pub(super) struct Shapes<'t> {
+    pub touching: Vec<GeomId>,
+    pub solids: Vec<Solid<'t>>,
+}
+
+/// Adds the collision shapes of a link to its body, in which the link stands at `offset`.
 pub(super) fn read<'t>(
     importer: &mut Importer,
     frames: &Frames<'t>,
     entity: usize,
     body: BodyId,
     offset: &Pose,
-) -> Result<Vec<GeomId>, FormatError> {
+) -> Result<Shapes<'t>, FormatError> {
     let link = frames.entities[entity].element;
     let rgba = colour(link);
-    let mut touching = Vec::new();
+    let mut shapes = Shapes { touching: Vec::new(), solids: Vec::new() };
     for collision in link.children_named("collision") {
         let Some((geometry, turn)) = geometry(importer, collision)? else { continue };
         if leave_out_if_flat(&mut importer.report, collision, &geometry) {
@@ -43,10 +57,11 @@ pub(super) fn read<'t>(
             let name = importer.parts.unused_geom_name(given.unwrap_or("collision"));
             let mut part = geom.clone();
             part.geometry = geometry;
-            touching.push(importer.parts.add_geom(collision, Some(name), body, part)?);
+            shapes.touching.push(importer.parts.add_geom(collision, Some(name), body, part)?);
         }
+        shapes.solids.push(Solid { collision, geometry: geom.geometry, placement: geom.placement });
     }
-    Ok(touching)
+    Ok(shapes)
 }
 
 /// `<mu>`. A negative one, which Gazebo takes for a bound that is never reached, is reported and does not count.

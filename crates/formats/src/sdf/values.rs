@@ -36,10 +36,20 @@ pub(super) fn direction(parent: Element, name: &'static str, default: DVec3) -> 
 /// Whether the child of that name says yes.
 pub(super) fn flag(parent: Element, name: &'static str) -> Result<Option<bool>, FormatError> {
     let Some(element) = parent.child(name) else { return Ok(None) };
-    match element.text().to_ascii_lowercase().as_str() {
-        "true" | "1" => Ok(Some(true)),
-        "false" | "0" => Ok(Some(false)),
-        _ => Err(element.invalid("expected 'true' or 'false'")),
+    yes_or_no(element.text()).map(Some).ok_or_else(|| element.invalid("expected 'true' or 'false'"))
+}
+
+/// Whether the attribute of that name says yes; `false` where it is not there.
+pub(super) fn attribute_flag(element: Element, name: &'static str) -> Result<bool, FormatError> {
+    let a = element.attributes();
+    a.text(name).map_or(Ok(false), |text| yes_or_no(text).ok_or_else(|| a.invalid(name, "'true' or 'false'")))
+}
+
+fn yes_or_no(text: &str) -> Option<bool> {
+    match text.to_ascii_lowercase().as_str() {
+        "true" | "1" => Some(true),
+        "false" | "0" => Some(false),
+        _ => None,
     }
 }
 
@@ -60,7 +70,7 @@ pub(super) fn pose(parent: Element) -> Result<Pose, FormatError> {
         return Ok(Pose::new(position(&x), q.normalize()));
     }
     let x = vector::<6>(element)?;
-    let unit = if a.flag("degrees")? == Some(true) { 1.0_f64.to_radians() } else { 1.0 };
+    let unit = if attribute_flag(element, "degrees")? { 1.0_f64.to_radians() } else { 1.0 };
     let [roll, pitch, yaw] = [x[3], x[4], x[5]].map(|angle| angle * unit);
     let rotation = DQuat::from_rotation_z(yaw) * DQuat::from_rotation_y(pitch) * DQuat::from_rotation_x(roll);
     Ok(Pose::new(position(&x), rotation.normalize()))

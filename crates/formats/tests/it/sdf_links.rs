@@ -1,7 +1,12 @@
 //! SDF: what acts on links, what they weigh and which of them touch, against numbers worked out by hand.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use signorini_formats::{Imported, LoadOptions, load_sdf_str};
-use signorini_multibody::{FreeMotion, Input, Kinematics, Model, State, forward_kinematics_into, free_motion_into};
+use signorini_multibody::glam::{DMat3, DVec3};
+use signorini_multibody::{
+    FreeMotion, Inertia, Input, Kinematics, Model, State, forward_kinematics_into, free_motion_into,
+};
 
 fn import(inner: &str) -> Imported {
     load_sdf_str(&format!("<sdf version='1.11'>\n{inner}\n</sdf>"), "", &LoadOptions::default()).unwrap()
@@ -146,4 +151,106 @@ fn a_collision_without_a_shape_is_told_and_touches_nothing() {
     assert_eq!(model.geoms.iter().map(|g| g.name.as_str()).collect::<Vec<_>>(), ["d"]);
     let told: Vec<_> = report.warnings.iter().map(|w| (w.element.as_str(), w.line, w.count, w.what.as_str())).collect();
     assert_eq!(told, [("collision", 3, 2, "has no shape")], "{report}");
+}
+
+#[track_caller]
+fn assert_inertia(found: Inertia, mass: f64, center: [f64; 3], moments: [f64; 3]) {
+    assert!((found.mass - mass).abs() < 1e-9 * mass, "{found:?}");
+    assert!((found.center_of_mass - DVec3::from_array(center)).length() < 1e-12, "{found:?}");
+    let off = found.rotational - DMat3::from_diagonal(DVec3::from_array(moments));
+    let bound = 1e-9 * moments[0].max(moments[1]).max(moments[2]);
+    assert!(off.to_cols_array().iter().all(|x| x.abs() < bound), "{found:?}, not {moments:?}");
+}
+
+fn weighed(inertial: &str, collisions: &str) -> (Inertia, Vec<String>) {
+    let Imported { model, report, .. } =
+        import(&format!("<model name='m'><static>1</static><link name='l'>{inertial}{collisions}</link></model>"));
+    (model.bodies[1].inertia, report.warnings.iter().map(ToString::to_string).collect())
+}
+
+fn collision(name: &str, more: &str, shape: &str) -> String {
+    format!("<collision name='{name}'>{more}<geometry>{shape}</geometry></collision>")
+}
+
+/// The masses of homogeneous bodies from their volumes, m/12 (b² + c²) of a box, 2/5 m r² of a ball, 3/10 m r² of a cone about its axis.
+#[test]
+fn links_can_weigh_what_their_shapes_weigh() {
+    let cube = |more: &str| collision("cube", more, "<box><size>1 2 3</size></box>");
+    let auto = "<inertial auto='true'/>";
+    let box_of = |mass: f64| [13.0, 10.0, 5.0].map(|x| mass / 12.0 * x);
+    let (own, told) = weighed(auto, &cube("<density>500</density><pose>0 0 7 0 0 0</pose>"));
+    assert_inertia(own, 3000.0, [0.0, 0.0, 7.0], box_of(3000.0));
+    assert!(told.is_empty(), "{told:?}");
+    assert_inertia(weighed(auto, &cube("")).0, 6000.0, [0.0; 3], box_of(6000.0));
+    let of_link = "<inertial auto='true'><density>2</density></inertial>";
+    assert_inertia(weighed(of_link, &cube("")).0, 12.0, [0.0; 3], box_of(12.0));
+    assert_inertia(weighed(of_link, &cube("<density>3</density>")).0, 18.0, [0.0; 3], box_of(18.0));
+    assert_inertia(weighed("<inertial auto='1'><mass>4</mass></inertial>", &cube("")).0, 4.0, [0.0; 3], box_of(4.0));
+    // Turned by a quarter about z, a box has x and y the other way round.
+    let turned = cube(&format!("<pose>0 0 0 0 0 {FRAC_PI_2}</pose>"));
+    assert_inertia(weighed(of_link, &turned).0, 12.0, [0.0; 3], [10.0, 13.0, 5.0]);
+    let cone = collision("cone", "", "<cone><radius>2</radius><length>4</length></cone>");
+    let (mass, side) = (1000.0 * PI * 16.0 / 3.0, 0.15 * 4.0 + 0.0375 * 16.0);
+    // The centre of mass of a cone is a quarter of its height above its base.
+    assert_inertia(weighed(auto, &cone).0, mass, [0.0, 0.0, -1.0], [mass * side, mass * side, mass * 0.3 * 4.0]);
+    let balls = [3.0, -1.0].map(|x| {
+        collision(&format!("at{x}"), &format!("<pose>{x} 0 0 0 0 0</pose>"), "<sphere><radius>1</radius></sphere>")
+    });
+    let mass = 1000.0 * PI * 4.0 / 3.0;
+    let side = 2.0 * mass * (0.4 + 4.0);
+    assert_inertia(weighed(auto, &balls.concat()).0, 2.0 * mass, [1.0, 0.0, 0.0], [0.8 * mass, side, side]);
+}
+
+#[test]
+fn meshes_weigh_what_their_faces_enclose() {
+    let folder = std::env::temp_dir().join(format!("signorini-auto-inertia-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    // The corner of a cube: volume 1/6, each coordinate of the centre of mass 1/4.
+    let faces = ["f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"];
+    let corner = |faces: &[&str]| format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{}\n", faces.join("\n"));
+    std::fs::write(folder.join("closed.obj"), corner(&faces)).unwrap();
+    std::fs::write(folder.join("open.obj"), corner(&faces[..3])).unwrap();
+    let load = |name: &str| {
+        let collision = collision("c", "<density>6</density>", &format!("<mesh><uri>{name}.obj</uri></mesh>"));
+        let text = format!(
+            "<sdf version='1.11'><model name='m'><link name='l'><inertial auto='true'/>{collision}</link></model></sdf>"
+        );
+        load_sdf_str(&text, &folder, &LoadOptions::default()).unwrap()
+    };
+    let [closed, open] = ["closed", "open"].map(load);
+    std::fs::remove_dir_all(&folder).unwrap();
+    for (Imported { model, report, .. }, told) in [(closed, 0), (open, 1)] {
+        let inertia = model.bodies[1].inertia;
+        assert!((inertia.mass - 1.0).abs() < 1e-12 && (inertia.center_of_mass - DVec3::splat(0.25)).length() < 1e-12);
+        // ∫ x² over the corner is V/10, and (V/4)² of it belongs to the centre of mass: m (1/10 - 1/16) for x² and for y².
+        assert!((inertia.rotational.x_axis.x - 2.0 * (0.1 - 0.0625)).abs() < 1e-12, "{inertia:?}");
+        assert_eq!(report.warnings.len(), told, "{report}");
+    }
+}
+
+#[test]
+fn what_cannot_be_weighed_is_told() {
+    let auto = "<inertial auto='true'/>";
+    let plane = collision("p", "", "<plane/>");
+    let ball = collision("b", "", "<sphere><radius>1</radius></sphere>");
+    let (own, told) = weighed(auto, &(plane.clone() + &ball));
+    assert_inertia(own, 1000.0 * PI * 4.0 / 3.0, [0.0; 3], [1600.0 * PI / 3.0; 3]);
+    assert!(
+        told.len() == 1 && told[0].contains("text):2: <collision> plane without a volume: it weighs nothing"),
+        "{told:?}"
+    );
+    let (own, told) = weighed(auto, "");
+    assert_inertia(own, 1.0, [0.0; 3], [1.0; 3]);
+    assert!(told.len() == 1 && told[0].contains("auto=\"true\" without a shape"), "{told:?}");
+    let both = "<inertial auto='true'><pose>1 0 0 0 0 0</pose></inertial>";
+    let (own, told) = weighed(both, &ball);
+    assert_eq!(own.center_of_mass, DVec3::ZERO);
+    assert!(told.len() == 1 && told[0].contains("<pose> stands in an <inertial auto"), "{told:?}");
+    // Without 'auto' a density says nothing.
+    assert_inertia(
+        weighed("", &ball.replace("<geometry>", "<density>7</density><geometry>")).0,
+        1.0,
+        [0.0; 3],
+        [1.0; 3],
+    );
 }
