@@ -32,13 +32,13 @@ const READ: [(&str, &str); 21] = [
 const HARMLESS: &str = "visual material light scene atmosphere gui audio allow_auto_disable sensor real_time_factor \
                         real_time_update_rate spherical_coordinates magnetic_field state road population laser_retro \
                         max_contacts collide_without_contact contact battery particle_emitter projector \
-                        must_be_base_link thread_pitch screw_thread_pitch audio_source audio_sink";
+                        must_be_base_link thread_pitch screw_thread_pitch audio_source audio_sink policies";
 
 /// Numbers for the solvers of other engines.
 const SETTINGS: &str = "ode bullet dart simbody physics max_vel min_depth";
 
 /// Elements whose absence has an effect of its own.
-const MISSING: [(&str, &str); 31] = [
+const MISSING: [(&str, &str); 35] = [
     (
         "include",
         "its model is not found and left out; say in which folder its own lies (--package-dir), or put its elements in its place",
@@ -50,6 +50,10 @@ const MISSING: [(&str, &str); 31] = [
     ("stiffness", "it is left out: the joint's limit is a hard stop"),
     ("dissipation", "it is left out: the joint's limit is a hard stop"),
     ("initial_position", "it is left out: the joint begins at 0"),
+    ("acceleration", "it is left out: the joint accelerates as forces make it"),
+    ("rotor_inertia", "it is left out: the joint's rotor weighs nothing"),
+    ("gear_ratio", "it is left out: the joint's rotor weighs nothing"),
+    ("proximity_properties", "it is left out: shape and friction are those that the other elements say"),
     ("mimic", "the joint moves by itself, not with the joint it should follow"),
     ("transmission", "it is left out: the joint has no actuator"),
     ("gravity", "it is left out: gravity is that of <world>, by default 0 0 -9.8; write it there"),
