@@ -24,6 +24,7 @@ use std::collections::HashSet;
 use std::path::Path;
 
 use crate::decompose::Decomposer;
+use crate::dependent::arm_dependent_joints;
 use crate::error::FormatError;
 use crate::mesh_store::MeshStore;
 use crate::options::{Imported, LoadOptions};
@@ -68,6 +69,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
     importer.parts.arm_massless_joints(&mut importer.report);
     importer.report.notes(tree.take_notes());
     let mut model = importer.parts.build()?;
+    arm_dependent_joints(&mut model, &importer.parts, &mut importer.report);
     importer.hidden.iter().for_each(|geom| model.geoms[geom.index()].look.group = TOUCHED);
     Ok(Imported { model, report: importer.report.finish() })
 }
