@@ -36,6 +36,8 @@ pub(crate) struct Vertex {
 }
 
 const ITERATIONS: usize = 96;
+/// The square of the sine of a triangle's angle from which on rounding decides where the origin projects to.
+const NEEDLE: f64 = 1e-12;
 
 /// Closest points of the cores of A and B, given up as soon as they are known to be farther apart than `beyond` (m).
 pub(crate) fn closest(a: &Placed, b: &Placed, beyond: f64) -> Outcome {
@@ -123,7 +125,8 @@ impl Simplex {
         points
     }
 
-    /// The point nearest to the origin; drops what it does not need. `None` if the origin is inside.
+    /// The point nearest to the origin; drops what it does not need. `None` if the origin is inside. The last vertex is new, and lies closer along the
+    /// old nearest point, which was that of the others: the new one is on a side with the new vertex.
     fn project(&mut self) -> Option<DVec3> {
         let w = self.vertices.map(|v| v.w);
         let (ids, weights): ([usize; 3], [f64; 3]) = match self.count {
@@ -131,7 +134,7 @@ impl Simplex {
                 let (s, t) = segment_weights(w[0], w[1]);
                 ([0, 1, 0], [s, t, 0.0])
             }
-            3 => ([0, 1, 2], triangle_weights(w[0], w[1], w[2])),
+            3 => ([0, 1, 2], weights_with_last(w[0], w[1], w[2])),
             _ => tetrahedron(&w)?,
         };
         let (mut kept, mut nearest) = (Self::default(), DVec3::ZERO);
@@ -179,17 +182,53 @@ pub(crate) fn triangle_weights(a: DVec3, b: DVec3, c: DVec3) -> [f64; 3] {
     best.1
 }
 
-/// The face of a tetrahedron nearest to the origin and the weights there; `None` if the origin is inside.
+/// The same where the nearest point is known not to be on the first side alone: where rounding cannot decide, the sides that the origin projects beyond
+/// are enough.
+fn weights_with_last(a: DVec3, b: DVec3, c: DVec3) -> [f64; 3] {
+    let (ab, ac) = (b - a, c - a);
+    let normal = ab.cross(ac);
+    let areas = [normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))];
+    let is_needle = normal.length_squared() <= NEEDLE * ab.length_squared() * ac.length_squared();
+    if !is_needle && areas.iter().all(|x| *x > 0.0) {
+        let sum = areas[0] + areas[1] + areas[2];
+        return areas.map(|x| x / sum);
+    }
+    let mut best = (f64::INFINITY, [0.0, 0.0, 1.0]);
+    let mut try_out = |weights: [f64; 3]| {
+        let length2 = (a * weights[0] + b * weights[1] + c * weights[2]).length_squared();
+        if length2 < best.0 {
+            best = (length2, weights);
+        }
+    };
+    if is_needle || areas[1] <= 0.0 {
+        let (s, t) = segment_weights(a, c);
+        try_out([s, 0.0, t]);
+    }
+    if is_needle || areas[0] <= 0.0 {
+        let (s, t) = segment_weights(b, c);
+        try_out([0.0, s, t]);
+    }
+    if is_needle && areas.iter().all(|x| *x > 0.0) {
+        let sum = areas[0] + areas[1] + areas[2];
+        try_out(areas.map(|x| x / sum));
+    }
+    best.1
+}
+
+/// The face of a tetrahedron nearest to the origin and the weights there; `None` if the origin is inside. It is one with the last vertex.
 fn tetrahedron(w: &[DVec3; 4]) -> Option<([usize; 3], [f64; 3])> {
     let mut inside = true;
-    let mut best = (f64::INFINITY, [0, 1, 2], [1.0, 0.0, 0.0]);
-    for (face, opposite) in [([0, 1, 2], 3), ([0, 1, 3], 2), ([0, 2, 3], 1), ([1, 2, 3], 0)] {
+    let mut best = (f64::INFINITY, [0, 1, 3], [0.0, 0.0, 1.0]);
+    for (face, opposite) in [([0, 1, 3], 2), ([0, 2, 3], 1), ([1, 2, 3], 0)] {
         let [a, b, c] = face.map(|i| w[i]);
         let normal = (b - a).cross(c - a);
         let (origin_side, vertex_side) = (-a.dot(normal), (w[opposite] - a).dot(normal));
         let flat = vertex_side.abs() <= 1e-13 * normal.length() * (w[opposite] - a).length();
-        inside &= !flat && origin_side * vertex_side > 0.0;
-        let weights = triangle_weights(a, b, c);
+        if !flat && origin_side * vertex_side > 0.0 {
+            continue;
+        }
+        inside = false;
+        let weights = weights_with_last(a, b, c);
         let length2 = (a * weights[0] + b * weights[1] + c * weights[2]).length_squared();
         if length2 < best.0 {
             best = (length2, face, weights);
