@@ -116,7 +116,10 @@ fn attach(
     let mut source = other.map_or_else(|| tree.clone(), |model| model.tree.clone());
     let contents = contents(&source, tree.element(index))?;
     let class = contents.first().and_then(|&first| inherited_class(source.element(first))).map(str::to_owned);
-    let names = Prefixed { prefix: &prefix, main: other.map(|_| main_class(&source)) };
+    // Without a prefix the classes of a model are still its own.
+    let of_classes = if prefix.is_empty() { a.text("model").map(|m| format!("{m}/")) } else { Some(prefix.clone()) };
+    let of_classes = of_classes.unwrap_or_default();
+    let names = Prefixed { prefix: &prefix, of_classes: &of_classes, main: other.map(|_| main_class(&source)) };
     let class = match (&names.main, class) {
         (Some(_), class) => Some(names.class(class.as_deref().unwrap_or(MAIN))),
         (None, class) => class,
@@ -160,6 +163,8 @@ fn main_class(tree: &Tree) -> String {
 /// How names are changed.
 struct Prefixed<'p> {
     prefix: &'p str,
+    /// What comes before the names of classes.
+    of_classes: &'p str,
     /// The top class of another model, whose assets and classes come along.
     main: Option<String>,
 }
@@ -171,7 +176,12 @@ impl Prefixed<'_> {
 
     fn class(&self, class: &str) -> String {
         let main = self.main.as_deref().unwrap_or(MAIN);
-        self.name(if class == main { MAIN } else { class })
+        format!("{}{}", self.of_classes, if class == main { MAIN } else { class })
+    }
+
+    /// The top class of another model.
+    fn top_class(&self) -> String {
+        format!("{}{MAIN}", self.of_classes)
     }
 
     /// Renames the contents and what comes along, and leaves nothing else in the sections that do; these.
@@ -203,7 +213,7 @@ impl Prefixed<'_> {
         if self.main.is_some() {
             // There is such a class even where the model has no defaults.
             let top = source.add_child(0, "default");
-            source.set_attribute(top, "class", &self.name(MAIN));
+            source.set_attribute(top, "class", &self.top_class());
             sections.push(top);
         }
         sections
@@ -263,7 +273,7 @@ impl Prefixed<'_> {
             _ => false,
         };
         if takes_class && element.raw("class").is_none() {
-            changes.push(("class".to_owned(), self.name(MAIN)));
+            changes.push(("class".to_owned(), self.top_class()));
         }
         changes
     }

@@ -61,16 +61,32 @@ fn assets_of_included_files_lie_beside_the_main_file_or_beside_theirs() {
     assert!((mass(&mjcf(&files.path("robot/main.xml"))) - expected(0.3)).abs() < 1e-4);
 }
 
-/// MuJoCo 4.0 keeps the names as they are.
+/// MuJoCo 4.0 keeps the names as they are, and gives `hand` geoms of 0.2 and 0.3 m.
 #[test]
 fn parts_are_attached_without_a_prefix() {
-    let part = "<mujoco><worldbody><body name='hand'><geom size='.1'/></body></worldbody></mujoco>";
-    let main = "<mujoco><asset><model name='part' file='part.xml'/></asset>\
-                <worldbody><body name='arm'><geom size='.1'/><attach model='part' prefix=''/></body></worldbody></mujoco>";
+    let defaults = |top: &str, small: &str| {
+        format!("<default><geom size='{top}'/><default class='small'><geom size='{small}'/></default></default>")
+    };
+    let bodies = "<worldbody><body name='hand'><geom/><geom class='small' pos='1 0 0'/></body></worldbody>";
+    let part = &format!("<mujoco>{}{bodies}</mujoco>", defaults(".2", ".3"));
+    let main = &format!(
+        "<mujoco>{}<asset><model name='part' file='part.xml'/></asset>\
+                <worldbody><body name='arm'><geom/><geom class='small'/><attach model='part' prefix=''/></body></worldbody></mujoco>",
+        defaults(".4", ".5")
+    );
     let files = Files::new("prefix", &[("main.xml", main), ("part.xml", part)]);
     let model = mjcf(&files.path("main.xml"));
     let names: Vec<&str> = model.bodies.iter().map(|body| body.name.as_str()).collect();
     assert_eq!(names, ["world", "arm", "hand"]);
+    let radii: Vec<f64> = model
+        .geoms
+        .iter()
+        .filter_map(|geom| match geom.geometry {
+            Geometry::Sphere { radius } => Some(radius),
+            _ => None,
+        })
+        .collect();
+    assert_eq!(radii, [0.4, 0.5, 0.2, 0.3]);
     let nothing = main.replace(" prefix=''", "");
     let error = load_mjcf_str(&nothing, &files.0).unwrap_err().to_string();
     assert!(error.contains("'prefix'") && error.contains(":1:"), "{error}");
