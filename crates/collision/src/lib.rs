@@ -60,6 +60,7 @@ mod collider;
 mod convex;
 mod decompose;
 mod distance;
+mod ellipsoids;
 mod epa;
 mod error;
 mod feature;

@@ -2,6 +2,7 @@
 
 use crate::capsule;
 use crate::convex::{Convex, Placed, scale};
+use crate::ellipsoids;
 use crate::feature::Feature;
 use crate::hull::Visited;
 use crate::manifold::{Manifold, Touch};
@@ -66,6 +67,10 @@ impl Narrow {
                 }
                 first
             }
+            (Convex::Ellipsoid { .. }, Convex::Ellipsoid { .. }) => match ellipsoids::separation(a, b) {
+                Some(found) => return push_closest(self.search.keep_within(found, margin), out),
+                None => self.search.axis(a, b, margin)?,
+            },
             _ => self.search.axis(a, b, margin)?,
         };
         let closed_form = matches!((a.shape, b.shape), (Convex::Box { .. }, Convex::Box { .. }));

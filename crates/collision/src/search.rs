@@ -36,6 +36,15 @@ impl Search {
         self.excluded.is_some()
     }
 
+    /// What was found, unless it is more than `margin` apart or excluded.
+    pub fn keep_within(&mut self, found: Separation, margin: f64) -> Option<Separation> {
+        if found.gap > margin {
+            self.apart = Some(found.normal);
+            return None;
+        }
+        (!self.excludes(found.normal, found.gap)).then_some(found)
+    }
+
     /// The best of the characteristic axes of two convex shapes, or `None` if they are more than `margin` apart.
     pub fn axis(&mut self, a: &Placed, b: &Placed, margin: f64) -> Option<Separation> {
         (self.closest, self.apart) = (None, None);
