@@ -79,6 +79,24 @@ fn hinges_that_are_parallel_to_seven_digits_do_not_lock() {
     }
 }
 
+/// A loop that begins open by a millimetre closes, though the hinges that are parallel to the digits of a file say less and less different things on the
+/// way.
+#[test]
+fn an_open_loop_closes() {
+    for off in [0.0, 1e-8, 1e-7] {
+        let axes = [[1.0, 0.0], [0.0, -1.0], [-0.5, 1.0]].map(|[x, z]| DVec3::new(off * x, 1.0, off * z));
+        for seed in 0..8 {
+            let turn = DVec3::new(0.3, -0.2, 0.9) * f64::from(seed);
+            let mut simulation = four_bar_of(DQuat::from_scaled_axis(turn), axes, Settings::default());
+            let mut state = simulation.state().clone();
+            state.q.iter_mut().zip(1..).for_each(|(q, k)| *q += 1e-3 * f64::from(k * (seed + 3)).sin());
+            simulation.set_state(&state).unwrap();
+            let end = simulation.run(0.2, |_, report| report.certificate.holds(1e-9));
+            assert_eq!(end.unwrap(), RunEnd::Finished, "{off}, {seed}: {:?}", simulation.report());
+        }
+    }
+}
+
 /// Base and platform of six legs, each two bodies on a universal joint and a slide, closed by a ball joint at the platform.
 fn stewart_platform() -> Simulation {
     let mut b = builder();
