@@ -157,22 +157,36 @@ fn take_outermost(flat: &[(DVec2, usize)], deepest: usize, many: usize, out: &mu
         return out.extend_from_slice(flat);
     }
     let center = flat.iter().map(|point| point.0).sum::<DVec2>() / flat.len() as f64;
+    let ring = is_ring(flat, 0.0).then(|| (flat[1].0 - flat[0].0).perp_dot(flat[2].0 - flat[1].0) > 0.0);
+    let mut best = 0;
     for k in 0..DIRECTIONS {
         let direction = DVec2::from_angle(std::f64::consts::TAU * k as f64 / DIRECTIONS as f64);
-        let mut best = (f64::NEG_INFINITY, 0);
-        for (at, point) in flat.iter().enumerate() {
-            let along = direction.dot(point.0 - center);
-            if along > best.0 {
-                best = (along, at);
-            }
-        }
-        if out.iter().all(|point| point.1 != flat[best.1].1) {
-            out.push(flat[best.1]);
+        let along = |at: usize| direction.dot(flat[at].0 - center);
+        best = match ring {
+            Some(is_forward) if k > 0 => climb(flat.len(), best, is_forward, along),
+            _ => (1..flat.len()).fold(0, |best, at| if along(at) > along(best) { at } else { best }),
+        };
+        if out.iter().all(|point| point.1 != flat[best].1) {
+            out.push(flat[best]);
         }
     }
     if out.iter().all(|point| point.1 != deepest) {
         out.push(flat[deepest]);
     }
+}
+
+/// The outermost point of a convex ring along a direction that has turned on counter-clockwise since `from` was the outermost.
+fn climb(count: usize, from: usize, is_forward: bool, along: impl Fn(usize) -> f64) -> usize {
+    let step = if is_forward { 1 } else { count - 1 };
+    let mut best = from;
+    for _ in 0..count {
+        let next = (best + step) % count;
+        if along(next) <= along(best) {
+            break;
+        }
+        best = next;
+    }
+    best
 }
 
 /// Of points within `tolerance` of each other only the deepest stays, the first of equals.
@@ -254,6 +268,33 @@ fn drop_bluntest(outline: &mut Vec<(DVec2, usize)>, areas: &mut Vec<f64>, most: 
         let count = outline.len();
         for neighbour in [(k + count - 1) % count, k % count] {
             areas[neighbour] = area(outline, neighbour);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// With a point inside they are no ring, and every point is looked at.
+    #[test]
+    fn going_round_a_ring_finds_what_looking_at_all_points_does() {
+        for seed in 1..60 {
+            let count = MANY + 1 + 7 * seed;
+            let (wide, turn, way) =
+                (1.0 + 0.1 * seed as f64, 0.7 * seed as f64, if seed % 2 == 0 { 1.0 } else { -1.0 });
+            let point = |k: usize| {
+                let angle =
+                    way * std::f64::consts::TAU * (k as f64 + 0.3 * (k as f64 * seed as f64).sin()) / count as f64;
+                DVec2::from_angle(turn).rotate(DVec2::new(wide * angle.cos(), angle.sin()))
+            };
+            let mut flat: Vec<(DVec2, usize)> = (0..count).map(|k| (point(k), k)).collect();
+            assert!(is_ring(&flat, 0.0), "{seed}");
+            let (mut round, mut all) = (Vec::new(), Vec::new());
+            take_outermost(&flat, 3, MANY, &mut round);
+            flat.push((DVec2::ZERO, count));
+            take_outermost(&flat, 3, MANY, &mut all);
+            assert_eq!(round, all, "{seed}");
         }
     }
 }
