@@ -9,15 +9,13 @@ struct Tuning {
     /// A row is dependent where the square of its part outside the span of the rows chosen is below this, relative to the row, in the
     /// metric of M⁻¹. Rounding of the factorisation leaves about 1e-15. Of a combination of rows, parts below its root are rounding.
     dependent: f64,
-    /// The same where large rows are preferred: loops that come closed to a hundredth of the digits of their file.
-    nearly_dependent: f64,
     /// Pivots of this part of the largest one are about as independent.
     as_good: f64,
 }
 
-/// Chosen by: `dependent` by no command on record, since 21 November 2026; `nearly_dependent` by the four loops of MuJoCo Menagerie's Cassie, which have rows of
-/// 3e-6 when they close, 28 November 2026; `as_good` by reasoning: two rows of a basis at right angles are, and a pivot of half the largest costs no digits.
-const TUNING: Tuning = Tuning { dependent: 1e-12, nearly_dependent: 1e-10, as_good: 0.5 };
+/// Chosen by: `dependent` by the four loops of MuJoCo Menagerie's Cassie, which have rows of 3e-6 when they close, 28 November 2026; `as_good` by
+/// reasoning: two rows of a basis at right angles are, and a pivot of half the largest costs no digits.
+const TUNING: Tuning = Tuning { dependent: 1e-10, as_good: 0.5 };
 
 /// A largest set of independent rows of `B`, by Cholesky factorisation of `B M⁻¹ Bᵀ` with complete pivoting; memory is reused.
 ///
@@ -85,11 +83,10 @@ impl BilateralBasis {
     /// Cholesky with pivoting, in place; the rows and columns of `factor` follow `order`.
     fn eliminate(&mut self, nb: usize, prefers_large: bool) {
         self.rank = 0;
-        let dependent = if prefers_large { TUNING.nearly_dependent } else { TUNING.dependent };
         for k in 0..nb {
             let diagonal = |i: usize| self.factor[i * nb + i];
             let largest = (k..nb).fold(0.0_f64, |most, i| most.max(diagonal(i)));
-            if largest <= dependent {
+            if largest <= TUNING.dependent {
                 return;
             }
             let scale = |i: usize| self.scale[self.order[i]];
