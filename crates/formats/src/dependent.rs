@@ -1,7 +1,8 @@
 //! Joints that move nothing that other joints do not move: four slides of one body.
 
 use signorini_multibody::{
-    JointId, Kinematics, MassError, MassMatrix, Model, forward_kinematics_into, mass_matrix_into,
+    BlockDiagonal, Joint, JointId, JointKind, Kinematics, MassError, MassMatrix, Model, forward_kinematics_into,
+    mass_matrix_into,
 };
 
 use crate::parts::Parts;
@@ -29,15 +30,43 @@ fn find_and_arm(model: &mut Model) -> Vec<JointId> {
     let mut mass = MassMatrix::new(model);
     mass_matrix_into(model, &kinematics, &mut mass);
     while let Err(MassError::NotPositiveDefinite { dof, .. }) = mass.matrix.factor() {
-        let armature = ARMATURE * mass.matrix.get(dof, dof);
-        let joint = model.dof_joint[dof];
-        if !(armature > 0.0 && armature.is_finite()) || found.contains(&joint) {
+        let first = model.dof_joint[dof];
+        let joint = if model.joints[first.index()].kind == JointKind::Free {
+            beside_free(model, &mass.matrix, dof, &found).unwrap_or(first)
+        } else {
+            first
+        };
+        if found.contains(&joint) {
             break;
         }
-        let of_joint = &mut model.joints[joint.index()];
-        of_joint.armature += armature;
-        (0..of_joint.kind.nv()).for_each(|k| mass.matrix.add_to_diagonal(of_joint.v_index + k, armature));
+        let Some(armature) = arm(model, &mut mass.matrix, joint) else { break };
+        model.joints[joint.index()].armature += armature;
         found.push(joint);
     }
     found
+}
+
+/// Adds an armature to a joint's degrees of freedom, and returns it; none where the joint moves no mass.
+fn arm(model: &Model, mass: &mut BlockDiagonal, joint: JointId) -> Option<f64> {
+    let joint = &model.joints[joint.index()];
+    let dofs = joint.v_index..joint.v_index + joint.kind.nv();
+    let least = dofs.clone().map(|k| mass.get(k, k)).fold(f64::INFINITY, f64::min);
+    let armature = ARMATURE * least;
+    if !(armature > 0.0 && armature.is_finite()) {
+        return None;
+    }
+    dofs.for_each(|k| mass.add_to_diagonal(k, armature));
+    Some(armature)
+}
+
+/// The first joint on a free body that turns or slides as the body itself does: bodies keep their inertia as it is.
+fn beside_free(model: &Model, mass: &BlockDiagonal, dof: usize, found: &[JointId]) -> Option<JointId> {
+    let tree = mass.block_of(dof);
+    let own = |joint: &Joint| joint.kind != JointKind::Free && mass.block_of(joint.v_index) == tree;
+    let joints = (0..).map(JointId).zip(&model.joints).filter(|(_, joint)| own(joint)).map(|(id, _)| id);
+    joints.filter(|id| !found.contains(id)).find(|&id| {
+        let mut armed = mass.clone();
+        let mends = |armed: &BlockDiagonal| !matches!(armed.factor(), Err(MassError::NotPositiveDefinite { dof: still, .. }) if still == dof);
+        arm(model, &mut armed, id).is_some() && mends(&armed)
+    })
 }

@@ -336,3 +336,16 @@ fn letters_in_another_order_are_taken_for_a_slip() {
     let text = import(&swapped, &LoadOptions::default()).report.to_string();
     assert!(text.contains("did you mean 'ixy'?"), "{text}");
 }
+
+/// A base without mass turns as the hinge on it does: the hinge gets the armature, and the base stays free of one.
+#[test]
+fn a_floating_base_without_mass_keeps_its_inertia() {
+    let inner = format!(
+        "<link name='base'/>{}\n<joint name='j' type='continuous'><parent link='base'/><child link='a'/><axis xyz='0 0 1'/></joint>",
+        link("a")
+    );
+    let Imported { model, report, .. } = import(&inner, &LoadOptions::default().with_floating_base(true));
+    let armature = |name| model.joints[model.joint_named(name).unwrap().index()].armature;
+    assert!(armature("j") > 0.0 && armature("floating_base") == 0.0, "{report}");
+    assert!(report.to_string().contains("'j' moves nothing that other joints do not move"), "{report}");
+}
