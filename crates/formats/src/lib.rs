@@ -20,9 +20,9 @@
 //! # Ok::<(), signorini_formats::FormatError>(())
 //! ```
 
+mod armature;
 mod coverage;
 mod decompose;
-mod dependent;
 mod error;
 mod inertia;
 mod load;

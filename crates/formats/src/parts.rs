@@ -15,13 +15,6 @@ use crate::xml::Element;
 /// More parts of one sort than this are refused, so that a small file cannot fill the memory by repetition.
 const MAX_PARTS: usize = 1_000_000;
 
-/// What a joint that moves no mass gets, kg of a prismatic joint and kg·m² of others: little against any link that somebody weighed, much
-/// against rounding.
-const ARMATURE: [f64; 2] = [1e-2, 1e-4];
-
-/// So many joints are named in one warning.
-const NAMED: usize = 5;
-
 /// A sort of named part, as [`ModelError`] calls it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Sort {
@@ -339,21 +332,6 @@ impl Parts {
         let (name, number) = unused(wanted, first, |name| self.geom(name).is_some());
         self.numbers.insert(wanted.to_owned(), number);
         name
-    }
-
-    /// Gives joints that move no mass an armature: files have frames that move and weigh nothing, a caster's fork, a sensor on a hinge.
-    pub fn arm_massless_joints(&mut self, report: &mut Reporter) {
-        let [mass, inertia] = ARMATURE;
-        let names = self.builder.arm_massless_joints(mass, inertia);
-        let Some(first) = names.first() else { return };
-        let mut what = names.iter().take(NAMED).map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
-        match (names.len(), names.len().saturating_sub(NAMED)) {
-            (1, _) => what.push_str(" moves no mass"),
-            (_, 0) => what.push_str(" move no mass"),
-            (_, more) => what.push_str(&format!(" and {more} more move no mass")),
-        }
-        let effect = format!("armature of {inertia} kg m² ({mass} kg if prismatic): give their links an <inertial>");
-        report.motion(self.joint_place(first), "joint", what, effect);
     }
 
     /// Where a joint stands in the file.

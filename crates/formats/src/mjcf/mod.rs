@@ -43,9 +43,9 @@ use importer::Importer;
 use restitution::Restitution;
 use textures::Textures;
 
+use crate::armature::arm_dependent_joints;
 use crate::coverage::explain;
 use crate::decompose::Decomposer;
-use crate::dependent::arm_dependent_joints;
 use crate::error::FormatError;
 use crate::options::{Imported, LoadOptions};
 use crate::parts::Parts;

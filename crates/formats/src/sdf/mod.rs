@@ -23,8 +23,8 @@ mod visuals;
 use std::collections::HashSet;
 use std::path::Path;
 
+use crate::armature::{arm_dependent_joints, arm_massless_joints};
 use crate::decompose::Decomposer;
-use crate::dependent::arm_dependent_joints;
 use crate::error::FormatError;
 use crate::mesh_store::MeshStore;
 use crate::options::{Imported, LoadOptions};
@@ -66,7 +66,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
     }
     links::read(&mut importer, container).map_err(|error| include::blame(root, error))?;
     coverage::audit(root, &mut importer.report);
-    importer.parts.arm_massless_joints(&mut importer.report);
+    arm_massless_joints(&mut importer.parts, &mut importer.report);
     importer.report.notes(tree.take_notes());
     let mut model = importer.parts.build()?;
     arm_dependent_joints(&mut model, &importer.parts, &mut importer.report);

@@ -20,9 +20,9 @@ use std::path::Path;
 
 use signorini_multibody::{BodyId, Inertia, Joint, JointKind, Pose};
 
+use crate::armature::{arm_dependent_joints, arm_massless_joints};
 use crate::coverage::explain;
 use crate::decompose::Decomposer;
-use crate::dependent::arm_dependent_joints;
 use crate::error::FormatError;
 use crate::mesh_store::MeshStore;
 use crate::options::{Imported, LoadOptions};
@@ -63,7 +63,7 @@ fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, For
     transmissions::read(&mut importer, root)?;
     mimic::read(&mut importer, &kinematics)?;
     coverage::audit(root, &mut importer.report);
-    importer.parts.arm_massless_joints(&mut importer.report);
+    arm_massless_joints(&mut importer.parts, &mut importer.report);
     importer.report.notes(tree.take_notes());
     let hidden = importer.touching.iter().filter(|(link, _)| seen.contains(link)).map(|(_, geom)| geom.index());
     let hidden: Vec<usize> = hidden.collect();

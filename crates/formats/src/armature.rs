@@ -1,4 +1,4 @@
-//! Joints that move nothing that other joints do not move: four slides of one body.
+//! Joints that get an armature: those that move no mass, and those that move nothing that other joints do not move, as four slides of one body.
 
 use signorini_multibody::{
     BlockDiagonal, Joint, JointId, JointKind, Kinematics, MassError, MassMatrix, Model, forward_kinematics_into,
@@ -8,8 +8,30 @@ use signorini_multibody::{
 use crate::parts::Parts;
 use crate::report::Reporter;
 
-/// What such a joint gets as armature, as a part of the inertia that it moves: little against that, much against rounding.
+/// What a joint gets that moves nothing of its own, as a part of the inertia that it moves: little against that, much against rounding.
 const ARMATURE: f64 = 1e-6;
+
+/// What a joint that moves no mass gets, kg of a prismatic joint and kg·m² of others: little against any link that somebody weighed, much
+/// against rounding.
+const LEAST: [f64; 2] = [1e-2, 1e-4];
+
+/// So many joints are named in one warning.
+const NAMED: usize = 5;
+
+/// Gives joints that move no mass an armature: files have frames that move and weigh nothing, a caster's fork, a sensor on a hinge.
+pub(crate) fn arm_massless_joints(parts: &mut Parts, report: &mut Reporter) {
+    let [mass, inertia] = LEAST;
+    let names = parts.builder.arm_massless_joints(mass, inertia);
+    let Some(first) = names.first() else { return };
+    let mut what = names.iter().take(NAMED).map(|name| format!("'{name}'")).collect::<Vec<_>>().join(", ");
+    match (names.len(), names.len().saturating_sub(NAMED)) {
+        (1, _) => what.push_str(" moves no mass"),
+        (_, 0) => what.push_str(" move no mass"),
+        (_, more) => what.push_str(&format!(" and {more} more move no mass")),
+    }
+    let effect = format!("armature of {inertia} kg m² ({mass} kg if prismatic): give their links an <inertial>");
+    report.motion(parts.joint_place(first), "joint", what, effect);
+}
 
 /// Gives joints without which the mass matrix, at the reference configuration, would not be singular an armature, and reports them. Those that
 /// move no mass at all stay as they are.
