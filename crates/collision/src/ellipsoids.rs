@@ -10,12 +10,15 @@ use glamx::glam::{DMat2, DMat3, DVec2, DVec3};
 use crate::convex::{Convex, Placed};
 use crate::separation::Separation;
 
+/// Steps: of three hundred random pairs (the test below) most take four to seven, and none more than 15. What does not come closer is left to the
+/// general search.
 const ITERATIONS: usize = 30;
+/// Halvings of a step that overlaps more than the one before it; a fifth of those pairs need any.
 const HALVINGS: usize = 10;
 /// Relative to the size: a remainder that moves the maximum by less than rounding.
 const PRECISION: f64 = 1e-13;
 
-/// One ellipsoid: `A² ` in world axes, and its smallest radius of curvature, m.
+/// One ellipsoid: `R A² Rᵀ`, and its smallest radius of curvature, m.
 struct Ellipsoid {
     squares: DMat3,
     smallest_radius: f64,

@@ -162,57 +162,77 @@ fn segment_weights(a: DVec3, b: DVec3) -> (f64, f64) {
 /// origin projects into it, of its inside. Needles lose nothing this way: the answer is never worse than a side's.
 pub(crate) fn triangle_weights(a: DVec3, b: DVec3, c: DVec3) -> [f64; 3] {
     let (ab, bc, ca) = (segment_weights(a, b), segment_weights(b, c), segment_weights(c, a));
-    let mut best = (f64::INFINITY, [1.0, 0.0, 0.0]);
+    let mut nearest = Nearest::new([a, b, c], [1.0, 0.0, 0.0]);
     for weights in [[ab.0, ab.1, 0.0], [0.0, bc.0, bc.1], [ca.1, 0.0, ca.0]] {
-        let length2 = (a * weights[0] + b * weights[1] + c * weights[2]).length_squared();
-        if length2 < best.0 {
-            best = (length2, weights);
-        }
+        nearest.try_out(weights);
     }
-    let normal = (b - a).cross(c - a);
-    let areas = [normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))];
-    let sum = areas[0] + areas[1] + areas[2];
-    if areas.iter().all(|x| *x > 0.0) && sum > 0.0 {
-        let weights = areas.map(|x| x / sum);
-        let length2 = (a * weights[0] + b * weights[1] + c * weights[2]).length_squared();
-        if length2 < best.0 {
-            best = (length2, weights);
-        }
-    }
-    best.1
+    Projection::new(a, b, c).inside().into_iter().for_each(|weights| nearest.try_out(weights));
+    nearest.weights
 }
 
-/// The same where the nearest point is known not to be on the first side alone: where rounding cannot decide, the sides that the origin projects beyond
-/// are enough.
+/// The same where the nearest point is known not to be on the first side alone: the sides that the origin projects beyond are enough, where
+/// rounding does not decide which these are.
 fn weights_with_last(a: DVec3, b: DVec3, c: DVec3) -> [f64; 3] {
-    let (ab, ac) = (b - a, c - a);
-    let normal = ab.cross(ac);
-    let areas = [normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))];
-    let is_needle = normal.length_squared() <= NEEDLE * ab.length_squared() * ac.length_squared();
-    if !is_needle && areas.iter().all(|x| *x > 0.0) {
-        let sum = areas[0] + areas[1] + areas[2];
-        return areas.map(|x| x / sum);
+    let projection = Projection::new(a, b, c);
+    let inside = projection.inside();
+    let is_needle = projection.normal_squared <= NEEDLE * (b - a).length_squared() * (c - a).length_squared();
+    if let (Some(weights), false) = (inside, is_needle) {
+        return weights;
     }
-    let mut best = (f64::INFINITY, [0.0, 0.0, 1.0]);
-    let mut try_out = |weights: [f64; 3]| {
-        let length2 = (a * weights[0] + b * weights[1] + c * weights[2]).length_squared();
-        if length2 < best.0 {
-            best = (length2, weights);
-        }
-    };
-    if is_needle || areas[1] <= 0.0 {
+    let mut nearest = Nearest::new([a, b, c], [0.0, 0.0, 1.0]);
+    if is_needle || projection.areas[1] <= 0.0 {
         let (s, t) = segment_weights(a, c);
-        try_out([s, 0.0, t]);
+        nearest.try_out([s, 0.0, t]);
     }
-    if is_needle || areas[0] <= 0.0 {
+    if is_needle || projection.areas[0] <= 0.0 {
         let (s, t) = segment_weights(b, c);
-        try_out([0.0, s, t]);
+        nearest.try_out([0.0, s, t]);
     }
-    if is_needle && areas.iter().all(|x| *x > 0.0) {
-        let sum = areas[0] + areas[1] + areas[2];
-        try_out(areas.map(|x| x / sum));
+    inside.into_iter().for_each(|weights| nearest.try_out(weights));
+    nearest.weights
+}
+
+/// Where the origin projects to in the plane of a triangle.
+struct Projection {
+    /// Of the triangles of the projection with each side, opposite to each corner, times the triangle's own area; negative beyond a side.
+    areas: [f64; 3],
+    /// The square of twice the triangle's area.
+    normal_squared: f64,
+}
+
+impl Projection {
+    fn new(a: DVec3, b: DVec3, c: DVec3) -> Self {
+        let normal = (b - a).cross(c - a);
+        let areas = [normal.dot(b.cross(c)), normal.dot(c.cross(a)), normal.dot(a.cross(b))];
+        Self { areas, normal_squared: normal.length_squared() }
     }
-    best.1
+
+    /// Barycentric weights, if it lies inside.
+    fn inside(&self) -> Option<[f64; 3]> {
+        let sum = self.areas[0] + self.areas[1] + self.areas[2];
+        (self.areas.iter().all(|x| *x > 0.0) && sum > 0.0).then(|| self.areas.map(|x| x / sum))
+    }
+}
+
+/// The point of a triangle nearest to the origin of those tried out.
+struct Nearest {
+    corners: [DVec3; 3],
+    length2: f64,
+    weights: [f64; 3],
+}
+
+impl Nearest {
+    fn new(corners: [DVec3; 3], weights: [f64; 3]) -> Self {
+        Self { corners, length2: f64::INFINITY, weights }
+    }
+
+    fn try_out(&mut self, weights: [f64; 3]) {
+        let [a, b, c] = self.corners;
+        let length2 = (a * weights[0] + b * weights[1] + c * weights[2]).length_squared();
+        if length2 < self.length2 {
+            (self.length2, self.weights) = (length2, weights);
+        }
+    }
 }
 
 /// The face of a tetrahedron nearest to the origin and the weights there; `None` if the origin is inside. It is one with the last vertex.

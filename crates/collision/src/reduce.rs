@@ -123,6 +123,11 @@ fn is_ring(flat: &[(DVec2, usize)], tolerance: f64) -> bool {
     count >= 3 && (turns(1.0) || turns(-1.0)) && turnings() == 2
 }
 
+/// Whether the first three corners of a ring turn counter-clockwise.
+fn is_counter_clockwise(ring: &[(DVec2, usize)]) -> bool {
+    (ring[1].0 - ring[0].0).perp_dot(ring[2].0 - ring[1].0) > 0.0
+}
+
 /// The gap at `p` that the kept points guarantee: interpolated on the triangles between the deepest point and the sides of
 /// the outline; on or beyond a side, interpolated along it. Gaps change affinely with small motions, so a point above
 /// this stays above the lowest of the three.
@@ -157,14 +162,14 @@ fn take_outermost(flat: &[(DVec2, usize)], deepest: usize, many: usize, out: &mu
         return out.extend_from_slice(flat);
     }
     let center = flat.iter().map(|point| point.0).sum::<DVec2>() / flat.len() as f64;
-    let ring = is_ring(flat, 0.0).then(|| (flat[1].0 - flat[0].0).perp_dot(flat[2].0 - flat[1].0) > 0.0);
+    let ring = is_ring(flat, 0.0).then(|| is_counter_clockwise(flat));
     let mut best = 0;
     for k in 0..DIRECTIONS {
         let direction = DVec2::from_angle(std::f64::consts::TAU * k as f64 / DIRECTIONS as f64);
         let along = |at: usize| direction.dot(flat[at].0 - center);
         best = match ring {
             Some(is_forward) if k > 0 => climb(flat.len(), best, is_forward, along),
-            _ => (1..flat.len()).fold(0, |best, at| if along(at) > along(best) { at } else { best }),
+            _ => outermost(flat.len(), along),
         };
         if out.iter().all(|point| point.1 != flat[best].1) {
             out.push(flat[best]);
@@ -173,6 +178,18 @@ fn take_outermost(flat: &[(DVec2, usize)], deepest: usize, many: usize, out: &mu
     if out.iter().all(|point| point.1 != deepest) {
         out.push(flat[deepest]);
     }
+}
+
+/// The outermost of all points along a direction, the first of equals.
+fn outermost(count: usize, along: impl Fn(usize) -> f64) -> usize {
+    let mut best = (f64::NEG_INFINITY, 0);
+    for at in 0..count {
+        let along = along(at);
+        if along > best.0 {
+            best = (along, at);
+        }
+    }
+    best.1
 }
 
 /// The outermost point of a convex ring along a direction that has turned on counter-clockwise since `from` was the outermost.
@@ -212,7 +229,7 @@ fn convex_outline(flat: &[(DVec2, usize)], out: &mut Vec<(DVec2, usize)>, tolera
     out.clear();
     if flat.len() < 3 || is_ring(flat, tolerance) {
         out.extend_from_slice(flat);
-        if flat.len() >= 3 && (flat[1].0 - flat[0].0).perp_dot(flat[2].0 - flat[1].0) < 0.0 {
+        if flat.len() >= 3 && !is_counter_clockwise(flat) {
             out.reverse();
         }
         return;

@@ -65,14 +65,7 @@ impl Search {
                 }
             }
         }
-        if best.0 > margin {
-            self.apart = Some(best.1);
-            return None;
-        }
-        if self.excludes(best.1, best.0) {
-            return None;
-        }
-        Some(Separation { normal: best.1, gap: best.0, midpoint: None })
+        self.keep_within(Separation { normal: best.1, gap: best.0, midpoint: None }, margin)
     }
 
     /// The direction of any two convex shapes whose best characteristic axis was just found: GJK between the cores (Gilbert,

@@ -51,7 +51,7 @@ fn find_and_arm(model: &mut Model) -> Vec<JointId> {
     forward_kinematics_into(model, &model.reference_configuration(), &vec![0.0; model.nv], &mut kinematics);
     let mut mass = MassMatrix::new(model);
     mass_matrix_into(model, &kinematics, &mut mass);
-    while let Err(MassError::NotPositiveDefinite { dof, .. }) = mass.matrix.factor() {
+    while let Some(dof) = dependent_dof(&mass.matrix) {
         let first = model.dof_joint[dof];
         let joint = if model.joints[first.index()].kind == JointKind::Free {
             beside_free(model, &mass.matrix, dof, &found).unwrap_or(first)
@@ -66,6 +66,14 @@ fn find_and_arm(model: &mut Model) -> Vec<JointId> {
         found.push(joint);
     }
     found
+}
+
+/// A degree of freedom that moves nothing that those factorised before it do not move.
+fn dependent_dof(mass: &BlockDiagonal) -> Option<usize> {
+    match mass.factor() {
+        Err(MassError::NotPositiveDefinite { dof, .. }) => Some(dof),
+        _ => None,
+    }
 }
 
 /// Adds an armature to a joint's degrees of freedom, and returns it; none where the joint moves no mass.
@@ -88,7 +96,6 @@ fn beside_free(model: &Model, mass: &BlockDiagonal, dof: usize, found: &[JointId
     let joints = (0..).map(JointId).zip(&model.joints).filter(|(_, joint)| own(joint)).map(|(id, _)| id);
     joints.filter(|id| !found.contains(id)).find(|&id| {
         let mut armed = mass.clone();
-        let mends = |armed: &BlockDiagonal| !matches!(armed.factor(), Err(MassError::NotPositiveDefinite { dof: still, .. }) if still == dof);
-        arm(model, &mut armed, id).is_some() && mends(&armed)
+        arm(model, &mut armed, id).is_some() && dependent_dof(&armed) != Some(dof)
     })
 }

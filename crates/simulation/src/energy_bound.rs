@@ -43,6 +43,7 @@ impl Workspace {
         let [mass, inertia] = self.moving_mass;
         let [speed, turn] = [settings.correction_speed, settings.correction_angular_speed].map(|speed| SPEEDS * speed);
         let mut bound = 0.5 * mass * speed * speed;
+        // The speed may be infinite, and nothing may turn.
         if inertia > 0.0 {
             bound += 0.5 * inertia * turn * turn;
         }

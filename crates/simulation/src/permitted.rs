@@ -17,7 +17,8 @@ const NEARLY: f64 = 0.9;
 const LOWEST: f64 = 0.25;
 /// Fewer contacts than this are in no island whose factorisations are dear.
 const SMALL: usize = 64;
-/// So many rows at most are looked at one by one, whether they have to be limited at all.
+/// So many rows at most are looked at one by one, whether they have to be limited at all: each is one more problem of a search, of which there are six
+/// without them.
 const FEW: usize = 8;
 
 /// Between a θ for which a solution was found and one for which none was.

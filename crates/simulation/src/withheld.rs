@@ -6,7 +6,8 @@
 
 use crate::warm::{ContactKey, read_keys, write_keys};
 
-/// The longest interval, in steps: a search solves up to six problems, which then cost less than a half of the steps between.
+/// The longest interval, in steps: a search solves up to six problems, which then cost less than a half of the steps between, and as much as
+/// they do where a few limited rows are looked at one by one.
 const LONGEST: u32 = 15;
 
 /// Memory of limited corrections.

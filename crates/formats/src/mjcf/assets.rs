@@ -141,7 +141,7 @@ impl<'t> Assets<'t> {
         if a.text("builtin") == Some("wedge") {
             return Some(format!("the mesh '{name}' is a wedge, which serves tactile sensors and is not supported"));
         }
-        let path = compilers.of(a.element()).asset_path(a.element(), a.text("file")?);
+        let path = compilers.asset_path(a.element(), a.text("file")?);
         let skipped = missing == MissingMeshes::Skip && !path.exists();
         skipped.then(|| format!("the file '{}' of its mesh is missing", path.display()))
     }
@@ -171,7 +171,7 @@ impl<'t> Assets<'t> {
             a.vector::<4>("size")?.ok_or_else(|| element.incomplete("attribute 'size': half x, half y, top, base"))?;
         let Grid { rows, columns, mut heights } = match a.text("file") {
             Some(file) => {
-                let path = compilers.of(*element).asset_path(*element, file);
+                let path = compilers.asset_path(*element, file);
                 heights::load(&path, MAX_POINTS).map_err(|reason| FormatError::Asset {
                     at: a.at("file"),
                     element: "hfield".into(),
@@ -205,7 +205,7 @@ fn elevation(a: &Attributes) -> Result<Grid, FormatError> {
 fn load_mesh(a: &Attributes, compilers: &Compilers) -> Result<MeshAsset, FormatError> {
     let painted = match a.text("file") {
         Some(file) => {
-            let path = compilers.of(a.element()).asset_path(a.element(), file);
+            let path = compilers.asset_path(a.element(), file);
             let asset =
                 |reason| FormatError::Asset { at: a.at("file"), element: "mesh".into(), path: path.clone(), reason };
             mesh::load_painted(&path).map_err(asset)?

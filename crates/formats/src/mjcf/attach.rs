@@ -117,8 +117,10 @@ fn attach(
     let contents = contents(&source, tree.element(index))?;
     let class = contents.first().and_then(|&first| inherited_class(source.element(first))).map(str::to_owned);
     // Without a prefix the classes of a model are still its own.
-    let of_classes = if prefix.is_empty() { a.text("model").map(|m| format!("{m}/")) } else { Some(prefix.clone()) };
-    let of_classes = of_classes.unwrap_or_default();
+    let of_classes = match a.text("model") {
+        Some(model) if prefix.is_empty() => format!("{model}/"),
+        _ => prefix.clone(),
+    };
     let names = Prefixed { prefix: &prefix, of_classes: &of_classes, main: other.map(|_| main_class(&source)) };
     let class = match (&names.main, class) {
         (Some(_), class) => Some(names.class(class.as_deref().unwrap_or(MAIN))),

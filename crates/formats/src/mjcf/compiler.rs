@@ -45,6 +45,18 @@ impl Compilers {
     pub fn of(&self, element: Element) -> &Compiler {
         self.0.get(element.origin()).unwrap_or(&self.0[0])
     }
+
+    /// Where the mesh or height field file of an element is.
+    pub fn asset_path(&self, element: Element, file: &str) -> PathBuf {
+        let compiler = self.of(element);
+        compiler.path_in(element, &compiler.mesh_dir, file)
+    }
+
+    /// Where the file of a texture is.
+    pub fn texture_path(&self, element: Element, file: &str) -> PathBuf {
+        let compiler = self.of(element);
+        compiler.path_in(element, &compiler.texture_dir, file)
+    }
 }
 
 /// The settings of all `<compiler>` elements of one document; a later one wins.
@@ -130,16 +142,6 @@ impl Compiler {
     /// An angle of the file in rad.
     pub fn angle(&self, x: f64) -> f64 {
         x * self.radians_per_unit
-    }
-
-    /// Where the mesh or height field file of an element is.
-    pub fn asset_path(&self, element: Element, file: &str) -> PathBuf {
-        self.path_in(element, &self.mesh_dir, file)
-    }
-
-    /// Where the file of a texture is.
-    pub fn texture_path(&self, element: Element, file: &str) -> PathBuf {
-        self.path_in(element, &self.texture_dir, file)
     }
 
     /// From the folder of the main file, or where there is no such file from that of the included one that names it, as in MuJoCo.

@@ -48,13 +48,13 @@ fn turn_none(importer: &Importer, q: &mut [f64]) {
     let mut rest = q;
     for joint in &importer.parts.joints {
         let own = rest.split_off_mut(..joint.kind.nq()).unwrap_or_default();
-        let quaternion = match joint.kind {
-            JointKind::Free => &mut own[3..],
-            JointKind::Ball => own,
-            _ => continue,
-        };
-        if quaternion.iter().all(|x| *x == 0.0) {
-            quaternion[0] = 1.0;
+        match (joint.kind, own) {
+            (JointKind::Free, [_, _, _, quaternion @ ..]) | (JointKind::Ball, quaternion) => {
+                if let [w @ 0.0, 0.0, 0.0, 0.0] = quaternion {
+                    *w = 1.0;
+                }
+            }
+            _ => {}
         }
     }
 }

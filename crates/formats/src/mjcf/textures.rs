@@ -78,7 +78,7 @@ impl<'t> Textures<'t> {
 
     /// The image of a texture; none, which is noted, where it cannot be read.
     fn image(&self, a: &Attributes, compilers: &Compilers) -> Option<Arc<Image>> {
-        let path = compilers.of(a.element()).texture_path(a.element(), a.text("file")?);
+        let path = compilers.texture_path(a.element(), a.text("file")?);
         if let Some(known) = self.images.borrow().get(&path) {
             return known.clone();
         }
