@@ -2,6 +2,8 @@
 
 use signorini_formats::{FormatError, LoadOptions, load_mjcf_str};
 
+use crate::support::Files;
+
 /// The message for a model whose text stands between `<mujoco>` (line 1) and `</mujoco>`.
 #[track_caller]
 pub fn message(inner: &str) -> String {
@@ -111,12 +113,10 @@ fn another_root_is_refused() {
 
 #[test]
 fn a_file_that_includes_itself_is_refused() {
-    let folder = std::env::temp_dir().join(format!("signorini-includes-itself-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    std::fs::write(folder.join("a.xml"), "<mujoco>\n<include file='b.xml'/></mujoco>").unwrap();
-    std::fs::write(folder.join("b.xml"), "<mujocoinclude>\n\n<include file='a.xml'/></mujocoinclude>").unwrap();
-    let message = signorini_formats::load(folder.join("a.xml"), &LoadOptions::default()).unwrap_err().to_string();
-    std::fs::remove_dir_all(&folder).unwrap();
+    let a = "<mujoco>\n<include file='b.xml'/></mujoco>";
+    let b = "<mujocoinclude>\n\n<include file='a.xml'/></mujocoinclude>";
+    let files = Files::new("includes-itself", &[("a.xml", a), ("b.xml", b)]);
+    let message = signorini_formats::load(files.path("a.xml"), &LoadOptions::default()).unwrap_err().to_string();
     assert!(message.contains("b.xml:3:1") && message.contains("includes itself"), "{message}");
 }
 
@@ -158,12 +158,8 @@ fn attachments_that_cannot_be_made_are_placed() {
     let missing = format!("<asset><model name='m' file='m.xml'/></asset>{}", world("<attach model='m' prefix='p'/>"));
     assert_says(&missing, &["text):2:8", "m.xml"]);
     // A model that attaches itself.
-    let folder = std::env::temp_dir().join(format!("signorini-attach-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("snake.xml");
     let text = "<mujoco><asset><model name='m' file='snake.xml'/></asset><worldbody><attach model='m' prefix='p'/></worldbody></mujoco>";
-    std::fs::write(&file, text).unwrap();
-    let error = signorini_formats::load(&file, &LoadOptions::default()).unwrap_err();
-    std::fs::remove_dir_all(&folder).unwrap();
+    let files = Files::new("attach", &[("snake.xml", text)]);
+    let error = signorini_formats::load(files.path("snake.xml"), &LoadOptions::default()).unwrap_err();
     assert!(error.to_string().contains("does one attach itself?"), "{error}");
 }

@@ -1,34 +1,11 @@
 //! Where the files are found that a model names, and the parts that are put in from them.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use signorini_formats::{LoadOptions, load, load_mjcf_str};
 use signorini_multibody::{Geometry, Model};
 
-/// Files in a folder of their own, which goes with them.
-struct Files(PathBuf);
-
-impl Files {
-    fn new(test: &str, files: &[(&str, &str)]) -> Self {
-        let folder = std::env::temp_dir().join(format!("signorini-{test}-{}", std::process::id()));
-        for (name, text) in files {
-            let path = folder.join(name);
-            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-            std::fs::write(path, text).unwrap();
-        }
-        Self(folder)
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.join(name)
-    }
-}
-
-impl Drop for Files {
-    fn drop(&mut self) {
-        std::fs::remove_dir_all(&self.0).ok();
-    }
-}
+use crate::support::Files;
 
 /// A tetrahedron with edges of this length along the axes.
 fn tetrahedron(edge: f64) -> String {
@@ -88,7 +65,7 @@ fn parts_are_attached_without_a_prefix() {
         .collect();
     assert_eq!(radii, [0.4, 0.5, 0.2, 0.3]);
     let nothing = main.replace(" prefix=''", "");
-    let error = load_mjcf_str(&nothing, &files.0).unwrap_err().to_string();
+    let error = load_mjcf_str(&nothing, files.folder()).unwrap_err().to_string();
     assert!(error.contains("'prefix'") && error.contains(":1:"), "{error}");
 }
 

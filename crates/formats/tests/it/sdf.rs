@@ -5,6 +5,8 @@ use signorini_formats::{Imported, LoadOptions, load, load_sdf_str, load_urdf_str
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{Geometry, JointKind, Kinematics, Model, State, forward_kinematics_into, kinetic_energy};
 
+use crate::support::{self, Files};
+
 fn vector(value: &Value) -> DVec3 {
     DVec3::from_array([0, 1, 2].map(|k| value[k].as_f64().unwrap()))
 }
@@ -77,17 +79,14 @@ fn joints_and_shapes_have_their_numbers() {
     assert_eq!(geom("pad").geometry, Geometry::Capsule { radius: 0.01, half_length: 0.02 });
 }
 
+#[track_caller]
 fn import(inner: &str) -> Imported {
-    load_sdf_str(&format!("<sdf version='1.8'>\n{inner}\n</sdf>"), "", &LoadOptions::default()).unwrap()
+    support::import_sdf("1.8", inner)
 }
 
 #[track_caller]
 fn assert_refused(inner: &str, parts: &[&str]) {
-    let text = format!("<sdf version='1.8'>\n{inner}\n</sdf>");
-    let message = load_sdf_str(&text, "no such folder", &LoadOptions::default()).expect_err("refused").to_string();
-    for part in parts {
-        assert!(message.contains(part), "'{part}' is not in: {message}");
-    }
+    support::assert_sdf_refused("1.8", inner, parts);
 }
 
 const LINKS: &str = "<link name='a'/><link name='b'><pose>0 0 1 0 0 0</pose></link><link name='c'/>";
@@ -197,15 +196,8 @@ fn nonsense_is_refused_with_its_place() {
 /// A folder of models, as Gazebo has them: a board with a peg in it, each a file of its own.
 #[test]
 fn included_models_take_their_place() {
-    let folder = std::env::temp_dir().join(format!("signorini-include-{}", std::process::id()));
-    let write = |path: &str, text: &str| {
-        let path = folder.join(path);
-        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, text).unwrap();
-    };
     let config = "<model><name>Peg</name><sdf version='1.4'>old.sdf</sdf><sdf version='1.7'>peg.sdf</sdf></model>";
-    write("peg/model.config", config);
-    write("peg/old.sdf", "<sdf version='1.4'><model name='wrong'><link name='wrong'/></model></sdf>");
+    let old = "<sdf version='1.4'><model name='wrong'><link name='wrong'/></model></sdf>";
     let mesh = "<mesh><uri>parts/peg.obj</uri></mesh>";
     let shape = |name: &str, shape: &str| {
         format!(
@@ -216,29 +208,30 @@ fn included_models_take_their_place() {
         "<sdf version='1.7'><model name='some peg'><pose>9 9 9 0 0 0</pose>{}</model></sdf>",
         shape("link", mesh)
     );
-    write("peg/peg.sdf", &peg);
-    write("peg/parts/peg.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n");
-    write(
-        "board/model.sdf",
-        &format!(
-            "<sdf version='1.9'><model name='board'><static>1</static>{}<include><uri>rim</uri></include></model></sdf>",
-            shape("base", "<box><size>1 1 1</size></box>")
-        ),
+    let part = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    let board = format!(
+        "<sdf version='1.9'><model name='board'><static>1</static>{}<include><uri>rim</uri></include></model></sdf>",
+        shape("base", "<box><size>1 1 1</size></box>")
     );
     let world = "<sdf version='1.9'><model name='both'><include><uri>model://board</uri><pose>1 0 0 0 0 0</pose></include>\
         <include><name>peg</name><uri>model://peg</uri><pose>0 2 0 0 0 0</pose></include>\
         <joint name='slot' type='fixed'><parent>board::base</parent><child>peg::link</child></joint>\
         <include><uri>model://nowhere</uri></include></model></sdf>";
-    // The board's own part stands beside it, as seen from the first file.
-    write(
-        "both/rim/model.sdf",
-        "<sdf version='1.9'><model name='rim'><static>1</static><link name='edge'/></model></sdf>",
-    );
-    write("both/model.sdf", world);
-    let imported = signorini_formats::load(folder.join("both/model.sdf"), &LoadOptions::default());
-    let from_elsewhere = LoadOptions::default().with_package_dirs(vec![folder.clone()]);
-    let from_text = signorini_formats::load_sdf_str(world, "", &from_elsewhere);
-    std::fs::remove_dir_all(&folder).unwrap();
+    let rim = "<sdf version='1.9'><model name='rim'><static>1</static><link name='edge'/></model></sdf>";
+    let files = [
+        ("peg/model.config", config),
+        ("peg/old.sdf", old),
+        ("peg/peg.sdf", &peg),
+        ("peg/parts/peg.obj", part),
+        ("board/model.sdf", &board),
+        // The board's own part stands beside it, as seen from the first file.
+        ("both/rim/model.sdf", rim),
+        ("both/model.sdf", world),
+    ];
+    let files = Files::new("include", &files);
+    let imported = load(files.path("both/model.sdf"), &LoadOptions::default());
+    let from_elsewhere = LoadOptions::default().with_package_dirs(vec![files.folder().to_owned()]);
+    let from_text = load_sdf_str(world, "", &from_elsewhere);
     for (Imported { model, report, .. }, of_board) in [(imported.unwrap(), 2), (from_text.unwrap(), 1)] {
         let [board, peg] = ["board::base", "peg::link"].map(|name| model.body_named(name).unwrap());
         assert_eq!(model.bodies[peg.index()].parent, board, "the joint between them holds");
@@ -255,8 +248,6 @@ fn included_models_take_their_place() {
 /// A URDF that an SDF includes moves as the URDF does: poses of links, axes, limits, masses.
 #[test]
 fn an_included_urdf_is_what_it_is_alone() {
-    let folder = std::env::temp_dir().join(format!("signorini-include-urdf-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
     let link = |name: &str, more: &str| {
         format!(
             "<link name='{name}'><inertial><origin xyz='0.1 0.2 0.3' rpy='0.3 0.2 0.1'/><mass value='2'/>\
@@ -275,7 +266,7 @@ fn an_included_urdf_is_what_it_is_alone() {
         link("upper", "<cylinder radius='0.5' length='2'/>"),
         link("lower", "<sphere radius='0.25'/>"),
     );
-    std::fs::write(folder.join("arm.urdf"), &urdf).unwrap();
+    let files = Files::new("include-urdf", &[("arm.urdf", &urdf)]);
     let sdf = |merge: &str| {
         format!(
             "<sdf version='1.9'><model name='cell'><include{merge}><uri>arm.urdf</uri><pose>0 0 1 0 0 0</pose></include>\
@@ -284,9 +275,8 @@ fn an_included_urdf_is_what_it_is_alone() {
         )
     };
     let alone = load_urdf_str(&urdf, "", &LoadOptions::default()).unwrap().model;
-    let included = ["", " merge='true'"]
-        .map(|merge| signorini_formats::load_sdf_str(&sdf(merge), &folder, &LoadOptions::default()));
-    std::fs::remove_dir_all(&folder).unwrap();
+    let included =
+        ["", " merge='true'"].map(|merge| load_sdf_str(&sdf(merge), files.folder(), &LoadOptions::default()));
     for (prefix, imported) in ["arm::", ""].iter().zip(included) {
         let Imported { model, report, .. } = imported.unwrap();
         assert!(report.to_string().contains("moves no mass"), "{report}");
@@ -324,26 +314,23 @@ fn an_included_urdf_is_what_it_is_alone() {
 /// SDFormat 1.9: the parts of a merged model are those of the model around it, and stand where the include's pose puts them.
 #[test]
 fn merged_models_are_placed() {
-    let folder = std::env::temp_dir().join(format!("signorini-merge-{}", std::process::id()));
-    std::fs::create_dir_all(folder.join("gauge")).unwrap();
     let gauge = "<sdf version='1.9'><model name='gauge'><pose>7 7 7 0 0 0</pose>\
         <link name='dial'><pose>1 0 0 0 0 0</pose></link>\
         <link name='needle'><pose relative_to='dial'>0 0 1 0 0 0</pose></link>\
         <link name='foot'/>\
         <joint name='turn' type='revolute'><parent>dial</parent><child>needle</child><axis><xyz>0 0 1</xyz></axis></joint>\
         <joint name='hold' type='fixed'><parent>dial</parent><child>foot</child></joint></model></sdf>";
-    std::fs::write(folder.join("gauge/model.sdf"), gauge).unwrap();
+    let files = Files::new("merge", &[("gauge/model.sdf", gauge)]);
     let robot = |pose: &str| {
         format!(
             "<sdf version='1.9'><model name='robot'><link name='base'/><include merge='true'><uri>model://gauge</uri>{pose}</include>\
              <joint name='mount' type='fixed'><parent>base</parent><child>dial</child></joint></model></sdf>"
         )
     };
-    let options = LoadOptions::default().with_package_dirs(vec![folder.clone()]);
-    let load = |pose: &str| signorini_formats::load_sdf_str(&robot(pose), "", &options).unwrap().model;
+    let options = LoadOptions::default().with_package_dirs(vec![files.folder().to_owned()]);
+    let load = |pose: &str| load_sdf_str(&robot(pose), "", &options).unwrap().model;
     // The include turns the gauge by a quarter about z and lifts it by 2 m; without a pose the gauge has its own.
     let (turned, own) = (load("<pose>0 0 2 0 0 1.5707963267948966</pose>"), load(""));
-    std::fs::remove_dir_all(&folder).unwrap();
     let place = |model: &Model, body: &str| {
         let body = model.body_named(body).unwrap_or_else(|| panic!("no {body}"));
         let mut kinematics = Kinematics::new(model);
@@ -358,16 +345,10 @@ fn merged_models_are_placed() {
 
 #[test]
 fn a_file_that_includes_itself_is_refused() {
-    let folder = std::env::temp_dir().join(format!("signorini-circle-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let file = folder.join("circle.sdf");
-    std::fs::write(
-        &file,
-        "<sdf version='1.9'><model name='m'><link name='l'/><include><uri>circle.sdf</uri></include></model></sdf>",
-    )
-    .unwrap();
-    let refused = signorini_formats::load(&file, &LoadOptions::default());
-    std::fs::remove_dir_all(&folder).unwrap();
+    let circle =
+        "<sdf version='1.9'><model name='m'><link name='l'/><include><uri>circle.sdf</uri></include></model></sdf>";
+    let files = Files::new("circle", &[("circle.sdf", circle)]);
+    let refused = load(files.path("circle.sdf"), &LoadOptions::default());
     let error = refused.unwrap_err().to_string();
     assert!(error.contains("include itself"), "{error}");
 }

@@ -6,17 +6,16 @@ use signorini_formats::{Imported, LoadOptions, load_sdf_str};
 use signorini_multibody::Model;
 use signorini_multibody::glam::DVec3;
 
+use crate::support::{self, Files};
+
+#[track_caller]
 fn import(inner: &str) -> Imported {
-    load_sdf_str(&format!("<sdf version='1.11'>\n{inner}\n</sdf>"), "", &LoadOptions::default()).unwrap()
+    support::import_sdf("1.11", inner)
 }
 
 #[track_caller]
 fn assert_refused(inner: &str, parts: &[&str]) {
-    let text = format!("<sdf version='1.11'>\n{inner}\n</sdf>");
-    let message = load_sdf_str(&text, "no such folder", &LoadOptions::default()).expect_err("refused").to_string();
-    for part in parts {
-        assert!(message.contains(part), "'{part}' is not in: {message}");
-    }
+    support::assert_sdf_refused("1.11", inner, parts);
 }
 
 #[track_caller]
@@ -80,12 +79,10 @@ fn the_pose_of_a_model_is_that_of_its_placement_frame() {
 
 #[test]
 fn includes_have_placement_frames() {
-    let folder = std::env::temp_dir().join(format!("signorini-placement-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
     let tool = format!(
         "<sdf version='1.9'><model name='tool'><link name='grip'/><link name='tip'><pose>0 0 1 0 {FRAC_PI_2} 0</pose></link></model></sdf>"
     );
-    std::fs::write(folder.join("tool.sdf"), tool).unwrap();
+    let files = Files::new("placement", &[("tool.sdf", &tool)]);
     let include = |merge: &str| {
         format!(
             "<model name='m'><link name='base'/><frame name='table'><pose>0 3 0 0 0 0</pose></frame><include{merge}><uri>tool.sdf</uri>\
@@ -93,11 +90,9 @@ fn includes_have_placement_frames() {
         )
     };
     let load = |merge: &str| {
-        load_sdf_str(&format!("<sdf version='1.9'>{}</sdf>", include(merge)), &folder, &LoadOptions::default())
+        load_sdf_str(&format!("<sdf version='1.9'>{}</sdf>", include(merge)), files.folder(), &LoadOptions::default())
     };
-    let loaded = [("tool::", load("")), ("", load(" merge='true'"))];
-    std::fs::remove_dir_all(&folder).unwrap();
-    for (prefix, imported) in loaded {
+    for (prefix, imported) in [("tool::", load("")), ("", load(" merge='true'"))] {
         let Imported { model, report, .. } = imported.unwrap();
         assert_stands_at(&model, &format!("{prefix}tip"), [1.0, 3.0, 0.0]);
         // The grip is a metre from the tip along the tip's x.
@@ -146,22 +141,17 @@ fn the_first_link_of_a_model_stands_for_it_unless_it_names_one() {
 
 #[test]
 fn a_merged_model_keeps_its_canonical_link() {
-    let folder = std::env::temp_dir().join(format!("signorini-canonical-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
-    let write = |name: &str, attribute: &str, inside: &str| {
-        let text = format!(
+    let named = |name: &str, attribute: &str, inside: &str| {
+        format!(
             "<sdf version='1.9'><model name='{name}'{attribute}>{inside}\
             <link name='{name}_end'/><joint name='{name}_j' type='fixed'><parent>__model__</parent><child>{name}_end</child></joint></model></sdf>"
-        );
-        std::fs::write(folder.join(format!("{name}.sdf")), text).unwrap();
+        )
     };
-    write("x", " canonical_link='x2'", "<link name='x1'/><link name='x2'/>");
-    write("y", "", "<link name='y1'/>");
+    let x = named("x", " canonical_link='x2'", "<link name='x1'/><link name='x2'/>");
+    let files = Files::new("canonical", &[("x.sdf", &x), ("y.sdf", &named("y", "", "<link name='y1'/>"))]);
     let text = "<sdf version='1.9'><model name='m'><link name='base'/><include merge='true'><uri>x.sdf</uri></include>\
         <include merge='true'><uri>y.sdf</uri></include></model></sdf>";
-    let loaded = load_sdf_str(text, &folder, &LoadOptions::default());
-    std::fs::remove_dir_all(&folder).unwrap();
-    let model = loaded.unwrap().model;
+    let model = load_sdf_str(text, files.folder(), &LoadOptions::default()).unwrap().model;
     let parent =
         |name: &str| model.bodies[model.bodies[model.body_named(name).unwrap().index()].parent.index()].name.as_str();
     assert_eq!((parent("x_end"), parent("y_end")), ("x2", "y1"));

@@ -8,8 +8,11 @@ use signorini_multibody::{
     FreeMotion, Inertia, Input, Kinematics, Model, State, forward_kinematics_into, free_motion_into,
 };
 
+use crate::support::{self, Files};
+
+#[track_caller]
 fn import(inner: &str) -> Imported {
-    load_sdf_str(&format!("<sdf version='1.11'>\n{inner}\n</sdf>"), "", &LoadOptions::default()).unwrap()
+    support::import_sdf("1.11", inner)
 }
 
 /// The velocities after a tenth of a second from rest.
@@ -203,23 +206,19 @@ fn links_can_weigh_what_their_shapes_weigh() {
 
 #[test]
 fn meshes_weigh_what_their_faces_enclose() {
-    let folder = std::env::temp_dir().join(format!("signorini-auto-inertia-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).unwrap();
     // The corner of a cube: volume 1/6, each coordinate of the centre of mass 1/4.
     let faces = ["f 1 3 2", "f 1 2 4", "f 1 4 3", "f 2 3 4"];
     let corner = |faces: &[&str]| format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{}\n", faces.join("\n"));
-    std::fs::write(folder.join("closed.obj"), corner(&faces)).unwrap();
-    std::fs::write(folder.join("open.obj"), corner(&faces[..3])).unwrap();
+    let [closed, open] = [&faces[..], &faces[..3]].map(corner);
+    let files = Files::new("auto-inertia", &[("closed.obj", &closed), ("open.obj", &open)]);
     let load = |name: &str| {
         let collision = collision("c", "<density>6</density>", &format!("<mesh><uri>{name}.obj</uri></mesh>"));
         let text = format!(
             "<sdf version='1.11'><model name='m'><link name='l'><inertial auto='true'/>{collision}</link></model></sdf>"
         );
-        load_sdf_str(&text, &folder, &LoadOptions::default()).unwrap()
+        load_sdf_str(&text, files.folder(), &LoadOptions::default()).unwrap()
     };
-    let [closed, open] = ["closed", "open"].map(load);
-    std::fs::remove_dir_all(&folder).unwrap();
-    for (Imported { model, report, .. }, told) in [(closed, 0), (open, 1)] {
+    for (Imported { model, report, .. }, told) in [(load("closed"), 0), (load("open"), 1)] {
         let inertia = model.bodies[1].inertia;
         assert!((inertia.mass - 1.0).abs() < 1e-12 && (inertia.center_of_mass - DVec3::splat(0.25)).length() < 1e-12);
         // ∫ x² over the corner is V/10, and (V/4)² of it belongs to the centre of mass: m (1/10 - 1/16) for x² and for y².
