@@ -71,6 +71,19 @@ impl ContactProblem {
                 return self.mass_factor.inverse_squares_of_block(index, entries);
             }
         }
+        self.delassus_in_blocks(columns, entries, scratch, |_| true)
+    }
+
+    /// The diagonal of `Y M⁻¹ Yᵀ` for `R` rows in the same columns, of which those in blocks of the mass matrix that are `seen` count.
+    /// `scratch` as in [`delassus_diagonal`](Self::delassus_diagonal).
+    #[doc(hidden)]
+    pub fn delassus_in_blocks<const R: usize>(
+        &self,
+        columns: &[u32],
+        entries: &[[f64; R]],
+        scratch: &mut [f64],
+        seen: impl Fn(usize) -> bool,
+    ) -> [f64; R] {
         let mut diagonal = [0.0; R];
         let mut first = 0;
         while first < columns.len() {
@@ -81,6 +94,10 @@ impl ContactProblem {
                 last += 1;
             }
             let (own, own_entries) = (&columns[first..last], &entries[first..last]);
+            first = last;
+            if !seen(index) {
+                continue;
+            }
             let squares = if range.len() <= FREE_ROWS && range.len() == own.len() {
                 self.mass_factor.inverse_squares_of_block(index, own_entries)
             } else if range.len() <= FEW_ROWS {
@@ -94,7 +111,6 @@ impl ContactProblem {
                 self.squares_one_by_one(index, range, own, own_entries, scratch)
             };
             diagonal.iter_mut().zip(squares).for_each(|(sum, s)| *sum += s);
-            first = last;
         }
         diagonal
     }

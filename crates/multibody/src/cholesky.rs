@@ -37,6 +37,9 @@ pub struct BlockCholesky {
 /// Rows up to which a block's sparse columns are solved on the stack: free bodies and robots.
 pub const FEW_ROWS: usize = 64;
 
+/// Columns that are half solved side by side.
+pub const LANES: usize = 8;
+
 /// Comparing a block with the last one is cheap beside factorising it up to this many rows.
 const SMALL: usize = 6;
 

@@ -76,7 +76,7 @@ pub use actuator_length::actuator_length_into;
 pub use applied::applied_force_into;
 pub use camera::{camera_axes, camera_pose};
 pub use centroidal::{Centroidal, center_of_mass_jacobian_into, centroidal_momentum_matrix_into};
-pub use cholesky::{BlockCholesky, FEW_ROWS};
+pub use cholesky::{BlockCholesky, FEW_ROWS, LANES};
 pub use composite::{MassMatrix, mass_matrix_into};
 pub use configuration::{difference_into, integrate_into};
 pub use delassus::{HalfSolvedRows, delassus_into};

@@ -4,15 +4,13 @@ use super::{add_scaled, dot};
 /// Rows up to this length are two of the widest vectors, and done before these have begun.
 pub const SHORT: usize = 2 * LANES;
 
-/// Factorisation of a symmetric positive definite matrix, `K = L Lᵀ`, row-major, in place.
+/// Factorisation of a symmetric positive definite matrix, `K = Uᵀ U`, row-major, in place.
 #[derive(Clone, Debug, Default)]
 pub struct Cholesky {
     n: usize,
-    /// Rows of a length that whole lanes fill; zero beyond the diagonal.
+    /// Rows of a length that whole lanes fill; zero beyond the matrix, of no meaning before the diagonal.
     data: Vec<f64>,
     stride: usize,
-    /// The row that is at work, before elimination.
-    row: Vec<f64>,
     inverse_diagonal: Vec<f64>,
 }
 
@@ -20,17 +18,15 @@ impl Cholesky {
     /// Allocates what matrices of up to `n`×`n` need.
     pub fn reserve(&mut self, n: usize) {
         self.data.reserve((n * whole_lanes(n)).saturating_sub(self.data.len()));
-        for list in [&mut self.row, &mut self.inverse_diagonal] {
-            list.reserve(n.saturating_sub(list.len()));
-        }
+        self.inverse_diagonal.reserve(n.saturating_sub(self.inverse_diagonal.len()));
     }
 
-    /// Makes room for an `n`×`n` matrix and returns it, zeroed, to be filled up to the diagonal: what stands beyond is not read. The second
+    /// Makes room for an `n`×`n` matrix and returns it, to be filled from the diagonal on: what stands before it is not read. The second
     /// number is where the next row begins.
     pub fn start(&mut self, n: usize) -> (&mut [f64], usize) {
         (self.n, self.stride) = (n, whole_lanes(n));
-        self.data.clear();
         self.data.resize(n * self.stride, 0.0);
+        self.data.chunks_exact_mut(self.stride.max(1)).for_each(|row| row[n..].fill(0.0));
         (&mut self.data, self.stride)
     }
 
@@ -42,27 +38,30 @@ impl Cholesky {
 
     #[inline(always)]
     fn factorize_inlined(&mut self) -> bool {
-        let Self { n, data, stride, row, inverse_diagonal } = self;
+        let Self { n, data, stride, inverse_diagonal } = self;
         inverse_diagonal.clear();
-        for i in 0..*n {
-            let (above, own) = data.split_at_mut(i * *stride);
+        for k in 0..*n {
+            let (above, own) = data.split_at_mut(k * *stride);
             let own = &mut own[..*stride];
-            row.clear();
-            row.extend_from_slice(&own[..=i]);
-            own.fill(0.0);
-            for (j, other) in above.chunks_exact(*stride).enumerate() {
-                // Beyond column j one of the two rows is zero.
-                let known = whole_lanes(j);
-                own[j] = (row[j] - dot(&own[..known], &other[..known])) * inverse_diagonal[j];
+            // Lanes, and several of them at a time, so that sums stay in registers. What is summed before the diagonal is not used.
+            let mut first = k - k % LANES;
+            while first < *stride {
+                first += match (*stride - first) / LANES {
+                    1 => eliminate::<1>(above, k, first, own),
+                    2 => eliminate::<2>(above, k, first, own),
+                    3 => eliminate::<3>(above, k, first, own),
+                    _ => eliminate::<4>(above, k, first, own),
+                };
             }
-            let known = whole_lanes(i);
-            let pivot = row[i] - dot(&own[..known], &own[..known]);
+            let pivot = own[k];
             // Not a number is not positive either.
             if !(pivot > 0.0 && pivot.is_finite()) {
                 return false;
             }
-            own[i] = pivot.sqrt();
-            inverse_diagonal.push(1.0 / own[i]);
+            own[k] = pivot.sqrt();
+            let inverse = 1.0 / own[k];
+            own[k + 1..].iter_mut().for_each(|x| *x *= inverse);
+            inverse_diagonal.push(inverse);
         }
         true
     }
@@ -77,17 +76,37 @@ impl Cholesky {
 
     #[inline(always)]
     fn solve_inlined(&self, x: &mut [f64]) {
-        for i in 0..self.n {
-            let row = &self.data[i * self.stride..][..i];
-            let sum: f64 = dot(row, &x[..i]);
-            x[i] = (x[i] - sum) * self.inverse_diagonal[i];
+        let x = &mut x[..self.n];
+        for k in 0..self.n {
+            let (before, after) = x.split_at_mut(k + 1);
+            before[k] *= self.inverse_diagonal[k];
+            add_scaled(after, -before[k], &self.data[k * self.stride..][k + 1..]);
         }
-        for i in (0..self.n).rev() {
-            let (before, own) = x.split_at_mut(i);
-            own[0] *= self.inverse_diagonal[i];
-            add_scaled(before, -own[0], &self.data[i * self.stride..][..i]);
+        for k in (0..self.n).rev() {
+            let (before, after) = x.split_at_mut(k + 1);
+            let sum: f64 = dot(&self.data[k * self.stride..][k + 1..self.n], after);
+            before[k] = (before[k] - sum) * self.inverse_diagonal[k];
         }
     }
+}
+
+/// Takes the part of the rows above off `COUNT` lanes of row `k`, from place `first` on; how many numbers these are.
+#[inline(always)]
+fn eliminate<const COUNT: usize>(above: &[f64], k: usize, first: usize, own: &mut [f64]) -> usize {
+    let stride = own.len();
+    let own = &mut own[first..][..COUNT * LANES];
+    let mut sums = [[0.0; LANES]; COUNT];
+    sums.as_flattened_mut().copy_from_slice(own);
+    for row in above.chunks_exact(stride) {
+        let (factor, row) = (row[k], &row[first..][..COUNT * LANES]);
+        for (sums, row) in sums.iter_mut().zip(row.as_chunks::<LANES>().0) {
+            for lane in 0..LANES {
+                sums[lane] -= factor * row[lane];
+            }
+        }
+    }
+    own.copy_from_slice(sums.as_flattened());
+    COUNT * LANES
 }
 
 /// The least number of whole lanes that holds so many numbers: rows of that length have no rest.
@@ -123,8 +142,8 @@ mod tests {
             let mut factor = Cholesky::default();
             let (data, stride) = factor.start(n);
             for (i, row) in data.chunks_exact_mut(stride).enumerate() {
-                (0..=i).for_each(|j| row[j] = entry(n, i, j));
-                row[i + 1..].fill(f64::NAN);
+                (i..n).for_each(|j| row[j] = entry(n, i, j));
+                row[..i].fill(f64::NAN);
             }
             let wanted: Vec<f64> = (0..n).map(|i| i as f64 - 3.0).collect();
             let mut x: Vec<f64> = (0..n).map(|i| (0..n).map(|j| entry(n, i, j) * wanted[j]).sum()).collect();
@@ -141,7 +160,7 @@ mod tests {
         for matrix in [[1.0, 2.0, 1.0], [0.0, 0.0, 1.0], [f64::NAN, 0.0, 1.0]] {
             let mut factor = Cholesky::default();
             let (data, stride) = factor.start(2);
-            (data[0], data[stride], data[stride + 1]) = (matrix[0], matrix[1], matrix[2]);
+            (data[0], data[1], data[stride + 1]) = (matrix[0], matrix[1], matrix[2]);
             assert!(!factor.factorize(), "{matrix:?}");
         }
     }

@@ -1,6 +1,6 @@
 //! Half solves: `L⁻ᵀ` on sparse columns along the ways to the root, and the squares that they give the Delassus operator.
 
-use super::{BlockCholesky, FEW_ROWS, SMALL};
+use super::{BlockCholesky, FEW_ROWS, LANES, SMALL};
 use crate::dot::dot;
 use crate::layout::Block;
 
@@ -128,10 +128,7 @@ impl BlockCholesky {
     /// with `A_b⁻¹` between them.
     /// - `rows`: ascending, counted from the block's first; `entries`: of `Y` in them
     /// - `y`: out, `[at least size, N]`; written in the rows on the ways to the root, which are returned as bits
-    ///
-    /// # Panics
-    /// If a row is not below the block's size, or the block has more rows, or `y` has less.
-    pub fn half_solve_on_ways<const N: usize>(
+    fn half_solve_on_ways<const N: usize>(
         &self,
         block: usize,
         rows: &[usize],
@@ -179,6 +176,34 @@ impl BlockCholesky {
             y[k] = row.map(|x| x * inverse[k]);
         }
         active
+    }
+
+    /// `Y ← L⁻ᵀ Y` for many columns of one block at once, so that `YᵀY` is the product with `A_b⁻¹` between them; they have the bits that each
+    /// has by itself. To be inlined into what is compiled for wide vectors.
+    /// - `y`: `[size, stride]`, row by row, of which `width` columns count, whole lanes of [`LANES`]
+    ///
+    /// # Panics
+    /// If the length is another one, lanes are not whole, or the width is more than the stride.
+    #[inline(always)]
+    pub fn half_solve_rows(&self, block: usize, y: &mut [f64], stride: usize, width: usize) {
+        let is_diagonal = self.diagonal[block];
+        let block = &self.layout.blocks[block];
+        let (n, u) = (block.size, &self.data[block.data_range()]);
+        assert!(y.len() == n * stride && width <= stride && width.is_multiple_of(LANES), "rows of whole lanes");
+        let (ends, inverse) = (&self.layout.end[block.range()], &self.inverse_diagonal[block.range()]);
+        for k in (0..n).rev() {
+            let (head, tail) = y.split_at_mut((k + 1) * stride);
+            let own = &mut head[k * stride..];
+            let carried = if is_diagonal { &[][..] } else { &u[k * n + k + 1..k * n + ends[k] - block.start] };
+            let mut first = 0;
+            while first < width {
+                first += match (width - first) / LANES {
+                    1 => half_solve_lanes::<1>(own, tail, carried, first, inverse[k]),
+                    2 | 3 => half_solve_lanes::<2>(own, tail, carried, first, inverse[k]),
+                    _ => half_solve_lanes::<4>(own, tail, carried, first, inverse[k]),
+                };
+            }
+        }
     }
 
     /// Whether rows of a block are all those on one way to the root.
@@ -252,6 +277,31 @@ impl BlockCholesky {
             row.iter_mut().for_each(|y| *y *= self.inverse_diagonal[k]);
         }
     }
+}
+
+/// `COUNT` lanes of one row, from column `first` on; how many numbers these are.
+#[inline(always)]
+fn half_solve_lanes<const COUNT: usize>(
+    own: &mut [f64],
+    below: &[f64],
+    carried: &[f64],
+    first: usize,
+    inverse: f64,
+) -> usize {
+    let stride = own.len();
+    let own = &mut own[first..][..COUNT * LANES];
+    let mut sums = [[0.0; LANES]; COUNT];
+    sums.as_flattened_mut().copy_from_slice(own);
+    for (factor, row) in carried.iter().zip(below.chunks_exact(stride)) {
+        for (sums, row) in sums.iter_mut().zip(row[first..][..COUNT * LANES].as_chunks::<LANES>().0) {
+            for lane in 0..LANES {
+                sums[lane] -= factor * row[lane];
+            }
+        }
+    }
+    sums.as_flattened_mut().iter_mut().for_each(|x| *x *= inverse);
+    own.copy_from_slice(sums.as_flattened());
+    COUNT * LANES
 }
 
 /// `Y ← L⁻ᵀ Y` for the rows of one way to the root, each of which carries all that follow; returns them as bits.

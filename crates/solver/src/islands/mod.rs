@@ -3,6 +3,7 @@
 mod island;
 mod joined_blocks;
 mod known_rows;
+mod robot_rows;
 mod structure;
 
 use signorini_contact::ContactProblem;
@@ -12,6 +13,7 @@ pub use island::Island;
 pub(crate) use island::block_of;
 use joined_blocks::JoinedBlocks;
 use known_rows::KnownRows;
+use robot_rows::RobotRows;
 use structure::Structure;
 
 /// The islands of a problem; memory is reused from problem to problem.
@@ -34,6 +36,7 @@ pub struct Islands {
     velocity_scale: VelocityScale,
     structure: Structure,
     known: KnownRows,
+    robots: RobotRows,
 }
 
 /// What the data say of a contact or friction group.
@@ -41,6 +44,8 @@ pub struct Islands {
 struct Measured {
     /// Its island, [`NONE`] if nothing moves it.
     island: u32,
+    /// Whether a robot has a part in it.
+    on_robot: bool,
     /// The largest entry on the diagonal of its Delassus block.
     delassus: f64,
     /// `u` of a contact at the free velocity.
@@ -118,6 +123,7 @@ impl Islands {
         self.velocity_scale = VelocityScale::default();
         (0..problem.contact_count()).for_each(|i| self.measure_contact(problem, i));
         (0..problem.friction_groups.len()).for_each(|j| self.measure_group(problem, j));
+        self.measure_robots(problem);
         (0..problem.bilateral_violation.len()).for_each(|k| self.measure_bilateral(problem, k));
     }
 
@@ -125,7 +131,12 @@ impl Islands {
     fn place_rows(&mut self, problem: &ContactProblem) {
         let (mut units, mut bilateral) = (std::mem::take(&mut self.units), std::mem::take(&mut self.bilateral));
         let island_of = |columns: &[u32]| self.island_of(problem, columns).map_or(NONE, |island| island as u32);
-        let placed = |columns: &[u32]| Measured { island: island_of(columns), delassus: 0.0, free_slack: [0.0; 3] };
+        let placed = |columns: &[u32]| Measured {
+            island: island_of(columns),
+            on_robot: false,
+            delassus: 0.0,
+            free_slack: [0.0; 3],
+        };
         units.clear();
         units.extend((0..problem.contact_count()).map(|i| placed(problem.jacobian.group(i).0)));
         let groups = &problem.friction_groups;
@@ -133,6 +144,7 @@ impl Islands {
         bilateral.clear();
         let rows = 0..problem.bilateral_violation.len();
         bilateral.extend(rows.map(|k| (island_of(problem.bilateral_jacobian.group(k).0), 0.0)));
+        self.robots.find(problem, |unit| units[unit].on_robot = true);
         (self.units, self.bilateral) = (units, bilateral);
     }
 
@@ -167,10 +179,12 @@ impl Islands {
         let unit = &mut self.units[i];
         unit.free_slack = free_slack;
         let Some(island) = index(unit.island) else { return };
-        if !self.known.has(problem, island, i) {
-            unit.delassus = largest(&problem.delassus_diagonal(i, &mut self.scratch));
+        if !unit.on_robot {
+            if !self.known.has(problem, island, i) {
+                unit.delassus = largest(&problem.delassus_diagonal(i, &mut self.scratch));
+            }
+            raise(&mut self.delassus_scale, unit.delassus);
         }
-        raise(&mut self.delassus_scale, unit.delassus);
         let own = &mut self.islands[island].velocity_scale;
         let seen = if problem.directions_of(i).is_empty() { 1 } else { 3 };
         free_slack[..seen].iter().for_each(|u| own.add(*u, terms));
@@ -182,10 +196,24 @@ impl Islands {
         let unit = &mut self.units[problem.contact_count() + j];
         unit.free_slack = free_slack;
         let Some(island) = index(unit.island) else { return };
-        unit.delassus = largest(&problem.group_delassus(j, &mut self.scratch));
-        raise(&mut self.delassus_scale, unit.delassus);
+        if !unit.on_robot {
+            unit.delassus = largest(&problem.group_delassus(j, &mut self.scratch));
+            raise(&mut self.delassus_scale, unit.delassus);
+        }
         let own = &mut self.islands[island].velocity_scale;
         slip.iter().for_each(|u| own.add(*u, terms));
+    }
+
+    fn measure_robots(&mut self, problem: &ContactProblem) {
+        let Self { robots, known, units, scratch, delassus_scale, .. } = self;
+        let contacts = problem.contact_count();
+        let islands: &[Measured] = units;
+        let wanted = |unit: usize| unit >= contacts || !known.has(problem, islands[unit].island as usize, unit);
+        robots.measure(problem, scratch, wanted);
+        for (unit, largest) in robots.all() {
+            units[unit].delassus = largest;
+            raise(delassus_scale, largest);
+        }
     }
 
     fn measure_bilateral(&mut self, problem: &ContactProblem, k: usize) {

@@ -11,6 +11,7 @@ mod families;
 mod friction_groups;
 mod given_starts;
 mod invariance;
+mod islands;
 mod large_islands;
 mod random_cases;
 mod shared_problems;

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 use signorini_lcp::linalg::{SHORT, dot, whole_lanes};
-use signorini_multibody::BlockCholesky;
+use signorini_multibody::{BlockCholesky, LANES};
 
 use crate::islands::Island;
 
@@ -14,14 +14,15 @@ pub(super) struct Delassus {
     parts: Vec<Part>,
     /// Which parts of the island these are.
     is_known: Vec<bool>,
-    /// `L⁻ᵀ Jᵀ` of each known row, `[rows, nv]` with whole lanes for each; zero beside its ways.
+    /// `L⁻ᵀ Jᵀ`, a column for each known row, `[nv, stride]`.
     half: Vec<f64>,
-    /// `[rows, rows]` in a square of `stride` rows.
+    /// `[rows, rows]` in rows of `stride` numbers.
     data: Vec<f64>,
     stride: usize,
-    /// Numbers to a row of `half`.
-    width: usize,
-    scratch: Scratch,
+    /// For how many rows `W` is there.
+    solved: usize,
+    /// The columns that are solved for at a time, `[nv, whole lanes]`.
+    columns: Vec<f64>,
 }
 
 /// A known part.
@@ -33,8 +34,6 @@ pub(super) struct Part {
     pub first: usize,
     size: usize,
     begin: usize,
-    /// The degrees of freedom on the ways from it to the roots, as bits.
-    way: u64,
 }
 
 impl Part {
@@ -48,11 +47,13 @@ impl Delassus {
     /// Makes room for an island of which nothing is known.
     pub fn forget(&mut self, island: &Island) {
         let (units, bilateral) = (island.units.len(), island.bilateral.len());
-        (self.width, self.stride) = (whole_lanes(island.nv()), 3 * units + bilateral);
+        (self.stride, self.solved) = (whole_lanes(3 * units + bilateral), 0);
         self.parts.clear();
         self.is_known.clear();
         self.is_known.resize(units + bilateral, false);
-        self.half.resize(self.stride * self.width, 0.0);
+        let room = island.nv() * self.stride;
+        self.half.resize(room, 0.0);
+        self.columns.reserve(room.saturating_sub(self.columns.len()));
         self.data.resize(self.stride * self.stride, 0.0);
     }
 
@@ -71,122 +72,122 @@ impl Delassus {
         &self.data[r * self.stride..][..self.len()]
     }
 
-    /// Makes a part known, by the rows of those components that have one: one, two or all three.
-    pub fn learn(&mut self, factor: &BlockCholesky, island: &Island, part: usize, components: Range<usize>) {
-        if std::mem::replace(&mut self.is_known[part], true) {
+    /// Takes in a part, by the rows of those components that have one: one, two or all three. [`find`](Self::find) makes it known.
+    pub fn learn(&mut self, part: usize, components: Range<usize>) {
+        if !std::mem::replace(&mut self.is_known[part], true) {
+            let begin = self.len();
+            self.parts.push(Part { part, first: components.start, size: components.len(), begin });
+        }
+    }
+
+    /// `L⁻ᵀ Jᵀ` and `W` of the parts that were taken in since it was called last.
+    pub fn find(&mut self, factor: &BlockCholesky, island: &Island) {
+        if self.solved == self.len() {
             return;
         }
-        let begin = self.len();
-        self.parts.push(Part { part, first: components.start, size: components.len(), begin, way: 0 });
-        match components.len() {
-            1 => self.add::<1>(factor, island),
-            2 => self.add::<2>(factor, island),
-            _ => self.add::<3>(factor, island),
-        }
-    }
-
-    /// `L⁻ᵀ Jᵀ` and `W` of the last part, which has `N` rows.
-    fn add<const N: usize>(&mut self, factor: &BlockCholesky, island: &Island) {
-        let Some(own) = self.parts.last_mut() else { return };
-        let nv = island.nv();
-        self.scratch.fit(nv);
-        own.way = self.scratch.half_solve::<N>(factor, island, own);
-        let half = self.scratch.half.as_chunks::<N>().0;
-        let rows = &mut self.half[own.begin * self.width..][..N * self.width];
-        rows.fill(0.0);
-        for_each_bit(own.way, |k| (0..N).for_each(|r| rows[r * self.width + k] = half[k][r]));
+        let width = self.take_columns(island);
+        let work = Find { delassus: self, factor, island, width };
         // Short rows are done before wide vectors have begun.
-        if nv <= SHORT { self.find_products() } else { Arch::new().dispatch(Products(self)) }
+        if island.nv() <= SHORT {
+            work.run()
+        } else {
+            Arch::new().dispatch(work)
+        }
+        self.solved = self.len();
     }
 
-    /// `W` between the last part and all that are known.
-    #[inline(always)]
-    fn find_products(&mut self) {
-        let Self { parts, half, data, stride, width, .. } = self;
-        let Some(own) = parts.last() else { return };
-        for other in &*parts {
-            // Beside the ways that both have one of them is zero.
-            let shared = own.way & other.way;
-            let end = whole_lanes((u64::BITS - shared.leading_zeros()) as usize);
-            for r in own.rows() {
-                for s in other.rows() {
-                    let product = dot(&half[r * *width..][..end], &half[s * *width..][..end]);
-                    (data[r * *stride + s], data[s * *stride + r]) = (product, product);
+    /// Writes the columns of the rows that are not solved yet, and returns into how many whole lanes they fit.
+    fn take_columns(&mut self, island: &Island) -> usize {
+        let width = whole_lanes(self.len() - self.solved);
+        self.columns.clear();
+        self.columns.resize(island.nv() * width, 0.0);
+        let new = self.parts.iter().rev().take_while(|part| part.begin >= self.solved);
+        for part in new {
+            let place = part.begin - self.solved;
+            if let Some(k) = part.part.checked_sub(island.units.len()) {
+                let (columns, entries) = island.bilateral_jacobian.group(k);
+                for (&column, [entry]) in columns.iter().zip(entries) {
+                    self.columns[column as usize * width + place] = *entry;
+                }
+            } else {
+                let (columns, entries) = island.jacobian.group(part.part);
+                for (&column, entry) in columns.iter().zip(entries) {
+                    let own = &mut self.columns[column as usize * width + place..][..part.size];
+                    own.iter_mut().zip(&entry[part.first..]).for_each(|(x, entry)| *x = *entry);
                 }
             }
         }
+        width
     }
 
     /// `y += L⁻ᵀ Jᵀ p` for impulses of the known rows.
     pub fn add_half(&self, p: &[f64], y: &mut [f64]) {
-        for (p, half) in p.iter().zip(self.half.chunks_exact(self.width.max(1))).filter(|(p, _)| **p != 0.0) {
-            y.iter_mut().zip(half).for_each(|(y, half)| *y += half * p);
+        let rows = self.half.chunks_exact(self.stride.max(1));
+        y.iter_mut().zip(rows).for_each(|(y, half)| *y += dot(&half[..p.len()], p));
+    }
+}
+
+struct Find<'a> {
+    delassus: &'a mut Delassus,
+    factor: &'a BlockCholesky,
+    island: &'a Island,
+    width: usize,
+}
+
+impl Find<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Self { delassus, factor, island, width } = self;
+        for (k, &block) in island.blocks.iter().enumerate() {
+            let own = island.starts[k] * width..island.starts[k + 1] * width;
+            factor.half_solve_rows(block as usize, &mut delassus.columns[own], width, width);
+        }
+        let (known, len) = (delassus.solved, delassus.len());
+        let Delassus { half, data, columns, stride, .. } = delassus;
+        for (half, columns) in half.chunks_exact_mut(*stride).zip(columns.chunks_exact(width)) {
+            half[known..len].copy_from_slice(&columns[..len - known]);
+        }
+        for r in known..len {
+            let (before, own) = data.split_at_mut(r * *stride);
+            let end = whole_lanes(r + 1);
+            let mut first = 0;
+            while first < end {
+                let own = &mut own[first..];
+                first += match (end - first) / LANES {
+                    1 => products::<1>(half, *stride, r, first, own),
+                    2 | 3 => products::<2>(half, *stride, r, first, own),
+                    _ => products::<4>(half, *stride, r, first, own),
+                };
+            }
+            before.chunks_exact_mut(*stride).zip(&*own).for_each(|(row, own)| row[r] = *own);
         }
     }
 }
 
-struct Products<'a>(&'a mut Delassus);
-
-impl WithSimd for Products<'_> {
+impl WithSimd for Find<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.0.find_products();
+        self.run();
     }
 }
 
-/// What a half solve needs, for as many degrees of freedom as there are.
-#[derive(Clone, Debug, Default)]
-struct Scratch {
-    entries: Vec<f64>,
-    rows: Vec<usize>,
-    half: Vec<f64>,
-}
-
-impl Scratch {
-    fn fit(&mut self, nv: usize) {
-        if self.rows.len() < nv {
-            self.rows.resize(nv, 0);
-            self.entries.resize(3 * nv, 0.0);
-            self.half.resize(3 * nv, 0.0);
-        }
-    }
-
-    /// `L⁻ᵀ Jᵀ` of a part over the degrees of freedom of the island, `[nv, N]` in `half`; returns those on its ways to the roots as bits.
-    fn half_solve<const N: usize>(&mut self, factor: &BlockCholesky, island: &Island, part: &Part) -> u64 {
-        let entries = self.entries.as_chunks_mut::<N>().0;
-        let half = self.half.as_chunks_mut::<N>().0;
-        let columns = if let Some(k) = part.part.checked_sub(island.units.len()) {
-            let (columns, own) = island.bilateral_jacobian.group(k);
-            entries.iter_mut().zip(own).for_each(|(entry, own)| entry[0] = own[0]);
-            columns
-        } else {
-            let (columns, own) = island.jacobian.group(part.part);
-            let components = part.first..part.first + N;
-            entries.iter_mut().zip(own).for_each(|(entry, own)| entry.copy_from_slice(&own[components.clone()]));
-            columns
-        };
-        let (mut first, mut way) = (0, 0);
-        while first < columns.len() {
-            let k = island.block_of(columns[first] as usize);
-            let (start, end) = (island.starts[k], island.starts[k + 1]);
-            let mut last = first;
-            while last < columns.len() && (columns[last] as usize) < end {
-                self.rows[last - first] = columns[last] as usize - start;
-                last += 1;
+/// `COUNT` lanes of row `r` of `W`, from column `first` on; how many numbers these are.
+#[inline(always)]
+fn products<const COUNT: usize>(half: &[f64], stride: usize, r: usize, first: usize, own: &mut [f64]) -> usize {
+    let mut sums = [[0.0; LANES]; COUNT];
+    for row in half.chunks_exact(stride) {
+        let factor = row[r];
+        // Most degrees of freedom are not on the way from this row to its root.
+        if factor != 0.0 {
+            for (sums, row) in sums.iter_mut().zip(row[first..][..COUNT * LANES].as_chunks::<LANES>().0) {
+                for lane in 0..LANES {
+                    sums[lane] += factor * row[lane];
+                }
             }
-            let (rows, own) = (&self.rows[..last - first], &mut half[start..end]);
-            way |= factor.half_solve_on_ways(island.blocks[k] as usize, rows, &entries[first..last], own) << start;
-            first = last;
         }
-        way
     }
-}
-
-fn for_each_bit(mut bits: u64, mut visit: impl FnMut(usize)) {
-    while bits != 0 {
-        visit(bits.trailing_zeros() as usize);
-        bits &= bits - 1;
-    }
+    own[..COUNT * LANES].copy_from_slice(sums.as_flattened());
+    COUNT * LANES
 }

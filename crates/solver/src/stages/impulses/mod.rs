@@ -208,9 +208,10 @@ impl ImpulseNewton {
                 held(cones, island, c, mode).0 == 0 && !is_carried && projected == island.pushing(c, p)
             });
             if !is_steady {
-                self.delassus.learn(factor, island, c, components(cones, island, c));
+                self.delassus.learn(c, components(cones, island, c));
             }
         }
+        self.delassus.find(factor, island);
     }
 
     /// Solves with the modes fixed, `R (u + W (r + A z)) = 0`, where `r` brings the impulses to where their modes have them, and takes the
