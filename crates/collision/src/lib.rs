@@ -73,6 +73,7 @@ mod laws;
 mod manifold;
 mod mesh;
 mod narrow;
+mod outermost;
 mod overlaps;
 mod partners;
 mod patch;

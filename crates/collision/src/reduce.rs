@@ -3,6 +3,7 @@
 use glamx::glam::{DVec2, DVec3};
 
 use crate::manifold::Touch;
+use crate::outermost::Outermost;
 
 /// A flat contact keeps at most this many points.
 const MOST: usize = 8;
@@ -18,6 +19,7 @@ pub(crate) struct Reducer {
     /// Those of which the outline is made.
     outer: Vec<(DVec2, usize)>,
     outline: Vec<(DVec2, usize)>,
+    outermost: Outermost,
     /// What the loss of each corner of the outline costs.
     bluntness: Vec<f64>,
     /// Place and gap of the outline's corners.
@@ -59,9 +61,14 @@ impl Reducer {
         let own = &touches[from..];
         let deepest = (0..own.len()).min_by(|&i, &j| own[i].gap.total_cmp(&own[j].gap)).unwrap_or(0);
         let many = if self.is_whole { usize::MAX } else { MANY };
-        take_outermost(&self.flat, deepest, many, &mut self.outer);
+        self.outer.clear();
+        if self.flat.len() <= many {
+            self.outer.extend_from_slice(&self.flat);
+        } else {
+            self.outermost.take(&self.flat, deepest, &mut self.outer);
+        }
         merge(&mut self.outer, own, tolerance);
-        convex_outline(&self.outer, &mut self.outline, tolerance);
+        convex_outline(&mut self.outer, &mut self.outline, tolerance);
         if self.outline.len() == own.len() && own.len() <= self.most() {
             return; // Nothing to leave out; the order of the points means nothing.
         }
@@ -153,58 +160,6 @@ fn covered_gap(corners: &[(DVec2, f64)], deepest: (DVec2, f64), p: DVec2) -> f64
 /// Of more points than this the outermost in evenly spread directions make the outline: so many points are on round faces, of which these
 /// enclose 99 %.
 const MANY: usize = 8 * MOST;
-const DIRECTIONS: usize = 4 * MOST;
-
-/// Points up to `many` as they are; of more the outermost in evenly spread directions, and the deepest.
-fn take_outermost(flat: &[(DVec2, usize)], deepest: usize, many: usize, out: &mut Vec<(DVec2, usize)>) {
-    out.clear();
-    if flat.len() <= many {
-        return out.extend_from_slice(flat);
-    }
-    let center = flat.iter().map(|point| point.0).sum::<DVec2>() / flat.len() as f64;
-    let ring = is_ring(flat, 0.0).then(|| is_counter_clockwise(flat));
-    let mut best = 0;
-    for k in 0..DIRECTIONS {
-        let direction = DVec2::from_angle(std::f64::consts::TAU * k as f64 / DIRECTIONS as f64);
-        let along = |at: usize| direction.dot(flat[at].0 - center);
-        best = match ring {
-            Some(is_forward) if k > 0 => climb(flat.len(), best, is_forward, along),
-            _ => outermost(flat.len(), along),
-        };
-        if out.iter().all(|point| point.1 != flat[best].1) {
-            out.push(flat[best]);
-        }
-    }
-    if out.iter().all(|point| point.1 != deepest) {
-        out.push(flat[deepest]);
-    }
-}
-
-/// The outermost of all points along a direction, the first of equals.
-fn outermost(count: usize, along: impl Fn(usize) -> f64) -> usize {
-    let mut best = (f64::NEG_INFINITY, 0);
-    for at in 0..count {
-        let along = along(at);
-        if along > best.0 {
-            best = (along, at);
-        }
-    }
-    best.1
-}
-
-/// The outermost point of a convex ring along a direction that has turned on counter-clockwise since `from` was the outermost.
-fn climb(count: usize, from: usize, is_forward: bool, along: impl Fn(usize) -> f64) -> usize {
-    let step = if is_forward { 1 } else { count - 1 };
-    let mut best = from;
-    for _ in 0..count {
-        let next = (best + step) % count;
-        if along(next) <= along(best) {
-            break;
-        }
-        best = next;
-    }
-    best
-}
 
 /// Of points within `tolerance` of each other only the deepest stays, the first of equals.
 fn merge(flat: &mut Vec<(DVec2, usize)>, touches: &[Touch], tolerance: f64) {
@@ -225,7 +180,8 @@ fn merge(flat: &mut Vec<(DVec2, usize)>, touches: &[Touch], tolerance: f64) {
 
 /// Corners of the convex outline, counter-clockwise, without points within `tolerance` of its sides: the points as they are, where they go round
 /// it; otherwise two points far from each other, then ever the point farthest beyond a side (quickhull; Eddy 1977).
-fn convex_outline(flat: &[(DVec2, usize)], out: &mut Vec<(DVec2, usize)>, tolerance: f64) {
+/// - `flat`: comes back in another order
+fn convex_outline(flat: &mut [(DVec2, usize)], out: &mut Vec<(DVec2, usize)>, tolerance: f64) {
     out.clear();
     if flat.len() < 3 || is_ring(flat, tolerance) {
         out.extend_from_slice(flat);
@@ -236,7 +192,7 @@ fn convex_outline(flat: &[(DVec2, usize)], out: &mut Vec<(DVec2, usize)>, tolera
     }
     let farthest_from = |p: DVec2| {
         let mut best = flat[0];
-        for q in flat {
+        for q in &*flat {
             if (q.0 - p).length_squared() > (best.0 - p).length_squared() {
                 best = *q;
             }
@@ -244,25 +200,49 @@ fn convex_outline(flat: &[(DVec2, usize)], out: &mut Vec<(DVec2, usize)>, tolera
         best
     };
     let first = farthest_from(flat[0].0);
-    out.push(first);
-    out.push(farthest_from(first.0));
-    let mut k = 0;
-    while k < out.len() {
-        let (start, end) = (out[k].0, out[(k + 1) % out.len()].0);
-        let along = end - start;
-        // Distances from the side times its length.
-        let mut beyond = (tolerance * along.length(), None);
-        for point in flat {
-            let distance = -along.perp_dot(point.0 - start);
-            if distance > beyond.0 {
-                beyond = (distance, Some(*point));
-            }
-        }
-        match beyond.1 {
-            Some(point) if out.len() < flat.len() => out.insert(k + 1, point),
-            _ => k += 1,
+    let second = farthest_from(first.0);
+    for side in [[first, second], [second, first]] {
+        out.push(side[0]);
+        let beyond = take_beyond(flat, side[0].0, side[1].0, tolerance);
+        push_corners(beyond, side[0].0, side[1].0, tolerance, out);
+    }
+}
+
+/// Appends the corners between the ends of a side, of points that are all beyond it.
+fn push_corners(
+    points: &mut [(DVec2, usize)],
+    start: DVec2,
+    end: DVec2,
+    tolerance: f64,
+    out: &mut Vec<(DVec2, usize)>,
+) {
+    let Some(mut corner) = points.first().copied() else { return };
+    let along = end - start;
+    for point in &*points {
+        if along.perp_dot(point.0 - corner.0) < 0.0 {
+            corner = *point;
         }
     }
+    let before = take_beyond(points, start, corner.0, tolerance);
+    push_corners(before, start, corner.0, tolerance, out);
+    out.push(corner);
+    let after = take_beyond(points, corner.0, end, tolerance);
+    push_corners(after, corner.0, end, tolerance, out);
+}
+
+/// The points on the right of a side, farther than `tolerance`.
+fn take_beyond(points: &mut [(DVec2, usize)], start: DVec2, end: DVec2, tolerance: f64) -> &mut [(DVec2, usize)] {
+    // Distances from the side times its length.
+    let along = end - start;
+    let least = tolerance * along.length();
+    let mut count = 0;
+    for k in 0..points.len() {
+        if along.perp_dot(start - points[k].0) > least {
+            points.swap(k, count);
+            count += 1;
+        }
+    }
+    &mut points[..count]
 }
 
 /// Removes the corner whose loss costs the least area, never `spared`, until there are `most`.
@@ -293,25 +273,26 @@ fn drop_bluntest(outline: &mut Vec<(DVec2, usize)>, areas: &mut Vec<f64>, most: 
 mod tests {
     use super::*;
 
-    /// With a point inside they are no ring, and every point is looked at.
+    /// Every point lies within the outline, and every corner turns to the left.
     #[test]
-    fn going_round_a_ring_finds_what_looking_at_all_points_does() {
-        for seed in 1..60 {
-            let count = MANY + 1 + 7 * seed;
-            let (wide, turn, way) =
-                (1.0 + 0.1 * seed as f64, 0.7 * seed as f64, if seed % 2 == 0 { 1.0 } else { -1.0 });
+    fn outlines_are_convex_and_hold_all_points() {
+        for count in 3..70 {
             let point = |k: usize| {
-                let angle =
-                    way * std::f64::consts::TAU * (k as f64 + 0.3 * (k as f64 * seed as f64).sin()) / count as f64;
-                DVec2::from_angle(turn).rotate(DVec2::new(wide * angle.cos(), angle.sin()))
+                let radius = if count % 3 == 0 { 1.0 } else { 0.5 + 0.5 * (k as f64 * 3.1).sin() };
+                let angle = (k * k) as f64 * 0.7;
+                DVec2::new(3.0 * radius * angle.cos(), radius * angle.sin())
             };
-            let mut flat: Vec<(DVec2, usize)> = (0..count).map(|k| (point(k), k)).collect();
-            assert!(is_ring(&flat, 0.0), "{seed}");
-            let (mut round, mut all) = (Vec::new(), Vec::new());
-            take_outermost(&flat, 3, MANY, &mut round);
-            flat.push((DVec2::ZERO, count));
-            take_outermost(&flat, 3, MANY, &mut all);
-            assert_eq!(round, all, "{seed}");
+            let points: Vec<(DVec2, usize)> = (0..count).map(|k| (point(k), k)).collect();
+            let mut outline = Vec::new();
+            convex_outline(&mut points.clone(), &mut outline, 1e-9);
+            let corner = |k: usize| outline[k % outline.len()].0;
+            for k in 0..outline.len() {
+                let side = corner(k + 1) - corner(k);
+                assert!(side.perp_dot(corner(k + 2) - corner(k + 1)) > 0.0, "{count}: {outline:?}");
+                let beyond = |p: DVec2| -side.perp_dot(p - corner(k)) > 2e-9 * side.length();
+                assert!(points.iter().all(|point| !beyond(point.0)), "{count}: {outline:?}");
+            }
+            assert!(outline.iter().all(|corner| point(corner.1) == corner.0));
         }
     }
 }
