@@ -83,7 +83,9 @@ fn hull_vertices(
         depth >= deepest
             && hull.neighbours.of(i as usize).iter().all(|&j| {
                 let q = hull.vertices[j as usize];
-                down.dot(q) - depth <= turn * (q - p).length() + LEVEL * placed.size
+                let lower = down.dot(q) - depth - LEVEL * placed.size;
+                // Most are not lower, whatever the turn can make up for.
+                lower <= 0.0 || lower <= turn * (q - p).length()
             })
     };
     hull.visit_around(down, visited, can_touch, |i| {

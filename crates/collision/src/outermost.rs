@@ -21,9 +21,9 @@ pub(crate) struct Outermost {
 }
 
 impl Outermost {
-    /// Appends to `out` what is outermost in any of the directions, the first of equals, each once, and the point `deepest`.
+    /// Appends to `out` what is outermost in any of the directions, the first of equals, and the point `deepest`.
     /// - `points`: with whatever comes with each, at least one; `deepest`: a place among them
-    pub fn take<T: Copy + PartialEq>(&mut self, points: &[(DVec2, T)], deepest: usize, out: &mut Vec<(DVec2, T)>) {
+    pub fn take<T: Copy>(&mut self, points: &[(DVec2, T)], deepest: usize, out: &mut Vec<(DVec2, T)>) {
         let center = points.iter().map(|point| point.0).sum::<DVec2>() / points.len() as f64;
         let column = |of: fn(DVec2) -> f64, out: &mut Vec<f64>| {
             out.clear();
@@ -34,10 +34,14 @@ impl Outermost {
         column(|p| p.x, &mut self.x);
         column(|p| p.y, &mut self.y);
         Arch::new().dispatch(Search { columns: self, directions: &DIRECTIONS });
-        for at in self.found.into_iter().chain([deepest]) {
-            if out.iter().all(|point| point.1 != points[at].1) {
+        // What is outermost in several directions is so in neighbouring ones.
+        for (k, &at) in self.found.iter().enumerate() {
+            if self.found[..k].last() != Some(&at) && (k == 0 || self.found[0] != at) {
                 out.push(points[at]);
             }
+        }
+        if !self.found.contains(&deepest) {
+            out.push(points[deepest]);
         }
     }
 }
