@@ -46,8 +46,8 @@ pub(super) struct ImpulseNewton {
     slack: Vec<[f64; 3]>,
 }
 
-/// A warm start whose velocity is that of its impulses, and few more rows than degrees of freedom, as many as a body has: with more of them a step costs
-/// more than all of the proximal iterations, and most attempts fail. Where there are contacts alone they have to have fewer rows than degrees of freedom, stuck
+/// A warm start whose velocity is that of its impulses, and at most half as many rows more than degrees of freedom, and as many as a body has: with more of
+/// them a step costs more than all of the proximal iterations, and most attempts fail. Where there are contacts alone they have to have fewer rows than degrees of freedom, stuck
 /// or not: proximal iterations are few there, and more exact where contacts are redundant, as under a body that slides.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     let (island, cones) = (task.island, task.cones);
@@ -57,7 +57,7 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
         let may_stick = are_alone && cones.friction(island.units[c] as usize) > 0.0;
         if may_stick { 3 } else { held(cones, island, c, mode).0 }
     };
-    let most = if are_alone { island.nv() } else { island.nv() + FREE };
+    let most = if are_alone { island.nv() } else { 3 * island.nv() / 2 + FREE };
     !iterate.velocity.is_empty()
         && island.nv() <= FEW_ROWS
         && iterate.modes.iter().enumerate().map(rows).sum::<usize>() + island.bilateral.len() <= most
