@@ -14,9 +14,8 @@ mod system;
 
 use signorini_contact::StageOutcome;
 use signorini_contact::projection::{Cones, Mode};
-use signorini_contact::scales::raise;
+use signorini_contact::scales::{FREE_ROWS, raise};
 use signorini_multibody::{BlockCholesky, FEW_ROWS};
-use signorini_sparse::FREE;
 
 use super::shared::{Outcome, Shared};
 use crate::islands::Island;
@@ -47,17 +46,18 @@ pub(super) struct ImpulseNewton {
 }
 
 /// A warm start whose velocity is that of its impulses, and at most half as many rows more than degrees of freedom, and as many as a body has: with more of
-/// them a step costs more than all of the proximal iterations, and most attempts fail. Where there are contacts alone they have to have fewer rows than degrees of freedom, stuck
+/// them a step costs more than all of the proximal iterations, and most attempts fail. Contacts of free bodies alone have to have fewer rows than degrees of freedom, stuck
 /// or not: proximal iterations are few there, and more exact where contacts are redundant, as under a body that slides.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     let (island, cones) = (task.island, task.cones);
     let groups = island.contact_count..island.units.len();
-    let are_alone = island.bilateral.is_empty() && groups.is_empty();
+    let is_free = island.starts.windows(2).all(|block| block[1] - block[0] <= FREE_ROWS);
+    let are_alone = is_free && island.bilateral.is_empty() && groups.is_empty();
     let rows = |(c, &mode): (usize, &Mode)| {
         let may_stick = are_alone && cones.friction(island.units[c] as usize) > 0.0;
         if may_stick { 3 } else { held(cones, island, c, mode).0 }
     };
-    let most = if are_alone { island.nv() } else { 3 * island.nv() / 2 + FREE };
+    let most = if are_alone { island.nv() } else { 3 * island.nv() / 2 + FREE_ROWS };
     !iterate.velocity.is_empty()
         && island.nv() <= FEW_ROWS
         && iterate.modes.iter().enumerate().map(rows).sum::<usize>() + island.bilateral.len() <= most
