@@ -120,10 +120,40 @@ impl Delassus {
         width
     }
 
+    /// `u = W p` for impulses of the known rows.
+    pub fn multiply(&self, p: &[f64], u: &mut Vec<f64>) {
+        u.clear();
+        u.resize(self.len(), 0.0);
+        if self.len() <= SHORT { self.add_rows(p, u) } else { Arch::new().dispatch(Multiply { delassus: self, p, u }) }
+    }
+
+    #[inline(always)]
+    fn add_rows(&self, p: &[f64], u: &mut [f64]) {
+        let rows = self.data.chunks_exact(self.stride.max(1));
+        for (p, row) in p.iter().zip(rows).filter(|(p, _)| **p != 0.0) {
+            u.iter_mut().zip(row).for_each(|(u, w)| *u += p * w);
+        }
+    }
+
     /// `y += L⁻ᵀ Jᵀ p` for impulses of the known rows.
     pub fn add_half(&self, p: &[f64], y: &mut [f64]) {
         let rows = self.half.chunks_exact(self.stride.max(1));
         y.iter_mut().zip(rows).for_each(|(y, half)| *y += dot(&half[..p.len()], p));
+    }
+}
+
+struct Multiply<'a> {
+    delassus: &'a Delassus,
+    p: &'a [f64],
+    u: &'a mut [f64],
+}
+
+impl WithSimd for Multiply<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.delassus.add_rows(self.p, self.u);
     }
 }
 

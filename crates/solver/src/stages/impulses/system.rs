@@ -32,7 +32,7 @@ pub(super) struct ModeSystem {
     symmetric: Cholesky,
     is_symmetric: bool,
     unknowns: Vec<f64>,
-    /// A row of `R W`.
+    /// A row of `R W`, or `W` times impulses.
     pulled: Vec<f64>,
 }
 
@@ -109,12 +109,10 @@ impl ModeSystem {
     /// - `slack`: `u` of each part; `change`: of the impulses of the known rows
     pub fn add_solution(&mut self, delassus: &Delassus, slack: &[[f64; 3]], change: &mut [f64]) {
         self.unknowns.clear();
-        let changes = change.iter().any(|p| *p != 0.0);
+        delassus.multiply(change, &mut self.pulled);
         for one in &self.active {
             let mut u = slack[one.part.part];
-            for (u, row) in u[one.part.first..].iter_mut().zip(one.part.rows()).filter(|_| changes) {
-                *u += delassus.row(row).iter().zip(&*change).map(|(w, p)| w * p).sum::<f64>();
-            }
+            u[one.part.first..].iter_mut().zip(&self.pulled[one.part.rows()]).for_each(|(u, pulled)| *u += pulled);
             self.unknowns.extend(one.held[..one.end - one.begin].iter().map(|held| -dot(held.velocity, u)));
         }
         if self.is_symmetric {
