@@ -159,7 +159,7 @@ fn covered_gap(corners: &[(DVec2, f64)], deepest: (DVec2, f64), p: DVec2) -> f64
 
 /// Of more points than this the outermost in evenly spread directions make the outline: so many points are on round faces, of which these
 /// enclose 99 %.
-const MANY: usize = 8 * MOST;
+const MANY: usize = 4 * MOST;
 
 /// Of points within `tolerance` of each other only the deepest stays, the first of equals.
 fn merge(flat: &mut Vec<(DVec2, usize)>, touches: &[Touch], tolerance: f64) {
