@@ -11,8 +11,8 @@ pub(crate) enum Outcome {
     Beyond(DVec3),
     /// The cores do not meet.
     Apart(ClosestPair),
-    /// The cores overlap or touch.
-    Overlapping,
+    /// The cores overlap or touch; a ball of this radius (m) about the origin lies in their difference, as far as that is known.
+    Overlapping(f64),
 }
 
 /// Closest points of the cores.
@@ -65,7 +65,7 @@ fn search(a: &Placed, b: &Placed, beyond: f64, difference: impl Fn(&Placed, &Pla
     let mut open = f64::INFINITY;
     for _ in 0..ITERATIONS {
         if length2 <= (1e-14 * size).powi(2) {
-            return Outcome::Overlapping;
+            return Outcome::Overlapping(0.0);
         }
         let vertex = difference(a, b, -v);
         let bound = v.dot(vertex.w);
@@ -85,7 +85,7 @@ fn search(a: &Placed, b: &Placed, beyond: f64, difference: impl Fn(&Placed, &Pla
                 simplex = kept;
                 break;
             }
-            return Outcome::Overlapping;
+            return Outcome::Overlapping(simplex.inner_radius());
         };
         let next2 = next.length_squared();
         if next2.is_nan() || next2 >= length2 {
@@ -115,6 +115,17 @@ struct Simplex {
 impl Simplex {
     fn has(&self, w: DVec3) -> bool {
         self.vertices[..self.count].iter().any(|v| v.w == w)
+    }
+
+    /// The radius of the largest ball about the origin in a tetrahedron; 0 of what is none.
+    fn inner_radius(&self) -> f64 {
+        if self.count < 4 {
+            return 0.0;
+        }
+        let w = self.vertices.map(|v| v.w);
+        let faces = [[0, 1, 2], [0, 1, 3], [0, 2, 3], [1, 2, 3]].map(|face| face.map(|i: usize| w[i]));
+        let distance = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize_or_zero().dot(a).abs();
+        faces.map(distance).into_iter().fold(f64::INFINITY, f64::min)
     }
 
     fn points(&self) -> (DVec3, DVec3) {

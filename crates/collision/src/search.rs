@@ -123,6 +123,8 @@ impl Search {
                 }
                 Some(pair.normal)
             }
+            // Between shapes that are smaller by the share about their centres the difference is so, and moves by so much towards that of the centres.
+            Outcome::Overlapping(within) if within > 2.0 * SHRINK * (b.center - a.center).length() => None,
             _ => match gjk::closest_of_shrunk(a, b, SHRINK) {
                 Outcome::Apart(pair) if pair.distance > TOUCHING * size => Some(pair.normal),
                 _ => None,
