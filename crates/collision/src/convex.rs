@@ -92,7 +92,8 @@ impl Convex {
 
 /// Unit vector of `d` without its z component; x where there is none.
 pub(crate) fn radial(d: DVec3) -> DVec3 {
-    let length = d.x.hypot(d.y);
+    // Directions are far from where squares underflow, and `hypot` would take more time than all the rest.
+    let length = (d.x * d.x + d.y * d.y).sqrt();
     if length > 0.0 { DVec3::new(d.x / length, d.y / length, 0.0) } else { DVec3::X }
 }
 

@@ -86,7 +86,8 @@ impl Epa {
         self.start(a, b, axes, size, full)?;
         let mut best: Option<(f64, Nearest)> = None;
         for _ in 0..ITERATIONS {
-            let face = *self.faces.iter().min_by(|f, g| f.distance.total_cmp(&g.distance))?;
+            let place = self.nearest()?;
+            let face = self.faces[place];
             let vertex = self.difference(a, b, face.normal);
             let reach = face.normal.dot(vertex.w);
             if best.is_none_or(|(r, _)| reach < r) {
@@ -95,9 +96,13 @@ impl Epa {
             }
             if let Some((reach, nearest)) = &mut best {
                 nearest.open = *reach - face.distance;
-                if nearest.open <= PRECISION * size || !self.insert(vertex, PRECISION * size) {
+                if nearest.open <= PRECISION * size {
                     break;
                 }
+            }
+            // The vertex lies beyond the face along whose normal it is farthest, if beyond any.
+            if face.height(vertex.w) <= PRECISION * size || !self.insert(vertex, place, PRECISION * size) {
+                break;
             }
         }
         let (_, mut nearest) = best?;
@@ -163,7 +168,7 @@ impl Epa {
         for i in 0..if full { self.vertices.len() } else { 0 } {
             if ![p, q, r, s].contains(&i) {
                 let vertex = self.vertices[i];
-                self.insert(vertex, 1e-9 * size);
+                self.insert_beyond(vertex, 1e-9 * size);
             }
         }
         Some(())
@@ -215,12 +220,33 @@ impl Epa {
         Some(place)
     }
 
-    /// Adds a vertex that lies beyond some face by more than `tolerance`; `false` if it lies beyond none or if rounding
-    /// spoils the polytope.
-    fn insert(&mut self, vertex: Vertex, tolerance: f64) -> bool {
-        let above = self.faces.iter().map(|face| face.height(vertex.w)).enumerate();
-        let highest = above.max_by(|(_, f), (_, g)| f.total_cmp(g));
-        let Some((seed, _)) = highest.filter(|&(_, height)| height > tolerance) else { return false };
+    /// The place of the face nearest to the origin.
+    fn nearest(&self) -> Option<usize> {
+        let mut best = (f64::INFINITY, None);
+        for (place, face) in self.faces.iter().enumerate() {
+            if face.distance < best.0 {
+                best = (face.distance, Some(place));
+            }
+        }
+        best.1
+    }
+
+    /// Adds a vertex if it lies beyond some face by more than `tolerance`.
+    fn insert_beyond(&mut self, vertex: Vertex, tolerance: f64) {
+        let mut highest = (tolerance, None);
+        for (place, face) in self.faces.iter().enumerate() {
+            let height = face.height(vertex.w);
+            if height > highest.0 {
+                highest = (height, Some(place));
+            }
+        }
+        if let Some(seed) = highest.1 {
+            self.insert(vertex, seed, tolerance);
+        }
+    }
+
+    /// Adds a vertex that lies beyond the face `seed`; `false` if rounding spoils the polytope.
+    fn insert(&mut self, vertex: Vertex, seed: usize, tolerance: f64) -> bool {
         self.see(vertex.w, seed, tolerance);
         let new = self.vertices.len();
         self.vertices.push(vertex);

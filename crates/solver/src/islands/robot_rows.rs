@@ -12,8 +12,8 @@ use signorini_contact::scales::FREE_ROWS;
 use signorini_lcp::linalg::SHORT;
 use signorini_multibody::{Block, BlockCholesky, FEW_ROWS, LANES};
 
-/// Columns that are solved at a time: with the rows of a robot they fit into the nearest cache.
-const COLUMNS: usize = 64;
+/// Columns that are solved at a time, as many as a robot may have rows: both fit into the nearest cache.
+const COLUMNS: usize = FEW_ROWS;
 
 /// The contacts and groups that touch blocks of robots; memory is reused.
 #[derive(Clone, Debug, Default)]
