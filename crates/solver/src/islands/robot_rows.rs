@@ -90,7 +90,8 @@ impl RobotRows {
                 mark(unit as usize);
             }
         }
-        self.parts.sort_by_key(|part| (part.block, part.unit));
+        // No two are equal, and a stable sort would allocate.
+        self.parts.sort_unstable_by_key(|part| (part.block, part.unit));
     }
 
     /// Every unit and the largest diagonal entry of its Delassus block.
