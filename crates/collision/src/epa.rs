@@ -96,13 +96,10 @@ impl Epa {
             }
             if let Some((reach, nearest)) = &mut best {
                 nearest.open = *reach - face.distance;
-                if nearest.open <= PRECISION * size {
+                // What is farther than the nearest boundary known lies beyond this face.
+                if nearest.open <= PRECISION * size || !self.insert(vertex, place, PRECISION * size) {
                     break;
                 }
-            }
-            // The vertex lies beyond the face along whose normal it is farthest, if beyond any.
-            if face.height(vertex.w) <= PRECISION * size || !self.insert(vertex, place, PRECISION * size) {
-                break;
             }
         }
         let (_, mut nearest) = best?;

@@ -37,7 +37,7 @@ pub struct BlockCholesky {
 /// Rows up to which a block's sparse columns are solved on the stack: free bodies and robots.
 pub const FEW_ROWS: usize = 64;
 
-/// Columns that are half solved side by side.
+/// Columns that are half solved side by side: the numbers of the widest vector.
 pub const LANES: usize = 8;
 
 /// Comparing a block with the last one is cheap beside factorising it up to this many rows.

@@ -245,9 +245,8 @@ fn included_models_take_their_place() {
     }
 }
 
-/// A URDF that an SDF includes moves as the URDF does: poses of links, axes, limits, masses.
-#[test]
-fn an_included_urdf_is_what_it_is_alone() {
+/// An arm of three bodies, two joints with limits, and a tool without mass.
+fn arm_urdf() -> String {
     let link = |name: &str, more: &str| {
         format!(
             "<link name='{name}'><inertial><origin xyz='0.1 0.2 0.3' rpy='0.3 0.2 0.1'/><mass value='2'/>\
@@ -255,7 +254,7 @@ fn an_included_urdf_is_what_it_is_alone() {
              <collision><origin xyz='0 0 0.5' rpy='0 1 0'/><geometry>{more}</geometry></collision></link>"
         )
     };
-    let urdf = format!(
+    format!(
         "<robot name='arm'>{}{}{}<link name='tool'/>\
          <joint name='a' type='revolute'><origin xyz='1 2 3' rpy='0.1 0.2 0.3'/><parent link='base'/><child link='upper'/>\
          <axis xyz='0 0.6 0.8'/><limit lower='-1' upper='2' effort='3' velocity='4'/><dynamics damping='0.5' friction='0.25'/></joint>\
@@ -265,7 +264,13 @@ fn an_included_urdf_is_what_it_is_alone() {
         link("base", "<box size='1 2 3'/>"),
         link("upper", "<cylinder radius='0.5' length='2'/>"),
         link("lower", "<sphere radius='0.25'/>"),
-    );
+    )
+}
+
+/// A URDF that an SDF includes moves as the URDF does: poses of links, axes, limits, masses.
+#[test]
+fn an_included_urdf_is_what_it_is_alone() {
+    let urdf = arm_urdf();
     let files = Files::new("include-urdf", &[("arm.urdf", &urdf)]);
     let sdf = |merge: &str| {
         format!(

@@ -210,9 +210,10 @@ impl Islands {
         let islands: &[Measured] = units;
         let wanted = |unit: usize| unit >= contacts || !known.has(problem, islands[unit].island as usize, unit);
         robots.measure(problem, scratch, wanted);
-        for (unit, largest) in robots.all() {
-            units[unit].delassus = largest;
-            raise(delassus_scale, largest);
+        for (unit, measured) in robots.all() {
+            let delassus = &mut units[unit].delassus;
+            *delassus = measured.unwrap_or(*delassus);
+            raise(delassus_scale, *delassus);
         }
     }
 

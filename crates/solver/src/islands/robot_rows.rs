@@ -7,10 +7,11 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 use signorini_contact::ContactProblem;
-use signorini_contact::lists::raise;
 use signorini_contact::scales::FREE_ROWS;
 use signorini_lcp::linalg::SHORT;
 use signorini_multibody::{Block, BlockCholesky, FEW_ROWS, LANES};
+
+use super::largest;
 
 /// Columns that are solved at a time, as many as a robot may have rows: both fit into the nearest cache.
 const COLUMNS: usize = FEW_ROWS;
@@ -32,8 +33,6 @@ struct RobotUnit {
     /// Whether its diagonal is asked for.
     is_wanted: bool,
     diagonal: [f64; 3],
-    /// Its largest entry.
-    largest: f64,
 }
 
 /// What a unit has in one block.
@@ -86,7 +85,7 @@ impl RobotRows {
             }
             if self.parts.len() > before {
                 let unit = unit as u32;
-                self.units.push(RobotUnit { unit, is_wanted: true, diagonal: [0.0; 3], largest: 0.0 });
+                self.units.push(RobotUnit { unit, is_wanted: true, diagonal: [0.0; 3] });
                 mark(unit as usize);
             }
         }
@@ -94,12 +93,12 @@ impl RobotRows {
         self.parts.sort_unstable_by_key(|part| (part.block, part.unit));
     }
 
-    /// Every unit and the largest diagonal entry of its Delassus block.
-    pub fn all(&self) -> impl Iterator<Item = (usize, f64)> {
-        self.units.iter().map(|one| (one.unit as usize, one.largest))
+    /// Every unit, and the largest diagonal entry of its Delassus block if it was measured last.
+    pub fn all(&self) -> impl Iterator<Item = (usize, Option<f64>)> {
+        self.units.iter().map(|one| (one.unit as usize, one.is_wanted.then(|| largest(&one.diagonal))))
     }
 
-    /// Measures every unit that is `wanted`; the others stay as they were measured last.
+    /// Measures every unit that is `wanted`.
     /// - `scratch`: as for [`ContactProblem::delassus_diagonal`]
     pub fn measure(&mut self, problem: &ContactProblem, scratch: &mut [f64], mut wanted: impl FnMut(usize) -> bool) {
         let contacts = problem.contact_count();
@@ -122,10 +121,6 @@ impl RobotRows {
             };
         }
         self.add_robots(problem);
-        for one in self.units.iter_mut().filter(|one| one.is_wanted) {
-            one.largest = 0.0;
-            one.diagonal.iter().for_each(|x| raise(&mut one.largest, *x));
-        }
     }
 
     fn add_robots(&mut self, problem: &ContactProblem) {

@@ -46,7 +46,8 @@ pub(super) struct ImpulseNewton {
 }
 
 /// A warm start whose velocity is that of its impulses, and at most half as many rows more than degrees of freedom, and as many as a body has: with more of
-/// them a step costs more than all of the proximal iterations, and most attempts fail. Contacts of free bodies alone have to have fewer rows than degrees of freedom, stuck
+/// them a step costs more than all of the proximal iterations, and most attempts fail (of 18 humanoids, hands and arms steps took 0.95 of the time with one and
+/// a half times the degrees of freedom in place of once, 0.96 with twice, 28 November 2026). Contacts of free bodies alone have to have fewer rows than degrees of freedom, stuck
 /// or not: proximal iterations are few there, and more exact where contacts are redundant, as under a body that slides.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     let (island, cones) = (task.island, task.cones);
