@@ -236,7 +236,8 @@ impl VelocityScale {
     }
 }
 
-fn largest<const R: usize>(diagonal: [f64; R]) -> f64 {
+/// The largest entry of the diagonal of a Delassus block, at least 0.
+pub fn largest<const R: usize>(diagonal: [f64; R]) -> f64 {
     let mut largest = 0.0;
     diagonal.iter().for_each(|x| raise(&mut largest, *x));
     largest

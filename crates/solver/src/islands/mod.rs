@@ -7,7 +7,7 @@ mod robot_rows;
 mod structure;
 
 use signorini_contact::ContactProblem;
-use signorini_contact::scales::{VelocityScale, raise};
+use signorini_contact::scales::{VelocityScale, largest, raise};
 
 pub use island::Island;
 pub(crate) use island::block_of;
@@ -181,7 +181,7 @@ impl Islands {
         let Some(island) = index(unit.island) else { return };
         if !unit.on_robot {
             if !self.known.has(problem, island, i) {
-                unit.delassus = largest(&problem.delassus_diagonal(i, &mut self.scratch));
+                unit.delassus = largest(problem.delassus_diagonal(i, &mut self.scratch));
             }
             raise(&mut self.delassus_scale, unit.delassus);
         }
@@ -197,7 +197,7 @@ impl Islands {
         unit.free_slack = free_slack;
         let Some(island) = index(unit.island) else { return };
         if !unit.on_robot {
-            unit.delassus = largest(&problem.group_delassus(j, &mut self.scratch));
+            unit.delassus = largest(problem.group_delassus(j, &mut self.scratch));
             raise(&mut self.delassus_scale, unit.delassus);
         }
         let own = &mut self.islands[island].velocity_scale;
@@ -322,12 +322,6 @@ impl Islands {
         let block = problem.mass.block_of(*columns.first()? as usize);
         Some(self.island_of_root[self.joined.root[block] as usize] as usize)
     }
-}
-
-fn largest(diagonal: &[f64]) -> f64 {
-    let mut largest = 0.0;
-    diagonal.iter().for_each(|x| raise(&mut largest, *x));
-    largest
 }
 
 /// The number of an island, if it is one.

@@ -7,11 +7,9 @@ use std::ops::Range;
 
 use pulp::{Arch, Simd, WithSimd};
 use signorini_contact::ContactProblem;
-use signorini_contact::scales::FREE_ROWS;
+use signorini_contact::scales::{FREE_ROWS, largest};
 use signorini_lcp::linalg::SHORT;
 use signorini_multibody::{Block, BlockCholesky, FEW_ROWS, LANES};
-
-use super::largest;
 
 /// Columns that are solved at a time, as many as a robot may have rows: both fit into the nearest cache.
 const COLUMNS: usize = FEW_ROWS;
@@ -95,7 +93,7 @@ impl RobotRows {
 
     /// Every unit, and the largest diagonal entry of its Delassus block if it was measured last.
     pub fn all(&self) -> impl Iterator<Item = (usize, Option<f64>)> {
-        self.units.iter().map(|one| (one.unit as usize, one.is_wanted.then(|| largest(&one.diagonal))))
+        self.units.iter().map(|one| (one.unit as usize, one.is_wanted.then(|| largest(one.diagonal))))
     }
 
     /// Measures every unit that is `wanted`.
