@@ -15,13 +15,13 @@ use crate::fixed::{FixedGeoms, is_fixed};
 use crate::laws::Laws;
 use crate::manifold::Touch;
 use crate::narrow::Narrow;
+use crate::neighbours::{Boxes, Neighbours};
 use crate::partners::{Partners, pair_of, that_can_meet};
 use crate::placing::GeomPose;
 use crate::reach::{PairReaches, Reach};
 use crate::shape::{KnownHulls, Prepared};
 use crate::still::Still;
 use crate::surface::Surface;
-use crate::sweep::Sweep;
 
 /// Squares of distances are compared with this factor, which is more than rounding.
 const BEYOND_DOUBT: f64 = 1.0 + 1e-9;
@@ -55,7 +55,7 @@ pub struct Collider {
     pairs: Vec<u64>,
     /// Pairs whose bodies can move against each other by less than both can travel.
     closer: PairReaches,
-    sweep: Sweep,
+    neighbours: Neighbours,
     apart: Apart,
     still: Still,
     narrow: Narrow,
@@ -142,7 +142,7 @@ impl Collider {
             laws: Laws::new(model),
             pairs: Vec::new(),
             closer: PairReaches::default(),
-            sweep: Sweep::default(),
+            neighbours: Neighbours::default(),
             apart: Apart::default(),
             narrow: Narrow::default(),
             surface: Surface::default(),
@@ -158,6 +158,7 @@ impl Collider {
             list.retain(|&i| partners.has_any(i));
         }
         self.fixed.retain(|i| partners.has_any(i));
+        self.neighbours.forget();
         self.runs = runs(&self.geoms, &self.active);
     }
 
@@ -219,7 +220,7 @@ impl Collider {
         self.pairs.clear();
         let (geoms, pairs) = (&self.geoms, &mut self.pairs);
         let partners = &self.partners;
-        let allowed = |i: u32, j: u32| partners.allow(model, i, j) && wanted(GeomId(i.min(j)), GeomId(i.max(j)));
+        let is_wanted = |i: u32, j: u32| wanted(GeomId(i.min(j)), GeomId(i.max(j)));
         for &h in &self.half_spaces {
             let plane = &self.placed[h as usize];
             let normal = plane.rotation.z_axis;
@@ -227,20 +228,26 @@ impl Collider {
                 let k = i as usize;
                 let margin = self.travel[k] + self.travel[h as usize];
                 let height = normal.dot(self.placed[k].center - plane.position) - geoms[k].size;
-                if height <= margin && allowed(h, i) {
+                if height <= margin && partners.allow(model, h, i) && is_wanted(h, i) {
                     pairs.push(pair_of(h, i));
                 }
             }
         }
         let (placed, travel) = (&self.placed, &self.travel);
         let mut meet = |i: u32, j: u32| {
-            if !are_far(geoms, placed, travel, [i, j].map(|k| k as usize)) && allowed(i, j) {
+            if is_wanted(i, j) && !are_far(geoms, placed, travel, [i, j].map(|k| k as usize)) {
                 pairs.push(pair_of(i, j));
             }
         };
-        self.sweep.overlapping((&self.boxes, &self.less), &self.swept, &mut meet);
+        let boxes = Boxes { whole: &self.boxes, less: &self.less, travel };
+        let size = |i: u32| geoms[i as usize].size;
+        self.neighbours.overlapping(boxes, &self.swept, size, |i, j| partners.allow(model, i, j), &mut meet);
         for &i in &self.swept {
-            self.fixed.overlapping(&self.boxes, &self.boxes[i as usize], |j| meet(i, j));
+            self.fixed.overlapping(&self.boxes, &self.boxes[i as usize], |j| {
+                if partners.allow(model, i, j) {
+                    meet(i, j);
+                }
+            });
         }
         pairs.sort_unstable();
     }

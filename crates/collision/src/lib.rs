@@ -73,6 +73,7 @@ mod laws;
 mod manifold;
 mod mesh;
 mod narrow;
+mod neighbours;
 mod outermost;
 mod overlaps;
 mod partners;
@@ -87,6 +88,8 @@ mod shape;
 mod still;
 mod surface;
 mod sweep;
+#[cfg(test)]
+mod testing;
 mod triangles;
 
 pub use collider::Collider;

@@ -2,21 +2,7 @@ use glamx::glam::DVec3;
 
 use crate::bvh::Aabb;
 use crate::sweep::Sweep;
-
-/// Pseudo-random numbers.
-struct Noise(u64);
-
-impl Noise {
-    /// The next one, between two bounds (Knuth's linear congruential generator for 64 bits).
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        low + (high - low) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn vector(&mut self, most: f64) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|_| self.between(-most, most)))
-    }
-}
+use crate::testing::Noise;
 
 fn overlapping_by_comparing_all(boxes: &[Aabb]) -> Vec<(u32, u32)> {
     let overlap = |a: &Aabb, b: &Aabb| a.low.cmple(b.high).all() && b.low.cmple(a.high).all();

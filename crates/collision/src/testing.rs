@@ -1,0 +1,19 @@
+//! What tests inside the crate share.
+
+use glamx::glam::DVec3;
+
+/// Pseudo-random numbers.
+pub(crate) struct Noise(pub u64);
+
+impl Noise {
+    /// The next one, between two bounds (Knuth's linear congruential generator for 64 bits).
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        low + (high - low) * (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    /// A vector with coordinates of at most so much.
+    pub fn vector(&mut self, most: f64) -> DVec3 {
+        DVec3::from_array(std::array::from_fn(|_| self.between(-most, most)))
+    }
+}
