@@ -1,7 +1,6 @@
 //! The equations that the impulses obey with the modes fixed.
 
 use signorini_contact::projection::{Cones, Held, Mode};
-use signorini_contact::vector::dot;
 use signorini_lcp::linalg::{Cholesky, Lu};
 
 use super::delassus::{Delassus, Part};
@@ -21,8 +20,9 @@ const TUNING: Tuning = Tuning { shared: 1e-9 };
 /// `R W A` and what its unknowns are; memory is reused.
 #[derive(Clone, Debug, Default)]
 pub(super) struct ModeSystem {
-    /// The parts with unknowns.
+    /// The parts with unknowns, and those of them whose unknowns are not the impulses of all their rows.
     active: Vec<Active>,
+    partial: Vec<Active>,
     /// What bounds add to the columns of contacts.
     carried: Vec<Carried>,
     /// Where the unknowns are the impulses of all rows of neighbouring parts: the first of these rows, the first unknown, and how many.
@@ -41,6 +41,7 @@ impl ModeSystem {
     /// - `modes`: of each unit
     pub fn fix_modes(&mut self, delassus: &Delassus, modes: &[Mode], cones: &Cones, island: &Island) {
         self.active.clear();
+        self.partial.clear();
         self.runs.clear();
         self.carried.clear();
         let mut begin = 0;
@@ -60,6 +61,8 @@ impl ModeSystem {
                     }
                     _ => self.runs.push([first, begin, free]),
                 }
+            } else {
+                self.partial.push(one);
             }
             self.active.push(one);
             begin += free;
@@ -78,7 +81,7 @@ impl ModeSystem {
     /// Assembles and factorises `R W A`; whether that can be solved.
     pub fn factorize(&mut self, delassus: &Delassus, island: &Island) -> bool {
         let n = self.active.last().map_or(0, |one| one.end);
-        let Self { active, carried, runs, pulled, general, symmetric, .. } = self;
+        let Self { active, partial, carried, runs, pulled, general, symmetric, .. } = self;
         // Which of the two a later step needs, and how large, does not decide about memory.
         general.reserve(delassus.len());
         symmetric.reserve(delassus.len());
@@ -98,7 +101,7 @@ impl ModeSystem {
                     }
                     &*pulled
                 };
-                push_along(row, (runs, active, carried), out);
+                push_along(row, (runs, partial, carried), out);
                 out[own] += TUNING.shared * scale(island, one.part.part);
             }
         }
@@ -108,26 +111,37 @@ impl ModeSystem {
     /// Adds `A z` to the change of the impulses, with which `R (u + W p)` vanishes but for what is shared.
     /// - `slack`: `u` of each part; `change`: of the impulses of the known rows
     pub fn add_solution(&mut self, delassus: &Delassus, slack: &[[f64; 3]], change: &mut [f64]) {
-        self.unknowns.clear();
-        delassus.multiply(change, &mut self.pulled);
-        for one in &self.active {
-            let mut u = slack[one.part.part];
-            u[one.part.first..].iter_mut().zip(&self.pulled[one.part.rows()]).for_each(|(u, pulled)| *u += pulled);
-            self.unknowns.extend(one.held[..one.end - one.begin].iter().map(|held| -dot(held.velocity, u)));
+        let Self { active, partial, carried, runs, unknowns, pulled, .. } = self;
+        delassus.multiply(change, pulled);
+        for part in delassus.parts() {
+            pulled[part.rows()].iter_mut().zip(&slack[part.part][part.first..]).for_each(|(pulled, u)| *pulled += u);
+        }
+        unknowns.clear();
+        unknowns.resize(active.last().map_or(0, |one| one.end), 0.0);
+        for &[row, unknown, count] in &*runs {
+            unknowns[unknown..][..count].iter_mut().zip(&pulled[row..][..count]).for_each(|(z, u)| *z = -u);
+        }
+        for one in &*partial {
+            let u = &pulled[one.part.rows()];
+            let along = |held: &Held| -sum_of_products(u, &held.velocity[one.part.first..]);
+            unknowns[one.begin..one.end].iter_mut().zip(&one.held).for_each(|(z, held)| *z = along(held));
         }
         if self.is_symmetric {
-            self.symmetric.solve(&mut self.unknowns);
+            self.symmetric.solve(unknowns);
         } else {
-            self.general.solve(&mut self.unknowns);
+            self.general.solve(unknowns);
         }
-        for one in &self.active {
+        for &[row, unknown, count] in &*runs {
+            change[row..][..count].iter_mut().zip(&unknowns[unknown..][..count]).for_each(|(p, z)| *p += z);
+        }
+        for one in &*partial {
             let change = &mut change[one.part.rows()];
-            for (z, held) in self.unknowns[one.begin..one.end].iter().zip(&one.held) {
+            for (z, held) in unknowns[one.begin..one.end].iter().zip(&one.held) {
                 change.iter_mut().zip(&held.impulse[one.part.first..]).for_each(|(p, a)| *p += z * a);
             }
         }
-        for one in &self.carried {
-            let (z, change) = (self.unknowns[one.unknown], &mut change[one.part.rows()]);
+        for one in &*carried {
+            let (z, change) = (unknowns[one.unknown], &mut change[one.part.rows()]);
             change.iter_mut().zip(&one.impulse[one.part.first..]).for_each(|(p, a)| *p += z * a);
         }
     }
@@ -166,17 +180,20 @@ struct Carried {
 }
 
 /// `w A` for a row over the known rows.
-fn push_along(w: &[f64], (runs, active, carried): (&[[usize; 3]], &[Active], &[Carried]), out: &mut [f64]) {
+fn push_along(w: &[f64], (runs, partial, carried): (&[[usize; 3]], &[Active], &[Carried]), out: &mut [f64]) {
     for &[row, unknown, count] in runs {
         out[unknown..][..count].copy_from_slice(&w[row..][..count]);
     }
-    for one in active.iter().filter(|one| !one.has_all_rows()) {
+    for one in partial {
         let w = &w[one.part.rows()];
-        let along = |held: &Held| w.iter().zip(&held.impulse[one.part.first..]).map(|(w, p)| w * p).sum();
+        let along = |held: &Held| sum_of_products(w, &held.impulse[one.part.first..]);
         out[one.begin..one.end].iter_mut().zip(&one.held).for_each(|(x, held)| *x = along(held));
     }
     for one in carried {
-        let products = w[one.part.rows()].iter().zip(&one.impulse[one.part.first..]).map(|(w, p)| w * p);
-        out[one.unknown] += products.sum::<f64>();
+        out[one.unknown] += sum_of_products(&w[one.part.rows()], &one.impulse[one.part.first..]);
     }
+}
+
+fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
