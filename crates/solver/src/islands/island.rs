@@ -3,7 +3,7 @@
 use signorini_multibody::{BlockCholesky, BlockDiagonal};
 
 use signorini_contact::SparseRows;
-use signorini_contact::scales::{FREE_ROWS, VelocityScale};
+use signorini_contact::scales::VelocityScale;
 
 /// One island with its rows over local degrees of freedom.
 #[derive(Clone, Debug, Default)]
@@ -50,11 +50,6 @@ impl Island {
     /// Number of local degrees of freedom.
     pub fn nv(&self) -> usize {
         self.starts.last().copied().unwrap_or(0)
-    }
-
-    /// Whether it has free bodies and simpler things alone, and no robot.
-    pub fn is_of_bodies(&self) -> bool {
-        self.starts.windows(2).all(|block| block[1] - block[0] <= FREE_ROWS)
     }
 
     /// The block that holds a local degree of freedom.

@@ -48,8 +48,6 @@ pub(crate) struct ProximalIterations {
     /// After how many iterations contacts leave their modes.
     crossings: Vec<f64>,
     best: Iterate,
-    /// Whether that is the centre that was evaluated last.
-    is_best_at_hand: bool,
     /// The modes before a proximal problem.
     earlier_modes: Vec<Mode>,
     /// `M v`.
@@ -89,7 +87,6 @@ impl ProximalIterations {
         self.best.copy_impulses(iterate);
         map.set_weights(task.island, weight.epsilon);
         let end = self.approach(map, task, iterate, &mut weight, history);
-        self.is_best_at_hand &= matches!(end, End::Polished | End::Accepted);
         self.conclude(map, task, iterate, end == End::Polished);
         end
     }
@@ -185,8 +182,7 @@ impl ProximalIterations {
     }
 
     fn keep_best(&mut self, iterate: &mut Iterate, residual: f64) {
-        self.is_best_at_hand = residual < self.best.residual;
-        if self.is_best_at_hand {
+        if residual < self.best.residual {
             self.best.copy_impulses(iterate);
             self.best.residual = residual;
         }
@@ -207,9 +203,8 @@ impl ProximalIterations {
         if task.is_costly() && task.is_rough() && best <= task.enough() {
             return Some(End::Accepted);
         }
-        // What moves needs no more digits than were asked for; what comes to rest shall not creep, as a few bodies soon may.
-        let may_move = task.is_warm && (task.is_large() || !task.island.is_of_bodies());
-        let is_enough = may_move && progress.last <= task.enough();
+        // What moves needs no more digits than were asked for; what comes to rest shall not creep.
+        let is_enough = task.is_large() && task.is_warm && progress.last <= task.enough();
         if is_enough && self.moves(map, task, iterate) {
             return Some(End::Accepted);
         }
@@ -237,7 +232,8 @@ impl ProximalIterations {
 
     /// Goes back to the best point, and refines its velocity where that is worth it.
     fn conclude(&mut self, map: &mut ProximalMap, task: &Task, iterate: &mut Iterate, is_polished: bool) {
-        if !self.is_best_at_hand {
+        // A polished centre is the best one, and evaluated.
+        if !is_polished {
             if iterate.modes != self.best.modes {
                 map.change_modes();
             }

@@ -52,7 +52,8 @@ pub(super) struct ImpulseNewton {
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     let (island, cones) = (task.island, task.cones);
     let groups = island.contact_count..island.units.len();
-    let are_alone = island.is_of_bodies() && island.bilateral.is_empty() && groups.is_empty();
+    let is_free = island.starts.windows(2).all(|block| block[1] - block[0] <= FREE_ROWS);
+    let are_alone = is_free && island.bilateral.is_empty() && groups.is_empty();
     let rows = |(c, &mode): (usize, &Mode)| {
         let may_stick = are_alone && cones.friction(island.units[c] as usize) > 0.0;
         if may_stick { 3 } else { held(cones, island, c, mode).0 }
