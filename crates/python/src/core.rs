@@ -6,9 +6,7 @@ use std::time::{Duration, Instant};
 
 use signorini::collision::Queries;
 use signorini::derivatives::{Direction, StepDerivatives};
-use signorini::multibody::{
-    Input, Kinematics, Model, ParameterChange, Pose, SpatialVector, State, forward_kinematics_into,
-};
+use signorini::multibody::{Input, Kinematics, Model, ParameterChange, Pose, SpatialVector, State};
 use signorini::recording::{Frame, Header, ModelSource, RecordingError};
 use signorini::{
     Settings, SettleProgress, SettleReport, SettleSettings, Simulation, SimulationError, StepReport, Workspace,
@@ -32,8 +30,6 @@ pub struct Core {
     /// The state before the last step; after [`preview`](Self::preview), the one the step would lead to.
     pub other: State,
     pub input: Input,
-    /// Of the present state.
-    pub kinematics: Kinematics,
     pub report: StepReport,
     /// Whether the workspace holds a step of this run.
     pub stepped: bool,
@@ -91,7 +87,6 @@ impl Core {
             other: state.clone(),
             state,
             input,
-            kinematics: Kinematics::new(&model),
             report: StepReport::default(),
             stepped: false,
             previewed: None,
@@ -117,10 +112,14 @@ impl Core {
         self.settings.timestep.unwrap_or(self.model.timestep)
     }
 
-    /// Poses and velocities of the present state.
+    /// Finds poses and velocities of the present state.
     pub fn update_kinematics(&mut self) {
-        self.kinematics.place_mocap(&self.model, &self.input);
-        forward_kinematics_into(&self.model, &self.state.q, &self.state.v, &mut self.kinematics);
+        self.workspace.look_ahead(&self.model, &self.state, &self.input);
+    }
+
+    /// Poses and velocities as they were [found](Self::update_kinematics) last.
+    pub fn kinematics(&self) -> &Kinematics {
+        self.workspace.ahead()
     }
 
     /// Makes up to `count` steps and counts it down; ends early where a step fails or the time slice is over.

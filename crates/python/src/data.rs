@@ -223,8 +223,8 @@ impl Data {
     fn energy(&self, py: Python<'_>) -> PyResult<(f64, f64)> {
         let mut core = self.loaded(py)?;
         core.update_kinematics();
-        let kinetic = kinetic_energy(&core.model, &core.kinematics, &core.state.v);
-        Ok((kinetic, potential_energy(&core.model, &core.kinematics, &core.state.q)))
+        let kinetic = kinetic_energy(&core.model, core.kinematics(), &core.state.v);
+        Ok((kinetic, potential_energy(&core.model, core.kinematics(), &core.state.q)))
     }
 
     /// The contact problem of the last step, a copy.

@@ -27,7 +27,7 @@ pub fn inverse<'py>(
     core.update_kinematics();
     let mut tau = vec![0.0; nv];
     let mut work = NewtonEuler::new(&core.model);
-    mb::inverse_dynamics_into(&core.model, &core.kinematics, &acceleration, &mut work, &mut tau);
+    mb::inverse_dynamics_into(&core.model, core.kinematics(), &acceleration, &mut work, &mut tau);
     Ok(arrays::vector(py, &tau))
 }
 
@@ -38,7 +38,7 @@ pub fn bias_force<'py>(py: Python<'py>, model: &Bound<'py, Model>, data: &Bound<
     let mut core = data.get().loaded(py)?;
     core.update_kinematics();
     let mut h = vec![0.0; core.model.nv];
-    mb::bias_force_into(&core.model, &core.kinematics, &mut NewtonEuler::new(&core.model), &mut h);
+    mb::bias_force_into(&core.model, core.kinematics(), &mut NewtonEuler::new(&core.model), &mut h);
     Ok(arrays::vector(py, &h))
 }
 
@@ -49,7 +49,7 @@ pub fn mass_matrix<'py>(py: Python<'py>, model: &Bound<'py, Model>, data: &Bound
     let mut core = data.get().loaded(py)?;
     core.update_kinematics();
     let mut mass = MassMatrix::new(&core.model);
-    mb::mass_matrix_into(&core.model, &core.kinematics, &mut mass);
+    mb::mass_matrix_into(&core.model, core.kinematics(), &mut mass);
     arrays::matrix(py, mass.matrix.to_dense(), core.model.nv, core.model.nv)
 }
 

@@ -85,7 +85,7 @@ pub fn frame_pose<'py>(
     let mut core = data.get().loaded(py)?;
     core.update_kinematics();
     let frame = frame_of(py, &core.model, body.as_ref(), geom.as_ref(), site.as_ref())?;
-    let pose = frame.pose(&core.kinematics);
+    let pose = frame.pose(core.kinematics());
     let rotation = pose.rotation_matrix().transpose().to_cols_array().to_vec();
     Ok((arrays::vector3(py, pose.position), arrays::matrix(py, rotation, 3, 3)?))
 }
@@ -101,7 +101,7 @@ fn task_frame(
     let frame = frame_of(py, &core.model, body, geom, site)?;
     let Some(point) = point else { return Ok(frame) };
     let point = DVec3::from_slice(&arrays::read_vector("point", point, Some(3))?);
-    let pose = core.kinematics.pose[frame.body.index()];
+    let pose = core.kinematics().pose[frame.body.index()];
     Ok(Frame { body: frame.body, placement: Pose::from_position(pose.inverse().transform_point(point)) })
 }
 
@@ -129,7 +129,7 @@ pub fn jacobian<'py>(
     let frame = task_frame(py, &mut core, (body.as_ref(), geom.as_ref(), site.as_ref()), point)?;
     let nv = core.model.nv;
     let mut rows = vec![0.0; 6 * nv];
-    mb::frame_jacobian_into(&core.model, &core.kinematics, &frame, ReferenceFrame::LocalWorldAligned, &mut rows);
+    mb::frame_jacobian_into(&core.model, core.kinematics(), &frame, ReferenceFrame::LocalWorldAligned, &mut rows);
     halves(py, &rows, nv)
 }
 
@@ -148,7 +148,7 @@ pub fn jacobian_rate<'py>(
     check_model(model, data)?;
     let mut core = data.get().loaded(py)?;
     let frame = task_frame(py, &mut core, (body.as_ref(), geom.as_ref(), site.as_ref()), point)?;
-    let Core { model, kinematics, state, .. } = &*core;
+    let (Core { model, state, .. }, kinematics) = (&*core, core.kinematics());
     let mut rates = AxisRates::new(model);
     mb::axis_rates_into(model, kinematics, &state.v, &mut rates);
     let mut rows = vec![0.0; 6 * model.nv];
@@ -170,7 +170,7 @@ pub fn center_of_mass<'py>(
     let mut core = data.get().loaded(py)?;
     core.update_kinematics();
     let body = body_of(py, &core.model, body.as_ref())?.unwrap_or(BodyId::WORLD);
-    Ok(arrays::vector3(py, mb::subtree_center_of_mass(&core.model, &core.kinematics, body).1))
+    Ok(arrays::vector3(py, mb::subtree_center_of_mass(&core.model, core.kinematics(), body).1))
 }
 
 /// Jacobian of [`center_of_mass`], (3, nv), and its rate along the motion, (3, nv), world axes.
@@ -185,7 +185,7 @@ pub fn center_of_mass_jacobian<'py>(
     check_model(model, data)?;
     let mut core = data.get().loaded(py)?;
     core.update_kinematics();
-    let Core { model, kinematics, state, .. } = &*core;
+    let (Core { model, state, .. }, kinematics) = (&*core, core.kinematics());
     let body = body_of(py, model, body.as_ref())?.unwrap_or(BodyId::WORLD);
     let (mut jacobian, mut rate) = (vec![0.0; 3 * model.nv], vec![0.0; 3 * model.nv]);
     let mut rates = AxisRates::new(model);
@@ -232,7 +232,7 @@ pub fn operational_space_inertia<'py>(
             let mut both = vec![0.0; 6 * nv];
             mb::frame_jacobian_into(
                 &core.model,
-                &core.kinematics,
+                core.kinematics(),
                 &frame,
                 ReferenceFrame::LocalWorldAligned,
                 &mut both,
@@ -242,7 +242,7 @@ pub fn operational_space_inertia<'py>(
         }
     };
     let mut mass = MassMatrix::new(&core.model);
-    mb::mass_matrix_into(&core.model, &core.kinematics, &mut mass);
+    mb::mass_matrix_into(&core.model, core.kinematics(), &mut mass);
     let factor = mass.matrix.factor().map_err(|error| SolveError::new_err(error.to_string()))?;
     let inertia = mb::operational_space_inertia(&factor, &jacobian);
     let singular = "the rows of the Jacobian depend on each other here: no force moves the task in some direction";
@@ -282,7 +282,7 @@ pub fn inverse_kinematics(
     check_model(model, data)?;
     let mut core = data.get().loaded(py)?;
     core.update_kinematics();
-    let Core { model, kinematics, state, .. } = &mut *core;
+    let (Core { model, state, .. }, kinematics) = (&*core, core.kinematics());
     let position = pos.map(|pos| arrays::read_vector("pos", pos, Some(3))).transpose()?;
     let turn = quat.map(rotation_of).transpose()?;
     let finite = position.iter().flatten().all(|x| x.is_finite()) && turn.is_none_or(DQuat::is_finite);

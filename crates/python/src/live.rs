@@ -160,7 +160,7 @@ impl Writer<'_> {
 
     /// Poses and velocities of the bodies.
     pub fn kinematics(&mut self, core: &Core) {
-        let k = &core.kinematics;
+        let k = core.kinematics();
         self.rows(Field::Xpos, k.pose.iter().map(|x| x.position.to_array()));
         self.rows(Field::Xquat, k.pose.iter().map(|x| x.rotation).map(|r| [r.w, r.x, r.y, r.z]));
         self.rows(Field::Xmat, k.rotation.iter().map(|r| r.transpose().to_cols_array()));

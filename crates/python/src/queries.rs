@@ -116,7 +116,7 @@ impl ContactPoint {
 fn placed(core: &mut Core) -> &mut Queries {
     core.update_kinematics();
     let queries = core.queries.get_or_insert_with(|| Queries::new(&core.model));
-    queries.place(&core.kinematics.pose);
+    queries.place(&core.workspace.ahead().pose);
     queries
 }
 

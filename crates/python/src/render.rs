@@ -192,7 +192,7 @@ impl Renderer {
         let poses = {
             let mut core = data.get().loaded(py)?;
             core.update_kinematics();
-            core.kinematics.pose.clone()
+            core.kinematics().pose.clone()
         };
         let (name, view) = match camera {
             None => (None, None),

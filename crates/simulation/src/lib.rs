@@ -42,6 +42,7 @@
 //! ```
 
 mod adhesion;
+mod ahead;
 mod assembly;
 mod attempt;
 mod batch;

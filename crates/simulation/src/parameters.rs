@@ -57,6 +57,7 @@ impl Workspace {
         }
         self.collider.take_laws(&changed);
         self.fixed_point.clear();
+        self.ahead.forget();
         self.moving_mass = moving_mass(&changed);
         self.builder.take_parameters(&changed, settings);
         self.adhesion = Adhesion::new(&changed);

@@ -52,7 +52,9 @@ impl Workspace {
             self.kinematics.place_mocap(model, input);
             self.assembler.place_mocap(model, input);
         }
-        forward_kinematics_into(model, &state.q, &state.v, &mut self.kinematics);
+        if !self.ahead.give(state, &mut self.kinematics) {
+            forward_kinematics_into(model, &state.q, &state.v, &mut self.kinematics);
+        }
         free_motion_into(model, &self.kinematics, state, input, dt, &mut self.smooth)?;
         self.builder.take_smooth(&mut self.smooth, dt);
         self.reach.start(model, &self.kinematics, &self.builder.problem.free_velocity, dt);

@@ -5,12 +5,13 @@ use std::collections::BTreeMap;
 use signorini_collision::{Collider, OwnOverlap, Queries};
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
 use signorini_multibody::{
-    BlockDiagonal, Body, BodyId, ChangedRow, ContactPoint, FreeMotion, GeomId, JointKind, Kinematics, LengthRow, Model,
-    NewtonEuler, Parameter, Pose, State,
+    BlockDiagonal, Body, BodyId, ChangedRow, ContactPoint, FreeMotion, GeomId, Input, JointKind, Kinematics, LengthRow,
+    Model, NewtonEuler, Parameter, Pose, State,
 };
 
 use crate::SimulationError;
 use crate::adhesion::Adhesion;
+use crate::ahead::Ahead;
 use crate::assembly::Assembler;
 use crate::build::ProblemBuilder;
 use crate::candidates::Candidates;
@@ -28,6 +29,7 @@ use crate::withheld::Withheld;
 /// Everything a step needs besides model and state; made once, so that a step allocates nothing.
 pub struct Workspace {
     pub(crate) kinematics: Kinematics,
+    pub(crate) ahead: Ahead,
     /// The points that could touch within the step, and those that its problem has.
     pub(crate) candidates: Candidates,
     pub(crate) points: Vec<ContactPoint>,
@@ -99,6 +101,7 @@ impl Workspace {
         let own_overlaps = overlaps::apply(model, settings.overlaps, &mut collider)?;
         Ok(Self {
             kinematics: Kinematics::new(model),
+            ahead: Ahead::new(model),
             candidates: Candidates::default(),
             points: Vec::new(),
             solution: ContactSolution::default(),
@@ -193,6 +196,18 @@ impl Workspace {
     /// Kinematics at the beginning of the last step.
     pub fn kinematics(&self) -> &Kinematics {
         &self.kinematics
+    }
+
+    /// Finds the kinematics of a state; a step that begins there takes them over, and a second question is answered by what is there.
+    ///
+    /// - `input`: where it has the bodies that are moved from outside
+    pub fn look_ahead(&mut self, model: &Model, state: &State, input: &Input) {
+        self.ahead.look(model, state, input);
+    }
+
+    /// The kinematics that [`look_ahead`](Self::look_ahead) found last; of no particular state after a step that began there.
+    pub fn ahead(&self) -> &Kinematics {
+        &self.ahead.kinematics
     }
 
     /// The motion of the last step without contact; its mass matrix and factor have gone to the [problem](Self::problem).
