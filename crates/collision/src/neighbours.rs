@@ -50,6 +50,7 @@ impl Neighbours {
     /// Forgets the list: other pairs are allowed.
     pub fn forget(&mut self) {
         self.within.clear();
+        self.pairs.clear();
     }
 
     /// Calls `visit` for every two of `items` that are allowed and whose boxes overlap, those with the smaller items first. Boxes that are not

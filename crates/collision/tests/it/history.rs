@@ -176,3 +176,16 @@ fn a_terrain_meets_what_each_of_its_parts_would_meet_alone() {
     }
     assert!(most > 50, "the terrain should be touched, but was in at most {most} points");
 }
+
+/// Pairs that are excluded after a search touch no more, down to the last one.
+#[test]
+fn excluded_pairs_touch_no_more() {
+    let mut scene = Scene::new(&vec![Geometry::Sphere { radius: 0.5 }; 5]);
+    let poses: Vec<Pose> = (0..5).map(|k| Pose::from_position(0.1 * f64::from(k) * DVec3::X)).collect();
+    let mut left = scene.find(&poses, 1e-3);
+    assert_eq!(left.len(), 10);
+    while let Some(point) = left.pop() {
+        scene.collider.exclude([[point.geom_b, point.geom_a]]);
+        assert!(same_bits(&scene.find(&poses, 1e-3), &left), "{} points are left", left.len());
+    }
+}
