@@ -170,6 +170,8 @@ impl Core {
         self.given.clone_from(input);
         self.stepped = true;
         self.previewed = Some(state.clone());
+        // The step took over the kinematics.
+        workspace.look_ahead(model, state, input);
         workspace.set_warm_start(&warm)
     }
 
