@@ -200,7 +200,10 @@ impl Workspace {
 
     /// Finds the kinematics of a state; a step that begins there takes them over, and a second question is answered by what is there.
     ///
-    /// - `input`: where it has the bodies that are moved from outside
+    /// - `state`: of the model; `input`: where it has the bodies that are moved from outside
+    ///
+    /// # Panics
+    /// If the state does not fit the model, as [`forward_kinematics_into`](signorini_multibody::forward_kinematics_into).
     pub fn look_ahead(&mut self, model: &Model, state: &State, input: &Input) {
         self.ahead.look(model, state, input);
     }
