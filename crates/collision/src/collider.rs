@@ -15,7 +15,7 @@ use crate::fixed::{FixedGeoms, is_fixed};
 use crate::laws::Laws;
 use crate::manifold::Touch;
 use crate::narrow::Narrow;
-use crate::neighbours::{Boxes, Neighbours};
+use crate::neighbours::Neighbours;
 use crate::partners::{Partners, pair_of, that_can_meet};
 use crate::placing::GeomPose;
 use crate::reach::{PairReaches, Reach};
@@ -239,7 +239,7 @@ impl Collider {
                 pairs.push(pair_of(i, j));
             }
         };
-        let boxes = Boxes { whole: &self.boxes, less: &self.less, travel };
+        let boxes = (&self.boxes[..], &self.less[..]);
         let size = |i: u32| geoms[i as usize].size;
         self.neighbours.overlapping(boxes, &self.swept, size, |i, j| partners.allow(model, i, j), &mut meet);
         for &i in &self.swept {

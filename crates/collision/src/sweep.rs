@@ -26,9 +26,7 @@ pub(crate) struct Sweep {
 impl Sweep {
     /// Calls `visit` for every two of `items` whose boxes overlap, in no particular order. Boxes that are not numbers overlap
     /// nothing.
-    ///
-    /// - `boxes`: with how much smaller each is on all sides, m; nothing for what they are
-    pub fn overlapping(&mut self, boxes: (&[Aabb], &[f64]), items: &[u32], mut visit: impl FnMut(u32, u32)) {
+    pub fn overlapping(&mut self, boxes: &[Aabb], items: &[u32], mut visit: impl FnMut(u32, u32)) {
         self.take(boxes, items);
         self.sort();
         self.columns.fill(&self.sorted);
@@ -36,20 +34,20 @@ impl Sweep {
     }
 
     /// Takes over the boxes, in the order of the last search if that had the same items.
-    fn take(&mut self, boxes: (&[Aabb], &[f64]), items: &[u32]) {
-        let known = |i: &u32| !boxes.0[*i as usize].is_nan();
+    fn take(&mut self, boxes: &[Aabb], items: &[u32]) {
+        let known = |i: &u32| !boxes[*i as usize].is_nan();
         let complete = self.sorted.len() == items.len() && items.iter().all(known);
         if !complete || self.age >= CHOICE {
-            let axis = widest_axis(boxes.0, items.iter().copied().filter(known));
+            let axis = widest_axis(boxes, items.iter().copied().filter(known));
             if !complete || axis != self.axis {
                 self.sorted.clear();
-                self.sorted.extend(items.iter().filter(|i| known(i)).map(|&i| Entry::new(boxes, i, axis)));
+                self.sorted.extend(items.iter().filter(|i| known(i)).map(|&i| Entry::new(&boxes[i as usize], i, axis)));
             }
             (self.axis, self.age) = (axis, 0);
         }
         self.age += 1;
         let axis = self.axis;
-        self.sorted.iter_mut().for_each(|entry| *entry = Entry::new(boxes, entry.item, axis));
+        self.sorted.iter_mut().for_each(|entry| *entry = Entry::new(&boxes[entry.item as usize], entry.item, axis));
     }
 
     /// Sorts by insertion, from scratch where that moves too much.

@@ -2,6 +2,8 @@
 
 use glamx::glam::DVec3;
 
+use crate::bvh::Aabb;
+
 /// Pseudo-random numbers.
 pub(crate) struct Noise(pub u64);
 
@@ -16,4 +18,10 @@ impl Noise {
     pub fn vector(&mut self, most: f64) -> DVec3 {
         DVec3::from_array(std::array::from_fn(|_| self.between(-most, most)))
     }
+}
+
+/// Every two boxes that overlap, in order.
+pub(crate) fn overlapping_by_comparing_all(boxes: &[Aabb]) -> Vec<(u32, u32)> {
+    let pairs = (0..boxes.len()).flat_map(|i| (i + 1..boxes.len()).map(move |j| (i, j)));
+    pairs.filter(|&(i, j)| boxes[i].overlaps(&boxes[j])).map(|(i, j)| (i as u32, j as u32)).collect()
 }

@@ -1,8 +1,8 @@
 use glamx::glam::DVec3;
 
-use super::{Boxes, Neighbours};
+use super::Neighbours;
 use crate::bvh::Aabb;
-use crate::testing::Noise;
+use crate::testing::{Noise, overlapping_by_comparing_all};
 
 /// Boxes that move, each with what it can travel.
 struct World {
@@ -49,20 +49,24 @@ fn is_allowed(i: u32, j: u32) -> bool {
 }
 
 fn by_comparing_all(boxes: &[Aabb], less: &[f64]) -> Vec<(u32, u32)> {
-    let smaller = |k: usize| {
+    let smaller = |(k, whole): (usize, &Aabb)| {
         let less = DVec3::splat(less.get(k).copied().unwrap_or(0.0));
-        Aabb { low: boxes[k].low + less, high: boxes[k].high - less }
+        Aabb { low: whole.low + less, high: whole.high - less }
     };
-    let pairs = (0..boxes.len()).flat_map(|i| (i + 1..boxes.len()).map(move |j| (i, j)));
-    let meet = pairs.filter(|&(i, j)| is_allowed(i as u32, j as u32) && smaller(i).overlaps(&smaller(j)));
-    meet.map(|(i, j)| (i as u32, j as u32)).collect()
+    let boxes: Vec<Aabb> = boxes.iter().enumerate().map(smaller).collect();
+    overlapping_by_comparing_all(&boxes).into_iter().filter(|&(i, j)| is_allowed(i, j)).collect()
 }
 
 fn found(neighbours: &mut Neighbours, boxes: &[Aabb], world: &World) -> Vec<(u32, u32)> {
     let items: Vec<u32> = (0..boxes.len() as u32).collect();
     let mut found = Vec::new();
-    let given = Boxes { whole: boxes, less: &world.less, travel: &world.travel };
-    neighbours.overlapping(given, &items, |i| world.half[i as usize], is_allowed, |i, j| found.push((i, j)));
+    neighbours.overlapping(
+        (boxes, &world.less),
+        &items,
+        |i| world.half[i as usize],
+        is_allowed,
+        |i, j| found.push((i, j)),
+    );
     found
 }
 

@@ -21,12 +21,9 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// - `boxes`: with how much smaller each is on all sides, m; nothing for what they are
-    pub fn new((boxes, less): (&[Aabb], &[f64]), item: u32, axis: usize) -> Self {
-        let Aabb { low, high } = boxes[item as usize];
-        let less = DVec3::splat(less.get(item as usize).copied().unwrap_or(0.0));
+    pub fn new(&Aabb { low, high }: &Aabb, item: u32, axis: usize) -> Self {
         let turned = |x: DVec3| std::array::from_fn(|k| x[(axis + k) % 3]);
-        Self { low: turned(low + less), high: turned(high - less), item }
+        Self { low: turned(low), high: turned(high), item }
     }
 }
 

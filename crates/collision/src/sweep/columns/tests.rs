@@ -2,18 +2,12 @@ use glamx::glam::DVec3;
 
 use crate::bvh::Aabb;
 use crate::sweep::Sweep;
-use crate::testing::Noise;
-
-fn overlapping_by_comparing_all(boxes: &[Aabb]) -> Vec<(u32, u32)> {
-    let overlap = |a: &Aabb, b: &Aabb| a.low.cmple(b.high).all() && b.low.cmple(a.high).all();
-    let pairs = (0..boxes.len()).flat_map(|j| (0..j).map(move |i| (i, j)));
-    pairs.filter(|&(i, j)| overlap(&boxes[i], &boxes[j])).map(|(i, j)| (i as u32, j as u32)).collect()
-}
+use crate::testing::{Noise, overlapping_by_comparing_all};
 
 fn swept(sweep: &mut Sweep, boxes: &[Aabb]) -> Vec<(u32, u32)> {
     let (items, mut found) = (Vec::from_iter(0..boxes.len() as u32), Vec::new());
-    sweep.overlapping((boxes, &[]), &items, |i, j| found.push((i.min(j), i.max(j))));
-    found.sort_unstable_by_key(|&(i, j)| (j, i));
+    sweep.overlapping(boxes, &items, |i, j| found.push((i.min(j), i.max(j))));
+    found.sort_unstable();
     found
 }
 
