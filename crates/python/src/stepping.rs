@@ -154,10 +154,7 @@ pub fn forward(py: Python<'_>, model: &Bound<'_, Model>, data: &Bound<'_, Data>)
     let data = data.get();
     let mut guard = data.loaded(py)?;
     let core = &mut *guard;
-    let end = guard::detached(py, || {
-        core.update_kinematics();
-        core.preview()
-    })?;
+    let end = guard::detached(py, || core.preview())?;
     end.map_err(simulation_error)?;
     data.live.write(py, |live| {
         live.kinematics(core);

@@ -41,6 +41,11 @@ impl Part {
     pub fn rows(&self) -> Range<usize> {
         self.begin..self.begin + self.size
     }
+
+    /// Its components that have a row.
+    pub fn components(&self) -> Range<usize> {
+        self.first..self.first + self.size
+    }
 }
 
 impl Delassus {

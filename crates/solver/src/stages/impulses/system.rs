@@ -1,6 +1,7 @@
 //! The equations that the impulses obey with the modes fixed.
 
 use signorini_contact::projection::{Cones, Held, Mode};
+use signorini_contact::vector::inner;
 use signorini_lcp::linalg::{Cholesky, Lu};
 
 use super::delassus::{Delassus, Part};
@@ -123,7 +124,7 @@ impl ModeSystem {
         }
         for one in &*partial {
             let u = &pulled[one.part.rows()];
-            let along = |held: &Held| -sum_of_products(u, &held.velocity[one.part.first..]);
+            let along = |held: &Held| -inner(u, &held.velocity[one.part.components()]);
             unknowns[one.begin..one.end].iter_mut().zip(&one.held).for_each(|(z, held)| *z = along(held));
         }
         if self.is_symmetric {
@@ -186,14 +187,10 @@ fn push_along(w: &[f64], (runs, partial, carried): (&[[usize; 3]], &[Active], &[
     }
     for one in partial {
         let w = &w[one.part.rows()];
-        let along = |held: &Held| sum_of_products(w, &held.impulse[one.part.first..]);
+        let along = |held: &Held| inner(w, &held.impulse[one.part.components()]);
         out[one.begin..one.end].iter_mut().zip(&one.held).for_each(|(x, held)| *x = along(held));
     }
     for one in carried {
-        out[one.unknown] += sum_of_products(&w[one.part.rows()], &one.impulse[one.part.first..]);
+        out[one.unknown] += inner(&w[one.part.rows()], &one.impulse[one.part.components()]);
     }
-}
-
-fn sum_of_products(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
