@@ -2,13 +2,16 @@
 //!
 //! Where a step was permitted a part of its corrections, the next one is mostly permitted the same. Looking for more in every step costs
 //! several problems, of which those that have no solution are the dearest; so the step after it asks for the same part of the same rows, and more
-//! is looked for at intervals that double while that goes well. After a single such step all is asked for again.
+//! is looked for at intervals that double while that goes well, and become the longer the longer nothing changes. After a single such step all is asked
+//! for again.
 
 use crate::warm::{ContactKey, read_keys, write_keys};
 
 /// The longest interval, in steps: a search solves up to six problems, which then cost less than a half of the steps between, and as much as
 /// they do where a few limited rows are looked at one by one.
 const LONGEST: u32 = 15;
+/// The longest where the last searches found the same part of the same rows: what is stuck costs a few percent.
+const LONGEST_STUCK: u32 = 127;
 
 /// Memory of limited corrections.
 #[derive(Clone, Debug, Default)]
@@ -18,6 +21,8 @@ pub(crate) struct Withheld {
     /// What it was withheld from: contacts, and rows of the model's constraints; ascending.
     contacts: Vec<ContactKey>,
     rows: Vec<[u32; 1]>,
+    /// What it was withheld from before.
+    earlier: (Vec<ContactKey>, Vec<[u32; 1]>),
     /// Whether it was withheld from all there were, as where the energy of corrections is bounded.
     all: bool,
     /// Steps left that ask for the same, of an interval of so many.
@@ -76,7 +81,10 @@ impl Withheld {
         contacts: impl Iterator<Item = ContactKey>,
         rows: impl Iterator<Item = usize>,
     ) {
+        let earlier_part = self.part;
         (self.part, self.all) = (1.0 - theta, all);
+        std::mem::swap(&mut self.contacts, &mut self.earlier.0);
+        std::mem::swap(&mut self.rows, &mut self.earlier.1);
         self.contacts.clear();
         self.rows.clear();
         if theta == 1.0 {
@@ -87,7 +95,10 @@ impl Withheld {
         self.contacts.sort_unstable();
         self.rows.extend(rows.map(|row| [row as u32]));
         if !self.repeats {
-            self.interval = self.before.map_or(0, |before| (2 * before + 1).min(LONGEST));
+            let is_stuck =
+                self.part == earlier_part && (&self.contacts, &self.rows) == (&self.earlier.0, &self.earlier.1);
+            let longest = if is_stuck { LONGEST_STUCK } else { LONGEST };
+            self.interval = self.before.map_or(0, |before| (2 * before + 1).min(longest));
             self.left = self.interval;
             // Where contacts are found anew the step goes on from what it was permitted before.
             self.repeats = true;
@@ -104,7 +115,7 @@ impl Withheld {
     /// What [`write`](Self::write) wrote, and what follows it.
     pub fn read(numbers: &[f64]) -> Option<(Self, &[f64])> {
         let (&[part, all, left, interval], rest) = numbers.split_first_chunk::<4>()?;
-        let is_count = |x: f64| (0.0..=f64::from(LONGEST)).contains(&x) && x.fract() == 0.0;
+        let is_count = |x: f64| (0.0..=f64::from(LONGEST_STUCK)).contains(&x) && x.fract() == 0.0;
         if !(0.0..=1.0).contains(&part) || ![0.0, 1.0].contains(&all) || !is_count(left) || !is_count(interval) {
             return None;
         }

@@ -14,7 +14,7 @@ use super::breakpoint::first_crossing;
 use super::map::ProximalMap;
 use super::motion::Motion;
 use crate::iterate::Iterate;
-use crate::task::Task;
+use crate::task::{Look, Task};
 
 /// Which contacts' data a path shifts at its start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +38,7 @@ pub(super) struct Path {
 
 impl Path {
     /// Follows the path from the modes of the iterate, whose solution is in `map.y` and whose system is factorised, to those of the
-    /// true problem. `false` if it ran back for ever, in a large island beyond its start, or met a singular system or its limit.
+    /// true problem. `false` if it ran back for ever, beyond its start in a large island or a short look, or met a singular system or its limit.
     pub fn follow(
         &mut self,
         map: &mut ProximalMap,
@@ -49,12 +49,13 @@ impl Path {
     ) -> bool {
         map.change_modes();
         self.begin(map, task, iterate, which, seed);
+        // Most paths of a large island that come back past their start go to and fro until their limit, and those of a problem without a solution.
+        let may_go_beyond = !task.is_large() && task.look != Look::Short;
         let (mut t, mut direction) = (0.0, 1.0);
         for _ in 0..self.most_changes(task, which) {
             let Some((step, crossing)) = self.next_breakpoint(map, task, iterate, direction, t) else { return false };
             t += direction * step;
-            // Most paths of a large island that come back past their start go to and fro until their limit.
-            if t < 0.0 && task.is_large() {
+            if t < 0.0 && !may_go_beyond {
                 return false;
             }
             self.motion.advance(&mut map.y, direction * step);
