@@ -49,13 +49,17 @@ impl Path {
     ) -> bool {
         map.change_modes();
         self.begin(map, task, iterate, which, seed);
-        // Most paths of a large island that come back past their start go to and fro until their limit, and those of a problem without a solution.
-        let may_go_beyond = !task.is_large() && task.look != Look::Short;
+        // Most paths of a large island that come back past their start go to and fro until their limit, and longer ones of a problem without a solution.
+        let may_return_after = match (task.is_large(), task.look) {
+            (true, _) => 0,
+            (false, Look::Short) => task.settings.path_changes_base as usize,
+            _ => usize::MAX,
+        };
         let (mut t, mut direction) = (0.0, 1.0);
-        for _ in 0..self.most_changes(task, which) {
+        for change in 0..self.most_changes(task, which) as usize {
             let Some((step, crossing)) = self.next_breakpoint(map, task, iterate, direction, t) else { return false };
             t += direction * step;
-            if t < 0.0 && !may_go_beyond {
+            if t < 0.0 && change >= may_return_after {
                 return false;
             }
             self.motion.advance(&mut map.y, direction * step);
