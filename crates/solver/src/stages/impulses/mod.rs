@@ -43,6 +43,8 @@ pub(super) struct ImpulseNewton {
     velocity: Vec<f64>,
     /// `u` of each part.
     slack: Vec<[f64; 3]>,
+    /// The best point that counts as solved, though the last digits of some modes are open.
+    best: Iterate,
 }
 
 /// A warm start whose velocity is that of its impulses, and at most half as many rows more than degrees of freedom, and as many as a body has: with more of
@@ -66,15 +68,15 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
 
 /// Solves the island, or leaves the iterate as it is.
 pub(super) fn run(newton: &mut ImpulseNewton, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
-    let residual = newton.iterate(task, iterate, &mut shared.map);
-    let Some(residual) = residual.filter(|residual| *residual <= task.accept()) else {
+    newton.best.residual = f64::INFINITY;
+    if let Some(residual) = newton.iterate(task, iterate, &mut shared.map) {
+        newton.keep(residual);
+    }
+    if newton.best.residual > task.accept() {
         return StageOutcome::Lost.into();
-    };
-    iterate.impulse.clone_from(&newton.impulse);
-    iterate.bilateral.clone_from(&newton.bilateral);
-    iterate.modes.clone_from(&newton.modes);
-    iterate.velocity.clone_from(&newton.velocity);
-    iterate.residual = residual;
+    }
+    iterate.copy_impulses(&newton.best);
+    iterate.velocity.clone_from(&newton.best.velocity);
     StageOutcome::Solved.into()
 }
 
@@ -86,6 +88,15 @@ fn enough(task: &Task) -> f64 {
 }
 
 impl ImpulseNewton {
+    /// Takes note of the point at hand.
+    fn keep(&mut self, residual: f64) {
+        self.best.impulse.clone_from(&self.impulse);
+        self.best.bilateral.clone_from(&self.bilateral);
+        self.best.modes.clone_from(&self.modes);
+        self.best.velocity.clone_from(&self.velocity);
+        self.best.residual = residual;
+    }
+
     /// Newton steps from the iterate; the residual, if they ended with laws that hold to rounding, or came no further.
     fn iterate(&mut self, task: &Task, start: &Iterate, map: &mut ProximalMap) -> Option<f64> {
         let (cones, island, factor) = (task.cones, task.island, &task.problem.mass_factor);
@@ -118,6 +129,12 @@ impl ImpulseNewton {
             self.find_slack(island);
             let (residual, largest) = self.measure(cones, island, island.velocity_scale.value());
             let is_exact = is_exact(residual, largest);
+            if residual >= self.best.residual {
+                return None; // Modes that hold but for last digits were left for others.
+            }
+            if !is_exact && !is_rough && residual <= task.accept() {
+                self.keep(residual);
+            }
             let changes = if is_exact { 0 } else { self.take_next_modes(cones, island) };
             effort.mode_changes += changes;
             (factored, last) = if is_exact || changes == 0 && residual > RESIDUALS.slow * last {
