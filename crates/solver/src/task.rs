@@ -4,6 +4,7 @@ use signorini_contact::ContactProblem;
 use signorini_contact::projection::Cones;
 
 use crate::islands::Island;
+use crate::residual::RESIDUALS;
 use crate::settings::{ENOUGH, SolverSettings};
 
 /// What is tuned by the size of an island.
@@ -15,7 +16,7 @@ pub(crate) struct Tuning {
     pub costly: usize,
     /// Where the certificate asks for more than `accept`, a small island has to come down to this part of it, a large one to that.
     pub closely: [f64; 2],
-    /// Proximal iterations from a start that is near: where a mode changes, a few.
+    /// Proximal iterations after which a start that is still far was not near: where a mode changes, a few.
     pub short_iterations: u32,
     /// An accepted residual from which a body that creeps counts as at rest.
     pub rough: f64,
@@ -34,7 +35,7 @@ pub enum Patience {
     Full,
     /// No second looks and no Lemke's method: enough for most problems that have a solution, and short where there may be none.
     Brief,
-    /// A few iterations from the start: enough where a solution is near.
+    /// A few iterations from the start, and more where they come close: enough where a solution is near.
     Short,
 }
 
@@ -93,9 +94,9 @@ impl Task<'_> {
         self.is_costly() || self.is_warm
     }
 
-    /// Whether so many proximal iterations are all that are made where they have come down to a residual.
+    /// Whether so many proximal iterations are all that are made where they have come down to a residual: what is close to a solution has one.
     pub fn is_short_of(&self, iterations: u32, residual: f64) -> bool {
-        self.look == Look::Short && iterations >= SIZES.short_iterations && residual > self.accept()
+        self.look == Look::Short && iterations >= SIZES.short_iterations && residual > self.accept().max(RESIDUALS.far)
     }
 
     /// The residual with which the island counts as solved.
