@@ -17,6 +17,8 @@ const NEARLY: f64 = 0.9;
 const LOWEST: f64 = 0.25;
 /// Fewer contacts than this are in no island whose factorisations are dear.
 const SMALL: usize = 64;
+/// Where the laws lack less than this of the velocity scale there mostly is a solution.
+const NEAR: f64 = 1e-4;
 /// So many rows at most are looked at one by one, whether they have to be limited at all: each is one more problem of a search, of which there are six
 /// without them.
 const FEW: usize = 8;
@@ -96,7 +98,13 @@ impl Workspace {
         let is_small = self.builder.problem.contact_count() < SMALL;
         let is_short = (expected < 1.0 || is_small) && !self.withheld.is_by_energy() && !self.solver.is_counted();
         let patience = if is_short { Patience::Short } else { Patience::Brief };
-        let verdict = self.attempt(patience, report)?;
+        let mut verdict = self.attempt(patience, report)?;
+        let may_go_on = patience == Patience::Brief && !self.solver.is_counted() && !self.solver.is_out_of_digits();
+        if !verdict.holds && may_go_on && verdict.certificate.worst() <= NEAR {
+            // Impulses that are nearly those of a solution are another start.
+            self.keep_best();
+            verdict = self.attempt(patience, report)?;
+        }
         // Sweeps that leave something open say nothing about what the laws permit; a proof that there is no solution does.
         let is_open = self.solver.is_counted() && self.solution.status == SolveStatus::Inaccurate;
         if verdict.holds || is_open {
