@@ -12,7 +12,7 @@ use signorini_contact::projection::Mode;
 use super::map::ProximalMap;
 use super::path::{Path, Shift};
 use crate::iterate::Iterate;
-use crate::task::{Look, Task};
+use crate::task::Task;
 
 /// What is tuned in the search for modes.
 pub(super) struct Tuning {
@@ -49,7 +49,7 @@ impl ModeSearch {
                 return false;
             }
             let is_found = self.path.follow(map, task, iterate, Shift::Violated, round)
-                || !large && task.look != Look::Short && self.follow_from_open(map, task, iterate, round);
+                || !large && self.follow_from_open(map, task, iterate, round);
             if !is_found {
                 return false;
             }
