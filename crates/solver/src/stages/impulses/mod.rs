@@ -43,7 +43,7 @@ pub(super) struct ImpulseNewton {
     velocity: Vec<f64>,
     /// `u` of each part.
     slack: Vec<[f64; 3]>,
-    /// The best point that counts as solved, though the last digits of some modes are open.
+    /// The best point whose laws hold but for what may be rounding, though some modes would change.
     best: Iterate,
 }
 
@@ -72,12 +72,12 @@ pub(super) fn run(newton: &mut ImpulseNewton, shared: &mut Shared, task: &Task, 
     if let Some(residual) = newton.iterate(task, iterate, &mut shared.map) {
         newton.keep(residual);
     }
-    if newton.best.residual > task.accept() {
-        return StageOutcome::Lost.into();
+    if newton.best.residual <= task.accept() {
+        iterate.copy_impulses(&newton.best);
+        iterate.velocity.clone_from(&newton.best.velocity);
+        return StageOutcome::Solved.into();
     }
-    iterate.copy_impulses(&newton.best);
-    iterate.velocity.clone_from(&newton.best.velocity);
-    StageOutcome::Solved.into()
+    StageOutcome::Lost.into()
 }
 
 /// The residual that is asked for: that of the polish, or the last digits of velocities along rows where they are more.
@@ -130,9 +130,9 @@ impl ImpulseNewton {
             let (residual, largest) = self.measure(cones, island, island.velocity_scale.value());
             let is_exact = is_exact(residual, largest);
             if residual >= self.best.residual {
-                return None; // Modes that hold but for last digits were left for others.
+                return None; // Modes that held but for last digits were left for others.
             }
-            if !is_exact && !is_rough && residual <= task.accept() {
+            if !is_exact && !is_rough && residual <= RESIDUALS.noise {
                 self.keep(residual);
             }
             let changes = if is_exact { 0 } else { self.take_next_modes(cones, island) };
