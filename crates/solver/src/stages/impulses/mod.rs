@@ -19,7 +19,7 @@ use signorini_multibody::{BlockCholesky, FEW_ROWS};
 
 use super::shared::{Outcome, Shared};
 use crate::islands::Island;
-use crate::iterate::Iterate;
+use crate::iterate::{Effort, Iterate};
 use crate::proximal::ProximalMap;
 use crate::residual::{RESIDUALS, is_exact, law_residual};
 use crate::task::Task;
@@ -108,20 +108,11 @@ impl ImpulseNewton {
         self.find_slack(island);
         self.delassus.forget(island);
         let (mut last, mut factored, mut is_rough) = (f64::INFINITY, false, false);
-        let (enough, mut is_summed) = (enough(task), false);
+        let mut is_summed = false;
         let most = effort.factorizations + task.settings.newton_iterations / 2;
         for _ in 0..task.settings.newton_iterations {
-            if !factored {
-                // Of the attempts that come this far most fail (of 17 robots, 1 s each, 86 succeeded and 509 did not, 28 November 2026).
-                if effort.factorizations > most {
-                    return None;
-                }
-                effort.factorizations += 1;
-                self.find_delassus(factor, cones, island);
-                self.system.fix_modes(&self.delassus, &self.modes, cones, island);
-                factored = self.system.factorize(&self.delassus, island);
-            }
-            if !factored {
+            // Of the attempts that come this far most fail (of 17 robots, 1 s each, 86 succeeded and 509 did not, 28 November 2026).
+            if !factored && (effort.factorizations > most || !self.factorize(task, effort)) {
                 return None;
             }
             is_rough |= self.take_step(task);
@@ -138,10 +129,7 @@ impl ImpulseNewton {
             let changes = if is_exact { 0 } else { self.take_next_modes(cones, island) };
             effort.mode_changes += changes;
             (factored, last) = if is_exact || changes == 0 && residual > RESIDUALS.slow * last {
-                let rounds = is_rough || enough > task.settings.polish;
-                // What is left after steps from the sum are its own last digits.
-                let asked = if is_summed { task.accept() } else { enough };
-                if !rounds || self.holds_as_summed(task, &map.free_velocity, asked) {
+                if self.is_end(task, &map.free_velocity, is_rough, is_summed) {
                     return Some(residual);
                 }
                 if is_summed {
@@ -157,6 +145,23 @@ impl ImpulseNewton {
             };
         }
         None
+    }
+
+    /// Factorises the equations of the modes at hand; whether they are regular.
+    fn factorize(&mut self, task: &Task, effort: &mut Effort) -> bool {
+        effort.factorizations += 1;
+        self.find_delassus(&task.problem.mass_factor, task.cones, task.island);
+        self.system.fix_modes(&self.delassus, &self.modes, task.cones, task.island);
+        self.system.factorize(&self.delassus, task.island)
+    }
+
+    /// Whether steps that came no further have come to the end, where they or the problem leave rounding, and where they went on from the sum.
+    fn is_end(&mut self, task: &Task, free_velocity: &[f64], is_rough: bool, is_summed: bool) -> bool {
+        let enough = enough(task);
+        let rounds = is_rough || enough > task.settings.polish;
+        // What is left after steps from the sum are its own last digits.
+        let asked = if is_summed { task.accept() } else { enough };
+        !rounds || self.holds_as_summed(task, free_velocity, asked)
     }
 
     /// Whether the laws hold with `v^f + M⁻¹Jᵀλ`, too, from which the velocity that the steps led to differs by the last digits of all that was
