@@ -17,7 +17,8 @@ const NEARLY: f64 = 0.9;
 const LOWEST: f64 = 0.25;
 /// Fewer contacts than this are in no island whose factorisations are dear.
 const SMALL: usize = 64;
-/// Where the laws lack less than this of the velocity scale there mostly is a solution.
+/// Where the laws lack less than this of the velocity scale there mostly is a solution: what has none is mostly above 1e-3, what was cut short below 1e-5 (solves of mixers
+/// and necklaces, 28 November 2026).
 const NEAR: f64 = 1e-4;
 /// So many rows at most are looked at one by one, whether they have to be limited at all: each is one more problem of a search, of which there are six
 /// without them.

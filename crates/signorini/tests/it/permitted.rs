@@ -50,6 +50,14 @@ fn limited_steps_solve_few_problems() {
     assert!(mean <= FEW, "{mean} problems in each of {limited} steps");
 }
 
+/// Two walls, 18 cm apart, about a place.
+fn slot(world: &mut World, place: DVec3) {
+    for side in [-1.0, 1.0] {
+        let wall = Geometry::Box { half_extents: DVec3::new(0.05, 0.5, 0.5) };
+        world.fixed(wall, Pose::from_position(place + DVec3::X * (side * 0.14)));
+    }
+}
+
 /// A ring of capsules that are tied end to end, above a ball on a floor.
 fn necklace(links: u32, friction: f64) -> Simulation {
     let turn = TAU / f64::from(links);
@@ -95,10 +103,7 @@ fn what_stays_stuck_is_seldom_asked_for_more() {
     const MOST: u32 = 16;
     let mut world = World::upright(0.002, 0.5);
     world.floor();
-    for side in [-1.0, 1.0] {
-        let wall = Geometry::Box { half_extents: DVec3::new(0.05, 0.5, 0.5) };
-        world.fixed(wall, Pose::from_position(DVec3::new(side * 0.14, 0.0, 0.5)));
-    }
+    slot(&mut world, DVec3::Z * 0.5);
     world.free_box(DVec3::splat(0.1), 1.0, DVec3::Z * 0.1);
     let mut simulation = world.simulation(Settings::default());
     let mut searches = 0;
@@ -154,10 +159,7 @@ fn only_what_is_stuck_keeps_its_overlap() {
     let mut alone = world().simulation(Settings::default());
     alone.run(0.04, |_, _| true).unwrap();
     let mut beside = world();
-    for side in [-1.0, 1.0] {
-        let wall = Geometry::Box { half_extents: DVec3::new(0.05, 0.5, 0.5) };
-        beside.fixed(wall, Pose::from_position(DVec3::new(5.0 + side * 0.14, 0.0, 3.0)));
-    }
+    slot(&mut beside, DVec3::new(5.0, 0.0, 3.0));
     beside.free_box(DVec3::splat(0.1), 1.0, DVec3::new(5.0, 0.0, 3.0));
     let mut beside = beside.simulation(Settings::default());
     let end = beside.run(0.04, |now, report| {

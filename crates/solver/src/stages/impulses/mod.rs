@@ -69,15 +69,15 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
 /// Solves the island, or leaves the iterate as it is.
 pub(super) fn run(newton: &mut ImpulseNewton, shared: &mut Shared, task: &Task, iterate: &mut Iterate) -> Outcome {
     newton.best.residual = f64::INFINITY;
-    if let Some(residual) = newton.iterate(task, iterate, &mut shared.map) {
-        newton.keep(residual);
+    let residual = newton.iterate(task, iterate, &mut shared.map);
+    if let Some(residual) = residual.filter(|residual| *residual <= task.accept()) {
+        newton.write(residual, iterate);
+    } else if newton.best.residual <= task.accept() {
+        std::mem::swap(iterate, &mut newton.best);
+    } else {
+        return StageOutcome::Lost.into();
     }
-    if newton.best.residual <= task.accept() {
-        iterate.copy_impulses(&newton.best);
-        iterate.velocity.clone_from(&newton.best.velocity);
-        return StageOutcome::Solved.into();
-    }
-    StageOutcome::Lost.into()
+    StageOutcome::Solved.into()
 }
 
 /// The residual that is asked for: that of the polish, or the last digits of velocities along rows where they are more.
@@ -88,13 +88,13 @@ fn enough(task: &Task) -> f64 {
 }
 
 impl ImpulseNewton {
-    /// Takes note of the point at hand.
-    fn keep(&mut self, residual: f64) {
-        self.best.impulse.clone_from(&self.impulse);
-        self.best.bilateral.clone_from(&self.bilateral);
-        self.best.modes.clone_from(&self.modes);
-        self.best.velocity.clone_from(&self.velocity);
-        self.best.residual = residual;
+    /// Writes the point at hand.
+    fn write(&self, residual: f64, iterate: &mut Iterate) {
+        iterate.impulse.clone_from(&self.impulse);
+        iterate.bilateral.clone_from(&self.bilateral);
+        iterate.modes.clone_from(&self.modes);
+        iterate.velocity.clone_from(&self.velocity);
+        iterate.residual = residual;
     }
 
     /// Newton steps from the iterate; the residual, if they ended with laws that hold to rounding, or came no further.
@@ -124,7 +124,9 @@ impl ImpulseNewton {
                 return None; // Modes that held but for last digits were left for others.
             }
             if !is_exact && !is_rough && residual <= RESIDUALS.noise {
-                self.keep(residual);
+                let mut best = std::mem::take(&mut self.best);
+                self.write(residual, &mut best);
+                self.best = best;
             }
             let changes = if is_exact { 0 } else { self.take_next_modes(cones, island) };
             effort.mode_changes += changes;
