@@ -37,6 +37,14 @@ struct Nearest {
     open: f64,
 }
 
+/// A point of the boundary of `B − A` that is farthest along a direction.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Farthest {
+    /// Unit.
+    pub along: DVec3,
+    pub vertex: Vertex,
+}
+
 /// Buffers of the polytope.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Epa {
@@ -57,20 +65,22 @@ const COPLANAR: f64 = 1e-8;
 const ASLANT: DVec3 = DVec3::new(0.55, 0.62, 0.56);
 /// Relative to the size: bounds farther apart than this ask for another start.
 const POOR: f64 = 1e-9;
+/// Directions whose cosine is this near to 1 have the same support.
+const SAME: f64 = 1e-9;
 
 impl Epa {
     /// The direction of least overlap (largest separation), or `None` if the difference of the shapes has no volume.
-    /// `axes` are directions worth trying first. Shapes that are apart by less than `inflation` (m) are looked at as if
+    /// `known` are supports in directions worth trying first. Shapes that are apart by less than `inflation` (m) are looked at as if
     /// B were thicker by it, which makes the direction of their distance that of least overlap.
-    pub fn search(&mut self, a: &Placed, b: &Placed, axes: &[DVec3], inflation: f64) -> Option<Separation> {
+    pub fn search(&mut self, a: &Placed, b: &Placed, known: &[Farthest], inflation: f64) -> Option<Separation> {
         self.inflation = inflation;
         let size = a.size + b.size;
         // Supports that nearly share a plane can spoil a start, or leave no face of it; a bare tetrahedron has none of those.
-        let full = self.grow(a, b, axes, true);
+        let full = self.grow(a, b, known, true);
         let found = match full {
             Some(full) if full.open <= POOR * size => full,
             _ => {
-                let bare = self.grow(a, b, axes, false);
+                let bare = self.grow(a, b, known, false);
                 [full, bare].into_iter().flatten().min_by(|f, g| f.open.total_cmp(&g.open))?
             }
         };
@@ -81,9 +91,9 @@ impl Epa {
     }
 
     /// Grows the polytope until the face nearest to the origin is on the boundary.
-    fn grow(&mut self, a: &Placed, b: &Placed, axes: &[DVec3], full: bool) -> Option<Nearest> {
+    fn grow(&mut self, a: &Placed, b: &Placed, known: &[Farthest], full: bool) -> Option<Nearest> {
         let size = a.size + b.size;
-        self.start(a, b, axes, size, full)?;
+        self.start(a, b, known, size, full)?;
         let mut best: Option<(f64, Nearest)> = None;
         for _ in 0..ITERATIONS {
             let place = self.nearest()?;
@@ -129,16 +139,20 @@ impl Epa {
     }
 
     /// A tetrahedron from the supports that span most, then (if `full`) the other supports.
-    fn start(&mut self, a: &Placed, b: &Placed, axes: &[DVec3], size: f64, full: bool) -> Option<()> {
+    fn start(&mut self, a: &Placed, b: &Placed, known: &[Farthest], size: f64, full: bool) -> Option<()> {
         self.vertices.clear();
         self.faces.clear();
         self.free.clear();
-        let own = [a.rotation.x_axis, a.rotation.y_axis, a.rotation.z_axis];
-        for d in own.iter().chain(axes) {
-            let vertex = self.difference(a, b, *d);
-            self.vertices.push(vertex);
-            let vertex = self.difference(a, b, -*d);
-            self.vertices.push(vertex);
+        let inflation = self.inflation;
+        let inflated = |f: &Farthest| Vertex { w: f.vertex.w + f.along * inflation, ..f.vertex };
+        self.vertices.extend(known.iter().map(inflated));
+        for d in [a.rotation.x_axis, a.rotation.y_axis, a.rotation.z_axis] {
+            if known.iter().all(|f| f.along.dot(d).abs() < 1.0 - SAME) {
+                for d in [d, -d] {
+                    let vertex = self.difference(a, b, d);
+                    self.vertices.push(vertex);
+                }
+            }
         }
         let (mut corners, mut side) = self.tetrahedron(size);
         if side == 0.0 {
@@ -175,24 +189,24 @@ impl Epa {
     /// a plane or are not numbers.
     fn tetrahedron(&self, size: f64) -> ([usize; 4], f64) {
         let first = self.vertices[0].w;
-        let second = self.farthest(|w| (w - first).length_squared());
+        let second = self.spanning(|w| (w - first).length_squared());
         let line = (self.vertices[second].w - first).normalize_or_zero();
-        let third = self.farthest(|w| line.cross(w - first).length_squared());
+        let third = self.spanning(|w| line.cross(w - first).length_squared());
         let across = line.cross(self.vertices[third].w - first);
         let normal = across.normalize_or_zero();
-        let fourth = self.farthest(|w| normal.dot(w - first).abs());
+        let fourth = self.spanning(|w| normal.dot(w - first).abs());
         let side = normal.dot(self.vertices[fourth].w - first);
         let spans = across.length() > 1e-9 * size && side.abs() > 1e-9 * size;
         ([0, second, third, fourth], if spans { side } else { 0.0 })
     }
 
-    /// The vertex of `B − A` farthest along the unit vector `d`.
+    /// The vertex of `B − A`, B as thick as it is taken, farthest along the unit vector `d`.
     fn difference(&self, a: &Placed, b: &Placed, d: DVec3) -> Vertex {
-        let (pa, pb) = (a.support(-d), b.support(d));
-        Vertex { w: pb - pa + d * self.inflation, a: pa, b: pb }
+        let vertex = farthest(a, b, d);
+        Vertex { w: vertex.w + d * self.inflation, ..vertex }
     }
 
-    fn farthest(&self, measure: impl Fn(DVec3) -> f64) -> usize {
+    fn spanning(&self, measure: impl Fn(DVec3) -> f64) -> usize {
         let mut best = (0, -1.0);
         for (i, v) in self.vertices.iter().enumerate() {
             let m = measure(v.w);
@@ -293,6 +307,12 @@ impl Epa {
         }
         true
     }
+}
+
+/// The vertex of `B − A` farthest along the unit vector `d`.
+pub(crate) fn farthest(a: &Placed, b: &Placed, d: DVec3) -> Vertex {
+    let (pa, pb) = (a.support(-d), b.support(d));
+    Vertex { w: pb - pa, a: pa, b: pb }
 }
 
 impl Face {

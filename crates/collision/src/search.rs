@@ -3,7 +3,7 @@
 use glamx::glam::DVec3;
 
 use crate::convex::{Convex, Placed, scale, separation_along};
-use crate::epa::Epa;
+use crate::epa::{Epa, Farthest, farthest};
 use crate::gjk::{self, Outcome};
 use crate::reach::Within;
 use crate::separation::Separation;
@@ -13,6 +13,8 @@ use crate::separation::Separation;
 pub(crate) struct Search {
     epa: Epa,
     axes: Vec<DVec3>,
+    /// Supports of the difference of the shapes along the axes and against them.
+    known: Vec<Farthest>,
     /// What [`axis`](Self::axis) knows of the closest points of the cores.
     closest: Option<Outcome>,
     /// A direction along which the shapes of the last search are farther apart than asked for, where they are and it is known.
@@ -57,12 +59,15 @@ impl Search {
         }
         let mut best = (f64::NEG_INFINITY, DVec3::Z);
         let size = scale(a, b);
+        self.known.clear();
         for &axis in &self.axes {
             for n in [axis, -axis] {
-                let gap = separation_along(a, b, n);
+                let vertex = farthest(a, b, -n);
+                let gap = n.dot(vertex.w);
                 if gap > best.0 + 1e-12 * size {
                     best = (gap, n);
                 }
+                self.known.push(Farthest { along: -n, vertex });
             }
         }
         self.keep_within(Separation { normal: best.1, gap: best.0, midpoint: None }, margin)
@@ -89,12 +94,12 @@ impl Search {
                 }
                 let found = Separation { normal: pair.normal, gap, midpoint: Some(midpoint) };
                 let stalled = pair.open > STALLED * size;
-                let polished = if stalled { self.epa.search(a, b, &self.axes, 2.0 * pair.distance) } else { None };
+                let polished = if stalled { self.epa.search(a, b, &self.known, 2.0 * pair.distance) } else { None };
                 let found = polished.filter(|p| p.gap > gap).unwrap_or(found);
                 Some(prefer_axis(axis, found, 1e-12 * size))
             }
             _ => {
-                let found = self.epa.search(a, b, &self.axes, 0.0);
+                let found = self.epa.search(a, b, &self.known, 0.0);
                 Some(found.map_or(axis, |f| prefer_axis(axis, f, 1e-10 * size)))
             }
         }
