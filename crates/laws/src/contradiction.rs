@@ -1,7 +1,7 @@
 //! Multipliers that prove that gaps and bilateral rows contradict each other.
 
 use signorini_contact::{ContactProblem, GapContradiction};
-use signorini_lcp::alternative;
+use signorini_lcp::Alternative;
 
 /// What is tuned here.
 struct Tuning {
@@ -17,7 +17,7 @@ const TUNING: Tuning = Tuning { accept: 1e-9 };
 ///
 /// - `suspects`: contacts whose rows are tried first, as a denial names them; all contacts are tried after them
 ///
-/// Farkas' [alternative]: among `y ≥ 0` and `z = z₊ − z₋` the point nearest to `J_Nᵀ y + J_Bᵀ z = 0`, `(φᵀ y + Θᵀ z)/Δt = −1`. It is hit where
+/// Farkas' [alternative](Alternative): among `y ≥ 0` and `z = z₊ − z₋` the point nearest to `J_Nᵀ y + J_Bᵀ z = 0`, `(φᵀ y + Θᵀ z)/Δt = −1`. It is hit where
 /// the rows contradict each other and missed where a velocity satisfies them.
 pub fn gap_contradiction(problem: &ContactProblem, suspects: &[usize]) -> Option<GapContradiction> {
     let everything: Vec<usize> = (0..problem.contact_count()).collect();
@@ -38,13 +38,13 @@ enum Row {
 /// The multipliers of these contacts' gap rows and of all bilateral rows that come nearest to a proof.
 fn nearest(problem: &ContactProblem, contacts: &[usize]) -> GapContradiction {
     let size = problem.nv() + 1;
-    let (mut rows, mut columns) = (Vec::new(), Vec::new());
+    let (mut rows, mut alternative) = (Vec::new(), Alternative::default());
+    alternative.begin(size);
     let mut push = |row: Row, sign: f64, indices: &[u32], entries: &mut dyn Iterator<Item = f64>, distance: f64| {
-        let mut column = vec![0.0; size];
+        let column = alternative.push();
         indices.iter().zip(entries).for_each(|(&k, e)| column[k as usize] = sign * e);
         column[size - 1] = sign * distance / problem.timestep;
         rows.push(row);
-        columns.push(column);
     };
     for &i in contacts {
         let (indices, entries) = problem.jacobian.group(i);
@@ -60,7 +60,8 @@ fn nearest(problem: &ContactProblem, contacts: &[usize]) -> GapContradiction {
         normal: vec![0.0; problem.contact_count()],
         bilateral: vec![0.0; problem.bilateral_violation.len()],
     };
-    for (row, multiplier) in rows.iter().zip(alternative(size, &columns).coefficients) {
+    alternative.find();
+    for (row, &multiplier) in rows.iter().zip(alternative.coefficients()) {
         match *row {
             Row::Gap(i) => proof.normal[i] += multiplier,
             Row::Bilateral(k, sign) => proof.bilateral[k] += sign * multiplier,

@@ -1,6 +1,6 @@
 //! Is there any solution? A tree of cases, each with a point or a proof.
 
-use crate::alternative::alternative;
+use crate::alternative::Alternative;
 use crate::polish::Polish;
 use crate::{Basis, ExcludedCase, Exclusion, Farkas, MixedLcp, PairCase, Solution, Status};
 
@@ -74,32 +74,33 @@ fn look_at(problem: &MixedLcp, pairs: Vec<PairCase>) -> (ExcludedCase, Option<Ve
     // A place for each z that may be other than zero, and one for b.
     let present: Vec<usize> = (0..n).filter(|&j| is_free(j) || pairs[j] != PairCase::NoZ).collect();
     let size = present.len() + 1;
-    let mut columns = Vec::new();
+    let mut nearest = Alternative::default();
+    nearest.begin(size);
     let mut rows = Vec::new();
+    let mut push = |i: usize, sign: f64| {
+        let column = nearest.push();
+        column.iter_mut().zip(&present).for_each(|(entry, &j)| *entry = sign * problem.A()[(i, j)]);
+        column[size - 1] = sign * problem.b()[i];
+        rows.push((i, sign));
+    };
     for i in 0..n {
-        let mut column: Vec<f64> = present.iter().map(|&j| problem.A()[(i, j)]).collect();
-        column.push(problem.b()[i]);
         if is_free(i) || pairs[i] == PairCase::NoW {
-            columns.push(column.iter().map(|x| -x).collect());
-            rows.push((i, -1.0));
+            push(i, -1.0);
         }
-        columns.push(column);
-        rows.push((i, 1.0));
+        push(i, 1.0);
     }
     for (place, _) in present.iter().enumerate().filter(|(_, j)| !is_free(**j)) {
-        let mut column = vec![0.0; size];
-        column[place] = 1.0;
-        columns.push(column);
+        nearest.push()[place] = 1.0;
     }
-    let nearest = alternative(size, &columns);
+    nearest.find();
     let mut multipliers = vec![0.0; n];
-    for (&(i, sign), y) in rows.iter().zip(&nearest.coefficients) {
+    for (&(i, sign), y) in rows.iter().zip(nearest.coefficients()) {
         multipliers[i] += sign * y;
     }
-    let last = nearest.rest[size - 1];
+    let last = nearest.rest()[size - 1];
     let point = (last < 0.0).then(|| {
         let mut z = vec![0.0; n];
-        for (&j, r) in present.iter().zip(&nearest.rest) {
+        for (&j, r) in present.iter().zip(nearest.rest()) {
             let x = r / last;
             z[j] = if is_free(j) { x } else { x.max(0.0) };
         }

@@ -115,7 +115,7 @@ mod psor;
 mod setting;
 mod solution;
 
-pub use alternative::{Alternative, alternative};
+pub use alternative::Alternative;
 pub use automatic::Automatic;
 pub use enumeration::{Enumeration, EnumerationSettings, SolutionSet};
 pub use equilibrate::equilibrated;

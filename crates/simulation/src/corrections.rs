@@ -7,7 +7,7 @@
 
 use signorini_contact::{ContactProblem, ContactSolution};
 
-use crate::build::{Impact, ProblemBuilder};
+use crate::build::Impact;
 use crate::report::{Kept, KeptRow};
 
 /// What a step is asked to correct, and the part of it that the problem at hand has.
@@ -27,14 +27,16 @@ pub(crate) struct Corrections {
 }
 
 impl Corrections {
-    /// Takes over what a problem asks for that was built anew. Bilateral rows after those of the model are no violations.
-    pub fn ask(&mut self, builder: &ProblemBuilder) {
+    /// Takes over what a problem asks for that was built anew.
+    ///
+    /// - `constraints`: number of its bilateral rows that are the model's; those after them are no violations
+    pub fn ask(&mut self, problem: &ContactProblem, constraints: usize) {
         self.theta = 1.0;
         self.limit_nothing();
-        self.gap.clone_from(&builder.problem.gap);
+        self.gap.clone_from(&problem.gap);
         self.violation.clear();
-        self.violation.extend_from_slice(&builder.problem.bilateral_violation[..builder.bilateral_source.len()]);
-        let is_immovable = |k: &usize| builder.problem.bilateral_jacobian.group(*k).0.is_empty();
+        self.violation.extend_from_slice(&problem.bilateral_violation[..constraints]);
+        let is_immovable = |k: &usize| problem.bilateral_jacobian.group(*k).0.is_empty();
         self.immovable.clear();
         self.immovable.extend((0..self.violation.len()).filter(|k| self.violation[*k] != 0.0).filter(is_immovable));
         self.leaves_immovable = false;
@@ -101,12 +103,29 @@ impl Corrections {
         }
     }
 
-    /// Asks for all of a row again, or not.
-    pub fn release(&mut self, row: KeptRow, is_released: bool) {
-        let at = match row {
+    /// What is asked for of a row, m or rad.
+    pub fn asked(&self, row: KeptRow) -> f64 {
+        match row {
+            KeptRow::Contact(i) => self.gap[i],
+            KeptRow::Bilateral(k) => self.violation[k],
+        }
+    }
+
+    /// Whether θ applies to a row, where that has something to correct.
+    pub fn limits(&self, row: KeptRow) -> bool {
+        self.is_limited.get(self.place(row)) == Some(&true)
+    }
+
+    fn place(&self, row: KeptRow) -> usize {
+        match row {
             KeptRow::Contact(i) => i,
             KeptRow::Bilateral(k) => self.gap.len() + k,
-        };
+        }
+    }
+
+    /// Asks for all of a row again, or not.
+    pub fn release(&mut self, row: KeptRow, is_released: bool) {
+        let at = self.place(row);
         self.is_limited[at] = !is_released;
     }
 

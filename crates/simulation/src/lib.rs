@@ -50,6 +50,7 @@ mod build;
 mod candidates;
 mod contact_forces;
 mod contact_sensors;
+mod contradictions;
 mod corrections;
 mod energy_bound;
 mod error;

@@ -31,10 +31,6 @@ struct Bracket {
 }
 
 impl Bracket {
-    fn above(solved: f64) -> Self {
-        Self { solved, unsolved: 1.0 }
-    }
-
     /// θ is a ratio: its digits matter, and not its size.
     fn middle(&self) -> f64 {
         if self.solved > 0.0 { (self.solved * self.unsolved).sqrt() } else { LOWEST * self.unsolved }
@@ -82,8 +78,7 @@ impl Workspace {
             {
                 return Ok(verdict);
             }
-            let verdict = self.search_permitted(report)?;
-            return if verdict.holds { self.release_others(verdict, report) } else { Ok(verdict) };
+            return self.search_permitted(report);
         }
         let verdict = self.attempt(Patience::Full, report)?;
         if self.is_denied() && settings.infeasible == InfeasiblePolicy::ClipGaps && self.builder.clip_gaps() {
@@ -96,6 +91,9 @@ impl Workspace {
     /// All that is asked for where a solution of that is found soon, otherwise the largest part of it for which one is.
     fn search_permitted(&mut self, report: &mut StepReport) -> Result<Verdict, SimulationError> {
         let expected = self.withheld.theta();
+        if let Some(verdict) = self.find_still_stuck(expected, report)? {
+            return Ok(verdict);
+        }
         let is_small = self.builder.problem.contact_count() < SMALL;
         let is_short = (expected < 1.0 || is_small) && !self.withheld.is_by_energy() && !self.solver.is_counted();
         let patience = if is_short { Patience::Short } else { Patience::Brief };
@@ -115,17 +113,60 @@ impl Workspace {
             // Smaller corrections have impulses of the same size, and so no more digits.
             return self.attempt(Patience::Full, report);
         }
+        let verdict = self.search_part(expected, patience, report)?;
+        if verdict.holds { self.release_others(verdict, report) } else { Ok(verdict) }
+    }
+
+    /// What the last step was permitted, without a search for more, where a contradiction proves that there is none.
+    fn find_still_stuck(&mut self, expected: f64, report: &mut StepReport) -> Result<Option<Verdict>, SimulationError> {
+        if expected == 1.0 || self.withheld.is_by_energy() {
+            return Ok(None);
+        }
+        let Self { withheld, builder, corrections, .. } = self;
+        if corrections.limit(|i| withheld.has_contact(&builder.keys[i]), |k| withheld.has_row(k)) {
+            if self.largest_part() <= expected {
+                self.contradictions.release_others(&self.builder.problem, &mut self.corrections);
+                let verdict = self.attempt_part(expected, Patience::Short, report)?;
+                if verdict.holds {
+                    self.withheld.take_proof();
+                    return Ok(Some(verdict));
+                }
+                self.corrections.set(1.0, &mut self.builder.problem);
+            }
+            self.corrections.limit_nothing();
+        }
+        Ok(None)
+    }
+
+    /// The largest part of the limited corrections for which no contradiction is found.
+    fn largest_part(&mut self) -> f64 {
+        if self.is_driven() {
+            return 1.0;
+        }
+        let Self { contradictions, builder, corrections, .. } = self;
+        contradictions.largest_part(&builder.problem, corrections)
+    }
+
+    /// The largest part of what is asked for in the islands whose laws do not hold, after all of it was tried.
+    fn search_part(
+        &mut self,
+        expected: f64,
+        patience: Patience,
+        report: &mut StepReport,
+    ) -> Result<Verdict, SimulationError> {
+        let mut largest = 1.0;
         if self.limit_what_lacks() {
+            largest = self.largest_part();
             for theta in [expected, 0.0] {
-                if theta < self.corrections.theta {
+                if theta < self.corrections.theta && theta <= largest {
                     let verdict = self.attempt_part(theta, Patience::Short, report)?;
                     if verdict.holds {
-                        return self.search_above(verdict, Patience::Short, report);
+                        return self.search_above(verdict, largest, Patience::Short, report);
                     }
                 }
             }
         }
-        if patience == Patience::Short {
+        if patience == Patience::Short && largest == 1.0 {
             let verdict = self.attempt_part(1.0, Patience::Brief, report)?;
             if verdict.holds {
                 return Ok(verdict);
@@ -137,9 +178,9 @@ impl Workspace {
         let patience = if report.missed_tolerance { Patience::Brief } else { Patience::Full };
         let verdict = self.attempt_part(0.0, patience, report)?;
         if verdict.holds {
-            return self.search_above(verdict, Patience::Brief, report);
+            return self.search_above(verdict, largest, Patience::Brief, report);
         }
-        if report.missed_tolerance {
+        if report.missed_tolerance || largest < 1.0 {
             return Ok(verdict);
         }
         // No solution is found where there must be one: perhaps one is found where there may be none.
@@ -193,6 +234,9 @@ impl Workspace {
         let (mut best, mut is_at_hand) = (verdict, true);
         self.keep_best();
         for &row in &rows[..count] {
+            if self.contradictions.needs(row) {
+                continue;
+            }
             self.corrections.release(row, true);
             let verdict = self.attempt_part(theta, Patience::Short, report)?;
             is_at_hand = verdict.holds;
@@ -228,15 +272,22 @@ impl Workspace {
     }
 
     /// The largest θ for which a solution is found, from the solution at hand.
+    ///
+    /// - `largest`: what there can be a solution for
     fn search_above(
         &mut self,
         verdict: Verdict,
+        largest: f64,
         patience: Patience,
         report: &mut StepReport,
     ) -> Result<Verdict, SimulationError> {
-        let (mut best, mut bracket) = (verdict, Bracket::above(self.corrections.theta));
+        let mut bracket = Bracket { solved: self.corrections.theta, unsolved: largest };
+        if bracket.solved >= bracket.unsolved {
+            return Ok(verdict);
+        }
+        let mut best = verdict;
         // From the solution for less, the one for all may be near. After a step that was limited it is unlikely.
-        let is_first = self.withheld.theta() == 1.0;
+        let is_first = self.withheld.theta() == 1.0 && largest == 1.0;
         let mut tries_all = is_first;
         self.keep_best();
         for _ in 0..PROBES + u32::from(is_first) {

@@ -272,7 +272,7 @@ fn settings_of(header: &Header, laws: &StepLaws) -> Settings {
 
 /// Limits what corrections the problem asks for to the part that the step's report says.
 fn take_corrections(solution: &StepSolution, ws: &mut Workspace) -> Result<(), StepFault> {
-    ws.corrections.ask(&ws.builder);
+    ws.corrections.ask(&ws.builder.problem, ws.builder.bilateral_source.len());
     if let Some(theta) = solution.theta {
         if !(0.0..1.0).contains(&theta) {
             return Err(StepFault::Theta { theta });

@@ -125,7 +125,7 @@ fn solve_chosen(
     for drive in driven {
         ws.builder.problem.push_bilateral([(drive.dof as u32, [1.0])], -dt * drive.velocity);
     }
-    ws.corrections.ask(&ws.builder);
+    ws.corrections.ask(&ws.builder.problem, ws.builder.bilateral_source.len());
     ws.solve(model, settings, &state.v, report)?;
     ws.name_contradiction(model, settings)?;
     while report.advanced() && ws.builder.add_crossed_limits(model, &ws.kinematics, state, &ws.solution.velocity) {

@@ -15,6 +15,7 @@ use crate::ahead::Ahead;
 use crate::assembly::Assembler;
 use crate::build::ProblemBuilder;
 use crate::candidates::Candidates;
+use crate::contradictions::Contradictions;
 use crate::corrections::Corrections;
 use crate::overlaps;
 use crate::reach::BodyReach;
@@ -39,6 +40,7 @@ pub struct Workspace {
     pub(crate) assembler: Assembler,
     pub(crate) decompression: Decompression,
     pub(crate) corrections: Corrections,
+    pub(crate) contradictions: Contradictions,
     pub(crate) smallest: SmallestChange,
     /// The solution with the largest θ so far, while it is looked for.
     pub(crate) best: ContactSolution,
@@ -111,6 +113,7 @@ impl Workspace {
                 solution: ContactSolution::default(),
             },
             corrections: Corrections::default(),
+            contradictions: Contradictions::default(),
             smallest: SmallestChange::default(),
             best: ContactSolution::default(),
             moving_mass: moving_mass(model),

@@ -97,10 +97,9 @@ fn what_has_a_solution_is_not_limited() {
     }
 }
 
-/// Nothing changes about a box that is too wide for its slot: after a thousand steps more of it is asked for at intervals of a hundred and more.
+/// Nothing changes about a box that is too wide for its slot: its overlaps contradict each other, and that is proven without a problem.
 #[test]
-fn what_stays_stuck_is_seldom_asked_for_more() {
-    const MOST: u32 = 16;
+fn what_is_proven_to_be_stuck_takes_one_problem_a_step() {
     let mut world = World::upright(0.002, 0.5);
     world.floor();
     slot(&mut world, DVec3::Z * 0.5);
@@ -112,7 +111,7 @@ fn what_stays_stuck_is_seldom_asked_for_more() {
         report.theta < 1.0 && report.certificate.holds(1e-9)
     });
     assert_eq!(end.unwrap(), RunEnd::Finished, "{:?}", simulation.report());
-    assert!((5..=MOST).contains(&searches), "{searches} searches");
+    assert!(searches <= 1, "{searches} searches");
 }
 
 /// A box that is too wide for its slot is stuck for good. Balls that rain on it and settle there bring overlaps of their own into its island, step after

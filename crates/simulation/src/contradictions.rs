@@ -1,0 +1,282 @@
+//! Corrections that contradict each other: what is asked for between bodies that are jammed.
+
+use signorini_contact::ContactProblem;
+use signorini_lcp::Alternative;
+
+use crate::corrections::Corrections;
+use crate::report::KeptRow;
+
+/// More degrees of freedom than this are not looked at: the cost grows with their third power.
+const MOST: usize = 64;
+/// Where multipliers leave this part of what they are to prove, rows contradict each other but for velocities a million times as fast as what is asked for.
+const PROVEN: f64 = 1e-6;
+/// A row with less than this part of what the largest has in a contradiction is there by rounding.
+const SHARE: f64 = 1e-9;
+
+/// Memory of the search.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Contradictions {
+    alternative: Alternative,
+    /// Its columns.
+    rows: Vec<Row>,
+    is_taken: Vec<bool>,
+    is_tied: Vec<bool>,
+    /// The degrees of freedom that the rows move, and the place of each among them.
+    moved: Vec<u32>,
+    place: Vec<Option<u32>>,
+}
+
+/// A row of the problem, with a sign.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    row: KeptRow,
+    sign: f64,
+    /// What is asked for of it, m or rad, in proportion to θ and beside that.
+    limited: f64,
+    other: f64,
+    /// What it has in the last contradiction that was found, of the unit of `limited`.
+    share: f64,
+}
+
+impl Contradictions {
+    /// The largest part θ of the limited corrections for which no contradiction is found: rows of which no velocity satisfies all, whatever friction does, by
+    /// Farkas' lemma ([`GapContradiction`](signorini_contact::GapContradiction)). Of such rows, times their multipliers, those with an open gap leave what they
+    /// have, and 0 where there are none.
+    pub fn largest_part(&mut self, problem: &ContactProblem, corrections: &Corrections) -> f64 {
+        self.gather(problem, corrections);
+        let mut largest = 1.0;
+        for _ in 0..if self.moved.len() > MOST { 0 } else { self.rows.len() } {
+            self.ask(largest, problem);
+            self.alternative.find();
+            if self.alternative.missed() > PROVEN {
+                break;
+            }
+            let part = self.part_left();
+            if part >= largest {
+                break;
+            }
+            largest = part;
+        }
+        largest
+    }
+
+    /// Whether the last contradiction that was found would be none without a row.
+    pub fn needs(&self, row: KeptRow) -> bool {
+        self.rows.iter().any(|own| own.row == row && own.share > SHARE)
+    }
+
+    /// Asks in full for what has nothing in common with the last contradiction that was found, by rows that move the same degrees of freedom.
+    pub fn release_others(&mut self, problem: &ContactProblem, corrections: &mut Corrections) {
+        let Self { rows, is_tied, place, .. } = self;
+        is_tied.clear();
+        is_tied.resize(rows.len(), false);
+        // What is tied has its places taken away.
+        let mut ties = true;
+        while std::mem::take(&mut ties) {
+            for (row, is_tied) in rows.iter().zip(&mut *is_tied).filter(|(_, is_tied)| !**is_tied) {
+                let indices = moved_by(problem, row.row);
+                if row.share > SHARE || indices.iter().any(|&k| place[k as usize].is_none()) {
+                    (*is_tied, ties) = (true, true);
+                    indices.iter().for_each(|&k| place[k as usize] = None);
+                }
+            }
+        }
+        let apart = rows.iter().zip(is_tied).filter(|(_, is_tied)| !**is_tied);
+        apart.for_each(|(row, _)| corrections.release(row.row, true));
+    }
+
+    /// Collects the limited rows, those that hang together with them, and the degrees of freedom that they move.
+    fn gather(&mut self, problem: &ContactProblem, corrections: &Corrections) {
+        self.rows.clear();
+        self.moved.clear();
+        self.place.clear();
+        self.place.resize(problem.nv(), None);
+        let (contacts, count) = (problem.contact_count(), problem.bilateral_violation.len());
+        self.is_taken.clear();
+        self.is_taken.resize(contacts + count, false);
+        // A row that moves what is moved already may bring in more of them.
+        let mut before = usize::MAX;
+        while before != self.rows.len() && self.moved.len() <= MOST {
+            before = self.rows.len();
+            let all = (0..contacts).map(KeptRow::Contact).chain((0..count).map(KeptRow::Bilateral));
+            for (at, row) in all.enumerate() {
+                let indices = moved_by(problem, row);
+                let is_tied = || indices.iter().any(|&k| self.place[k as usize].is_some());
+                if !self.is_taken[at] && !indices.is_empty() && (corrections.limits(row) || is_tied()) {
+                    self.is_taken[at] = true;
+                    self.take(row, 1.0, corrections, indices);
+                    if matches!(row, KeptRow::Bilateral(_)) {
+                        self.take(row, -1.0, corrections, indices);
+                    }
+                }
+            }
+        }
+    }
+
+    fn take(&mut self, row: KeptRow, sign: f64, corrections: &Corrections, indices: &[u32]) {
+        let asked = corrections.asked(row);
+        let is_correction = asked < 0.0 || matches!(row, KeptRow::Bilateral(_));
+        let (limited, other) = if is_correction && corrections.limits(row) { (asked, 0.0) } else { (0.0, asked) };
+        self.rows.push(Row { row, sign, limited, other, share: 0.0 });
+        for &k in indices {
+            let place = &mut self.place[k as usize];
+            if place.is_none() {
+                *place = Some(self.moved.len() as u32);
+                self.moved.push(k);
+            }
+        }
+    }
+
+    /// Asks for the multipliers of a contradiction of the rows, with this part of what is limited.
+    fn ask(&mut self, part: f64, problem: &ContactProblem) {
+        let Self { alternative, rows, moved, place, .. } = self;
+        alternative.begin(moved.len() + 1);
+        for &Row { row, sign, limited, other, .. } in &*rows {
+            let column = alternative.push();
+            column[moved.len()] = sign * (part * limited + other) / problem.timestep;
+            let mut put = |k: u32, entry: f64| {
+                if let Some(place) = place[k as usize] {
+                    column[place as usize] = sign * entry;
+                }
+            };
+            match row {
+                KeptRow::Contact(i) => {
+                    let (indices, entries) = problem.jacobian.group(i);
+                    indices.iter().zip(entries).for_each(|(&k, entry)| put(k, entry[0]));
+                }
+                KeptRow::Bilateral(i) => {
+                    let (indices, entries) = problem.bilateral_jacobian.group(i);
+                    indices.iter().zip(entries).for_each(|(&k, entry)| put(k, entry[0]));
+                }
+            }
+        }
+    }
+
+    /// The part of the limited corrections that the contradiction that was found leaves.
+    fn part_left(&mut self) -> f64 {
+        let (mut limited, mut other, mut most) = (0.0, 0.0, 0.0f64);
+        for (row, multiplier) in self.rows.iter_mut().zip(self.alternative.coefficients()) {
+            limited -= multiplier * row.sign * row.limited;
+            other += multiplier * row.sign * row.other;
+            row.share = multiplier * row.limited.abs();
+            most = most.max(row.share);
+        }
+        self.rows.iter_mut().for_each(|row| row.share /= most.max(f64::MIN_POSITIVE));
+        if other > SHARE * limited { other / limited } else { 0.0 }
+    }
+}
+
+/// The degrees of freedom that a row moves.
+fn moved_by(problem: &ContactProblem, row: KeptRow) -> &[u32] {
+    match row {
+        KeptRow::Contact(i) => problem.jacobian.group(i).0,
+        KeptRow::Bilateral(k) => problem.bilateral_jacobian.group(k).0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use signorini_contact::{ContactProblem, FrictionPolygon};
+    use signorini_multibody::BlockDiagonal;
+
+    use super::*;
+
+    /// Gap rows in a plane, with normals and gaps.
+    fn limited(rows: &[([f64; 2], f64)]) -> (ContactProblem, Corrections) {
+        let mass = BlockDiagonal::from_dense(2, &[1.0, 0.0, 0.0, 1.0]).unwrap();
+        let mut problem = ContactProblem::new(mass, vec![0.0; 2], 0.01).unwrap();
+        let polygon = FrictionPolygon::regular(4, 0.0).unwrap();
+        for (normal, gap) in rows {
+            problem.push_contact([(0, [normal[0], 0.0, 0.0]), (1, [normal[1], 0.0, 0.0])], *gap, 0.5, &polygon);
+        }
+        let mut corrections = Corrections::default();
+        corrections.ask(&problem, problem.bilateral_violation.len());
+        corrections.limit(|_| true, |_| true);
+        (problem, corrections)
+    }
+
+    /// The same by the lines of every two rows and every three rows of the plane: multipliers that add normals up to zero.
+    fn largest_of_triples(rows: &[([f64; 2], f64)]) -> f64 {
+        let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+        let mut largest = 1.0f64;
+        for (i, a) in rows.iter().enumerate() {
+            for (j, b) in rows[..i].iter().enumerate() {
+                for c in &rows[..j] {
+                    let multipliers = [cross(b.0, c.0), cross(c.0, a.0), cross(a.0, b.0)];
+                    let sign = multipliers[0].signum();
+                    if multipliers.iter().all(|y| y * sign > 0.0) {
+                        let work = |keep: fn(f64) -> f64| -> f64 {
+                            multipliers.iter().zip([a, b, c]).map(|(y, row)| y.abs() * keep(row.1)).sum()
+                        };
+                        let (asked, left) = (work(|gap| (-gap).max(0.0)), work(|gap| gap.max(0.0)));
+                        largest = largest.min(if asked > left { left / asked } else { 1.0 });
+                    }
+                }
+            }
+        }
+        largest
+    }
+
+    #[test]
+    fn what_presses_from_both_sides_is_permitted_what_there_is_room_for() {
+        let pair = |left: f64, right: f64| {
+            let (problem, corrections) = limited(&[([1.0, 0.0], left), ([-1.0, 0.0], right), ([0.0, 1.0], -0.3)]);
+            let mut contradictions = Contradictions::default();
+            let largest = contradictions.largest_part(&problem, &corrections);
+            (largest, contradictions.needs(KeptRow::Contact(0)), contradictions.needs(KeptRow::Contact(2)))
+        };
+        assert_eq!(pair(-0.1, -0.2), (0.0, true, false));
+        let (largest, needs, _) = pair(-0.1, 0.025);
+        assert!((largest - 0.25).abs() < 1e-12 && needs, "{largest}");
+        assert_eq!(pair(-0.1, 0.2), (1.0, false, false));
+    }
+
+    #[test]
+    fn the_largest_part_is_that_of_all_triples() {
+        let number = |k: usize| (k as f64 * 12.9898).sin() * 43_758.545 % 1.0;
+        let mut count = [0; 3];
+        for k in 0..600 {
+            let row = |i: usize| {
+                let at = 40 * k + 3 * i;
+                ([number(at), number(at + 1)], number(at + 2) - 0.8 + 0.4 * (k % 5) as f64)
+            };
+            let rows: Vec<_> = (0..3 + k % 7).map(row).collect();
+            let (problem, corrections) = limited(&rows);
+            let largest = Contradictions::default().largest_part(&problem, &corrections);
+            let expected = largest_of_triples(&rows);
+            assert!((largest - expected).abs() < 1e-9, "{rows:?}: {largest}, not {expected}");
+            count[if expected == 0.0 { 0 } else { 1 + usize::from(expected == 1.0) }] += 1;
+        }
+        assert!(count.iter().all(|count| *count > 50), "{count:?}");
+    }
+
+    #[test]
+    fn a_constraint_that_holds_a_velocity_leaves_so_much() {
+        for (held, expected) in [(0.1, 0.5), (0.3, 1.0), (-0.1, 0.0)] {
+            let (mut problem, mut corrections) = limited(&[([1.0, 0.0], -0.2)]);
+            problem.push_bilateral([(0, [-1.0]), (1, [0.0])], held);
+            corrections.ask(&problem, 1);
+            corrections.limit(|_| true, |_| false);
+            let largest = Contradictions::default().largest_part(&problem, &corrections);
+            assert!((largest - expected).abs() < 1e-12, "{held}: {largest}");
+        }
+    }
+
+    #[test]
+    fn what_has_nothing_to_do_with_it_is_asked_for_in_full() {
+        let mass = BlockDiagonal::from_dense(2, &[1.0, 0.0, 0.0, 1.0]).unwrap();
+        let mut problem = ContactProblem::new(mass, vec![0.0; 2], 0.01).unwrap();
+        let polygon = FrictionPolygon::regular(4, 0.0).unwrap();
+        for (column, normal) in [(0, 1.0), (0, -1.0), (1, 1.0)] {
+            problem.push_contact([(column, [normal, 0.0, 0.0])], -0.1, 0.5, &polygon);
+        }
+        let mut corrections = Corrections::default();
+        corrections.ask(&problem, 0);
+        corrections.limit(|_| true, |_| true);
+        let mut contradictions = Contradictions::default();
+        assert_eq!(contradictions.largest_part(&problem, &corrections), 0.0);
+        contradictions.release_others(&problem, &mut corrections);
+        let limited: Vec<KeptRow> = corrections.limited_rows().collect();
+        assert_eq!(limited, [KeptRow::Contact(0), KeptRow::Contact(1)]);
+    }
+}
