@@ -2,7 +2,7 @@
 
 use signorini_contact::SolveStatus;
 use signorini_multibody::Model;
-use signorini_solver::Patience;
+use signorini_solver::{ContactSolver, Patience};
 
 use crate::SimulationError;
 use crate::report::{KeptRow, StepReport};
@@ -17,9 +17,6 @@ const NEARLY: f64 = 0.9;
 const LOWEST: f64 = 0.25;
 /// Fewer contacts than this are in no island whose factorisations are dear.
 const SMALL: usize = 64;
-/// Where the laws lack less than this of the velocity scale there mostly is a solution: what has none is mostly above 1e-3, what was cut short below 1e-5 (solves of mixers
-/// and necklaces, 28 November 2026).
-const NEAR: f64 = 1e-4;
 /// So many rows at most are looked at one by one, whether they have to be limited at all: each is one more problem of a search, of which there are six
 /// without them.
 const FEW: usize = 8;
@@ -99,7 +96,7 @@ impl Workspace {
         let patience = if is_short { Patience::Short } else { Patience::Brief };
         let mut verdict = self.attempt(patience, report)?;
         let may_go_on = patience == Patience::Brief && !self.solver.is_counted() && !self.solver.is_out_of_digits();
-        if !verdict.holds && may_go_on && verdict.certificate.worst() <= NEAR {
+        if !verdict.holds && may_go_on && ContactSolver::is_near(verdict.certificate.worst()) {
             // Impulses that are nearly those of a solution are another start.
             self.keep_best();
             verdict = self.attempt(patience, report)?;

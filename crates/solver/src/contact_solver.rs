@@ -112,6 +112,12 @@ impl ContactSolver {
         self.is_out_of_digits
     }
 
+    /// Whether laws that lack this part of the velocity scale mostly have a solution near by: what has none is mostly above 1e-3, what was cut short below
+    /// 1e-5 (solves of mixers and necklaces, 28 November 2026).
+    pub fn is_near(residual: f64) -> bool {
+        residual <= RESIDUALS.far
+    }
+
     /// Whether the last solve left the island of a unit (a contact, or a friction group counted after the contacts) with laws that do
     /// not hold; of every unit, if none of the islands tells why the certificate does not.
     pub fn unit_lacks(&self, unit: usize) -> bool {

@@ -35,7 +35,8 @@ pub enum Patience {
     Full,
     /// No second looks and no Lemke's method: enough for most problems that have a solution, and short where there may be none.
     Brief,
-    /// A few iterations from the start, and more where they come close: enough where a solution is near.
+    /// A few iterations from the start, and more where they come close, with a path of Lemke's method for what then still lacks a little: enough where a
+    /// solution is near.
     Short,
 }
 
@@ -57,7 +58,7 @@ pub(crate) enum Look {
     First,
     /// The same without Lemke's method.
     Only,
-    /// The same with few iterations and no other start.
+    /// The same with few iterations and no other start; where that comes near, with one path of Lemke's method.
     Short,
     /// The same for a part of an island whose other rows are held.
     Part,

@@ -36,8 +36,9 @@ const USUAL_EPSILON: f64 = 1e-4;
 /// Up to so many factorisations of an island ε falls, from so many on it rises, by a factor of two.
 const FEW: u32 = 10;
 const MANY: u32 = 14;
-/// Ordinary steps until two in a row end where they began; each takes up the rounding of the one before.
-const LAST_STEPS: u32 = 6;
+/// Ordinary steps until two in a row end where they began; each takes up the rounding of the one before (of 120 heaps of 32 boxes six steps leave rounding in one or two,
+/// and so many in none).
+const LAST_STEPS: u32 = 24;
 /// Part of the velocity scale that is rounding. Forces that depend on the configuration, of springs and servos, cancel others up to
 /// that.
 const ROUNDING: f64 = 1e-12;

@@ -28,7 +28,12 @@ const TUNING: Tuning = Tuning { smallest_pivot: 1e-14, covering_vectors: 13 };
 /// What the laws lack by more than the tolerance, in an island that is not too large, and where more digits can be had.
 pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
     let is_enough = match task.look {
-        Look::Only | Look::Short | Look::Part => return false,
+        Look::Only | Look::Part => return false,
+        // What is cut short there, and is not near, mostly has no solution; and a pivot of many rows costs as much as an iteration.
+        Look::Short if iterate.residual > RESIDUALS.far || rows(task) + task.island.bilateral.len() > SIZES.costly => {
+            return false;
+        }
+        Look::Short => task.accept(),
         Look::First if task.is_large() => RESIDUALS.far,
         Look::First => task.settings.tolerance.max(task.settings.accept),
         Look::Second => task.accept(),
@@ -101,12 +106,16 @@ fn solve(
     corrections: u32,
 ) -> Option<ContactSolution> {
     let (part, usual) = (part_of_velocities(problem, settings.accept), LemkeSettings::default());
-    let lemke_settings = usual.clone().with_covering_vectors(covering_vectors(problem.standard_layout().size));
+    let all = usual.clone().with_covering_vectors(covering_vectors(problem.standard_layout().size));
     let lemke_settings = match look {
-        Look::First | Look::Only | Look::Short | Look::Part => {
-            lemke_settings.with_tolerance(part * settings.accept).with_pivots_per_pair(settings.lemke_pivots_per_row)
+        // One path: one that ends mostly takes between a half and twice as many pivots as there are rows.
+        Look::Short => {
+            usual.clone().with_covering_vectors(1).with_tolerance(part * settings.accept).with_pivots_per_pair(2)
         }
-        Look::Second => lemke_settings.with_tolerance(part * usual.tolerance).with_pivot(TUNING.smallest_pivot),
+        Look::First | Look::Only | Look::Part => {
+            all.with_tolerance(part * settings.accept).with_pivots_per_pair(settings.lemke_pivots_per_row)
+        }
+        Look::Second => all.with_tolerance(part * usual.tolerance).with_pivot(TUNING.smallest_pivot),
     };
     lemke.set(lemke_settings).ok()?;
     solve_corrected(problem, lemke, settings.tolerance, corrections).ok()
