@@ -15,6 +15,10 @@ use crate::settings::Settings;
 /// Overlaps below this part of a body's size are rounding.
 const ROUNDING: f64 = 1e-9;
 
+/// Distances of so many last digits of what they are differences of are zero. Where bodies rest they have one sign or the other, and modes changed with it from step to
+/// step (stacked meshes took twice the factorisations).
+const LAST_DIGITS: f64 = 8.0 * f64::EPSILON;
+
 /// Speeds of corrections, and the sizes that overlaps are compared with.
 #[derive(Clone, Debug)]
 pub(super) struct CorrectionPace {
@@ -37,14 +41,19 @@ impl CorrectionPace {
 
     /// Whether an overlap is more than rounding.
     pub fn is_overlap(&self, point: &ContactPoint) -> bool {
-        let size = self.radius[point.geom_a.index()].min(self.radius[point.geom_b.index()]);
-        -point.gap > ROUNDING * size
+        -point.gap > ROUNDING * self.size(point)
+    }
+
+    /// The radius of the smaller of two geoms, m.
+    fn size(&self, point: &ContactPoint) -> f64 {
+        self.radius[point.geom_a.index()].min(self.radius[point.geom_b.index()])
     }
 
     /// The gap of a contact point as the step's problem has it.
     pub fn point(&self, model: &Model, kinematics: &Kinematics, point: &ContactPoint, dt: f64) -> f64 {
-        if point.gap >= 0.0 {
-            return point.gap;
+        let gap = rounded(point.gap, point.position.length() + self.size(point));
+        if gap >= 0.0 {
+            return gap;
         }
         let swing = || {
             let (a, b) = (point.body_a, point.body_b);
@@ -54,7 +63,7 @@ impl CorrectionPace {
             let turned = 2.0 * (turning[0] + turning[1]) * slip.length();
             relative_swing(model, kinematics, [a, b], point.position).length() + turned
         };
-        self.bounded(point.gap, dt, self.speed, swing)
+        self.bounded(gap, dt, self.speed, swing)
     }
 
     /// The distance to a limit of a joint as the step's problem has it. Limits are linear in their coordinate, but for the cone of a
@@ -64,14 +73,14 @@ impl CorrectionPace {
         let speed = if matches!(joint.kind, JointKind::Slide { .. }) { self.speed } else { self.angular_speed };
         let rates = &state.v[joint.v_index..joint.v_index + joint.kind.nv()];
         let curved = joint.kind == JointKind::Ball;
-        self.bounded(gap, dt, speed, || if curved { rates.iter().map(|w| w * w).sum() } else { 0.0 })
+        self.bounded(rounded(gap, 1.0), dt, speed, || if curved { rates.iter().map(|w| w * w).sum() } else { 0.0 })
     }
 
     /// The distance to a limit of a tendon as the step's problem has it.
     ///
     /// - `swing`: a bound of the second derivative of the length when `v̇ = 0`
     pub fn tendon_limit(&self, gap: f64, dt: f64, swing: impl FnOnce() -> f64) -> f64 {
-        self.bounded(gap, dt, self.speed, swing)
+        self.bounded(rounded(gap, 1.0), dt, self.speed, swing)
     }
 
     /// The part of a block's violation that the step's problem has, in [0, 1].
@@ -177,4 +186,9 @@ fn slope([_, a_1, a_2, a_3, a_4]: [f64; 5], x: f64) -> f64 {
 /// Its second derivative.
 fn bend([_, _, a_2, a_3, a_4]: [f64; 5], x: f64) -> f64 {
     2.0 * a_2 + x * (6.0 * a_3 + x * 12.0 * a_4)
+}
+
+/// A distance, and zero where it is rounding of differences of numbers of this size.
+fn rounded(gap: f64, size: f64) -> f64 {
+    if gap.abs() <= LAST_DIGITS * size { 0.0 } else { gap }
 }
