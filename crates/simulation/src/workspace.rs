@@ -196,6 +196,11 @@ impl Workspace {
         self.builder.impacts.iter().any(|impact| impact.contact == i)
     }
 
+    /// Whether the gap of a contact point is so small, a few last digits of its place and of the sizes of its geoms, that the [problem](Self::problem) has it as zero.
+    pub fn leaves_out_last_digits(&self, point: &ContactPoint) -> bool {
+        self.builder.is_last_digits(point)
+    }
+
     /// Kinematics at the beginning of the last step.
     pub fn kinematics(&self) -> &Kinematics {
         &self.kinematics

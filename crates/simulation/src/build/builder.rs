@@ -123,6 +123,11 @@ impl ProblemBuilder {
         self.pace.is_overlap(point)
     }
 
+    /// Whether a gap is so small that the problem has it as zero.
+    pub fn is_last_digits(&self, point: &ContactPoint) -> bool {
+        self.pace.is_last_digits(point)
+    }
+
     /// Whether any shape restores velocity.
     pub fn restores(&self) -> bool {
         self.features.restitution

@@ -49,9 +49,14 @@ impl CorrectionPace {
         self.radius[point.geom_a.index()].min(self.radius[point.geom_b.index()])
     }
 
+    /// Whether a gap is so small that the step's problem has it as zero.
+    pub fn is_last_digits(&self, point: &ContactPoint) -> bool {
+        rounded(point.gap, point.position.length() + self.size(point)) == 0.0
+    }
+
     /// The gap of a contact point as the step's problem has it.
     pub fn point(&self, model: &Model, kinematics: &Kinematics, point: &ContactPoint, dt: f64) -> f64 {
-        let gap = rounded(point.gap, point.position.length() + self.size(point));
+        let gap = if self.is_last_digits(point) { 0.0 } else { point.gap };
         if gap >= 0.0 {
             return gap;
         }
