@@ -65,7 +65,8 @@ const COPLANAR: f64 = 1e-8;
 const ASLANT: DVec3 = DVec3::new(0.55, 0.62, 0.56);
 /// Relative to the size: bounds farther apart than this ask for another start.
 const POOR: f64 = 1e-9;
-/// Directions whose cosine is this near to 1 have the same support.
+/// Directions whose cosine is this near to 1 are taken for one: the axes of a box come as axes worth trying and as its own, to rounding. A support more or less is what
+/// it decides.
 const SAME: f64 = 1e-9;
 
 impl Epa {

@@ -6,11 +6,13 @@ use signorini_lcp::Alternative;
 use crate::corrections::Corrections;
 use crate::report::KeptRow;
 
-/// More degrees of freedom than this are not looked at: the cost grows with their third power.
+/// More degrees of freedom than this are not looked at: the cost grows with their third power (the jams of robots that this was made for have up to 32;
+/// no other value was tried).
 const MOST: usize = 64;
-/// Where multipliers leave this part of what they are to prove, rows contradict each other but for velocities a million times as fast as what is asked for.
+/// Where multipliers leave this part of what they are to prove, rows contradict each other but for velocities a million times as fast as what is asked for,
+/// which no step has (no other value was tried).
 const PROVEN: f64 = 1e-6;
-/// A row with less than this part of what the largest has in a contradiction is there by rounding.
+/// A row with less than this part of what the largest has in a contradiction is there by rounding: last digits of a row of the alternative are 1e-13 of it.
 const SHARE: f64 = 1e-9;
 
 /// Memory of the search.
@@ -20,7 +22,6 @@ pub(crate) struct Contradictions {
     /// Its columns.
     rows: Vec<Row>,
     is_taken: Vec<bool>,
-    is_tied: Vec<bool>,
     /// The degrees of freedom that the rows move, and the place of each among them.
     moved: Vec<u32>,
     place: Vec<Option<u32>>,
@@ -36,16 +37,26 @@ struct Row {
     other: f64,
     /// What it has in the last contradiction that was found, of the unit of `limited`.
     share: f64,
+    /// Whether it hangs together with that contradiction.
+    is_tied: bool,
 }
 
 impl Contradictions {
+    /// Forgets the contradiction that was found last.
+    pub fn clear(&mut self) {
+        self.rows.clear();
+    }
+
     /// The largest part θ of the limited corrections for which no contradiction is found: rows of which no velocity satisfies all, whatever friction does, by
     /// Farkas' lemma ([`GapContradiction`](signorini_contact::GapContradiction)). Of such rows, times their multipliers, those with an open gap leave what they
     /// have, and 0 where there are none.
     pub fn largest_part(&mut self, problem: &ContactProblem, corrections: &Corrections) -> f64 {
         self.gather(problem, corrections);
         let mut largest = 1.0;
-        for _ in 0..if self.moved.len() > MOST { 0 } else { self.rows.len() } {
+        if self.moved.len() > MOST {
+            return largest;
+        }
+        for _ in 0..self.rows.len() {
             self.ask(largest, problem);
             self.alternative.find();
             if self.alternative.missed() > PROVEN {
@@ -67,22 +78,19 @@ impl Contradictions {
 
     /// Asks in full for what has nothing in common with the last contradiction that was found, by rows that move the same degrees of freedom.
     pub fn release_others(&mut self, problem: &ContactProblem, corrections: &mut Corrections) {
-        let Self { rows, is_tied, place, .. } = self;
-        is_tied.clear();
-        is_tied.resize(rows.len(), false);
+        let Self { rows, place, .. } = self;
         // What is tied has its places taken away.
         let mut ties = true;
         while std::mem::take(&mut ties) {
-            for (row, is_tied) in rows.iter().zip(&mut *is_tied).filter(|(_, is_tied)| !**is_tied) {
+            for row in rows.iter_mut().filter(|row| !row.is_tied) {
                 let indices = moved_by(problem, row.row);
                 if row.share > SHARE || indices.iter().any(|&k| place[k as usize].is_none()) {
-                    (*is_tied, ties) = (true, true);
+                    (row.is_tied, ties) = (true, true);
                     indices.iter().for_each(|&k| place[k as usize] = None);
                 }
             }
         }
-        let apart = rows.iter().zip(is_tied).filter(|(_, is_tied)| !**is_tied);
-        apart.for_each(|(row, _)| corrections.release(row.row, true));
+        rows.iter().filter(|row| !row.is_tied).for_each(|row| corrections.release(row.row, true));
     }
 
     /// Collects the limited rows, those that hang together with them, and the degrees of freedom that they move.
@@ -117,7 +125,7 @@ impl Contradictions {
         let asked = corrections.asked(row);
         let is_correction = asked < 0.0 || matches!(row, KeptRow::Bilateral(_));
         let (limited, other) = if is_correction && corrections.limits(row) { (asked, 0.0) } else { (0.0, asked) };
-        self.rows.push(Row { row, sign, limited, other, share: 0.0 });
+        self.rows.push(Row { row, sign, limited, other, share: 0.0, is_tied: false });
         for &k in indices {
             let place = &mut self.place[k as usize];
             if place.is_none() {
@@ -134,20 +142,9 @@ impl Contradictions {
         for &Row { row, sign, limited, other, .. } in &*rows {
             let column = alternative.push();
             column[moved.len()] = sign * (part * limited + other) / problem.timestep;
-            let mut put = |k: u32, entry: f64| {
-                if let Some(place) = place[k as usize] {
-                    column[place as usize] = sign * entry;
-                }
-            };
             match row {
-                KeptRow::Contact(i) => {
-                    let (indices, entries) = problem.jacobian.group(i);
-                    indices.iter().zip(entries).for_each(|(&k, entry)| put(k, entry[0]));
-                }
-                KeptRow::Bilateral(i) => {
-                    let (indices, entries) = problem.bilateral_jacobian.group(i);
-                    indices.iter().zip(entries).for_each(|(&k, entry)| put(k, entry[0]));
-                }
+                KeptRow::Contact(i) => write_row(problem.jacobian.group(i), sign, place, column),
+                KeptRow::Bilateral(k) => write_row(problem.bilateral_jacobian.group(k), sign, place, column),
             }
         }
     }
@@ -163,6 +160,20 @@ impl Contradictions {
         }
         self.rows.iter_mut().for_each(|row| row.share /= most.max(f64::MIN_POSITIVE));
         if other > SHARE * limited { other / limited } else { 0.0 }
+    }
+}
+
+/// Writes the first row of a group of a Jacobian, times a sign, to the places of the degrees of freedom.
+fn write_row<const R: usize>(
+    (indices, entries): (&[u32], &[[f64; R]]),
+    sign: f64,
+    place: &[Option<u32>],
+    column: &mut [f64],
+) {
+    for (&k, entry) in indices.iter().zip(entries) {
+        if let Some(place) = place[k as usize] {
+            column[place as usize] = sign * entry[0];
+        }
     }
 }
 

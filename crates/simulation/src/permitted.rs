@@ -138,6 +138,7 @@ impl Workspace {
     /// The largest part of the limited corrections for which no contradiction is found.
     fn largest_part(&mut self) -> f64 {
         if self.is_driven() {
+            self.contradictions.clear();
             return 1.0;
         }
         let Self { contradictions, builder, corrections, .. } = self;

@@ -135,3 +135,35 @@ impl Withheld {
         Some((Self { part, contacts, rows, all: all == 1.0, left, interval, ..Self::default() }, rest))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The intervals between searches of a jam that stays as it is.
+    fn intervals(is_proven: bool) -> Vec<u32> {
+        let (mut withheld, mut intervals, mut last) = (Withheld::default(), Vec::new(), None::<u32>);
+        for step in 0..1000u32 {
+            withheld.begin_step();
+            if !withheld.repeats() {
+                intervals.extend(last.map(|last| step - last));
+                last = Some(step);
+                if is_proven {
+                    withheld.take_proof();
+                }
+            }
+            withheld.remember(0.0, false, std::iter::empty(), [3].into_iter());
+        }
+        intervals
+    }
+
+    #[test]
+    fn more_of_what_is_stuck_is_asked_for_at_intervals_that_double() {
+        for (is_proven, longest) in [(false, LONGEST_STUCK), (true, LONGEST)] {
+            let found = intervals(is_proven);
+            assert_eq!(found[..4], [1, 2, 4, 8], "{found:?}");
+            assert_eq!(found.iter().max(), Some(&(longest + 1)), "{found:?}");
+            assert!(found.is_sorted(), "{found:?}");
+        }
+    }
+}
