@@ -7,6 +7,7 @@ mod frames;
 mod gaps;
 mod others;
 mod parameters;
+mod patch;
 mod scratch;
 mod system;
 mod tendons;

@@ -267,7 +267,7 @@ pub struct ContactPoint {
     pub body_a: BodyId,
     /// Body that carries `geom_b`.
     pub body_b: BodyId,
-    /// Contact point in world, midway between the two surfaces, m.
+    /// Contact point in world, midway between the two surfaces, m; in a step's problem the points of a flat patch are at the mean of their heights.
     pub position: DVec3,
     /// Unit normal from A to B in world.
     pub normal: DVec3,

@@ -147,7 +147,7 @@ impl Contacts {
         arrays::fixed(self.each(py, |c| c.gap))
     }
 
-    /// Contact points in world, midway between the surfaces, (ncon, 3), m.
+    /// Contact points in world, midway between the surfaces, those of a flat patch at the mean of their heights, (ncon, 3), m.
     #[getter]
     fn point<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
         arrays::fixed(self.rows(py, |c| c.point.to_array())?)

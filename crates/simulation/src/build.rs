@@ -2,6 +2,7 @@
 
 mod builder;
 mod dependent;
+mod level;
 mod limits;
 mod mechanism;
 mod pace;
@@ -14,6 +15,8 @@ use crate::settings::RestitutionLaw;
 use crate::warm::group_key;
 
 pub(crate) use builder::{Impact, ProblemBuilder};
+pub use level::Level;
+use level::{level, take_back};
 
 impl ProblemBuilder {
     /// Fills in the contacts (the points in their order, then the limits that can be reached), the constraints, and the
@@ -26,18 +29,13 @@ impl ProblemBuilder {
         kinematics: &Kinematics,
         points: &mut Vec<ContactPoint>,
     ) {
-        self.problem.clear_contacts();
-        self.frames.clear();
-        self.keys.clear();
-        self.friction_source.clear();
         self.left_out.clear();
-        points.retain(|point| {
-            let is_movable = self.push_point(model, kinematics, point);
-            if !is_movable {
-                self.left_out.push(*point);
-            }
-            is_movable
-        });
+        self.push_points(model, kinematics, points);
+        if !self.left_out.is_empty() && self.levels.iter().any(|level| level.patch.len() > 1) {
+            // The heights of patches are those of the points that are in them.
+            take_back(points, &self.levels);
+            self.push_points(model, kinematics, points);
+        }
         self.impacts.clear();
         if self.features.restitution {
             self.find_impacts(model, state, points);
@@ -48,6 +46,31 @@ impl ProblemBuilder {
         self.push_servos(model, kinematics, state, input);
         self.group_keys.clear();
         self.group_keys.extend(self.friction_source.iter().map(|&source| group_key(source, &self.keys)));
+    }
+
+    /// Begins with the points; those that no degree of freedom moves are taken out.
+    fn push_points(&mut self, model: &Model, kinematics: &Kinematics, points: &mut Vec<ContactPoint>) {
+        self.problem.clear_contacts();
+        self.frames.clear();
+        self.keys.clear();
+        self.friction_source.clear();
+        let mut levels = std::mem::take(&mut self.levels);
+        level(points, &mut levels);
+        let (mut at, mut kept) = (0, 0);
+        points.retain_mut(|point| {
+            let is_movable = self.push_point(model, kinematics, point);
+            if is_movable {
+                levels.swap(kept, at);
+                kept += 1;
+            } else {
+                point.position -= point.normal * levels[at].offset;
+                self.left_out.push(*point);
+            }
+            at += 1;
+            is_movable
+        });
+        levels.truncate(kept);
+        self.levels = levels;
     }
 
     /// Finds the contacts that restore velocity, and puts their law in place of the gap row (formulation §7).

@@ -88,6 +88,7 @@ mod withheld;
 mod workspace;
 
 pub use batch::{Batch, LaneStop};
+pub use build::Level;
 pub use error::SimulationError;
 pub use inverse::{InverseMotion, inverse_step};
 pub use last_step::LastStep;

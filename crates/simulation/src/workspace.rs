@@ -13,7 +13,7 @@ use crate::SimulationError;
 use crate::adhesion::Adhesion;
 use crate::ahead::Ahead;
 use crate::assembly::Assembler;
-use crate::build::ProblemBuilder;
+use crate::build::{Level, ProblemBuilder};
 use crate::candidates::Candidates;
 use crate::contradictions::Contradictions;
 use crate::corrections::Corrections;
@@ -137,6 +137,12 @@ impl Workspace {
     /// Contact points of the last step; joint limits are not among them.
     pub fn contact_points(&self) -> &[ContactPoint] {
         &self.points
+    }
+
+    /// Where each contact point lies between its two surfaces: those of a flat patch are brought to one height, so that their rows agree where the bodies
+    /// turn while they stick.
+    pub fn contact_levels(&self) -> &[Level] {
+        &self.builder.levels
     }
 
     /// Contact points of the last step that overlap, or touch, and that no degree of freedom moves along their normal: no impulse

@@ -9,6 +9,7 @@ use signorini_simulation::FrictionSource;
 use super::frames::{groups_of, turned_axes};
 use super::gaps::{GapLaw, gap_law};
 use super::parameters::{At, add_contact};
+use super::patch::{Patch, midway, moved_by};
 use super::scratch::Scratch;
 use super::system::{ModeRows, Modes, Moved, Mover, Push, Step, TieRows, movers};
 use crate::geometry::{NoMotion, PointMotion, point_motion};
@@ -33,6 +34,7 @@ pub(super) fn add_points(
     points.clear();
     points.extend_from_slice(step.workspace.contact_points());
     scratch.turned.forget();
+    scratch.patch.forget();
     let result = add_all(step, &points, modes, margins, (rows, ties), turning, scratch);
     scratch.points = points;
     result
@@ -59,7 +61,7 @@ fn add_all(
             Err(_) if is_open => continue,
             Err(reason) => return Err(about(step, point, reason)),
         };
-        match add_point(step, modes, (i, point, gap), scratch, margins, rows, turning) {
+        match add_point(step, modes, (i, points, gap), scratch, margins, rows, turning) {
             Err(_) if is_open => continue,
             other => other?,
         }
@@ -76,18 +78,22 @@ fn add_all(
 fn add_point(
     step: &mut Step,
     modes: &Modes,
-    (i, point, gap): (usize, &ContactPoint, GapLaw),
+    (i, points, gap): (usize, &[ContactPoint], GapLaw),
     scratch: &mut Scratch,
     margins: &mut Vec<Margin>,
     rows: &mut ModeRows,
     turning: &mut [f64],
 ) -> Result<(), String> {
+    let point = &points[i];
     if [point.geom_a, point.geom_b].iter().any(|id| step.model.geoms[id.index()].grain.is_some()) {
         return Err(about(step, point, "its friction depends on the direction"));
     }
-    let Scratch { list, moved, displaced, turned, search, .. } = scratch;
+    let Scratch { list, moved, displaced, turned, search, patch, .. } = scratch;
     movers(step.model, [point.body_a, point.body_b], list);
-    let motion = point_motion(step.model, step.workspace, point, search).map_err(|why| match why {
+    let found = midway(point, &step.workspace.contact_levels()[i]);
+    let motion = point_motion(step.model, step.workspace, &found, search);
+    let motion = motion.and_then(|motion| patch.find(step, (i, points), list, search).map(|()| motion));
+    let motion = motion.map_err(|why| match why {
         NoMotion::Changes => about(step, point, "its features change within the smallest differences"),
         NoMotion::Rough => about(step, point, "the search for it is not smooth to the digits of differences"),
     })?;
@@ -96,7 +102,7 @@ fn add_point(
         margins.push(Margin { source, kind: InequalityKind::Feature, value: 0.0 });
     }
     let frame = step.workspace.contact_frames()[i];
-    measure(step, point, &frame, (&motion, gap), list, moved);
+    measure(step, (point, &found, patch), &frame, (&motion, gap), list, moved);
     check_rows(step, i, &frame, list, moved).map_err(|reason| about(step, point, reason))?;
     let push = push_of(step, i, point, &frame)?;
     push.act(step, point.body_b, 1.0, &mut rows.wrenches);
@@ -106,13 +112,15 @@ fn add_point(
     add_unit(step, &modes.contacts[i], i, gap, list, moved, rows);
     add_group_pulls(step, modes, i, first_row, rows);
     if motion.is_loose && modes.contacts[i].count > 0 {
-        note_loose(step, (i, gap), (point, &frame), &push, list, moved, rows)?;
+        let lifts = |turn: DVec3| patch.level(DVec3::ZERO, &found, turn, DVec3::ZERO);
+        note_loose(step, (i, gap), (point, &frame), (&push, &lifts), list, moved, rows)?;
     }
     add_spin_groups(step, modes, i, list, moved, rows);
     if !step.directions.is_empty() && modes.contacts[i].count > 0 {
         displaced.clear();
         displaced.extend(list.iter().zip(moved.iter()).map(|(mover, m)| (*mover, m.turn, m.shift)));
-        let at = At { i, point, frame: &frame, motion: &motion, push: &push, movers: displaced, gap, first_row };
+        let (frame, motion, push) = (&frame, &motion, &push);
+        let at = At { i, point, midway: &found, patch, frame, motion, push, movers: displaced, gap, first_row };
         add_contact(step, modes, &at, step.directions, rows);
     }
     Ok(())
@@ -127,9 +135,11 @@ fn about(step: &Step, point: &ContactPoint, reason: &str) -> String {
 }
 
 /// Fills `moved` for every degree of freedom of the list.
+///
+/// - `found`: the point midway between its surfaces
 fn measure(
     step: &Step,
-    point: &ContactPoint,
+    (point, found, patch): (&ContactPoint, &ContactPoint, &Patch),
     frame: &ContactFrame,
     (motion, gap): (&PointMotion, GapLaw),
     list: &[Mover],
@@ -141,15 +151,10 @@ fn measure(
     let at_end = relative(step.end);
     let at_begin = if let GapLaw::Rebound(_) = gap { Some(relative(step.begin)) } else { None };
     let directions = [frame.normal, frame.tangent_1, frame.tangent_2];
-    let turns = motion.normal.iter().any(|n| *n != DVec3::ZERO);
-    for mover in list {
+    for (k, mover) in list.iter().enumerate() {
         let own = step.end.displacement(mover.dof, p);
-        let sign = f64::from(mover.of[1]) - f64::from(mover.of[0]);
-        let twist = own.to_array().map(|x| x * sign);
-        let sum = |columns: &[DVec3; 6]| columns.iter().zip(twist).map(|(column, x)| *column * x).sum::<DVec3>();
-        let carried = if mover.of[0] { (own.angular.cross(frame.normal), own.linear) } else { Default::default() };
-        let normal = if turns { carried.0 + sum(&motion.normal) } else { carried.0 };
-        let place = carried.1 + sum(&motion.position);
+        let (gap, normal, place) = moved_by(step, found, motion, mover);
+        let place = patch.level_by(k, found, normal, place);
         let axes = if normal == DVec3::ZERO { [DVec3::ZERO; 3] } else { turned_axes(frame, normal) };
         let slope = |motion: &MotionDerivatives| {
             let of = |body, moves| {
@@ -168,7 +173,7 @@ fn measure(
         moved.push(Moved {
             turn: own.angular,
             shift: own.linear,
-            gap: motion.gap.iter().zip(twist).map(|(gap, x)| gap * x).sum(),
+            gap,
             place,
             axes,
             slip: along(at_end.linear, end_slope.linear + at_end.angular.cross(place)),
@@ -218,11 +223,13 @@ fn push_of(step: &Step, i: usize, point: &ContactPoint, frame: &ContactFrame) ->
 
 /// Notes what a contact between faces that lie on each other would do to the momenta if its place slid or its normal turned: they may do so
 /// where the velocity does not feel it.
+///
+/// - `lifts`: what a turn of the normal moves the place by, which stays at the height of its patch
 fn note_loose(
     step: &Step,
     (i, gap): (usize, GapLaw),
     (point, frame): (&ContactPoint, &ContactFrame),
-    push: &Push,
+    (push, lifts): (&Push, &dyn Fn(DVec3) -> DVec3),
     list: &[Mover],
     moved: &[Moved],
     rows: &mut ModeRows,
@@ -245,7 +252,7 @@ fn note_loose(
         let [n, t_1, t_2] = turned_axes(frame, t);
         let impulse = step.solution.impulse[i];
         let turned = n * impulse[0] + t_1 * impulse[1] + t_2 * impulse[2];
-        for (moment, force) in [(t.cross(push.force), DVec3::ZERO), (DVec3::ZERO, turned)] {
+        for (moment, force) in [(t.cross(push.force), DVec3::ZERO), (lifts(t).cross(push.force), turned)] {
             let row = rows.unfelt.push();
             for (mover, m) in list.iter().zip(moved) {
                 let sign = f64::from(mover.of[1]) - f64::from(mover.of[0]);

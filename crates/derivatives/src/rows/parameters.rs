@@ -7,6 +7,7 @@ use signorini_simulation::FrictionSource;
 
 use super::frames::{groups_of, turned_axes};
 use super::gaps::GapLaw;
+use super::patch::Patch;
 use super::system::{ModeRows, Modes, Mover, Push, Step};
 use crate::geometry::{PointMotion, size_motion};
 use crate::matrix::add_scaled;
@@ -29,6 +30,9 @@ struct Change {
 pub(super) struct At<'a> {
     pub i: usize,
     pub point: &'a ContactPoint,
+    /// The same midway between its surfaces, and the patch whose height it has.
+    pub midway: &'a ContactPoint,
+    pub patch: &'a Patch,
     pub frame: &'a ContactFrame,
     pub motion: &'a PointMotion,
     pub push: &'a Push,
@@ -71,11 +75,30 @@ fn change_of(step: &Step, at: &At, direction: &Direction) -> Result<Change, Stri
             return Err("a restitution of 0 is the border of what impacts do".into());
         }
     }
-    if pair.is_none_or(|pair| model.pairs[pair].margin.is_none()) {
+    let own = geometry_change(step, (at.midway, at.motion), direction)?;
+    let middle = at.patch.middle_moved(|point, motion| {
+        let other = geometry_change(step, (point, motion), direction)?;
+        Ok::<_, String>((other.gap, other.place))
+    })?;
+    (change.gap, change.normal) = (own.gap, own.normal);
+    change.place = at.patch.level(middle, at.midway, own.normal, own.place);
+    Ok(change)
+}
+
+/// How the gap, the normal and the place of a point midway between its surfaces change.
+fn geometry_change(
+    step: &Step,
+    (point, motion): (&ContactPoint, &PointMotion),
+    direction: &Direction,
+) -> Result<Change, String> {
+    let (model, a, b) = (step.model, point.geom_a, point.geom_b);
+    let mut change = Change::default();
+    let pair = model.pairs.iter().find(|p| (p.geom_a, p.geom_b) == (a, b) || (p.geom_a, p.geom_b) == (b, a));
+    if pair.is_none_or(|pair| pair.margin.is_none()) {
         change.gap -= share(direction, |p| matches!(p, ScalarParameter::Margin(id) if id == a || id == b));
     }
     for (side, id) in [a, b].into_iter().enumerate() {
-        add_geometry(step, at, (side, id), direction, &mut change)?;
+        add_geometry(step, (point, motion), (side, id), direction, &mut change)?;
     }
     Ok(change)
 }
@@ -108,7 +131,7 @@ fn friction_change(
 /// What moving and growing a geom does.
 fn add_geometry(
     step: &Step,
-    at: &At,
+    (point, motion): (&ContactPoint, &PointMotion),
     (side, id): (usize, GeomId),
     direction: &Direction,
     change: &mut Change,
@@ -122,7 +145,7 @@ fn add_geometry(
                 shift += turn * DVec3::AXES[axis.min(2)] * weight
             }
             ScalarParameter::GeomSize(geom, k) if geom == id => {
-                let Some(size) = size_motion(step.model, kinematics, at.point, side, k) else {
+                let Some(size) = size_motion(step.model, kinematics, point, side, k) else {
                     return Err(format!(
                         "sizes of a {} have no closed form here",
                         step.model.geoms[id.index()].geometry.kind_name()
@@ -131,7 +154,7 @@ fn add_geometry(
                 shift += size.core * weight;
                 let grown = size.outward * weight;
                 change.gap -= grown;
-                change.place += at.point.normal * (if side == 0 { 0.5 } else { -0.5 } * grown);
+                change.place += point.normal * (if side == 0 { 0.5 } else { -0.5 } * grown);
             }
             _ => {}
         }
@@ -139,15 +162,15 @@ fn add_geometry(
     if shift == DVec3::ZERO {
         return Ok(());
     }
-    if at.motion.is_loose {
+    if motion.is_loose {
         return Err("faces lie on each other, and which of their points touch is about to change".into());
     }
     // The motion of B relative to A; that of A carries all with it.
     let relative = if side == 1 { shift } else { -shift };
     let sum = |columns: &[DVec3; 6]| (0..3).map(|a| columns[3 + a] * relative[a]).sum::<DVec3>();
-    change.gap += (0..3).map(|a| at.motion.gap[3 + a] * relative[a]).sum::<f64>();
-    change.normal += sum(&at.motion.normal);
-    change.place += sum(&at.motion.position);
+    change.gap += (0..3).map(|a| motion.gap[3 + a] * relative[a]).sum::<f64>();
+    change.normal += sum(&motion.normal);
+    change.place += sum(&motion.position);
     if side == 0 {
         change.place += shift;
     }

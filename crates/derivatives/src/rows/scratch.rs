@@ -4,6 +4,7 @@ use signorini_multibody::derivatives::LengthCurvature;
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{ContactPoint, EqualityBlock, LengthRow};
 
+use super::patch::Patch;
 use super::system::{Moved, Mover};
 use super::turning::TurnSum;
 use crate::geometry::SearchMemory;
@@ -20,4 +21,5 @@ pub(crate) struct Scratch {
     pub length: LengthRow,
     pub turns: LengthCurvature,
     pub search: SearchMemory,
+    pub patch: Patch,
 }

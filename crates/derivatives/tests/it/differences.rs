@@ -3,16 +3,26 @@
 use crate::common::{Bench, disturbed, model_of};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{Geom, Geometry, Model, ModelBuilder, SpatialVector, integrate_into};
-use signorini_simulation::Settings;
+use signorini_simulation::{ContactMethod, Settings};
 use signorini_testkit::Random;
 
 /// Relative error inside modes, as the differences resolve it.
 const TOLERANCE: f64 = 1e-7;
 
+/// Steps that end where they come no nearer: those of differences begin at impulses that are off by the difference, and what they
+/// leave of it would be an error of the slope.
+fn polished() -> Settings {
+    let mut settings = Settings::default();
+    if let ContactMethod::Structured(solver) = &mut settings.method {
+        solver.polish = 1e-15;
+    }
+    settings
+}
+
 /// Runs a model, disturbs it every few steps, and compares the products of exact derivatives with
 /// differences along random changes.
 fn compare(name: &str, model: Model, seeds: std::ops::Range<u64>, sizes: [f64; 3], least: usize) {
-    let mut bench = Bench::new(model, Settings::default());
+    let mut bench = Bench::new(model, polished());
     let (mut compared, mut left, mut worst) = (0, 0, 0.0_f64);
     for seed in seeds {
         let mut random = Random::new(seed);
@@ -101,7 +111,7 @@ fn a_pile_of_twenty() {
     }
 }
 
-/// Two contacts along a line that is tilted a little: the friction of one follows from that of the other, but for the tilt. A body that
+/// Two contacts along a line that is tilted a little: at one height the friction of one follows from that of the other whatever the tilt. A body that
 /// sticks at both and may roll about the line.
 #[test]
 fn a_capsule_that_lies_all_but_flat() {
@@ -110,7 +120,7 @@ fn a_capsule_that_lies_all_but_flat() {
     let settings = Settings::default().with_tolerance(1e-12);
     let mut bench = Bench::new(model_of(text), settings);
     let mut random = Random::new(4);
-    let (mut exact, mut others) = (0, 0);
+    let mut compared = 0;
     for power in 0..80 {
         let (mut state, input) = bench.start();
         let tilt = 1e-12 * 10.0_f64.powf(0.1 * f64::from(power));
@@ -120,18 +130,15 @@ fn a_capsule_that_lies_all_but_flat() {
         state.v[..].copy_from_slice(&[0.0, 0.02, -0.01, -1.0, 0.0, 0.0]);
         bench.workspace.clear_warm_start();
         let next = bench.differentiate(&state, &input).expect("a step");
-        if !bench.is_exact() {
-            others += 1;
-            continue;
-        }
+        assert!(bench.is_exact(), "tilt {tilt:.1e}");
         let change = bench.random_change(&mut random);
         if let Some(error) = bench.error_along(&state, &input, &change, &next) {
             assert!(error < TOLERANCE, "tilt {tilt:.1e}: {error:.1e}");
-            exact += 1;
+            compared += 1;
         }
     }
-    println!("{exact} exact, {others} not");
-    assert!(exact >= 5 && others >= 5);
+    println!("{compared} of 80 compared");
+    assert!(compared >= 40);
 }
 
 #[test]

@@ -9,10 +9,14 @@ use signorini_testkit::Random;
 const NARROW: [f64; 4] = [1e-5, 1e-6, 1e-7, 1e-8];
 const NARROW_ERROR: f64 = 1e-3;
 
-/// Random steps of a scene: every derivative that is called exact is that of differences, if they are narrow enough.
+/// The same step again may end so far away, in parts of the velocity, where it has another solution: differences follow either.
+const OTHER: f64 = 1e-7;
+
+/// Random steps of a scene: every derivative that is called exact is that of differences, if they are narrow enough. Friction has several solutions here and
+/// there: where the step made once more leads to another one differences say nothing of the first.
 fn no_false_exact(text: &str, seeds: std::ops::Range<u64>, steps: u32, sizes: [f64; 3]) -> [usize; 3] {
     let mut bench = Bench::new(model_of(text), Settings::default());
-    let mut counts = [0; 3];
+    let (mut counts, mut others) = ([0; 3], 0);
     for seed in seeds {
         let mut random = Random::new(1000 + seed);
         let (mut state, input) = bench.start();
@@ -32,7 +36,12 @@ fn no_false_exact(text: &str, seeds: std::ops::Range<u64>, steps: u32, sizes: [f
                         found.iter().zip(&product).fold(0.0, |s: f64, (x, y)| s.max((x - y).abs())) / size
                     };
                     let least = NARROW.map(&mut error).into_iter().fold(f64::INFINITY, f64::min);
-                    assert!(least < NARROW_ERROR, "seed {seed}, step {n}: {least:.1e} off what is called exact");
+                    let (_, again, _) = bench.end(&near, &with);
+                    let speed = end.v.iter().fold(0.0, |s: f64, v| s.max(v.abs()));
+                    let is_other = again.iter().zip(&end.v).any(|(a, b)| (a - b).abs() > OTHER * speed);
+                    others += usize::from(is_other);
+                    let holds = least < NARROW_ERROR || is_other;
+                    assert!(holds, "seed {seed}, step {n}: {least:.1e} off what is called exact");
                 }
                 Validity::OneSided { .. } => counts[1] += 1,
                 _ => counts[2] += 1,
@@ -41,6 +50,7 @@ fn no_false_exact(text: &str, seeds: std::ops::Range<u64>, steps: u32, sizes: [f
             state = next;
         }
     }
+    assert!(50 * others <= counts[0], "{others} steps of {} have two solutions", counts[0]);
     counts
 }
 

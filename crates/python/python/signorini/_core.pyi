@@ -980,7 +980,7 @@ class Contacts:
         """Signed distances at the beginning of the step, (ncon,), m; negative when penetrating."""
     @property
     def point(self) -> _Array:
-        """Contact points in world, midway between the surfaces, (ncon, 3), m."""
+        """Contact points in world, midway between the surfaces, those of a flat patch at the mean of their heights, (ncon, 3), m."""
     @property
     def frame(self) -> _Array:
         """Contact frames, (ncon, 3, 3): rows normal, first tangent, second tangent, in world."""

@@ -21,6 +21,7 @@ mod input;
 mod invariants;
 mod inverse;
 mod joints;
+mod levels;
 mod linear_system;
 mod literature;
 mod margin;

@@ -5,6 +5,7 @@ use signorini_multibody::glam::DVec3;
 use signorini_multibody::{ContactPoint, EqualityBlock, FreeMotion, JacobianRows, LengthRow, Model, SpinResistance};
 
 use super::dependent::DependentRows;
+use super::level::Level;
 use super::pace::CorrectionPace;
 use crate::settings::{RestitutionLaw, Settings};
 use crate::source::{BilateralSource, FrictionSource};
@@ -47,6 +48,8 @@ pub(crate) struct ProblemBuilder {
     pub problem: ContactProblem,
     /// Frames of the contact points, in order; limits come after them and have none.
     pub frames: Vec<ContactFrame>,
+    /// Where each contact point was brought to.
+    pub levels: Vec<Level>,
     /// Identity of every contact of the problem, ascending.
     pub keys: Vec<ContactKey>,
     /// Identity of every friction group, ascending.
@@ -82,6 +85,7 @@ impl ProblemBuilder {
         Self {
             problem,
             frames: Vec::new(),
+            levels: Vec::new(),
             keys: Vec::new(),
             group_keys: Vec::new(),
             friction_source: Vec::new(),

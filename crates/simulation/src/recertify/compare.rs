@@ -1,5 +1,6 @@
 //! What a frame says beside its solution, compared with what follows from model, state and solution.
 
+use signorini_multibody::glam::DVec3;
 use signorini_multibody::{ContactPoint, Model, State};
 use signorini_recording::{Frame, RecordedContact};
 
@@ -16,11 +17,13 @@ pub(super) fn near(a: f64, b: f64) -> bool {
     (a - b).abs() <= ROUNDING * (1.0 + b.abs())
 }
 
-/// Whether a recorded contact is at this point.
+/// Whether a recorded contact is at this point, or where the height of its patch would bring it along its normal.
 pub(super) fn is_same_point(recorded: &RecordedContact, point: &ContactPoint) -> bool {
+    let apart = DVec3::from(recorded.point) - point.position;
+    let across = point.position + apart - point.normal * point.normal.dot(apart);
     [recorded.geom_a, recorded.geom_b] == [point.geom_a.0, point.geom_b.0]
         && near(recorded.gap, point.gap)
-        && recorded.point.iter().zip(point.position.to_array()).all(|(a, b)| near(*a, b))
+        && across.to_array().iter().zip(point.position.to_array()).all(|(a, b)| near(*a, b))
 }
 
 /// The largest difference; infinite where something is no number.
@@ -61,6 +64,7 @@ fn compare_contacts(ws: &Workspace, frame: &Frame) -> Result<(), StepFault> {
         let [_, slip_1, slip_2] = ws.builder.problem.contact_velocity(contact, ws.end_velocity());
         for (what, difference) in [
             ("its pair of bodies", difference(ids, expected)),
+            ("its place", difference(c.point, point.position.to_array())),
             ("its normal", difference(c.normal, axes.normal.to_array())),
             ("its first tangent", difference(c.tangent_1, axes.tangent_1.to_array())),
             ("its second tangent", difference(c.tangent_2, axes.tangent_2.to_array())),
