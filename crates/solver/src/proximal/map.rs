@@ -11,7 +11,7 @@ use signorini_contact::scales::raise;
 use super::system::ProximalSystem;
 use crate::islands::Island;
 use crate::iterate::{Effort, Iterate};
-use crate::residual::law_residual;
+use crate::residual::{RESIDUALS, law_residual};
 use crate::task::Task;
 
 /// What of the system is known.
@@ -216,7 +216,9 @@ impl ProximalMap {
         if mode == Mode::Stick && task.cones.is_well_inside(unit, y) {
             return false;
         }
-        let most = task.settings.mode_tolerance * self.typical_impulse(task.island, c);
+        // An open contact that would close by less than what is exact stays open: among those that follow from others last digits would decide.
+        let exact = if mode == Mode::Open { RESIDUALS.exact / self.epsilon } else { 0.0 };
+        let most = task.settings.mode_tolerance.max(exact) * self.typical_impulse(task.island, c);
         let mut violated = false;
         task.cones.facets(unit, mode, |facet| {
             let f = facet.normal;
