@@ -60,7 +60,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let [residuals, moved, turned] = [residuals, moved, turned].map(middle_and_largest);
         let deepest = 1e3 * simulation.summary().deepest_penetration;
         println!("{budget} | {residuals} | {moved} | {turned} | {deepest:.2}");
-        // What comes within reach when the sweeps are used up is the next step's: two corners can come so far into each other, and no farther.
+        // What a struck body reaches when the sweeps are used up is the next step's: two corners can come so far into each other, and no farther.
         assert!(deepest < 2.0 * longest);
     }
     Ok(())

@@ -57,14 +57,16 @@ impl ProblemBuilder {
         let mut levels = std::mem::take(&mut self.levels);
         level(points, &mut levels);
         let (mut at, mut kept) = (0, 0);
-        points.retain_mut(|point| {
+        points.retain(|point| {
             let is_movable = self.push_point(model, kinematics, point);
             if is_movable {
                 levels.swap(kept, at);
+                if levels[kept].patch.len() == 1 {
+                    levels[kept].patch = kept..kept + 1;
+                }
                 kept += 1;
             } else {
-                point.position -= point.normal * levels[at].offset;
-                self.left_out.push(*point);
+                self.left_out.push(levels[at].midway(point));
             }
             at += 1;
             is_movable

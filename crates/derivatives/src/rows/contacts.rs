@@ -9,10 +9,10 @@ use signorini_simulation::FrictionSource;
 use super::frames::{groups_of, turned_axes};
 use super::gaps::{GapLaw, gap_law};
 use super::parameters::{At, add_contact};
-use super::patch::{Patch, midway, moved_by};
+use super::patch::{Patch, moved_by};
 use super::scratch::Scratch;
 use super::system::{ModeRows, Modes, Moved, Mover, Push, Step, TieRows, movers};
-use crate::geometry::{NoMotion, PointMotion, point_motion};
+use crate::geometry::{NoMotion, PointMotion};
 use crate::mode::UnitMode;
 use crate::validity::{InequalityKind, InequalitySource, Margin};
 
@@ -90,10 +90,7 @@ fn add_point(
     }
     let Scratch { list, moved, displaced, turned, search, patch, .. } = scratch;
     movers(step.model, [point.body_a, point.body_b], list);
-    let found = midway(point, &step.workspace.contact_levels()[i]);
-    let motion = point_motion(step.model, step.workspace, &found, search);
-    let motion = motion.and_then(|motion| patch.find(step, (i, points), list, search).map(|()| motion));
-    let motion = motion.map_err(|why| match why {
+    let (found, motion) = patch.find(step, (i, points), list, search).map_err(|why| match why {
         NoMotion::Changes => about(step, point, "its features change within the smallest differences"),
         NoMotion::Rough => about(step, point, "the search for it is not smooth to the digits of differences"),
     })?;

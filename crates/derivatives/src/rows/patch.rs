@@ -4,7 +4,6 @@ use std::ops::Range;
 
 use signorini_multibody::ContactPoint;
 use signorini_multibody::glam::DVec3;
-use signorini_simulation::Level;
 
 use super::system::{Mover, Step};
 use crate::geometry::{NoMotion, PointMotion, SearchMemory, point_motion};
@@ -20,11 +19,6 @@ pub(crate) struct Patch {
     middle: DVec3,
     /// What each degree of freedom moves it by.
     moved: Vec<DVec3>,
-}
-
-/// A contact point as it was found: midway between its surfaces.
-pub(super) fn midway(point: &ContactPoint, level: &Level) -> ContactPoint {
-    point.with_position(point.position - point.normal * level.offset)
 }
 
 /// What a degree of freedom moves the gap, the normal and the place of a point by that is midway between its surfaces.
@@ -45,7 +39,7 @@ impl Patch {
         self.range = None;
     }
 
-    /// Finds the motion of the patch of contact `i`.
+    /// Finds the motion of the patch of contact `i`, and gives the contact midway between its surfaces, and its motion.
     ///
     /// - `list`: the degrees of freedom that move its bodies
     pub fn find(
@@ -54,18 +48,19 @@ impl Patch {
         (i, points): (usize, &[ContactPoint]),
         list: &[Mover],
         search: &mut SearchMemory,
-    ) -> Result<(), NoMotion> {
+    ) -> Result<(ContactPoint, PointMotion), NoMotion> {
         let range = step.workspace.contact_levels()[i].patch.clone();
+        let own = i - range.start;
         if self.range.as_ref() == Some(&range) {
-            return Ok(());
+            return Ok(self.members[own]);
         }
         self.range = None;
         self.members.clear();
         self.weights.clear();
-        for k in range.clone().filter(|_| range.len() > 1) {
+        for k in range.clone() {
             let level = &step.workspace.contact_levels()[k];
             self.weights.push([level.weight, level.weight_rate]);
-            let point = midway(&points[k], level);
+            let point = level.midway(&points[k]);
             self.members.push((point, point_motion(step.model, step.workspace, &point, search)?));
         }
         self.middle = self.members.iter().zip(&self.weights).map(|((point, _), [w, _])| point.position * *w).sum();
@@ -79,7 +74,7 @@ impl Patch {
         }
         self.moved = moved;
         self.range = Some(range);
-        Ok(())
+        Ok(self.members[own])
     }
 
     /// What the mean of the places moves by, given what gaps and places do.
@@ -103,9 +98,6 @@ impl Patch {
 
     /// The same where the middle moves by `moved`: the place is `p + n n·(p̄ − p)`, with the mean `p̄`.
     pub fn level(&self, moved: DVec3, point: &ContactPoint, normal: DVec3, place: DVec3) -> DVec3 {
-        if self.members.is_empty() {
-            return place;
-        }
         let (n, apart) = (point.normal, self.middle - point.position);
         place + n * (n.dot(moved - place) + normal.dot(apart)) + normal * n.dot(apart)
     }

@@ -4,14 +4,15 @@ use std::ops::Range;
 
 use signorini_multibody::ContactPoint;
 
-/// Last digits of heights, and of what they are made from.
-const ROUNDING: f64 = 8.0;
+use super::pace::LAST_DIGITS;
 
 /// Gaps and overlaps well below this, m, have the same weight in the height of a patch, and from there on next to none: what is about to open, or has yet to
-/// close, does not lift what touches, whether it is in the problem or not. Any weights make the rows agree; this is more than steps of motion leave.
+/// close, does not lift what touches, whether it is in the problem or not. Any weights make the rows agree; this is more than steps of motion
+/// leave, and with 1e-5 differences of steps no longer resolved the derivatives.
 const NEAR: f64 = 1e-4;
 
-/// The weight of what is farther apart, which counts where nothing is nearer.
+/// The weight of what is farther apart, which counts where nothing is nearer. With 1e-4, as of what falls with the fourth power of the gap, heaps that had come to rest
+/// moved on when far points came into the problem.
 const FAR: f64 = 1e-12;
 
 /// Where a contact point of a step's problem is.
@@ -25,6 +26,13 @@ pub struct Level {
     pub weight: f64,
     /// Derivative by its gap of the logarithm of its weight before they were divided by their sum, 1/m.
     pub weight_rate: f64,
+}
+
+impl Level {
+    /// A point of the step's problem as it was found: midway between its two surfaces.
+    pub fn midway(&self, point: &ContactPoint) -> ContactPoint {
+        point.with_position(point.position - point.normal * self.offset)
+    }
 }
 
 /// Brings the points in which two bodies touch with one normal to a mean of their heights along it.
@@ -65,7 +73,7 @@ fn are_one_patch(a: &ContactPoint, b: &ContactPoint) -> bool {
 
 /// Takes back what [`level`] did.
 pub(super) fn take_back(points: &mut [ContactPoint], levels: &[Level]) {
-    points.iter_mut().zip(levels).for_each(|(point, level)| point.position -= point.normal * level.offset);
+    points.iter_mut().zip(levels).for_each(|(point, level)| *point = level.midway(point));
 }
 
 /// Whether the heights of points differ by no more than the largest gap.
@@ -76,7 +84,7 @@ fn are_at_one_place(patch: &[ContactPoint]) -> bool {
         (low, high, gap) = (low.min(height), high.max(height), f64::max(gap, point.gap.abs()));
         size = f64::max(size, point.position.length());
     }
-    high - low <= gap + ROUNDING * f64::EPSILON * size
+    high - low <= gap + LAST_DIGITS * size
 }
 
 #[cfg(test)]

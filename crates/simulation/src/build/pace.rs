@@ -17,7 +17,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Distances of so many last digits of what they are differences of are zero. Where bodies rest they have one sign or the other, and modes changed with it from step to
 /// step (stacked meshes took twice the factorisations; they took as many as with 1e-15 m with 1e-14 m).
-const LAST_DIGITS: f64 = 8.0 * f64::EPSILON;
+pub(super) const LAST_DIGITS: f64 = 8.0 * f64::EPSILON;
 
 /// Speeds of corrections, and the sizes that overlaps are compared with.
 #[derive(Clone, Debug)]

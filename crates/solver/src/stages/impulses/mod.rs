@@ -197,8 +197,7 @@ impl ImpulseNewton {
     fn take_next_modes(&mut self, cones: &Cones, island: &Island) -> u32 {
         let (mut changes, exact) = (0, RESIDUALS.exact * island.velocity_scale.value());
         for (c, &i) in island.units.iter().enumerate() {
-            let is_contact = c < island.contact_count;
-            if is_contact && self.modes[c] == Mode::Open && self.impulse[c] == [0.0; 3] && self.slack[c][0] >= -exact {
+            if c < island.contact_count && self.modes[c] == Mode::Open && self.slack[c][0] >= -exact {
                 continue;
             }
             let trial = |c: usize, r: usize| self.impulse[c][r] - self.slack[c][r] / island.scale[c];
