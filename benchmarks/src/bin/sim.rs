@@ -83,7 +83,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let usual = SolverSettings::default();
     let sweeps_from = options.sweeps_from.unwrap_or(usual.sweeps_from);
-    let solver = usual.with_accept(0.5 * options.tolerance).with_sweeps_from(sweeps_from);
+    let solver = usual.with_sweeps_from(sweeps_from);
     let settings = Settings::default()
         .with_tolerance(options.tolerance)
         .with_budget(options.budget)

@@ -35,7 +35,6 @@ pub struct PySettings {
 /// The fields of the dataclass `SolverSettings`.
 #[derive(FromPyObject)]
 struct PySolverSettings {
-    accept: f64,
     polish: f64,
     proximal_weight: f64,
     smallest_proximal_weight: f64,
@@ -114,7 +113,6 @@ impl PySolverSettings {
     fn to_settings(&self, tolerance: f64) -> SolverSettings {
         SolverSettings::default()
             .with_tolerance(tolerance)
-            .with_accept(self.accept)
             .with_polish(self.polish)
             .with_proximal_weight(self.proximal_weight)
             .with_smallest_proximal_weight(self.smallest_proximal_weight)

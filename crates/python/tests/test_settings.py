@@ -95,7 +95,7 @@ def test_settings_of_the_solver_are_taken_and_checked():
     signorini.step(model, data, nstep=5)
     assert data.certificate.holds(1e-9)
     for field in dataclasses.fields(SolverSettings):
-        wrong = {"accept": 2.0, "polish": 0.0, "proximal_weight": -1.0, "smallest_proximal_weight": 1.5,
+        wrong = {"polish": 0.0, "proximal_weight": -1.0, "smallest_proximal_weight": 1.5,
                  "mode_tolerance": 0.0, "max_rounds": 0, "max_proximal_iterations": 0}.get(field.name)
         if wrong is not None:
             with pytest.raises(signorini.SignoriniError, match=field.name):

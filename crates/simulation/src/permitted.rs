@@ -181,10 +181,11 @@ impl Workspace {
         if report.missed_tolerance || largest < 1.0 {
             return Ok(verdict);
         }
-        // No solution is found where there must be one: perhaps one is found where there may be none.
+        // No solution is found where there must be one: perhaps one is found where there may be none, or what comes closer to one.
         self.best.clone_from(&self.solution);
         let whole = self.attempt_part(1.0, Patience::Full, report)?;
-        if whole.holds { Ok(whole) } else { self.take_best(0.0, verdict, report) }
+        let comes_closer = !self.is_denied() && whole.certificate.worst() < verdict.certificate.worst();
+        if whole.holds || comes_closer { Ok(whole) } else { self.take_best(0.0, verdict, report) }
     }
 
     /// What the last step was permitted, of the same rows, where that has a solution and they are still violated.

@@ -130,7 +130,7 @@ impl ContactSolver {
     }
 
     fn lacks(&self, island: Option<usize>) -> bool {
-        let lacks = |residual: &f64| *residual > self.settings.accept || residual.is_nan();
+        let lacks = |residual: &f64| *residual > self.settings.accept() || residual.is_nan();
         let any = self.residuals.iter().any(lacks);
         !any || island.is_some_and(|island| self.residuals.get(island).is_some_and(lacks))
     }

@@ -6,7 +6,7 @@ use signorini_contact::ProblemError;
 /// The part of the tolerance that islands have to reach: the certificate's number is up to 2.4 times the residual that stages measure.
 ///
 /// Chosen by: certificates of recorded steps of piles, 23 November 2026.
-pub(crate) const ENOUGH: f64 = 0.4;
+const ENOUGH: f64 = 0.4;
 
 /// Settings of the structured contact solver. All tolerances are relative to `max|b|`, the data's velocity scale.
 #[derive(Clone, Debug, PartialEq, Setters)]
@@ -15,9 +15,6 @@ pub(crate) const ENOUGH: f64 = 0.4;
 pub struct SolverSettings {
     /// A solution is `Solved` when every residual of the certificate is at most this. Default 1e-9; range (0, 1).
     pub tolerance: f64,
-    /// An island is restarted when its residual is above this; where the certificate does not hold, one of less than 64 contacts
-    /// when it is above a tenth of this. Default 1e-9; range (0, 1).
-    pub accept: f64,
     /// Proximal iterations stop at this residual, and an island whose warm start has it is taken as it is, in one of 64 contacts or more
     /// if the velocity of the impulses needs no refinement. Default 1e-12; range (0, 1).
     pub polish: f64,
@@ -58,7 +55,7 @@ pub struct SolverSettings {
     /// enough rows beside the largest island; 0 for as many as the pool has, 1 for the caller's alone. The result has the
     /// same bits whatever it is. Default 1: waking threads costs more than small islands do.
     pub threads: usize,
-    /// Whether islands that the impulses of the warm start hold still, to rounding and within `accept`, are left at velocity
+    /// Whether islands that the impulses of the warm start hold still, to rounding and within the tolerance, are left at velocity
     /// zero without solving. The certificate is computed as ever. Default false.
     pub sleeping: bool,
     /// Whether the time of every stage is measured, for [`SolveReport::stages`](signorini_contact::SolveReport::stages). Default false:
@@ -73,7 +70,6 @@ impl Default for SolverSettings {
     fn default() -> Self {
         Self {
             tolerance: 1e-9,
-            accept: 1e-9,
             polish: 1e-12,
             proximal_weight: 1e-5,
             smallest_proximal_weight: 1e-10,
@@ -97,13 +93,19 @@ impl Default for SolverSettings {
 }
 
 impl SolverSettings {
-    /// The same for another [`tolerance`](Self::tolerance), with [`accept`](Self::accept) and [`polish`](Self::polish) no larger
-    /// than it; where it is larger than that of these settings, `accept` is what leaves the certificate some room: a solve costs what its
-    /// tolerance costs.
+    /// The same for another [`tolerance`](Self::tolerance), with [`polish`](Self::polish) no larger than it.
     pub fn for_tolerance(self, tolerance: f64) -> Self {
-        let wanted = if tolerance > self.tolerance { self.accept.max(ENOUGH * tolerance) } else { self.accept };
-        let accept = wanted.min(tolerance);
-        Self { tolerance, accept, polish: self.polish.min(tolerance), ..self }
+        Self { tolerance, polish: self.polish.min(tolerance), ..self }
+    }
+
+    /// The residual with which an island counts as solved: what leaves the certificate some room. A solve costs what its tolerance costs.
+    pub(crate) fn accept(&self) -> f64 {
+        ENOUGH * self.tolerance
+    }
+
+    /// The same for a part of an island that counts as solved with a residual.
+    pub(crate) fn for_part(&self, accept: f64) -> Self {
+        Self { tolerance: accept / ENOUGH, polish: accept, record_history: false, ..self.clone() }
     }
 
     /// Checks the ranges.
@@ -113,7 +115,6 @@ impl SolverSettings {
     pub fn validate(&self) -> Result<(), ProblemError> {
         for (array, value) in [
             ("tolerance", self.tolerance),
-            ("accept", self.accept),
             ("polish", self.polish),
             ("proximal_weight", self.proximal_weight),
             ("smallest_proximal_weight", self.smallest_proximal_weight),

@@ -5,7 +5,7 @@ use signorini_contact::projection::Cones;
 
 use crate::islands::Island;
 use crate::residual::RESIDUALS;
-use crate::settings::{ENOUGH, SolverSettings};
+use crate::settings::SolverSettings;
 
 /// What is tuned by the size of an island.
 pub(crate) struct Tuning {
@@ -103,7 +103,7 @@ impl Task<'_> {
     /// The residual with which the island counts as solved.
     pub fn accept(&self) -> f64 {
         match self.look {
-            Look::First | Look::Only | Look::Short | Look::Part => self.settings.accept,
+            Look::First | Look::Only | Look::Short | Look::Part => self.settings.accept(),
             Look::Second => accepted_closely(self.island, self.settings),
         }
     }
@@ -115,16 +115,11 @@ impl Task<'_> {
 
     /// Whether what is accepted does not tell rest from motion: nothing is worth more digits than were asked for.
     pub fn is_rough(&self) -> bool {
-        self.settings.accept > SIZES.rough
-    }
-
-    /// The residual with which the certificate is sure to hold.
-    pub fn enough(&self) -> f64 {
-        self.accept().min(ENOUGH * self.settings.tolerance)
+        self.settings.accept() > SIZES.rough
     }
 }
 
 /// The residual that islands have to reach after a solution that the certificate did not accept.
 pub(crate) fn accepted_closely(island: &Island, settings: &SolverSettings) -> f64 {
-    SIZES.closely[usize::from(island.units.len() >= SIZES.large)] * settings.accept
+    SIZES.closely[usize::from(island.units.len() >= SIZES.large)] * settings.accept()
 }

@@ -13,7 +13,6 @@ class SolverSettings:
     """Settings of the structured contact solver; tolerances are relative to the data's velocity scale.
 
     Attributes:
-        accept: an island is restarted when its residual is above this, in (0, 1).
         polish: proximal iterations stop at this residual, in (0, 1).
         proximal_weight: ε of the proximal term, relative to each contact's Delassus block, in (0, 1).
         smallest_proximal_weight: ε is lowered to this where the iterations converge slowly, in (0, 1).
@@ -31,7 +30,6 @@ class SolverSettings:
         time_stages: whether the time of every stage is measured, for ``StepReport.stages``.
     """
 
-    accept: float = 1e-10
     polish: float = 1e-12
     proximal_weight: float = 1e-5
     smallest_proximal_weight: float = 1e-10

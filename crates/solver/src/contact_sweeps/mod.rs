@@ -72,7 +72,7 @@ impl ContactSweeps {
         mut solve_part: impl SolvePart,
         history: &mut dyn FnMut(f64),
     ) -> Ended {
-        let enough = task.enough();
+        let enough = task.accept();
         self.begin(task, iterate, history);
         self.parts.begin();
         self.best.clear();
@@ -107,7 +107,7 @@ impl ContactSweeps {
         budget: u32,
         history: &mut dyn FnMut(f64),
     ) -> Ended {
-        let enough = task.enough();
+        let enough = task.accept();
         self.begin(task, iterate, history);
         self.least.copy(&self.point);
         let mut least = (self.lacking.rms, self.lacking.worst);
@@ -141,7 +141,7 @@ impl ContactSweeps {
             return Ended::Far;
         }
         self.give(iterate);
-        if self.lacking.worst <= task.enough() { Ended::Enough } else { Ended::Slow }
+        if self.lacking.worst <= task.accept() { Ended::Enough } else { Ended::Slow }
     }
 
     /// What the point of the last run lacks.

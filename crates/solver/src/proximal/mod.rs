@@ -161,7 +161,7 @@ impl ProximalIterations {
     fn stride(&mut self, map: &ProximalMap, task: &Task, iterate: &mut Iterate, progress: &mut Progress) -> bool {
         let best = self.best.residual;
         let Some(change) = self.growth.change(task.island) else { return false };
-        if best <= task.enough() || best > progress.stride_below {
+        if best <= task.accept() || best > progress.stride_below {
             return false;
         }
         let most = if progress.ratio < 1.0 { progress.ratio / (1.0 - progress.ratio) } else { f64::INFINITY };
@@ -200,11 +200,11 @@ impl ProximalIterations {
             return Some(End::Polished);
         }
         // Rest is approached to the last digit, but no closer than a tolerance that does not tell it from motion.
-        if task.is_costly() && task.is_rough() && best <= task.enough() {
+        if task.is_costly() && task.is_rough() && best <= task.accept() {
             return Some(End::Accepted);
         }
         // What moves needs no more digits than were asked for; what comes to rest shall not creep.
-        let is_enough = task.is_large() && task.is_warm && progress.last <= task.enough();
+        let is_enough = task.is_large() && task.is_warm && progress.last <= task.accept();
         if is_enough && self.moves(map, task, iterate) {
             return Some(End::Accepted);
         }

@@ -55,7 +55,7 @@ impl ProximalWeight {
             rises: u32::MAX,
             usual,
             smallest,
-            accept: settings.accept,
+            accept: settings.accept(),
             is_large,
             earlier_best: f64::INFINITY,
             ascending: false,

@@ -33,7 +33,7 @@ pub(super) fn run(memory: &mut Memory, shared: &mut Shared, task: &Task, iterate
     }
     again.clone_from(ahead);
     let mut outcome = shared.iterate(task, ahead, ProximalWeight::falling(task.settings));
-    let is_stuck = outcome.why == StageOutcome::Slow && ahead.residual > task.enough();
+    let is_stuck = outcome.why == StageOutcome::Slow && ahead.residual > task.accept();
     if is_stuck && ahead.residual < RESIDUALS.far {
         let other = shared.iterate(task, again, ProximalWeight::far(task.settings));
         if again.residual < ahead.residual {

@@ -35,7 +35,7 @@ pub(super) fn applies(task: &Task, iterate: &Iterate) -> bool {
         }
         Look::Short => task.accept(),
         Look::First if task.is_large() => RESIDUALS.far,
-        Look::First => task.settings.tolerance.max(task.settings.accept),
+        Look::First => task.settings.tolerance,
         Look::Second => task.accept(),
     };
     task.settings.budget.is_none()
@@ -105,15 +105,15 @@ fn solve(
     look: Look,
     corrections: u32,
 ) -> Option<ContactSolution> {
-    let (part, usual) = (part_of_velocities(problem, settings.accept), LemkeSettings::default());
+    let (part, usual) = (part_of_velocities(problem, settings.accept()), LemkeSettings::default());
     let all = usual.clone().with_covering_vectors(covering_vectors(problem.standard_layout().size));
     let lemke_settings = match look {
         // One path: one that ends mostly takes between a half and twice as many pivots as there are rows.
         Look::Short => {
-            usual.clone().with_covering_vectors(1).with_tolerance(part * settings.accept).with_pivots_per_pair(2)
+            usual.clone().with_covering_vectors(1).with_tolerance(part * settings.accept()).with_pivots_per_pair(2)
         }
         Look::First | Look::Only | Look::Part => {
-            all.with_tolerance(part * settings.accept).with_pivots_per_pair(settings.lemke_pivots_per_row)
+            all.with_tolerance(part * settings.accept()).with_pivots_per_pair(settings.lemke_pivots_per_row)
         }
         Look::Second => all.with_tolerance(part * usual.tolerance).with_pivot(TUNING.smallest_pivot),
     };

@@ -104,7 +104,7 @@ fn run_contact_sweeps(workspace: &mut Workspace, task: &Task, iterate: &mut Iter
     let (inner, result) = &mut **inner.get_or_insert_default();
     let mut effort = Effort::default();
     let solve_part = |island: &_, part: &mut Iterate, accept: f64| {
-        let settings = task.settings.clone().with_accept(accept).with_polish(accept).with_record_history(false);
+        let settings = task.settings.for_part(accept);
         result.begin();
         std::mem::swap(&mut result.iterate, part);
         solve_island(inner, &Task { island, settings: &settings, look: Look::Part, ..*task }, result);

@@ -30,7 +30,7 @@ pub(super) fn run(sleep: &mut Loads, shared: &mut Shared, task: &Task, iterate: 
     }
     map.set_weights(task.island, task.settings.proximal_weight);
     let residual = map.evaluate_centre(task, iterate).max(residual_at_rest(task, iterate));
-    if residual > task.settings.accept {
+    if residual > task.settings.accept() {
         return StageOutcome::Lost.into();
     }
     iterate.velocity.fill(0.0);
