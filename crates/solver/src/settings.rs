@@ -5,7 +5,8 @@ use signorini_contact::ProblemError;
 
 /// The part of the tolerance that islands have to reach: the certificate's number is up to 2.4 times the residual that stages measure.
 ///
-/// Chosen by: certificates of recorded steps of piles, 23 November 2026.
+/// Chosen by: certificates of recorded steps of piles, 23 November 2026; with all of the tolerance, `motion/run.py cards10_struck pile100 --seeds 0..10` misses 11
+/// steps in place of 2, 29 November 2026.
 const ENOUGH: f64 = 0.4;
 
 /// Settings of the structured contact solver. All tolerances are relative to `max|b|`, the data's velocity scale.

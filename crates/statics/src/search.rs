@@ -51,7 +51,7 @@ pub(crate) struct Search {
 
 impl Search {
     pub fn new() -> Self {
-        let settings = SolverSettings::default().with_tolerance(1e-11);
+        let settings = SolverSettings::default().for_tolerance(1e-11);
         let solver = ContactSolver::new(settings).unwrap_or_default();
         let rough = ContactSolver::new(SolverSettings::default().for_tolerance(ROUGH)).unwrap_or_default();
         Self { solver, rough, ..Self::default() }
