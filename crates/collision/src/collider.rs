@@ -37,6 +37,12 @@ pub struct Collider {
     swept: Vec<u32>,
     /// ... and those that cannot move.
     fixed: FixedGeoms,
+    /// Of the swept geoms those whose bodies stand ([`let_stand`](Collider::let_stand)), and the others.
+    standing: FixedGeoms,
+    moving: Vec<u32>,
+    /// For each geom whether it cannot move, and whether that is so or it stands.
+    is_fixed: Vec<bool>,
+    stands: Vec<bool>,
     /// Bounded geoms that can meet a half-space.
     over_half_spaces: Vec<u32>,
     /// The active geoms of one body after another, as they were placed last.
@@ -124,8 +130,13 @@ impl Collider {
             (Err(_), _) => Ok(Prepared::absent(geom)),
         });
         let geoms = geoms.collect::<Result<Vec<_>, _>>()?;
+        let is_fixed: Vec<bool> = (0..geoms.len() as u32).map(|i| is_fixed(model, i)).collect();
         Ok(Self {
             runs: runs(&geoms, &active),
+            standing: FixedGeoms::default(),
+            moving: swept.clone(),
+            stands: is_fixed.clone(),
+            is_fixed,
             placed: vec![GeomPose::default(); geoms.len()],
             boxes: vec![Aabb { low: DVec3::ZERO, high: DVec3::ZERO }; geoms.len()],
             less: Vec::with_capacity(geoms.len()),
@@ -160,6 +171,27 @@ impl Collider {
         self.fixed.retain(|i| partners.has_any(i));
         self.neighbours.forget();
         self.runs = runs(&self.geoms, &self.active);
+        self.let_stand(|_| false);
+    }
+
+    /// Takes bodies for standing until it is told otherwise: they stay where the next search has them, and geoms of theirs are searched against those of bodies that
+    /// move alone.
+    pub fn let_stand(&mut self, stands: impl Fn(BodyId) -> bool) {
+        let stands = |run: &Run| stands(BodyId(run.body as u32));
+        for run in &mut self.runs {
+            run.stands = stands(run);
+            if run.stands {
+                run.placed = None;
+            }
+            for &i in &self.active[run.geoms.clone()] {
+                self.stands[i as usize] = run.stands || self.is_fixed[i as usize];
+            }
+        }
+        let is_standing = |i: &u32| self.stands[*i as usize];
+        self.moving.clear();
+        self.moving.extend(self.swept.iter().copied().filter(|i| !is_standing(i)));
+        self.standing.hold(self.swept.iter().copied().filter(is_standing));
+        self.neighbours.forget();
     }
 
     /// The bodies of geoms that can touch another one, ascending; the reach of the others is not looked at.
@@ -179,6 +211,9 @@ impl Collider {
         self.still.begin();
         for k in 0..self.runs.len() {
             let (body, run) = (self.runs[k].body, &mut self.runs[k]);
+            if run.stands && run.placed.is_some() {
+                continue;
+            }
             let now = (body_pose[body], reach[body]);
             if run.placed != Some(now) {
                 run.placed = Some(now);
@@ -186,6 +221,7 @@ impl Collider {
             }
         }
         self.fixed.refresh(&self.boxes);
+        self.standing.refresh(&self.boxes);
     }
 
     /// Takes no geom for placed.
@@ -203,6 +239,7 @@ impl Collider {
         let travel = reach.linear + reach.angular * geom.arm + self.laws.reach(k);
         if !self.swept.is_empty() {
             self.fixed.note_moved(k as u32);
+            self.standing.note_moved(k as u32);
             let half = rotation.abs() * geom.half + DVec3::splat(travel);
             self.boxes[k] = Aabb { low: center - half, high: center + half };
         }
@@ -226,6 +263,9 @@ impl Collider {
             let normal = plane.rotation.z_axis;
             for &i in &self.over_half_spaces {
                 let k = i as usize;
+                if self.stands[k] && self.stands[h as usize] {
+                    continue;
+                }
                 let margin = self.travel[k] + self.travel[h as usize];
                 let height = normal.dot(self.placed[k].center - plane.position) - geoms[k].size;
                 if height <= margin && partners.allow(model, h, i) && is_wanted(h, i) {
@@ -241,13 +281,15 @@ impl Collider {
         };
         let boxes = (&self.boxes[..], &self.less[..]);
         let size = |i: u32| geoms[i as usize].size;
-        self.neighbours.overlapping(boxes, &self.swept, size, |i, j| partners.allow(model, i, j), &mut meet);
-        for &i in &self.swept {
-            self.fixed.overlapping(&self.boxes, &self.boxes[i as usize], |j| {
-                if partners.allow(model, i, j) {
-                    meet(i, j);
-                }
-            });
+        self.neighbours.overlapping(boxes, &self.moving, size, |i, j| partners.allow(model, i, j), &mut meet);
+        for &i in &self.moving {
+            for others in [&self.fixed, &self.standing] {
+                others.overlapping(&self.boxes, &self.boxes[i as usize], |j| {
+                    if partners.allow(model, i, j) {
+                        meet(i, j);
+                    }
+                });
+            }
         }
         pairs.sort_unstable();
     }
@@ -267,6 +309,8 @@ struct Run {
     geoms: Range<usize>,
     /// Pose and reach of the body with which they were placed last.
     placed: Option<(Pose, Reach)>,
+    /// Whether the body stands.
+    stands: bool,
 }
 
 /// The runs of bodies among active geoms.
@@ -276,7 +320,7 @@ fn runs(geoms: &[Prepared], active: &[u32]) -> Vec<Run> {
     for at in 0..active.len() {
         match runs.last_mut().filter(|run| run.body == body(at)) {
             Some(run) => run.geoms.end = at + 1,
-            None => runs.push(Run { body: body(at), geoms: at..at + 1, placed: None }),
+            None => runs.push(Run { body: body(at), geoms: at..at + 1, placed: None, stands: false }),
         }
     }
     runs

@@ -1,10 +1,11 @@
-//! Geoms that are fixed to the world: a terrain of thousands costs a step what the moving geoms near it cost.
+//! Geoms that stand where they are: a terrain of thousands, or bodies at rest, cost a step what the moving geoms near them cost.
 
 use signorini_multibody::{BodyId, Model};
 
 use crate::bvh::{Aabb, Bvh};
 
-/// The bounded geoms of bodies that are welded to the world, which never meet each other, in a tree that stays while they do.
+/// Bounded geoms that are not looked at against each other, in a tree that stays while they do: those of bodies that are welded to the world, or those of
+/// bodies at rest.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct FixedGeoms {
     geoms: Vec<u32>,
@@ -21,6 +22,13 @@ impl FixedGeoms {
     /// - `geoms`: those that are fixed, ascending
     pub fn new(geoms: Vec<u32>) -> Self {
         Self { geoms, tree: Bvh::default(), is_stale: true }
+    }
+
+    /// Has these geoms from now on, ascending.
+    pub fn hold(&mut self, geoms: impl Iterator<Item = u32>) {
+        self.geoms.clear();
+        self.geoms.extend(geoms);
+        self.is_stale = true;
     }
 
     pub fn retain(&mut self, keep: impl Fn(u32) -> bool) {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use crate::dot::dot;
 use crate::layout::{Block, Layout};
 use crate::mass::{BlockDiagonal, MassError};
+use crate::standing::{Known, Nothing};
 
 /// The factor `L` of `A = Lᵀ L` of a [`BlockDiagonal`], lower triangular.
 ///
@@ -72,10 +73,18 @@ impl BlockCholesky {
     /// # Panics
     /// If the matrix has other blocks or couples other rows.
     pub fn refactor(&mut self, matrix: &BlockDiagonal) -> Result<(), MassError> {
+        self.refactor_of(matrix, Nothing)
+    }
+
+    /// [`refactor`](Self::refactor) of the blocks that are not known.
+    pub(crate) fn refactor_of(&mut self, matrix: &BlockDiagonal, skipped: impl Known) -> Result<(), MassError> {
         assert!(self.layout == *matrix.layout(), "the factor was made for another matrix");
         let Self { layout, data, inverse_diagonal, source, known, diagonal, all_diagonal } = self;
         *all_diagonal = false;
-        for ((block, known), diagonal) in layout.blocks.iter().zip(known).zip(&mut *diagonal) {
+        for (b, ((block, known), diagonal)) in layout.blocks.iter().zip(known).zip(&mut *diagonal).enumerate() {
+            if skipped.has_block(b) {
+                continue;
+            }
             let (a, source) = (matrix.data_of(block), &mut source[block.data_range()]);
             if *known && same_bits(a, source) {
                 continue;
@@ -152,6 +161,21 @@ impl BlockCholesky {
             } else {
                 self.solve_block_in_place(b, &mut x[block.range()]);
             }
+        }
+    }
+
+    /// `x ← A⁻¹ b + y` in the blocks that are not known.
+    pub(crate) fn solve_and_add_of<K: Known>(&self, known: K, b: &[f64], y: &[f64], x: &mut [f64]) {
+        if self.all_diagonal && !K::IS_SOME {
+            let entries = x.iter_mut().zip(&self.inverse_diagonal).zip(b).zip(y);
+            return entries.for_each(|(((x, inverse), b), y)| *x = b * inverse * inverse + y);
+        }
+        let right = b;
+        for (b, block) in self.layout.blocks.iter().enumerate().filter(|(b, _)| !known.has_block(*b)) {
+            let own = &mut x[block.range()];
+            own.copy_from_slice(&right[block.range()]);
+            self.solve_block_in_place(b, own);
+            own.iter_mut().zip(&y[block.range()]).for_each(|(x, y)| *x += y);
         }
     }
 

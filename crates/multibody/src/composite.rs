@@ -9,6 +9,7 @@ use crate::layout::Block;
 use crate::mass::BlockDiagonal;
 use crate::math::{outer, scalar};
 use crate::model::{Inertia, Model};
+use crate::standing::{Known, Nothing};
 
 /// Inertia of a rigid body about some origin, world axes.
 #[derive(Clone, Copy, Debug)]
@@ -169,14 +170,19 @@ impl MassMatrix {
 /// Featherstone (2008), ch. 6.2. All columns that a body carries go to its parent together, about whose origin they are then,
 /// so that no number depends on where the world's origin is.
 pub fn mass_matrix_into(model: &Model, kinematics: &Kinematics, mass: &mut MassMatrix) {
+    mass_matrix_of(model, kinematics, Nothing, mass);
+}
+
+/// [`mass_matrix_into`] of what is not known.
+pub(crate) fn mass_matrix_of(model: &Model, kinematics: &Kinematics, known: impl Known, mass: &mut MassMatrix) {
     assert_eq!(mass.composite.len(), model.bodies.len(), "the storage belongs to another model");
     // Every entry that can differ from zero is written below.
     let MassMatrix { matrix, composite, inertia, has_children, momenta, carried } = mass;
     let alone = |i: usize| model.path[i].free && !has_children[i];
-    for i in (1..model.bodies.len()).filter(|&i| !alone(i)) {
+    for i in (1..model.bodies.len()).filter(|&i| !alone(i) && !known.has_body(i)) {
         composite[i] = inertia[i].turned(kinematics.rotation[i]);
     }
-    for i in (1..model.bodies.len()).rev() {
+    for i in (1..model.bodies.len()).rev().filter(|&i| !known.has_body(i)) {
         let (rotation, step) = (kinematics.rotation[i], &model.path[i]);
         if alone(i) {
             let arm = rotation * inertia[i].first_moment;
@@ -209,7 +215,7 @@ pub fn mass_matrix_into(model: &Model, kinematics: &Kinematics, mass: &mut MassM
             runs.iter().for_each(|run| momenta[run.clone()].iter_mut().for_each(|momentum| momentum.shift(offset)));
         }
     }
-    for joint in model.joints.iter().filter(|joint| joint.armature != 0.0) {
+    for joint in model.joints.iter().filter(|joint| joint.armature != 0.0 && !known.has_dof(joint.v_index)) {
         for k in joint.v_index..joint.v_index + joint.kind.nv() {
             matrix.add_to_diagonal(k, joint.armature);
         }

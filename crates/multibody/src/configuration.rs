@@ -4,6 +4,7 @@ use glamx::glam::DVec3;
 
 use crate::math::{read_quaternion, rotation_exp, rotation_log, write_quaternion};
 use crate::model::{JointKind, Model};
+use crate::standing::{Known, Nothing, StandingTrees};
 
 /// Advances a configuration along a generalized velocity on its manifold, `q⁺ = q ⊕ Δt v` (formulation §6).
 ///
@@ -14,12 +15,24 @@ use crate::model::{JointKind, Model};
 /// # Panics
 /// If a length does not fit the model.
 pub fn integrate_into(model: &Model, q: &[f64], v: &[f64], dt: f64, q_out: &mut [f64]) {
+    integrate_of(model, q, v, dt, Nothing, q_out);
+}
+
+/// [`integrate_into`] where some trees have no velocity, and `q_out` has their coordinates.
+///
+/// # Panics
+/// As there, or if `standing` is of another model.
+pub fn integrate_beside(model: &Model, q: &[f64], v: &[f64], dt: f64, standing: &StandingTrees, q_out: &mut [f64]) {
+    integrate_of(model, q, v, dt, standing, q_out);
+}
+
+fn integrate_of(model: &Model, q: &[f64], v: &[f64], dt: f64, known: impl Known, q_out: &mut [f64]) {
     assert!(q.len() == model.nq && v.len() == model.nv && q_out.len() == model.nq, "lengths must be nq, nv, nq");
     let turn = |q: &[f64], v: &[f64], out: &mut [f64]| {
         let step = rotation_exp(DVec3::new(v[0], v[1], v[2]) * dt);
         write_quaternion((read_quaternion(q) * step).normalize(), out);
     };
-    for joint in &model.joints {
+    for joint in model.joints.iter().filter(|joint| !known.has_dof(joint.v_index)) {
         let (i, k) = (joint.q_index, joint.v_index);
         match joint.kind {
             JointKind::Free => {

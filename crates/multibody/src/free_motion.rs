@@ -42,15 +42,16 @@ use glamx::glam::DVec3;
 use crate::actuator_length::actuator_length_into;
 use crate::applied::applied_force_into;
 use crate::cholesky::BlockCholesky;
-use crate::composite::{MassMatrix, mass_matrix_into};
+use crate::composite::{MassMatrix, mass_matrix_of};
 use crate::free_rotation::FreeRotation;
 use crate::implicit::ImplicitLengths;
-use crate::inverse_dynamics::{NewtonEuler, bias_force_into};
+use crate::inverse_dynamics::{NewtonEuler, bias_force_of};
 use crate::jacobian::point_column;
 use crate::kinematics::Kinematics;
 use crate::length::LengthRow;
 use crate::mass::{BlockDiagonal, MassError};
 use crate::model::{Actuator, ActuatorKind, BodyId, Joint, JointKind, Model, Tendon, Transmission};
+use crate::standing::{Known, Nothing, StandingTrees};
 use crate::state::{Input, State, StateError};
 use crate::tendon::tendon_length_into;
 
@@ -174,12 +175,43 @@ pub fn free_motion_into(
     out: &mut FreeMotion,
 ) -> Result<(), FreeMotionError> {
     state.check(model)?;
+    free_motion_of(model, kinematics, state, input, dt, Nothing, out)
+}
+
+/// [`free_motion_into`] where some trees stand as `out` has them, and on a state that [is checked](State::check).
+///
+/// # Errors
+/// As there.
+///
+/// # Panics
+/// If the state is not one of the model, or `standing` is of another one.
+pub fn free_motion_beside(
+    model: &Model,
+    kinematics: &Kinematics,
+    state: &State,
+    input: &Input,
+    dt: f64,
+    standing: &StandingTrees,
+    out: &mut FreeMotion,
+) -> Result<(), FreeMotionError> {
+    free_motion_of(model, kinematics, state, input, dt, standing, out)
+}
+
+fn free_motion_of(
+    model: &Model,
+    kinematics: &Kinematics,
+    state: &State,
+    input: &Input,
+    dt: f64,
+    known: impl Known,
+    out: &mut FreeMotion,
+) -> Result<(), FreeMotionError> {
     input.check(model)?;
     if !(dt > 0.0 && dt.is_finite()) {
         return Err(StateError::InvalidTimeStep { found: dt }.into());
     }
-    bias_force_into(model, kinematics, &mut out.newton_euler, &mut out.bias);
-    mass_matrix_into(model, kinematics, &mut out.mass);
+    bias_force_of(model, kinematics, known, &mut out.newton_euler, &mut out.bias);
+    mass_matrix_of(model, kinematics, known, &mut out.mass);
     if out.can_saturate {
         out.rigid.copy_from(&out.mass.matrix);
     }
@@ -187,13 +219,9 @@ pub fn free_motion_into(
     smooth_impulse(model, kinematics, state, input, dt, out);
     out.saturation.fill(Saturation::Within);
     loop {
-        assemble(model, state, input, dt, out);
-        out.factor.refactor(&out.mass.matrix)?;
-        out.free_velocity.copy_from_slice(&out.rhs);
-        out.factor.solve_in_place(&mut out.free_velocity);
-        for (v_free, v) in out.free_velocity.iter_mut().zip(&state.v) {
-            *v_free += v;
-        }
+        assemble(model, state, input, dt, known, out);
+        out.factor.refactor_of(&out.mass.matrix, known)?;
+        out.factor.solve_and_add_of(known, &out.rhs, &state.v, &mut out.free_velocity);
         if !saturate(model, dt, out) {
             return Ok(());
         }
@@ -237,9 +265,9 @@ fn smooth_impulse(model: &Model, kinematics: &Kinematics, state: &State, input: 
 }
 
 /// The right-hand side and, added to `M`, the implicit terms, for the present saturations.
-fn assemble(model: &Model, state: &State, input: &Input, dt: f64, out: &mut FreeMotion) {
+fn assemble(model: &Model, state: &State, input: &Input, dt: f64, known: impl Known, out: &mut FreeMotion) {
     out.rhs.copy_from_slice(&out.impulse);
-    for joint in &model.joints {
+    for joint in model.joints.iter().filter(|joint| !known.has_dof(joint.v_index)) {
         if joint.damping != 0.0 || joint.stiffness != 0.0 {
             let force = joint_spring(joint, state);
             for k in joint.v_index..joint.v_index + joint.kind.nv() {

@@ -4,6 +4,7 @@ use glamx::glam::DVec3;
 
 use crate::kinematics::Kinematics;
 use crate::model::{BodyId, Inertia, Model};
+use crate::standing::{Known, Nothing};
 
 /// Storage of the recursive Newton–Euler algorithm: one entry per body, world axes, about the body's origin.
 #[derive(Clone, Debug)]
@@ -64,7 +65,7 @@ pub fn inverse_dynamics_into(
     tau: &mut [f64],
 ) {
     assert!(acceleration.len() == model.nv && tau.len() == model.nv, "lengths must be nv");
-    newton_euler(model, kinematics, Some(acceleration), work, tau);
+    newton_euler(model, kinematics, Some(acceleration), Nothing, work, tau);
     for joint in model.joints.iter().filter(|joint| joint.armature != 0.0) {
         for k in joint.v_index..joint.v_index + joint.kind.nv() {
             tau[k] += joint.armature * acceleration[k];
@@ -79,8 +80,19 @@ pub fn inverse_dynamics_into(
 /// # Panics
 /// If a length does not fit the model.
 pub fn bias_force_into(model: &Model, kinematics: &Kinematics, work: &mut NewtonEuler, h: &mut [f64]) {
+    bias_force_of(model, kinematics, Nothing, work, h);
+}
+
+/// [`bias_force_into`] of what is not known.
+pub(crate) fn bias_force_of(
+    model: &Model,
+    kinematics: &Kinematics,
+    known: impl Known,
+    work: &mut NewtonEuler,
+    h: &mut [f64],
+) {
     assert_eq!(h.len(), model.nv, "length must be nv");
-    newton_euler(model, kinematics, None, work, h);
+    newton_euler(model, kinematics, None, known, work, h);
 }
 
 /// `acceleration`: zero where it is not given.
@@ -88,12 +100,14 @@ fn newton_euler(
     model: &Model,
     kinematics: &Kinematics,
     acceleration: Option<&[f64]>,
+    known: impl Known,
     work: &mut NewtonEuler,
     tau: &mut [f64],
 ) {
     let motions = &mut work.0[..];
     motions[0].linear = -model.gravity;
-    for (i, (step, body)) in model.path.iter().zip(&model.bodies).enumerate().skip(1) {
+    let is_unknown = |i: usize| !known.has_body(i);
+    for (i, (step, body)) in model.path.iter().zip(&model.bodies).enumerate().skip(1).filter(|(i, _)| is_unknown(*i)) {
         let parent = &motions[step.parent];
         let around = parent.angular;
         let mut angular = around + kinematics.bias_angular[i];
@@ -110,7 +124,7 @@ fn newton_euler(
         let (moment, force) = rate_of_momentum(&body.inertia, kinematics, i, angular, linear);
         motions[i] = Motion { angular, linear, moment, force };
     }
-    for (i, step) in model.path.iter().enumerate().skip(1).rev() {
+    for (i, step) in model.path.iter().enumerate().skip(1).rev().filter(|(i, _)| is_unknown(*i)) {
         let Motion { moment, force, .. } = motions[i];
         if step.free {
             // Its axes are the world's and the body's.

@@ -8,6 +8,7 @@ use glamx::glam::{DMat3, DQuat, DVec3};
 
 use crate::math::{Pose, read_quaternion};
 use crate::model::{BodyId, Joint, JointKind, Model};
+use crate::standing::{Known, Nothing, StandingTrees};
 use crate::state::Input;
 
 /// Poses, velocities, joint axes and velocity-product accelerations at one `(q, v)`.
@@ -87,10 +88,28 @@ impl Kinematics {
 /// # Cost
 /// O(bodies + dofs), no allocation.
 pub fn forward_kinematics_into(model: &Model, q: &[f64], v: &[f64], kinematics: &mut Kinematics) {
+    forward_kinematics_of(model, q, v, Nothing, kinematics);
+}
+
+/// [`forward_kinematics_into`] where some trees stand as `kinematics` has them.
+///
+/// # Panics
+/// As there, or if `standing` is of another model.
+pub fn forward_kinematics_beside(
+    model: &Model,
+    q: &[f64],
+    v: &[f64],
+    standing: &StandingTrees,
+    kinematics: &mut Kinematics,
+) {
+    forward_kinematics_of(model, q, v, standing, kinematics);
+}
+
+fn forward_kinematics_of(model: &Model, q: &[f64], v: &[f64], known: impl Known, kinematics: &mut Kinematics) {
     assert_eq!(q.len(), model.nq, "q must have nq entries");
     assert_eq!(v.len(), model.nv, "v must have nv entries");
     assert_eq!(kinematics.pose.len(), model.bodies.len(), "the kinematics belong to another model");
-    for i in 1..model.bodies.len() {
+    for i in (1..model.bodies.len()).filter(|&i| !known.has_body(i)) {
         let joints = model.joints_of(BodyId(i as u32));
         if model.path[i].free {
             place_free_body(&joints[0], i, q, kinematics);

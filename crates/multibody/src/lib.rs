@@ -67,6 +67,7 @@ mod operational;
 mod sensors;
 mod small_dense;
 mod spatial;
+mod standing;
 mod state;
 mod subtree;
 mod tendon;
@@ -78,7 +79,7 @@ pub use camera::{camera_axes, camera_pose};
 pub use centroidal::{Centroidal, center_of_mass_jacobian_into, centroidal_momentum_matrix_into};
 pub use cholesky::{BlockCholesky, FEW_ROWS, LANES};
 pub use composite::{MassMatrix, mass_matrix_into};
-pub use configuration::{difference_into, integrate_into};
+pub use configuration::{difference_into, integrate_beside, integrate_into};
 pub use delassus::{HalfSolvedRows, delassus_into};
 pub use energy::{
     angular_momentum, center_of_mass, kinetic_energy, kinetic_energy_of, linear_momentum, potential_energy, total_mass,
@@ -89,7 +90,7 @@ pub use frame::{
     AxisRates, Frame, ReferenceFrame, axis_rates_into, frame_bias_acceleration, frame_jacobian_into,
     frame_jacobian_rate_into, frame_velocity,
 };
-pub use free_motion::{FreeMotion, FreeMotionError, Saturation, free_motion_into};
+pub use free_motion::{FreeMotion, FreeMotionError, Saturation, free_motion_beside, free_motion_into};
 pub use inverse_dynamics::{NewtonEuler, bias_force_into, inverse_dynamics_into};
 pub use inverse_kinematics::{
     FrameTarget, InverseKinematicsReport, InverseKinematicsSettings, inverse_kinematics_into,
@@ -98,7 +99,7 @@ pub use jacobian::{
     JacobianRows, add_wrench, angular_jacobian_into, angular_rows_into, contact_rows_into, point_column,
     point_jacobian_into, point_rows_into, spin_rows_into,
 };
-pub use kinematics::{Kinematics, body_velocities_into, forward_kinematics_into};
+pub use kinematics::{Kinematics, body_velocities_into, forward_kinematics_beside, forward_kinematics_into};
 pub use layout::Block;
 pub use length::LengthRow;
 pub use mass::{BlockDiagonal, MassError};
@@ -113,6 +114,7 @@ pub use model::{
 pub use operational::operational_space_inertia;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};
 pub use spatial::SpatialVector;
+pub use standing::StandingTrees;
 pub use state::{ContactPoint, Input, State, StateError};
 pub use subtree::{subtree_center_of_mass, subtree_jacobian_into, subtree_jacobian_rate_into};
 pub use tendon::tendon_length_into;

@@ -32,8 +32,9 @@ impl Workspace {
     /// The solution of the last step's problem that is found without a start, where one is: it is another one than the step's where its laws have
     /// several and the start of the step decided. The step's own solution stays what it is.
     pub fn solve_without_start(&mut self) -> Option<&ContactSolution> {
-        let Self { solver, builder, best, .. } = self;
-        let verdict = solver.solve_into(&mut builder.problem, None, Patience::Full, best).ok()?;
+        let mut problem = self.rows().problem.clone();
+        let Self { solver, best, .. } = self;
+        let verdict = solver.solve_into(&mut problem, None, Patience::Full, best).ok()?;
         verdict.holds.then_some(&*best)
     }
 

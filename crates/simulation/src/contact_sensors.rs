@@ -36,11 +36,11 @@ pub(crate) fn contact_sensor_into(
 ) {
     out.fill(0.0);
     let seen = |i: usize| see(model, workspace, dt, sensor, i);
-    let count = (0..workspace.points.len()).filter(|&i| seen(i).is_some()).count();
+    let count = (0..workspace.contact_points().len()).filter(|&i| seen(i).is_some()).count();
     let size = sensor.slot_size();
     if sensor.reduction == ContactReduction::NetForce {
         if count > 0 {
-            let all = (0..workspace.points.len()).filter_map(seen);
+            let all = (0..workspace.contact_points().len()).filter_map(seen);
             write(sensor, &net(all.clone(), all), count, &mut out[..size]);
         }
         return;
@@ -53,8 +53,8 @@ pub(crate) fn contact_sensor_into(
     // The next in order after the last one: of equal keys the one found first.
     let mut last = (f64::NEG_INFINITY, 0);
     for slot in out.chunks_exact_mut(size) {
-        let rest =
-            (0..workspace.points.len()).filter_map(|i| seen(i).map(|contact| ((key(i, &contact), i + 1), contact)));
+        let rest = (0..workspace.contact_points().len())
+            .filter_map(|i| seen(i).map(|contact| ((key(i, &contact), i + 1), contact)));
         let next = rest.filter(|(place, _)| *place > last).reduce(|a, b| if b.0 < a.0 { b } else { a });
         let Some((place, contact)) = next else { return };
         last = place;
@@ -64,7 +64,7 @@ pub(crate) fn contact_sensor_into(
 
 /// A contact that a sensor looks for.
 fn see(model: &Model, workspace: &Workspace, dt: f64, sensor: &ContactSensor, i: usize) -> Option<Seen> {
-    let contact = &workspace.points[i];
+    let contact = &workspace.contact_points()[i];
     if contact.gap > 0.0 && workspace.contact_impulse(i)[0] <= 0.0 {
         return None;
     }

@@ -76,7 +76,7 @@ pub fn inverse_step(
     tau.fill(0.0);
     if report.advanced() {
         let impulses = &workspace.solution.bilateral;
-        let dt = workspace.problem().timestep;
+        let dt = workspace.builder.problem.timestep;
         for (drive, impulse) in driven.iter().zip(&impulses[impulses.len() - driven.len()..]) {
             tau[drive.dof] = impulse / dt;
         }

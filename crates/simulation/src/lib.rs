@@ -43,6 +43,7 @@
 
 mod adhesion;
 mod ahead;
+mod asleep;
 mod assembly;
 mod attempt;
 mod batch;
@@ -55,6 +56,7 @@ mod corrections;
 mod energy_bound;
 mod error;
 mod forces;
+mod going_on;
 mod inverse;
 mod last_step;
 mod linear_system;
@@ -74,6 +76,7 @@ mod sensors;
 mod settings;
 mod settle;
 mod simulation;
+mod sleepers;
 mod smallest_change;
 mod snapshot;
 mod solver;

@@ -38,7 +38,9 @@ impl Workspace {
         // The search takes what is nearer than both bodies can move; rounding must not cost a point that touches.
         let reach = Reach { linear: within.max(0.0) + ROUNDING, angular: 0.0 };
         let mut points = Vec::new();
+        self.collider.let_stand(|_| false);
         self.collider.find(model, &kinematics.pose, &vec![reach; model.bodies.len()], &mut points);
+        self.collider.let_stand(|body| self.sleepers.is_asleep(body));
         points.retain(|point| point.gap <= within.max(0.0) + ROUNDING);
         Ok(points)
     }

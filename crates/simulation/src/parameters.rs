@@ -48,6 +48,7 @@ impl Workspace {
         if rows.is_empty() {
             return Ok(());
         }
+        self.wake_all();
         if rows.iter().any(|row| row.parameter.effect() == Effect::Search) {
             let mut collider = self.collider.renewed(&changed)?;
             self.own_overlaps = overlaps::apply(&changed, settings.overlaps, &mut collider)?;

@@ -2,7 +2,7 @@
 
 use signorini_contact::SolveStatus;
 use signorini_multibody::{
-    Input, Model, State, advance_activations_into, forward_kinematics_into, free_motion_into, integrate_into,
+    Input, Model, State, advance_activations_into, forward_kinematics_beside, free_motion_beside, integrate_beside,
 };
 use signorini_solver::{BilateralBasis, Patience};
 
@@ -44,6 +44,7 @@ impl Workspace {
         dt: f64,
     ) -> Result<(), SimulationError> {
         self.fixed_point.clear();
+        self.begin_beside_sleepers(state, input, dt);
         self.candidates.begin();
         self.solver.begin_step();
         self.withheld.begin_step();
@@ -53,17 +54,26 @@ impl Workspace {
             self.assembler.place_mocap(model, input);
         }
         if !self.ahead.give(state, &mut self.kinematics) {
-            forward_kinematics_into(model, &state.q, &state.v, &mut self.kinematics);
+            forward_kinematics_beside(model, &state.q, &state.v, &self.sleepers.standing, &mut self.kinematics);
         }
-        free_motion_into(model, &self.kinematics, state, input, dt, &mut self.smooth)?;
+        let standing = &self.sleepers.standing;
+        free_motion_beside(model, &self.kinematics, state, input, dt, standing, &mut self.smooth)?;
         self.builder.take_smooth(&mut self.smooth, dt);
+        self.hold_sleepers();
         self.reach.start(model, &self.kinematics, &self.builder.problem.free_velocity, dt);
         self.reach.widen(&self.adhesion.layers);
         Ok(())
     }
 
-    /// Finds the points within reach.
+    /// Finds the points within reach, and wakes what moves there.
     pub(crate) fn find_points(&mut self, model: &Model) {
+        self.search(model);
+        while self.wake_touched(model) {
+            self.search(model);
+        }
+    }
+
+    fn search(&mut self, model: &Model) {
         let Self { collider, kinematics, reach, candidates, builder, .. } = self;
         let dt = builder.problem.timestep;
         if reach.by_pairs {
@@ -117,7 +127,7 @@ impl Workspace {
         if candidates.all.len() == candidates.count() {
             return false;
         }
-        let closing = tolerance * builder.problem.velocity_scale();
+        let closing = tolerance * builder.problem.velocity_scale().max(self.sleepers.velocity_scale());
         candidates.bring_in(kinematics, &reach.end, builder.problem.timestep, closing)
     }
 
@@ -173,7 +183,7 @@ impl Workspace {
         let settled = |v: &f64| if v * v < f64::MIN_POSITIVE { 0.0 } else { *v };
         next.v.clear();
         next.v.extend(self.end_velocity().iter().map(settled));
-        integrate_into(model, &state.q, &next.v, dt, &mut next.q);
+        integrate_beside(model, &state.q, &next.v, dt, &self.sleepers.standing, &mut next.q);
         let in_full = self.builder.corrects_constraints && self.corrections.theta == 1.0;
         if settings.position_iterations > 0 && in_full && !model.equalities.is_empty() {
             let factor = &self.builder.problem.mass_factor;

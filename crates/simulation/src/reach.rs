@@ -31,7 +31,8 @@ pub(crate) struct BodyReach {
     pub free: Velocities,
     /// Velocities at the end of the step.
     pub end: Velocities,
-    /// The bodies that can touch another one and move.
+    /// The bodies that can touch another one and can move, and those of them that do not [stand](Self::let_stand).
+    movable: Vec<u32>,
     bodies: Vec<u32>,
     /// How far every body's origin can move beside the mean motion of all, m; empty where that is not much less than they can move.
     pub beside: Vec<f64>,
@@ -71,6 +72,15 @@ impl Velocities {
         self.linear[i] + self.angular[i].cross(place - kinematics.pose[i].position)
     }
 
+    /// How far a body may move with its velocity at the beginning of a step, or with this one.
+    fn reach(&self, kinematics: &Kinematics, i: usize, dt: f64) -> Reach {
+        let faster = |a: DVec3, b: DVec3| MARGIN * dt * a.length_squared().max(b.length_squared()).sqrt();
+        Reach {
+            linear: faster(self.linear[i], kinematics.linear_velocity[i]),
+            angular: faster(self.angular[i], kinematics.angular_velocity[i]),
+        }
+    }
+
     /// How far the second body moves against the first one at a place in world, m, and turns, rad, in a time.
     fn between(&self, kinematics: &Kinematics, [a, b]: [BodyId; 2], place: DVec3, dt: f64) -> [DVec3; 2] {
         let moved = dt * (self.at(b, kinematics, place) - self.at(a, kinematics, place));
@@ -94,9 +104,9 @@ impl BodyReach {
     /// Storage for a model.
     pub fn new(model: &Model, collider: &Collider) -> Self {
         let moves = |body: &BodyId| model.body_weld[body.index()] != BodyId::WORLD;
-        let bodies = collider.touching_bodies().filter(moves).map(|body| body.0).collect();
+        let movable: Vec<u32> = collider.touching_bodies().filter(moves).map(|body| body.0).collect();
         let reach = vec![Reach::default(); model.bodies.len()];
-        Self { outrun: Vec::with_capacity(reach.len()), reach, bodies, ..Self::default() }
+        Self { outrun: Vec::with_capacity(reach.len()), reach, bodies: movable.clone(), movable, ..Self::default() }
     }
 
     /// The reach for the velocity at the beginning of the step, that of `kinematics`, and for another one.
@@ -110,13 +120,32 @@ impl BodyReach {
         self.outrun.clear();
         self.is_enlarged = false;
         for i in self.bodies.iter().map(|&i| i as usize) {
-            let faster = |a: DVec3, b: DVec3| MARGIN * dt * a.length_squared().max(b.length_squared()).sqrt();
-            self.reach[i] = Reach {
-                linear: faster(self.free.linear[i], kinematics.linear_velocity[i]),
-                angular: faster(self.free.angular[i], kinematics.angular_velocity[i]),
-            };
+            self.reach[i] = self.free.reach(kinematics, i, dt);
         }
         self.bound_beside_mean(kinematics, dt);
+    }
+
+    /// Takes bodies for standing until it is told otherwise: they keep the reach that they have.
+    pub fn let_stand(&mut self, stands: impl Fn(BodyId) -> bool) {
+        self.bodies.clear();
+        self.bodies.extend(self.movable.iter().copied().filter(|&i| !stands(BodyId(i))));
+    }
+
+    /// Gives bodies that stood a reach within a step that has begun, as [`start`](Self::start) would have.
+    pub fn admit(
+        &mut self,
+        model: &Model,
+        kinematics: &Kinematics,
+        v_free: &[f64],
+        dt: f64,
+        admitted: impl Fn(BodyId) -> bool,
+    ) {
+        self.free.take(model, kinematics, v_free);
+        // Of them is not known how they move beside the mean motion of the others.
+        self.beside.clear();
+        for &i in self.movable.iter().filter(|&&i| admitted(BodyId(i))) {
+            self.reach[i as usize] = self.free.reach(kinematics, i as usize, dt);
+        }
     }
 
     /// Bounds how far bodies can move beside their mean velocity without contact: two of them by no more than that against each other

@@ -173,8 +173,8 @@ pub fn frame_into(
         friction: c.friction,
         dissipation: c.dissipation,
     };
-    for i in 0..workspace.points.len() {
-        let grain = [workspace.points[i].geom_a, workspace.points[i].geom_b];
+    for i in 0..workspace.contact_points().len() {
+        let grain = [workspace.contact_points()[i].geom_a, workspace.contact_points()[i].geom_b];
         let turned =
             !workspace.solver.keeps_directions() || grain.iter().any(|g| model.geoms[g.index()].grain.is_some());
         let polygon = polygon_of(workspace, i, turned, &mut frame.listed_directions);
@@ -224,7 +224,7 @@ pub(crate) fn energy(model: &Model, kinematics: &Kinematics, state: &State) -> E
 
 /// The polygon of contact `i`; its directions are listed where a law of friction has turned them or a grain has stretched them.
 fn polygon_of(workspace: &Workspace, i: usize, turned: bool, listed: &mut Vec<[f64; 2]>) -> PolygonCode {
-    let directions = workspace.builder.problem.directions_of(i);
+    let directions = workspace.problem().directions_of(i);
     let count = directions.len() as u32;
     if !turned {
         let angle = directions.first().map_or(0.0, |d| d[1].atan2(d[0]));
@@ -236,8 +236,8 @@ fn polygon_of(workspace: &Workspace, i: usize, turned: bool, listed: &mut Vec<[f
 }
 
 fn contact_frame(workspace: &Workspace, i: usize, polygon: PolygonCode) -> RecordedContact {
-    let (point, frame) = (&workspace.points[i], &workspace.builder.frames[i]);
-    let (problem, solution) = (&workspace.builder.problem, &workspace.solution);
+    let (point, frame) = (&workspace.contact_points()[i], &workspace.contact_frames()[i]);
+    let (problem, solution) = (workspace.problem(), workspace.solution());
     let [_, c_1, c_2] = problem.contact_velocity(i, workspace.end_velocity());
     let [lambda_n, t_1, t_2] = workspace.contact_impulse(i);
     RecordedContact {

@@ -35,7 +35,7 @@ use crate::workspace::Workspace;
 /// # Source
 /// MuJoCo's definitions of the sensors of the same names.
 pub fn sensors_into(model: &Model, state: &State, workspace: &mut Workspace, out: &mut [f64]) {
-    let dt = workspace.problem().timestep;
+    let dt = workspace.builder.problem.timestep;
     state_sensors_into(model, state, &workspace.kinematics, &mut workspace.sensors.row, out);
     shape_sensors_into(model, workspace, out);
     closing_rates_into(model, workspace, out);
@@ -123,7 +123,7 @@ fn nearest(model: &Model, queries: &mut Queries, shapes: [Shapes; 2], farthest: 
 /// If `out` has another length.
 pub fn actuator_forces_into(model: &Model, workspace: &Workspace, out: &mut [f64]) {
     assert_eq!(out.len(), model.actuators.len(), "a force for every actuator");
-    let dt = workspace.problem().timestep;
+    let dt = workspace.builder.problem.timestep;
     out.iter_mut().enumerate().for_each(|(a, force)| *force = actuator_force(workspace, a, dt));
 }
 
@@ -190,7 +190,7 @@ fn pull_along(model: &Model, workspace: &Workspace, dof: usize) -> f64 {
 /// Force of an actuator with the velocity at the end of the step, and what a servo of speed adds to the middle of its range.
 fn actuator_force(workspace: &Workspace, a: usize, dt: f64) -> f64 {
     let servo = FrictionSource::Servo { actuator: a };
-    let group = workspace.builder.friction_source.iter().position(|&source| source == servo);
+    let group = workspace.rows().friction_source.iter().position(|&source| source == servo);
     let added = group.map_or(0.0, |j| workspace.group_impulse(j)[0] / dt);
     workspace.smooth.actuator_force_at(a, workspace.end_velocity(), dt) + added
 }
@@ -216,7 +216,7 @@ fn held(model: &Model, workspace: &Workspace, site: SiteId, dt: f64) -> (DVec3, 
     let mut moment = moment + (workspace.kinematics.pose[body.index()].position - point).cross(force);
     let inside = |b: BodyId| f64::from(u8::from(model.is_descendant(b, body)));
     let share = |bodies: [BodyId; 2]| inside(bodies[1]) - inside(bodies[0]);
-    for (i, contact) in workspace.points.iter().enumerate() {
+    for (i, contact) in workspace.contact_points().iter().enumerate() {
         let sign = share([contact.body_a, contact.body_b]);
         if sign != 0.0 {
             let push = contact_force(workspace, i, dt) * sign;
@@ -225,7 +225,7 @@ fn held(model: &Model, workspace: &Workspace, site: SiteId, dt: f64) -> (DVec3, 
         }
     }
     for (contact, turn) in contact_moments(workspace, dt) {
-        let contact = &workspace.points[contact];
+        let contact = &workspace.contact_points()[contact];
         moment -= turn * share([contact.body_a, contact.body_b]);
     }
     for Pull { point: contact, force: pull, .. } in &workspace.adhesion.pulls {
@@ -262,7 +262,7 @@ fn held(model: &Model, workspace: &Workspace, site: SiteId, dt: f64) -> (DVec3, 
 /// # Panics
 /// If the length of `out` does not fit.
 pub fn contact_wrenches_into(workspace: &Workspace, out: &mut [f64]) {
-    let (dt, centers) = (workspace.problem().timestep, &workspace.kinematics.center_of_mass);
+    let (dt, centers) = (workspace.builder.problem.timestep, &workspace.kinematics.center_of_mass);
     assert_eq!(out.len(), 6 * centers.len(), "out must be [bodies][6]");
     out.fill(0.0);
     let mut add = |body: BodyId, moment: DVec3, force: DVec3| {
@@ -270,15 +270,15 @@ pub fn contact_wrenches_into(workspace: &Workspace, out: &mut [f64]) {
         let wrench = moment.to_array().into_iter().chain(force.to_array());
         row.iter_mut().zip(wrench).for_each(|(sum, x)| *sum += x);
     };
-    for (i, contact) in workspace.points.iter().enumerate() {
+    for (i, contact) in workspace.contact_points().iter().enumerate() {
         let force = contact_force(workspace, i, dt);
         for (body, push) in [(contact.body_a, -force), (contact.body_b, force)] {
             add(body, (contact.position - centers[body.index()]).cross(push), push);
         }
     }
     for (i, turn) in contact_moments(workspace, dt) {
-        add(workspace.points[i].body_a, -turn, DVec3::ZERO);
-        add(workspace.points[i].body_b, turn, DVec3::ZERO);
+        add(workspace.contact_points()[i].body_a, -turn, DVec3::ZERO);
+        add(workspace.contact_points()[i].body_b, turn, DVec3::ZERO);
     }
 }
 
@@ -295,7 +295,7 @@ fn touch(model: &Model, workspace: &Workspace, id: SiteId, dt: f64) -> f64 {
         let force = workspace.contact_impulse(i)[0] / dt;
         if force > 0.0 && meets(site, &placed, contact.position, outward) { force } else { 0.0 }
     };
-    workspace.points.iter().enumerate().map(felt).sum()
+    workspace.contact_points().iter().enumerate().map(felt).sum()
 }
 
 /// Whether the ray from a point in world along a direction meets the zone of a site, whose pose in world is `placed`.

@@ -137,8 +137,11 @@ pub struct Settings {
     /// Solver; with another law of friction than the polygon's it is the structured one.
     pub method: ContactMethod,
     /// Whether what rests is left alone: islands that the impulses of the last step hold still end the step at velocity
-    /// zero without being solved, and a step that ended where it began is made again as it was until something changes. Every
-    /// step has its certificate, and the motion is the same to rounding; the model's own where it is not given.
+    /// zero without being solved, those that stood for two steps take no part in the next ones at all until something disturbs them or comes
+    /// near ([`Workspace::sleeps`](crate::Workspace::sleeps)), and a step that ended where it began is made again as it was until something changes. Every
+    /// step has its certificate, and the motion is the same to rounding. Trees with actuators, tendons or equality constraints, and all trees of models
+    /// with mocap bodies, adhesion or restitution, are solved for as long as anything moves. A step in which something falls asleep or
+    /// wakes allocates. The model's own where it is not given.
     #[setters(into)]
     pub sleeping: Option<bool>,
     /// What to do where there is no solution.

@@ -397,8 +397,6 @@ impl Summary {
         self.constraint_error = self.constraint_error.max(report.constraint_error);
         self.iterations += u64::from(report.solver.iterations());
         self.stages.add(&report.solver.stages);
-        for point in workspace.contact_points() {
-            self.deepest_penetration = self.deepest_penetration.max(-point.gap);
-        }
+        self.deepest_penetration = self.deepest_penetration.max(workspace.deepest_penetration());
     }
 }

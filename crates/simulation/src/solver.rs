@@ -1,5 +1,6 @@
 //! The solver of a step's contact problem: law of friction, method, and choice among the impulses.
 
+use signorini_contact::scales::VelocityScale;
 use signorini_contact::{
     Certificate, ConeSolution, ConeStatus, ConeWarmStart, ContactProblem, ContactSolution, ProblemError, SolveReport,
     SolveStatus, WarmStart,
@@ -103,6 +104,21 @@ impl StepSolver {
     /// Whether sweeps are counted.
     pub fn is_counted(&self) -> bool {
         self.budget.is_some()
+    }
+
+    /// The structured solver, where islands are solved apart from each other and to their end.
+    pub fn islands_apart(&self) -> Option<&ContactSolver> {
+        match &self.route {
+            Route::Structured(solver) if self.budget.is_none() && self.least_norm.is_none() => Some(solver),
+            _ => None,
+        }
+    }
+
+    /// Takes scales for those of what is beside the problems to come: see [`ContactSolver::set_beside`].
+    pub fn set_beside(&mut self, delassus: f64, velocity: VelocityScale) {
+        if let Route::Structured(solver) = &mut self.route {
+            solver.set_beside(delassus, velocity);
+        }
     }
 
     /// Whether contacts keep the directions that they were given.

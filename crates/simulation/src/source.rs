@@ -55,6 +55,18 @@ pub enum FrictionSource {
     },
 }
 
+impl FrictionSource {
+    /// The same where contacts have other indices.
+    pub(crate) fn renumbered(self, to: impl Fn(usize) -> usize) -> Self {
+        match self {
+            Self::Belt { contact } => Self::Belt { contact: to(contact) },
+            Self::Spinning { contact } => Self::Spinning { contact: to(contact) },
+            Self::Rolling { contact } => Self::Rolling { contact: to(contact) },
+            Self::Joint { .. } | Self::Servo { .. } => self,
+        }
+    }
+}
+
 /// What a bilateral row of a step's problem comes from: a row of a block of an equality constraint
 /// ([`equality_block_into`](signorini_multibody::equality_block_into)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -39,7 +39,7 @@ impl Workspace {
         let mut without = problem.clone();
         (0..problem.contact_count()).filter(penetrates).for_each(|i| without.gap[i] = 0.0);
         without.bilateral_violation[..constraints].fill(0.0);
-        let belt = |contact| self.builder.friction_source.iter().position(|s| *s == FrictionSource::Belt { contact });
+        let belt = |contact| self.rows().friction_source.iter().position(|s| *s == FrictionSource::Belt { contact });
         let belts = (0..problem.contact_count()).map(belt).collect();
         Some(StabilizedStep { without, solution: self.solution().clone(), belts })
     }

@@ -47,10 +47,10 @@ impl Workspace {
     /// Pairs of geoms that overlapped at the beginning of the last step by more than it removes, deepest first, each with its deepest
     /// point.
     pub fn kept_overlaps(&self) -> Vec<ContactPoint> {
-        let problem = &self.builder.problem;
+        let rows = self.rows();
         let is_kept = |(point, gap): &(&ContactPoint, &f64)| point.gap < **gap && **gap <= 0.0;
         let visible = |point: &&ContactPoint| self.builder.is_overlap(point);
-        let kept = self.points.iter().zip(&problem.gap).filter(is_kept).map(|(point, _)| point);
+        let kept = rows.points.iter().zip(&rows.problem.gap).filter(is_kept).map(|(point, _)| point);
         pairs(kept.filter(visible))
     }
 }

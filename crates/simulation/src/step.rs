@@ -48,9 +48,12 @@ pub fn step(
     if sleeping && let Some(report) = workspace.stay(state, input, settings, dt, next) {
         return Ok(report);
     }
-    let report = step_driven(model, state, input, settings, &[], workspace, next)?;
+    let made = step_driven(model, state, input, settings, &[], workspace, next);
+    let mut report = made.inspect_err(|_| workspace.wake_all())?;
+    workspace.report_sleepers(&mut report);
     if sleeping {
         workspace.fixed_point.observe(state, input, next, dt, &report);
+        workspace.note_standing(state, input, next, dt, &report);
     }
     Ok(report)
 }
@@ -68,6 +71,9 @@ pub(crate) fn step_driven(
 ) -> Result<StepReport, SimulationError> {
     let dt = settings.timestep.unwrap_or(model.timestep);
     let ws = workspace;
+    if !driven.is_empty() {
+        ws.wake_all();
+    }
     state.check(model)?;
     ws.begin(model, state, input, dt)?;
     let mut report = StepReport { unresolved_rotations: ws.smooth.unresolved_rotations, ..StepReport::default() };

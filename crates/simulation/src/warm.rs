@@ -93,6 +93,40 @@ impl WarmCache {
         self.solution.copy_warm_part(solution);
     }
 
+    /// Whether the last start had what a solution has for a unit: a contact, or a friction group counted after the contacts.
+    pub fn gave(&self, unit: usize, contacts: usize, solution: &ContactSolution) -> bool {
+        let mode = solution.solver_modes[unit];
+        match unit.checked_sub(contacts) {
+            None => self.start.contacts[unit] == Some((solution.impulse[unit], mode)),
+            Some(j) => {
+                let [a, b] = solution.group_impulse[j];
+                self.start.groups[j].is_some_and(|(given, known)| known == mode && given[1..] == [a, b])
+            }
+        }
+    }
+
+    /// Adds contacts and friction groups of a solution, which it does not have: of each the keys, and which are wanted.
+    pub fn take_in(
+        &mut self,
+        contacts: (&[ContactKey], impl Fn(usize) -> bool),
+        groups: (&[GroupKey], impl Fn(usize) -> bool),
+        from: &ContactSolution,
+    ) {
+        let Self { keys, group_keys, solution, .. } = self;
+        for (i, key) in contacts.0.iter().enumerate().filter(|(i, _)| contacts.1(*i)) {
+            let at = keys.partition_point(|known| known < key);
+            keys.insert(at, *key);
+            solution.impulse.insert(at, from.impulse[i]);
+            solution.solver_modes.insert(at, from.solver_modes[i]);
+        }
+        for (j, key) in groups.0.iter().enumerate().filter(|(j, _)| groups.1(*j)) {
+            let at = group_keys.partition_point(|known| known < key);
+            group_keys.insert(at, *key);
+            solution.group_impulse.insert(at, from.group_impulse[j]);
+            solution.solver_modes.insert(keys.len() + at, from.solver_modes[from.impulse.len() + j]);
+        }
+    }
+
     /// The cache as plain numbers: for contacts and for friction groups the number of keys and the keys, then the
     /// [warm part](ContactSolution::write_warm_part) of the solution.
     pub fn write(&self, numbers: &mut Vec<f64>) {

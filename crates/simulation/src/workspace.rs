@@ -21,6 +21,7 @@ use crate::overlaps;
 use crate::reach::BodyReach;
 use crate::rest::FixedPoint;
 use crate::settings::Settings;
+use crate::sleepers::{RowsView, Sleepers};
 use crate::smallest_change::SmallestChange;
 use crate::solver::StepSolver;
 use crate::source::{ContactSource, FrictionSource};
@@ -57,6 +58,7 @@ pub struct Workspace {
     pub(crate) fixed_point: FixedPoint,
     pub(crate) warm: WarmCache,
     pub(crate) withheld: Withheld,
+    pub(crate) sleepers: Sleepers,
     /// Rows of parameters that were changed, by parameter and part.
     pub(crate) changed: BTreeMap<(Parameter, usize), Vec<f64>>,
 }
@@ -104,6 +106,7 @@ impl Workspace {
         Ok(Self {
             kinematics: Kinematics::new(model),
             ahead: Ahead::new(model),
+            sleepers: Sleepers::new(model, &problem),
             candidates: Candidates::default(),
             points: Vec::new(),
             solution: ContactSolution::default(),
@@ -134,21 +137,31 @@ impl Workspace {
         })
     }
 
+    /// The rows of the last step: of what moved, and of what slept.
+    pub(crate) fn rows(&self) -> RowsView<'_> {
+        self.sleepers.whole(self.own_rows(), &self.smooth.free_velocity)
+    }
+
+    /// The rows that the last step solved for.
+    pub(crate) fn own_rows(&self) -> RowsView<'_> {
+        self.builder.rows(&self.points, &self.solution)
+    }
+
     /// Contact points of the last step; joint limits are not among them.
     pub fn contact_points(&self) -> &[ContactPoint] {
-        &self.points
+        self.rows().points
     }
 
     /// Where each contact point lies between its two surfaces: those of a flat patch are brought to one height, so that their rows agree where the bodies
     /// turn while they stick.
     pub fn contact_levels(&self) -> &[Level] {
-        &self.builder.levels
+        self.rows().levels
     }
 
     /// Contact points of the last step that overlap, or touch, and that no degree of freedom moves along their normal: no impulse
     /// could open them, and they are not in its problem.
     pub fn left_out(&self) -> &[ContactPoint] {
-        &self.builder.left_out
+        self.rows().left_out
     }
 
     /// Pairs of geoms of one mechanism that overlap in its reference configuration and are kept from touching
@@ -164,26 +177,27 @@ impl Workspace {
 
     /// Frames of the contact points.
     pub fn contact_frames(&self) -> &[ContactFrame] {
-        &self.builder.frames
+        self.rows().frames
     }
 
     /// The contact problem of the last step: first the contact points in their order, then limits of
     /// joints and tendons.
     pub fn problem(&self) -> &ContactProblem {
-        &self.builder.problem
+        self.rows().problem
     }
 
     /// What contact `i` of the [problem](Self::problem) comes from.
     pub fn contact_source(&self, i: usize) -> Option<ContactSource> {
-        if let Some(point) = self.points.get(i) {
+        let rows = self.rows();
+        if let Some(point) = rows.points.get(i) {
             return Some(ContactSource::Point(*point));
         }
-        self.builder.keys.get(i).map(limit_of)
+        rows.keys.get(i).map(limit_of)
     }
 
     /// What friction group `j` of the [problem](Self::problem) comes from.
     pub fn friction_source(&self, j: usize) -> Option<FrictionSource> {
-        self.builder.friction_source.get(j).copied()
+        self.rows().friction_source.get(j).copied()
     }
 
     /// The index of the equality constraint that bilateral row `k` of the [problem](Self::problem) belongs to.
@@ -234,7 +248,7 @@ impl Workspace {
 
     /// All points that could touch within the last step, those that its problem leaves out among them.
     pub fn candidate_points(&self) -> impl Iterator<Item = &ContactPoint> {
-        self.candidates.all.iter()
+        self.candidates.all.iter().chain(self.sleepers.points())
     }
 
     /// Visits the limits of joints and tendons that the last step's problem leaves out, with the distance to each at the end of the step, rad
@@ -264,13 +278,14 @@ impl Workspace {
 
     /// The solution of the last step.
     pub fn solution(&self) -> &ContactSolution {
-        &self.solution
+        self.rows().solution
     }
 
     /// The impulse (normal, tangent 1, tangent 2) of contact `i` over the whole last step, N·s: its own, that of a belt, and
     /// both phases of an impact.
     pub fn contact_impulse(&self, i: usize) -> [f64; 3] {
-        let mut sum = self.solution.impulse[i];
+        let rows = self.rows();
+        let mut sum = rows.solution.impulse[i];
         let along = |problem: &ContactProblem, solution: &ContactSolution| {
             let belongs =
                 |j: &usize| problem.friction_groups.bound[*j].normal().is_some_and(|(contact, _)| contact == i);
@@ -278,13 +293,13 @@ impl Workspace {
             let first = (0..problem.friction_groups.len()).find(belongs);
             first.map_or([0.0; 2], |j| solution.group_impulse[j])
         };
-        let belt = self.builder.friction_source.contains(&FrictionSource::Belt { contact: i });
+        let belt = rows.friction_source.contains(&FrictionSource::Belt { contact: i });
         let mut add = |[t_1, t_2]: [f64; 2]| {
             sum[1] += t_1;
             sum[2] += t_2;
         };
         if belt {
-            add(along(&self.builder.problem, &self.solution));
+            add(along(rows.problem, rows.solution));
         }
         if let Some((problem, solution)) = self.decompression() {
             if belt || !self.builder.problem.directions_of(i).is_empty() {
@@ -299,7 +314,7 @@ impl Workspace {
 
     /// The impulse of friction group `j` over the whole last step: both phases of an impact.
     pub(crate) fn group_impulse(&self, j: usize) -> [f64; 2] {
-        let [mut first, mut second] = self.solution.group_impulse[j];
+        let [mut first, mut second] = self.rows().solution.group_impulse[j];
         let of_contacts = &self.builder.problem.friction_groups.bound;
         let bounded = of_contacts.iter().take_while(|bound| bound.normal().is_some()).count();
         // The groups of the decompression are the tangents of contacts and then those groups that contacts bound, in their order.
@@ -320,35 +335,6 @@ impl Workspace {
     /// The velocity at the end of the step.
     pub(crate) fn end_velocity(&self) -> &[f64] {
         if self.decompression.happened { &self.decompression.solution.velocity } else { &self.solution.velocity }
-    }
-
-    /// The last solution in the form that the next step starts from, as plain numbers: stored with `(t, q, v)` and given
-    /// back to [`set_warm_start`](Self::set_warm_start), a run goes on with the same bits.
-    pub fn warm_start(&self) -> Vec<f64> {
-        let mut numbers = Vec::new();
-        self.withheld.write(&mut numbers);
-        self.warm.write(&mut numbers);
-        numbers
-    }
-
-    /// Takes over a [`warm_start`](Self::warm_start) of the same model.
-    ///
-    /// # Errors
-    /// [`SimulationError::WarmStart`] if the numbers are not those of a warm start; nothing has changed then.
-    pub fn set_warm_start(&mut self, numbers: &[f64]) -> Result<(), SimulationError> {
-        self.fixed_point.clear();
-        let wrong = SimulationError::WarmStart { found: numbers.len() };
-        let Some((withheld, rest)) = Withheld::read(numbers) else { return Err(wrong) };
-        self.warm.read(rest).ok_or(wrong)?;
-        self.withheld = withheld;
-        Ok(())
-    }
-
-    /// Forgets the last solution, so that the next step starts cold.
-    pub fn clear_warm_start(&mut self) {
-        self.fixed_point.clear();
-        self.warm.clear();
-        self.withheld = Withheld::default();
     }
 }
 

@@ -4,6 +4,7 @@ use std::time::Instant;
 
 use signorini_contact::certificate::Certificate;
 use signorini_contact::projection::Cones;
+use signorini_contact::scales::VelocityScale;
 use signorini_contact::{
     ContactProblem, ContactSolution, FrictionBound, ProblemError, SolveStatus, StageKind, WarmStart,
 };
@@ -69,6 +70,24 @@ impl ContactSolver {
     /// The settings.
     pub fn settings(&self) -> &SolverSettings {
         &self.settings
+    }
+
+    /// From now on problems are parts of larger ones, of which the other islands are known to stand: residuals are relative to the scales of both.
+    ///
+    /// - `delassus`, `velocity`: scales of the other part ([`ContactProblem::delassus_scale`], 1/kg, and [`ContactProblem::velocity_scale`], m/s); zero where there
+    ///   is none
+    pub fn set_beside(&mut self, delassus: f64, velocity: VelocityScale) {
+        self.islands.set_beside(delassus, velocity);
+    }
+
+    /// The island of a unit of the last problem: a contact, or a friction group counted after the contacts; `None` if nothing moves it.
+    pub fn island_of_unit(&self, unit: usize) -> Option<usize> {
+        self.islands.of_unit(unit)
+    }
+
+    /// The island of a block of the last problem's mass matrix; `None` if no row moves it.
+    pub fn island_of_block(&self, block: usize) -> Option<usize> {
+        self.islands.of_block(block)
     }
 
     /// Solves a problem; see [`solve_into`](Self::solve_into).

@@ -160,7 +160,13 @@ impl Verdict {
     fn take_velocity_of_impulses(&mut self, problem: &ContactProblem, cones: &Cones, solution: &mut ContactSolution) {
         let (refined_certificate, carried) = (solution.certificate, self.scratch.carried);
         let refined_violation = self.violation(solution);
-        let unrefined = velocity_from_impulses(problem, solution);
+        let mut unrefined = velocity_from_impulses(problem, solution);
+        // What rests stays at rest: its impulses and its weight cancel to rounding.
+        for own in problem.mass.blocks().iter().map(|block| block.range()) {
+            if solution.velocity[own.clone()].iter().all(|v| *v == 0.0) {
+                unrefined[own].fill(0.0);
+            }
+        }
         let refined = std::mem::replace(&mut solution.velocity, unrefined);
         self.certify_completed(problem, cones, solution);
         if self.violation(solution) >= refined_violation {

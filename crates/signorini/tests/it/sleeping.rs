@@ -1,7 +1,8 @@
 //! With sleeping and without: the same motion.
 
+use signorini::multibody::BodyId;
 use signorini::multibody::glam::DVec3;
-use signorini::{Settings, Simulation};
+use signorini::{Settings, Simulation, Workspace};
 
 use crate::support::{World, bits, bundled, run_certified, run_observed, set_velocity};
 
@@ -110,4 +111,88 @@ fn every_change_wakes() {
     run_both(&mut awake, &mut asleep, 0.4);
     assert!(asleep.state().q[0].abs() > 1e-3 || asleep.state().v[0].abs() > 1e-3, "the block has struck the pile");
     assert!(difference(&awake, &asleep) < 1e-7, "struck: {:e}", difference(&awake, &asleep));
+}
+
+/// The same step from the same start with everyone awake, and whether all that the first one tells is what this one tells.
+fn compare_with_all_awake(beside: &mut Simulation, all: &mut Simulation, at: &str) -> usize {
+    all.restore(&beside.save()).unwrap();
+    all.input = beside.input.clone();
+    let reports = [&mut *beside, &mut *all].map(|simulation| simulation.step().unwrap().clone());
+    assert_eq!(bits(beside.state()), bits(all.state()), "{at}");
+    assert_eq!(beside.sensors(), all.sensors(), "{at}");
+    let [a, b] = [&*beside, &*all].map(Simulation::workspace);
+    assert_eq!(a.contact_points(), b.contact_points(), "{at}");
+    assert_eq!((a.contact_frames(), a.left_out()), (b.contact_frames(), b.left_out()), "{at}");
+    let [p, q] = [a, b].map(Workspace::problem);
+    assert_eq!((&p.jacobian, &p.gap, &p.friction, &p.directions), (&q.jacobian, &q.gap, &q.friction, &q.directions));
+    assert_eq!(
+        (&p.friction_groups, &p.free_velocity, &p.mass),
+        (&q.friction_groups, &q.free_velocity, &q.mass),
+        "{at}"
+    );
+    let [x, y] = [a, b].map(Workspace::solution);
+    assert_eq!((&x.impulse, &x.velocity, &x.alpha, &x.beta), (&y.impulse, &y.velocity, &y.alpha, &y.beta), "{at}");
+    assert_eq!((&x.modes, &x.group_impulse, &x.group_modes), (&y.modes, &y.group_impulse, &y.group_modes), "{at}");
+    assert_eq!(
+        (reports[0].contacts, reports[0].solver.islands),
+        (reports[1].contacts, reports[1].solver.islands),
+        "{at}"
+    );
+    let apart = (reports[0].certificate.worst() - reports[1].certificate.worst()).abs();
+    assert!(apart < 1e-13 && reports[0].certificate.holds(1e-9), "{at}: {apart:e}");
+    assert_eq!(a.warm_start(), b.warm_start(), "{at}");
+    p.contact_count()
+}
+
+/// Stacks, a door against its stop, a lever with dry friction, balls that resist rolling, and a ball that rolls through them.
+const ROOM: &str = r#"<mujoco><option timestep="0.004"><flag sleep="enable"/></option>
+  <worldbody>
+    <geom name="floor" type="plane" size="0 0 1"/>
+    <geom name="step" type="box" size=".2 .2 .05" pos="-1 1 .05"/>
+    <body name="door" pos="0 1 .5" euler="20 0 0"><joint name="hinge" type="hinge" axis="0 0 1" range="0 90"/>
+      <geom type="box" size=".2 .02 .3" pos=".2 0 0" mass="2"/></body>
+    <body name="lever" pos="1 1 .5"><joint type="hinge" axis="0 1 0" frictionloss="3"/>
+      <geom type="capsule" size=".02" fromto="0 0 0 .2 0 0" mass="1"/></body>
+    <body pos="-1 1 .2"><freejoint/><geom type="box" size=".1 .1 .1" mass="1"/></body>
+    <body pos="-1 1 .4"><freejoint/><geom type="box" size=".1 .1 .1" mass="3"/><site name="in" type="box" size=".2 .2 .2"/></body>
+    <body pos="1 0 .1"><freejoint/><geom type="box" size=".1 .1 .1" mass="1"/></body>
+    <body pos="1 0 .3"><freejoint/><geom type="box" size=".1 .1 .1" mass="1"/></body>
+    <body pos="2 0 .1"><freejoint/><geom type="sphere" size=".1" mass="1" condim="6" friction="1 .01 .01"/></body>
+    <body pos="2 .21 .1"><freejoint/><geom type="sphere" size=".1" mass="1" condim="6" friction="1 .01 .01"/></body>
+    <body name="ball" pos="-.6 0 .2"><freejoint/><geom type="sphere" size=".2" mass="4"/></body>
+  </worldbody>
+  <sensor><touch site="in"/><accelerometer site="in"/><force site="in"/><jointlimitfrc joint="hinge"/></sensor></mujoco>"#;
+
+/// Runs a scene and compares every step; gives back in how many some bodies slept beside others that did not, and how often one woke.
+fn compare_steps(mut beside: Simulation, steps: usize, name: &str) -> [usize; 2] {
+    let mut all = Simulation::new(beside.model().clone(), beside.settings().clone()).unwrap();
+    let (mut partly, mut woken, mut before) = (0, 0, Vec::new());
+    for k in 0..steps {
+        compare_with_all_awake(&mut beside, &mut all, &format!("{name}, step {k}"));
+        let bodies = (0..beside.model().bodies.len() as u32).map(BodyId);
+        let moves = |body: &BodyId| beside.model().dofs_moving(*body).next().is_some();
+        let sleep: Vec<bool> = bodies.filter(moves).map(|body| beside.workspace().sleeps(body)).collect();
+        partly += usize::from(sleep.contains(&true) && sleep.contains(&false));
+        woken += before.iter().zip(&sleep).filter(|(before, now)| **before && !**now).count();
+        before = sleep;
+    }
+    [partly, woken]
+}
+
+#[test]
+fn a_step_beside_those_that_sleep_is_the_step_of_all() {
+    let room = signorini_formats::load_mjcf_str(ROOM, "").unwrap();
+    let mut room = Simulation::new(room.model, Settings::default()).unwrap();
+    let mut start = room.state().clone();
+    let ball = start.v.len() - 6;
+    start.v[ball] = 3.0;
+    room.set_state(&start).unwrap();
+    let [partly, woken] = compare_steps(room, 500, "room");
+    assert!(partly > 490 && woken == 2, "{partly} steps, {woken} woken: one stack is struck");
+    let [partly, woken] = compare_steps(sleeping(&bundled("dominoes")), 400, "dominoes");
+    assert!(partly > 100 && woken > 10, "{partly} steps, {woken} woken");
+    let mut pile = sleeping(&pile_and_slider());
+    set_velocity(&mut pile, 4, DVec3::X * 6.0, DVec3::ZERO);
+    let [partly, woken] = compare_steps(pile, 300, "pile");
+    assert!(partly > 10 && woken >= 4, "{partly} steps, {woken} woken");
 }

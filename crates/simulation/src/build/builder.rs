@@ -1,6 +1,8 @@
 //! The problem of a step with what belongs to it, and the storage to build it.
 
-use signorini_contact::{ContactFrame, ContactProblem, FrictionPolygon};
+use std::ops::Range;
+
+use signorini_contact::{ContactFrame, ContactProblem, ContactSolution, FrictionPolygon};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{ContactPoint, EqualityBlock, FreeMotion, JacobianRows, LengthRow, Model, SpinResistance};
 
@@ -8,6 +10,7 @@ use super::dependent::DependentRows;
 use super::level::Level;
 use super::pace::CorrectionPace;
 use crate::settings::{RestitutionLaw, Settings};
+use crate::sleepers::RowsView;
 use crate::source::{BilateralSource, FrictionSource};
 use crate::warm::{ContactKey, GroupKey};
 
@@ -78,6 +81,8 @@ pub(crate) struct ProblemBuilder {
     pub(super) dependent: DependentRows,
     pub(super) assembly_tolerance: f64,
     pub(super) law: RestitutionLaw,
+    /// Degrees of freedom whose own rows, of limits and dry friction, are left out.
+    pub(super) stands: Vec<bool>,
 }
 
 impl ProblemBuilder {
@@ -105,6 +110,29 @@ impl ProblemBuilder {
             dependent: DependentRows::new(model, settings.assembly_tolerance),
             assembly_tolerance: settings.assembly_tolerance,
             law: settings.restitution,
+            stands: vec![false; model.nv],
+        }
+    }
+
+    /// Leaves the rows of joints in these degrees of freedom out of the next problems.
+    pub fn let_stand(&mut self, dofs: impl Iterator<Item = Range<usize>>) {
+        self.stands.fill(false);
+        dofs.for_each(|own| self.stands[own].fill(true));
+    }
+
+    /// The rows of the problem, with the contact points and the solution that belong to it.
+    pub fn rows<'a>(&'a self, points: &'a [ContactPoint], solution: &'a ContactSolution) -> RowsView<'a> {
+        RowsView {
+            points,
+            levels: &self.levels,
+            frames: &self.frames,
+            keys: &self.keys,
+            group_keys: &self.group_keys,
+            friction_source: &self.friction_source,
+            bilateral_source: &self.bilateral_source,
+            left_out: &self.left_out,
+            problem: &self.problem,
+            solution,
         }
     }
 

@@ -17,7 +17,7 @@ impl ProblemBuilder {
         let v_free = std::mem::take(&mut self.problem.free_velocity);
         for_each_limit(model, state, &v_free, |limit| {
             let reach = 4.0 * dt * limit.rate(&state.v).abs().max(limit.rate(&v_free).abs());
-            if limit.gap <= reach {
+            if limit.gap <= reach && !self.stands[limit.dof] {
                 self.push_limit(model, state, limit);
             }
         });
@@ -53,7 +53,8 @@ impl ProblemBuilder {
         let dt = self.problem.timestep;
         let before = self.keys.len();
         for_each_limit(model, state, v, |limit| {
-            if wanted(&limit.key, limit.gap + dt * limit.rate(v)) && !self.keys.contains(&limit.key) {
+            let is_wanted = wanted(&limit.key, limit.gap + dt * limit.rate(v)) && !self.stands[limit.dof];
+            if is_wanted && !self.keys.contains(&limit.key) {
                 self.push_limit(model, state, limit);
             }
         });
@@ -81,7 +82,7 @@ impl ProblemBuilder {
     ) {
         let dt = self.problem.timestep;
         for_each_limit(model, state, v, |limit| {
-            if !self.keys.contains(&limit.key) {
+            if !self.stands[limit.dof] && !self.keys.contains(&limit.key) {
                 visit(&limit.key, limit.gap + dt * limit.rate(v));
             }
         });

@@ -33,7 +33,7 @@ impl ProblemBuilder {
     pub(super) fn push_joint_friction(&mut self, model: &Model) {
         for (j, joint) in model.joints.iter().enumerate().filter(|(_, joint)| joint.friction_loss > 0.0) {
             let bound = FrictionBound::Impulse(joint.friction_loss * self.problem.timestep);
-            for dof in joint.v_index..joint.v_index + joint.kind.nv() {
+            for dof in (joint.v_index..joint.v_index + joint.kind.nv()).filter(|&dof| !self.stands[dof]) {
                 self.problem.push_friction_row([(dof as u32, 1.0)], 0.0, bound);
                 self.friction_source.push(FrictionSource::Joint { joint: j, dof });
             }

@@ -34,6 +34,8 @@ pub struct Islands {
     /// The largest Delassus entry of contacts and groups.
     delassus_scale: f64,
     velocity_scale: VelocityScale,
+    /// Both of what is beside the problem.
+    beside: (f64, VelocityScale),
     structure: Structure,
     known: KnownRows,
     robots: RobotRows,
@@ -97,7 +99,12 @@ impl Islands {
 
     /// The island of a block of the mass matrix.
     pub fn of_block(&self, block: usize) -> Option<usize> {
-        index(self.island_of_root[self.joined.root[block] as usize])
+        index(self.island_of_root[*self.joined.root.get(block)? as usize])
+    }
+
+    /// Takes these for the scales `g` and `s_v` of what is beside the problems to come.
+    pub(crate) fn set_beside(&mut self, delassus: f64, velocity: VelocityScale) {
+        self.beside = (delassus, velocity);
     }
 
     /// Finds the islands of a problem and its scales. [`assemble`](Self::assemble) gives them their rows.
@@ -119,8 +126,7 @@ impl Islands {
             self.known.forget(problem);
         }
         self.known.begin(problem, &self.islands[..self.count]);
-        self.delassus_scale = 0.0;
-        self.velocity_scale = VelocityScale::default();
+        (self.delassus_scale, self.velocity_scale) = self.beside;
         (0..problem.contact_count()).for_each(|i| self.measure_contact(problem, i));
         (0..problem.friction_groups.len()).for_each(|j| self.measure_group(problem, j));
         self.measure_robots(problem);
