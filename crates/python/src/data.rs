@@ -7,7 +7,7 @@ use numpy::PyArray1;
 use pyo3::exceptions::{PyIndexError, PyRuntimeError};
 use pyo3::prelude::*;
 use signorini::multibody::glam::{DQuat, DVec3};
-use signorini::multibody::{Pose, SpatialVector, kinetic_energy, potential_energy};
+use signorini::multibody::{BodyId, Pose, SpatialVector, kinetic_energy, potential_energy};
 
 use crate::arrays::{self, Vector};
 use crate::contacts::{Contacts, Limits};
@@ -204,6 +204,15 @@ impl Data {
     fn ncon(&self) -> PyResult<usize> {
         let core = self.core()?;
         Ok(if core.stepped { core.workspace.contact_points().len() } else { 0 })
+    }
+
+    /// Whether the last step left each body alone, (nbody,), because it and what is around it stood as they had stood before
+    /// (`Settings.sleeping`); its contacts are among those of the step.
+    #[getter]
+    fn body_asleep<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<bool>>> {
+        let core = self.core()?;
+        let bodies = (0..core.model.bodies.len() as u32).map(|i| core.workspace.sleeps(BodyId(i)));
+        arrays::fixed(PyArray1::from_iter(py, bodies))
     }
 
     /// Residuals of the laws in the last step.

@@ -89,6 +89,21 @@ def test_sleeping_leaves_islands_unsolved_with_the_same_motion():
     assert asleep.report.iterations <= awake.report.iterations
 
 
+def test_bodies_that_stand_sleep_beside_what_moves():
+    model = mjcf('''<mujoco><worldbody><geom type="plane" size="0 0 1"/>
+        <body name="box" pos="0 0 .1"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
+        <body name="pendulum" pos="2 0 2"><joint type="hinge" axis="0 1 0"/><geom size=".1" pos=".5 0 0"/></body>
+        </worldbody></mujoco>''')
+    data = signorini.Data(model, Settings(sleeping=True))
+    assert not data.body_asleep.any()
+    signorini.step(model, data, nstep=10)
+    assert dict(zip(model.body_names, data.body_asleep)) == {"world": False, "box": True, "pendulum": False}
+    assert data.ncon == 4 and data.contact.impulse[:, 0].sum() == pytest.approx(model.body_mass[1] * 9.81 * model.timestep)
+    data.qvel[0] = 0.1
+    signorini.step(model, data)
+    assert not data.body_asleep.any() and data.qpos[0] > 0
+
+
 def test_settings_of_the_solver_are_taken_and_checked():
     model = mjcf(TABLE)
     data = signorini.Data(model, Settings(solver=SolverSettings(newton_iterations=0, threads=2)))

@@ -1,7 +1,7 @@
 //! A step beside trees that sleep (`sleepers/`): who is told of them, what wakes them, and what it tells of them.
 
 use signorini_contact::SolveStatus;
-use signorini_multibody::{Input, Model, State};
+use signorini_multibody::{Input, State};
 
 use crate::report::{KeptRow, StepReport};
 use crate::sleepers::{Part, StepRows, deepest};
@@ -51,7 +51,7 @@ impl Workspace {
         self.sleepers.stay_awake();
     }
 
-    /// Those that sleep have no force to answer in this step.
+    /// Those that sleep have no force to answer in this step; how they could move without contact is known to the search.
     pub(crate) fn hold_sleepers(&mut self) {
         let Self { sleepers, builder, .. } = self;
         if sleepers.any() {
@@ -60,7 +60,7 @@ impl Workspace {
     }
 
     /// Wakes the islands that the last search found contact points with; whether there are any.
-    pub(crate) fn wake_touched(&mut self, model: &Model) -> bool {
+    pub(crate) fn wake_touched(&mut self) -> bool {
         let Self { sleepers, candidates, warm, smooth, builder, reach, kinematics, .. } = self;
         if !sleepers.any() {
             return false;
@@ -69,23 +69,28 @@ impl Workspace {
         if !sleepers.wake_marked(warm) {
             return false;
         }
+        // Rows of joints are those of the problem, too.
+        candidates.note_stale();
         let free_velocity = &mut builder.problem.free_velocity;
         for own in sleepers.woken_dofs() {
             free_velocity[own.clone()].copy_from_slice(&smooth.free_velocity[own]);
         }
-        reach.admit(model, kinematics, free_velocity, builder.problem.timestep, |body| sleepers.was_woken(body));
+        reach.admit(kinematics, builder.problem.timestep, |body| sleepers.was_woken(body));
         self.let_sleepers_stand();
         true
     }
 
     /// Takes note of the trees that a step from `state` to `next` left standing, where such steps come out the same again.
     pub(crate) fn note_standing(&mut self, state: &State, input: &Input, next: &State, dt: f64, report: &StepReport) {
-        let Self { sleepers, solver, builder, solution, warm, .. } = self;
+        let Self { sleepers, solver, builder, solution, warm, corrections, .. } = self;
         let plain = report.advanced() && !report.missed_tolerance && !report.clipped_gaps && report.impacts == 0;
         let Some(solver) = solver.islands_apart().filter(|_| plain && !builder.restores()) else {
             return sleepers.stay_awake();
         };
-        let gave = |unit: usize| warm.gave(unit, builder.keys.len(), solution);
+        let contacts = builder.keys.len();
+        // What overlaps and stands is held back, and asked for again.
+        let overlaps = |i: usize| i < contacts && corrections.asked(KeptRow::Contact(i)) < 0.0;
+        let gave = |unit: usize| warm.gave(unit, contacts, solution) && !overlaps(unit);
         sleepers.note_standing((state, next), (input, dt), (&builder.problem, solution), solver, gave);
     }
 

@@ -25,6 +25,8 @@ pub(crate) struct Candidates {
     brought: Vec<[u32; 3]>,
     /// Those of the problem at hand, by geoms and feature.
     written: Vec<[u32; 3]>,
+    /// Whether the problem at hand lacks more than points.
+    is_stale: bool,
     patches: Patches,
 }
 
@@ -88,13 +90,19 @@ impl Candidates {
     pub fn write(&mut self, out: &mut Vec<ContactPoint>) {
         out.clear();
         out.extend(self.chosen_points());
+        self.is_stale = false;
         self.written.clear();
         self.written.extend(out.iter().map(identity));
     }
 
     /// Whether the points that are chosen are those that were written.
     pub fn are_written(&self) -> bool {
-        self.chosen_points().map(identity).eq(self.written.iter().copied())
+        !self.is_stale && self.chosen_points().map(identity).eq(self.written.iter().copied())
+    }
+
+    /// Takes the problem at hand for one that lacks rows, whatever points are chosen.
+    pub fn note_stale(&mut self) {
+        self.is_stale = true;
     }
 
     /// Chooses the points left out that close faster than `tolerance` after the step, `φ/Δt + c_N < -tolerance` (m/s); whether there are

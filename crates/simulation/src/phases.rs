@@ -59,16 +59,16 @@ impl Workspace {
         let standing = &self.sleepers.standing;
         free_motion_beside(model, &self.kinematics, state, input, dt, standing, &mut self.smooth)?;
         self.builder.take_smooth(&mut self.smooth, dt);
-        self.hold_sleepers();
         self.reach.start(model, &self.kinematics, &self.builder.problem.free_velocity, dt);
         self.reach.widen(&self.adhesion.layers);
+        self.hold_sleepers();
         Ok(())
     }
 
     /// Finds the points within reach, and wakes what moves there.
     pub(crate) fn find_points(&mut self, model: &Model) {
         self.search(model);
-        while self.wake_touched(model) {
+        while self.wake_touched() {
             self.search(model);
         }
     }

@@ -132,15 +132,7 @@ impl BodyReach {
     }
 
     /// Gives bodies that stood a reach within a step that has begun, as [`start`](Self::start) would have.
-    pub fn admit(
-        &mut self,
-        model: &Model,
-        kinematics: &Kinematics,
-        v_free: &[f64],
-        dt: f64,
-        admitted: impl Fn(BodyId) -> bool,
-    ) {
-        self.free.take(model, kinematics, v_free);
+    pub fn admit(&mut self, kinematics: &Kinematics, dt: f64, admitted: impl Fn(BodyId) -> bool) {
         // Of them is not known how they move beside the mean motion of the others.
         self.beside.clear();
         for &i in self.movable.iter().filter(|&&i| admitted(BodyId(i))) {

@@ -190,7 +190,10 @@ fn pull_along(model: &Model, workspace: &Workspace, dof: usize) -> f64 {
 /// Force of an actuator with the velocity at the end of the step, and what a servo of speed adds to the middle of its range.
 fn actuator_force(workspace: &Workspace, a: usize, dt: f64) -> f64 {
     let servo = FrictionSource::Servo { actuator: a };
-    let group = workspace.rows().friction_source.iter().position(|&source| source == servo);
+    let is_servo = |source: &FrictionSource| *source == servo;
+    // Asked first, as the rows of all are put together where some sleep.
+    let is_there = workspace.builder.friction_source.iter().any(is_servo);
+    let group = is_there.then(|| workspace.rows().friction_source.iter().position(is_servo)).flatten();
     let added = group.map_or(0.0, |j| workspace.group_impulse(j)[0] / dt);
     workspace.smooth.actuator_force_at(a, workspace.end_velocity(), dt) + added
 }

@@ -46,6 +46,7 @@ pub fn step(
     let dt = settings.timestep.unwrap_or(model.timestep);
     let sleeping = settings.sleeps(model);
     if sleeping && let Some(report) = workspace.stay(state, input, settings, dt, next) {
+        workspace.sleepers.was_repeated = true;
         return Ok(report);
     }
     let made = step_driven(model, state, input, settings, &[], workspace, next);

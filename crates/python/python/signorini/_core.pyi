@@ -932,6 +932,10 @@ class Data:
     def ncon(self) -> int:
         """Number of contacts of the last step."""
     @property
+    def body_asleep(self) -> NDArray[np.bool_]:
+        """Whether the last step left each body alone, (nbody,), because it and what is around it stood as they had stood before
+        (``Settings.sleeping``); its contacts are among those of the step."""
+    @property
     def certificate(self) -> Certificate:
         """Residuals of the laws in the last step."""
     @property

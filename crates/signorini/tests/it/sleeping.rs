@@ -1,8 +1,10 @@
 //! With sleeping and without: the same motion.
 
-use signorini::multibody::BodyId;
+use signorini::contact::certify;
 use signorini::multibody::glam::DVec3;
-use signorini::{Settings, Simulation, Workspace};
+use signorini::multibody::{BodyId, Geometry, Joint, JointKind, Pose};
+use signorini::{Settings, Simulation, StepReport, Workspace};
+use signorini_testkit::Random;
 
 use crate::support::{World, bits, bundled, run_certified, run_observed, set_velocity};
 
@@ -113,35 +115,37 @@ fn every_change_wakes() {
     assert!(difference(&awake, &asleep) < 1e-7, "struck: {:e}", difference(&awake, &asleep));
 }
 
-/// The same step from the same start with everyone awake, and whether all that the first one tells is what this one tells.
-fn compare_with_all_awake(beside: &mut Simulation, all: &mut Simulation, at: &str) -> usize {
+/// The same step from the same start with everyone awake; both reports.
+fn step_both(beside: &mut Simulation, all: &mut Simulation) -> [StepReport; 2] {
     all.restore(&beside.save()).unwrap();
     all.input = beside.input.clone();
-    let reports = [&mut *beside, &mut *all].map(|simulation| simulation.step().unwrap().clone());
+    [beside, all].map(|simulation| simulation.step().unwrap().clone())
+}
+
+/// All that one of two steps tells is what the other one tells.
+fn same_steps(beside: &mut Simulation, all: &mut Simulation, reports: &[StepReport; 2], at: &str) {
     assert_eq!(bits(beside.state()), bits(all.state()), "{at}");
-    assert_eq!(beside.sensors(), all.sensors(), "{at}");
     let [a, b] = [&*beside, &*all].map(Simulation::workspace);
     assert_eq!(a.contact_points(), b.contact_points(), "{at}");
     assert_eq!((a.contact_frames(), a.left_out()), (b.contact_frames(), b.left_out()), "{at}");
     let [p, q] = [a, b].map(Workspace::problem);
     assert_eq!((&p.jacobian, &p.gap, &p.friction, &p.directions), (&q.jacobian, &q.gap, &q.friction, &q.directions));
-    assert_eq!(
-        (&p.friction_groups, &p.free_velocity, &p.mass),
-        (&q.friction_groups, &q.free_velocity, &q.mass),
-        "{at}"
-    );
+    assert_eq!((&p.free_velocity, &p.mass), (&q.free_velocity, &q.mass), "{at}");
+    assert_eq!(p.friction_groups, q.friction_groups, "{at}");
+    let islands = [0, 1].map(|k| (reports[k].contacts, reports[k].solver.islands));
+    assert_eq!(islands[0], islands[1], "{at}");
+    if reports[0].solver.sleeping_islands == reports[0].solver.islands {
+        return; // What ends where it began is told again as it was: other last digits of its impulses would do as well.
+    }
     let [x, y] = [a, b].map(Workspace::solution);
     assert_eq!((&x.impulse, &x.velocity, &x.alpha, &x.beta), (&y.impulse, &y.velocity, &y.alpha, &y.beta), "{at}");
     assert_eq!((&x.modes, &x.group_impulse, &x.group_modes), (&y.modes, &y.group_impulse, &y.group_modes), "{at}");
-    assert_eq!(
-        (reports[0].contacts, reports[0].solver.islands),
-        (reports[1].contacts, reports[1].solver.islands),
-        "{at}"
-    );
-    let apart = (reports[0].certificate.worst() - reports[1].certificate.worst()).abs();
-    assert!(apart < 1e-13 && reports[0].certificate.holds(1e-9), "{at}: {apart:e}");
+    // The rows of those that sleep are certified relative to their own scales, which are no larger.
+    let [told, known] = [reports[0].certificate, certify(p, x)].map(|certificate| certificate.worst());
+    assert!((known - certify(q, y).worst()).abs() < 1e-15, "{at}");
+    assert!(told >= known - 1e-15 && reports[0].certificate.holds(1e-9), "{at}: {told:e}, {known:e}");
     assert_eq!(a.warm_start(), b.warm_start(), "{at}");
-    p.contact_count()
+    assert_eq!(beside.sensors(), all.sensors(), "{at}");
 }
 
 /// Stacks, a door against its stop, a lever with dry friction, balls that resist rolling, and a ball that rolls through them.
@@ -168,7 +172,8 @@ fn compare_steps(mut beside: Simulation, steps: usize, name: &str) -> [usize; 2]
     let mut all = Simulation::new(beside.model().clone(), beside.settings().clone()).unwrap();
     let (mut partly, mut woken, mut before) = (0, 0, Vec::new());
     for k in 0..steps {
-        compare_with_all_awake(&mut beside, &mut all, &format!("{name}, step {k}"));
+        let reports = step_both(&mut beside, &mut all);
+        same_steps(&mut beside, &mut all, &reports, &format!("{name}, step {k}"));
         let bodies = (0..beside.model().bodies.len() as u32).map(BodyId);
         let moves = |body: &BodyId| beside.model().dofs_moving(*body).next().is_some();
         let sleep: Vec<bool> = bodies.filter(moves).map(|body| beside.workspace().sleeps(body)).collect();
@@ -195,4 +200,79 @@ fn a_step_beside_those_that_sleep_is_the_step_of_all() {
     set_velocity(&mut pile, 4, DVec3::X * 6.0, DVec3::ZERO);
     let [partly, woken] = compare_steps(pile, 300, "pile");
     assert!(partly > 10 && woken >= 4, "{partly} steps, {woken} woken");
+}
+
+/// A room of boxes, balls and hinged bars at places that a seed chooses, some of them on each other.
+fn random_room(rng: &mut Random) -> Simulation {
+    let mut world = World::upright(0.004, rng.between(0.3, 0.8));
+    world.floor();
+    for k in 0..12 {
+        let place = DVec3::new(0.45 * f64::from(k % 4), 0.45 * f64::from(k / 4), 0.1);
+        let place = place + DVec3::new(rng.between(-0.1, 0.1), rng.between(-0.1, 0.1), 0.0);
+        match rng.below(4) {
+            0 => {
+                world.free_ball(0.1, rng.between(0.3, 3.0), place);
+            }
+            1 => {
+                world.free_box(DVec3::splat(0.1), rng.between(0.3, 3.0), place);
+                world.free_box(DVec3::splat(0.08), rng.between(0.3, 3.0), place + DVec3::new(0.03, 0.0, 0.18));
+            }
+            2 => {
+                world.free_box(DVec3::new(0.15, 0.05, 0.1), rng.between(0.3, 3.0), place);
+            }
+            _ => {
+                let bar = Geometry::Box { half_extents: DVec3::new(0.2, 0.02, 0.1) };
+                let body = world.body(bar, 1.0, Pose::from_position(place + DVec3::Z * 0.02));
+                let mut joint = Joint::new(format!("hinge{}", body.0), JointKind::Hinge { axis: DVec3::Z });
+                joint.friction_loss = rng.choice(&[0.0, 0.05]);
+                joint.limits = rng.choice(&[None, Some([-0.3, 0.3])]);
+                joint.damping = 0.02;
+                world.builder.add_joint(body, joint).unwrap();
+            }
+        }
+    }
+    world.simulation(Settings::default().with_sleeping(true))
+}
+
+/// Pushes of random bodies at random times set islands in motion, which strike others and come to rest again.
+#[test]
+fn in_random_rooms_a_step_beside_those_that_sleep_is_the_step_of_all() {
+    let seeds = std::env::var("SLEEPING_SEEDS").map_or(6, |seeds| seeds.parse().unwrap());
+    let (mut partly, mut changes, mut others) = (0, 0, 0);
+    for seed in 0..seeds {
+        let mut rng = Random::new(seed);
+        let mut beside = random_room(&mut rng);
+        let mut all = Simulation::new(beside.model().clone(), beside.settings().clone()).unwrap();
+        let (nv, mut before) = (beside.model().nv, Vec::new());
+        for k in 0..300 {
+            if rng.below(50) == 0 {
+                let mut force = vec![0.0; nv];
+                force[rng.below(nv)] = rng.between(-80.0, 80.0);
+                beside.input.generalized_force = force;
+            } else if rng.below(3) == 0 {
+                beside.input.generalized_force.clear();
+            }
+            let reports = step_both(&mut beside, &mut all);
+            let work =
+                [0, 1].map(|k| (reports[k].solver.factorizations, reports[k].solver.restarts, reports[k].solves));
+            let is_repeated = reports[0].solver.sleeping_islands == reports[0].solver.islands;
+            if work[0] == work[1] && !is_repeated {
+                same_steps(&mut beside, &mut all, &reports, &format!("seed {seed}, step {k}"));
+            } else {
+                // Where an island in motion fails its certificate at first, those at rest beside it are solved once more, too; where what was struck
+                // goes farther than was searched, it may wake others, with which the step is solved once more. Where everything rests the step is told
+                // again as it was.
+                others += u64::from(!is_repeated);
+                let apart = difference(&beside, &all);
+                assert!(apart < 1e-9, "seed {seed}, step {k}: {apart:e}, more than what both are certified to");
+            }
+            let sleep: Vec<bool> =
+                (0..beside.model().bodies.len() as u32).map(|i| beside.workspace().sleeps(BodyId(i))).collect();
+            partly += usize::from(sleep[1..].contains(&true) && sleep[1..].contains(&false));
+            changes += before.iter().zip(&sleep).filter(|(a, b)| a != b).count();
+            before = sleep;
+        }
+    }
+    let counts = format!("{partly} steps, {changes} changes, {others} with other work");
+    assert!(partly as u64 > 100 * seeds && changes as u64 > 20 * seeds && others < 3 * seeds, "{counts}");
 }

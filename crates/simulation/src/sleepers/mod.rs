@@ -56,6 +56,8 @@ pub(crate) struct Sleepers {
     /// Their deepest penetration, m.
     pub deepest: f64,
     pub standing: StandingTrees,
+    /// Whether the last step was the one before it again.
+    pub was_repeated: bool,
     /// The rows of the last step, those of sleepers and the others.
     whole: OnceLock<Box<StepRows>>,
     /// For islands of a problem, whether they rest.
@@ -85,6 +87,7 @@ impl Sleepers {
             scales: Default::default(),
             deepest: 0.0,
             standing: StandingTrees::none(model, &problem.mass),
+            was_repeated: false,
             whole: OnceLock::new(),
             rests: Vec::new(),
             wakes: vec![false; trees.len()],
@@ -124,6 +127,11 @@ impl Sleepers {
     /// Their rows as a part of others.
     pub fn part(&self) -> Option<Part<'_>> {
         self.rows().map(|rows| Part { rows, wants: None })
+    }
+
+    /// Whether the last step left a body alone.
+    pub fn was_left_alone(&self, body: BodyId) -> bool {
+        self.trees.of(body).is_some_and(|tree| self.was_repeated || self.sleeps(tree))
     }
 
     /// Wakes all, and forgets their rows.
@@ -189,6 +197,7 @@ impl Sleepers {
     /// Begins a step; whether any tree sleeps, or is about to.
     pub fn begin(&mut self) -> bool {
         self.whole.take();
+        self.was_repeated = false;
         self.any() || self.falling.iter().any(Option::is_some)
     }
 
@@ -236,14 +245,12 @@ impl Sleepers {
             *wakes = island.is_some_and(|name| names.binary_search(&name).is_ok());
         }
         let woken = |tree: usize| wakes[tree];
-        let woken_point = |point: &ContactPoint| trees.of_point(point).any(woken);
-        let part = Part { rows: rows.view(), wants: Some((&woken, &woken_point)) };
+        let part = Part { rows: rows.view(), wants: Some((trees, &woken)) };
         take_in(warm, &part);
         let stays = |tree: usize| !woken(tree);
-        let point_stays = |point: &ContactPoint| !woken_point(point);
-        let nothing = Part { wants: Some((&|_| false, &|_| false)), ..part };
+        let nothing = Part { wants: Some((trees, &|_| false)), ..part };
         let mut others = spare.take().unwrap_or_else(|| StepRows::like(&rows.problem));
-        others.put_together([Part { wants: Some((&stays, &point_stays)), ..part }, nothing]);
+        others.put_together([Part { wants: Some((trees, &stays)), ..part }, nothing]);
         *spare = Some(std::mem::replace(rows, others));
         for tree in (0..trees.len()).filter(|&tree| wakes[tree]) {
             (island[tree], stood[tree]) = (None, false);
@@ -260,9 +267,8 @@ impl Sleepers {
             return false;
         }
         let falls = |tree: usize| falling[tree].is_some();
-        let point_falls = |point: &ContactPoint| trees.of_point(point).any(falls);
         let mut all = spare.take().unwrap_or_else(|| StepRows::like(own.problem));
-        let own = Part { rows: own, wants: Some((&falls, &point_falls)) };
+        let own = Part { rows: own, wants: Some((trees, &falls)) };
         all.put_together([Part { rows: rows.view(), wants: None }, own]);
         *spare = Some(std::mem::replace(rows, all));
         for (island, falling) in island.iter_mut().zip(falling) {

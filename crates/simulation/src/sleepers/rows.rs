@@ -3,6 +3,7 @@
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution, FrictionGroups, SparseRows};
 use signorini_multibody::ContactPoint;
 
+use super::trees::Trees;
 use crate::build::Level;
 use crate::source::{BilateralSource, FrictionSource};
 use crate::warm::{ContactKey, GroupKey};
@@ -42,18 +43,18 @@ pub(crate) struct StepRows {
 #[derive(Clone, Copy)]
 pub(crate) struct Part<'a> {
     pub rows: RowsView<'a>,
-    /// Which kinematic trees' rows are wanted, and which contact points that are in no problem; nothing: all.
-    pub wants: Option<(&'a dyn Fn(usize) -> bool, &'a dyn Fn(&ContactPoint) -> bool)>,
+    /// Which kinematic trees' rows are wanted; nothing: all.
+    pub wants: Option<(&'a Trees, &'a dyn Fn(usize) -> bool)>,
 }
 
 impl Part<'_> {
     fn wants_row(&self, columns: &[u32]) -> bool {
         let tree = |column: &u32| self.rows.problem.mass.block_of(*column as usize);
-        self.wants.is_none_or(|(of_tree, _)| columns.first().is_some_and(|column| of_tree(tree(column))))
+        self.wants.is_none_or(|(_, chosen)| columns.first().is_some_and(|column| chosen(tree(column))))
     }
 
     fn wants_point(&self, point: &ContactPoint) -> bool {
-        self.wants.is_none_or(|(_, of_point)| of_point(point))
+        self.wants.is_none_or(|(trees, chosen)| trees.of_point(point).any(chosen))
     }
 
     pub fn wants_contact(&self, i: usize) -> bool {
@@ -136,14 +137,21 @@ impl StepRows {
     }
 
     pub fn clear(&mut self) {
-        let Self { points, levels, frames, keys, group_keys, friction_source, bilateral_source, .. } = self;
-        (points.clear(), levels.clear(), frames.clear(), keys.clear(), group_keys.clear());
-        (friction_source.clear(), bilateral_source.clear(), self.left_out.clear());
+        self.points.clear();
+        self.levels.clear();
+        self.frames.clear();
+        self.keys.clear();
+        self.group_keys.clear();
+        self.friction_source.clear();
+        self.bilateral_source.clear();
+        self.left_out.clear();
         self.problem.clear_contacts();
         let out = &mut self.solution;
         out.clear_warm_part();
-        (out.lambda_n.clear(), out.alpha.clear(), out.beta.clear(), out.modes.clear());
-        (out.group_alpha.clear(), out.group_beta.clear(), out.group_modes.clear());
+        out.modes.clear();
+        out.group_modes.clear();
+        let numbers = [&mut out.lambda_n, &mut out.alpha, &mut out.beta, &mut out.group_alpha, &mut out.group_beta];
+        numbers.into_iter().for_each(Vec::clear);
     }
 
     fn push_contact(&mut self, from: RowsView<'_>, i: usize, gone: &[Option<usize>]) {

@@ -11,7 +11,7 @@ use crate::rest::same_bits;
 
 /// The trees of a model.
 #[derive(Clone, Debug)]
-pub(super) struct Trees {
+pub(crate) struct Trees {
     all: Vec<Tree>,
     /// The tree that moves each body.
     of_body: Vec<Option<u32>>,
@@ -32,11 +32,11 @@ impl Trees {
         // What a mocap body or an adhesive one does to others is not followed.
         let sticks = |transmission: &Transmission| matches!(transmission, Transmission::Body { .. });
         let may_sleep = model.mocap_bodies.is_empty() && !model.actuators.iter().any(|a| sticks(&a.transmission));
-        let none = usize::MAX..0;
-        let mut all: Vec<Tree> = blocks.map(|block| Tree { v: block.range(), q: none.clone(), may_sleep }).collect();
+        let mut all: Vec<Tree> = blocks.map(|block| Tree { v: block.range(), q: 0..0, may_sleep }).collect();
         for joint in &model.joints {
             let q = &mut all[mass.block_of(joint.v_index)].q;
-            *q = q.start.min(joint.q_index)..q.end.max(joint.q_index + joint.kind.nq());
+            let own = joint.q_index..joint.q_index + joint.kind.nq();
+            *q = if q.start == q.end { own } else { q.start.min(own.start)..q.end.max(own.end) };
         }
         for dof in moved_by_more(model) {
             all[mass.block_of(dof)].may_sleep = false;

@@ -119,6 +119,10 @@ fn run_contact_sweeps(workspace: &mut Workspace, task: &Task, iterate: &mut Iter
 
 /// Takes an island through the cascade, from the start in `result`.
 pub(crate) fn solve_island(workspace: &mut Workspace, task: &Task, result: &mut IslandResult) {
+    if task.island.velocity_scale.value() == 0.0 {
+        // Nothing asks for an impulse: none is exact, while relative to this scale any other one would count, too.
+        result.iterate.clear(task.problem, task.island);
+    }
     workspace.shared.map.begin(task);
     for stage in &CASCADE {
         if !(stage.applies)(task, &result.iterate) {

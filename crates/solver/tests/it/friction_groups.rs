@@ -1,7 +1,7 @@
 //! Friction groups: closed forms, the certificate, and random groups beside contacts and bilateral rows.
 
 use signorini_contact::{
-    Certificate, ContactMode, ContactProblem, FrictionBound, FrictionPolygon, SolveStatus, certify,
+    Certificate, ContactMode, ContactProblem, FrictionBound, FrictionPolygon, SolveStatus, WarmStart, certify,
 };
 use signorini_lcp::{Enumeration, Lemke, solve_mixed};
 use signorini_multibody::BlockDiagonal;
@@ -186,4 +186,24 @@ fn wrong_groups_are_named() {
     problem.friction_groups.directions[1] = [0.0, 1.0];
     let directions = problem.check().expect_err("not balanced").to_string();
     assert!(directions.contains("directions of friction group 0"), "{directions}");
+}
+
+/// A joint with dry friction that has stopped, and that no force moves on, beside one that is loaded: the friction of the step before would start it again,
+/// by a velocity that is nothing only relative to its own data, which are all zero.
+#[test]
+fn a_joint_that_nothing_moves_keeps_no_impulse_of_the_step_before() {
+    let bound = 2e-4;
+    let problem = |free: f64| {
+        let mass = BlockDiagonal::from_dense(2, &[0.0135, 0.0, 0.0, 1.0]).unwrap();
+        let mut problem = ContactProblem::new(mass, vec![free, -0.04], 0.004).unwrap();
+        problem.push_contact([(1, [1.0, 0.0, 0.0])], 0.0, 0.0, &FrictionPolygon::frictionless());
+        problem.push_friction_row([(0, 1.0)], 0.0, FrictionBound::Impulse(bound));
+        problem
+    };
+    let sliding = ContactSolver::default().solve(&problem(-0.1), None);
+    assert!((sliding.group_impulse[0][0] - bound).abs() < 1e-15, "it slides: {:?}", sliding.group_impulse);
+    let start = WarmStart::from_solution(&sliding);
+    let stopped = ContactSolver::default().solve(&problem(0.0), Some(&start));
+    assert_eq!(stopped.status, SolveStatus::Solved);
+    assert_eq!((stopped.velocity[0], stopped.group_impulse[0], stopped.report.restarts), (0.0, [0.0; 2], 0));
 }
