@@ -32,8 +32,9 @@ pub(crate) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Forgets the list: other pairs are allowed.
+    /// Forgets the list: other pairs are allowed, or the items are others.
     pub fn forget(&mut self) {
+        self.sweep.forget();
         self.within.clear();
         self.pairs.clear();
     }

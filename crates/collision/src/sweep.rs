@@ -24,6 +24,11 @@ pub(crate) struct Sweep {
 }
 
 impl Sweep {
+    /// Forgets the order: the next items are others.
+    pub fn forget(&mut self) {
+        self.sorted.clear();
+    }
+
     /// Calls `visit` for every two of `items` whose boxes overlap, in no particular order. Boxes that are not numbers overlap
     /// nothing.
     pub fn overlapping(&mut self, boxes: &[Aabb], items: &[u32], mut visit: impl FnMut(u32, u32)) {

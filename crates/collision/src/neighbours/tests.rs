@@ -114,3 +114,21 @@ fn odd_boxes_spoil_no_list() {
         world.advance(&mut noise);
     }
 }
+
+/// A list that was forgotten knows nothing of items that are others, though as many.
+#[test]
+fn other_items_have_a_list_of_their_own() {
+    let mut noise = Noise(5);
+    let world = World::new(&mut noise, 60, DVec3::ZERO, 0.0);
+    let (boxes, mut neighbours) = (world.boxes(), Neighbours::default());
+    let all = by_comparing_all(&boxes, &[]);
+    for first in [0, 25, 13, 30] {
+        let items: Vec<u32> = (first..first + 30).collect();
+        let mut found = Vec::new();
+        neighbours.forget();
+        let size = |i: u32| world.half[i as usize];
+        neighbours.overlapping((&boxes, &[]), &items, size, is_allowed, |i, j| found.push((i, j)));
+        let expected: Vec<_> = all.iter().copied().filter(|(i, j)| items.contains(i) && items.contains(j)).collect();
+        assert_eq!(found, expected);
+    }
+}

@@ -237,7 +237,7 @@ fn random_room(rng: &mut Random) -> Simulation {
 /// Pushes of random bodies at random times set islands in motion, which strike others and come to rest again.
 #[test]
 fn in_random_rooms_a_step_beside_those_that_sleep_is_the_step_of_all() {
-    let seeds = std::env::var("SLEEPING_SEEDS").map_or(6, |seeds| seeds.parse().unwrap());
+    let seeds = std::env::var("SLEEPING_SEEDS").map_or(30, |seeds| seeds.parse().unwrap());
     let (mut partly, mut changes, mut others) = (0, 0, 0);
     for seed in 0..seeds {
         let mut rng = Random::new(seed);
