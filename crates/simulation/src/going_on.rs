@@ -38,7 +38,7 @@ impl Workspace {
     }
 
     /// Whether the last step left a body alone, because the bodies around it and it stood as they had stood before
-    /// ([`Settings::sleeping`]). Its contacts are among those of the step.
+    /// ([`Settings::sleeping`](crate::Settings::sleeping)). Its contacts are among those of the step.
     pub fn sleeps(&self, body: BodyId) -> bool {
         self.sleepers.was_left_alone(body)
     }

@@ -1,6 +1,7 @@
 //! With sleeping and without: the same motion.
 
 use signorini::contact::certify;
+use signorini::derivatives::StepDerivatives;
 use signorini::multibody::glam::DVec3;
 use signorini::multibody::{BodyId, Geometry, Joint, JointKind, Pose};
 use signorini::{Settings, Simulation, StepReport, Workspace};
@@ -275,4 +276,27 @@ fn in_random_rooms_a_step_beside_those_that_sleep_is_the_step_of_all() {
     }
     let counts = format!("{partly} steps, {changes} changes, {others} with other work");
     assert!(partly as u64 > 100 * seeds && changes as u64 > 20 * seeds && others < 3 * seeds, "{counts}");
+}
+
+/// Derivatives of steps, some of whose bodies sleep, are those of the same steps with everyone awake.
+#[test]
+fn derivatives_beside_those_that_sleep_are_those_of_all() {
+    let room = signorini_formats::load_mjcf_str(ROOM, "").unwrap();
+    let mut beside = Simulation::new(room.model, Settings::default()).unwrap();
+    let mut start = beside.state().clone();
+    let ball = start.v.len() - 6;
+    start.v[ball] = 3.0;
+    beside.set_state(&start).unwrap();
+    let mut all = Simulation::new(beside.model().clone(), Settings::default()).unwrap();
+    let mut derivatives = [0, 1].map(|_| StepDerivatives::new(beside.model()));
+    let mut known = 0;
+    for k in 0..200 {
+        all.restore(&beside.save()).unwrap();
+        let [of_beside, of_all] = &mut derivatives;
+        let validity = of_beside.step(&mut beside).unwrap();
+        assert_eq!(validity, of_all.step(&mut all).unwrap(), "step {k}");
+        assert_eq!(of_beside.state_matrix(), of_all.state_matrix(), "step {k}");
+        known += usize::from(of_beside.state_matrix().is_some());
+    }
+    assert!(known > 20 && beside.workspace().sleeps(BodyId(1)), "{known}");
 }
