@@ -90,10 +90,9 @@ def test_sleeping_leaves_islands_unsolved_with_the_same_motion():
 
 
 def test_bodies_that_stand_sleep_beside_what_moves():
-    model = mjcf('''<mujoco><worldbody><geom type="plane" size="0 0 1"/>
+    model = mjcf('''<geom type="plane" size="0 0 1"/>
         <body name="box" pos="0 0 .1"><freejoint/><geom type="box" size=".1 .1 .1"/></body>
-        <body name="pendulum" pos="2 0 2"><joint type="hinge" axis="0 1 0"/><geom size=".1" pos=".5 0 0"/></body>
-        </worldbody></mujoco>''')
+        <body name="pendulum" pos="2 0 2"><joint type="hinge" axis="0 1 0"/><geom size=".1" pos=".5 0 0"/></body>''')
     data = signorini.Data(model, Settings(sleeping=True))
     assert not data.body_asleep.any()
     signorini.step(model, data, nstep=10)

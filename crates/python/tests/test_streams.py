@@ -54,7 +54,11 @@ def test_rerun_shows_every_step(world, tmp_path):
                 time.sleep(0.2)
         finally:
             viewer.send_signal(signal.SIGINT)
-            viewer.wait(30)
+            try:
+                viewer.wait(30)
+            except subprocess.TimeoutExpired:  # What a shell has started in the background ignores interrupts.
+                viewer.kill()
+                viewer.wait()
     found = columns(chunk, path)
     for row, body in enumerate(("ball", "rod")):
         entity = f"/world/bodies/{body}"
