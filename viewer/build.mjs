@@ -36,5 +36,6 @@ for (const marker of ["@@TITLE@@", "@@ABOUT@@", "@@MESHES@@", "@@DATA@@"]) {
   if (page.split(marker).length !== 2) throw new Error(`the page must hold ${marker} once`);
 }
 const target = here("../crates/recording/assets/report.html");
-await writeFile(target, page);
+// A page that is the same stays untouched: cargo compiles what holds it by its time.
+if ((await readFile(target, "utf8").catch(() => "")) !== page) await writeFile(target, page);
 console.log(`${target}: ${(page.length / 1024).toFixed(0)} KiB`);
