@@ -164,13 +164,12 @@ impl BlockCholesky {
         }
     }
 
-    /// `x ← A⁻¹ b + y` in the blocks that are not known.
-    pub(crate) fn solve_and_add_of<K: Known>(&self, known: K, b: &[f64], y: &[f64], x: &mut [f64]) {
+    /// `x ← A⁻¹ right + y` in the blocks that are not known.
+    pub(crate) fn solve_and_add_of<K: Known>(&self, known: K, right: &[f64], y: &[f64], x: &mut [f64]) {
         if self.all_diagonal && !K::IS_SOME {
-            let entries = x.iter_mut().zip(&self.inverse_diagonal).zip(b).zip(y);
-            return entries.for_each(|(((x, inverse), b), y)| *x = b * inverse * inverse + y);
+            let entries = x.iter_mut().zip(&self.inverse_diagonal).zip(right).zip(y);
+            return entries.for_each(|(((x, inverse), right), y)| *x = right * inverse * inverse + y);
         }
-        let right = b;
         for (b, block) in self.layout.blocks.iter().enumerate().filter(|(b, _)| !known.has_block(*b)) {
             let own = &mut x[block.range()];
             own.copy_from_slice(&right[block.range()]);

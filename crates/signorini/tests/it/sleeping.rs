@@ -168,6 +168,17 @@ const ROOM: &str = r#"<mujoco><option timestep="0.004"><flag sleep="enable"/></o
   </worldbody>
   <sensor><touch site="in"/><accelerometer site="in"/><force site="in"/><jointlimitfrc joint="hinge"/></sensor></mujoco>"#;
 
+/// That room, its ball rolling.
+fn room() -> Simulation {
+    let room = signorini_formats::load_mjcf_str(ROOM, "").unwrap();
+    let mut room = Simulation::new(room.model, Settings::default()).unwrap();
+    let mut start = room.state().clone();
+    let ball = start.v.len() - 6;
+    start.v[ball] = 3.0;
+    room.set_state(&start).unwrap();
+    room
+}
+
 /// Runs a scene and compares every step; gives back in how many some bodies slept beside others that did not, and how often one woke.
 fn compare_steps(mut beside: Simulation, steps: usize, name: &str) -> [usize; 2] {
     let mut all = Simulation::new(beside.model().clone(), beside.settings().clone()).unwrap();
@@ -187,13 +198,7 @@ fn compare_steps(mut beside: Simulation, steps: usize, name: &str) -> [usize; 2]
 
 #[test]
 fn a_step_beside_those_that_sleep_is_the_step_of_all() {
-    let room = signorini_formats::load_mjcf_str(ROOM, "").unwrap();
-    let mut room = Simulation::new(room.model, Settings::default()).unwrap();
-    let mut start = room.state().clone();
-    let ball = start.v.len() - 6;
-    start.v[ball] = 3.0;
-    room.set_state(&start).unwrap();
-    let [partly, woken] = compare_steps(room, 500, "room");
+    let [partly, woken] = compare_steps(room(), 500, "room");
     assert!(partly > 490 && woken == 2, "{partly} steps, {woken} woken: one stack is struck");
     let [partly, woken] = compare_steps(sleeping(&bundled("dominoes")), 400, "dominoes");
     assert!(partly > 100 && woken > 10, "{partly} steps, {woken} woken");
@@ -281,12 +286,7 @@ fn in_random_rooms_a_step_beside_those_that_sleep_is_the_step_of_all() {
 /// Derivatives of steps, some of whose bodies sleep, are those of the same steps with everyone awake.
 #[test]
 fn derivatives_beside_those_that_sleep_are_those_of_all() {
-    let room = signorini_formats::load_mjcf_str(ROOM, "").unwrap();
-    let mut beside = Simulation::new(room.model, Settings::default()).unwrap();
-    let mut start = beside.state().clone();
-    let ball = start.v.len() - 6;
-    start.v[ball] = 3.0;
-    beside.set_state(&start).unwrap();
+    let mut beside = room();
     let mut all = Simulation::new(beside.model().clone(), Settings::default()).unwrap();
     let mut derivatives = [0, 1].map(|_| StepDerivatives::new(beside.model()));
     let mut known = 0;

@@ -48,8 +48,8 @@ pub(crate) struct Sleepers {
     q: Vec<f64>,
     force: Vec<f64>,
     dt: f64,
-    rows: StepRows,
-    /// Memory for other rows.
+    /// Their rows; nothing until one has slept, as is the memory for others.
+    rows: Option<StepRows>,
     spare: Option<StepRows>,
     pub certificate: Certificate,
     pub scales: (f64, VelocityScale),
@@ -70,7 +70,6 @@ impl Sleepers {
     /// - `problem`: one of the model
     pub fn new(model: &Model, problem: &ContactProblem) -> Self {
         let trees = Trees::new(model, &problem.mass);
-        let rows = StepRows::like(problem);
         Self {
             island: vec![None; trees.len()],
             falling: vec![None; trees.len()],
@@ -81,8 +80,8 @@ impl Sleepers {
             q: Vec::new(),
             force: Vec::new(),
             dt: 0.0,
-            spare: Some(rows.clone()),
-            rows,
+            rows: None,
+            spare: None,
             certificate: Certificate::default(),
             scales: Default::default(),
             deepest: 0.0,
@@ -116,7 +115,7 @@ impl Sleepers {
 
     /// The rows of those that sleep; nothing where all are awake.
     pub fn rows(&self) -> Option<RowsView<'_>> {
-        self.any().then(|| self.rows.view())
+        self.rows.as_ref().filter(|_| self.any()).map(StepRows::view)
     }
 
     /// The contact points of those that sleep.
@@ -139,7 +138,7 @@ impl Sleepers {
         self.island.fill(None);
         self.falling.fill(None);
         (self.count, self.islands) = (0, 0);
-        self.rows.clear();
+        self.rows.iter_mut().for_each(StepRows::clear);
         self.scales = Default::default();
         self.deepest = 0.0;
         self.whole.take();
@@ -154,10 +153,9 @@ impl Sleepers {
         self.islands = names.iter().filter(|name| !name.is_free).count();
         let Self { standing, island, .. } = self;
         standing.set(&problem.mass, |tree| island[tree].is_some());
-        if !self.any() {
-            return self.forget();
-        }
+        let any = self.any();
         let Self { rows, trees, island, .. } = self;
+        let Some(rows) = rows.as_mut().filter(|_| any) else { return self.forget() };
         let own = &mut rows.problem;
         own.mass.copy_from(&problem.mass);
         own.mass_factor.clone_from(&problem.mass_factor);
@@ -237,21 +235,19 @@ impl Sleepers {
         let Self { trees, island, rows, spare, wakes, stood, .. } = self;
         let marked = wakes.iter().zip(&*island).filter(|(wakes, _)| **wakes);
         let mut names: Vec<Name> = marked.filter_map(|(_, island)| *island).collect();
-        if names.is_empty() {
-            return false;
-        }
+        let Some(before) = rows.as_ref().filter(|_| !names.is_empty()) else { return false };
         names.sort_unstable();
         for (wakes, island) in wakes.iter_mut().zip(&*island) {
             *wakes = island.is_some_and(|name| names.binary_search(&name).is_ok());
         }
         let woken = |tree: usize| wakes[tree];
-        let part = Part { rows: rows.view(), wants: Some((trees, &woken)) };
+        let part = Part { rows: before.view(), wants: Some((trees, &woken)) };
         take_in(warm, &part);
         let stays = |tree: usize| !woken(tree);
         let nothing = Part { wants: Some((trees, &|_| false)), ..part };
-        let mut others = spare.take().unwrap_or_else(|| StepRows::like(&rows.problem));
+        let mut others = spare.take().unwrap_or_else(|| StepRows::like(&before.problem));
         others.put_together([Part { wants: Some((trees, &stays)), ..part }, nothing]);
-        *spare = Some(std::mem::replace(rows, others));
+        *spare = rows.replace(others);
         for tree in (0..trees.len()).filter(|&tree| wakes[tree]) {
             (island[tree], stood[tree]) = (None, false);
         }
@@ -268,9 +264,10 @@ impl Sleepers {
         }
         let falls = |tree: usize| falling[tree].is_some();
         let mut all = spare.take().unwrap_or_else(|| StepRows::like(own.problem));
+        let before = rows.get_or_insert_with(|| StepRows::like(own.problem));
         let own = Part { rows: own, wants: Some((trees, &falls)) };
-        all.put_together([Part { rows: rows.view(), wants: None }, own]);
-        *spare = Some(std::mem::replace(rows, all));
+        all.put_together([Part { rows: before.view(), wants: None }, own]);
+        *spare = rows.replace(all);
         for (island, falling) in island.iter_mut().zip(falling) {
             *island = island.or(falling.take());
         }
