@@ -28,6 +28,16 @@ impl Feature {
         }
     }
 
+    /// Vertices before edges.
+    pub fn rank(self) -> u32 {
+        match self {
+            Self::VertexA(_) => 0,
+            Self::VertexB(_) => 1,
+            Self::Edges(..) => 2,
+            Self::Closest | Self::OnTriangle(_) => 3,
+        }
+    }
+
     /// A 32-bit name: the same for the same feature, almost always another one for another feature.
     pub fn code(self) -> u32 {
         match self {

@@ -50,6 +50,9 @@ impl Lists {
 /// Polyhedra with no more vertices than this are searched one by one, which is as quick as climbing.
 const FEW: usize = 24;
 
+/// What differs by less than this share is the same to rounding, which bodies at rest turn by.
+const TIED: f64 = 1e-10;
+
 impl Hull {
     /// A vertex farthest along `d`.
     pub fn support(&self, d: DVec3) -> DVec3 {
@@ -90,21 +93,23 @@ impl Hull {
         }
     }
 
-    /// Of the faces at the vertex farthest along `d` the one whose normal is most along `d`, the first of equals.
+    /// Of the faces at the vertices farthest along `d` the one whose normal is most along `d`; the first of those that are so to
+    /// [rounding](TIED), so that bodies at rest, which move by rounding, keep their faces.
     pub fn face_towards(&self, d: DVec3) -> &HullFace {
-        self.face_at(self.support_index(d), d)
+        let vertex = self.support_index(d);
+        let along = |f: u32| d.dot(self.faces[f as usize].normal);
+        let faces = self.tied_with(vertex, d).flat_map(|i| self.around.of(i as usize)).copied();
+        let most = faces.clone().map(along).fold(f64::NEG_INFINITY, f64::max);
+        let first = faces.filter(|f| along(*f) >= most - TIED).min().unwrap_or_default();
+        &self.faces[first as usize]
     }
 
-    /// Of the faces at a vertex the one whose normal is most along `d`.
-    pub fn face_at(&self, vertex: usize, d: DVec3) -> &HullFace {
-        let mut best = (f64::NEG_INFINITY, 0);
-        for &f in self.around.of(vertex) {
-            let along = d.dot(self.faces[f as usize].normal);
-            if along > best.0 {
-                best = (along, f);
-            }
-        }
-        &self.faces[best.1 as usize]
+    /// A vertex farthest along `d`, and its neighbours that are as far to rounding.
+    fn tied_with(&self, vertex: usize, d: DVec3) -> impl Iterator<Item = u32> + Clone {
+        let farthest = self.vertices[vertex];
+        let least = d.dot(farthest) - TIED * farthest.length();
+        let tied = self.neighbours.of(vertex).iter().copied();
+        std::iter::once(vertex as u32).chain(tied.filter(move |&i| d.dot(self.vertices[i as usize]) >= least))
     }
 
     /// Calls `visit` for the vertices that satisfy `keep` and hang together with the one farthest along `d` by others that do.

@@ -92,11 +92,15 @@ impl Narrow {
         Some(exact)
     }
 
-    /// Clips the patches of A and B that face each other along the normal.
+    /// Clips the patches of A and B that face each other along the normal. No point of theirs is closer than the shapes are along it: what is below
+    /// that is how far a face of a hull is from its plane, which a steep face makes many times larger along the normal.
     pub fn patches(&mut self, a: &Placed, b: &Placed, s: &Separation, size: f64, out: &mut Vec<Touch>) -> f64 {
         self.manifold.patch_a.fill(a, s.normal);
         self.manifold.patch_b.fill(b, -s.normal);
-        self.manifold.clip(s.normal, LATERAL * size, out)
+        let from = out.len();
+        let smallest = self.manifold.clip(s.normal, LATERAL * size, out);
+        out[from..].iter_mut().for_each(|touch| touch.gap = touch.gap.max(s.gap));
+        smallest
     }
 }
 

@@ -167,13 +167,18 @@ fn covered_gap(corners: &[(DVec2, f64)], deepest: (DVec2, f64), p: DVec2) -> f64
 /// the time, 28 November 2026).
 const MANY: usize = 4 * MOST;
 
-/// Of points within `tolerance` of each other only the deepest stays, the first of equals.
+/// Of points within `tolerance` of each other only the deepest stays; of those that are as deep to rounding the one with the simplest feature: a vertex
+/// over an edge is where that edge meets two others, too, and has one name whichever of them is a last digit lower.
 fn merge(flat: &mut Vec<(DVec2, usize)>, touches: &[Touch], tolerance: f64) {
+    let goes_before = |a: &Touch, b: &Touch| {
+        let lower = b.gap - a.gap;
+        lower > AS_DEEP * tolerance || lower >= -AS_DEEP * tolerance && a.feature.rank() < b.feature.rank()
+    };
     let mut end = 0;
     for k in 0..flat.len() {
         let (p, i) = flat[k];
         match (0..end).position(|m| (flat[m].0 - p).length_squared() <= tolerance * tolerance) {
-            Some(m) if touches[i].gap < touches[flat[m].1].gap => flat[m].1 = i,
+            Some(m) if goes_before(&touches[i], &touches[flat[m].1]) => flat[m].1 = i,
             Some(_) => {}
             None => {
                 flat[end] = (p, i);
@@ -183,6 +188,9 @@ fn merge(flat: &mut Vec<(DVec2, usize)>, touches: &[Touch], tolerance: f64) {
     }
     flat.truncate(end);
 }
+
+/// Points as deep as each other to this share of the distance at which they are one.
+const AS_DEEP: f64 = 1e-4;
 
 /// Corners of the convex outline, counter-clockwise, without points within `tolerance` of its sides: the points as they are, where they go round
 /// it; otherwise two points far from each other, then ever the point farthest beyond a side (quickhull; Eddy 1977).

@@ -37,9 +37,10 @@ struct Held {
     holds: bool,
     /// Whether that velocity is zero to rounding, and the laws hold with zero, too.
     rests: bool,
-    /// The largest error, and what it may be, m/s.
+    /// The largest error, and what it may be in motion and at rest, m/s.
     residual: f64,
     most: f64,
+    most_at_rest: f64,
     /// Contacts and friction groups in it.
     units: usize,
     /// The largest entry of an impulse, and of the Delassus diagonals.
@@ -119,9 +120,10 @@ impl GivenStart {
     ) -> u32 {
         self.islands.clear();
         let scales = (0..residuals.len()).map(|k| islands.scale_of(k));
-        let held = |scale| Held { holds: scale > 0.0, rests: true, most: settings.polish * scale, ..Held::default() };
+        let held = |scale| Held { holds: scale > 0.0, rests: true, ..Held::default() };
         self.islands.extend(scales.map(held));
         self.count_units(islands);
+        self.limit_errors(islands, settings);
         self.look_for_motion(problem, islands);
         self.check_laws(problem, cones, islands);
         let mut count = 0;
@@ -153,9 +155,18 @@ impl GivenStart {
         for k in (0..self.impulse.len()).filter_map(|i| islands.of_unit(i)) {
             self.islands[k].units += 1;
         }
-        // In a large island rounding adds up, of gaps metres above the ground and of impulses that carry many bodies.
-        for held in self.islands.iter_mut().filter(|held| held.units >= SIZES.large) {
-            held.most *= RESIDUALS.rounded;
+    }
+
+    /// In a large island rounding adds up, of gaps metres above the ground and of impulses that carry many bodies. That is enough in motion. At rest it
+    /// may lack what counts as solved: with velocity zero it lacks no more in the next step, while the last digits of a heap, in which sticking
+    /// contacts contradict each other by their rounding, would cost a cold solve in every step.
+    fn limit_errors(&mut self, islands: &Islands, settings: &SolverSettings) {
+        for (k, held) in self.islands.iter_mut().enumerate() {
+            let is_large = held.units >= SIZES.large;
+            let polish = settings.polish * islands.scale_of(k);
+            held.most = if is_large { RESIDUALS.rounded * polish } else { polish };
+            let closely = SIZES.closely[1] * settings.accept().min(SIZES.rough) * islands.scale_of(k);
+            held.most_at_rest = if is_large { closely.max(held.most) } else { held.most };
         }
     }
 
@@ -164,7 +175,7 @@ impl GivenStart {
         for (b, block) in problem.mass.blocks().iter().enumerate() {
             let Some(k) = islands.of_block(b).filter(|&k| self.islands[k].rests) else { continue };
             let (mass, v) = (problem.mass.block_data(b), &self.velocity[block.range()]);
-            let most = self.islands[k].most;
+            let most = self.islands[k].most_at_rest;
             self.islands[k].rests = match block.size {
                 1 => (mass[0] * v[0]).abs() <= most * mass[0],
                 3 => is_still::<3>(mass, v, most),
@@ -195,7 +206,7 @@ impl GivenStart {
             let ([c, c_1, c_2], offset) = (*rates, problem.gap[i] / problem.timestep);
             held.take(law_residual(cones, i, p, [c + offset, c_1, c_2], g), p, islands.delassus_of(i));
             // At rest nothing slides, and the impulse is in its cone.
-            held.rests &= terms <= held.most && (g * p[0]).min(offset).abs() <= held.most;
+            held.rests &= terms <= held.most_at_rest && (g * p[0]).min(offset).abs() <= held.most_at_rest;
         }
         for (j, target) in problem.friction_groups.target.iter().enumerate() {
             let Some(k) = islands.of_unit(nc + j).filter(|&k| self.islands[k].holds) else { continue };
@@ -203,7 +214,8 @@ impl GivenStart {
             let ([c_1, c_2], terms) = problem.friction_groups.jacobian.multiply_with_terms(j, v);
             let residual = |u_1: f64, u_2: f64| law_residual(cones, nc + j, p, [0.0, u_1, u_2], g);
             held.take(residual(c_1 - target[0], c_2 - target[1]), p, islands.delassus_of(nc + j));
-            held.rests = held.rests && terms <= held.most && residual(-target[0], -target[1]) <= held.most;
+            let at_rest = terms.max(residual(-target[0], -target[1]));
+            held.rests = held.rests && at_rest <= held.most_at_rest;
         }
         for row in 0..self.bilateral.len() {
             let Some(k) = islands.of_bilateral(row).filter(|&k| self.islands[k].holds) else { continue };
@@ -211,7 +223,7 @@ impl GivenStart {
             let ([c], terms) = problem.bilateral_jacobian.multiply_with_terms(row, v);
             let offset = problem.bilateral_violation[row] / problem.timestep;
             held.take((c + offset).abs(), [0.0; 3], 0.0);
-            held.rests &= terms <= held.most && offset.abs() <= held.most;
+            held.rests &= terms.max(offset.abs()) <= held.most_at_rest;
         }
     }
 
@@ -252,7 +264,8 @@ impl Held {
     /// it costs several times what the start costs: what the iterations stop at is enough, if the dissipation law does not see it.
     fn needs_no_refinement(&self, scale: f64) -> bool {
         let (residual, size) = (self.residual / scale, self.largest * self.scale / scale);
-        self.rests || is_exact(residual, size) || self.units < SIZES.large && residual * size <= RESIDUALS.exact_work
+        let is_enough = is_exact(residual, size) || self.units < SIZES.large && residual * size <= RESIDUALS.exact_work;
+        self.rests || self.residual <= self.most && is_enough
     }
 
     /// Takes in a unit's residual, its impulse, and the largest entry of its Delassus diagonal.
@@ -260,7 +273,7 @@ impl Held {
     fn take(&mut self, residual: f64, impulse: [f64; 3], delassus: f64) {
         raise(&mut self.residual, residual);
         // A velocity that is no number holds nothing.
-        self.holds = residual <= self.most;
+        self.holds = residual <= if self.rests { self.most_at_rest } else { self.most };
         impulse.iter().for_each(|p| raise(&mut self.largest, p.abs()));
         raise(&mut self.scale, delassus);
     }

@@ -6,7 +6,7 @@ use signorini_contact::{
 };
 use signorini_multibody::BlockDiagonal;
 use signorini_solver::ContactSolver;
-use signorini_testkit::{Family, Gap, Motion, Parameters, Random, articulated};
+use signorini_testkit::{Family, Gap, Motion, Parameters, Random, articulated, families};
 
 use signorini_testkit::reference::worst_violation;
 
@@ -63,6 +63,30 @@ fn what_is_pushed_is_solved() {
     assert_eq!(warm.impulse[..2], cold.impulse[..2]);
     let expected = ContactSolver::default().solve(&problem, None);
     assert!(warm.velocity.iter().zip(&expected.velocity).all(|(a, b)| (a - b).abs() < 1e-14));
+}
+
+/// What a large island at rest lacks of balance below the tolerance stays as it is, at velocity zero, while what is above it is solved.
+#[test]
+fn a_heap_rests_to_the_tolerance() {
+    let parameters = Parameters { motion: Motion::Rest, gap: Gap::Zero, ..Parameters::default() };
+    let problem = families::pyramid(&mut Random::new(11), &parameters, 6);
+    assert!(problem.contact_count() >= 64);
+    let cold = ContactSolver::default().solve(&problem, None);
+    assert!(cold.certificate.holds(1e-9));
+    let mut random = Random::new(12);
+    let mut from = |lack: f64| {
+        let mut start = WarmStart::from_solution(&cold);
+        for entry in start.contacts.iter_mut().flatten() {
+            entry.0[0] *= 1.0 + random.between(-lack, lack);
+        }
+        ContactSolver::default().solve(&problem, Some(&start))
+    };
+    let held = from(4e-12);
+    assert_eq!(held.report.factorizations, 0, "{:?}", held.report);
+    assert!(held.velocity.iter().all(|v| *v == 0.0));
+    assert!(held.certificate.worst() > 1e-13 && held.certificate.holds(1e-9), "{:?}", held.certificate);
+    let solved = from(1e-6);
+    assert!(solved.report.factorizations > 0 && solved.certificate.holds(1e-9), "{:?}", solved.certificate);
 }
 
 /// A velocity of a few nanometres per second is none, to the eye and to a solver with tolerances; here it stays.
