@@ -6,34 +6,32 @@ use super::shared::{Outcome, Shared};
 use crate::contact_sweeps::{ContactSweeps, Ended, SolvePart};
 use crate::iterate::Iterate;
 use crate::proximal::ProximalWeight;
-use crate::task::{Look, Task};
-
-/// What is tuned in warm islands that are not of many contacts.
-struct Tuning {
-    /// Contacts and groups from which a few sweeps find more modes than as many factorisations as they cost.
-    few: usize,
-    /// Degrees of freedom of a tree, in the mean, beyond which they do not.
-    tree: usize,
-}
-
-/// Chosen by: `motion/run.py` with all scenes, seeds 0 to 4, and a hundred humanoids that fall on each other, 29 November 2026.
-const TUNING: Tuning = Tuning { few: 128, tree: 12 };
+use crate::task::{Look, SIZES, Task};
 
 /// Islands of many contacts, and warm ones of some hundred between bodies; where the sweeps are counted, all large ones.
 pub(super) fn applies(task: &Task, _: &Iterate) -> bool {
     if task.budget().is_some() {
         return task.is_large();
     }
-    let is_warm = task.is_warm && task.island.units.len() >= TUNING.few && !task.is_costly() && !is_of_robots(task);
-    (is_many(task) || is_warm) && matches!(task.look, Look::First | Look::Only)
+    (is_many(task) || is_of_some_hundred(task)) && matches!(task.look, Look::First | Look::Only)
 }
 
-/// Whether trees have many degrees of freedom, or contacts and groups outnumber these, as those of a single robot do: what moves most of them at once
-/// leaves iterations few modes to change, which take fewer factorisations than the sweeps would cost.
-fn is_of_robots(task: &Task) -> bool {
-    let (nv, trees) = (task.island.nv(), task.island.blocks.len());
-    nv > TUNING.tree * trees || task.island.units.len() > nv
+/// Whether a few sweeps from a start find more modes than as many factorisations as they cost, three to five: in islands twice as large as those that
+/// count as large, unless robots are most of them (`motion/run.py`, and a hundred humanoids that fall on each other, 29 November 2026).
+fn is_of_some_hundred(task: &Task) -> bool {
+    task.is_warm && task.island.units.len() >= 2 * SIZES.large && !task.is_costly() && !is_of_robots(task)
 }
+
+/// Whether fewer than half of the degrees of freedom are those of free bodies, or contacts and groups outnumber them all, as those of a single robot
+/// do: what moves many of them at once leaves iterations few modes to change.
+fn is_of_robots(task: &Task) -> bool {
+    let island = task.island;
+    let of_bodies: usize = island.starts.windows(2).map(|pair| pair[1] - pair[0]).filter(|size| *size <= FREE).sum();
+    2 * of_bodies < island.nv() || island.units.len() > island.nv()
+}
+
+/// Degrees of freedom of a free body.
+const FREE: usize = 6;
 
 /// Whether contacts are so many, or the tolerance is so rough, that factorising the island is the last resort.
 fn is_many(task: &Task) -> bool {
