@@ -99,7 +99,9 @@ impl Narrow {
         self.manifold.patch_b.fill(b, -s.normal);
         let from = out.len();
         let smallest = self.manifold.clip(s.normal, LATERAL * size, out);
-        out[from..].iter_mut().for_each(|touch| touch.gap = touch.gap.max(s.gap));
+        for touch in out[from..].iter_mut().filter(|touch| touch.gap < s.gap - REALISED * size) {
+            touch.gap = s.gap;
+        }
         smallest
     }
 }
