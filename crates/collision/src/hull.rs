@@ -51,6 +51,7 @@ impl Lists {
 const FEW: usize = 24;
 
 /// What differs by less than this share is the same to rounding, which bodies at rest turn by.
+/// Chosen by: 125 bunnies at rest, which move by 1e-12 m a step, and random pairs of polyhedra moved by 1e-13 (29 November 2026).
 const TIED: f64 = 1e-10;
 
 impl Hull {
@@ -96,16 +97,21 @@ impl Hull {
     /// Of the faces at the vertices farthest along `d` the one whose normal is most along `d`; the first of those that are so to
     /// [rounding](TIED), so that bodies at rest, which move by rounding, keep their faces.
     pub fn face_towards(&self, d: DVec3) -> &HullFace {
-        let vertex = self.support_index(d);
-        let along = |f: u32| d.dot(self.faces[f as usize].normal);
-        let faces = self.tied_with(vertex, d).flat_map(|i| self.around.of(i as usize)).copied();
-        let most = faces.clone().map(along).fold(f64::NEG_INFINITY, f64::max);
-        let first = faces.filter(|f| along(*f) >= most - TIED).min().unwrap_or_default();
+        let (mut most, mut first) = (f64::NEG_INFINITY, 0);
+        for &f in self.tied_with(self.support_index(d), d).flat_map(|i| self.around.of(i as usize)) {
+            let along = d.dot(self.faces[f as usize].normal);
+            if along > most + TIED {
+                first = f;
+            } else if along >= most - TIED {
+                first = first.min(f);
+            }
+            most = most.max(along);
+        }
         &self.faces[first as usize]
     }
 
     /// A vertex farthest along `d`, and its neighbours that are as far to rounding.
-    fn tied_with(&self, vertex: usize, d: DVec3) -> impl Iterator<Item = u32> + Clone {
+    fn tied_with(&self, vertex: usize, d: DVec3) -> impl Iterator<Item = u32> {
         let farthest = self.vertices[vertex];
         let least = d.dot(farthest) - TIED * farthest.length();
         let tied = self.neighbours.of(vertex).iter().copied();

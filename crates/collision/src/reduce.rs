@@ -189,7 +189,8 @@ fn merge(flat: &mut Vec<(DVec2, usize)>, touches: &[Touch], tolerance: f64) {
     flat.truncate(end);
 }
 
-/// Points as deep as each other to this share of the distance at which they are one.
+/// Points as deep as each other to this share of the distance at which they are one, which is 1e-12 of the size: rounding of a gap, thousandfold.
+/// Chosen by: random pairs of polyhedra moved by 1e-13 (29 November 2026).
 const AS_DEEP: f64 = 1e-4;
 
 /// Corners of the convex outline, counter-clockwise, without points within `tolerance` of its sides: the points as they are, where they go round

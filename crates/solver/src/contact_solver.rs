@@ -277,7 +277,7 @@ impl ContactSolver {
             let found = WarmStart::scaled(solution, 1.0 + f64::from(look) * RESIDUALS.cancelled);
             self.given.read(problem, &self.cones, &self.islands, &found);
             let closely: Vec<f64> =
-                self.islands.all().iter().map(|island| accepted_closely(island, &self.settings)).collect();
+                self.islands.all().iter().map(|island| accepted_closely(island.units.len(), &self.settings)).collect();
             let lacks = |island: usize, residual: f64| residual > closely[island];
             let any_lacks = self.residuals.iter().enumerate().any(|(island, residual)| lacks(island, *residual));
             solution.report.restarts += self.residuals.len() as u32;

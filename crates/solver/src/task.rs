@@ -104,7 +104,7 @@ impl Task<'_> {
     pub fn accept(&self) -> f64 {
         match self.look {
             Look::First | Look::Only | Look::Short | Look::Part => self.settings.accept(),
-            Look::Second => accepted_closely(self.island, self.settings),
+            Look::Second => accepted_closely(self.island.units.len(), self.settings),
         }
     }
 
@@ -119,7 +119,7 @@ impl Task<'_> {
     }
 }
 
-/// The residual that islands have to reach after a solution that the certificate did not accept.
-pub(crate) fn accepted_closely(island: &Island, settings: &SolverSettings) -> f64 {
-    SIZES.closely[usize::from(island.units.len() >= SIZES.large)] * settings.accept()
+/// The residual that islands with so many contacts and groups have to reach after a solution that the certificate did not accept.
+pub(crate) fn accepted_closely(units: usize, settings: &SolverSettings) -> f64 {
+    SIZES.closely[usize::from(units >= SIZES.large)] * settings.accept()
 }

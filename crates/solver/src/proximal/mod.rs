@@ -212,7 +212,7 @@ impl ProximalIterations {
             return None;
         }
         // What is accepted and does not get better is paid for with factorisations.
-        if task.spares_factorizations() && best <= accepted_closely(task.island, settings) {
+        if task.spares_factorizations() && best <= accepted_closely(task.island.units.len(), settings) {
             return Some(End::Accepted);
         }
         let most = settings.tolerance * map.velocity_scale;

@@ -13,7 +13,7 @@ use crate::islands::{Island, Islands};
 use crate::iterate::Iterate;
 use crate::residual::{RESIDUALS, is_exact, law_residual};
 use crate::settings::SolverSettings;
-use crate::task::SIZES;
+use crate::task::{SIZES, accepted_closely};
 
 /// A warm start in the terms of the problem at hand.
 #[derive(Clone, Debug, Default)]
@@ -162,11 +162,14 @@ impl GivenStart {
     /// contacts contradict each other by their rounding, would cost a cold solve in every step.
     fn limit_errors(&mut self, islands: &Islands, settings: &SolverSettings) {
         for (k, held) in self.islands.iter_mut().enumerate() {
-            let is_large = held.units >= SIZES.large;
-            let polish = settings.polish * islands.scale_of(k);
-            held.most = if is_large { RESIDUALS.rounded * polish } else { polish };
-            let closely = SIZES.closely[1] * settings.accept().min(SIZES.rough) * islands.scale_of(k);
-            held.most_at_rest = if is_large { closely.max(held.most) } else { held.most };
+            let scale = islands.scale_of(k);
+            held.most = settings.polish * scale;
+            held.most_at_rest = held.most;
+            if held.units >= SIZES.large {
+                held.most *= RESIDUALS.rounded;
+                let closely = accepted_closely(held.units, settings).min(SIZES.closely[1] * SIZES.rough);
+                held.most_at_rest = held.most.max(closely * scale);
+            }
         }
     }
 
