@@ -35,7 +35,7 @@ struct Options {
     /// Contact sweeps a step may make; exact steps where it is not given
     #[arg(long)]
     budget: Option<u32>,
-    /// Contacts from which islands are given to contact sweeps first
+    /// Degrees of freedom from which islands are given to contact sweeps first
     #[arg(long)]
     sweeps_from: Option<usize>,
     /// Print what the stages of the solver did, and the time that they took

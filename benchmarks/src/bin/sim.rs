@@ -43,7 +43,7 @@ struct Options {
     /// Contact sweeps a step may make; exact steps where it is not given
     #[arg(long)]
     budget: Option<u32>,
-    /// Contacts from which islands are given to contact sweeps first
+    /// Degrees of freedom from which islands are given to contact sweeps first
     #[arg(long)]
     sweeps_from: Option<usize>,
     /// Take negative gaps as zero where they make a step unsolvable, instead of stopping

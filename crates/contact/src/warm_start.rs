@@ -13,6 +13,9 @@ pub struct WarmStart {
     pub groups: Vec<Option<([f64; 3], Mode)>>,
     /// Impulses of the bilateral rows, N·s or N·m·s; missing ones are zero.
     pub bilateral: Vec<f64>,
+    /// Whether they solve the problem at hand but for what has no entry and for corrections, as in the further solves of a time step: few modes are
+    /// wrong then.
+    pub nearly_solves: bool,
 }
 
 impl WarmStart {
@@ -21,6 +24,7 @@ impl WarmStart {
         self.contacts.clear();
         self.groups.clear();
         self.bilateral.clear();
+        self.nearly_solves = false;
     }
 
     /// Adds the entry for the next contact: the earlier solution's contact `from`, or nothing for a new contact.

@@ -48,6 +48,7 @@ impl Workspace {
         self.candidates.begin();
         self.solver.begin_step();
         self.withheld.begin_step();
+        self.warm.begin_step();
         if !model.mocap_bodies.is_empty() {
             input.check(model)?;
             self.kinematics.place_mocap(model, input);

@@ -64,9 +64,16 @@ pub(crate) struct WarmCache {
     group_keys: Vec<GroupKey>,
     solution: ContactSolution,
     start: WarmStart,
+    /// Whether the solution is one of the step at hand.
+    is_of_step: bool,
 }
 
 impl WarmCache {
+    /// What is kept is of an earlier step from now on.
+    pub fn begin_step(&mut self) {
+        self.is_of_step = false;
+    }
+
     /// Forgets the last solution.
     pub fn clear(&mut self) {
         self.keys.clear();
@@ -81,6 +88,7 @@ impl WarmCache {
         match_keys(&self.keys, keys, |from| start.push(solution, from));
         match_keys(&self.group_keys, group_keys, |from| start.push_group(solution, from));
         start.set_bilateral(&solution.bilateral);
+        start.nearly_solves = self.is_of_step;
         start
     }
 
@@ -91,6 +99,7 @@ impl WarmCache {
         self.group_keys.clear();
         self.group_keys.extend_from_slice(group_keys);
         self.solution.copy_warm_part(solution);
+        self.is_of_step = true;
     }
 
     /// Whether the last start had what a solution has for a unit: a contact, or a friction group counted after the contacts.

@@ -96,7 +96,8 @@ impl Request<'_> {
     fn solve(&self, island: usize, workspace: &mut Workspace, result: &mut IslandResult) {
         let Self { problem, cones, islands, settings, look, given } = *self;
         let is_warm = given.is_some() && look != Look::Second;
-        let task = Task { problem, cones, island: &islands[island], settings, look, is_warm };
+        let is_nearly_solved = is_warm && given.is_some_and(|given| given.nearly_solves);
+        let task = Task { problem, cones, island: &islands[island], settings, look, is_warm, is_nearly_solved };
         result.begin();
         match given {
             Some(given) => given.give(problem, task.island, &mut result.iterate),

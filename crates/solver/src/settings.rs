@@ -38,8 +38,8 @@ pub struct SolverSettings {
     pub path_changes_per_violation: u32,
     /// More of them for each contact, where the path starts with all contacts open. Default 16.
     pub path_changes_per_contact: u32,
-    /// Contacts and friction groups from which an island is given to [contact sweeps](signorini_contact::StageKind::ContactSweeps) first.
-    /// Default 1400: in smaller ones factorisations cost little more than sweeps.
+    /// Degrees of freedom from which an island of 64 contacts or more is given to [contact sweeps](signorini_contact::StageKind::ContactSweeps) first.
+    /// Default 1500: in smaller ones factorisations, whose cost is that of their bodies, cost little more than sweeps, whose cost is that of their contacts.
     pub sweeps_from: usize,
     /// How often a contact is visited at most by [contact sweeps](signorini_contact::StageKind::ContactSweeps), at least 1; none for solutions
     /// as exact as can be. Islands of 64 contacts or more are solved by sweeps alone then, smaller ones where iterations do not solve them;
@@ -81,7 +81,7 @@ impl Default for SolverSettings {
             path_changes_base: 100,
             path_changes_per_violation: 8,
             path_changes_per_contact: 16,
-            sweeps_from: 1400,
+            sweeps_from: 1500,
             budget: None,
             lemke_pivots_per_row: 30,
             lemke_max_rows: 3000,

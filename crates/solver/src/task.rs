@@ -76,6 +76,8 @@ pub(crate) struct Task<'a> {
     pub look: Look,
     /// Whether it begins at a start that the caller gave.
     pub is_warm: bool,
+    /// Whether that start solves it but for a few contacts.
+    pub is_nearly_solved: bool,
 }
 
 impl Task<'_> {

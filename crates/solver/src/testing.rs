@@ -18,7 +18,15 @@ pub(crate) fn on_ground_of<T>(problem: &ContactProblem, run: impl FnOnce(&mut Gr
     islands.assemble(problem, |_| true);
     let [island] = islands.all() else { panic!("{} islands", islands.all().len()) };
     let (settings, mut map, mut iterate) = (SolverSettings::default(), ProximalMap::default(), Iterate::default());
-    let task = Task { problem, cones: &cones, island, settings: &settings, look: Look::First, is_warm: false };
+    let task = Task {
+        problem,
+        cones: &cones,
+        island,
+        settings: &settings,
+        look: Look::First,
+        is_warm: false,
+        is_nearly_solved: false,
+    };
     map.begin(&task);
     iterate.clear(problem, island);
     run(&mut Ground { map: &mut map, iterate: &mut iterate, task: &task })

@@ -25,6 +25,8 @@ pub(crate) struct GivenStart {
     pub bilateral: Vec<f64>,
     /// The velocity that the impulses give, over all degrees of freedom.
     pub velocity: Vec<f64>,
+    /// Whether few of the modes are wrong: [`WarmStart::nearly_solves`].
+    pub nearly_solves: bool,
     /// That of each contact along its rows, zero where its island rests, if its island [holds](Self::hold).
     pub rates: Vec<[f64; 3]>,
     islands: Vec<Held>,
@@ -55,6 +57,7 @@ impl GivenStart {
         if warm.contacts.len() != nc {
             return false;
         }
+        self.nearly_solves = warm.nearly_solves;
         self.impulse.clear();
         self.modes.clear();
         self.velocity.clear();
@@ -232,7 +235,7 @@ impl GivenStart {
 
     /// Gives the solution the islands that hold.
     fn write(&mut self, problem: &ContactProblem, islands: &Islands, solution: &mut ContactSolution) {
-        let Self { impulse, modes, bilateral, velocity, rates, islands: found } = self;
+        let Self { impulse, modes, bilateral, velocity, rates, islands: found, .. } = self;
         let nc = rates.len();
         let holds = |k: Option<usize>| k.map(|k| found[k]).filter(|held| held.holds);
         let written = solution.impulse.iter_mut().zip(&mut solution.solver_modes);

@@ -58,6 +58,38 @@ fn warm_islands_of_some_hundred_contacts_are_swept() {
     assert_eq!(swept_from_afar(26, 64..128).0, 0);
 }
 
+/// The further solves of a time step start from a solution of its problem with fewer contacts: few modes are wrong, and no sweeps are made for them.
+#[test]
+fn a_start_that_nearly_solves_an_island_is_not_swept() {
+    let mut swept = 0;
+    for (seed, friction) in [(1, 0.1), (2, 0.5), (3, 1.0)] {
+        let parameters =
+            Parameters { friction, directions: 8, motion: Motion::Random, gap: Gap::Mixed, ..Parameters::default() };
+        let problem = cluster(8900 + seed, 60, &parameters);
+        // Of every eighth contact the first solve knows nothing: its gap is far too wide to close.
+        let is_left_out = |i: usize| i.is_multiple_of(8);
+        let mut fewer = problem.clone();
+        (0..fewer.gap.len()).filter(|i| is_left_out(*i)).for_each(|i| fewer.gap[i] = 1e3);
+        let earlier = solve(&SolverSettings::default(), &fewer);
+        assert_eq!(earlier.status, SolveStatus::Solved, "{friction}");
+        let mut start = WarmStart::from_solution(&earlier);
+        (0..problem.contact_count()).filter(|i| is_left_out(*i)).for_each(|i| start.contacts[i] = None);
+        for nearly_solves in [false, true] {
+            start.nearly_solves = nearly_solves;
+            let solution = ContactSolver::new(SolverSettings::default()).expect("valid").solve(&problem, Some(&start));
+            let asked = solution.report.stages[StageKind::ContactSweeps].asked;
+            if nearly_solves {
+                assert_eq!(asked, 0, "{friction}");
+            }
+            swept += asked;
+            assert_eq!(solution.status, SolveStatus::Solved, "{friction} {nearly_solves}");
+            let worst = worst_violation(&problem, &solution);
+            assert!(worst <= 1e-8, "{friction} {nearly_solves}: {worst:e}");
+        }
+    }
+    assert!(swept > 0, "nothing was swept from such a start taken for any other");
+}
+
 /// How often clusters with so many contacts were swept from a start that is far from their modes, and how often that was the end.
 fn swept_from_afar(bodies: usize, contacts: std::ops::Range<usize>) -> (u64, u64) {
     let (mut asked, mut by_sweeps) = (0, 0);
@@ -148,13 +180,14 @@ fn recorded_piles_cost_what_their_tolerance_asks_for() {
         };
         let start = recorded_start(&folder.join(format!("{name}.warm")));
         let [fine, rough] = [1e-8, 1e-3].map(|tolerance| {
-            let settings = SolverSettings::default().for_tolerance(tolerance);
+            let settings = SolverSettings::default().for_tolerance(tolerance).with_record_history(true);
             let solution = ContactSolver::new(settings).expect("valid").solve(&problem, Some(&start));
             assert_eq!(solution.status, SolveStatus::Solved, "{name} at {tolerance}");
             assert!(certify(&problem, &solution).holds(tolerance), "{name} at {tolerance}");
             solution
         });
         println!("{name}: {:?}, {:?}", fine.report, rough.report);
+        println!("{:?}", fine.history);
         assert!(ended(&fine) > 0 && ended(&rough) > 0, "{name}");
         assert!(rough.report.mode_changes * 4 <= fine.report.mode_changes.max(40), "{name}");
     }
