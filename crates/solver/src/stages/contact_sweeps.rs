@@ -54,8 +54,8 @@ pub(super) struct Memory {
 }
 
 /// Takes what the sweeps come to where that is enough. Where few modes are wrong or they become slow, and after the few of an island of some hundred
-/// contacts, proximal iterations go on from there with an ε that falls. What these leave of an island of many contacts is swept again as long as that
-/// helps; where it comes to nothing the iterate stays as it was.
+/// contacts, proximal iterations go on from there with an ε that falls. What these leave of an island of many bodies is swept again, and given to
+/// iterations with a larger ε, as long as half of it goes every time; where that comes to nothing the iterate stays as it was.
 pub(super) fn run(
     memory: &mut Memory,
     shared: &mut Shared,
@@ -81,23 +81,33 @@ pub(super) fn run(
                 return if is_solved { StageOutcome::Solved.into() } else { StageOutcome::OutOfBudget.into() };
             }
             Ended::Near => return StageOutcome::Prepared.into(),
-            Ended::Far => return StageOutcome::Slow.into(),
+            Ended::Far => {
+                if left < f64::INFINITY {
+                    take_back(shared, iterate, start);
+                }
+                return StageOutcome::Slow.into();
+            }
             Ended::ForIterations => {
-                let t0=std::time::Instant::now(); let f0=shared.map.effort; let l0=sweeps.lacks();
-                let outcome = shared.iterate(task, iterate, ProximalWeight::after_sweeps(task.settings));
-                eprintln!("SW units {} nv {} made {} lacks {:.1e} -> {:.1e} fact {} ch {} ms {:.0} left {:.1e} ended {:?} near {}", task.island.units.len(), task.island.nv(), sweeps.made(), l0, iterate.residual, shared.map.effort.factorizations-f0.factorizations, shared.map.effort.mode_changes-f0.mode_changes, t0.elapsed().as_secs_f64()*1e3, left, outcome.why, task.is_nearly_solved);
+                let is_first = left == f64::INFINITY;
+                let weight = if is_first { ProximalWeight::after_sweeps } else { ProximalWeight::falling };
+                let outcome = shared.iterate(task, iterate, weight(task.settings));
                 if iterate.residual <= task.accept() {
                     return outcome;
                 }
                 if !is_many(task) || iterate.residual > RESIDUALS.less * left || iterate.residual.is_nan() {
-                    iterate.clone_from(start);
-                    shared.map.change_modes();
+                    take_back(shared, iterate, start);
                     return outcome;
                 }
                 left = iterate.residual;
             }
         }
     }
+}
+
+/// Makes the iterate what it was before iterations changed it.
+fn take_back(shared: &mut Shared, iterate: &mut Iterate, start: &Iterate) {
+    iterate.clone_from(start);
+    shared.map.change_modes();
 }
 
 /// Sweeps as often as the island may be, or as helps.
