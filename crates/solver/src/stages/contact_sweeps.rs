@@ -54,8 +54,9 @@ pub(super) struct Memory {
 }
 
 /// Takes what the sweeps come to where that is enough. Where few modes are wrong or they become slow, and after the few of an island of some hundred
-/// contacts, proximal iterations go on from there with an ε that falls. What these leave of an island of many bodies is swept again, and given to
-/// iterations with a larger ε, as long as half of it goes every time; where that comes to nothing the iterate stays as it was.
+/// contacts, proximal iterations go on from there with an ε that falls. What these leave of a warm island of many bodies is swept again, and given to
+/// iterations with a larger ε, as long as half of it goes every time; where that comes to nothing the iterate stays as it was. (Of 27 cold clusters of
+/// 110 bodies none that the first turn left was solved by further ones, of as many warm ones one of six, of recorded piles most.)
 pub(super) fn run(
     memory: &mut Memory,
     shared: &mut Shared,
@@ -94,7 +95,8 @@ pub(super) fn run(
                 if iterate.residual <= task.accept() {
                     return outcome;
                 }
-                if !is_many(task) || iterate.residual > RESIDUALS.less * left || iterate.residual.is_nan() {
+                let helps = iterate.residual <= RESIDUALS.less * left;
+                if !(helps && is_many(task) && task.is_warm) {
                     take_back(shared, iterate, start);
                     return outcome;
                 }

@@ -115,6 +115,24 @@ fn swept_from_afar(bodies: usize, contacts: std::ops::Range<usize>) -> (u64, u64
     (asked, by_sweeps)
 }
 
+/// A warm cluster whose iterations end at 1e-3 to 1e-4 after the first sweeps: swept from there again it is solved, while one turn leaves it to the stages
+/// that follow.
+#[test]
+fn what_iterations_leave_is_swept_again() {
+    let parameters =
+        Parameters { friction: 0.6, directions: 8, motion: Motion::Impact, gap: Gap::Mixed, ..Parameters::default() };
+    let mut problem = cluster(4901, 110, &parameters);
+    let [swept, other] = both(1e-9);
+    let earlier = solve(&other, &problem);
+    let mut random = Random::new(9901);
+    let size = 0.1 * problem.free_velocity.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    problem.free_velocity.iter_mut().for_each(|v| *v += random.between(-size, size));
+    let solution = ContactSolver::new(swept).expect("valid").solve(&problem, Some(&WarmStart::from_solution(&earlier)));
+    assert_eq!((solution.status.clone(), ended(&solution)), (SolveStatus::Solved, 1));
+    let worst = worst_violation(&problem, &solution);
+    assert!(worst <= 1e-8, "{worst:e}");
+}
+
 /// Without friction the problem is a strictly convex quadratic program in the velocity.
 #[test]
 fn without_friction_the_velocity_is_that_of_the_cascade() {
