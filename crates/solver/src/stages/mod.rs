@@ -40,8 +40,8 @@ const CASCADE: [Stage; StageKind::ALL.len()] = [
     Stage { kind: StageKind::Impulses, applies: impulses::applies, run: |w, t, i| impulses::run(&mut w.impulses, &mut w.shared, t, i) },
     // cold and small: modes from projected Gauss–Seidel sweeps
     Stage { kind: StageKind::Sweeps, applies: sweeps::applies, run: |w, t, i| sweeps::run(&mut w.sweeps, &mut w.shared, t, i) },
-    // many contacts: accelerated sweeps of exact solutions contact by contact, in turn with exact solutions of what lags behind; some hundred, warm
-    // and far from their modes: a few sweeps, and iterations from there
+    // many bodies: accelerated sweeps of exact solutions contact by contact, in turn with exact solutions of what lags behind, and iterations where few
+    // modes are wrong; some hundred contacts, warm and far from their modes: a few sweeps, and iterations from there
     Stage { kind: StageKind::ContactSweeps, applies: contact_sweeps::applies, run: run_contact_sweeps },
     // cold and large: modes of what stands
     Stage { kind: StageKind::Standing, applies: standing::applies, run: |w, t, i| standing::run(&mut w.shared, t, i) },

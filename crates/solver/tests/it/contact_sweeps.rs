@@ -25,6 +25,13 @@ fn cluster(seed: u64, bodies: usize, parameters: &Parameters) -> ContactProblem 
     families::cluster(&mut Random::new(seed), parameters, bodies)
 }
 
+/// Changes all free velocities at random, by at most this share of the largest one.
+fn push(problem: &mut ContactProblem, seed: u64, share: f64) {
+    let mut random = Random::new(seed);
+    let size = share * problem.free_velocity.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    problem.free_velocity.iter_mut().for_each(|v| *v += random.between(-size, size));
+}
+
 fn ended(solution: &ContactSolution) -> u64 {
     solution.report.stages[StageKind::ContactSweeps].ended
 }
@@ -100,9 +107,7 @@ fn swept_from_afar(bodies: usize, contacts: std::ops::Range<usize>) -> (u64, u64
             assert!(contacts.contains(&problem.contact_count()), "{}", problem.contact_count());
             let earlier = solve(&SolverSettings::default(), &problem);
             assert_eq!(earlier.report.stages[StageKind::ContactSweeps].asked, 0, "{friction} {motion:?}: cold");
-            let mut random = Random::new(9900 + seed);
-            let size = 0.3 * problem.free_velocity.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-            problem.free_velocity.iter_mut().for_each(|v| *v += random.between(-size, size));
+            push(&mut problem, 9900 + seed, 0.3);
             let mut solver = ContactSolver::new(SolverSettings::default()).expect("valid");
             let solution = solver.solve(&problem, Some(&WarmStart::from_solution(&earlier)));
             asked += solution.report.stages[StageKind::ContactSweeps].asked;
@@ -124,9 +129,7 @@ fn what_iterations_leave_is_swept_again() {
     let mut problem = cluster(4901, 110, &parameters);
     let [swept, other] = both(1e-9);
     let earlier = solve(&other, &problem);
-    let mut random = Random::new(9901);
-    let size = 0.1 * problem.free_velocity.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-    problem.free_velocity.iter_mut().for_each(|v| *v += random.between(-size, size));
+    push(&mut problem, 9901, 0.1);
     let solution = ContactSolver::new(swept).expect("valid").solve(&problem, Some(&WarmStart::from_solution(&earlier)));
     assert_eq!((solution.status.clone(), ended(&solution)), (SolveStatus::Solved, 1));
     let worst = worst_violation(&problem, &solution);
