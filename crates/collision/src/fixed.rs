@@ -13,9 +13,10 @@ pub(crate) struct FixedGeoms {
     is_stale: bool,
 }
 
-/// Whether a geom's body is welded to the world.
+/// Whether a geom's body is welded to the world, and to nothing that is moved from outside.
 pub(crate) fn is_fixed(model: &Model, geom: u32) -> bool {
-    model.body_weld[model.geoms[geom as usize].body.index()] == BodyId::WORLD
+    let body = model.geoms[geom as usize].body;
+    model.body_weld[body.index()] == BodyId::WORLD && !model.hangs_on_mocap(body)
 }
 
 impl FixedGeoms {

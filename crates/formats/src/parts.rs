@@ -121,6 +121,10 @@ impl Parts {
         self.builder.set_gravity_compensation(body, share).map_err(|e| self.blame(e))
     }
 
+    pub fn set_begins_asleep(&mut self, body: BodyId) -> Result<(), FormatError> {
+        self.builder.set_begins_asleep(body, true).map_err(|e| self.blame(e))
+    }
+
     /// Makes a body one whose pose is given from outside.
     pub fn set_mocap(&mut self, body: BodyId) -> Result<(), FormatError> {
         self.builder.set_mocap(body).map_err(|e| self.blame(e))?;

@@ -337,3 +337,20 @@ def test_a_copy_is_edited_alone():
         other.geom("box").friction = 0.123
         assert world.geom("box").friction == 0.4
     assert isinstance(copy.copy(signorini.scene()), type(signorini.scene()))
+
+
+def test_a_body_begins_asleep_or_not():
+    def fallen(begins_asleep):
+        world = Spec(name="sleepy")
+        world.sleeping = True
+        body = world.add_body("ball", pos=(0, 0, 2))
+        body.add_joint("free")
+        body.add_geom("sphere", size=0.1, mass=1.0)
+        assert body.begins_asleep is False
+        body.begins_asleep = begins_asleep
+        data = signorini.Data(world.compile())
+        signorini.step(data.model, data, nstep=50)
+        assert bool(data.body_asleep()[1]) == begins_asleep
+        return 2 - data.qpos[2]
+
+    assert fallen(True) == 0 and fallen(False) > 0.01

@@ -1,5 +1,7 @@
 //! A step beside trees that sleep (`sleepers/`): who is told of them, what wakes them, and what it tells of them.
 
+use std::ops::Range;
+
 use signorini_contact::SolveStatus;
 use signorini_multibody::{Input, State};
 
@@ -49,6 +51,15 @@ impl Workspace {
             self.let_sleepers_stand();
         }
         self.sleepers.stay_awake();
+    }
+
+    /// Lets those sleep that begin asleep, whose kinematics and free motion are known now.
+    ///
+    /// - `wants`: whether a tree may be held, told its degrees of freedom
+    pub(crate) fn hold_undisturbed(&mut self, state: &State, input: &Input, wants: impl Fn(Range<usize>) -> bool) {
+        if self.sleepers.hold(state, input, &self.builder.problem, wants) {
+            self.let_sleepers_stand();
+        }
     }
 
     /// Those that sleep have no force to answer in this step; how they could move without contact is known to the search.

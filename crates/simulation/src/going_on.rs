@@ -48,6 +48,7 @@ impl Workspace {
         self.fixed_point.clear();
         self.warm.clear();
         self.withheld = Withheld::default();
+        self.sleepers.holds = false;
         self.forget_sleepers();
     }
 }

@@ -75,6 +75,18 @@ pub(crate) fn named(model: &Model, overlaps: &[OwnOverlap]) -> String {
     named_pairs(model, deepest.iter().map(|overlap| (overlap.geoms, overlap.depth)))
 }
 
+/// Names; those after the first few are counted.
+pub(crate) fn listed(names: &[&str]) -> String {
+    let mut out = String::new();
+    for (i, name) in names.iter().take(NAMED).enumerate() {
+        let _ = write!(out, "{}'{name}'", if i > 0 { ", " } else { "" });
+    }
+    if let Some(others @ 1..) = names.len().checked_sub(NAMED) {
+        let _ = write!(out, ", and {others} others");
+    }
+    out
+}
+
 /// Pairs of geoms by name, with their depth (m); those after the first few are counted.
 pub(crate) fn named_pairs(model: &Model, pairs: impl ExactSizeIterator<Item = ([GeomId; 2], f64)>) -> String {
     let (mut out, count) = (String::new(), pairs.len());

@@ -60,6 +60,7 @@ impl Workspace {
         let standing = &self.sleepers.standing;
         free_motion_beside(model, &self.kinematics, state, input, dt, standing, &mut self.smooth)?;
         self.builder.take_smooth(&mut self.smooth, dt);
+        self.hold_undisturbed(state, input, |_| true);
         self.reach.start(model, &self.kinematics, &self.builder.problem.free_velocity, dt);
         self.reach.widen(&self.adhesion.layers);
         self.hold_sleepers();
@@ -189,6 +190,9 @@ impl Workspace {
         if settings.position_iterations > 0 && in_full && !model.equalities.is_empty() {
             let factor = &self.builder.problem.mass_factor;
             self.assembler.project(model, factor, &mut next.q, settings.position_iterations);
+            for held in self.sleepers.held_coordinates() {
+                next.q[held.clone()].copy_from_slice(&state.q[held]);
+            }
         }
     }
 

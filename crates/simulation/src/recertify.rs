@@ -7,6 +7,7 @@
 mod compare;
 mod fault;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use signorini_contact::{Certificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone};
@@ -184,6 +185,10 @@ impl Recertifier {
         let smooth = free_motion_into(model, &ws.kinematics, state, input, dt, &mut ws.smooth);
         smooth.map_err(|e| StepFault::Unusable(e.to_string()))?;
         ws.builder.take_smooth(&mut ws.smooth, dt);
+        ws.forget_sleepers();
+        ws.sleepers.holds = true;
+        ws.hold_undisturbed(state, input, |dofs| is_left_alone(model, frame, first, &dofs));
+        ws.hold_sleepers();
         Ok(())
     }
 
@@ -243,6 +248,14 @@ impl Recertifier {
         let Self { model, settings, workspace, state, input, next } = self;
         workspace.advance_into(model, state, input, settings, next);
     }
+}
+
+/// Whether a step leaves a tree without velocity, and has no contact of its.
+fn is_left_alone(model: &Model, frame: &Frame, first: &Impulses, dofs: &Range<usize>) -> bool {
+    let body = |geom: u32| model.geoms.get(geom as usize).map(|geom| geom.body);
+    let is_own = |geom: u32| body(geom).is_some_and(|body| model.dofs_moving(body).any(|dof| dofs.contains(&dof)));
+    first.velocity[dofs.clone()].iter().all(|v| *v == 0.0)
+        && !frame.contacts.iter().any(|contact| is_own(contact.geom_a) || is_own(contact.geom_b))
 }
 
 /// The settings that a header tells of; the solver does not matter here.

@@ -140,8 +140,9 @@ pub struct Settings {
     /// zero without being solved, those that stood for two steps take no part in the next ones at all until something disturbs them or comes
     /// near ([`Workspace::sleeps`](crate::Workspace::sleeps)), and a step that ended where it began is made again as it was until something changes. Every
     /// step has its certificate, and the motion is the same to rounding. Trees with actuators, tendons or equality constraints, and all trees of models
-    /// with mocap bodies, adhesion or restitution, are solved for as long as anything moves. A step in which something falls asleep or
-    /// wakes allocates. The model's own where it is not given.
+    /// with mocap bodies, adhesion or restitution, are solved for as long as anything moves. Trees that [begin
+    /// asleep](signorini_multibody::Body::begins_asleep) stand for as long as nothing disturbs them, whatever pulls at them: their model says so, and no law.
+    /// A step in which something falls asleep or wakes allocates. The model's own where it is not given.
     #[setters(into)]
     pub sleeping: Option<bool>,
     /// What to do where there is no solution.

@@ -1,6 +1,6 @@
 //! What a person should know about the start of a run, in words.
 
-use signorini_multibody::{ContactPoint, Model};
+use signorini_multibody::{BodyId, ContactPoint, Model};
 
 use crate::overlaps::{self, named_pairs};
 use crate::settings::Settings;
@@ -41,7 +41,22 @@ impl Workspace {
                 settings.correction_speed, settings.correction_angular_speed
             ));
         }
+        let awake = self.awake_from_the_start(model);
+        if settings.sleeps(model) && !awake.is_empty() {
+            notes.push(format!(
+                "bodies that are to begin asleep begin awake, because the start is not the model's reference configuration, or something touches them \
+                 or is tied to them that is awake: {}",
+                overlaps::listed(&awake)
+            ));
+        }
         (!notes.is_empty()).then(|| notes.join("; "))
+    }
+
+    /// The names of the bodies that are to begin asleep and do not.
+    fn awake_from_the_start<'a>(&self, model: &'a Model) -> Vec<&'a str> {
+        let bodies = (0..).map(BodyId).zip(&model.bodies);
+        let awake = bodies.filter(|(id, body)| body.begins_asleep && !self.sleepers.is_asleep(*id));
+        awake.map(|(_, body)| &body.name[..]).collect()
     }
 
     /// Pairs of geoms that overlapped at the beginning of the last step by more than it removes, deepest first, each with its deepest

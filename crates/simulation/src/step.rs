@@ -49,6 +49,7 @@ pub fn step(
         workspace.sleepers.was_repeated = true;
         return Ok(report);
     }
+    workspace.sleepers.holds = sleeping;
     let made = step_driven(model, state, input, settings, &[], workspace, next);
     let mut report = made.inspect_err(|_| workspace.wake_all())?;
     workspace.report_sleepers(&mut report);
@@ -73,6 +74,7 @@ pub(crate) fn step_driven(
     let dt = settings.timestep.unwrap_or(model.timestep);
     let ws = workspace;
     if !driven.is_empty() {
+        ws.sleepers.holds = false;
         ws.wake_all();
     }
     state.check(model)?;

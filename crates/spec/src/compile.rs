@@ -89,6 +89,7 @@ impl Spec {
                     if body.mocap.is_some() {
                         builder.set_mocap(id)?;
                     }
+                    builder.set_begins_asleep(id, body.begins_asleep)?;
                     id
                 }
             };

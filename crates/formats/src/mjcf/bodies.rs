@@ -55,11 +55,6 @@ fn read_body<'t>(
     if attributes.flag("mocap")?.unwrap_or(false) {
         read_mocap(importer, element, id, parent)?;
     }
-    let policies = [("auto", false), ("never", false), ("allowed", false), ("init", true)];
-    if attributes.choice("sleep", &policies)?.unwrap_or(false) {
-        let effect = "it begins awake, and what holds it still is found by the first step";
-        importer.report.motion(attributes.at("sleep"), "body", "sleep='init' is not supported", effect);
-    }
     // Without springs and dampers there is no passive force at all, as in MuJoCo.
     let is_passive = importer.springs_disabled && importer.dampers_disabled;
     let compensation = acts(is_passive) * attributes.number_or("gravcomp", 0.0)?;
@@ -81,6 +76,7 @@ fn read_body<'t>(
         body.stays = true;
     }
     let children = read_contents(importer, element, inner, &mut body)?;
+    read_sleep(importer, &attributes, id)?;
     let inertia = match inertial {
         Some(inertial) if !weighs_geoms => read_inertial(importer, inertial)?,
         _ => Inertia::sum(&body.weights),
@@ -95,6 +91,20 @@ fn read_mocap(importer: &mut Importer, element: Element, id: BodyId, parent: Bod
         return Err(element.invalid("only a child of the world can be a mocap body: put it into <worldbody>"));
     }
     importer.parts.set_mocap(id)
+}
+
+/// Whether the tree of a body whose joints have been read begins asleep.
+fn read_sleep(importer: &mut Importer, attributes: &Attributes, id: BodyId) -> Result<(), FormatError> {
+    let policies = [("auto", false), ("never", false), ("allowed", false), ("init", true)];
+    if !attributes.choice("sleep", &policies)?.unwrap_or(false) {
+        return Ok(());
+    }
+    if !importer.parts.builder.begins_tree(id) {
+        let what = "sleep='init' of a body that no tree of joints begins with";
+        importer.report.motion(attributes.at("sleep"), "body", what, "its tree begins awake");
+        return Ok(());
+    }
+    importer.parts.set_begins_asleep(id)
 }
 
 /// Whether a body has geoms of its own, in frames and replicas, too.

@@ -108,6 +108,9 @@ fn own(model: &Model, id: BodyId, assets: &mut Assets) -> Tag {
     if body.mocap.is_some() {
         tag.set("mocap", "true");
     }
+    if body.begins_asleep {
+        tag.set("sleep", "init");
+    }
     let inertia = &body.inertia;
     if id != BodyId::WORLD && *inertia != Inertia::ZERO {
         let r = inertia.rotational;

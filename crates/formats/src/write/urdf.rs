@@ -74,6 +74,9 @@ impl Writer<'_> {
         if body.gravity_compensation != 0.0 {
             self.left_out(format!("gravity compensation of body '{}'", body.name));
         }
+        if body.begins_asleep {
+            self.left_out(format!("body '{}' begins asleep; it begins awake", body.name));
+        }
         self.link(id, link_origin(model, id));
     }
 

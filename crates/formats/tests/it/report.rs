@@ -1,6 +1,7 @@
 //! What is left out is said.
 
-use signorini_formats::{Imported, load_mjcf_str, write_mjcf};
+use signorini_formats::{Imported, load_mjcf_str, write_mjcf, write_urdf};
+use signorini_multibody::Model;
 
 fn import(inner: &str) -> Imported {
     load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "").unwrap()
@@ -32,17 +33,26 @@ fn unsupported_sections_are_listed() {
     assert_eq!((model.actuators[0].name.as_str(), model.keyframes[0].control.as_slice()), ("m", &[4.0][..]));
 }
 
-/// The flag asks simulations to sleep; who sleeps decides no motion, but for trees that would be held up by their sleep.
+/// The flag asks simulations to sleep, and bodies ask to begin so; where no tree begins with one that is told.
 #[test]
 fn a_file_asks_for_sleep() {
     let bodies = "<worldbody><body sleep='never'><freejoint/><geom size='.1'/></body>\n\
-                  <body sleep='init'><freejoint/><geom size='.1'/></body></worldbody>";
+                  <body sleep='init'><freejoint/><geom size='.1'/>\n\
+                  <body sleep='init'><joint/><geom size='.1'/></body></body><body sleep='init'/></worldbody>";
     assert!(!import(bodies).model.sleeping);
     let Imported { model, report, .. } =
         import(&format!("<option sleep_tolerance='1e-2'><flag sleep='enable'/></option>{bodies}"));
     let warnings: Vec<_> = report.warnings.iter().map(|w| (w.line, w.what.as_str(), w.changes_motion)).collect();
-    assert_eq!(warnings, [(3, "sleep='init' is not supported", true)]);
-    assert!(model.sleeping && load_mjcf_str(&write_mjcf(&model).text, "").unwrap().model.sleeping);
+    let told = "sleep='init' of a body that no tree of joints begins with";
+    assert_eq!(warnings, [(4, told, true)]);
+    assert_eq!(report.warnings[0].count, 2);
+    let again = load_mjcf_str(&write_mjcf(&model).text, "").unwrap().model;
+    let asleep = |model: &Model| model.bodies.iter().map(|body| body.begins_asleep).collect::<Vec<_>>();
+    assert_eq!(asleep(&model), [false, false, true, false, false]);
+    assert!(model.sleeping && again.sleeping && asleep(&again) == asleep(&model));
+    assert_eq!(again.content_hash(), model.content_hash());
+    let urdf = write_urdf(&model);
+    assert!(urdf.left_out.iter().any(|what| what.ends_with("begins asleep; it begins awake")), "{:?}", urdf.left_out);
     assert_ne!(model.content_hash(), import(bodies).model.content_hash());
     assert!(load_mjcf_str("<mujoco><worldbody><body sleep='deeply'/></worldbody></mujoco>", "").is_err());
 }

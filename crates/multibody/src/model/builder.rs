@@ -33,6 +33,7 @@ impl ModelBuilder {
             first_joint: 0,
             joint_count: 0,
             mocap: None,
+            begins_asleep: false,
         };
         let parts = Parts {
             name: name.into(),
@@ -107,6 +108,7 @@ impl ModelBuilder {
             first_joint: 0,
             joint_count: 0,
             mocap: None,
+            begins_asleep: false,
         });
         self.parts.joints.push(Vec::new());
         Ok(id)
@@ -143,6 +145,24 @@ impl ModelBuilder {
             *own = Some(self.parts.mocap_bodies.len());
             self.parts.mocap_bodies.push(body);
         }
+        Ok(())
+    }
+
+    /// Whether a body that is there has joints, and none that it hangs on has any.
+    pub fn begins_tree(&self, body: BodyId) -> bool {
+        let moves = |body: BodyId| self.parts.joints.get(body.index()).is_some_and(|joints| !joints.is_empty());
+        let parent = |body: BodyId| self.parts.bodies.get(body.index()).map(|own| own.parent);
+        let above = |body: BodyId| (body != BodyId::WORLD).then(|| parent(body)).flatten();
+        moves(body) && !std::iter::successors(above(body), |&body| above(body)).any(moves)
+    }
+
+    /// Lets the tree that begins with a body begin asleep, or awake as without it ([`Body::begins_asleep`]).
+    ///
+    /// # Errors
+    /// [`ModelError::UnknownPart`] if the body is not there.
+    pub fn set_begins_asleep(&mut self, body: BodyId, begins_asleep: bool) -> Result<(), ModelError> {
+        self.known_body(body, || "sleep".into())?;
+        self.parts.bodies[body.index()].begins_asleep = begins_asleep;
         Ok(())
     }
 

@@ -117,7 +117,7 @@ macro_rules! feed_fields {
 }
 feed_fields!(Pose { position, rotation });
 feed_fields!(Inertia { mass, center_of_mass, rotational });
-feed_fields!(Body { name, parent, placement, inertia, gravity_compensation, first_joint, joint_count } where set { mocap });
+feed_fields!(Body { name, parent, placement, inertia, gravity_compensation, first_joint, joint_count } where set { mocap, begins_asleep });
 feed_fields!(Joint {
     name,
     body,

@@ -90,6 +90,12 @@ impl Model {
         q
     }
 
+    /// Whether a body, or one that it hangs on, is moved from outside.
+    pub fn hangs_on_mocap(&self, body: BodyId) -> bool {
+        let above = |body: &BodyId| (*body != BodyId::WORLD).then(|| self.bodies[body.index()].parent);
+        std::iter::successors(Some(body), above).any(|body| self.bodies[body.index()].mocap.is_some())
+    }
+
     /// The joints that move a body, in order.
     pub fn joints_of(&self, body: BodyId) -> &[Joint] {
         let b = &self.bodies[body.index()];

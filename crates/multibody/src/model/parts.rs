@@ -29,6 +29,9 @@ pub struct Body {
     /// Its place among the bodies whose pose is given from outside ([`Input::mocap`](crate::Input::mocap)), if it is one: a child of the
     /// world without joints, for the dynamics at rest in every step.
     pub mocap: Option<usize>,
+    /// Whether, where simulations leave alone what rests, the tree that begins here stands in the reference configuration, whatever pulls at it, until something
+    /// touches it or acts on it alone (MJCF `sleep="init"`); without meaning elsewhere than at the first body of a tree that moves.
+    pub begins_asleep: bool,
 }
 
 /// How a joint lets its body move relative to the parent.

@@ -192,6 +192,7 @@ class Spec(Strict, _core.Spec):
         """Adds a body with MJCF's attributes (``pos``, ``quat``, ``mocap``, ``gravcomp``, …).
 
         With ``mass``, and ``inertia`` (3 moments, kg·m²) and ``ipos`` beside it, it has an inertia of its own; otherwise its geoms give it one.
+        Where the spec is ``sleeping``, the tree of a body whose ``begins_asleep`` is set stands until something touches it (MJCF ``sleep="init"``).
 
         Raises:
             ModelError: a name is taken, there is no such parent, or an attribute is wrong; nothing has changed then.

@@ -33,6 +33,17 @@ macro_rules! plain {
 }
 plain!(f64, u32, i32, (f64, f64), Option<f64>);
 
+impl Attribute for bool {
+    fn show<'py>(&self, py: Python<'py>) -> Shown<'py> {
+        Ok(pyo3::types::PyBool::new(py, *self).to_owned().into_any())
+    }
+
+    fn take(&mut self, value: &Bound<'_, PyAny>) -> PyResult<()> {
+        *self = value.extract()?;
+        Ok(())
+    }
+}
+
 /// A tuple of numbers: writing to a copy would be lost.
 pub(super) fn tuple<'py>(py: Python<'py>, numbers: &[f64]) -> Shown<'py> {
     Ok(pyo3::types::PyTuple::new(py, numbers)?.into_any())
@@ -203,6 +214,7 @@ attributes! {
         "ipos" => inertia.center_of_mass;
         "inertia" => inertia.rotational;
         "gravcomp" => gravity_compensation;
+        "begins_asleep" => begins_asleep;
     }
     Joint {
         "axis" => kind;

@@ -3,6 +3,7 @@
 mod activation;
 mod adhesion;
 mod batch;
+mod begins_asleep;
 mod budget;
 mod candidates;
 mod contradiction;

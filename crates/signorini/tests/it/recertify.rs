@@ -78,7 +78,7 @@ fn recertifier(simulation: &Simulation) -> Recertifier {
 }
 
 /// Every step of a run shows the residuals that it had, and leads to the next.
-fn shows_the_same(mut simulation: Simulation, steps: u64, what: &str) {
+pub fn shows_the_same(mut simulation: Simulation, steps: u64, what: &str) {
     let mut recertifier = recertifier(&simulation);
     for i in 0..steps {
         let (frame, report) = recorded_step(&mut simulation, i);

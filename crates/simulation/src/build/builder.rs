@@ -81,7 +81,7 @@ pub(crate) struct ProblemBuilder {
     pub(super) dependent: DependentRows,
     pub(super) assembly_tolerance: f64,
     pub(super) law: RestitutionLaw,
-    /// Degrees of freedom whose own rows, of limits and dry friction, are left out.
+    /// Degrees of freedom that stand: rows in which no other has a part are left out.
     pub(super) stands: Vec<bool>,
 }
 
@@ -114,7 +114,12 @@ impl ProblemBuilder {
         }
     }
 
-    /// Leaves the rows of joints in these degrees of freedom out of the next problems.
+    /// Whether these degrees of freedom, which a row is to be in, all stand.
+    pub(super) fn all_stand(&self, dofs: &[usize]) -> bool {
+        !dofs.is_empty() && dofs.iter().all(|&dof| self.stands[dof])
+    }
+
+    /// Leaves rows in these degrees of freedom alone out of the next problems.
     pub fn let_stand(&mut self, dofs: impl Iterator<Item = Range<usize>>) {
         self.stands.fill(false);
         dofs.for_each(|own| self.stands[own].fill(true));

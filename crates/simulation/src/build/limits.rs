@@ -23,6 +23,9 @@ impl ProblemBuilder {
         });
         for (t, limits) in limited_tendons(model) {
             self.measure_tendon(model, kinematics, state, t);
+            if self.all_stand(&self.length.dofs) {
+                continue;
+            }
             let reach = 4.0 * dt * self.length.rate(&state.v).abs().max(self.length.rate(&v_free).abs());
             for (side, (gap, _)) in gaps(self.length.length, limits).into_iter().enumerate() {
                 if gap <= reach {
@@ -60,6 +63,9 @@ impl ProblemBuilder {
         });
         for (t, limits) in limited_tendons(model) {
             self.measure_tendon(model, kinematics, state, t);
+            if self.all_stand(&self.length.dofs) {
+                continue;
+            }
             let rate = self.length.rate(v);
             for (side, (gap, sign)) in gaps(self.length.length, limits).into_iter().enumerate() {
                 let key = tendon_limit_key(t, side as u32);
@@ -88,6 +94,9 @@ impl ProblemBuilder {
         });
         for (t, limits) in limited_tendons(model) {
             self.measure_tendon(model, kinematics, state, t);
+            if self.all_stand(&self.length.dofs) {
+                continue;
+            }
             let rate = self.length.rate(v);
             for (side, (gap, sign)) in gaps(self.length.length, limits).into_iter().enumerate() {
                 let key = tendon_limit_key(t, side as u32);

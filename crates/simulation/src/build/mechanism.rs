@@ -16,6 +16,9 @@ impl ProblemBuilder {
         for (e, equality) in model.equalities.iter().enumerate() {
             for b in 0..equality.kind.block_count() {
                 equality_block_into(model, kinematics, &state.q, &equality.kind, b, &mut self.block);
+                if self.all_stand(&self.block.rows.dofs) {
+                    continue;
+                }
                 self.constraint_error = self.constraint_error.max(self.block.size());
                 let part = self.pace.block_part(model, kinematics, state, (&equality.kind, b), &self.block, dt);
                 self.corrects_constraints &= part == self.pace.stabilization;
@@ -46,6 +49,9 @@ impl ProblemBuilder {
         for (a, actuator) in model.actuators.iter().enumerate() {
             if let (ActuatorKind::Speed, Some([lower, upper])) = (actuator.kind, actuator.force_range) {
                 actuator_length_into(model, kinematics, &state.q, actuator, &mut self.length);
+                if self.all_stand(&self.length.dofs) {
+                    continue;
+                }
                 let speed = actuator.drive(state, input, a, self.problem.timestep);
                 let bound = FrictionBound::Impulse((upper - lower) / 2.0 * self.problem.timestep);
                 let row = self.length.dofs.iter().zip(&self.length.gradient).map(|(&k, &g)| (k as u32, g));

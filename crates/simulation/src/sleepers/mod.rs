@@ -5,7 +5,10 @@
 //! residuals stay relative to the scales of both, and its trees have no force to answer. What asks for the step's rows gets both parts put
 //! together. A state or force of its own that is not what it was wakes an island, and so does any contact point that the search finds between it and what
 //! moves, touching or not. Nothing is approximate, so there is no threshold.
+//!
+//! Trees that [begin asleep](held) have no rows, and no law that holds them: their model says so.
 
+mod held;
 mod rows;
 mod trees;
 
@@ -17,23 +20,30 @@ use signorini_contact::{Certificate, ContactProblem, ContactSolution, certify};
 use signorini_multibody::{BodyId, ContactPoint, Input, Model, StandingTrees, State};
 use signorini_solver::ContactSolver;
 
+use held::Held;
 pub(crate) use rows::{Part, RowsView, StepRows};
 use trees::Trees;
 
 use crate::warm::WarmCache;
 
-/// What an island is called, by a number that no other one had.
+/// What an island is called, by a number that no other one of its sort had.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Name {
-    /// Whether it is a tree without rows.
-    is_free: bool,
-    number: u64,
+enum Name {
+    /// Trees that rows hold where they are.
+    Island(u64),
+    /// A tree without rows.
+    Free(u64),
+    /// Trees that begin asleep.
+    Held(u64),
 }
 
 /// The islands that sleep, with their rows.
 #[derive(Clone, Debug)]
 pub(crate) struct Sleepers {
     trees: Trees,
+    held: Held,
+    /// Whether those that begin asleep may sleep in the step at hand.
+    pub holds: bool,
     /// The island that each tree sleeps in, or it alone; nothing while it is awake.
     island: Vec<Option<Name>>,
     /// The same for the trees that sleep from the next step on, if nothing disturbs them.
@@ -71,6 +81,8 @@ impl Sleepers {
     pub fn new(model: &Model, problem: &ContactProblem) -> Self {
         let trees = Trees::new(model, &problem.mass);
         Self {
+            held: Held::new(model, &problem.mass, &trees),
+            holds: false,
             island: vec![None; trees.len()],
             falling: vec![None; trees.len()],
             stood: vec![false; trees.len()],
@@ -108,14 +120,23 @@ impl Sleepers {
         self.trees.of(body).is_some_and(|tree| self.sleeps(tree))
     }
 
+    fn is_held(&self, tree: usize) -> bool {
+        matches!(self.island[tree], Some(Name::Held(_)))
+    }
+
+    /// Coordinates of the trees that are held.
+    pub fn held_coordinates(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        (0..self.trees.len()).filter(|&tree| self.is_held(tree)).map(|tree| self.trees.coordinates(tree))
+    }
+
     /// The velocity scale of the sleepers' rows, m/s.
     pub fn velocity_scale(&self) -> f64 {
         self.scales.1.value()
     }
 
-    /// The rows of those that sleep; nothing where all are awake.
+    /// The rows of those that sleep; nothing where there are none.
     pub fn rows(&self) -> Option<RowsView<'_>> {
-        self.rows.as_ref().filter(|_| self.any()).map(StepRows::view)
+        self.rows.as_ref().filter(|rows| self.any() && !rows.is_empty()).map(StepRows::view)
     }
 
     /// The contact points of those that sleep.
@@ -150,7 +171,7 @@ impl Sleepers {
         self.count = names.len();
         names.sort_unstable();
         names.dedup();
-        self.islands = names.iter().filter(|name| !name.is_free).count();
+        self.islands = names.iter().filter(|name| matches!(name, Name::Island(_))).count();
         let Self { standing, island, .. } = self;
         standing.set(&problem.mass, |tree| island[tree].is_some());
         let any = self.any();
@@ -160,7 +181,8 @@ impl Sleepers {
         own.mass.copy_from(&problem.mass);
         own.mass_factor.clone_from(&problem.mass_factor);
         own.free_velocity.fill(0.0);
-        for tree in (0..trees.len()).filter(|&tree| island[tree].is_some()) {
+        let is_free = |&tree: &usize| matches!(island[tree], Some(Name::Island(_) | Name::Free(_)));
+        for tree in (0..trees.len()).filter(is_free) {
             own.free_velocity[trees.dofs(tree)].copy_from_slice(&smooth_velocity[trees.dofs(tree)]);
         }
         rows.solution.velocity.clear();
@@ -182,6 +204,9 @@ impl Sleepers {
             let mut whole = StepRows::like(own.problem);
             whole.put_together([own, rows].map(|rows| Part { rows, wants: None }));
             whole.problem.free_velocity.copy_from_slice(free_velocity);
+            for tree in (0..self.trees.len()).filter(|&tree| self.is_held(tree)) {
+                whole.problem.free_velocity[self.trees.dofs(tree)].fill(0.0);
+            }
             let (out, of) = (&mut whole.solution, own.solution);
             out.velocity.clone_from(&of.velocity);
             (out.status, out.certificate, out.spread) = (of.status.clone(), of.certificate, of.spread);
@@ -201,10 +226,17 @@ impl Sleepers {
 
     /// Marks trees that are not as they were; those that were about to fall asleep stay awake, with the others of their islands.
     pub fn mark_disturbed(&mut self, state: &State, input: &Input, dt: f64) {
-        let Self { trees, island, falling, q, force, wakes, dt: known_dt, .. } = self;
+        let Self { trees, held, holds, island, falling, q, force, wakes, dt: known_dt, .. } = self;
         for tree in 0..trees.len() {
-            let is_concerned = island[tree].is_some() || falling[tree].is_some();
-            wakes[tree] = is_concerned && !(*known_dt == dt && trees.is_undisturbed(tree, state, input, (q, force)));
+            let is_undisturbed = match island[tree].or(falling[tree]) {
+                None => true,
+                Some(Name::Held(_)) => {
+                    let is_current = *holds && held.is_current(tree, state, input, dt);
+                    is_current && held.is_undisturbed(tree, trees, state, input)
+                }
+                Some(_) => *known_dt == dt && trees.is_undisturbed(tree, state, input, (q, force)),
+            };
+            wakes[tree] = !is_undisturbed;
         }
         trees.pushed(input).for_each(|tree| wakes[tree] = true);
         for tree in 0..trees.len() {
@@ -212,6 +244,38 @@ impl Sleepers {
                 falling.iter_mut().filter(|other| **other == Some(name)).for_each(|other| *other = None);
             }
         }
+    }
+
+    /// Lets those sleep that begin asleep and that nothing has disturbed; whether there are any that were awake. What has come to rest by itself stays with
+    /// what holds it.
+    ///
+    /// - `problem`: one of the model; `wants`: whether a tree may be held, told its degrees of freedom
+    pub fn hold(
+        &mut self,
+        state: &State,
+        input: &Input,
+        problem: &ContactProblem,
+        wants: impl Fn(Range<usize>) -> bool,
+    ) -> bool {
+        if !self.holds || self.held.is_empty() {
+            return false;
+        }
+        let Self { trees, held, island, stood, falling, wakes, rows, .. } = self;
+        wakes.fill(false);
+        trees.pushed(input).for_each(|tree| wakes[tree] = true);
+        falling.fill(None);
+        let is_awake = |tree: usize| island[tree].is_none() && !stood[tree] && !wakes[tree];
+        let may_be = |tree: usize| is_awake(tree) && wants(trees.dofs(tree));
+        held.ready(trees, state, input, may_be).for_each(|(place, set)| {
+            set.iter().for_each(|&tree| falling[tree] = Some(Name::Held(place)));
+        });
+        if falling.iter().all(Option::is_none) {
+            return false;
+        }
+        island.iter_mut().zip(falling).for_each(|(island, falling)| *island = island.or(falling.take()));
+        held.note_free_motion(state, input, problem.timestep);
+        rows.get_or_insert_with(|| StepRows::like(problem));
+        true
     }
 
     /// Marks the trees of contact points.
@@ -332,7 +396,7 @@ impl Sleepers {
             // Impulses that were found anew may differ from those of the same step once more in what is recovered from them.
             if std::mem::replace(&mut stood[tree], stands) && stands {
                 let number = *next_number + own.unwrap_or(tree) as u64;
-                falling[tree] = Some(Name { is_free: own.is_none(), number });
+                falling[tree] = Some(if own.is_none() { Name::Free(number) } else { Name::Island(number) });
                 any = true;
             }
         }

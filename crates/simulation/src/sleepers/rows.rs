@@ -88,6 +88,11 @@ impl StepRows {
         }
     }
 
+    pub fn is_empty(&self) -> bool {
+        let rows = self.keys.len() + self.group_keys.len() + self.bilateral_source.len();
+        rows + self.left_out.len() == 0
+    }
+
     pub fn view(&self) -> RowsView<'_> {
         RowsView {
             points: &self.points,

@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use signorini_multibody::{
-    BlockDiagonal, BodyId, ContactPoint, EqualityBlock, Input, Kinematics, LengthRow, Model, SpatialVector, State,
-    Transmission, actuator_length_into, equality_block_into, forward_kinematics_into, tendon_length_into,
+    BlockDiagonal, BodyId, ContactPoint, Equality, EqualityBlock, Input, Kinematics, LengthRow, Model, SpatialVector,
+    State, Transmission, actuator_length_into, equality_block_into, forward_kinematics_into, tendon_length_into,
 };
 
 use crate::rest::same_bits;
@@ -38,9 +38,8 @@ impl Trees {
             let own = joint.q_index..joint.q_index + joint.kind.nq();
             *q = if q.start == q.end { own } else { q.start.min(own.start)..q.end.max(own.end) };
         }
-        for dof in moved_by_more(model) {
-            all[mass.block_of(dof)].may_sleep = false;
-        }
+        // Other things than their own state can set these trees in motion.
+        visit_movers(model, |_, dofs| dofs.iter().for_each(|&dof| all[mass.block_of(dof)].may_sleep = false));
         let tree = |i: u32| model.dofs_moving(BodyId(i)).next().map(|dof| mass.block_of(dof) as u32);
         Self { all, of_body: (0..model.bodies.len() as u32).map(tree).collect() }
     }
@@ -71,7 +70,12 @@ impl Trees {
         *may_sleep && is_zero(state) && is_zero(next) && same_bits(&state.q[q.clone()], &next.q[q.clone()])
     }
 
-    /// Whether a tree stands where another state has it, with the same force on it.
+    /// Its coordinates.
+    pub fn coordinates(&self, tree: usize) -> Range<usize> {
+        self.all[tree].q.clone()
+    }
+
+    /// Whether a tree stands where another state has it, with the same force on it; `known`: that configuration and the forces, none where they are 0.
     pub fn is_undisturbed(&self, tree: usize, state: &State, input: &Input, known: (&[f64], &[f64])) -> bool {
         let Tree { v, q, .. } = &self.all[tree];
         let force = |all: &[f64], k: usize| all.get(k).copied().unwrap_or(0.0);
@@ -88,25 +92,32 @@ impl Trees {
     }
 }
 
-/// Degrees of freedom that actuators, tendons and equality constraints move: other things than their own state can set their trees in motion.
-fn moved_by_more(model: &Model) -> Vec<usize> {
+/// What moves trees beside their own state.
+#[derive(Clone, Copy)]
+pub(super) enum Mover<'a> {
+    Actuator,
+    Tendon,
+    Equality(&'a Equality),
+}
+
+/// Visits actuators, tendons and the blocks of equality constraints, with the degrees of freedom that each of them moves.
+pub(super) fn visit_movers<'a>(model: &'a Model, mut visit: impl FnMut(Mover<'a>, &[usize])) {
     let mut kinematics = Kinematics::new(model);
     let state = State::new(model);
     forward_kinematics_into(model, &state.q, &state.v, &mut kinematics);
-    let (mut length, mut block, mut dofs) = (LengthRow::new(model), EqualityBlock::new(model), Vec::new());
+    let (mut length, mut block) = (LengthRow::new(model), EqualityBlock::new(model));
     for actuator in &model.actuators {
         actuator_length_into(model, &kinematics, &state.q, actuator, &mut length);
-        dofs.extend_from_slice(&length.dofs);
+        visit(Mover::Actuator, &length.dofs);
     }
     for tendon in &model.tendons {
         tendon_length_into(model, &kinematics, &state.q, tendon, &mut length);
-        dofs.extend_from_slice(&length.dofs);
+        visit(Mover::Tendon, &length.dofs);
     }
     for equality in &model.equalities {
         for b in 0..equality.kind.block_count() {
             equality_block_into(model, &kinematics, &state.q, &equality.kind, b, &mut block);
-            dofs.extend_from_slice(&block.rows.dofs);
+            visit(Mover::Equality(equality), &block.rows.dofs);
         }
     }
-    dofs
 }
