@@ -56,6 +56,7 @@
 mod apart;
 mod bvh;
 mod capsule;
+mod clipping;
 mod collider;
 mod convex;
 mod decompose;

@@ -2,6 +2,7 @@
 
 use glamx::glam::{DVec2, DVec3};
 
+use crate::clipping::{Corner, Ring, Side};
 use crate::feature::Feature;
 use crate::patch::Patch;
 
@@ -38,21 +39,6 @@ impl Plane {
     }
 }
 
-/// A side of the clipped polygon: the vertices of the original side it lies on.
-#[derive(Clone, Copy, Debug)]
-enum Side {
-    OfA([u32; 2]),
-    OfB([u32; 2]),
-}
-
-/// A corner of the clipped polygon and the side that follows it.
-#[derive(Clone, Copy, Debug)]
-struct Corner {
-    p: DVec2,
-    feature: Feature,
-    next: Side,
-}
-
 /// Buffers of [`Manifold::clip`].
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Manifold {
@@ -62,7 +48,7 @@ pub(crate) struct Manifold {
     flat_a: Vec<DVec2>,
     flat_b: Vec<DVec2>,
     corners: Vec<Corner>,
-    clipped: Vec<Corner>,
+    ring: Ring,
 }
 
 impl Manifold {
@@ -188,9 +174,9 @@ impl Manifold {
         }
     }
 
-    /// The overlap of two convex polygons (Sutherland & Hodgman 1974), A clipping B.
+    /// The overlap of two convex polygons, A clipping B side by side (Sutherland & Hodgman 1974).
     fn polygons(&mut self, tolerance: f64) {
-        let Self { patch_a, patch_b, flat_a, flat_b, corners, clipped } = self;
+        let Self { patch_a, patch_b, flat_a, flat_b, corners, ring } = self;
         let corner = |p: &DVec2, feature, next| Corner { p: *p, feature, next };
         if lies_within(flat_a, flat_b, tolerance) {
             let own = flat_a.iter().zip(&patch_a.ids);
@@ -198,20 +184,18 @@ impl Manifold {
             return;
         }
         let count = flat_b.len();
-        for (k, (p, &id)) in flat_b.iter().zip(&patch_b.ids).enumerate() {
-            corners.push(corner(p, Feature::VertexB(id), Side::OfB([id, patch_b.ids[(k + 1) % count]])));
-        }
+        let own = flat_b.iter().zip(&patch_b.ids).enumerate();
+        ring.begin(
+            own.map(|(k, (p, &id))| corner(p, Feature::VertexB(id), Side::OfB([id, patch_b.ids[(k + 1) % count]]))),
+        );
         let turn = orientation(flat_a);
         for (k, l) in sides(flat_a) {
             let (p, q) = (flat_a[k], flat_a[l]);
-            let Some(inward) = (q - p).try_normalize().map(|e| e.perp() * turn) else { continue };
-            if corners.iter().all(|corner| inward.dot(corner.p - p) >= -tolerance) {
-                continue;
+            if let Some(inward) = (q - p).try_normalize().map(|e| e.perp() * turn) {
+                ring.cut(p, inward, [patch_a.ids[k], patch_a.ids[l]], tolerance);
             }
-            clipped.clear();
-            cut(corners, p, inward, [patch_a.ids[k], patch_a.ids[l]], tolerance, clipped);
-            std::mem::swap(corners, clipped);
         }
+        corners.extend(ring.corners());
     }
 }
 
@@ -249,34 +233,6 @@ const END_ON: f64 = 0.02;
 
 /// Lines that turn from each other by less than this sine run along each other.
 const PARALLEL: f64 = 1e-3;
-
-/// Keeps the part of a polygon on the inward side of a line, the line's border included.
-fn cut(corners: &[Corner], p: DVec2, inward: DVec2, side: [u32; 2], tolerance: f64, out: &mut Vec<Corner>) {
-    let depth = |corner: &Corner| inward.dot(corner.p - p);
-    let Some(first) = corners.first() else { return };
-    let mut there = depth(first);
-    for (k, corner) in corners.iter().enumerate() {
-        let after = corners.get(k + 1).unwrap_or(first);
-        let here = std::mem::replace(&mut there, depth(after));
-        let (keep, keep_after) = (here >= -tolerance, there >= -tolerance);
-        if keep {
-            out.push(*corner);
-        }
-        if keep != keep_after {
-            let place = corner.p.lerp(after.p, (here / (here - there)).clamp(0.0, 1.0));
-            let feature = match corner.next {
-                Side::OfB(edge) => Feature::Edges(side, edge),
-                Side::OfA(edge) => Feature::VertexA(shared_vertex(edge, side)),
-            };
-            let next = if keep { Side::OfA(side) } else { corner.next };
-            out.push(Corner { p: place, feature, next });
-        }
-    }
-}
-
-fn shared_vertex(e: [u32; 2], f: [u32; 2]) -> u32 {
-    if f.contains(&e[0]) { e[0] } else { e[1] }
-}
 
 /// +1 if the polygon runs counter-clockwise, else −1.
 fn orientation(polygon: &[DVec2]) -> f64 {

@@ -48,6 +48,8 @@ pub struct Body {
     inertia: Fixed<Row>,
     /// Names of the joints that move it, in order.
     joints: Fixed<String>,
+    /// Whether, where sleeping is allowed, its tree stands in the reference configuration until something touches it.
+    begins_asleep: bool,
 }
 
 /// A joint of a model.
@@ -177,6 +179,7 @@ pub fn body(model: &mb::Model, body: &mb::Body, id: BodyId) -> PyResult<Body> {
         com: row(body.inertia.center_of_mass.to_array()),
         inertia: rows(columns),
         joints: Fixed(model.joints_of(id).iter().map(|j| j.name.clone()).collect()),
+        begins_asleep: body.begins_asleep,
     })
 }
 

@@ -341,7 +341,7 @@ def test_a_copy_is_edited_alone():
 
 def test_a_body_begins_asleep_or_not():
     def fallen(begins_asleep):
-        world = Spec(name="sleepy")
+        world = signorini.Spec(name="sleepy")
         world.sleeping = True
         body = world.add_body("ball", pos=(0, 0, 2))
         body.add_joint("free")
@@ -349,6 +349,7 @@ def test_a_body_begins_asleep_or_not():
         assert body.begins_asleep is False
         body.begins_asleep = begins_asleep
         data = signorini.Data(world.compile())
+        assert data.model.body("ball").begins_asleep == begins_asleep
         signorini.step(data.model, data, nstep=50)
         assert bool(data.body_asleep()[1]) == begins_asleep
         return 2 - data.qpos[2]

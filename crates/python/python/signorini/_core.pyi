@@ -673,6 +673,9 @@ class Body:
     @property
     def joints(self) -> Tuple[str, ...]:
         """Names of the joints that move it, in order."""
+    @property
+    def begins_asleep(self) -> bool:
+        """Whether, where sleeping is allowed, its tree stands in the reference configuration until something touches it."""
 
 @final
 class Joint:
