@@ -351,7 +351,7 @@ def test_a_body_begins_asleep_or_not():
         data = signorini.Data(world.compile())
         assert data.model.body("ball").begins_asleep == begins_asleep
         signorini.step(data.model, data, nstep=50)
-        assert bool(data.body_asleep()[1]) == begins_asleep
+        assert bool(data.body_asleep[1]) == begins_asleep
         return 2 - data.qpos[2]
 
     assert fallen(True) == 0 and fallen(False) > 0.01

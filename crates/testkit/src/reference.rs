@@ -146,6 +146,16 @@ impl Matrices {
         (A, b)
     }
 
+    /// The largest diagonal entry of the Delassus operator `R M⁻¹ Rᵀ`; 0 without impulses.
+    pub fn largest_delassus(&self) -> f64 {
+        let columns = |i: usize| (0..self.rows.columns).filter(move |&k| self.rows[(i, k)] != 0.0);
+        let entry = |i: usize| -> f64 {
+            let term = |k: usize, l: usize| self.rows[(i, k)] * self.inverse_mass[(k, l)] * self.rows[(i, l)];
+            columns(i).map(|k| columns(i).map(|l| term(k, l)).sum::<f64>()).sum()
+        };
+        (0..self.rows.rows).map(entry).fold(0.0, f64::max)
+    }
+
     /// `v^f + M⁻¹ Rᵀ p` for the impulses `p = (λ_B, λ_N, α)`.
     pub fn velocity(&self, impulses: &[f64]) -> Vec<f64> {
         let change = self.inverse_mass.apply(&self.rows.transposed().apply(impulses));
@@ -157,30 +167,32 @@ impl Matrices {
 /// the natural map of the condensed problem, and the distance of `v⁺` from what the impulses give.
 pub fn worst_violation(problem: &ContactProblem, solution: &ContactSolution) -> f64 {
     let matrices = Matrices::of(problem);
-    let (A, b) = matrices.condensed();
-    let impulses = [&solution.bilateral[..], &solution.lambda_n, &solution.alpha, &solution.group_alpha].concat();
-    let z = [&impulses[..], &solution.beta, &solution.group_beta].concat();
-    let g = (0..impulses.len()).map(|i| A[(i, i)]).fold(0.0, f64::max);
+    let tangential = [&solution.alpha[..], &solution.group_alpha].concat();
+    let impulses = [&solution.bilateral[..], &solution.lambda_n, &tangential].concat();
+    let bounds = [&solution.beta[..], &solution.group_beta].concat();
+    let velocity = matrices.velocity(&impulses);
+    let g = matrices.largest_delassus();
     let g = if g > 0.0 { g } else { 1.0 };
+    let unilateral = matrices.nb + matrices.nc;
+    let slip = matrices.ones.apply(&bounds);
     let mut worst = 0.0_f64;
-    for (i, (az, b)) in A.apply(&z).iter().zip(&b).enumerate() {
-        let w = az + b;
-        let natural = if i < matrices.nb {
-            w
-        } else if i < impulses.len() {
-            (g * z[i]).min(w)
-        } else {
-            z[i].min(g * w)
-        };
-        assert!(w.is_finite() && z[i].is_finite());
+    for (i, (c, rate)) in matrices.rows.apply(&velocity).iter().zip(&matrices.rates).enumerate() {
+        let w = c + rate + if i < unilateral { 0.0 } else { slip[i - unilateral] };
+        assert!(w.is_finite() && impulses[i].is_finite());
+        let natural = if i < matrices.nb { w } else { (g * impulses[i]).min(w) };
         worst = worst.max(natural.abs());
     }
+    let (most, used) = (matrices.coupling.apply(&solution.lambda_n), matrices.ones.transposed().apply(&tangential));
+    for (j, bound) in bounds.iter().enumerate() {
+        let w = most[j] + matrices.constants[j] - used[j];
+        assert!(w.is_finite() && bound.is_finite());
+        worst = worst.max(bound.min(g * w).abs());
+    }
     // Constant bounds are impulses and no measure of velocity.
-    let scale = b[..impulses.len()].iter().fold(0.0, |a: f64, x| a.max(x.abs()));
-    let velocity = matrices.velocity(&impulses);
-    let rows = Dense::from_fn(matrices.rows.rows, matrices.rows.columns, |i, j| matrices.rows[(i, j)]);
+    let free = matrices.rows.apply(&matrices.free_velocity);
+    let scale = free.iter().zip(&matrices.rates).fold(0.0, |a: f64, (c, rate)| a.max((c + rate).abs()));
     let difference: Vec<f64> = velocity.iter().zip(&solution.velocity).map(|(a, b)| a - b).collect();
-    worst = rows.apply(&difference).iter().fold(worst, |a, c| a.max(c.abs()));
+    worst = matrices.rows.apply(&difference).iter().fold(worst, |a, c| a.max(c.abs()));
     if scale > 0.0 { worst / scale } else { worst }
 }
 

@@ -1,3 +1,4 @@
 //! Tests of what the other crates test with.
 
+mod reference;
 mod suite;
