@@ -35,6 +35,9 @@ struct Options {
     /// Contact sweeps a step may make; exact steps where it is not given
     #[arg(long)]
     budget: Option<u32>,
+    /// Gaps and overlaps of at most this many metres count as closed
+    #[arg(long, default_value_t = 0.0)]
+    gap_resolution: f64,
     /// Degrees of freedom from which islands are given to contact sweeps first
     #[arg(long)]
     sweeps_from: Option<usize>,
@@ -79,6 +82,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         let settings = Settings::default()
             .with_tolerance(options.tolerance)
             .with_budget(options.budget)
+            .with_gap_resolution(options.gap_resolution)
             .with_method(ContactMethod::Structured(solver))
             .with_contact_points(options.contact_points.unwrap_or(Settings::default().contact_points));
         let simulation = Simulation::new(imported.model.clone(), settings).map_err(|e| ("refused", e.to_string()))?;

@@ -97,6 +97,9 @@ pub struct StepArguments {
     /// Factor γ in (0, 1] on penetrations: the part of them that one step removes.
     #[arg(long, value_name = "γ", default_value = "1", value_parser = part)]
     pub stabilization: f64,
+    /// Gaps and overlaps of at most this many metres count as closed: a ten-thousandth of a body's size, say, lets piles of hundreds of bodies come to rest.
+    #[arg(long, value_name = "M", default_value = "0", value_parser = distance)]
+    pub gap_resolution: f64,
     /// Where a step cannot remove all of its penetrations and violations: remove as much as the laws permit, stop, or take
     /// penetrations as zero.
     #[arg(long, value_enum, default_value = "go-on")]
@@ -129,6 +132,7 @@ impl StepArguments {
             .with_timestep(self.dt)
             .with_directions(self.directions)
             .with_stabilization(self.stabilization)
+            .with_gap_resolution(self.gap_resolution)
             .with_tolerance(self.tolerance)
             .with_budget(self.budget)
             .with_method(match &self.method {
@@ -258,6 +262,14 @@ fn speed(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x > 0.0 => Ok(x),
         _ => Err("must be a positive number or inf".into()),
+    }
+}
+
+/// A number that is not negative.
+fn distance(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x >= 0.0 && x.is_finite() => Ok(x),
+        _ => Err("must be a number that is not negative".into()),
     }
 }
 

@@ -15,6 +15,7 @@ pub struct PySettings {
     direction_angle: f64,
     contact_points: usize,
     stabilization: f64,
+    gap_resolution: f64,
     correction_speed: f64,
     correction_angular_speed: f64,
     tolerance: f64,
@@ -60,6 +61,7 @@ impl PySettings {
             .with_direction_angle(self.direction_angle)
             .with_contact_points(self.contact_points)
             .with_stabilization(self.stabilization)
+            .with_gap_resolution(self.gap_resolution)
             .with_correction_speed(self.correction_speed)
             .with_correction_angular_speed(self.correction_angular_speed)
             .with_position_iterations(self.position_iterations)

@@ -54,6 +54,9 @@ pub struct StepLaws {
     pub direction_angle: f64,
     /// Constraint stabilization γ.
     pub stabilization: f64,
+    /// Gaps of at most this count as closed, m; 0 in recordings of before there was that.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub gap_resolution: f64,
     /// Speeds at which overlaps and violations are removed, m/s and rad/s; none where they are not bounded, as before schema version 3.
     #[serde(default)]
     pub correction_speeds: [Option<f64>; 2],
@@ -68,6 +71,10 @@ pub struct StepLaws {
     /// Pairs of geoms that the settings kept from touching because they overlap in the reference configuration.
     #[serde(default)]
     pub excluded: Vec<[u32; 2]>,
+}
+
+fn is_none(gap_resolution: &f64) -> bool {
+    *gap_resolution == 0.0
 }
 
 /// A law of restitution.

@@ -265,6 +265,7 @@ fn settings_of(header: &Header, laws: &StepLaws) -> Settings {
         directions: header.directions as usize,
         direction_angle: laws.direction_angle,
         stabilization: laws.stabilization,
+        gap_resolution: laws.gap_resolution,
         correction_speed: laws.correction_speeds[0].unwrap_or(f64::INFINITY),
         correction_angular_speed: laws.correction_speeds[1].unwrap_or(f64::INFINITY),
         position_iterations: laws.position_iterations,

@@ -65,6 +65,7 @@ fn step_laws(settings: &Settings, workspace: &Workspace) -> StepLaws {
     StepLaws {
         direction_angle: settings.direction_angle,
         stabilization: settings.stabilization,
+        gap_resolution: settings.gap_resolution,
         correction_speeds: [settings.correction_speed, settings.correction_angular_speed]
             .map(|speed| speed.is_finite().then_some(speed)),
         position_iterations: settings.position_iterations,

@@ -221,6 +221,11 @@ impl Workspace {
         self.builder.is_last_digits(point)
     }
 
+    /// The gap of a contact point that counts, m: that beyond its last digits and [`Settings::gap_resolution`].
+    pub fn counted_gap(&self, point: &ContactPoint) -> f64 {
+        self.builder.counted_gap(point)
+    }
+
     /// Kinematics at the beginning of the last step.
     pub fn kinematics(&self) -> &Kinematics {
         &self.kinematics

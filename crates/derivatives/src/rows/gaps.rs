@@ -40,16 +40,23 @@ pub(super) fn gap_law(
             return Ok(GapLaw::Rebound(restitution));
         }
     }
+    let counted = step.workspace.counted_gap(point);
+    if settings.gap_resolution > 0.0 {
+        threshold((settings.gap_resolution - point.gap.abs()).abs() / dt);
+        if counted == 0.0 && found == 0.0 {
+            return Ok(GapLaw::Part(0.0));
+        }
+    }
     // The law is that of the gap, whose last digits the problem leaves out.
     let is_left_out = found == 0.0 && step.workspace.leaves_out_last_digits(point);
     if point.gap >= 0.0 {
         if settings.stabilization != 1.0 {
             threshold(point.gap / dt);
         }
-        let is_own = found == point.gap || is_left_out;
+        let is_own = found == counted || is_left_out;
         return if is_own { Ok(GapLaw::Part(1.0)) } else { Err("its gap is corrected by another law") };
     }
-    let asked = settings.stabilization * point.gap;
+    let asked = settings.stabilization * counted;
     if settings.correction_speed.is_finite() {
         threshold((settings.correction_speed + asked / dt).abs());
     }

@@ -57,6 +57,8 @@ class Settings:
         contact_points: points in which two convex shapes touch, at most; 0: all that are found. One that was left out comes in where it
             would close within the step.
         stabilization: factor in (0, 1] on φ/Δt where φ < 0, and on the violation of equality constraints.
+        gap_resolution: gaps and overlaps of at most this count as closed, m, and of deeper overlaps what is beyond it counts; with 0 all but last digits
+            count. A ten-thousandth of a body's size lets piles of hundreds of bodies come to rest.
         tolerance: a step whose worst residual exceeds this has missed its tolerance, in (0, 1).
         budget: contact sweeps that a step may make, at least 1; ``None`` for steps as exact as can be. Where they are used up the step is made
             with the best point found, ``StepReport.status`` is "inaccurate", and the certificate says how far it is from the laws; momentum
@@ -92,6 +94,7 @@ class Settings:
     direction_angle: float = 0.0
     contact_points: int = 8
     stabilization: float = 1.0
+    gap_resolution: float = 0.0
     correction_speed: float = 0.25
     correction_angular_speed: float = 1.0
     tolerance: float = 1e-9

@@ -47,6 +47,7 @@ pub fn header() -> Header {
             correction_speeds: [Some(0.25), None],
             direction_angle: 0.1,
             stabilization: 0.5,
+            gap_resolution: 1e-7,
             position_iterations: 3,
             assembly_tolerance: 1e-6,
             restitution: RestitutionCode::Poisson,

@@ -15,6 +15,7 @@ mod dry_friction;
 mod extremes;
 mod friction;
 mod friction_law;
+mod gap_resolution;
 mod grain;
 mod impact;
 mod incline;

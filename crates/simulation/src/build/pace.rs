@@ -23,6 +23,8 @@ pub(super) const LAST_DIGITS: f64 = 8.0 * f64::EPSILON;
 #[derive(Clone, Debug)]
 pub(super) struct CorrectionPace {
     pub stabilization: f64,
+    /// Gaps of at most this are none, m.
+    resolution: f64,
     speed: f64,
     angular_speed: f64,
     /// Radius of the ball about each geom, m.
@@ -33,6 +35,7 @@ impl CorrectionPace {
     pub fn new(model: &Model, settings: &Settings) -> Self {
         Self {
             stabilization: settings.stabilization,
+            resolution: settings.gap_resolution,
             speed: settings.correction_speed,
             angular_speed: settings.correction_angular_speed,
             radius: model.geoms.iter().map(|geom| geom.geometry.bounding_radius()).collect(),
@@ -41,7 +44,7 @@ impl CorrectionPace {
 
     /// Whether an overlap is more than rounding.
     pub fn is_overlap(&self, point: &ContactPoint) -> bool {
-        -point.gap > ROUNDING * self.size(point)
+        -point.gap > self.resolution.max(ROUNDING * self.size(point))
     }
 
     /// The radius of the smaller of two geoms, m.
@@ -54,9 +57,20 @@ impl CorrectionPace {
         rounded(point.gap, point.position.length() + self.size(point)) == 0.0
     }
 
+    /// The gap of a contact point that counts: beyond last digits and the resolution.
+    pub fn counted(&self, point: &ContactPoint) -> f64 {
+        if self.is_last_digits(point) || point.gap.abs() <= self.resolution {
+            0.0
+        } else if point.gap < 0.0 {
+            point.gap + self.resolution
+        } else {
+            point.gap
+        }
+    }
+
     /// The gap of a contact point as the step's problem has it.
     pub fn point(&self, model: &Model, kinematics: &Kinematics, point: &ContactPoint, dt: f64) -> f64 {
-        let gap = if self.is_last_digits(point) { 0.0 } else { point.gap };
+        let gap = self.counted(point);
         if gap >= 0.0 {
             return gap;
         }

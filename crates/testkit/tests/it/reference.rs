@@ -21,15 +21,20 @@ fn the_worst_violation_is_that_of_the_condensed_problem() {
         (solution.bilateral, solution.lambda_n, solution.alpha) = (numbers(nb), numbers(nc), numbers(m));
         (solution.group_alpha, solution.beta) = (numbers(matrices.m - m), numbers(nc));
         solution.group_beta = numbers(groups);
-        let impulses =
-            [&solution.bilateral[..], &solution.lambda_n, &solution.alpha, &solution.group_alpha].concat();
+        let impulses = [&solution.bilateral[..], &solution.lambda_n, &solution.alpha, &solution.group_alpha].concat();
         solution.velocity = matrices.velocity(&impulses);
         let (a, b) = matrices.condensed();
         let z = [&impulses[..], &solution.beta, &solution.group_beta].concat();
         let g = (0..impulses.len()).map(|i| a[(i, i)]).fold(0.0, f64::max);
         let natural = a.apply(&z).into_iter().zip(&b).enumerate().map(|(i, (az, b))| {
             let w = az + b;
-            let map = if i < nb { w } else if i < impulses.len() { (g * z[i]).min(w) } else { z[i].min(g * w) };
+            let map = if i < nb {
+                w
+            } else if i < impulses.len() {
+                (g * z[i]).min(w)
+            } else {
+                z[i].min(g * w)
+            };
             (map.abs(), i)
         });
         let (worst, at) = natural.fold((0.0, 0), |worst, entry| if entry.0 > worst.0 { entry } else { worst });
