@@ -44,12 +44,12 @@ impl Candidates {
 
     /// Chooses those that can close.
     ///
-    /// - `free`: velocities without contact
-    pub fn choose(&mut self, kinematics: &Kinematics, free: &Velocities, dt: f64) {
+    /// - `free`: velocities without contact; `gap`: what counts of a point's, m
+    pub fn choose(&mut self, kinematics: &Kinematics, free: &Velocities, dt: f64, gap: impl Fn(&ContactPoint) -> f64) {
         let Self { all, chosen, brought, .. } = self;
         chosen.clear();
         chosen.extend(all.iter().map(|point| {
-            point.gap <= MARGIN * dt * closing_speed(point, kinematics, free) || is_among(brought, point)
+            gap(point) <= MARGIN * dt * closing_speed(point, kinematics, free) || is_among(brought, point)
         }));
     }
 
@@ -108,11 +108,18 @@ impl Candidates {
     /// Chooses the points left out that close faster than `tolerance` after the step, `φ/Δt + c_N < -tolerance` (m/s); whether there are
     /// any. What overlaps is chosen from the beginning.
     ///
-    /// - `end`: velocities of the bodies at the end of the step
-    pub fn bring_in(&mut self, kinematics: &Kinematics, end: &Velocities, dt: f64, tolerance: f64) -> bool {
+    /// - `end`: velocities of the bodies at the end of the step; `gap`: what counts of a point's, m
+    pub fn bring_in(
+        &mut self,
+        kinematics: &Kinematics,
+        end: &Velocities,
+        dt: f64,
+        tolerance: f64,
+        gap: impl Fn(&ContactPoint) -> f64,
+    ) -> bool {
         let before = self.brought.len();
         for (point, chosen) in self.all.iter().zip(&mut self.chosen) {
-            if !*chosen && point.gap / dt + normal_velocity(point, kinematics, end) < -tolerance {
+            if !*chosen && gap(point) / dt + normal_velocity(point, kinematics, end) < -tolerance {
                 *chosen = true;
                 self.brought.push(identity(point));
             }

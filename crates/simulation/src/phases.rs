@@ -2,7 +2,8 @@
 
 use signorini_contact::SolveStatus;
 use signorini_multibody::{
-    Input, Model, State, advance_activations_into, forward_kinematics_beside, free_motion_beside, integrate_beside,
+    ContactPoint, Input, Model, State, advance_activations_into, forward_kinematics_beside, free_motion_beside,
+    integrate_beside,
 };
 use signorini_solver::{BilateralBasis, Patience};
 
@@ -115,7 +116,7 @@ impl Workspace {
                 // What is pulled together closes against the velocities at hand.
                 candidates.choose_all();
             } else {
-                candidates.choose(kinematics, &reach.free, dt);
+                candidates.choose(kinematics, &reach.free, dt, |point| builder.resolved_gap(point));
             }
             candidates.limit_patches(settings.contact_points, |point| builder.is_overlap(point));
         }
@@ -130,7 +131,8 @@ impl Workspace {
             return false;
         }
         let closing = tolerance * builder.problem.velocity_scale().max(self.sleepers.velocity_scale());
-        candidates.bring_in(kinematics, &reach.end, builder.problem.timestep, closing)
+        let gap = |point: &ContactPoint| builder.resolved_gap(point);
+        candidates.bring_in(kinematics, &reach.end, builder.problem.timestep, closing, gap)
     }
 
     /// Whether the velocity at the end of the step would close a point left out that some degree of freedom moves along its normal.

@@ -63,7 +63,7 @@ impl Workspace {
     /// point.
     pub fn kept_overlaps(&self) -> Vec<ContactPoint> {
         let rows = self.rows();
-        let is_kept = |(point, gap): &(&ContactPoint, &f64)| point.gap < **gap && **gap <= 0.0;
+        let is_kept = |(point, gap): &(&ContactPoint, &f64)| self.builder.counted_gap(point) < **gap && **gap <= 0.0;
         let visible = |point: &&ContactPoint| self.builder.is_overlap(point);
         let kept = rows.points.iter().zip(&rows.problem.gap).filter(is_kept).map(|(point, _)| point);
         pairs(kept.filter(visible))

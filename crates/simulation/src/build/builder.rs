@@ -165,6 +165,11 @@ impl ProblemBuilder {
         self.pace.is_last_digits(point)
     }
 
+    /// The gap of a contact point beyond the resolution.
+    pub fn resolved_gap(&self, point: &ContactPoint) -> f64 {
+        self.pace.resolved(point)
+    }
+
     /// The gap of a contact point that counts.
     pub fn counted_gap(&self, point: &ContactPoint) -> f64 {
         self.pace.counted(point)

@@ -57,15 +57,20 @@ impl CorrectionPace {
         rounded(point.gap, point.position.length() + self.size(point)) == 0.0
     }
 
-    /// The gap of a contact point that counts: beyond last digits and the resolution.
-    pub fn counted(&self, point: &ContactPoint) -> f64 {
-        if self.is_last_digits(point) || point.gap.abs() <= self.resolution {
+    /// The gap of a contact point beyond the resolution.
+    pub fn resolved(&self, point: &ContactPoint) -> f64 {
+        if point.gap.abs() <= self.resolution {
             0.0
         } else if point.gap < 0.0 {
             point.gap + self.resolution
         } else {
             point.gap
         }
+    }
+
+    /// The gap of a contact point that counts: beyond the resolution, and last digits.
+    pub fn counted(&self, point: &ContactPoint) -> f64 {
+        if self.is_last_digits(point) { 0.0 } else { self.resolved(point) }
     }
 
     /// The gap of a contact point as the step's problem has it.
