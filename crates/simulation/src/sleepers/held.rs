@@ -42,7 +42,9 @@ impl Held {
             let tied: Vec<usize> = dofs.iter().map(|&dof| set_of[mass.block_of(dof)]).collect();
             let Some(&first) = tied.iter().min() else { return };
             is_awake[first] |= is_moved(model, mover) || tied.iter().any(|&set| is_awake[set]);
-            set_of.iter_mut().filter(|set| tied.contains(set)).for_each(|set| *set = first);
+            if tied.iter().any(|set| *set != first) {
+                set_of.iter_mut().filter(|set| tied.contains(set)).for_each(|set| *set = first);
+            }
         });
         let mut sets = vec![Vec::new(); trees.len()];
         (0..trees.len()).for_each(|tree| sets[set_of[tree]].push(tree));
