@@ -207,6 +207,7 @@ fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunRe
             CertifiedLaw::CircularCone => ContactLaw::Circular,
         },
         tolerance: settings.tolerance,
+        gap_resolution: (settings.gap_resolution > 0.0).then_some(settings.gap_resolution),
         time: Range { start: time, end: time },
         steps: summary.steps,
         missed_steps: summary.missed_steps,

@@ -21,6 +21,9 @@ pub struct RecordingResult {
     pub ok: bool,
     /// A law holds when its residual is at most this.
     pub tolerance: f64,
+    /// Gaps of at most this counted as closed, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_resolution: Option<f64>,
     /// The law of friction.
     pub law: ContactLaw,
     /// Complete frames.
@@ -82,6 +85,7 @@ impl RecordingResult {
             model: reader.header().model_name.clone(),
             ok: found.holds(),
             tolerance,
+            gap_resolution: reader.header().laws.as_ref().map(|laws| laws.gap_resolution).filter(|d| *d > 0.0),
             law: match found.law {
                 CertifiedLaw::Polygon => ContactLaw::Polygon,
                 CertifiedLaw::CircularCone => ContactLaw::Circular,

@@ -30,6 +30,9 @@ pub struct RunResult {
     pub method: String,
     /// Tolerance on every residual.
     pub tolerance: f64,
+    /// Gaps of at most this counted as closed, m.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gap_resolution: Option<f64>,
     /// Time at start and end, s.
     pub time: Range,
     /// Steps made.

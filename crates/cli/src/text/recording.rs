@@ -17,6 +17,9 @@ pub fn recording(result: &RecordingResult) -> String {
     if let Some(circular) = result.worst_circular.as_ref().filter(|_| result.law == ContactLaw::Polygon) {
         let _ = writeln!(out, "  circular   {}", laws(circular));
     }
+    if let Some(resolution) = result.gap_resolution {
+        let _ = writeln!(out, "  gaps       up to {resolution:e} m count as closed");
+    }
     let _ = writeln!(out, "  ending     {}", result.ending);
     if result.limited_steps > 0 {
         let steps = count(result.limited_steps as u64, "step");

@@ -41,6 +41,9 @@ pub fn run(result: &RunResult) -> String {
         let _ = writeln!(out, "circular     {}", laws(circular));
     }
     out.push_str(&tolerance(result));
+    if let Some(resolution) = result.gap_resolution {
+        let _ = writeln!(out, "gaps         up to {resolution:e} m count as closed");
+    }
     if let Some(budget) = &result.budget {
         out.push_str(&unfinished(budget));
     }

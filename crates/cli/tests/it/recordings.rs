@@ -30,6 +30,15 @@ fn every_step_of_a_recording_is_certified_again() {
         assert_eq!(result["law"], if options.contains(&"circular") { "circular" } else { "polygon" });
         assert!(number(&result, "/worst/natural_map") > 0.0, "residuals are rounding and not nothing");
     }
+    // Gaps that do not count are told of, by the run and by whoever checks it.
+    let folder = slide("check_resolution", &[]);
+    let words = ["simulate", "box.xml", "--duration", "0.1", "--gap-resolution", "1e-5", "--record", "coarse.rec"];
+    assert!(folder.run(&words).exits(0).stdout.contains("\ngaps         up to 1e-5 m count as closed"));
+    assert!(
+        folder.run(&["check", "coarse.rec"]).exits(0).stdout.contains("\n  gaps       up to 1e-5 m count as closed")
+    );
+    assert!(!folder.run(&["check", "run.rec"]).exits(0).stdout.contains("gaps "));
+    folder.run(&["simulate", "box.xml", "--gap-resolution=-1"]).exits(64).complains(&["not negative"]);
     // The model's file is not needed any more, and one that is given must be the same.
     let folder = slide("check_without_model", &[]);
     std::fs::remove_file(folder.path("box.xml")).unwrap();
