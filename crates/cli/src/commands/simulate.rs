@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::ProgressBar;
+use signorini::multibody::BodyId;
 use signorini::{CertifiedLaw, RunEnd, Simulation, SimulationError, StepReport};
 
 use crate::args::{ModelArguments, StartArguments, StepArguments, positive};
@@ -193,6 +194,8 @@ fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunRe
     let (summary, settings, model) = (simulation.summary(), simulation.settings(), simulation.model());
     let (time, energy) = (simulation.state().time, total_energy(simulation));
     let has_bilateral = !simulation.workspace().problem().bilateral_violation.is_empty();
+    let bodies = (1..model.bodies.len() as u32).map(BodyId);
+    let asleep = bodies.filter(|&body| simulation.workspace().sleeps(body)).count();
     let mut result = RunResult {
         status: if summary.missed_steps > 0 { RunStatus::MissedTolerance } else { RunStatus::Finished },
         model: model.name.clone(),
@@ -208,6 +211,7 @@ fn summarise(loaded: &Loaded, simulation: &Simulation, driven: &Driven) -> RunRe
         },
         tolerance: settings.tolerance,
         gap_resolution: (settings.gap_resolution > 0.0).then_some(settings.gap_resolution),
+        bodies_asleep: Some(asleep).filter(|count| *count > 0),
         time: Range { start: time, end: time },
         steps: summary.steps,
         missed_steps: summary.missed_steps,

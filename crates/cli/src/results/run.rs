@@ -33,6 +33,9 @@ pub struct RunResult {
     /// Gaps of at most this counted as closed, m.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gap_resolution: Option<f64>,
+    /// How many bodies the last step left alone, because they sleep.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bodies_asleep: Option<usize>,
     /// Time at start and end, s.
     pub time: Range,
     /// Steps made.

@@ -41,6 +41,9 @@ pub fn run(result: &RunResult) -> String {
         let _ = writeln!(out, "circular     {}", laws(circular));
     }
     out.push_str(&tolerance(result));
+    if let Some(asleep) = result.bodies_asleep {
+        let _ = writeln!(out, "asleep       {asleep} of {} at the end", bodies(result.bodies));
+    }
     if let Some(resolution) = result.gap_resolution {
         let _ = writeln!(out, "gaps         up to {resolution:e} m count as closed");
     }

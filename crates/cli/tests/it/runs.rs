@@ -202,3 +202,17 @@ fn settle_starts_a_run_at_rest() {
     let export = ["export", "box.xml", tilted, "--settle", "--time", "0", "--out", "rest.npz", "--json"];
     assert_eq!(folder.run(&export).exits(0).json()["contacts"], 4);
 }
+
+/// Who hangs in the air because the model lets it begin asleep is told of.
+#[test]
+fn a_run_tells_who_sleeps() {
+    let folder = Folder::new("asleep");
+    let text = "<mujoco><option><flag sleep=\"enable\"/></option><worldbody>\
+        <body name=\"a\" pos=\"0 0 1\" sleep=\"init\"><freejoint/><geom size=\".1\"/></body>\
+        <body name=\"b\" pos=\"1 0 1\"><freejoint/><geom size=\".1\"/></body></worldbody></mujoco>";
+    folder.write("two.xml", text);
+    let run = folder.run(&["simulate", "two.xml", "--duration", "0.1"]).exits(0);
+    assert!(run.stdout.contains("\nasleep       1 of 2 bodies at the end\n"), "{}", run.stdout);
+    let result = folder.run(&["simulate", "two.xml", "--duration", "0.1", "--json"]).exits(0).json();
+    assert_eq!(result["bodies_asleep"], 1);
+}
