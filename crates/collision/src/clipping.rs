@@ -143,6 +143,7 @@ mod tests {
     use super::*;
     use crate::testing::Noise;
 
+    /// As narrow searches have it for shapes of a metre.
     const TOLERANCE: f64 = 1e-9;
 
     /// The corners of an ellipse, at angles that noise has moved.

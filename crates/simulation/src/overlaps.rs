@@ -75,28 +75,21 @@ pub(crate) fn named(model: &Model, overlaps: &[OwnOverlap]) -> String {
     named_pairs(model, deepest.iter().map(|overlap| (overlap.geoms, overlap.depth)))
 }
 
-/// Names; those after the first few are counted.
-pub(crate) fn listed(names: &[&str]) -> String {
-    let mut out = String::new();
-    for (i, name) in names.iter().take(NAMED).enumerate() {
-        let _ = write!(out, "{}'{name}'", if i > 0 { ", " } else { "" });
-    }
-    if let Some(others @ 1..) = names.len().checked_sub(NAMED) {
-        let _ = write!(out, ", and {others} others");
-    }
-    out
-}
-
 /// Pairs of geoms by name, with their depth (m); those after the first few are counted.
 pub(crate) fn named_pairs(model: &Model, pairs: impl ExactSizeIterator<Item = ([GeomId; 2], f64)>) -> String {
-    let (mut out, count) = (String::new(), pairs.len());
-    for (i, (geoms, depth)) in pairs.take(NAMED).enumerate() {
+    let pairs = pairs.map(|(geoms, depth)| {
         let [a, b] = geoms.map(|geom| &model.geoms[geom.index()].name);
-        let separator = if i > 0 { ", " } else { "" };
-        let _ = write!(out, "{separator}'{a}' and '{b}' by {:.3} mm", 1e3 * depth);
-    }
-    if let Some(others @ 1..) = count.checked_sub(NAMED) {
-        let _ = write!(out, ", and {others} other pairs");
+        format!("'{a}' and '{b}' by {:.3} mm", 1e3 * depth)
+    });
+    listed(pairs, "other pairs")
+}
+
+/// A list; those after the first few are counted, as so many `others`.
+pub(crate) fn listed(items: impl ExactSizeIterator<Item = String>, others: &str) -> String {
+    let count = items.len();
+    let mut out = items.take(NAMED).collect::<Vec<_>>().join(", ");
+    if let Some(more @ 1..) = count.checked_sub(NAMED) {
+        let _ = write!(out, ", and {more} {others}");
     }
     out
 }

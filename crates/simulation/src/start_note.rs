@@ -46,17 +46,17 @@ impl Workspace {
             notes.push(format!(
                 "bodies that are to begin asleep begin awake, because the start is not the model's reference configuration, or something touches them \
                  or is tied to them that is awake: {}",
-                overlaps::listed(&awake)
+                overlaps::listed(awake.into_iter(), "others")
             ));
         }
         (!notes.is_empty()).then(|| notes.join("; "))
     }
 
     /// The names of the bodies that are to begin asleep and do not.
-    fn awake_from_the_start<'a>(&self, model: &'a Model) -> Vec<&'a str> {
+    fn awake_from_the_start(&self, model: &Model) -> Vec<String> {
         let bodies = (0..).map(BodyId).zip(&model.bodies);
         let awake = bodies.filter(|(id, body)| body.begins_asleep && !self.sleepers.is_asleep(*id));
-        awake.map(|(_, body)| &body.name[..]).collect()
+        awake.map(|(_, body)| format!("'{}'", body.name)).collect()
     }
 
     /// Pairs of geoms that overlapped at the beginning of the last step by more than it removes, deepest first, each with its deepest

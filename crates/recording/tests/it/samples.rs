@@ -7,6 +7,25 @@ use signorini_recording::{
     StepSolution, StepStatus,
 };
 
+/// A model file with every option.
+fn source() -> ModelSource {
+    ModelSource {
+        file: "arm.urdf".into(),
+        text: "<robot name=\"ä\"/>".into(),
+        base_dir: "/models".into(),
+        package_dirs: vec!["/packages".into()],
+        floating_base: true,
+        merge_fixed_joints: false,
+        self_collision: true,
+        srdf: Some("arm.srdf".into()),
+        friction: 0.75,
+        skip_missing_meshes: false,
+        decompose: Some(0.02),
+        visuals: true,
+        floor: true,
+    }
+}
+
 /// A world, two bodies, one geom of every shape.
 pub fn header() -> Header {
     let shapes = [
@@ -54,21 +73,7 @@ pub fn header() -> Header {
             friction: FrictionCode::Refined(1e-6),
             excluded: vec![[1, 3], [2, 5]],
         }),
-        source: Some(ModelSource {
-            file: "arm.urdf".into(),
-            text: "<robot name=\"ä\"/>".into(),
-            base_dir: "/models".into(),
-            package_dirs: vec!["/packages".into()],
-            floating_base: true,
-            merge_fixed_joints: false,
-            self_collision: true,
-            srdf: Some("arm.srdf".into()),
-            friction: 0.75,
-            skip_missing_meshes: false,
-            decompose: Some(0.02),
-            visuals: true,
-            floor: true,
-        }),
+        source: Some(source()),
         ..Header::default()
     }
 }

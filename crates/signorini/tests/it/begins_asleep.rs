@@ -1,9 +1,10 @@
 //! Trees that begin asleep: still to the bit until something disturbs them, and from then on as if they had just been put there.
 
 use signorini::multibody::glam::DVec3;
-use signorini::multibody::{BodyId, Pose, SpatialVector, State};
-use signorini::{Settings, Simulation, StepReport};
+use signorini::multibody::{BodyId, Pose, SpatialVector};
+use signorini::{Settings, Simulation};
 
+use crate::sleeping::difference;
 use crate::support::bits;
 
 /// A ball that falls on two crates in mid-air that touch each other; a pebble that falls on an arm with a motor, a limit of a tendon, dry friction and an
@@ -64,15 +65,13 @@ fn coordinates(simulation: &Simulation, name: &str) -> Vec<u64> {
     joints.flat_map(|joint| &state.q[joint.q_index..joint.q_index + joint.kind.nq()]).map(|q| q.to_bits()).collect()
 }
 
-fn certified(simulation: &mut Simulation) -> StepReport {
-    let report = simulation.step().unwrap().clone();
+fn certified(simulation: &mut Simulation) {
+    let report = simulation.step().unwrap();
     assert!(report.advanced() && !report.missed_tolerance && report.certificate.holds(1e-9), "{report:?}");
-    report
 }
 
-fn apart(a: &State, b: &State) -> f64 {
-    let pairs = a.q.iter().zip(&b.q).chain(a.v.iter().zip(&b.v));
-    pairs.fold(0.0, |apart, (a, b)| f64::max(apart, (a - b).abs()))
+fn apart(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).fold(0.0, |apart, (a, b)| f64::max(apart, (a - b).abs()))
 }
 
 /// Steps both from the first's state, and gives back how far they are apart after as many steps.
@@ -84,7 +83,7 @@ fn part_from_here(one: &mut Simulation, steps: usize) -> f64 {
         certified(one);
         certified(&mut other);
     }
-    apart(one.state(), other.state())
+    difference(one, &other)
 }
 
 /// The numbers of `q` that belong to the trees of bodies.
@@ -116,8 +115,7 @@ fn what_begins_asleep_stands_until_it_is_touched() {
         other.input = simulation.input.clone();
         certified(&mut other);
         for _ in 0..40 {
-            let apart = places(&simulation, trees).into_iter().zip(places(&other, trees)).map(|(a, b)| (a - b).abs());
-            assert!(apart.fold(0.0, f64::max) < 1e-9, "{first}");
+            assert!(apart(&places(&simulation, trees), &places(&other, trees)) < 1e-9, "{first}");
             certified(&mut simulation);
             certified(&mut other);
         }
@@ -171,8 +169,7 @@ fn what_acts_on_it_wakes_it() {
         certified(&mut other);
         assert!(!sleeps(&simulation, name), "{what}");
         let range = if name == "arm" { 18..21 } else { 0..12 };
-        let velocities = simulation.state().v[range.clone()].iter().zip(&other.state().v[range]);
-        assert!(velocities.fold(0.0, |apart, (a, b)| f64::max(apart, (a - b).abs())) < 1e-12, "{what}");
+        assert!(apart(&simulation.state().v[range.clone()], &other.state().v[range]) < 1e-12, "{what}");
         for (other, place) in others {
             assert_eq!(coordinates(&simulation, other), place, "{what}: {other}");
         }

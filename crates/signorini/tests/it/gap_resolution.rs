@@ -8,6 +8,7 @@ use signorini_testkit::Random;
 
 use crate::support::{World, position};
 
+/// Above the micrometres that sweeps leave of the gaps of a heap, and a ten-thousandth of its boxes.
 const RESOLUTION: f64 = 1e-5;
 
 fn settings() -> Settings {

@@ -17,7 +17,8 @@ fn sleeping(scene: &Simulation) -> Simulation {
     simulation
 }
 
-fn difference(a: &Simulation, b: &Simulation) -> f64 {
+/// The largest difference of a number of their states.
+pub fn difference(a: &Simulation, b: &Simulation) -> f64 {
     let values = |s: &Simulation| s.state().q.iter().chain(&s.state().v).copied().collect::<Vec<_>>();
     values(a).iter().zip(values(b)).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
 }

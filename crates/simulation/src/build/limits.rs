@@ -22,8 +22,7 @@ impl ProblemBuilder {
             }
         });
         for (t, limits) in limited_tendons(model) {
-            self.measure_tendon(model, kinematics, state, t);
-            if self.all_stand(&self.length.dofs) {
+            if !self.measure_tendon(model, kinematics, state, t) {
                 continue;
             }
             let reach = 4.0 * dt * self.length.rate(&state.v).abs().max(self.length.rate(&v_free).abs());
@@ -62,8 +61,7 @@ impl ProblemBuilder {
             }
         });
         for (t, limits) in limited_tendons(model) {
-            self.measure_tendon(model, kinematics, state, t);
-            if self.all_stand(&self.length.dofs) {
+            if !self.measure_tendon(model, kinematics, state, t) {
                 continue;
             }
             let rate = self.length.rate(v);
@@ -93,8 +91,7 @@ impl ProblemBuilder {
             }
         });
         for (t, limits) in limited_tendons(model) {
-            self.measure_tendon(model, kinematics, state, t);
-            if self.all_stand(&self.length.dofs) {
+            if !self.measure_tendon(model, kinematics, state, t) {
                 continue;
             }
             let rate = self.length.rate(v);
@@ -113,8 +110,10 @@ impl ProblemBuilder {
         self.keys.push(limit.key);
     }
 
-    fn measure_tendon(&mut self, model: &Model, kinematics: &Kinematics, state: &State, t: usize) {
+    /// Measures a tendon; whether it moves anything that does not stand.
+    fn measure_tendon(&mut self, model: &Model, kinematics: &Kinematics, state: &State, t: usize) -> bool {
         tendon_length_into(model, kinematics, &state.q, &model.tendons[t], &mut self.length);
+        !self.all_stand(&self.length.dofs)
     }
 
     /// Adds the lower (`side` 0) or upper (1) limit of the tendon that was measured last.
