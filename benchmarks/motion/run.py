@@ -20,6 +20,7 @@ import tempfile
 HERE = pathlib.Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 SCENES = ROOT.parent / "shared" / "peers" / "motion"
+FEW = 100  # Steady steps of a run, of which the slowest hundredth can be told.
 PERIOD = 10.0  # s, after which every control of the scenes repeats itself or stands
 
 
@@ -74,7 +75,7 @@ def merged(total, part):
     if not total:
         return dict(part)
     out = dict(part)
-    for key in ("steps", "missed", "limited", "judged_wrong", "total_s", "factorizations", "correction_energy"):
+    for key in ("steps", "steady_steps", "missed", "limited", "judged_wrong", "total_s", "factorizations", "correction_energy"):
         out[key] = total.get(key, 0) + part.get(key, 0)
     for key in ("worst", "judged_worst", "deepest_mm", "deepest_kept", "contacts_max", "slowest_us"):
         out[key] = max(total.get(key, 0), part.get(key, 0))
@@ -86,17 +87,21 @@ def merged(total, part):
 
 def table(file):
     lines = [json.loads(line) for line in open(file)]
-    print("| scene | runs | ended | steps | missed | θ < 1 | deepest overlap, mm | worst residual | p50, µs | p99 / p50 | max / p50 |")
-    print("|---|---|---|---|---|---|---|---|---|---|---|")
+    print("| scene | runs | ended | steps | missed | θ < 1 | deepest overlap, mm | worst residual | p50, µs | p99 / p50 | max / p50 "
+          "| steady | p99 / p50 | max / p50 |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|")
     for name in dict.fromkeys(line["scene"] for line in lines):
         runs = [line for line in lines if line["scene"] == name and "steps" in line]
         ended = sum(run["end"] == "finished" for run in runs)
         total = lambda key: sum(run[key] for run in runs)
         most = lambda key: max(run[key] for run in runs)
         ratios = lambda key: " to ".join(f"{x:.1f}" for x in extremes(run[key] / run["median_us"] for run in runs))
+        long = [run for run in runs if run["steady_steps"] >= FEW]
+        steady = lambda key: " to ".join(f"{x:.1f}" for x in extremes(run["steady_" + key] / run["steady_median_us"] for run in long)) or "–"
         p50 = " to ".join(f"{x:.0f}" for x in extremes(run["median_us"] for run in runs))
         print(f"| {name} | {len(runs)} | {ended} | {total('steps')} | {total('missed')} | {total('limited')} | {most('deepest_mm'):.3g} "
-              f"| {most('worst'):.1e} | {p50} | {ratios('p99_us')} | {ratios('slowest_us')} |")
+              f"| {most('worst'):.1e} | {p50} | {ratios('p99_us')} | {ratios('slowest_us')} "
+              f"| {total('steady_steps') / total('steps'):.0%} | {steady('p99_us')} | {steady('slowest_us')} |")
 
 
 def extremes(numbers):

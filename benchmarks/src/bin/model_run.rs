@@ -171,6 +171,10 @@ fn run(options: &Options, simulation: &mut Simulation) -> Value {
         "mean_us": times.all.iter().sum::<f64>() / times.all.len().max(1) as f64,
         "median_us": quantile(&mut times.all, 0.5),
         "p99_us": quantile(&mut times.all, 0.99),
+        "steady_steps": times.steady.len(),
+        "steady_slowest_us": times.steady.iter().copied().fold(0.0, f64::max),
+        "steady_median_us": quantile(&mut times.steady, 0.5),
+        "steady_p99_us": quantile(&mut times.steady, 0.99),
         "enlargements": times.enlargements,
         "solves": times.solves,
         "points_found": times.found,
@@ -189,12 +193,20 @@ fn run(options: &Options, simulation: &mut Simulation) -> Value {
     })
 }
 
+/// Steps in a row with as many contacts, after which the next one of them belongs to a motion that goes on as it was.
+const STEADY: u32 = 10;
+
 /// What steps took, µs: all of them, those that were permitted a part of their corrections only (θ < 1), and the others.
 #[derive(Default)]
 struct Times {
     all: Vec<f64>,
     limited: Vec<f64>,
     full: Vec<f64>,
+    /// Those with as many contacts as each of the last [`STEADY`].
+    steady: Vec<f64>,
+    /// The number of contacts of the last step, and how many steps before it had as many.
+    contacts: usize,
+    alike: u32,
     /// Further searches for contacts, solved problems, factorisations, and the points that searches found, in all steps.
     enlargements: u64,
     solves: u64,
@@ -207,9 +219,14 @@ struct Times {
 }
 
 impl Times {
-    fn note(&mut self, microseconds: f64, is_limited: bool) {
+    fn note(&mut self, microseconds: f64, report: &StepReport) {
         self.all.push(microseconds);
-        if is_limited { &mut self.limited } else { &mut self.full }.push(microseconds);
+        if report.theta < 1.0 { &mut self.limited } else { &mut self.full }.push(microseconds);
+        self.alike = if report.contacts == self.contacts { self.alike + 1 } else { 0 };
+        self.contacts = report.contacts;
+        if self.alike >= STEADY {
+            self.steady.push(microseconds);
+        }
     }
 }
 
@@ -283,7 +300,7 @@ fn step_on(
         times.solves += u64::from(report.solves);
         times.found += simulation.workspace().candidate_points().count() as u64;
         times.factorizations += u64::from(report.solver.factorizations);
-        times.note(1e6 * seconds, report.theta < 1.0);
+        times.note(1e6 * seconds, report);
         if let Some(trace) = &mut trace {
             trace.step(step, 1e6 * seconds, report)?;
         }

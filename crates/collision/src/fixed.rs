@@ -1,6 +1,6 @@
 //! Geoms that stand where they are: a terrain of thousands, or bodies at rest, cost a step what the moving geoms near them cost.
 
-use signorini_multibody::{BodyId, Model};
+use signorini_multibody::Model;
 
 use crate::bvh::{Aabb, Bvh};
 
@@ -15,8 +15,7 @@ pub(crate) struct FixedGeoms {
 
 /// Whether a geom's body is welded to the world, and to nothing that is moved from outside.
 pub(crate) fn is_fixed(model: &Model, geom: u32) -> bool {
-    let body = model.geoms[geom as usize].body;
-    model.body_weld[body.index()] == BodyId::WORLD && !model.hangs_on_mocap(body)
+    model.is_fixed(model.geoms[geom as usize].body)
 }
 
 impl FixedGeoms {

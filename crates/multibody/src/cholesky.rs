@@ -2,6 +2,7 @@
 
 mod half_solves;
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use crate::dot::dot;
@@ -138,6 +139,11 @@ impl BlockCholesky {
     /// The blocks of the factorised matrix.
     pub fn blocks(&self) -> &[Block] {
         &self.layout.blocks
+    }
+
+    /// The blocks that ascending columns lie in: each by its index, with the places of its columns among all of these.
+    pub fn blocks_touched<'a>(&'a self, columns: &'a [u32]) -> impl Iterator<Item = (usize, Range<usize>)> + 'a {
+        self.layout.blocks_touched(columns)
     }
 
     /// Entries of a block of the factor, `Lᵀ` row by row, `[size, size]`.

@@ -9,6 +9,7 @@ use crate::layout::Block;
 use crate::mass::BlockDiagonal;
 use crate::math::{outer, scalar};
 use crate::model::{Inertia, Model};
+use crate::moving::{MovingBodies, MovingBody};
 use crate::standing::{Known, Nothing};
 
 /// Inertia of a rigid body about some origin, world axes.
@@ -33,6 +34,9 @@ impl RigidInertia {
 
     /// The inertia of a body that is turned by `rotation`.
     pub fn turned(&self, rotation: DMat3) -> Self {
+        if self.rotational == DMat3::ZERO {
+            return Self { first_moment: rotation * self.first_moment, ..*self };
+        }
         let rotational = rotation * self.rotational * rotation.transpose();
         Self { mass: self.mass, first_moment: rotation * self.first_moment, rotational }
     }
@@ -66,13 +70,34 @@ pub struct MassMatrix {
     /// `M(q)`, kg, kg·m, kg·m².
     pub matrix: BlockDiagonal,
     composite: Vec<RigidInertia>,
-    /// Of every body, in its own axes.
-    inertia: Vec<RigidInertia>,
-    /// Whether other bodies hang on a body.
-    has_children: Vec<bool>,
+    moving: Vec<MovingPart>,
     /// Of every degree of freedom.
     momenta: Vec<Momentum>,
     carried: Carried,
+}
+
+/// A body that can move.
+#[derive(Clone, Debug)]
+struct MovingPart {
+    body: usize,
+    /// With all that is welded to it, in its own axes.
+    inertia: RigidInertia,
+    /// Whether it is free and no body with joints hangs on it.
+    is_alone: bool,
+}
+
+impl MovingPart {
+    fn all(model: &Model) -> Vec<Self> {
+        let moving = MovingBodies::of(model).0;
+        let mut carries = vec![false; model.bodies.len()];
+        moving.iter().for_each(|one| carries[one.carrier] = true);
+        let part = |one: &MovingBody| Self {
+            body: one.body,
+            inertia: RigidInertia::in_body_axes(&one.inertia),
+            is_alone: model.path[one.body].free && !carries[one.body],
+        };
+        moving.iter().map(part).collect()
+    }
 }
 
 /// For every body the degrees of freedom of its own joints and of all that hangs on it, as runs of neighbours: one run, if
@@ -145,13 +170,10 @@ impl Momentum {
 impl MassMatrix {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
-        let mut has_children = vec![false; model.bodies.len()];
-        model.bodies[1..].iter().for_each(|body| has_children[body.parent.index()] = true);
         Self {
             matrix: BlockDiagonal::new(model),
             composite: vec![RigidInertia::ZERO; model.bodies.len()],
-            inertia: model.bodies.iter().map(|body| RigidInertia::in_body_axes(&body.inertia)).collect(),
-            has_children,
+            moving: MovingPart::all(model),
             momenta: vec![Momentum::ZERO; model.nv],
             carried: Carried::of(model),
         }
@@ -177,16 +199,16 @@ pub fn mass_matrix_into(model: &Model, kinematics: &Kinematics, mass: &mut MassM
 pub(crate) fn mass_matrix_of(model: &Model, kinematics: &Kinematics, known: impl Known, mass: &mut MassMatrix) {
     assert_eq!(mass.composite.len(), model.bodies.len(), "the storage belongs to another model");
     // Every entry that can differ from zero is written below.
-    let MassMatrix { matrix, composite, inertia, has_children, momenta, carried } = mass;
-    let alone = |i: usize| model.path[i].free && !has_children[i];
-    for i in (1..model.bodies.len()).filter(|&i| !alone(i) && !known.has_body(i)) {
-        composite[i] = inertia[i].turned(kinematics.rotation[i]);
+    let MassMatrix { matrix, composite, moving, momenta, carried } = mass;
+    for part in moving.iter().filter(|part| !part.is_alone && !known.has_body(part.body)) {
+        composite[part.body] = part.inertia.turned(kinematics.rotation[part.body]);
     }
-    for i in (1..model.bodies.len()).rev().filter(|&i| !known.has_body(i)) {
+    for MovingPart { body: i, inertia, is_alone } in moving.iter().rev().filter(|part| !known.has_body(part.body)) {
+        let i = *i;
         let (rotation, step) = (kinematics.rotation[i], &model.path[i]);
-        if alone(i) {
-            let arm = rotation * inertia[i].first_moment;
-            free_block(step.first_dof, inertia[i].mass, arm, inertia[i].rotational, kinematics, matrix);
+        if *is_alone {
+            let arm = rotation * inertia.first_moment;
+            free_block(step.first_dof, inertia.mass, arm, inertia.rotational, kinematics, matrix);
             continue;
         }
         let (whole, runs) = (&composite[i], carried.runs_of(i));

@@ -3,7 +3,8 @@
 use glamx::glam::DVec3;
 
 use crate::kinematics::Kinematics;
-use crate::model::Model;
+use crate::model::{Body, Model};
+use crate::moving::{kinetic_energy_of, kinetic_energy_of_rotors};
 
 /// Mass of all bodies, kg; the world's is not counted.
 pub fn total_mass(model: &Model) -> f64 {
@@ -22,27 +23,11 @@ pub fn center_of_mass(model: &Model, kinematics: &Kinematics) -> DVec3 {
 
 /// Kinetic energy `½ vᵀ M v`, armature included, J, from the bodies' motion.
 pub fn kinetic_energy(model: &Model, kinematics: &Kinematics, v: &[f64]) -> f64 {
-    kinetic_energy_of(model, kinematics, v, (&kinematics.angular_velocity, &kinematics.linear_velocity))
-}
-
-/// [`kinetic_energy`] at another velocity than that of `kinematics`.
-///
-/// - `velocities`: angular ones of all bodies and those of their origins, rad/s and m/s, world axes, from
-///   [`body_velocities_into`](crate::body_velocities_into) at `v`
-pub fn kinetic_energy_of(model: &Model, kinematics: &Kinematics, v: &[f64], velocities: (&[DVec3], &[DVec3])) -> f64 {
-    let bodies: f64 = (1..model.bodies.len())
-        .map(|i| {
-            let (angular, linear) = (velocities.0[i], velocities.1[i]);
-            let spin = angular_momentum_about_com(model, kinematics, i, angular);
-            let speed2 = com_velocity(model, kinematics, i, (angular, linear)).length_squared();
-            0.5 * (angular.dot(spin) + model.bodies[i].inertia.mass * speed2)
-        })
-        .sum();
-    let rotors = model.joints.iter().map(|joint| {
-        let speeds = &v[joint.v_index..joint.v_index + joint.kind.nv()];
-        0.5 * joint.armature * speeds.iter().map(|v| v * v).sum::<f64>()
-    });
-    bodies + rotors.sum::<f64>()
+    let of_body = |(i, body): (usize, &Body)| {
+        let velocities = (kinematics.angular_velocity[i], kinematics.linear_velocity[i]);
+        kinetic_energy_of(&body.inertia, kinematics, i, velocities)
+    };
+    model.bodies.iter().enumerate().skip(1).map(of_body).sum::<f64>() + kinetic_energy_of_rotors(model, v)
 }
 
 /// Potential energy of gravity (zero at the world's origin) and of the springs of joints and tendons, J. Servos are not counted.

@@ -1,14 +1,19 @@
 //! Generalized forces of a motion by the recursive Newton–Euler algorithm.
 
-use glamx::glam::DVec3;
+use glamx::glam::{DMat3, DVec3};
 
 use crate::kinematics::Kinematics;
 use crate::model::{BodyId, Inertia, Model};
+use crate::moving::{MovingBodies, MovingBody};
 use crate::standing::{Known, Nothing};
 
-/// Storage of the recursive Newton–Euler algorithm: one entry per body, world axes, about the body's origin.
+/// Storage of the recursive Newton–Euler algorithm.
 #[derive(Clone, Debug)]
-pub struct NewtonEuler(Vec<Motion>);
+pub struct NewtonEuler {
+    /// Of every body, world axes, about its origin.
+    motions: Vec<Motion>,
+    moving: MovingBodies,
+}
 
 /// How a body is accelerated, the acceleration of its origin less gravity, and the wrench that it takes with all that hangs on it.
 #[derive(Clone, Copy, Debug)]
@@ -23,13 +28,14 @@ impl NewtonEuler {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
         let zero = DVec3::ZERO;
-        Self(vec![Motion { angular: zero, linear: zero, moment: zero, force: zero }; model.bodies.len()])
+        let rest = Motion { angular: zero, linear: zero, moment: zero, force: zero };
+        Self { motions: vec![rest; model.bodies.len()], moving: MovingBodies::of(model) }
     }
 
     /// Angular acceleration of a body and the acceleration of its origin less gravity, world axes, rad/s² and m/s², of the
     /// last motion given to [`inverse_dynamics_into`].
     pub fn acceleration(&self, body: BodyId) -> (DVec3, DVec3) {
-        let motion = &self.0[body.index()];
+        let motion = &self.motions[body.index()];
         (motion.angular, motion.linear)
     }
 
@@ -37,7 +43,7 @@ impl NewtonEuler {
     /// [`inverse_dynamics_into`] takes for the body with all that hangs on it. Less what acts from outside, this is how
     /// its parent holds it. Zero for the world.
     pub fn wrench(&self, body: BodyId) -> (DVec3, DVec3) {
-        let motion = &self.0[body.index()];
+        let motion = &self.motions[body.index()];
         (motion.moment, motion.force)
     }
 }
@@ -65,7 +71,7 @@ pub fn inverse_dynamics_into(
     tau: &mut [f64],
 ) {
     assert!(acceleration.len() == model.nv && tau.len() == model.nv, "lengths must be nv");
-    newton_euler(model, kinematics, Some(acceleration), Nothing, work, tau);
+    newton_euler(model, kinematics, Some(acceleration), || MovingBodies::apart(model), &mut work.motions, tau);
     for joint in model.joints.iter().filter(|joint| joint.armature != 0.0) {
         for k in joint.v_index..joint.v_index + joint.kind.nv() {
             tau[k] += joint.armature * acceleration[k];
@@ -92,27 +98,29 @@ pub(crate) fn bias_force_of(
     h: &mut [f64],
 ) {
     assert_eq!(h.len(), model.nv, "length must be nv");
-    newton_euler(model, kinematics, None, known, work, h);
+    let NewtonEuler { motions, moving } = work;
+    let unknown = || moving.0.iter().copied().filter(|one| !known.has_body(one.body));
+    newton_euler(model, kinematics, None, unknown, motions, h);
 }
 
-/// `acceleration`: zero where it is not given.
-fn newton_euler(
+/// - `acceleration`: zero where it is not given
+/// - `bodies`: those that are visited, parents first
+fn newton_euler<Bodies: DoubleEndedIterator<Item = MovingBody>>(
     model: &Model,
     kinematics: &Kinematics,
     acceleration: Option<&[f64]>,
-    known: impl Known,
-    work: &mut NewtonEuler,
+    bodies: impl Fn() -> Bodies,
+    motions: &mut [Motion],
     tau: &mut [f64],
 ) {
-    let motions = &mut work.0[..];
     motions[0].linear = -model.gravity;
-    let is_unknown = |i: usize| !known.has_body(i);
-    for (i, (step, body)) in model.path.iter().zip(&model.bodies).enumerate().skip(1).filter(|(i, _)| is_unknown(*i)) {
-        let parent = &motions[step.parent];
-        let around = parent.angular;
+    for MovingBody { body: i, carrier, inertia } in bodies() {
+        let step = &model.path[i];
+        let carrying = &motions[carrier];
+        let around = carrying.angular;
         let mut angular = around + kinematics.bias_angular[i];
-        let mut linear = parent.linear + kinematics.bias_linear[i];
-        if step.parent != 0 {
+        let mut linear = carrying.linear + kinematics.bias_linear[i];
+        if carrier != 0 {
             linear += around.cross(kinematics.offset[i]);
         }
         if let Some(acceleration) = acceleration {
@@ -121,10 +129,11 @@ fn newton_euler(
                 linear += kinematics.dof_linear[k] * acceleration[k];
             }
         }
-        let (moment, force) = rate_of_momentum(&body.inertia, kinematics, i, angular, linear);
+        let (moment, force) = rate_of_momentum(&inertia, kinematics, i, angular, linear);
         motions[i] = Motion { angular, linear, moment, force };
     }
-    for (i, step) in model.path.iter().enumerate().skip(1).rev().filter(|(i, _)| is_unknown(*i)) {
+    for MovingBody { body: i, carrier, .. } in bodies().rev() {
+        let step = &model.path[i];
         let Motion { moment, force, .. } = motions[i];
         if step.free {
             // Its axes are the world's and the body's.
@@ -136,10 +145,10 @@ fn newton_euler(
         for k in step.first_dof..step.end_dof {
             tau[k] = kinematics.dof_angular[k].dot(moment) + kinematics.dof_linear[k].dot(force);
         }
-        if step.parent != 0 {
-            let parent = &mut motions[step.parent];
-            parent.moment += moment + kinematics.offset[i].cross(force);
-            parent.force += force;
+        if carrier != 0 {
+            let carrying = &mut motions[carrier];
+            carrying.moment += moment + kinematics.offset[i].cross(force);
+            carrying.force += force;
         }
     }
 }
@@ -153,6 +162,9 @@ pub(crate) fn rate_of_momentum(
     angular: DVec3,
     linear: DVec3,
 ) -> (DVec3, DVec3) {
+    if inertia.mass == 0.0 && inertia.rotational == DMat3::ZERO {
+        return (DVec3::ZERO, DVec3::ZERO);
+    }
     let rotation = kinematics.rotation[i];
     let velocity = kinematics.angular_velocity[i];
     let velocity_b = rotation.mul_transpose_vec3(velocity);

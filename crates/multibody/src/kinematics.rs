@@ -39,11 +39,11 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Storage for a model, with every body at the world's origin.
+    /// Storage for a model: bodies that cannot move are where they stand, every other at the world's origin.
     pub fn new(model: &Model) -> Self {
         let (n, nv) = (model.bodies.len(), model.nv);
         let zeros = vec![DVec3::ZERO; n];
-        Self {
+        let mut storage = Self {
             pose: vec![Pose::IDENTITY; n],
             rotation: vec![DMat3::IDENTITY; n],
             offset: zeros.clone(),
@@ -55,7 +55,16 @@ impl Kinematics {
             bias_angular: zeros.clone(),
             bias_linear: zeros,
             mocap: model.mocap_bodies.iter().map(|body| model.bodies[body.index()].placement).collect(),
+        };
+        for i in (1..n).filter(|&i| model.body_weld[i] == BodyId::WORLD) {
+            place_body(model, &[], i, &[], &mut storage);
+            storage.place_center_of_mass(model, i);
         }
+        storage
+    }
+
+    fn place_center_of_mass(&mut self, model: &Model, i: usize) {
+        self.center_of_mass[i] = self.pose[i].position + self.rotation[i] * model.bodies[i].inertia.center_of_mass;
     }
 
     /// Takes over where an input has the bodies that are moved from outside: where the model places them if it does not say. The next
@@ -118,8 +127,7 @@ fn forward_kinematics_of(model: &Model, q: &[f64], v: &[f64], known: impl Known,
             place_body(model, joints, i, q, kinematics);
             move_body(model, joints, i, v, kinematics);
         }
-        let com = kinematics.rotation[i] * model.bodies[i].inertia.center_of_mass;
-        kinematics.center_of_mass[i] = kinematics.pose[i].position + com;
+        kinematics.place_center_of_mass(model, i);
     }
 }
 

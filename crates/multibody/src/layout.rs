@@ -1,5 +1,7 @@
 //! Where the entries of a block-diagonal matrix are, shared by the matrix and its factor.
 
+use std::ops::Range;
+
 /// A dense block on the diagonal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
@@ -13,11 +15,11 @@ pub struct Block {
 
 impl Block {
     /// The degrees of freedom it covers.
-    pub fn range(&self) -> std::ops::Range<usize> {
+    pub fn range(&self) -> Range<usize> {
         self.start..self.start + self.size
     }
 
-    pub(crate) fn data_range(&self) -> std::ops::Range<usize> {
+    pub(crate) fn data_range(&self) -> Range<usize> {
         self.offset..self.offset + self.size * self.size
     }
 }
@@ -80,6 +82,18 @@ impl Layout {
     /// Number of entries of all blocks.
     pub fn entries(&self) -> usize {
         self.blocks.last().map_or(0, |block| block.data_range().end)
+    }
+
+    /// The blocks that ascending columns lie in: each by its index, with the places of its columns among all of these.
+    pub fn blocks_touched<'a>(&'a self, columns: &'a [u32]) -> impl Iterator<Item = (usize, Range<usize>)> + 'a {
+        let mut first = 0;
+        std::iter::from_fn(move || {
+            let index = self.block_of[*columns.get(first)? as usize];
+            let end = self.blocks[index].range().end;
+            let own = first..first + columns[first..].partition_point(|&column| (column as usize) < end);
+            first = own.end;
+            Some((index, own))
+        })
     }
 
     /// The row before row `k` on its way to the root.

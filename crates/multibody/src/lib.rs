@@ -63,6 +63,7 @@ mod length;
 mod mass;
 mod math;
 pub mod model;
+mod moving;
 mod operational;
 mod sensors;
 mod small_dense;
@@ -81,9 +82,7 @@ pub use cholesky::{BlockCholesky, FEW_ROWS, LANES};
 pub use composite::{MassMatrix, mass_matrix_into};
 pub use configuration::{difference_into, integrate_beside, integrate_into};
 pub use delassus::{HalfSolvedRows, delassus_into};
-pub use energy::{
-    angular_momentum, center_of_mass, kinetic_energy, kinetic_energy_of, linear_momentum, potential_energy, total_mass,
-};
+pub use energy::{angular_momentum, center_of_mass, kinetic_energy, linear_momentum, potential_energy, total_mass};
 pub use equality::{EqualityBlock, equality_block_into, equality_violations};
 pub use forward_dynamics::{ArticulatedBodies, forward_dynamics_into};
 pub use frame::{
@@ -111,6 +110,7 @@ pub use model::{
     ModelBuilder, ModelError, Muscle, NewBody, Parameter, ParameterChange, PathPart, Sensor, SensorKind, Shapes, Site,
     SiteId, SpinResistance, Spread, Tendon, TendonId, Texture, Transmission,
 };
+pub use moving::MovingBodies;
 pub use operational::operational_space_inertia;
 pub use sensors::{MovingFrame, moving_frame, state_sensors_into};
 pub use spatial::SpatialVector;

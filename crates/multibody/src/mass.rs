@@ -125,14 +125,7 @@ impl BlockDiagonal {
 
     /// The blocks that ascending columns lie in: each by its index, with the places of its columns among all of these.
     pub fn blocks_touched<'a>(&'a self, columns: &'a [u32]) -> impl Iterator<Item = (usize, Range<usize>)> + 'a {
-        let mut first = 0;
-        std::iter::from_fn(move || {
-            let index = self.block_of(*columns.get(first)? as usize);
-            let end = self.blocks()[index].range().end;
-            let own = first..first + columns[first..].partition_point(|&column| (column as usize) < end);
-            first = own.end;
-            Some((index, own))
-        })
+        self.layout.blocks_touched(columns)
     }
 
     /// The row before a row on its way to the root of its tree. A row is coupled with the rows on its way to the root, and with

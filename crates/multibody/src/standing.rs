@@ -4,7 +4,7 @@ use crate::mass::BlockDiagonal;
 use crate::model::{BodyId, Model};
 
 /// Trees of a model that stand where they stood when kinematics and free motion were computed last, with the same forces: their part of both is what
-/// it was, and is left alone by what is told of them.
+/// it was, and is left alone by what is told of them. So are bodies that cannot move: they are where [`Kinematics::new`](crate::Kinematics::new) puts them.
 #[derive(Clone, Debug, Default)]
 pub struct StandingTrees {
     bodies: Vec<bool>,
@@ -20,7 +20,7 @@ impl StandingTrees {
     /// - `mass`: a matrix with the blocks of the model's mass matrix, each of which is a tree
     pub fn none(model: &Model, mass: &BlockDiagonal) -> Self {
         Self {
-            bodies: vec![false; model.bodies.len()],
+            bodies: (0..model.bodies.len() as u32).map(|i| model.is_fixed(BodyId(i))).collect(),
             dofs: vec![false; model.nv],
             blocks: vec![false; mass.blocks().len()],
             moved_by: (0..model.bodies.len() as u32).map(|i| model.dofs_moving(BodyId(i)).next()).collect(),
@@ -36,7 +36,7 @@ impl StandingTrees {
             self.dofs[block.range()].fill(self.blocks[b]);
         }
         for (body, moved_by) in self.bodies.iter_mut().zip(&self.moved_by) {
-            *body = moved_by.is_some_and(|dof| self.dofs[dof]);
+            *body = moved_by.map_or(*body, |dof| self.dofs[dof]);
         }
     }
 }

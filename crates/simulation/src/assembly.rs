@@ -56,7 +56,7 @@ impl Assembler {
                 return;
             }
             self.basis.factor(&self.rows, mass, model.nv);
-            self.basis.solve_into(&self.violation, &mut self.change);
+            self.basis.solve_into(&self.violation, mass, &mut self.change);
             integrate_into(model, q, &self.change, 1.0, &mut self.next);
             q.copy_from_slice(&self.next);
         }

@@ -10,6 +10,7 @@ use signorini_solver::Patience;
 use crate::SimulationError;
 use crate::build::rows::MOST_DENSE_ROWS;
 use crate::corrections::energy;
+use crate::moving::Moving;
 use crate::report::StepReport;
 use crate::settings::Settings;
 use crate::smallest_change::SmallestChange;
@@ -40,22 +41,24 @@ impl Workspace {
         if self.correction_energy() <= 0.0 || !settings.correction_speed.is_finite() {
             return Ok(verdict);
         }
-        let [mass, inertia] = self.moving_mass;
+        let Moving { mass, inertia, .. } = self.moving;
         let [speed, turn] = [settings.correction_speed, settings.correction_angular_speed].map(|speed| SPEEDS * speed);
         let mut bound = 0.5 * mass * speed * speed;
         // The speed may be infinite, and nothing may turn.
         if inertia > 0.0 {
             bound += 0.5 * inertia * turn * turn;
         }
-        let most = self.most_energy_left(model, bound);
-        if most > bound {
-            bound += PART_OF_ENERGY * kinetic_energy(model, &self.kinematics, v);
+        let work = self.correction_energy();
+        if work <= bound {
+            return Ok(verdict);
         }
-        if most <= bound {
+        bound += PART_OF_ENERGY * kinetic_energy(model, &self.kinematics, v);
+        let mut after = self.energy_after(model);
+        if self.most_energy_left(work, after) <= bound {
             return Ok(verdict);
         }
         for _ in 0..REDUCTIONS {
-            let part = self.part_within(model, bound);
+            let part = self.part_within(model, after, bound);
             if part >= 1.0 {
                 return Ok(verdict);
             }
@@ -65,23 +68,35 @@ impl Workspace {
             if !verdict.holds {
                 break;
             }
+            after = self.energy_after(model);
         }
-        if verdict.holds && self.part_within(model, bound) >= 1.0 {
+        if verdict.holds && self.part_within(model, after, bound) >= 1.0 {
             return Ok(verdict);
         }
         self.attempt_part(0.0, Patience::Full, report)
     }
 
+    /// The kinetic energy of the solution at hand, J.
+    fn energy_after(&mut self, model: &Model) -> f64 {
+        let Self { solution, moving, kinematics, reach, .. } = self;
+        reach.end.kinetic_energy(model, &moving.bodies, kinematics, &solution.velocity)
+    }
+
     /// The part of the corrections of the solution at hand with which they would put in somewhat less energy than the bound (J); 1 where they put
     /// in no more than that.
-    fn part_within(&mut self, model: &Model, bound: f64) -> f64 {
+    ///
+    /// - `after`: the [energy of the solution](Self::energy_after), J
+    fn part_within(&mut self, model: &Model, after: f64, bound: f64) -> f64 {
+        if after <= bound {
+            return 1.0;
+        }
         self.find_smallest_change();
-        let Self { solution, smallest, kinematics, reach, .. } = self;
-        let mut energy = |v: &[f64]| reach.end.kinetic_energy(model, kinematics, v);
+        let Self { solution, smallest, moving, kinematics, reach, .. } = self;
+        let mut energy = |v: &[f64]| reach.end.kinetic_energy(model, &moving.bodies, kinematics, v);
         let v = &solution.velocity;
         smallest.without.clear();
         smallest.without.extend(v.iter().zip(&smallest.change).map(|(v, change)| v - change));
-        let put_in = energy(v) - energy(&smallest.without);
+        let put_in = after - energy(&smallest.without);
         if put_in <= bound {
             return 1.0;
         }
@@ -113,26 +128,21 @@ impl Workspace {
         change.clone_from(&solution.velocity);
         if rows.len() <= MOST_DENSE_ROWS {
             basis.factor(rows, &problem.mass_factor, problem.nv());
-            basis.solve_into(rates, change);
+            basis.solve_into(rates, &problem.mass_factor, change);
         }
     }
 
     /// The most that corrections can leave in the motion, J: their work, less what the step's implicit forces take at the velocity of its end,
     /// `v⁺ᵀ (M̂ − M) v⁺`, as dampers do that hold a mechanism back, and no more than the kinetic energy after the step, as where friction takes
-    /// the rest. The work alone where that is within the bound.
-    fn most_energy_left(&mut self, model: &Model, bound: f64) -> f64 {
-        let work = self.correction_energy();
-        if work <= bound {
-            return work;
-        }
-        let Self { builder, solution, kinematics, reach, smallest, .. } = self;
+    /// the rest.
+    fn most_energy_left(&mut self, work: f64, after: f64) -> f64 {
+        let Self { builder, solution, smallest, .. } = self;
         let v = &solution.velocity;
         let momentum = &mut smallest.change;
         momentum.resize(v.len(), 0.0);
         builder.problem.mass.multiply_into(v, momentum);
         let with_implicit: f64 = v.iter().zip(momentum).map(|(v, p)| v * *p).sum();
-        let rigid = 2.0 * reach.end.kinetic_energy(model, kinematics, v);
-        (work - (with_implicit - rigid).max(0.0)).min(0.5 * rigid)
+        (work - (with_implicit - 2.0 * after).max(0.0)).min(after)
     }
 
     /// Work of the impulses along the corrections, J.

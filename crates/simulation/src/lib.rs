@@ -60,6 +60,7 @@ mod going_on;
 mod inverse;
 mod last_step;
 mod linear_system;
+mod moving;
 mod nearby;
 mod overlaps;
 mod parameters;

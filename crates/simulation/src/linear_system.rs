@@ -258,7 +258,7 @@ impl Constraints {
         if !self.is_empty() {
             let rows = &self.problem.bilateral_jacobian;
             let rates = (0..rows.len()).map(|k| rows.multiply(k, velocity)[0] + extra(k));
-            self.basis.solve_into(&rates.collect::<Vec<_>>(), &mut change);
+            self.basis.solve_into(&rates.collect::<Vec<_>>(), &self.problem.mass_factor, &mut change);
         }
         change
     }

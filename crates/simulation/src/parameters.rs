@@ -5,13 +5,14 @@
 
 use std::sync::{Arc, OnceLock};
 
-use signorini_multibody::{ChangedRow, Effect, FreeMotion, Model, Parameter, ParameterChange};
+use signorini_multibody::{ChangedRow, Effect, FreeMotion, Kinematics, Model, Parameter, ParameterChange};
 
 use crate::adhesion::Adhesion;
+use crate::moving::Moving;
 use crate::overlaps;
 use crate::reach::BodyReach;
 use crate::settings::Settings;
-use crate::workspace::{SensorWork, Workspace, moving_mass, shapes_of_sensors};
+use crate::workspace::{SensorWork, Workspace, shapes_of_sensors};
 use crate::{Simulation, SimulationError};
 
 impl Workspace {
@@ -59,7 +60,9 @@ impl Workspace {
         self.collider.take_laws(&changed);
         self.fixed_point.clear();
         self.ahead.forget();
-        self.moving_mass = moving_mass(&changed);
+        // Bodies that cannot move are placed here alone.
+        self.kinematics = Kinematics::new(&changed);
+        self.moving = Moving::of(&changed);
         self.builder.take_parameters(&changed, settings);
         self.adhesion = Adhesion::new(&changed);
         self.smooth = FreeMotion::new(&changed);

@@ -11,7 +11,7 @@
 
 use signorini_collision::{Collider, PairReach, Reach, RelativeMotion};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{BodyId, Kinematics, Model, body_velocities_into, kinetic_energy_of};
+use signorini_multibody::{BodyId, Kinematics, Model, MovingBodies, body_velocities_into};
 
 /// Factor between a velocity and the reach it is given.
 const MARGIN: f64 = 2.0;
@@ -61,9 +61,9 @@ impl Velocities {
     }
 
     /// The kinetic energy of a generalized velocity, J; these become its velocities.
-    pub fn kinetic_energy(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64]) -> f64 {
+    pub fn kinetic_energy(&mut self, model: &Model, moving: &MovingBodies, kinematics: &Kinematics, v: &[f64]) -> f64 {
         self.take(model, kinematics, v);
-        kinetic_energy_of(model, kinematics, v, (&self.angular, &self.linear))
+        moving.kinetic_energy(model, kinematics, v, (&self.angular, &self.linear))
     }
 
     /// Velocity of a body's material point at a place in world, m/s.

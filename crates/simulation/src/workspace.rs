@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use signorini_collision::{Collider, OwnOverlap, Queries};
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
 use signorini_multibody::{
-    BlockDiagonal, Body, BodyId, ChangedRow, ContactPoint, FreeMotion, GeomId, Input, JointKind, Kinematics, LengthRow,
-    Model, NewtonEuler, Parameter, Pose, State,
+    BlockDiagonal, ChangedRow, ContactPoint, FreeMotion, GeomId, Input, Kinematics, LengthRow, Model, NewtonEuler,
+    Parameter, Pose, State,
 };
 
 use crate::SimulationError;
@@ -17,6 +17,7 @@ use crate::build::{Level, ProblemBuilder};
 use crate::candidates::Candidates;
 use crate::contradictions::Contradictions;
 use crate::corrections::Corrections;
+use crate::moving::Moving;
 use crate::overlaps;
 use crate::reach::BodyReach;
 use crate::rest::FixedPoint;
@@ -45,8 +46,7 @@ pub struct Workspace {
     pub(crate) smallest: SmallestChange,
     /// The solution with the largest θ so far, while it is looked for.
     pub(crate) best: ContactSolution,
-    /// Mass of all that moves along, kg, and inertia of what turns in joints, kg m².
-    pub(crate) moving_mass: [f64; 2],
+    pub(crate) moving: Moving,
     pub(crate) smooth: FreeMotion,
     pub(crate) sensors: SensorWork,
     pub(crate) collider: Collider,
@@ -119,7 +119,7 @@ impl Workspace {
             contradictions: Contradictions::default(),
             smallest: SmallestChange::default(),
             best: ContactSolution::default(),
-            moving_mass: moving_mass(model),
+            moving: Moving::of(model),
             builder: ProblemBuilder::new(model, problem, polygon, settings),
             adhesion: Adhesion::new(model),
             assembler: Assembler::new(model, settings.assembly_tolerance),
@@ -346,17 +346,4 @@ impl Workspace {
 /// The shapes of a model, where its sensors ask about them.
 pub(crate) fn shapes_of_sensors(model: &Model) -> Option<Queries> {
     model.sensors.iter().any(|sensor| sensor.kind.needs_shapes()).then(|| Queries::new(model))
-}
-
-/// Mass of all bodies that move and of what armatures add to it along slides, kg, and the armatures of other joints, kg m²: some robots have no
-/// other inertia.
-pub(crate) fn moving_mass(model: &Model) -> [f64; 2] {
-    let moves = |(i, _): &(usize, &Body)| model.body_weld[*i] != BodyId::WORLD;
-    let bodies: f64 = model.bodies.iter().enumerate().filter(moves).map(|(_, body)| body.inertia.mass).sum();
-    let (mut mass, mut inertia) = (bodies, 0.0);
-    for joint in &model.joints {
-        let sum = if matches!(joint.kind, JointKind::Slide { .. }) { &mut mass } else { &mut inertia };
-        *sum += joint.armature;
-    }
-    [mass, inertia]
 }

@@ -30,8 +30,10 @@ pub struct BilateralBasis {
     factor: Vec<f64>,
     /// `1 / √(B M⁻¹ Bᵀ)_kk`, or 0 for a row that moves nothing.
     scale: Vec<f64>,
-    /// `M⁻¹ Bᵀ`, row by row, `[nb, nv]`.
-    inverse_rows: Vec<f64>,
+    /// `Y` with `YᵀY = B M⁻¹ Bᵀ`, column by column, `[nb, nv]`: half a solve of every row.
+    half_rows: Vec<f64>,
+    /// The blocks of M that have a part in the rows, ascending.
+    blocks: Vec<usize>,
     solution: Vec<f64>,
 }
 
@@ -42,7 +44,8 @@ impl BilateralBasis {
     /// - `mass`: the factor of `M`, of dimension `nv`
     ///
     /// # Cost
-    /// `nb` solves with M, O(nb² nv) for the products and O(nb² rank) for the factor. No allocation after warm-up.
+    /// `nb` half solves with M, O(nb² nv) for the products and O(nb² rank) for the factor, of `nv` what the rows' blocks have. No allocation after
+    /// warm-up.
     pub fn factor(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky, nv: usize) {
         self.factor_scaled(rows, mass, nv, false);
     }
@@ -55,18 +58,29 @@ impl BilateralBasis {
 
     fn factor_scaled(&mut self, rows: &SparseRows<1>, mass: &BlockCholesky, nv: usize, prefers_large: bool) {
         let nb = rows.len();
-        self.inverse_rows.clear();
-        self.inverse_rows.resize(nb * nv, 0.0);
-        for k in 0..nb {
-            let own = &mut self.inverse_rows[k * nv..(k + 1) * nv];
-            rows.add_transposed(k, [1.0], own);
-            mass.solve_in_place(own);
-        }
+        self.half_rows.clear();
+        self.half_rows.resize(nb * nv, 0.0);
+        self.blocks.clear();
         self.factor.clear();
+        self.factor.resize(nb * nb, 0.0);
         for i in 0..nb {
-            let inverse_rows = &self.inverse_rows;
-            self.factor.extend((0..nb).map(|k| rows.multiply(i, &inverse_rows[k * nv..(k + 1) * nv])[0]));
+            let (before, own) = self.half_rows.split_at_mut(i * nv);
+            let own = &mut own[..nv];
+            rows.add_transposed(i, [1.0], own);
+            let (columns, _) = rows.group(i);
+            for (b, _) in mass.blocks_touched(columns) {
+                let range = mass.blocks()[b].range();
+                mass.half_solve_block_in_place(b, &mut own[range.clone()]);
+                for k in 0..i {
+                    self.factor[i * nb + k] += dot(&own[range.clone()], &before[k * nv..][range.clone()]);
+                }
+                self.factor[i * nb + i] += dot(&own[range.clone()], &own[range]);
+                if let Err(place) = self.blocks.binary_search(&b) {
+                    self.blocks.insert(place, b);
+                }
+            }
         }
+        self.mirror(nb);
         self.scale.clear();
         let factor = &self.factor;
         self.scale.extend((0..nb).map(|k| factor[k * nb + k]).map(|d| if d > 0.0 { 1.0 / d.sqrt() } else { 0.0 }));
@@ -97,9 +111,6 @@ impl BilateralBasis {
             let root = self.factor[k * nb + k].sqrt();
             for i in k..nb {
                 self.factor[i * nb + k] /= root;
-            }
-            if k == 0 {
-                self.mirror(nb);
             }
             // Row by row, the part above the diagonal with it: it is symmetric, and memory is read in its order.
             let Self { solution: column, factor, .. } = self;
@@ -141,8 +152,9 @@ impl BilateralBasis {
     /// The smallest change of velocity in the metric of M with `B change = −rate` on the independent rows.
     ///
     /// - `rate`: `[nb]`; entries of dependent rows are not read
+    /// - `mass`: the factor of `M` that the rows were factorised with
     /// - `change`: out, `[nv]`
-    pub fn solve_into(&mut self, rate: &[f64], change: &mut [f64]) {
+    pub fn solve_into(&mut self, rate: &[f64], mass: &BlockCholesky, change: &mut [f64]) {
         let (nb, nv, rank) = (self.order.len(), change.len(), self.rank);
         self.solution.clear();
         self.solution.extend(self.order[..rank].iter().map(|&k| -rate[k] * self.scale[k]));
@@ -151,8 +163,11 @@ impl BilateralBasis {
         change.fill(0.0);
         for (p, &k) in self.order[..rank].iter().enumerate() {
             let impulse = self.solution[p] * self.scale[k];
-            let row = &self.inverse_rows[k * nv..(k + 1) * nv];
+            let row = &self.half_rows[k * nv..(k + 1) * nv];
             change.iter_mut().zip(row).for_each(|(c, r)| *c += impulse * r);
+        }
+        for &b in &self.blocks {
+            mass.other_half_solve_block_in_place(b, &mut change[mass.blocks()[b].range()]);
         }
     }
 
@@ -196,4 +211,8 @@ fn backward(factor: &[f64], stride: usize, x: &mut [f64]) {
         let sum: f64 = (i + 1..x.len()).map(|j| factor[j * stride + i] * x[j]).sum();
         x[i] = (x[i] - sum) / factor[i * stride + i];
     }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -96,6 +96,11 @@ impl Model {
         std::iter::successors(Some(body), above).any(|body| self.bodies[body.index()].mocap.is_some())
     }
 
+    /// Whether nothing moves a body, neither joints nor anybody from outside.
+    pub fn is_fixed(&self, body: BodyId) -> bool {
+        self.body_weld[body.index()] == BodyId::WORLD && !self.hangs_on_mocap(body)
+    }
+
     /// The joints that move a body, in order.
     pub fn joints_of(&self, body: BodyId) -> &[Joint] {
         let b = &self.bodies[body.index()];

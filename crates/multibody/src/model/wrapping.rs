@@ -144,23 +144,29 @@ fn inside(a: DVec2, b: DVec2, radius: f64) -> Option<DVec2> {
             return None;
         }
     }
-    let shares = [radius / a.length(), radius / b.length()];
+    // An end that touches has the angle of one beside it.
+    let shares = [a, b].map(|end| (radius / end.length()).min(1.0 - f64::EPSILON));
     let angle = a.angle_to(b).abs();
     if angle.cos() < NOTHING - 1.0 {
         return None;
     }
     // With the angle φ against the radius, the law of sines has the angle at each end: 2 φ − Σ asin(share · sin φ) = angle.
-    let excess = |phi: f64| 2.0 * phi - shares.iter().map(|s| (s * phi.sin()).asin()).sum::<f64>() - angle;
-    let (mut low, mut high) = (0.0, std::f64::consts::FRAC_PI_2);
-    if angle < NOTHING || excess(high) < 0.0 {
+    let excess = |sin: f64, phi: f64| 2.0 * phi - shares.iter().map(|s| (s * sin).asin()).sum::<f64>() - angle;
+    let mut phi = std::f64::consts::FRAC_PI_2;
+    if angle < NOTHING || excess(1.0, phi) < 0.0 {
         return Some((a + b).normalize_or(DVec2::X) * radius);
     }
-    // It grows from −angle: halving ends at neighbouring numbers.
-    while low < 0.5 * (low + high) && 0.5 * (low + high) < high {
-        let middle = 0.5 * (low + high);
-        if excess(middle) < 0.0 { low = middle } else { high = middle }
+    // It grows from −angle and is convex, as shares are less than 1: Newton's steps go down to the root, and end where rounding turns them.
+    loop {
+        let (sin, cos) = phi.sin_cos();
+        let slope = 2.0 - shares.iter().map(|s| s * cos / ((1.0 - s * sin) * (1.0 + s * sin)).sqrt()).sum::<f64>();
+        let next = phi - excess(sin, phi) / slope;
+        if !(next < phi && next > 0.0) {
+            break;
+        }
+        phi = next;
     }
     let ([from, _], share) = if a.perp_dot(b) > 0.0 { ([a, b], shares[0]) } else { ([b, a], shares[1]) };
-    let turn = DVec2::from_angle(high - (share * high.sin()).asin());
+    let turn = DVec2::from_angle(phi - (share * phi.sin()).asin());
     Some(turn.rotate(from.normalize()) * radius)
 }

@@ -2,9 +2,9 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    ArticulatedBodies, BodyId, Kinematics, LengthRow, MassMatrix, Model, NewtonEuler, State, angular_jacobian_into,
-    bias_force_into, forward_dynamics_into, forward_kinematics_into, inverse_dynamics_into, kinetic_energy,
-    mass_matrix_into, point_jacobian_into,
+    ArticulatedBodies, BodyId, Kinematics, LengthRow, MassMatrix, Model, MovingBodies, NewtonEuler, State,
+    angular_jacobian_into, bias_force_into, body_velocities_into, forward_dynamics_into, forward_kinematics_into,
+    inverse_dynamics_into, kinetic_energy, mass_matrix_into, point_jacobian_into,
 };
 
 use crate::random_model::{Recipe, for_random_models};
@@ -139,4 +139,34 @@ fn kinetic_energy_is_the_quadratic_form_of_the_mass_matrix() {
         let energy = kinetic_energy(model, &kinematics, &state.v);
         assert!((half - energy).abs() < 1e-13 * energy.max(1.0), "{half} {energy}");
     });
+}
+
+/// Bodies that are welded together have the energy of all of them, at any velocity.
+#[test]
+fn bodies_as_one_have_the_kinetic_energy_of_all() {
+    for_random_models(21, FIXED, |model, state, random| {
+        let mut at = kinematics(model, state);
+        let velocity = random.list(model.nv, 3.0);
+        let (mut angular, mut linear) = (Vec::new(), Vec::new());
+        body_velocities_into(model, &at, &velocity, &mut angular, &mut linear);
+        let as_one = MovingBodies::of(model).kinetic_energy(model, &at, &velocity, (&angular, &linear));
+        forward_kinematics_into(model, &state.q, &velocity, &mut at);
+        let apart = kinetic_energy(model, &at, &velocity);
+        assert!((as_one - apart).abs() < 1e-13 * apart.max(1.0), "{as_one} {apart}");
+    });
+}
+
+/// What cannot move stands in new storage where kinematics has it.
+#[test]
+fn fixed_bodies_stand_from_the_start() {
+    let fixed = std::cell::Cell::new(0);
+    for_random_models(22, FIXED, |model, state, _| {
+        let (new, at) = (Kinematics::new(model), kinematics(model, state));
+        for i in (1..model.bodies.len()).filter(|&i| model.is_fixed(BodyId(i as u32))) {
+            assert_eq!((new.pose[i], new.rotation[i], new.offset[i]), (at.pose[i], at.rotation[i], at.offset[i]));
+            assert_eq!(new.center_of_mass[i], at.center_of_mass[i]);
+            fixed.set(fixed.get() + 1);
+        }
+    });
+    assert!(fixed.get() > 10, "{fixed:?}");
 }

@@ -168,7 +168,7 @@ fn a_basis_tells_independent_redundant_and_contradicting_rows() {
         basis.factor(&problem.bilateral_jacobian, &problem.mass_factor, nv);
         assert_eq!(basis.rank(), independent, "seed {seed}");
         let mut change = vec![0.0; nv];
-        basis.solve_into(&rate, &mut change);
+        basis.solve_into(&rate, &problem.mass_factor, &mut change);
         for (k, r) in rate.iter().enumerate() {
             let met = problem.bilateral_jacobian.multiply(k, &change)[0];
             assert!((met + r).abs() < 1e-8, "seed {seed}: row {k} gets {met}, wanted {}", -r);
