@@ -4,7 +4,7 @@ use crate::report::Reporter;
 use crate::xml::Element;
 
 /// What is read: an element's name with the names of those inside it that are read.
-const READ: [(&str, &str); 21] = [
+const READ: [(&str, &str); 22] = [
     ("sdf", "world model"),
     ("world", "model frame joint gravity physics"),
     ("physics", "max_step_size"),
@@ -23,7 +23,8 @@ const READ: [(&str, &str); 21] = [
     ("friction", "ode"),
     ("ode", "mu"),
     ("joint", "pose parent child axis axis2"),
-    ("axis", "xyz limit dynamics use_parent_model_frame"),
+    ("axis", "xyz limit dynamics mimic use_parent_model_frame"),
+    ("mimic", "multiplier offset reference"),
     ("limit", "lower upper"),
     ("dynamics", "damping friction spring_stiffness spring_reference"),
 ];
@@ -38,7 +39,7 @@ const HARMLESS: &str = "visual material light scene atmosphere gui audio allow_a
 const SETTINGS: &str = "ode bullet dart simbody physics max_vel min_depth";
 
 /// Elements whose absence has an effect of its own.
-const MISSING: [(&str, &str); 35] = [
+const MISSING: [(&str, &str); 34] = [
     (
         "include",
         "its model is not found and left out; say in which folder its own lies (--package-dir), or put its elements in its place",
@@ -54,7 +55,6 @@ const MISSING: [(&str, &str); 35] = [
     ("rotor_inertia", "it is left out: the joint's rotor weighs nothing"),
     ("gear_ratio", "it is left out: the joint's rotor weighs nothing"),
     ("proximity_properties", "it is left out: shape and friction are those that the other elements say"),
-    ("mimic", "the joint moves by itself, not with the joint it should follow"),
     ("transmission", "it is left out: the joint has no actuator"),
     ("gravity", "it is left out: gravity is that of <world>, by default 0 0 -9.8; write it there"),
     ("kinematic", "the link moves by forces all the same"),

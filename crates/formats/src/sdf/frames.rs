@@ -161,6 +161,11 @@ impl<'t> Frames<'t> {
         self.entities[entity].pose
     }
 
+    /// The joint of that name in a scope.
+    pub fn joint(&self, scope: &str, name: &str) -> Option<usize> {
+        self.by_name.get(&format!("{scope}{name}"))?[Sort::Joint as usize]
+    }
+
     /// The link that a name in a scope stands for: a link, or the one that a frame or model is fixed to; none for the world.
     pub fn link(&self, at: Element<'t>, scope: &str, name: &str) -> Result<Option<usize>, FormatError> {
         let mut found = self.lookup(at, scope, name)?;

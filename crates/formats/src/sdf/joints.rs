@@ -83,7 +83,7 @@ fn has_default(importer: &mut Importer, joint: Element, axis_name: &str) -> bool
 
 /// The axis in world. `expressed_in` names its frame since 1.7; before, the joint's frame or, where
 /// it is said and up to 1.4 always, the model's. The joint's z axis where there is none.
-fn direction<'t>(
+pub(super) fn direction<'t>(
     importer: &Importer,
     frames: &Frames<'t>,
     edge: &Edge<'t>,

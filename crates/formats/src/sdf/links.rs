@@ -7,9 +7,9 @@ use signorini_multibody::{BodyId, Joint, JointKind, Pose};
 use super::apart;
 use super::frames::Frames;
 use super::importer::Importer;
-use super::tree::{self, KinematicTree, Placed};
+use super::tree::{KinematicTree, Placed};
 use super::visuals::{self, Link};
-use super::{inertial, joints, shapes, values};
+use super::{constraints, inertial, joints, shapes, values};
 use crate::error::FormatError;
 use crate::xml::Element;
 
@@ -24,7 +24,8 @@ pub(super) fn read<'t>(importer: &mut Importer, world: Element<'t>) -> Result<()
         let links: Vec<Link> = links.collect::<Result<_, FormatError>>()?;
         visuals::read(importer, &frames, links)?;
     }
-    report_left_out(importer, &frames, &tree);
+    constraints::close_loops(importer, &frames, &tree, &bodies)?;
+    constraints::follow(importer, &frames, &tree)?;
     apart::keep_apart(importer, &frames, &tree, &bodies)
 }
 
@@ -66,16 +67,4 @@ fn add<'t>(
     importer.parts.set_inertia(body, inertia)?;
     let touching = shapes.touching;
     Ok(Link { entity: placed.link, body, offset: Pose::IDENTITY, touching, fixed: link.fixed })
-}
-
-/// Reports the joints that are in no tree, except those of what cannot move.
-fn report_left_out(importer: &mut Importer, frames: &Frames, tree: &KinematicTree) {
-    let moves = |link: Option<usize>| link.is_some_and(|link| !frames.entities[link].fixed);
-    for edge in tree.edges.iter().filter(|edge| !edge.in_tree && (moves(edge.parent) || moves(edge.child))) {
-        let (what, effect) = match tree::couples(edge.element) {
-            true => ("of type 'gearbox' is not supported", "the joints that it couples move by themselves"),
-            false => ("closes a loop, which is not supported", "it is left out: the loop is open"),
-        };
-        importer.report.motion(edge.element.at(), "joint", what, effect);
-    }
 }

@@ -2,10 +2,11 @@
 //!
 //! Links become bodies; joints, frames and models inside models are resolved to poses first (`frames`), then joints and
 //! links become a tree (`tree`). A joint that leads from a body towards the root is turned round and keeps the meaning
-//! of its coordinate; one that closes a loop is left out. A model that hangs on nothing floats unless it is static. Joints
+//! of its coordinate; one that closes a loop is a constraint, where it is fixed, a ball or a hinge (`constraints`). A model that hangs on nothing floats unless it is static. Joints
 //! of the world are part of the tree as those of models are.
 
 mod apart;
+mod constraints;
 mod coverage;
 mod frames;
 mod importer;

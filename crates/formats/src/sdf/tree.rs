@@ -57,6 +57,20 @@ impl<'t> KinematicTree<'t> {
         Ok(tree)
     }
 
+    /// Whether two links are one rigid body: joints that are fixed in the tree join them, or static models.
+    pub fn are_welded(&self, frames: &Frames) -> impl FnMut(Option<usize>, Option<usize>) -> bool + use<> {
+        let world = frames.entities.len();
+        let mut root: Vec<usize> = (0..=world).collect();
+        frames.of(Sort::Link).filter(|&link| frames.entities[link].fixed).for_each(|link| root[link] = world);
+        for edge in
+            self.edges.iter().filter(|edge| edge.in_tree && edge.element.attributes().text("type") == Some("fixed"))
+        {
+            let [a, b] = [edge.parent, edge.child].map(|link| find(&mut root, link.unwrap_or(world)));
+            root[a] = b;
+        }
+        move |a, b| find(&mut root, a.unwrap_or(world)) == find(&mut root, b.unwrap_or(world))
+    }
+
     /// Marks the joints that, taken in their order, join what no earlier ones have joined. Links of static models are joined to the world.
     fn mark_tree(&mut self, frames: &Frames) {
         let world = frames.entities.len();

@@ -13,6 +13,7 @@ mod robustness;
 mod sdf;
 mod sdf_frames;
 mod sdf_links;
+mod sdf_loops;
 mod support;
 mod tendons;
 mod urdf;

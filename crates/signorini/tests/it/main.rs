@@ -38,6 +38,7 @@ mod recertify;
 mod restitution;
 mod round_trip;
 mod scenes;
+mod sdf_loop;
 mod sensors;
 mod settling;
 mod sleeping;
