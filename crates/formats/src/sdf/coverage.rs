@@ -110,6 +110,12 @@ fn is_friction(element: Element) -> bool {
     element.parent().is_some_and(|parent| parent.is("friction"))
 }
 
+/// Whether friction along the first direction is that along the second.
+fn is_alike_along_both(ode: Element) -> bool {
+    let number = |name| ode.child(name).map_or(Some(1.0), |mu| mu.text().parse::<f64>().ok());
+    number("mu").is_some_and(|mu| number("mu2") == Some(mu))
+}
+
 /// Whether an element is the shape of a collision, of which the reader of shapes tells whether it is supported.
 fn is_shape(element: Element) -> bool {
     let first = element.parent().filter(|parent| parent.is("geometry")).and_then(|geometry| geometry.children().next());
@@ -122,6 +128,7 @@ fn neutral(element: Element) -> bool {
         "kinematic" | "enable_wind" => matches!(element.text(), "false" | "0"),
         "provide_feedback" => true,
         "effort" | "velocity" => element.text().starts_with('-') || element.text().ends_with("inf"),
+        "mu2" | "fdir1" => element.parent().is_some_and(is_alike_along_both),
         "slip1" | "slip2" => element.text().parse() == Ok(0.0),
         // Its numbers are zero by default.
         "velocity_decay" => element.children().all(|number| number.text().parse() == Ok(0.0)),

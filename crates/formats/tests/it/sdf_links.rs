@@ -253,3 +253,20 @@ fn what_cannot_be_weighed_is_told() {
         [1.0; 3],
     );
 }
+
+/// A second coefficient of friction and the direction of the first one are missed only where the two differ; each is 1 where it is not given.
+#[test]
+fn friction_of_two_directions_is_reported_where_they_differ() {
+    let said = |inner: &str| {
+        let friction = format!("<surface><friction><ode>{inner}<fdir1>1 0 0</fdir1></ode></friction></surface>");
+        let shape = "<geometry><sphere><radius>1</radius></sphere></geometry>";
+        let link = format!("<link name='l'><collision name='c'>{shape}{friction}</collision></link>");
+        let report = import(&format!("<model name='m'>{link}</model>")).report;
+        report.warnings.iter().map(|warning| warning.element.clone()).collect::<Vec<_>>()
+    };
+    for alike in ["", "<mu>1.0</mu>", "<mu2>1</mu2>", "<mu>0.4</mu><mu2>0.40</mu2>"] {
+        assert_eq!(said(alike), [""; 0], "{alike}");
+    }
+    assert_eq!(said("<mu>0.4</mu>"), ["fdir1"]);
+    assert_eq!(said("<mu>0.4</mu><mu2>1</mu2>"), ["mu2", "fdir1"]);
+}
