@@ -192,7 +192,8 @@ impl Lemke {
         }
         self.run_cold(search);
         // Regularisation helps against ties that were not resolved, not against a ray or a long path.
-        if [Outcome::Complementary, Outcome::Cycle, Outcome::Singular].iter().any(|&outcome| search.ended(outcome)) {
+        let helps = |outcome: &Outcome| search.ended(*outcome);
+        if self.settings.regularizes && [Outcome::Complementary, Outcome::Cycle, Outcome::Singular].iter().any(helps) {
             self.run_regularized(search);
         }
     }

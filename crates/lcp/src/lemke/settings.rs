@@ -23,11 +23,22 @@ pub struct LemkeSettings {
     pub pivots_per_pair: usize,
     /// Covering vectors tried from `z = 0`. Default 3; at least 1.
     pub covering_vectors: u32,
+    /// Whether problems with 1e-8, 1e-6 and 1e-4 added to their diagonals are walked where the problem itself ended beside a solution. Default
+    /// true.
+    pub regularizes: bool,
 }
 
 impl Default for LemkeSettings {
     fn default() -> Self {
-        Self { tolerance: 1e-10, tie: 1e-12, pivot: 1e-10, updates: 50, pivots_per_pair: 20, covering_vectors: 3 }
+        Self {
+            tolerance: 1e-10,
+            tie: 1e-12,
+            pivot: 1e-10,
+            updates: 50,
+            pivots_per_pair: 20,
+            covering_vectors: 3,
+            regularizes: true,
+        }
     }
 }
 
