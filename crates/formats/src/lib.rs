@@ -28,6 +28,7 @@ mod inertia;
 mod load;
 mod mesh;
 mod mesh_store;
+mod mimic;
 mod mjcf;
 mod options;
 mod packages;

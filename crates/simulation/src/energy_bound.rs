@@ -38,7 +38,8 @@ impl Workspace {
         mut verdict: Verdict,
         report: &mut StepReport,
     ) -> Result<Verdict, SimulationError> {
-        if self.correction_energy() <= 0.0 || !settings.correction_speed.is_finite() {
+        let work = self.correction_energy();
+        if work <= 0.0 || !settings.correction_speed.is_finite() {
             return Ok(verdict);
         }
         let Moving { mass, inertia, .. } = self.moving;
@@ -48,7 +49,6 @@ impl Workspace {
         if inertia > 0.0 {
             bound += 0.5 * inertia * turn * turn;
         }
-        let work = self.correction_energy();
         if work <= bound {
             return Ok(verdict);
         }

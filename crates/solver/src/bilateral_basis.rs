@@ -3,6 +3,7 @@
 use signorini_multibody::BlockCholesky;
 
 use signorini_contact::SparseRows;
+use signorini_contact::vector::inner;
 
 /// What is tuned in the choice of rows.
 struct Tuning {
@@ -72,14 +73,14 @@ impl BilateralBasis {
                 let range = mass.blocks()[b].range();
                 mass.half_solve_block_in_place(b, &mut own[range.clone()]);
                 for k in 0..i {
-                    self.factor[i * nb + k] += dot(&own[range.clone()], &before[k * nv..][range.clone()]);
+                    self.factor[i * nb + k] += inner(&own[range.clone()], &before[k * nv..][range.clone()]);
                 }
-                self.factor[i * nb + i] += dot(&own[range.clone()], &own[range]);
-                if let Err(place) = self.blocks.binary_search(&b) {
-                    self.blocks.insert(place, b);
-                }
+                self.factor[i * nb + i] += inner(&own[range.clone()], &own[range]);
+                self.blocks.push(b);
             }
         }
+        self.blocks.sort_unstable();
+        self.blocks.dedup();
         self.mirror(nb);
         self.scale.clear();
         let factor = &self.factor;
@@ -211,8 +212,4 @@ fn backward(factor: &[f64], stride: usize, x: &mut [f64]) {
         let sum: f64 = (i + 1..x.len()).map(|j| factor[j * stride + i] * x[j]).sum();
         x[i] = (x[i] - sum) / factor[i * stride + i];
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

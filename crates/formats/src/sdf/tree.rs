@@ -57,29 +57,21 @@ impl<'t> KinematicTree<'t> {
         Ok(tree)
     }
 
-    /// Whether two links are one rigid body: joints that are fixed in the tree join them, or static models.
-    pub fn are_welded(&self, frames: &Frames) -> impl FnMut(Option<usize>, Option<usize>) -> bool + use<> {
-        let world = frames.entities.len();
-        let mut root: Vec<usize> = (0..=world).collect();
-        frames.of(Sort::Link).filter(|&link| frames.entities[link].fixed).for_each(|link| root[link] = world);
-        for edge in
-            self.edges.iter().filter(|edge| edge.in_tree && edge.element.attributes().text("type") == Some("fixed"))
-        {
-            let [a, b] = [edge.parent, edge.child].map(|link| find(&mut root, link.unwrap_or(world)));
-            root[a] = b;
+    /// The links that are one rigid body: joints that are fixed in the tree join them, or static models.
+    pub fn welded(&self, frames: &Frames) -> Joined {
+        let mut joined = Joined::new(frames);
+        let is_fixed = |edge: &&Edge| edge.in_tree && edge.element.attributes().text("type") == Some("fixed");
+        for edge in self.edges.iter().filter(is_fixed) {
+            joined.join(edge.parent, edge.child);
         }
-        move |a, b| find(&mut root, a.unwrap_or(world)) == find(&mut root, b.unwrap_or(world))
+        joined
     }
 
-    /// Marks the joints that, taken in their order, join what no earlier ones have joined. Links of static models are joined to the world.
+    /// Marks the joints that, taken in their order, join what no earlier ones have joined.
     fn mark_tree(&mut self, frames: &Frames) {
-        let world = frames.entities.len();
-        let mut root: Vec<usize> = (0..=world).collect();
-        frames.of(Sort::Link).filter(|&link| frames.entities[link].fixed).for_each(|link| root[link] = world);
+        let mut joined = Joined::new(frames);
         for edge in self.edges.iter_mut().filter(|edge| !couples(edge.element)) {
-            let [a, b] = [edge.parent, edge.child].map(|link| find(&mut root, link.unwrap_or(world)));
-            edge.in_tree = a != b;
-            root[a] = b;
+            edge.in_tree = joined.join(edge.parent, edge.child);
         }
     }
 
@@ -145,11 +137,37 @@ pub(super) fn couples(joint: Element) -> bool {
     joint.attributes().text("type") == Some("gearbox")
 }
 
-/// The representative of a set, with the path to it halved.
-fn find(root: &mut [usize], mut k: usize) -> usize {
-    while root[k] != k {
-        root[k] = root[root[k]];
-        k = root[k];
+/// Sets of links, and the world, that are joined to each other.
+pub(super) struct Joined(Vec<usize>);
+
+impl Joined {
+    /// Links of static models are joined to the world, all others to nothing.
+    fn new(frames: &Frames) -> Self {
+        let world = frames.entities.len();
+        let mut root: Vec<usize> = (0..=world).collect();
+        frames.of(Sort::Link).filter(|&link| frames.entities[link].fixed).for_each(|link| root[link] = world);
+        Self(root)
     }
-    k
+
+    /// Joins two links, none being the world; whether they were apart.
+    fn join(&mut self, a: Option<usize>, b: Option<usize>) -> bool {
+        let [a, b] = [a, b].map(|link| self.find(link));
+        self.0[a] = b;
+        a != b
+    }
+
+    pub fn are_joined(&mut self, a: Option<usize>, b: Option<usize>) -> bool {
+        self.find(a) == self.find(b)
+    }
+
+    /// The representative of a set, with the path to it halved.
+    fn find(&mut self, link: Option<usize>) -> usize {
+        let root = &mut self.0;
+        let mut k = link.unwrap_or(root.len() - 1);
+        while root[k] != k {
+            root[k] = root[root[k]];
+            k = root[k];
+        }
+        k
+    }
 }

@@ -2,11 +2,10 @@
 
 use std::collections::HashSet;
 
-use signorini_multibody::EqualityKind;
-
 use super::importer::Importer;
 use super::tree::KinematicTree;
 use crate::error::FormatError;
+use crate::mimic::follow;
 
 /// Adds a constraint `q = multiplier · q′ + offset` for every joint that mimics another.
 pub(super) fn read(importer: &mut Importer, kinematics: &KinematicTree) -> Result<(), FormatError> {
@@ -23,22 +22,9 @@ pub(super) fn read(importer: &mut Importer, kinematics: &KinematicTree) -> Resul
             importer.report.motion(element.at(), "mimic", what, "it moves freely; is the name misspelt?");
             continue;
         }
-        let one_way = |record: Option<crate::parts::JointRecord>| record.filter(|r| r.kind.nv() == 1);
-        let (Some(follower), Some(driver)) =
-            (one_way(importer.parts.joint(name)), one_way(importer.parts.joint(leader)))
-        else {
-            let what = "is between joints one of which is neither a hinge nor a slide";
-            importer.report.motion(element.at(), "mimic", what, "it has no effect");
-            continue;
-        };
-        if follower.id == driver.id {
-            return Err(a.invalid("joint", "another joint than its own"));
-        }
-        let (offset, multiplier) = (a.number_or("offset", 0.0)?, a.number_or("multiplier", 1.0)?);
-        let polynomial = [offset, multiplier, 0.0, 0.0, 0.0];
-        let kind = EqualityKind::Joint { joint: follower.id, driver: Some(driver.id), polynomial };
-        let name = importer.parts.unused_name(&format!("{name}_mimics_{leader}"));
-        importer.parts.add_equality(element, Some(name), kind)?;
+        let numbers = || Ok([a.number_or("offset", 0.0)?, a.number_or("multiplier", 1.0)?]);
+        let Importer { parts, report, .. } = importer;
+        follow(parts, report, element, [name, leader], numbers)?;
     }
     Ok(())
 }
