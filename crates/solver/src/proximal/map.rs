@@ -23,7 +23,7 @@ pub(crate) enum Ready {
     Analysed,
     /// What it has in common for all modes, for the present ε.
     Prepared,
-    /// It is factorised for the modes of the iterate.
+    /// It is factorised for the modes of the iterate, or updated since then where a path led to them.
     Factored,
 }
 
@@ -48,6 +48,7 @@ pub(crate) struct ProximalMap {
     pub y: Vec<[f64; 3]>,
     /// The change of the velocity in that solution.
     pub step: Vec<f64>,
+    correction: Vec<f64>,
     pub effort: Effort,
 }
 
@@ -153,8 +154,40 @@ impl ProximalMap {
             self.ready = Ready::Factored;
         }
         self.solve_shifted(task, iterate, |_| ([0.0; 3], [0.0; 3]));
+        if self.system.is_updated() {
+            self.refine(task, iterate);
+        }
         task.island.bind(&mut self.y);
         true
+    }
+
+    /// Takes from the solution what the rounding of updates left in its momentum balance, `M δv = Jᵀ(P(y) − λ̄)`.
+    fn refine(&mut self, task: &Task, iterate: &Iterate) {
+        let (island, correction) = (task.island, &mut self.correction);
+        correction.clear();
+        correction.resize(island.nv(), 0.0);
+        island.multiply_mass(&task.problem.mass, &self.step, correction);
+        correction.iter_mut().for_each(|p| *p = -*p);
+        for (c, &i) in island.units.iter().enumerate() {
+            let p = task.cones.project(i as usize, iterate.modes[c], self.y[c]);
+            let d = std::array::from_fn(|r| p[r] - iterate.impulse[c][r]);
+            island.add_impulse(c, d, correction);
+        }
+        for (k, (rho, u)) in self.bilateral_weight.iter().zip(&self.bilateral_slack).enumerate() {
+            let [du] = island.bilateral_jacobian.multiply(k, &self.step);
+            island.bilateral_jacobian.add_transposed(k, [-rho * (u + du)], correction);
+        }
+        self.system.solve(island, correction);
+        for (c, y) in self.y.iter_mut().enumerate() {
+            let u = island.jacobian.multiply(c, correction);
+            (0..3).for_each(|r| y[r] -= self.weight[c] * u[r]);
+        }
+        self.step.iter_mut().zip(correction).for_each(|(v, d)| *v += *d);
+    }
+
+    /// Notes that the system was updated to the iterate's modes by a path that has arrived there.
+    pub fn arrive(&mut self) {
+        self.ready = Ready::Factored;
     }
 
     /// Puts the factorisation for the iterate's modes aside, which are about to change.

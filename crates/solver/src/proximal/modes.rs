@@ -41,7 +41,13 @@ impl ModeSearch {
         let large = task.is_large();
         for round in 0..task.settings.max_rounds {
             let steps = if round == 0 { task.settings.newton_iterations } else { 0 };
-            let Some(violations) = self.take_newton_steps(map, task, iterate, steps) else { return false };
+            let Some(mut violations) = self.take_newton_steps(map, task, iterate, steps) else { return false };
+            if violations > 0 && round > 0 && map.system.is_updated() {
+                // What the updates' rounding has moved out of its mode is back in it with a fresh factorisation.
+                map.change_modes();
+                let Some(left) = self.take_newton_steps(map, task, iterate, steps) else { return false };
+                violations = left;
+            }
             if violations == 0 {
                 return true;
             }
@@ -77,7 +83,7 @@ impl ModeSearch {
                 fewest = violations;
                 self.best.clone_from(&iterate.modes);
             }
-            if violations == 0 || step == steps || !better || is_for_a_path(map, task, violations) {
+            if violations == 0 || step == steps || !better || ends_newton_steps(map, task, violations) {
                 break;
             }
             map.put_aside();
@@ -108,10 +114,10 @@ fn are_few(task: &Task, violations: usize) -> bool {
     few(task) * violations <= task.island.units.len()
 }
 
-/// Whether so few contacts of a large island lie outside their modes, with an ε so small, that a path does better than a
-/// step on all modes at once, which then mostly throws out more contacts than it brings in.
-fn is_for_a_path(map: &ProximalMap, task: &Task, violations: usize) -> bool {
-    task.spares_factorizations() && map.epsilon < TUNING.easy && are_few(task, violations)
+/// Whether ε is so small that a step on all modes at once mostly throws out more contacts than it brings in: a path does better where few lie outside their
+/// modes, and of a large island's where many do a larger ε.
+fn ends_newton_steps(map: &ProximalMap, task: &Task, violations: usize) -> bool {
+    task.spares_factorizations() && map.epsilon < TUNING.easy && (task.is_large() || are_few(task, violations))
 }
 
 fn take_modes_of_trial(map: &mut ProximalMap, task: &Task, iterate: &mut Iterate) {
@@ -119,5 +125,47 @@ fn take_modes_of_trial(map: &mut ProximalMap, task: &Task, iterate: &mut Iterate
         let mode = task.cones.mode_at(i as usize, map.y[c]);
         map.effort.mode_changes += u32::from(mode != iterate.modes[c]);
         iterate.modes[c] = mode;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{on_ground_of, pile};
+    use signorini_contact::vector::inner;
+
+    /// What the updates of a path that has arrived solve is what a fresh factorisation for its modes solves.
+    #[test]
+    fn a_path_ends_with_the_system_of_its_modes() {
+        let (mut search, mut updated) = (ModeSearch::default(), 0);
+        for seed in 0..50 {
+            on_ground_of(&pile(seed), |ground| {
+                let (map, task, iterate) = (&mut *ground.map, ground.task, &mut *ground.iterate);
+                for epsilon in (0..12).map(|k| 0.3_f64.powi(k)) {
+                    map.set_weights(task.island, epsilon);
+                    map.evaluate_centre(task, iterate);
+                    map.guess_modes(task, &mut iterate.modes);
+                    map.prepare(task);
+                    if !search.solve(map, task, iterate) {
+                        return;
+                    }
+                    let (y, step) = (map.y.clone(), map.step.clone());
+                    updated += u32::from(map.system.is_updated());
+                    map.change_modes();
+                    assert!(map.solve_modes(task, iterate) && !map.system.is_updated());
+                    assert_eq!(map.violations(task, iterate), 0);
+                    for (other, own) in [(y.as_flattened(), map.y.as_flattened()), (&step, &map.step)] {
+                        let difference: Vec<f64> = other.iter().zip(own).map(|(a, b)| a - b).collect();
+                        let (difference, size) = (inner(&difference, &difference).sqrt(), inner(own, own).sqrt());
+                        assert!(difference <= 1e-13 * size, "seed {seed}: {difference:e} of {size:e}");
+                    }
+                    iterate.velocity.clear();
+                    for (c, y) in map.y.iter().enumerate() {
+                        iterate.impulse[c] = task.cones.project(task.island.units[c] as usize, iterate.modes[c], *y);
+                    }
+                }
+            });
+        }
+        assert!(updated > 20, "{updated} paths");
     }
 }

@@ -63,7 +63,10 @@ impl Path {
                 return false;
             }
             self.motion.advance(&mut map.y, direction * step);
-            let Some((c, facet)) = crossing else { return true };
+            let Some((c, facet)) = crossing else {
+                map.arrive();
+                return true;
+            };
             let Some(ratio) = self.cross(map, task, iterate, c, &facet) else { return false };
             if ratio < 0.0 {
                 direction = -direction;

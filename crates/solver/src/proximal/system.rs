@@ -38,10 +38,16 @@ pub struct ProximalSystem {
     /// `M` and the bilateral rows; the same for all modes.
     base: BlockLu,
     lu: BlockLu,
+    updates: Updates,
     /// The factorisation that was [put aside](Self::put_aside).
-    aside: BlockLu,
-    updates: Vec<Update>,
-    /// `H⁻¹ J_cᵀ a` of each update, `n` entries each.
+    aside: (BlockLu, Updates),
+}
+
+/// The changes of modes since the matrix was factorised.
+#[derive(Clone, Debug, Default)]
+struct Updates {
+    list: Vec<Update>,
+    /// `H⁻¹ J_cᵀ a` of each, `n` entries each.
     columns: Vec<f64>,
 }
 
@@ -138,7 +144,6 @@ impl ProximalSystem {
     /// Factorises `M + Σ J_cᵀ S_c J_c` for any slopes (none: zero); `false` if a block is singular.
     pub fn factor_slopes(&mut self, island: &Island, slope: impl Fn(usize) -> Option<[[f64; 3]; 3]>) -> bool {
         self.updates.clear();
-        self.columns.clear();
         self.lu.copy_from(&self.base);
         Arch::new().dispatch(Assembly { system: self, island, slope });
         self.lu.factor(&self.symbolic) > 0.0
@@ -146,14 +151,13 @@ impl ProximalSystem {
 
     /// Puts the factorisation aside: its modes may come back after others.
     pub fn put_aside(&mut self) {
-        std::mem::swap(&mut self.lu, &mut self.aside);
+        std::mem::swap(&mut self.lu, &mut self.aside.0);
+        std::mem::swap(&mut self.updates, &mut self.aside.1);
     }
 
     /// Takes the factorisation that was put aside last.
     pub fn take_back(&mut self) {
-        std::mem::swap(&mut self.lu, &mut self.aside);
-        self.updates.clear();
-        self.columns.clear();
+        self.put_aside();
     }
 
     /// The sign of the determinant of the matrix that was factorised last.
@@ -163,33 +167,47 @@ impl ProximalSystem {
 
     /// Whether so many updates have gathered that a fresh factorisation is due.
     pub fn is_worn(&self) -> bool {
-        self.updates.len() >= ROUNDING.updates
+        self.updates.list.len() >= ROUNDING.updates
+    }
+
+    /// Whether it was factorised for other modes, and updated since then.
+    pub fn is_updated(&self) -> bool {
+        !self.updates.list.is_empty()
     }
 
     /// Overwrites `x` with `H⁻¹ x`.
     pub fn solve(&mut self, island: &Island, x: &mut [f64]) {
         self.lu.solve(&self.symbolic, x);
-        Arch::new().dispatch(Updating { updates: &self.updates, columns: &self.columns, island, x });
+        let Updates { list, columns } = &self.updates;
+        Arch::new().dispatch(Updating { updates: list, columns, island, x });
     }
 
     /// Lets contact `c` cross a facet: `H ← H + ρ J_cᵀ a fᵀ J_c`. Returns the column `w = H_old⁻¹ J_cᵀ a` and the ratio of
     /// the determinants `1 + ρ fᵀ J_c w`, or nothing if the new matrix is singular.
     pub fn cross(&mut self, island: &Island, c: usize, facet: &Facet, weight: f64) -> Option<(&[f64], f64)> {
-        let start = self.columns.len();
-        self.columns.resize(start + self.n, 0.0);
-        let (known, column) = self.columns.split_at_mut(start);
+        let Updates { list, columns } = &mut self.updates;
+        let start = columns.len();
+        columns.resize(start + self.n, 0.0);
+        let (known, column) = columns.split_at_mut(start);
         island.add_impulse(c, facet.jump, column);
         self.lu.solve(&self.symbolic, column);
-        Arch::new().dispatch(Updating { updates: &self.updates, columns: known, island, x: column });
+        Arch::new().dispatch(Updating { updates: list, columns: known, island, x: column });
         let u = island.jacobian.multiply(c, column);
         let f = facet.normal;
         let ratio = 1.0 + weight * (f[0] * u[0] + f[1] * u[1] + f[2] * u[2]);
         if !ratio.is_finite() || ratio.abs() < ROUNDING.relative {
-            self.columns.truncate(start);
+            columns.truncate(start);
             return None;
         }
-        self.updates.push(Update { contact: c, row: f.map(|f| weight * f / ratio) });
-        Some((&self.columns[start..], ratio))
+        list.push(Update { contact: c, row: f.map(|f| weight * f / ratio) });
+        Some((&columns[start..], ratio))
+    }
+}
+
+impl Updates {
+    fn clear(&mut self) {
+        self.list.clear();
+        self.columns.clear();
     }
 }
 
