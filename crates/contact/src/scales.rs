@@ -9,8 +9,8 @@ pub use crate::lists::raise;
 /// Rows of the block of a free body.
 pub const FREE_ROWS: usize = 6;
 
-/// Part of its terms below which a sum is taken for rounding.
-const CANCELLATION: f64 = 1e-7;
+/// Part of its terms below which a sum is no scale: what is left of a velocity is told to its last five digits by 1e-9 of this part.
+const CANCELLATION: f64 = 1e-6;
 
 impl ContactProblem {
     /// `g`: the largest diagonal entry of `J M⁻¹ Jᵀ` over the rows of contacts and friction groups, 1/kg; 0 without any.
@@ -166,7 +166,7 @@ impl ContactProblem {
     /// `s_v = max|b|`, the data's velocity scale (formulation §8), m/s. Constant bounds of friction groups, which are impulses,
     /// are not in it: a bound that is never reached does not loosen the residuals.
     ///
-    /// At least 1e-7 of the terms that add up to `J v^f`: where bodies move together these cancel, and a smaller scale would
+    /// At least 1e-6 of the terms that add up to `J v^f`: where bodies move together these cancel, and a smaller scale would
     /// compare rounding with rounding.
     pub fn velocity_scale(&self) -> f64 {
         let mut scale = VelocityScale::default();

@@ -107,11 +107,26 @@ impl Workspace {
             return Ok(verdict);
         }
         if self.solver.is_out_of_digits() {
-            // Smaller corrections have impulses of the same size, and so no more digits.
-            return self.attempt(Patience::Full, report);
+            return self.correct_all_or_nothing(report);
         }
         let verdict = self.search_part(expected, patience, report)?;
         if verdict.holds { self.release_others(verdict, report) } else { Ok(verdict) }
+    }
+
+    /// All that is asked for, though impulses have no digits for it; where that is not solved, without it. Such impulses are those of masses that differ
+    /// as much, which smaller corrections have, too, or of corrections that nearly contradict each other.
+    fn correct_all_or_nothing(&mut self, report: &mut StepReport) -> Result<Verdict, SimulationError> {
+        let whole = self.attempt(Patience::Full, report)?;
+        if whole.holds || !self.limit_what_lacks() {
+            return Ok(whole);
+        }
+        self.best.clone_from(&self.solution);
+        let verdict = self.attempt_part(0.0, Patience::Short, report)?;
+        if verdict.holds {
+            self.search_above(verdict, 1.0, Patience::Short, report)
+        } else {
+            self.take_best(1.0, whole, report)
+        }
     }
 
     /// What the last step was permitted, without a search for more, where a contradiction proves that there is none.

@@ -18,7 +18,7 @@ use crate::settings::SolverSettings;
 use crate::stages::hold::GivenStart;
 use crate::stages::solve_whole;
 use crate::task::{Look, Patience, SIZES, accepted_closely};
-use crate::verdict::Verdict;
+use crate::verdict::{Verdict, immovable_rows, take_free_velocity};
 
 /// What is tuned in second looks.
 struct Tuning {
@@ -188,8 +188,7 @@ impl ContactSolver {
             return;
         }
         if !is_certified && !self.is_denied() {
-            let second_looks = if patience == Patience::Full { TUNING.second_looks } else { 0 };
-            is_certified = self.look_again(problem, second_looks, solution);
+            is_certified = self.look_further(problem, is_given, solution);
         }
         if !(is_certified && self.verdict.is_resolved(problem, solution)) {
             self.is_out_of_digits = self.verdict.is_out_of_digits(solution);
@@ -266,13 +265,16 @@ impl ContactSolver {
         self.failure = self.pool.failure().or(self.failure.take());
     }
 
+    /// Looks again at what was found, and without a start.
+    fn look_further(&mut self, problem: &ContactProblem, is_given: bool, solution: &mut ContactSolution) -> bool {
+        let second_looks = if self.patience == Patience::Full { TUNING.second_looks } else { 0 };
+        self.look_again(problem, second_looks, solution) || is_given && self.look_without_start(problem, solution)
+    }
+
     /// Goes on from what was found, where the certificate asks for more than the islands did, or some lack something: those have to
     /// come down farther now. Keeps what certifies better; whether the certificate holds.
     fn look_again(&mut self, problem: &ContactProblem, second_looks: u32, solution: &mut ContactSolution) -> bool {
         for look in 0..second_looks {
-            let before = self.verdict.violation(solution);
-            self.earlier.copy_warm_part(solution);
-            self.earlier.velocity.clone_from(&solution.velocity);
             // Where impulses are large, their last digits decide: those of every look differ.
             let found = WarmStart::scaled(solution, 1.0 + f64::from(look) * RESIDUALS.cancelled);
             self.given.read(problem, &self.cones, &self.islands, &found);
@@ -281,20 +283,14 @@ impl ContactSolver {
             let lacks = |island: usize, residual: f64| residual > closely[island];
             let any_lacks = self.residuals.iter().enumerate().any(|(island, residual)| lacks(island, *residual));
             solution.report.restarts += self.residuals.len() as u32;
-            self.failure = None;
             let is_counted = self.settings.budget.is_some();
             let size = |island: usize| self.islands.all()[island].units.len();
             let is_short: Vec<bool> =
                 (0..closely.len()).map(|island| !is_counted || size(island) < SIZES.large).collect();
             let chosen = |island: usize, residual: f64| is_short[island] && (!any_lacks || lacks(island, residual));
-            self.run_cascade(problem, Look::Second, true, chosen, solution);
-            self.verdict.complete(problem, &self.cones, &self.residuals, solution);
-            let after = self.verdict.violation(solution);
-            if after >= before || after.is_nan() {
-                solution.copy_warm_part(&self.earlier);
-                solution.velocity.clone_from(&self.earlier.velocity);
-                self.verdict.complete(problem, &self.cones, &self.residuals, solution);
-            }
+            let (before, after) = self.improve(problem, solution, |solver, solution| {
+                solver.run_cascade(problem, Look::Second, true, chosen, solution);
+            });
             if self.verdict.is_certified(solution) {
                 return true;
             }
@@ -307,6 +303,42 @@ impl ContactSolver {
             }
         }
         false
+    }
+
+    /// Looks at the islands that lack something without what they began with: impulses that balance each other, as those of a jam that is over, can be
+    /// larger than any that this problem asks for, and their last digits more than its tolerance. Keeps what certifies better; whether the certificate
+    /// holds.
+    fn look_without_start(&mut self, problem: &ContactProblem, solution: &mut ContactSolution) -> bool {
+        if !self.verdict.is_out_of_digits(solution) {
+            return false;
+        }
+        let accept = self.settings.accept();
+        self.improve(problem, solution, |solver, solution| {
+            solver.run_cascade(problem, Look::Only, false, |_, residual| residual > accept, solution);
+        });
+        self.verdict.is_certified(solution)
+    }
+
+    /// Lets the islands be solved once more, and keeps what certifies better; how far from the laws that was before, and is with what was found.
+    fn improve(
+        &mut self,
+        problem: &ContactProblem,
+        solution: &mut ContactSolution,
+        solve: impl FnOnce(&mut Self, &mut ContactSolution),
+    ) -> (f64, f64) {
+        let before = self.verdict.violation(solution);
+        self.earlier.copy_warm_part(solution);
+        self.earlier.velocity.clone_from(&solution.velocity);
+        self.failure = None;
+        solve(self, solution);
+        self.verdict.complete(problem, &self.cones, &self.residuals, solution);
+        let after = self.verdict.violation(solution);
+        if after >= before || after.is_nan() {
+            solution.copy_warm_part(&self.earlier);
+            solution.velocity.clone_from(&self.earlier.velocity);
+            self.verdict.complete(problem, &self.cones, &self.residuals, solution);
+        }
+        (before, after)
     }
 
     /// Whether an island was proved to have no solution.
@@ -359,24 +391,4 @@ fn infeasible(mut contacts: Vec<usize>) -> SolveStatus {
 
 fn has_rows(problem: &ContactProblem) -> bool {
     problem.contact_count() > 0 || !problem.bilateral_violation.is_empty() || !problem.friction_groups.is_empty()
-}
-
-/// The solution where nothing touches: with `v⁺ = v^f` and no other unknown every residual is zero, if the data are numbers.
-fn take_free_velocity(problem: &ContactProblem, solution: &mut ContactSolution) {
-    solution.prepare(problem);
-    solution.certificate = Certificate::default();
-    if solution.velocity.iter().any(|v| !v.is_finite()) {
-        solution.certificate = Certificate::everything_violated();
-        solution.status = SolveStatus::Inaccurate;
-    }
-}
-
-/// Rows that belong to no island because no degree of freedom moves them, and that are violated: no impulse can help.
-fn immovable_rows(problem: &ContactProblem) -> Option<SolveStatus> {
-    let violated = |i: &usize| problem.jacobian.group(*i).0.is_empty() && problem.gap[*i] < 0.0;
-    let contacts: Vec<usize> = (0..problem.contact_count()).filter(violated).collect();
-    let contradicted =
-        |k: usize| problem.bilateral_jacobian.group(k).0.is_empty() && problem.bilateral_violation[k] != 0.0;
-    let any = !contacts.is_empty() || (0..problem.bilateral_violation.len()).any(contradicted);
-    any.then_some(SolveStatus::Infeasible { contacts })
 }

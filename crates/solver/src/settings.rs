@@ -50,7 +50,7 @@ pub struct SolverSettings {
     pub budget: Option<u32>,
     /// Pivots Lemke's method may use for each row. Default 30.
     pub lemke_pivots_per_row: usize,
-    /// Islands with more rows in their LCP than this are not given to Lemke's method. Default 3000.
+    /// Islands with more rows in their LCP than this are not given to Lemke's method. Default 1000.
     pub lemke_max_rows: usize,
     /// At most so many threads (of the `rayon` pool that the caller is in) solve islands at the same time, where there are
     /// enough rows beside the largest island; 0 for as many as the pool has, 1 for the caller's alone. The result has the
@@ -84,7 +84,7 @@ impl Default for SolverSettings {
             sweeps_from: 1500,
             budget: None,
             lemke_pivots_per_row: 30,
-            lemke_max_rows: 3000,
+            lemke_max_rows: 1000,
             threads: 1,
             sleeping: false,
             time_stages: false,

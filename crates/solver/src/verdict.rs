@@ -10,7 +10,7 @@ use signorini_contact::certificate::{
 use signorini_contact::projection::Cones;
 use signorini_contact::recovery::{recover_into, recover_with};
 use signorini_contact::spread::certify_and_spread;
-use signorini_contact::{ContactProblem, ContactSolution, ResidualSpread};
+use signorini_contact::{ContactProblem, ContactSolution, ResidualSpread, SolveStatus};
 
 use crate::islands::Islands;
 use crate::residual::RESIDUALS;
@@ -174,5 +174,25 @@ impl Verdict {
             recover_into(problem, cones, self.scales.velocity, solution);
             (solution.certificate, self.scratch.carried) = (refined_certificate, carried);
         }
+    }
+}
+
+/// Rows that belong to no island because no degree of freedom moves them, and that are violated: no impulse can help.
+pub fn immovable_rows(problem: &ContactProblem) -> Option<SolveStatus> {
+    let violated = |i: &usize| problem.jacobian.group(*i).0.is_empty() && problem.gap[*i] < 0.0;
+    let contacts: Vec<usize> = (0..problem.contact_count()).filter(violated).collect();
+    let contradicted =
+        |k: usize| problem.bilateral_jacobian.group(k).0.is_empty() && problem.bilateral_violation[k] != 0.0;
+    let any = !contacts.is_empty() || (0..problem.bilateral_violation.len()).any(contradicted);
+    any.then_some(SolveStatus::Infeasible { contacts })
+}
+
+/// The solution where nothing touches: with `v⁺ = v^f` and no other unknown every residual is zero, if the data are numbers.
+pub fn take_free_velocity(problem: &ContactProblem, solution: &mut ContactSolution) {
+    solution.prepare(problem);
+    solution.certificate = Certificate::default();
+    if solution.velocity.iter().any(|v| !v.is_finite()) {
+        solution.certificate = Certificate::everything_violated();
+        solution.status = SolveStatus::Inaccurate;
     }
 }

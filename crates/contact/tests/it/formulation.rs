@@ -193,7 +193,7 @@ fn section_8(p: &ContactProblem, s: &ContactSolution) -> Certificate {
     b.extend(frictions.iter().flat_map(|f| f.directions.iter().map(|d| along(d, slip(f, free)))));
     let every = normals.iter().chain(&bilateral).chain(frictions.iter().flat_map(|f| &f.rows));
     let sums = every.map(|row| terms(row, free)).fold(0.0, f64::max);
-    let s_v = b.iter().fold(1e-7 * sums, |a, x| a.max(x.abs()));
+    let s_v = b.iter().fold(1e-6 * sums, |a, x| a.max(x.abs()));
     // The residuals.
     let mut c = Certificate::default();
     let change: Vec<f64> = s.velocity.iter().zip(free).map(|(v, f)| v - f).collect();

@@ -41,7 +41,7 @@ class SolverSettings:
     path_changes_per_violation: int = 8
     path_changes_per_contact: int = 16
     lemke_pivots_per_row: int = 30
-    lemke_max_rows: int = 3000
+    lemke_max_rows: int = 1000
     threads: int = 1
     time_stages: bool = False
 

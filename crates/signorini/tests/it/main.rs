@@ -34,6 +34,7 @@ mod overflow;
 mod own_overlaps;
 mod parameters;
 mod permitted;
+mod random_mechanisms;
 mod recertify;
 mod restitution;
 mod round_trip;
