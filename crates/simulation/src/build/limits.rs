@@ -113,7 +113,7 @@ impl ProblemBuilder {
     /// Measures a tendon; whether it moves anything that does not stand. One between places of one rigid body has its length for ever.
     fn measure_tendon(&mut self, model: &Model, kinematics: &Kinematics, state: &State, t: usize) -> bool {
         tendon_length_into(model, kinematics, &state.q, &model.tendons[t], &mut self.length);
-        !self.length.dofs.is_empty() && !self.all_stand(&self.length.dofs)
+        self.length.dofs.iter().any(|&dof| !self.stands[dof])
     }
 
     /// Adds the lower (`side` 0) or upper (1) limit of the tendon that was measured last.

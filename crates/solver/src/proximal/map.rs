@@ -192,13 +192,13 @@ impl ProximalMap {
 
     /// Puts the factorisation for the iterate's modes aside, which are about to change.
     pub fn put_aside(&mut self) {
-        self.system.put_aside();
+        self.system.exchange();
         self.change_modes();
     }
 
     /// Takes the factorisation that was put aside last, for whose modes the iterate's were exchanged.
     pub fn take_back(&mut self) {
-        self.system.take_back();
+        self.system.exchange();
         self.ready = Ready::Factored;
     }
 

@@ -39,7 +39,7 @@ pub struct ProximalSystem {
     base: BlockLu,
     lu: BlockLu,
     updates: Updates,
-    /// The factorisation that was [put aside](Self::put_aside).
+    /// The factorisation that was put aside by an [exchange](Self::exchange).
     aside: (BlockLu, Updates),
 }
 
@@ -149,15 +149,10 @@ impl ProximalSystem {
         self.lu.factor(&self.symbolic) > 0.0
     }
 
-    /// Puts the factorisation aside: its modes may come back after others.
-    pub fn put_aside(&mut self) {
+    /// Puts the factorisation aside, whose modes may come back after others, and takes the one that was put aside before.
+    pub fn exchange(&mut self) {
         std::mem::swap(&mut self.lu, &mut self.aside.0);
         std::mem::swap(&mut self.updates, &mut self.aside.1);
-    }
-
-    /// Takes the factorisation that was put aside last.
-    pub fn take_back(&mut self) {
-        self.put_aside();
     }
 
     /// The sign of the determinant of the matrix that was factorised last.
