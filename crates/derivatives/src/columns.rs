@@ -47,9 +47,10 @@ impl VelocityColumns {
     }
 
     /// `∂v⁺/∂τ`.
-    pub fn solve_forces(&mut self, nv: usize, dt: f64, system: &ModeSystem) {
-        self.velocity.reset(nv, nv);
-        (0..nv).for_each(|k| self.velocity.row_mut(k)[k] = dt);
+    pub fn solve_forces(&mut self, balance: &BalanceDerivatives, system: &ModeSystem) {
+        let nv = balance.impulse.len();
+        self.velocity.shape(nv, nv);
+        negate(&mut self.velocity.data, &balance.by_force);
         self.slopes.reset(system.rows.len(), nv);
         system.solve_columns(&mut self.velocity, &self.slopes, &mut self.impulses);
     }

@@ -1,6 +1,6 @@
 //! Numbers of a model that a step depends on.
 
-use signorini_multibody::derivatives::{BalanceAt, InertiaChange, JointChange};
+use signorini_multibody::derivatives::{BalanceAt, BalanceChange, InertiaChange, JointChange};
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{ActuatorId, BodyId, GeomId, Geometry, Joint, JointId, Model};
 
@@ -189,37 +189,37 @@ pub(crate) fn share(direction: &[(ScalarParameter, f64)], of: impl Fn(ScalarPara
 
 /// `∂E` along a direction, in all that is no contact, `[nv]`.
 pub(crate) fn add_smooth(at: &BalanceAt, direction: &[(ScalarParameter, f64)], out: &mut [f64]) {
-    let unit = |axis: usize, weight: f64| DVec3::AXES[axis.min(2)] * weight;
-    for &(parameter, weight) in direction {
-        let by_inertia = |body: BodyId, change: InertiaChange, out: &mut [f64]| at.add_by_inertia(body, &change, out);
-        let by_joint = |id: JointId, change: JointChange, out: &mut [f64]| {
-            if let Some(joint) = at.model.joints.get(id.index()) {
-                at.add_by_joint(joint, &change, out);
-            }
-        };
-        match parameter {
-            ScalarParameter::Timestep => at.add_by_timestep(weight, out),
-            ScalarParameter::Gravity(axis) => at.add_by_gravity(unit(axis, weight), out),
-            ScalarParameter::Mass(body) => by_inertia(body, InertiaChange { mass: weight, ..InertiaChange::ZERO }, out),
-            ScalarParameter::CenterOfMass(body, axis) => {
-                by_inertia(body, InertiaChange { center_of_mass: unit(axis, weight), ..InertiaChange::ZERO }, out);
-            }
-            ScalarParameter::Inertia(body, [r, c]) => {
-                let mut entries = [[0.0; 3]; 3];
-                (entries[r][c], entries[c][r]) = (weight, weight);
-                let rotational = DMat3::from_cols_array_2d(&entries);
-                by_inertia(body, InertiaChange { rotational, ..InertiaChange::ZERO }, out);
-            }
-            ScalarParameter::Damping(id) => by_joint(id, JointChange { damping: weight, ..Default::default() }, out),
-            ScalarParameter::Stiffness(id) => {
-                by_joint(id, JointChange { stiffness: weight, ..Default::default() }, out)
-            }
-            ScalarParameter::Armature(id) => by_joint(id, JointChange { armature: weight, ..Default::default() }, out),
-            ScalarParameter::SpringReference(id) => {
-                by_joint(id, JointChange { spring_reference: weight, ..Default::default() }, out);
-            }
-            ScalarParameter::Activation(id) => at.add_by_activation(id.index(), weight, out),
-            _ => {}
+    direction
+        .iter()
+        .filter_map(|&(parameter, weight)| change_of(parameter, weight))
+        .for_each(|change| at.add(&change, out));
+}
+
+/// What a change of a parameter is to the balance; nothing if that does not depend on it.
+fn change_of(parameter: ScalarParameter, weight: f64) -> Option<BalanceChange> {
+    let unit = |axis: usize| DVec3::AXES[axis.min(2)] * weight;
+    let inertia = |body: BodyId, change: InertiaChange| Some(BalanceChange::Inertia(body, change));
+    let joint = |id: JointId, change: JointChange| Some(BalanceChange::Joint(id, change));
+    match parameter {
+        ScalarParameter::Timestep => Some(BalanceChange::Timestep(weight)),
+        ScalarParameter::Gravity(axis) => Some(BalanceChange::Gravity(unit(axis))),
+        ScalarParameter::Mass(body) => inertia(body, InertiaChange { mass: weight, ..InertiaChange::ZERO }),
+        ScalarParameter::CenterOfMass(body, axis) => {
+            inertia(body, InertiaChange { center_of_mass: unit(axis), ..InertiaChange::ZERO })
         }
+        ScalarParameter::Inertia(body, [r, c]) => {
+            let mut entries = [[0.0; 3]; 3];
+            (entries[r][c], entries[c][r]) = (weight, weight);
+            let rotational = DMat3::from_cols_array_2d(&entries);
+            inertia(body, InertiaChange { rotational, ..InertiaChange::ZERO })
+        }
+        ScalarParameter::Damping(id) => joint(id, JointChange { damping: weight, ..Default::default() }),
+        ScalarParameter::Stiffness(id) => joint(id, JointChange { stiffness: weight, ..Default::default() }),
+        ScalarParameter::Armature(id) => joint(id, JointChange { armature: weight, ..Default::default() }),
+        ScalarParameter::SpringReference(id) => {
+            joint(id, JointChange { spring_reference: weight, ..Default::default() })
+        }
+        ScalarParameter::Activation(id) => Some(BalanceChange::Activation(id, weight)),
+        _ => None,
     }
 }

@@ -31,7 +31,7 @@ impl StepDerivatives {
         let mut out = Matrix::zeros(2 * self.nv, self.nv);
         self.has_matrices.then(|| {
             let mut columns = VelocityColumns::default();
-            columns.solve_forces(self.nv, self.dt, &self.system);
+            columns.solve_forces(&self.balance, &self.system);
             self.take_columns(&columns, 0, false, &mut out);
             out
         })
@@ -127,11 +127,12 @@ impl StepDerivatives {
         let (dq, rest) = change.split_at(nv);
         let (dv, rest) = rest.split_at(nv);
         let (du, force) = rest.split_at(nu);
-        let mut momentum: Vec<f64> = force.iter().map(|f| self.dt * f).collect();
+        let mut momentum = vec![0.0; nv];
         for (r, x) in momentum.iter_mut().enumerate() {
             *x -= dot(&self.balance.by_configuration[r * nv..(r + 1) * nv], dq);
             *x -= dot(&self.balance.by_velocity[r * nv..(r + 1) * nv], dv);
             *x -= dot(&self.balance.by_control[r * nu..(r + 1) * nu], du);
+            *x -= dot(&self.balance.by_force[r * nv..(r + 1) * nv], force);
         }
         let slope = |i: usize| {
             let by_control = if nu > 0 { dot(rows.by_control.row(i), du) } else { 0.0 };
@@ -163,7 +164,7 @@ impl StepDerivatives {
             add_scaled(dq, -a, &self.balance.by_configuration[r * nv..(r + 1) * nv]);
             add_scaled(dv, -a, &self.balance.by_velocity[r * nv..(r + 1) * nv]);
             add_scaled(du, -a, &self.balance.by_control[r * nu..(r + 1) * nu]);
-            force[r] = self.dt * a;
+            add_scaled(force, -a, &self.balance.by_force[r * nv..(r + 1) * nv]);
         }
         let rows = &self.system.rows;
         for (i, b) in multipliers.iter().enumerate() {

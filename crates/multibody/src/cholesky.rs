@@ -136,6 +136,11 @@ impl BlockCholesky {
         }
     }
 
+    /// The square of a diagonal entry of the factor: the pivot of the elimination from the last row to the first.
+    pub(crate) fn pivot(&self, row: usize) -> f64 {
+        self.inverse_diagonal[row].powi(-2)
+    }
+
     /// The blocks of the factorised matrix.
     pub fn blocks(&self) -> &[Block] {
         &self.layout.blocks

@@ -43,6 +43,7 @@ use crate::actuator_length::actuator_length_into;
 use crate::applied::applied_force_into;
 use crate::cholesky::BlockCholesky;
 use crate::composite::{MassMatrix, mass_matrix_of};
+use crate::coriolis::CoriolisSystem;
 use crate::free_rotation::FreeRotation;
 use crate::implicit::ImplicitLengths;
 use crate::inverse_dynamics::{NewtonEuler, bias_force_of};
@@ -88,6 +89,7 @@ pub struct FreeMotion {
     /// Generalized force of the input, its wrenches included, `[nv]`, N, N·m.
     pub applied_force: Vec<f64>,
     pub(crate) free_rotations: Vec<FreeRotation>,
+    pub(crate) coriolis: CoriolisSystem,
     newton_euler: NewtonEuler,
     /// `M`, to which the implicit terms are added anew when an actuator saturates; kept only where one can.
     rigid: BlockDiagonal,
@@ -118,7 +120,14 @@ impl FreeMotion {
     /// Storage for a model.
     pub fn new(model: &Model) -> Self {
         let mass = MassMatrix::new(model);
+        let free_rotations = FreeRotation::all(model);
+        let mut apart = vec![false; model.nv];
+        for body in &free_rotations {
+            let (translation, rotation) = body.dofs();
+            apart[translation.unwrap_or(rotation)..rotation + 3].fill(true);
+        }
         Self {
+            coriolis: CoriolisSystem::new(model, &mass.matrix, |k| apart[k]),
             factor: BlockCholesky::new(&mass.matrix),
             rigid: mass.matrix.clone(),
             can_saturate: model.actuators.iter().any(can_saturate),
@@ -129,7 +138,7 @@ impl FreeMotion {
             saturation: vec![Saturation::Within; model.actuators.len()],
             unresolved_rotations: 0,
             applied_force: vec![0.0; model.nv],
-            free_rotations: FreeRotation::all(model),
+            free_rotations,
             newton_euler: NewtonEuler::new(model),
             impulse: vec![0.0; model.nv],
             rhs: vec![0.0; model.nv],
@@ -143,6 +152,11 @@ impl FreeMotion {
     /// Length of actuator `a` at the beginning of the step, gear included, with its row.
     pub fn actuator_length(&self, a: usize) -> &LengthRow {
         &self.actuator_rows[a]
+    }
+
+    /// Whether trees turn, so that Coriolis forces depend on the velocity at the end of the motion without contact, and a force acts on them, too.
+    pub fn turns(&self) -> bool {
+        self.coriolis.is_turning()
     }
 
     /// Force of actuator `a` at the end of a step of length `dt` (s) that ends with velocity `v`, `[nv]`, before the gear.
@@ -217,12 +231,15 @@ fn free_motion_of(
     }
     measure_lengths(model, kinematics, state, out);
     smooth_impulse(model, kinematics, state, input, dt, out);
+    out.coriolis.set(model, kinematics, &state.v, dt, known);
     out.saturation.fill(Saturation::Within);
     loop {
         assemble(model, state, input, dt, known, out);
         out.factor.refactor_of(&out.mass.matrix, known)?;
         out.factor.solve_and_add_of(known, &out.rhs, &state.v, &mut out.free_velocity);
+        out.coriolis.advance((&out.mass.matrix, &out.factor), &out.rhs, &state.v, &mut out.free_velocity);
         if !saturate(model, dt, out) {
+            out.unresolved_rotations += out.coriolis.unresolved();
             return Ok(());
         }
         out.mass.matrix.copy_from(&out.rigid);

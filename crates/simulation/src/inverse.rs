@@ -10,7 +10,9 @@
 //! ```
 //!
 //! with `S` the columns of the driven degrees of freedom. `Δt τ` are the multipliers of bilateral rows in the same LCP,
-//! and the solution carries the same certificate as a step. With the joints of a robot driven and its floating base not,
+//! and the solution carries the same certificate as a step. A force acts on the Coriolis forces at the end of the motion without contact, too
+//! ([`free_motion_into`](signorini_multibody::free_motion_into)), where a multiplier acts against `M̂` alone: where trees turn, what is found is
+//! applied as a force, and what is still missing is found again, until nothing is. With the joints of a robot driven and its floating base not,
 //! this is the question of a controller; with all degrees of freedom driven, `τ` is the generalized force that is missing
 //! for the motion after what contacts can do; with none it is a step.
 
@@ -21,6 +23,12 @@ use crate::report::StepReport;
 use crate::settings::Settings;
 use crate::step::{DrivenVelocity, step_driven};
 use crate::workspace::Workspace;
+
+/// What a round leaves of the force is less by a factor of the angle that the trees turn by in the step.
+const MAX_ROUNDS: u32 = 20;
+
+/// The part of the force that counts as nothing.
+const NOTHING: f64 = 1e-13;
 
 /// What [`inverse_step`] computes.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,17 +80,31 @@ pub fn inverse_step(
     check(model, driven)?;
     // The impulses of the last step belong to another set of bilateral rows.
     workspace.clear_warm_start();
-    let report = step_driven(model, state, input, settings, driven, workspace, &mut out.next)?;
     tau.fill(0.0);
-    if report.advanced() {
-        let impulses = &workspace.solution.bilateral;
-        let dt = workspace.builder.problem.timestep;
+    let mut forced = input.clone();
+    forced.generalized_force.resize(model.nv, 0.0);
+    for round in 1.. {
+        let report = step_driven(model, state, &forced, settings, driven, workspace, &mut out.next)?;
+        if !report.advanced() {
+            tau.fill(0.0);
+            workspace.clear_warm_start();
+            return Ok(report);
+        }
+        let (impulses, dt) = (&workspace.solution.bilateral, workspace.builder.problem.timestep);
+        let mut missing = 0.0_f64;
         for (drive, impulse) in driven.iter().zip(&impulses[impulses.len() - driven.len()..]) {
-            tau[drive.dof] = impulse / dt;
+            let force = impulse / dt;
+            missing = missing.max(force.abs());
+            tau[drive.dof] += force;
+            forced.generalized_force[drive.dof] += force;
+        }
+        let size = tau.iter().fold(0.0_f64, |most, force| most.max(force.abs()));
+        if !workspace.smooth.turns() || missing <= NOTHING * size || round == MAX_ROUNDS {
+            workspace.clear_warm_start();
+            return Ok(report);
         }
     }
-    workspace.clear_warm_start();
-    Ok(report)
+    unreachable!("the last round returns")
 }
 
 fn check(model: &Model, driven: &[DrivenVelocity]) -> Result<(), SimulationError> {

@@ -33,10 +33,13 @@ fn by_hand(theta: f64, rates: [f64; 2], force: f64, dt: f64) -> ByHand {
     let acceleration = |[_, theta]: [f64; 2], [_, turn]: [f64; 2], force: f64| {
         let (s, c) = theta.sin_cos();
         let coupling = tip * length * c;
-        let right = [force + tip * length * s * turn * turn, tip * 9.81 * length * s];
-        let determinant = (cart + tip) * inertia - coupling * coupling;
+        // The centrifugal force m l s θ̇ θ̇⁺ at both ends of the step: its share in θ̇⁺ − θ̇ is on the left.
+        let centrifugal = tip * length * s * turn;
+        let right = [force + centrifugal * turn, tip * 9.81 * length * s];
+        let above = coupling - dt * centrifugal;
+        let determinant = (cart + tip) * inertia - coupling * above;
         [
-            (inertia * right[0] - coupling * right[1]) / determinant,
+            (inertia * right[0] - above * right[1]) / determinant,
             ((cart + tip) * right[1] - coupling * right[0]) / determinant,
         ]
     };

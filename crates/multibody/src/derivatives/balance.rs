@@ -1,5 +1,6 @@
 //! The derivatives of a step's momentum balance, as data.
 
+use super::coriolis::CoriolisBalance;
 use super::curvature::LengthCurvature;
 use super::drive::MarginSource;
 use super::inverse_dynamics::InverseDynamicsDerivatives;
@@ -17,7 +18,7 @@ pub struct Unsupported {
 }
 
 /// `E(v⁺; q, v, u) = M̂ (v⁺ − v) − Δt (…)`, the impulse that contacts and constraints have to give for a step to end with `v⁺`, and its
-/// derivatives at fixed `v⁺`. That by `v⁺` is `M̂`, that by the applied force `−Δt`.
+/// derivatives at fixed `v⁺`. That by `v⁺` is `M̂`.
 #[derive(Clone, Debug)]
 pub struct BalanceDerivatives {
     /// `E`, `[nv]`, N·s, N·m·s, less the impulses from outside.
@@ -28,6 +29,8 @@ pub struct BalanceDerivatives {
     pub by_velocity: Vec<f64>,
     /// `∂E/∂u`, `[nv, nu]` row by row.
     pub by_control: Vec<f64>,
+    /// `∂E/∂τ` by the applied force, `[nv, nv]` row by row: `−Δt`, where no trees turn.
+    pub by_force: Vec<f64>,
     /// `∂E` by what the force laws of actuators take as their control, `[nv, nu]` row by row.
     pub(super) by_drive: Vec<f64>,
     /// How that changes with the activation of each actuator, `[nu]`; 0 for one without.
@@ -39,6 +42,10 @@ pub struct BalanceDerivatives {
     pub(super) acceleration: Vec<f64>,
     pub(super) wrenches: Vec<SpatialVector>,
     pub(super) lengths: LengthCurvature,
+    /// Whether trees turn, so that the motion without contact has Coriolis forces at its end.
+    pub(super) turns: bool,
+    /// Storage for that.
+    pub(super) coriolis: Option<Box<CoriolisBalance>>,
 }
 
 impl BalanceDerivatives {
@@ -50,6 +57,7 @@ impl BalanceDerivatives {
             by_configuration: vec![0.0; nv * nv],
             by_velocity: vec![0.0; nv * nv],
             by_control: vec![0.0; nv * nu],
+            by_force: vec![0.0; nv * nv],
             by_drive: vec![0.0; nv * nu],
             activation_share: vec![0.0; nu],
             margins: Vec::new(),
@@ -57,7 +65,14 @@ impl BalanceDerivatives {
             acceleration: vec![0.0; nv],
             wrenches: vec![SpatialVector::ZERO; model.bodies.len()],
             lengths: LengthCurvature::default(),
+            turns: false,
+            coriolis: None,
         }
+    }
+
+    /// What Coriolis forces at the end of the motion without contact add, where trees turn.
+    pub(super) fn coriolis(&self) -> Option<&CoriolisBalance> {
+        self.coriolis.as_deref().filter(|_| self.turns)
     }
 
     pub(super) fn add(matrix: &mut [f64], nv: usize, row: usize, column: usize, value: f64) {

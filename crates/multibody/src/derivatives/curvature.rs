@@ -2,10 +2,10 @@
 
 use glamx::glam::DVec3;
 
-use super::motion::MotionDerivatives;
 use crate::kinematics::Kinematics;
 use crate::length::LengthRow;
 use crate::model::{Model, Passage, Place, Segment, Tendon, walk};
+use crate::motion::MotionDerivatives;
 
 /// `∂g/∂q` of a length's row `g` in tangent coordinates, over the degrees of freedom of the row. Storage that is reused.
 #[derive(Clone, Debug, Default)]

@@ -3,6 +3,7 @@
 use glamx::glam::{DQuat, DVec3};
 
 use super::balance::{BalanceDerivatives, Unsupported};
+use super::coriolis::CoriolisBalance;
 use super::inverse_dynamics::inverse_dynamics_derivatives_into;
 use super::lengths::LengthStep;
 use crate::free_motion::{FreeMotion, joint_spring};
@@ -32,9 +33,44 @@ pub fn balance_derivatives_into(
     (velocity, impulses): (&[f64], &[SpatialVector]),
     out: &mut BalanceDerivatives,
 ) -> Result<(), Unsupported> {
+    if let Some(dof) = free.coriolis.first_unresolved() {
+        return Err(too_fast(model, dof));
+    }
+    let given = (state, input);
+    begin_balance(model, kinematics, given, dt, free, (velocity, impulses), out)?;
+    out.turns = free.coriolis.is_turning();
+    if !out.turns {
+        return Ok(());
+    }
+    let mut coriolis = out.coriolis.take().unwrap_or_else(|| Box::new(CoriolisBalance::new(model)));
+    coriolis.set(model, kinematics, &state.v, dt, free);
+    let at_end = (&free.free_velocity[..], &coriolis.nothing[..]);
+    begin_balance(model, kinematics, given, dt, free, at_end, &mut coriolis.at_end)?;
+    coriolis.finish(model.nv, free, out);
+    out.coriolis = Some(coriolis);
+    Ok(())
+}
+
+fn too_fast(model: &Model, dof: usize) -> Unsupported {
+    let part = format!("body '{}'", model.bodies[model.dof_body(dof).index()].name);
+    Unsupported { part, reason: "it turns too fast for the time step" }
+}
+
+/// The balance with Coriolis forces of the beginning of the step.
+fn begin_balance(
+    model: &Model,
+    kinematics: &Kinematics,
+    (state, input): (&State, &Input),
+    dt: f64,
+    free: &FreeMotion,
+    (velocity, impulses): (&[f64], &[SpatialVector]),
+    out: &mut BalanceDerivatives,
+) -> Result<(), Unsupported> {
     out.margins.clear();
     out.by_drive.fill(0.0);
     out.by_control.fill(0.0);
+    out.by_force.fill(0.0);
+    out.by_force.iter_mut().step_by(model.nv + 1).for_each(|entry| *entry = -dt);
     for (out, impulse) in out.wrenches.iter_mut().zip(impulses) {
         *out = impulse.scaled(1.0 / dt);
     }
@@ -142,8 +178,7 @@ fn add_free_rotations(
         let (translation, rotation) = body.dofs();
         let owner = model.dof_body(rotation);
         let Some([linear, angular]) = body.correction_slope(&state.v, dt) else {
-            let part = format!("body '{}'", model.bodies[owner.index()].name);
-            return Err(Unsupported { part, reason: "it turns too fast for the time step" });
+            return Err(too_fast(model, rotation));
         };
         let correction = body.correction(kinematics, &state.v, dt);
         let turn = kinematics.rotation[owner.index()];

@@ -1,14 +1,13 @@
 //! Derivatives of inverse dynamics in recursive form.
 
-use super::motion::MotionDerivatives;
-use glamx::glam::{DMat3, DVec3};
+use glamx::glam::DVec3;
 
-use super::spatial::momentum;
 use crate::composite::RigidInertia;
+use crate::coriolis::ByVelocity;
 use crate::kinematics::Kinematics;
-use crate::math::scalar;
 use crate::model::Model;
-use crate::spatial::SpatialVector;
+use crate::motion::MotionDerivatives;
+use crate::spatial::{SpatialVector, momentum};
 
 /// `τ`, `∂τ/∂q`, `∂τ/∂v` and `∂τ/∂v̇` of inverse dynamics with wrenches from outside, and the storage to compute them.
 #[derive(Clone, Debug)]
@@ -52,41 +51,6 @@ struct Taken {
     acceleration: SpatialVector,
     turn: DVec3,
     fall: SpatialVector,
-}
-
-/// How the wrench on bodies changes with a velocity `u = (a, b)` common to all, `I (u × v) + u ×* I v + v ×* I u`: by its rotation alone,
-/// as force `2 a × p` with the momentum `p`, and as moment `(2 ω× Θ − tr Θ ω× + 2 (h·w − w hᵀ)) a` with the velocity `(ω, w)`, the first
-/// moment `h` and the inertia `Θ`.
-#[derive(Clone, Copy, Debug)]
-struct ByVelocity {
-    moment: DMat3,
-    momentum: DVec3,
-}
-
-impl ByVelocity {
-    const ZERO: Self = Self { moment: DMat3::ZERO, momentum: DVec3::ZERO };
-
-    #[inline]
-    fn of(inertia: &RigidInertia, v: SpatialVector, momentum: DVec3) -> Self {
-        let (theta, h) = (&inertia.rotational, inertia.first_moment);
-        let trace = theta.x_axis.x + theta.y_axis.y + theta.z_axis.z;
-        let column = |e: usize| {
-            let (axis, own) = (DVec3::AXES[e], theta.col(e));
-            v.angular.cross(own * 2.0 - axis * trace) - v.linear * (2.0 * h[e])
-        };
-        let moment = DMat3::from_cols(column(0), column(1), column(2)) + scalar(2.0 * h.dot(v.linear));
-        Self { moment, momentum }
-    }
-
-    #[inline]
-    fn times(&self, a: DVec3) -> SpatialVector {
-        SpatialVector { angular: self.moment * a, linear: a.cross(self.momentum) * 2.0 }
-    }
-
-    #[inline]
-    fn times_transposed(&self, wrench_of: SpatialVector) -> DVec3 {
-        self.moment.mul_transpose_vec3(wrench_of.angular) + self.momentum.cross(wrench_of.linear) * 2.0
-    }
 }
 
 /// A link with all that hangs on it.

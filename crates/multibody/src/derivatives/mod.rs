@@ -5,20 +5,19 @@
 //! twist `S_k`, column `k` of their Jacobian, and everything follows from how twists move with twists.
 
 mod balance;
+mod coriolis;
 mod curvature;
 mod drive;
 mod free_motion;
 mod inverse_dynamics;
 mod lengths;
-mod links;
-mod motion;
 mod parameters;
-mod spatial;
 
 pub use balance::{BalanceDerivatives, Unsupported};
 pub use curvature::LengthCurvature;
 pub use drive::MarginSource;
 pub use free_motion::balance_derivatives_into;
 pub use inverse_dynamics::{InverseDynamicsDerivatives, inverse_dynamics_derivatives_into};
-pub use motion::MotionDerivatives;
-pub use parameters::{BalanceAt, InertiaChange, JointChange};
+pub use parameters::{BalanceAt, BalanceChange, InertiaChange, JointChange};
+
+pub use crate::motion::MotionDerivatives;

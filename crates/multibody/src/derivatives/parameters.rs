@@ -4,14 +4,14 @@ use glamx::glam::{DMat3, DVec3};
 
 use super::balance::BalanceDerivatives;
 use super::drive::drive_by_timestep;
-use super::spatial::momentum;
+use super::inverse_dynamics::InverseDynamicsDerivatives;
 use crate::composite::RigidInertia;
 use crate::free_motion::{AffineForce, FreeMotion, is_before, joint_spring, tendon_spring};
 use crate::kinematics::Kinematics;
 use crate::length::LengthRow;
 use crate::math::{outer, scalar};
-use crate::model::{BodyId, Inertia, Joint, JointKind, Model, Transmission};
-use crate::spatial::SpatialVector;
+use crate::model::{ActuatorId, BodyId, Inertia, Joint, JointId, JointKind, Model, Transmission};
+use crate::spatial::{SpatialVector, momentum};
 use crate::state::{Input, State};
 
 /// A change of a body's inertia: of its ten numbers.
@@ -66,19 +66,69 @@ pub struct BalanceAt<'a> {
     pub balance: &'a BalanceDerivatives,
 }
 
+/// Where the balance is differentiated, at fixed velocities: at `v⁺` or at the end of the motion without contact.
+#[derive(Clone, Copy)]
+struct Place<'a> {
+    at: BalanceAt<'a>,
+    /// Of its velocity.
+    own: &'a BalanceDerivatives,
+}
+
 impl BalanceAt<'_> {
-    /// Adds `∂E` by a body's inertia, times a change of it, to `out`, `[nv]`.
+    /// Adds `∂E` by a number of the model, times a change of it, to `out`, `[nv]`.
     ///
+    /// # Source
+    /// With the Coriolis forces of [`free_motion_into`](crate::free_motion_into): what the change does to the motion without contact is in them.
+    pub fn add(&self, change: &BalanceChange, out: &mut [f64]) {
+        Place { at: *self, own: self.balance }.add(change, out);
+        let Some(coriolis) = self.balance.coriolis() else { return };
+        let at = BalanceAt { velocity: &self.free.free_velocity, impulses: &coriolis.nothing, ..*self };
+        let mut end = vec![0.0; self.model.nv];
+        Place { at, own: &coriolis.at_end }.add(change, &mut end);
+        self.free.coriolis.subtract_carried(&mut end, out);
+    }
+}
+
+/// A change of a number that the balance depends on.
+#[derive(Clone, Debug)]
+pub enum BalanceChange {
+    /// Of a body's inertia.
+    Inertia(BodyId, InertiaChange),
+    /// Of gravity, m/s².
+    Gravity(DVec3),
+    /// Of the numbers of a joint.
+    Joint(JointId, JointChange),
+    /// Of the activation of an actuator.
+    Activation(ActuatorId, f64),
+    /// Of the time step, s; the impulses stay.
+    Timestep(f64),
+}
+
+impl Place<'_> {
+    fn add(&self, change: &BalanceChange, out: &mut [f64]) {
+        match change {
+            BalanceChange::Inertia(body, change) => self.add_by_inertia(*body, change, out),
+            BalanceChange::Gravity(change) => self.add_by_gravity(*change, out),
+            BalanceChange::Joint(joint, change) => {
+                if let Some(joint) = self.at.model.joints.get(joint.index()) {
+                    self.add_by_joint(joint, change, out);
+                }
+            }
+            BalanceChange::Activation(actuator, change) => self.add_by_activation(actuator.index(), *change, out),
+            BalanceChange::Timestep(change) => self.add_by_timestep(*change, out),
+        }
+    }
+
     /// # Source
     /// The wrench of a body is linear in its mass, first moment and inertia about the origin (Atkeson, An, Hollerbach 1986); the
     /// equation of the variational integrator is differentiated implicitly.
-    pub fn add_by_inertia(&self, body: BodyId, change: &InertiaChange, out: &mut [f64]) {
-        let (model, dynamics) = (self.model, &self.balance.dynamics);
+    fn add_by_inertia(&self, body: BodyId, change: &InertiaChange, out: &mut [f64]) {
+        let (model, dynamics) = (self.at.model, &self.own.dynamics);
         let own = &model.bodies[body.index()];
         let Some(l) = dynamics.motion.links.of_body[body.index()] else { return };
         let local = change.about_origin(&own.inertia);
-        let placed = local.turned(self.kinematics.rotation[body.index()]);
-        let arm = self.kinematics.pose[body.index()].position - dynamics.motion.reference[l];
+        let placed = local.turned(self.at.kinematics.rotation[body.index()]);
+        let arm = self.at.kinematics.pose[body.index()].position - dynamics.motion.reference[l];
         let mut inertia = RigidInertia::ZERO;
         inertia.add_at(&placed, arm);
         let share = own.gravity_compensation;
@@ -89,35 +139,43 @@ impl BalanceAt<'_> {
         };
         let mut floating = RigidInertia::ZERO;
         floating.add_at(&held, arm);
-        let (v, gravity) = (dynamics.motion.after[l], self.gravity());
-        let wrench = momentum(&inertia, dynamics.links[l].after) + v.carry_wrench(momentum(&inertia, v))
-            - momentum(&floating, gravity);
-        for k in model.dofs_moving(body) {
-            // All links of a tree have one reference.
-            out[k] += self.dt * dynamics.motion.axis[k].dot(wrench);
+        let gravity = self.gravity();
+        let wrench = |dynamics: &InverseDynamicsDerivatives| {
+            let v = dynamics.motion.after[l];
+            momentum(&inertia, dynamics.links[l].after) + v.carry_wrench(momentum(&inertia, v))
+                - momentum(&floating, gravity)
+        };
+        // All links of a tree have one reference.
+        let power = |k: usize, wrench: SpatialVector| self.at.dt * dynamics.motion.axis[k].dot(wrench);
+        let own = wrench(dynamics);
+        model.dofs_moving(body).for_each(|k| out[k] += power(k, own));
+        if let Some(coriolis) = self.at.balance.coriolis() {
+            let [ahead, behind] = coriolis.halves.each_ref().map(wrench);
+            let turning = model.dofs_moving(body).filter(|&k| self.at.free.coriolis.turns(k));
+            turning.for_each(|k| out[k] += power(k, ahead - behind));
         }
         self.add_to_integrator(body, &local, out);
     }
 
     fn gravity(&self) -> SpatialVector {
-        SpatialVector { angular: DVec3::ZERO, linear: -self.model.gravity }
+        SpatialVector { angular: DVec3::ZERO, linear: -self.at.model.gravity }
     }
 
     /// What a change of inertia does to the variational integrator of a body that turns freely with `body` welded to it.
     fn add_to_integrator(&self, body: BodyId, change: &RigidInertia, out: &mut [f64]) {
-        let root = self.model.body_weld[body.index()];
-        for rotation in &self.free.free_rotations {
+        let root = self.at.model.body_weld[body.index()];
+        for rotation in &self.at.free.free_rotations {
             let (translation, first) = rotation.dofs();
-            if self.model.dof_body(first) != root {
+            if self.at.model.dof_body(first) != root {
                 continue;
             }
-            let (pose, root_pose) = (self.kinematics.pose[body.index()], self.kinematics.pose[root.index()]);
+            let (pose, root_pose) = (self.at.kinematics.pose[body.index()], self.at.kinematics.pose[root.index()]);
             let turn = (root_pose.rotation.conjugate() * pose.rotation).normalize();
             let from_root = root_pose.rotation.conjugate() * (pose.position - root_pose.position);
             let mut whole = RigidInertia::ZERO;
-            let anchor = rotation.anchor(self.model);
+            let anchor = rotation.anchor(self.at.model);
             whole.add_at(&change.turned(DMat3::from_quat(turn)), from_root - anchor);
-            let Some(slope) = rotation.correction_by_inertia(&self.state.v, self.dt, &whole) else { continue };
+            let Some(slope) = rotation.correction_by_inertia(&self.at.state.v, self.at.dt, &whole) else { continue };
             self.subtract_correction((translation, first, root), slope, out);
         }
     }
@@ -128,7 +186,7 @@ impl BalanceAt<'_> {
         [linear, angular]: [DVec3; 2],
         out: &mut [f64],
     ) {
-        let linear = self.kinematics.rotation[root.index()] * linear;
+        let linear = self.at.kinematics.rotation[root.index()] * linear;
         for a in 0..3 {
             out[rotation + a] -= angular[a];
             if let Some(first) = translation {
@@ -137,34 +195,30 @@ impl BalanceAt<'_> {
         }
     }
 
-    /// Adds `∂E` by gravity, times a change of it in m/s², to `out`, `[nv]`.
-    pub fn add_by_gravity(&self, change: DVec3, out: &mut [f64]) {
-        let dynamics = &self.balance.dynamics;
+    fn add_by_gravity(&self, change: DVec3, out: &mut [f64]) {
+        let dynamics = &self.own.dynamics;
         let fall = SpatialVector { angular: DVec3::ZERO, linear: -change };
         for (l, link) in dynamics.motion.links.all.iter().enumerate() {
             let whole = &dynamics.links[l];
             let wrench = momentum(&whole.inertia, fall) - momentum(&whole.floating, fall);
             for k in link.dofs.clone() {
-                out[k] += self.dt * dynamics.motion.axis[k].dot(wrench);
+                out[k] += self.at.dt * dynamics.motion.axis[k].dot(wrench);
             }
         }
     }
 
-    /// Adds `∂E` by the numbers of a joint, times changes of them, to `out`, `[nv]`.
-    ///
-    /// - `damping`, `stiffness`, `armature`, `spring_reference`: the changes
-    pub fn add_by_joint(&self, joint: &Joint, change: &JointChange, out: &mut [f64]) {
-        let dt = self.dt;
+    fn add_by_joint(&self, joint: &Joint, change: &JointChange, out: &mut [f64]) {
+        let dt = self.at.dt;
         for k in joint.v_index..joint.v_index + joint.kind.nv() {
-            let end = self.velocity[k];
-            out[k] += dt * change.damping * end + change.armature * (end - self.state.v[k]);
+            let end = self.at.velocity[k];
+            out[k] += dt * change.damping * end + change.armature * (end - self.at.state.v[k]);
             let stretch = match joint.kind {
                 JointKind::Hinge { .. } | JointKind::Slide { .. } => {
-                    self.state.q[joint.q_index] - joint.spring_reference
+                    self.at.state.q[joint.q_index] - joint.spring_reference
                 }
                 JointKind::Ball | JointKind::Free => 0.0,
             };
-            out[k] += dt * change.stiffness * (stretch + 0.5 * dt * (end - self.state.v[k]));
+            out[k] += dt * change.stiffness * (stretch + 0.5 * dt * (end - self.at.state.v[k]));
             if joint.kind.nv() == 1 {
                 out[k] -= dt * joint.stiffness * change.spring_reference;
             }
@@ -173,77 +227,78 @@ impl BalanceAt<'_> {
             return;
         }
         let slope = RigidInertia { rotational: scalar(change.armature), ..RigidInertia::ZERO };
-        for rotation in self.free.free_rotations.iter().filter(|r| r.dofs() == (None, joint.v_index)) {
-            if let Some(slope) = rotation.correction_by_inertia(&self.state.v, dt, &slope) {
+        for rotation in self.at.free.free_rotations.iter().filter(|r| r.dofs() == (None, joint.v_index)) {
+            if let Some(slope) = rotation.correction_by_inertia(&self.at.state.v, dt, &slope) {
                 self.subtract_correction((None, joint.v_index, joint.body), slope, out);
             }
         }
     }
 
-    /// Adds `∂E` by the activation of actuator `a`, times `change`, to `out`, `[nv]`.
-    pub fn add_by_activation(&self, a: usize, change: f64, out: &mut [f64]) {
-        let nu = self.model.actuators.len();
-        let slope = self.balance.activation_share[a] * change;
-        (0..self.model.nv).for_each(|k| out[k] += slope * self.balance.by_drive[k * nu + a]);
+    fn add_by_activation(&self, a: usize, change: f64, out: &mut [f64]) {
+        let nu = self.at.model.actuators.len();
+        let slope = self.own.activation_share[a] * change;
+        (0..self.at.model.nv).for_each(|k| out[k] += slope * self.own.by_drive[k * nu + a]);
     }
 
-    /// Adds `∂E/∂Δt`, times a change of the time step in s, to `out`, `[nv]`; the impulses stay.
-    pub fn add_by_timestep(&self, change: f64, out: &mut [f64]) {
-        let (model, dt, dynamics) = (self.model, self.dt, &self.balance.dynamics);
+    fn add_by_timestep(&self, change: f64, out: &mut [f64]) {
+        let (model, dt, dynamics) = (self.at.model, self.at.dt, &self.own.dynamics);
         // Inverse dynamics has M (v⁺ − v) + Δt (…) less the impulses: what has no Δt is taken off.
         let mut rest: Vec<f64> = dynamics.force.iter().map(|force| dt * force).collect();
-        let change_of: Vec<f64> = self.velocity.iter().zip(&self.state.v).map(|(end, v)| end - v).collect();
+        let change_of: Vec<f64> = self.at.velocity.iter().zip(&self.at.state.v).map(|(end, v)| end - v).collect();
         for (rest, mass) in rest.iter_mut().zip(dynamics.mass.chunks_exact(model.nv.max(1))) {
             *rest -= mass.iter().zip(&change_of).map(|(m, v)| m * v).sum::<f64>();
         }
-        for (i, impulse) in self.impulses.iter().enumerate().filter(|(_, w)| **w != SpatialVector::ZERO) {
-            let origin = self.kinematics.pose[i].position;
+        for (i, impulse) in self.at.impulses.iter().enumerate().filter(|(_, w)| **w != SpatialVector::ZERO) {
+            let origin = self.at.kinematics.pose[i].position;
             for k in model.dofs_moving(BodyId(i as u32)) {
                 rest[k] += dynamics.motion.displacement(k, origin).dot(*impulse);
             }
         }
         for (k, rest) in rest.iter().enumerate() {
-            out[k] += change * (rest / dt - self.input.generalized_force.get(k).unwrap_or(&0.0));
+            out[k] += change * (rest / dt - self.at.input.generalized_force.get(k).unwrap_or(&0.0));
         }
-        for rotation in &self.free.free_rotations {
+        if let Some(coriolis) = self.at.balance.coriolis() {
+            out.iter_mut().zip(&coriolis.impulse).for_each(|(out, impulse)| *out += change * impulse / dt);
+        }
+        for rotation in &self.at.free.free_rotations {
             let (translation, first) = rotation.dofs();
-            if let Some(slope) = rotation.correction_by_timestep(&self.state.v, dt) {
+            if let Some(slope) = rotation.correction_by_timestep(&self.at.state.v, dt) {
                 let root = model.dof_body(first);
                 self.subtract_correction((translation, first, root), slope.map(|x| x * change), out);
             }
         }
         for joint in model.joints.iter().filter(|joint| joint.damping != 0.0 || joint.stiffness != 0.0) {
-            let force = joint_spring(joint, self.state);
+            let force = joint_spring(joint, self.at.state);
             for k in joint.v_index..joint.v_index + joint.kind.nv() {
-                out[k] += change * self.by_timestep_of(force, self.state.v[k], self.velocity[k]);
+                out[k] += change * self.by_timestep_of(force, self.at.state.v[k], self.at.velocity[k]);
             }
         }
-        for (tendon, row) in model.tendons.iter().zip(&self.free.tendon_rows) {
+        for (tendon, row) in model.tendons.iter().zip(&self.at.free.tendon_rows) {
             self.add_length(tendon_spring(tendon, row.length), row, change, out);
         }
         let nu = model.actuators.len();
         for (a, actuator) in model.actuators.iter().enumerate() {
             if !matches!(actuator.transmission, Transmission::Site { .. }) {
-                self.add_length(self.free.laws[a], &self.free.actuator_rows[a], change, out);
+                self.add_length(self.at.free.laws[a], &self.at.free.actuator_rows[a], change, out);
             }
-            let slope = drive_by_timestep(actuator, (self.state, self.input), a, dt) * change;
-            (0..model.nv).for_each(|k| out[k] += slope * self.balance.by_drive[k * nu + a]);
+            let slope = drive_by_timestep(actuator, (self.at.state, self.at.input), a, dt) * change;
+            (0..model.nv).for_each(|k| out[k] += slope * self.own.by_drive[k * nu + a]);
         }
     }
 
     /// `∂/∂Δt` of `−Δt f(v⁺)`.
     fn by_timestep_of(&self, force: AffineForce, begin: f64, end: f64) -> f64 {
-        self.dt * force.stiffness * end + force.rise(self.dt) * (end - begin) - force.at(begin, end, self.dt)
+        self.at.dt * force.stiffness * end + force.rise(self.at.dt) * (end - begin) - force.at(begin, end, self.at.dt)
     }
 
     fn add_length(&self, force: AffineForce, row: &LengthRow, change: f64, out: &mut [f64]) {
-        let own = self.by_timestep_of(force, row.rate(&self.state.v), row.rate(self.velocity)) * change;
-        let weight = (force.slope(self.dt) + self.dt * force.stiffness + force.rise(self.dt)) * change;
-        let gain = |k: usize| self.velocity[k] - self.state.v[k];
+        let own = self.by_timestep_of(force, row.rate(&self.at.state.v), row.rate(self.at.velocity)) * change;
+        let weight = (force.slope(self.at.dt) + self.at.dt * force.stiffness + force.rise(self.at.dt)) * change;
+        let gain = |k: usize| self.at.velocity[k] - self.at.state.v[k];
         for (i, (&k, &g)) in row.dofs.iter().zip(&row.gradient).enumerate() {
             out[k] += own * g;
             for (&l, &other) in row.dofs[..i].iter().zip(&row.gradient) {
-                if !is_before(self.model, l, k) {
+                if !is_before(self.at.model, l, k) {
                     let coupling = g * other;
                     out[k] += weight * (coupling.abs() * gain(k) - coupling * gain(l));
                     out[l] += weight * (coupling.abs() * gain(l) - coupling * gain(k));

@@ -43,27 +43,46 @@ fn without_springs_it_is_forward_dynamics() {
     for_random_models(41, FIXED, |model, state, random| {
         let input = Input::default().with_generalized_force(random.list(model.nv, 10.0));
         let free = free_motion(model, state, &input, 1e-2);
-        let acceleration = forward_dynamics(model, &kinematics(model, state), &input.generalized_force);
+        let mut force = input.generalized_force.clone();
+        let inertial = inertial_force(model, state, &free.free_velocity, 1e-2);
+        force.iter_mut().zip(&inertial).for_each(|(force, own)| *force += own);
+        let acceleration = forward_dynamics(model, &kinematics(model, state), &force);
         let expected: Vec<f64> = state.v.iter().zip(&acceleration).map(|(v, a)| v + 1e-2 * a).collect();
         let error = relative_error(&free.free_velocity, &expected);
         assert!(error < 1e-11, "{error}");
     });
 }
 
-/// `M (v^f − v)/Δt + h` of a model without springs, dampers and actuators and without applied forces: what the integrator
-/// of freely turning bodies adds to the explicit step, zero for all other bodies.
-pub fn rotation_force(model: &Model, state: &State, dt: f64) -> Vec<f64> {
-    let mut model = model.clone();
-    model.actuators.clear();
-    for joint in &mut model.joints {
+/// What the integrators of rotations add to the explicit step, as a force. Of bodies that turn freely: `M (v^f − v)/Δt + h` of a model without
+/// springs, dampers and actuators and without applied forces. Of trees: `h` is quadratic in `v`, and its product of the velocities `v` at the
+/// beginning and `end` takes the place of the square of `v`.
+pub fn inertial_force(model: &Model, state: &State, end: &[f64], dt: f64) -> Vec<f64> {
+    let mut bare = model.clone();
+    bare.actuators.clear();
+    for joint in &mut bare.joints {
         (joint.damping, joint.stiffness) = (0.0, 0.0);
     }
-    let free = free_motion(&model, state, &Input::default(), dt);
+    let free = free_motion(&bare, state, &Input::default(), dt);
     let change: Vec<f64> = free.free_velocity.iter().zip(&state.v).map(|(a, b)| (a - b) / dt).collect();
     let mut force = vec![0.0; model.nv];
     free.mass.matrix.multiply_into(&change, &mut force);
-    force.iter_mut().zip(&free.bias).for_each(|(f, h)| *f += h);
+    let bias_at = |sign: f64| {
+        let v = state.v.iter().zip(end).map(|(v, end)| v + sign * (end - v)).collect();
+        bias_force(model, &kinematics(model, &State::at(state.q.clone(), v)))
+    };
+    let (ahead, behind) = (bias_at(1.0), bias_at(-1.0));
+    for (k, force) in force.iter_mut().enumerate() {
+        *force = if turns_freely(model, k) { *force + free.bias[k] } else { 0.25 * (behind[k] - ahead[k]) };
+    }
     force
+}
+
+/// Whether a degree of freedom is of a body on a free or ball joint that is a tree of its own.
+pub fn turns_freely(model: &Model, k: usize) -> bool {
+    let joint = &model.joints[model.dof_joint[k].index()];
+    let last = joint.v_index + joint.kind.nv() - 1;
+    let is_alone = model.dof_parent[joint.v_index].is_none() && !model.dof_parent.contains(&Some(last));
+    is_alone && (joint.kind == JointKind::Ball || (joint.kind == JointKind::Free && joint.armature == 0.0))
 }
 
 /// The residual of the implicit equation: dampers and servos at the end of the step, springs at the mean of what was and what will be.
@@ -93,7 +112,7 @@ fn the_implicit_equation_is_satisfied() {
         let mut left = vec![0.0; model.nv];
         mass_matrix(&model, &at).matrix.multiply_into(&change, &mut left);
         left.iter_mut().zip(bias_force(&model, &at)).for_each(|(l, h)| *l += h);
-        let mut right = rotation_force(&model, state, dt);
+        let mut right = inertial_force(&model, state, v, dt);
         right.iter_mut().zip(&input.generalized_force).for_each(|(r, f)| *r += f);
         for joint in &model.joints {
             for k in joint.v_index..joint.v_index + joint.kind.nv() {

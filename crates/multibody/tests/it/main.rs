@@ -5,6 +5,7 @@ mod tasks;
 mod tree_file;
 
 mod closed_forms;
+mod coriolis;
 mod derivatives;
 mod equations;
 mod frames;

@@ -6,7 +6,7 @@ use signorini_multibody::{
     Transmission, free_motion_into, kinetic_energy, potential_energy,
 };
 
-use crate::free_motion::rotation_force;
+use crate::free_motion::inertial_force;
 use crate::identities::{bias_force, kinematics, mass_matrix, relative_error};
 
 const REFERENCE: &str = include_str!("../../testdata/mujoco_reference.txt");
@@ -184,7 +184,7 @@ fn joint_force(model: &Model, state: &State, input: &Input) -> Vec<f64> {
             stiffness[model.joints[joint.index()].v_index] += actuator.gear * actuator.gear * kp;
         }
     }
-    let rotation = rotation_force(model, state, dt);
+    let rotation = inertial_force(model, state, &free.free_velocity, dt);
     for k in 0..model.nv {
         force[k] += free.bias[k] - rotation[k] + dt * stiffness[k] * state.v[k];
     }

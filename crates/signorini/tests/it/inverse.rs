@@ -2,8 +2,8 @@
 
 use signorini::multibody::glam::{DMat3, DVec3};
 use signorini::multibody::{
-    ArticulatedBodies, BodyId, Inertia, Input, Joint, JointKind, Kinematics, ModelBuilder, Pose, State,
-    forward_dynamics_into, forward_kinematics_into,
+    ArticulatedBodies, BodyId, Inertia, Input, Joint, JointKind, Kinematics, ModelBuilder, NewtonEuler, Pose, State,
+    bias_force_into, forward_dynamics_into, forward_kinematics_into,
 };
 use signorini::{DrivenVelocity, InverseMotion, Settings, Simulation, SimulationError, Workspace, inverse_step, step};
 
@@ -73,7 +73,8 @@ fn all_degrees_of_freedom_can_be_driven() {
     assert!(largest_difference(&reached.v, &after.v) < 1e-7);
 }
 
-/// An arm without contact: the torque is that of the free motion's equation, `M v̇ + h` at the prescribed acceleration.
+/// An arm without contact: the torque is that of the free motion's equation, `M v̇ + h` at the prescribed acceleration, with the product of the
+/// velocities at both ends in `h` in place of the square of the first.
 #[test]
 fn without_contact_it_is_inverse_dynamics() {
     let mut builder = ModelBuilder::new("arm");
@@ -97,6 +98,15 @@ fn without_contact_it_is_inverse_dynamics() {
     let model = simulation.model();
     let mut kinematics = Kinematics::new(model);
     forward_kinematics_into(model, &state.q, &state.v, &mut kinematics);
+    let bias_at = |sign: f64| {
+        let (mut at, mut bias) = (Kinematics::new(model), vec![0.0; 3]);
+        let v: Vec<f64> = (0..3).map(|k| v[k] + sign * dt * acceleration[k]).collect();
+        forward_kinematics_into(model, &state.q, &v, &mut at);
+        bias_force_into(model, &at, &mut NewtonEuler::new(model), &mut bias);
+        bias
+    };
+    let (ahead, behind) = (bias_at(1.0), bias_at(-1.0));
+    let tau: Vec<f64> = (0..3).map(|k| tau[k] - 0.25 * (ahead[k] - behind[k])).collect();
     let mut back = vec![0.0; 3];
     forward_dynamics_into(model, &kinematics, &tau, &mut ArticulatedBodies::new(model), &mut back).unwrap();
     assert!(largest_difference(&back, &acceleration) < 1e-9, "{back:?}");

@@ -7,7 +7,7 @@ use crate::model::{BodyId, JointKind, Model};
 /// Degrees of freedom whose axes are all carried by each of them: those of one joint. A free joint is two, its translations along the
 /// world's axes and then a ball.
 #[derive(Clone, Debug)]
-pub(super) struct Link {
+pub(crate) struct Link {
     /// The link before it on the way to the root.
     pub parent: Option<usize>,
     pub dofs: Range<usize>,
@@ -17,7 +17,7 @@ pub(super) struct Link {
 
 /// The links of a model, parents before children, with what refers to them.
 #[derive(Clone, Debug)]
-pub(super) struct Links {
+pub(crate) struct Links {
     pub all: Vec<Link>,
     pub of_dof: Vec<usize>,
     /// The last link that moves each body.

@@ -1,9 +1,11 @@
 //! How bodies and their velocities move with the configuration.
 
+use std::ops::Range;
+
 use glamx::glam::DVec3;
 
-use super::links::Links;
 use crate::kinematics::Kinematics;
+use crate::links::Links;
 use crate::model::{BodyId, Model};
 use crate::spatial::SpatialVector;
 
@@ -11,14 +13,14 @@ use crate::spatial::SpatialVector;
 /// configuration and one velocity.
 #[derive(Clone, Debug)]
 pub struct MotionDerivatives {
-    pub(super) links: Links,
+    pub(crate) links: Links,
     /// The point of the world that the vectors of each link are about, m.
-    pub(super) reference: Vec<DVec3>,
+    pub(crate) reference: Vec<DVec3>,
     /// `S_k` of every degree of freedom.
-    pub(super) axis: Vec<SpatialVector>,
+    pub(crate) axis: Vec<SpatialVector>,
     /// Velocity before and after each link.
-    pub(super) before: Vec<SpatialVector>,
-    pub(super) after: Vec<SpatialVector>,
+    pub(crate) before: Vec<SpatialVector>,
+    pub(crate) after: Vec<SpatialVector>,
 }
 
 impl MotionDerivatives {
@@ -43,7 +45,12 @@ impl MotionDerivatives {
     /// # Panics
     /// If a length does not fit the model.
     pub fn set(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64]) {
-        for (l, link) in self.links.all.iter().enumerate() {
+        self.set_of(model, kinematics, v, 0..self.links.all.len());
+    }
+
+    /// [`set`](Self::set) of some links alone, with all before them on the way to the root.
+    pub(crate) fn set_of(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64], links: Range<usize>) {
+        for (l, link) in links.clone().zip(&self.links.all[links]) {
             let reference = kinematics.pose[link.root.index()].position;
             let before = link.parent.map_or(SpatialVector::ZERO, |parent| self.after[parent]);
             let mut after = before;
