@@ -1,8 +1,12 @@
 //! One spec put into another.
 
-use signorini_multibody::{ActuatorId, BodyId, CameraId, GeomId, JointId, JointKind, Pose, SiteId, TendonId};
+use signorini_multibody::glam::{DQuat, DVec3};
+use signorini_multibody::{
+    ActuatorId, BodyId, CameraId, Equality, EqualityKind, GeomId, JointId, JointKind, Pose, SiteId, TendonId,
+};
 
 use crate::SpecError;
+use crate::keyframe::KeyframeSpec;
 use crate::parts::Named;
 use crate::references::{Places, Refers};
 use crate::spec::Spec;
@@ -97,10 +101,10 @@ impl Spec {
             self.sensors.add(prefixed(&sensor.moved(places)?, prefix))?;
         }
         for (_, equality) in other.equalities.iter() {
-            self.equalities.add(prefixed(&equality.moved(places)?, prefix))?;
+            self.equalities.add(prefixed(&in_place(equality, frame).moved(places)?, prefix))?;
         }
         for (_, keyframe) in other.keyframes.iter() {
-            self.keyframes.add(prefixed(&keyframe.moved(places)?, prefix))?;
+            self.keyframes.add(prefixed(&other.keyframe_in_place(keyframe, frame).moved(places)?, prefix))?;
         }
         for camera in &other.cameras {
             let mut own = camera.moved(places)?;
@@ -130,6 +134,48 @@ impl Spec {
         }
         Ok(())
     }
+
+    /// A keyframe with what it says in world axes moved: where floating bodies and bodies moved from outside are, and how the former
+    /// translate. Everything else is relative to a body.
+    fn keyframe_in_place(&self, keyframe: &KeyframeSpec, frame: Pose) -> KeyframeSpec {
+        let floats = |id: JointId| self.joints.get(id.index()).is_some_and(|joint| joint.kind == JointKind::Free);
+        let mut keyframe = keyframe.clone();
+        for (_, q) in keyframe.q.iter_mut().filter(|(id, q)| floats(*id) && q.len() == JointKind::Free.nq()) {
+            let position = frame.transform_point(DVec3::from_slice(q));
+            let rotation = frame.rotation * DQuat::from_xyzw(q[4], q[5], q[6], q[3]);
+            q[..3].copy_from_slice(&position.to_array());
+            q[3..].copy_from_slice(&[rotation.w, rotation.x, rotation.y, rotation.z]);
+        }
+        for (_, v) in keyframe.v.iter_mut().filter(|(id, v)| floats(*id) && v.len() == JointKind::Free.nv()) {
+            let linear = frame.rotation * DVec3::from_slice(v);
+            v[..3].copy_from_slice(&linear.to_array());
+        }
+        keyframe.mocap.iter_mut().for_each(|(_, pose)| *pose = frame * *pose);
+        keyframe
+    }
+}
+
+/// A constraint whose anchors in the world have moved with it.
+fn in_place(equality: &Equality, frame: Pose) -> Equality {
+    let mut equality = equality.clone();
+    match &mut equality.kind {
+        EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
+            for (body, point) in [(body_a, point_a), (body_b, point_b)] {
+                if *body == BodyId::WORLD {
+                    *point = frame.transform_point(*point);
+                }
+            }
+        }
+        EqualityKind::Weld { body_a, frame_a, body_b, frame_b } => {
+            for (body, own) in [(body_a, frame_a), (body_b, frame_b)] {
+                if *body == BodyId::WORLD {
+                    *own = frame * *own;
+                }
+            }
+        }
+        EqualityKind::Joint { .. } | EqualityKind::Tendon { .. } => {}
+    }
+    equality
 }
 
 fn prefixed<T: Named + Clone>(part: &T, prefix: &str) -> T {

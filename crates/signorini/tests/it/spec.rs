@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use signorini::formats::{LoadOptions, load, load_mjcf_str};
-use signorini::multibody::glam::DVec3;
+use signorini::multibody::glam::{DQuat, DVec3};
 use signorini::multibody::{
-    Actuator, ActuatorKind, Geom, Geometry, Inertia, Joint, JointKind, Kinematics, MassMatrix, Model, Pose, Sensor,
-    SensorKind, State, forward_kinematics_into, mass_matrix_into,
+    Actuator, ActuatorKind, BodyId, EqualityKind, Geom, Geometry, Inertia, Joint, JointKind, Kinematics, MassMatrix,
+    Model, Pose, Sensor, SensorKind, State, forward_kinematics_into, mass_matrix_into,
 };
 use signorini::spec::{Spec, SpecError, carry_state};
 
@@ -54,7 +54,7 @@ fn a_copy_of_a_model_is_the_model() {
 fn what_is_attached_moves_as_it_did_alone() {
     let mut spec = Spec::new("two");
     spec.attach(&arm(), "world", Pose::IDENTITY, "a/").expect("the first");
-    let turned = Pose::new(DVec3::new(1.0, 0.0, 0.2), signorini::multibody::glam::DQuat::from_rotation_z(0.8));
+    let turned = Pose::new(DVec3::new(1.0, 0.0, 0.2), DQuat::from_rotation_z(0.8));
     spec.attach(&arm(), "world", turned, "b/").expect("the second");
     let two = spec.compile().expect("two arms").model;
     let one = arm().compile().expect("one arm").model;
@@ -103,6 +103,68 @@ fn a_gripper_is_attached_to_a_hand_and_a_floating_body_is_not() {
     ball.add_joint("ball", Joint::new("free", JointKind::Free)).expect("its joint");
     let refused = spec.attach(&ball, "lower", Pose::IDENTITY, "").expect_err("it floats");
     assert_eq!(refused, SpecError::FreeJoint { body: "ball".into() });
+}
+
+const HELD: &str = r#"<mujoco><worldbody>
+    <body name="a" pos="0 0 1"><freejoint/><geom size=".1" mass="1"/></body>
+    <body name="b" pos="1 0 1"><joint name="turn" type="ball"/><geom size=".1" mass="1"/></body>
+    <body name="hand" pos="0 1 1" mocap="true"/>
+  </worldbody>
+  <equality><weld name="weld" body1="a"/><connect name="connect" body1="b" anchor="0 0 .2"/></equality>
+  <keyframe><key name="k" qpos="0 0 2 .6 0 .8 0 .6 .8 0 0" qvel="1 2 3 4 5 6 7 8 9" mpos="1 2 3" mquat=".6 0 0 .8"/></keyframe></mujoco>"#;
+
+/// What a model says in world axes is said in those of the place where it was put: its constraints hold there, and its keyframe's bodies are,
+/// as seen from there, where they were.
+#[test]
+fn anchors_in_the_world_and_keyframes_move_with_what_is_attached() {
+    let alone = load_mjcf_str(HELD, ".").expect("what is held").model;
+    let frame = Pose::new(DVec3::new(5.0, -1.0, 0.3), DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.9));
+    let mut spec = Spec::new("one");
+    spec.attach(&Spec::from_model(&alone), "world", frame, "x/").expect("the world takes it");
+    let model = spec.compile().expect("a model").model;
+
+    let kinematics = |model: &Model, q: &[f64]| {
+        let mut kinematics = Kinematics::new(model);
+        forward_kinematics_into(model, q, &vec![0.0; model.nv], &mut kinematics);
+        kinematics
+    };
+    let reference = kinematics(&model, &model.reference_configuration());
+    let of = |id: BodyId| reference.pose[id.index()];
+    for equality in &model.equalities {
+        let off = match equality.kind {
+            EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
+                of(body_a).transform_point(point_a) - of(body_b).transform_point(point_b)
+            }
+            EqualityKind::Weld { body_a, frame_a, body_b, frame_b } => {
+                let off = (of(body_a) * frame_a).inverse() * (of(body_b) * frame_b);
+                off.position + off.rotation.xyz()
+            }
+            _ => panic!("{} is neither", equality.name),
+        };
+        assert!(off.length() < 1e-14, "{}: {off}", equality.name);
+    }
+
+    let (before, after) = (&alone.keyframes[0], model.keyframe_named("x/k").expect("its keyframe"));
+    let [old, new] = [(&alone, before), (&model, after)].map(|(model, key)| kinematics(model, &key.q));
+    for body in 1..3 {
+        let expected = frame * old.pose[body];
+        assert!((new.pose[body].position - expected.position).length() < 1e-14, "{}", model.bodies[body].name);
+        assert!(new.pose[body].rotation.dot(expected.rotation).abs() > 1.0 - 1e-14, "{}", model.bodies[body].name);
+    }
+    let linear = frame.rotation * DVec3::new(1.0, 2.0, 3.0);
+    assert!((DVec3::from_slice(&after.v) - linear).length() < 1e-14);
+    assert_eq!(after.v[3..], before.v[3..], "in axes of bodies");
+    let hand = frame * before.mocap[0];
+    assert!((after.mocap[0].position - hand.position).length() < 1e-14);
+    assert!(after.mocap[0].rotation.dot(hand.rotation).abs() > 1.0 - 1e-14);
+
+    // At a body of another model, too, what was held in the world is held by it.
+    let mut spec = arm();
+    let mut held = Spec::from_model(&alone);
+    held.remove_body("a").expect("it floats");
+    held.remove_body("hand").expect("it is moved from outside");
+    spec.attach(&held, "lower", frame, "x/").expect("an arm takes it");
+    spec.compile().expect("its points are together");
 }
 
 #[test]
