@@ -1,8 +1,10 @@
 //! How the rows and the impulses of a mode change with numbers of the model.
 
+use std::cmp::Ordering;
+
 use signorini_contact::ContactFrame;
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{ContactPoint, GeomId, Model, PathPart};
+use signorini_multibody::{ContactPoint, Geom, GeomId, JointId, Model, PathPart};
 use signorini_simulation::FrictionSource;
 
 use super::frames::{groups_of, turned_axes};
@@ -55,25 +57,15 @@ pub(super) fn add_contact(step: &Step, modes: &Modes, at: &At, directions: &[Dir
 fn change_of(step: &Step, at: &At, direction: &Direction) -> Result<Change, String> {
     let (model, a, b) = (step.model, at.point.geom_a, at.point.geom_b);
     let mut change = Change { timestep: share(direction, |p| p == ScalarParameter::Timestep), ..Change::default() };
-    change.friction =
-        friction_change(model, [a, b], direction, "friction", |geom| geom.friction, ScalarParameter::Friction)?;
     let pair = model.pairs.iter().position(|p| (p.geom_a, p.geom_b) == (a, b) || (p.geom_a, p.geom_b) == (b, a));
-    if let Some(pair) = pair {
-        change.friction = share(direction, |p| p == ScalarParameter::PairFriction(pair));
-    } else {
-        let (spinning, rolling) = (ScalarParameter::SpinningFriction, ScalarParameter::RollingFriction);
-        change.spin = [
-            friction_change(model, [a, b], direction, "friction against spinning", |g| g.spinning_friction, spinning)?,
-            friction_change(model, [a, b], direction, "friction against rolling", |g| g.rolling_friction, rolling)?,
-        ];
+    // Where nothing presses, friction has no bound to move.
+    if step.solution.lambda_n[at.i] > 0.0 {
+        [change.friction, change.spin[0], change.spin[1]] = friction_changes(model, [a, b], pair, direction)?;
     }
     if pair.is_none_or(|pair| model.pairs[pair].restitution.is_none()) {
         let own = [a, b].map(|id| share(direction, |p| p == ScalarParameter::Restitution(id)));
         let values = [a, b].map(|id| model.geoms[id.index()].restitution);
-        change.restitution = larger("restitution", values, own)?;
-        if change.restitution != 0.0 && values[0].max(values[1]) == 0.0 {
-            return Err("a restitution of 0 is the border of what impacts do".into());
-        }
+        change.restitution = off_zero("restitution", "impacts", larger("restitution", values, own)?)?;
     }
     let own = geometry_change(step, (at.midway, at.motion), direction)?;
     let middle = at.patch.middle_moved(|point, motion| {
@@ -103,28 +95,62 @@ fn geometry_change(
     Ok(change)
 }
 
-/// The change of the larger of two numbers, which has none where they are equal and change apart.
-fn larger(name: &str, values: [f64; 2], changes: [f64; 2]) -> Result<f64, String> {
+/// A number of which a contact has one, and its change.
+type Counted = [f64; 2];
+
+/// The larger of two numbers and its change, which has none where they are equal and change apart.
+fn larger(name: &str, values: [f64; 2], changes: [f64; 2]) -> Result<Counted, String> {
     if values[0] == values[1] && changes[0] != changes[1] {
         return Err(format!("two geoms have the same {name}, of which the larger counts: change both together"));
     }
-    Ok(if values[0] > values[1] { changes[0] } else { changes[1] })
+    Ok(if values[0] > values[1] { [values[0], changes[0]] } else { [values[1], changes[1]] })
 }
 
-fn friction_change(
+/// The change of a number that cannot be negative, and with which a law begins that is not there at 0.
+fn off_zero(name: &str, laws_of: &str, [value, change]: Counted) -> Result<f64, String> {
+    if value == 0.0 && change != 0.0 {
+        return Err(format!("a {name} of 0 is the border of what {laws_of} do"));
+    }
+    Ok(change)
+}
+
+/// Changes of the coefficients of a contact: against sliding, spinning, and rolling.
+fn friction_changes(
     model: &Model,
-    pair: [GeomId; 2],
+    geoms: [GeomId; 2],
+    pair: Option<usize>,
+    direction: &Direction,
+) -> Result<[f64; 3], String> {
+    let contacts = |name: &str, counted: Counted| off_zero(name, "contacts", counted);
+    if let Some(pair) = pair {
+        let change = share(direction, |p| p == ScalarParameter::PairFriction(pair));
+        return Ok([contacts("friction", [model.pairs[pair].friction, change])?, 0.0, 0.0]);
+    }
+    let of = |name: &str, value: fn(&Geom) -> f64, parameter: fn(GeomId) -> ScalarParameter| {
+        contacts(name, counted_friction(model, geoms, direction, name, value, parameter)?)
+    };
+    Ok([
+        of("friction", |geom| geom.friction, ScalarParameter::Friction)?,
+        of("friction against spinning", |geom| geom.spinning_friction, ScalarParameter::SpinningFriction)?,
+        of("friction against rolling", |geom| geom.rolling_friction, ScalarParameter::RollingFriction)?,
+    ])
+}
+
+fn counted_friction(
+    model: &Model,
+    geoms: [GeomId; 2],
     direction: &Direction,
     name: &str,
-    value: impl Fn(&signorini_multibody::Geom) -> f64,
-    parameter: impl Fn(GeomId) -> ScalarParameter,
-) -> Result<f64, String> {
-    let geoms = pair.map(|id| &model.geoms[id.index()]);
-    let changes = pair.map(|id| share(direction, |p| p == parameter(id)));
+    value: fn(&Geom) -> f64,
+    parameter: fn(GeomId) -> ScalarParameter,
+) -> Result<Counted, String> {
+    let changes = geoms.map(|id| share(direction, |p| p == parameter(id)));
+    let geoms = geoms.map(|id| &model.geoms[id.index()]);
+    let values = geoms.map(value);
     match geoms[0].priority.cmp(&geoms[1].priority) {
-        std::cmp::Ordering::Greater => Ok(changes[0]),
-        std::cmp::Ordering::Less => Ok(changes[1]),
-        std::cmp::Ordering::Equal => larger(name, geoms.map(value), changes),
+        Ordering::Greater => Ok([values[0], changes[0]]),
+        Ordering::Less => Ok([values[1], changes[1]]),
+        Ordering::Equal => larger(name, values, changes),
     }
 }
 
@@ -246,12 +272,15 @@ pub(super) fn add_coordinates(step: &Step, modes: &Modes, directions: &[Directio
         if moves_a_path(step.model, direction) {
             rows.without_slope[j] = Some("a tendon runs around the geom".to_owned());
         }
+        if let Err(reason) = dry_friction_begins(step.model, direction) {
+            rows.without_slope[j] = Some(reason);
+        }
         let timestep = share(direction, |p| p == ScalarParameter::Timestep);
         for k in 0..groups.len() {
             let source = step.workspace.friction_source(k);
             let grown = match source {
                 Some(FrictionSource::Joint { joint, .. }) => {
-                    let id = signorini_multibody::JointId(joint as u32);
+                    let id = JointId(joint as u32);
                     let loss = share(direction, |p| p == ScalarParameter::FrictionLoss(id));
                     timestep / dt + loss / step.model.joints[joint].friction_loss
                 }
@@ -269,6 +298,17 @@ pub(super) fn add_coordinates(step: &Step, modes: &Modes, directions: &[Directio
             }
         }
     }
+}
+
+/// A joint without dry friction has no friction group, so that no row of the step would feel how it begins.
+fn dry_friction_begins(model: &Model, direction: &Direction) -> Result<(), String> {
+    direction.iter().try_for_each(|&(parameter, share)| match parameter {
+        ScalarParameter::FrictionLoss(id) => {
+            let loss = model.joints.get(id.index()).map_or(0.0, |joint| joint.friction_loss);
+            off_zero("dry friction", "joints", [loss, share]).map(|_| ())
+        }
+        _ => Ok(()),
+    })
 }
 
 /// Whether a direction moves or grows a geom that a tendon runs around.

@@ -3,7 +3,7 @@
 use crate::common::{Bench, Signature, disturbed, model_of};
 use signorini_derivatives::{Direction, ScalarParameter, StepDerivatives};
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{Geom, Geometry, Input, Model, ModelBuilder, State, difference_into};
+use signorini_multibody::{Geom, GeomId, Geometry, Input, JointId, Model, ModelBuilder, State, difference_into};
 use signorini_simulation::Settings;
 use signorini_testkit::Random;
 
@@ -175,4 +175,45 @@ fn loops_welds_and_coupled_joints() {
 #[test]
 fn tendons_around_geoms_and_muscles() {
     compare("tendons", model_of(include_str!("../../testdata/tendons.xml")), [1e-4, 0.3, 0.1], 40, 60);
+}
+
+const SMOOTH: &str = "<mujoco><worldbody><geom name='f' type='plane' condim='6' friction='0 0 0'/>
+  <body pos='0 0 0.1'><freejoint/><geom size='0.1' mass='1' condim='6' friction='0 0 0'/></body>
+  <body pos='3 0 1'><joint name='slide' type='slide' axis='1 0 0'/><geom size='0.1' mass='1'/></body></worldbody>
+  </mujoco>";
+
+/// The change of the first velocity that a number of 0 makes when it grows is lost where its law has no row.
+#[test]
+fn a_friction_of_zero_is_a_border() {
+    let model = model_of(SMOOTH);
+    let (floor, ball) = (GeomId(0), GeomId(1));
+    let both = |of: fn(GeomId) -> ScalarParameter| vec![(of(floor), 1.0), (of(ball), 1.0)];
+    let slide = JointId(1);
+    let numbers = [
+        (both(ScalarParameter::Friction), [1.0, 0.0, 0.0], "a friction of 0"),
+        (both(ScalarParameter::SpinningFriction), [0.0, 0.0, 1.0], "a friction against spinning of 0"),
+        (both(ScalarParameter::RollingFriction), [0.0, 1.0, 0.0], "a friction against rolling of 0"),
+        (vec![(ScalarParameter::FrictionLoss(slide), 1.0)], [0.0; 3], "a dry friction of 0"),
+    ];
+    for (direction, turning, expected) in numbers {
+        let mut bench = Bench::new(model.clone(), Settings::default());
+        let (mut state, input) = bench.start();
+        (state.v[0], state.v[6]) = (turning[0], 1.0);
+        (state.v[4], state.v[5]) = (turning[1], turning[2]);
+        bench.derivatives = StepDerivatives::with_parameters(&model, vec![direction.clone()]);
+        let next = bench.differentiate(&state, &input).expect("a step");
+        let reason = bench.derivatives.parameter_matrix().expect_err("it has one side alone");
+        assert!(reason.contains(expected), "{reason}");
+        let ahead = end_at(&bench, (&state, &input), &direction, 1e-3, &next).0;
+        let off = ahead[model.nv..].iter().zip(&next.v).fold(0.0, |off: f64, (a, b)| off.max((a - b).abs()));
+        assert!(off > 1e-7, "{expected} does nothing when it grows: {off}");
+    }
+    // Where the ball flies, its friction does nothing, and that is exact.
+    let mut bench = Bench::new(model.clone(), Settings::default());
+    let (mut state, input) = bench.start();
+    (state.q[2], state.v[0]) = (1.0, 1.0);
+    bench.derivatives = StepDerivatives::with_parameters(&model, vec![both(ScalarParameter::Friction)]);
+    bench.differentiate(&state, &input).expect("a step");
+    let column = bench.derivatives.parameter_matrix().expect("a derivative");
+    assert!(column.data().iter().all(|x| *x == 0.0));
 }
