@@ -56,7 +56,7 @@ pub struct Unknown {
     pub name: String,
     /// What it is in the model: its value is that of the first parameter, and the others change with it in proportion to their shares.
     pub direction: Direction,
-    /// Least and largest value.
+    /// Least and largest value; where its numbers have a narrower range, that.
     pub bounds: [f64; 2],
     /// What is known of it before: a value and its standard deviation.
     pub prior: Option<[f64; 2]>,
@@ -93,7 +93,23 @@ impl Unknown {
         self.direction.iter().map(|&(parameter, weight)| (parameter, weight / first)).collect()
     }
 
-    /// Gives a model another value of it; `false` where the model has no such number.
+    /// The same with bounds between which none of its numbers leaves its [range](crate::ScalarParameter::range).
+    pub(crate) fn within_range(&self, model: &Model) -> Self {
+        let mut own = self.clone();
+        let Some(now) = self.value(model) else { return own };
+        for (parameter, weight) in self.unit().into_iter().filter(|(_, weight)| *weight != 0.0) {
+            let Some(value) = parameter.value(model) else { continue };
+            let [mut lower, mut upper] = parameter.range().map(|end| now + (end - value) / weight);
+            if weight < 0.0 {
+                (lower, upper) = (upper, lower);
+            }
+            // The value at hand is one of them, whatever rounding says.
+            own.bounds = [own.bounds[0].max(lower.min(now)), own.bounds[1].min(upper.max(now))];
+        }
+        own
+    }
+
+    /// Gives a model another value of it, as [`ScalarParameter::set`](crate::ScalarParameter::set) does; `false` where the model has no such number.
     pub fn set(&self, model: &mut Model, value: f64) -> bool {
         let Some(now) = self.value(model) else { return false };
         self.unit().into_iter().all(|(parameter, weight)| {

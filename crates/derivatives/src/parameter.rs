@@ -112,8 +112,33 @@ impl ScalarParameter {
         }
     }
 
-    /// Gives it another value. What is made from a model, such as a workspace, has to be made again. `false` where the model has no such
-    /// number.
+    /// The least and the largest value that a model may give it, whatever its other numbers are.
+    pub fn range(self) -> [f64; 2] {
+        match self {
+            Self::Timestep | Self::GeomSize(..) => [f64::MIN_POSITIVE, f64::INFINITY],
+            Self::Restitution(_) => [0.0, 1.0],
+            Self::Mass(_)
+            | Self::Damping(_)
+            | Self::Stiffness(_)
+            | Self::Armature(_)
+            | Self::FrictionLoss(_)
+            | Self::Friction(_)
+            | Self::SpinningFriction(_)
+            | Self::RollingFriction(_)
+            | Self::PairFriction(_)
+            | Self::Margin(_) => [0.0, f64::INFINITY],
+            Self::Inertia(_, [r, c]) if r == c => [0.0, f64::INFINITY],
+            Self::Gravity(_)
+            | Self::CenterOfMass(..)
+            | Self::Inertia(..)
+            | Self::SpringReference(_)
+            | Self::GeomPosition(..)
+            | Self::Activation(_) => [f64::NEG_INFINITY, f64::INFINITY],
+        }
+    }
+
+    /// Gives it another value, which [`Model::check_numbers`] may find out of its range. What is made from a model, such as a workspace, has
+    /// to be made again. `false` where the model has no such number.
     pub fn set(self, model: &mut Model, value: f64) -> bool {
         let place = match self {
             Self::Timestep => Some(&mut model.timestep),

@@ -10,6 +10,7 @@ use signorini::derivatives::{Direction, ScalarParameter};
 use signorini::multibody::{ActuatorId, Model};
 
 use crate::arrays::{self, Vector};
+use crate::error::ModelError;
 use crate::model::Model as PyModel;
 use crate::names::Key;
 
@@ -155,5 +156,6 @@ pub fn with_parameters(
             return Err(PyValueError::new_err(format!("a parameter cannot be set to {value}")));
         }
     }
+    changed.check_numbers().map_err(|error| ModelError::new_err(error.to_string()))?;
     Ok(PyModel::of(Arc::new(changed)))
 }

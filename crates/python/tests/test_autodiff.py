@@ -66,6 +66,30 @@ def test_parameters_are_set_in_a_new_model():
         signorini.with_parameters(model, parameters, [np.nan, 0.7])
 
 
+@pytest.mark.parametrize(
+    "parameter, value, told",
+    [
+        (("geom_friction", "ball"), -1.0, "geom 'ball': friction must be finite and not negative, found -1"),
+        (("geom_size", "ball", 0), 0.0, "'ball'.* radius"),
+        (("geom_size", "ball", 0), -0.1, "'ball'.* radius"),
+        (("geom_restitution", "ball"), 5.0, "geom 'ball': restitution must be between 0 and 1, found 5"),
+        (("geom_restitution", "ball"), -5.0, "geom 'ball': restitution must be between 0 and 1, found -5"),
+        (("geom_margin", "ball"), -1.0, "geom 'ball': margin must be finite and not negative, found -1"),
+        (("dof_frictionloss", 0), -1.0, "friction loss must be finite and not negative, found -1"),
+        (("dof_damping", 0), -1.0, "damping must be finite and not negative, found -1"),
+        (("dof_armature", 0), -1.0, "armature must be finite and not negative, found -1"),
+        (("body_inertia", "ball", (0, 0)), 100.0, "body 'ball': rotational inertia .* 100"),
+        (("body_mass", "ball"), -1.0, "body 'ball': mass must be finite and not negative, found -1"),
+        ("timestep", 0.0, "time step must be positive and finite, found 0"),
+        ("timestep", -0.5, "time step must be positive and finite, found -0.5"),
+    ],
+)
+def test_values_out_of_range_are_refused_with_their_part_and_range(parameter, value, told):
+    model = signorini.Model.from_string(BALL)
+    with pytest.raises(signorini.ModelError, match=told):
+        signorini.with_parameters(model, [parameter], [value])
+
+
 def central(function, x, h):
     x = np.asarray(x, float)
     out = np.zeros_like(x)

@@ -17,6 +17,15 @@ pub(super) fn check(model: &Model, recordings: &[Recording], task: &Task) -> Res
         }
     }
     let malformed = |text: String| Err(IdentificationError::Malformed(text));
+    for unknown in task.unknowns {
+        let Some([value, deviation]) = unknown.prior else { continue };
+        if !(value.is_finite() && deviation > 0.0 && deviation.is_finite()) {
+            return malformed(format!(
+                "unknown '{}' has the prior {value} ± {deviation}: it takes a finite value and a deviation that is positive and finite",
+                unknown.name
+            ));
+        }
+    }
     let asked = task.asked;
     let is_open = |unknown: &&Unknown| unknown.bounds.iter().any(|bound| !bound.is_finite());
     if let Some(unknown) = task.unknowns.iter().filter(|_| asked.starts > 0).find(is_open) {

@@ -137,8 +137,11 @@ impl Fit<'_> {
         Ok(sums)
     }
 
-    /// The objective with other values where it is below a bound.
+    /// The objective with other values where it is below a bound; values with which there is no such model are not.
     fn objective_below(&self, bound: f64, values: &[f64]) -> Result<Option<f64>, SimulationError> {
+        if self.model_at(values).check_numbers().is_err() {
+            return Ok(None);
+        }
         // Every recording adds to it: a part that is above the bound decides, and one that is not, is the whole.
         let objective = self.sum_at(values, &self.evaluate(values, false, bound)?).objective;
         Ok((objective < bound).then_some(objective))

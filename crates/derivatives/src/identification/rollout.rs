@@ -59,10 +59,17 @@ pub(super) struct Rollouts<'a> {
 
 struct Slopes {
     derivatives: StepDerivatives,
-    /// Models with an unknown moved ahead and behind by its difference.
-    moved: Vec<(f64, [(Model, Workspace); 2])>,
+    /// Models with an unknown moved ahead and behind by its differences.
+    moved: Vec<[Moved; 2]>,
     /// `∂(q, v)` by each unknown, a row of `[2 nv]` each.
     rows: Vec<Vec<f64>>,
+}
+
+/// A model with an unknown moved by a difference, which is 0 where there is no such model on that side.
+struct Moved {
+    by: f64,
+    model: Model,
+    workspace: Workspace,
 }
 
 impl<'a> Rollouts<'a> {
@@ -74,13 +81,17 @@ impl<'a> Rollouts<'a> {
             let mut moved = Vec::new();
             for (unknown, value) in task.unknowns.iter().zip(values) {
                 let h = DIFFERENCE * value.abs().max(LEAST_SIZE);
-                let side = |h: f64| -> Result<(Model, Workspace), SimulationError> {
-                    let mut model = model.clone();
-                    unknown.set(&mut model, value + h);
+                let side = |by: f64| -> Result<Moved, SimulationError> {
+                    let [lower, upper] = unknown.bounds;
+                    let mut own = model.clone();
+                    let end = (value + by).clamp(lower, upper);
+                    unknown.set(&mut own, end);
+                    let (by, model) =
+                        if own.check_numbers().is_ok() { (end - value, own) } else { (0.0, model.clone()) };
                     let workspace = Workspace::new(&model, &settings)?;
-                    Ok((model, workspace))
+                    Ok(Moved { by, model, workspace })
                 };
-                moved.push((h, [side(h)?, side(-h)?]));
+                moved.push([side(h)?, side(-h)?]);
             }
             let rows = vec![vec![0.0; 2 * model.nv]; task.unknowns.len()];
             Ok(Slopes { derivatives: StepDerivatives::with_parameters(&model, directions), moved, rows })
@@ -206,13 +217,17 @@ impl Slopes {
         (state, input): (&State, &Input),
         next: &State,
     ) -> Result<(), SimulationError> {
-        for ((h, sides), row) in self.moved.iter_mut().zip(&mut self.rows) {
+        for (sides, row) in self.moved.iter_mut().zip(&mut self.rows) {
+            let way = sides[0].by - sides[1].by;
+            if way == 0.0 {
+                continue;
+            }
             let mut ends = [Vec::new(), Vec::new()];
-            for ((sign, (model, workspace)), end) in [1.0, -1.0].into_iter().zip(sides).zip(&mut ends) {
+            for (Moved { by, model, workspace }, end) in sides.iter_mut().zip(&mut ends) {
                 let nv = model.nv;
                 let mut begin = state.clone();
-                integrate_into(model, &state.q, &row[..nv], sign * *h, &mut begin.q);
-                add_scaled(&mut begin.v, sign * *h, &row[nv..]);
+                integrate_into(model, &state.q, &row[..nv], *by, &mut begin.q);
+                add_scaled(&mut begin.v, *by, &row[nv..]);
                 let mut after = begin.clone();
                 workspace.clear_warm_start();
                 step(model, &begin, input, settings, workspace, &mut after)?;
@@ -221,7 +236,7 @@ impl Slopes {
                 end.extend(&after.v);
             }
             let [ahead, behind] = &ends;
-            row.iter_mut().zip(ahead.iter().zip(behind)).for_each(|(x, (a, b))| *x = (a - b) / (2.0 * *h));
+            row.iter_mut().zip(ahead.iter().zip(behind)).for_each(|(x, (a, b))| *x = (a - b) / way);
         }
         Ok(())
     }

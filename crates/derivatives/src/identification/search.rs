@@ -13,7 +13,7 @@ use super::{
 /// Looks for parameters of a model that make it move as recorded.
 ///
 /// - `settings`: of the simulation; Δt is the samples' interval over the substeps
-/// - `unknowns`: begin at their values in `model`
+/// - `unknowns`: begin at their values in `model`, and stay where a model may have them
 /// - `progress`: called after every step of the method, which it ends with `false`
 ///
 /// # Errors
@@ -31,8 +31,9 @@ pub fn identify(
     asked: &IdentificationSettings,
     mut progress: impl FnMut(&IdentificationProgress) -> bool,
 ) -> Result<Identification, IdentificationError> {
-    let task = Task { settings, asked, unknowns };
-    check(model, recordings, &task)?;
+    check(model, recordings, &Task { settings, asked, unknowns })?;
+    let unknowns: Vec<Unknown> = unknowns.iter().map(|unknown| unknown.within_range(model)).collect();
+    let task = Task { settings, asked, unknowns: &unknowns };
     let values = unknowns.iter().map(|unknown| unknown.value(model).unwrap_or_default()).collect();
     let counts = vec![1; recordings.len()];
     let mut fit = Fit { task, recordings, model: model.clone(), values, counts, tried: 0 };

@@ -5,7 +5,7 @@ use signorini_derivatives::identification::{
     IdentificationError, IdentificationSettings, Recording, Unknown, identify,
 };
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{Geom, GeomId, Geometry, Input, Model, ModelBuilder, State};
+use signorini_multibody::{BodyId, Geom, GeomId, Geometry, Input, Joint, JointId, Model, ModelBuilder, State};
 use signorini_simulation::{Settings, Simulation};
 use signorini_testkit::Random;
 
@@ -86,7 +86,7 @@ fn what_the_data_leave_open_is_said() {
     // A free body that slides tells neither mass nor inertia apart from the others: all scale together.
     let model = thrown(BOX, 0.4, 0.0);
     let recordings = recorded(&model, 4, 0.0);
-    let body = signorini_multibody::BodyId(1);
+    let body = BodyId(1);
     let moments: Vec<_> = (0..3)
         .map(|k| (ScalarParameter::Inertia(body, [k, k]), model.bodies[1].inertia.rotational.col(k)[k]))
         .collect();
@@ -155,6 +155,38 @@ fn drawn_sets_spread_as_the_gradients_of_smooth_motions_say() {
     assert!((0.6..1.6).contains(&ratio), "{ratio:.2}");
 }
 
+/// Motions ask for a negative damping, and for moments that no rigid body has: what is found is a model all the same.
+#[test]
+fn what_is_found_is_a_model() {
+    let mut world = ModelBuilder::new("cart");
+    let joint = Joint::slide("track", DVec3::X).with_damping(0.5);
+    world.body("cart").joint(joint).solid(Geom::from(BALL), 2.0).add().expect("a body");
+    let cart = world.build().expect("a model");
+    // m v̇ = c v with c = 0.4 N·s/m.
+    let sample = |k: usize| {
+        let (rate, t) = (0.2, INTERVAL * k as f64);
+        State::at(vec![((rate * t).exp() - 1.0) / rate], vec![(rate * t).exp()])
+    };
+    let recordings = [Recording::new((0..30).map(sample).collect())];
+    let damping = Unknown::new("damping", vec![(ScalarParameter::Damping(JointId(0)), 1.0)]);
+    let run = |model: &Model, recordings: &[Recording], unknown: Unknown| {
+        identify(model, &Settings::default(), recordings, &[unknown], &asked(), |_| true).expect("an answer")
+    };
+    let found = run(&cart, &recordings, damping);
+    assert_eq!((found.values[0], found.at_bound[0]), (0.0, true));
+
+    let model = thrown(BOX, 0.4, 0.0);
+    let mut other = model.clone();
+    other.bodies[1].inertia.rotational.x_axis.x *= 10.0;
+    let recordings = recorded(&other, 4, 0.0);
+    let moment = Unknown::new("moment", vec![(ScalarParameter::Inertia(BodyId(1), [0, 0]), 1.0)]);
+    let found = run(&model, &recordings, moment);
+    let moments = found.model.bodies[1].inertia.rotational;
+    assert!(found.values[0] > model.bodies[1].inertia.rotational.x_axis.x, "{moments}");
+    assert!(found.values[0] < 1.01 * (moments.y_axis.y + moments.z_axis.z), "{moments}");
+    found.model.check_numbers().expect("moments of a rigid body");
+}
+
 #[test]
 fn faults_are_named() {
     let model = thrown(BOX, 0.4, 0.0);
@@ -168,4 +200,6 @@ fn faults_are_named() {
     let cut = recordings[0].clone().with_inputs(vec![Input::default(); 3]);
     let text = run(friction(), &[cut]).to_string();
     assert!(text.contains("31 samples and 3 inputs"), "{text}");
+    let text = run(friction().with_prior(1.0, 0.0), &recordings).to_string();
+    assert!(text.contains("'friction' has the prior 1 ± 0"), "{text}");
 }

@@ -27,6 +27,7 @@ def with_parameters(model: Model, parameters: Sequence[Any], values: Any) -> Mod
 
     Raises:
         ValueError: a parameter is no number of the model, or a value is not finite.
+        ModelError: a value is out of its range; the message names part, number and range.
     """
     numbers = [float(value) for value in values]
     return model._changed(_core.with_parameters(model, parameters, numbers), (list(parameters), numbers))
@@ -39,7 +40,7 @@ class Unknown:
     Attributes:
         parameter: what it is in the model, as for ``signorini.derivatives``: ``("body_mass", "cube")``, or a list of numbers that change
             together, such as ``[("geom_friction", "cube"), ("geom_friction", "floor")]``, or a dictionary of them with their shares.
-        bounds: least and largest value.
+        bounds: least and largest value; where a model may have less, such as no negative friction, that.
         prior: a value and its standard deviation that are known before; ``None`` for none.
         start: where to begin; ``None`` takes the model's value.
         name: in the report; ``None`` makes one of the parameter.

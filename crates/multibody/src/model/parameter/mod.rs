@@ -60,7 +60,7 @@ impl Model {
                 model.set_row(parameter, i, &values[i * width..(i + 1) * width])?;
             }
         }
-        model.check_parameters()?;
+        model.check_numbers()?;
         Ok(model)
     }
 
@@ -82,7 +82,7 @@ impl Model {
             }
             model.set_row(*parameter, *index, values)?;
         }
-        model.check_parameters()?;
+        model.check_numbers()?;
         Ok(model)
     }
 
@@ -125,8 +125,13 @@ impl Model {
         })
     }
 
-    fn check_parameters(&self) -> Result<(), ModelError> {
+    /// Checks the numbers of a model whose fields were changed, as [`ModelBuilder::build`](super::ModelBuilder::build) checks them.
+    ///
+    /// # Errors
+    /// The first [`ModelError`] met: the part, the number, and its range.
+    pub fn check_numbers(&self) -> Result<(), ModelError> {
         let part = || format!("model '{}'", self.name);
+        number(part, "time step", "positive and finite", self.timestep, |x| x > 0.0)?;
         self.gravity.to_array().iter().try_for_each(|&g| number(part, "gravity", "finite", g, |_| true))?;
         self.bodies.iter().try_for_each(check_inertia)?;
         check_relations(self)
