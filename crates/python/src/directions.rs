@@ -23,7 +23,14 @@ pub fn direction_of(model: &Model, given: &Bound<'_, PyAny>) -> PyResult<Directi
     let mut direction = Direction::new();
     if let Ok(shares) = given.cast::<PyDict>() {
         for (item, share) in shares.iter() {
-            add(model, &item, share.extract()?, &mut direction)?;
+            let of = |share: &dyn std::fmt::Display| {
+                PyValueError::new_err(format!("the share of {item} is {share}: it must be a finite number"))
+            };
+            let number = share.extract::<f64>().map_err(|_| of(&share))?;
+            if !number.is_finite() {
+                return Err(of(&number));
+            }
+            add(model, &item, number, &mut direction)?;
         }
     } else if let Ok(items) = given.cast::<PyList>() {
         for item in items.iter() {
@@ -49,80 +56,90 @@ fn add(model: &Model, given: &Bound<'_, PyAny>, share: f64, direction: &mut Dire
         direction.push((number(model, name.to_str()?, None, &[])?, share));
         return Ok(());
     }
-    let Ok(given) = given.cast::<PyTuple>() else {
-        return Err(PyValueError::new_err(format!("expected a name or a tuple of name, part and index, not {given}")));
-    };
-    let name: String = given.get_item(0)?.extract()?;
-    if name == "gravity" {
-        let axis: usize = given.get_item(1)?.extract()?;
-        direction.push((number(model, &name, None, &[axis])?, share));
-        return Ok(());
-    }
+    let wrong = || PyValueError::new_err(format!("expected a name or a tuple of name, part and index, not {given}"));
+    let given = given.cast::<PyTuple>().map_err(|_| wrong())?;
+    let mut rest = given.iter();
+    let name: String = rest.next().and_then(|name| name.extract().ok()).ok_or_else(wrong)?;
+    // Gravity and Δt belong to the model as a whole.
+    let part = if matches!(&name[..], "gravity" | "timestep") { None } else { rest.next() };
     let mut indices = Vec::new();
-    for index in given.iter().skip(2) {
+    for index in rest {
         match index.extract::<(usize, usize)>() {
             Ok((r, c)) => indices.extend([r, c]),
-            Err(_) => indices.push(index.extract()?),
+            Err(_) => indices
+                .push(index.extract().map_err(|_| PyIndexError::new_err(format!("'{name}' has no index {index}")))?),
         }
     }
-    let parts = given.get_item(1)?;
-    match parts.cast::<PyList>() {
-        Ok(parts) => {
+    match part.as_ref().map(|part| part.cast::<PyList>()) {
+        Some(Ok(parts)) => {
             for part in parts.iter() {
                 direction.push((number(model, &name, Some(&part), &indices)?, share));
             }
         }
-        Err(_) => direction.push((number(model, &name, Some(&parts), &indices)?, share)),
+        _ => direction.push((number(model, &name, part.as_ref(), &indices)?, share)),
     }
     Ok(())
+}
+
+/// The least and the most indices that a parameter takes, and what errors call them.
+fn index_counts(name: &str) -> ([usize; 2], &'static str) {
+    match name {
+        "gravity" => ([1, 1], "one index, its axis"),
+        "body_inertia" => ([2, 2], "a row and a column after its body"),
+        "body_ipos" | "geom_friction" | "geom_pos" | "geom_size" => ([0, 1], "at most one index after its part"),
+        _ => ([0, 0], "no index"),
+    }
 }
 
 fn number(model: &Model, name: &str, part: Option<&Bound<'_, PyAny>>, indices: &[usize]) -> PyResult<ScalarParameter> {
     let missing = |sort: &str| PyValueError::new_err(format!("parameter '{name}' needs the name or index of a {sort}"));
     let key = |sort: &str| part.ok_or_else(|| missing(sort))?.extract::<Key>().map_err(|_| missing(sort));
-    let index = |least: usize| {
-        let found = indices.first().copied().unwrap_or(0);
-        if found < least { Ok(found) } else { Err(PyIndexError::new_err(format!("'{name}' has no index {found}"))) }
+    let index = |place: usize| {
+        let found = indices.get(place).copied().unwrap_or(0);
+        if found < 3 { Ok(found) } else { Err(PyIndexError::new_err(format!("'{name}' has no index {found}"))) }
     };
     let body = || key("body").and_then(|k| part.map_or_else(|| Err(missing("body")), |p| k.body(p.py(), model)));
     let joint = || key("joint").and_then(|k| part.map_or_else(|| Err(missing("joint")), |p| k.joint(p.py(), model)));
     let geom = || key("geom").and_then(|k| part.map_or_else(|| Err(missing("geom")), |p| k.geom(p.py(), model)));
     let parameter = match name {
         "timestep" => ScalarParameter::Timestep,
-        "gravity" => ScalarParameter::Gravity(index(3)?),
+        "gravity" => ScalarParameter::Gravity(index(0)?),
         "body_mass" => ScalarParameter::Mass(body()?),
-        "body_ipos" => ScalarParameter::CenterOfMass(body()?, index(3)?),
-        "body_inertia" => {
-            let row = index(3)?;
-            ScalarParameter::Inertia(body()?, [row, indices.get(1).copied().unwrap_or(row).min(2)])
-        }
+        "body_ipos" => ScalarParameter::CenterOfMass(body()?, index(0)?),
+        "body_inertia" => ScalarParameter::Inertia(body()?, [index(0)?, index(1)?]),
         "dof_damping" => ScalarParameter::Damping(joint()?),
         "jnt_stiffness" => ScalarParameter::Stiffness(joint()?),
         "qpos_spring" => ScalarParameter::SpringReference(joint()?),
         "dof_armature" => ScalarParameter::Armature(joint()?),
         "dof_frictionloss" => ScalarParameter::FrictionLoss(joint()?),
-        "geom_friction" => match index(3)? {
+        "geom_friction" => match index(0)? {
             0 => ScalarParameter::Friction(geom()?),
             1 => ScalarParameter::SpinningFriction(geom()?),
             _ => ScalarParameter::RollingFriction(geom()?),
         },
         "geom_restitution" => ScalarParameter::Restitution(geom()?),
         "geom_margin" => ScalarParameter::Margin(geom()?),
-        "geom_pos" => ScalarParameter::GeomPosition(geom()?, index(3)?),
-        "geom_size" => ScalarParameter::GeomSize(geom()?, index(3)?),
-        "pair_friction" => ScalarParameter::PairFriction(part.ok_or_else(|| missing("pair"))?.extract()?),
+        "geom_pos" => ScalarParameter::GeomPosition(geom()?, index(0)?),
+        "geom_size" => ScalarParameter::GeomSize(geom()?, index(0)?),
+        "pair_friction" => {
+            let part = part.ok_or_else(|| missing("pair"))?;
+            ScalarParameter::PairFriction(part.extract().map_err(|_| missing("pair"))?)
+        }
         "act" => {
             let part = part.ok_or_else(|| missing("actuator"))?;
             let names = model.actuators.iter().map(|actuator| actuator.name.as_str());
-            return Ok(ScalarParameter::Activation(ActuatorId(
-                key("actuator")?.among(part.py(), "actuator", names)? as u32
-            )));
+            ScalarParameter::Activation(ActuatorId(key("actuator")?.among(part.py(), "actuator", names)? as u32))
         }
         _ => return Err(PyValueError::new_err(format!("there is no parameter '{name}'; there are {NAMES}"))),
     };
-    match parameter.value(model) {
-        Some(_) => Ok(parameter),
-        None => Err(PyValueError::new_err(format!("the model has no such number: '{name}' {indices:?}"))),
+    let ([least, most], expected) = index_counts(name);
+    if !(least..=most).contains(&indices.len()) {
+        return Err(PyValueError::new_err(format!("'{name}' takes {expected}, not {indices:?}")));
+    }
+    match parameter {
+        ScalarParameter::Activation(_) => Ok(parameter),
+        _ if parameter.value(model).is_some() => Ok(parameter),
+        _ => Err(PyValueError::new_err(format!("the model has no such number: '{name}' {indices:?}"))),
     }
 }
 

@@ -90,6 +90,33 @@ def test_values_out_of_range_are_refused_with_their_part_and_range(parameter, va
         signorini.with_parameters(model, [parameter], [value])
 
 
+@pytest.mark.parametrize(
+    "parameter, error, told",
+    [
+        (("body_inertia", "ball", (0, 3)), IndexError, "'body_inertia' has no index 3"),
+        (("body_inertia", "ball", (2, 9)), IndexError, "'body_inertia' has no index 9"),
+        (("body_inertia", "ball", 0), ValueError, "takes a row and a column after its body, not .0."),
+        (("body_inertia", "ball"), ValueError, "takes a row and a column"),
+        (("body_mass", "ball", 7), ValueError, "'body_mass' takes no index, not .7."),
+        (("geom_friction", "ball", 0, 1), ValueError, "takes at most one index"),
+        (("geom_friction", "ball", -1), IndexError, "'geom_friction' has no index -1"),
+        (("body_mass",), ValueError, "'body_mass' needs the name or index of a body"),
+        (("gravity",), ValueError, "'gravity' takes one index"),
+        (("timestep", 0), ValueError, "'timestep' takes no index"),
+        ((), ValueError, "expected a name or a tuple"),
+        ({("body_mass", "ball"): np.nan}, ValueError, "the share of .*'body_mass'.* is NaN"),
+        ({("body_mass", "ball"): "much"}, ValueError, "the share of .*'body_mass'.* is much"),
+    ],
+)
+def test_parameters_that_name_no_number_are_refused(parameter, error, told):
+    with pytest.raises(error, match=told):
+        signorini.parameter_values(signorini.Model.from_string(BALL), [parameter])
+
+
+def test_a_name_alone_may_stand_in_a_tuple():
+    assert signorini.parameter_values(signorini.Model.from_string(BALL), [("timestep",)]).tolist() == [0.01]
+
+
 def central(function, x, h):
     x = np.asarray(x, float)
     out = np.zeros_like(x)
