@@ -64,13 +64,19 @@ fn read(name: &str, value: &Bound<'_, PyAny>) -> PyResult<(Vec<usize>, Vec<f64>)
         Some(to_array) => to_array.call0()?,
         None => value.clone(),
     };
+    let unreadable = |reason: &dyn std::fmt::Display| {
+        ProblemError::new_err(format!("{name} cannot be read as an array of numbers: {reason}"))
+    };
+    let numpy = py.import(intern!(py, "numpy"))?;
+    let given = numpy.call_method1(intern!(py, "asarray"), (dense,)).map_err(|e| unreadable(&e))?;
+    // NumPy would leave imaginary parts out with a warning.
+    if given.getattr(intern!(py, "dtype"))?.getattr(intern!(py, "kind"))?.extract::<char>()? == 'c' {
+        return Err(unreadable(&"it has complex numbers"));
+    }
     let options = PyDict::new(py);
     options.set_item("dtype", "float64")?;
     options.set_item("order", "C")?;
-    let array = py
-        .import(intern!(py, "numpy"))?
-        .call_method("asarray", (dense,), Some(&options))
-        .map_err(|e| ProblemError::new_err(format!("{name} cannot be read as an array of numbers: {e}")))?;
+    let array = numpy.call_method(intern!(py, "asarray"), (given,), Some(&options)).map_err(|e| unreadable(&e))?;
     let array = array.cast::<PyArrayDyn<f64>>()?;
     let entries = array.try_readonly()?.as_slice()?.to_vec();
     Ok((array.shape().to_vec(), entries))

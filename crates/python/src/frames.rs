@@ -249,11 +249,26 @@ pub fn operational_space_inertia<'py>(
     arrays::matrix(py, inertia.ok_or_else(|| SolveError::new_err(singular))?, rows, rows)
 }
 
+/// By how much the entries of `RᵀR` of a rotation may differ from those of the identity.
+const UNIT: f64 = 1e-6;
+
 /// A rotation as a quaternion (w, x, y, z) or as a matrix, (3, 3), as [`frame_pose`] gives it.
 fn rotation_of(value: &Bound<'_, PyAny>) -> PyResult<DQuat> {
     if let Ok((_, _, rows)) = arrays::read_matrix("quat", value, [Some(3), Some(3)]) {
         let columns: [f64; 9] = rows.try_into().map_err(|_| ProblemError::new_err("a matrix must be (3, 3)"))?;
-        return Ok(DQuat::from_mat3(&DMat3::from_cols_array(&columns).transpose()));
+        let matrix = DMat3::from_cols_array(&columns).transpose();
+        let off = (matrix.transpose() * matrix - DMat3::IDENTITY)
+            .to_cols_array()
+            .iter()
+            .fold(0.0, |off: f64, x| off.max(x.abs()));
+        // Comparisons with what is no number fail.
+        if !(off <= UNIT && matrix.determinant() > 0.0) {
+            return Err(ProblemError::new_err(format!(
+                "quat is no rotation: the columns of the matrix must be of length 1, orthogonal and right-handed (entries of RᵀR are off by {off:.1e}, the determinant is {:.6})",
+                matrix.determinant()
+            )));
+        }
+        return Ok(DQuat::from_mat3(&matrix));
     }
     let r = arrays::read_vector("quat", value, Some(4))?;
     Ok(DQuat::from_xyzw(r[1], r[2], r[3], r[0]))

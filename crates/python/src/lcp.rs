@@ -7,7 +7,7 @@ use signorini::lcp::{
 };
 
 use crate::arrays::{self, Vector};
-use crate::error::lcp_error;
+use crate::error::{ProblemError, lcp_error};
 use crate::guard;
 use crate::report::name_of;
 
@@ -133,6 +133,12 @@ pub fn solve_lcp(
     let b = arrays::read_vector("b", b, Some(rows))?;
     let A = Matrix::new(rows, cols, entries).map_err(lcp_error)?;
     let mut method = method.parse::<MethodKind>().and_then(|kind| kind.build()).map_err(lcp_error)?;
+    if let Some(given) = warm_start.as_ref().filter(|given| given.len() != rows) {
+        return Err(ProblemError::new_err(format!(
+            "warm_start has {} entries, expected {rows}, one for each row of A",
+            given.len()
+        )));
+    }
     let warm = warm_start.map(|z_basic| Basis { z_basic });
     guard::detached(py, || -> Result<LcpResult, LcpError> {
         let (mixed, mut solution) = match free {

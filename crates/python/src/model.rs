@@ -118,6 +118,10 @@ impl Model {
                 return Err(pyo3::exceptions::PyValueError::new_err(message));
             }
         };
+        if !FORMATS.contains(&format) {
+            let message = format!("format is '{format}': it must be one of {}", FORMATS.join(", "));
+            return Err(pyo3::exceptions::PyValueError::new_err(message));
+        }
         let options = LoadOptions::default()
             .with_package_dirs(package_dirs)
             .with_floating_base(floating_base)
@@ -402,6 +406,9 @@ impl Model {
         Ok(parts::keyframe(item(&self.inner.keyframes, id)?, id))
     }
 }
+
+/// What the format of a text may be called.
+const FORMATS: [&str; 4] = ["auto", "mjcf", "urdf", "sdf"];
 
 /// Text in a named format, or in the one its root element says.
 fn load_text(text: &str, format: &str, base: &std::path::Path, options: &LoadOptions) -> Result<Imported, FormatError> {

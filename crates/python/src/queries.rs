@@ -9,7 +9,7 @@ use signorini::multibody::glam::DVec3;
 use crate::arrays::{self, Table, Vector};
 use crate::core::Core;
 use crate::data::Data;
-use crate::error::{ProblemError, simulation_error};
+use crate::error::{ProblemError, SettingError, simulation_error};
 use crate::guard;
 use crate::model::Model;
 use crate::names::{Key, body_of};
@@ -147,6 +147,9 @@ pub fn contacts_at(
     within: f64,
 ) -> PyResult<Vec<ContactPoint>> {
     check_model(model, data)?;
+    if !(within >= 0.0 && within.is_finite()) {
+        return Err(SettingError::new_err(format!("within must be finite and not negative, found {within}")));
+    }
     let mut core = data.get().loaded(py)?;
     let q = match qpos {
         Some(qpos) => arrays::read_vector("qpos", qpos, Some(core.model.nq))?,

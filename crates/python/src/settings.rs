@@ -5,7 +5,7 @@ use signorini::contact::SolverSettings;
 use signorini::lcp::MethodKind;
 use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, OverlapPolicy, RestitutionLaw, Settings};
 
-use crate::error::{SettingError, lcp_error, simulation_error};
+use crate::error::{SettingError, lcp_error};
 
 /// The fields of the dataclass.
 #[derive(FromPyObject)]
@@ -106,7 +106,7 @@ impl PySettings {
                 &self.overlaps,
                 &[("exclude", OverlapPolicy::Exclude), ("keep", OverlapPolicy::Keep), ("stop", OverlapPolicy::Stop)],
             )?);
-        settings.validate().map_err(simulation_error)?;
+        settings.validate().map_err(|error| SettingError::new_err(error.to_string()))?;
         Ok(settings)
     }
 }

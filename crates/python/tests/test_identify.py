@@ -48,6 +48,8 @@ def test_faults_are_named():
         signorini.identify(model, given, ["friction"], interval=0.02)
     with pytest.raises(ValueError, match="outside its bounds"):
         signorini.identify(model, given, [signorini.Unknown(("body_mass", "box"), bounds=(0.0, 1e-3))], interval=0.02)
+    with pytest.raises(ValueError, match="has the prior 1 ± 0"):
+        signorini.identify(model, given, [signorini.Unknown(("body_mass", "box"), prior=(1, 0))], interval=0.02)
     with pytest.raises(ValueError, match="qvel"):
         signorini.identify(model, [(given[0][0], given[0][1][:-1])], [("body_mass", "box")], interval=0.02)
 

@@ -117,6 +117,11 @@ def test_sizes_and_parts(pendulum):
     assert pendulum.body(-1).name == "arm" and pendulum.body_mass.tolist() == [0.0, 2.0]
 
 
+def test_an_unknown_format_is_named():
+    with pytest.raises(ValueError, match="format is 'xx': it must be one of auto, mjcf, urdf, sdf"):
+        signorini.Model.from_string("<mujoco/>", format="xx")
+
+
 def test_an_unknown_name_lists_the_names_that_exist_the_closest_first():
     model = mjcf("".join(f"<body name='{n}'><joint name='j_{n}'/><geom size='.1'/></body>" for n in ("trunk", "hip", "knee")))
     with pytest.raises(KeyError, match="no body 'trnk'; valid names: 'trunk', .*'world'"):
@@ -125,6 +130,9 @@ def test_an_unknown_name_lists_the_names_that_exist_the_closest_first():
         signorini.Data(model).joint("knee")
     with pytest.raises(KeyError, match="the model has none"):
         model.actuator("motor")
+    for wrong in (1.0, None):
+        with pytest.raises(TypeError, match="a body is asked for by its name or its index, not by"):
+            model.body(wrong)
     with pytest.raises(IndexError, match="the model has 4"):
         model.body(4)
 

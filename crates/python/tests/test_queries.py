@@ -160,6 +160,9 @@ def test_contacts_of_a_configuration_are_those_of_a_step(model):
     high = model.qpos0.copy()
     high[2] = 3.0
     assert not signorini.contacts_at(model, data, high) and signorini.contacts_at(model, data, high, within=4.0)
+    for wrong in (-1.0, np.nan, np.inf):
+        with pytest.raises(signorini.SettingError, match="within must be finite and not negative"):
+            signorini.contacts_at(model, data, within=wrong)
 
 
 def test_the_operational_space_inertia_is_what_a_force_feels(model):
@@ -213,6 +216,9 @@ def test_inverse_kinematics_puts_a_site_where_it_is_wanted(model):
         signorini.inverse_kinematics(model, data, place)
     with pytest.raises(KeyError, match="no site 'tow'; valid names: 'toe'"):
         signorini.inverse_kinematics(model, data, place, site="tow")
+    for wrong in (-np.eye(3), 2 * np.eye(3), np.array([[1, 0.1, 0], [0, 1, 0], [0, 0, 1.0]]), np.full((3, 3), np.nan)):
+        with pytest.raises(signorini.ProblemError, match="quat is no rotation"):
+            signorini.inverse_kinematics(model, data, quat=wrong, site="toe")
 
 
 def test_what_stands_presses_inside_its_polygon():

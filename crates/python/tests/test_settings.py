@@ -112,7 +112,7 @@ def test_settings_of_the_solver_are_taken_and_checked():
         wrong = {"polish": 0.0, "proximal_weight": -1.0, "smallest_proximal_weight": 1.5,
                  "mode_tolerance": 0.0, "max_rounds": 0, "max_proximal_iterations": 0}.get(field.name)
         if wrong is not None:
-            with pytest.raises(signorini.SignoriniError, match=field.name):
+            with pytest.raises(signorini.SettingError, match=field.name):
                 signorini.Data(model, Settings(solver=SolverSettings(**{field.name: wrong})))
 
 

@@ -99,6 +99,10 @@ def test_malformed_problems_are_refused():
         solve_lcp("A", [1.0])
     with pytest.raises(signorini.SettingError, match="simplex"):
         solve_lcp(np.eye(2), [1.0, 1.0], "simplex")
+    with pytest.raises(signorini.ProblemError, match="warm_start has 1 entries, expected 2"):
+        solve_lcp(np.eye(2), [1.0, 1.0], warm_start=[True])
+    with pytest.raises(signorini.ProblemError, match="A cannot be read .* complex"):
+        solve_lcp(np.eye(2) * 1j, [1.0, 1.0])
 
 
 def test_the_shim_answers_like_the_package_that_it_stands_for(monkeypatch):

@@ -108,6 +108,19 @@ def test_attributes_are_read_and_set():
         (lambda w: w.part("boddy", 0), signorini.ProblemError, "sorts: body"),
         (lambda w: w.joint("box free").__setattr__("axis", (1, 0, 0)), signorini.ProblemError, "only hinges and slides"),
         (lambda w: setattr(w.actuator("pull"), "kp", 1.0), signorini.ProblemError, "has no kp"),
+        (lambda w: w.add_geom("world", "sphere", "g", size=0.1, restitution=7), signorini.ProblemError,
+         "^restitution of geom 'g': .* between 0 and 1, found 7"),
+        (lambda w: w.add_geom("upper", "sphere", "g", size=0.1, mass=1, grain=(1, 0)), signorini.ProblemError, "^grain of geom 'g': "),
+        (lambda w: w.add_body(" lead"), signorini.ModelError, "cannot be called ' lead'"),
+        (lambda w: w.add_body(""), signorini.ModelError, "cannot be called ''"),
+        (lambda w: w.add_site("upper", 5), signorini.ModelError, "the name of a site is text, not 5"),
+        (lambda w: w.add_keyframe("late "), signorini.ModelError, "cannot be called 'late '"),
+        (lambda w: w.attach(signorini.Spec(), prefix=" x"), signorini.ModelError, "prefix ' x'"),
+        (lambda w: w.add_pair("box", "box"), signorini.ModelError, "a contact pair is between geom 'box' and itself"),
+        (lambda w: w.add_equality("connect", "c", body1="box", body2="box", anchor=(0, 0, 0)), signorini.ModelError,
+         "equality constraint 'c' is between body 'box' and itself"),
+        (lambda w: w.add_equality("weld", "c", body1="box", body2="box"), signorini.ModelError, "'box' and itself"),
+        (lambda w: w.add_sensor("zz", site="tip"), signorini.ProblemError, "zz"),
     ],
 )
 def test_a_wrong_edit_is_named_and_changes_nothing(edit, error, words):
@@ -116,6 +129,24 @@ def test_a_wrong_edit_is_named_and_changes_nothing(edit, error, words):
     with pytest.raises(error, match=words):
         edit(world)
     assert world.to_mjcf() == before
+
+
+HELD = """<mujoco><worldbody><body name="a" pos="0 0 1"><freejoint/><geom name="b" size=".1" mass="1"/></body>
+  <body name="hand" pos="0 1 0" mocap="true"/></worldbody><equality>%s</equality>
+  <keyframe><key name="k" qpos="0 0 2 1 0 0 0" mpos="1 2 3"/></keyframe></mujoco>"""
+
+
+@pytest.mark.parametrize("held", ["<weld body1='a'/>", "<connect body1='a' anchor='0 0 .2'/>"])
+def test_what_is_held_in_the_world_is_held_where_it_was_put(held):
+    spec = signorini.Spec()
+    spec.attach(signorini.Model.from_string(HELD % held), pos=(5, 0, 0), prefix="x/")
+    model = spec.compile()
+    data = signorini.Data(model)
+    signorini.step(model, data, nstep=200)
+    assert data.body("x/a").xpos == pytest.approx([5, 0, 1], abs=1e-9)
+    data.reset("x/k")
+    signorini.kinematics(model, data)
+    assert data.body("x/a").xpos == pytest.approx([5, 0, 2]) and data.body("x/hand").xpos == pytest.approx([6, 2, 3])
 
 
 def test_recompiled_what_stayed_goes_on():

@@ -28,6 +28,16 @@ def test_a_box_on_a_slope():
     assert stays.points.shape == (4, 3) and stays.friction_use.max() <= 1 + 1e-9
 
 
+def test_tolerances_have_a_range():
+    box = slope(0.1, 0.5)
+    for wrong in (-1.0, 0.0, 1.0, math.nan):
+        for ask in (lambda: signorini.stability(box, tolerance=wrong), lambda: signorini.safety(box, what="friction", tolerance=wrong)):
+            with pytest.raises(signorini.SettingError, match="tolerance"):
+                ask()
+    with pytest.raises(signorini.SettingError, match="contact_tolerance"):
+        signorini.stability(box, touching=-1e-3)
+
+
 def test_walls_that_just_touch_leave_both_open():
     model = mjcf("<geom type='plane' pos='-0.1 0 0' zaxis='1 0 0' friction='0.5'/><geom type='plane' pos='0.1 0 0' zaxis='-1 0 0'/>"
                  "<body name='box' pos='0 0 1'><freejoint/><geom type='box' size='0.1 0.1 0.1'/></body>")

@@ -34,13 +34,14 @@ impl<'a> Configuration<'a> {
         Self { model, state: State::new(model), input: Input::default(), points: Some((points, attraction)) }
     }
 
-    /// The problem of another model of the same structure, or under another input.
+    /// The problem of another model of the same structure, or under another input; whatever is asked begins with one.
     pub(crate) fn problem(
         &self,
         model: &Model,
         input: &Input,
         settings: &StabilitySettings,
     ) -> Result<Built, SimulationError> {
+        settings.validate()?;
         let (simulation, state) = (&settings.simulation, &self.state);
         let mut rest = match self.points {
             None => rest_problem(model, state, input, simulation, settings.contact_tolerance)?,

@@ -1,7 +1,7 @@
 //! Settings of a verdict.
 
 use derive_setters::Setters;
-use signorini_simulation::Settings;
+use signorini_simulation::{Settings, SimulationError};
 
 use crate::attraction::Attraction;
 
@@ -29,6 +29,22 @@ pub struct StabilitySettings {
     pub attraction: Vec<Attraction>,
     /// How contact problems are made of a model: friction directions, time step.
     pub simulation: Settings,
+}
+
+impl StabilitySettings {
+    /// Checks the ranges of the tolerances.
+    ///
+    /// # Errors
+    /// [`SimulationError::Setting`].
+    pub fn validate(&self) -> Result<(), SimulationError> {
+        let check = |setting, found: f64, expected, ok: bool| {
+            if ok { Ok(()) } else { Err(SimulationError::Setting { setting, expected, found }) }
+        };
+        let touching = self.contact_tolerance;
+        check("contact_tolerance", touching, "finite and not negative", touching >= 0.0 && touching.is_finite())?;
+        let tolerances = [("tolerance", self.tolerance), ("balance_tolerance", self.balance_tolerance)];
+        tolerances.into_iter().try_for_each(|(name, x)| check(name, x, "in (0, 1)", x > 0.0 && x < 1.0))
+    }
 }
 
 impl Default for StabilitySettings {

@@ -3,8 +3,8 @@
 use glamx::glam::DVec3;
 
 use super::assemble::{Parts, measure_tendons, normalise, place_cameras};
-use super::check::{check_inertia, check_keyframes, moving_no_mass, number, unique};
-use super::check_sensing::{check_cameras, check_relations, check_sensors};
+use super::check::{check_inertia, moving_no_mass, number, unique};
+use super::check_sensing::{check_cameras, check_keyframes, check_relations, check_sensors};
 use super::path::reference_pose;
 use super::{
     Actuator, ActuatorId, Body, BodyId, Camera, Equality, EqualityKind, Geom, GeomId, GeomPair, Geometry, Inertia,

@@ -204,6 +204,10 @@ pub(super) fn check_pairs(model: &Model) -> Result<(), ModelError> {
         for geom in [pair.geom_a, pair.geom_b] {
             known("a contact pair".into(), "geom", geom.index(), model.geoms.len())?;
         }
+        if pair.geom_a == pair.geom_b {
+            let name = model.geoms[pair.geom_a.index()].name.clone();
+            return Err(ModelError::SamePart { part: "a contact pair".into(), sort: "geom", name });
+        }
         let part = || "a contact pair".into();
         for x in [pair.friction, pair.spinning_friction, pair.rolling_friction] {
             number(part, "friction", "finite and not negative", x, |x| x >= 0.0)?;
@@ -220,13 +224,18 @@ pub(super) fn check_equalities(model: &Model) -> Result<(), ModelError> {
     for equality in &model.equalities {
         let part = || format!("equality constraint '{}'", equality.name);
         let finite = |x: DVec3| x.to_array().into_iter().try_for_each(|x| number(part, "point", "finite", x, |_| true));
+        let apart = |a: BodyId, b: BodyId| {
+            known(part(), "body", a.index().max(b.index()), model.bodies.len())?;
+            let name = || model.bodies[a.index()].name.clone();
+            if a == b { Err(ModelError::SamePart { part: part(), sort: "body", name: name() }) } else { Ok(()) }
+        };
         match equality.kind {
             EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
-                known(part(), "body", body_a.index().max(body_b.index()), model.bodies.len())?;
+                apart(body_a, body_b)?;
                 [point_a, point_b].into_iter().try_for_each(finite)?;
             }
             EqualityKind::Weld { body_a, frame_a, body_b, frame_b } => {
-                known(part(), "body", body_a.index().max(body_b.index()), model.bodies.len())?;
+                apart(body_a, body_b)?;
                 [frame_a, frame_b].iter().try_for_each(|frame| check_pose(part, frame))?;
             }
             EqualityKind::Tendon { tendon, driver, polynomial } => {
@@ -359,46 +368,6 @@ pub(super) fn scalar_joint(
 }
 
 /// Checks sizes and numbers and normalises the quaternions.
-pub(super) fn check_keyframes(model: &mut Model) -> Result<(), ModelError> {
-    let (nq, nv, na, nu) = (model.nq, model.nv, model.na, model.actuators.len());
-    for keyframe in &mut model.keyframes {
-        let part = format!("keyframe '{}'", keyframe.name);
-        for (list, expected, values) in [
-            ("qpos", nq, &keyframe.q),
-            ("qvel", nv, &keyframe.v),
-            ("act", na, &keyframe.activation),
-            ("ctrl", nu, &keyframe.control),
-        ] {
-            if values.len() != expected {
-                return Err(ModelError::WrongLength { part, list, expected, found: values.len() });
-            }
-            for &x in values {
-                number(|| part.clone(), list, "finite", x, |_| true)?;
-            }
-        }
-        let count = model.mocap_bodies.len();
-        if ![0, count].contains(&keyframe.mocap.len()) {
-            let (list, found) = ("mpos and mquat", keyframe.mocap.len());
-            return Err(ModelError::WrongLength { part, list, expected: count, found });
-        }
-        for pose in &mut keyframe.mocap {
-            check_pose(|| part.clone(), pose)?;
-            pose.rotation = pose.rotation.normalize();
-        }
-        for joint in &model.joints {
-            let start = joint.q_index + if joint.kind == JointKind::Free { 3 } else { 0 };
-            if !matches!(joint.kind, JointKind::Free | JointKind::Ball) {
-                continue;
-            }
-            let quat = &mut keyframe.q[start..start + 4];
-            let norm = quat.iter().map(|x| x * x).sum::<f64>().sqrt();
-            number(|| part.clone(), "norm of a quaternion", "positive", norm, |n| n > 1e-12)?;
-            quat.iter_mut().for_each(|x| *x /= norm);
-        }
-    }
-    Ok(())
-}
-
 pub(super) fn known(part: String, sort: &'static str, index: usize, count: usize) -> Result<(), ModelError> {
     if index < count { Ok(()) } else { Err(ModelError::UnknownPart { part, sort, index, count }) }
 }

@@ -1,4 +1,4 @@
-//! What sites, tendons and sensors must satisfy.
+//! What sites, tendons, sensors and keyframes must satisfy.
 
 use super::check::{
     check_actuators, check_equalities, check_geoms, check_joints, check_mass, check_mocap, check_pairs, check_pose,
@@ -188,6 +188,47 @@ pub(super) fn check_cameras(cameras: &mut [Camera], bodies: usize) -> Result<(),
             return Err(ModelError::UnknownPart { part: part(), sort: "body", index: body.index(), count: bodies });
         }
         camera.placement.rotation = unit_rotation(camera.placement.rotation);
+    }
+    Ok(())
+}
+
+/// Makes rotations unit on the way.
+pub(super) fn check_keyframes(model: &mut Model) -> Result<(), ModelError> {
+    let (nq, nv, na, nu) = (model.nq, model.nv, model.na, model.actuators.len());
+    for keyframe in &mut model.keyframes {
+        let part = format!("keyframe '{}'", keyframe.name);
+        for (list, expected, values) in [
+            ("qpos", nq, &keyframe.q),
+            ("qvel", nv, &keyframe.v),
+            ("act", na, &keyframe.activation),
+            ("ctrl", nu, &keyframe.control),
+        ] {
+            if values.len() != expected {
+                return Err(ModelError::WrongLength { part, list, expected, found: values.len() });
+            }
+            for &x in values {
+                number(|| part.clone(), list, "finite", x, |_| true)?;
+            }
+        }
+        let count = model.mocap_bodies.len();
+        if ![0, count].contains(&keyframe.mocap.len()) {
+            let (list, found) = ("mpos and mquat", keyframe.mocap.len());
+            return Err(ModelError::WrongLength { part, list, expected: count, found });
+        }
+        for pose in &mut keyframe.mocap {
+            check_pose(|| part.clone(), pose)?;
+            pose.rotation = pose.rotation.normalize();
+        }
+        for joint in &model.joints {
+            let start = joint.q_index + if joint.kind == JointKind::Free { 3 } else { 0 };
+            if !matches!(joint.kind, JointKind::Free | JointKind::Ball) {
+                continue;
+            }
+            let quat = &mut keyframe.q[start..start + 4];
+            let norm = quat.iter().map(|x| x * x).sum::<f64>().sqrt();
+            number(|| part.clone(), "norm of a quaternion", "positive", norm, |n| n > 1e-12)?;
+            quat.iter_mut().for_each(|x| *x /= norm);
+        }
     }
     Ok(())
 }

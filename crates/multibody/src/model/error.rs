@@ -89,6 +89,16 @@ pub enum ModelError {
         /// What is wrong.
         reason: String,
     },
+    /// What is between two parts has the same one twice.
+    #[error("{part} is between {sort} '{name}' and itself: it takes two {sort}s")]
+    SamePart {
+        /// What is between them.
+        part: String,
+        /// Sort of the parts.
+        sort: &'static str,
+        /// The name of the part.
+        name: String,
+    },
     /// A keyframe or another list with the wrong number of entries.
     #[error("{part} has {found} entries in {list}, the model needs {expected}")]
     WrongLength {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import operator
 from typing import Any, Sequence, Union
 
 Key = Union[str, int]
@@ -26,16 +27,21 @@ def index_of(sort: str, names: Sequence[str], key: Key) -> int:
     Raises:
         KeyError: no part has this name; the message lists the names there are, the most similar first.
         IndexError: the index is out of range.
+        TypeError: the key is neither a name nor an index.
     """
     if isinstance(key, str):
         try:
             return names.index(key)
         except ValueError:
             raise KeyError(_message(sort, names, key)) from None
+    try:
+        index = operator.index(key)
+    except TypeError:
+        raise TypeError(f"a {sort} is asked for by its name or its index, not by {key!r}") from None
     count = len(names)
-    if -count <= key < count:
-        return key % count
-    raise IndexError(f"{sort} {key}: the model has {count}")
+    if -count <= index < count:
+        return index % count
+    raise IndexError(f"{sort} {index}: the model has {count}")
 
 
 def _message(sort: str, names: Sequence[str], key: str) -> str:

@@ -153,6 +153,8 @@ class Spec(Strict, _core.Spec):
             ModelError: there is no such body, a name is taken, or a floating body would hang on something that is not the world; nothing has
                 changed then.
         """
+        if prefix != prefix.lstrip():
+            raise ModelError(f"names cannot begin with the space of the prefix {prefix!r}")
         if isinstance(other, str):
             other = Spec.from_string(other)
         elif isinstance(other, Model):
@@ -237,7 +239,7 @@ class Spec(Strict, _core.Spec):
         name = self._free_name("geom", name, _name(body))
         attributes = {word: value for word, value in attributes.items() if value is not None}
         weighs = True if "mass" in attributes or "density" in attributes else None
-        own = {word: attributes.pop(word) for word in ("restitution", "surface_velocity", "grain") if word in attributes}
+        own = [(word, _plain(attributes.pop(word))) for word in ("restitution", "surface_velocity", "grain") if word in attributes]
         assets = ""
         if mesh is not None:
             asset = {"name": "mesh", "file": os.fspath(pathlib.Path(mesh).resolve())}
@@ -245,11 +247,9 @@ class Spec(Strict, _core.Spec):
                 asset["scale"] = attributes.pop("scale")
             assets, type = _text(_element("mesh", asset)), "mesh"
             attributes["mesh"] = "mesh"
-        self._add("geom", _text(_element("geom", {"name": name, "type": type, **attributes})), _name(body), assets, weighs)
-        part = SpecPart(self, "geom", name)
-        for word, value in own.items():
-            setattr(part, word, value)
-        return part
+        element = _element("geom", {"name": name, "type": type, **attributes})
+        self._add("geom", _text(element), _name(body), assets, weighs, name, own)
+        return SpecPart(self, "geom", name)
 
     def add_site(self, body: Union[str, SpecPart] = "world", name: Optional[str] = None, **attributes: Any) -> SpecPart:
         """Adds a site to a body with MJCF's attributes."""
@@ -311,6 +311,7 @@ class Spec(Strict, _core.Spec):
         """Adds a named state with MJCF's attributes (``qpos``, ``qvel``, ``act``, ``ctrl``, …) in the order of the model that
         :meth:`compile` gives now.
         """
+        name = _checked_name("keyframe", name)
         return self._related("keyframe", name, _element("key", {"name": name, **attributes}))
 
     def compile(self) -> Model:
@@ -353,9 +354,9 @@ class Spec(Strict, _core.Spec):
         return _element(sort, {sort: part})
 
     def _free_name(self, sort: str, name: Optional[str], like: str = "") -> str:
-        """A name that nobody has, where none is given."""
+        """The name given, or one that nobody has."""
         if name is not None:
-            return name
+            return _checked_name(sort, name)
         names, base = set(self.names(sort)), f"{like} {sort}".strip()
         return next(free for free in _numbered(base) if free not in names)
 
@@ -378,6 +379,15 @@ def _numbered(base: str) -> Iterator[str]:
 
 def _name(part: Union[str, SpecPart]) -> str:
     return part.name if isinstance(part, SpecPart) else part
+
+
+def _checked_name(sort: str, name: str) -> str:
+    """The name, where a model file keeps it as it is."""
+    if not isinstance(name, str):
+        raise ModelError(f"the name of a {sort} is text, not {name!r}")
+    if not name or name != name.strip():
+        raise ModelError(f"a {sort} cannot be called {name!r}: a name is not empty, and neither begins nor ends with a space")
+    return name
 
 
 def _plain(value: Any) -> Any:

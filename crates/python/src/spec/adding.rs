@@ -3,20 +3,25 @@
 use std::path::Path;
 
 use pyo3::prelude::*;
-use signorini::formats::{LoadOptions, load_mjcf_str_with, write_mjcf};
+use signorini::formats::{LoadOptions, Warning, load_mjcf_str_with, write_mjcf};
 use signorini::multibody::{Geometry, Inertia, Model, Pose};
-use signorini::spec::Spec;
+use signorini::spec::{Spec, SpecError};
 
 use crate::error::{ProblemError, format_error, spec_error};
 
 /// Reads text that was made around an element.
 fn read(text: &str) -> PyResult<Model> {
+    Ok(read_with_words(text)?.0)
+}
+
+/// The same, with what the reader says of parts that do not change the motion.
+fn read_with_words(text: &str) -> PyResult<(Model, Vec<String>)> {
     let imported = load_mjcf_str_with(text, Path::new(""), &LoadOptions::default()).map_err(format_error)?;
-    match imported.report.warnings.iter().find(|warning| warning.changes_motion) {
-        Some(warning) => {
-            Err(ProblemError::new_err(format!("{}: {}; {}", warning.element, warning.what, warning.effect)))
-        }
-        None => Ok(imported.model),
+    let words = |warning: &Warning| format!("{}: {}; {}", warning.element, warning.what, warning.effect);
+    let warnings = &imported.report.warnings;
+    match warnings.iter().find(|warning| warning.changes_motion) {
+        Some(warning) => Err(ProblemError::new_err(words(warning))),
+        None => Ok((imported.model, warnings.iter().map(words).collect())),
     }
 }
 
@@ -87,7 +92,8 @@ pub(super) fn add_relation(spec: &mut Spec, sort: &str, name: &str, element: &st
     let mut text = write_mjcf(&skeleton(spec)?).text;
     let end = text.rfind("</mujoco>").unwrap_or(text.len());
     text.insert_str(end, &format!("<{section}>{element}</{section}>"));
-    let other = Spec::from_model(&read(&text)?);
+    let (model, words) = read_with_words(&text)?;
+    let other = Spec::from_model(&model);
     match sort {
         "tendon" => spec.adopt_tendon(&other, name),
         "actuator" => spec.adopt_actuator(&other, name),
@@ -96,7 +102,13 @@ pub(super) fn add_relation(spec: &mut Spec, sort: &str, name: &str, element: &st
         "keyframe" => spec.adopt_keyframe(&other, name),
         _ => spec.adopt_last_pair(&other),
     }
-    .map_err(spec_error)
+    .map_err(|error| match error {
+        // What the reader did not take over cannot be adopted, and it says why.
+        SpecError::UnknownName { name: missing, .. } if missing == name && !words.is_empty() => {
+            ProblemError::new_err(words.join("; "))
+        }
+        error => spec_error(error),
+    })
 }
 
 /// The mechanism with its names and without what is large or refers to everything: an element can be read in it.

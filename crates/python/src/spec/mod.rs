@@ -87,12 +87,28 @@ impl Spec {
     ///
     /// - `assets`: what the element names
     /// - `weighs`: whether a geom adds its mass to that of the body; without it, where the body has no inertia of its own
-    #[pyo3(signature = (sort, element, body, assets="", weighs=None))]
-    fn _add(&self, sort: &str, element: &str, body: &str, assets: &str, weighs: Option<bool>) -> PyResult<()> {
+    /// - `own`: attributes that MJCF has no word for, of the part called `name`
+    #[pyo3(signature = (sort, element, body, assets="", weighs=None, name="", own=Vec::new()))]
+    #[expect(clippy::too_many_arguments, reason = "they are keywords in Python")]
+    fn _add(
+        &self,
+        sort: &str,
+        element: &str,
+        body: &str,
+        assets: &str,
+        weighs: Option<bool>,
+        name: &str,
+        own: Vec<(String, Bound<'_, PyAny>)>,
+    ) -> PyResult<()> {
         let mut edited = self.lock()?;
         let weighs = weighs.unwrap_or_else(|| edited.of_geoms.contains(body));
         let mut next = edited.spec.clone();
         add_to_body(&mut next, sort, element, &Place { body, assets, weighs })?;
+        for (attribute, value) in own {
+            set_attribute(&mut next, sort, name, &attribute, &value).map_err(|error| {
+                ProblemError::new_err(format!("{attribute} of {sort} '{name}': {}", error.value(value.py())))
+            })?;
+        }
         edited.spec = next;
         Ok(())
     }
@@ -193,18 +209,7 @@ impl Spec {
             let values = value.extract::<f64>().map_or_else(|_| value.extract(), |one| Ok(vec![one]))?;
             return keyframes::write(&mut edited.spec, name, attribute, &values).map(|()| true);
         }
-        let taken = with_part!(edited.spec, sort, name, part => {
-            let before = part.clone();
-            let taken = part.take(attribute, value);
-            match part.check() {
-                Err(error) if matches!(taken, Some(Ok(()))) => {
-                    *part = before;
-                    Some(Err(ProblemError::new_err(error.to_string())))
-                }
-                _ => taken,
-            }
-        })?;
-        taken.transpose().map(|taken| taken.is_some())
+        set_attribute(&mut edited.spec, sort, name, attribute, value)
     }
 
     /// Gravity in world, (3,), m/s².
@@ -307,6 +312,29 @@ impl Spec {
             .lock()
             .map_err(|_| PyRuntimeError::new_err("an edit of this spec failed by an internal error: make it anew"))
     }
+}
+
+/// Sets an attribute of a part that is no keyframe; whether there is one of this name. A value that no model can have is refused, and nothing
+/// has changed.
+fn set_attribute(
+    spec: &mut signorini::spec::Spec,
+    sort: &str,
+    name: &str,
+    attribute: &str,
+    value: &Bound<'_, PyAny>,
+) -> PyResult<bool> {
+    let taken = with_part!(spec, sort, name, part => {
+        let before = part.clone();
+        let taken = part.take(attribute, value);
+        match part.check() {
+            Err(error) if matches!(taken, Some(Ok(()))) => {
+                *part = before;
+                Some(Err(ProblemError::new_err(error.to_string())))
+            }
+            _ => taken,
+        }
+    })?;
+    taken.transpose().map(|taken| taken.is_some())
 }
 
 fn unknown_sort(sort: &str) -> PyErr {
