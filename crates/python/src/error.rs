@@ -32,7 +32,13 @@ pub fn format_error(error: FormatError) -> PyErr {
 /// A simulation that cannot be set up or cannot go on.
 pub fn simulation_error(error: SimulationError) -> PyErr {
     use SimulationError as E;
-    let message = error.to_string();
+    let message = match &error {
+        // The engine names its own function.
+        E::WarmStart { found } => format!(
+            "the last {found} numbers of the state are not a warm start: pass what get_state gave for this model, unchanged"
+        ),
+        error => error.to_string(),
+    };
     match error {
         E::Setting { .. } | E::UnboundedMotor { .. } => SettingError::new_err(message),
         E::Collision(_) | E::Model(_) => ModelError::new_err(message),

@@ -1,5 +1,6 @@
 //! `signorini.Settings` (a Python dataclass) as settings of the engine.
 
+use pyo3::exceptions::{PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use signorini::contact::SolverSettings;
 use signorini::lcp::MethodKind;
@@ -7,9 +8,38 @@ use signorini::{ContactMethod, FrictionLaw, ImpulseChoice, InfeasiblePolicy, Ove
 
 use crate::error::{SettingError, lcp_error};
 
-/// The fields of the dataclass.
+/// The dataclass.
+pub struct PySettings(Fields);
+
+impl<'a, 'py> FromPyObject<'a, 'py> for PySettings {
+    type Error = PyErr;
+
+    fn extract(given: Borrowed<'a, 'py, PyAny>) -> PyResult<Self> {
+        given.extract().map(Self).map_err(|error| of_field(given.py(), error))
+    }
+}
+
+/// The error of a field with its name, where PyO3 leaves the reason to the cause of an error that names a type of this file.
+fn of_field(py: Python<'_>, error: PyErr) -> PyErr {
+    let (mut path, mut error) = (String::from("settings"), error);
+    loop {
+        let message = error.value(py).to_string();
+        let field = message.strip_prefix("failed to extract field ").and_then(|place| place.split('.').nth(1));
+        let (Some(field), Some(cause)) = (field, error.cause(py)) else { break };
+        path += &format!(".{field}");
+        error = cause;
+    }
+    let message = format!("{path}: {}", error.value(py));
+    if error.is_instance_of::<PyOverflowError>(py) {
+        SettingError::new_err(message)
+    } else {
+        PyTypeError::new_err(message)
+    }
+}
+
+/// Its fields.
 #[derive(FromPyObject)]
-pub struct PySettings {
+struct Fields {
     timestep: Option<f64>,
     directions: usize,
     direction_angle: f64,
@@ -55,6 +85,12 @@ struct PySolverSettings {
 impl PySettings {
     /// The engine's settings, checked.
     pub fn to_settings(&self) -> PyResult<Settings> {
+        self.0.to_settings()
+    }
+}
+
+impl Fields {
+    fn to_settings(&self) -> PyResult<Settings> {
         let settings = Settings::default()
             .with_timestep(self.timestep)
             .with_directions(self.directions)

@@ -147,7 +147,7 @@ def test_a_state_of_another_model_is_refused(ball, pendulum):
         data.set_state(state)
     damaged = data.get_state()
     damaged[-1] = 0.5
-    with pytest.raises(signorini.StateError, match="not a warm start"):
+    with pytest.raises(signorini.StateError, match="not a warm start: pass what get_state gave"):
         data.set_state(damaged)
     with pytest.raises(ValueError, match="another model"):
         signorini.step(pendulum, data)

@@ -116,6 +116,21 @@ def test_settings_of_the_solver_are_taken_and_checked():
                 signorini.Data(model, Settings(solver=SolverSettings(**{field.name: wrong})))
 
 
+@pytest.mark.parametrize(
+    "settings, error, told",
+    [
+        (Settings(timestep="fast"), TypeError, "^settings.timestep: must be real number, not str"),
+        (Settings(directions=4.5), TypeError, "^settings.directions: .*float"),
+        (Settings(directions=-4), signorini.SettingError, "^settings.directions: "),
+        (Settings(solver=SolverSettings(polish=None)), TypeError, "^settings.solver.polish: "),
+        (7, TypeError, "^settings: .*'int' object has no attribute 'timestep'"),
+    ],
+)
+def test_settings_of_a_wrong_type_are_named(settings, error, told):
+    with pytest.raises(error, match=told):
+        signorini.Data(mjcf(TABLE), settings)
+
+
 def test_settings_travel():
     settings = Settings(friction_law="refined", cone_tolerance=1e-5, solver=SolverSettings(max_rounds=1))
     assert pickle.loads(pickle.dumps(settings)) == settings and hash(settings) == hash(dataclasses.replace(settings))
