@@ -60,7 +60,9 @@ pub(crate) struct ConeNewton {
     trial: Vec<[f64; 3]>,
     change: Vec<[f64; 3]>,
     pieces: Vec<Piece>,
+    /// The pieces of the factorisation at hand, where there is one: a group without contacts has none.
     factored: Vec<Piece>,
+    is_factored: bool,
     row_trial: Vec<f64>,
     row_change: Vec<f64>,
     /// Factorisations so far.
@@ -70,7 +72,7 @@ pub(crate) struct ConeNewton {
 impl ConeNewton {
     /// Forgets the factorisation: to be called when anything but `x̄`, `q` and `λ̄` changes.
     pub fn forget(&mut self) {
-        self.factored.clear();
+        self.is_factored = false;
     }
 
     /// Minimises `F` over the group's entries of `x`, from where they are, and writes the impulses there.
@@ -83,7 +85,7 @@ impl ConeNewton {
         for _ in 0..MAX_STEPS {
             self.evaluate(f, x);
             self.find_gradient(f, x);
-            if self.pieces != self.factored && !self.factor(f) {
+            if !self.factor(f) {
                 break;
             }
             let decrement = self.find_direction(f);
@@ -155,8 +157,11 @@ impl ConeNewton {
         }
     }
 
-    /// Factorises `H = δM + Σ ρ JᵀBJ` for the current pieces.
+    /// Factorises `H = δM + Σ ρ JᵀBJ` for the current pieces, where that is not the factorisation at hand; whether there is one.
     fn factor(&mut self, f: &Objective) -> bool {
+        if self.is_factored && self.pieces == self.factored {
+            return true;
+        }
         let (group, n) = (&f.group, f.group.dofs.len());
         let h = self.lu.start(n);
         let mut first = 0;
@@ -192,7 +197,8 @@ impl ConeNewton {
         }
         self.factorizations += 1;
         self.factored.clone_from(&self.pieces);
-        self.lu.factorize() > 0.0
+        self.is_factored = self.lu.factorize() > 0.0;
+        self.is_factored
     }
 
     /// The Newton direction `s = −H⁻¹∇F`; returns `−∇Fᵀs`.

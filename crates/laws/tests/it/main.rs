@@ -6,6 +6,7 @@ mod cone_gaps;
 mod cone_groups;
 mod cone_refinement;
 mod cone_solver;
+mod constraints_alone;
 mod contradiction;
 mod indeterminacy;
 mod relaxation;

@@ -3,7 +3,7 @@
 
 use signorini::contact::SolveStatus;
 use signorini::multibody::glam::DVec3;
-use signorini::{Settings, Simulation};
+use signorini::{ImpulseChoice, Settings, Simulation};
 use signorini_formats::load_mjcf_str;
 
 use crate::support::{World, velocity};
@@ -162,5 +162,18 @@ fn boxes_of_ten_micrometres_come_to_rest_as_large_ones_do() {
         let found = run(&boxes(half), 250, "small");
         println!("{half:e}: work {} of {}, {:.1e}", found.work, large.work, found.worst);
         assert!(found.missed == 0 && found.worst < 1e-8 && found.work <= 3 * large.work, "{half:e}: {}", found.work);
+    }
+}
+
+/// Balls of 3 and 5 mm whose impulses at rest have a singular system: impulses of least norm are not found, and the step keeps its own.
+#[test]
+fn impulses_that_cannot_be_chosen_are_kept() {
+    let text = r#"<mujoco><worldbody><body name="o1"><freejoint/><geom size="0.005"/></body><body><freejoint/><geom size="0.003"/></body></worldbody>
+        <equality><connect body1="o1" anchor="0 0.003 -0.005"/></equality></mujoco>"#;
+    let settings = Settings::default().with_impulses(ImpulseChoice::LeastNorm);
+    let mut simulation = Simulation::new(load_mjcf_str(text, "").unwrap().model, settings).unwrap();
+    for step in 0..50 {
+        let report = simulation.step().expect("a step");
+        assert!(report.advanced() && report.certificate.holds(1e-9), "step {step}: {report:?}");
     }
 }
