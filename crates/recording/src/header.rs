@@ -8,7 +8,7 @@ use crate::looks::{CameraVisual, ImageFile, LightVisual, LookVisual, SpreadVisua
 use crate::provenance::{ModelSource, RecordedChange, StepLaws};
 
 /// Version of the format that this crate writes.
-pub const SCHEMA_VERSION: u32 = 5;
+pub const SCHEMA_VERSION: u32 = 6;
 
 /// Everything about a run that does not change while it runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -28,7 +28,7 @@
 //! # Ok::<(), signorini_recording::RecordingError>(())
 //! ```
 //!
-//! # File format, schema version 5
+//! # File format, schema version 6
 //!
 //! All numbers are little-endian; there is no padding but what is listed.
 //!
@@ -87,14 +87,15 @@
 //! | 8 | u32 × 4 | numbers of controls, generalized forces, reaches, limits |
 //! | 24 | f64 | θ, where there is one: the part of overlaps and violations that the step was permitted to remove |
 //! | | u32 count, u32 each | contacts and limits, then rows of equality constraints, that θ applies to, where these are some only |
-//! | | u32 count, u32 each, f64 × 2 each | numbers of directions of the friction groups, then these, where they are turned |
+//! | | u32 count, u32 each, f64 × 2 each | numbers of directions of the friction groups, those of the decompression after those of the first phase, then these, where they are turned |
 //! | … | f64 … | controls; generalized forces; reaches (2 per body: m, rad) |
-//! | … | 32 bytes per limit | u32: 0 joint, 1 tendon; u32: its index; u32: 1 for the upper limit; u32: 0; f64 × 2: gap, impulse |
+//! | … | 32 or 56 bytes per limit | u32: 0 joint, 1 tendon; u32: its index; u32: 1 for the upper limit; u32: 1 where there is an axis; f64 × 2: gap, impulse; f64 × 3: the axis, where there is one |
 //! | … | per phase | u32 × 7: lengths of v⁺, λ_N, α, β, λ_B, α_F, β_F; then these arrays as f64 |
 //!
 //! Directions of α are those of the contacts in order, limits have none. Schema version 1 had no solutions (byte 3 was
 //! always 0), and no `laws` and `source` in the header; version 2 had no θ,
-//! version 3 no stages, version 4 no directions of friction groups. All can still be read.
+//! version 3 no stages, version 4 no directions of friction groups, version 5 no axes of limits and no directions of the groups of a
+//! decompression. All can still be read.
 
 mod error;
 mod fields;

@@ -21,7 +21,8 @@ pub struct StepSolution {
     pub theta: Option<f64>,
     /// What θ applies to, ascending: contacts and limits by their index, then rows of the equality constraints; empty for all of them.
     pub limited: Vec<u32>,
-    /// The directions of all friction groups, group after group, where the law of friction has turned them; otherwise empty.
+    /// The directions of all friction groups, group after group, those of a decompression after those of the first problem, where the law of friction
+    /// has turned them; otherwise empty.
     pub group_directions: Vec<[f64; 2]>,
     /// How many of them every group has; empty where they are.
     pub group_direction_counts: Vec<u32>,
@@ -106,8 +107,11 @@ pub struct LimitFrame {
     pub index: u32,
     /// Whether it is the upper limit.
     pub upper: bool,
-    /// Distance to the limit at the beginning of the step, rad or m.
+    /// Gap of its row in the step's problem, rad or m: the distance to the limit at the beginning of the step where that is positive, and what the
+    /// step is asked to remove of it where it is negative.
     pub gap: f64,
     /// Impulse of the step away from the limit, N·s or N·m·s.
     pub impulse: f64,
+    /// Axis along which the row bounds the rotation vector of a ball joint, of unit length; none for other limits, and before schema version 6.
+    pub axis: Option<[f64; 3]>,
 }

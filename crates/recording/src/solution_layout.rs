@@ -8,7 +8,9 @@ use crate::solution::{Impulses, LimitFrame, StepSolution};
 const FIXED_SIZE: usize = 6 * 4;
 /// Bytes of a phase before its arrays.
 const PHASE_SIZE: usize = 7 * 4;
+/// Bytes of a limit, and of its axis.
 const LIMIT_SIZE: usize = 4 * 4 + 2 * 8;
+const AXIS_SIZE: usize = 3 * 8;
 const CLIPPED_GAPS: u32 = 1;
 const THETA: u32 = 2;
 const LIMITED: u32 = 4;
@@ -49,7 +51,8 @@ pub(crate) fn size(solution: &StepSolution) -> Option<usize> {
     let of_phases = phases.iter().flat_map(|phase| phase.arrays().map(Vec::len));
     let before = [solution.control.len(), solution.generalized_force.len(), solution.reach.len().checked_mul(2)?];
     let numbers = of_phases.chain(before).try_fold(0usize, |sum, count| sum.checked_add(count))?;
-    let limits = solution.limits.len().checked_mul(LIMIT_SIZE)?;
+    let axes = solution.limits.iter().filter(|limit| limit.axis.is_some()).count();
+    let limits = solution.limits.len().checked_mul(LIMIT_SIZE)?.checked_add(axes.checked_mul(AXIS_SIZE)?)?;
     let theta = if solution.theta.is_some() { 8 } else { 0 };
     let limited =
         if solution.limited.is_empty() { 0 } else { solution.limited.len().checked_add(1)?.checked_mul(4)? };
@@ -91,8 +94,10 @@ pub(crate) fn encode(solution: &StepSolution, bytes: &mut Vec<u8>) {
     put(bytes, &solution.generalized_force);
     put(bytes, solution.reach.as_flattened());
     for limit in &solution.limits {
-        put_u32(bytes, [u32::from(limit.tendon), limit.index, u32::from(limit.upper), 0]);
+        let has_axis = u32::from(limit.axis.is_some());
+        put_u32(bytes, [u32::from(limit.tendon), limit.index, u32::from(limit.upper), has_axis]);
         put(bytes, &[limit.gap, limit.impulse]);
+        put(bytes, limit.axis.as_slice().as_flattened());
     }
     for phase in solution.solved() {
         put_u32(bytes, phase.arrays().map(|array| array.len() as u32));
@@ -136,12 +141,14 @@ pub(crate) fn decode_into(fields: &mut Fields, solution: &mut StepSolution) -> O
 }
 
 fn decode_limit(fields: &mut Fields) -> Option<LimitFrame> {
-    let [tendon @ (0 | 1), index, upper @ (0 | 1), 0] = [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?]
+    let [tendon @ (0 | 1), index, upper @ (0 | 1), has_axis @ (0 | 1)] =
+        [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?]
     else {
         return None;
     };
     let [gap, impulse] = fields.floats()?;
-    Some(LimitFrame { tendon: tendon == 1, index, upper: upper == 1, gap, impulse })
+    let axis = if has_axis == 1 { Some(fields.floats()?) } else { None };
+    Some(LimitFrame { tendon: tendon == 1, index, upper: upper == 1, gap, impulse, axis })
 }
 
 fn decode_phase(fields: &mut Fields, phase: &mut Impulses) -> Option<()> {

@@ -53,6 +53,7 @@ impl ProblemBuilder {
         self.problem.clear_contacts();
         self.frames.clear();
         self.keys.clear();
+        self.limits.clear();
         self.friction_source.clear();
         let mut levels = std::mem::take(&mut self.levels);
         level(points, &mut levels);

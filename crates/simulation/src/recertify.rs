@@ -6,24 +6,23 @@
 
 mod compare;
 mod fault;
+mod taking;
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use signorini_contact::{Certificate, ConeSolution, ContactProblem, ContactSolution, certify, certify_cone};
 use signorini_multibody::{ContactPoint, Input, Model, State, forward_kinematics_into, free_motion_into};
-use signorini_recording::{
-    Frame, FrictionCode, Header, Impulses, PolygonCode, RestitutionCode, StepLaws, StepSolution, StepStatus,
-};
+use signorini_recording::{Frame, FrictionCode, Header, Impulses, RestitutionCode, StepLaws, StepStatus};
 
 pub use fault::StepFault;
+use taking::{take_corrections, take_directions, take_limit, take_solution};
 
 use crate::overlaps::{self, OverlapPolicy};
 use crate::recorder::array_pose;
 use crate::recorder::recorded_model;
 use crate::restitution::decompression as decompression_problem;
 use crate::settings::{FrictionLaw, RestitutionLaw, Settings};
-use crate::warm::{joint_limit_key, tendon_limit_key};
 use crate::workspace::Workspace;
 use crate::{CertifiedLaw, SimulationError};
 
@@ -131,9 +130,7 @@ impl Recertifier {
         let solution = &frame.solution;
         ws.build_problem(model, state, input);
         for limit in &solution.limits {
-            let key = if limit.tendon { tendon_limit_key } else { joint_limit_key };
-            let key = key(limit.index as usize, u32::from(limit.upper));
-            ws.builder.add_limits(model, &ws.kinematics, state, &first.velocity, |other, _| *other == key);
+            take_limit(limit, model, state, &first.velocity, ws)?;
         }
         if ws.builder.add_crossed_limits(model, &ws.kinematics, state, &first.velocity) {
             return Err(StepFault::CrossedLimit);
@@ -282,98 +279,4 @@ fn settings_of(header: &Header, laws: &StepLaws) -> Settings {
         },
         ..Settings::default()
     }
-}
-
-/// Limits what corrections the problem asks for to the part that the step's report says.
-fn take_corrections(solution: &StepSolution, ws: &mut Workspace) -> Result<(), StepFault> {
-    ws.corrections.ask(&ws.builder.problem, ws.builder.bilateral_source.len());
-    if let Some(theta) = solution.theta {
-        if !(0.0..1.0).contains(&theta) {
-            return Err(StepFault::Theta { theta });
-        }
-        let (all, contacts) = (solution.limited.is_empty(), ws.builder.problem.contact_count());
-        let is_limited = |row: usize| all || solution.limited.binary_search(&(row as u32)).is_ok();
-        ws.corrections.limit(is_limited, |k| is_limited(contacts + k));
-        ws.corrections.set(theta, &mut ws.builder.problem);
-    }
-    if solution.clipped_gaps {
-        ws.builder.clip_gaps();
-    }
-    Ok(())
-}
-
-/// The directions that a law of friction has turned, in place of those of the settings.
-fn take_directions(frame: &Frame, problem: &mut ContactProblem) -> Result<(), StepFault> {
-    problem.directions.clear();
-    problem.direction_offsets.clear();
-    problem.direction_offsets.push(0);
-    for i in 0..problem.contact_count() {
-        if let Some(PolygonCode::Listed { start, count }) = frame.contacts.get(i).map(|contact| contact.polygon) {
-            let listed = frame.listed_directions.iter().skip(start as usize).take(count as usize);
-            problem.directions.extend(listed);
-        }
-        problem.direction_offsets.push(problem.directions.len());
-    }
-    let (solution, groups) = (&frame.solution, &mut problem.friction_groups);
-    let (found, expected) = (solution.group_direction_counts.len(), groups.len());
-    // Before schema version 5 they were not recorded.
-    if found > 0 {
-        if found != expected {
-            return Err(StepFault::Length { array: "directions of friction groups", expected, found });
-        }
-        groups.directions.clone_from(&solution.group_directions);
-        groups.direction_offsets.truncate(1);
-        let mut end = 0;
-        let ends = solution.group_direction_counts.iter().map(|count| {
-            end += *count as usize;
-            end
-        });
-        groups.direction_offsets.extend(ends);
-    }
-    problem.check().map_err(|error| StepFault::Unusable(error.to_string()))
-}
-
-/// Recorded velocity and multipliers as a claimed solution of a problem; what the certificate does not read is computed from
-/// them.
-fn take_solution(
-    problem: &ContactProblem,
-    recorded: &Impulses,
-    solution: &mut ContactSolution,
-) -> Result<(), StepFault> {
-    let groups = &problem.friction_groups;
-    for (array, found, expected) in [
-        ("v⁺", recorded.velocity.len(), problem.nv()),
-        ("λ_N", recorded.lambda_n.len(), problem.contact_count()),
-        ("α", recorded.alpha.len(), problem.direction_count()),
-        ("β", recorded.beta.len(), problem.contact_count()),
-        ("λ_B", recorded.bilateral.len(), problem.bilateral_violation.len()),
-        ("α_F", recorded.group_alpha.len(), groups.direction_count()),
-        ("β_F", recorded.group_beta.len(), groups.len()),
-    ] {
-        if found != expected {
-            return Err(StepFault::Length { array, expected, found });
-        }
-    }
-    solution.velocity.clone_from(&recorded.velocity);
-    solution.lambda_n.clone_from(&recorded.lambda_n);
-    solution.alpha.clone_from(&recorded.alpha);
-    solution.beta.clone_from(&recorded.beta);
-    solution.bilateral.clone_from(&recorded.bilateral);
-    solution.group_alpha.clone_from(&recorded.group_alpha);
-    solution.group_beta.clone_from(&recorded.group_beta);
-    let sum = |directions: &[[f64; 2]], alpha: &[f64]| {
-        let along = |r: usize| directions.iter().zip(alpha).map(|(d, a)| d[r] * a).sum::<f64>();
-        [along(0), along(1)]
-    };
-    solution.impulse.clear();
-    solution.impulse.extend((0..problem.contact_count()).map(|i| {
-        let alpha = &recorded.alpha[problem.direction_offsets[i]..problem.direction_offsets[i + 1]];
-        let [t_1, t_2] = sum(problem.directions_of(i), alpha);
-        [recorded.lambda_n[i], t_1, t_2]
-    }));
-    solution.group_impulse.clear();
-    let of_groups =
-        (0..groups.len()).map(|j| sum(groups.directions_of(j), &recorded.group_alpha[groups.direction_range(j)]));
-    solution.group_impulse.extend(of_groups);
-    Ok(())
 }

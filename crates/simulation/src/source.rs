@@ -1,5 +1,6 @@
 //! What the rows of a step's problem come from.
 
+use signorini_multibody::glam::DVec3;
 use signorini_multibody::{ContactPoint, JointId, TendonId};
 
 /// What a contact of a step's problem comes from.
@@ -74,4 +75,13 @@ pub(crate) struct BilateralSource {
     pub equality: usize,
     pub block: usize,
     pub axis: usize,
+}
+
+/// What a limit's row in a step's problem was made from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct LimitRow {
+    /// Distance to the limit at the beginning of the step along the row, rad or m.
+    pub distance: f64,
+    /// Axis along which the rotation of a ball joint is bounded; zero for other limits.
+    pub axis: DVec3,
 }

@@ -20,7 +20,7 @@ pub(crate) fn point_key(point: &ContactPoint) -> ContactKey {
     [point.geom_a.0, point.geom_b.0, point.feature]
 }
 
-/// The key of the lower (`side` 0) or upper (1) limit of joint `joint`.
+/// The key of the lower (`side` 0) or upper (1) limit of joint `joint`; the further rows of a ball joint's have `side` 3, 5, …
 pub(crate) fn joint_limit_key(joint: usize, side: u32) -> ContactKey {
     [JOINT_LIMIT, joint as u32, side]
 }
@@ -32,7 +32,7 @@ pub(crate) fn tendon_limit_key(tendon: usize, side: u32) -> ContactKey {
 
 /// What a limit's key stands for.
 pub(crate) fn limit_of(key: &ContactKey) -> ContactSource {
-    let upper = key[2] == 1;
+    let upper = key[2] % 2 == 1;
     match key[0] {
         TENDON_LIMIT => ContactSource::TendonLimit { tendon: TendonId(key[1]), upper },
         _ => ContactSource::Limit { joint: JointId(key[1]), upper },

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use signorini_collision::{Collider, OwnOverlap, Queries};
 use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
+use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
     BlockDiagonal, ChangedRow, ContactPoint, FreeMotion, GeomId, Input, Kinematics, LengthRow, Model, NewtonEuler,
     Parameter, Pose, State,
@@ -25,7 +26,7 @@ use crate::settings::Settings;
 use crate::sleepers::{RowsView, Sleepers};
 use crate::smallest_change::SmallestChange;
 use crate::solver::StepSolver;
-use crate::source::{ContactSource, FrictionSource};
+use crate::source::{ContactSource, FrictionSource, LimitRow};
 use crate::warm::{ContactKey, WarmCache, limit_of};
 use crate::withheld::Withheld;
 
@@ -193,6 +194,23 @@ impl Workspace {
             return Some(ContactSource::Point(*point));
         }
         rows.keys.get(i).map(limit_of)
+    }
+
+    /// The row of a limit, where contact `i` of the [problem](Self::problem) is one.
+    fn limit_row(&self, i: usize) -> Option<&LimitRow> {
+        let rows = self.rows();
+        rows.limits.get(i.checked_sub(rows.points.len())?)
+    }
+
+    /// The distance to a limit at the beginning of the step, rad or m, where contact `i` of the [problem](Self::problem) is one. The problem's gap is
+    /// what the step is asked to remove of it, where that is negative.
+    pub fn limit_distance(&self, i: usize) -> Option<f64> {
+        self.limit_row(i).map(|row| row.distance)
+    }
+
+    /// The axis along which the rotation vector of a ball joint is bounded, where contact `i` of the [problem](Self::problem) is the limit of one.
+    pub fn limit_axis(&self, i: usize) -> Option<DVec3> {
+        self.limit_row(i).map(|row| row.axis).filter(|axis| *axis != DVec3::ZERO)
     }
 
     /// What friction group `j` of the [problem](Self::problem) comes from.

@@ -86,7 +86,14 @@ fn limit(step: &Step, i: usize) -> Result<(f64, f64), String> {
             let slides = matches!(joint.kind, JointKind::Slide { .. });
             let speed = if slides { step.settings.correction_speed } else { step.settings.correction_angular_speed };
             let gap = match joint.kind {
-                JointKind::Ball => high - turn_of(step, joint.q_index).length(),
+                JointKind::Ball => {
+                    let turn = turn_of(step, joint.q_index);
+                    let along = step.workspace.limit_axis(i).map_or(0.0, |axis| axis.dot(turn));
+                    if turn.length() - along > 1e-9 * turn.length() {
+                        return Err(format!("{}: its axis is that of where the step led", limit_name(step, i)));
+                    }
+                    high - turn.length()
+                }
                 _ if upper => high - q[joint.q_index],
                 _ => q[joint.q_index] - low,
             };

@@ -128,8 +128,15 @@ pub fn solution() -> impl Strategy<Value = StepSolution> {
             },
         )
     };
-    let limit = (any::<bool>(), any::<bool>(), -1.0..1.0f64, 0.0..9.0f64).prop_map(|(tendon, upper, gap, impulse)| {
-        LimitFrame { tendon, index: if tendon { 7 } else { 0 }, upper, gap, impulse }
+    let axis = prop::option::of(prop::array::uniform3(-1.0..1.0f64));
+    let limit = (any::<bool>(), any::<bool>(), -1.0..1.0f64, 0.0..9.0f64, axis);
+    let limit = limit.prop_map(|(tendon, upper, gap, impulse, axis)| LimitFrame {
+        tendon,
+        index: if tendon { 7 } else { 0 },
+        upper,
+        gap,
+        impulse,
+        axis,
     });
     let force = prop_oneof![Just(Vec::new()), numbers(6..=6)];
     let reach = prop_oneof![Just(Vec::new()), prop::collection::vec(prop::array::uniform2(0.0..1.0f64), 3)];

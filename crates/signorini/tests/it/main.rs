@@ -36,6 +36,7 @@ mod parameters;
 mod permitted;
 mod random_mechanisms;
 mod recertify;
+mod recorded_rarities;
 mod restitution;
 mod round_trip;
 mod scenes;

@@ -11,7 +11,7 @@ use super::level::Level;
 use super::pace::CorrectionPace;
 use crate::settings::{RestitutionLaw, Settings};
 use crate::sleepers::RowsView;
-use crate::source::{BilateralSource, FrictionSource};
+use crate::source::{BilateralSource, FrictionSource, LimitRow};
 use crate::warm::{ContactKey, GroupKey};
 
 /// What the surfaces of a model have that not every model has.
@@ -55,6 +55,8 @@ pub(crate) struct ProblemBuilder {
     pub levels: Vec<Level>,
     /// Identity of every contact of the problem, ascending.
     pub keys: Vec<ContactKey>,
+    /// What the rows of limits, which are the last contacts, were made from.
+    pub limits: Vec<LimitRow>,
     /// Identity of every friction group, ascending.
     pub group_keys: Vec<GroupKey>,
     /// Where each friction group comes from.
@@ -92,6 +94,7 @@ impl ProblemBuilder {
             frames: Vec::new(),
             levels: Vec::new(),
             keys: Vec::new(),
+            limits: Vec::new(),
             group_keys: Vec::new(),
             friction_source: Vec::new(),
             bilateral_source: Vec::new(),
@@ -132,6 +135,7 @@ impl ProblemBuilder {
             levels: &self.levels,
             frames: &self.frames,
             keys: &self.keys,
+            limits: &self.limits,
             group_keys: &self.group_keys,
             friction_source: &self.friction_source,
             bilateral_source: &self.bilateral_source,

@@ -98,6 +98,10 @@ fn compare_limits(ws: &Workspace, frame: &Frame) -> Result<(), StepFault> {
         if let Some(difference) = difference([limit.gap], [ws.builder.problem.gap[contact]]) {
             return Err(StepFault::Contact { contact, what: "the distance to its limit", difference });
         }
+        let axis = ws.limit_axis(contact).map_or([0.0; 3], |axis| axis.to_array());
+        if let Some(difference) = difference(limit.axis.unwrap_or(axis), axis) {
+            return Err(StepFault::Contact { contact, what: "the axis of its limit", difference });
+        }
     }
     let (recorded, found) = (first + frame.solution.limits.len(), ws.builder.problem.contact_count());
     if recorded == found { Ok(()) } else { Err(StepFault::Contacts { recorded, found }) }

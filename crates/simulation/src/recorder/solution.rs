@@ -57,7 +57,8 @@ fn limit_frame(workspace: &Workspace, i: usize) -> Option<LimitFrame> {
         ContactSource::TendonLimit { tendon, upper } => (true, tendon.0, upper),
     };
     let (gap, impulse) = (workspace.problem().gap[i], workspace.contact_impulse(i)[0]);
-    Some(LimitFrame { tendon, index, upper, gap, impulse })
+    let axis = workspace.limit_axis(i).map(|axis| axis.to_array());
+    Some(LimitFrame { tendon, index, upper, gap, impulse, axis })
 }
 
 fn copy(from: &ContactSolution, to: &mut Impulses) {

@@ -5,7 +5,7 @@ use signorini_multibody::ContactPoint;
 
 use super::trees::Trees;
 use crate::build::Level;
-use crate::source::{BilateralSource, FrictionSource};
+use crate::source::{BilateralSource, FrictionSource, LimitRow};
 use crate::warm::{ContactKey, GroupKey};
 
 /// The rows of a step's problem: contact points, then limits; friction groups; bilateral rows. Each with where it comes from and what the
@@ -16,6 +16,7 @@ pub(crate) struct RowsView<'a> {
     pub levels: &'a [Level],
     pub frames: &'a [ContactFrame],
     pub keys: &'a [ContactKey],
+    pub limits: &'a [LimitRow],
     pub group_keys: &'a [GroupKey],
     pub friction_source: &'a [FrictionSource],
     pub bilateral_source: &'a [BilateralSource],
@@ -31,6 +32,7 @@ pub(crate) struct StepRows {
     levels: Vec<Level>,
     frames: Vec<ContactFrame>,
     keys: Vec<ContactKey>,
+    limits: Vec<LimitRow>,
     group_keys: Vec<GroupKey>,
     friction_source: Vec<FrictionSource>,
     bilateral_source: Vec<BilateralSource>,
@@ -79,6 +81,7 @@ impl StepRows {
             levels: Vec::new(),
             frames: Vec::new(),
             keys: Vec::new(),
+            limits: Vec::new(),
             group_keys: Vec::new(),
             friction_source: Vec::new(),
             bilateral_source: Vec::new(),
@@ -99,6 +102,7 @@ impl StepRows {
             levels: &self.levels,
             frames: &self.frames,
             keys: &self.keys,
+            limits: &self.limits,
             group_keys: &self.group_keys,
             friction_source: &self.friction_source,
             bilateral_source: &self.bilateral_source,
@@ -146,6 +150,7 @@ impl StepRows {
         self.levels.clear();
         self.frames.clear();
         self.keys.clear();
+        self.limits.clear();
         self.group_keys.clear();
         self.friction_source.clear();
         self.bilateral_source.clear();
@@ -170,6 +175,8 @@ impl StepRows {
             let is_together = ends[1] - ends[0] == whole.len();
             let patch = if is_together { ends[0]..ends[1] + 1 } else { self.keys.len()..self.keys.len() + 1 };
             self.levels.push(Level { patch, ..level.clone() });
+        } else {
+            self.limits.push(from.limits[i - from.points.len()]);
         }
         self.keys.push(from.keys[i]);
         let (problem, solution) = (&mut self.problem, &mut self.solution);
