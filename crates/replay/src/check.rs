@@ -84,14 +84,22 @@ pub fn check(
     let mut result = RecordingCheck { frames: count, ..RecordingCheck::default() };
     let mut largest = -1.0;
     let mut follows = false;
+    let mut stopped: Option<Frame> = None;
     frames.visit(&mut |i, frame| {
         if follows && !recertifier.leads_to(frame) {
             result.restarts.push(frame.step);
         }
         follows = false;
+        if let Some(denied) = stopped.take().filter(|denied| !is_same_state(denied, frame)) {
+            result.violate(&denied, None, Some(StepFault::NoSolution));
+        }
         let last = i + 1 == count;
         if frame.solution.phases == 0 && last && (frame.status != StepStatus::Solved || frame.contacts.is_empty()) {
             return Ok(()); // The state that a run ended in, or the step that it could not make.
+        }
+        if frame.solution.phases == 0 && matches!(frame.status, StepStatus::Ray | StepStatus::Infeasible) {
+            stopped = Some(frame.clone()); // A step that could not be made leaves the state as it was.
+            return Ok(());
         }
         match recertifier.check(frame) {
             Ok(step) => {
@@ -114,6 +122,11 @@ pub fn check(
     Ok(result)
 }
 
+/// Whether two frames are of one state.
+fn is_same_state(a: &Frame, b: &Frame) -> bool {
+    a.time == b.time && a.q == b.q && a.v == b.v && a.activation == b.activation
+}
+
 /// The largest residual of a step by the law of its run.
 fn residual(step: &StepCheck) -> f64 {
     step.certificate.worst()
@@ -133,5 +146,63 @@ impl RecordingCheck {
         if self.violations.len() < LISTED {
             self.violations.push(Violation { step: frame.step, time: frame.time, residual, fault });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Cursor;
+
+    use signorini_recording::{Header, Reader, Recording, Writer};
+    use signorini_simulation::{InfeasiblePolicy, RunRecorder, Settings, Simulation, recording_header};
+
+    use super::*;
+
+    /// A cart between a stop and the end of its rail, which leave it no room: two steps, and that it cannot be made.
+    fn stopped() -> (Model, Header, Vec<Frame>) {
+        let text = r#"<mujoco><compiler angle="radian" autolimits="true"/><worldbody>
+            <geom type="box" size=".1 .1 .1" pos="-.19 0 0"/>
+            <body><joint type="slide" axis="1 0 0" range="-1 -.05"/><geom size=".1" mass="1"/></body></worldbody></mujoco>"#;
+        let model = signorini_formats::load_mjcf_str(text, "").unwrap().model;
+        let settings = Settings::default().with_infeasible(InfeasiblePolicy::Stop);
+        let mut simulation = Simulation::new(model.clone(), settings).unwrap();
+        // Away from the limit two steps can be made.
+        let start = simulation.state().clone();
+        let mut clear = start.clone();
+        clear.q[0] = -0.5;
+        clear.v[0] = 0.01;
+        simulation.set_state(&clear).unwrap();
+        let header = recording_header(simulation.model(), simulation.settings(), simulation.workspace());
+        let mut recorder = RunRecorder::new(Writer::new(Vec::new(), header.clone()).unwrap());
+        for _ in 0..2 {
+            assert!(simulation.step().unwrap().advanced());
+            recorder.add(&simulation).unwrap();
+        }
+        simulation.set_state(&start).unwrap();
+        assert!(!simulation.step().unwrap().advanced());
+        recorder.add(&simulation).unwrap();
+        let bytes = recorder.finish(&simulation, "no solution").unwrap();
+        let mut reader = Reader::new("in memory", Cursor::new(bytes)).unwrap();
+        let frames = (0..reader.len()).map(|i| reader.frame(i).unwrap()).collect();
+        (model, header, frames)
+    }
+
+    fn recording(header: &Header, frames: &[Frame]) -> Recording {
+        let mut recording = Recording::new(header.clone()).unwrap();
+        frames.iter().for_each(|frame| recording.push(frame.clone()).unwrap());
+        recording
+    }
+
+    /// The step that could not be made leaves the state as it was, which a final frame tells; a state that has moved there does not follow.
+    #[test]
+    fn a_run_that_stopped_holds_up_to_where_it_stopped() {
+        let (model, header, frames) = stopped();
+        assert_eq!(frames.len(), 4);
+        let found = check(&mut &recording(&header, &frames), model.clone(), 1e-9).unwrap();
+        assert!(found.holds() && found.certified == 2, "{found:?}");
+        let mut moved = frames.clone();
+        moved[3].q[0] += 0.01;
+        let found = check(&mut &recording(&header, &moved), model, 1e-9).unwrap();
+        assert_eq!((found.violated, found.violations[0].step), (1, 2), "{found:?}");
     }
 }

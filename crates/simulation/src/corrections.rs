@@ -103,6 +103,11 @@ impl Corrections {
         }
     }
 
+    /// The part of what is asked for that the problem at hand has: 1 where θ applies to nothing.
+    pub fn part(&self) -> f64 {
+        if self.limited().next().is_some() { self.theta } else { 1.0 }
+    }
+
     /// What is asked for of a row, m or rad.
     pub fn asked(&self, row: KeptRow) -> f64 {
         match row {
@@ -137,6 +142,13 @@ impl Corrections {
         let rows = rows.map(|(k, asked)| (self.gap.len() + k, KeptRow::Bilateral(k), asked.abs()));
         let is_limited = |at: usize| self.is_limited.get(at) == Some(&true);
         contacts.chain(rows).filter(move |(at, ..)| is_limited(*at)).map(|(_, row, size)| (row, size))
+    }
+
+    /// Asks for nothing of the listed rows that no degree of freedom moves, as a step did.
+    pub fn leave_listed(&mut self, is_listed: impl Fn(usize) -> bool, problem: &mut ContactProblem) {
+        if self.immovable.iter().any(|&k| is_listed(k)) {
+            self.leave_immovable(problem);
+        }
     }
 
     /// The rows that θ applies to.

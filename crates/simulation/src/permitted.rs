@@ -267,7 +267,7 @@ impl Workspace {
     /// Takes note of what the step was not permitted.
     pub(crate) fn remember_withheld(&mut self) {
         let Self { withheld, builder, corrections, .. } = self;
-        let theta = if corrections.kept().next().is_some() { corrections.theta } else { 1.0 };
+        let theta = corrections.part();
         let contacts = corrections.kept().filter_map(|kept| match kept.row {
             KeptRow::Contact(i) => Some(builder.keys[i]),
             KeptRow::Bilateral(_) => None,
@@ -333,7 +333,7 @@ impl Workspace {
 
     /// Writes what was corrected, and what was kept, to the report.
     fn tell_corrections(&self, report: &mut StepReport) {
-        report.theta = self.corrections.theta;
+        report.theta = self.corrections.part();
         report.correction_energy = self.correction_energy();
         report.left_out = self.builder.left_out.len();
         report.kept.clear();

@@ -188,7 +188,7 @@ impl Workspace {
         next.v.clear();
         next.v.extend(self.end_velocity().iter().map(settled));
         integrate_beside(model, &state.q, &next.v, dt, &self.sleepers.standing, &mut next.q);
-        let in_full = self.builder.corrects_constraints && self.corrections.theta == 1.0;
+        let in_full = self.builder.corrects_constraints && self.corrections.part() == 1.0;
         if settings.position_iterations > 0 && in_full && !model.equalities.is_empty() {
             let factor = &self.builder.problem.mass_factor;
             self.assembler.project(model, factor, &mut next.q, settings.position_iterations);

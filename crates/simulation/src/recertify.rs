@@ -16,7 +16,7 @@ use signorini_multibody::{ContactPoint, Input, Model, State, forward_kinematics_
 use signorini_recording::{Frame, FrictionCode, Header, Impulses, RestitutionCode, StepLaws, StepStatus};
 
 pub use fault::StepFault;
-use taking::{take_corrections, take_directions, take_limit, take_solution};
+use taking::{take_corrections, take_directions, take_group_directions, take_limit, take_solution};
 
 use crate::overlaps::{self, OverlapPolicy};
 use crate::recorder::array_pose;
@@ -94,7 +94,8 @@ impl Recertifier {
             return Err(StepFault::NoSolution);
         };
         self.rebuild(frame, first)?;
-        let mut certificate = self.certify_first();
+        let law = self.settings.friction_law;
+        let mut certificate = certify_by_law(law, &self.workspace.builder.problem, &self.workspace.solution);
         let ws = &mut self.workspace;
         ws.decompression.happened = self.settings.restitution == RestitutionLaw::Poisson
             && ws.builder.impacts.iter().any(|impact| ws.solution.lambda_n[impact.contact] > 0.0);
@@ -104,8 +105,16 @@ impl Recertifier {
         if let [second] = second {
             let half = &mut ws.decompression;
             decompression_problem(&ws.builder.problem, &ws.solution, &ws.builder.impacts, &mut half.problem);
+            if law != FrictionLaw::Polygon {
+                let first = ws.builder.problem.friction_groups.len();
+                take_group_directions(&frame.solution, first, &mut half.problem)?;
+            }
             take_solution(&half.problem, second, &mut half.solution)?;
-            certificate.certificate.merge(&certify(&half.problem, &half.solution));
+            let check = certify_by_law(law, &half.problem, &half.solution);
+            certificate.certificate.merge(&check.certificate);
+            if let (Some(first), Some(second)) = (&mut certificate.cone_certificate, &check.cone_certificate) {
+                first.merge(second);
+            }
         }
         certificate.fault = compare::compare(&self.model, &self.workspace, &self.state, frame).err();
         self.advance();
@@ -220,30 +229,26 @@ impl Recertifier {
         Ok(())
     }
 
-    /// The certificate of the first problem by the law of the run.
-    fn certify_first(&self) -> StepCheck {
-        let (problem, solution) = (&self.workspace.builder.problem, &self.workspace.solution);
-        let cone = (self.settings.friction_law != FrictionLaw::Polygon).then(|| {
-            let mut claimed = ConeSolution::default();
-            claimed.take_polygon(solution);
-            certify_cone(problem, &claimed)
-        });
-        let polygon = certify(problem, solution);
-        match (self.settings.friction_law, cone) {
-            (FrictionLaw::Circular, Some(cone)) => StepCheck {
-                law: CertifiedLaw::CircularCone,
-                certificate: cone,
-                cone_certificate: Some(cone),
-                fault: None,
-            },
-            _ => StepCheck { law: CertifiedLaw::Polygon, certificate: polygon, cone_certificate: cone, fault: None },
-        }
-    }
-
     /// The state that the step checked leads to.
     fn advance(&mut self) {
         let Self { model, settings, workspace, state, input, next } = self;
         workspace.advance_into(model, state, input, settings, next);
+    }
+}
+
+/// The certificate of a solution by the law of the run.
+fn certify_by_law(law: FrictionLaw, problem: &ContactProblem, solution: &ContactSolution) -> StepCheck {
+    let cone = (law != FrictionLaw::Polygon).then(|| {
+        let mut claimed = ConeSolution::default();
+        claimed.take_polygon(solution);
+        certify_cone(problem, &claimed)
+    });
+    let polygon = certify(problem, solution);
+    match (law, cone) {
+        (FrictionLaw::Circular, Some(cone)) => {
+            StepCheck { law: CertifiedLaw::CircularCone, certificate: cone, cone_certificate: Some(cone), fault: None }
+        }
+        _ => StepCheck { law: CertifiedLaw::Polygon, certificate: polygon, cone_certificate: cone, fault: None },
     }
 }
 

@@ -107,12 +107,16 @@ fn compare_limits(ws: &Workspace, frame: &Frame) -> Result<(), StepFault> {
     if recorded == found { Ok(()) } else { Err(StepFault::Contacts { recorded, found }) }
 }
 
+/// An impulse has the digits of the largest one, or of the momentum that the step's velocities are told from: what gives the problem's velocity scale
+/// to what moves most easily.
 fn compare_impulses(ws: &Workspace, frame: &Frame) -> Result<(), StepFault> {
+    let problem = &ws.builder.problem;
     let contacts = frame.contacts.iter().map(|c| [c.lambda_n, c.lambda_t[0], c.lambda_t[1]]);
     let limits = frame.solution.limits.iter().map(|limit| [limit.impulse, 0.0, 0.0]);
-    let count = ws.builder.problem.contact_count();
-    let expected: Vec<[f64; 3]> = (0..count).map(|i| ws.contact_impulse(i)).collect();
-    let largest = expected.iter().flatten().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+    let expected: Vec<[f64; 3]> = (0..problem.contact_count()).map(|i| ws.contact_impulse(i)).collect();
+    let inverse_mass = problem.delassus_scale();
+    let momentum = if inverse_mass > 0.0 { problem.velocity_scale() / inverse_mass } else { 0.0 };
+    let largest = expected.iter().flatten().fold(momentum, |largest: f64, x| largest.max(x.abs()));
     for (contact, (recorded, expected)) in contacts.chain(limits).zip(expected).enumerate() {
         let difference = largest_difference(&recorded, &expected);
         if difference > ROUNDING * largest {

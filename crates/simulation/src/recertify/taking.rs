@@ -49,6 +49,9 @@ pub(super) fn take_corrections(solution: &StepSolution, ws: &mut Workspace) -> R
         ws.corrections.limit(is_limited, |k| is_limited(contacts + k));
         ws.corrections.set(theta, &mut ws.builder.problem);
     }
+    let contacts = ws.builder.problem.contact_count();
+    let is_listed = |k: usize| solution.limited.binary_search(&((contacts + k) as u32)).is_ok();
+    ws.corrections.leave_listed(is_listed, &mut ws.builder.problem);
     if solution.clipped_gaps {
         ws.builder.clip_gaps();
     }
@@ -71,7 +74,7 @@ pub(super) fn take_directions(frame: &Frame, problem: &mut ContactProblem) -> Re
 }
 
 /// The directions of friction groups that a law of friction has turned, from recorded group `first` on.
-fn take_group_directions(
+pub(super) fn take_group_directions(
     solution: &StepSolution,
     first: usize,
     problem: &mut ContactProblem,

@@ -1,8 +1,8 @@
 //! What a step was solved with and to, for a recording.
 
-use signorini_contact::ContactSolution;
+use signorini_contact::{ContactSolution, FrictionGroups};
 use signorini_multibody::Input;
-use signorini_recording::{Frame, Impulses, LimitFrame};
+use signorini_recording::{Frame, Impulses, LimitFrame, StepSolution};
 
 use crate::report::{KeptRow, StepReport};
 use crate::source::ContactSource;
@@ -32,10 +32,14 @@ pub fn step_solution_into(input: &Input, workspace: &Workspace, report: &StepRep
         KeptRow::Contact(i) => i as u32,
         KeptRow::Bilateral(k) => (contacts + k) as u32,
     }));
+    out.limited.sort_unstable();
+    out.limited.dedup();
     let groups = &workspace.problem().friction_groups;
     if !workspace.solver.keeps_directions() {
-        out.group_directions.clone_from(&groups.directions);
-        out.group_direction_counts.extend((0..groups.len()).map(|j| groups.directions_of(j).len() as u32));
+        add_directions(groups, out);
+        if let Some((problem, _)) = workspace.decompression() {
+            add_directions(&problem.friction_groups, out);
+        }
     }
     if report.enlargements > 0 {
         out.reach.extend(workspace.reach.reach.iter().map(|reach| [reach.linear, reach.angular]));
@@ -48,6 +52,11 @@ pub fn step_solution_into(input: &Input, workspace: &Workspace, report: &StepRep
         copy(solution, &mut out.impulses[1]);
         out.phases = 2;
     }
+}
+
+fn add_directions(groups: &FrictionGroups, out: &mut StepSolution) {
+    out.group_directions.extend_from_slice(&groups.directions);
+    out.group_direction_counts.extend((0..groups.len()).map(|j| groups.directions_of(j).len() as u32));
 }
 
 fn limit_frame(workspace: &Workspace, i: usize) -> Option<LimitFrame> {
