@@ -281,7 +281,7 @@ impl Limits {
             limits.joint.push(joint);
             limits.tendon.push(tendon);
             limits.upper.push(upper);
-            limits.gap.push(problem.gap[i]);
+            limits.gap.push(workspace.limit_distance(i).unwrap_or(problem.gap[i]));
             limits.impulse.push(workspace.contact_impulse(i)[0]);
         }
         limits

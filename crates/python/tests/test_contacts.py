@@ -53,6 +53,16 @@ def test_the_problem_of_a_step_has_the_step_as_its_solution(slope):
     assert not problem.certify(solution.v + 0.01, lambda_n, alpha, solution.beta).holds(1e-9)
 
 
+@pytest.mark.parametrize("joint", ['type="slide" axis="1 0 0"', 'axis="0 1 0"'])
+def test_the_gap_of_a_limit_is_the_distance_to_it_where_it_is_crossed_at_the_beginning(joint):
+    model = signorini.Model.from_string(f"""<mujoco><compiler angle="radian" autolimits="true"/><option gravity="0 0 0"/><worldbody>
+        <body><joint {joint} range="-1 0"/><geom size="0.1" pos="0.2 0 0"/></body></worldbody></mujoco>""")
+    data = signorini.Data(model)
+    data.qpos[0] = 0.02
+    signorini.step(model, data)
+    assert list(data.limit.upper) == [True] and data.limit.gap == pytest.approx([-0.02], abs=1e-15)
+
+
 def test_limits_have_forces(pendulum):
     data = signorini.Data(pendulum)
     data.qpos[0] = np.radians(170)

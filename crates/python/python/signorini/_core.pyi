@@ -1073,7 +1073,9 @@ class ContactSum:
 
 @final
 class Limits:
-    """The limits of joints and tendons in a step's problem: a snapshot whose arrays have one entry per limit."""
+    """The limits of joints and tendons in a step's problem: a snapshot whose arrays have one entry per limit. That of a ball joint may be there more
+    than once, about several axes.
+    """
 
     def __len__(self) -> int: ...
     @property
@@ -1087,7 +1089,7 @@ class Limits:
         """Whether it is the upper limit, (nlimit,)."""
     @property
     def gap(self) -> _Array:
-        """Distance to the limit at the beginning of the step, (nlimit,), rad or m."""
+        """Distance to the limit at the beginning of the step, (nlimit,), rad or m; negative beyond it."""
     @property
     def impulse(self) -> _Array:
         """Impulses away from the limit, (nlimit,), N·s or N·m·s."""

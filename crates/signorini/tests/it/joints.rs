@@ -122,3 +122,31 @@ fn tendon_limits_hold() {
     let force: Vec<f64> = (0..2).map(|k| [1.0, 0.5][k] * ((simulation.state().v[k] - before[k]) / 0.002 + G)).collect();
     assert!((force[1] - 2.0 * force[0]).abs() < 1e-9 && force[0] > 0.0, "{force:?}");
 }
+
+/// However fast a limit is come back to, and whatever part of that a jam permits, the distance to it is that of the coordinate.
+#[test]
+fn the_distance_to_a_crossed_limit_is_that_of_its_coordinate() {
+    let mut slide = Joint::new("slide", JointKind::Slide { axis: DVec3::X });
+    slide.limits = Some([-1.0, 0.0]);
+    for wall in [false, true] {
+        let mut world = on_joint(DVec3::ZERO, slide.clone(), DVec3::ZERO);
+        if wall {
+            // The only body after the world.
+            let body = BodyId(1);
+            let ball = signorini::multibody::Geom::new("ball", Geometry::Sphere { radius: 0.1 });
+            world.builder.add_geom(body, ball).unwrap();
+            world.fixed(Geometry::Box { half_extents: DVec3::splat(0.1) }, Pose::from_position(DVec3::X * -0.179));
+        }
+        let mut simulation = world.simulation(Settings::default());
+        let mut state = simulation.state().clone();
+        state.q[0] = 0.02;
+        simulation.set_state(&state).unwrap();
+        let theta = simulation.step().unwrap().theta;
+        assert_eq!(theta == 0.0, wall);
+        let workspace = simulation.workspace();
+        let limit = workspace.problem().contact_count() - 1;
+        assert!(workspace.problem().gap[limit] > -0.01, "{:?}", workspace.problem().gap);
+        assert_eq!(workspace.limit_distance(limit), Some(-0.02));
+        assert_eq!(workspace.limit_axis(limit), None);
+    }
+}
