@@ -16,10 +16,11 @@ use crate::error::{StateError, recording_error, simulation_error};
 use crate::guard;
 use crate::live::{Field, Live, force_first};
 use crate::model::Model;
-use crate::problem::{ContactProblem, ContactSolution};
+use crate::problem::ContactProblem;
 use crate::recording::Recording;
 use crate::report::{Certificate, StepReport};
 use crate::settings::PySettings;
+use crate::solution::ContactSolution;
 
 /// The state of a model and what a step needs.
 #[pyclass(frozen, subclass, module = "signorini._core")]

@@ -35,6 +35,7 @@ mod recording;
 mod render;
 mod report;
 mod settings;
+mod solution;
 mod spec;
 mod statics;
 mod stepping;
@@ -88,7 +89,7 @@ mod _core {
     #[pymodule_export]
     use crate::placements::{Placements, placements};
     #[pymodule_export]
-    use crate::problem::{ContactProblem, ContactSolution};
+    use crate::problem::ContactProblem;
     #[pymodule_export]
     use crate::queries::{ContactPoint, Nearest, RayHit, cast_ray, cast_rays, contacts_at, distance, overlaps};
     #[pymodule_export]
@@ -97,6 +98,8 @@ mod _core {
     use crate::render::{Film, Renderer, View, save_png};
     #[pymodule_export]
     use crate::report::{Certificate, SettleReport, StageCount, StageRun, StepReport};
+    #[pymodule_export]
+    use crate::solution::ContactSolution;
     #[pymodule_export]
     use crate::spec::Spec;
     #[pymodule_export]

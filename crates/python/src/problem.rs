@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use numpy::{PyArray1, PyArray2};
+use numpy::PyArray1;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use signorini::ContactMethod;
 use signorini::contact::{
     self, ContactSolver, FrictionPolygon, WarmStart, certify, gap_contradiction, problem_file, solve_as_lcp,
@@ -13,11 +12,11 @@ use signorini::lcp::Matrix;
 use signorini::multibody::BlockDiagonal;
 
 use crate::arrays::{self, Table, Vector};
-use crate::contacts::{directions_array, mode_code};
 use crate::error::{ProblemError, problem_error};
 use crate::guard;
-use crate::report::{Certificate, StageRun, contacts_of, stages_dict, status_of};
+use crate::report::Certificate;
 use crate::settings::contact_method;
+use crate::solution::ContactSolution;
 
 /// The contact problem of one step as plain data.
 #[pyclass(frozen, module = "signorini")]
@@ -219,7 +218,8 @@ impl ContactProblem {
     }
 
     /// Residuals of a claimed solution, computed from the data alone.
-    #[pyo3(signature = (v, lambda_n, alpha, beta, lambda_b=None))]
+    #[pyo3(signature = (v, lambda_n, alpha, beta, lambda_b=None, *, alpha_f=None, beta_f=None))]
+    #[allow(clippy::too_many_arguments)]
     fn certify(
         &self,
         v: &Bound<'_, PyAny>,
@@ -227,6 +227,8 @@ impl ContactProblem {
         alpha: &Bound<'_, PyAny>,
         beta: &Bound<'_, PyAny>,
         lambda_b: Option<&Bound<'_, PyAny>>,
+        alpha_f: Option<&Bound<'_, PyAny>>,
+        beta_f: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Certificate> {
         let (nc, m, nb) = (self.nc(), self.inner.direction_count(), self.inner.bilateral_violation.len());
         let (velocity, lambda_n) =
@@ -239,6 +241,9 @@ impl ContactProblem {
             Some(lambda_b) => arrays::read_vector("lambda_b", lambda_b, Some(nb))?,
             None => vec![0.0; nb],
         };
+        let groups = &self.inner.friction_groups;
+        claimed.group_alpha = self.of_groups("alpha_f", alpha_f, groups.direction_count())?;
+        claimed.group_beta = self.of_groups("beta_f", beta_f, groups.len())?;
         Ok(Certificate(certify(&self.inner, &claimed)))
     }
 
@@ -258,6 +263,18 @@ impl ContactProblem {
 }
 
 impl ContactProblem {
+    /// Numbers of the friction groups, which a claimed solution must have where there are some.
+    fn of_groups(&self, name: &str, value: Option<&Bound<'_, PyAny>>, count: usize) -> PyResult<Vec<f64>> {
+        match value {
+            Some(value) => arrays::read_vector(name, value, Some(count)),
+            None if count == 0 => Ok(Vec::new()),
+            None => Err(ProblemError::new_err(format!(
+                "the problem has friction that is no contact's sliding (of joints, servos and belts, spinning, rolling), whose {count} \
+                 numbers {name} are missing: give them, of a solution of ours solution.{name}"
+            ))),
+        }
+    }
+
     /// Some rows of every contact's group.
     fn jacobian<'py>(&self, py: Python<'py>, rows: &[usize]) -> PyResult<Table<'py>> {
         let (nc, nv) = (self.nc(), self.nv());
@@ -295,116 +312,4 @@ fn polygons(directions: Option<&Bound<'_, PyAny>>, nc: usize) -> PyResult<Vec<Fr
         FrictionPolygon::from_directions(own).map_err(|e| ProblemError::new_err(format!("directions[{i}]: {e}")))
     };
     lists.iter().enumerate().map(polygon).collect()
-}
-
-/// Velocity and impulses that solve a contact problem, with their certificate.
-#[pyclass(frozen, module = "signorini")]
-pub struct ContactSolution(pub contact::ContactSolution);
-
-#[pymethods]
-impl ContactSolution {
-    /// Velocity at the end of the step, (nv,), m/s, rad/s.
-    #[getter]
-    fn v<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
-        arrays::fixed(arrays::vector(py, &self.0.velocity))
-    }
-
-    /// Normal impulses, (nc,), N·s.
-    #[getter]
-    fn lambda_n<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
-        arrays::fixed(arrays::vector(py, &self.0.lambda_n))
-    }
-
-    /// Impulses along the friction directions, (m,), N·s.
-    #[getter]
-    fn alpha<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
-        arrays::fixed(arrays::vector(py, &self.0.alpha))
-    }
-
-    /// Multipliers of the friction bounds, (nc,), m/s.
-    #[getter]
-    fn beta<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
-        arrays::fixed(arrays::vector(py, &self.0.beta))
-    }
-
-    /// Impulses of the bilateral rows, (nb,), N·s or N·m·s.
-    #[getter]
-    fn lambda_b<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
-        arrays::fixed(arrays::vector(py, &self.0.bilateral))
-    }
-
-    /// z = (lambda_n, alpha, beta) of the standard LCP.
-    #[getter]
-    fn z<'py>(&self, py: Python<'py>) -> PyResult<Vector<'py>> {
-        arrays::fixed(PyArray1::from_vec(py, self.0.z()))
-    }
-
-    /// Impulses along normal and tangents, (nc, 3), N·s.
-    #[getter]
-    fn impulse<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
-        arrays::fixed(arrays::rows(py, self.0.impulse.iter().copied())?)
-    }
-
-    /// What each contact does, (nc,): values of `signorini.ContactMode`.
-    #[getter]
-    fn mode<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<i8>>> {
-        arrays::fixed(PyArray1::from_iter(py, self.0.modes.iter().map(|&m| mode_code(m).0)))
-    }
-
-    /// The friction directions that a sliding contact's impulse lies on, (nc, 2); -1 where there is none.
-    #[getter]
-    fn direction<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i32>>> {
-        arrays::fixed(directions_array(py, self.0.modes.iter().map(|&m| mode_code(m).1))?)
-    }
-
-    /// "solved", "inaccurate", "unresolved", "infeasible", "iteration_limit".
-    #[getter]
-    fn status(&self) -> String {
-        status_of(&self.0.status)
-    }
-
-    /// Whether every law holds within the tolerance.
-    #[getter]
-    fn solved(&self) -> bool {
-        self.0.status == contact::SolveStatus::Solved
-    }
-
-    /// Contacts that contradict each other, where the status says so.
-    #[getter]
-    fn blamed(&self) -> Vec<usize> {
-        contacts_of(&self.0.status).to_vec()
-    }
-
-    /// Residuals of the laws, computed from the data.
-    #[getter]
-    fn certificate(&self) -> Certificate {
-        Certificate(self.0.certificate)
-    }
-
-    /// Mode changes, proximal iterations and pivots together.
-    #[getter]
-    fn iterations(&self) -> u32 {
-        self.0.report.iterations()
-    }
-
-    /// What the structured solver's stages did, those that were asked, by name in the order of the cascade.
-    #[getter]
-    fn stages<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        stages_dict(py, &self.0.report.stages)
-    }
-
-    /// What each stage did on each island, in order; empty unless the solve was asked to record it.
-    #[getter]
-    fn history(&self) -> Vec<StageRun> {
-        self.0.history.iter().map(StageRun::from).collect()
-    }
-
-    fn __repr__(&self) -> String {
-        let worst = self.0.certificate.worst();
-        format!(
-            "<signorini.ContactSolution {}: {} contacts, worst residual {worst:.1e}>",
-            self.status(),
-            self.0.lambda_n.len()
-        )
-    }
 }

@@ -53,6 +53,24 @@ def test_the_problem_of_a_step_has_the_step_as_its_solution(slope):
     assert not problem.certify(solution.v + 0.01, lambda_n, alpha, solution.beta).holds(1e-9)
 
 
+def test_friction_of_joints_and_of_spinning_is_certified_with_its_own_impulses():
+    model = signorini.Model.from_string("""<mujoco><worldbody><geom type="plane" condim="6" friction="0.8 0.01 0.01"/>
+        <body pos="0 0 0.1"><freejoint/><geom size="0.1" condim="6" friction="0.8 0.01 0.01"/></body>
+        <body pos="1 0 1"><joint axis="0 1 0" frictionloss="0.1"/><geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.02"/></body>
+        </worldbody></mujoco>""")
+    data = signorini.Data(model)
+    data.qvel[:6] = [0.3, 0.1, 0, 1, 2, 3]
+    signorini.step(model, data, nstep=5)
+    problem, solution = data.problem(), data.solution()
+    claimed = (solution.v, solution.lambda_n, solution.alpha, solution.beta)
+    groups = {"alpha_f": solution.alpha_f, "beta_f": solution.beta_f}
+    assert len(solution.beta_f) >= 3 and problem.certify(*claimed, **groups).worst == solution.certificate.worst < 1e-9
+    assert not problem.certify(*claimed, alpha_f=groups["alpha_f"] + 1e-3, beta_f=groups["beta_f"]).holds(1e-9)
+    for missing in groups:
+        with pytest.raises(signorini.ProblemError, match="are missing"):
+            problem.certify(*claimed, **{name: value for name, value in groups.items() if name != missing})
+
+
 @pytest.mark.parametrize("joint", ['type="slide" axis="1 0 0"', 'axis="0 1 0"'])
 def test_the_gap_of_a_limit_is_the_distance_to_it_where_it_is_crossed_at_the_beginning(joint):
     model = signorini.Model.from_string(f"""<mujoco><compiler angle="radian" autolimits="true"/><option gravity="0 0 0"/><worldbody>

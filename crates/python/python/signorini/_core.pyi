@@ -1532,8 +1532,21 @@ class ContactProblem:
         alpha: ArrayLike,
         beta: ArrayLike,
         lambda_b: Optional[ArrayLike] = None,
+        *,
+        alpha_f: Optional[ArrayLike] = None,
+        beta_f: Optional[ArrayLike] = None,
     ) -> Certificate:
-        """Residuals of a claimed solution, computed from the data alone: anyone's solver can be judged by it."""
+        """Residuals of a claimed solution, computed from the data alone: anyone's solver can be judged by it.
+
+        Args:
+            v, lambda_n, alpha, beta: see :class:`ContactSolution`.
+            lambda_b: impulses of the bilateral rows, (nb,); zero where they are not given.
+            alpha_f, beta_f: impulses and multipliers of friction that is no contact's sliding (of joints, servos and belts, spinning,
+                rolling), as ``ContactSolution.alpha_f`` and ``beta_f``; needed where the problem has some.
+
+        Raises:
+            ProblemError: the problem has such friction, and its numbers are missing.
+        """
     def contradiction(self) -> Optional[Tuple[_Array, _Array, float]]:
         """The proof that there is no solution, because no velocity satisfies the gaps and bilateral rows together; None where there is none.
 
@@ -1561,6 +1574,12 @@ class ContactSolution:
     @property
     def lambda_b(self) -> _Array:
         """Impulses of the bilateral rows, (nb,), N·s or N·m·s."""
+    @property
+    def alpha_f(self) -> _Array:
+        """Impulses along the directions of friction that is no contact's sliding, group after group, N·s or N·m·s."""
+    @property
+    def beta_f(self) -> _Array:
+        """Multipliers of the bounds of that friction, one per group, m/s or rad/s."""
     @property
     def z(self) -> _Array:
         """z = (lambda_n, alpha, beta) of the standard LCP."""
