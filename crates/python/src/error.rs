@@ -44,6 +44,7 @@ pub fn simulation_error(error: SimulationError) -> PyErr {
         E::Collision(_) | E::Model(_) => ModelError::new_err(message),
         E::State(_) | E::FreeMotion(FreeMotionError::State(_)) | E::WarmStart { .. } => StateError::new_err(message),
         E::FreeMotion(_) => SolveError::new_err(message),
+        E::Diverged { .. } => SolveError::new_err((message, "diverged")),
         E::NotSettled { .. } => SolveError::new_err((message, "not_settled")),
         _ => ProblemError::new_err(message),
     }

@@ -78,6 +78,23 @@ pub enum SimulationError {
         /// Why, and what to do.
         reason: &'static str,
     },
+    /// A motion whose numbers have blown up: the state after the step is not finite, or the mass matrix of the state before it cannot be factorised while
+    /// something moves by more than 1,000 rad or m in a step. The state before the step is as it was.
+    #[error(
+        "the motion has blown up: joint '{joint}' moves with {speed:.3e} {unit}/s, {:.3e} {unit} in a step of {timestep:e} s; take a shorter time \
+         step, or give what moves damping or armature",
+        speed * timestep
+    )]
+    Diverged {
+        /// The joint with the largest speed.
+        joint: String,
+        /// That speed, rad/s or m/s.
+        speed: f64,
+        /// "rad" or "m".
+        unit: &'static str,
+        /// The time step, s.
+        timestep: f64,
+    },
     /// The contact problem is malformed.
     #[error(transparent)]
     Problem(#[from] ProblemError),

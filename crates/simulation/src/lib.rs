@@ -53,6 +53,7 @@ mod contact_forces;
 mod contact_sensors;
 mod contradictions;
 mod corrections;
+mod divergence;
 mod energy_bound;
 mod error;
 mod forces;

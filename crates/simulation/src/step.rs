@@ -2,10 +2,10 @@
 
 use signorini_multibody::{Input, Model, State};
 
-use crate::SimulationError;
 use crate::report::StepReport;
 use crate::settings::Settings;
 use crate::workspace::Workspace;
+use crate::{SimulationError, divergence};
 
 /// How often a step is found and solved again because a body moved farther than its reach.
 const MAX_ENLARGEMENTS: u32 = 8;
@@ -33,7 +33,7 @@ pub struct DrivenVelocity {
 ///
 /// # Errors
 /// [`SimulationError::FreeMotion`] if the state or input does not fit the model, is not finite, or the mass matrix is
-/// singular there; [`SimulationError::Problem`] if the contact problem is malformed; [`SimulationError::ContradictingEqualities`] if
+/// singular there; [`SimulationError::Diverged`] if the numbers of the motion have blown up; [`SimulationError::Problem`] if the contact problem is malformed; [`SimulationError::ContradictingEqualities`] if
 /// equality constraints exclude each other.
 pub fn step(
     model: &Model,
@@ -78,7 +78,7 @@ pub(crate) fn step_driven(
         ws.wake_all();
     }
     state.check(model)?;
-    ws.begin(model, state, input, dt)?;
+    ws.begin(model, state, input, dt).map_err(|error| divergence::explain(error, model, state, dt))?;
     let mut report = StepReport { unresolved_rotations: ws.smooth.unresolved_rotations, ..StepReport::default() };
     ws.find_points(model);
     let mut problems = 0;
@@ -115,6 +115,12 @@ pub(crate) fn step_driven(
     next.activation.clone_from(&state.activation);
     if report.advanced() {
         ws.advance_into(model, state, input, settings, next);
+        if let Err(error) = divergence::check_finite(model, state, &ws.builder.problem.free_velocity, next, dt) {
+            // No later step begins from impulses that are no numbers.
+            ws.warm.clear();
+            next.clone_from(state);
+            return Err(error);
+        }
     }
     Ok(report)
 }

@@ -54,10 +54,12 @@ class ProblemError(SignoriniError, ValueError):
 
 
 class SolveError(SignoriniError, RuntimeError):
-    """A step whose contact problem has no solution, or none that was found; the state is the one before the step. Or a state that does not come to rest.
+    """A step whose contact problem has no solution, or none that was found, or whose motion has blown up; the state is the one before the step. Or a
+    state that does not come to rest.
 
     Attributes:
-        status: "unresolved" or "infeasible" (see ``StepReport.status``); of :func:`signorini.settle` "not_settled".
+        status: "unresolved" or "infeasible" (see ``StepReport.status``), or "diverged" where speeds have become so large that the next state is not
+            finite; of :func:`signorini.settle` "not_settled".
         contacts: contacts that contradict each other, indices into the step's problem.
         time: time of the state, s.
     """

@@ -1,7 +1,7 @@
 //! Numbers beyond what can be computed: every law ends with a report or a typed error, and none with a panic.
 
 use signorini::multibody::glam::DVec3;
-use signorini::{FrictionLaw, InfeasiblePolicy, RestitutionLaw, Settings, SettleSettings, Simulation};
+use signorini::{FrictionLaw, InfeasiblePolicy, RestitutionLaw, Settings, SettleSettings, Simulation, SimulationError};
 
 use crate::support::World;
 
@@ -63,5 +63,40 @@ fn settling_does_not_panic_where_numbers_overflow() {
                 "1e{exponent} {dof}: {ended:?}"
             );
         }
+    }
+}
+
+/// A motion that has blown up is an error that names what moves, and the simulation stays where it was.
+#[test]
+fn a_step_that_ends_in_no_numbers_is_refused() {
+    let mut world = World::upright(0.005, 0.5);
+    world.free_ball(0.1, 1.0, DVec3::Z);
+    let mut simulation = world.simulation(Settings::default().with_timestep(Some(1e160)));
+    let before = simulation.state().clone();
+    let error = simulation.step().unwrap_err();
+    let message = error.to_string();
+    let SimulationError::Diverged { joint, speed, timestep, .. } = error else { panic!("{message}") };
+    assert!(joint.starts_with("part") && speed * timestep > 1e3 && timestep == 1e160, "{message}");
+    assert!(message.contains("shorter time step"), "{message}");
+    assert_eq!(*simulation.state(), before);
+    assert!(matches!(simulation.step(), Err(SimulationError::Diverged { .. })));
+}
+
+/// A double pendulum whose second hinge has blown up: the step names it, and from a state without the speed the simulation goes on.
+#[test]
+fn what_has_blown_up_is_named_and_can_be_left() {
+    let text = r#"<mujoco><worldbody><body><joint name="first" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 1" size="0.05"/>
+        <body pos="0 0 1"><joint name="second" axis="0 1 0"/><geom type="capsule" fromto="0 0 0 0 0 1" size="0.05"/></body></body></worldbody></mujoco>"#;
+    let mut simulation =
+        Simulation::new(signorini_formats::load_mjcf_str(text, "").unwrap().model, Settings::default()).unwrap();
+    let at_rest = simulation.state().clone();
+    let mut state = at_rest.clone();
+    state.v = vec![1e3, -1e170];
+    simulation.set_state(&state).unwrap();
+    let error = (0..20).find_map(|_| simulation.step().err()).expect("an error");
+    assert!(matches!(&error, SimulationError::Diverged { joint, unit: "rad", .. } if joint == "second"), "{error}");
+    simulation.set_state(&at_rest).unwrap();
+    for _ in 0..5 {
+        assert!(simulation.step().unwrap().certificate.holds(1e-9));
     }
 }
