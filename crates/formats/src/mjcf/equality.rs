@@ -76,8 +76,8 @@ fn connect(importer: &Importer, a: &Attributes) -> Result<EqualityKind, FormatEr
     Ok(EqualityKind::Connect { body_a, point_a: anchor, body_b, point_b })
 }
 
-/// Two sites, or: the frame of the second body stands at `anchor` in it; `relpose` is the second body in the first, as at the reference
-/// configuration where its quaternion is zero.
+/// Two sites, or: the point `anchor` of the second body stands at the position of `relpose` in the first, whose quaternion turns the second
+/// body against the first. Where that is zero, both are as at the reference configuration.
 fn weld(importer: &Importer, a: &Attributes) -> Result<EqualityKind, FormatError> {
     if let Some([(body_a, frame_a), (body_b, frame_b)]) = sites(importer, a)? {
         return Ok(EqualityKind::Weld { body_a, frame_a, body_b, frame_b });
@@ -85,14 +85,14 @@ fn weld(importer: &Importer, a: &Attributes) -> Result<EqualityKind, FormatError
     let (body_a, body_b) = bodies(importer, a)?;
     let ([x, y, z, w, i, j, k], _) = a.overlay::<7>("relpose", [0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])?;
     let given = DQuat::from_xyzw(i, j, k, w);
-    let relative = if given.length() > 0.0 {
+    let frame_b = Pose::from_position(a.vec3("anchor")?.unwrap_or(DVec3::ZERO));
+    let frame_a = if given.length() > 0.0 {
         Pose::new(DVec3::new(x, y, z), unit_rotation(given))
     } else {
         let [pose_a, pose_b] = [body_a, body_b].map(|body| importer.parts.builder.reference_pose(body));
-        pose_a.inverse() * pose_b
+        pose_a.inverse() * pose_b * frame_b
     };
-    let frame_b = Pose::from_position(a.vec3("anchor")?.unwrap_or(DVec3::ZERO));
-    Ok(EqualityKind::Weld { body_a, frame_a: relative * frame_b, body_b, frame_b })
+    Ok(EqualityKind::Weld { body_a, frame_a, body_b, frame_b })
 }
 
 /// `tendon1` follows `tendon2` by the polynomial `polycoef`, or stays at its constant; a reason if one of them is left out.

@@ -1,7 +1,7 @@
 //! A model as MJCF.
 
 use signorini_multibody::glam::DQuat;
-use signorini_multibody::{ActuatorKind, EqualityKind, Keyframe, Model, Pose};
+use signorini_multibody::{ActuatorKind, EqualityKind, Keyframe, Model};
 
 use super::actuation;
 use super::element::{Tag, list};
@@ -115,7 +115,7 @@ fn equality(model: &Model, left_out: &mut Vec<String>) -> Tag {
                 tag.numbers("anchor", &point_a.to_array())
             }
             EqualityKind::Weld { body_a, frame_a, body_b, frame_b } => {
-                let Pose { position: p, rotation: r } = frame_a * frame_b.inverse();
+                let (p, r) = (frame_a.position, (frame_a * frame_b.inverse()).rotation);
                 let tag = Tag::new("weld").with("body1", body(body_a)).with("body2", body(body_b));
                 tag.numbers("anchor", &frame_b.position.to_array())
                     .numbers("relpose", &[p.x, p.y, p.z, r.w, r.x, r.y, r.z])

@@ -54,6 +54,22 @@ fn a_given_relative_pose_replaces_that_of_the_reference() {
     assert_eq!((frame_a.position, frame_b.position), (DVec3::new(1.0, 2.0, 3.0), DVec3::ZERO));
 }
 
+/// With both, `relpose` says where the anchor is, not the second body's origin: MuJoCo 4.0.0 has no violation at this state, and (-1, 0, 0) for
+/// a body that stands at (0, 0, 5) unturned where `relpose` has no turn.
+#[test]
+fn the_position_of_a_relative_pose_is_that_of_the_anchor() {
+    let bodies = "<worldbody><body name='a'><freejoint/><geom size='.1'/></body><body name='b'><freejoint/><geom size='.1'/></body></worldbody>";
+    let weld = |turn: &str| {
+        mjcf(&format!("{bodies}<equality><weld body1='a' body2='b' anchor='1 0 0' relpose='0 0 5 {turn}'/></equality>"))
+    };
+    let at = |b: [f64; 7]| [&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0][..], &b].concat();
+    let half = 0.5_f64.sqrt();
+    let violated = violations(&weld("1 0 0 1"), &at([0.0, -1.0, 5.0, half, 0.0, 0.0, half]));
+    assert!(violated.iter().all(|x| x.abs() < 1e-15), "{violated:?}");
+    let violated = violations(&weld("1 0 0 0"), &at([0.0, 0.0, 5.0, 1.0, 0.0, 0.0, 0.0]));
+    assert!((violated[0] - 1.0).abs() < 1e-15, "{violated:?}");
+}
+
 /// Frames of sites coincide, wherever they are at the reference configuration. MuJoCo 4.0.0 gives the same difference.
 #[test]
 fn constraints_between_sites_join_their_frames() {
