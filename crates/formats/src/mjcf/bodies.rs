@@ -64,8 +64,7 @@ fn read_body<'t>(
     let inertial = element.child("inertial");
     let weighs_geoms = match importer.compiler(element).inertia_source {
         InertiaSource::Auto => inertial.is_none(),
-        // A body without geoms that could weigh keeps what it is given.
-        InertiaSource::Geoms => inertial.is_none() || has_geoms(element),
+        InertiaSource::Geoms => true,
         InertiaSource::Inertial => false,
     };
     let mut body = OpenBody { id, pose: parent_pose * placement, weights: Vec::new(), weighs_geoms, stays: false };
@@ -78,7 +77,8 @@ fn read_body<'t>(
     let children = read_contents(importer, element, inner, &mut body)?;
     read_sleep(importer, &attributes, id)?;
     let inertia = match inertial {
-        Some(inertial) if !weighs_geoms => read_inertial(importer, inertial)?,
+        // Where no geom weighs anything, what is given counts.
+        Some(inertial) if body.weights.is_empty() => read_inertial(importer, inertial)?,
         _ => Inertia::sum(&body.weights),
     };
     inertias.push((id, importer.compiler(element).adjusted(inertia)));
@@ -105,19 +105,6 @@ fn read_sleep(importer: &mut Importer, attributes: &Attributes, id: BodyId) -> R
         return Ok(());
     }
     importer.parts.set_begins_asleep(id)
-}
-
-/// Whether a body has geoms of its own, in frames and replicas, too.
-fn has_geoms(element: Element) -> bool {
-    let mut open: Vec<Element> = element.children().collect();
-    while let Some(child) = open.pop() {
-        match child.name() {
-            "geom" => return true,
-            "frame" | "replicate" => open.extend(child.children()),
-            _ => {}
-        }
-    }
-    false
 }
 
 /// Whether a body has a child, no geom, or a geom that is not left out.

@@ -312,13 +312,16 @@ fn meshes_of_plugins_are_left_out_with_their_geoms() {
 }
 
 #[test]
-fn inertia_from_geoms_keeps_what_bodies_without_geoms_are_given() {
-    let text = "<mujoco><compiler inertiafromgeom='true'/><worldbody><body><freejoint/><inertial pos='0 0 0' mass='2' \
-                diaginertia='1 1 1'/></body><body><freejoint/><inertial pos='0 0 0' mass='2' diaginertia='1 1 1'/>\
-                <frame><geom size='1' mass='5'/></frame></body></worldbody></mujoco>";
-    let model = load_mjcf_str(text, "").unwrap().model;
-    // MuJoCo 4.0.0: body_mass [0, 2, 5].
-    assert_eq!((model.bodies[1].inertia.mass, model.bodies[2].inertia.mass), (2.0, 5.0));
+fn inertia_from_geoms_keeps_what_bodies_are_given_whose_geoms_weigh_nothing() {
+    let body = |geom: &str| {
+        format!("<body><freejoint/><inertial pos='0 0 0' mass='2' diaginertia='1 1 1'/><frame>{geom}</frame></body>")
+    };
+    let geoms = ["", "<geom size='1' mass='5'/>", "<geom size='1' mass='0'/>", "<geom size='1' group='3'/>"].map(body);
+    let compiler = "<compiler inertiafromgeom='true' inertiagrouprange='0 2'/>";
+    let text = format!("<mujoco>{compiler}<worldbody>{}</worldbody></mujoco>", geoms.concat());
+    let masses: Vec<f64> = load_mjcf_str(&text, "").unwrap().model.bodies.iter().map(|b| b.inertia.mass).collect();
+    // MuJoCo 4.0.0: body_mass.
+    assert_eq!(masses, [0.0, 2.0, 5.0, 2.0, 2.0]);
 }
 
 #[test]
