@@ -1,12 +1,13 @@
 //! `<actuator>`: motors, servos, dampers, cylinders and general affine actuators on joints, tendons, sites and what bodies touch.
 
 use signorini_multibody::{
-    Activation, Actuator, ActuatorId, ActuatorKind, JointId, JointKind, Kinematics, LengthRow, MassMatrix, Model,
-    Transmission, actuator_length_into, forward_kinematics_into, mass_matrix_into,
+    Activation, ActivationKind, Actuator, ActuatorId, ActuatorKind, JointId, JointKind, Kinematics, LengthRow,
+    MassMatrix, Model, Transmission, actuator_length_into, forward_kinematics_into, mass_matrix_into,
 };
 
 use super::custom;
 use super::importer::Importer;
+use super::law_numbers::{Dynamics, LawNumbers};
 use super::laws::{activation_count, law};
 use super::muscles::muscle_law;
 use super::sensors::{body, site, tendon};
@@ -19,11 +20,11 @@ use crate::xml::{Attributes, Element};
 const KINDS: [&str; 9] =
     ["general", "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion"];
 
-/// What an actuator acts on, and the joint if it is a hinge or slide.
+/// What an actuator acts on, and the limits of that.
 struct Target {
     transmission: Transmission,
     gear: f64,
-    joint: Option<JointRecord>,
+    range: Option<[f64; 2]>,
 }
 
 /// What an actuator of the file means for the lists of a keyframe.
@@ -48,11 +49,16 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
         if !kept {
             importer.left_out_actuators.extend(element.attributes().text("name"));
         }
-        let activations = activation_count(&importer.defaults.of(element, None, &KINDS)?)?;
+        let a = importer.defaults.of(element, None, &KINDS)?;
+        let activations = activation_count(&a, &law_numbers(importer, element)?)?;
         listed.push(Listed { kept, activations });
     }
     custom::check_speed_servos(importer)?;
     Ok(listed)
+}
+
+fn law_numbers<'t>(importer: &Importer<'t>, element: Element<'t>) -> Result<LawNumbers<'t>, FormatError> {
+    LawNumbers::read(element, &importer.defaults.classes_of(element, None, &KINDS)?)
 }
 
 /// Adds an actuator, or says why it is not supported.
@@ -65,52 +71,39 @@ fn read_actuator<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Resul
         Ok(target) => target,
         Err(what) => return Ok(Some(what)),
     };
-    if let Some(law) = muscle_law(&a)? {
-        let range = importer.range(&a, "actrange", "actlimited")?;
-        let early = a.flag("actearly")?.unwrap_or(false);
-        let activation = Activation::new(law.activation).with_range(range).with_early(early);
-        let actuator = Actuator::new(String::new(), target.transmission, ActuatorKind::Muscle(law.muscle))
-            .with_gear(target.gear)
-            .with_activation(activation)
-            .with_control_range(importer.range(&a, "ctrlrange", "ctrllimited")?)
-            .with_force_range(force_range(importer, &a)?);
-        let id = importer.parts.add_actuator(element, name_of(element), actuator)?;
-        importer.muscles.extend(law.unscaled(id, element.at()));
-        return Ok(None);
-    }
-    let Some((kind, dynamics)) = law(importer, &a)? else {
+    let mut numbers = law_numbers(importer, element)?;
+    let ratio = numbers.take_damping_ratio();
+    let muscle = muscle_law(&a, &numbers)?;
+    let known = match &muscle {
+        Some(muscle) => Some((ActuatorKind::Muscle(muscle.muscle), Some(muscle.activation))),
+        None => law(importer, &a, &numbers),
+    };
+    let Some((kind, dynamics)) = known else {
         return Ok(Some("gain, bias or activation is not that of an affine actuator".into()));
     };
-    let activation = match dynamics {
-        None => None,
-        Some(kind) => Some(
-            Activation::new(kind)
-                .with_range(activation_range(importer, &a, target.joint)?)
-                .with_early(a.flag("actearly")?.unwrap_or(false) && element.is("general")),
-        ),
-    };
-    check_adhesion(importer, &a)?;
+    let [control_range, activation_range] = ranges(importer, &a, &numbers, target.range)?;
+    check_adhesion(&a, control_range)?;
+    let remembers = |kind| Activation::new(kind).with_range(activation_range).with_early(numbers.early);
     let mut actuator = Actuator::new(String::new(), target.transmission, kind)
         .with_gear(target.gear)
-        .with_activation(activation)
-        .with_control_range(control_range(importer, &a, target.joint)?)
-        .with_force_range(force_range(importer, &a)?);
+        .with_activation(dynamics.map(remembers))
+        .with_control_range(control_range)
+        .with_force_range(importer.range(&a, "forcerange", "forcelimited")?);
+    if importer.actuation_disabled {
+        idle(&mut actuator);
+    }
     let name = name_of(element);
     custom::hold_speed(importer, &mut actuator, name.as_deref())?;
     let id = importer.parts.add_actuator(element, name, actuator)?;
-    let ratio = damping_ratio(&a)?;
-    if ratio > 0.0 && ["position", "intvelocity"].contains(&element.name()) {
-        importer.damping_ratios.push((id, ratio));
-    }
+    importer.damping_ratios.extend(ratio.map(|ratio| (id, ratio)));
+    importer.muscles.extend(muscle.and_then(|muscle| muscle.unscaled(id, element.at())));
     Ok(None)
 }
 
 /// What sticks only pulls: the range of its control is given and not negative, as MuJoCo wants it.
-fn check_adhesion(importer: &Importer, a: &Attributes) -> Result<(), FormatError> {
-    if !a.element().is("adhesion") {
-        return Ok(());
-    }
-    match importer.range(a, "ctrlrange", "ctrllimited")? {
+fn check_adhesion(a: &Attributes, control_range: Option<[f64; 2]>) -> Result<(), FormatError> {
+    match control_range {
+        _ if !a.element().is("adhesion") => Ok(()),
         Some([low, _]) if low >= 0.0 => Ok(()),
         Some(_) => Err(a.invalid("ctrlrange", "numbers that are not negative: it can only pull")),
         None => Err(a.element().incomplete("attribute 'ctrlrange': the range of its control")),
@@ -128,28 +121,32 @@ fn target(importer: &Importer, a: &Attributes) -> Result<Result<Target, String>,
         let joint = driven_joint(importer, a, attribute)?;
         if joint.kind.nv() == 1 {
             let transmission = Transmission::Joint(joint.id);
-            return Ok(Ok(Target { transmission, gear: gear[0], joint: Some(joint) }));
+            return Ok(Ok(Target { transmission, gear: gear[0], range: joint.limits }));
         }
-        if attribute == "jointinparent" && joint.kind == JointKind::Ball {
-            return Ok(Err("acts on a ball joint in the axes of the parent, which is not supported".into()));
+        let about = if joint.kind == JointKind::Ball { &gear[..3] } else { &gear[3..] };
+        if attribute == "jointinparent" && about != [0.0; 3] {
+            return Ok(Err("turns a ball or free joint in the axes of the parent, which is not supported".into()));
         }
         let transmission = Transmission::JointAxes { joint: joint.id, axes: gear };
-        return Ok(Ok(Target { transmission, gear: 1.0, joint: None }));
+        return Ok(Ok(Target { transmission, gear: 1.0, range: None }));
     }
     if a.has("tendon") {
-        let target = |id| Target { transmission: Transmission::Tendon(id), gear: gear[0], joint: None };
+        let target = |id| {
+            let range = importer.tendon_ranges.get(&id).copied();
+            Target { transmission: Transmission::Tendon(id), gear: gear[0], range }
+        };
         return Ok(tendon(importer, a, "tendon")?.map(target));
     }
     if a.has("site") {
         let reference = if a.has("refsite") { Some(site(importer, a, "refsite")?) } else { None };
         let transmission = Transmission::Site { site: site(importer, a, "site")?, reference, wrench: gear };
-        return Ok(Ok(Target { transmission, gear: 1.0, joint: None }));
+        return Ok(Ok(Target { transmission, gear: 1.0, range: None }));
     }
     if a.has("body") {
         let body = body(importer, a, "body")?;
         let layer = importer.layers.get(&body).copied().unwrap_or(0.0);
         // In MuJoCo the gear does nothing here.
-        return Ok(Ok(Target { transmission: Transmission::Body { body, layer }, gear: 1.0, joint: None }));
+        return Ok(Ok(Target { transmission: Transmission::Body { body, layer }, gear: 1.0, range: None }));
     }
     let others = ["slidersite", "cranksite"];
     match others.iter().any(|other| a.has(other)) {
@@ -163,60 +160,48 @@ fn driven_joint(importer: &Importer, a: &Attributes, attribute: &'static str) ->
     importer.parts.joint(name).ok_or_else(|| a.unknown(attribute, "joint", importer.parts.joint_names()))
 }
 
-fn control_range(
+/// The ranges of control and activation: own ones, and that of the set point from what it acts on where `inheritrange` asks for it.
+fn ranges(
     importer: &Importer,
     a: &Attributes,
-    joint: Option<JointRecord>,
-) -> Result<Option<[f64; 2]>, FormatError> {
-    match inherited_range(a, joint)?.filter(|_| a.element().is("position")) {
-        None => importer.range(a, "ctrlrange", "ctrllimited"),
-        inherited => Ok(inherited),
+    numbers: &LawNumbers,
+    target: Option<[f64; 2]>,
+) -> Result<[Option<[f64; 2]>; 2], FormatError> {
+    let control = match a.element().name() {
+        // They have no switch: what they are given counts.
+        "damper" | "adhesion" => importer.ordered(a, "ctrlrange")?,
+        _ => importer.range(a, "ctrlrange", "ctrllimited")?,
+    };
+    let activation = match numbers.dynamics {
+        Dynamics::None => None,
+        _ => importer.range(a, "actrange", "actlimited")?,
+    };
+    if numbers.inherited_range == 0.0 || !numbers.is_servo() {
+        return Ok([control, activation]);
+    }
+    let missing = || a.invalid("inheritrange", "an actuator on a joint or tendon with limits");
+    let [low, high] = target.ok_or_else(missing)?;
+    let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0 * numbers.inherited_range);
+    let inherited = Some([middle - half, middle + half]);
+    match numbers.dynamics {
+        Dynamics::None | Dynamics::ExactFilter => Ok([inherited, activation]),
+        Dynamics::Integrator => Ok([control, inherited]),
+        _ => Err(a.invalid("inheritrange", "a servo without activation, with an exact filter or with an integrator")),
     }
 }
 
-/// What the force is limited to: nothing, where the flag `actuation` says so.
-fn force_range(importer: &Importer, a: &Attributes) -> Result<Option<[f64; 2]>, FormatError> {
-    let given = importer.range(a, "forcerange", "forcelimited")?;
-    Ok(if importer.actuation_disabled { Some([0.0; 2]) } else { given })
-}
-
-fn activation_range(
-    importer: &Importer,
-    a: &Attributes,
-    joint: Option<JointRecord>,
-) -> Result<Option<[f64; 2]>, FormatError> {
-    if !a.element().is("intvelocity") {
-        return importer.range(a, "actrange", "actlimited");
+/// Makes an actuator one that the flag `actuation` switches off: it has no force, and its activation stays.
+fn idle(actuator: &mut Actuator) {
+    actuator.force_range = Some([0.0; 2]);
+    if actuator.activation.is_some() {
+        actuator.activation = Some(Activation::new(ActivationKind::Integrator));
+        actuator.control_range = Some([0.0; 2]);
     }
-    let own = a.vector::<2>("actrange")?.filter(|[low, high]| low < high);
-    match inherited_range(a, joint)?.or(own) {
-        None => Err(a.element().incomplete("attribute 'actrange': the range of its set point")),
-        range => Ok(range),
-    }
-}
-
-/// The range that `inheritrange` makes of the joint's limits: their middle, and so many times their width.
-fn inherited_range(a: &Attributes, joint: Option<JointRecord>) -> Result<Option<[f64; 2]>, FormatError> {
-    let Some(factor) = a.non_negative("inheritrange")?.filter(|x| *x > 0.0) else { return Ok(None) };
-    if !["position", "intvelocity"].contains(&a.element().name()) {
-        return Ok(None);
-    }
-    let missing = || a.invalid("inheritrange", "an actuator on a joint with limits");
-    let [low, high] = joint.and_then(|joint| joint.limits).ok_or_else(missing)?;
-    let (middle, half) = ((low + high) / 2.0, (high - low) / 2.0 * factor);
-    Ok(Some([middle - half, middle + half]))
-}
-
-fn damping_ratio(a: &Attributes) -> Result<f64, FormatError> {
-    let ratio = a.non_negative("dampratio")?.unwrap_or(0.0);
-    if ratio > 0.0 && a.element().raw("kv").is_some() {
-        return Err(a.invalid("dampratio", "either 'kv' or 'dampratio'"));
-    }
-    Ok(ratio)
 }
 
 /// Takes over `actuatorfrcrange`, the bound of the force of all actuators on a joint: where a single one acts on it, that is a bound of
-/// its own force. Joints of the file are those of the model: bodies are read one by one.
+/// its own force, which sensors of it then show as well, where MuJoCo bounds the joint's share alone. Joints of the file are those of the model:
+/// bodies are read one by one.
 pub(super) fn bound_by_joints(model: &mut Model, ranges: &[(JointId, [f64; 2], Location)], report: &mut Reporter) {
     let Model { actuators, tendons, .. } = model;
     for (joint, [low, high], at) in ranges {
@@ -273,8 +258,11 @@ pub(super) fn damp_by_ratio(model: &mut Model, ratios: &[(ActuatorId, f64)]) {
         if !felt.is_finite() {
             continue; // It moves nothing.
         }
-        if let ActuatorKind::Position { kp, kv } = &mut model.actuators[id.index()].kind {
-            *kv = 2.0 * ratio * (*kp * felt).sqrt();
+        let damping = |kp: f64| 2.0 * ratio * (kp.max(0.0) * felt).sqrt();
+        match &mut model.actuators[id.index()].kind {
+            ActuatorKind::Position { kp, kv } => *kv = damping(*kp),
+            ActuatorKind::Affine { gain, bias } => bias[2] = -damping(gain[0]),
+            _ => {}
         }
     }
 }

@@ -330,21 +330,18 @@ const MOTOR: Coverage = actuator!("", []);
 const POSITION: Coverage = actuator!("kp kv dampratio timeconst inheritrange", []);
 const VELOCITY: Coverage = actuator!("kv", []);
 const GENERAL: Coverage = actuator!(
-    "gaintype gainprm biastype biasprm dyntype dynprm actdim actlimited actrange actearly",
+    "gaintype gainprm biastype biasprm dyntype dynprm actdim actlimited actrange actearly inheritrange",
     [
-        ignored("inheritrange", "0", "the control has the range 'ctrlrange' or none"),
         ignored("ffrange", "0 0", "there is no feed-forward"),
         ignored("velrange", "0 0", "the control has the range 'ctrlrange' or none"),
         ignored("input", "", "the control is the servo's set point")
     ]
 );
 
-const INTEGRATED_VELOCITY: Coverage = actuator!("kp kv dampratio actrange inheritrange", []);
+const INTEGRATED_VELOCITY: Coverage = actuator!("kp kv dampratio actlimited actrange inheritrange", []);
 const DAMPER: Coverage = actuator!("kv", []);
-const MUSCLE: Coverage = actuator!(
-    "timeconst tausmooth range force scale lmin lmax vmax fpmax fvmax actlimited actrange actearly actdim",
-    []
-);
+const MUSCLE: Coverage =
+    actuator!("timeconst tausmooth range force scale lmin lmax vmax fpmax fvmax actlimited actrange", []);
 const ADHESION: Coverage = actuator!("gain", []);
 const CYLINDER: Coverage = actuator!("timeconst area diameter bias", []);
 

@@ -58,15 +58,26 @@ impl<'t> Defaults<'t> {
         inherited: Option<&'t str>,
         kinds: &[&str],
     ) -> Result<Attributes<'t>, FormatError> {
+        let classes = self.classes_of(element, inherited, kinds)?;
+        Ok(Attributes::new(element, classes.concat()))
+    }
+
+    /// The elements of the names `kinds` in the class of an element and in those above it, nearest class first and last element first.
+    pub fn classes_of(
+        &self,
+        element: Element<'t>,
+        inherited: Option<&'t str>,
+        kinds: &[&str],
+    ) -> Result<Vec<Vec<Element<'t>>>, FormatError> {
         let own = self.class_of(element, "class")?;
         let mut class = Some(own.or(inherited).unwrap_or(self.main));
-        let mut layers = Vec::new();
+        let mut classes = Vec::new();
         while let Some(Class { sections, parent }) = class.and_then(|name| self.classes.get(name)) {
             let elements = sections.iter().rev().flat_map(|s| s.children().rev());
-            layers.extend(elements.filter(|e| kinds.contains(&e.name())));
+            classes.push(elements.filter(|e| kinds.contains(&e.name())).collect());
             class = *parent;
         }
-        Ok(Attributes::new(element, layers))
+        Ok(classes)
     }
 
     /// The class an attribute (`class`, `childclass`) names, checked to exist.

@@ -78,6 +78,8 @@ pub(super) struct Importer<'t> {
     pub resting_tendons: Vec<TendonId>,
     /// Muscles of which the model has to be known.
     pub muscles: Vec<UnscaledMuscle>,
+    /// Ranges of tendons that have one, in force or not.
+    pub tendon_ranges: HashMap<TendonId, [f64; 2]>,
     /// Time step of the file, s.
     pub timestep: f64,
     pub missing_meshes: MissingMeshes,
@@ -112,8 +114,15 @@ impl Importer<'_> {
             (Some(_), None) if !self.compiler(a.element()).autolimits => {
                 Err(a.invalid(range, format!("'{switch}' to be given as well, because autolimits is false")))
             }
-            (Some([low, high]), _) if low >= high => Err(a.invalid(range, "the lower number first")),
-            (Some(values), _) => Ok(Some(values)),
+            (Some(_), _) => self.ordered(a, range),
+        }
+    }
+
+    /// A range that counts if it is given.
+    pub fn ordered(&self, a: &Attributes, range: &'static str) -> Result<Option<[f64; 2]>, FormatError> {
+        match a.vector::<2>(range)? {
+            Some([low, high]) if low >= high => Err(a.invalid(range, "the lower number first")),
+            values => Ok(values),
         }
     }
 

@@ -1,187 +1,73 @@
 //! The force law of an actuator and how its activation follows the control.
 
-use std::f64::consts::FRAC_PI_4;
-
 use signorini_multibody::{ActivationKind, ActuatorKind};
 
 use super::importer::Importer;
+use super::law_numbers::{Dynamics, Form, LawNumbers};
 use crate::error::FormatError;
-use crate::xml::{Attributes, Element};
+use crate::xml::Attributes;
 
-/// MuJoCo's affine actuator: with length `l` and its rate `l̇`,
-/// force = `(gain[0] + gain[1] l + gain[2] l̇) · drive + bias[0] + bias[1] l + bias[2] l̇`.
-#[derive(Clone, Copy, PartialEq)]
-struct Affine {
-    gain: [f64; 3],
-    bias: [f64; 3],
-    dynamics: Dynamics,
-    time_constant: f64,
-}
+/// A time constant that is none: at its end every step has forgotten the activation at its beginning.
+const AT_ONCE: f64 = 1e-15;
 
-/// MuJoCo's `dyntype`.
-#[derive(Clone, Copy, PartialEq)]
-enum Dynamics {
-    None,
-    Integrator,
-    Filter,
-    ExactFilter,
-}
-
-/// The law of an actuator and its activation; none if it depends on more than length, rate and one activation. Servos inherit
-/// gains from defaults of their own sort and from those of `<general>`, which itself inherits from all.
+/// The law of an actuator and its activation; none if it depends on more than length, rate and one activation.
 pub(super) fn law(
     importer: &mut Importer,
     a: &Attributes,
-) -> Result<Option<(ActuatorKind, Option<ActivationKind>)>, FormatError> {
-    let sort = a.element().name();
-    if sort == "motor" {
-        return Ok(Some((ActuatorKind::Motor, None)));
-    }
-    let Some(law) = affine(&relevant(a))? else { return Ok(None) };
-    let activation = activation(importer, a, law)?;
-    let Affine { gain, bias, .. } = law;
-    let kind = match sort {
-        "position" | "intvelocity" => ActuatorKind::Position { kp: gain[0], kv: -bias[2] },
-        "velocity" => ActuatorKind::Velocity { kv: gain[0] },
-        _ => kind_of(law),
+    numbers: &LawNumbers,
+) -> Option<(ActuatorKind, Option<ActivationKind>)> {
+    let gain = affine(numbers.gain_form, &numbers.gain, [numbers.gain[0], 0.0, 0.0])?;
+    let bias = affine(numbers.bias_form, &numbers.bias, [0.0; 3])?;
+    let activation = match numbers.dynamics {
+        Dynamics::None => None,
+        Dynamics::Integrator => Some(ActivationKind::Integrator),
+        Dynamics::Filter | Dynamics::ExactFilter => Some(filter(importer, a, numbers)),
+        Dynamics::Muscle | Dynamics::Other => return None,
     };
-    Ok(Some((kind, activation)))
+    let kind = match a.element().name() {
+        "position" | "intvelocity" => ActuatorKind::Position { kp: gain[0], kv: 0.0 - bias[2] },
+        "velocity" => ActuatorKind::Velocity { kv: gain[0] },
+        _ => kind_of(gain, bias),
+    };
+    Some((kind, activation))
 }
 
 /// How many activations an actuator has in the file, supported or not.
-pub(super) fn activation_count(a: &Attributes) -> Result<usize, FormatError> {
-    let sort = a.element().name();
-    if sort == "muscle" {
-        return Ok(1);
-    }
-    let own_count = a.integer("actdim")?.filter(|_| sort == "general").and_then(|n| usize::try_from(n).ok());
-    Ok(match affine(&relevant(a))? {
-        _ if ["motor", "adhesion", "plugin"].contains(&sort) => 0,
-        Some(Affine { dynamics: Dynamics::None, .. }) => 0,
-        None if relevant(a).text("dyntype").is_none_or(|dyntype| dyntype == "none") => 0,
-        _ => own_count.unwrap_or(1),
-    })
+pub(super) fn activation_count(a: &Attributes, numbers: &LawNumbers) -> Result<usize, FormatError> {
+    let own_count = a.integer("actdim")?.filter(|_| a.element().is("general")).and_then(|n| usize::try_from(n).ok());
+    Ok(if numbers.dynamics == Dynamics::None { 0 } else { own_count.unwrap_or(1) })
 }
 
-/// The layers from which an actuator inherits its law.
-fn relevant<'t>(a: &Attributes<'t>) -> Attributes<'t> {
-    let sort = a.element().name();
-    let relevant = |layer: &Element| sort == "general" || layer.is(sort) || layer.is("general");
-    Attributes::new(a.element(), a.layers().skip(1).filter(relevant).collect())
+/// The numbers of an affine form, or of one that is constant.
+fn affine(form: Form, &[by_none, by_length, by_rate, ..]: &[f64; 9], constant: [f64; 3]) -> Option<[f64; 3]> {
+    match form {
+        Form::Constant => Some(constant),
+        Form::Affine => Some([by_none, by_length, by_rate]),
+        Form::Muscle | Form::Other => None,
+    }
 }
 
-fn activation(importer: &mut Importer, a: &Attributes, law: Affine) -> Result<Option<ActivationKind>, FormatError> {
-    let time_constant = law.time_constant;
-    if matches!(law.dynamics, Dynamics::Filter | Dynamics::ExactFilter) && time_constant <= 0.0 {
-        let name = if a.element().is("general") { "dynprm" } else { "timeconst" };
-        return Err(a.invalid(name, "a positive time constant"));
+fn filter(importer: &mut Importer, a: &Attributes, numbers: &LawNumbers) -> ActivationKind {
+    let (time_constant, dt) = (numbers.dynamics_numbers[0], importer.timestep);
+    let name = if a.element().is("general") { "dynprm" } else { "timeconst" };
+    if time_constant <= 0.0 {
+        let effect = "the activation follows the control within a step: give it a positive number";
+        importer.report.motion(a.at(name), a.element().name(), "a filter without a time constant", effect);
+        return ActivationKind::ExactFilter { time_constant: AT_ONCE };
     }
-    Ok(match law.dynamics {
-        Dynamics::None => None,
-        Dynamics::Integrator => Some(ActivationKind::Integrator),
-        Dynamics::ExactFilter => Some(ActivationKind::ExactFilter { time_constant }),
-        Dynamics::Filter => {
-            let dt = importer.timestep;
-            if dt > 2.0 * time_constant {
-                let what = format!("a filter of {time_constant} s is too fast for the time step of {dt} s");
-                let effect = "the activation diverges; use dyntype 'filterexact' or a smaller step";
-                importer.report.motion(a.element().at(), a.element().name(), what, effect);
-            }
-            Some(ActivationKind::Filter { time_constant })
-        }
-    })
-}
-
-/// Gain, bias and activation as the layers write them over each other; none if they depend on more than length, rate and one
-/// activation.
-fn affine(a: &Attributes) -> Result<Option<Affine>, FormatError> {
-    let mut law = Affine { gain: [1.0, 0.0, 0.0], bias: [0.0; 3], dynamics: Dynamics::None, time_constant: 1.0 };
-    // Numbers that a gain of type 'fixed' and a bias of type 'none' do not use are kept for a nearer layer that does.
-    let (mut gain_affine, mut bias_affine) = (false, false);
-    for layer in a.layers().rev() {
-        let own = layer.attributes();
-        match layer.name() {
-            "position" | "intvelocity" => {
-                let kp = own.non_negative("kp")?.unwrap_or(law.gain[0]);
-                let kv = own.non_negative("kv")?.unwrap_or(-law.bias[2]);
-                let time = own.non_negative("timeconst")?.unwrap_or(0.0);
-                (law.gain, law.bias) = ([kp, 0.0, 0.0], [0.0, -kp, -kv]);
-                law.dynamics = match layer.name() {
-                    "intvelocity" => Dynamics::Integrator,
-                    _ if time > 0.0 => Dynamics::ExactFilter,
-                    _ => Dynamics::None,
-                };
-                law.time_constant = if time > 0.0 { time } else { law.time_constant };
-                (gain_affine, bias_affine) = (false, true);
-            }
-            "velocity" => {
-                let kv = own.non_negative("kv")?.unwrap_or(law.gain[0]);
-                law = Affine { gain: [kv, 0.0, 0.0], bias: [0.0, 0.0, -kv], dynamics: Dynamics::None, ..law };
-                (gain_affine, bias_affine) = (false, true);
-            }
-            "damper" => {
-                let kv = own.non_negative("kv")?.unwrap_or(-law.gain[2]);
-                law = Affine { gain: [0.0, 0.0, -kv], bias: [0.0; 3], dynamics: Dynamics::None, ..law };
-                (gain_affine, bias_affine) = (true, false);
-            }
-            "cylinder" => {
-                let area = own.non_negative("diameter")?.map(|d| FRAC_PI_4 * d * d);
-                let area = area.or(own.non_negative("area")?).unwrap_or(law.gain[0]);
-                let bias = own.vector::<3>("bias")?.unwrap_or(law.bias);
-                let time_constant = own.non_negative("timeconst")?.unwrap_or(law.time_constant);
-                law = Affine { gain: [area, 0.0, 0.0], bias, dynamics: Dynamics::Filter, time_constant };
-                (gain_affine, bias_affine) = (false, true);
-            }
-            "adhesion" => {
-                let gain = own.non_negative("gain")?.unwrap_or(law.gain[0]);
-                law = Affine { gain: [gain, 0.0, 0.0], bias: [0.0; 3], dynamics: Dynamics::None, ..law };
-                (gain_affine, bias_affine) = (false, false);
-            }
-            "motor" => {
-                law = Affine { gain: [1.0, 0.0, 0.0], bias: [0.0; 3], dynamics: Dynamics::None, ..law };
-                (gain_affine, bias_affine) = (false, false);
-            }
-            _ => {
-                match own.text("gaintype") {
-                    None => {}
-                    Some("fixed") => gain_affine = false,
-                    Some("affine") => gain_affine = true,
-                    Some(_) => return Ok(None),
-                }
-                match own.text("biastype") {
-                    None => {}
-                    Some("none") => bias_affine = false,
-                    Some("affine") => bias_affine = true,
-                    Some(_) => return Ok(None),
-                }
-                match own.text("dyntype") {
-                    None => {}
-                    Some("none") => law.dynamics = Dynamics::None,
-                    Some("integrator") => law.dynamics = Dynamics::Integrator,
-                    Some("filter") => law.dynamics = Dynamics::Filter,
-                    Some("filterexact") => law.dynamics = Dynamics::ExactFilter,
-                    Some(_) => return Ok(None),
-                }
-                for (numbers, name) in [(&mut law.gain, "gainprm"), (&mut law.bias, "biasprm")] {
-                    let given = own.numbers(name)?.unwrap_or_default();
-                    numbers.iter_mut().zip(given).for_each(|(b, x)| *b = x);
-                }
-                let given = own.numbers("dynprm")?.unwrap_or_default();
-                law.time_constant = given.first().copied().unwrap_or(law.time_constant);
-            }
-        }
+    if numbers.dynamics == Dynamics::ExactFilter {
+        return ActivationKind::ExactFilter { time_constant };
     }
-    if !gain_affine {
-        law.gain = [law.gain[0], 0.0, 0.0];
+    if dt > 2.0 * time_constant {
+        let what = format!("a filter of {time_constant} s is too fast for the time step of {dt} s");
+        let effect = "the activation diverges; use dyntype 'filterexact' or a smaller step";
+        importer.report.motion(a.element().at(), a.element().name(), what, effect);
     }
-    if !bias_affine {
-        law.bias = [0.0; 3];
-    }
-    Ok(Some(law))
+    ActivationKind::Filter { time_constant }
 }
 
 /// The motor or servo whose force is the same, or the affine actuator itself.
-fn kind_of(Affine { gain, bias, .. }: Affine) -> ActuatorKind {
+fn kind_of(gain: [f64; 3], bias: [f64; 3]) -> ActuatorKind {
     let (kp, kv) = (-bias[1], -bias[2]);
     let plain = gain[1] == 0.0 && gain[2] == 0.0 && bias[0] == 0.0 && kv >= 0.0;
     match gain[0] {

@@ -20,6 +20,7 @@ mod importer;
 mod include;
 mod joints;
 mod keyframes;
+mod law_numbers;
 mod laws;
 mod looks;
 mod muscles;
@@ -101,6 +102,7 @@ fn read(tree: &Tree, (base, folders): (&Path, &[PathBuf]), options: &LoadOptions
         damping_ratios: Vec::new(),
         resting_tendons: Vec::new(),
         muscles: Vec::new(),
+        tendon_ranges: HashMap::new(),
         grains: custom::grains(root)?,
         speed_servos: custom::speed_servos(root)?,
         timestep: 0.002,

@@ -5,6 +5,7 @@ use signorini_multibody::{
     forward_kinematics_into, mass_matrix_into,
 };
 
+use super::law_numbers::{Dynamics, Form, LawNumbers};
 use crate::error::{FormatError, Location};
 use crate::report::Reporter;
 use crate::xml::Attributes;
@@ -17,6 +18,9 @@ const FINEST: f64 = 1e-7;
 
 /// How often it goes over all joints.
 const ROUNDS: usize = 4;
+
+/// Which numbers of a bias its force depends on beside its size.
+const PASSIVE: [usize; 5] = [0, 1, 2, 3, 5];
 
 /// What a file says of a muscle.
 pub(super) struct MuscleLaw {
@@ -43,42 +47,18 @@ impl MuscleLaw {
     }
 }
 
-/// Numbers as MuJoCo lays them out: range (2), force, scale, lmin, lmax, vmax, fpmax, fvmax.
-const CURVES: [f64; 9] = [0.75, 1.05, -1.0, 200.0, 0.5, 1.6, 1.5, 1.3, 1.2];
-const NAMES: [(&str, usize); 7] =
-    [("force", 2), ("scale", 3), ("lmin", 4), ("lmax", 5), ("vmax", 6), ("fpmax", 7), ("fvmax", 8)];
-
-/// The law of a muscle; nothing for other actuators.
-pub(super) fn muscle_law(a: &Attributes) -> Result<Option<MuscleLaw>, FormatError> {
-    let is_muscle = a.element().is("muscle");
-    let types = ["gaintype", "biastype", "dyntype"].map(|name| a.text(name));
-    let is_general_one = a.element().is("general") && types[0] == Some("muscle") && types[2] == Some("muscle");
-    if !is_muscle && !is_general_one {
+/// The law of a muscle; nothing for other actuators, and for one whose passive force has curves of its own.
+pub(super) fn muscle_law(a: &Attributes, numbers: &LawNumbers) -> Result<Option<MuscleLaw>, FormatError> {
+    let LawNumbers { gain, bias, .. } = numbers;
+    let passive = match numbers.bias_form {
+        Form::Constant => 0.0,
+        Form::Muscle if PASSIVE.iter().all(|&k| gain[k] == bias[k]) => bias[7],
+        _ => return Ok(None),
+    };
+    if numbers.gain_form != Form::Muscle || numbers.dynamics != Dynamics::Muscle {
         return Ok(None);
     }
-    let (mut curves, mut passive, mut dynamics) = (CURVES, CURVES[7], [0.01, 0.04, 0.0]);
-    for layer in a.layers().rev() {
-        let own = layer.attributes();
-        if layer.is("muscle") {
-            write_over(&mut curves[..2], own.numbers("range")?);
-            write_over(&mut dynamics[..2], own.numbers("timeconst")?);
-            dynamics[2] = own.non_negative("tausmooth")?.unwrap_or(dynamics[2]);
-            for (name, k) in NAMES {
-                curves[k] = own.number(name)?.unwrap_or(curves[k]);
-            }
-            passive = curves[7];
-        } else if layer.is("general") {
-            write_over(&mut curves, own.numbers("gainprm")?);
-            write_over(&mut dynamics, own.numbers("dynprm")?);
-            let mut bias = curves;
-            write_over(&mut bias, own.numbers("biasprm")?);
-            passive = bias[7];
-        }
-    }
-    if !is_muscle && types[1] != Some("muscle") {
-        passive = 0.0;
-    }
-    let [low, high, force, scale, shortest, longest, fastest, _, lengthening] = curves;
+    let [low, high, force, scale, shortest, longest, fastest, _, lengthening] = *gain;
     let given = a.vector::<2>("lengthrange")?.filter(|[low, high]| low < high);
     let muscle = Muscle::new(force.max(0.0), given.unwrap_or([0.0, 1.0]))
         .with_range([low, high])
@@ -87,14 +67,10 @@ pub(super) fn muscle_law(a: &Attributes) -> Result<Option<MuscleLaw>, FormatErro
         .with_fastest(fastest)
         .with_passive(passive)
         .with_lengthening(lengthening);
-    let [rise, fall, smoothing] = dynamics;
+    let [rise, fall, smoothing] = numbers.dynamics_numbers;
     let activation = ActivationKind::Muscle { times: [rise, fall], smoothing };
     let scale = (force < 0.0).then_some(scale);
     Ok(Some(MuscleLaw { muscle, activation, scale, has_length_range: given.is_some() }))
-}
-
-fn write_over(numbers: &mut [f64], given: Option<Vec<f64>>) {
-    numbers.iter_mut().zip(given.unwrap_or_default()).for_each(|(number, x)| *number = x);
 }
 
 /// Forces that are given by the acceleration they cause at the reference configuration, `scale/|M⁻¹ ∇l|`, and length ranges.

@@ -91,11 +91,14 @@ fn add<'t>(
     a: &Attributes<'t>,
     mut tendon: Tendon,
 ) -> Result<TendonId, FormatError> {
-    tendon.limits = importer.range(a, "range", "limited")?.filter(|_| !importer.limits_disabled);
+    let range = importer.range(a, "range", "limited")?;
+    tendon.limits = range.filter(|_| !importer.limits_disabled);
     tendon.stiffness = acts(importer.springs_disabled) * linear(importer, a, "stiffness")?;
     tendon.damping = acts(importer.dampers_disabled) * linear(importer, a, "damping")?;
     let name = element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty());
-    importer.parts.add_tendon(element, name, tendon)
+    let id = importer.parts.add_tendon(element, name, tendon)?;
+    importer.tendon_ranges.extend(range.map(|range| (id, range)));
+    Ok(id)
 }
 
 /// Where springs of spatial tendons rest that the file does not give: at their lengths where the springs of the joints rest.

@@ -1,5 +1,6 @@
 //! Integration tests of the readers.
 
+mod actuator_defaults;
 mod decompose;
 mod forgiven;
 mod mechanism;
