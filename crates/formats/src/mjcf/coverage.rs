@@ -182,11 +182,12 @@ const OPTION: Coverage = Coverage {
 const FLAG: Coverage = Coverage {
     read: "actuation constraint contact damper equality frictionloss gravity limit sleep spring",
     harmless: "autoreset diagexact energy eulerdamp fwdinv invdiscrete ipc island midphase multiccd nativeccd refsafe \
-               sensor speculative warmstart",
+               speculative warmstart",
     ignored: &[
         ignored("clampctrl", "enable", "controls are clamped to their range"),
         ignored("filterparent", "enable", "a body does not touch its parent"),
         ignored("override", "disable", SOLVER),
+        ignored("sensor", "enable", "sensors measure"),
     ],
 };
 
@@ -219,8 +220,8 @@ const INERTIAL: Coverage =
 
 const JOINT: Coverage = Coverage {
     read: "name class type pos axis range limited ref springref stiffness damping armature frictionloss \
-           actuatorfrcrange actuatorfrclimited margin",
-    harmless: "group user actuatorgravcomp",
+           actuatorfrcrange actuatorfrclimited actuatorgravcomp margin",
+    harmless: "group user",
     ignored: &[
         ignored("springdamper", "0 0", "stiffness and damping stay as given"),
         ignored("springyield", "0", "springs are elastic"),
@@ -375,9 +376,11 @@ const TENDON_JOINT: Coverage = Coverage { read: "joint coef", harmless: "", igno
 const SENSOR: Coverage = Coverage {
     read: "name cutoff joint tendon actuator site body objtype objname reftype refname geom1 geom2 body1 body2 subtree1 \
            subtree2 data reduce num camera",
-    harmless: "noise user nsample interp delay interval \
-               geom mesh dim datatype needstage rayhit",
-    ignored: &[],
+    harmless: "noise user nsample interp geom mesh dim datatype needstage rayhit",
+    ignored: &[
+        ignored("delay", "0", "the sensor tells the present"),
+        ignored("interval", "0 0", "the sensor measures in every step"),
+    ],
 };
 
 const KEY: Coverage = Coverage { read: "name time qpos qvel act ctrl mpos mquat", harmless: "", ignored: &[] };

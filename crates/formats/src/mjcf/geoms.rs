@@ -92,7 +92,8 @@ pub(super) fn read<'t>(
             part.look.texture = None;
         }
         part.geometry = geometry;
-        importer.parts.add_geom(element, name, body.id, part)?;
+        let id = importer.parts.add_geom(element, name, body.id, part)?;
+        importer.mesh_geoms.extend(shape.mesh.as_ref().map(|_| id));
     }
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use signorini_multibody::{ActuatorId, BodyId, Camera, JointId, SpinResistance, TendonId};
+use signorini_multibody::{ActuatorId, BodyId, Camera, GeomId, JointId, SpinResistance, TendonId};
 
 use super::assets::Assets;
 use super::compiler::{Compiler, Compilers};
@@ -48,6 +48,8 @@ pub(super) struct Importer<'t> {
     pub report: Reporter,
     /// By geom.
     pub contact_properties: Vec<ContactProperties>,
+    /// Geoms with the frame of a mesh's file.
+    pub mesh_geoms: HashSet<GeomId>,
     /// Cameras whose bodies are not all known yet.
     pub cameras: Vec<AimedCamera<'t>>,
     /// Names of the model's cameras, in order.
@@ -76,15 +78,17 @@ pub(super) struct Importer<'t> {
     pub speed_servos: HashMap<&'t str, Attributes<'t>>,
     /// Spatial tendons whose springs rest where those of the joints do.
     pub resting_tendons: Vec<TendonId>,
-    /// Muscles of which the model has to be known.
-    pub muscles: Vec<UnscaledMuscle>,
     /// Ranges of tendons that have one, in force or not.
     pub tendon_ranges: HashMap<TendonId, [f64; 2]>,
+    /// Muscles of which the model has to be known.
+    pub muscles: Vec<UnscaledMuscle>,
     /// Time step of the file, s.
     pub timestep: f64,
     pub missing_meshes: MissingMeshes,
     /// Joints whose actuators together have a bound, with the place where it stands.
     pub actuator_force_ranges: Vec<(JointId, [f64; 2], Location)>,
+    /// Where joints say that their gravity compensation is a force of actuators.
+    pub actuator_compensated: Vec<Location>,
     /// Whether parts of the file are left out that others may refer to.
     pub parts_are_left_out: bool,
     /// Position servos whose damping is to come from a damping ratio.
@@ -110,7 +114,13 @@ impl Importer<'_> {
         match (values, limited) {
             (None, Some(true)) => Err(a.invalid(switch, format!("'{range}' to be given as well"))),
             (None, _) => Ok(None),
-            (Some([low, high]), _) if low == 0.0 && high == 0.0 && limited.is_none() => Ok(None),
+            (Some([low, high]), None) if low == 0.0 && high == 0.0 => Ok(None),
+            (Some([low, high]), None) if low >= high => {
+                let what = format!("'{range}' has not the lower number first");
+                let effect = format!("it counts for nothing: exchange the numbers, or say {switch}=\"false\"");
+                a.element().note(a.at(range), what, effect, true);
+                Ok(None)
+            }
             (Some(_), None) if !self.compiler(a.element()).autolimits => {
                 Err(a.invalid(range, format!("'{switch}' to be given as well, because autolimits is false")))
             }

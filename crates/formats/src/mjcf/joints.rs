@@ -1,11 +1,12 @@
 //! `<joint>` and `<freejoint>`.
 
 use signorini_multibody::glam::DVec3;
-use signorini_multibody::{Joint, JointKind, unit_vector};
+use signorini_multibody::{Joint, JointKind, Model, unit_vector};
 
 use super::importer::Importer;
 use super::scope::{OpenBody, Scope};
-use crate::error::FormatError;
+use crate::error::{FormatError, Location};
+use crate::report::Reporter;
 use crate::xml::{Attributes, Element};
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -38,6 +39,9 @@ pub(super) fn read<'t>(
     let id = importer.parts.add_joint(element, name, body.id, &body.pose, joint)?;
     if let Some(record) = importer.parts.joints.last_mut() {
         record.limits = range; // What actuators inherit.
+    }
+    if attributes.flag("actuatorgravcomp")?.unwrap_or(false) {
+        importer.actuator_compensated.push(attributes.at("actuatorgravcomp"));
     }
     if let Some(bounds) = importer.range(&attributes, "actuatorfrcrange", "actuatorfrclimited")?.filter(|_| bounded) {
         importer.actuator_force_ranges.push((id, bounds, attributes.at("actuatorfrcrange")));
@@ -101,6 +105,17 @@ pub(super) fn acts(disabled: bool) -> f64 {
     f64::from(!disabled)
 }
 
+/// Reports joints whose gravity compensation is to be a force of actuators, where there is any.
+pub(super) fn report_compensation(model: &Model, joints: &[Location], report: &mut Reporter) {
+    if model.bodies.iter().all(|body| body.gravity_compensation == 0.0) {
+        return;
+    }
+    for at in joints {
+        let effect = "it acts beside the actuators: no bound of theirs cuts it, and it acts where there are none";
+        report.motion(at.clone(), "joint", "gravity compensation by actuators is not supported", effect);
+    }
+}
+
 /// `margin`: the limits act that much before their range ends, as in MuJoCo, where the force begins there.
 fn draw_in_limits(importer: &mut Importer, a: &Attributes, joint: &mut Joint) -> Result<(), FormatError> {
     let given = a.non_negative("margin")?.unwrap_or(0.0);
@@ -144,5 +159,9 @@ pub(super) fn linear(importer: &mut Importer, a: &Attributes, name: &'static str
         let what = format!("second and third coefficient of '{name}' are not supported");
         importer.report.motion(a.at(name), a.element().name(), what, "the force is linear");
     }
-    if first < 0.0 { Err(a.invalid(name, "a number that is not negative")) } else { Ok(first) }
+    if first < 0.0 {
+        let what = format!("a negative '{name}', which gives energy, is not supported");
+        importer.report.motion(a.at(name), a.element().name(), what, format!("there is no {name}"));
+    }
+    Ok(first.max(0.0))
 }

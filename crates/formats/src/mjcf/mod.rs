@@ -83,6 +83,7 @@ fn read(tree: &Tree, (base, folders): (&Path, &[PathBuf]), options: &LoadOptions
         parts: Parts::new(root.attributes().text("model").unwrap_or("MuJoCo Model"), root, reserved),
         report: Reporter::default(),
         contact_properties: Vec::new(),
+        mesh_geoms: HashSet::new(),
         cameras: Vec::new(),
         camera_names: Vec::new(),
         layers: HashMap::new(),
@@ -101,13 +102,14 @@ fn read(tree: &Tree, (base, folders): (&Path, &[PathBuf]), options: &LoadOptions
         left_out_actuators: HashSet::new(),
         damping_ratios: Vec::new(),
         resting_tendons: Vec::new(),
-        muscles: Vec::new(),
         tendon_ranges: HashMap::new(),
+        muscles: Vec::new(),
         grains: custom::grains(root)?,
         speed_servos: custom::speed_servos(root)?,
         timestep: 0.002,
         missing_meshes: options.missing_meshes,
         actuator_force_ranges: Vec::new(),
+        actuator_compensated: Vec::new(),
         parts_are_left_out: tree.elements().any(|e| MAKERS.contains(&e.name())),
     };
     importer.parts.decomposer = Decomposer::asked_for(options, base);
@@ -126,6 +128,7 @@ fn read(tree: &Tree, (base, folders): (&Path, &[PathBuf]), options: &LoadOptions
     let mut model = importer.parts.build()?;
     arm_dependent_joints(&mut model, &importer.parts, &mut importer.report);
     actuators::bound_by_joints(&mut model, &importer.actuator_force_ranges, &mut importer.report);
+    joints::report_compensation(&model, &importer.actuator_compensated, &mut importer.report);
     tendons::rest_with_joints(&mut model, &importer.resting_tendons);
     muscles::finish(&mut model, &importer.muscles, &mut importer.report);
     actuators::damp_by_ratio(&mut model, &importer.damping_ratios);

@@ -154,7 +154,12 @@ fn frame(
         "geom" => {
             let wanted = a.required(name, "the name of a geom")?;
             let geom = importer.parts.geom(wanted);
-            FrameId::Geom(geom.ok_or_else(|| a.unknown(name, "geom", importer.parts.geom_names()))?)
+            let geom = geom.ok_or_else(|| a.unknown(name, "geom", importer.parts.geom_names()))?;
+            if importer.mesh_geoms.contains(&geom) {
+                let effect = "MuJoCo's stands at its centre of mass in its principal axes: measure at a site";
+                a.element().note(a.at(name), "the frame of a mesh is that of its file", effect, false);
+            }
+            FrameId::Geom(geom)
         }
         "camera" => return Ok(Err("cameras are not kept".into())),
         _ => return Err(a.invalid(sort, "'body', 'xbody', 'geom', 'site' or 'camera'")),

@@ -1,5 +1,6 @@
 //! Integration tests of the readers.
 
+mod actuation;
 mod actuator_defaults;
 mod decompose;
 mod forgiven;

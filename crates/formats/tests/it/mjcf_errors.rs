@@ -100,7 +100,8 @@ fn contradictions_are_placed() {
     assert_says("<worldbody>\n<geom size='1' quat='0 0 0 0'/></worldbody>", &["not zero"]);
     let limits = "<compiler autolimits='false'/><worldbody><body>\n<joint range='0 1'/></body></worldbody>";
     assert_says(limits, &[":3:8", "limited"]);
-    assert_says("<worldbody><body>\n<joint range='1 0'/></body></worldbody>", &[":3:8", "lower number first"]);
+    let crossed = "<worldbody><body>\n<joint limited='true' range='1 0'/></body></worldbody>";
+    assert_says(crossed, &[":3:23", "lower number first"]);
     assert_says("<compiler coordinate='global'/>", &["local"]);
     assert_says("<compiler eulerseq='xyw'/>", &["three letters"]);
 }
