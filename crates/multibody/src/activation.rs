@@ -11,7 +11,8 @@
 //! muscle         a⁺ = a + Δt (u − a)/τ(u, a)
 //! ```
 //!
-//! cut to the activation's range. The force of the step is made with `a`, or with `a⁺` where the activation is early.
+//! cut to the activation's range. The force of the step is made with `a`, or with `a⁺` where the activation is early. Filters of servos of
+//! angles that are the same after a turn go the shorter way round.
 
 use crate::model::{Activation, ActivationKind, Actuator, Model, activation_rate};
 use crate::state::{Input, State};
@@ -33,12 +34,21 @@ impl Actuator {
     /// What the force law of this actuator, the model's number `index`, takes as its control in a step of length `dt` (s): the
     /// control of the input, or the activation where there is one.
     pub fn drive(&self, state: &State, input: &Input, index: usize, dt: f64) -> f64 {
-        let control = self.control(input, index);
         match &self.activation {
-            None => control,
-            Some(activation) if activation.early => activation.after(state.activation[activation.index], control, dt),
+            None => self.control(input, index),
+            Some(activation) if activation.early => self.activation_after(activation, state, input, index, dt),
             Some(activation) => state.activation[activation.index],
         }
+    }
+
+    /// The activation at the end of a step.
+    fn activation_after(&self, activation: &Activation, state: &State, input: &Input, index: usize, dt: f64) -> f64 {
+        let (a, control) = (state.activation[activation.index], self.control(input, index));
+        let followed = match activation.kind {
+            ActivationKind::Filter { .. } | ActivationKind::ExactFilter { .. } => self.nearest(control, a),
+            ActivationKind::Integrator | ActivationKind::Muscle { .. } => control,
+        };
+        activation.after(a, followed, dt)
     }
 }
 
@@ -51,8 +61,7 @@ impl Actuator {
 pub fn advance_activations_into(model: &Model, state: &State, input: &Input, dt: f64, out: &mut [f64]) {
     for (a, actuator) in model.actuators.iter().enumerate() {
         if let Some(activation) = &actuator.activation {
-            out[activation.index] =
-                activation.after(state.activation[activation.index], actuator.control(input, a), dt);
+            out[activation.index] = actuator.activation_after(activation, state, input, a, dt);
         }
     }
 }

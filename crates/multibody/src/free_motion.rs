@@ -384,6 +384,7 @@ pub(crate) fn tendon_spring(tendon: &Tendon, length: f64) -> AffineForce {
 
 /// The force of an actuator as a function of its length and rate, before the gear; `control` may be its activation.
 pub(crate) fn actuator_law(actuator: &Actuator, control: f64, length: f64, rate: f64) -> AffineForce {
+    let control = actuator.nearest(control, length);
     match actuator.kind {
         ActuatorKind::Motor => {
             let [lower, upper] = actuator.force_range.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);

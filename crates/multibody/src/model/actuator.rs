@@ -1,6 +1,9 @@
 //! Actuators: their laws, and what they remember.
 
+use std::f64::consts::TAU;
+
 use derive_setters::Setters;
+use glamx::glam::DVec3;
 
 use super::{Muscle, Transmission};
 
@@ -108,6 +111,10 @@ pub struct Actuator {
     /// Range the force is clamped to (N, N·m), before the gear.
     #[setters(into)]
     pub force_range: Option<[f64; 2]>,
+    /// Whether its length is an angle that is the same after a turn: on a ball joint, or on a site against the turning of another alone. A
+    /// servo goes the shorter way round there. Set by the builder.
+    #[setters(skip)]
+    pub turns: bool,
 }
 
 impl Actuator {
@@ -121,6 +128,28 @@ impl Actuator {
             activation: None,
             control_range: None,
             force_range: None,
+            turns: false,
         }
     }
+
+    /// The one nearest to `length` of the set points that are the same for a servo of angles; `set_point` for other actuators. As MuJoCo has it.
+    pub(crate) fn nearest(&self, set_point: f64, length: f64) -> f64 {
+        let is_servo = match self.kind {
+            ActuatorKind::Position { .. } => true,
+            ActuatorKind::Affine { gain, bias } => gain == [-bias[1], 0.0, 0.0],
+            _ => false,
+        };
+        let turn = match &self.transmission {
+            _ if !(self.turns && is_servo) => 0.0,
+            Transmission::JointAxes { axes, .. } => norm(&axes[..3]),
+            Transmission::Site { wrench, .. } => norm(&wrench[3..]),
+            _ => 0.0,
+        };
+        let period = TAU * turn * self.gear.abs();
+        if period == 0.0 { set_point } else { set_point - period * ((set_point - length) / period).round() }
+    }
+}
+
+fn norm(vector: &[f64]) -> f64 {
+    DVec3::from_slice(vector).length()
 }

@@ -91,6 +91,7 @@ impl Parts {
     pub(super) fn assemble(mut self) -> Model {
         let order = Order::of(&mut self.bodies, std::mem::take(&mut self.joints));
         self.renumber_joints(&order.first);
+        self.mark_angles(&order.joints);
         let na = self.place_activations();
         let sensor_size = self.place_sensors();
         let weld = &order.body_weld;
@@ -155,6 +156,19 @@ impl Parts {
                 | SensorKind::BallAngularVelocity(joint) => renumber(joint),
                 _ => {}
             }
+        }
+    }
+
+    /// Tells the actuators whose length is an angle without an end.
+    fn mark_angles(&mut self, joints: &[Joint]) {
+        for actuator in &mut self.actuators {
+            actuator.turns = match &actuator.transmission {
+                Transmission::JointAxes { joint, .. } => {
+                    joints.get(joint.index()).is_some_and(|joint| joint.kind == JointKind::Ball)
+                }
+                Transmission::Site { reference, wrench, .. } => reference.is_some() && wrench[..3] == [0.0; 3],
+                _ => false,
+            };
         }
     }
 

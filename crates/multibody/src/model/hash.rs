@@ -166,7 +166,7 @@ feed_fields!(Site { name, body, placement, zone });
 feed_fields!(Tendon { name, terms, stiffness, damping, rest, limits } where set { path } but { reference_length });
 feed_fields!(Muscle { force, length_range, range, shortest, longest, fastest, passive, lengthening });
 feed_fields!(Sensor { name, kind, cutoff, address });
-feed_fields!(Actuator { name, transmission, gear, kind, activation, control_range, force_range });
+feed_fields!(Actuator { name, transmission, gear, kind, activation, control_range, force_range } but { turns });
 feed_fields!(Activation { kind, range, early, index });
 feed_fields!(Keyframe { name, time, q, v, activation, control } where set { mocap });
 feed_fields!(Mesh { vertices, triangles });

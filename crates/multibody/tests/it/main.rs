@@ -20,3 +20,4 @@ mod muscles;
 mod peers;
 mod sensors;
 mod tendons;
+mod turning_servos;
