@@ -75,6 +75,7 @@ mod standing;
 mod state;
 mod subtree;
 mod tendon;
+mod tension;
 
 pub use activation::advance_activations_into;
 pub use actuator_length::actuator_length_into;

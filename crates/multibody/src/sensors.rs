@@ -64,9 +64,7 @@ impl Sensor {
     /// Bounds the sensor's numbers by its cutoff.
     pub fn cut_off(&self, values: &mut [f64]) {
         if let Some(bound) = self.cutoff.filter(|_| !self.kind.is_direction()) {
-            // A ray that meets nothing says −1, whatever the bound.
-            let lowest = if matches!(self.kind, SensorKind::Rangefinder(_)) { -1.0 } else { -bound };
-            values.iter_mut().for_each(|x| *x = x.clamp(lowest, bound));
+            values.iter_mut().for_each(|x| *x = x.clamp(-bound, bound));
         }
     }
 }

@@ -62,6 +62,23 @@ impl Tendon {
         rate
     }
 
+    /// What a unit force along its length does to bodies: visits each force, N, in world, with the body and the point, m, where it acts. Terms
+    /// of joints are not in it.
+    ///
+    /// - `kinematics`: from [`forward_kinematics_into`](crate::forward_kinematics_into)
+    pub fn visit_forces(&self, model: &Model, kinematics: &Kinematics, mut visit: impl FnMut(BodyId, DVec3, DVec3)) {
+        walk(
+            model,
+            |body| kinematics.pose[body.index()],
+            &self.path,
+            |segment| {
+                let ([from, to], force) = (segment.ends, segment.direction() * segment.weight);
+                visit(from.0, from.1, -force);
+                visit(to.0, to.1, force);
+            },
+        );
+    }
+
     /// A bound of the second derivative of its length when `v̇ = 0`, m/s².
     ///
     /// - `kinematics`: from [`forward_kinematics_into`](crate::forward_kinematics_into) at the state

@@ -43,6 +43,7 @@
 
 mod adhesion;
 mod ahead;
+mod along_lengths;
 mod asleep;
 mod assembly;
 mod attempt;
@@ -58,6 +59,7 @@ mod energy_bound;
 mod error;
 mod forces;
 mod going_on;
+mod held;
 mod inverse;
 mod last_step;
 mod linear_system;

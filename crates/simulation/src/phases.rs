@@ -60,6 +60,7 @@ impl Workspace {
         }
         let standing = &self.sleepers.standing;
         free_motion_beside(model, &self.kinematics, state, input, dt, standing, &mut self.smooth)?;
+        self.sensors.wrench.clone_from(&input.wrench);
         self.builder.take_smooth(&mut self.smooth, dt);
         self.hold_undisturbed(state, input, |_| true);
         self.reach.start(model, &self.kinematics, &self.builder.problem.free_velocity, dt);

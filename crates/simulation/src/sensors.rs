@@ -7,14 +7,15 @@
 use signorini_collision::{Nearest, Queries, Ray};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    BodyId, EqualityKind, FrameId, GeomId, Geometry, Model, Pose, SensorKind, Shapes, Site, SiteId, State,
-    Transmission, inverse_dynamics_into, moving_frame, point_column, state_sensors_into,
+    BodyId, FrameId, GeomId, Geometry, Model, Pose, SensorKind, Shapes, Site, SiteId, State, Transmission,
+    inverse_dynamics_into, moving_frame, point_column, state_sensors_into,
 };
 
 use crate::adhesion::Pull;
+use crate::along_lengths::{actuator_force, tensions_into};
 use crate::contact_forces::{contact_force, contact_moments};
 use crate::contact_sensors::contact_sensor_into;
-use crate::source::FrictionSource;
+use crate::held::held;
 use crate::workspace::Workspace;
 
 /// Numbers of all sensors at the beginning of the last step, in the order of the model's sensors.
@@ -47,6 +48,9 @@ pub fn sensors_into(model: &Model, state: &State, workspace: &mut Workspace, out
     }
     let Workspace { kinematics, sensors: work, .. } = workspace;
     inverse_dynamics_into(model, kinematics, &work.acceleration, &mut work.newton_euler, &mut work.force);
+    if model.sensors.iter().any(|sensor| matches!(sensor.kind, SensorKind::Force(_) | SensorKind::Torque(_))) {
+        tensions_into(model, state, workspace, dt);
+    }
     for sensor in model.sensors.iter().filter(|sensor| sensor.kind.needs_step()) {
         let values = &mut out[sensor.address..sensor.address + sensor.kind.size()];
         measure(model, workspace, dt, sensor.kind, values);
@@ -187,17 +191,6 @@ fn pull_along(model: &Model, workspace: &Workspace, dof: usize) -> f64 {
     workspace.adhesion.pulls.iter().map(of).sum()
 }
 
-/// Force of an actuator with the velocity at the end of the step, and what a servo of speed adds to the middle of its range.
-fn actuator_force(workspace: &Workspace, a: usize, dt: f64) -> f64 {
-    let servo = FrictionSource::Servo { actuator: a };
-    let is_servo = |source: &FrictionSource| *source == servo;
-    // Asked first, as the rows of all are put together where some sleep.
-    let is_there = workspace.builder.friction_source.iter().any(is_servo);
-    let group = is_there.then(|| workspace.rows().friction_source.iter().position(is_servo)).flatten();
-    let added = group.map_or(0.0, |j| workspace.group_impulse(j)[0] / dt);
-    workspace.smooth.actuator_force_at(a, workspace.end_velocity(), dt) + added
-}
-
 /// Angular acceleration of a frame and acceleration of its origin less gravity, world axes.
 fn acceleration(model: &Model, workspace: &Workspace, frame: FrameId) -> (DVec3, DVec3) {
     let frame = moving_frame(model, &workspace.kinematics, frame);
@@ -208,51 +201,6 @@ fn acceleration(model: &Model, workspace: &Workspace, frame: FrameId) -> (DVec3,
     let arm = frame.pose.position - workspace.kinematics.pose[frame.body.index()].position;
     let omega = frame.angular_velocity;
     (angular, linear + angular.cross(arm) + omega.cross(omega.cross(arm)))
-}
-
-/// Moment about a site and force, world axes, with which the body of the site is held by its parent: what its motion
-/// takes, less the contacts, points held together and welds on it and on all that hangs on it.
-fn held(model: &Model, workspace: &Workspace, site: SiteId, dt: f64) -> (DVec3, DVec3) {
-    let frame = moving_frame(model, &workspace.kinematics, FrameId::Site(site));
-    let (body, point) = (frame.body, frame.pose.position);
-    let (moment, mut force) = workspace.sensors.newton_euler.wrench(body);
-    let mut moment = moment + (workspace.kinematics.pose[body.index()].position - point).cross(force);
-    let inside = |b: BodyId| f64::from(u8::from(model.is_descendant(b, body)));
-    let share = |bodies: [BodyId; 2]| inside(bodies[1]) - inside(bodies[0]);
-    for (i, contact) in workspace.contact_points().iter().enumerate() {
-        let sign = share([contact.body_a, contact.body_b]);
-        if sign != 0.0 {
-            let push = contact_force(workspace, i, dt) * sign;
-            force -= push;
-            moment -= (contact.position - point).cross(push);
-        }
-    }
-    for (contact, turn) in contact_moments(workspace, dt) {
-        let contact = &workspace.contact_points()[contact];
-        moment -= turn * share([contact.body_a, contact.body_b]);
-    }
-    for Pull { point: contact, force: pull, .. } in &workspace.adhesion.pulls {
-        let push = contact.normal * (-pull * share([contact.body_a, contact.body_b]));
-        force -= push;
-        moment -= (contact.position - point).cross(push);
-    }
-    for (k, row) in workspace.builder.bilateral_source.iter().enumerate() {
-        let push = DVec3::AXES[row.axis] * (workspace.bilateral_impulse(k) / dt);
-        let (body_a, body_b, place) = match model.equalities[row.equality].kind {
-            EqualityKind::Connect { body_a, body_b, point_b, .. } => (body_a, body_b, point_b),
-            EqualityKind::Weld { body_a, body_b, frame_b, .. } => (body_a, body_b, frame_b.position),
-            EqualityKind::Joint { .. } | EqualityKind::Tendon { .. } => continue,
-        };
-        let push = push * share([body_a, body_b]);
-        if row.block == 1 {
-            moment -= push;
-        } else {
-            force -= push;
-            let place = workspace.kinematics.pose[body_b.index()].transform_point(place);
-            moment -= (place - point).cross(push);
-        }
-    }
-    (moment, force)
 }
 
 /// What the contacts of the last step do to every body: moment about its centre of mass and mean force over the step.

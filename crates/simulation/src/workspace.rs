@@ -7,7 +7,7 @@ use signorini_contact::{ContactFrame, ContactProblem, ContactSolution};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
     BlockDiagonal, ChangedRow, ContactPoint, FreeMotion, GeomId, Input, Kinematics, LengthRow, Model, NewtonEuler,
-    Parameter, Pose, State,
+    Parameter, Pose, SpatialVector, State,
 };
 
 use crate::SimulationError;
@@ -78,6 +78,10 @@ pub(crate) struct SensorWork {
     pub acceleration: Vec<f64>,
     pub force: Vec<f64>,
     pub row: LengthRow,
+    /// Along every tendon, N (N·m where it combines angles).
+    pub tension: Vec<f64>,
+    /// The wrenches of the step's input.
+    pub wrench: Vec<SpatialVector>,
 }
 
 impl SensorWork {
@@ -87,6 +91,8 @@ impl SensorWork {
             acceleration: vec![0.0; model.nv],
             force: vec![0.0; model.nv],
             row: LengthRow::new(model),
+            tension: vec![0.0; model.tendons.len()],
+            wrench: Vec::with_capacity(model.bodies.len()),
         }
     }
 }

@@ -138,8 +138,8 @@ pub enum SensorKind {
     SubtreeAngularMomentum(BodyId),
     /// Magnetic field in the axes of the site, in the unit of the model's field (`magnetometer`).
     Magnetometer(SiteId),
-    /// Distance along the site's z axis to the first geom that is not of its body and not invisible, m; −1 where there is none
-    /// (`rangefinder`).
+    /// Distance along the site's z axis to the first geom that is not of its body and not invisible, m; −1, or the negative of a smaller
+    /// cutoff, where there is none (`rangefinder`).
     Rangefinder(SiteId),
     /// Signed distance of two shapes, m, at most the cutoff (`distance`).
     ShapeDistance(Shapes, Shapes),

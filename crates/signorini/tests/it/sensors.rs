@@ -2,7 +2,7 @@
 
 use serde_json::Value;
 use signorini::multibody::glam::{DMat3, DVec3};
-use signorini::multibody::{Model, State};
+use signorini::multibody::{Input, Model, SpatialVector, State};
 use signorini::{RestitutionLaw, Settings, Simulation, contact_wrenches_into};
 
 const REFERENCE: &str = include_str!("../../testdata/sensor_reference.json");
@@ -123,6 +123,88 @@ fn joints_do_not_carry_what_points_and_welds_do() {
     assert_near(&numbers[..6], &[0.0, 0.0, 9.81, 0.0, 0.0, 0.0]);
     assert_near(&numbers[6..12], &[0.0, 0.0, 0.0, 0.0, 0.3 * 3.0 * 9.81, 0.0]);
     assert_near(&numbers[12..], &[0.0, 0.0, 9.81, 0.0, 0.0, 0.0]);
+}
+
+/// Two hinges with a site on the world, on the first and on the second body, whose forces and moments are measured.
+fn held(gravity: f64, others: &str, input: impl Fn(&mut Input)) -> Vec<f64> {
+    let text = format!(
+        "<mujoco><option gravity='0 0 {gravity}' timestep='1e-7'/><worldbody><site name='o'/>
+        <body><joint axis='0 0 1'/><geom size='.1' mass='1'/><site name='a' pos='.1 .2 0'/>
+            <body><joint axis='0 1 0'/><geom size='.1' pos='.2 0 0' mass='1'/><site name='b' pos='.3 0 0'/></body></body>
+        <site name='w' pos='1 1 1'/></worldbody>{others}
+        <sensor><force site='o'/><torque site='o'/><force site='a'/><torque site='a'/><force site='b'/><torque site='b'/>
+        </sensor></mujoco>"
+    );
+    let model = signorini_formats::load_mjcf_str(&text, "").unwrap().model;
+    let mut simulation = Simulation::new(model, Settings::default()).unwrap();
+    input(&mut simulation.input);
+    simulation.step().unwrap();
+    simulation.sensors().to_vec()
+}
+
+/// What acts on bodies from outside, wrenches and strings, is not their parents'; forces of sites are. Numbers of MuJoCo 4.0.0 (sensordata).
+#[test]
+fn parents_do_not_carry_what_acts_from_outside() {
+    let near = |found: Vec<f64>, wanted: [f64; 18]| {
+        let off = found.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(found.len() == 18 && off < 1e-5, "{found:?}, not {wanted:?}");
+    };
+    #[rustfmt::skip]
+    near(held(-9.81, "", |_| ()), [
+        0.0, 0.0, 10.7018182, 0.0, 0.0, 0.0, 0.0, 0.0, 10.7018182, -2.14036364, 1.07018182, 0.0,
+        0.0, 0.0, 0.891818182, 0.0, 0.267545455, 0.0,
+    ]);
+    let wrench = SpatialVector { angular: DVec3::new(0.1, 0.2, 0.3), linear: DVec3::new(1.0, 2.0, 3.0) };
+    #[rustfmt::skip]
+    near(held(0.0, "", |input| input.wrench = vec![SpatialVector::ZERO, SpatialVector::ZERO, wrench]), [
+        -1.0, 0.916666667, -1.18181818, -0.1, 0.0, 0.0, -1.0, 0.916666667, -1.18181818, 0.136363636, -0.118181818, -0.291666667,
+        -1.0, 0.916666667, -1.18181818, -0.1, -0.354545455, -0.333333333,
+    ]);
+    let spring = |path: &str| format!("<tendon><spatial stiffness='18' springlength='0'>{path}</spatial></tendon>");
+    #[rustfmt::skip]
+    near(held(0.0, &spring("<site site='w'/><site site='a'/>"), |_| ()), [
+        -16.2, -21.9, -18.0, -3.6, 1.8, 0.0, -16.2, -21.9, -18.0, 0.0, 0.0, -1.05, 0.0, -7.5, 0.0, 0.0, 0.0, 0.6,
+    ]);
+    #[rustfmt::skip]
+    near(held(0.0, &spring("<site site='a'/><site site='b'/>"), |_| ()), [
+        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 3.6, -3.6, 0.0, 0.0, 0.0, 0.0,
+    ]);
+    let path = "<site site='w'/><site site='b'/><pulley divisor='2'/><site site='o'/><site site='a'/>";
+    #[rustfmt::skip]
+    near(held(0.0, &spring(path), |_| ()), [
+        -6.69152146, 18.4212771, 7.00921653, 0.0, 0.0, 0.0, -6.69152146, 18.4212771, 7.00921653, -1.40184331, 0.700921653, -3.180432,
+        -13.4927418, 4.81883636, 7.00921653, 0.0, 2.10276496, -1.92753455,
+    ]);
+    let motor = "<tendon><spatial name='t'><site site='w'/><site site='b'/></spatial></tendon><actuator><motor tendon='t' gear='2'/></actuator>";
+    #[rustfmt::skip]
+    near(held(0.0, motor, |input| input.control = vec![1.0]), [
+        0.887213951, -0.316862125, -0.460890364, 0.0, 0.0, 0.0,
+        0.887213951, -0.316862125, -0.460890364, 0.0921780728, -0.0460890364, 0.209129003,
+        0.887213951, -0.316862125, -0.460890364, 0.0, -0.138267109, 0.12674485,
+    ]);
+    let thruster = "<actuator><motor site='b' gear='1 2 3 0 0 0'/></actuator>";
+    #[rustfmt::skip]
+    near(held(0.0, thruster, |input| input.control = vec![1.0]), [
+        0.0, 2.5, 4.09090909, 0.0, -0.9, 0.6, 0.0, 2.5, 4.09090909, -0.818181818, -0.490909091, 0.35,
+        0.0, 2.5, 4.09090909, 0.0, 0.327272727, -0.2,
+    ]);
+}
+
+/// A weight on a string at its limit hangs on it, not on its slide: so it does on a string that is coupled to nothing.
+#[test]
+fn strings_carry_at_their_limits_and_where_they_are_constrained() {
+    let string = |constraint: &str, limit: &str| {
+        format!(
+            "<mujoco><worldbody><site name='hook' pos='0 0 1'/><body><joint type='slide' axis='0 0 1'/>
+            <geom size='.1' mass='2'/><site name='s'/></body></worldbody>
+            <tendon><spatial name='t' {limit}><site site='hook'/><site site='s'/></spatial></tendon>{constraint}
+            <sensor><force site='s'/></sensor></mujoco>"
+        )
+    };
+    let coupled = "<equality><tendon tendon1='t' polycoef='0 0 0 0 0'/></equality>";
+    for text in [string("", "range='0 1'"), string(coupled, "")] {
+        assert_near(stepped(&text, &[]).sensors(), &[0.0; 3]);
+    }
 }
 
 /// A foot that the friction of its contact keeps from spinning hands the motor's moment to the floor.
