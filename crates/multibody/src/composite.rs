@@ -10,6 +10,7 @@ use crate::mass::BlockDiagonal;
 use crate::math::{outer, scalar};
 use crate::model::{Inertia, Model};
 use crate::moving::{MovingBodies, MovingBody};
+use crate::spatial::SpatialVector;
 use crate::standing::{Known, Nothing};
 
 /// Inertia of a rigid body about some origin, world axes.
@@ -56,6 +57,13 @@ impl RigidInertia {
         let moment = self.rotational * angular + self.first_moment.cross(linear);
         (moment, linear * self.mass + angular.cross(self.first_moment))
     }
+}
+
+/// Momentum of a rigid body about the point that its inertia refers to.
+#[inline]
+pub(crate) fn momentum(inertia: &RigidInertia, motion: SpatialVector) -> SpatialVector {
+    let (angular, linear) = inertia.times(motion.angular, motion.linear);
+    SpatialVector { angular, linear }
 }
 
 /// Rotational inertia about the body's origin in the body's axes (parallel-axis theorem), kg·m².

@@ -26,7 +26,7 @@ use std::sync::Arc;
 use glamx::glam::{DMat3, DVec3};
 
 use crate::cholesky::BlockCholesky;
-use crate::composite::RigidInertia;
+use crate::composite::{RigidInertia, momentum};
 use crate::dot::dot;
 use crate::kinematics::Kinematics;
 use crate::layout::{Block, Layout};
@@ -35,7 +35,7 @@ use crate::math::scalar;
 use crate::model::{JointKind, Model};
 use crate::motion::MotionDerivatives;
 use crate::moving::MovingBodies;
-use crate::spatial::{SpatialVector, momentum};
+use crate::spatial::SpatialVector;
 use crate::standing::Known;
 
 /// A pivot of `M + Δt C` below this part of that of `M` is of a tree that turns too fast for Δt.
@@ -301,7 +301,7 @@ impl CoriolisSystem {
             let carried = k + 1..layout.end(start + k) - start;
             let row = |i: usize| i * n + carried.start..i * n + carried.end;
             let pivot = m[k * (n + 1)] + c_above[k * (n + 1)] - dot(&a[row(k)], &b[row(k)]);
-            if !(pivot >= LEAST_PIVOT * mass_factor.pivot(start + k)) {
+            if pivot.is_nan() || pivot < LEAST_PIVOT * mass_factor.pivot(start + k) {
                 return false;
             }
             let inverse = pivot.recip();

@@ -4,8 +4,6 @@ use std::ops::{Add, AddAssign, Sub, SubAssign};
 
 use glamx::glam::DVec3;
 
-use crate::composite::RigidInertia;
-
 /// An angular and a linear part: velocity (rad/s, m/s), acceleration (rad/s², m/s²) or momentum (kg·m²/s, kg·m/s), wrench (N·m, N).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpatialVector {
@@ -92,11 +90,4 @@ impl SpatialVector {
     pub(crate) fn at(self, r: DVec3) -> Self {
         Self { angular: self.angular, linear: self.linear + self.angular.cross(r) }
     }
-}
-
-/// Momentum of a rigid body about the point that its inertia refers to.
-#[inline]
-pub(crate) fn momentum(inertia: &RigidInertia, motion: SpatialVector) -> SpatialVector {
-    let (angular, linear) = inertia.times(motion.angular, motion.linear);
-    SpatialVector { angular, linear }
 }

@@ -1,6 +1,6 @@
 //! The derivatives of a step's momentum balance, as data.
 
-use super::coriolis::CoriolisBalance;
+use super::coriolis::CoriolisTerms;
 use super::curvature::LengthCurvature;
 use super::drive::MarginSource;
 use super::inverse_dynamics::InverseDynamicsDerivatives;
@@ -44,8 +44,9 @@ pub struct BalanceDerivatives {
     pub(super) lengths: LengthCurvature,
     /// Whether trees turn, so that the motion without contact has Coriolis forces at its end.
     pub(super) turns: bool,
-    /// Storage for that.
-    pub(super) coriolis: Option<Box<CoriolisBalance>>,
+    /// What they do then, and the balance at the velocity at the end of that motion with nothing from outside.
+    pub(super) coriolis: Option<Box<CoriolisTerms>>,
+    pub(super) at_end: Option<Box<BalanceDerivatives>>,
 }
 
 impl BalanceDerivatives {
@@ -67,12 +68,13 @@ impl BalanceDerivatives {
             lengths: LengthCurvature::default(),
             turns: false,
             coriolis: None,
+            at_end: None,
         }
     }
 
-    /// What Coriolis forces at the end of the motion without contact add, where trees turn.
-    pub(super) fn coriolis(&self) -> Option<&CoriolisBalance> {
-        self.coriolis.as_deref().filter(|_| self.turns)
+    /// What Coriolis forces at the end of the motion without contact add, where trees turn, and the balance there.
+    pub(super) fn free_end(&self) -> Option<(&CoriolisTerms, &BalanceDerivatives)> {
+        self.coriolis.as_deref().zip(self.at_end.as_deref()).filter(|_| self.turns)
     }
 
     pub(super) fn add(matrix: &mut [f64], nv: usize, row: usize, column: usize, value: f64) {

@@ -3,7 +3,7 @@
 use glamx::glam::{DQuat, DVec3};
 
 use super::balance::{BalanceDerivatives, Unsupported};
-use super::coriolis::CoriolisBalance;
+use super::coriolis::CoriolisTerms;
 use super::inverse_dynamics::inverse_dynamics_derivatives_into;
 use super::lengths::LengthStep;
 use crate::free_motion::{FreeMotion, joint_spring};
@@ -42,13 +42,54 @@ pub fn balance_derivatives_into(
     if !out.turns {
         return Ok(());
     }
-    let mut coriolis = out.coriolis.take().unwrap_or_else(|| Box::new(CoriolisBalance::new(model)));
+    let mut coriolis = out.coriolis.take().unwrap_or_else(|| Box::new(CoriolisTerms::new(model)));
+    let mut at_end = out.at_end.take().unwrap_or_else(|| Box::new(BalanceDerivatives::new(model)));
     coriolis.set(model, kinematics, &state.v, dt, free);
-    let at_end = (&free.free_velocity[..], &coriolis.nothing[..]);
-    begin_balance(model, kinematics, given, dt, free, at_end, &mut coriolis.at_end)?;
-    coriolis.finish(model.nv, free, out);
-    out.coriolis = Some(coriolis);
+    let end = (&free.free_velocity[..], &coriolis.nothing[..]);
+    begin_balance(model, kinematics, given, dt, free, end, &mut at_end)?;
+    add_coriolis(model.nv, dt, free, &coriolis, &mut at_end);
+    add_coriolis(model.nv, dt, free, &coriolis, out);
+    subtract_carried(model.nv, free, &at_end, &mut coriolis.columns, out);
+    (out.coriolis, out.at_end) = (Some(coriolis), Some(at_end));
     Ok(())
+}
+
+/// Adds `T` to a balance, with its derivatives at fixed `w`.
+fn add_coriolis(nv: usize, dt: f64, free: &FreeMotion, terms: &CoriolisTerms, out: &mut BalanceDerivatives) {
+    let [ahead, behind] = &terms.halves;
+    for k in free.coriolis.turning() {
+        out.impulse[k] += terms.impulse[k];
+        for entry in k * nv..(k + 1) * nv {
+            out.by_configuration[entry] += dt * (ahead.by_configuration[entry] - behind.by_configuration[entry]);
+            // ∂h/∂v at both is C(v) ± C(δ), and ∂T/∂v at fixed w is Δt (C(δ) − C(v)).
+            out.by_velocity[entry] -= dt * behind.by_velocity[entry];
+        }
+    }
+}
+
+/// Takes from the derivatives of a balance what `w` has of them: those at the end of the motion without contact, times `K`.
+fn subtract_carried(
+    nv: usize,
+    free: &FreeMotion,
+    at_end: &BalanceDerivatives,
+    [end, own]: &mut [Vec<f64>; 2],
+    out: &mut BalanceDerivatives,
+) {
+    for (matrix, of_end) in [
+        (&mut out.by_configuration, &at_end.by_configuration),
+        (&mut out.by_velocity, &at_end.by_velocity),
+        (&mut out.by_control, &at_end.by_control),
+        (&mut out.by_force, &at_end.by_force),
+    ] {
+        let width = matrix.len().checked_div(nv).unwrap_or(0);
+        for column in 0..width {
+            let entries = || (0..nv).map(|row| row * width + column);
+            entries().zip(end.iter_mut()).for_each(|(entry, x)| *x = of_end[entry]);
+            entries().zip(own.iter_mut()).for_each(|(entry, x)| *x = matrix[entry]);
+            free.coriolis.subtract_carried(end, own);
+            entries().zip(&*own).for_each(|(entry, x)| matrix[entry] = *x);
+        }
+    }
 }
 
 fn too_fast(model: &Model, dof: usize) -> Unsupported {

@@ -2,12 +2,12 @@
 
 use glamx::glam::DVec3;
 
-use crate::composite::RigidInertia;
+use crate::composite::{RigidInertia, momentum};
 use crate::coriolis::ByVelocity;
 use crate::kinematics::Kinematics;
 use crate::model::Model;
 use crate::motion::MotionDerivatives;
-use crate::spatial::{SpatialVector, momentum};
+use crate::spatial::SpatialVector;
 
 /// `τ`, `∂τ/∂q`, `∂τ/∂v` and `∂τ/∂v̇` of inverse dynamics with wrenches from outside, and the storage to compute them.
 #[derive(Clone, Debug)]

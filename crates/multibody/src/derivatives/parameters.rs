@@ -5,13 +5,13 @@ use glamx::glam::{DMat3, DVec3};
 use super::balance::BalanceDerivatives;
 use super::drive::drive_by_timestep;
 use super::inverse_dynamics::InverseDynamicsDerivatives;
-use crate::composite::RigidInertia;
+use crate::composite::{RigidInertia, momentum};
 use crate::free_motion::{AffineForce, FreeMotion, is_before, joint_spring, tendon_spring};
 use crate::kinematics::Kinematics;
 use crate::length::LengthRow;
 use crate::math::{outer, scalar};
 use crate::model::{ActuatorId, BodyId, Inertia, Joint, JointId, JointKind, Model, Transmission};
-use crate::spatial::{SpatialVector, momentum};
+use crate::spatial::SpatialVector;
 use crate::state::{Input, State};
 
 /// A change of a body's inertia: of its ten numbers.
@@ -81,10 +81,10 @@ impl BalanceAt<'_> {
     /// With the Coriolis forces of [`free_motion_into`](crate::free_motion_into): what the change does to the motion without contact is in them.
     pub fn add(&self, change: &BalanceChange, out: &mut [f64]) {
         Place { at: *self, own: self.balance }.add(change, out);
-        let Some(coriolis) = self.balance.coriolis() else { return };
+        let Some((coriolis, at_end)) = self.balance.free_end() else { return };
         let at = BalanceAt { velocity: &self.free.free_velocity, impulses: &coriolis.nothing, ..*self };
         let mut end = vec![0.0; self.model.nv];
-        Place { at, own: &coriolis.at_end }.add(change, &mut end);
+        Place { at, own: at_end }.add(change, &mut end);
         self.free.coriolis.subtract_carried(&mut end, out);
     }
 }
@@ -149,7 +149,7 @@ impl Place<'_> {
         let power = |k: usize, wrench: SpatialVector| self.at.dt * dynamics.motion.axis[k].dot(wrench);
         let own = wrench(dynamics);
         model.dofs_moving(body).for_each(|k| out[k] += power(k, own));
-        if let Some(coriolis) = self.at.balance.coriolis() {
+        if let Some((coriolis, _)) = self.at.balance.free_end() {
             let [ahead, behind] = coriolis.halves.each_ref().map(wrench);
             let turning = model.dofs_moving(body).filter(|&k| self.at.free.coriolis.turns(k));
             turning.for_each(|k| out[k] += power(k, ahead - behind));
@@ -257,7 +257,7 @@ impl Place<'_> {
         for (k, rest) in rest.iter().enumerate() {
             out[k] += change * (rest / dt - self.at.input.generalized_force.get(k).unwrap_or(&0.0));
         }
-        if let Some(coriolis) = self.at.balance.coriolis() {
+        if let Some((coriolis, _)) = self.at.balance.free_end() {
             out.iter_mut().zip(&coriolis.impulse).for_each(|(out, impulse)| *out += change * impulse / dt);
         }
         for rotation in &self.at.free.free_rotations {
