@@ -136,9 +136,9 @@ impl BlockCholesky {
         }
     }
 
-    /// The square of a diagonal entry of the factor: the pivot of the elimination from the last row to the first.
-    pub(crate) fn pivot(&self, row: usize) -> f64 {
-        self.inverse_diagonal[row].powi(-2)
+    /// One over the pivot of a row in the elimination from the last row to the first.
+    pub(crate) fn inverse_pivot(&self, row: usize) -> f64 {
+        self.inverse_diagonal[row] * self.inverse_diagonal[row]
     }
 
     /// The blocks of the factorised matrix.

@@ -238,8 +238,6 @@ impl CoriolisSystem {
         let Self { layout, trees, motion, apart, bodies, whole, by_rate, matrix, .. } = self;
         let tree = &trees[t];
         let block = layout.blocks[tree.block];
-        let (n, half) = (block.size, 0.5 * dt);
-        let at = |row: usize, column: usize| tree.offset + (row - block.start) * n + column - block.start;
         motion.set_of(model, kinematics, v, tree.links.clone());
         whole[tree.links.clone()].fill((RigidInertia::ZERO, ByVelocity::ZERO));
         for Part { body, link, inertia } in &bodies[tree.bodies.clone()] {
@@ -253,27 +251,20 @@ impl CoriolisSystem {
                 by_rate[k] = (before + after).carry_motion(motion.axis[k]);
             }
         }
+        let half = 0.5 * dt;
         for l in tree.links.clone().rev().filter(|&l| !apart[l]) {
             let link = &motion.links.all[l];
             let (inertia, by_velocity) = whole[l];
             for k in link.dofs.clone() {
-                let axis = motion.axis[k];
-                let of_rate = momentum(&inertia, by_rate[k]) + by_velocity.times(axis.angular);
-                let taken = momentum(&inertia, axis);
-                let turn = by_velocity.times_transposed(axis);
-                let entry_of_row = |row: usize| half * motion.axis[row].dot(of_rate);
-                for row in link.dofs.clone() {
-                    let triangle = if row <= k { &mut matrix.above } else { &mut matrix.below };
-                    triangle[at(row.min(k), row.max(k))] = entry_of_row(row);
-                }
-                let mut parent = link.parent;
-                while let Some(p) = parent {
-                    let carrier = &motion.links.all[p];
-                    for i in carrier.dofs.clone() {
-                        matrix.above[at(i, k)] = entry_of_row(i);
-                        matrix.below[at(i, k)] = half * (taken.dot(by_rate[i]) + turn.dot(motion.axis[i].angular));
-                    }
-                    parent = carrier.parent;
+                let axis = motion.axis[k].scaled(half);
+                let of_rate = (momentum(&inertia, by_rate[k]) + by_velocity.times(motion.axis[k].angular)).scaled(half);
+                let (taken, turn) = (momentum(&inertia, axis), by_velocity.times_transposed(axis));
+                let mut next = Some(k);
+                while let Some(i) = next {
+                    let entry = tree.offset + (i - block.start) * block.size + k - block.start;
+                    matrix.above[entry] = motion.axis[i].dot(of_rate);
+                    matrix.below[entry] = taken.dot(by_rate[i]) + turn.dot(motion.axis[i].angular);
+                    next = layout.previous(i);
                 }
             }
             if let Some(parent) = link.parent {
@@ -294,24 +285,28 @@ impl CoriolisSystem {
         let Self { layout, trees, matrix, factor: Triangles { above, below }, inverse_pivot, .. } = self;
         let (n, start, offset) = (block.size, block.start, trees[t].offset);
         let own = offset..offset + n * n;
-        let (a, b) = (&mut above[own.clone()], &mut below[own.clone()]);
-        let (c_above, c_below) = (&matrix.above[own.clone()], &matrix.below[own]);
-        let m = mass.data_of(&block);
+        let (c_above, c_below) = (&matrix.above[own.clone()], &matrix.below[own.clone()]);
+        let (above, below, m) = (&mut above[own.clone()], &mut below[own], mass.data_of(&block));
         for k in (0..n).rev() {
             let carried = k + 1..layout.end(start + k) - start;
-            let row = |i: usize| i * n + carried.start..i * n + carried.end;
-            let pivot = m[k * (n + 1)] + c_above[k * (n + 1)] - dot(&a[row(k)], &b[row(k)]);
-            if pivot.is_nan() || pivot < LEAST_PIVOT * mass_factor.pivot(start + k) {
+            let (a_before, a) = above.split_at_mut(k * n);
+            let (b_before, b) = below.split_at_mut(k * n);
+            let (a, b) = (&a[carried.clone()], &b[carried.clone()]);
+            let pivot = m[k * (n + 1)] + c_above[k * (n + 1)] - dot(a, b);
+            let part = pivot * mass_factor.inverse_pivot(start + k);
+            if part.is_nan() || part < LEAST_PIVOT {
                 return false;
             }
             let inverse = pivot.recip();
             inverse_pivot[start + k] = inverse;
-            let mut previous = layout.previous(start + k);
-            while let Some(i) = previous.map(|i| i - start) {
-                let entry = i * n + k;
-                a[entry] = (m[entry] + c_above[entry] - dot(&a[row(i)], &b[row(k)])) * inverse;
-                b[entry] = m[entry] + c_below[entry] - dot(&a[row(k)], &b[row(i)]);
-                previous = layout.previous(start + i);
+            let mut next = layout.previous(start + k);
+            while let Some(i) = next {
+                let entry = (i - start) * n + k;
+                let row = &mut a_before[(i - start) * n..][..n];
+                row[k] = (m[entry] + c_above[entry] - dot(&row[carried.clone()], b)) * inverse;
+                let column = &mut b_before[(i - start) * n..][..n];
+                column[k] = m[entry] + c_below[entry] - dot(a, &column[carried.clone()]);
+                next = layout.previous(i);
             }
         }
         true

@@ -74,7 +74,7 @@ fn chaotic_pendulums_keep_their_energy() {
         let drift = mean(&all[3 * quarter..]) - mean(&all[..quarter]);
         let most = all.iter().fold(0.0_f64, |most, energy| most.max(energy.abs()));
         println!("{n} rods, twist {twist}, step {dt}: drift {drift:.4}, most {most:.3}");
-        assert!(drift.abs() < 5.0 * dt && most < 0.6, "{n} rods, step {dt}: drift {drift}, most {most}");
+        assert!(drift.abs() < 0.15 && most < 0.6, "{n} rods, step {dt}: drift {drift}, most {most}");
     }
 }
 
