@@ -8,7 +8,7 @@ use crate::kinematics::Kinematics;
 use crate::layout::Block;
 use crate::mass::BlockDiagonal;
 use crate::math::{outer, scalar};
-use crate::model::{Inertia, Model};
+use crate::model::{BodyId, Inertia, Model};
 use crate::moving::{MovingBodies, MovingBody};
 use crate::spatial::SpatialVector;
 use crate::standing::{Known, Nothing};
@@ -78,6 +78,8 @@ pub struct MassMatrix {
     /// `M(q)`, kg, kg·m, kg·m².
     pub matrix: BlockDiagonal,
     composite: Vec<RigidInertia>,
+    /// Of every body that can move and is not free and alone, with what is welded to it, about its origin, world axes.
+    pub(crate) placed: Vec<RigidInertia>,
     moving: Vec<MovingPart>,
     /// Of every degree of freedom.
     momenta: Vec<Momentum>,
@@ -90,7 +92,7 @@ struct MovingPart {
     body: usize,
     /// With all that is welded to it, in its own axes.
     inertia: RigidInertia,
-    /// Whether it is free and no body with joints hangs on it.
+    /// Whether it is free, without rotor inertia, and no body with joints hangs on it.
     is_alone: bool,
 }
 
@@ -99,10 +101,11 @@ impl MovingPart {
         let moving = MovingBodies::of(model).0;
         let mut carries = vec![false; model.bodies.len()];
         moving.iter().for_each(|one| carries[one.carrier] = true);
+        let has_rotor = |i: usize| model.joints_of(BodyId(i as u32)).iter().any(|joint| joint.armature != 0.0);
         let part = |one: &MovingBody| Self {
             body: one.body,
             inertia: RigidInertia::in_body_axes(&one.inertia),
-            is_alone: model.path[one.body].free && !carries[one.body],
+            is_alone: model.path[one.body].free && !carries[one.body] && !has_rotor(one.body),
         };
         moving.iter().map(part).collect()
     }
@@ -181,6 +184,7 @@ impl MassMatrix {
         Self {
             matrix: BlockDiagonal::new(model),
             composite: vec![RigidInertia::ZERO; model.bodies.len()],
+            placed: vec![RigidInertia::ZERO; model.bodies.len()],
             moving: MovingPart::all(model),
             momenta: vec![Momentum::ZERO; model.nv],
             carried: Carried::of(model),
@@ -207,9 +211,10 @@ pub fn mass_matrix_into(model: &Model, kinematics: &Kinematics, mass: &mut MassM
 pub(crate) fn mass_matrix_of(model: &Model, kinematics: &Kinematics, known: impl Known, mass: &mut MassMatrix) {
     assert_eq!(mass.composite.len(), model.bodies.len(), "the storage belongs to another model");
     // Every entry that can differ from zero is written below.
-    let MassMatrix { matrix, composite, moving, momenta, carried } = mass;
+    let MassMatrix { matrix, composite, placed, moving, momenta, carried } = mass;
     for part in moving.iter().filter(|part| !part.is_alone && !known.has_body(part.body)) {
-        composite[part.body] = part.inertia.turned(kinematics.rotation[part.body]);
+        placed[part.body] = part.inertia.turned(kinematics.rotation[part.body]);
+        composite[part.body] = placed[part.body];
     }
     for MovingPart { body: i, inertia, is_alone } in moving.iter().rev().filter(|part| !known.has_body(part.body)) {
         let i = *i;

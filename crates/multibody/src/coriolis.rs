@@ -49,8 +49,8 @@ pub(crate) struct CoriolisSystem {
     motion: MotionDerivatives,
     /// Which links have these forces from elsewhere (trees whose degrees of freedom interleave share a block).
     apart: Vec<bool>,
-    /// Bodies that can move, those of each tree together.
-    bodies: Vec<Part>,
+    /// Bodies that can move and the last link that moves each, those of each tree together.
+    bodies: Vec<(usize, usize)>,
     /// Of every link with all that hangs on it.
     whole: Vec<(RigidInertia, ByVelocity)>,
     /// How the velocity of what each degree of freedom carries changes with its rate.
@@ -91,15 +91,6 @@ enum Pace {
     Unresolved,
 }
 
-/// A body with what is welded to it.
-#[derive(Clone, Debug)]
-struct Part {
-    body: usize,
-    link: usize,
-    /// In its own axes.
-    inertia: RigidInertia,
-}
-
 impl CoriolisSystem {
     /// Storage for a model.
     ///
@@ -108,15 +99,9 @@ impl CoriolisSystem {
     pub fn new(model: &Model, mass: &BlockDiagonal, apart: impl Fn(usize) -> bool) -> Self {
         let motion = MotionDerivatives::new(model);
         let (layout, links) = (mass.layout().clone(), &motion.links);
-        let mut parts: Vec<Part> = MovingBodies::of(model)
-            .0
-            .iter()
-            .filter_map(|one| {
-                let link = links.of_body[one.body]?;
-                Some(Part { body: one.body, link, inertia: RigidInertia::in_body_axes(&one.inertia) })
-            })
-            .collect();
-        parts.sort_by_key(|part| part.link);
+        let moving = MovingBodies::of(model).0;
+        let mut parts: Vec<_> = moving.iter().filter_map(|one| Some((one.body, links.of_body[one.body]?))).collect();
+        parts.sort_by_key(|part| part.1);
         let turns =
             |k: usize| !apart(k) && !matches!(model.joints[model.dof_joint[k].index()].kind, JointKind::Slide { .. });
         let (mut trees, mut entries) = (Vec::new(), 0);
@@ -126,7 +111,7 @@ impl CoriolisSystem {
                 continue;
             }
             let own = links.of_dof[block.start]..links.of_dof[block.range().end - 1] + 1;
-            let [first, end] = [own.start, own.end].map(|link| parts.partition_point(|part| part.link < link));
+            let [first, end] = [own.start, own.end].map(|link| parts.partition_point(|part| part.1 < link));
             trees.push(Tree { block: b, links: own, bodies: first..end, turning, offset: entries, pace: Pace::Slow });
             entries += block.size * block.size;
         }
@@ -147,15 +132,23 @@ impl CoriolisSystem {
 
     /// `Δt C` of all trees that turn.
     ///
+    /// - `placed`: inertias of bodies that can move about their origins, world axes
     /// - `v`: `[nv]`; `dt`: Δt, s
-    pub fn set(&mut self, model: &Model, kinematics: &Kinematics, v: &[f64], dt: f64, known: impl Known) {
+    pub fn set(
+        &mut self,
+        model: &Model,
+        (kinematics, placed): (&Kinematics, &[RigidInertia]),
+        v: &[f64],
+        dt: f64,
+        known: impl Known,
+    ) {
         for t in 0..self.trees.len() {
             let tree = &mut self.trees[t];
             let fastest = tree.turning.iter().fold(0.0_f64, |most, &k| most.max(v[k].abs()));
             let slow = known.has_block(tree.block) || (fastest * dt).powi(2) < f64::EPSILON;
             tree.pace = if slow { Pace::Slow } else { Pace::Resolved };
             if !slow {
-                self.write(t, model, kinematics, v, dt);
+                self.write(t, model, (kinematics, placed), v, dt);
             }
         }
     }
@@ -234,15 +227,21 @@ impl CoriolisSystem {
     }
 
     /// `Δt C` of a tree.
-    fn write(&mut self, t: usize, model: &Model, kinematics: &Kinematics, v: &[f64], dt: f64) {
+    fn write(
+        &mut self,
+        t: usize,
+        model: &Model,
+        (kinematics, placed): (&Kinematics, &[RigidInertia]),
+        v: &[f64],
+        dt: f64,
+    ) {
         let Self { layout, trees, motion, apart, bodies, whole, by_rate, matrix, .. } = self;
         let tree = &trees[t];
         let block = layout.blocks[tree.block];
         motion.set_of(model, kinematics, v, tree.links.clone());
         whole[tree.links.clone()].fill((RigidInertia::ZERO, ByVelocity::ZERO));
-        for Part { body, link, inertia } in &bodies[tree.bodies.clone()] {
-            let arm = kinematics.pose[*body].position - motion.reference[*link];
-            whole[*link].0.add_at(&inertia.turned(kinematics.rotation[*body]), arm);
+        for &(body, link) in &bodies[tree.bodies.clone()] {
+            whole[link].0.add_at(&placed[body], kinematics.pose[body].position - motion.reference[link]);
         }
         for l in tree.links.clone() {
             let (before, after) = (motion.before[l], motion.after[l]);
@@ -255,6 +254,10 @@ impl CoriolisSystem {
         for l in tree.links.clone().rev().filter(|&l| !apart[l]) {
             let link = &motion.links.all[l];
             let (inertia, by_velocity) = whole[l];
+            // A tree's own translation changes no force.
+            if link.parent.is_none() && kinematics.dof_angular[link.dofs.start] == DVec3::ZERO {
+                continue;
+            }
             for k in link.dofs.clone() {
                 let axis = motion.axis[k].scaled(half);
                 let of_rate = (momentum(&inertia, by_rate[k]) + by_velocity.times(motion.axis[k].angular)).scaled(half);

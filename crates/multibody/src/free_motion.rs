@@ -231,7 +231,7 @@ fn free_motion_of(
     }
     measure_lengths(model, kinematics, state, out);
     smooth_impulse(model, kinematics, state, input, dt, out);
-    out.coriolis.set(model, kinematics, &state.v, dt, known);
+    out.coriolis.set(model, (kinematics, &out.mass.placed), &state.v, dt, known);
     out.saturation.fill(Saturation::Within);
     loop {
         assemble(model, state, input, dt, known, out);
