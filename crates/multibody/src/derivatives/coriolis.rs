@@ -7,7 +7,7 @@
 //! dw/dx = −N⁻¹ ∂(E + T)/∂x at w,   d(E + T)/dx at v⁺ = ∂(E + T)/∂x at v⁺ − K ∂(E + T)/∂x at w,   K = Δt C(q, v) N⁻¹,
 //! ```
 //!
-//! with `N = M̂ + Δt C(q, v)` and both derivatives at fixed `w`. As `C(q, v) δ` is the half of what `h` differs by at `v + δ` and `v − δ`,
+//! with `N = M̂ + Δt C(q, v)` and both derivatives at fixed `w`. As `C(q, v) δ` is a quarter of what `h` differs by at `v + δ` and `v − δ`,
 //! `T = Δt (h(q, (v + δ)/2) − h(q, (v − δ)/2))` with `δ = w − v`, and all its derivatives are those of `h`.
 
 use super::inverse_dynamics::{InverseDynamicsDerivatives, inverse_dynamics_derivatives_into};
