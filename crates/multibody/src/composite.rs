@@ -52,6 +52,13 @@ impl RigidInertia {
         self.rotational += other.rotational + shift;
     }
 
+    /// Adds an inertia about the same origin.
+    pub fn add(&mut self, other: &Self) {
+        self.mass += other.mass;
+        self.first_moment += other.first_moment;
+        self.rotational += other.rotational;
+    }
+
     /// Moment about the origin and force that accelerate the body by `(angular, linear)`.
     pub fn times(&self, angular: DVec3, linear: DVec3) -> (DVec3, DVec3) {
         let moment = self.rotational * angular + self.first_moment.cross(linear);

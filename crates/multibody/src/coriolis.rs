@@ -38,7 +38,8 @@ use crate::moving::MovingBodies;
 use crate::spatial::SpatialVector;
 use crate::standing::Known;
 
-/// A pivot of `M + Δt C` below this part of that of `M` is of a tree that turns too fast for Δt.
+/// A pivot of `M̂ + Δt C` below this part of that of `M̂` is of a tree that turns too fast for Δt: the symmetric part is `M̂ + ½ Δt Ṁ`, of which a half is
+/// left where `M`, carried on as it changes, would be gone at the end of the step.
 const LEAST_PIVOT: f64 = 0.5;
 
 /// The matrices `Δt C` of trees that turn, and the factors of `M̂ + Δt C`.
@@ -271,12 +272,8 @@ impl CoriolisSystem {
                 }
             }
             if let Some(parent) = link.parent {
-                let (of_parent, wrench) = &mut whole[parent];
-                of_parent.mass += inertia.mass;
-                of_parent.first_moment += inertia.first_moment;
-                of_parent.rotational += inertia.rotational;
-                wrench.moment += by_velocity.moment;
-                wrench.momentum += by_velocity.momentum;
+                whole[parent].0.add(&inertia);
+                whole[parent].1.add(&by_velocity);
             }
         }
     }
@@ -370,6 +367,12 @@ impl ByVelocity {
         };
         let moment = DMat3::from_cols(column(0), column(1), column(2)) + scalar(2.0 * h.dot(v.linear));
         Self { moment, momentum }
+    }
+
+    /// Adds that of other bodies.
+    pub fn add(&mut self, other: &Self) {
+        self.moment += other.moment;
+        self.momentum += other.momentum;
     }
 
     #[inline]

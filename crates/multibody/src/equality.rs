@@ -113,8 +113,9 @@ fn couple_tendons(
     own.dofs.iter().zip(&own.gradient).for_each(|(&k, &g)| rows.push(k, [g, 0.0, 0.0]));
 }
 
-/// `Σ a_k x^k` and its derivative, by Horner's scheme.
-fn polynomial_at(polynomial: [f64; 5], x: f64) -> (f64, f64) {
+/// What an equality asks of a joint or tendon whose driver is at `x`, and how that changes with it: `Σ a_k x^k` and its derivative, by Horner's
+/// scheme.
+pub fn polynomial_at(polynomial: [f64; 5], x: f64) -> (f64, f64) {
     polynomial.iter().rev().fold((0.0, 0.0), |(p, d), a| (p * x + a, d * x + p))
 }
 

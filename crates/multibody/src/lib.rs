@@ -87,7 +87,7 @@ pub use composite::{MassMatrix, mass_matrix_into};
 pub use configuration::{difference_into, integrate_beside, integrate_into};
 pub use delassus::{HalfSolvedRows, delassus_into};
 pub use energy::{angular_momentum, center_of_mass, kinetic_energy, linear_momentum, potential_energy, total_mass};
-pub use equality::{EqualityBlock, equality_block_into, equality_violations};
+pub use equality::{EqualityBlock, equality_block_into, equality_violations, polynomial_at};
 pub use forward_dynamics::{ArticulatedBodies, forward_dynamics_into};
 pub use frame::{
     AxisRates, Frame, ReferenceFrame, axis_rates_into, frame_bias_acceleration, frame_jacobian_into,

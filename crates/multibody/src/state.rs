@@ -76,6 +76,11 @@ impl State {
         Self { time: 0.0, q, v, activation: Vec::new() }
     }
 
+    /// Whether configuration and velocity are finite numbers.
+    pub fn is_finite(&self) -> bool {
+        all_finite(&self.q) && all_finite(&self.v)
+    }
+
     /// Whether the state fits the model: lengths, finite numbers, unit quaternions (within 1e-6).
     ///
     /// # Errors
@@ -96,7 +101,7 @@ impl State {
                 }
             }
         }
-        let finite = all_finite(&self.q) && all_finite(&self.v);
+        let finite = self.is_finite();
         for joint in &model.joints {
             if !finite {
                 check_entries("q", &self.q, joint.q_index, joint.kind.nq(), joint)?;

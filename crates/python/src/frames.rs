@@ -249,7 +249,7 @@ pub fn operational_space_inertia<'py>(
     arrays::matrix(py, inertia.ok_or_else(|| SolveError::new_err(singular))?, rows, rows)
 }
 
-/// By how much the entries of `RᵀR` of a rotation may differ from those of the identity.
+/// By how much the entries of `RᵀR` of a rotation may differ from those of the identity: as much as the norm of a state's quaternion from 1.
 const UNIT: f64 = 1e-6;
 
 /// A rotation as a quaternion (w, x, y, z) or as a matrix, (3, 3), as [`frame_pose`] gives it.

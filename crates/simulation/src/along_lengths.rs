@@ -1,6 +1,6 @@
 //! Forces along lengths in the last step: those of actuators and of tendons.
 
-use signorini_multibody::{EqualityKind, Model, State, Transmission};
+use signorini_multibody::{EqualityKind, Model, State, Transmission, polynomial_at};
 
 use crate::source::{ContactSource, FrictionSource};
 use crate::workspace::Workspace;
@@ -42,8 +42,7 @@ pub(crate) fn tensions_into(model: &Model, state: &State, workspace: &mut Worksp
             if let Some(driver) = driver {
                 let leading = &model.tendons[driver.index()];
                 let x = leading.length(model, &workspace.kinematics, &state.q) - leading.reference_length;
-                let slope = (1..5).rev().fold(0.0, |slope, k| slope * x + k as f64 * polynomial[k]);
-                tension[driver.index()] -= slope * force;
+                tension[driver.index()] -= polynomial_at(polynomial, x).1 * force;
             }
         }
     }

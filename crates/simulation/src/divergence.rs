@@ -27,9 +27,7 @@ pub(crate) fn check_finite(
     next: &State,
     dt: f64,
 ) -> Result<(), SimulationError> {
-    // Zero times any other number is not zero.
-    let is_finite = next.q.iter().chain(&next.v).map(|x| 0.0 * x).sum::<f64>() == 0.0;
-    if is_finite {
+    if next.is_finite() {
         return Ok(());
     }
     diverged(model, &[&next.v, free_velocity, &state.v], dt).map_or(Ok(()), |(error, _)| Err(error))

@@ -24,10 +24,11 @@ use crate::settings::Settings;
 use crate::step::{DrivenVelocity, step_driven};
 use crate::workspace::Workspace;
 
-/// What a round leaves of the force is less by a factor of the angle that the trees turn by in the step.
+/// What a round leaves of the force is less by a factor of the angle that the trees turn by in the step: after so many a tree that turns by a fifth of
+/// a radian leaves rounding alone.
 const MAX_ROUNDS: u32 = 20;
 
-/// The part of the force that counts as nothing.
+/// The part of the force that counts as nothing: the rounding of a solve, some hundreds of last digits.
 const NOTHING: f64 = 1e-13;
 
 /// What [`inverse_step`] computes.
@@ -83,28 +84,28 @@ pub fn inverse_step(
     tau.fill(0.0);
     let mut forced = input.clone();
     forced.generalized_force.resize(model.nv, 0.0);
-    for round in 1.. {
+    let mut rounds = 0;
+    let report = loop {
         let report = step_driven(model, state, &forced, settings, driven, workspace, &mut out.next)?;
         if !report.advanced() {
             tau.fill(0.0);
-            workspace.clear_warm_start();
-            return Ok(report);
+            break report;
         }
         let (impulses, dt) = (&workspace.solution.bilateral, workspace.builder.problem.timestep);
-        let mut missing = 0.0_f64;
+        let (mut missing, mut size) = (0.0_f64, 0.0_f64);
         for (drive, impulse) in driven.iter().zip(&impulses[impulses.len() - driven.len()..]) {
             let force = impulse / dt;
-            missing = missing.max(force.abs());
             tau[drive.dof] += force;
             forced.generalized_force[drive.dof] += force;
+            (missing, size) = (missing.max(force.abs()), size.max(tau[drive.dof].abs()));
         }
-        let size = tau.iter().fold(0.0_f64, |most, force| most.max(force.abs()));
-        if !workspace.smooth.turns() || missing <= NOTHING * size || round == MAX_ROUNDS {
-            workspace.clear_warm_start();
-            return Ok(report);
+        rounds += 1;
+        if !workspace.smooth.turns() || missing <= NOTHING * size || rounds == MAX_ROUNDS {
+            break report;
         }
-    }
-    unreachable!("the last round returns")
+    };
+    workspace.clear_warm_start();
+    Ok(report)
 }
 
 fn check(model: &Model, driven: &[DrivenVelocity]) -> Result<(), SimulationError> {

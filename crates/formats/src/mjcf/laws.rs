@@ -7,7 +7,8 @@ use super::law_numbers::{Dynamics, Form, LawNumbers};
 use crate::error::FormatError;
 use crate::xml::Attributes;
 
-/// A time constant that is none: at its end every step has forgotten the activation at its beginning.
+/// A time constant that is none, the least that MuJoCo divides by (`mjMINVAL`), s: at its end every step has forgotten the activation at its
+/// beginning.
 const AT_ONCE: f64 = 1e-15;
 
 /// The law of an actuator and its activation; none if it depends on more than length, rate and one activation.

@@ -5,7 +5,7 @@ use glamx::glam::{DQuat, DVec3};
 use super::balance::{BalanceDerivatives, Unsupported};
 use super::coriolis::CoriolisTerms;
 use super::inverse_dynamics::inverse_dynamics_derivatives_into;
-use super::lengths::LengthStep;
+use super::lengths::BalanceStep;
 use crate::free_motion::{FreeMotion, joint_spring};
 use crate::kinematics::Kinematics;
 use crate::model::{Actuator, BodyId, Model, Transmission};
@@ -36,8 +36,8 @@ pub fn balance_derivatives_into(
     if let Some(dof) = free.coriolis.first_unresolved() {
         return Err(too_fast(model, dof));
     }
-    let given = (state, input);
-    begin_balance(model, kinematics, given, dt, free, (velocity, impulses), out)?;
+    let step = BalanceStep { model, kinematics, state, input, velocity, dt, free };
+    begin_balance(&step, impulses, out)?;
     out.turns = free.coriolis.is_turning();
     if !out.turns {
         return Ok(());
@@ -45,8 +45,8 @@ pub fn balance_derivatives_into(
     let mut coriolis = out.coriolis.take().unwrap_or_else(|| Box::new(CoriolisTerms::new(model)));
     let mut at_end = out.at_end.take().unwrap_or_else(|| Box::new(BalanceDerivatives::new(model)));
     coriolis.set(model, kinematics, &state.v, dt, free);
-    let end = (&free.free_velocity[..], &coriolis.nothing[..]);
-    begin_balance(model, kinematics, given, dt, free, end, &mut at_end)?;
+    let end = BalanceStep { velocity: &free.free_velocity, ..step };
+    begin_balance(&end, &coriolis.nothing, &mut at_end)?;
     add_coriolis(model.nv, dt, free, &coriolis, &mut at_end);
     add_coriolis(model.nv, dt, free, &coriolis, out);
     subtract_carried(model.nv, free, &at_end, &mut coriolis.columns, out);
@@ -99,14 +99,11 @@ fn too_fast(model: &Model, dof: usize) -> Unsupported {
 
 /// The balance with Coriolis forces of the beginning of the step.
 fn begin_balance(
-    model: &Model,
-    kinematics: &Kinematics,
-    (state, input): (&State, &Input),
-    dt: f64,
-    free: &FreeMotion,
-    (velocity, impulses): (&[f64], &[SpatialVector]),
+    step: &BalanceStep,
+    impulses: &[SpatialVector],
     out: &mut BalanceDerivatives,
 ) -> Result<(), Unsupported> {
+    let BalanceStep { model, kinematics, state, input, velocity, dt, free } = *step;
     out.margins.clear();
     out.by_drive.fill(0.0);
     out.by_control.fill(0.0);
@@ -139,7 +136,6 @@ fn begin_balance(
     add_joint_springs(model, state, dt, velocity, out);
     check_pulls(model)?;
     let mut lengths = std::mem::take(&mut out.lengths);
-    let step = LengthStep { model, kinematics, state, input, velocity, dt, free };
     let done = step.add_tendons(&mut lengths, out).and_then(|()| step.add_actuators(&mut lengths, out));
     out.lengths = lengths;
     done

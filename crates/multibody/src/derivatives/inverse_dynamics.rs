@@ -267,12 +267,8 @@ fn write_link(l: usize, nv: usize, out: &mut InverseDynamicsDerivatives) {
 }
 
 fn add_link(parent: &mut LinkDynamics, child: &LinkDynamics) {
-    for (whole, part) in [(&mut parent.inertia, &child.inertia), (&mut parent.floating, &child.floating)] {
-        whole.mass += part.mass;
-        whole.first_moment += part.first_moment;
-        whole.rotational += part.rotational;
-    }
+    parent.inertia.add(&child.inertia);
+    parent.floating.add(&child.floating);
     parent.wrench += child.wrench;
-    parent.by_velocity.moment += child.by_velocity.moment;
-    parent.by_velocity.momentum += child.by_velocity.momentum;
+    parent.by_velocity.add(&child.by_velocity);
 }

@@ -13,9 +13,9 @@ use crate::math::{read_quaternion, right_jacobian, rotation_log};
 use crate::model::{Actuator, ActuatorKind, Model, Muscle, Tendon, Transmission};
 use crate::state::{Input, State};
 
-/// A step whose forces along lengths are differentiated.
+/// A step whose balance is differentiated.
 #[derive(Clone, Copy)]
-pub(super) struct LengthStep<'a> {
+pub(super) struct BalanceStep<'a> {
     pub model: &'a Model,
     pub kinematics: &'a Kinematics,
     pub state: &'a State,
@@ -47,7 +47,7 @@ struct Pull<'a> {
     actuator: Option<usize>,
 }
 
-impl LengthStep<'_> {
+impl BalanceStep<'_> {
     /// Adds the springs and dampers of tendons.
     pub fn add_tendons(&self, turns: &mut LengthCurvature, out: &mut BalanceDerivatives) -> Result<(), Unsupported> {
         for (t, (tendon, row)) in self.model.tendons.iter().zip(&self.free.tendon_rows).enumerate() {

@@ -367,7 +367,6 @@ pub(super) fn scalar_joint(
     Err(ModelError::InvalidJoint { joint: joint.name.clone(), body, reason })
 }
 
-/// Checks sizes and numbers and normalises the quaternions.
 pub(super) fn known(part: String, sort: &'static str, index: usize, count: usize) -> Result<(), ModelError> {
     if index < count { Ok(()) } else { Err(ModelError::UnknownPart { part, sort, index, count }) }
 }

@@ -192,7 +192,7 @@ pub(super) fn check_cameras(cameras: &mut [Camera], bodies: usize) -> Result<(),
     Ok(())
 }
 
-/// Makes rotations unit on the way.
+/// Checks sizes and numbers and normalises the quaternions.
 pub(super) fn check_keyframes(model: &mut Model) -> Result<(), ModelError> {
     let (nq, nv, na, nu) = (model.nq, model.nv, model.na, model.actuators.len());
     for keyframe in &mut model.keyframes {

@@ -66,7 +66,7 @@ impl ProblemBuilder {
         let of_ball = |j, joint: &Joint| cone_ahead(j, joint, state, v, dt);
         for_each_limit(model, state, of_ball, |limit| {
             let is_wanted = wanted(&limit.key, limit.gap + dt * limit.rate(v)) && !self.stands[limit.dof];
-            if is_wanted && !self.has_limit(limit) {
+            if is_wanted && !self.has_row(limit.key, limit.axis) {
                 self.push_limit(model, state, limit);
             }
         });
@@ -97,7 +97,7 @@ impl ProblemBuilder {
         let dt = self.problem.timestep;
         let of_ball = |j, joint: &Joint| cone_ahead(j, joint, state, v, dt);
         for_each_limit(model, state, of_ball, |limit| {
-            if !self.stands[limit.dof] && !self.has_limit(limit) {
+            if !self.stands[limit.dof] && !self.has_row(limit.key, limit.axis) {
                 visit(&limit.key, limit.gap + dt * limit.rate(v));
             }
         });
@@ -117,7 +117,7 @@ impl ProblemBuilder {
 
     /// Whether the limit of a ball joint is in the problem about nearly this axis.
     pub fn has_cone(&self, joint: usize, axis: DVec3) -> bool {
-        self.rows_of(joint_limit_key(joint, 1)).any(|row| row.axis.dot(axis) >= SAME_AXIS)
+        self.has_row(joint_limit_key(joint, 1), axis)
     }
 
     /// Adds the limit of a ball joint about this axis, of unit length; whether the joint has one.
@@ -129,8 +129,8 @@ impl ProblemBuilder {
     }
 
     /// Whether a limit is in the problem: that of a ball joint about nearly the same axis.
-    fn has_limit(&self, limit: &Limit) -> bool {
-        self.rows_of(limit.key).any(|row| row.axis == limit.axis || row.axis.dot(limit.axis) >= SAME_AXIS)
+    fn has_row(&self, limit: ContactKey, axis: DVec3) -> bool {
+        self.rows_of(limit).any(|row| row.axis == axis || row.axis.dot(axis) >= SAME_AXIS)
     }
 
     /// The rows that the limit with this key, or the first of its keys, has in the problem.
