@@ -156,9 +156,9 @@ fn inherited_class(element: Element<'_>) -> Option<&str> {
     element.ancestors().find_map(|e| Some(e.raw("childclass")?.value.trim()).filter(|c| !c.is_empty()))
 }
 
-/// The name of the class at the top.
+/// The name of the class at the top. Classes that came with what the model attaches itself are none of its own.
 fn main_class(tree: &Tree) -> String {
-    let mut top = tree.root().children_named("default");
+    let mut top = tree.root().children_named("default").filter(|d| d.origin() == 0);
     top.find_map(|d| Some(d.raw("class")?.value.trim()).filter(|c| !c.is_empty())).unwrap_or(MAIN).to_owned()
 }
 

@@ -1,5 +1,6 @@
 //! Where the files are found that a model names, and the parts that are put in from them.
 
+use std::f64::consts::PI;
 use std::path::Path;
 
 use signorini_formats::{LoadOptions, load, load_mjcf_str};
@@ -67,6 +68,25 @@ fn parts_are_attached_without_a_prefix() {
     let nothing = main.replace(" prefix=''", "");
     let error = load_mjcf_str(&nothing, files.folder()).unwrap_err().to_string();
     assert!(error.contains("'prefix'") && error.contains(":1:"), "{error}");
+}
+
+/// `outer` has no defaults, and those of what it attaches are not its own. MuJoCo 4.0 gives `hand` a mass of 1000 · 4/3 π 0.1³ kg.
+#[test]
+fn defaults_of_what_an_attached_model_attaches_stay_there() {
+    let inner = "<mujoco><default><geom mass='5'/></default><worldbody><body name='tip'><geom size='.1'/></body></worldbody></mujoco>";
+    let outer = "<mujoco><asset><model name='inner' file='inner.xml'/></asset><worldbody><body name='hand'><geom size='.1'/></body>\
+                 <attach model='inner' prefix='i_'/></worldbody></mujoco>";
+    let main = "<mujoco><asset><model name='outer' file='outer.xml'/></asset><worldbody><attach model='outer' prefix='o_'/>\
+                </worldbody></mujoco>";
+    let files = Files::new("nested-attach", &[("main.xml", main), ("outer.xml", outer), ("inner.xml", inner)]);
+    let model = mjcf(&files.path("main.xml"));
+    let mass = |name: &str| model.bodies[model.body_named(name).unwrap().index()].inertia.mass;
+    assert!(
+        (mass("o_hand") - 4.0 / 3.0 * PI).abs() < 1e-12 && mass("o_i_tip") == 5.0,
+        "{} {}",
+        mass("o_hand"),
+        mass("o_i_tip")
+    );
 }
 
 #[test]
