@@ -25,8 +25,14 @@ struct Pending<'t> {
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
     let mut inertias = vec![(BodyId::WORLD, Inertia::ZERO)];
     let mut pending = Vec::new();
-    let mut world =
-        OpenBody { id: BodyId::WORLD, pose: Pose::IDENTITY, weights: Vec::new(), weighs_geoms: false, stays: false };
+    let mut world = OpenBody {
+        id: BodyId::WORLD,
+        pose: Pose::IDENTITY,
+        weights: Vec::new(),
+        weighs_geoms: false,
+        weighing_groups: importer.compilers.main().inertia_groups,
+        stays: false,
+    };
     for section in root.children_named("worldbody") {
         let class = importer.defaults.class_of(section, "childclass")?;
         let scope = Scope { frame: Pose::IDENTITY, class, suffix: String::new() };
@@ -62,12 +68,15 @@ fn read_body<'t>(
     let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
     let inner = Scope { frame: Pose::IDENTITY, class, suffix: scope.suffix };
     let inertial = element.child("inertial");
-    let weighs_geoms = match importer.compiler(element).inertia_source {
+    let compiler = importer.compiler(element);
+    let weighing_groups = compiler.inertia_groups;
+    let weighs_geoms = match compiler.inertia_source {
         InertiaSource::Auto => inertial.is_none(),
         InertiaSource::Geoms => true,
         InertiaSource::Inertial => false,
     };
-    let mut body = OpenBody { id, pose: parent_pose * placement, weights: Vec::new(), weighs_geoms, stays: false };
+    let pose = parent_pose * placement;
+    let mut body = OpenBody { id, pose, weights: Vec::new(), weighs_geoms, weighing_groups, stays: false };
     if inertial.is_none() && !keeps_a_shape(importer, element, inner.class)? {
         let what = "all its shapes are left out, so that it has no mass";
         importer.report.motion(element.at(), "body", what, "it stays where it is: give it an <inertial>");

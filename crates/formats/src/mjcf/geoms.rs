@@ -57,7 +57,7 @@ pub(super) fn read<'t>(
     let Some(shape) = read_shape(importer, &a)? else { return Ok(()) };
     let placement = scope.frame * shape.placement;
     let placement = Pose::new(placement.position, unit_rotation(placement.rotation));
-    weigh(importer, &a, &shape, &placement, body)?;
+    weigh(&a, &shape, &placement, body)?;
     let mut geom = Geom::new("", shape.geometry);
     geom.placement = placement;
     read_contact(importer, &a, &mut geom)?;
@@ -209,16 +209,10 @@ fn mesh_shape(
     Ok(Some(Shape { geometry, placement, mesh: Some(asset) }))
 }
 
-fn weigh(
-    importer: &Importer,
-    a: &Attributes,
-    shape: &Shape,
-    placement: &Pose,
-    body: &mut OpenBody,
-) -> Result<(), FormatError> {
+fn weigh(a: &Attributes, shape: &Shape, placement: &Pose, body: &mut OpenBody) -> Result<(), FormatError> {
     let (mass, density) = (a.non_negative("mass")?, a.non_negative("density")?.unwrap_or(1000.0));
     let group = a.integer("group")?.unwrap_or(0);
-    let [first, last] = importer.compiler(a.element()).inertia_groups;
+    let [first, last] = body.weighing_groups;
     let weightless = mass == Some(0.0) || (mass.is_none() && density == 0.0);
     if !body.weighs_geoms || weightless || group < first || group > last {
         return Ok(());

@@ -32,6 +32,8 @@ pub(super) struct OpenBody {
     /// What its geoms weigh; empty if its inertia does not come from geoms.
     pub weights: Vec<Inertia>,
     pub weighs_geoms: bool,
+    /// First and last group of the geoms that weigh: the body's own document says so, of attached geoms, too.
+    pub weighing_groups: [i64; 2],
     /// Whether it has no joints, whatever the file says.
     pub stays: bool,
 }

@@ -89,6 +89,20 @@ fn defaults_of_what_an_attached_model_attaches_stay_there() {
     );
 }
 
+/// The groups are those of the body's file: in MuJoCo 4.0 `arm` weighs 2 kg, and `p_hand` 3 kg.
+#[test]
+fn the_file_of_a_body_says_which_geoms_weigh() {
+    let part = "<mujoco><worldbody><frame name='f'><geom size='.1' mass='2'/><geom size='.1' mass='1' group='3'/></frame>\
+                <body name='hand'><geom size='.1' mass='3' group='3'/></body></worldbody></mujoco>";
+    let main = "<mujoco><compiler inertiagrouprange='0 2'/><asset><model name='part' file='part.xml'/></asset>\
+                <worldbody><body name='arm'><attach model='part' frame='f' prefix='f_'/></body>\
+                <attach model='part' body='hand' prefix='p_'/></worldbody></mujoco>";
+    let files = Files::new("weighing-groups", &[("main.xml", main), ("part.xml", part)]);
+    let model = mjcf(&files.path("main.xml"));
+    let masses: Vec<f64> = model.bodies.iter().map(|body| body.inertia.mass).collect();
+    assert_eq!(masses, [0.0, 2.0, 3.0]);
+}
+
 #[test]
 fn packages_that_are_files() {
     let mesh = tetrahedron(0.5);
