@@ -2,11 +2,14 @@
 
 use std::collections::HashSet;
 
-use signorini_multibody::{BodyId, GeomId, GeomPair};
+use signorini_multibody::{BodyId, GeomId, GeomPair, SpinResistance};
 
 use super::importer::Importer;
 use crate::error::FormatError;
 use crate::xml::{Attributes, Element};
+
+/// Of a pair that does not say its own: sliding along two directions, spinning and rolling in m (MuJoCo's default).
+const FRICTION: [f64; 5] = [1.0, 1.0, 0.005, 0.0001, 0.0001];
 
 pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result<(), FormatError> {
     for element in root.children_named("contact").flat_map(|c| c.children()) {
@@ -40,28 +43,23 @@ pub(super) fn measured_geoms<'t>(root: Element<'t>) -> HashSet<&'t str> {
     sensors.flat_map(|s| ["geom1", "geom2"].map(|end| s.attributes().text(end))).flatten().collect()
 }
 
+/// A pair says all of its contact itself; what its geoms say does not count (MuJoCo 4, `contact/pair`).
 fn read_pair<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<(), FormatError> {
     let a = importer.defaults.of(element, None, &["pair"])?;
     let (geom_a, geom_b) = (geom(importer, &a, "geom1")?, geom(importer, &a, "geom2")?);
-    let [first, second] = [geom_a, geom_b].map(|g| importer.contact_properties[g.index()]);
-    let mixed = first.friction.max(second.friction);
-    let spinning = first.spinning_friction.max(second.spinning_friction);
-    let rolling = first.rolling_friction.max(second.rolling_friction);
-    let ([slide_x, slide_y, spinning_friction, roll_x, roll_y], given) =
-        a.overlay::<5>("friction", [mixed, mixed, spinning, rolling, rolling])?;
+    let ([slide_x, slide_y, spinning_friction, roll_x, roll_y], _) = a.overlay::<5>("friction", FRICTION)?;
     if slide_x < 0.0 || spinning_friction < 0.0 || roll_x < 0.0 {
         return Err(a.invalid("friction", "numbers that are not negative"));
     }
-    if given >= 2 && slide_x != slide_y {
+    if slide_x != slide_y {
         let effect = "the first of the two sliding coefficients counts in all directions";
         importer.report.motion(a.at("friction"), "pair", "anisotropic friction is not supported", effect);
     }
-    if given >= 5 && roll_x != roll_y {
+    if roll_x != roll_y {
         let effect = "the first of the two rolling coefficients counts in all directions";
         importer.report.motion(a.at("friction"), "pair", "anisotropic rolling friction is not supported", effect);
     }
-    let of_geoms = (first.frictional || second.frictional, first.spin_resistance.max(second.spin_resistance));
-    let (frictional, spin_resistance) = importer.condim(&a)?.unwrap_or(of_geoms);
+    let (frictional, spin_resistance) = importer.condim(&a)?.unwrap_or((true, SpinResistance::None));
     let friction = if frictional { slide_x } else { 0.0 };
     if !importer.contacts_disabled {
         importer.parts.builder.add_pair(
@@ -69,7 +67,7 @@ fn read_pair<'t>(importer: &mut Importer<'t>, element: Element<'t>) -> Result<()
                 .with_spin_resistance(spin_resistance)
                 .with_spinning_friction(spinning_friction)
                 .with_rolling_friction(roll_x)
-                .with_margin(a.non_negative("margin")?),
+                .with_margin(a.non_negative("margin")?.unwrap_or(0.0)),
         );
     }
     Ok(())

@@ -8,7 +8,7 @@ use signorini_multibody::{Geom, Geometry, Pose, SpinResistance, unit_rotation};
 
 use super::assets::MeshAsset;
 use super::compiler::z_to;
-use super::importer::{ContactProperties, Importer};
+use super::importer::Importer;
 use super::looks;
 use super::scope::{OpenBody, Scope};
 use crate::error::FormatError;
@@ -75,13 +75,6 @@ pub(super) fn read<'t>(
     geom.grain = name.as_deref().and_then(|name| importer.grains.get(name)).map(|(grain, _)| *grain);
     geom.restitution = importer.restitution.of(name.as_deref());
     for (k, geometry) in touching_parts(importer, element, name.as_deref(), &geom).into_iter().enumerate() {
-        importer.contact_properties.push(ContactProperties {
-            friction: geom.friction,
-            frictional: geom.frictional,
-            spin_resistance: geom.spin_resistance,
-            spinning_friction: geom.spinning_friction,
-            rolling_friction: geom.rolling_friction,
-        });
         let name = name.as_deref().map(|name| match k {
             0 => name.to_owned(),
             _ => importer.parts.unused_name(&format!("{name}_part{k}")),

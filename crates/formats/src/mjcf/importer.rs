@@ -19,16 +19,6 @@ use crate::xml::{Attributes, Element};
 /// Elements read under `<worldbody>`, copies counted, beyond which a file is refused.
 const MAX_ELEMENTS: usize = 4_000_000;
 
-/// Contact properties of a geom, for pairs.
-#[derive(Clone, Copy)]
-pub(super) struct ContactProperties {
-    pub friction: f64,
-    pub frictional: bool,
-    pub spin_resistance: SpinResistance,
-    pub spinning_friction: f64,
-    pub rolling_friction: f64,
-}
-
 /// A camera with the name of the body at which it looks, which may come later in the file.
 pub(super) struct AimedCamera<'t> {
     pub camera: Camera,
@@ -46,8 +36,6 @@ pub(super) struct Importer<'t> {
     pub textures: Textures<'t>,
     pub parts: Parts,
     pub report: Reporter,
-    /// By geom.
-    pub contact_properties: Vec<ContactProperties>,
     /// Geoms with the frame of a mesh's file.
     pub mesh_geoms: HashSet<GeomId>,
     /// Cameras whose bodies are not all known yet.

@@ -82,7 +82,6 @@ fn read(tree: &Tree, (base, folders): (&Path, &[PathBuf]), options: &LoadOptions
         defaults,
         parts: Parts::new(root.attributes().text("model").unwrap_or("MuJoCo Model"), root, reserved),
         report: Reporter::default(),
-        contact_properties: Vec::new(),
         mesh_geoms: HashSet::new(),
         cameras: Vec::new(),
         camera_names: Vec::new(),

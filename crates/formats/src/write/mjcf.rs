@@ -81,11 +81,10 @@ fn contact(model: &Model, left_out: &mut Vec<String>) -> Tag {
             .with("geom1", names[0])
             .with("geom2", names[1])
             .numbers("condim", &[condim(true, pair.spin_resistance)])
-            .numbers("friction", &[slide, slide, spin, roll, roll]);
-        section.push(match pair.margin {
-            Some(margin) => tag.numbers("margin", &[margin]),
-            None => tag,
-        });
+            .numbers("friction", &[slide, slide, spin, roll, roll])
+            // Without a word on it a pair of MJCF has none, whatever its geoms have.
+            .numbers("margin", &[model.pair_margin(pair.geom_a, pair.geom_b)]);
+        section.push(tag);
         if pair.restitution.is_some() {
             let what = "has a restitution of its own, which MJCF cannot say: that of its geoms counts";
             left_out.push(format!("the pair of '{}' and '{}' {what}", names[0], names[1]));

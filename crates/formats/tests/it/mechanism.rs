@@ -1,6 +1,6 @@
 //! Constraints, further friction, restitution: what the files say is in the model.
 
-use signorini_formats::{LoadOptions, load_mjcf_str, load_urdf_str};
+use signorini_formats::{LoadOptions, load_mjcf_str, load_urdf_str, write_mjcf};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{ActuatorKind, EqualityKind, JointKind, Kinematics, Model, SpinResistance, State};
 use signorini_multibody::{
@@ -167,6 +167,38 @@ fn contact_dimension_and_three_coefficients_are_read() {
     assert_eq!(model.pair_spin_friction(f, g), [0.02, 0.003]);
     assert_eq!(model.pair_spin_friction(f, h), [0.05, 0.003]);
     assert_eq!((model.pair_spin_friction(g, h), model.pair_friction(h, g)), ([0.01, 0.0], 0.3));
+}
+
+/// Numbers of MuJoCo 4.0 (`pair_dim`, `pair_friction`, `pair_margin`), also after writing the model.
+#[test]
+fn pairs_take_nothing_over_from_their_geoms() {
+    let bodies = ["a", "b"].map(|name| {
+        format!(
+            "<body name='{name}'><freejoint/><geom name='{name}' size='.1' friction='.2 .01 .001' condim='6' margin='.01'/></body>"
+        )
+    });
+    let pair = |more: &str| {
+        let pair = format!("<contact><pair geom1='a' geom2='b' {more}/></contact>");
+        mjcf(&format!("<worldbody>{}</worldbody>{pair}", bodies.concat()))
+    };
+    for (more, resistance, spin, margin) in [
+        ("", SpinResistance::None, [0.0, 0.0], 0.0),
+        ("condim='6'", SpinResistance::Rolling, [0.005, 0.0001], 0.0),
+        ("condim='4' margin='.02'", SpinResistance::Spinning, [0.005, 0.0], 0.02),
+    ] {
+        let model = pair(more);
+        let written = load_mjcf_str(&write_mjcf(&model).text, "").unwrap().model;
+        for model in [model, written] {
+            let [a, b] = ["a", "b"].map(|name| model.geom_named(name).unwrap());
+            assert_eq!((model.pair_friction(a, b), model.pair_margin(a, b)), (1.0, margin), "{more}");
+            assert_eq!((model.pairs[0].spin_resistance, model.pair_spin_friction(a, b)), (resistance, spin), "{more}");
+        }
+    }
+    // MJCF's word for "the sum of the geoms' margins" is the number.
+    let mut model = pair("");
+    model.pairs[0].margin = None;
+    let written = load_mjcf_str(&write_mjcf(&model).text, "").unwrap().model;
+    assert_eq!(written.pairs[0].margin, Some(0.02));
 }
 
 #[test]
