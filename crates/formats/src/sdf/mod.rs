@@ -24,6 +24,8 @@ mod visuals;
 use std::collections::HashSet;
 use std::path::Path;
 
+use signorini_multibody::glam::DVec3;
+
 use crate::armature::{arm_dependent_joints, arm_massless_joints};
 use crate::decompose::Decomposer;
 use crate::error::FormatError;
@@ -34,6 +36,9 @@ use crate::report::Reporter;
 use crate::visuals::{TOUCHED, Visuals};
 use crate::xml::{Element, Tree};
 use importer::Importer;
+
+/// Where no world says its own, m/s² (SDFormat, `<world><gravity>`).
+const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.8);
 
 /// Turns a parsed document into a model.
 pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
@@ -62,6 +67,7 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
     if options.floor {
         importer.parts.add_floor(root)?;
     }
+    importer.parts.builder.gravity(GRAVITY);
     if let Some(world) = world {
         read_world(&mut importer, world)?;
     }

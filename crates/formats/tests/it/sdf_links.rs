@@ -23,6 +23,15 @@ fn free_velocity(model: &Model) -> Vec<f64> {
     motion.free_velocity
 }
 
+/// SDFormat's own number, of worlds that say none and of models without a world.
+#[test]
+fn gravity_is_the_default_of_the_format() {
+    let model = "<model name='ball'><link name='l'/></model>";
+    for text in [model.to_owned(), format!("<world name='w'>{model}</world>")] {
+        assert_eq!(import(&text).model.gravity, DVec3::new(0.0, 0.0, -9.8));
+    }
+}
+
 #[test]
 fn links_without_gravity_do_not_fall() {
     let link = |name: &str, gravity: &str| {
