@@ -1,7 +1,7 @@
 //! A model as MJCF.
 
-use signorini_multibody::glam::DQuat;
-use signorini_multibody::{ActuatorKind, EqualityKind, Keyframe, Model};
+use signorini_multibody::glam::{DQuat, DVec3};
+use signorini_multibody::{ActuatorKind, BodyId, EqualityKind, Keyframe, Model};
 
 use super::actuation;
 use super::element::{Tag, list};
@@ -100,18 +100,10 @@ fn contact(model: &Model, left_out: &mut Vec<String>) -> Tag {
 fn equality(model: &Model, left_out: &mut Vec<String>) -> Tag {
     let mut section = Tag::new("equality");
     for constraint in &model.equalities {
-        let body = |id: signorini_multibody::BodyId| model.bodies[id.index()].name.as_str();
+        let body = |id: BodyId| model.bodies[id.index()].name.as_str();
         let tag = match constraint.kind {
             EqualityKind::Connect { body_a, point_a, body_b, point_b } => {
-                let [pose_a, pose_b] = [body_a, body_b].map(|id| model.reference_pose(id));
-                let at_reference = pose_b.inverse().transform_point(pose_a.transform_point(point_a));
-                if (at_reference - point_b).length() > 1e-12 * (1.0 + point_b.length()) {
-                    let what = "joins points that are apart at the reference configuration, which MJCF cannot say without sites";
-                    left_out
-                        .push(format!("the constraint '{}' {what}: it joins them where the first is", constraint.name));
-                }
-                let tag = Tag::new("connect").with("body1", body(body_a)).with("body2", body(body_b));
-                tag.numbers("anchor", &point_a.to_array())
+                connect(model, &constraint.name, [(body_a, point_a), (body_b, point_b)], left_out)
             }
             EqualityKind::Weld { body_a, frame_a, body_b, frame_b } => {
                 let (p, r) = (frame_a.position, (frame_a * frame_b.inverse()).rotation);
@@ -139,6 +131,26 @@ fn equality(model: &Model, left_out: &mut Vec<String>) -> Tag {
         section.push(tag.with("name", &constraint.name));
     }
     section
+}
+
+/// Two points of bodies that are one: as the first of them, or, where the second is elsewhere at the reference configuration, as the sites
+/// there.
+fn connect(model: &Model, name: &str, ends: [(BodyId, DVec3); 2], left_out: &mut Vec<String>) -> Tag {
+    let [(body_a, point_a), (body_b, point_b)] = ends;
+    let [pose_a, pose_b] = [body_a, body_b].map(|id| model.reference_pose(id));
+    let at_reference = pose_b.inverse().transform_point(pose_a.transform_point(point_a));
+    let are_apart = (at_reference - point_b).length() > 1e-12 * (1.0 + point_b.length());
+    let site = |(body, point)| model.sites.iter().find(|s| s.body == body && s.placement.position == point);
+    if let (true, [Some(a), Some(b)]) = (are_apart, ends.map(site)) {
+        return Tag::new("connect").with("site1", &a.name).with("site2", &b.name);
+    }
+    if are_apart {
+        let what =
+            "joins points that are apart at the reference configuration, which MJCF cannot say without sites there";
+        left_out.push(format!("the constraint '{name}' {what}: it joins them where the first is"));
+    }
+    let [a, b] = [body_a, body_b].map(|id| model.bodies[id.index()].name.as_str());
+    Tag::new("connect").with("body1", a).with("body2", b).numbers("anchor", &point_a.to_array())
 }
 
 fn keyframe(keyframe: &Keyframe) -> Tag {

@@ -14,6 +14,10 @@ fn mjcf(inner: &str) -> Model {
     imported.model
 }
 
+fn mjcf_of(text: &str) -> Model {
+    load_mjcf_str(text, "").unwrap().model
+}
+
 fn refusal(inner: &str) -> String {
     load_mjcf_str(&format!("<mujoco>\n{inner}\n</mujoco>"), "").unwrap_err().to_string()
 }
@@ -92,6 +96,9 @@ fn constraints_between_sites_join_their_frames() {
     assert!((difference - wanted).length().min((difference + wanted).length()) < 1e-12, "{difference}");
     let EqualityKind::Weld { frame_a, frame_b, .. } = model.equalities[1].kind else { panic!("a weld") };
     assert_eq!((frame_a, frame_b), (model.sites[0].placement, model.sites[1].placement));
+    let written = write_mjcf(&model);
+    assert!(written.left_out.is_empty(), "{:?}", written.left_out);
+    assert_eq!(mjcf_of(&written.text).equalities[0], model.equalities[0]);
     let with_body = format!("{rods}<equality><connect site1='s' site2='t' anchor='0 0 0'/></equality>");
     assert!(refusal(&with_body).contains("anchor"), "{}", refusal(&with_body));
     assert!(refusal(&format!("{rods}<equality><weld site1='s' site2='u'/></equality>")).contains("'u'"));
@@ -187,7 +194,7 @@ fn pairs_take_nothing_over_from_their_geoms() {
         ("condim='4' margin='.02'", SpinResistance::Spinning, [0.005, 0.0], 0.02),
     ] {
         let model = pair(more);
-        let written = load_mjcf_str(&write_mjcf(&model).text, "").unwrap().model;
+        let written = mjcf_of(&write_mjcf(&model).text);
         for model in [model, written] {
             let [a, b] = ["a", "b"].map(|name| model.geom_named(name).unwrap());
             assert_eq!((model.pair_friction(a, b), model.pair_margin(a, b)), (1.0, margin), "{more}");
@@ -197,7 +204,7 @@ fn pairs_take_nothing_over_from_their_geoms() {
     // MJCF's word for "the sum of the geoms' margins" is the number.
     let mut model = pair("");
     model.pairs[0].margin = None;
-    let written = load_mjcf_str(&write_mjcf(&model).text, "").unwrap().model;
+    let written = mjcf_of(&write_mjcf(&model).text);
     assert_eq!(written.pairs[0].margin, Some(0.02));
 }
 
