@@ -33,10 +33,22 @@ pub(super) fn read<'t>(importer: &mut Importer<'t>, root: Element<'t>) -> Result
         if !a.flag("active")?.unwrap_or(true) || importer.equalities_disabled {
             continue;
         }
+        if a.has("site1") && is_within_one_body(&kind) {
+            let effect = "it is left out: nothing moves them against each other";
+            importer.report.motion(element.at(), element.name(), "joins two sites of one body", effect);
+            continue;
+        }
         let name = element.raw("name").map(|n| n.value.trim().to_owned()).filter(|n| !n.is_empty());
         importer.parts.add_equality(element, name, kind)?;
     }
     Ok(())
+}
+
+fn is_within_one_body(kind: &EqualityKind) -> bool {
+    match kind {
+        EqualityKind::Connect { body_a, body_b, .. } | EqualityKind::Weld { body_a, body_b, .. } => body_a == body_b,
+        EqualityKind::Joint { .. } | EqualityKind::Tendon { .. } => false,
+    }
 }
 
 /// The frames of two sites in their bodies, which are to coincide; nothing where bodies are named instead.

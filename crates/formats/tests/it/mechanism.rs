@@ -104,6 +104,20 @@ fn constraints_between_sites_join_their_frames() {
     assert!(refusal(&format!("{rods}<equality><weld site1='s' site2='u'/></equality>")).contains("'u'"));
 }
 
+/// MuJoCo 4.0 reads such files, too; a body named twice it refuses.
+#[test]
+fn constraints_between_sites_of_one_body_are_left_out() {
+    let body = "<worldbody><body name='a'><freejoint/><geom size='.1'/><site name='s'/><site name='t' pos='1 0 0'/></body></worldbody>";
+    let text = |constraint: &str| format!("<mujoco>{body}<equality>\n{constraint}</equality></mujoco>");
+    for sort in ["connect", "weld"] {
+        let imported = load_mjcf_str(&text(&format!("<{sort} site1='s' site2='t'/>")), "").unwrap();
+        let [warning] = &imported.report.warnings[..] else { panic!("{}", imported.report) };
+        assert_eq!((imported.model.equalities.len(), warning.line, warning.element.as_str()), (0, 2, sort));
+    }
+    let twice = load_mjcf_str(&text("<weld body1='a' body2='a'/>"), "").unwrap_err().to_string();
+    assert!(twice.contains("body 'a' and itself: it takes two"), "{twice}");
+}
+
 #[test]
 fn constraints_that_are_off_are_left_out() {
     let off = "<default><equality active='false'/></default>";

@@ -90,7 +90,7 @@ pub enum ModelError {
         reason: String,
     },
     /// What is between two parts has the same one twice.
-    #[error("{part} is between {sort} '{name}' and itself: it takes two {sort}s")]
+    #[error("{part} is between {sort} '{name}' and itself: it takes two")]
     SamePart {
         /// What is between them.
         part: String,
