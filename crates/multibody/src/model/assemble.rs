@@ -95,8 +95,7 @@ impl Parts {
         let na = self.place_activations();
         let sensor_size = self.place_sensors();
         let weld = &order.body_weld;
-        let weld_parent = weld.iter().map(|w| weld[self.bodies[w.index()].parent.index()]).collect();
-        let contact_filter = ContactFilter::new(&self.pairs, &self.excluded, weld.clone(), weld_parent);
+        let contact_filter = ContactFilter::new(&self.pairs, &self.excluded, &self.bodies, weld.clone());
         let path = PathStep::all(&self.bodies, &order.joints);
         Model {
             name: self.name,

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{BodyId, Geom, GeomId, GeomPair};
+use super::{Body, BodyId, Geom, GeomId, GeomPair};
 
 /// Decides which pairs of geoms are looked at (MuJoCo's rules: explicit pairs always; otherwise the masks must meet, the
 /// bodies must not be welded together, must not be parent and child unless the parent is the world, and must not be excluded).
@@ -11,23 +11,27 @@ pub struct ContactFilter {
     pairs: BTreeSet<(GeomId, GeomId)>,
     excluded: BTreeSet<(BodyId, BodyId)>,
     weld: Vec<BodyId>,
-    weld_parent: Vec<BodyId>,
+    /// For every body the root of its weld group, or the mocap body that carries it.
+    carrier: Vec<BodyId>,
+    /// For every body the carrier of what its weld group hangs on by joints.
+    carrier_parent: Vec<BodyId>,
 }
 
 impl ContactFilter {
-    /// - `weld`: for every body the root of its weld group;
-    /// - `weld_parent`: for every body the weld root of the parent of its weld root.
-    pub(super) fn new(
-        pairs: &[GeomPair],
-        excluded: &[(BodyId, BodyId)],
-        weld: Vec<BodyId>,
-        weld_parent: Vec<BodyId>,
-    ) -> Self {
+    /// - `bodies`: parents before children;
+    /// - `weld`: for every body the root of its weld group.
+    pub(super) fn new(pairs: &[GeomPair], excluded: &[(BodyId, BodyId)], bodies: &[Body], weld: Vec<BodyId>) -> Self {
+        let mut carrier = weld.clone();
+        for (i, body) in bodies.iter().enumerate().filter(|(i, _)| weld[*i] == BodyId::WORLD) {
+            carrier[i] = if body.mocap.is_some() { BodyId(i as u32) } else { carrier[body.parent.index()] };
+        }
+        let carrier_parent = weld.iter().map(|root| carrier[bodies[root.index()].parent.index()]).collect();
         Self {
             pairs: pairs.iter().map(|p| ordered(p.geom_a, p.geom_b)).collect(),
             excluded: excluded.iter().map(|&(a, b)| ordered(a, b)).collect(),
             weld,
-            weld_parent,
+            carrier,
+            carrier_parent,
         }
     }
 
@@ -50,10 +54,10 @@ impl ContactFilter {
         self.excluded.iter()
     }
 
-    /// Parent and child across a joint, the world not counted as a parent.
+    /// Parent and child across a joint, the world not counted as a parent, a mocap body as one.
     fn are_neighbours(&self, a: BodyId, b: BodyId) -> bool {
         let is_parent = |p: BodyId, c: BodyId| {
-            self.weld[p.index()] != BodyId::WORLD && self.weld_parent[c.index()] == self.weld[p.index()]
+            self.carrier[p.index()] != BodyId::WORLD && self.carrier_parent[c.index()] == self.carrier[p.index()]
         };
         is_parent(a, b) || is_parent(b, a)
     }

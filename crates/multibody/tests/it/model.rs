@@ -198,3 +198,20 @@ fn geoms_touch_by_the_rules_of_masks_joints_and_pairs() {
     assert_eq!(touching(&paired), expected);
     assert_eq!(paired.contact_filter.excluded_bodies().collect::<Vec<_>>(), [&(hand, rock)]);
 }
+
+/// MuJoCo 4.0 finds the same pairs: what hangs on a mocap body by a joint does not touch it, nor what is fixed to it.
+#[test]
+fn a_mocap_body_is_a_parent_and_no_surroundings() {
+    let ball = |name: &str| Geom::new(name, Geometry::Sphere { radius: 0.1 });
+    let hinge = |name: &str| Joint::new(name, JointKind::Hinge { axis: DVec3::Y });
+    let mut builder = ModelBuilder::new("carried");
+    builder.body("table").solid(ball("table"), 1.0).add().unwrap();
+    let stand = builder.body("stand").solid(ball("stand"), 1.0).add().unwrap();
+    builder.set_mocap(stand).unwrap();
+    let bracket = builder.body("bracket").on(stand).solid(ball("bracket"), 1.0).add().unwrap();
+    let arm = builder.body("arm").on(bracket).joint(hinge("shoulder")).solid(ball("arm"), 1.0).add().unwrap();
+    builder.body("hand").on(arm).joint(hinge("wrist")).solid(ball("hand"), 1.0).add().unwrap();
+    let mut expected = [["table", "arm"], ["table", "hand"], ["stand", "hand"], ["bracket", "hand"]];
+    expected.sort_unstable();
+    assert_eq!(touching(&builder.build().unwrap()), expected);
+}
