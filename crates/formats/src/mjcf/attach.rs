@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use super::compiler::portable;
 use super::include;
+use super::order::Arrivals;
 use super::references::{Names, REFERRING, Sort, references};
 use crate::error::FormatError;
 use crate::mesh::read_file;
@@ -21,28 +22,29 @@ const MAX_DEPTH: usize = 16;
 /// What the class at the top of an attached model is called after its prefix, whatever its own name is.
 const MAIN: &str = "main";
 
-/// A model that can be attached, with the folders of its documents.
+/// A model that can be attached, with the folders of its documents and what came along with those that it attaches itself.
 struct Attachable {
     tree: Tree,
     folders: Vec<PathBuf>,
+    arrivals: Arrivals,
 }
 
-/// Replaces every `<attach>`; the folders of the documents that the tree then consists of, by origin.
-pub(super) fn expand(tree: &mut Tree, base: &Path) -> Result<Vec<PathBuf>, FormatError> {
+/// Replaces every `<attach>`; the folders of the documents that the tree then consists of, by origin, and what came along with which.
+pub(super) fn expand(tree: &mut Tree, base: &Path) -> Result<(Vec<PathBuf>, Arrivals), FormatError> {
     expand_within(tree, base, 0)
 }
 
-fn expand_within(tree: &mut Tree, base: &Path, depth: usize) -> Result<Vec<PathBuf>, FormatError> {
-    let mut folders = vec![base.to_owned()];
+fn expand_within(tree: &mut Tree, base: &Path, depth: usize) -> Result<(Vec<PathBuf>, Arrivals), FormatError> {
+    let (mut folders, mut arrivals) = (vec![base.to_owned()], Arrivals::default());
     if !tree.elements().any(|e| e.is("attach")) {
-        return Ok(folders);
+        return Ok((folders, arrivals));
     }
     let models = read_models(tree, base, depth)?;
     while let Some(index) = next(tree)? {
-        attach(tree, index, &models, &mut folders)?;
+        attach(tree, index, &models, &mut folders, &mut arrivals)?;
     }
     tree.check_depth()?;
-    Ok(folders)
+    Ok((folders, arrivals))
 }
 
 /// The models that `<asset>` names, with what they attach themselves.
@@ -61,9 +63,9 @@ fn read_models(tree: &Tree, base: &Path, depth: usize) -> Result<HashMap<String,
         let mut model = parse(&text, &path.to_string_lossy())?;
         let folder = path.parent().unwrap_or(base).to_owned();
         include::expand(&mut model, &folder, Some(&path))?;
-        let folders = expand_within(&mut model, &folder, depth + 1)?;
+        let (folders, arrivals) = expand_within(&mut model, &folder, depth + 1)?;
         let own = model.root().attributes().text("model").unwrap_or("MuJoCo Model").to_owned();
-        models.insert(a.text("name").map_or(own, str::to_owned), Attachable { tree: model, folders });
+        models.insert(a.text("name").map_or(own, str::to_owned), Attachable { tree: model, folders, arrivals });
     }
     Ok(models)
 }
@@ -101,6 +103,7 @@ fn attach(
     index: usize,
     models: &HashMap<String, Attachable>,
     folders: &mut Vec<PathBuf>,
+    arrivals: &mut Arrivals,
 ) -> Result<(), FormatError> {
     let a = tree.element(index).attributes();
     let Some(prefix) = a.text("prefix").map(str::to_owned) else {
@@ -134,6 +137,10 @@ fn attach(
         tree.set_attribute(index, "childclass", &class);
     }
     tree.move_to_root(&sections.iter().map(|k| k + offset).collect::<Vec<_>>());
+    let earlier = other.map_or_else(|| arrivals.clone(), |model| model.arrivals.clone());
+    for section in sections {
+        arrivals.add(section + offset, earlier.of(section).map_or(index, |with| with + offset));
+    }
     Ok(())
 }
 

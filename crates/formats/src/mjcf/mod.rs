@@ -25,6 +25,7 @@ mod laws;
 mod looks;
 mod muscles;
 mod options;
+mod order;
 mod references;
 mod replicate;
 mod restitution;
@@ -61,8 +62,9 @@ pub(crate) fn import(
     options: &LoadOptions,
 ) -> Result<Imported, FormatError> {
     include::expand(&mut tree, base, main)?;
-    let folders = attach::expand(&mut tree, base)?;
-    replicate::expand_references(&mut tree)?;
+    let (folders, mut arrivals) = attach::expand(&mut tree, base)?;
+    replicate::expand_references(&mut tree, &mut arrivals)?;
+    arrivals.sort(&mut tree);
     read(&tree, (base, &folders), options)
         .map_err(|error| explain(error, |report| coverage::audit(tree.root(), report)))
 }

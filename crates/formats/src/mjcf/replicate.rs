@@ -1,5 +1,6 @@
 //! What refers to parts inside `<replicate>` is replicated with them.
 
+use super::order::Arrivals;
 use super::references::{Names, REFERRING, Sort, references};
 use crate::error::FormatError;
 use crate::xml::{Element, Tree};
@@ -19,7 +20,7 @@ pub(super) fn suffixes(element: Element) -> Result<Vec<String>, FormatError> {
 }
 
 /// Replaces every tendon, constraint, actuator or sensor that refers to a part of a `<replicate>` by one for each copy.
-pub(super) fn expand_references(tree: &mut Tree) -> Result<(), FormatError> {
+pub(super) fn expand_references(tree: &mut Tree, arrivals: &mut Arrivals) -> Result<(), FormatError> {
     let worlds = tree.root().children_named("worldbody");
     let replicates: Vec<usize> = worlds.flat_map(innermost_first).map(|e| e.index()).collect();
     for index in replicates {
@@ -34,7 +35,9 @@ pub(super) fn expand_references(tree: &mut Tree) -> Result<(), FormatError> {
             continue;
         }
         for section in REFERRING {
-            replicate_in(tree, section, &suffixes, &mut names);
+            if let Some(copies) = replicate_in(tree, section, &suffixes, &mut names) {
+                arrivals.add(copies, index);
+            }
         }
         tree.check_size()?;
     }
@@ -66,21 +69,24 @@ fn inner_names(element: Element, outer: Element) -> Result<Vec<String>, FormatEr
     Ok(names)
 }
 
-/// Replaces the elements of the sections of a name that refer to `names` by copies with suffixes: one copy of all of them after the other,
-/// behind everything else, as MuJoCo has them. Their own names become some that can be referred to.
-fn replicate_in(tree: &mut Tree, section: &str, suffixes: &[String], names: &mut Names) {
-    let sections: Vec<usize> = tree.root().children().filter(|e| e.is(section)).map(|e| e.index()).collect();
+/// Replaces the elements of the sections of a name that refer to `names` by copies with suffixes: one copy of all of them after the other, in
+/// a section of their own, which is returned if there are any. Their own names become some that can be referred to.
+fn replicate_in(tree: &mut Tree, name: &str, suffixes: &[String], names: &mut Names) -> Option<usize> {
+    let sections: Vec<usize> = tree.root().children().filter(|e| e.is(name)).map(|e| e.index()).collect();
     let refers = |e: &Element| {
         let parts = e.descendants();
         parts.iter().any(|part| references(*part).any(|(_, sort, name)| names.has(sort, name)))
     };
     let all = sections.iter().flat_map(|&section| tree.element(section).children());
     let referring: Vec<usize> = all.filter(refers).map(|e| e.index()).collect();
-    let Some(&last) = sections.last().filter(|_| !referring.is_empty()) else { return };
+    if referring.is_empty() {
+        return None;
+    }
     for section in sections {
         tree.retain_children(section, |e| !referring.contains(&e.index()));
     }
     referring.iter().for_each(|&child| names.add(tree.element(child)));
+    let copies = tree.add_child(0, name);
     for suffix in suffixes {
         for &child in &referring {
             let copy = tree.copy(child);
@@ -89,9 +95,10 @@ fn replicate_in(tree: &mut Tree, section: &str, suffixes: &[String], names: &mut
                     tree.set_attribute(part, &attribute, &value);
                 }
             }
-            tree.adopt(last, copy);
+            tree.adopt(copies, copy);
         }
     }
+    Some(copies)
 }
 
 /// The attributes that get the suffix: the name, and references to parts that are replicated.

@@ -48,11 +48,10 @@ impl Tree {
 
     /// Turns the element at `index` into another one of this name, without attributes and with these children.
     pub fn replace(&mut self, index: usize, name: &str, children: Vec<usize>) {
-        children.iter().for_each(|&child| self.nodes[child].parent = Some(index));
         let node = &mut self.nodes[index];
         node.name = name.to_owned();
         node.attributes.clear();
-        node.children = children;
+        self.set_children(index, children);
     }
 
     /// Adds an element without attributes to `parent`; its index.
@@ -69,6 +68,12 @@ impl Tree {
         self.nodes.push(node);
         self.nodes[parent].children.push(index);
         index
+    }
+
+    /// Gives an element these children.
+    pub fn set_children(&mut self, index: usize, children: Vec<usize>) {
+        children.iter().for_each(|&child| self.nodes[child].parent = Some(index));
+        self.nodes[index].children = children;
     }
 
     /// Keeps those children of an element that are wanted.

@@ -89,6 +89,43 @@ fn defaults_of_what_an_attached_model_attaches_stay_there() {
     );
 }
 
+/// MuJoCo 4.0 has tendons, actuators and sensors in this order, which is that of controls and readings.
+#[test]
+fn what_comes_along_is_in_the_order_of_the_bodies() {
+    let referring = |part: &str, joint: &str| {
+        format!(
+            "<tendon><fixed name='t{part}'><joint joint='{joint}' coef='1'/></fixed></tendon><actuator><motor name='u{part}' joint='{joint}'/>\
+             </actuator><sensor><jointpos name='q{part}' joint='{joint}'/></sensor>"
+        )
+    };
+    let body = |joint: &str, inside: &str| {
+        format!("<body name='b{joint}'><joint name='{joint}'/><geom size='.1'/>{inside}</body>")
+    };
+    let part = body("p", &format!("<replicate count='2' sep='_'>{}</replicate>", body("r", "")));
+    let part = format!("<mujoco><worldbody>{part}</worldbody>{}{}</mujoco>", referring("r", "r"), referring("p", "p"));
+    let attach = |prefix: &str| format!("<attach model='part' prefix='{prefix}_'/>");
+    let inner = format!("<replicate count='2' sep='+'>{}</replicate>", body("l", ""));
+    let copied = format!("<replicate count='2' sep='-'>{}</replicate>", body("k", &(attach("a") + &inner)));
+    let main = format!(
+        "<mujoco><asset><model name='part' file='part.xml'/></asset><worldbody>{}<attach body='bj' prefix='y_'/></worldbody>{}{}{}</mujoco>",
+        body("j", &(copied + &attach("z"))),
+        referring("k", "k"),
+        referring("l", "l"),
+        referring("j", "j"),
+    );
+    let files = Files::new("order", &[("main.xml", &main), ("part.xml", &part)]);
+    let model = mjcf(&files.path("main.xml"));
+    let own =
+        "~j ~k-0 a_~p-0 a_~r_0-0 a_~r_1-0 ~l+0-0 ~l+1-0 ~k-1 a_~p-1 a_~r_0-1 a_~r_1-1 ~l+0-1 ~l+1-1 z_~p z_~r_0 z_~r_1";
+    let order = |sort: &str| -> Vec<String> {
+        let all = ["", "y_"].iter().flat_map(|prefix| own.split(' ').map(move |name| format!("{prefix}{name}")));
+        all.map(|name| name.replace('~', sort)).collect()
+    };
+    assert_eq!(model.tendons.iter().map(|t| t.name.clone()).collect::<Vec<_>>(), order("t"));
+    assert_eq!(model.actuators.iter().map(|a| a.name.clone()).collect::<Vec<_>>(), order("u"));
+    assert_eq!(model.sensors.iter().map(|s| s.name.clone()).collect::<Vec<_>>(), order("q"));
+}
+
 /// The groups are those of the body's file: in MuJoCo 4.0 `arm` weighs 2 kg, and `p_hand` 3 kg.
 #[test]
 fn the_file_of_a_body_says_which_geoms_weigh() {
