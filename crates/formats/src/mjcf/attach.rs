@@ -228,14 +228,17 @@ impl Prefixed<'_> {
         sections
     }
 
-    /// Whether an element comes along: of another model what refers to nothing but attached parts, of the same one what refers to any.
+    /// Whether an element comes along: of another model what refers to nothing but attached parts, of the same one what refers to any, but
+    /// for constraints and actuators (MuJoCo 4's rule).
     fn belongs(&self, element: Element, names: &Names) -> bool {
         let parts = element.descendants();
         let to_parts = parts.into_iter().flat_map(references).filter(|(_, sort, name)| {
             !(matches!(sort, Sort::Asset | Sort::Class) || *sort == Sort::Body && *name == "world")
         });
-        let mut attached = to_parts.map(|(_, sort, name)| names.has(sort, name));
-        if self.main.is_some() { attached.all(|is| is) } else { attached.any(|is| is) }
+        let attached: Vec<bool> = to_parts.map(|(_, sort, name)| names.has(sort, name)).collect();
+        let (all, any) = (!attached.contains(&false), attached.contains(&true));
+        let whole = element.parent().is_some_and(|section| section.is("equality") || section.is("actuator"));
+        if self.main.is_some() { all } else { any && (all || !whole) }
     }
 
     fn rename(&self, source: &mut Tree, elements: &HashSet<usize>, names: &Names) {

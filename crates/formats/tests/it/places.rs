@@ -126,6 +126,26 @@ fn what_comes_along_is_in_the_order_of_the_bodies() {
     assert_eq!(model.sensors.iter().map(|s| s.name.clone()).collect::<Vec<_>>(), order("q"));
 }
 
+/// As in MuJoCo 4.0.
+#[test]
+fn constraints_with_what_is_not_attached_do_not_come_along() {
+    let body =
+        |name: &str| format!("<body name='{name}'><joint name='j{name}'/><geom name='g{name}' size='.1'/></body>");
+    let text = format!(
+        "<mujoco><worldbody>{}{}<attach body='a' prefix='x_'/></worldbody><contact><exclude body1='a' body2='b'/></contact>\
+         <tendon><fixed name='t'><joint joint='ja' coef='1'/><joint joint='jb' coef='1'/></fixed></tendon>\
+         <equality><weld name='own' body1='a'/><weld name='between' body1='a' body2='b'/><joint joint1='ja' joint2='jb'/></equality>\
+         <actuator><motor name='u' tendon='t'/></actuator></mujoco>",
+        body("a"),
+        body("b")
+    );
+    let model = load_mjcf_str(&text, "").unwrap().model;
+    let names: Vec<&str> =
+        model.equalities.iter().map(|e| e.name.as_str()).filter(|name| name.starts_with("x_")).collect();
+    assert_eq!((names, model.equalities.len()), (vec!["x_own"], 4));
+    assert_eq!((model.contact_filter.excluded_bodies().count(), model.tendons.len(), model.actuators.len()), (2, 2, 2));
+}
+
 /// The groups are those of the body's file: in MuJoCo 4.0 `arm` weighs 2 kg, and `p_hand` 3 kg.
 #[test]
 fn the_file_of_a_body_says_which_geoms_weigh() {
