@@ -201,7 +201,10 @@ fn name_files_from(included: &mut Tree, folder: &Path) {
     let uris: Vec<(usize, String)> = included
         .elements()
         .filter(|e| {
-            e.is("uri") && !e.text().is_empty() && !e.text().contains("://") && !Path::new(e.text()).is_absolute()
+            (e.is("uri") || e.is("albedo_map"))
+                && !e.text().is_empty()
+                && !e.text().contains("://")
+                && !Path::new(e.text()).is_absolute()
         })
         .map(|e| (e.index(), folder.join(e.text())))
         .filter(|(_, path)| path.exists())

@@ -4,14 +4,16 @@
 //! every joint with an origin gets a frame that is attached to its parent, in which the child link stands.
 
 use crate::error::FormatError;
+use crate::urdf::{Material, Materials, limits};
 use crate::xml::{Attributes, Element, Tree};
 
 /// The shapes of URDF with the attributes that are elements in SDF.
-const SHAPES: [(&str, &[(&str, &str)]); 5] = [
+const SHAPES: [(&str, &[(&str, &str)]); 6] = [
     ("box", &[("size", "size")]),
     ("sphere", &[("radius", "radius")]),
     ("cylinder", &[("radius", "radius"), ("length", "length")]),
     ("capsule", &[("radius", "radius"), ("length", "length")]),
+    ("ellipsoid", &[("radii", "radii")]),
     ("mesh", &[("filename", "uri"), ("scale", "scale")]),
 ];
 const MOMENTS: [&str; 6] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
@@ -19,14 +21,15 @@ const MOMENTS: [&str; 6] = ["ixx", "ixy", "ixz", "iyy", "iyz", "izz"];
 /// Turns a document with a `<robot>` into one of SDF with a `<model>`.
 ///
 /// # Errors
-/// [`FormatError`] for names that are missing, and for a joint of a type that SDF does not have.
+/// [`FormatError`] for names that are missing, and for limits that are no numbers.
 pub(super) fn turn_into_sdf(tree: &mut Tree) -> Result<(), FormatError> {
     let robot = tree.root();
     let name = robot.attributes().text("name").unwrap_or("robot").to_owned();
     let children: Vec<usize> = robot.children().map(|child| child.index()).collect();
+    let materials = Materials::read(robot);
     for &child in &children {
         match tree.element(child).name() {
-            "link" => turn_link(tree, child),
+            "link" => turn_link(tree, child, &materials),
             "joint" => turn_joint(tree, child)?,
             _ => {}
         }
@@ -74,7 +77,7 @@ fn turn_origin(tree: &mut Tree, element: usize) {
     }
 }
 
-fn turn_link(tree: &mut Tree, link: usize) {
+fn turn_link(tree: &mut Tree, link: usize, materials: &Materials) {
     if tree.element(link).child("inertial").is_none() {
         // A link of URDF without inertia has none; one of SDF has 1 kg.
         let inertial = tree.add_child(link, "inertial");
@@ -93,18 +96,35 @@ fn turn_link(tree: &mut Tree, link: usize) {
             add_attributes(tree, inertia, inertia, &MOMENTS.map(|name| (name, name)));
         }
     }
-    let shapes: Vec<usize> = tree.element(link).children_named("collision").map(|shape| shape.index()).collect();
-    for (k, shape) in shapes.into_iter().enumerate() {
-        turn_origin(tree, shape);
-        if tree.element(shape).attributes().text("name").is_none_or(str::is_empty) {
-            tree.set_attribute(shape, "name", &format!("collision{k}"));
+    for sort in ["collision", "visual"] {
+        let shapes: Vec<usize> = tree.element(link).children_named(sort).map(|shape| shape.index()).collect();
+        for (k, shape) in shapes.into_iter().enumerate() {
+            turn_origin(tree, shape);
+            if tree.element(shape).attributes().text("name").is_none_or(str::is_empty) {
+                tree.set_attribute(shape, "name", &format!("{sort}{k}"));
+            }
+            turn_material(tree, shape, materials);
+            let geometry = tree.element(shape).child("geometry").and_then(|geometry| geometry.children().next());
+            let Some(geometry) = geometry.map(|geometry| geometry.index()) else { continue };
+            let known = SHAPES.iter().find(|(name, _)| tree.element(geometry).is(name));
+            if let Some((_, attributes)) = known {
+                add_attributes(tree, geometry, geometry, attributes);
+            }
         }
-        let geometry = tree.element(shape).child("geometry").and_then(|geometry| geometry.children().next());
-        let Some(geometry) = geometry.map(|geometry| geometry.index()) else { continue };
-        let known = SHAPES.iter().find(|(name, _)| tree.element(geometry).is(name));
-        if let Some((_, attributes)) = known {
-            add_attributes(tree, geometry, geometry, attributes);
-        }
+    }
+}
+
+/// Gives a shape the colour and image that its `<material>` says, itself or by its name.
+fn turn_material(tree: &mut Tree, shape: usize, materials: &Materials) {
+    let Some(material) = tree.element(shape).child("material") else { return };
+    let (index, Material { rgba, texture }) = (material.index(), materials.of(material));
+    if let Some(rgba) = rgba {
+        add(tree, index, "diffuse", rgba.map(|x| x.to_string()).join(" "));
+    }
+    if let Some(texture) = texture {
+        let pbr = tree.add_child(index, "pbr");
+        let metal = tree.add_child(pbr, "metal");
+        add(tree, metal, "albedo_map", texture);
     }
 }
 
@@ -122,7 +142,9 @@ fn turn_joint(tree: &mut Tree, joint: usize) -> Result<(), FormatError> {
     let ((parent, parent_link), (child, child_link)) = (end("parent")?, end("child")?);
     let pose = pose_of(element).unwrap_or_else(|| "0 0 0 0 0 0".into());
     let xyz = element.child("axis").and_then(|axis| axis.attributes().text("xyz")).unwrap_or("1 0 0").to_owned();
-    let more: Vec<usize> = ["limit", "dynamics"].iter().filter_map(|name| Some(element.child(name)?.index())).collect();
+    let range = if ["revolute", "prismatic"].contains(&sort.as_str()) { limits(element)? } else { None };
+    let part = |name| element.child(name).map(|part| part.index());
+    let (limit, dynamics, mimic) = (part("limit"), part("dynamics"), part("mimic"));
     let moves = !["fixed", "floating"].contains(&sort.as_str());
     tree.set_text(parent, parent_link.clone());
     tree.set_text(child, child_link.clone());
@@ -136,14 +158,20 @@ fn turn_joint(tree: &mut Tree, joint: usize) -> Result<(), FormatError> {
         let pose = tree.add_child(link, "pose");
         tree.set_attribute(pose, "relative_to", &frame_name);
     }
-    tree.retain_children(joint, |child| !["origin", "limit", "dynamics", "axis"].contains(&child.name()));
+    tree.retain_children(joint, |child| !["origin", "limit", "dynamics", "mimic", "axis"].contains(&child.name()));
     if moves {
         let made = tree.add_child(joint, "axis");
         add(tree, made, "xyz", xyz);
-        for part in more {
-            let turned = tree.element(part).name().to_owned();
-            let to = tree.add_child(made, &turned);
-            add_attributes(tree, part, to, &["lower", "upper", "damping", "friction"].map(|name| (name, name)));
+        turn_limit(tree, made, range, limit);
+        if let Some(dynamics) = dynamics {
+            let to = tree.add_child(made, "dynamics");
+            add_attributes(tree, dynamics, to, &["damping", "friction"].map(|name| (name, name)));
+        }
+        if let Some(mimic) = mimic {
+            let to = tree.add_child(made, "mimic");
+            let leader = tree.element(mimic).attributes().text("joint").unwrap_or_default().to_owned();
+            tree.set_attribute(to, "joint", &leader);
+            add_attributes(tree, mimic, to, &["multiplier", "offset"].map(|name| (name, name)));
         }
     }
     if sort == "floating" {
@@ -151,4 +179,16 @@ fn turn_joint(tree: &mut Tree, joint: usize) -> Result<(), FormatError> {
         tree.retain_children(0, |child| child.index() != joint);
     }
     Ok(())
+}
+
+/// Gives an axis its limits, and of its `<limit>` what the report tells of.
+fn turn_limit(tree: &mut Tree, axis: usize, range: Option<[f64; 2]>, limit: Option<usize>) {
+    let Some(limit) = limit else { return };
+    let to = tree.add_child(axis, "limit");
+    for (name, bound) in ["lower", "upper"].into_iter().zip(range.into_iter().flatten()) {
+        add(tree, to, name, bound.to_string());
+    }
+    let bounds = |name: &&str| tree.element(limit).attributes().text(name).is_some_and(|text| text.parse() != Ok(0.0));
+    let told: Vec<&str> = ["effort", "velocity"].into_iter().filter(bounds).collect();
+    told.into_iter().for_each(|name| add_attributes(tree, limit, to, &[(name, name)]));
 }

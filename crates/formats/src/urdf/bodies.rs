@@ -145,7 +145,7 @@ fn axis(joint: Element) -> Result<DVec3, FormatError> {
 
 /// The limits of a joint; none, which is noted, where the file gives none or the upper one lies below the lower one (Bullet's way to
 /// say that there are none).
-fn limits(joint: Element) -> Result<Option<[f64; 2]>, FormatError> {
+pub(crate) fn limits(joint: Element) -> Result<Option<[f64; 2]>, FormatError> {
     let Some(limit) = joint.child("limit") else {
         let effect = "the joint moves without end: give <limit lower=\"…\" upper=\"…\"/>, or the type 'continuous'";
         joint.note(joint.at(), "has no <limit>", effect, true);

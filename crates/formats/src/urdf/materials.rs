@@ -6,14 +6,14 @@ use crate::xml::Element;
 
 /// What `<material>` says.
 #[derive(Clone, Default)]
-pub(super) struct Material {
+pub(crate) struct Material {
     pub rgba: Option<[f32; 4]>,
     /// URI of an image.
     pub texture: Option<String>,
 }
 
 /// The materials that a file defines, by name.
-pub(super) struct Materials(HashMap<String, Material>);
+pub(crate) struct Materials(HashMap<String, Material>);
 
 impl Materials {
     pub fn read(root: Element) -> Self {

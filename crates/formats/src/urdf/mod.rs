@@ -33,6 +33,9 @@ use crate::xml::{Element, Tree};
 use importer::{Importer, Placed};
 use tree::KinematicTree;
 
+pub(crate) use bodies::limits;
+pub(crate) use materials::{Material, Materials};
+
 /// Turns a parsed document into a model.
 pub(crate) fn import(tree: Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
     read(&tree, base, options).map_err(|error| explain(error, |report| coverage::audit(tree.root(), report)))

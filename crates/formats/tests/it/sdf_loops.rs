@@ -1,10 +1,10 @@
 //! SDF: joints that close loops and axes that follow others, as constraints, against numbers worked out by hand.
 
-use signorini_formats::Imported;
+use signorini_formats::{Imported, LoadOptions, load_sdf_str};
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{EqualityKind, JointId, Kinematics, Model, equality_violations, forward_kinematics_into};
 
-use crate::support::{self, assert_sdf_refused};
+use crate::support::{self, Files, assert_sdf_refused};
 
 #[track_caller]
 fn import(inner: &str) -> Imported {
@@ -122,4 +122,39 @@ fn an_axis_follows_another_one() {
     let said: Vec<_> = import(&text("pp")).report.warnings.iter().map(|w| (w.line, w.what.clone())).collect();
     assert_eq!(said, [(3, "follows the joint 'pp', which is not defined".to_owned())]);
     assert_sdf_refused("1.11", &text("q"), &["text):3:", "another joint than its own"]);
+}
+
+/// What a URDF says of its joints beside their axes comes along with it.
+#[test]
+fn joints_of_an_included_urdf_follow_others_and_have_its_limits() {
+    let link = |name: &str| {
+        format!("<link name='{name}'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>")
+    };
+    let joint = |name: &str, [parent, child]: [&str; 2], more: &str| {
+        format!("<joint name='{name}' type='revolute'><parent link='{parent}'/><child link='{child}'/>{more}</joint>")
+    };
+    let robot = format!(
+        "<robot name='r'>{}{}{}</robot>",
+        ["a", "b", "c", "d"].map(link).concat(),
+        joint("lead", ["a", "b"], "<limit lower='-1' upper='2' effort='3' velocity='0'/>"),
+        joint(
+            "follow",
+            ["b", "c"],
+            "<mimic joint='lead' multiplier='-2' offset='0.5'/><limit upper='1' effort='0' velocity='0'/>"
+        ) + &joint("open", ["c", "d"], "<limit lower='1' upper='-1' effort='0' velocity='0'/>"),
+    );
+    let files = Files::new("urdf-mimic", &[("r.urdf", &robot)]);
+    let text = "<sdf version='1.11'><world name='w'><include><uri>r.urdf</uri></include></world></sdf>";
+    let Imported { model, report, .. } = load_sdf_str(text, files.folder(), &LoadOptions::default()).unwrap();
+    let joint = |name: &str| model.joint_named(name).unwrap();
+    let kind = EqualityKind::Joint {
+        joint: joint("follow"),
+        driver: Some(joint("lead")),
+        polynomial: [0.5, -2.0, 0.0, 0.0, 0.0],
+    };
+    assert_eq!(model.equalities.iter().map(|e| e.kind).collect::<Vec<_>>(), [kind]);
+    let limits = ["lead", "follow", "open"].map(|name| model.joints[joint(name).index()].limits);
+    assert_eq!(limits, [Some([-1.0, 2.0]), Some([0.0, 1.0]), None]);
+    let told: Vec<&str> = report.warnings.iter().map(|w| w.element.as_str()).collect();
+    assert_eq!(told, ["effort", "limit"], "{report}");
 }

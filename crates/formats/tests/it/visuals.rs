@@ -181,6 +181,29 @@ fn materials_of_the_model_paint_what_has_no_colour() {
     assert_eq!(seen(&imported)[1].rgba, [0.0, 1.0, 0.0, 0.5]);
 }
 
+/// In an SDF it has the shapes, colours and images that it has alone, those of its own folder.
+#[test]
+fn an_included_urdf_looks_as_it_does_alone() {
+    let (_kept, path) = folder();
+    std::fs::create_dir_all(path.join("robot")).unwrap();
+    write_image(&path.join("robot/own.png"));
+    let blue = r#"<material name="m"><color rgba="0 0 1 0.5"/></material>"#;
+    for (material, rgba) in
+        [(blue, [0.0, 0.0, 1.0, 0.5]), (r#"<material name="n"><texture filename="own.png"/></material>"#, [1.0; 4])]
+    {
+        let robot = urdf(r#"<cylinder radius="1" length="4"/>"#, material);
+        std::fs::write(path.join("robot/r.urdf"), &robot).unwrap();
+        let sdf = "<sdf version='1.11'><world name='w'><include><uri>robot/r.urdf</uri></include></world></sdf>";
+        let included = load_sdf_str(sdf, &path, &LoadOptions::default()).unwrap();
+        let alone = load_urdf_str(&robot, path.join("robot"), &LoadOptions::default()).unwrap();
+        assert!(included.report.warnings.is_empty(), "{}", included.report);
+        let ([shown], [wanted]) = (&seen(&included)[..], &seen(&alone)[..]) else { panic!() };
+        assert_eq!((&shown.geometry, shown.placement), (&wanted.geometry, wanted.placement));
+        assert_eq!((shown.rgba, shown.look.texture.is_some()), (rgba, wanted.look.texture.is_some()));
+        assert_eq!(shown.rgba, wanted.rgba);
+    }
+}
+
 #[test]
 fn visuals_change_nothing_but_pictures() {
     let (_kept, path) = folder();
