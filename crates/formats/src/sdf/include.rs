@@ -17,6 +17,9 @@ const MAX_BYTES: u64 = 64 << 20;
 /// More included files than this are refused: one that includes itself never ends.
 const MAX_FILES: usize = 1000;
 
+/// Models merged deeper into each other than this are refused.
+const MAX_MERGED: usize = 50;
+
 /// The minor version of SDF 1.x of files that do not say theirs.
 pub(super) const NEWEST: u32 = 12;
 
@@ -27,34 +30,54 @@ pub(super) type Versions = HashMap<Arc<str>, u32>;
 /// the include gives it. The others stay, for the report to tell.
 pub(super) fn expand(tree: &mut Tree, base: &Path, package_dirs: &[PathBuf]) -> Result<Versions, FormatError> {
     let root = tree.root();
-    let mut versions = Versions::from([(root.at().file, version(root))]);
-    let (mut next, mut files) = (0, 0);
-    loop {
-        let include = tree.elements().skip(next).find(|e| e.is("include"));
-        let Some(include) = include else { break };
-        next = include.index() + 1;
-        let Some(path) = file_of(include, base, package_dirs) else { continue };
-        let at = include.at();
-        let asset =
-            |reason| FormatError::Asset { at: at.clone(), element: "include".into(), path: path.clone(), reason };
-        files += 1;
-        if files > MAX_FILES {
-            return Err(asset(format!("more than {MAX_FILES} included files; does one include itself?")));
-        }
-        let bytes = read_file(&path, MAX_BYTES).map_err(asset)?;
-        let text = String::from_utf8(bytes).map_err(|_| asset("not UTF-8".into()))?;
-        let mut included = parse(&text, &path.to_string_lossy())?;
-        if included.root().is("robot") {
-            turn_into_sdf(&mut included)?;
-        }
-        let Some(model) = included.root().child("model").filter(|_| included.root().is("sdf")) else { continue };
-        let (model, root) = (model.index(), included.root());
-        versions.insert(root.at().file, version(root));
-        name_files_from(&mut included, path.parent().unwrap_or(base));
-        put_in(tree, next - 1, included, model)?;
-    }
+    let versions = Versions::from([(root.at().file, version(root))]);
+    let mut expansion = Expansion { package_dirs, versions, files: 0 };
+    expansion.expand(tree, base, 0)?;
     tree.check_depth()?;
-    Ok(versions)
+    Ok(expansion.versions)
+}
+
+struct Expansion<'d> {
+    package_dirs: &'d [PathBuf],
+    versions: Versions,
+    /// How many were included.
+    files: usize,
+}
+
+impl Expansion<'_> {
+    fn expand(&mut self, tree: &mut Tree, base: &Path, depth: usize) -> Result<(), FormatError> {
+        let mut next = 0;
+        loop {
+            let include = tree.elements().skip(next).find(|e| e.is("include"));
+            let Some(include) = include else { return Ok(()) };
+            next = include.index() + 1;
+            let Some(path) = file_of(include, base, self.package_dirs) else { continue };
+            let at = include.at();
+            let asset =
+                |reason| FormatError::Asset { at: at.clone(), element: "include".into(), path: path.clone(), reason };
+            self.files += 1;
+            if self.files > MAX_FILES || depth > MAX_MERGED {
+                return Err(asset(format!(
+                    "more than {MAX_FILES} included files, or {MAX_MERGED} in each other; does one include itself?"
+                )));
+            }
+            let bytes = read_file(&path, MAX_BYTES).map_err(asset)?;
+            let text = String::from_utf8(bytes).map_err(|_| asset("not UTF-8".into()))?;
+            let mut included = parse(&text, &path.to_string_lossy())?;
+            if included.root().is("robot") {
+                turn_into_sdf(&mut included)?;
+            }
+            let Some(model) = included.root().child("model").filter(|_| included.root().is("sdf")) else { continue };
+            let (model, root) = (model.index(), included.root());
+            self.versions.insert(root.at().file, version(root));
+            name_files_from(&mut included, path.parent().unwrap_or(base));
+            if values::attribute_flag(include, "merge")? {
+                // What it includes itself stands in its frame, and may be what it is placed by.
+                self.expand(&mut included, base, depth + 1)?;
+            }
+            put_in(tree, next - 1, included, model)?;
+        }
+    }
 }
 
 /// Puts a model in the place of the include at `index`.
@@ -119,21 +142,19 @@ fn merge(
 ) -> Result<(), FormatError> {
     let own = included.element(model);
     let frame = format!("_merged__{}__model__", own.raw("name").map_or("", |a| a.value.trim()));
-    let inside = own.children().filter(|e| ["link", "frame", "model"].contains(&e.name())).filter(|e| {
-        // A frame that is attached to another one is placed in that.
-        e.raw("attached_to").is_none_or(|a| a.value.trim().is_empty())
-    });
-    let poses: Vec<(usize, Option<usize>)> = inside.map(|e| (e.index(), e.child("pose").map(|p| p.index()))).collect();
-    let named: Vec<usize> = own.descendants().iter().filter(|e| e.text() == "__model__").map(|e| e.index()).collect();
     let own_poses: Vec<usize> = own.children_named("pose").map(|e| e.index()).collect();
-    for (part, pose) in poses {
-        let pose = pose.unwrap_or_else(|| included.add_child(part, "pose"));
-        let free = included.element(pose).raw("relative_to").is_none_or(|a| a.value.trim().is_empty());
-        if free || included.element(pose).raw("relative_to").is_some_and(|a| a.value.trim() == "__model__") {
-            included.set_attribute(pose, "relative_to", &frame);
+    let parts = |sort| own.children_named(sort).map(|e| e.index()).collect::<Vec<_>>();
+    let (placed, attached) = ([parts("link"), parts("model")].concat(), parts("frame"));
+    name_model(&mut included, model, &frame);
+    // What says nothing is placed in the model, or attached to it.
+    for part in placed {
+        place_in(&mut included, part, &frame);
+    }
+    for part in attached {
+        if is_free(&included, part, "attached_to") {
+            included.set_attribute(part, "attached_to", &frame);
         }
     }
-    named.into_iter().for_each(|k| included.set_text(k, frame.clone()));
     included.retain_children(model, |e| !own_poses.contains(&e.index()));
     let made = included.add_child(model, "frame");
     included.set_attribute(made, "name", &frame);
@@ -146,6 +167,38 @@ fn merge(
         included.set_text(placed, pose.text);
     }
     tree.graft_children(index, included, model)
+}
+
+/// Whether an attribute says nothing.
+fn is_free(tree: &Tree, element: usize, attribute: &str) -> bool {
+    tree.element(element).raw(attribute).is_none_or(|a| a.value.trim().is_empty())
+}
+
+/// Places a part in a frame that does not say where it stands.
+fn place_in(tree: &mut Tree, part: usize, frame: &str) {
+    let pose = tree.element(part).child("pose").map(|pose| pose.index());
+    let pose = pose.unwrap_or_else(|| tree.add_child(part, "pose"));
+    if is_free(tree, pose, "relative_to") {
+        tree.set_attribute(pose, "relative_to", frame);
+    }
+}
+
+/// Gives what a model calls `__model__` another name; models inside mean themselves by it.
+fn name_model(tree: &mut Tree, model: usize, name: &str) {
+    let mut open: Vec<usize> = tree.element(model).children().map(|e| e.index()).collect();
+    while let Some(index) = open.pop() {
+        let element = tree.element(index);
+        let named = ["relative_to", "attached_to", "expressed_in"]
+            .into_iter()
+            .filter(|attribute| element.raw(attribute).is_some_and(|a| a.value.trim() == "__model__"));
+        let (named, is_text): (Vec<&str>, bool) = (named.collect(), element.text() == "__model__");
+        let inside = element.children().filter(|child| !element.is("model") || child.is("pose")).map(|e| e.index());
+        open.extend(inside.collect::<Vec<_>>());
+        named.into_iter().for_each(|attribute| tree.set_attribute(index, attribute, name));
+        if is_text {
+            tree.set_text(index, name.to_owned());
+        }
+    }
 }
 
 /// The name of what stands for a model: its canonical link, its first link, or its first model.

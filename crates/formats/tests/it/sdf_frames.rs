@@ -3,8 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use signorini_formats::{Imported, LoadOptions, load_sdf_str};
-use signorini_multibody::Model;
 use signorini_multibody::glam::DVec3;
+use signorini_multibody::{JointKind, Model};
 
 use crate::support::{self, Files};
 
@@ -238,4 +238,39 @@ fn a_lone_model_can_hang_on_the_world() {
     let model = import(&text).model;
     assert_eq!(model.joints[model.joint_named("pin").unwrap().index()].anchor, DVec3::ZERO);
     assert_stands_at(&model, "l", [0.0, 0.0, 4.0]);
+}
+
+/// Parts of a merged model mean its frame by `__model__` and where they say nothing, and what it merges itself stands in it.
+#[test]
+fn parts_of_a_merged_model_stay_where_they_are_in_it() {
+    let inner = "<sdf version='1.11'><model name='inner'><pose>0 0 5 0 0 0</pose><link name='r'/></model></sdf>";
+    let part = "<sdf version='1.11'><model name='part'><link name='p'><pose>1 0 0 0 0 0</pose></link>\
+        <link name='q'><pose>2 0 0 0 0 0</pose></link><frame name='f'><pose>0 2 0 0 0 0</pose></frame>\
+        <frame name='g' attached_to='q'><pose relative_to='__model__'>0 3 0 0 0 0</pose></frame>\
+        <joint name='j' type='revolute'><pose relative_to='__model__'>4 0 0 0 0 0</pose><parent>f</parent><child>q</child>\
+        <axis><xyz expressed_in='__model__'>1 0 0</xyz></axis></joint><include merge='true'><uri>inner.sdf</uri></include></model></sdf>";
+    let files = Files::new("merged-frames", &[("part.sdf", part), ("inner.sdf", inner)]);
+    let load = |placement: &str| {
+        let text = format!(
+            "<sdf version='1.11'><model name='m'><link name='own'/><include merge='true'><uri>part.sdf</uri>\
+             <pose degrees='true'>10 0 0 0 0 90</pose>{placement}</include><link name='probe'><pose relative_to='g'/></link>\
+             <joint name='k' type='fixed'><parent>own</parent><child>f</child></joint></model></sdf>"
+        );
+        load_sdf_str(&text, files.folder(), &LoadOptions::default()).unwrap().model
+    };
+    let model = load("");
+    for (name, place) in
+        [("p", [10.0, 1.0, 0.0]), ("q", [10.0, 2.0, 0.0]), ("r", [10.0, 0.0, 5.0]), ("probe", [7.0, 0.0, 0.0])]
+    {
+        assert_stands_at(&model, name, place);
+    }
+    let body = |name: &str| &model.bodies[model.body_named(name).unwrap().index()];
+    let parents = ["p", "q"].map(|name| model.bodies[body(name).parent.index()].name.as_str());
+    assert_eq!(parents, ["own", "p"]);
+    let joint = &model.joints[model.joint_named("j").unwrap().index()];
+    let JointKind::Hinge { axis } = joint.kind else { panic!("{:?}", joint.kind) };
+    assert!((joint.anchor - 2.0 * DVec3::X).length() < 1e-12 && (axis - DVec3::X).length() < 1e-12, "{joint:?}");
+    let placed = load("<placement_frame>r</placement_frame>");
+    assert_stands_at(&placed, "r", [10.0, 0.0, 0.0]);
+    assert_stands_at(&placed, "p", [10.0, 1.0, -5.0]);
 }
