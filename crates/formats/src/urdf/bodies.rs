@@ -81,11 +81,16 @@ pub(super) fn add_child<'t>(
         return Ok(Child { body: parent.body, offset: placement, pose, moves: false });
     }
     // A free joint needs the world as its parent; below a body that cannot move that makes no difference.
-    let (parent, placement) = match sort {
-        Type::Floating if parent.weld.is_none() => (BodyId::WORLD, pose),
+    let (hangs_on, placement) = match sort {
+        Type::Floating => (BodyId::WORLD, pose),
         _ => (parent.body, offset * own),
     };
-    let body = importer.parts.add_body(link, Some(name), parent, placement)?;
+    let body = importer.parts.add_body(link, Some(name), hangs_on, placement)?;
+    if sort == Type::Floating && parent.weld.is_some() {
+        let what = "of type 'floating' hangs on a link that moves";
+        importer.report.other(a.at("type"), "joint", what, "its coordinates are the pose of its child in the world");
+        importer.parts.builder.exclude(parent.body, body);
+    }
     let moves = sort != Type::Fixed;
     for (suffix, model_joint) in joints(joint, sort)? {
         let name = a.required("name", "messages and the model refer to the joint by it")?;

@@ -114,6 +114,24 @@ fn a_root_called_world_is_the_world_and_carries_floating_links() {
     assert_eq!(reference[..3], [0.0, 0.0, 1.0]);
 }
 
+/// At the reference it stands where its joint is, and like all that a joint connects it does not touch its parent.
+#[test]
+fn links_that_float_below_moving_ones_move_in_the_world() {
+    let links = ["a", "b", "c"].map(link).concat();
+    let text = format!("{links}{}{}", joint("h", "revolute", "a", "b"), joint("f", "floating", "b", "c"));
+    let Imported { model, report, .. } = import(&text, &LoadOptions::default());
+    let [b, c] = ["b", "c"].map(|name| model.body_named(name).unwrap());
+    assert_eq!((model.bodies[c.index()].parent, model.joints[1].kind), (BodyId::WORLD, JointKind::Free));
+    // Each joint turns by a quarter about z at a height of 1 m.
+    let pose = model.reference_pose(c);
+    assert!(
+        (pose.position - 2.0 * DVec3::Z).length() < 1e-12 && (pose.rotation * DVec3::X + DVec3::X).length() < 1e-12
+    );
+    assert_eq!(model.contact_filter.excluded_bodies().filter(|pair| **pair == (b, c)).count(), 1);
+    let [warning] = &report.warnings[..] else { panic!("{report}") };
+    assert!(warning.what.contains("hangs on a link that moves") && !warning.changes_motion, "{warning}");
+}
+
 #[test]
 fn impossible_inertia_is_replaced_and_reported() {
     let text = "<link name='l'>\n<inertial><mass value='1'/><inertia ixx='0' iyy='0' izz='3'/></inertial></link>";
