@@ -188,10 +188,11 @@ impl Parts {
         }
     }
 
-    /// Adds the plane z = 0, on which the friction of what stands there counts.
-    pub fn add_floor(&mut self, element: Element) -> Result<(), FormatError> {
+    /// Adds the plane z = 0, on which the friction of what stands there counts. `mask`: which sorts of geoms it touches.
+    pub fn add_floor(&mut self, element: Element, mask: u32) -> Result<(), FormatError> {
         let mut floor = Geom::new("", Geometry::Plane);
         floor.friction = 0.0;
+        (floor.contact_type, floor.contact_affinity) = (mask, mask);
         self.add_geom(element, Some("floor".into()), BodyId::WORLD, floor).map(|_| ())
     }
 

@@ -4,7 +4,7 @@ use crate::report::Reporter;
 use crate::xml::Element;
 
 /// What is read: an element's name with the names of those inside it that are read.
-const READ: [(&str, &str); 22] = [
+const READ: [(&str, &str); 23] = [
     ("sdf", "world model"),
     ("world", "model frame joint gravity physics"),
     ("physics", "max_step_size"),
@@ -19,7 +19,8 @@ const READ: [(&str, &str); 22] = [
     ("submesh", "name center"),
     ("box", "size"),
     ("plane", "normal size"),
-    ("surface", "friction"),
+    ("surface", "friction contact"),
+    ("contact", "collide_without_contact collide_bitmask"),
     ("friction", "ode"),
     ("ode", "mu"),
     ("joint", "pose parent child axis axis2"),
@@ -32,19 +33,24 @@ const READ: [(&str, &str); 22] = [
 /// What has no influence on the motion.
 const HARMLESS: &str = "visual material light scene atmosphere gui audio allow_auto_disable sensor real_time_factor \
                         real_time_update_rate spherical_coordinates magnetic_field state road population laser_retro \
-                        max_contacts collide_without_contact contact battery particle_emitter projector \
+                        max_contacts battery particle_emitter projector \
                         must_be_base_link thread_pitch screw_thread_pitch audio_source audio_sink policies";
 
 /// Numbers for the solvers of other engines.
 const SETTINGS: &str = "ode bullet dart simbody physics max_vel min_depth";
 
 /// Elements whose absence has an effect of its own.
-const MISSING: [(&str, &str); 34] = [
+const MISSING: [(&str, &str); 36] = [
     (
         "include",
         "its model is not found and left out; say in which folder its own lies (--package-dir), or put its elements in its place",
     ),
     ("plugin", "what the plugin does is missing"),
+    ("category_bitmask", "what touches what is what <collide_bitmask> says"),
+    (
+        "collide_without_contact_bitmask",
+        "it is left out: what is found and not felt is what <collide_without_contact> says",
+    ),
     ("actor", "it is left out: nobody walks or stands there"),
     ("effort", "there are no actuators to bound; bound your own controls"),
     ("velocity", "the joint can move as fast as it will"),
@@ -94,6 +100,8 @@ pub(super) fn audit<'t>(root: Element<'t>, report: &mut Reporter) {
     while let Some((read, element)) = open.pop() {
         if listed(read, element.name()) {
             open.extend(children(element));
+        } else if is_softness(element) {
+            continue;
         } else if listed(SETTINGS, element.name()) && !is_friction(element) {
             let effect = "it is left out: it is for the solver of another engine";
             report.other(element.at(), element.name(), "is not supported", effect);
@@ -108,6 +116,12 @@ pub(super) fn audit<'t>(root: Element<'t>, report: &mut Reporter) {
 /// Whether an element holds coefficients of friction, which change the motion.
 fn is_friction(element: Element) -> bool {
     element.parent().is_some_and(|parent| parent.is("friction"))
+}
+
+/// Whether an element says how contacts of other engines give, which has no meaning for hard ones.
+fn is_softness(element: Element) -> bool {
+    let is_of_contact = element.parent().is_some_and(|parent| parent.is("contact"));
+    is_of_contact && ["ode", "bullet", "poissons_ratio", "elastic_modulus"].iter().any(|name| element.is(name))
 }
 
 /// Whether friction along the first direction is that along the second.

@@ -18,6 +18,8 @@ pub(super) struct Importer {
     /// What only touches of links that are seen otherwise.
     pub hidden: Vec<GeomId>,
     pub versions: Versions,
+    /// Which shapes a shape touches that does not say it: bits of which two that touch have one in common.
+    pub common_mask: u32,
 }
 
 impl Importer {

@@ -40,6 +40,9 @@ use importer::Importer;
 /// Where no world says its own, m/s² (SDFormat, `<world><gravity>`).
 const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.8);
 
+/// `<collide_bitmask>` of collisions that have none.
+const COMMON_MASK: u32 = 0xffff;
+
 /// Turns a parsed document into a model.
 pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Result<Imported, FormatError> {
     let versions = include::expand(&mut tree, base, &options.package_dirs)?;
@@ -61,11 +64,12 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
         meshes: MeshStore::new(base, options),
         visuals: Visuals::new(base, options),
         hidden: Vec::new(),
+        common_mask: if tree.elements().any(|e| e.is("collide_bitmask")) { COMMON_MASK } else { 1 },
         versions,
     };
     importer.parts.decomposer = Decomposer::asked_for(options, base);
     if options.floor {
-        importer.parts.add_floor(root)?;
+        importer.parts.add_floor(root, importer.common_mask)?;
     }
     importer.parts.builder.gravity(GRAVITY);
     if let Some(world) = world {

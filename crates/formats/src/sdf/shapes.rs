@@ -52,6 +52,8 @@ pub(super) fn read<'t>(
         if let Some(mu) = ode.map_or(Ok(None), |ode| friction(importer, ode))? {
             geom.friction = mu;
         }
+        let mask = mask(importer, collision)?;
+        (geom.contact_type, geom.contact_affinity) = (mask, mask);
         let given = collision.attributes().text("name").filter(|n| !n.is_empty());
         for geometry in importer.parts.convex_parts(&mut importer.report, collision, geom.geometry.clone()) {
             let name = importer.parts.unused_geom_name(given.unwrap_or("collision"));
@@ -62,6 +64,17 @@ pub(super) fn read<'t>(
         shapes.solids.push(Solid { collision, geometry: geom.geometry, placement: geom.placement });
     }
     Ok(shapes)
+}
+
+/// What a collision touches: `<collide_bitmask>`, or nothing where it is to be found and not felt.
+fn mask(importer: &Importer, collision: Element) -> Result<u32, FormatError> {
+    let Some(contact) = collision.child("surface").and_then(|surface| surface.child("contact")) else {
+        return Ok(importer.common_mask);
+    };
+    if values::flag(contact, "collide_without_contact")?.unwrap_or(false) {
+        return Ok(0);
+    }
+    Ok(values::bits(contact, "collide_bitmask")?.unwrap_or(importer.common_mask))
 }
 
 /// `<mu>`. A negative one, which Gazebo takes for a bound that is never reached, is reported and does not count.

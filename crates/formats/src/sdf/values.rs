@@ -33,6 +33,14 @@ pub(super) fn direction(parent: Element, name: &'static str, default: DVec3) -> 
     unit(v).ok_or_else(|| parent.child(name).unwrap_or(parent).invalid("expected a vector that is not zero"))
 }
 
+/// The bits in the child of that name, a decimal or, after 0x, a hexadecimal number.
+pub(super) fn bits(parent: Element, name: &'static str) -> Result<Option<u32>, FormatError> {
+    let Some(element) = parent.child(name) else { return Ok(None) };
+    let text = element.text().to_ascii_lowercase();
+    let read = text.strip_prefix("0x").map_or_else(|| text.parse(), |digits| u32::from_str_radix(digits, 16));
+    read.map(Some).map_err(|_| element.invalid("expected a bit mask of 32 bits"))
+}
+
 /// Whether the child of that name says yes.
 pub(super) fn flag(parent: Element, name: &'static str) -> Result<Option<bool>, FormatError> {
     let Some(element) = parent.child(name) else { return Ok(None) };

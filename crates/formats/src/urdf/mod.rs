@@ -58,7 +58,7 @@ fn read(tree: &Tree, base: &Path, options: &LoadOptions) -> Result<Imported, For
     };
     importer.parts.decomposer = Decomposer::asked_for(options, base);
     if options.floor {
-        importer.parts.add_floor(root)?;
+        importer.parts.add_floor(root, 1)?;
     }
     let placed = place_links(&mut importer, &kinematics, options)?;
     let seen = visuals::read(&mut importer, &kinematics, &placed)?;

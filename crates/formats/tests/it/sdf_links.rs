@@ -279,3 +279,37 @@ fn friction_of_two_directions_is_reported_where_they_differ() {
     assert_eq!(said("<mu>0.4</mu>"), ["fdir1"]);
     assert_eq!(said("<mu>0.4</mu><mu2>1</mu2>"), ["mu2", "fdir1"]);
 }
+
+/// Gazebo's rule: two shapes touch where their bits have one in common, and one that says none has 16 of them.
+#[test]
+fn bit_masks_say_what_touches() {
+    let ball = |name: &str, contact: &str| {
+        let surface = format!("<surface><contact>{contact}<ode><soft_cfm>0.1</soft_cfm></ode></contact></surface>");
+        let collision = format!("<collision name='{name}'><geometry><sphere/></geometry>{surface}</collision>");
+        format!("<model name='m{name}'><link name='l'>{collision}</link></model>")
+    };
+    let mask = |bits: &str| format!("<collide_bitmask>{bits}</collide_bitmask>");
+    let ghost = "<collide_without_contact>true</collide_without_contact>";
+    let balls = [
+        ball("one", &mask("1")),
+        ball("two", &mask("0x02")),
+        ball("three", &mask("3")),
+        ball("all", ""),
+        ball("ghost", ghost),
+    ];
+    let text = format!("<sdf version='1.11'><world name='w'>{}</world></sdf>", balls.concat());
+    let Imported { model, report, .. } = load_sdf_str(&text, "", &LoadOptions::default().with_floor(true)).unwrap();
+    assert!(report.warnings.is_empty(), "{report}");
+    let touching = |a: &str, b: &str| {
+        let [a, b] = [a, b].map(|name| model.geom_named(name).unwrap());
+        model.contact_filter.allows((a, b), (&model.geoms[a.index()], &model.geoms[b.index()]))
+    };
+    let names = ["one", "two", "three", "all", "ghost", "floor"];
+    for (i, a) in names.iter().enumerate() {
+        for b in &names[..i] {
+            let apart = [*a, *b].contains(&"ghost") || [*a, *b] == ["two", "one"];
+            assert_eq!(touching(a, b), !apart, "{a} {b}");
+        }
+    }
+    support::assert_sdf_refused("1.11", &ball("x", &mask("-1")), &["collide_bitmask", "bit mask"]);
+}
