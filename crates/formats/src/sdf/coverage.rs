@@ -85,7 +85,7 @@ const MISSING: [(&str, &str); 36] = [
     ("gearbox_reference_body", "the joints move by themselves"),
     ("gearbox_ratio", "the joints move by themselves"),
     ("gripper", "it is left out: what is gripped is held by friction alone"),
-    ("static", "it is left out: models inside and links are static where the outermost model is"),
+    ("static", "it is left out: a link is static where a model around it is"),
 ];
 
 /// Reports every element of the file that the importer does not take over, in the order of the file.

@@ -33,7 +33,7 @@ pub(super) struct Entity<'t> {
     pub model: Option<usize>,
     /// The outermost model that it is a part of, or that it is; none for frames and joints of the world.
     pub top: Option<usize>,
-    /// Whether that model is static.
+    /// Whether it is, or is in, a static model.
     pub fixed: bool,
     /// What is in it, as a model.
     inside: Range<usize>,
@@ -107,11 +107,11 @@ impl<'t> Frames<'t> {
                 let (first, name) = (Box::new(self.entities[first].element.at()), own.to_owned());
                 return Err(FormatError::DuplicateName { at: element.at(), sort: "element", name, first });
             }
-            let (top, fixed) = match model {
+            let (top, around) = match model {
                 Some(model) => (self.entities[model].top, self.entities[model].fixed),
-                None if sort == Sort::Model => (Some(index), values::flag(element, "static")?.unwrap_or(false)),
-                None => (None, false),
+                None => (Some(index).filter(|_| sort == Sort::Model), false),
             };
+            let fixed = around || (sort == Sort::Model && values::flag(element, "static")?.unwrap_or(false));
             let (scope, inside, local, pose) = (scope.clone(), 0..0, None, Pose::IDENTITY);
             self.entities.push(Entity { element, name, scope, sort, model, top, fixed, inside, local, pose });
         }

@@ -313,3 +313,13 @@ fn bit_masks_say_what_touches() {
     }
     support::assert_sdf_refused("1.11", &ball("x", &mask("-1")), &["collide_bitmask", "bit mask"]);
 }
+
+/// What a static model is in may move; what is in it does not.
+#[test]
+fn models_inside_others_can_be_static() {
+    let model = |name: &str, inside: &str| format!("<model name='{name}'><link name='l'/>{inside}</model>");
+    let text = model("outer", &model("inner", &format!("<static>true</static>{}", model("innermost", ""))));
+    let Imported { model, report, .. } = import(&text);
+    let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
+    assert_eq!((joints, report.warnings.len()), (vec!["l_free"], 0), "{report}");
+}
