@@ -32,7 +32,7 @@ const READ: [(&str, &str); 23] = [
 
 /// What has no influence on the motion.
 const HARMLESS: &str = "visual material light scene atmosphere gui audio allow_auto_disable sensor real_time_factor \
-                        real_time_update_rate spherical_coordinates magnetic_field state road population laser_retro \
+                        real_time_update_rate spherical_coordinates magnetic_field road laser_retro \
                         max_contacts battery particle_emitter projector \
                         must_be_base_link thread_pitch screw_thread_pitch audio_source audio_sink policies";
 
@@ -40,12 +40,14 @@ const HARMLESS: &str = "visual material light scene atmosphere gui audio allow_a
 const SETTINGS: &str = "ode bullet dart simbody physics max_vel min_depth";
 
 /// Elements whose absence has an effect of its own.
-const MISSING: [(&str, &str); 36] = [
+const MISSING: [(&str, &str); 38] = [
     (
         "include",
         "its model is not found and left out; say in which folder its own lies (--package-dir), or put its elements in its place",
     ),
     ("plugin", "what the plugin does is missing"),
+    ("population", "its models are left out: write them one by one"),
+    ("state", "it is left out: models stand where their <pose> says, and begin at rest"),
     ("category_bitmask", "what touches what is what <collide_bitmask> says"),
     (
         "collide_without_contact_bitmask",

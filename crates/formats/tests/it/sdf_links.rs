@@ -323,3 +323,13 @@ fn models_inside_others_can_be_static() {
     let joints: Vec<&str> = model.joints.iter().map(|joint| joint.name.as_str()).collect();
     assert_eq!((joints, report.warnings.len()), (vec!["l_free"], 0), "{report}");
 }
+
+#[test]
+fn what_else_a_world_of_gazebo_says_is_told() {
+    let model = "<model name='m'><link name='l'/></model>";
+    let text =
+        format!("<world name='w'>{model}<state world_name='w'/>\n<population name='p'>{model}</population></world>");
+    let report = import(&text).report;
+    let told: Vec<&str> = report.warnings.iter().map(|w| w.element.as_str()).collect();
+    assert_eq!(told, ["state", "population"], "{report}");
+}
