@@ -101,8 +101,10 @@ pub(super) fn direction<'t>(
 fn limits(axis: Element) -> Result<Option<[f64; 2]>, FormatError> {
     let Some(limit) = axis.child("limit") else { return Ok(None) };
     let text = |name| limit.child(name).map_or("", |c| c.text());
-    let open =
-        |name: &str| text(if name == "lower" { "lower" } else { "upper" }).trim_start_matches(['-', '+']) == "inf";
+    let open = |name| {
+        let word = text(name).trim_start_matches(['-', '+']).to_ascii_lowercase();
+        word == "inf" || word == "infinity"
+    };
     let read = |name, none| if open(name) { Ok(none) } else { Ok(values::number(limit, name)?.unwrap_or(none)) };
     let (lower, upper): (f64, f64) = (read("lower", f64::NEG_INFINITY)?, read("upper", f64::INFINITY)?);
     if lower > upper {

@@ -333,3 +333,17 @@ fn what_else_a_world_of_gazebo_says_is_told() {
     let told: Vec<&str> = report.warnings.iter().map(|w| w.element.as_str()).collect();
     assert_eq!(told, ["state", "population"], "{report}");
 }
+
+#[test]
+fn limits_can_be_open_in_all_ways_of_writing() {
+    let joint = |lower: &str, upper: &str| {
+        let limit = format!("<limit><lower>{lower}</lower><upper>{upper}</upper></limit>");
+        let joint = format!("<parent>world</parent><child>l</child><axis><xyz>0 0 1</xyz>{limit}</axis>");
+        import(&format!("<model name='m'><link name='l'/><joint name='j' type='revolute'>{joint}</joint></model>"))
+            .model
+            .joints[0]
+            .limits
+    };
+    assert_eq!([joint("-inf", "inf"), joint("-INF", "+Inf"), joint("-Infinity", "1e16")], [None; 3]);
+    assert_eq!(joint("-1", "INFINITY").map(|limits| limits[0]), Some(-1.0));
+}
