@@ -10,7 +10,8 @@ const MAIN: &str = "main";
 
 struct Class<'t> {
     sections: Vec<Element<'t>>,
-    parent: Option<&'t str>,
+    /// The class around it, and how many sections that had when this one began: what it says later does not concern this one.
+    parent: Option<(&'t str, usize)>,
 }
 
 /// All classes of a file.
@@ -25,17 +26,18 @@ impl<'t> Defaults<'t> {
             root.children_named("default").partition(|section| section.origin() == 0);
         let main = top.iter().find_map(|d| d.attributes().text("class").filter(|c| !c.is_empty())).unwrap_or(MAIN);
         let mut defaults = Self { classes: HashMap::new(), main };
-        let mut open: Vec<(Element<'t>, &'t str)> = Vec::new();
-        for section in &top {
-            open.extend(section.children_named("default").map(|d| (d, main)));
+        let mut open: Vec<(Element<'t>, (&'t str, usize))> = Vec::new();
+        for (k, section) in top.iter().enumerate() {
+            open.extend(section.children_named("default").map(|d| (d, (main, k + 1))));
         }
         defaults.classes.insert(main, Class { sections: top, parent: None });
         // The defaults of attached models have tops of their own, which inherit nothing.
         for section in attached {
             let name = section.attributes().required("class", "the name of the default class")?;
-            open.extend(section.children_named("default").map(|d| (d, name)));
             let class = defaults.classes.entry(name).or_insert(Class { sections: Vec::new(), parent: None });
             class.sections.push(section);
+            let count = class.sections.len();
+            open.extend(section.children_named("default").map(|d| (d, (name, count))));
         }
         while let Some((section, parent)) = open.pop() {
             let name = section.attributes().required("class", "the name of the default class")?;
@@ -45,7 +47,7 @@ impl<'t> Defaults<'t> {
                 let (at, name) = (section.at(), name.to_owned());
                 return Err(FormatError::DuplicateName { at, sort: "default class", name, first });
             }
-            open.extend(section.children_named("default").map(|d| (d, name)));
+            open.extend(section.children_named("default").map(|d| (d, (name, 1))));
         }
         Ok(defaults)
     }
@@ -70,10 +72,11 @@ impl<'t> Defaults<'t> {
         kinds: &[&str],
     ) -> Result<Vec<Vec<Element<'t>>>, FormatError> {
         let own = self.class_of(element, "class")?;
-        let mut class = Some(own.or(inherited).unwrap_or(self.main));
+        let mut class = Some((own.or(inherited).unwrap_or(self.main), usize::MAX));
         let mut classes = Vec::new();
-        while let Some(Class { sections, parent }) = class.and_then(|name| self.classes.get(name)) {
-            let elements = sections.iter().rev().flat_map(|s| s.children().rev());
+        while let Some((name, count)) = class {
+            let Some(Class { sections, parent }) = self.classes.get(name) else { break };
+            let elements = sections.iter().take(count).rev().flat_map(|s| s.children().rev());
             classes.push(elements.filter(|e| kinds.contains(&e.name())).collect());
             class = *parent;
         }

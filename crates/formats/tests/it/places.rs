@@ -89,6 +89,23 @@ fn defaults_of_what_an_attached_model_attaches_stay_there() {
     );
 }
 
+/// A class takes over what the classes around it say where it begins: in MuJoCo 4.0, too, the body weighs 10 · (4/3 π 0.2³ + 0.2³) kg.
+#[test]
+fn defaults_of_a_later_file_do_not_change_earlier_classes() {
+    let robot = "<mujocoinclude><default><geom density='10'/><default class='x'><geom size='.2'/></default></default></mujocoinclude>";
+    let main = "<mujoco><include file='robot.xml'/><default><geom type='box' size='.1 .1 .1'/></default>\
+                <worldbody><body><geom class='x'/><geom/></body></worldbody></mujoco>";
+    let files = Files::new("later-defaults", &[("main.xml", main), ("robot.xml", robot)]);
+    let found = mass(&mjcf(&files.path("main.xml")));
+    assert!((found - 10.0 * (4.0 / 3.0 * PI + 1.0) * 0.2_f64.powi(3)).abs() < 1e-12, "{found}");
+    let classes =
+        main.replace("<include file='robot.xml'/>", "").replace("</mujoco>", "<include file='robot.xml'/></mujoco>");
+    std::fs::write(files.path("main.xml"), classes).unwrap();
+    // The other way round they do: the first geom is a box of 0.2, 0.1 and 0.1 m.
+    let found = mass(&mjcf(&files.path("main.xml")));
+    assert!((found - 10.0 * (0.4 * 0.2 * 0.2 + 0.2_f64.powi(3))).abs() < 1e-12, "{found}");
+}
+
 /// MuJoCo 4.0 has tendons, actuators and sensors in this order, which is that of controls and readings.
 #[test]
 fn what_comes_along_is_in_the_order_of_the_bodies() {
