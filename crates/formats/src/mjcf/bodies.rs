@@ -67,7 +67,7 @@ fn read_body<'t>(
     importer.parts.set_gravity_compensation(id, compensation)?;
     let class = importer.defaults.class_of(element, "childclass")?.or(scope.class);
     let inner = Scope { frame: Pose::IDENTITY, class, suffix: scope.suffix };
-    let inertial = element.child("inertial");
+    let inertial = inertial_of(importer, element)?;
     let compiler = importer.compiler(element);
     let weighing_groups = compiler.inertia_groups;
     let weighs_geoms = match compiler.inertia_source {
@@ -87,7 +87,7 @@ fn read_body<'t>(
     read_sleep(importer, &attributes, id)?;
     let inertia = match inertial {
         // Where no geom weighs anything, what is given counts.
-        Some(inertial) if body.weights.is_empty() => read_inertial(importer, inertial)?,
+        Some((inertial, frame)) if body.weights.is_empty() => read_inertial(importer, inertial)?.placed(&frame),
         _ => Inertia::sum(&body.weights),
     };
     inertias.push((id, importer.compiler(element).adjusted(inertia)));
@@ -198,7 +198,22 @@ fn replicas<'t>(
     Ok(copies.collect())
 }
 
-/// `<inertial>` in the body frame.
+/// The last `<inertial>` of a body, also in a `<frame>`, with the pose of that in the body.
+fn inertial_of<'t>(importer: &Importer<'t>, body: Element<'t>) -> Result<Option<(Element<'t>, Pose)>, FormatError> {
+    let mut found = None;
+    let mut open: Vec<(Element<'t>, Pose)> = body.children().rev().map(|child| (child, Pose::IDENTITY)).collect();
+    while let Some((element, around)) = open.pop() {
+        if element.is("inertial") {
+            found = Some((element, around));
+        } else if element.is("frame") {
+            let frame = around * importer.compiler(element).pose(&element.attributes())?;
+            open.extend(element.children().rev().map(|child| (child, frame)));
+        }
+    }
+    Ok(found)
+}
+
+/// `<inertial>` in the frame in which it stands.
 fn read_inertial(importer: &Importer, element: Element) -> Result<Inertia, FormatError> {
     let a = element.attributes();
     let mass = a.non_negative("mass")?.ok_or_else(|| element.incomplete("attribute 'mass': kg"))?;

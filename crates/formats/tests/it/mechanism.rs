@@ -352,3 +352,22 @@ fn joints_that_move_nothing_of_their_own() {
         assert!((found - expected).abs() < 1e-9, "{:?}", state.v);
     }
 }
+
+/// MuJoCo 4.0 gives the body 1 kg at (1.5, 0, 0) in the first file, and 3 kg at (0, 0, 0.25) in the second.
+#[test]
+fn bodies_can_have_their_inertia_in_a_frame() {
+    let framed = "<frame pos='1 0 0' euler='0 90 0'><inertial pos='0 0 .5' mass='1' diaginertia='1 2 2.5'/></frame>";
+    let own = "<inertial pos='0 0 .25' mass='3' diaginertia='1 1 1'/>";
+    for (inside, mass, center) in [
+        (framed.to_owned(), 1.0, DVec3::new(1.5, 0.0, 0.0)),
+        (format!("{framed}{own}"), 3.0, DVec3::new(0.0, 0.0, 0.25)),
+    ] {
+        let model = mjcf(&format!("<worldbody><body>{inside}<geom size='.1'/></body></worldbody>"));
+        let inertia = model.bodies[1].inertia;
+        assert!((inertia.center_of_mass - center).length() < 1e-12 && inertia.mass == mass, "{inertia:?}");
+        let turned = if mass == 1.0 { DVec3::new(2.5, 2.0, 1.0) } else { DVec3::ONE };
+        let moments = inertia.rotational;
+        let diagonal = DVec3::new(moments.x_axis.x, moments.y_axis.y, moments.z_axis.z);
+        assert!((diagonal - turned).length() < 1e-12, "{moments:?}");
+    }
+}
