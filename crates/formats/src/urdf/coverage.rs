@@ -34,12 +34,16 @@ const LIMIT: Coverage = Coverage {
 };
 const ROBOT: Coverage = Coverage { read: "name", harmless: "version xsi", ignored: &[] };
 
+/// Parts that an element has once, as `<origin>`; the first one is read.
+const ONCE: &str = "origin axis parent child limit dynamics mimic inertial mass inertia geometry";
+
 /// Reports everything in the file that the importer does not take over.
 pub(super) fn audit(root: Element, report: &mut Reporter) {
     ROBOT.audit(root, report);
     let ends = root.children_named("transmission").flat_map(|t| t.children_named("joint"));
     let driven: HashSet<&str> = ends.filter_map(|end| end.attributes().text("name")).collect();
     for element in root.children() {
+        audit_repetitions(element, report);
         match element.name() {
             "link" => audit_link(element, report),
             "joint" => {
@@ -96,9 +100,13 @@ fn audit_geometry(geometry: Element, report: &mut Reporter) {
         ("sphere", reading("radius")),
         ("cylinder", reading("radius length")),
         ("capsule", reading("radius length")),
+        ("ellipsoid", reading("radii a b c")),
         ("mesh", reading("filename scale")),
     ];
-    audit_children(geometry, &shapes, report);
+    // Of a shape of another sort the reader of shapes tells, and of a second one what follows.
+    if let Some(shape) = geometry.children().next() {
+        shapes.iter().filter(|(name, _)| shape.is(name)).for_each(|(_, coverage)| coverage.audit(shape, report));
+    }
     if let Some(second) = geometry.children().nth(1) {
         report.motion(second.at(), second.name(), "is a second shape in one <geometry>", "it is left out");
     }
@@ -140,4 +148,20 @@ fn audit_children(parent: Element, known: &[(&str, Coverage)], report: &mut Repo
 
 fn unknown(element: Element, report: &mut Reporter) {
     report.motion(element.at(), element.name(), "is not a known element here", "it is ignored; is it misspelt?");
+}
+
+/// Reports what a link or joint, or a part of one, has twice.
+fn audit_repetitions(element: Element, report: &mut Reporter) {
+    if !element.is("link") && !element.is("joint") {
+        return;
+    }
+    for part in element.descendants() {
+        let is_again = |name: &str| {
+            let mut same = part.parent().into_iter().flat_map(|parent| parent.children_named(name));
+            same.next().is_some_and(|first| first.index() != part.index())
+        };
+        if ONCE.split(' ').any(|name| part.is(name) && is_again(name)) {
+            report.motion(part.at(), part.name(), "is given twice", "the first one counts: remove one");
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! What is left out is said.
 
-use signorini_formats::{Imported, load_mjcf_str, write_mjcf, write_urdf};
+use signorini_formats::{Imported, LoadOptions, load_mjcf_str, load_urdf_str, write_mjcf, write_urdf};
 use signorini_multibody::Model;
 
 fn import(inner: &str) -> Imported {
@@ -72,4 +72,18 @@ fn generated_names_do_not_clash() {
                 <body name='body2'/><body/></worldbody>";
     let names: Vec<String> = import(text).model.geoms.into_iter().map(|g| g.name).collect();
     assert_eq!(names, ["geom1", "geom1_2", "geom3", "geom3_2"]);
+}
+
+/// What is read is not called unknown, what is left out is told once, and of what is given twice the second one.
+#[test]
+fn urdf_says_what_is_not_read_once() {
+    let text = "<robot name='r'><link name='a'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial>
+        <collision><geometry><ellipsoid radii='1 2 3'/></geometry></collision>
+        <collision><geometry><cone radius='1' length='2'/></geometry></collision>
+        <inertial/></link><link name='b'/>
+        <joint name='j' type='fixed'><parent link='a'/><child link='b'/><origin xyz='1 0 0'/>
+        <origin xyz='2 0 0'/></joint></robot>";
+    let imported = load_urdf_str(text, "", &LoadOptions::default()).unwrap();
+    let told: Vec<(u32, &str)> = imported.report.warnings.iter().map(|w| (w.line, w.element.as_str())).collect();
+    assert_eq!(told, [(3, "geometry"), (4, "inertial"), (6, "origin")], "{}", imported.report);
 }
