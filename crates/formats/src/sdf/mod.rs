@@ -77,6 +77,12 @@ pub(crate) fn import(mut tree: Tree, base: &Path, options: &LoadOptions) -> Resu
     }
     links::read(&mut importer, container).map_err(|error| include::blame(root, error))?;
     coverage::audit(root, &mut importer.report);
+    for other in root.children().filter(|e| e.is("world") || e.is("model")) {
+        if world.is_some_and(|world| world.index() != other.index()) {
+            let effect = "it is left out: the first world is read; put its models there, or into a file of their own";
+            importer.report.motion(other.at(), other.name(), "stands beside a <world>", effect);
+        }
+    }
     arm_massless_joints(&mut importer.parts, &mut importer.report);
     importer.report.notes(tree.take_notes());
     let mut model = importer.parts.build()?;

@@ -332,6 +332,10 @@ fn what_else_a_world_of_gazebo_says_is_told() {
     let report = import(&text).report;
     let told: Vec<&str> = report.warnings.iter().map(|w| w.element.as_str()).collect();
     assert_eq!(told, ["state", "population"], "{report}");
+    let worlds = ["w", "v"].map(|name| format!("<world name='{name}'>{model}</world>\n")).concat();
+    let report = import(&format!("{worlds}{model}")).report;
+    let told: Vec<(u32, &str)> = report.warnings.iter().map(|w| (w.line, w.element.as_str())).collect();
+    assert_eq!(told, [(3, "world"), (4, "model")], "{report}");
 }
 
 #[test]
