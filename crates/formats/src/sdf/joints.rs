@@ -31,9 +31,7 @@ pub(super) fn add<'t>(
     let axes: &[&'static str] = match sort {
         "fixed" => return Ok(()),
         "ball" => {
-            let damping = element.child("axis").and_then(|axis| axis.child("dynamics"));
-            let damping = damping.map_or(Ok(None), |d| values::non_negative(d, "damping"))?.unwrap_or(0.0);
-            let joint = Joint::new("", JointKind::Ball).with_anchor(anchor).with_damping(damping);
+            let joint = ball(importer, element)?.with_anchor(anchor);
             return importer.parts.add_joint(element, Some(name), body, here, joint).map(drop);
         }
         "revolute" | "continuous" | "prismatic" => &["axis"],
@@ -70,6 +68,21 @@ pub(super) fn add<'t>(
         importer.parts.add_joint(element, Some(own), body, here, joint)?;
     }
     Ok(())
+}
+
+/// A ball joint, with the damping and friction of its axis. Limits of it are reported.
+fn ball(importer: &mut Importer, element: Element) -> Result<Joint, FormatError> {
+    let mut joint = Joint::new("", JointKind::Ball);
+    let Some(axis) = element.child("axis") else { return Ok(joint) };
+    if let Some(dynamics) = axis.child("dynamics") {
+        joint.damping = values::non_negative(dynamics, "damping")?.unwrap_or(0.0);
+        joint.friction_loss = values::non_negative(dynamics, "friction")?.unwrap_or(0.0);
+    }
+    if let Some(limit) = axis.child("limit").filter(|_| limits(axis).is_ok_and(|limits| limits.is_some())) {
+        let effect = "it is left out: the joint turns in all directions";
+        importer.report.motion(limit.at(), "limit", "belongs to a ball joint", effect);
+    }
+    Ok(joint)
 }
 
 /// Whether an axis that is not there is the default's, as is reported: that of a second one would be the first one's, and two hinges

@@ -351,3 +351,13 @@ fn limits_can_be_open_in_all_ways_of_writing() {
     assert_eq!([joint("-inf", "inf"), joint("-INF", "+Inf"), joint("-Infinity", "1e16")], [None; 3]);
     assert_eq!(joint("-1", "INFINITY").map(|limits| limits[0]), Some(-1.0));
 }
+
+#[test]
+fn ball_joints_have_dampers_and_friction_and_no_limits() {
+    let axis = "<axis><dynamics><damping>0.5</damping><friction>2</friction></dynamics>\n<limit><lower>-1</lower><upper>1</upper></limit></axis>";
+    let joint = format!("<joint name='j' type='ball'><parent>world</parent><child>l</child>{axis}</joint>");
+    let Imported { model, report, .. } = import(&format!("<model name='m'><link name='l'/>{joint}</model>"));
+    assert_eq!((model.joints[0].damping, model.joints[0].friction_loss, model.joints[0].limits), (0.5, 2.0, None));
+    let [warning] = &report.warnings[..] else { panic!("{report}") };
+    assert_eq!((warning.line, warning.element.as_str()), (3, "limit"));
+}
