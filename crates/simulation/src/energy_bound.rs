@@ -1,24 +1,24 @@
 //! The bound on the energy that the corrections of a step put into its motion.
 //!
-//! It is at most the work of their impulses, less what implicit forces take, and at most all kinetic energy: where these are within the bound nothing
-//! else is asked. Otherwise the smallest change of velocity that makes the corrections, in the metric of the step's matrix, is taken out of the
-//! motion, and what kinetic energy is gone with it is what they put in. That is a quadratic polynomial in θ, whose root is the next θ.
+//! The bound and all energies are those of the trees that corrections move. What they put in is at most the work of their impulses, less what
+//! implicit forces take, and at most all kinetic energy: where these are within the bound nothing else is asked. Otherwise the smallest change of
+//! velocity that makes the corrections, in the metric of the step's matrix, is taken out of the motion, and what kinetic energy is gone with it is
+//! what they put in. That is a quadratic polynomial in θ, whose root is the next θ.
 
-use signorini_multibody::{Model, kinetic_energy};
+use signorini_multibody::Model;
 use signorini_solver::Patience;
 
 use crate::SimulationError;
 use crate::build::rows::MOST_DENSE_ROWS;
 use crate::corrections::energy;
-use crate::moving::Moving;
 use crate::report::StepReport;
 use crate::settings::Settings;
 use crate::smallest_change::SmallestChange;
 use crate::solver::Verdict;
 use crate::workspace::Workspace;
 
-/// Corrections may put in the energy that all bodies and rotors have at so many times the speed of corrections, and this part of the
-/// kinetic energy.
+/// Corrections may put in the energy that all bodies and rotors that they move have at so many times the speed of corrections, and this part of
+/// their kinetic energy.
 const SPEEDS: f64 = 2.0;
 const PART_OF_ENERGY: f64 = 0.01;
 
@@ -42,7 +42,8 @@ impl Workspace {
         if work <= 0.0 || !settings.correction_speed.is_finite() {
             return Ok(verdict);
         }
-        let Moving { mass, inertia, .. } = self.moving;
+        self.moving.reach(&self.builder.problem, &self.solution);
+        let (mass, inertia) = self.moving.reached();
         let [speed, turn] = [settings.correction_speed, settings.correction_angular_speed].map(|speed| SPEEDS * speed);
         let mut bound = 0.5 * mass * speed * speed;
         // The speed may be infinite, and nothing may turn.
@@ -52,7 +53,7 @@ impl Workspace {
         if work <= bound {
             return Ok(verdict);
         }
-        bound += PART_OF_ENERGY * kinetic_energy(model, &self.kinematics, v);
+        bound += PART_OF_ENERGY * self.energy_of_reached(model, v);
         let mut after = self.energy_after(model);
         if self.most_energy_left(work, after) <= bound {
             return Ok(verdict);
@@ -76,10 +77,19 @@ impl Workspace {
         self.attempt_part(0.0, Patience::Full, report)
     }
 
-    /// The kinetic energy of the solution at hand, J.
+    /// The kinetic energy of the solution at hand, J, of what corrections move.
     fn energy_after(&mut self, model: &Model) -> f64 {
-        let Self { solution, moving, kinematics, reach, .. } = self;
-        reach.end.kinetic_energy(model, &moving.bodies, kinematics, &solution.velocity)
+        let v = std::mem::take(&mut self.solution.velocity);
+        let after = self.energy_of_reached(model, &v);
+        self.solution.velocity = v;
+        after
+    }
+
+    /// The kinetic energy at the velocity `v`, J, of what corrections move, whose velocities stay in `smallest.moved`.
+    fn energy_of_reached(&mut self, model: &Model, v: &[f64]) -> f64 {
+        let Self { moving, kinematics, reach, builder, smallest, .. } = self;
+        moving.of_reached(&builder.problem, v, &mut smallest.moved);
+        reach.end.kinetic_energy(model, &moving.bodies, kinematics, &smallest.moved)
     }
 
     /// The part of the corrections of the solution at hand with which they would put in somewhat less energy than the bound (J); 1 where they put
@@ -91,11 +101,10 @@ impl Workspace {
             return 1.0;
         }
         self.find_smallest_change();
-        let Self { solution, smallest, moving, kinematics, reach, .. } = self;
+        let Self { smallest, moving, kinematics, reach, .. } = self;
         let mut energy = |v: &[f64]| reach.end.kinetic_energy(model, &moving.bodies, kinematics, v);
-        let v = &solution.velocity;
         smallest.without.clear();
-        smallest.without.extend(v.iter().zip(&smallest.change).map(|(v, change)| v - change));
+        smallest.without.extend(smallest.moved.iter().zip(&smallest.change).map(|(v, change)| v - change));
         let put_in = after - energy(&smallest.without);
         if put_in <= bound {
             return 1.0;
@@ -108,10 +117,10 @@ impl Workspace {
     }
 
     /// Finds the smallest change of velocity that makes the corrections of the solution at hand: of all constraints, and of the contacts that
-    /// push. It is the velocity itself, all kinetic energy, where they have too many rows.
+    /// push. It is the velocity of what they move, all of its kinetic energy, where they have too many rows.
     fn find_smallest_change(&mut self) {
         let Self { builder, solution, smallest, .. } = self;
-        let SmallestChange { rows, rates, basis, change, .. } = smallest;
+        let SmallestChange { rows, rates, basis, change, moved, .. } = smallest;
         let problem = &builder.problem;
         rows.clear();
         rates.clear();
@@ -125,7 +134,7 @@ impl Workspace {
             rows.push(columns.iter().zip(entries).map(|(column, entry)| (*column, [entry[0]])));
             rates.push(problem.gap[i].min(0.0) / problem.timestep);
         }
-        change.clone_from(&solution.velocity);
+        change.clone_from(moved);
         if rows.len() <= MOST_DENSE_ROWS {
             basis.factor(rows, &problem.mass_factor, problem.nv());
             basis.solve_into(rates, &problem.mass_factor, change);
@@ -136,11 +145,9 @@ impl Workspace {
     /// `v⁺ᵀ (M̂ − M) v⁺`, as dampers do that hold a mechanism back, and no more than the kinetic energy after the step, as where friction takes
     /// the rest.
     fn most_energy_left(&mut self, work: f64, after: f64) -> f64 {
-        let Self { builder, solution, smallest, .. } = self;
-        let v = &solution.velocity;
-        let momentum = &mut smallest.change;
+        let SmallestChange { moved: v, change: momentum, .. } = &mut self.smallest;
         momentum.resize(v.len(), 0.0);
-        builder.problem.mass.multiply_into(v, momentum);
+        self.builder.problem.mass.multiply_into(v, momentum);
         let with_implicit: f64 = v.iter().zip(momentum).map(|(v, p)| v * *p).sum();
         (work - (with_implicit - 2.0 * after).max(0.0)).min(after)
     }

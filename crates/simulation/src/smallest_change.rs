@@ -10,6 +10,8 @@ pub(crate) struct SmallestChange {
     pub rows: SparseRows<1>,
     pub rates: Vec<f64>,
     pub basis: BilateralBasis,
+    /// The velocity of the trees that corrections move, `[nv]`.
+    pub moved: Vec<f64>,
     /// `[nv]`.
     pub change: Vec<f64>,
     /// The velocity without it, `[nv]`.

@@ -304,7 +304,9 @@ class Spec(Strict, _core.Spec):
         return self._related("tendon", name, element)
 
     def add_pair(self, geom1: Union[str, SpecPart], geom2: Union[str, SpecPart], **attributes: Any) -> None:
-        """Lets two geoms meet with a friction of their own, with MJCF's attributes."""
+        """Lets two geoms meet with a friction of their own, with MJCF's attributes. Nothing is taken over from the geoms: what is not given is
+        MJCF's (``condim`` 3, ``friction`` 1 1 0.005 0.0001 0.0001, ``margin`` 0).
+        """
         self._add_relation("pair", "", _text(_element("pair", {"geom1": geom1, "geom2": geom2, **attributes})))
 
     def add_keyframe(self, name: str, **attributes: Any) -> SpecPart:

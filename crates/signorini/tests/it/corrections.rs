@@ -70,6 +70,30 @@ fn a_hand_welded_far_away_is_drawn_there_gently() {
     assert!(arrived >= 4, "{arrived}");
 }
 
+/// Ten tons that fly by elsewhere have the energy to throw the arm at many times the speed of corrections; it is no more theirs than if they were not there.
+#[test]
+fn what_moves_elsewhere_permits_no_more() {
+    let flyer = "<body name='flyer' pos='50 0 9'><freejoint/><geom type='box' size='1 1 1' mass='10000'/></body>";
+    let beside = ARM.replace("</worldbody>", &format!("{flyer}</worldbody>"));
+    let model = signorini_formats::load_mjcf_str(&beside, "").unwrap().model;
+    let mut reduced = 0;
+    for pose in 0..8 {
+        let mut alone = arm(pose, Settings::default());
+        let mut both = Simulation::new(model.clone(), Settings::default()).unwrap();
+        let mut state = both.state().clone();
+        state.q[..7].copy_from_slice(&alone.state().q);
+        state.v[7..10].copy_from_slice(&[100.0, 0.0, 0.0]);
+        both.set_state(&state).unwrap();
+        alone.step().unwrap();
+        both.step().unwrap();
+        reduced += u32::from(alone.report().theta < 1.0);
+        for (a, b) in alone.state().v.iter().zip(&both.state().v) {
+            assert!((a - b).abs() < 1e-9, "pose {pose}: {a} alone, {b} beside what flies");
+        }
+    }
+    assert!(reduced >= 2, "the bound on energy is to be met, and not in {reduced} of 8 poses alone");
+}
+
 /// Two limits of one arm are violated, and a constraint locks the first joint: the second one comes to its limit at the speed of corrections all the
 /// same, while the first one stays where it is.
 #[test]
