@@ -148,8 +148,11 @@ fn axis(joint: Element) -> Result<DVec3, FormatError> {
     Ok(axis.attributes().direction("xyz")?.unwrap_or(DVec3::X))
 }
 
-/// The limits of a joint; none, which is noted, where the file gives none or the upper one lies below the lower one (Bullet's way to
-/// say that there are none).
+/// An infinite limit, which is one that no joint comes to where the other one is finite.
+const UNLIMITED: f64 = 1e15;
+
+/// The limits of a joint; none where both are infinite, and, which is noted, where the file gives none or the upper one lies below the lower one
+/// (Bullet's way to say that there are none).
 pub(crate) fn limits(joint: Element) -> Result<Option<[f64; 2]>, FormatError> {
     let Some(limit) = joint.child("limit") else {
         let effect = "the joint moves without end: give <limit lower=\"…\" upper=\"…\"/>, or the type 'continuous'";
@@ -157,13 +160,17 @@ pub(crate) fn limits(joint: Element) -> Result<Option<[f64; 2]>, FormatError> {
         return Ok(None);
     };
     let a = limit.attributes();
-    let (lower, upper) = (a.number_or("lower", 0.0)?, a.number_or("upper", 0.0)?);
+    let bound = |name| Ok::<_, FormatError>(a.number_or_infinity(name)?.unwrap_or(0.0));
+    let (lower, upper) = (bound("lower")?, bound("upper")?);
     if lower > upper {
         let effect = "the joint has no limits (as in Bullet): give the smaller one as 'lower'";
         limit.note(a.at("upper"), "has its upper end below its lower one", effect, true);
         return Ok(None);
     }
-    Ok(Some([lower, upper]))
+    if lower == f64::NEG_INFINITY && upper == f64::INFINITY {
+        return Ok(None);
+    }
+    Ok(Some([lower, upper].map(|end| end.clamp(-UNLIMITED, UNLIMITED))))
 }
 
 /// `<inertial>` of a link in the link's frame; none of it if the link has none. Published robots often have links whose

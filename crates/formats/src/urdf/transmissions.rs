@@ -48,16 +48,16 @@ fn add_motor<'t>(
 ) -> Result<(), FormatError> {
     let Some(joint) = importer.parts.joint(name).filter(|joint| joint.kind.nv() == 1) else { return Ok(()) };
     let actuator = Actuator::new(String::new(), Transmission::Joint(joint.id), ActuatorKind::Motor)
-        .with_force_range(bound.map(|bound| [-bound, bound]));
+        .with_force_range(bound.filter(|bound| bound.is_finite()).map(|bound| [-bound, bound]));
     importer.parts.add_actuator(element, Some(name.to_owned()), actuator).map(drop)
 }
 
-/// The bound of a joint's force, if it has one that is neither 0 nor negative.
+/// The bound of a joint's force, if it has one that is neither 0 nor negative; it may be infinite.
 fn effort(joint: Element) -> Result<Option<f64>, FormatError> {
     let Some(limit) = joint.child("limit") else { return Ok(None) };
-    Ok(limit.attributes().number("effort")?.filter(|bound| *bound > 0.0))
+    Ok(limit.attributes().number_or_infinity("effort")?.filter(|bound| *bound > 0.0))
 }
 
 fn has_no_bound(limit: Element) -> bool {
-    limit.attributes().number("effort").is_ok_and(|effort| effort.is_some_and(|bound| bound < 0.0))
+    limit.attributes().number_or_infinity("effort").is_ok_and(|effort| effort.is_some_and(|bound| bound < 0.0))
 }

@@ -58,6 +58,18 @@ impl<'t> Attributes<'t> {
         Ok(self.vector::<1>(name)?.map(|[x]| x))
     }
 
+    /// A number that may be infinite, as a limit that is none.
+    pub fn number_or_infinity(&self, name: &'static str) -> Result<Option<f64>, FormatError> {
+        let text = self.text(name).map(|text| text.trim().to_ascii_lowercase());
+        let is_infinite = text.is_some_and(|text| ["inf", "infinity"].contains(&text.trim_start_matches(['-', '+'])));
+        let negative = is_infinite && self.text(name).is_some_and(|text| text.trim().starts_with('-'));
+        match (is_infinite, negative) {
+            (false, _) => self.number(name),
+            (true, false) => Ok(Some(f64::INFINITY)),
+            (true, true) => Ok(Some(f64::NEG_INFINITY)),
+        }
+    }
+
     pub fn number_or(&self, name: &'static str, default: f64) -> Result<f64, FormatError> {
         Ok(self.number(name)?.unwrap_or(default))
     }

@@ -310,6 +310,24 @@ fn bad_values_are_refused() {
     assert_refused(&format!("{}{}\n{misspelt}", link("a"), link("b")), &["text):3:17", "revolut", "'revolute'"]);
 }
 
+#[test]
+fn infinite_limits_and_efforts_are_none() {
+    let joint = |limit: &str| {
+        let text = format!(
+            "<robot name='r'><link name='a'/><link name='b'><inertial><mass value='1'/><inertia ixx='1' iyy='1' izz='1'/></inertial></link>
+            <joint name='j' type='revolute'><parent link='a'/><child link='b'/><limit {limit}/></joint></robot>"
+        );
+        load_urdf_str(&text, "", &LoadOptions::default()).unwrap().model
+    };
+    for word in ["inf", "INF", "+Infinity"] {
+        let model = joint(&format!("lower='-inf' upper='{word}' effort='{word}'"));
+        assert_eq!((model.joints[0].limits, model.actuators.len()), (None, 1));
+        assert_eq!(model.actuators[0].force_range, None);
+    }
+    let [lower, upper] = joint("lower='-1.5' upper='inf'").joints[0].limits.expect("one end is finite");
+    assert!(lower == -1.5 && upper > 1e12, "{lower} {upper}");
+}
+
 /// As Gazebo reads it: −1 for no bound.
 #[test]
 fn negative_efforts_bound_nothing() {
