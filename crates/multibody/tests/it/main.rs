@@ -5,6 +5,7 @@ mod tasks;
 mod tree_file;
 
 mod closed_forms;
+mod constraints;
 mod coriolis;
 mod derivatives;
 mod equations;
@@ -18,6 +19,7 @@ mod motion;
 mod mujoco;
 mod muscles;
 mod peers;
+mod rotations;
 mod sensors;
 mod tendons;
 mod turning_servos;
