@@ -4,6 +4,7 @@ mod random_model;
 mod tasks;
 mod tree_file;
 
+mod actuators;
 mod closed_forms;
 mod constraints;
 mod coriolis;

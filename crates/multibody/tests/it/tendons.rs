@@ -259,6 +259,25 @@ fn swing_bounds_how_the_rate_of_a_string_changes() {
     }
 }
 
+/// A unit force along a string does the work of its length: `Σ f · v = l̇` over the points where it acts, and nothing on the whole.
+#[test]
+fn forces_along_a_string_do_the_work_of_its_length() {
+    let mut random = Random(47);
+    let strings = strings(&mut random, true);
+    let (q, v) = (vec![0.4, -0.7], vec![1.3, -0.6]);
+    let at = kinematics(&strings.model, &State::at(q.clone(), v.clone()));
+    for (t, tendon) in strings.model.tendons.iter().enumerate() {
+        let (mut power, mut whole) = (0.0, DVec3::ZERO);
+        tendon.visit_forces(&strings.model, &at, |body, point, force| {
+            power += force.dot(at.point_velocity(body, point));
+            whole += force;
+        });
+        let rate = row(&strings.model, t, &q).rate(&v);
+        assert!((power - rate).abs() < 1e-13 && rate.abs() > 1e-3, "{}: {power} instead of {rate}", tendon.name);
+        assert!(whole.length() < 1e-14);
+    }
+}
+
 /// A fixed tendon's length and row are its terms, and what lies along its own joints adds up.
 #[test]
 fn fixed_tendons_combine_coordinates() {
