@@ -5,6 +5,7 @@ mod tasks;
 mod tree_file;
 
 mod actuators;
+mod balance;
 mod closed_forms;
 mod constraints;
 mod coriolis;
