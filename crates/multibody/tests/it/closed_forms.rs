@@ -3,8 +3,8 @@
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{
     BodyId, FreeMotion, Inertia, Input, Joint, JointKind, Kinematics, Model, ModelBuilder, Pose, State,
-    angular_momentum, forward_kinematics_into, free_motion_into, integrate_into, kinetic_energy, potential_energy,
-    rotation_exp,
+    angular_momentum, center_of_mass, forward_kinematics_into, free_motion_into, integrate_into, kinetic_energy,
+    potential_energy, rotation_exp,
 };
 
 use crate::identities::{FIXED, forward_dynamics, inverse_dynamics, kinematics, relative_error};
@@ -212,5 +212,7 @@ fn points_have_no_moment_of_their_own_and_wheels_need_no_mass() {
         let own = inertia.rotational.y_axis.y * acceleration;
         let expected = own + inertia.mass * length * (9.81 * q.cos() + length * acceleration);
         assert!((found - expected).abs() < 1e-13 * expected, "{inertia:?}: {found} instead of {expected}");
+        let center = if inertia.mass > 0.0 { at.pose[1].position } else { DVec3::ZERO };
+        assert!((center_of_mass(&model, &at) - center).length() < 1e-15);
     }
 }

@@ -226,3 +226,20 @@ fn a_body_too_fast_for_the_step_is_counted() {
     let (count, change) = spun([150.0, 100.0, 50.0]);
     assert!(count == 0 && change > 1.0, "{count} {change:e}");
 }
+
+#[test]
+fn every_body_too_fast_for_the_step_is_counted() {
+    let mut builder = ModelBuilder::new("three");
+    for name in ["a", "b", "c"] {
+        let body = builder.add_body(name, BodyId::WORLD, Pose::IDENTITY, t_handle()).unwrap();
+        builder.add_joint(body, Joint::new(name, JointKind::Free)).unwrap();
+    }
+    let model = builder.build().unwrap();
+    let mut state = State::new(&model);
+    for (body, omega) in [[300.0, 200.0, 100.0], [3.0, 2.0, 1.0], [100.0, 300.0, 200.0]].iter().enumerate() {
+        state.v[6 * body + 3..6 * body + 6].copy_from_slice(omega);
+    }
+    let mut motion = FreeMotion::new(&model);
+    free_motion_into(&model, &kinematics(&model, &state), &state, &Input::default(), 1e-2, &mut motion).unwrap();
+    assert_eq!(motion.unresolved_rotations, 2);
+}

@@ -191,8 +191,14 @@ fn inverse_kinematics_stretches_towards_what_is_out_of_reach() {
 /// A target inwards is reached from a limit, however weak the pull towards it is, and one beyond the limit leaves the joint at it.
 #[test]
 fn inverse_kinematics_leaves_a_limit_inwards_alone() {
+    for axis in [DVec3::Y, DVec3::NEG_Y] {
+        check_limits_inwards(axis);
+    }
+}
+
+fn check_limits_inwards(axis: DVec3) {
     let mut world = signorini_multibody::ModelBuilder::new("arm");
-    let pivot = signorini_multibody::Joint::hinge("pivot", DVec3::Y).with_limits([-0.4, 0.7]);
+    let pivot = signorini_multibody::Joint::hinge("pivot", axis).with_limits([-0.4, 0.7]);
     let ball = signorini_multibody::Geometry::Sphere { radius: 0.1 };
     let arm = world.body("arm").joint(pivot).solid(ball, 1.0).add().unwrap();
     let model = world.build().unwrap();
@@ -202,8 +208,9 @@ fn inverse_kinematics_leaves_a_limit_inwards_alone() {
     for (start, wanted, end) in
         [(-0.4, -0.3, -0.3), (-0.4, 0.6, 0.6), (0.7, 0.65, 0.65), (0.7, 0.9, 0.7), (-0.4, -0.5, -0.4)]
     {
-        let turn =
-            FrameTarget::at(frame, DVec3::ZERO).with_position(None).with_rotation(Some(DQuat::from_rotation_y(wanted)));
+        let turn = FrameTarget::at(frame, DVec3::ZERO)
+            .with_position(None)
+            .with_rotation(Some(DQuat::from_scaled_axis(axis * wanted)));
         let mut q = vec![start];
         let report = inverse_kinematics_into(&model, &[turn], &settings, &mut storage, &mut q);
         assert!((q[0] - end).abs() < 1e-9, "from {start} to {wanted}: {report:?} at {q:?}");
@@ -238,7 +245,9 @@ fn inverse_kinematics_turns_a_ball_up_to_its_limit() {
     let mut world = signorini_multibody::ModelBuilder::new("joystick");
     let ball = signorini_multibody::Joint::new("ball", JointKind::Ball).with_limits([0.0, 0.5]);
     let shape = signorini_multibody::Geometry::Sphere { radius: 0.1 };
-    let stick = world.body("stick").joint(ball).solid(shape, 1.0).add().unwrap();
+    let slide = signorini_multibody::Joint::new("slide", JointKind::Slide { axis: DVec3::X });
+    let base = world.body("base").joint(slide).solid(shape.clone(), 1.0).add().unwrap();
+    let stick = world.body("stick").on(base).joint(ball).solid(shape, 1.0).add().unwrap();
     let model = world.build().unwrap();
     let frame = Frame { body: stick, placement: Pose::IDENTITY };
     let axis = DVec3::new(0.48, -0.6, 0.64);
@@ -249,7 +258,7 @@ fn inverse_kinematics_turns_a_ball_up_to_its_limit() {
         let settings = InverseKinematicsSettings::default();
         let mut q = model.reference_configuration();
         let report = inverse_kinematics_into(&model, std::slice::from_ref(&turn), &settings, &mut storage, &mut q);
-        let found = rotation_log(DQuat::from_xyzw(q[1], q[2], q[3], q[0]));
+        let found = rotation_log(DQuat::from_xyzw(q[2], q[3], q[4], q[1]));
         assert!((found - axis * end).length() < 1e-8, "{wanted}: {report:?} at {found}");
         assert_eq!(report.converged, wanted == end);
         if report.converged {
