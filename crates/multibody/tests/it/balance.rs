@@ -212,5 +212,14 @@ fn balances_have_the_slopes_of_actuators_and_tendons() {
         let step = Step::of(Given { model: model.clone(), state, input, dt: 0.02 }).unwrap();
         step.check_states();
         step.check_actuators();
+        // A centre that leaves the origin of its body: a first moment arises, and the inertia about the origin stays to first order.
+        let center_of_mass = random.direction();
+        for b in 1..model.bodies.len() {
+            let change =
+                BalanceChange::Inertia(BodyId(b as u32), InertiaChange { center_of_mass, ..InertiaChange::ZERO });
+            step.check("centre", &step.slopes(&change), |given, h| {
+                given.model.bodies[b].inertia.center_of_mass += center_of_mass * h;
+            });
+        }
     }
 }
