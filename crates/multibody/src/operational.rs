@@ -29,8 +29,7 @@ pub fn operational_space_inertia(factor: &BlockCholesky, jacobian: &[f64]) -> Op
         let mut solved = row(i).to_vec();
         factor.solve_in_place(&mut solved);
         for j in 0..=i {
-            let entry: f64 = row(j).iter().zip(&solved).map(|(a, b)| a * b).sum();
-            (mobility[i * rows + j], mobility[j * rows + i]) = (entry, entry);
+            mobility[i * rows + j] = row(j).iter().zip(&solved).map(|(a, b)| a * b).sum();
         }
     }
     factorise(&mut mobility, rows, SINGULAR)?;

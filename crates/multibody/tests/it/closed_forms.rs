@@ -3,11 +3,11 @@
 use signorini_multibody::glam::{DMat3, DVec3};
 use signorini_multibody::{
     BodyId, FreeMotion, Inertia, Input, Joint, JointKind, Kinematics, Model, ModelBuilder, Pose, State,
-    angular_momentum, forward_kinematics_into, free_motion_into, integrate_into, kinetic_energy, potential_energy,
-    rotation_exp,
+    angular_momentum, center_of_mass, forward_kinematics_into, free_motion_into, integrate_into, kinetic_energy,
+    potential_energy, rotation_exp,
 };
 
-use crate::identities::{FIXED, forward_dynamics, kinematics, relative_error};
+use crate::identities::{FIXED, forward_dynamics, inverse_dynamics, kinematics, relative_error};
 use crate::random_model::{Random, for_random_models};
 
 const G: f64 = 9.81;
@@ -190,4 +190,29 @@ fn energy_is_conserved() {
         let (coarse, fine) = (drift(100), drift(200));
         assert!(fine < 1e-7 && (fine < coarse / 10.0 || fine < 1e-12), "{coarse:e} {fine:e}");
     });
+}
+
+/// A mass without extent has weight and inertia by its distance from the hinge, and a wheel without mass the moment of its turning: `m g l cos q +
+/// m l² q̈` and `I q̈`.
+#[test]
+fn points_have_no_moment_of_their_own_and_wheels_need_no_mass() {
+    let rotational = DMat3::from_diagonal(DVec3::new(0.2, 0.3, 0.4));
+    let point = |mass| Inertia { mass, center_of_mass: DVec3::ZERO, rotational: DMat3::ZERO };
+    let wheel = Inertia { mass: 0.0, center_of_mass: DVec3::ZERO, rotational };
+    let (length, q, acceleration): (f64, f64, f64) = (0.7, 0.4, 1.5);
+    for inertia in [point(1.0), point(2.5), wheel] {
+        let mut builder = ModelBuilder::new("hinged");
+        let body = builder.add_body("part", BodyId::WORLD, Pose::IDENTITY, inertia).unwrap();
+        let hinge =
+            Joint::new("hinge", JointKind::Hinge { axis: DVec3::NEG_Y }).with_anchor(DVec3::new(-length, 0.0, 0.0));
+        builder.add_joint(body, hinge).unwrap();
+        let model = builder.build().unwrap();
+        let at = kinematics(&model, &State::at(vec![q], vec![3.0]));
+        let found = inverse_dynamics(&model, &at, &[acceleration])[0];
+        let own = inertia.rotational.y_axis.y * acceleration;
+        let expected = own + inertia.mass * length * (9.81 * q.cos() + length * acceleration);
+        assert!((found - expected).abs() < 1e-13 * expected, "{inertia:?}: {found} instead of {expected}");
+        let center = if inertia.mass > 0.0 { at.pose[1].position } else { DVec3::ZERO };
+        assert!((center_of_mass(&model, &at) - center).length() < 1e-15);
+    }
 }

@@ -26,16 +26,20 @@ fn step(model: &Model, state: &mut State, dt: f64) {
 /// Rods of 1 kg and 0.3 m on a string of hinges, level at the beginning; their axes are turned against each other by `twist` radians each.
 fn rods(n: usize, twist: f64) -> Model {
     let mut builder = ModelBuilder::new("rods");
+    add_rods(&mut builder, "", n, twist);
+    builder.build().unwrap()
+}
+
+fn add_rods(builder: &mut ModelBuilder, name: &str, n: usize, twist: f64) {
     let mut parent = BodyId::WORLD;
     for i in 0..n {
         let rotational = signorini_multibody::glam::DMat3::from_diagonal(DVec3::new(1e-4, 0.0075, 0.0075));
         let inertia = Inertia { mass: 1.0, center_of_mass: DVec3::X * 0.15, rotational };
         let placement = Pose::from_position(if i == 0 { DVec3::ZERO } else { DVec3::X * 0.3 });
-        parent = builder.add_body(format!("rod{i}"), parent, placement, inertia).unwrap();
+        parent = builder.add_body(format!("{name}rod{i}"), parent, placement, inertia).unwrap();
         let axis = DVec3::new(0.0, (twist * i as f64).cos(), (twist * i as f64).sin());
-        builder.add_joint(parent, Joint::new(format!("hinge{i}"), JointKind::Hinge { axis })).unwrap();
+        builder.add_joint(parent, Joint::new(format!("{name}hinge{i}"), JointKind::Hinge { axis })).unwrap();
     }
-    builder.build().unwrap()
 }
 
 #[test]
@@ -111,4 +115,27 @@ fn trees_converge_with_the_square_of_the_step() {
     };
     let (coarse, fine) = (error(100), error(200));
     assert!(coarse < 1e-3 && (3.7..4.3).contains(&(coarse / fine)), "{coarse:e}, {fine:e}");
+}
+
+/// A tree that turns by many radians in the step is counted, and moves as it would from rest: its velocity gains what gravity gives. A slower one
+/// beside it moves as it does alone.
+#[test]
+fn trees_too_fast_for_the_step_feel_no_coriolis_forces() {
+    let mut builder = ModelBuilder::new("two");
+    add_rods(&mut builder, "slow ", 2, 0.3);
+    add_rods(&mut builder, "fast ", 4, 0.7);
+    let model = builder.build().unwrap();
+    let (q, dt) = ([0.3, -0.8, 0.3, -0.8, 0.4, 1.1], 0.01);
+    let state = State::at(q.to_vec(), vec![2.0, -3.0, -300.0, 700.0, 200.0, -500.0]);
+    let mut motion = FreeMotion::new(&model);
+    free_motion_into(&model, &kinematics(&model, &state), &state, &Input::default(), dt, &mut motion).unwrap();
+    assert_eq!(motion.unresolved_rotations, 1);
+    let rest = kinematics(&model, &State::at(q.to_vec(), vec![0.0; 6]));
+    let falling = forward_dynamics(&model, &rest, &[0.0; 6]);
+    for k in 2..6 {
+        let (found, expected) = (motion.free_velocity[k] - state.v[k], dt * falling[k]);
+        assert!((found - expected).abs() < 1e-9, "dof {k}: {found} instead of {expected}");
+    }
+    let alone = end_of_step(&rods(2, 0.3), &State::at(q[..2].to_vec(), state.v[..2].to_vec()), dt);
+    assert!(alone.iter().zip(&motion.free_velocity).all(|(a, b)| (a - b).abs() < 1e-13));
 }

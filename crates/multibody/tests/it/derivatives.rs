@@ -3,9 +3,12 @@
 use signorini_multibody::derivatives::{
     InverseDynamicsDerivatives, MotionDerivatives, inverse_dynamics_derivatives_into,
 };
-use signorini_multibody::{BodyId, Model, NewtonEuler, State, integrate_into, inverse_dynamics_into};
+use signorini_multibody::{
+    BodyId, Model, NewtonEuler, SpatialVector, State, add_wrench, integrate_into, inverse_dynamics_into,
+    point_jacobian_into,
+};
 
-use crate::identities::{FIXED, kinematics};
+use crate::identities::{FIXED, kinematics, relative_error};
 use crate::random_model::{Random, for_random_models};
 
 /// Step of the central differences.
@@ -41,7 +44,20 @@ fn inverse_dynamics_has_the_slopes_of_its_differences() {
         let acceleration = random.list(nv, 1.0);
         let mut out = InverseDynamicsDerivatives::new(model);
         let at = kinematics(model, state);
-        inverse_dynamics_derivatives_into(model, &at, &state.v, &acceleration, &[], &mut out);
+        // Fixed to their bodies, so that they turn with them.
+        let wrenches: Vec<SpatialVector> = (0..model.bodies.len())
+            .map(|_| SpatialVector { angular: random.vector(2.0), linear: random.vector(2.0) })
+            .collect();
+        inverse_dynamics_derivatives_into(model, &at, &state.v, &acceleration, &wrenches, &mut out);
+        let force = |model: &Model, state: &State, acceleration: &[f64]| {
+            let (mut tau, now) = (force(model, state, acceleration), kinematics(model, state));
+            for (i, wrench) in wrenches.iter().enumerate() {
+                let turn = now.pose[i].rotation * at.pose[i].rotation.conjugate();
+                let (point, taken) = (now.pose[i].position, [wrench.linear, wrench.angular].map(|x| turn * -x));
+                add_wrench(model, &now, BodyId(i as u32), point, taken[0], taken[1], &mut tau);
+            }
+            tau
+        };
         assert_column(&force(model, state, &acceleration), &out.force, |_| 0.0);
         for k in 0..nv {
             let [ahead, behind] = [H, -H].map(|h| force(model, &moved(model, state, k, h), &acceleration));
@@ -58,13 +74,21 @@ fn inverse_dynamics_has_the_slopes_of_its_differences() {
 
 #[test]
 fn velocities_of_bodies_have_the_slopes_of_their_differences() {
-    for_random_models(902, FIXED, |model, state, _: &mut Random| {
+    for_random_models(902, FIXED, |model, state, random: &mut Random| {
         let at = kinematics(model, state);
         let mut motion = MotionDerivatives::new(model);
         motion.set(model, &at, &state.v);
         for body in (1..model.bodies.len() as u32).map(BodyId) {
             let point = at.pose[body.index()].position;
+            let elsewhere = random.vector(1.0);
+            let carried = motion.velocity(body, elsewhere).to_array();
+            let expected = [at.angular_velocity[body.index()], at.point_velocity(body, elsewhere)];
+            assert!(relative_error(&carried, expected.map(|v| v.to_array()).as_flattened()) < 1e-13);
+            let mut jacobian = vec![0.0; 3 * model.nv];
+            point_jacobian_into(model, &at, body, elsewhere, &mut jacobian);
             for k in model.dofs_moving(body) {
+                let column = [0, 1, 2].map(|row| jacobian[row * model.nv + k]);
+                assert!(relative_error(&motion.displacement(k, elsewhere).to_array()[3..], &column) < 1e-13);
                 let [ahead, behind] = [H, -H].map(|h| {
                     let near = kinematics(model, &moved(model, state, k, h));
                     let (v, w) = (near.point_velocity(body, point), near.angular_velocity[body.index()]);

@@ -9,20 +9,20 @@ use signorini_multibody::{
 use crate::identities::{FIXED, bias_force, forward_dynamics, kinematics, mass_matrix, relative_error};
 use crate::random_model::for_random_models;
 
-fn free_motion(model: &Model, state: &State, input: &Input, dt: f64) -> FreeMotion {
+pub fn free_motion(model: &Model, state: &State, input: &Input, dt: f64) -> FreeMotion {
     let mut free = FreeMotion::new(model);
     free_motion_into(model, &kinematics(model, state), state, input, dt, &mut free).unwrap();
     free
 }
 
-fn actuator(joint: usize, kind: ActuatorKind) -> Actuator {
+pub fn actuator(joint: usize, kind: ActuatorKind) -> Actuator {
     let name = format!("actuator{joint}");
     let transmission = Transmission::Joint(JointId(joint as u32));
     Actuator::new(name, transmission, kind)
 }
 
 /// A mass on a slide along x, without gravity.
-fn slider(mass: f64, joint: Joint, actuators: Vec<Actuator>) -> Model {
+pub fn slider(mass: f64, joint: Joint, actuators: Vec<Actuator>) -> Model {
     let mut builder = ModelBuilder::new("slider");
     builder.gravity(DVec3::ZERO);
     let inertia = Inertia { mass, center_of_mass: DVec3::ZERO, rotational: DMat3::ZERO };
@@ -34,7 +34,7 @@ fn slider(mass: f64, joint: Joint, actuators: Vec<Actuator>) -> Model {
     builder.build().unwrap()
 }
 
-fn slide() -> Joint {
+pub fn slide() -> Joint {
     Joint::new("slide", JointKind::Slide { axis: DVec3::X })
 }
 

@@ -2,7 +2,7 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    ArticulatedBodies, BodyId, Kinematics, LengthRow, MassMatrix, Model, MovingBodies, NewtonEuler, State,
+    ArticulatedBodies, BodyId, Kinematics, LengthRow, MassError, MassMatrix, Model, MovingBodies, NewtonEuler, State,
     angular_jacobian_into, bias_force_into, body_velocities_into, forward_dynamics_into, forward_kinematics_into,
     inverse_dynamics_into, kinetic_energy, mass_matrix_into, point_jacobian_into,
 };
@@ -67,6 +67,23 @@ fn inverse_dynamics_undoes_forward_dynamics() {
         let error = relative_error(&back, &tau);
         assert!(error < 1e-12, "{error}");
     });
+}
+
+/// A joint whose inertia is taken away by its rotor, or that has none that is a number, cannot be accelerated.
+#[test]
+fn forward_dynamics_refuses_what_has_no_positive_inertia() {
+    for armature in [-1e3, f64::NEG_INFINITY, f64::INFINITY, f64::NAN] {
+        for_random_models(4, FIXED, |model, state, _| {
+            let Some(k) = (0..model.joints.len()).find(|&k| model.joints[k].kind.nv() == 1) else { return };
+            let mut model = model.clone();
+            model.joints[k].armature = armature;
+            let (at, mut out) = (kinematics(&model, state), vec![0.0; model.nv]);
+            let mut work = ArticulatedBodies::new(&model);
+            let done = forward_dynamics_into(&model, &at, &vec![0.0; model.nv], &mut work, &mut out);
+            let dof = model.joints[k].v_index;
+            assert!(matches!(done, Err(MassError::NotPositiveDefinite { dof: found, .. }) if found == dof), "{done:?}");
+        });
+    }
 }
 
 #[test]

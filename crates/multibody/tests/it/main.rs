@@ -4,7 +4,10 @@ mod random_model;
 mod tasks;
 mod tree_file;
 
+mod actuators;
+mod balance;
 mod closed_forms;
+mod constraints;
 mod coriolis;
 mod derivatives;
 mod equations;
@@ -18,6 +21,7 @@ mod motion;
 mod mujoco;
 mod muscles;
 mod peers;
+mod rotations;
 mod sensors;
 mod tendons;
 mod turning_servos;

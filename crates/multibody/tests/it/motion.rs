@@ -2,9 +2,9 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    BodyId, JacobianRows, Kinematics, Model, State, add_wrench, angular_jacobian_into, angular_momentum,
-    angular_rows_into, center_of_mass, contact_rows_into, difference_into, integrate_into, kinetic_energy,
-    linear_momentum, point_jacobian_into, point_rows_into, potential_energy, rotation_log, total_mass,
+    BodyId, JacobianRows, Kinematics, Model, NewtonEuler, State, add_wrench, angular_jacobian_into, angular_momentum,
+    angular_rows_into, center_of_mass, contact_rows_into, difference_into, integrate_into, inverse_dynamics_into,
+    kinetic_energy, linear_momentum, point_jacobian_into, point_rows_into, potential_energy, rotation_log, total_mass,
 };
 
 use crate::identities::{
@@ -143,6 +143,24 @@ fn inverse_dynamics_is_the_projected_rate_of_momentum() {
         }
         let error = relative_error(&inverse_dynamics(model, &at, &acceleration), &tau);
         assert!(error < 1e-8, "{error}");
+    });
+}
+
+/// What inverse dynamics knows of every body's acceleration, gravity taken away from it.
+#[test]
+fn accelerations_are_derivatives_of_velocities() {
+    for_random_models(18, FIXED, |model, state, random| {
+        let acceleration = random.list(model.nv, 3.0);
+        let mut work = NewtonEuler::new(model);
+        let mut tau = vec![0.0; model.nv];
+        inverse_dynamics_into(model, &kinematics(model, state), &acceleration, &mut work, &mut tau);
+        let [before, after] = around(model, state, &acceleration);
+        for i in 1..model.bodies.len() {
+            let (angular, linear) = work.acceleration(BodyId(i as u32));
+            close(angular, (after.angular_velocity[i] - before.angular_velocity[i]) / (2.0 * H), 1e-7, "angular");
+            let speeding = (after.linear_velocity[i] - before.linear_velocity[i]) / (2.0 * H);
+            close(linear, speeding - model.gravity, 1e-7, "linear");
+        }
     });
 }
 

@@ -2,9 +2,11 @@
 
 use signorini_multibody::glam::DVec3;
 use signorini_multibody::{
-    Activation, ActivationKind, Actuator, ActuatorKind, Geometry, Input, Joint, JointId, JointKind, ModelBuilder,
-    Muscle, State, advance_activations_into,
+    Activation, ActivationKind, Actuator, ActuatorKind, FreeMotion, Geometry, Input, Joint, JointId, JointKind,
+    ModelBuilder, Muscle, State, advance_activations_into, free_motion_into,
 };
+
+use crate::identities::kinematics;
 
 fn muscle() -> Muscle {
     Muscle::new(300.0, [0.3, 0.6])
@@ -101,4 +103,32 @@ fn activations_of_muscles_move_as_mujocos_do() {
         let expected = activation + dt * rate;
         assert!((out[0] - expected).abs() < 1e-13, "{activation} {control}: {} instead of {expected}", out[0]);
     }
+}
+
+/// In a step the force of a muscle on a mass is linear about its beginning, by differences: at the velocity of the end and the length there
+/// where these slow the mass, and at the beginning where they would drive it.
+#[test]
+fn a_step_of_a_muscle_is_linearly_implicit_where_that_slows() {
+    let mut builder = ModelBuilder::new("pulled");
+    builder.gravity(DVec3::ZERO);
+    let joint = Joint::new("slide", JointKind::Slide { axis: DVec3::X });
+    builder.body("mass").joint(joint).solid(Geometry::Sphere { radius: 0.1 }, 2.0).add().unwrap();
+    builder.add_actuator(Actuator::new("muscle", JointId(0), ActuatorKind::Muscle(muscle())));
+    let model = builder.build().unwrap();
+    let (dt, mut signs) = (0.01, [[0; 2]; 2]);
+    for ([length, rate, activation], _) in FORCES {
+        let force = |l: f64, v: f64| muscle().force_with_slopes(activation, l, v)[0];
+        let by_length = (force(length + 1e-6, rate) - force(length - 1e-6, rate)) / 2e-6;
+        let by_rate = (force(length, rate + 1e-6) - force(length, rate - 1e-6)) / 2e-6;
+        [by_length, by_rate].into_iter().zip(&mut signs).for_each(|(slope, seen)| seen[usize::from(slope < -1.0)] += 1);
+        let state = State::at(vec![length], vec![rate]);
+        let input = Input::default().with_control(vec![activation]);
+        let mut motion = FreeMotion::new(&model);
+        free_motion_into(&model, &kinematics(&model, &state), &state, &input, dt, &mut motion).unwrap();
+        let end = motion.free_velocity[0];
+        let taken = force(length, rate) + by_rate.min(0.0) * (end - rate) + by_length.min(0.0) * dt * end;
+        let needed = 2.0 * (end - rate) / dt;
+        assert!((needed - taken).abs() < 1e-6 * (1.0 + taken.abs()), "{length} {rate}: {needed} instead of {taken}");
+    }
+    assert!(signs.as_flattened().iter().all(|&count| count > 2), "{signs:?}");
 }

@@ -187,3 +187,82 @@ fn inverse_kinematics_stretches_towards_what_is_out_of_reach() {
     let report = inverse_kinematics_into(&model, &[turn], &only, &mut storage, &mut q);
     assert!(report.converged && (q[0] + q[1] - 0.7).abs() < 1e-9);
 }
+
+/// A target inwards is reached from a limit, however weak the pull towards it is, and one beyond the limit leaves the joint at it.
+#[test]
+fn inverse_kinematics_leaves_a_limit_inwards_alone() {
+    for axis in [DVec3::Y, DVec3::NEG_Y] {
+        check_limits_inwards(axis);
+    }
+}
+
+fn check_limits_inwards(axis: DVec3) {
+    let mut world = signorini_multibody::ModelBuilder::new("arm");
+    let pivot = signorini_multibody::Joint::hinge("pivot", axis).with_limits([-0.4, 0.7]);
+    let ball = signorini_multibody::Geometry::Sphere { radius: 0.1 };
+    let arm = world.body("arm").joint(pivot).solid(ball, 1.0).add().unwrap();
+    let model = world.build().unwrap();
+    let frame = Frame { body: arm, placement: Pose::IDENTITY };
+    let settings = InverseKinematicsSettings::default();
+    let mut storage = Kinematics::new(&model);
+    for (start, wanted, end) in
+        [(-0.4, -0.3, -0.3), (-0.4, 0.6, 0.6), (0.7, 0.65, 0.65), (0.7, 0.9, 0.7), (-0.4, -0.5, -0.4)]
+    {
+        let turn = FrameTarget::at(frame, DVec3::ZERO)
+            .with_position(None)
+            .with_rotation(Some(DQuat::from_scaled_axis(axis * wanted)));
+        let mut q = vec![start];
+        let report = inverse_kinematics_into(&model, &[turn], &settings, &mut storage, &mut q);
+        assert!((q[0] - end).abs() < 1e-9, "from {start} to {wanted}: {report:?} at {q:?}");
+        assert_eq!(report.converged, wanted == end);
+        assert!((report.angle_error - (wanted - end).abs()).abs() < 1e-9);
+    }
+}
+
+/// As many evaluations are made, and reported, as are allowed.
+#[test]
+fn inverse_kinematics_ends_after_the_iterations_that_it_may_make() {
+    let mut world = signorini_multibody::ModelBuilder::new("mass");
+    let slide = signorini_multibody::Joint::new("slide", JointKind::Slide { axis: DVec3::X });
+    let ball = signorini_multibody::Geometry::Sphere { radius: 0.1 };
+    let mass = world.body("mass").joint(slide).solid(ball, 1.0).add().unwrap();
+    let model = world.build().unwrap();
+    let frame = Frame { body: mass, placement: Pose::IDENTITY };
+    let aside = [FrameTarget::at(frame, DVec3::new(1.0, 2.0, 0.0))];
+    let mut storage = Kinematics::new(&model);
+    for most in [1, 2, 7] {
+        let settings = InverseKinematicsSettings::default().with_max_iterations(most);
+        let mut q = vec![0.0];
+        let report = inverse_kinematics_into(&model, &aside, &settings, &mut storage, &mut q);
+        assert!(!report.converged && report.iterations == most, "{report:?}");
+        assert_eq!(q[0] == 0.0, most == 1);
+    }
+}
+
+/// A ball turns about the way to its target as far as its limit lets it, and one that is there already is evaluated once.
+#[test]
+fn inverse_kinematics_turns_a_ball_up_to_its_limit() {
+    let mut world = signorini_multibody::ModelBuilder::new("joystick");
+    let ball = signorini_multibody::Joint::new("ball", JointKind::Ball).with_limits([0.0, 0.5]);
+    let shape = signorini_multibody::Geometry::Sphere { radius: 0.1 };
+    let slide = signorini_multibody::Joint::new("slide", JointKind::Slide { axis: DVec3::X });
+    let base = world.body("base").joint(slide).solid(shape.clone(), 1.0).add().unwrap();
+    let stick = world.body("stick").on(base).joint(ball).solid(shape, 1.0).add().unwrap();
+    let model = world.build().unwrap();
+    let frame = Frame { body: stick, placement: Pose::IDENTITY };
+    let axis = DVec3::new(0.48, -0.6, 0.64);
+    let mut storage = Kinematics::new(&model);
+    for (wanted, end) in [(0.4, 0.4), (1.2, 0.5), (-0.8, -0.5)] {
+        let goal = DQuat::from_scaled_axis(axis * wanted);
+        let turn = FrameTarget::at(frame, DVec3::ZERO).with_position(None).with_rotation(Some(goal));
+        let settings = InverseKinematicsSettings::default();
+        let mut q = model.reference_configuration();
+        let report = inverse_kinematics_into(&model, std::slice::from_ref(&turn), &settings, &mut storage, &mut q);
+        let found = rotation_log(DQuat::from_xyzw(q[2], q[3], q[4], q[1]));
+        assert!((found - axis * end).length() < 1e-8, "{wanted}: {report:?} at {found}");
+        assert_eq!(report.converged, wanted == end);
+        if report.converged {
+            assert_eq!(inverse_kinematics_into(&model, &[turn], &settings, &mut storage, &mut q).iterations, 1);
+        }
+    }
+}

@@ -259,6 +259,44 @@ fn swing_bounds_how_the_rate_of_a_string_changes() {
     }
 }
 
+/// A string over a mass that goes straight across it: `l̈ = v²/a + v²/b` with the lengths of both parts, and the bound is that.
+#[test]
+fn parts_of_a_string_add_their_swings() {
+    let mut builder = ModelBuilder::new("across");
+    let joint = Joint::new("slide", JointKind::Slide { axis: DVec3::Z });
+    let mass = builder.body("mass").joint(joint).solid(Geometry::Sphere { radius: 0.1 }, 1.0).add().unwrap();
+    let [a, b] = [0.4, 0.9];
+    let places = [(BodyId::WORLD, DVec3::X * -a), (mass, DVec3::ZERO), (BodyId::WORLD, DVec3::X * b)];
+    let path = places.iter().enumerate().map(|(k, &(body, place))| {
+        let site = Site::new(format!("site {k}")).with_placement(Pose::from_position(place));
+        PathPart::Site(builder.add_site(body, site).unwrap())
+    });
+    let path = path.collect();
+    builder.add_tendon(Tendon::along("string", path));
+    let model = builder.build().unwrap();
+    let bound = model.tendons[0].swing(&model, &kinematics(&model, &State::at(vec![0.0], vec![3.0])));
+    assert!((bound - (9.0 / a + 9.0 / b)).abs() < 1e-12, "{bound}");
+}
+
+/// A unit force along a string does the work of its length: `Σ f · v = l̇` over the points where it acts, and nothing on the whole.
+#[test]
+fn forces_along_a_string_do_the_work_of_its_length() {
+    let mut random = Random(47);
+    let strings = strings(&mut random, true);
+    let (q, v) = (vec![0.4, -0.7], vec![1.3, -0.6]);
+    let at = kinematics(&strings.model, &State::at(q.clone(), v.clone()));
+    for (t, tendon) in strings.model.tendons.iter().enumerate() {
+        let (mut power, mut whole) = (0.0, DVec3::ZERO);
+        tendon.visit_forces(&strings.model, &at, |body, point, force| {
+            power += force.dot(at.point_velocity(body, point));
+            whole += force;
+        });
+        let rate = row(&strings.model, t, &q).rate(&v);
+        assert!((power - rate).abs() < 1e-13 && rate.abs() > 1e-3, "{}: {power} instead of {rate}", tendon.name);
+        assert!(whole.length() < 1e-14);
+    }
+}
+
 /// A fixed tendon's length and row are its terms, and what lies along its own joints adds up.
 #[test]
 fn fixed_tendons_combine_coordinates() {
