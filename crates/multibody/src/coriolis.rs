@@ -75,11 +75,17 @@ struct Tree {
     block: usize,
     links: Range<usize>,
     bodies: Range<usize>,
-    /// Its degrees of freedom that turn something.
+    /// Its degrees of freedom that turn something, or move it where something before them turns.
     turning: Vec<usize>,
     /// Where its entries begin.
     offset: usize,
     pace: Pace,
+}
+
+impl Tree {
+    fn is_resolved(&self) -> bool {
+        self.pace != Pace::Unresolved
+    }
 }
 
 /// How fast a tree turns.
@@ -107,7 +113,8 @@ impl CoriolisSystem {
             |k: usize| !apart(k) && !matches!(model.joints[model.dof_joint[k].index()].kind, JointKind::Slide { .. });
         let (mut trees, mut entries) = (Vec::new(), 0);
         for (b, block) in layout.blocks.iter().enumerate().filter(|(_, block)| block.size > 1) {
-            let turning: Vec<usize> = block.range().filter(|&k| turns(k)).collect();
+            let counts = |k| std::iter::successors(Some(k), |&k| model.dof_parent[k]).any(turns);
+            let turning: Vec<usize> = block.range().filter(|&k| counts(k)).collect();
             if turning.is_empty() {
                 continue;
             }
@@ -146,7 +153,7 @@ impl CoriolisSystem {
         for t in 0..self.trees.len() {
             let tree = &mut self.trees[t];
             let fastest = tree.turning.iter().fold(0.0_f64, |most, &k| most.max(v[k].abs()));
-            let slow = known.has_block(tree.block) || (fastest * dt).powi(2) < f64::EPSILON;
+            let slow = known.has_block(tree.block) || fastest * dt < f64::EPSILON;
             tree.pace = if slow { Pace::Slow } else { Pace::Resolved };
             if !slow {
                 self.write(t, model, (kinematics, placed), v, dt);
@@ -193,18 +200,22 @@ impl CoriolisSystem {
         self.trees.iter().any(|tree| tree.pace == Pace::Resolved)
     }
 
-    /// The degrees of freedom of the trees that turn and are resolved.
-    pub fn turning(&self) -> impl Iterator<Item = usize> + '_ {
-        let trees = self.trees.iter().filter(|tree| tree.pace == Pace::Resolved);
-        let links = trees.flat_map(|tree| tree.links.clone()).filter(|&l| !self.apart[l]);
-        links.flat_map(|l| self.motion.links.all[l].dofs.clone())
+    /// Whether there are trees that could turn, resolved: the slope of these forces by the velocity is none of zero at rest.
+    pub fn could_turn(&self) -> bool {
+        self.trees.iter().any(Tree::is_resolved)
     }
 
-    /// Whether a degree of freedom is of a tree that turns and is resolved.
+    /// The degrees of freedom of the trees that turn or could, resolved.
+    pub fn turning(&self) -> impl Iterator<Item = usize> + '_ {
+        let links = self.trees.iter().filter(|tree| tree.is_resolved()).flat_map(|tree| tree.links.clone());
+        links.filter(|&l| !self.apart[l]).flat_map(|l| self.motion.links.all[l].dofs.clone())
+    }
+
+    /// Whether a degree of freedom is [one of these](Self::turning).
     pub fn turns(&self, dof: usize) -> bool {
         let link = self.motion.links.of_dof[dof];
         let own = self.trees.iter().find(|tree| tree.links.contains(&link));
-        !self.apart[link] && own.is_some_and(|tree| tree.pace == Pace::Resolved)
+        !self.apart[link] && own.is_some_and(Tree::is_resolved)
     }
 
     /// The degree of freedom of a tree that turns too fast for Δt.
@@ -213,7 +224,7 @@ impl CoriolisSystem {
         tree.turning.first().copied()
     }
 
-    /// `x ← x − K y` with `K = Δt C (M̂ + Δt C)⁻¹`, at the trees that turn and are resolved; `y` is used up.
+    /// `x ← x − K y` with `K = Δt C (M̂ + Δt C)⁻¹`, at the trees that turn and are resolved (at others it is zero); `y` is used up.
     pub fn subtract_carried(&self, y: &mut [f64], x: &mut [f64]) {
         for t in (0..self.trees.len()).filter(|&t| self.trees[t].pace == Pace::Resolved) {
             let rows = self.block(t).range();

@@ -38,7 +38,7 @@ pub fn balance_derivatives_into(
     }
     let step = BalanceStep { model, kinematics, state, input, velocity, dt, free };
     begin_balance(&step, impulses, out)?;
-    out.turns = free.coriolis.is_turning();
+    out.turns = free.coriolis.could_turn();
     if !out.turns {
         return Ok(());
     }
