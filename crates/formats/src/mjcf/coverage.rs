@@ -34,6 +34,10 @@ pub(super) fn audit(root: Element, report: &mut Reporter) {
             continue;
         }
         match treatment(parent, element.name()) {
+            Read(_) if element.is("inertial") && !is_of_body(element) => {
+                let effect = "it is left out: put it into the <body>, or into a <frame> of that";
+                report.motion(element.at(), "inertial", "stands in no body", effect);
+            }
             Read(coverage) => {
                 coverage.audit(element, report);
                 let section = section_of(parent, element.name());
@@ -52,6 +56,12 @@ pub(super) fn audit(root: Element, report: &mut Reporter) {
             Missing(effect) => report.motion(element.at(), element.name(), "is not supported", effect),
         }
     }
+}
+
+/// Whether an element is one of a body, or of a frame of it.
+fn is_of_body(element: Element) -> bool {
+    let around = std::iter::successors(element.parent(), |around| around.parent());
+    around.into_iter().find(|around| !around.is("frame")).is_some_and(|around| around.is("body"))
 }
 
 /// The name under which the children of an element are looked up.

@@ -87,3 +87,15 @@ fn urdf_says_what_is_not_read_once() {
     let told: Vec<(u32, &str)> = imported.report.warnings.iter().map(|w| (w.line, w.element.as_str())).collect();
     assert_eq!(told, [(3, "geometry"), (4, "inertial"), (6, "origin")], "{}", imported.report);
 }
+
+#[test]
+fn inertia_of_no_body_is_told() {
+    let inertial = "<inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>";
+    let text = format!(
+        "<worldbody>\n{inertial}<body><joint/><frame>{inertial}</frame><replicate count='2'>\n{inertial}</replicate></body></worldbody>"
+    );
+    let Imported { model, report, .. } = import(&text);
+    let told: Vec<(u32, usize, &str)> = report.motion_warnings().map(|w| (w.line, w.count, w.what.as_str())).collect();
+    assert_eq!(told, [(3, 2, "stands in no body")], "{report}");
+    assert_eq!(model.bodies[1].inertia.mass, 1.0);
+}
