@@ -15,6 +15,15 @@ use crate::xml::Element;
 /// More parts of one sort than this are refused, so that a small file cannot fill the memory by repetition.
 const MAX_PARTS: usize = 1_000_000;
 
+/// Limits of joints from here on are none: files write "no limit" as a large or infinite number.
+const UNLIMITED: f64 = 1e15;
+
+/// The limits of a joint with these ends; of one side alone the other is as good as none.
+pub(crate) fn limits_between(lower: f64, upper: f64) -> Option<[f64; 2]> {
+    let is_open = lower <= -UNLIMITED && upper >= UNLIMITED;
+    (!is_open).then(|| [lower, upper].map(|end| end.clamp(-UNLIMITED, UNLIMITED)))
+}
+
 /// A sort of named part, as [`ModelError`] calls it.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 enum Sort {

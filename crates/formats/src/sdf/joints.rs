@@ -8,10 +8,8 @@ use super::importer::Importer;
 use super::tree::{Edge, Placed};
 use super::values;
 use crate::error::FormatError;
+use crate::parts::limits_between;
 use crate::xml::Element;
-
-/// Limits from here on are none: SDF writes "no limit" as a large number.
-const UNLIMITED: f64 = 1e15;
 
 /// Adds the joint that moves a body, if its type has any freedom. `here`: the body in world.
 pub(super) fn add<'t>(
@@ -123,11 +121,7 @@ fn limits(axis: Element) -> Result<Option<[f64; 2]>, FormatError> {
     if lower > upper {
         return Err(limit.invalid(format!("the upper limit {upper} is below the lower one {lower}")));
     }
-    if lower <= -UNLIMITED && upper >= UNLIMITED {
-        return Ok(None);
-    }
-    // One side alone: the other is as good as none.
-    Ok(Some([lower.max(-UNLIMITED), upper.min(UNLIMITED)]))
+    Ok(limits_between(lower, upper))
 }
 
 fn read_dynamics(dynamics: Element, joint: &mut Joint) -> Result<(), FormatError> {

@@ -7,6 +7,7 @@ use super::importer::{Importer, Placed, origin};
 use super::tree::WORLD;
 use crate::error::FormatError;
 use crate::inertia::nearest_physical;
+use crate::parts::limits_between;
 use crate::xml::Element;
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -148,10 +149,7 @@ fn axis(joint: Element) -> Result<DVec3, FormatError> {
     Ok(axis.attributes().direction("xyz")?.unwrap_or(DVec3::X))
 }
 
-/// An infinite limit, which is one that no joint comes to where the other one is finite.
-const UNLIMITED: f64 = 1e15;
-
-/// The limits of a joint; none where both are infinite, and, which is noted, where the file gives none or the upper one lies below the lower one
+/// The limits of a joint; none where both are as good as infinite, and, which is noted, where the file gives none or the upper one lies below the lower one
 /// (Bullet's way to say that there are none).
 pub(crate) fn limits(joint: Element) -> Result<Option<[f64; 2]>, FormatError> {
     let Some(limit) = joint.child("limit") else {
@@ -167,10 +165,7 @@ pub(crate) fn limits(joint: Element) -> Result<Option<[f64; 2]>, FormatError> {
         limit.note(a.at("upper"), "has its upper end below its lower one", effect, true);
         return Ok(None);
     }
-    if lower == f64::NEG_INFINITY && upper == f64::INFINITY {
-        return Ok(None);
-    }
-    Ok(Some([lower, upper].map(|end| end.clamp(-UNLIMITED, UNLIMITED))))
+    Ok(limits_between(lower, upper))
 }
 
 /// `<inertial>` of a link in the link's frame; none of it if the link has none. Published robots often have links whose
